@@ -1,0 +1,76 @@
+//! Discontinuous nonlinear proportional feedback (DNPF): near the target, always enough to break away.
+//!
+//! Thesis eq. 33, after Southward, Radcliffe and MacCluer (eq. 33 prints theta_p for theta_b):
+//!
+//! ```text
+//! v_c(t) = 0                                    |theta_e| > theta_b or theta_e = 0
+//!        = Kp [theta_b sgn(theta_e) - theta_e]  otherwise
+//! theta_b = v_stick / Kp + epsilon                                              (eq. 34)
+//! ```
+//!
+//! Within `theta_b` the position term is thus replaced by the constant `Kp theta_b sgn(theta_e)`, which exceeds
+//! the static friction by `Kp epsilon`.
+//!
+//! Guarantees: |v_c| <= Kp theta_b. Does badly: `epsilon` is a knife edge. With `theta_b` below about
+//! `v_stick / Kp` the joint stops short; with the thesis's `theta_b` = 0.40 deg, epsilon is zero and only the D/A's
+//! rounding of 0.40 V to 0.40016 V moves the axis. At the target it is a relay: it chatters at the sample rate
+//! within a count. No help in tracking, where the error is outside the band.
+
+use super::{Loop, Sample};
+use crate::error::{Error, HUGE, between};
+
+/// Gains of DNPF.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct DiscontinuousNonlinearProportionalGains {
+    /// Threshold theta_b, deg.
+    pub theta_b: f32,
+}
+
+impl DiscontinuousNonlinearProportionalGains {
+    /// Refuses a threshold that is negative or not finite.
+    ///
+    /// # Errors
+    /// Names the gain.
+    pub fn validate(&self) -> Result<(), Error> {
+        between("theta_b_deg", self.theta_b, 0.0, HUGE)
+    }
+}
+
+/// DNPF on a PD loop.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct DiscontinuousNonlinearProportional {
+    kp: f32,
+    theta_b: f32,
+}
+
+impl DiscontinuousNonlinearProportional {
+    /// Validates and prepares the law.
+    ///
+    /// # Errors
+    /// Names the gain.
+    pub fn new(gains: &DiscontinuousNonlinearProportionalGains, around: &Loop) -> Result<Self, Error> {
+        gains.validate()?;
+        Ok(Self { kp: around.kp, theta_b: gains.theta_b })
+    }
+
+    /// v_c for one sample, V.
+    ///
+    /// ```
+    /// use stiction::compensator::{
+    ///     DiscontinuousNonlinearProportional, DiscontinuousNonlinearProportionalGains, Loop, Sample,
+    /// };
+    /// let around = Loop { sample_time: 0.02, full_scale: 5.0, kp: 2.0 };
+    /// let gains = DiscontinuousNonlinearProportionalGains { theta_b: 0.5 };
+    /// let law = DiscontinuousNonlinearProportional::new(&gains, &around).unwrap();
+    /// let v_c = [-0.125, 0.0, 0.5, 0.625].map(|error| law.update(&Sample { error, ..Sample::default() }));
+    /// assert_eq!(v_c, [-0.75, 0.0, 0.0, 0.0]);
+    /// ```
+    pub fn update(&self, sample: &Sample) -> f32 {
+        let error = sample.error;
+        if error == 0.0 || error.abs() > self.theta_b {
+            0.0
+        } else {
+            self.kp * (self.theta_b.copysign(error) - error)
+        }
+    }
+}

@@ -1,0 +1,99 @@
+//! Rate variable integral (RVI): an integrator that leaks the faster, the faster the joint moves.
+//!
+//! Thesis eq. 30, after Morse et al.:
+//!
+//! ```text
+//! v_c(t) = [v_c(t - h) + Ki theta_e h] gamma_h / (gamma_h + theta_a'^2)
+//! ```
+//!
+//! The thesis gives `gamma` = 0.05 (deg/s)^2 for its loop of 20 ms (Table 17 prints it as beta). The factor multiplies
+//! the whole integral once a sample, so that its leak per second depends on the sample time; for small
+//! `theta_a'^2 / gamma` the leak per sample is `theta_a'^2 / gamma_h`, and `gamma_h = gamma (0.02 s) / h` keeps the
+//! leak per second that of the thesis.
+//!
+//! Why this form: full integral action at rest, hence a high `Ki` without overshoot, and none at speed.
+//! Guarantees: |v_c| never exceeds the full scale; at rest, a plain integrator. Does badly: it leaves the
+//! tracking error to the PD loop, since at constant velocity the integral has leaked away; and at rest it is an
+//! integrator with its hunting, an order of magnitude smaller than that of RI.
+
+use super::{Loop, Sample};
+use crate::error::{Error, HUGE, above, between};
+use crate::saturation::saturate;
+
+/// The sample time for which the thesis gives gamma, s.
+const THESIS_SAMPLE_TIME: f32 = 0.02;
+
+/// Gains of RVI.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct RateVariableIntegralGains {
+    /// Integral gain Ki, V/(deg s).
+    pub ki: f32,
+    /// Rate constant gamma at 20 ms, (deg/s)^2.
+    pub gamma: f32,
+}
+
+impl RateVariableIntegralGains {
+    /// Refuses gains that are negative or not finite, and a gamma of zero (the factor would be 0/0 at rest).
+    ///
+    /// # Errors
+    /// Names the gain.
+    pub fn validate(&self) -> Result<(), Error> {
+        between("ki_v_per_deg_s", self.ki, 0.0, HUGE)?;
+        above("gamma_deg2_per_s2", self.gamma, 0.0, HUGE)
+    }
+}
+
+/// RVI for one sample time.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct RateVariableIntegral {
+    /// Ki h, V/deg.
+    ki_h: f32,
+    /// gamma (0.02 s)/h, (deg/s)^2.
+    gamma_h: f32,
+    full_scale: f32,
+}
+
+/// The integral.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct State {
+    v_c: f32,
+}
+
+impl State {
+    /// Nothing integrated.
+    pub const REST: Self = Self { v_c: 0.0 };
+}
+
+impl RateVariableIntegral {
+    /// Validates and prepares the law.
+    ///
+    /// # Errors
+    /// Names the gain.
+    pub fn new(gains: &RateVariableIntegralGains, around: &Loop) -> Result<Self, Error> {
+        gains.validate()?;
+        Ok(Self {
+            ki_h: gains.ki * around.sample_time,
+            gamma_h: gains.gamma * (THESIS_SAMPLE_TIME / around.sample_time),
+            full_scale: around.full_scale,
+        })
+    }
+
+    /// v_c for one sample, V.
+    ///
+    /// ```
+    /// use stiction::compensator::{Loop, RateVariableIntegral, RateVariableIntegralGains, Sample};
+    /// use stiction::compensator::rate_variable_integral::State;
+    /// let around = Loop { sample_time: 0.02, full_scale: 5.0, kp: 1.0 };
+    /// let gains = RateVariableIntegralGains { ki: 50.0, gamma: 0.25 };
+    /// let law = RateVariableIntegral::new(&gains, &around).unwrap();
+    /// let mut state = State::default();
+    /// let at_rest = Sample { error: 0.5, ..Sample::default() };
+    /// assert_eq!(law.update(&mut state, &at_rest), 0.5);
+    /// assert_eq!(law.update(&mut state, &Sample { velocity: 0.5, ..at_rest }), 0.5); // (0.5 + 0.5) / 2
+    /// ```
+    pub fn update(&self, state: &mut State, sample: &Sample) -> f32 {
+        let rate_factor = self.gamma_h / (self.gamma_h + sample.velocity * sample.velocity);
+        state.v_c = saturate((state.v_c + self.ki_h * sample.error) * rate_factor, self.full_scale).0;
+        state.v_c
+    }
+}

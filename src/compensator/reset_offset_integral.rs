@@ -1,0 +1,102 @@
+//! Reset offset integral (ROI): adds the PD loop's own output as an offset, step by step.
+//!
+//! Thesis eq. 31:
+//!
+//! ```text
+//! v_c(t) = v_c(t - T_roi) + v_PD    while |theta_d' - theta_a'| < V_roi, once each time T_roi has elapsed
+//!        = 0                        otherwise
+//! ```
+//!
+//! Printed, eq. 31 could also be read as a running delay. The text settles it: "the timer loop delays
+//! incrementing the compensation control signal until the desired time has elapsed" (section 3.1.3), and Fig. 32b
+//! shows steps. So the offset is held, and grows by one v_PD each `T_roi`, which is rounded to whole samples.
+//!
+//! Why this form: what PD still applies when it has come to rest is a measure of what is missing. Guarantees: no
+//! mean error at constant velocity; dropped as soon as the velocity error is large, so no wind-up in a
+//! transient; |v_c| never exceeds the full scale. `V_roi = 0` switches it off. Does badly: at rest it is
+//! a slow integrator, and hunts by a few counts.
+
+use super::{Loop, Sample};
+use crate::error::{Error, HUGE, between};
+use crate::saturation::saturate;
+
+/// Gains of ROI.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct ResetOffsetIntegralGains {
+    /// Time between increments T_roi, s.
+    pub t_roi: f32,
+    /// Velocity error below which it is active V_roi, deg/s.
+    pub v_roi: f32,
+}
+
+impl ResetOffsetIntegralGains {
+    /// Refuses gains that are negative or not finite. A `t_roi` of less than a sample counts as one sample.
+    ///
+    /// # Errors
+    /// Names the gain.
+    pub fn validate(&self) -> Result<(), Error> {
+        between("t_roi_s", self.t_roi, 0.0, HUGE)?;
+        between("v_roi_deg_per_s", self.v_roi, 0.0, HUGE)
+    }
+}
+
+/// ROI for one sample time.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct ResetOffsetIntegral {
+    /// T_roi in ticks, at least one.
+    period: u32,
+    v_roi: f32,
+    full_scale: f32,
+}
+
+/// The offset and the timer.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct State {
+    v_c: f32,
+    /// Ticks since the last increment, or since activity began.
+    elapsed: u32,
+}
+
+impl State {
+    /// No offset, the timer at zero.
+    pub const REST: Self = Self { v_c: 0.0, elapsed: 0 };
+}
+
+impl ResetOffsetIntegral {
+    /// Validates and prepares the law.
+    ///
+    /// # Errors
+    /// Names the gain.
+    pub fn new(gains: &ResetOffsetIntegralGains, around: &Loop) -> Result<Self, Error> {
+        gains.validate()?;
+        let period = libm::roundf(gains.t_roi / around.sample_time) as u32;
+        Ok(Self { period: period.max(1), v_roi: gains.v_roi, full_scale: around.full_scale })
+    }
+
+    /// v_c for one sample, V.
+    ///
+    /// ```
+    /// use stiction::compensator::{Loop, ResetOffsetIntegral, ResetOffsetIntegralGains, Sample};
+    /// use stiction::compensator::reset_offset_integral::State;
+    /// let around = Loop { sample_time: 0.02, full_scale: 5.0, kp: 1.0 };
+    /// let gains = ResetOffsetIntegralGains { t_roi: 0.04, v_roi: 2.33 };
+    /// let law = ResetOffsetIntegral::new(&gains, &around).unwrap();
+    /// let mut state = State::default();
+    /// let sample = Sample { v_pd: 0.25, ..Sample::default() };
+    /// let v_c = [(); 6].map(|()| law.update(&mut state, &sample));
+    /// assert_eq!(v_c, [0.0, 0.0, 0.25, 0.25, 0.5, 0.5]);
+    /// assert_eq!(law.update(&mut state, &Sample { velocity_error: 2.4, ..sample }), 0.0);
+    /// ```
+    pub fn update(&self, state: &mut State, sample: &Sample) -> f32 {
+        if sample.velocity_error.abs() < self.v_roi {
+            if state.elapsed == self.period {
+                state.v_c = saturate(state.v_c + sample.v_pd, self.full_scale).0;
+                state.elapsed = 0;
+            }
+            state.elapsed += 1;
+        } else {
+            *state = State::REST;
+        }
+        state.v_c
+    }
+}

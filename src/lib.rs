@@ -1,0 +1,40 @@
+//! The control core of **stiction**: it positions a geared joint in spite of stick-slip friction.
+//!
+//! One tick reads like the block diagram (Fig. 21 of the thesis):
+//!
+//! ```text
+//! counter -> encoder -> velocity -+
+//!                                 v
+//! reference -----------------> error -> PD (eq. 28) -+-> saturation -> drive code -> PWM compare
+//!                                 |                  |
+//!                                 +-> compensator ---+      (eqs. 29-36, or a sum of them)
+//! ```
+//!
+//! [`Controller::tick`] is that diagram, and [`Tick`] holds every term of it. The same source is compiled for
+//! the microcontroller and for the host, and gives the same bits on both: `f32` arithmetic with one
+//! rounding per written operation, integers for positions and for time, and transcendental functions from
+//! [`libm`] on every platform.
+//!
+//! What the core promises: no heap, no panic, no `f64`, no `unsafe`, no loop without a bound that is known at
+//! compile time. Configuration ([`ControllerConfig`]) is validated once, by [`Controller::new`]; a tick validates
+//! nothing, and a term that is not finite gives zero output and [`Tick::non_finite`].
+//!
+//! Units are degrees, degrees per second, seconds and volts of controller output. "The thesis" is *Modelling and
+//! Compensation of Stick-Slip Friction for Robot Arm Control* (M.Sc., University of Manitoba); gains carry its
+//! symbols.
+#![no_std]
+#![forbid(unsafe_code)]
+
+pub mod compensator;
+mod controller;
+pub mod drive;
+pub mod encoder;
+mod error;
+pub mod pd;
+pub mod position;
+pub mod reference;
+mod saturation;
+pub mod velocity;
+
+pub use controller::{Controller, ControllerConfig, ControllerState, Tick};
+pub use error::{Allowed, Error};

@@ -1,0 +1,43 @@
+//! The PD loop that every compensator is plugged into.
+//!
+//! Eq. 28 without its compensator term:
+//!
+//! ```text
+//! v_PD = Kp (theta_d - theta_a) + Kd (theta_d' - theta_a')
+//! ```
+//!
+//! Guarantees: on a joint with viscous friction alone it comes to rest on target. Does badly: with stick
+//! friction it rests anywhere within `v_stick / Kp` of the target, for ever and with effort applied; at
+//! constant speed it trails by `(v_slip + b theta_d') / Kp`.
+
+use crate::error::{Error, HUGE, between};
+
+/// Gains of the PD loop.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct PdGains {
+    /// Proportional gain Kp, V/deg.
+    pub kp: f32,
+    /// Derivative gain Kd, V/(deg/s).
+    pub kd: f32,
+}
+
+impl PdGains {
+    /// Refuses gains that are negative or not finite.
+    ///
+    /// # Errors
+    /// Names the gain.
+    pub fn validate(&self) -> Result<(), Error> {
+        between("kp_v_per_deg", self.kp, 0.0, HUGE)?;
+        between("kd_v_per_deg_per_s", self.kd, 0.0, HUGE)
+    }
+
+    /// v_PD in volts, of a position error (deg) and a velocity error (deg/s).
+    ///
+    /// ```
+    /// let pd = stiction::pd::PdGains { kp: 1.0, kd: 0.25 };
+    /// assert_eq!(pd.update(2.0, -4.0), 1.0);
+    /// ```
+    pub fn update(&self, error: f32, velocity_error: f32) -> f32 {
+        self.kp * error + self.kd * velocity_error
+    }
+}

@@ -1,0 +1,102 @@
+//! Positions that lose no precision far from zero.
+//!
+//! A position is a whole number of encoder counts (`i32`, wrapping) plus a fraction of a count in `[0, 1)`
+//! (`f32`). Two positions are subtracted as integers first, and only the small difference becomes a float: the
+//! error of a joint ten thousand turns from its origin is as exact as near zero, and the counter may wrap.
+
+/// Joint position: `counts + fraction`, in encoder counts.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Position {
+    /// Whole counts. Wraps.
+    pub counts: i32,
+    /// The rest, in `[0, 1)` counts.
+    pub fraction: f32,
+}
+
+impl Position {
+    /// A position on a whole count.
+    ///
+    /// ```
+    /// use stiction::position::Position;
+    /// assert_eq!(Position::from_counts(-3).fraction, 0.0);
+    /// ```
+    pub const fn from_counts(counts: i32) -> Self {
+        Self { counts, fraction: 0.0 }
+    }
+
+    /// This position moved by `displacement` counts, whose rounding is that of `f32`.
+    ///
+    /// ```
+    /// use stiction::position::Position;
+    /// let p = Position::from_counts(2_000_000_000).displaced(-0.25);
+    /// assert_eq!((p.counts, p.fraction), (1_999_999_999, 0.75));
+    /// ```
+    pub fn displaced(self, displacement: f32) -> Self {
+        let sum = self.fraction + displacement;
+        let floor = libm::floorf(sum);
+        let fraction = sum - floor;
+        let counts = self.counts.wrapping_add(floor as i32);
+        // A sum just below zero has a fraction that rounds to one.
+        if fraction >= 1.0 {
+            Self { counts: counts.wrapping_add(1), fraction: 0.0 }
+        } else {
+            Self { counts, fraction }
+        }
+    }
+
+    /// This position after `ticks` ticks at constant `rate`: exact to `ticks * 2^-32` counts, however long.
+    pub fn advanced(self, rate: Rate, ticks: i32) -> Self {
+        let travel = rate.0.wrapping_mul(i64::from(ticks));
+        let start = Self { counts: self.counts.wrapping_add((travel >> 32) as i32), fraction: self.fraction };
+        // The upper 24 bits of the fraction are exactly what an f32 below one can hold.
+        let fraction = ((travel as u32) >> 8) as f32 * (1.0 / 16_777_216.0);
+        start.displaced(fraction)
+    }
+
+    /// How far this position lies ahead of `counts`, in counts: the wrapping integer difference plus the fraction.
+    ///
+    /// ```
+    /// use stiction::position::Position;
+    /// let reference = Position { counts: i32::MIN, fraction: 0.5 };
+    /// assert_eq!(reference.ahead_of(i32::MAX), 1.5);
+    /// ```
+    pub fn ahead_of(self, counts: i32) -> f32 {
+        self.counts.wrapping_sub(counts) as f32 + self.fraction
+    }
+}
+
+/// Constant speed in counts per tick, as a fixed-point number with 32 fractional bits.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Rate(i64);
+
+impl Rate {
+    /// At rest.
+    pub const ZERO: Self = Self(0);
+
+    /// The rate that leads from one position to another in `ticks` ticks (at least one).
+    ///
+    /// ```
+    /// use stiction::position::{Position, Rate};
+    /// let (from, to) = (Position::from_counts(7), Position { counts: 20_668, fraction: 0.25 });
+    /// let rate = Rate::between(from, to, 500);
+    /// let end = from.advanced(rate, 500);
+    /// assert!((end.ahead_of(20_668) - 0.25).abs() < 1e-6);
+    /// ```
+    pub fn between(from: Position, to: Position, ticks: u32) -> Self {
+        let difference = (i64::from(to.counts.wrapping_sub(from.counts)) << 32)
+            .wrapping_add(q32(to.fraction))
+            .wrapping_sub(q32(from.fraction));
+        Self(difference / i64::from(ticks.max(1)))
+    }
+
+    /// In counts per tick.
+    pub fn counts_per_tick(self) -> f32 {
+        // Converted in halves: a 64-bit integer to float conversion is a library routine on the target.
+        (self.0 >> 32) as i32 as f32 + ((self.0 as u32) >> 8) as f32 * (1.0 / 16_777_216.0)
+    }
+}
+
+/// A fraction in `[0, 1)` with 32 fractional bits.
+fn q32(fraction: f32) -> i64 {
+    i64::from((fraction * 4_294_967_296.0) as u32)
+}

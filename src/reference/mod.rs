@@ -1,0 +1,56 @@
+//! Reference generators: where the joint should be at a tick.
+//!
+//! Each gives position, velocity and acceleration. Time is a number of ticks since the motion began; the
+//! position is counts and a fraction, never rounded.
+
+mod step;
+mod trajectory;
+
+pub use step::Step;
+pub use trajectory::{Corner, MAX_CORNERS, Trajectory};
+
+use crate::position::Position;
+
+/// What the joint should do at one tick.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Setpoint {
+    /// theta_d.
+    pub position: Position,
+    /// theta_d', deg/s.
+    pub velocity: f32,
+    /// theta_d'', deg/s^2.
+    pub acceleration: f32,
+}
+
+impl Setpoint {
+    /// At rest at a position.
+    pub const fn at_rest(position: Position) -> Self {
+        Self { position, velocity: 0.0, acceleration: 0.0 }
+    }
+
+    /// Whether every part is a finite number.
+    pub const fn is_finite(&self) -> bool {
+        self.position.fraction.is_finite() && self.velocity.is_finite() && self.acceleration.is_finite()
+    }
+}
+
+/// One of the generators, chosen at run time.
+// The difference in size is a trajectory's corners: there is no heap to box them on.
+#[allow(clippy::large_enum_variant)]
+#[derive(Clone, Debug, PartialEq)]
+pub enum Reference {
+    /// A jump to a position.
+    Step(Step),
+    /// Linear segments with parabolic blends.
+    Trajectory(Trajectory),
+}
+
+impl Reference {
+    /// The set point `tick` ticks after the motion began.
+    pub fn at(&self, tick: u32) -> Setpoint {
+        match self {
+            Self::Step(step) => step.at(tick),
+            Self::Trajectory(trajectory) => trajectory.at(tick),
+        }
+    }
+}

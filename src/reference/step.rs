@@ -1,0 +1,31 @@
+//! A jump from one position to another.
+//!
+//! `theta_d(t) = from` before the tick of the step and `to` from that tick on; velocity and acceleration are zero
+//! throughout, so that nothing of the jump's impulse reaches the D term (as in the thesis, section 3.3.1).
+
+use super::Setpoint;
+use crate::position::Position;
+
+/// A step reference.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Step {
+    /// Where it stands before.
+    pub from: Position,
+    /// Where it stands from then on.
+    pub to: Position,
+    /// The first tick of the new position.
+    pub at_tick: u32,
+}
+
+impl Step {
+    /// The set point at a tick.
+    ///
+    /// ```
+    /// use stiction::{position::Position, reference::Step};
+    /// let step = Step { from: Position::default(), to: Position::from_counts(2066), at_tick: 1 };
+    /// assert_eq!((step.at(0).position.counts, step.at(1).position.counts), (0, 2066));
+    /// ```
+    pub const fn at(&self, tick: u32) -> Setpoint {
+        Setpoint::at_rest(if tick < self.at_tick { self.from } else { self.to })
+    }
+}

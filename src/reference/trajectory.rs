@@ -1,0 +1,149 @@
+//! Linear segments with parabolic blends: Paul's method (R. P. Paul, *Robot Manipulators*, MIT Press 1981), which
+//! the thesis uses for its tracking benchmark (section 3.3.1, Fig. 25).
+//!
+//! Corners `(t_i, p_i)` are joined by straight lines of rate `r_i = (p_(i+1) - p_i) / (t_(i+1) - t_i)`, with rest
+//! before the first and after the last. Within the half blend time `tau` of a corner, with `s = t - t_i`:
+//!
+//! ```text
+//! position     = p_i + r_(i-1) s + (r_i - r_(i-1)) (s + tau)^2 / (4 tau)
+//! velocity     = r_(i-1) + (r_i - r_(i-1)) (s + tau) / (2 tau)
+//! acceleration = (r_i - r_(i-1)) / (2 tau)
+//! ```
+//!
+//! This is the parabola that meets both lines with their slopes: position and velocity are continuous. It does not
+//! pass through the corner but cuts it by `(r_i - r_(i-1)) tau / 4`; only corners between two rests at the
+//! same position are reached. The thesis prints neither its timing nor the blend; this timing is the one that
+//! reproduces its Fig. 25.
+//!
+//! Does badly: the acceleration jumps at both ends of a blend, which excites a flexible joint.
+
+use heapless::Vec;
+
+use super::Setpoint;
+use crate::error::{Allowed, Error, HUGE, above, between};
+use crate::position::{Position, Rate};
+
+/// The largest number of corners.
+pub const MAX_CORNERS: usize = 16;
+
+/// Where two straight lines would meet.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Corner {
+    /// Time of the corner, in ticks.
+    pub tick: u32,
+    /// Position of the corner.
+    pub position: Position,
+}
+
+/// A corner with what the blend around it and the line after it need.
+#[derive(Clone, Copy, Debug, PartialEq)]
+struct Blend {
+    corner: Corner,
+    /// The line that leads away from the corner.
+    rate: Rate,
+    /// Its rate before the corner, and how much the rate changes there; counts per tick.
+    rate_before: f32,
+    rate_change: f32,
+}
+
+/// A motion through corners, ready to be followed.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Trajectory {
+    blends: Vec<Blend, MAX_CORNERS>,
+    /// Half the blend time, ticks; not necessarily whole.
+    half_blend: f32,
+    /// Counts per tick to deg/s.
+    velocity_scale: f32,
+    /// Counts per tick per tick to deg/s^2.
+    acceleration_scale: f32,
+}
+
+impl Trajectory {
+    /// Prepares the motion through `corners`, blended for `half_blend_s` on either side of each, for a loop with
+    /// `sample_time` (s) and an encoder of `resolution` (deg).
+    ///
+    /// # Errors
+    /// Names `corner_times_s` unless there are 1 to [`MAX_CORNERS`] corners that follow each other by two half
+    /// blends or more, the first of them no earlier than half a blend; names `half_blend_s` unless it is at least
+    /// half a tick.
+    pub fn new(
+        corners: &[Corner],
+        half_blend_s: f32,
+        sample_time: f32,
+        resolution: f32,
+    ) -> Result<Self, Error> {
+        between("corner_times_s", corners.len() as f32, 1.0, MAX_CORNERS as f32)?;
+        above("sample_time_s", sample_time, 0.0, 1.0)?;
+        above("resolution_deg", resolution, 0.0, HUGE)?;
+        between("half_blend_s", half_blend_s, 0.5 * sample_time, HUGE)?;
+        let half_blend = half_blend_s / sample_time;
+        let mut blends = Vec::new();
+        let mut earliest = half_blend;
+        let mut rate_before = 0.0;
+        for (i, &corner) in corners.iter().enumerate() {
+            if (corner.tick as f32) < earliest {
+                let (found, gap) = (corner.tick as f32 * sample_time, 2.0 * half_blend_s);
+                return Err(Error { key: "corner_times_s", found, allowed: Allowed::LaterBy(gap) });
+            }
+            let rate = match corners.get(i + 1) {
+                Some(next) => {
+                    Rate::between(corner.position, next.position, next.tick.saturating_sub(corner.tick))
+                }
+                None => Rate::ZERO,
+            };
+            let rate_change = rate.counts_per_tick() - rate_before;
+            // Cannot fail: the number of corners was checked above.
+            let _ = blends.push(Blend { corner, rate, rate_before, rate_change });
+            rate_before = rate.counts_per_tick();
+            earliest = corner.tick as f32 + 2.0 * half_blend;
+        }
+        let velocity_scale = resolution / sample_time;
+        Ok(Self { blends, half_blend, velocity_scale, acceleration_scale: velocity_scale / sample_time })
+    }
+
+    /// The set point at a tick.
+    ///
+    /// ```
+    /// use stiction::{position::Position, reference::{Corner, Trajectory}};
+    /// // 100 counts of 1 deg in 10 ticks of 1 s, blended over +-2 ticks.
+    /// let corners = [(5, 0), (15, 100)]
+    ///     .map(|(tick, counts)| Corner { tick, position: Position::from_counts(counts) });
+    /// let trajectory = Trajectory::new(&corners, 2.0, 1.0, 1.0).unwrap();
+    /// assert_eq!(trajectory.at(3).position.ahead_of(0), 0.0);
+    /// assert_eq!(trajectory.at(5).position.ahead_of(0), 5.0); // 10 * (0 + 2)^2 / (4 * 2)
+    /// assert_eq!(trajectory.at(5).velocity, 5.0);
+    /// assert_eq!(trajectory.at(10).position.ahead_of(0), 50.0);
+    /// assert_eq!(trajectory.at(99).position.ahead_of(100), 0.0);
+    /// ```
+    pub fn at(&self, tick: u32) -> Setpoint {
+        let Some(first) = self.blends.first() else { return Setpoint::default() };
+        let mut last = None;
+        for blend in &self.blends {
+            // Ticks are far from the ends of i32 in any motion; a wrap would need 2^31 of them.
+            let since = tick.wrapping_sub(blend.corner.tick) as i32;
+            if (since as f32) < -self.half_blend {
+                break;
+            }
+            last = Some((blend, since));
+        }
+        let Some((blend, since)) = last else { return Setpoint::at_rest(first.corner.position) };
+        if (since as f32) < self.half_blend {
+            self.blended(blend, since as f32)
+        } else {
+            let velocity = (blend.rate_before + blend.rate_change) * self.velocity_scale;
+            let position = blend.corner.position.advanced(blend.rate, since);
+            Setpoint { position, velocity, acceleration: 0.0 }
+        }
+    }
+
+    fn blended(&self, blend: &Blend, since: f32) -> Setpoint {
+        let into = since + self.half_blend;
+        let slope = blend.rate_change / (2.0 * self.half_blend);
+        let displacement = blend.rate_before * since + 0.5 * slope * into * into;
+        Setpoint {
+            position: blend.corner.position.displaced(displacement),
+            velocity: (blend.rate_before + slope * into) * self.velocity_scale,
+            acceleration: slope * self.acceleration_scale,
+        }
+    }
+}
