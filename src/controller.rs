@@ -117,6 +117,7 @@ impl Controller {
 
     /// One tick: `counter` is what the hardware counter reads now, and the returned [`Tick::duty`] is to be
     /// applied at once.
+    #[inline]
     pub fn tick(&self, state: &mut ControllerState, counter: u32, reference: &Reference) -> Tick {
         let travel = self.encoder.update(&mut state.encoder, counter);
         let velocity = self.velocity.update(&mut state.velocity, travel);

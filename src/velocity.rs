@@ -27,10 +27,8 @@ const MAX_INCREMENT: i32 = 1 << 21;
 /// Least-squares velocity of an `N`-sample window.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Velocity {
-    /// `j (N - j)`; symmetric, so the newest increment may come first.
+    /// `j (N - j)`, then zeros; symmetric, so the newest increment may come first.
     weights: [i32; MAX_WINDOW - 1],
-    /// `N - 1`.
-    increments: usize,
     /// Weighted counts to deg/s.
     scale: f32,
 }
@@ -54,7 +52,7 @@ impl Velocity {
             *weight = j * (n - j);
         }
         let scale = 6.0 * resolution / ((n * (n * n - 1)) as f32 * sample_time);
-        Ok(Self { weights, increments: samples - 1, scale })
+        Ok(Self { weights, scale })
     }
 
     /// Takes the travel of one tick (counts), and returns the velocity (deg/s) including it.
@@ -71,8 +69,11 @@ impl Velocity {
     pub fn update(&self, state: &mut VelocityState, travel: i32) -> f32 {
         let mut carried = travel.clamp(-MAX_INCREMENT, MAX_INCREMENT);
         let mut sum = 0i32;
-        for (slot, weight) in state.increments.iter_mut().zip(&self.weights).take(self.increments) {
-            sum = sum.wrapping_add(carried.wrapping_mul(*weight));
+        for (slot, &weight) in state.increments.iter_mut().zip(&self.weights) {
+            if weight == 0 {
+                break;
+            }
+            sum = sum.wrapping_add(carried.wrapping_mul(weight));
             core::mem::swap(slot, &mut carried);
         }
         sum as f32 * self.scale

@@ -1,1 +1,23 @@
-//! host
+//! The simulated joint around the control core of [`stiction`].
+//!
+//! A machine's file ([`machine`]) is taken apart into runs ([`experiment`]); each run wires the core to an encoder, a
+//! D/A and an axis ([`closed_loop`]), whose motion between samples a solver finds ([`solver`]); what comes out
+//! is judged ([`metrics`]) and written ([`output`], [`figure`]).
+
+pub mod closed_loop;
+pub mod encoder;
+mod error;
+pub mod experiment;
+pub mod figure;
+pub mod friction;
+pub mod identification;
+pub mod machine;
+pub mod mechanism;
+pub mod metrics;
+pub mod output;
+pub mod run;
+pub mod solver;
+
+pub use error::Error;
+
+pub mod cli;

@@ -1,0 +1,40 @@
+//! Time of the core's tick for each law, on the host, over the counts that its own 5 deg/s trajectory produced.
+//!
+//! What it costs on the microcontroller is another question: these are nanoseconds of the machine at hand.
+#![allow(missing_docs, clippy::unwrap_used)]
+
+use std::hint::black_box;
+
+use criterion::{Criterion, Throughput, criterion_group, criterion_main};
+use host_sim::experiment::{Document, Experiment};
+use host_sim::solver::ExactAxis;
+
+fn tick(criterion: &mut Criterion) {
+    let document = Document::open("trajectory").unwrap();
+    let experiment = Experiment::plan(&document, &[], &[]).unwrap();
+    let mut group = criterion.benchmark_group("tick");
+    for plan in experiment.runs.iter().filter(|plan| plan.label.ends_with("trajectory-5.0")) {
+        let closed_loop = plan.closed_loop().unwrap();
+        let mut solver = ExactAxis::at_rest(&closed_loop.axis, closed_loop.sample_time_s);
+        let mut counters = Vec::new();
+        closed_loop.run(
+            &mut solver,
+            plan.samples().unwrap(),
+            |moment| counters.push(moment.tick.counts as u32),
+            |_| (),
+        );
+        group.throughput(Throughput::Elements(counters.len() as u64));
+        group.bench_function(plan.controller.as_deref().unwrap(), |bencher| {
+            bencher.iter(|| {
+                let mut state = closed_loop.controller.start(0, 0);
+                for counter in &counters {
+                    black_box(closed_loop.controller.tick(&mut state, *counter, &closed_loop.reference));
+                }
+            });
+        });
+    }
+    group.finish();
+}
+
+criterion_group!(benches, tick);
+criterion_main!(benches);

@@ -1,0 +1,44 @@
+//! `stiction list`.
+
+use serde::Serialize;
+
+use super::print;
+use crate::error::Error;
+use crate::experiment::{Document, builtins};
+
+#[derive(Debug, clap::Args)]
+pub struct Arguments {
+    /// One JSON object instead of a table
+    #[arg(long)]
+    json: bool,
+}
+
+#[derive(Serialize)]
+struct Entry {
+    name: &'static str,
+    source: String,
+    title: String,
+}
+
+#[derive(Serialize)]
+struct Listing {
+    schema: u32,
+    experiments: Vec<Entry>,
+}
+
+pub fn list(arguments: &Arguments) -> Result<(), Error> {
+    let mut experiments = Vec::new();
+    for builtin in builtins() {
+        let machine = Document::parse(builtin.name, builtin.toml)?.machine()?;
+        experiments.push(Entry { name: builtin.name, source: machine.source, title: machine.title });
+    }
+    if arguments.json {
+        let text = serde_json::to_string_pretty(&Listing { schema: 1, experiments });
+        return print(&(text.map_err(|error| Error::Input(error.to_string()))? + "\n"));
+    }
+    let mut text = String::new();
+    for Entry { name, source, title } in experiments {
+        text += &format!("{name:24}{source}\n{:24}{title}\n", "");
+    }
+    print(&text)
+}

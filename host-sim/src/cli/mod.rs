@@ -1,0 +1,59 @@
+//! The command line of `stiction`.
+
+mod list;
+mod run;
+mod show;
+
+use std::io::{self, Write};
+use std::process::ExitCode;
+
+use clap::{Parser, Subcommand};
+
+use crate::error::Error;
+
+/// Position a joint in spite of stick-slip friction: simulate controllers around the firmware's own control core.
+/// Nothing here has been run on a motor yet.
+#[derive(Debug, Parser)]
+#[command(version, about, max_term_width = 100)]
+struct Arguments {
+    #[command(subcommand)]
+    command: Command,
+}
+
+#[derive(Debug, Subcommand)]
+enum Command {
+    /// Every built-in experiment and its source
+    List(list::Arguments),
+    /// The TOML of a built-in experiment, to copy and change
+    Show(show::Arguments),
+    /// Run an experiment or a machine's own file
+    Run(run::Arguments),
+}
+
+/// Runs the command line of this process.
+pub fn main() -> ExitCode {
+    let arguments = Arguments::parse();
+    let done = match arguments.command {
+        Command::List(arguments) => list::list(&arguments),
+        Command::Show(arguments) => show::show(&arguments),
+        Command::Run(arguments) => run::run(&arguments),
+    };
+    match done {
+        Ok(()) => ExitCode::SUCCESS,
+        // The reader has seen enough (`| head`): nobody is there to be told, and nothing is wrong.
+        Err(Error::Output(error)) if error.kind() == io::ErrorKind::BrokenPipe => ExitCode::SUCCESS,
+        Err(error) => {
+            // If even this cannot be written there is nobody to tell.
+            let _ = writeln!(io::stderr(), "stiction: {error}");
+            ExitCode::from(2)
+        }
+    }
+}
+
+/// Writes to the standard output.
+fn print(text: &str) -> Result<(), Error> {
+    let mut out = io::stdout().lock();
+    out.write_all(text.as_bytes())?;
+    out.flush()?;
+    Ok(())
+}

@@ -1,0 +1,43 @@
+//! The experiments of the thesis, as data inside the program.
+
+use crate::error::{Error, suggestion};
+
+/// A built-in experiment.
+#[derive(Clone, Copy, Debug)]
+pub struct Builtin {
+    /// Its name on the command line.
+    pub name: &'static str,
+    /// Its file.
+    pub toml: &'static str,
+}
+
+macro_rules! builtin {
+    ($name:literal) => {
+        Builtin { name: $name, toml: include_str!(concat!("../../experiments/", $name, ".toml")) }
+    };
+}
+
+/// Every built-in experiment, in the thesis's order.
+pub const fn builtins() -> &'static [Builtin] {
+    &[
+        builtin!("step-response"),
+        builtin!("trajectory"),
+        builtin!("step-added-friction"),
+        builtin!("srnf-robustness"),
+        builtin!("srnf-added-friction"),
+        builtin!("high-gain"),
+        builtin!("friction-identification"),
+    ]
+}
+
+/// A built-in experiment by its name.
+///
+/// # Errors
+/// Names the nearest one.
+pub fn find(name: &str) -> Result<Builtin, Error> {
+    builtins().iter().copied().find(|builtin| builtin.name == name).ok_or_else(|| {
+        let near = suggestion(name, builtins().iter().map(|builtin| builtin.name));
+        let near = if near.is_empty() { "; `stiction list` shows them".into() } else { near };
+        Error::Input(format!("there is no experiment `{name}`{near}"))
+    })
+}

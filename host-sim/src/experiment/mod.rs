@@ -1,0 +1,10 @@
+//! Experiments: a machine's file, taken apart into runs.
+
+mod assemble;
+mod builtin;
+mod document;
+mod plan;
+
+pub use builtin::{Builtin, builtins, find};
+pub use document::Document;
+pub use plan::{Experiment, Motion, RunPlan};

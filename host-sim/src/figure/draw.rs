@@ -1,0 +1,229 @@
+//! Drawing with `kuva`, which provides axes, grid, curves and SVG output; the page
+//! and the legends are laid out here.
+
+use std::ops::RangeInclusive;
+use std::sync::Arc;
+
+use kuva::backend::svg::SvgBackend;
+use kuva::plot::{LinePlot, LineStyle};
+use kuva::render::layout::Layout;
+use kuva::render::plots::Plot;
+use kuva::render::render::{Primitive, Scene, TextAnchor, render_multiple};
+use kuva::{AxisLine, TickFormat};
+
+use super::raster::FONT;
+use super::shape::{Axis, drawable, extent, visible};
+use super::{Error, Figure, Panel, Style};
+
+const WIDTH: f64 = 900.0;
+const LEFT: f64 = 92.0;
+const RIGHT: f64 = 22.0;
+const HEADER: f64 = 64.0;
+const PANEL: f64 = 290.0;
+const FOOTER: f64 = 42.0;
+const GAP: f64 = 16.0;
+const LEGEND_ROW: f64 = 22.0;
+const SWATCH: f64 = 34.0;
+const TITLE: u32 = 22;
+const TEXT: u32 = 16;
+
+/// What a long legend has to leave of a panel.
+const LEAST_FRAME: f64 = 40.0;
+
+/// Panel heights that leave room for the legend and keep the page printable.
+const HEIGHTS: RangeInclusive<f64> = 0.4..=4.0;
+
+/// Rough advance of a letter: the plotting crate keeps its text metrics to itself.
+const LETTER: f64 = 0.5 * TEXT as f64;
+
+/// Colour, stroke width and dashes.
+type Look = (&'static str, f64, Option<&'static str>);
+
+const ZERO: Look = ("#404040", 1.0, None);
+
+/// Colours of Okabe and Ito, partly shifted in lightness to differ in grey, too.
+fn look(style: Style) -> Look {
+    match style {
+        Style::Reference => ("#000000", 1.3, Some("6 4")),
+        Style::Primary => ("#00548F", 2.0, None),
+        Style::Second => ("#D55E00", 2.0, Some("11 3")),
+        Style::Third => ("#009E73", 2.2, Some("2.2 2.8")),
+        Style::Compensation => ("#EDAE1E", 0.9, None),
+        Style::Total => ("#7A7A7A", 0.9, None),
+        Style::Limit => ("#7F7F7F", 1.2, Some("9 3 2 3")),
+    }
+}
+
+pub(super) fn svg(figure: &Figure) -> Result<String, Error> {
+    let panels = &figure.panels;
+    let points = panels.iter().flat_map(|panel| drawable(&panel.lines));
+    let time = extent(points.map(|point| point.0)).ok_or(Error::Empty)?;
+    let time = Axis::new(time, 14.0)?;
+    if !panels.iter().all(|p| HEIGHTS.contains(&p.height)) {
+        return Err(Error::Size);
+    }
+    let height: f64 = panels.iter().map(|panel| panel.height * PANEL).sum();
+    let mut page = Scene::new(WIDTH, HEADER + height + FOOTER);
+    page.font_family = Some(format!("{FONT}, Linux Libertine O, Times New Roman, serif"));
+    let middle = (LEFT + WIDTH - RIGHT) / 2.0;
+    let captions = [
+        (&figure.title, TITLE, 30.0),
+        (&figure.subtitle, TEXT, 53.0),
+        (&figure.x_label, TEXT, page.height - 10.0),
+    ];
+    for (content, size, y) in captions {
+        page.add(text(content, size, (middle, y), TextAnchor::Middle, None));
+    }
+    let mut top = HEADER;
+    for (index, panel) in panels.iter().enumerate() {
+        let is_last = index + 1 == panels.len();
+        let drawn = draw_panel(panel, &time, (top, page.height), is_last)?;
+        add_panel(&mut page, drawn, index);
+        top += panel.height * PANEL;
+    }
+    Ok(SvgBackend::new().render_scene(&page))
+}
+
+fn draw_panel(
+    panel: &Panel,
+    time: &Axis,
+    (top, page_height): (f64, f64),
+    is_last: bool,
+) -> Result<Scene, Error> {
+    let data = extent(drawable(&panel.lines).map(|point| point.1));
+    let padded = |(low, high)| (1.05 * low - 0.05 * high, 1.05 * high - 0.05 * low);
+    let range = panel.y_range.or(data.map(padded)).unwrap_or((-1.0, 1.0));
+    let axis = Axis::new(range, 9.0 * panel.height)?;
+
+    let hidden = data.filter(|data| data.0 < axis.low || data.1 > axis.high);
+    let note = hidden.map(|(low, high)| {
+        let (low, high) = (axis.number(low, 1), axis.number(high, 1));
+        format!("(cut; data from {low} to {high})")
+    });
+    let (legend, legend_height) = legend(panel, note.as_deref(), top);
+    let bottom = top + panel.height * PANEL - GAP;
+    let top = top + legend_height;
+    if bottom - top < LEAST_FRAME {
+        return Err(Error::Size);
+    }
+
+    let mut layout = Layout::new((time.low, time.high), (axis.low, axis.high))
+        .with_width(WIDTH)
+        .with_height(page_height)
+        .with_force_margins(LEFT, RIGHT)
+        .with_force_margins_y(top, page_height - bottom)
+        // Without these the axes would be widened to round numbers.
+        .with_x_axis_min(time.low)
+        .with_x_axis_max(time.high)
+        .with_y_axis_min(axis.low)
+        .with_y_axis_max(axis.high)
+        .with_x_tick_step(time.step)
+        .with_y_tick_step(axis.step)
+        .with_x_tick_format(tick_format(*time))
+        .with_y_tick_format(tick_format(axis))
+        .with_tick_size(TEXT)
+        .with_axis_line(AxisLine::Box)
+        .with_grid_line_width(0.7);
+    layout.theme.grid_color = "#DDDDDD".into();
+    layout.suppress_x_ticks = !is_last;
+
+    // A chattering signal fills a band, which must not bury everything else.
+    let (mut curves, mut in_front) = (Vec::new(), Vec::new());
+    if axis.low < 0.0 && axis.high > 0.0 {
+        in_front.push(curve(vec![(time.low, 0.0), (time.high, 0.0)], ZERO));
+    }
+    for line in &panel.lines {
+        let pieces = visible(line, axis.low, axis.high).into_iter();
+        let pieces = pieces.map(|piece| curve(piece, look(line.style)));
+        match line.style {
+            Style::Compensation | Style::Total => curves.extend(pieces),
+            _ => in_front.extend(pieces),
+        }
+    }
+    curves.extend(in_front);
+    let mut scene = render_multiple(curves, layout);
+    scene.elements.extend(legend);
+    let at = (22.0, (top + bottom) / 2.0);
+    let turned = Some(-90.0);
+    scene.add(text(&panel.y_label, TEXT, at, TextAnchor::Middle, turned));
+    Ok(scene)
+}
+
+fn tick_format(axis: Axis) -> TickFormat {
+    TickFormat::Custom(Arc::new(move |value| axis.number(value, 0)))
+}
+
+fn curve(points: Vec<(f64, f64)>, (colour, width, dashes): Look) -> Plot {
+    let dashes = dashes.map_or(LineStyle::Solid, |d| LineStyle::Custom(d.into()));
+    let plot = LinePlot::new().with_data(points).with_color(colour);
+    Plot::Line(plot.with_stroke_width(width).with_line_style(dashes))
+}
+
+/// Legend in rows from `top` down, with their height. Its swatches are long enough to
+/// show the dashes, which those of the plotting crate are not.
+fn legend(panel: &Panel, note: Option<&str>, top: f64) -> (Vec<Primitive>, f64) {
+    let lines = panel.lines.iter().filter(|line| !line.name.is_empty());
+    let entries = lines.map(|line| (line.name.as_str(), Some(line.style)));
+    let (mut x, mut y) = (LEFT, top + LEGEND_ROW / 2.0);
+    let mut drawn = Vec::new();
+    for (name, style) in entries.chain(note.map(|note| (note, None))) {
+        let swatch = style.map_or(0.0, |_| SWATCH + 8.0);
+        let width = swatch + LETTER * name.chars().count() as f64;
+        if x > LEFT && x + width > WIDTH - RIGHT {
+            (x, y) = (LEFT, y + LEGEND_ROW);
+        }
+        if let Some((colour, stroke_width, dashes)) = style.map(look) {
+            drawn.push(Primitive::Line {
+                x1: x,
+                y1: y,
+                x2: x + SWATCH,
+                y2: y,
+                stroke: colour.into(),
+                stroke_width,
+                stroke_dasharray: dashes.map(str::to_owned),
+            });
+        }
+        let at = (x + swatch, y + 5.0);
+        drawn.push(text(name, TEXT, at, TextAnchor::Start, None));
+        x += width + 20.0;
+    }
+    (drawn, y + LEGEND_ROW / 2.0 + 6.0 - top)
+}
+
+fn text(content: &str, size: u32, (x, y): (f64, f64), anchor: TextAnchor, rotate: Option<f64>) -> Primitive {
+    Primitive::Text {
+        x,
+        y,
+        // XML does not allow control characters, not even escaped.
+        content: content.chars().filter(|c| !c.is_control()).collect(),
+        size,
+        anchor,
+        rotate,
+        bold: false,
+        color: Some("#000000".into()),
+    }
+}
+
+/// Adds a panel with a clip path named after its place on the page. The plotting
+/// crate numbers them through the life of the program, but equal figures should give
+/// equal files.
+fn add_panel(page: &mut Scene, mut panel: Scene, index: usize) {
+    for element in &mut panel.elements {
+        if let Primitive::ClipStart { id, .. } = element {
+            let own = format!("panel-{index}");
+            for definition in &mut panel.defs {
+                *definition = definition.replace(id.as_str(), &own);
+            }
+            *id = own;
+        }
+    }
+    page.defs.extend(panel.defs);
+    page.add(Primitive::GroupStart {
+        transform: None,
+        title: None,
+        // Mitred joins would grow spikes on a chattering signal.
+        extra_attrs: Some("stroke-linejoin=\"round\"".into()),
+    });
+    page.elements.extend(panel.elements);
+    page.add(Primitive::GroupEnd);
+}

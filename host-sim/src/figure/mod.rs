@@ -1,0 +1,141 @@
+//! Stacked time-series panels with one time axis, as SVG or PNG.
+//!
+//! The types here say what to show; how it looks is settled once in `draw`, so
+//! every figure of a report has the same fonts, weights and dash patterns.
+
+mod draw;
+mod raster;
+mod shape;
+#[cfg(test)]
+mod tests;
+
+use std::fmt;
+
+/// What a curve stands for; colour, weight and dashes follow from it.
+///
+/// The roles differ in weight or dash pattern as well as in colour, so that they
+/// can be told apart in a black-and-white print. The two meant for chattering
+/// signals are solid, as dashes on such a signal turn to noise.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Style {
+    /// What the joint was asked to do: thin black dashes.
+    Reference,
+    /// The curve the panel is about: thick solid blue.
+    Primary,
+    /// The curve to compare with: vermilion, long dashes.
+    Second,
+    /// One more curve to compare with: green dots.
+    Third,
+    /// The part of a control signal that counters friction: thin solid orange.
+    Compensation,
+    /// A whole control signal: thin solid grey.
+    Total,
+    /// A bound such as a tolerance or a supply voltage: thin grey dash-dots.
+    Limit,
+}
+
+/// One curve of a panel. Points that are not finite leave a gap.
+#[derive(Debug, Clone)]
+pub struct Line {
+    /// Name in the legend; an empty name keeps the curve out of the legend.
+    pub name: String,
+    /// Time and value of each sample.
+    pub points: Vec<(f64, f64)>,
+    /// Role of the curve.
+    pub style: Style,
+    /// Whether each value lasts until the next point, as with a zero-order hold.
+    pub held: bool,
+}
+
+impl Line {
+    /// A curve with straight lines between its points.
+    pub fn new(name: impl Into<String>, style: Style, points: Vec<(f64, f64)>) -> Self {
+        Self { name: name.into(), points, style, held: false }
+    }
+
+    /// The same curve drawn as the output of a zero-order hold.
+    pub fn held(mut self) -> Self {
+        self.held = true;
+        self
+    }
+}
+
+/// One set of axes.
+///
+/// Later curves cover earlier ones, except that [`Style::Compensation`] and
+/// [`Style::Total`] stay below the zero line and all other curves. A signal that
+/// chatters at every sample shows as a solid band, so two of them need two panels.
+#[derive(Debug, Clone)]
+pub struct Panel {
+    /// Label of the value axis, with its unit.
+    pub y_label: String,
+    /// The curves.
+    pub lines: Vec<Line>,
+    /// Height relative to an ordinary panel, between 0.4 and 4.
+    pub height: f64,
+    /// Fixed range of the value axis; without it the axis covers all points.
+    ///
+    /// Curves are cut at the range, and the legend then states what the data span.
+    pub y_range: Option<(f64, f64)>,
+}
+
+impl Panel {
+    /// A panel of ordinary height that covers all its points.
+    pub fn new(y_label: impl Into<String>, lines: Vec<Line>) -> Self {
+        Self { y_label: y_label.into(), lines, height: 1.0, y_range: None }
+    }
+}
+
+/// A page of panels under each other that share the time axis.
+#[derive(Debug, Clone)]
+pub struct Figure {
+    /// Title of the page.
+    pub title: String,
+    /// Smaller line below the title; may be empty.
+    pub subtitle: String,
+    /// Label of the shared time axis, with its unit.
+    pub x_label: String,
+    /// The panels, top to bottom.
+    pub panels: Vec<Panel>,
+}
+
+impl Figure {
+    /// Draws the figure as an SVG document, 900 units wide.
+    pub fn to_svg(&self) -> Result<String, Error> {
+        draw::svg(self)
+    }
+
+    /// Draws the figure as a PNG file with `scale` pixels for each SVG unit.
+    pub fn to_png(&self, scale: f32) -> Result<Vec<u8>, Error> {
+        raster::png(&self.to_svg()?, scale)
+    }
+}
+
+/// Why a figure could not be drawn.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub enum Error {
+    /// No panel has a finite point, so there is no time axis to draw.
+    Empty,
+    /// An axis range is empty, reversed or not finite.
+    Range,
+    /// A panel height or the PNG scale is out of bounds, or a legend fills its panel.
+    Size,
+    /// The bundled font is missing.
+    Font,
+    /// The SVG could not be turned into a PNG.
+    Raster(String),
+}
+
+impl fmt::Display for Error {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Empty => f.write_str("the figure has no finite point"),
+            Self::Range => f.write_str("an axis range is empty, reversed or not finite"),
+            Self::Size => f.write_str("a panel is too low or the scale is out of bounds"),
+            Self::Font => f.write_str("the bundled font is missing"),
+            Self::Raster(reason) => write!(f, "the PNG could not be made: {reason}"),
+        }
+    }
+}
+
+impl std::error::Error for Error {}

@@ -1,0 +1,35 @@
+//! SVG to PNG with the bundled font, so that no font has to be installed.
+
+use resvg::tiny_skia::{Pixmap, Transform};
+use resvg::usvg::{Options, Tree};
+
+use super::Error;
+
+/// Family name of the bundled font.
+pub(super) const FONT: &str = "Libertinus Serif";
+
+/// Keeps a mistyped scale from asking for gigabytes of pixels.
+const LARGEST_SCALE: f32 = 8.0;
+
+pub(super) fn png(svg: &str, scale: f32) -> Result<Vec<u8>, Error> {
+    if !(scale > 0.0 && scale <= LARGEST_SCALE) {
+        return Err(Error::Size);
+    }
+    let mut options = Options::default();
+    let fonts = options.fontdb_mut();
+    // The regular face comes first; the others would only add megabytes.
+    for face in typst_assets::fonts().take(1) {
+        fonts.load_font_data(face.to_vec());
+    }
+    // Text in an unknown font is silently left out, so look before drawing.
+    if !fonts.faces().any(|face| face.families.iter().any(|(name, _)| name == FONT)) {
+        return Err(Error::Font);
+    }
+    let tree = Tree::from_str(svg, &options).map_err(|e| Error::Raster(e.to_string()))?;
+    let size = tree.size().to_int_size().scale_by(scale);
+    let size = size.ok_or(Error::Size)?;
+    let mut pixels = Pixmap::new(size.width(), size.height()).ok_or(Error::Size)?;
+    let zoom = Transform::from_scale(scale, scale);
+    resvg::render(&tree, zoom, &mut pixels.as_mut());
+    pixels.encode_png().map_err(|e| Error::Raster(e.to_string()))
+}

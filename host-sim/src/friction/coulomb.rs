@@ -1,0 +1,53 @@
+//! Stick-slip friction with two levels: the classical model (thesis Fig. 1a), which Karnopp's model makes
+//! computable.
+//!
+//! ```text
+//! V = 0:   F_f = F_i              |F_i| <= F_s      (stuck)
+//!          F_f = F_s sgn(F_i)     |F_i| >  F_s      (about to break away)
+//! V != 0:  F_f = F_d sgn(V)                         (slipping)
+//! ```
+//!
+//! Thesis eq. 1, whose third row prints `F_s sgn(V)`: at the velocity where it is used V has no sign worth the name,
+//! and the friction opposes the applied force. Units are those of the mechanism (volts for the robot axis).
+
+/// The two levels of stick-slip friction.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Coulomb {
+    /// Largest friction at rest F_s; not below `slip`.
+    pub stick: f64,
+    /// Friction in motion F_d.
+    pub slip: f64,
+}
+
+impl Coulomb {
+    /// Both levels raised by `amount`.
+    pub fn raised(self, amount: f64) -> Self {
+        Self { stick: self.stick + amount, slip: self.slip + amount }
+    }
+}
+
+/// Friction that is added to a joint, all the time or at times: the wooden wedge of thesis section 3.3.8.2.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct AddedFriction {
+    /// Added to both levels.
+    pub amount: f64,
+    /// When, as `[from, to)` in seconds; `None` is always.
+    pub during_s: Option<Vec<[f64; 2]>>,
+}
+
+impl AddedFriction {
+    /// The amount at a time.
+    pub fn at(&self, time_s: f64) -> f64 {
+        let on = match &self.during_s {
+            None => true,
+            Some(windows) => windows.iter().any(|[from, to]| (*from..*to).contains(&time_s)),
+        };
+        if on { self.amount } else { 0.0 }
+    }
+
+    /// The first change after `from_s` and before `to_s`.
+    pub fn next_change(&self, from_s: f64, to_s: f64) -> Option<f64> {
+        let windows = self.during_s.as_ref()?;
+        windows.iter().flatten().copied().filter(|t| *t > from_s && *t < to_s).reduce(f64::min)
+    }
+}

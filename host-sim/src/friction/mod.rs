@@ -1,0 +1,5 @@
+//! Friction models.
+
+mod coulomb;
+
+pub use coulomb::{AddedFriction, Coulomb};

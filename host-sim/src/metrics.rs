@@ -1,0 +1,189 @@
+//! What a run is judged by.
+//!
+//! Errors are the reference minus the *true* joint position, at the sampling instants. Keys are those of the
+//! JSON output; `None` is `null`.
+
+use serde::Serialize;
+
+use crate::closed_loop::Moment;
+
+/// A joint that is this near its target counts as settled, deg.
+const SETTLED_DEG: f64 = 0.05;
+
+/// A turn counts as a reversal when the joint has come back by more than this, in counts: less is not motion of a
+/// banded "stuck" joint that coasts (at most 8e-4 counts in a sample of the thesis's axis).
+const REVERSAL_COUNTS: f64 = 0.01;
+
+/// Fewer reversals than these are a transient, not hunting.
+const HUNTING_REVERSALS: usize = 4;
+
+/// Metrics of one run of the axis.
+#[derive(Clone, Debug, Default, PartialEq, Serialize)]
+pub struct Metrics {
+    /// Mean error of the last second.
+    pub steady_state_error_deg: Option<f64>,
+    /// Error at the last sample, in counts.
+    pub rest_error_counts: Option<f64>,
+    /// How far the joint went beyond a step's target.
+    pub overshoot_deg: Option<f64>,
+    /// From 10 % to 90 % of a step.
+    pub rise_time_s: Option<f64>,
+    /// After which a step stays within +-0.05 deg.
+    pub settling_time_s: Option<f64>,
+    /// Over a step's run; over a trajectory from the first blend's start to the last one's end.
+    pub rms_error_deg: Option<f64>,
+    /// As `rms_error_deg`.
+    pub max_error_deg: Option<f64>,
+    /// Mean from 2 s after the first corner to 0.5 s before the second.
+    pub cruise_error_deg: Option<f64>,
+    /// In the second half of a step's run.
+    pub hunting_peak_to_peak_deg: Option<f64>,
+    /// Twice the mean time between reversals.
+    pub hunting_period_s: Option<f64>,
+    /// Total variation of the D/A's output, per second.
+    pub control_total_variation_v_per_s: Option<f64>,
+    /// Effort at which the joint broke away.
+    pub stick_v: Option<f64>,
+    /// Effort at which the joint stopped.
+    pub slip_v: Option<f64>,
+    /// The same without the axis's lag.
+    pub slip_corrected_v: Option<f64>,
+}
+
+/// What the metrics need to know of the motion.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Task {
+    /// A step of so many degrees.
+    Step(f64),
+    /// A trajectory with these corners.
+    Trajectory {
+        /// First blend's start to last blend's end, s.
+        motion_s: [f64; 2],
+        /// The window of the cruise error, s.
+        cruise_s: [f64; 2],
+    },
+}
+
+impl Metrics {
+    /// Of a run's moments (at least one).
+    pub fn of(moments: &[Moment], task: &Task, resolution_deg: f64) -> Self {
+        let (Some(first), Some(last)) = (moments.first(), moments.last()) else { return Self::default() };
+        let last_second = within(moments, [last.time_s - 1.0, last.time_s]);
+        let mut metrics = Self {
+            steady_state_error_deg: mean(errors(last_second)),
+            rest_error_counts: Some(last.error_deg() / resolution_deg),
+            control_total_variation_v_per_s: variation_per_s(moments),
+            ..Self::default()
+        };
+        let judged = match task {
+            Task::Step(step) => {
+                let towards = step.signum();
+                let beyond = moments.iter().map(|m| -m.error_deg() * towards).fold(0.0, f64::max);
+                metrics.overshoot_deg = Some(beyond);
+                metrics.rise_time_s = rise_time(moments, *step);
+                metrics.settling_time_s = settling_time(moments);
+                let half = within(moments, [0.5 * (first.time_s + last.time_s), last.time_s]);
+                if let Some((peak_to_peak, period)) = hunting(half, resolution_deg) {
+                    metrics.hunting_peak_to_peak_deg = Some(peak_to_peak);
+                    metrics.hunting_period_s = Some(period);
+                }
+                moments
+            }
+            Task::Trajectory { motion_s, cruise_s } => {
+                metrics.cruise_error_deg = mean(errors(within(moments, *cruise_s)));
+                within(moments, *motion_s)
+            }
+        };
+        metrics.rms_error_deg = mean(errors(judged).map(|e| e * e)).map(f64::sqrt);
+        metrics.max_error_deg = errors(judged).map(f64::abs).reduce(f64::max);
+        metrics
+    }
+}
+
+/// Whether a run is unstable: the error has exceeded ten times the step (or a trajectory's length), or the output is
+/// saturated with alternating sign for more than half of the last second.
+pub fn is_unstable(moments: &[Moment], span_deg: f64) -> bool {
+    let Some(last) = moments.last() else { return false };
+    let escaped = moments.iter().any(|m| m.error_deg().abs() > 10.0 * span_deg);
+    let last_second = within(moments, [last.time_s - 1.0, last.time_s]);
+    let limits: Vec<f32> =
+        last_second.iter().filter(|m| m.tick.saturated).map(|m| m.tick.v.signum()).collect();
+    let alternates = limits.windows(2).any(|pair| pair[0] != pair[1]);
+    escaped || (2 * limits.len() > last_second.len() && alternates)
+}
+
+/// The moments from one time to another, both included.
+fn within(moments: &[Moment], [from_s, to_s]: [f64; 2]) -> &[Moment] {
+    // Times are k h; a bound that was written as a decimal may differ in the last digit.
+    const SAME_TIME_S: f64 = 1e-9;
+    let begin = moments.partition_point(|m| m.time_s < from_s - SAME_TIME_S);
+    let end = moments.partition_point(|m| m.time_s <= to_s + SAME_TIME_S);
+    moments.get(begin..end).unwrap_or_default()
+}
+
+fn errors(moments: &[Moment]) -> impl Iterator<Item = f64> {
+    moments.iter().map(Moment::error_deg)
+}
+
+fn mean(values: impl Iterator<Item = f64>) -> Option<f64> {
+    let (count, sum) = values.fold((0u32, 0.0), |(count, sum), value| (count + 1, sum + value));
+    (count > 0).then(|| sum / f64::from(count))
+}
+
+fn variation_per_s(moments: &[Moment]) -> Option<f64> {
+    let duration_s = moments.last()?.time_s - moments.first()?.time_s;
+    let variation: f64 = moments.windows(2).map(|pair| (pair[1].applied_v - pair[0].applied_v).abs()).sum();
+    (duration_s > 0.0).then(|| variation / duration_s)
+}
+
+/// From 10 % to 90 % of the step, both crossings interpolated between samples.
+fn rise_time(moments: &[Moment], step: f64) -> Option<f64> {
+    let crossing = |part: f64| {
+        moments.windows(2).find_map(|pair| {
+            let [before, after] = [0, 1].map(|i| pair[i].position_deg / step);
+            let part_of_sample = (part - before) / (after - before);
+            (before < part && after >= part)
+                .then(|| pair[0].time_s + part_of_sample * (pair[1].time_s - pair[0].time_s))
+        })
+    };
+    Some(crossing(0.9)? - crossing(0.1)?)
+}
+
+fn settling_time(moments: &[Moment]) -> Option<f64> {
+    let unsettled = moments.iter().rposition(|m| m.error_deg().abs() > SETTLED_DEG);
+    let settled = moments.get(unsettled.map_or(0, |i| i + 1))?;
+    Some(settled.time_s - moments.first()?.time_s)
+}
+
+/// Peak to peak (deg) and period (s) of a joint that turns back and forth.
+fn hunting(moments: &[Moment], resolution_deg: f64) -> Option<(f64, f64)> {
+    let turns = reversals(moments, REVERSAL_COUNTS * resolution_deg);
+    if turns.len() < HUNTING_REVERSALS {
+        return None;
+    }
+    let positions = || moments.iter().map(|m| m.position_deg);
+    let peak_to_peak = positions().reduce(f64::max)? - positions().reduce(f64::min)?;
+    let between = (turns.last()? - turns.first()?) / (turns.len() - 1) as f64;
+    Some((peak_to_peak, 2.0 * between))
+}
+
+/// Times of the extremes from which the joint has come back by more than `hysteresis`.
+fn reversals(moments: &[Moment], hysteresis: f64) -> Vec<f64> {
+    let mut turns = Vec::new();
+    let Some(first) = moments.first() else { return turns };
+    let mut direction = 0.0;
+    let (mut extreme, mut extreme_s) = (first.position_deg, first.time_s);
+    for moment in moments {
+        let travelled = moment.position_deg - extreme;
+        if direction == 0.0 && travelled.abs() > hysteresis {
+            direction = travelled.signum();
+        } else if travelled * direction < -hysteresis {
+            turns.push(extreme_s);
+            direction = -direction;
+        } else if travelled * direction <= 0.0 {
+            continue;
+        }
+        (extreme, extreme_s) = (moment.position_deg, moment.time_s);
+    }
+    turns
+}

@@ -1,0 +1,155 @@
+//! Running the runs of an experiment, on every core.
+
+use std::time::{Duration, Instant};
+
+use indicatif::{ParallelProgressIterator, ProgressBar, ProgressStyle};
+use rayon::prelude::*;
+
+use crate::closed_loop::Moment;
+use crate::error::Error;
+use crate::experiment::{Motion, RunPlan};
+use crate::identification::{Levels, RampMoment};
+use crate::machine::Solver;
+use crate::metrics::{Metrics, Task, is_unstable};
+use crate::solver::{AxisSolver, Event, ExactAxis, Rk4Axis};
+
+/// Everything that came out of a run.
+#[derive(Clone, Debug)]
+pub struct RunResult {
+    /// What was run.
+    pub plan: RunPlan,
+    /// The loop at every sample, or the ramp.
+    pub trace: Trace,
+    /// Breaks, sticks and reversals, in order.
+    pub events: Vec<Event>,
+    /// What it is judged by.
+    pub metrics: Metrics,
+    /// Wall time.
+    pub wall: Duration,
+    /// How often the solver evaluated the acceleration; none in closed form.
+    pub derivative_evaluations: u64,
+    /// The loop is unstable.
+    pub unstable: bool,
+    /// When a state was no longer finite.
+    pub diverged_at_s: Option<f64>,
+}
+
+/// The samples of a run.
+#[derive(Clone, Debug)]
+pub enum Trace {
+    /// Of a closed loop.
+    Loop(Vec<Moment>),
+    /// Of an effort ramp.
+    Ramp(Vec<RampMoment>),
+}
+
+/// Runs all plans in parallel, with a progress bar on a terminal if it takes more than a moment.
+///
+/// # Errors
+/// The first configuration that is not allowed; nothing has been run then.
+pub fn run_all(plans: &[RunPlan]) -> Result<Vec<RunResult>, Error> {
+    for plan in plans {
+        plan.validate()?;
+    }
+    let style = ProgressStyle::with_template("{bar:40} {pos}/{len} runs, {eta} left");
+    let bar = ProgressBar::new(plans.len() as u64);
+    let bar = style.map_or_else(|_| ProgressBar::hidden(), |style| bar.with_style(style));
+    let results = plans.par_iter().progress_with(bar.clone()).map(run).collect();
+    bar.finish_and_clear();
+    results
+}
+
+/// Runs one plan.
+///
+/// # Errors
+/// Names a value that is not allowed.
+pub fn run(plan: &RunPlan) -> Result<RunResult, Error> {
+    let axis = plan.axis()?;
+    let sample_time_s = plan.machine.sampling.sample_time_s;
+    match plan.machine.run.solver {
+        Solver::Exact => run_with(plan, ExactAxis::at_rest(&axis, sample_time_s)),
+        Solver::Rk4 => {
+            let band = plan.machine.joint.friction.band_deg_per_s;
+            run_with(plan, Rk4Axis::at_rest(&axis, band, plan.machine.run.step_s))
+        }
+    }
+}
+
+fn run_with<S: AxisSolver>(plan: &RunPlan, mut solver: S) -> Result<RunResult, Error> {
+    let begin = Instant::now();
+    let mut events = Vec::new();
+    let mut diverged_at_s = None;
+    let (trace, metrics, unstable) = if let Motion::Ramp(rate) = plan.motion {
+        let (ramp, axis, encoder) = (plan.ramp(rate)?, plan.axis()?, plan.encoder()?);
+        let controller = plan.controller()?;
+        let mut moments = Vec::new();
+        let on_moment = |moment: &RampMoment| moments.push(*moment);
+        let levels =
+            ramp.run(&mut solver, &axis, &encoder, controller.drive(), on_moment, |event| events.push(event));
+        let Levels { stick_v, slip_v, slip_corrected_v } = levels;
+        let metrics = Metrics { stick_v, slip_v, slip_corrected_v, ..Metrics::default() };
+        (Trace::Ramp(moments), metrics, false)
+    } else {
+        let closed_loop = plan.closed_loop()?;
+        let samples = plan.samples()?;
+        let mut moments = Vec::with_capacity(samples as usize + 1);
+        diverged_at_s =
+            closed_loop.run(&mut solver, samples, |moment| moments.push(*moment), |event| events.push(event));
+        let task = plan.task();
+        let metrics = Metrics::of(&moments, &task, plan.machine.encoder.resolution_deg);
+        let unstable = diverged_at_s.is_some() || is_unstable(&moments, plan.span_deg());
+        (Trace::Loop(moments), metrics, unstable)
+    };
+    Ok(RunResult {
+        plan: plan.clone(),
+        trace,
+        events,
+        metrics,
+        wall: begin.elapsed(),
+        derivative_evaluations: solver.derivative_evaluations(),
+        unstable,
+        diverged_at_s,
+    })
+}
+
+impl RunPlan {
+    /// Checks every value of the run without running it.
+    ///
+    /// # Errors
+    /// Names the key, what was found and what is allowed.
+    pub fn validate(&self) -> Result<(), Error> {
+        self.closed_loop()?;
+        match self.motion {
+            Motion::Ramp(rate) => self.ramp(rate).map(|_| ()),
+            Motion::Step(_) | Motion::Trajectory(_) => self.samples().map(|_| ()),
+        }
+    }
+
+    /// What the metrics need to know of the motion. A ramp has no reference and is judged otherwise.
+    fn task(&self) -> Task {
+        match &self.motion {
+            Motion::Step(step) => Task::Step(*step),
+            Motion::Ramp(_) => Task::Step(0.0),
+            Motion::Trajectory(trajectory) => {
+                let corner = |i: usize| trajectory.corner_times_s.get(i).copied().unwrap_or(0.0);
+                let last = corner(trajectory.corner_times_s.len().saturating_sub(1));
+                Task::Trajectory {
+                    motion_s: [corner(0) - trajectory.half_blend_s, last + trajectory.half_blend_s],
+                    cruise_s: [corner(0) + 2.0, corner(1) - 0.5],
+                }
+            }
+        }
+    }
+
+    /// Size of the step, or distance between a trajectory's extremes, deg.
+    fn span_deg(&self) -> f64 {
+        match &self.motion {
+            Motion::Step(step) => step.abs(),
+            Motion::Ramp(_) => 0.0,
+            Motion::Trajectory(trajectory) => {
+                let positions = || trajectory.corner_positions_deg.iter().copied();
+                positions().fold(f64::MIN, f64::max) - positions().fold(f64::MAX, f64::min)
+            }
+        }
+    }
+}

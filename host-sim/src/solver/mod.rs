@@ -1,0 +1,52 @@
+//! Solvers: how the motion of a mechanism is found.
+
+mod exact;
+mod rk4;
+
+pub use exact::ExactAxis;
+pub use rk4::Rk4Axis;
+
+/// A change between sticking and slipping.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Event {
+    /// When, s. Within a call of [`AxisSolver::advance`]: since its begin.
+    pub time_s: f64,
+    /// What happened.
+    pub kind: EventKind,
+}
+
+/// What can happen to a joint with stick-slip friction.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, serde::Serialize)]
+#[serde(rename_all = "lowercase")]
+pub enum EventKind {
+    /// From rest to motion.
+    Break,
+    /// From motion to rest.
+    Stick,
+    /// From motion one way to motion the other way, without rest.
+    Reverse,
+}
+
+/// A moving axis whose input is constant over an interval.
+pub trait AxisSolver {
+    /// Moves the axis on by `duration_s` under the constant effort `v`, and reports events on the way.
+    fn advance(
+        &mut self,
+        v: f64,
+        duration_s: f64,
+        friction: &crate::friction::Coulomb,
+        on: &mut impl FnMut(Event),
+    );
+
+    /// Joint position, deg.
+    fn position(&self) -> f64;
+
+    /// Joint velocity, deg/s.
+    fn velocity(&self) -> f64;
+
+    /// Whether the joint is stuck.
+    fn stuck(&self) -> bool;
+
+    /// How often the acceleration was evaluated so far.
+    fn derivative_evaluations(&self) -> u64;
+}
