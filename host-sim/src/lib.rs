@@ -4,6 +4,8 @@
 //! D/A and an axis ([`closed_loop`]), whose motion between samples a solver finds ([`solver`]); what comes out
 //! is judged ([`metrics`]) and written ([`output`], [`figure`]).
 
+pub mod benchmark;
+pub mod cli;
 pub mod closed_loop;
 pub mod encoder;
 mod error;
@@ -19,5 +21,3 @@ pub mod run;
 pub mod solver;
 
 pub use error::Error;
-
-pub mod cli;

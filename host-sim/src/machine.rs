@@ -51,10 +51,13 @@ pub struct Machine {
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct FigureSource {
-    /// Controller, or controller and variant: `srnf/test-1`.
+    /// A controller, a controller and its variant (`srnf/test-1`), or all variants in one figure (`pd/*`).
     pub of: String,
     /// "Figs. 38 and 58".
     pub thesis: String,
+    /// The motions whose control signal is broken down (`step-5.0`); left out: the first one.
+    #[serde(default)]
+    pub breakdown: Vec<String>,
 }
 
 /// `[joint]`.

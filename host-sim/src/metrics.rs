@@ -82,8 +82,8 @@ impl Metrics {
                 metrics.overshoot_deg = Some(beyond);
                 metrics.rise_time_s = rise_time(moments, *step);
                 metrics.settling_time_s = settling_time(moments);
-                let half = within(moments, [0.5 * (first.time_s + last.time_s), last.time_s]);
-                if let Some((peak_to_peak, period)) = hunting(half, resolution_deg) {
+                let half_s = 0.5 * (first.time_s + last.time_s);
+                if let Some((peak_to_peak, period)) = hunting(moments, half_s, resolution_deg) {
                     metrics.hunting_peak_to_peak_deg = Some(peak_to_peak);
                     metrics.hunting_period_s = Some(period);
                 }
@@ -155,35 +155,39 @@ fn settling_time(moments: &[Moment]) -> Option<f64> {
     Some(settled.time_s - moments.first()?.time_s)
 }
 
-/// Peak to peak (deg) and period (s) of a joint that turns back and forth.
-fn hunting(moments: &[Moment], resolution_deg: f64) -> Option<(f64, f64)> {
-    let turns = reversals(moments, REVERSAL_COUNTS * resolution_deg);
+/// Peak to peak (deg) and period (s), after `from_s`, of a joint that turns back and forth.
+fn hunting(moments: &[Moment], from_s: f64, resolution_deg: f64) -> Option<(f64, f64)> {
+    // Over the whole run: whether the first motion after `from_s` is a turn depends on the motion before it.
+    let mut turns = reversals(moments, REVERSAL_COUNTS * resolution_deg);
+    turns.retain(|turn_s| *turn_s >= from_s);
     if turns.len() < HUNTING_REVERSALS {
         return None;
     }
-    let positions = || moments.iter().map(|m| m.position_deg);
+    let positions = || moments.iter().filter(|m| m.time_s >= from_s).map(|m| m.position_deg);
     let peak_to_peak = positions().reduce(f64::max)? - positions().reduce(f64::min)?;
     let between = (turns.last()? - turns.first()?) / (turns.len() - 1) as f64;
     Some((peak_to_peak, 2.0 * between))
 }
 
-/// Times of the extremes from which the joint has come back by more than `hysteresis`.
+/// When the joint began to move the other way: it had come back from its extreme by more than `hysteresis`.
 fn reversals(moments: &[Moment], hysteresis: f64) -> Vec<f64> {
     let mut turns = Vec::new();
     let Some(first) = moments.first() else { return turns };
-    let mut direction = 0.0;
-    let (mut extreme, mut extreme_s) = (first.position_deg, first.time_s);
+    let (mut direction, mut extreme) = (0.0, first.position_deg);
     for moment in moments {
         let travelled = moment.position_deg - extreme;
-        if direction == 0.0 && travelled.abs() > hysteresis {
+        if direction == 0.0 {
+            if travelled.abs() <= hysteresis {
+                continue;
+            }
             direction = travelled.signum();
         } else if travelled * direction < -hysteresis {
-            turns.push(extreme_s);
+            turns.push(moment.time_s);
             direction = -direction;
         } else if travelled * direction <= 0.0 {
             continue;
         }
-        (extreme, extreme_s) = (moment.position_deg, moment.time_s);
+        extreme = moment.position_deg;
     }
     turns
 }

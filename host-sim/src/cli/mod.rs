@@ -1,5 +1,6 @@
 //! The command line of `stiction`.
 
+mod benchmark;
 mod list;
 mod run;
 mod show;
@@ -28,6 +29,8 @@ enum Command {
     Show(show::Arguments),
     /// Run an experiment or a machine's own file
     Run(run::Arguments),
+    /// Rank controllers on one joint: rest, overshoot, settling, tracking, chatter, hunting
+    Benchmark(benchmark::Arguments),
 }
 
 /// Runs the command line of this process.
@@ -37,6 +40,7 @@ pub fn main() -> ExitCode {
         Command::List(arguments) => list::list(&arguments),
         Command::Show(arguments) => show::show(&arguments),
         Command::Run(arguments) => run::run(&arguments),
+        Command::Benchmark(arguments) => benchmark::rank(&arguments),
     };
     match done {
         Ok(()) => ExitCode::SUCCESS,

@@ -5,7 +5,8 @@ use std::path::PathBuf;
 use super::print;
 use crate::error::Error;
 use crate::experiment::{Document, Experiment};
-use crate::output::{csv, json, prepare_directory, table, write_whole};
+use crate::figure::figures;
+use crate::output::{csv, json, prepare_directory, table, write_figures, write_whole};
 use crate::run::run_all;
 
 #[derive(Debug, clap::Args)]
@@ -49,6 +50,10 @@ pub fn run(arguments: &Arguments) -> Result<(), Error> {
     if let Some(path) = &arguments.csv {
         let text = csv::render(&results).map_err(|error| Error::Input(error.to_string()))?;
         write_whole(path, &text)?;
+    }
+    if let Some(directory) = &arguments.plot {
+        let figures = figures(&results, &document.machine()?.figures);
+        write_figures(directory, &figures)?;
     }
     if arguments.json {
         let text = json::render(&experiment, &results).map_err(|error| Error::Input(error.to_string()))?;

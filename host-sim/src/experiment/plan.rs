@@ -47,6 +47,18 @@ pub enum Motion {
     Ramp(f64),
 }
 
+impl RunPlan {
+    /// What sets this run apart from another of the same controller and motion: its variant, a sample of delay.
+    pub fn slugs(&self) -> Vec<&str> {
+        slugs(&self.variant, &self.machine, self.controller.is_some())
+    }
+}
+
+fn slugs<'a>(variant: &'a str, machine: &Machine, sampled: bool) -> Vec<&'a str> {
+    let delayed = sampled && machine.run.delay_samples == 1;
+    [variant, if delayed { "delay-1" } else { "" }].into_iter().filter(|slug| !slug.is_empty()).collect()
+}
+
 impl Motion {
     /// `step-5.0`, `trajectory-2.5` (its speed in deg/s), `rate-0.001`.
     pub fn slug(&self) -> String {
@@ -135,15 +147,11 @@ fn runs_of(machine: Machine, origin: &str, slug: &str, wanted: &[String]) -> Res
     let mut runs = Vec::new();
     let mut add = |controller: Option<&String>, motion: Motion| {
         let driven_by = controller.map_or("ramp", String::as_str);
-        let mut label = format!("{driven_by}/{}", motion.slug());
-        let delayed = machine.run.delay_samples == 1 && controller.is_some();
-        for slug in [slug, if delayed { "delay-1" } else { "" }] {
-            if !slug.is_empty() {
-                label = format!("{label}/{slug}");
-            }
-        }
+        let motion_slug = motion.slug();
+        let mut label = vec![driven_by, &motion_slug];
+        label.extend(slugs(slug, &machine, controller.is_some()));
         runs.push(RunPlan {
-            label,
+            label: label.join("/"),
             origin: origin.into(),
             machine: machine.clone(),
             controller: controller.cloned(),

@@ -48,8 +48,8 @@ fn look(style: Style) -> Look {
         Style::Primary => ("#00548F", 2.0, None),
         Style::Second => ("#D55E00", 2.0, Some("11 3")),
         Style::Third => ("#009E73", 2.2, Some("2.2 2.8")),
-        Style::Compensation => ("#EDAE1E", 0.9, None),
-        Style::Total => ("#7A7A7A", 0.9, None),
+        Style::Compensation => ("#B86E00", 1.2, None),
+        Style::Total => ("#505050", 1.2, None),
         Style::Limit => ("#7F7F7F", 1.2, Some("9 3 2 3")),
     }
 }

@@ -5,11 +5,14 @@
 
 mod draw;
 mod raster;
+mod results;
 mod shape;
 #[cfg(test)]
 mod tests;
 
 use std::fmt;
+
+pub use results::{NamedFigure, figures};
 
 /// What a curve stands for; colour, weight and dashes follow from it.
 ///
@@ -26,9 +29,9 @@ pub enum Style {
     Second,
     /// One more curve to compare with: green dots.
     Third,
-    /// The part of a control signal that counters friction: thin solid orange.
+    /// The part of a control signal that counters friction: thin solid ochre.
     Compensation,
-    /// A whole control signal: thin solid grey.
+    /// A whole control signal: thin solid dark grey.
     Total,
     /// A bound such as a tolerance or a supply voltage: thin grey dash-dots.
     Limit,

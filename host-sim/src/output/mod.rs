@@ -1,8 +1,10 @@
 //! What a run leaves behind: a table for people, JSON, CSV; and files that are written whole or not at all.
 
 pub mod csv;
+mod drawn;
 mod file;
 pub mod json;
 pub mod table;
 
+pub use drawn::write_figures;
 pub use file::{prepare_directory, write_whole};

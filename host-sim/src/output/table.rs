@@ -1,6 +1,6 @@
 //! Tables for people, within 80 columns.
 
-use comfy_table::{Cell, CellAlignment, ContentArrangement, Table, presets};
+use comfy_table::{Cell, CellAlignment, ColumnConstraint, ContentArrangement, Table, presets};
 
 use crate::experiment::Motion;
 use crate::run::RunResult;
@@ -20,33 +20,41 @@ pub fn new(header: &[&str]) -> Table {
         column.set_cell_alignment(CellAlignment::Right);
     }
     if let Some(first) = table.column_mut(0) {
+        first.set_constraint(ColumnConstraint::ContentWidth);
         first.set_cell_alignment(CellAlignment::Left);
     }
     table
 }
 
-/// The results of an experiment: one table for each kind of motion, and a line below for each run that went wrong.
+/// The results of an experiment: a table for each kind of motion and each variant, and a line below for each run
+/// that went wrong.
 pub fn render(results: &[RunResult]) -> String {
-    let of_kind =
-        |wanted: fn(&Motion) -> bool| results.iter().filter(|r| wanted(&r.plan.motion)).collect::<Vec<_>>();
+    type Kind = (fn(&Motion) -> bool, fn(&[&RunResult]) -> Table);
+    let kinds: [Kind; 3] = [
+        (|motion| matches!(motion, Motion::Step(_)), step_table),
+        (|motion| matches!(motion, Motion::Trajectory(_)), trajectory_table),
+        (|motion| matches!(motion, Motion::Ramp(_)), ramp_table),
+    ];
     let mut parts = Vec::new();
-    let steps = of_kind(|motion| matches!(motion, Motion::Step(_)));
-    if !steps.is_empty() {
-        parts.push(step_table(&steps));
-    }
-    let trajectories = of_kind(|motion| matches!(motion, Motion::Trajectory(_)));
-    if !trajectories.is_empty() {
-        parts.push(trajectory_table(&trajectories));
-    }
-    let ramps = of_kind(|motion| matches!(motion, Motion::Ramp(_)));
-    if !ramps.is_empty() {
-        parts.push(ramp_table(&ramps));
+    for (is_kind, table) in kinds {
+        let of_kind: Vec<&RunResult> = results.iter().filter(|r| is_kind(&r.plan.motion)).collect();
+        for group in of_kind.chunk_by(|a, b| a.plan.slugs() == b.plan.slugs()) {
+            let slugs = group.first().map(|result| result.plan.slugs().join(", ")).unwrap_or_default();
+            let heading = if slugs.is_empty() { slugs } else { format!("{slugs}:\n") };
+            parts.push(format!("{heading}{}\n", table(group).trim_fmt()));
+        }
     }
     let remarks: Vec<String> = results.iter().filter_map(remark).collect();
     if !remarks.is_empty() {
         parts.push(remarks.join("\n") + "\n");
     }
     parts.join("\n")
+}
+
+/// Without the slugs, which head the table.
+fn row_name(result: &RunResult) -> String {
+    let driven_by = result.plan.controller.as_deref().unwrap_or("ramp");
+    format!("{driven_by}/{}", result.plan.motion.slug())
 }
 
 /// A number with so many digits behind the point, or a dash.
@@ -65,11 +73,11 @@ pub fn number(value: Option<f64>, digits: usize) -> String {
     )
 }
 
-fn step_table(results: &[&RunResult]) -> String {
+fn step_table(results: &[&RunResult]) -> Table {
     let header = [
         "step",
         "rest\ncounts",
-        "overshoot\ndeg",
+        "over-\nshoot\ndeg",
         "rise\ns",
         "settled\ns",
         "rms\ndeg",
@@ -80,7 +88,7 @@ fn step_table(results: &[&RunResult]) -> String {
     for result in results {
         let m = &result.metrics;
         table.add_row([
-            result.plan.label.clone(),
+            row_name(result),
             number(m.rest_error_counts, 1),
             number(m.overshoot_deg, 3),
             number(m.rise_time_s, 2),
@@ -90,16 +98,16 @@ fn step_table(results: &[&RunResult]) -> String {
             number(m.hunting_peak_to_peak_deg, 4),
         ]);
     }
-    format!("{table}\n")
+    table
 }
 
-fn trajectory_table(results: &[&RunResult]) -> String {
+fn trajectory_table(results: &[&RunResult]) -> Table {
     let header = ["trajectory", "rest\ncounts", "cruise\ndeg", "rms\ndeg", "max\ndeg", "chatter\nV/s"];
     let mut table = new(&header);
     for result in results {
         let m = &result.metrics;
         table.add_row([
-            result.plan.label.clone(),
+            row_name(result),
             number(m.rest_error_counts, 1),
             number(m.cruise_error_deg, 4),
             number(m.rms_error_deg, 4),
@@ -107,21 +115,21 @@ fn trajectory_table(results: &[&RunResult]) -> String {
             number(m.control_total_variation_v_per_s, 2),
         ]);
     }
-    format!("{table}\n")
+    table
 }
 
-fn ramp_table(results: &[&RunResult]) -> String {
+fn ramp_table(results: &[&RunResult]) -> Table {
     let mut table = new(&["ramp (V/s)", "stick\nV", "slip\nV", "slip, lag corrected\nV"]);
     for result in results {
         let m = &result.metrics;
         table.add_row([
-            result.plan.label.clone(),
+            row_name(result),
             number(m.stick_v, 4),
             number(m.slip_v, 4),
             number(m.slip_corrected_v, 4),
         ]);
     }
-    format!("{table}\n")
+    table
 }
 
 fn remark(result: &RunResult) -> Option<String> {

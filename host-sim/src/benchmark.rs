@@ -1,0 +1,129 @@
+//! The thesis's control benchmark (section 3.3.1) on one table: which controller does best on a joint.
+//!
+//! Every controller takes the joint through the same steps and trajectories; each is judged by its worst run. Steps are
+//! run once as the file says and once for 120 s: hunting is slow, and a controller that looks at rest after 10 s
+//! may have been waiting for its integral.
+
+use serde::Serialize;
+
+use crate::error::Error;
+use crate::experiment::{Document, Experiment, Motion, RunPlan};
+use crate::run::{RunResult, run_all};
+
+/// How long a step is watched for hunting.
+const HUNTING_DURATION: &str = "run.duration_s=120";
+
+/// One controller's row. `None`: it never settled, or nothing of that kind was run.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Score {
+    /// The controller.
+    pub controller: String,
+    /// Largest rest error of a step, counts.
+    pub rest_error_counts: Option<f64>,
+    /// Largest overshoot of a step.
+    pub overshoot_deg: Option<f64>,
+    /// Longest settling of a step; `None` if any never settles.
+    pub settling_time_s: Option<f64>,
+    /// Largest rms error of a trajectory.
+    pub tracking_rms_deg: Option<f64>,
+    /// Largest total variation of the drive's output, steps and trajectories.
+    pub chatter_v_per_s: Option<f64>,
+    /// Largest peak-to-peak of a step watched for 120 s; zero if none hunts.
+    pub hunting_counts: Option<f64>,
+    /// Mean of its places in the six columns: 1 is the best in every one.
+    pub mean_place: f64,
+}
+
+/// The table, best first, and the runs that it was made of (without those of 120 s).
+#[derive(Clone, Debug)]
+pub struct Benchmark {
+    /// A row a controller.
+    pub scores: Vec<Score>,
+    /// The runs.
+    pub results: Vec<RunResult>,
+}
+
+/// Runs the benchmark on documents that name the same controllers; variants other than the plain one are left out.
+///
+/// # Errors
+/// Says what is wrong with a document.
+pub fn benchmark(documents: &[Document]) -> Result<Benchmark, Error> {
+    let mut plans = Vec::new();
+    let mut long = Vec::new();
+    for document in documents {
+        plans.extend(plain_runs(document)?);
+        let mut document = document.clone();
+        document.set(&[HUNTING_DURATION.into()])?;
+        long.extend(plain_runs(&document)?.into_iter().filter(|plan| matches!(plan.motion, Motion::Step(_))));
+    }
+    let short = plans.len();
+    plans.append(&mut long);
+    let mut results = run_all(&plans)?;
+    let watched = results.split_off(short);
+    let mut controllers: Vec<String> = Vec::new();
+    for name in results.iter().filter_map(|result| result.plan.controller.as_ref()) {
+        if !controllers.contains(name) {
+            controllers.push(name.clone());
+        }
+    }
+    let mut scores: Vec<Score> = controllers.iter().map(|name| score(name, &results, &watched)).collect();
+    rank(&mut scores);
+    Ok(Benchmark { scores, results })
+}
+
+fn plain_runs(document: &Document) -> Result<Vec<RunPlan>, Error> {
+    let mut plans = Experiment::plan(document, &[], &[])?.runs;
+    plans.retain(|plan| plan.variant.is_empty() && plan.controller.is_some());
+    Ok(plans)
+}
+
+fn score(controller: &str, results: &[RunResult], watched: &[RunResult]) -> Score {
+    let of = |result: &&RunResult| result.plan.controller.as_deref() == Some(controller);
+    let is_step = |result: &&RunResult| matches!(result.plan.motion, Motion::Step(_));
+    let steps: Vec<_> = results.iter().filter(of).filter(is_step).collect();
+    let trajectories: Vec<_> = results.iter().filter(of).filter(|result| !is_step(result)).collect();
+    let watched: Vec<_> = watched.iter().filter(of).collect();
+    let largest = |values: &mut dyn Iterator<Item = Option<f64>>| values.flatten().reduce(f64::max);
+    let settles = steps.iter().all(|result| result.metrics.settling_time_s.is_some());
+    Score {
+        controller: controller.into(),
+        rest_error_counts: largest(&mut steps.iter().map(|r| r.metrics.rest_error_counts.map(f64::abs))),
+        overshoot_deg: largest(&mut steps.iter().map(|r| r.metrics.overshoot_deg)),
+        settling_time_s: largest(&mut steps.iter().map(|r| r.metrics.settling_time_s)).filter(|_| settles),
+        tracking_rms_deg: largest(&mut trajectories.iter().map(|r| r.metrics.rms_error_deg)),
+        chatter_v_per_s: largest(
+            &mut steps.iter().chain(&trajectories).map(|r| r.metrics.control_total_variation_v_per_s),
+        ),
+        hunting_counts: largest(&mut watched.iter().map(|r| {
+            let resolution_deg = r.plan.machine.encoder.resolution_deg;
+            Some(r.metrics.hunting_peak_to_peak_deg.unwrap_or(0.0) / resolution_deg)
+        })),
+        mean_place: 0.0,
+    }
+}
+
+/// Gives each row the mean of its places, and sorts by it. Equal values share the better place; a missing one is last.
+fn rank(scores: &mut [Score]) {
+    let columns: [fn(&Score) -> Option<f64>; 6] = [
+        |score| score.rest_error_counts,
+        |score| score.overshoot_deg,
+        |score| score.settling_time_s,
+        |score| score.tracking_rms_deg,
+        |score| score.chatter_v_per_s,
+        |score| score.hunting_counts,
+    ];
+    let value = |score: &Score, column: fn(&Score) -> Option<f64>| column(score).unwrap_or(f64::INFINITY);
+    let places: Vec<f64> = scores
+        .iter()
+        .map(|score| {
+            let better = |column| {
+                scores.iter().filter(|other| value(other, column) < value(score, column)).count() as f64
+            };
+            columns.iter().map(|column| 1.0 + better(*column)).sum::<f64>() / columns.len() as f64
+        })
+        .collect();
+    for (score, place) in scores.iter_mut().zip(places) {
+        score.mean_place = place;
+    }
+    scores.sort_by(|a, b| a.mean_place.total_cmp(&b.mean_place));
+}

@@ -1,0 +1,33 @@
+//! Running a command and saying what it is for.
+
+use std::path::Path;
+use std::process::Command;
+
+/// A step that is announced before it runs.
+pub struct Job {
+    what: &'static str,
+}
+
+impl Job {
+    pub fn new(what: &'static str) -> Self {
+        Self { what }
+    }
+
+    /// Runs a command; one that fails has already said why.
+    pub fn run(&self, command: &mut Command) -> Result<(), String> {
+        println!("== {}", self.what);
+        match command.status() {
+            Ok(status) if status.success() => Ok(()),
+            Ok(status) => Err(format!("\"{}\" failed ({status})", self.what)),
+            Err(error) => Err(format!("cannot start {}: {error}", command.get_program().display())),
+        }
+    }
+}
+
+/// Cargo, in the root of the workspace wherever it was called from.
+pub fn cargo(arguments: &[&str]) -> Command {
+    let manifest = Path::new(env!("CARGO_MANIFEST_DIR"));
+    let mut command = Command::new(std::env::var_os("CARGO").unwrap_or_else(|| "cargo".into()));
+    command.args(arguments).current_dir(manifest.parent().unwrap_or(manifest));
+    command
+}
