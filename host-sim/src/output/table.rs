@@ -29,20 +29,29 @@ pub fn new(header: &[&str]) -> Table {
 /// The results of an experiment: a table for each kind of motion and each variant, and a line below for each run
 /// that went wrong.
 pub fn render(results: &[RunResult]) -> String {
-    type Kind = (fn(&Motion) -> bool, fn(&[&RunResult]) -> Table);
+    type Kind = (fn(&Motion) -> bool, &'static [&'static str], fn(&RunResult) -> Vec<String>);
     let kinds: [Kind; 3] = [
-        (|motion| matches!(motion, Motion::Step(_)), step_table),
-        (|motion| matches!(motion, Motion::Trajectory(_)), trajectory_table),
-        (|motion| matches!(motion, Motion::Ramp(_)), ramp_table),
+        (|motion| matches!(motion, Motion::Step(_)), STEP_COLUMNS, step_cells),
+        (|motion| matches!(motion, Motion::Trajectory(_)), TRAJECTORY_COLUMNS, trajectory_cells),
+        (|motion| matches!(motion, Motion::Ramp(_)), RAMP_COLUMNS, ramp_cells),
     ];
     let mut parts = Vec::new();
-    for (is_kind, table) in kinds {
+    for (is_kind, columns, cells) in kinds {
         let of_kind: Vec<&RunResult> = results.iter().filter(|r| is_kind(&r.plan.motion)).collect();
+        if of_kind.is_empty() {
+            continue;
+        }
+        let mut table = new(columns);
         for group in of_kind.chunk_by(|a, b| a.plan.slugs() == b.plan.slugs()) {
             let slugs = group.first().map(|result| result.plan.slugs().join(", ")).unwrap_or_default();
-            let heading = if slugs.is_empty() { slugs } else { format!("{slugs}:\n") };
-            parts.push(format!("{heading}{}\n", table(group).trim_fmt()));
+            if !slugs.is_empty() {
+                table.add_row([format!("{slugs}:")]);
+            }
+            for result in group {
+                table.add_row([vec![row_name(result)], cells(result)].concat());
+            }
         }
+        parts.push(table.trim_fmt() + "\n");
     }
     let remarks: Vec<String> = results.iter().filter_map(remark).collect();
     if !remarks.is_empty() {
@@ -73,63 +82,49 @@ pub fn number(value: Option<f64>, digits: usize) -> String {
     )
 }
 
-fn step_table(results: &[&RunResult]) -> Table {
-    let header = [
-        "step",
-        "rest\ncounts",
-        "over-\nshoot\ndeg",
-        "rise\ns",
-        "settled\ns",
-        "rms\ndeg",
-        "chatter\nV/s",
-        "hunts\ndeg",
-    ];
-    let mut table = new(&header);
-    for result in results {
-        let m = &result.metrics;
-        table.add_row([
-            row_name(result),
-            number(m.rest_error_counts, 1),
-            number(m.overshoot_deg, 3),
-            number(m.rise_time_s, 2),
-            number(m.settling_time_s, 2),
-            number(m.rms_error_deg, 3),
-            number(m.control_total_variation_v_per_s, 2),
-            number(m.hunting_peak_to_peak_deg, 4),
-        ]);
-    }
-    table
+const STEP_COLUMNS: &[&str] = &[
+    "step",
+    "rest\ncounts",
+    "over-\nshoot\ndeg",
+    "rise\ns",
+    "settled\ns",
+    "rms\ndeg",
+    "chatter\nV/s",
+    "hunts\ndeg",
+];
+
+fn step_cells(result: &RunResult) -> Vec<String> {
+    let m = &result.metrics;
+    vec![
+        number(m.rest_error_counts, 1),
+        number(m.overshoot_deg, 3),
+        number(m.rise_time_s, 2),
+        number(m.settling_time_s, 2),
+        number(m.rms_error_deg, 3),
+        number(m.control_total_variation_v_per_s, 2),
+        number(m.hunting_peak_to_peak_deg, 4),
+    ]
 }
 
-fn trajectory_table(results: &[&RunResult]) -> Table {
-    let header = ["trajectory", "rest\ncounts", "cruise\ndeg", "rms\ndeg", "max\ndeg", "chatter\nV/s"];
-    let mut table = new(&header);
-    for result in results {
-        let m = &result.metrics;
-        table.add_row([
-            row_name(result),
-            number(m.rest_error_counts, 1),
-            number(m.cruise_error_deg, 4),
-            number(m.rms_error_deg, 4),
-            number(m.max_error_deg, 4),
-            number(m.control_total_variation_v_per_s, 2),
-        ]);
-    }
-    table
+const TRAJECTORY_COLUMNS: &[&str] =
+    &["trajectory", "rest\ncounts", "cruise\ndeg", "rms\ndeg", "max\ndeg", "chatter\nV/s"];
+
+fn trajectory_cells(result: &RunResult) -> Vec<String> {
+    let m = &result.metrics;
+    vec![
+        number(m.rest_error_counts, 1),
+        number(m.cruise_error_deg, 4),
+        number(m.rms_error_deg, 4),
+        number(m.max_error_deg, 4),
+        number(m.control_total_variation_v_per_s, 2),
+    ]
 }
 
-fn ramp_table(results: &[&RunResult]) -> Table {
-    let mut table = new(&["ramp (V/s)", "stick\nV", "slip\nV", "slip, lag corrected\nV"]);
-    for result in results {
-        let m = &result.metrics;
-        table.add_row([
-            row_name(result),
-            number(m.stick_v, 4),
-            number(m.slip_v, 4),
-            number(m.slip_corrected_v, 4),
-        ]);
-    }
-    table
+const RAMP_COLUMNS: &[&str] = &["ramp (V/s)", "stick\nV", "slip\nV", "slip, lag corrected\nV"];
+
+fn ramp_cells(result: &RunResult) -> Vec<String> {
+    let m = &result.metrics;
+    vec![number(m.stick_v, 4), number(m.slip_v, 4), number(m.slip_corrected_v, 4)]
 }
 
 fn remark(result: &RunResult) -> Option<String> {
