@@ -75,7 +75,7 @@ fn loop_figure(results: &[&RunResult], group: &Group, kind: &str) -> Figure {
     let wanted = group.thesis.map(|source| source.breakdown.as_slice()).unwrap_or_default();
     for (i, result) in results.iter().enumerate() {
         if wanted.contains(&result.plan.motion.slug()) || (wanted.is_empty() && i == 0) {
-            panels.extend(breakdown(result));
+            panels.extend(breakdown(result, &curve_name(result, results)));
         }
     }
     let subtitle = match group.thesis {
@@ -123,7 +123,7 @@ fn errors(results: &[&RunResult]) -> Panel {
 }
 
 /// v_PD, v_c and v of one run, each in its own panel: signals that chatter would hide each other in one.
-fn breakdown(result: &RunResult) -> Vec<Panel> {
+fn breakdown(result: &RunResult, curve: &str) -> Vec<Panel> {
     type Signal = (&'static str, &'static str, Style, fn(&Moment) -> f64);
     let all: [Signal; 3] = [
         ("v_PD", "v_PD (V)", Style::Primary, |m| f64::from(m.tick.v_pd)),
@@ -136,8 +136,7 @@ fn breakdown(result: &RunResult) -> Vec<Panel> {
     shown
         .map(|(name, label, style, of)| {
             let name = if plain { "v = v_PD".into() } else { name.to_owned() };
-            let line =
-                Line::new(format!("{name}, {}", motion_name(result)), style, points(result, of)).held();
+            let line = Line::new(format!("{name}, {curve}"), style, points(result, of)).held();
             Panel { height: 0.62, y_range: range, ..Panel::new(label, vec![line]) }
         })
         .collect()
