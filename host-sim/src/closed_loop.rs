@@ -91,37 +91,61 @@ impl ClosedLoop {
                 Delay::None => tick.code,
                 Delay::OneSample => std::mem::replace(&mut previous_code, tick.code),
             };
-            let applied_v = f64::from(code) * self.lsb_v;
-            let setpoint = tick.setpoint.position;
-            on_moment(&Moment {
-                time_s,
-                tick,
-                reference_deg: (f64::from(setpoint.counts) + f64::from(setpoint.fraction))
-                    * self.encoder.resolution,
-                position_deg: position,
-                velocity_deg_per_s: velocity,
-                applied_v,
-                stuck: solver.stuck(),
-            });
+            let moment = self.moment(time_s, tick, code, solver);
+            on_moment(&moment);
             if k < samples {
-                self.hold(solver, applied_v, time_s, &mut on_event);
+                self.hold(solver, moment.applied_v, time_s, &mut on_event);
             }
         }
         None
     }
 
+    /// The loop at the instant of a tick, with `code` on the D/A from now on.
+    #[inline]
+    pub(crate) fn moment(&self, time_s: f64, tick: Tick, code: i16, solver: &impl AxisSolver) -> Moment {
+        let setpoint = tick.setpoint.position;
+        Moment {
+            time_s,
+            tick,
+            reference_deg: (f64::from(setpoint.counts) + f64::from(setpoint.fraction))
+                * self.encoder.resolution,
+            position_deg: solver.position(),
+            velocity_deg_per_s: solver.velocity(),
+            applied_v: f64::from(code) * self.lsb_v,
+            stuck: solver.stuck(),
+        }
+    }
+
     /// One sample under a held effort, split where the friction changes.
-    fn hold(&self, solver: &mut impl AxisSolver, v: f64, time_s: f64, on_event: &mut impl FnMut(Event)) {
+    pub(crate) fn hold(
+        &self,
+        solver: &mut impl AxisSolver,
+        v: f64,
+        time_s: f64,
+        on_event: &mut impl FnMut(Event),
+    ) {
+        self.drive(solver, v, time_s, self.sample_time_s, on_event);
+    }
+
+    /// Any stretch of time under a held effort, split where the friction changes.
+    pub(crate) fn drive(
+        &self,
+        solver: &mut impl AxisSolver,
+        v: f64,
+        time_s: f64,
+        duration_s: f64,
+        on_event: &mut impl FnMut(Event),
+    ) {
         // A change closer to a sample than this is at the sample: k h is not always the decimal that was written.
         const SAME_TIME_S: f64 = 1e-9;
-        let end_s = time_s + self.sample_time_s;
+        let end_s = time_s + duration_s;
         let mut from_s = time_s;
         while let Some(change_s) = self.axis.added.next_change(from_s + SAME_TIME_S, end_s - SAME_TIME_S) {
             self.stretch(solver, v, from_s, change_s - from_s, on_event);
             from_s = change_s;
         }
         // The whole sample in the usual case, to the bit: the solver knows that interval.
-        let rest_s = if from_s == time_s { self.sample_time_s } else { end_s - from_s };
+        let rest_s = if from_s == time_s { duration_s } else { end_s - from_s };
         self.stretch(solver, v, from_s, rest_s, on_event);
     }
 

@@ -22,6 +22,9 @@ pub enum Error {
     /// The standard output could not be written to.
     #[error("cannot write the output: {0}")]
     Output(#[from] io::Error),
+    /// The flash image could not be run, or did not do what it should.
+    #[error("{0}")]
+    Emulator(String),
     /// A figure could not be drawn.
     #[error("cannot draw the figure: {0}")]
     Figure(String),

@@ -7,6 +7,8 @@
 pub mod benchmark;
 pub mod cli;
 pub mod closed_loop;
+#[cfg(feature = "emulator")]
+pub mod emulator;
 pub mod encoder;
 mod error;
 pub mod experiment;

@@ -78,8 +78,7 @@ pub fn run(plan: &RunPlan) -> Result<RunResult, Error> {
 fn run_with<S: AxisSolver>(plan: &RunPlan, mut solver: S) -> Result<RunResult, Error> {
     let begin = Instant::now();
     let mut events = Vec::new();
-    let mut diverged_at_s = None;
-    let (trace, metrics, unstable) = if let Motion::Ramp(rate) = plan.motion {
+    if let Motion::Ramp(rate) = plan.motion {
         let (ramp, axis, encoder) = (plan.ramp(rate)?, plan.axis()?, plan.encoder()?);
         let controller = plan.controller()?;
         let mut moments = Vec::new();
@@ -88,28 +87,49 @@ fn run_with<S: AxisSolver>(plan: &RunPlan, mut solver: S) -> Result<RunResult, E
             ramp.run(&mut solver, &axis, &encoder, controller.drive(), on_moment, |event| events.push(event));
         let Levels { stick_v, slip_v, slip_corrected_v } = levels;
         let metrics = Metrics { stick_v, slip_v, slip_corrected_v, ..Metrics::default() };
-        (Trace::Ramp(moments), metrics, false)
-    } else {
-        let closed_loop = plan.closed_loop()?;
-        let samples = plan.samples()?;
-        let mut moments = Vec::with_capacity(samples as usize + 1);
-        diverged_at_s =
-            closed_loop.run(&mut solver, samples, |moment| moments.push(*moment), |event| events.push(event));
-        let task = plan.task();
-        let metrics = Metrics::of(&moments, &task, plan.machine.encoder.resolution_deg);
+        return Ok(RunResult {
+            plan: plan.clone(),
+            trace: Trace::Ramp(moments),
+            events,
+            metrics,
+            wall: begin.elapsed(),
+            derivative_evaluations: solver.derivative_evaluations(),
+            unstable: false,
+            diverged_at_s: None,
+        });
+    }
+    let closed_loop = plan.closed_loop()?;
+    let samples = plan.samples()?;
+    let mut moments = Vec::with_capacity(samples as usize + 1);
+    let diverged_at_s =
+        closed_loop.run(&mut solver, samples, |moment| moments.push(*moment), |event| events.push(event));
+    let evaluations = solver.derivative_evaluations();
+    Ok(RunResult::of_loop(plan, moments, events, diverged_at_s, begin, evaluations))
+}
+
+impl RunResult {
+    /// Judges what a closed loop did that was started at `begin`.
+    pub(crate) fn of_loop(
+        plan: &RunPlan,
+        moments: Vec<Moment>,
+        events: Vec<Event>,
+        diverged_at_s: Option<f64>,
+        begin: Instant,
+        derivative_evaluations: u64,
+    ) -> Self {
+        let metrics = Metrics::of(&moments, &plan.task(), plan.machine.encoder.resolution_deg);
         let unstable = diverged_at_s.is_some() || is_unstable(&moments, plan.span_deg());
-        (Trace::Loop(moments), metrics, unstable)
-    };
-    Ok(RunResult {
-        plan: plan.clone(),
-        trace,
-        events,
-        metrics,
-        wall: begin.elapsed(),
-        derivative_evaluations: solver.derivative_evaluations(),
-        unstable,
-        diverged_at_s,
-    })
+        Self {
+            plan: plan.clone(),
+            trace: Trace::Loop(moments),
+            events,
+            metrics,
+            wall: begin.elapsed(),
+            derivative_evaluations,
+            unstable,
+            diverged_at_s,
+        }
+    }
 }
 
 impl RunPlan {

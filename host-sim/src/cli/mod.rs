@@ -4,6 +4,7 @@ mod benchmark;
 mod list;
 mod run;
 mod show;
+mod target;
 
 use std::io::{self, Write};
 use std::process::ExitCode;

@@ -2,12 +2,11 @@
 
 use std::path::PathBuf;
 
-use super::print;
+use super::{print, target};
 use crate::error::Error;
 use crate::experiment::{Document, Experiment};
 use crate::figure::figures;
 use crate::output::{csv, json, prepare_directory, table, write_figures, write_whole};
-use crate::run::run_all;
 
 #[derive(Debug, clap::Args)]
 pub struct Arguments {
@@ -34,6 +33,8 @@ pub struct Arguments {
     /// Samples of computation delay (short for --set run.delay_samples=...)
     #[arg(long, value_name = "0|1")]
     delay: Option<String>,
+    #[command(flatten)]
+    target: target::TargetArguments,
 }
 
 pub fn run(arguments: &Arguments) -> Result<(), Error> {
@@ -46,7 +47,7 @@ pub fn run(arguments: &Arguments) -> Result<(), Error> {
     if let Some(directory) = &arguments.plot {
         prepare_directory(directory)?;
     }
-    let results = run_all(&experiment.runs)?;
+    let results = arguments.target.run(&experiment.runs)?;
     if let Some(path) = &arguments.csv {
         let text = csv::render(&results).map_err(|error| Error::Input(error.to_string()))?;
         write_whole(path, &text)?;

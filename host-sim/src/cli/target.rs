@@ -1,0 +1,97 @@
+//! Where the control core of a run runs: in this program, or in the flash image on an emulated microcontroller.
+
+use std::path::PathBuf;
+
+use crate::error::Error;
+use crate::experiment::RunPlan;
+use crate::run::{RunResult, run_all};
+
+/// Where the core runs.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, clap::ValueEnum)]
+enum Target {
+    /// In this program
+    #[default]
+    Host,
+    /// In the flash image, on an emulated microcontroller
+    Emulator,
+}
+
+#[derive(Debug, clap::Args)]
+pub struct TargetArguments {
+    /// Where the control core runs
+    #[arg(
+        long,
+        value_name = "host|emulator",
+        value_enum,
+        hide_possible_values = true,
+        default_value = "host"
+    )]
+    target: Target,
+    /// Emulator: edges and PWM at their own times instead of in lockstep with the samples
+    #[arg(long)]
+    free_running: bool,
+    /// Emulator: the flash image [default: the one that cargo xtask firmware builds]
+    #[arg(long, value_name = "ELF")]
+    image: Option<PathBuf>,
+    /// Emulator: show the firmware's log as it comes
+    #[arg(long)]
+    log: bool,
+}
+
+impl TargetArguments {
+    /// Runs all plans where they are to run.
+    pub fn run(&self, plans: &[RunPlan]) -> Result<Vec<RunResult>, Error> {
+        match self.target {
+            Target::Emulator => self.emulate(plans),
+            Target::Host => {
+                let given = [
+                    ("--free-running", self.free_running),
+                    ("--image", self.image.is_some()),
+                    ("--log", self.log),
+                ];
+                match given.into_iter().find(|(_, given)| *given) {
+                    Some((option, _)) => {
+                        let why = "without it the core runs in this program";
+                        Err(Error::Input(format!("{option} needs --target emulator; {why}")))
+                    }
+                    None => run_all(plans),
+                }
+            }
+        }
+    }
+
+    #[cfg(not(feature = "emulator"))]
+    fn emulate(&self, _: &[RunPlan]) -> Result<Vec<RunResult>, Error> {
+        let command = "cargo build --release --package host-sim --features emulator --ignore-rust-version";
+        Err(Error::Input(format!(
+            "--target emulator: the emulator is not built into this program; build it with `{command}`"
+        )))
+    }
+
+    #[cfg(feature = "emulator")]
+    fn emulate(&self, plans: &[RunPlan]) -> Result<Vec<RunResult>, Error> {
+        use std::io::{Write, stderr};
+        use std::sync::Arc;
+
+        use crate::emulator::Emulation;
+
+        // What cannot be written to the terminal there is nobody to tell about.
+        let say = |text: String| drop(writeln!(stderr(), "{text}"));
+        let mut emulation = Emulation::new(self.image.as_deref())?;
+        emulation.free_running = self.free_running;
+        if self.log {
+            emulation.listener = Some(Arc::new(move |label, line| say(format!("{label}: {line}"))));
+        }
+        let runs = emulation.run_all(plans)?;
+        for run in &runs {
+            if let Some(latency) = run.latency {
+                let (mean, max) = (latency.mean_us, latency.max_us);
+                let label = &run.result.plan.label;
+                say(format!(
+                    "{label}: from the encoder to the duty {mean:.1} us on average, {max:.1} us at most"
+                ));
+            }
+        }
+        Ok(runs.into_iter().map(|run| run.result).collect())
+    }
+}

@@ -1,0 +1,144 @@
+//! The board: the microcontroller, its crystal, its supply, and what is on its pins.
+//!
+//! The emulated part is an STM32F427. All that the firmware uses of the STM32F405 is in it, at the same addresses; what
+//! it has beyond that the firmware does not know of. An instruction takes one cycle of 168 MHz: there are no wait
+//! states, so times measured here are counts of instructions and say nothing about cycles.
+
+use std::num::{NonZeroU32, NonZeroU64};
+
+use rigless::cpu::armv7m::windows;
+use rigless::device::Level;
+use rigless::machine::{Board, Target, armv7m};
+use rigless::mcu::{Mcu, Operate};
+use rigless::soc::Width;
+use rigless::soc::stm32f427::Stm32f427;
+use rigless::soc::stm32f427::peripherals::adc::Channel;
+use rigless::soc::stm32f427::peripherals::gpio::{Gpio, Pin};
+use rigless::store;
+use rigless::time::VirtualNanos;
+
+use crate::error::Error;
+
+/// Instructions a virtual second: one a cycle of the core's clock.
+pub const CLOCK_HZ: NonZeroU64 = NonZeroU64::MIN.saturating_add(167_999_999);
+
+const CRYSTAL_HZ: u64 = 8_000_000;
+const RAIL_MV: u32 = 3_300;
+/// PC0, which measures the supply of the bridge, is channel 10 of ADC1.
+const SUPPLY_CHANNEL: u8 = 10;
+
+/// A port of the part, by its place in the part's table.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Port {
+    /// GPIOA.
+    A = 0,
+    /// GPIOB.
+    B = 1,
+}
+
+/// What is soldered on; the default is a whole board.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Fitted {
+    /// The 8 MHz crystal is there and oscillates.
+    pub crystal: bool,
+    /// Voltage on the pin that measures the bridge's supply, mV.
+    pub supply_pin_mv: u32,
+}
+
+impl Default for Fitted {
+    fn default() -> Self {
+        Self { crystal: true, supply_pin_mv: RAIL_MV / 2 }
+    }
+}
+
+/// The emulated board.
+#[derive(Debug)]
+pub struct EmulatedBoard {
+    /// The microcontroller.
+    pub mcu: Stm32f427,
+}
+
+store!(EmulatedBoard { values: [], parts: [mcu], built: [] });
+
+impl EmulatedBoard {
+    /// A board out of the box, without power.
+    ///
+    /// # Errors
+    /// If the emulator's own description of the part contradicts itself.
+    pub fn new(fitted: Fitted) -> Result<Self, Error> {
+        let mut mcu = Stm32f427::new().map_err(|error| Error::Emulator(error.to_string()))?;
+        mcu.rcc.attach_crystals(if fitted.crystal { CRYSTAL_HZ } else { 0 }, 0);
+        mcu.set_supply(RAIL_MV);
+        for converter in &mut mcu.adc {
+            converter.set_reference(RAIL_MV);
+            if let Some(channel) = Channel::new(SUPPLY_CHANNEL) {
+                converter.set_input(channel, fitted.supply_pin_mv);
+            }
+        }
+        let mut board = Self { mcu };
+        // Its pull-up: the input is active low, and a cut wire must not turn the bridge off.
+        board.drive_break(VirtualNanos(0), false);
+        Ok(board)
+    }
+
+    /// Which of its functions a pin carries, if it is not a plain input or output.
+    pub fn function(&mut self, port: Port, pin: u8) -> Option<u8> {
+        let (_, registers) = self.mcu.port(port as usize);
+        Gpio::function(Pin::new(pin)?, registers)
+    }
+
+    /// What a voltmeter on a pin would show.
+    pub fn is_high(&mut self, port: Port, pin: u8) -> bool {
+        let (port, registers) = self.mcu.port(port as usize);
+        Pin::new(pin).is_some_and(|pin| port.level(pin, registers) == Level::High)
+    }
+
+    /// Pulls the break input of TIM1 low, as the fault output of a bridge's driver does, or lets go of it.
+    pub fn drive_break(&mut self, at: VirtualNanos, active: bool) {
+        let level = if active { Level::Low } else { Level::High };
+        self.mcu.drive_advanced_timer(at, 0, |timer, registers, context| {
+            timer.drive_break(level, registers, context);
+        });
+    }
+
+    /// Lets the crystal fail.
+    pub fn lose_crystal(&mut self, at: VirtualNanos) {
+        self.mcu.rcc.attach_crystals(0, 0);
+        self.mcu.drive_clocks(at, |rcc, registers, context| rcc.fail_hse(registers, context));
+    }
+
+    /// A register as the core would read it now; nothing if the peripheral has no clock.
+    pub fn peek(&mut self, at: VirtualNanos, address: u64) -> Option<u32> {
+        self.mcu.read(at, address, Width::W32).ok().map(|value| value as u32)
+    }
+}
+
+impl Board for EmulatedBoard {
+    fn name(&self) -> &'static str {
+        "stiction"
+    }
+
+    fn target_names(&self) -> Vec<&'static str> {
+        vec!["stm32f405"]
+    }
+
+    fn mcu(&mut self, target: usize) -> Option<&mut dyn Mcu> {
+        (target == 0).then_some(&mut self.mcu)
+    }
+
+    fn targets(&mut self) -> Vec<Target<'_>> {
+        let lines = u32::from(Operate::cpu(&self.mcu).interrupt_lines);
+        let core = armv7m::Core {
+            variant: armv7m::Variant::M4,
+            clock_hz: CLOCK_HZ,
+            interrupt_lines: NonZeroU32::new(lines).unwrap_or(NonZeroU32::MIN),
+            priority_bits: 4,
+            refclk_divider: NonZeroU32::MIN.saturating_add(7),
+            instructions_per_second: CLOCK_HZ,
+            boot: "flash",
+        };
+        let windows = windows(Mcu::bus(&self.mcu));
+        let spec = core.spec_with_parts(&windows, armv7m::Fpu::FpV4Sp, armv7m::MpuRegions::Eight);
+        vec![Target::new("stm32f405", &mut self.mcu, spec)]
+    }
+}

@@ -1,0 +1,66 @@
+//! What the bridge makes of TIM1's outputs and the two pins beside them.
+//!
+//! Centre-aligned outputs are read from the registers, not from the pins: 44 000 edges a second would say the same.
+
+use rigless::soc::stm32f427::generated::tim1::Register;
+use stiction::drive::{Drive, Duty, PwmMode};
+
+use super::board::{EmulatedBoard, Port};
+
+/// TIM1, by its place in the part's table of advanced timers.
+const TIM1: usize = 0;
+const TIM1_FUNCTION: u8 = 1;
+const ENABLE_PIN: u8 = 0;
+const DIRECTION_PIN: u8 = 1;
+const CC1E: u64 = 1;
+const MOE: u64 = 1 << 15;
+
+/// The bridge's inputs at one instant.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Bridge {
+    /// Compare value of TIM1's channel 1.
+    pub compare: u16,
+    /// Where the timer turns around.
+    pub top: u16,
+    /// Level of the direction pin.
+    pub reverse: bool,
+    /// The timer drives its outputs, and they are connected to their pins.
+    pub outputs: bool,
+    /// Level of the enable pin.
+    pub enable: bool,
+}
+
+impl Bridge {
+    /// Reads it.
+    pub fn read(board: &mut EmulatedBoard) -> Self {
+        let connected = board.function(Port::A, 8) == Some(TIM1_FUNCTION);
+        let enable = board.is_high(Port::B, ENABLE_PIN);
+        let reverse = board.is_high(Port::B, DIRECTION_PIN);
+        let (_, registers) = board.mcu.advanced_timer(TIM1);
+        let driven = registers.get(Register::Bdtr) & MOE != 0 && registers.get(Register::Ccer) & CC1E != 0;
+        Self {
+            compare: registers.get(Register::Ccr1) as u16,
+            top: registers.get(Register::Arr) as u16,
+            reverse,
+            outputs: connected && driven,
+            enable,
+        }
+    }
+
+    /// Whether the motor gets anything at all.
+    pub const fn is_on(&self) -> bool {
+        self.outputs && self.enable
+    }
+
+    /// The duty, as the core writes it. In locked antiphase there is no direction pin to look at.
+    pub const fn duty(&self, mode: PwmMode) -> Duty {
+        let reverse = matches!(mode, PwmMode::SignMagnitude) && self.reverse;
+        Duty { compare: self.compare, reverse }
+    }
+}
+
+/// The code that a duty stands for: `near` if that gives the same duty, else the smallest that does.
+pub fn code_of(duty: Duty, drive: &Drive, near: i16) -> Option<i16> {
+    let max = drive.max_code();
+    std::iter::once(near).chain(-max..=max).find(|code| drive.duty(*code) == duty)
+}

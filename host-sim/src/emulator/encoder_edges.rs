@@ -1,0 +1,63 @@
+//! The encoder's two wires, edge by edge.
+//!
+//! ```text
+//! counts   0  1  2  3  4
+//! A       __/----\____/--      A rises first when the joint moves the way that counts up
+//! B       _____/----\____
+//! ```
+
+use rigless::device::Level;
+use rigless::soc::stm32f427::peripherals::tim::Channel;
+use rigless::time::VirtualNanos;
+
+use super::board::{EmulatedBoard, Port};
+
+/// TIM2, by its place in the part's table of general-purpose timers.
+const TIM2: usize = 0;
+/// Alternate function 1 of PA0 and PA1 is TIM2.
+const TIM2_FUNCTION: u8 = 1;
+
+/// An encoder, as far as its wires show where it is.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct EncoderEdges {
+    /// Edges since power-on, up less down.
+    counts: i64,
+}
+
+impl EncoderEdges {
+    /// Where the disc is.
+    pub const fn counts(&self) -> i64 {
+        self.counts
+    }
+
+    /// Moves the disc by one count towards `target`, and shows the edge to the part. Nothing to do if it is there.
+    pub fn step_towards(&mut self, target: i64, board: &mut EmulatedBoard, at: VirtualNanos) {
+        let direction = (target - self.counts).signum();
+        let (a_before, b_before) = levels(self.counts);
+        self.counts += direction;
+        let (a, b) = levels(self.counts);
+        for (number, before, now) in [(1, a_before, a), (2, b_before, b)] {
+            if let Some(channel) = Channel::new(number)
+                && before != now
+            {
+                board.mcu.drive_timer(at, TIM2, |timer, registers, context| {
+                    timer.drive_input(channel, now, registers, context);
+                });
+            }
+        }
+    }
+
+    /// Whether the firmware has connected TIM2 to the pins that the encoder is soldered to.
+    pub fn connected(board: &mut EmulatedBoard) -> bool {
+        [0, 1].into_iter().all(|pin| board.function(Port::A, pin) == Some(TIM2_FUNCTION))
+    }
+}
+
+const fn levels(counts: i64) -> (Level, Level) {
+    match counts.rem_euclid(4) {
+        0 => (Level::Low, Level::Low),
+        1 => (Level::High, Level::Low),
+        2 => (Level::High, Level::High),
+        _ => (Level::Low, Level::High),
+    }
+}

@@ -1,0 +1,63 @@
+//! Ends the run of a part that does not get anywhere.
+//!
+//! Virtual time goes on whatever the firmware does, so a limit in virtual time always comes. But an endless loop around
+//! one register costs half a minute of wall time for each second of it: that is found by its accesses.
+
+use rigless::emulator::{Access, AccessKind};
+use rigless::time::VirtualNanos;
+
+use super::image::FirmwareImage;
+
+/// From power-on to the first tick with the bridge on, ns.
+const BOOT_LIMIT_NS: u64 = 3_000_000_000;
+/// As many equal reads in a row take some 0.5 s of virtual time: longer than any wait that has a limit of its own.
+const POLLING_LIMIT: u32 = 16_000_000;
+
+/// What a part has done of late.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct Guard {
+    last: Option<(u64, Option<u64>)>,
+    repeats: u32,
+    /// The register that is polled, and from where.
+    polled: Option<(u64, Option<u64>)>,
+}
+
+impl Guard {
+    /// Sees one access.
+    pub fn see(&mut self, access: &Access) {
+        let this = Some((access.address, access.program_counter));
+        if access.kind == AccessKind::Write || this != self.last {
+            self.repeats = 0;
+            self.last = this;
+            return;
+        }
+        self.repeats += 1;
+        if self.repeats >= POLLING_LIMIT {
+            self.polled = this;
+        }
+    }
+
+    /// Says what is wrong, if the same register has been read for too long.
+    pub fn polling(&self, image: &FirmwareImage) -> Option<String> {
+        let (register, code) = self.polled?;
+        let place = code.map_or_else(String::new, |code| {
+            let function = image.function_at(code).map(|name| format!(" ({name})")).unwrap_or_default();
+            format!(" by the instruction at {code:#010x}{function}")
+        });
+        let count = POLLING_LIMIT / 1_000_000;
+        Some(format!(
+            "it is stuck: the register at {register:#010x} is read{place} {count} million times in a row"
+        ))
+    }
+
+    /// Until when the bridge must be on.
+    pub const fn boot_limit() -> VirtualNanos {
+        VirtualNanos(BOOT_LIMIT_NS)
+    }
+
+    /// What to say if it is not.
+    pub fn not_armed() -> String {
+        let limit_s = BOOT_LIMIT_NS as f64 * 1e-9;
+        format!("it has not turned its bridge on within {limit_s} s of virtual time")
+    }
+}

@@ -1,0 +1,262 @@
+//! The image in the loop: virtual time, and who has to act next in it.
+//!
+//! A tick is seen by its read of the encoder's counter. What happens between two ticks is the mode's own:
+//! [`Lockstep`] or [`FreeRunning`].
+
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, AtomicU32, Ordering};
+
+use rigless::device::ResetCause;
+use rigless::emulator::{AccessKind, Driver, Host, Settled, Start, Stop};
+use rigless::image::Image;
+use rigless::session::Session;
+use rigless::time::VirtualNanos;
+
+use super::board::{EmulatedBoard, Fitted};
+use super::compare::Difference;
+use super::encoder_edges::EncoderEdges;
+use super::free_running::FreeRunning;
+use super::guard::Guard;
+use super::image::FirmwareImage;
+use super::joint::Joint;
+use super::lockstep::Lockstep;
+use super::log::{Listener, Log};
+use crate::error::Error;
+use crate::solver::AxisSolver;
+
+/// Where the parameter blob lies: sector 10 of the flash.
+pub const PARAMETERS_AT: u64 = 0x080C_0000;
+/// Read-only words that the maker has put there: unique identifier (12 bytes), and the flash's size in KiB.
+const FACTORY_AT: u64 = 0x1FFF_7A10;
+const TIM2_CNT: u64 = 0x4000_0024;
+const TIM1_CCR1: u64 = 0x4001_0034;
+/// The log's buffer holds 1 KiB: more than the firmware says in this time.
+const DRAIN_EVERY_NS: u64 = 5_000_000;
+
+/// What a mode has to do next.
+pub trait Mode<S>: Send {
+    /// The image has read the encoder's counter.
+    fn counter_read(&mut self, wired: &mut Wired<S>, counter: u32, at: VirtualNanos) -> Result<(), Stopped>;
+
+    /// The image has written the duty.
+    fn duty_written(&mut self, wired: &mut Wired<S>, board: &mut EmulatedBoard, at: VirtualNanos);
+
+    /// The next instant at which [`due`](Self::due) has something to do.
+    fn next(&self) -> VirtualNanos;
+
+    /// That instant has come.
+    fn due(
+        &mut self,
+        wired: &mut Wired<S>,
+        board: &mut EmulatedBoard,
+        at: VirtualNanos,
+    ) -> Result<(), Stopped>;
+}
+
+/// What is wired to the part in either mode.
+#[derive(Debug)]
+pub struct Wired<S> {
+    /// The joint.
+    pub joint: Joint<S>,
+    /// Its encoder.
+    pub encoder: EncoderEdges,
+    /// From each read of the counter to the instant at which the duty of that tick takes effect, ns.
+    pub latencies_ns: Vec<u64>,
+}
+
+/// Why a run ends before its last sample.
+#[derive(Debug)]
+pub enum Stopped {
+    /// Image and core do not agree.
+    Differs(Box<Difference>),
+    /// The part does something that it should not, in words that follow "the image ... :".
+    Misbehaves(String),
+    /// The caller wants no more.
+    Interrupted,
+}
+
+/// What to run, besides the joint.
+pub struct Setup {
+    /// What the run is called, in messages and beside its log.
+    pub label: String,
+    /// The program.
+    pub image: Arc<FirmwareImage>,
+    /// The parameter sector.
+    pub parameters: Vec<u8>,
+    /// What is soldered on.
+    pub fitted: Fitted,
+    /// Edges and PWM at their own times.
+    pub free_running: bool,
+    /// Gets each line of the log at once.
+    pub listener: Option<Listener>,
+    /// Counts ticks, for whoever shows progress.
+    pub ticks: Arc<AtomicU32>,
+    /// Ends the run when it is set.
+    pub interrupt: Arc<AtomicBool>,
+}
+
+/// What is left of a run.
+#[derive(Debug)]
+pub struct Ran<S> {
+    /// The joint with all its moments.
+    pub wired: Wired<S>,
+    /// The firmware's log.
+    pub log: Log,
+    /// Instructions from power-on to the end.
+    pub instructions: u64,
+    /// Virtual time from power-on to the end, ns.
+    pub virtual_ns: u64,
+}
+
+/// Runs an image from power-on to the last sample of the joint's motion.
+///
+/// # Errors
+/// If the image cannot be placed, gets stuck, turns its bridge off, or does not do what the core does.
+pub fn run<S>(setup: &Setup, joint: Joint<S>) -> Result<Ran<S>, Error>
+where
+    S: AxisSolver + Clone + Send + std::fmt::Debug + 'static,
+{
+    let trouble = |why: String| {
+        Error::Emulator(format!("{}, image {}: {why}", setup.label, setup.image.path.display()))
+    };
+    let path = setup.image.path.as_path();
+    let images = [
+        Image::new(path, setup.image.elf.clone(), None),
+        Image::new("parameters".as_ref(), setup.parameters.clone(), Some(PARAMETERS_AT)),
+        Image::new("identity".as_ref(), factory_words(), Some(FACTORY_AT)),
+    ];
+    let images: Vec<Image> =
+        images.into_iter().collect::<Result<_, _>>().map_err(|error| trouble(error.to_string()))?;
+    let board = Box::new(EmulatedBoard::new(setup.fitted)?);
+    let sample_ns = (joint.closed_loop.sample_time_s * 1e9).round() as u64;
+    let mode: Box<dyn Mode<S>> = if setup.free_running {
+        Box::new(FreeRunning::new(sample_ns))
+    } else {
+        Box::new(Lockstep::new(sample_ns))
+    };
+    let loop_ = Loop {
+        wired: Wired { joint, encoder: EncoderEdges::default(), latencies_ns: Vec::new() },
+        mode,
+        log: Log::new(setup.image.clone(), &setup.label, setup.listener.clone()),
+        guard: Guard::default(),
+        image: setup.image.clone(),
+        ticks: setup.ticks.clone(),
+        interrupt: setup.interrupt.clone(),
+        drain_at: VirtualNanos(DRAIN_EVERY_NS),
+        stopped: None,
+    };
+    let session = Session::new(board, 0, loop_.drain_at).map_err(|error| trouble(error.to_string()))?;
+    let mut start = Start::new(&images);
+    start.interrupt = Some(&setup.interrupt);
+    let finished =
+        rigless::emulator::run(session, &start, loop_).map_err(|error| trouble(error.to_string()))?;
+    let Loop { wired, log, stopped, .. } = finished.driver;
+    let stop = finished.stop.map(|stop| (stop.instruction_count, stop.at.0));
+    let (instructions, virtual_ns) = stop.unwrap_or_default();
+    match stopped {
+        None if stop.is_some() => Ok(Ran { wired, log, instructions, virtual_ns }),
+        None | Some(Stopped::Interrupted) => Err(trouble("interrupted".into())),
+        Some(Stopped::Differs(difference)) => Err(trouble(difference.to_string().trim_end().into())),
+        Some(Stopped::Misbehaves(why)) => Err(trouble(format!("{why}; {}", log.tail()))),
+    }
+}
+
+/// Identifier `stiction sim` and 1024 KiB.
+fn factory_words() -> Vec<u8> {
+    let mut words = b"stiction sim".to_vec();
+    words.resize(18, 0);
+    words.extend(1024u16.to_le_bytes());
+    words
+}
+
+struct Loop<S> {
+    wired: Wired<S>,
+    mode: Box<dyn Mode<S>>,
+    log: Log,
+    guard: Guard,
+    image: Arc<FirmwareImage>,
+    ticks: Arc<AtomicU32>,
+    interrupt: Arc<AtomicBool>,
+    drain_at: VirtualNanos,
+    stopped: Option<Stopped>,
+}
+
+impl<S: AxisSolver + Send> Loop<S> {
+    fn next(&self) -> VirtualNanos {
+        if self.stopped.is_some() { VirtualNanos(0) } else { self.drain_at.min(self.mode.next()) }
+    }
+
+    /// Everything that is due at `at`, in order.
+    fn act(
+        &mut self,
+        session: &mut Session<EmulatedBoard>,
+        host: &mut dyn Host,
+        at: VirtualNanos,
+    ) -> Result<(), Stopped> {
+        if self.drain_at <= at {
+            self.drain_at = VirtualNanos(at.0 + DRAIN_EVERY_NS);
+            self.log.drain(host, at).map_err(|error| Stopped::Misbehaves(error.to_string()))?;
+            if self.interrupt.load(Ordering::Relaxed) {
+                return Err(Stopped::Interrupted);
+            }
+            if let Some(why) = self.guard.polling(&self.image) {
+                return Err(Stopped::Misbehaves(why));
+            }
+        }
+        if let Some(reset) = session.resets().first() {
+            let by = match reset.cause {
+                ResetCause::Core => "itself",
+                ResetCause::Model(instance) => instance,
+                ResetCause::Pin => "its reset pin",
+                _ => "power",
+            };
+            let at_s = reset.at.0 as f64 * 1e-9;
+            return Err(Stopped::Misbehaves(format!("the part was reset by {by} after {at_s:.6} s")));
+        }
+        if self.mode.next() <= at {
+            self.mode.due(&mut self.wired, session.board_mut(), at)?;
+            self.ticks.store(self.wired.joint.moments.len() as u32, Ordering::Relaxed);
+        }
+        if !self.wired.joint.has_begun() && at >= Guard::boot_limit() {
+            return Err(Stopped::Misbehaves(Guard::not_armed()));
+        }
+        Ok(())
+    }
+}
+
+impl<S: AxisSolver + Send> Driver<EmulatedBoard> for Loop<S> {
+    fn on_settled(&mut self, session: &mut Session<EmulatedBoard>, _host: &mut dyn Host, settled: Settled) {
+        let Settled::Access { access, value } = settled else { return };
+        self.guard.see(&access);
+        let (at, wired) = (access.virtual_time, &mut self.wired);
+        match (access.kind, access.address) {
+            (AccessKind::Read, TIM2_CNT) => {
+                if let Err(stopped) = self.mode.counter_read(wired, value as u32, at) {
+                    self.stopped.get_or_insert(stopped);
+                }
+            }
+            (AccessKind::Write, TIM1_CCR1) => self.mode.duty_written(wired, session.board_mut(), at),
+            _ => return,
+        }
+        session.run_until(self.next());
+    }
+
+    fn on_stop(
+        &mut self,
+        session: &mut Session<EmulatedBoard>,
+        stop: Stop,
+        host: &mut dyn Host,
+    ) -> Option<VirtualNanos> {
+        if self.stopped.is_none()
+            && let Err(stopped) = self.act(session, host, stop.at)
+        {
+            self.stopped = Some(stopped);
+        }
+        if self.stopped.is_some() || self.wired.joint.has_ended() {
+            // The last words are often the ones that matter, and there is nobody to tell if they cannot be read.
+            let _ = self.log.drain(host, stop.at);
+            return None;
+        }
+        Some(self.next())
+    }
+}
