@@ -1,6 +1,7 @@
 //! One tick, from the encoder's counter to the drive's duty.
 
 use heapless::Vec;
+use serde::{Deserialize, Serialize};
 
 use crate::compensator::{Compensator, CompensatorState, Gains, Loop, MAX_TERMS, Sample};
 use crate::drive::{Drive, DriveConfig, Duty};
@@ -12,7 +13,7 @@ use crate::saturation::saturate;
 use crate::velocity::{Velocity, VelocityState};
 
 /// Everything that a controller is configured with, in a user's units.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct ControllerConfig {
     /// Time between samples, s.
     pub sample_time: f32,

@@ -12,9 +12,10 @@
 //! the reciprocal of the LSB: at an exact half it may fall to the neighbouring code.
 
 use crate::error::{Allowed, Error, HUGE, above};
+use serde::{Deserialize, Serialize};
 
 /// How the code reaches the bridge.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub enum PwmMode {
     /// Half duty is zero volts; one output and its complement. Also the form for an RC filter into an analog
     /// servo amplifier.
@@ -24,7 +25,7 @@ pub enum PwmMode {
 }
 
 /// A drive, in a user's units.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct DriveConfig {
     /// Largest output, V.
     pub full_scale: f32,

@@ -5,9 +5,10 @@
 //! 79 deg at 0.00242 deg). Everything is integer: nothing is rounded and nothing drifts.
 
 use crate::error::{Error, HUGE, above};
+use serde::{Deserialize, Serialize};
 
 /// Width of the hardware counter.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub enum CounterBits {
     /// Wraps at 2^16.
     Sixteen,
@@ -16,7 +17,7 @@ pub enum CounterBits {
 }
 
 /// Which way the counter runs when the joint moves the positive way.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub enum Direction {
     /// It counts up.
     Forward,
@@ -25,7 +26,7 @@ pub enum Direction {
 }
 
 /// An incremental encoder at the joint.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Encoder {
     /// Joint angle of one count, deg.
     pub resolution: f32,

@@ -15,6 +15,9 @@
 //! rounding per written operation, integers for positions and for time, and transcendental functions from
 //! [`libm`] on every platform.
 //!
+//! [`Servo`] says when the output may be on, and owns the controller; [`Parameters`] are all that a device is
+//! told, and their form in its flash.
+//!
 //! What the core promises: no heap, no panic, no `f64`, no `unsafe`, no loop without a bound that is known at
 //! compile time. Configuration ([`ControllerConfig`]) is validated once, by [`Controller::new`]; a tick validates
 //! nothing, and a term that is not finite gives zero output and [`Tick::non_finite`].
@@ -27,14 +30,24 @@
 
 pub mod compensator;
 mod controller;
+pub mod deadline;
 pub mod drive;
 pub mod encoder;
 mod error;
+mod fault;
+pub mod parameters;
 pub mod pd;
 pub mod position;
 pub mod reference;
 mod saturation;
+pub mod servo;
 pub mod velocity;
 
 pub use controller::{Controller, ControllerConfig, ControllerState, Tick};
 pub use error::{Allowed, Error};
+pub use fault::Fault;
+pub use parameters::Parameters;
+pub use servo::Servo;
+
+/// The version of the core, which an image carries in its note.
+pub const VERSION: &str = env!("CARGO_PKG_VERSION");

@@ -11,9 +11,10 @@
 //! constant speed it trails by `(v_slip + b theta_d') / Kp`.
 
 use crate::error::{Error, HUGE, between};
+use serde::{Deserialize, Serialize};
 
 /// Gains of the PD loop.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct PdGains {
     /// Proportional gain Kp, V/deg.
     pub kp: f32,

@@ -4,8 +4,10 @@
 //! (`f32`). Two positions are subtracted as integers first, and only the small difference becomes a float: the
 //! error of a joint ten thousand turns from its origin is as exact as near zero, and the counter may wrap.
 
+use serde::{Deserialize, Serialize};
+
 /// Joint position: `counts + fraction`, in encoder counts.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Position {
     /// Whole counts. Wraps.
     pub counts: i32,

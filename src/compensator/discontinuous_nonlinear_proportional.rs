@@ -18,9 +18,10 @@
 
 use super::{Loop, Sample};
 use crate::error::{Error, HUGE, between};
+use serde::{Deserialize, Serialize};
 
 /// Gains of DNPF.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct DiscontinuousNonlinearProportionalGains {
     /// Threshold theta_b, deg.
     pub theta_b: f32,

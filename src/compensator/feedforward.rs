@@ -14,9 +14,10 @@
 
 use super::Sample;
 use crate::error::{Error, HUGE, between};
+use serde::{Deserialize, Serialize};
 
 /// Gains of the feedforward.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct FeedforwardGains {
     /// Dynamic (slip) friction v_slip, V.
     pub v_slip: f32,

@@ -16,6 +16,7 @@ pub mod reset_offset_integral;
 pub mod smooth_robust_nonlinear;
 
 use heapless::Vec;
+use serde::{Deserialize, Serialize};
 
 pub use discontinuous_nonlinear_proportional::{
     DiscontinuousNonlinearProportional, DiscontinuousNonlinearProportionalGains,
@@ -58,7 +59,7 @@ pub struct Loop {
 }
 
 /// The gains of one law.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub enum Gains {
     /// RI, eq. 29.
     ResetIntegral(ResetIntegralGains),

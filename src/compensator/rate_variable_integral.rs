@@ -19,12 +19,13 @@
 use super::{Loop, Sample};
 use crate::error::{Error, HUGE, above, between};
 use crate::saturation::saturate;
+use serde::{Deserialize, Serialize};
 
 /// The sample time for which the thesis gives gamma, s.
 const THESIS_SAMPLE_TIME: f32 = 0.02;
 
 /// Gains of RVI.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct RateVariableIntegralGains {
     /// Integral gain Ki, V/(deg s).
     pub ki: f32,

@@ -16,9 +16,10 @@
 use super::{Loop, Sample};
 use crate::error::{Error, HUGE, between};
 use crate::saturation::saturate;
+use serde::{Deserialize, Serialize};
 
 /// Gains of RI.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct ResetIntegralGains {
     /// Integral gain Ki, V/(deg s).
     pub ki: f32,

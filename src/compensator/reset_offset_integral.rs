@@ -19,9 +19,10 @@
 use super::{Loop, Sample};
 use crate::error::{Error, HUGE, between};
 use crate::saturation::saturate;
+use serde::{Deserialize, Serialize};
 
 /// Gains of ROI.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct ResetOffsetIntegralGains {
     /// Time between increments T_roi, s.
     pub t_roi: f32,

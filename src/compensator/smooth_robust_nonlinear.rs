@@ -18,9 +18,10 @@
 
 use super::Sample;
 use crate::error::{Error, HUGE, between};
+use serde::{Deserialize, Serialize};
 
 /// Gains of SRNF.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct SmoothRobustNonlinearGains {
     /// Compensated static friction v_ms, V.
     pub v_ms: f32,

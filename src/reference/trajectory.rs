@@ -18,6 +18,7 @@
 //! Does badly: the acceleration jumps at both ends of a blend, which excites a flexible joint.
 
 use heapless::Vec;
+use serde::{Deserialize, Serialize};
 
 use super::Setpoint;
 use crate::error::{Allowed, Error, HUGE, above, between};
@@ -27,7 +28,7 @@ use crate::position::{Position, Rate};
 pub const MAX_CORNERS: usize = 16;
 
 /// Where two straight lines would meet.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Corner {
     /// Time of the corner, in ticks.
     pub tick: u32,

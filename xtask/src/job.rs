@@ -1,6 +1,6 @@
 //! Running a command and saying what it is for.
 
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use std::process::Command;
 
 /// A step that is announced before it runs.
@@ -24,10 +24,21 @@ impl Job {
     }
 }
 
+/// The root of the workspace.
+pub fn root() -> &'static Path {
+    let manifest = Path::new(env!("CARGO_MANIFEST_DIR"));
+    manifest.parent().unwrap_or(manifest)
+}
+
+/// Where cargo builds.
+pub fn target_dir() -> PathBuf {
+    // Joining an absolute path replaces the root.
+    root().join(std::env::var_os("CARGO_TARGET_DIR").unwrap_or_else(|| "target".into()))
+}
+
 /// Cargo, in the root of the workspace wherever it was called from.
 pub fn cargo(arguments: &[&str]) -> Command {
-    let manifest = Path::new(env!("CARGO_MANIFEST_DIR"));
     let mut command = Command::new(std::env::var_os("CARGO").unwrap_or_else(|| "cargo".into()));
-    command.args(arguments).current_dir(manifest.parent().unwrap_or(manifest));
+    command.args(arguments).current_dir(root());
     command
 }

@@ -1,6 +1,9 @@
 //! `cargo xtask`: the jobs of the project that need more than one call of cargo.
 
+mod elf;
+mod firmware;
 mod job;
+mod toolchain;
 
 use std::process::ExitCode;
 
@@ -21,12 +24,21 @@ enum Command {
     Demo,
     /// Everything that must pass before a change lands: format, lints, tests, documentation
     Test,
+    /// Find or install the compiler for the microcontroller
+    Setup,
+    /// Build the firmware: target/firmware/stiction-firmware.elf and .bin
+    Firmware,
+    /// Encode a machine's TOML for the parameter sector of the microcontroller
+    Params(firmware::ParamsArguments),
 }
 
 fn main() -> ExitCode {
     let done = match Arguments::parse().job {
         Command::Demo => demo(),
         Command::Test => test(),
+        Command::Setup => setup(),
+        Command::Firmware => firmware::build(),
+        Command::Params(arguments) => firmware::params(&arguments),
     };
     match done {
         Ok(()) => ExitCode::SUCCESS,
@@ -35,6 +47,12 @@ fn main() -> ExitCode {
             ExitCode::FAILURE
         }
     }
+}
+
+fn setup() -> Result<(), String> {
+    let toolchain = toolchain::Toolchain::ready()?;
+    println!("The firmware is built by {}.", toolchain.describe());
+    Ok(())
 }
 
 fn demo() -> Result<(), String> {

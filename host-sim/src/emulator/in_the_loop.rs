@@ -27,7 +27,7 @@ use crate::solver::AxisSolver;
 /// Where the parameter blob lies: sector 10 of the flash.
 pub const PARAMETERS_AT: u64 = 0x080C_0000;
 /// Read-only words that the maker has put there: unique identifier (12 bytes), and the flash's size in KiB.
-const FACTORY_AT: u64 = 0x1FFF_7A10;
+pub(super) const FACTORY_AT: u64 = 0x1FFF_7A10;
 const TIM2_CNT: u64 = 0x4000_0024;
 const TIM1_CCR1: u64 = 0x4001_0034;
 /// The log's buffer holds 1 KiB: more than the firmware says in this time.
@@ -162,7 +162,7 @@ where
 }
 
 /// Identifier `stiction sim` and 1024 KiB.
-fn factory_words() -> Vec<u8> {
+pub(super) fn factory_words() -> Vec<u8> {
     let mut words = b"stiction sim".to_vec();
     words.resize(18, 0);
     words.extend(1024u16.to_le_bytes());

@@ -8,6 +8,7 @@
 //! What this is blind to: cycles, wait states and exception latency (an instruction takes one cycle), the contents of
 //! the flash after a write, analog effects of any kind, and the pins' electrical side.
 
+pub mod bench;
 pub mod board;
 pub mod bridge;
 pub mod compare;

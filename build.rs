@@ -1,0 +1,33 @@
+//! Link arguments and the commit, for the microcontroller only: builds for the host stay as they are.
+
+use std::path::Path;
+use std::process::Command;
+
+fn main() {
+    println!("cargo:rerun-if-changed=build.rs");
+    if std::env::var("CARGO_CFG_TARGET_OS").as_deref() != Ok("none") {
+        return;
+    }
+    println!("cargo:rerun-if-changed=memory.x");
+    println!("cargo:rustc-link-search={}", env!("CARGO_MANIFEST_DIR"));
+    for argument in ["--nmagic", "-Tlink.x", "-Tdefmt.x"] {
+        println!("cargo:rustc-link-arg-bins={argument}");
+    }
+    println!("cargo:rustc-env=STICTION_COMMIT={}", commit().unwrap_or_else(|| "unknown".into()));
+}
+
+/// The commit of the sources, if they are in a repository.
+fn commit() -> Option<String> {
+    // Written at every commit and checkout.
+    let log = git(&["rev-parse", "--git-path", "logs/HEAD"])?;
+    let log = Path::new(env!("CARGO_MANIFEST_DIR")).join(log);
+    println!("cargo:rerun-if-changed={}", log.display());
+    git(&["rev-parse", "--short=12", "HEAD"])
+}
+
+fn git(arguments: &[&str]) -> Option<String> {
+    let mut command = Command::new("git");
+    let output = command.args(arguments).current_dir(env!("CARGO_MANIFEST_DIR")).output().ok()?;
+    let text = String::from_utf8(output.stdout).ok().filter(|_| output.status.success())?;
+    Some(text.trim().to_owned())
+}

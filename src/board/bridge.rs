@@ -1,0 +1,154 @@
+//! The bridge on TIM1: PA8 and its complement PB13, enable PB0, direction PB1, break input PB12.
+//!
+//! Centre-aligned: the counter runs up to the top and down again, so that a change of duty moves both edges and
+//! current is best sampled at the ends. The compare value is taken over at the end of a period. Off means three
+//! things at once: both outputs at their inactive level (`OSSI`), the enable pin low, and a neutral duty in
+//! waiting. The break input is active low with a pull-up, which is what the open-drain fault output of a bridge driver
+//! wants; it turns the outputs off in hardware, without a clock, and they stay off. A wire that is cut goes unnoticed.
+
+use core::convert::Infallible;
+
+use embedded_hal::pwm::{ErrorType, SetDutyCycle};
+use stiction::drive::Duty;
+use stm32f4xx_hal::gpio::{Alternate, Output, PA8, PB0, PB1, PB12, PB13, PushPull};
+use stm32f4xx_hal::pac;
+use stm32f4xx_hal::rcc::{Enable, Rcc, Reset};
+
+use super::seams::Bridge;
+
+/// The pins of the bridge.
+pub struct Pins {
+    /// PWM.
+    pub high: PA8<Alternate<1>>,
+    /// Its complement.
+    pub low: PB13<Alternate<1>>,
+    /// Fault output of the bridge's driver.
+    pub fault: PB12<Alternate<1>>,
+    /// Turns the bridge on.
+    pub enable: PB0<Output<PushPull>>,
+    /// Sign, for a sign-magnitude bridge.
+    pub direction: PB1<Output<PushPull>>,
+}
+
+/// The PWM and the pins around it.
+pub struct TimerBridge {
+    pwm: Pwm,
+    pins: Pins,
+    on: bool,
+}
+
+/// TIM1's first channel.
+pub struct Pwm {
+    timer: pac::TIM1,
+    top: u16,
+}
+
+impl TimerBridge {
+    /// Sets everything up with a neutral duty and the outputs off.
+    pub fn new(timer: pac::TIM1, pins: Pins, settings: &Settings, rcc: &mut Rcc) -> Self {
+        pac::TIM1::enable(rcc);
+        pac::TIM1::reset(rcc);
+        let Settings { top, neutral, dead_time } = *settings;
+        let mut pwm = Pwm { timer, top };
+        let timer = &pwm.timer;
+        timer.arr().write(|w| w.arr().set(top));
+        timer.ccmr1_output().write(|w| w.oc1m().pwm_mode1().oc1pe().enabled());
+        timer.ccer().write(|w| w.cc1e().set_bit().cc1ne().set_bit());
+        let dead_time = dead_time_code(dead_time);
+        timer.bdtr().write(|w| {
+            w.dtg().set(dead_time).ossi().idle_level().ossr().idle_level().bke().enabled().bkp().clear_bit()
+        });
+        // Compare 0 would be full negative effort in locked antiphase, from the enabling of the outputs to the first tick.
+        let Ok(()) = pwm.set_duty_cycle(neutral.compare);
+        let timer = &pwm.timer;
+        timer.egr().write(|w| w.ug().set_bit());
+        timer.sr().write(|w| w.bif().clear_bit());
+        timer.dier().write(|w| w.bie().set_bit());
+        timer.cr1().write(|w| w.cms().center_aligned1().arpe().set_bit().cen().enabled());
+        let mut bridge = Self { pwm, pins, on: false };
+        bridge.off(neutral);
+        bridge
+    }
+}
+
+/// What a bridge is set up with.
+#[derive(Clone, Copy)]
+pub struct Settings {
+    /// Compare value of full duty.
+    pub top: u16,
+    /// No effort.
+    pub neutral: Duty,
+    /// Between the switching of complementary outputs, s.
+    pub dead_time: f32,
+}
+
+impl Settings {
+    /// For a part without parameters: 22 kHz that nobody will see.
+    pub const IDLE: Self =
+        Self { top: 3818, neutral: Duty { compare: 1909, reverse: false }, dead_time: 1e-6 };
+}
+
+impl ErrorType for Pwm {
+    type Error = Infallible;
+}
+
+impl SetDutyCycle for Pwm {
+    fn max_duty_cycle(&self) -> u16 {
+        self.top
+    }
+
+    fn set_duty_cycle(&mut self, duty: u16) -> Result<(), Infallible> {
+        self.timer.ccr1().write(|w| w.ccr().set(duty));
+        Ok(())
+    }
+}
+
+impl Bridge for TimerBridge {
+    #[inline]
+    fn drive(&mut self, duty: Duty) {
+        self.pins.direction.set_state(duty.reverse.into());
+        let Ok(()) = self.pwm.set_duty_cycle(duty.compare);
+        if !self.on {
+            self.on = true;
+            self.pwm.timer.bdtr().modify(|_, w| w.moe().enabled());
+            self.pins.enable.set_high();
+        }
+    }
+
+    #[inline]
+    fn off(&mut self, neutral: Duty) {
+        self.pins.enable.set_low();
+        self.pwm.timer.bdtr().modify(|_, w| w.moe().disabled_idle());
+        self.pins.direction.set_low();
+        let Ok(()) = self.pwm.set_duty_cycle(neutral.compare);
+        self.on = false;
+    }
+}
+
+/// `DTG` of RM0090: four ranges at 168 MHz, rounded up, since too short a dead time burns the bridge.
+fn dead_time_code(dead_time: f32) -> u8 {
+    let clocks = libm::ceilf(dead_time * 168e6) as u32;
+    let code = match clocks {
+        0..=127 => clocks,
+        128..=254 => 0x80 | (clocks.div_ceil(2) - 64),
+        255..=504 => 0xC0 | (clocks.div_ceil(8) - 32),
+        _ => 0xE0 | (clocks.div_ceil(16).min(63) - 32),
+    };
+    code as u8
+}
+
+/// Turns the bridge off from anywhere, whatever state the program is in.
+pub fn off_now() {
+    // SAFETY: one write to a set/reset register, which cannot disturb another pin, and one that only clears MOE;
+    // neither depends on anything that the program owns.
+    unsafe {
+        (*pac::GPIOB::ptr()).bsrr().write(|w| w.br0().set_bit());
+        (*pac::TIM1::ptr()).bdtr().modify(|_, w| w.moe().disabled_idle());
+    }
+}
+
+/// Silences the break interrupt: the input may stay active for ever, and its flag with it.
+pub fn silence_break() {
+    // SAFETY: called by the only task that touches this register after the set-up.
+    unsafe { (*pac::TIM1::ptr()).dier().modify(|_, w| w.bie().clear_bit()) };
+}

@@ -1,0 +1,48 @@
+//! When the program cannot go on: the bridge off first, then the reason kept, then a reset that tells it.
+
+use core::panic::PanicInfo;
+use core::sync::atomic::{Ordering, compiler_fence};
+
+use cortex_m::peripheral::SCB;
+use cortex_m_rt::{ExceptionFrame, exception};
+use stiction::Fault;
+use stm32f4xx_hal::pac;
+
+use super::bridge::off_now;
+use super::record::{Record, keep, set_armed};
+
+/// Ends this run of the program.
+pub fn stop(record: Record) -> ! {
+    off_now();
+    cortex_m::interrupt::disable();
+    keep(record);
+    set_armed(false);
+    compiler_fence(Ordering::SeqCst);
+    SCB::sys_reset()
+}
+
+#[panic_handler]
+fn panic(info: &PanicInfo) -> ! {
+    off_now();
+    let mut record = Record::of(Fault::Panic);
+    if let Some(location) = info.location() {
+        record = record.with_text(location.file()).at(location.line(), 0);
+    }
+    stop(record)
+}
+
+#[exception]
+unsafe fn HardFault(frame: &ExceptionFrame) -> ! {
+    off_now();
+    // SAFETY: reads a status register.
+    let status = unsafe { (*SCB::PTR).cfsr.read() };
+    stop(Record::of(Fault::HardFault).at(frame.pc(), status))
+}
+
+/// The clock security system: the crystal has stopped.
+#[exception]
+unsafe fn NonMaskableInt() {
+    // SAFETY: acknowledges the only source of this exception.
+    unsafe { (*pac::RCC::ptr()).cir().modify(|_, w| w.cssc().set_bit()) };
+    stop(Record::of(Fault::ClockLost))
+}

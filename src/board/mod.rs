@@ -1,0 +1,18 @@
+//! The STM32F405RG: everything that knows a register or a pin.
+//!
+//! `docs/wiring.md` has the pins. Each part is one module; what the control task needs of them is behind the traits of
+//! [`seams`], since embedded-hal has none for an encoder, a bridge or a watchdog.
+
+pub mod bridge;
+pub mod clock;
+pub mod encoder;
+pub mod fatal;
+mod note;
+pub mod record;
+pub mod reset;
+pub mod seams;
+mod sectors;
+pub mod setup;
+pub mod supply;
+pub mod tick;
+pub mod watchdog;

@@ -1,0 +1,36 @@
+//! What the image says of itself: an ELF note, which a host reads before it runs or flashes it.
+
+/// Name `stiction`, type 1; as description the core's version, the commit and the chip, each ended by a zero.
+#[repr(C)]
+struct Note {
+    name_size: u32,
+    description_size: u32,
+    kind: u32,
+    name: [u8; 12],
+    description: [u8; SIZE],
+}
+
+const TEXTS: &str = concat!(env!("CARGO_PKG_VERSION"), "\0", env!("STICTION_COMMIT"), "\0STM32F405\0");
+
+/// Notes are made of whole words.
+const SIZE: usize = TEXTS.len().next_multiple_of(4);
+
+const fn description() -> [u8; SIZE] {
+    let mut bytes = [0; SIZE];
+    let mut i = 0;
+    while i < TEXTS.len() {
+        bytes[i] = TEXTS.as_bytes()[i];
+        i += 1;
+    }
+    bytes
+}
+
+#[used]
+#[unsafe(link_section = ".note.stiction")]
+static NOTE: Note = Note {
+    name_size: 9,
+    description_size: SIZE as u32,
+    kind: 1,
+    name: *b"stiction\0\0\0\0",
+    description: description(),
+};

@@ -1,0 +1,114 @@
+//! What is remembered across a reset: the last fault, and whether the motor was being driven.
+//!
+//! It lies in RAM that is neither zeroed nor initialised (`NOINIT` of memory.x). After power-on it is noise, which
+//! the check words tell from a record.
+
+use core::cell::UnsafeCell;
+use core::mem::MaybeUninit;
+use core::ptr;
+
+use stiction::Fault;
+
+/// Room for the end of a source file's name.
+const TEXT: usize = 40;
+const MAGIC: u32 = 0x5354_4943;
+const ARMED: u32 = 0xA12E_D0DE;
+
+/// A fault and where it was.
+#[derive(Clone, Copy)]
+#[repr(C)]
+pub struct Record {
+    magic: u32,
+    fault: u32,
+    /// A panic's line, or a hard fault's program counter.
+    pub place: u32,
+    /// A hard fault's status register.
+    pub status: u32,
+    length: u32,
+    text: [u8; TEXT],
+    check: u32,
+}
+
+#[repr(C)]
+struct Memory {
+    record: Record,
+    armed: [u32; 2],
+}
+
+struct Kept(UnsafeCell<MaybeUninit<Memory>>);
+
+// SAFETY: one core; written by the control task, and by handlers that never return to it.
+unsafe impl Sync for Kept {}
+
+#[unsafe(link_section = ".noinit.record")]
+static KEPT: Kept = Kept(UnsafeCell::new(MaybeUninit::uninit()));
+
+impl Record {
+    /// A fault without a place.
+    pub const fn of(fault: Fault) -> Self {
+        Self { magic: MAGIC, fault: fault as u32, place: 0, status: 0, length: 0, text: [0; TEXT], check: 0 }
+    }
+
+    /// With the end of a text, since that is where a path says most.
+    pub fn with_text(mut self, text: &str) -> Self {
+        let bytes = text.as_bytes();
+        let kept = bytes.get(bytes.len().saturating_sub(TEXT)..).unwrap_or(bytes);
+        for (to, from) in self.text.iter_mut().zip(kept) {
+            *to = *from;
+        }
+        self.length = kept.len() as u32;
+        self
+    }
+
+    /// With a place in the program and a status.
+    pub const fn at(mut self, place: u32, status: u32) -> Self {
+        self.place = place;
+        self.status = status;
+        self
+    }
+
+    /// Which fault.
+    pub fn fault(&self) -> Option<Fault> {
+        Fault::from_code(self.fault as u8)
+    }
+
+    /// The text, or nothing.
+    pub fn text(&self) -> &str {
+        let kept = self.text.get(..self.length as usize).unwrap_or_default();
+        core::str::from_utf8(kept).unwrap_or_default()
+    }
+
+    fn sum(&self) -> u32 {
+        let words = [self.magic, self.fault, self.place, self.status, self.length];
+        let texts = self.text.iter().map(|&byte| u32::from(byte));
+        words.into_iter().chain(texts).fold(1, |sum, word| sum.rotate_left(5) ^ word)
+    }
+}
+
+/// Keeps a record for the time after the next reset.
+pub fn keep(mut record: Record) {
+    record.check = record.sum();
+    // SAFETY: within the static; see `Kept`.
+    unsafe { ptr::write_volatile(&raw mut (*memory()).record, record) };
+}
+
+/// Remembers whether the motor is driven.
+pub fn set_armed(armed: bool) {
+    let word = if armed { ARMED } else { 0 };
+    // SAFETY: within the static; see `Kept`.
+    unsafe { ptr::write_volatile(&raw mut (*memory()).armed, [word, !word]) };
+}
+
+/// What was kept before this reset, and whether the motor was driven; forgets both.
+pub fn take() -> (Option<Record>, bool) {
+    // SAFETY: within the static; any bits are a value of these types.
+    let Memory { record, armed } = unsafe { ptr::read_volatile(memory()) };
+    let known = record.magic == MAGIC && record.check == record.sum() && record.fault().is_some();
+    keep(Record { magic: 0, ..Record::of(Fault::Panic) });
+    set_armed(false);
+    (known.then_some(record), armed == [ARMED, !ARMED])
+}
+
+const fn memory() -> *mut Memory {
+    KEPT.0.get().cast()
+}

@@ -1,0 +1,111 @@
+//! Brings every part up, in the order in which nothing can move by accident.
+
+use stiction::Parameters;
+use stiction::parameters::DecodeError;
+use stm32f4xx_hal::gpio::{PinState, Pull};
+use stm32f4xx_hal::pac;
+use stm32f4xx_hal::prelude::*;
+
+use super::bridge::{self, Pins, TimerBridge};
+use super::encoder::Quadrature;
+use super::supply::Supply;
+use super::tick::TickTimer;
+use super::watchdog::Independent;
+use super::{clock, sectors};
+
+/// Of a part without parameters, s.
+const IDLE_SAMPLE_TIME: f32 = 0.001;
+
+/// What the sectors say.
+pub struct Settings {
+    found: Result<(Parameters, u8), DecodeError>,
+}
+
+/// Every part, running; the outputs are off.
+pub struct Board {
+    /// The counter of edges.
+    pub encoder: Quadrature,
+    /// PWM and enable.
+    pub bridge: TimerBridge,
+    /// Supply voltage.
+    pub supply: Supply,
+    /// The control tick.
+    pub timer: TickTimer,
+    /// Fed by a task.
+    pub watchdog: Independent,
+    /// The crystal runs.
+    pub crystal: bool,
+    /// Clock of the processor, Hz.
+    pub clock: u32,
+    /// Cycles of the processor in a tick.
+    pub period: u32,
+}
+
+impl Settings {
+    /// Reads them.
+    pub fn read() -> Self {
+        Self { found: sectors::read() }
+    }
+
+    /// The parameters.
+    pub fn parameters(&self) -> Result<&Parameters, DecodeError> {
+        self.found.as_ref().map(|(parameters, _)| parameters).map_err(|error| *error)
+    }
+
+    /// Number of the sector that they are in.
+    pub fn sector(&self) -> Option<u8> {
+        self.found.as_ref().ok().map(|(_, sector)| *sector)
+    }
+
+    /// Time between ticks, s.
+    pub fn sample_time(&self) -> f32 {
+        self.parameters().map_or(IDLE_SAMPLE_TIME, |parameters| parameters.controller.sample_time)
+    }
+
+    fn bridge(&self) -> bridge::Settings {
+        // The drive has been validated with everything else.
+        let neutral = |parameters: &Parameters| {
+            stiction::drive::Drive::new(&parameters.controller.drive).map(|drive| drive.duty(0)).ok()
+        };
+        match self.parameters().ok().and_then(|parameters| Some((parameters, neutral(parameters)?))) {
+            Some((parameters, neutral)) => bridge::Settings {
+                top: parameters.controller.drive.pwm_top,
+                neutral,
+                dead_time: parameters.device.dead_time,
+            },
+            None => bridge::Settings::IDLE,
+        }
+    }
+}
+
+/// Starts everything.
+pub fn start(device: pac::Peripherals, mut core: cortex_m::Peripherals, settings: &Settings) -> Board {
+    core.DCB.enable_trace();
+    core.DWT.enable_cycle_counter();
+    let watchdog = Independent::start(device.IWDG);
+    let (mut rcc, crystal) = clock::start(device.RCC);
+
+    let a = device.GPIOA.split(&mut rcc);
+    let b = device.GPIOB.split(&mut rcc);
+    let c = device.GPIOC.split(&mut rcc);
+    let pins = Pins {
+        // First of all: low from the moment on that it is an output. Before, a resistor of the board holds it.
+        enable: b.pb0.into_push_pull_output_in_state(PinState::Low),
+        direction: b.pb1.into_push_pull_output_in_state(PinState::Low),
+        high: a.pa8.into_alternate(),
+        low: b.pb13.into_alternate(),
+        fault: b.pb12.into_alternate().internal_resistor(Pull::Up),
+    };
+    let bridge = TimerBridge::new(device.TIM1, pins, &settings.bridge(), &mut rcc);
+    let encoder = Quadrature::start(
+        device.TIM2,
+        a.pa0.into_alternate().internal_resistor(Pull::Up),
+        a.pa1.into_alternate().internal_resistor(Pull::Up),
+        &mut rcc,
+    );
+    let supply = Supply::start(device.ADC1, c.pc0.into_analog(), &mut rcc);
+    let timer = TickTimer::start(device.TIM3, settings.sample_time(), &mut rcc);
+    let clock = rcc.clocks.sysclk().raw();
+    let period = libm::roundf(settings.sample_time() * clock as f32) as u32;
+    Board { encoder, bridge, supply, timer, watchdog, crystal, clock, period }
+}

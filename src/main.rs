@@ -1,0 +1,167 @@
+//! The firmware. On a host this program only says how to build it.
+//!
+//! RTIC 2: the control task owns the servo and has the highest priority but for the break input; it is bounded, and
+//! its deadline is checked. Everything slow is async below it.
+#![cfg_attr(target_os = "none", no_std, no_main)]
+// Registers, the parameter sectors and the memory that survives a reset; each use says why it is sound.
+#![cfg_attr(target_os = "none", allow(unsafe_code))]
+
+#[cfg(target_os = "none")]
+mod board;
+#[cfg(target_os = "none")]
+mod report;
+
+#[cfg(not(target_os = "none"))]
+fn main() {
+    println!(
+        "This is the firmware: build it with `cargo xtask firmware`, flash it with `cargo flash --release`."
+    );
+}
+
+#[cfg(target_os = "none")]
+#[rtic::app(device = stm32f4xx_hal::pac, peripherals = true, dispatchers = [SPI1, SPI2])]
+mod app {
+    use core::sync::atomic::{AtomicBool, Ordering};
+
+    use cortex_m::peripheral::DWT;
+    use heapless::spsc::{Consumer, Producer, Queue};
+    use stiction::deadline::Deadline;
+    use stiction::servo::{Boot, Input, Output, State};
+    use stiction::{Fault, Servo};
+
+    use crate::board::bridge::{self, TimerBridge};
+    use crate::board::clock;
+    use crate::board::encoder::Quadrature;
+    use crate::board::record::{self, Record};
+    use crate::board::seams::{Bridge, Encoder, Watchdog};
+    use crate::board::setup::{self, Board};
+    use crate::board::supply::Supply;
+    use crate::board::tick::TickTimer;
+    use crate::board::watchdog::Independent;
+    use crate::board::{fatal, reset};
+    use crate::report::Report;
+
+    /// Ticks that the log may lag behind; beyond it, it misses some.
+    const QUEUE: usize = 16;
+
+    /// The bridge's driver pulled the break input: set by its interrupt, taken by the control task.
+    static TRIPPED: AtomicBool = AtomicBool::new(false);
+
+    #[shared]
+    struct Shared {}
+
+    #[local]
+    struct Local {
+        servo: Servo,
+        before: State,
+        deadline: Deadline,
+        encoder: Quadrature,
+        bridge: TimerBridge,
+        supply: Supply,
+        timer: TickTimer,
+        watchdog: Independent,
+        ticks: Producer<'static, Output>,
+        trace: Consumer<'static, Output>,
+        report: Report,
+    }
+
+    #[init(local = [queue: Queue<Output, QUEUE> = Queue::new()])]
+    fn init(cx: init::Context) -> (Shared, Local) {
+        let (ticks, trace) = cx.local.queue.split();
+        let (told, was_armed) = record::take();
+        let cause = reset::Cause::take(&cx.device.RCC);
+        let settings = setup::Settings::read();
+        let board = setup::start(cx.device, cx.core, &settings);
+
+        let fault = told.and_then(|record| record.fault()).or(cause.fault(was_armed));
+        let absent = (!board.crystal).then_some(Fault::ClockAbsent);
+        let servo = Servo::new(settings.parameters(), Boot { fault: fault.or(absent) });
+        let report = Report::new(&settings);
+        report.banner(&board, cause, told.as_ref(), fault, &settings);
+
+        let Board { encoder, bridge, supply, timer, watchdog, period, .. } = board;
+        let (before, deadline) = (servo.state(), Deadline::new(period));
+        let local =
+            Local { servo, before, deadline, encoder, bridge, supply, timer, watchdog, ticks, trace, report };
+        (Shared {}, local)
+    }
+
+    #[idle]
+    fn idle(_: idle::Context) -> ! {
+        loop {
+            cortex_m::asm::wfi();
+        }
+    }
+
+    /// One tick of the loop.
+    ///
+    /// At most 900 instructions from entry to exit, so a hundredth of the shortest sample time would do. If it
+    /// begins late or takes more than half the sample time, the output is turned off for good.
+    #[task(binds = TIM3, priority = 3, local = [servo, before, deadline, encoder, bridge, supply, timer, ticks])]
+    fn control(cx: control::Context) {
+        let local = cx.local;
+        let in_time = local.deadline.enter(DWT::cycle_count());
+        local.timer.acknowledge();
+        if !in_time {
+            local.servo.fault(Fault::Overrun);
+        }
+        if TRIPPED.load(Ordering::Relaxed) {
+            local.servo.fault(Fault::BreakInput);
+        }
+
+        let input = Input { counter: local.encoder.counter(), supply: local.supply.read() };
+        let output = local.servo.tick(input);
+        if output.enable {
+            local.bridge.drive(output.duty);
+        } else {
+            local.bridge.off(output.duty);
+        }
+
+        if output.state != *local.before {
+            remember(output.state);
+            *local.before = output.state;
+        }
+        // A full queue loses a line of the log, nothing else.
+        let _ = local.ticks.enqueue(output);
+        // Still busy with the last tick: it takes this one, too.
+        let _ = feed::spawn();
+        let _ = report::spawn();
+        if !local.deadline.leave(DWT::cycle_count()) {
+            local.servo.fault(Fault::Overrun);
+        }
+    }
+
+    /// Keeps for the next reset what this one must not forget.
+    fn remember(state: State) {
+        record::set_armed(state == State::Armed);
+        if let State::Faulted(fault) = state {
+            record::keep(Record::of(fault));
+        }
+    }
+
+    /// The outputs are off already, in hardware, because the bridge or the clock failed.
+    #[task(binds = TIM1_BRK_TIM9, priority = 4)]
+    fn outputs_broken(_: outputs_broken::Context) {
+        bridge::off_now();
+        bridge::silence_break();
+        if clock::has_lost_crystal() {
+            // The clocks are wrong from here on: begin anew on the internal oscillator, and tell it there.
+            fatal::stop(Record::of(Fault::ClockLost));
+        }
+        TRIPPED.store(true, Ordering::Relaxed);
+    }
+
+    /// Runs only after a control tick, and only if nothing above hogs the processor.
+    #[task(priority = 2, local = [watchdog])]
+    async fn feed(cx: feed::Context) {
+        cx.local.watchdog.feed();
+    }
+
+    /// Log and trace.
+    #[task(priority = 1, local = [trace, report])]
+    async fn report(cx: report::Context) {
+        while let Some(output) = cx.local.trace.dequeue() {
+            cx.local.report.tick(&output);
+        }
+    }
+}

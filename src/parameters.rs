@@ -1,0 +1,245 @@
+//! A whole machine as the device needs it, and its form in the parameter sectors of the flash.
+//!
+//! ```text
+//! byte  0  magic "STIC"
+//!       4  format version   u32, little endian, as all of the header
+//!       8  sequence         u32, the higher one of two valid records is the newer
+//!      12  length of body   u32
+//!      16  CRC-32 (ISO-HDLC) of bytes 4 to 15 and of the body
+//!      20  body             postcard
+//! ```
+//!
+//! Why this form: the numbers are those of the core's own configuration (`f32`, counts), so that nothing is
+//! rounded a second time on the device, and host and device build the same controller from them, bit for bit.
+//! Guarantees: decoding is total. Any sequence of bytes either gives parameters of which every value has been
+//! validated, or says what is wrong. Does badly: a body of another format version is refused, not converted.
+
+use crc::{CRC_32_ISO_HDLC, Crc, NoTable};
+use heapless::Vec;
+use serde::{Deserialize, Serialize};
+
+use crate::controller::{Controller, ControllerConfig};
+use crate::error::{Error, between};
+use crate::position::Position;
+use crate::reference::{Corner, MAX_CORNERS, Reference, Step, Trajectory};
+
+/// Of the body; to be raised with every change of [`Parameters`].
+pub const FORMAT_VERSION: u32 = 1;
+
+/// Room that every record fits in, header and all.
+pub const ROOM: usize = 512;
+
+/// Largest reading of the converter that measures the supply.
+pub const SUPPLY_FULL_SCALE: u16 = 4095;
+
+const MAGIC: [u8; 4] = *b"STIC";
+const HEADER: usize = 20;
+
+/// Without a table: a kilobyte of flash for a sum that is taken once.
+const CRC: Crc<u32, NoTable> = Crc::<u32, NoTable>::new(&CRC_32_ISO_HDLC);
+
+/// Everything that a device is told.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Parameters {
+    /// The control loop. The PWM's frequency is [`pwm_top`](crate::drive::DriveConfig::pwm_top) at 168 MHz.
+    pub controller: ControllerConfig,
+    /// The motion that arming begins.
+    pub motion: Motion,
+    /// What only the device has.
+    pub device: Device,
+}
+
+/// A motion as data, relative to where the joint is when it is armed.
+// The difference in size is a trajectory's corners: there is no heap to box them on.
+#[allow(clippy::large_enum_variant)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub enum Motion {
+    /// Stay there.
+    Hold,
+    /// A jump by so much, at the first tick.
+    Step(Position),
+    /// Through corners, blended for `half_blend` (s) on either side of each.
+    Trajectory {
+        /// Where the lines meet.
+        corners: Vec<Corner, MAX_CORNERS>,
+        /// Half the time of a blend, s.
+        half_blend: f32,
+    },
+}
+
+/// What only the device has.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Device {
+    /// Arm without a command, `autostart_delay` after power-on.
+    pub autostart: bool,
+    /// Time from the first tick to arming, s.
+    pub autostart_delay: f32,
+    /// Time in which the output's limit rises from zero to the full scale after arming, s; 0 is at once.
+    pub soft_start: f32,
+    /// Time between the switching of complementary outputs, s.
+    pub dead_time: f32,
+    /// Supply for which the gains were found, V: the output is scaled by its ratio to the measured supply. 0 leaves
+    /// the output alone.
+    pub nominal_supply: f32,
+    /// Supply at the full scale of the converter, V.
+    pub supply_full_scale: f32,
+}
+
+/// Why there are no parameters.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum DecodeError {
+    /// The flash is erased: nothing has been written.
+    Blank,
+    /// Something else is written there, or a part of a record is missing.
+    NotParameters,
+    /// Of another format version.
+    Version(u32),
+    /// A bit has changed, or the record was not written to its end.
+    Checksum,
+    /// The checksum is right, but the body is not one of this format.
+    Malformed,
+    /// A value is not allowed.
+    Value(Error),
+}
+
+impl Motion {
+    /// Validates the motion for a loop and prepares it.
+    ///
+    /// # Errors
+    /// Names the key.
+    pub fn reference(&self, sample_time: f32, resolution: f32) -> Result<Reference, Error> {
+        match self {
+            Self::Hold => Ok(Reference::Step(Step::default())),
+            Self::Step(to) => {
+                fraction("steps_deg", *to)?;
+                Ok(Reference::Step(Step { from: Position::default(), to: *to, at_tick: 0 }))
+            }
+            Self::Trajectory { corners, half_blend } => {
+                for corner in corners {
+                    fraction("corner_positions_deg", corner.position)?;
+                }
+                Trajectory::new(corners, *half_blend, sample_time, resolution).map(Reference::Trajectory)
+            }
+        }
+    }
+}
+
+/// Refuses a fraction outside of `[0, 1)`.
+fn fraction(key: &'static str, position: Position) -> Result<(), Error> {
+    between(key, position.fraction, 0.0, 1.0 - f32::EPSILON / 2.0)
+}
+
+impl Device {
+    /// Neither starts nor scales anything by itself; half a second of soft start, one microsecond of dead time.
+    pub const CAUTIOUS: Self = Self {
+        autostart: false,
+        autostart_delay: 1.0,
+        soft_start: 0.5,
+        dead_time: 1e-6,
+        nominal_supply: 0.0,
+        supply_full_scale: 0.0,
+    };
+
+    /// Refuses times that are negative or too long, and a supply that its converter cannot measure.
+    ///
+    /// # Errors
+    /// Names the key.
+    pub fn validate(&self) -> Result<(), Error> {
+        between("autostart_delay_s", self.autostart_delay, 0.0, 60.0)?;
+        // The product of its ticks and codes must fit 32 bits.
+        between("soft_start_s", self.soft_start, 0.0, 10.0)?;
+        // What the timer's dead-time generator reaches at 168 MHz.
+        between("dead_time_s", self.dead_time, 0.0, 6e-6)?;
+        between("supply_full_scale_v", self.supply_full_scale, 0.0, 100.0)?;
+        between("nominal_supply_v", self.nominal_supply, 0.0, self.supply_full_scale)
+    }
+}
+
+impl Parameters {
+    /// Validates every value, and prepares the controller and its motion.
+    ///
+    /// # Errors
+    /// Names the first key that is not allowed.
+    pub fn prepare(&self) -> Result<(Controller, Reference), Error> {
+        // What the tick's timer and the deadline are made for: 50 Hz to 10 kHz.
+        between("sample_time_s", self.controller.sample_time, 1e-4, 0.02)?;
+        self.device.validate()?;
+        let controller = Controller::new(&self.controller)?;
+        let resolution = self.controller.encoder.resolution;
+        Ok((controller, self.motion.reference(self.controller.sample_time, resolution)?))
+    }
+
+    /// Writes a record, and returns the part of `buffer` that it fills; none if the buffer is too small, which
+    /// [`ROOM`] never is.
+    pub fn encode<'a>(&self, sequence: u32, buffer: &'a mut [u8]) -> Option<&'a [u8]> {
+        let length = postcard::to_slice(self, buffer.get_mut(HEADER..)?).ok()?.len();
+        let record = buffer.get_mut(..HEADER + length)?;
+        let (header, body) = record.split_at_mut_checked(HEADER)?;
+        let fields = [FORMAT_VERSION, sequence, u32::try_from(length).ok()?];
+        for (bytes, field) in header.chunks_exact_mut(4).skip(1).zip(fields) {
+            bytes.copy_from_slice(&field.to_le_bytes());
+        }
+        let sum = checksum(header, body);
+        header.first_chunk_mut::<4>()?.copy_from_slice(&MAGIC);
+        header.last_chunk_mut::<4>()?.copy_from_slice(&sum.to_le_bytes());
+        Some(record)
+    }
+
+    /// Reads a record at the start of `bytes`, and returns it with its sequence number.
+    ///
+    /// # Errors
+    /// Says what is wrong with it.
+    pub fn decode(bytes: &[u8]) -> Result<(Self, u32), DecodeError> {
+        let (header, rest) = bytes.split_at_checked(HEADER).ok_or(DecodeError::NotParameters)?;
+        if header.iter().all(|&byte| byte == 0xFF) {
+            return Err(DecodeError::Blank);
+        }
+        if !header.starts_with(&MAGIC) {
+            return Err(DecodeError::NotParameters);
+        }
+        let [version, sequence, length, sum] = [4, 8, 12, 16].map(|at| word(header, at));
+        if version != FORMAT_VERSION {
+            return Err(DecodeError::Version(version));
+        }
+        let length = length as usize;
+        let body = rest.get(..length).ok_or(DecodeError::NotParameters)?;
+        if checksum(header, body) != sum {
+            return Err(DecodeError::Checksum);
+        }
+        let (parameters, left) =
+            postcard::take_from_bytes::<Self>(body).map_err(|_| DecodeError::Malformed)?;
+        if !left.is_empty() {
+            return Err(DecodeError::Malformed);
+        }
+        parameters.prepare().map_err(DecodeError::Value)?;
+        Ok((parameters, sequence))
+    }
+
+    /// The newest valid record of two sectors, and which one it is in.
+    ///
+    /// A record that was cut off while it was written gives way to the one before it; if there is none, the error is
+    /// that of the sector that holds something.
+    ///
+    /// # Errors
+    /// Says what is wrong if neither is valid.
+    pub fn newest(sectors: [&[u8]; 2]) -> Result<(Self, usize), DecodeError> {
+        match sectors.map(Self::decode) {
+            [Ok((_, older)), Ok((second, newer))] if newer.wrapping_sub(older) as i32 > 0 => Ok((second, 1)),
+            [Ok((first, _)), _] => Ok((first, 0)),
+            [Err(_), Ok((second, _))] => Ok((second, 1)),
+            [Err(DecodeError::Blank), Err(error)] | [Err(error), Err(_)] => Err(error),
+        }
+    }
+}
+
+fn checksum(header: &[u8], body: &[u8]) -> u32 {
+    let mut digest = CRC.digest();
+    digest.update(header.get(4..16).unwrap_or_default());
+    digest.update(body);
+    digest.finalize()
+}
+
+fn word(header: &[u8], at: usize) -> u32 {
+    let bytes = header.get(at..).and_then(|rest| rest.first_chunk::<4>());
+    bytes.map_or(0, |bytes| u32::from_le_bytes(*bytes))
+}

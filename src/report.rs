@@ -1,0 +1,109 @@
+//! What the firmware says of itself, by defmt over RTT.
+
+use defmt::{error, info, warn};
+use defmt_rtt as _;
+use stiction::Fault;
+use stiction::parameters::DecodeError;
+use stiction::servo::{Output, State};
+
+use crate::board::record::Record;
+use crate::board::reset::Cause;
+use crate::board::setup::{Board, Settings};
+
+/// Lines of the trace a second.
+const TRACE_HZ: f32 = 10.0;
+
+/// Follows the servo and tells what is new.
+pub struct Report {
+    state: State,
+    /// Ticks from one line of the trace to the next.
+    every: u32,
+    ticks: u32,
+}
+
+impl Report {
+    /// A report of a loop with these settings.
+    pub fn new(settings: &Settings) -> Self {
+        let every = libm::roundf(1.0 / (TRACE_HZ * settings.sample_time())) as u32;
+        Self { state: State::Boot, every: every.max(1), ticks: 0 }
+    }
+
+    /// The first lines after a reset.
+    pub fn banner(
+        &self,
+        board: &Board,
+        cause: Cause,
+        told: Option<&Record>,
+        last: Option<Fault>,
+        settings: &Settings,
+    ) {
+        let source = if board.crystal { "crystal" } else { "internal oscillator, crystal absent" };
+        info!("stiction {=str} ({=str}) on STM32F405", stiction::VERSION, env!("STICTION_COMMIT"));
+        info!("clock {=u32} Hz from {=str}", board.clock, source);
+        info!("reset by {=str}; last fault: {=str}", cause.describe(), last.map_or("none", Fault::describe));
+        if let Some(record) = told.filter(|record| record.place != 0) {
+            let (text, place, status) = (record.text(), record.place, record.status);
+            error!("it was at {=str} {=u32} ({=u32:#x}), status {=u32:#x}", text, place, place, status);
+        }
+        match settings.parameters() {
+            Ok(parameters) => {
+                let sector = settings.sector().unwrap_or_default();
+                let (sample_time, top) = (settings.sample_time(), parameters.controller.drive.pwm_top);
+                info!(
+                    "parameters of sector {=u8}: sample time {=f32} s, PWM top {=u16}",
+                    sector, sample_time, top
+                );
+                if parameters.device.autostart {
+                    let delay = parameters.device.autostart_delay;
+                    warn!("autostart: arms by itself after {=f32} s unless there is a fault", delay);
+                }
+            }
+            Err(error) => refused(error),
+        }
+    }
+
+    /// One tick.
+    pub fn tick(&mut self, output: &Output) {
+        if output.state != self.state {
+            self.state = output.state;
+            self.ticks = 0;
+            match output.state {
+                State::Boot => info!("boot"),
+                State::Stopped => info!("stopped"),
+                State::Armed => info!("armed"),
+                State::Faulted(fault) => {
+                    error!("faulted: {=str} (code {=u8}); no motion", fault.describe(), fault as u8);
+                }
+            }
+        }
+        if !output.enable {
+            return;
+        }
+        if self.ticks == 0 {
+            let tick = &output.tick;
+            info!(
+                "t {=u32} counts {=i32} error {=f32} velocity {=f32} v_pd {=f32} v_c {=f32} code {=i16}",
+                tick.tick, tick.counts, tick.error, tick.velocity, tick.v_pd, tick.v_c, tick.code
+            );
+        }
+        self.ticks = (self.ticks + 1) % self.every;
+    }
+}
+
+fn refused(refusal: DecodeError) {
+    match refusal {
+        DecodeError::Blank => error!("no parameters: no motion; `cargo xtask params FILE.toml` makes them"),
+        DecodeError::NotParameters => error!("the parameter sectors hold something else: no motion"),
+        DecodeError::Version(found) => {
+            error!("the parameters have format {=u32}, not {=u32}: no motion", found, FORMAT);
+        }
+        DecodeError::Checksum => error!("the parameters are damaged (checksum): no motion"),
+        DecodeError::Malformed => error!("the parameters are malformed: no motion"),
+        DecodeError::Value(error) => {
+            error!("parameter {=str} is {=f32}, which is not allowed: no motion", error.key, error.found);
+        }
+    }
+}
+
+/// What this firmware reads.
+const FORMAT: u32 = stiction::parameters::FORMAT_VERSION;

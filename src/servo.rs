@@ -1,0 +1,228 @@
+//! When the joint may be driven: the state machine around the controller.
+//!
+//! ```text
+//!             valid parameters            arm                  stop
+//!   Boot ------------------------> Stopped ----> Armed ------------------> Stopped
+//!     |                               |            |
+//!     +-------------------------------+------------+---- any fault ------> Faulted, until the next reset
+//! ```
+//!
+//! Nothing is driven unless the state is [`State::Armed`]. The first fault is latched; later ones do not hide
+//! it. A part that comes out of a reset with a fault to tell ([`Boot`]) tells it and stays faulted: no reset that
+//! nobody asked for leads to a motion, and the reset after that one starts clean.
+//!
+//! Arming: there is no command link yet, so [`Servo::arm`] is called by the servo itself, `autostart_delay` after the
+//! first tick, if the parameters say `autostart` (off by default) and nothing went wrong before. The position in
+//! which the joint is armed becomes its zero, and the motion begins with that tick.
+//!
+//! After arming, the limit of the output rises in a straight line from zero to the full scale (soft start): a wrong
+//! sign or a large first error shows as a slow pull and not as a jerk. The gains are those of the loop from the
+//! start; what is cut off is told as `saturated`.
+
+use crate::controller::{Controller, ControllerState, Tick};
+use crate::drive::{Drive, Duty};
+use crate::fault::Fault;
+use crate::parameters::{DecodeError, Parameters, SUPPLY_FULL_SCALE};
+use crate::reference::Reference;
+
+/// The state of a servo.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum State {
+    /// Before the first tick.
+    Boot,
+    /// Ready, output off.
+    Stopped,
+    /// The loop is closed.
+    Armed,
+    /// Output off until the next reset.
+    Faulted(Fault),
+}
+
+/// How the part came out of its last reset.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Boot {
+    /// What went wrong before it.
+    pub fault: Option<Fault>,
+}
+
+/// What one tick is given.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Input {
+    /// The encoder's counter.
+    pub counter: u32,
+    /// The converter's reading of the supply; not looked at unless the output is scaled by it.
+    pub supply: u16,
+}
+
+/// What one tick asks of the board.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Output {
+    /// The bridge may be on. If not, `duty` is neutral.
+    pub enable: bool,
+    /// What the timer is given.
+    pub duty: Duty,
+    /// The state after this tick.
+    pub state: State,
+    /// Every term; its code and duty are those that are applied. The last one of the motion unless armed.
+    pub tick: Tick,
+}
+
+/// A joint's controller with what it needs to run.
+#[derive(Clone, Debug)]
+struct Joint {
+    controller: Controller,
+    reference: Reference,
+    state: ControllerState,
+    soft_start: SoftStart,
+    /// Nominal supply in the converter's units; 0: the output is left alone.
+    nominal_supply: f32,
+}
+
+/// A rising limit of the code, in whole ticks.
+#[derive(Clone, Copy, Debug)]
+struct SoftStart {
+    ticks: u32,
+    elapsed: u32,
+}
+
+/// The state machine. It owns the controller and its state; the board calls [`tick`](Self::tick).
+#[derive(Clone, Debug)]
+pub struct Servo {
+    joint: Option<Joint>,
+    state: State,
+    last: Tick,
+    /// Ticks until it arms by itself; none: it does not.
+    countdown: Option<u32>,
+}
+
+impl Servo {
+    /// A servo of the parameters that were found.
+    pub fn new(parameters: Result<&Parameters, DecodeError>, boot: Boot) -> Self {
+        let prepared = parameters.and_then(|parameters| {
+            let (controller, reference) = parameters.prepare().map_err(DecodeError::Value)?;
+            Ok((parameters, controller, reference))
+        });
+        let (joint, countdown, refused) = match prepared {
+            Ok((parameters, controller, reference)) => {
+                let device = &parameters.device;
+                let in_ticks = |s: f32| libm::roundf(s / parameters.controller.sample_time) as u32;
+                let nominal_supply = match device.supply_full_scale {
+                    full_scale if full_scale > 0.0 => {
+                        device.nominal_supply / full_scale * f32::from(SUPPLY_FULL_SCALE)
+                    }
+                    _ => 0.0,
+                };
+                let soft_start = SoftStart { ticks: in_ticks(device.soft_start), elapsed: 0 };
+                let state = ControllerState::default();
+                let countdown = device.autostart.then(|| in_ticks(device.autostart_delay));
+                (Some(Joint { controller, reference, state, soft_start, nominal_supply }), countdown, None)
+            }
+            Err(DecodeError::Blank) => (None, None, Some(Fault::NoParameters)),
+            Err(_) => (None, None, Some(Fault::BadParameters)),
+        };
+        let mut servo = Self { joint, state: State::Boot, last: Tick::default(), countdown };
+        if let Some(fault) = boot.fault.or(refused) {
+            servo.fault(fault);
+        }
+        servo
+    }
+
+    /// The present state.
+    pub const fn state(&self) -> State {
+        self.state
+    }
+
+    /// Latches a fault, unless there is one already. The next tick's output is off.
+    pub const fn fault(&mut self, fault: Fault) {
+        if !matches!(self.state, State::Faulted(_)) {
+            self.state = State::Faulted(fault);
+        }
+    }
+
+    /// Closes the loop at the next tick, with the counter at `counter`; only from [`State::Stopped`]. Whether it did.
+    pub fn arm(&mut self, counter: u32) -> bool {
+        let (State::Stopped, Some(joint)) = (self.state, &mut self.joint) else { return false };
+        joint.state = joint.controller.start(counter, 0);
+        joint.soft_start.elapsed = 0;
+        self.state = State::Armed;
+        self.countdown = None;
+        true
+    }
+
+    /// Opens the loop; a fault stays.
+    pub const fn stop(&mut self) {
+        self.countdown = None;
+        if matches!(self.state, State::Armed) {
+            self.state = State::Stopped;
+        }
+    }
+
+    /// One tick of the loop's sample time.
+    #[inline]
+    pub fn tick(&mut self, input: Input) -> Output {
+        self.advance(input.counter);
+        let (State::Armed, Some(joint)) = (self.state, &mut self.joint) else { return self.off() };
+        self.last = joint.tick(input);
+        if self.last.non_finite {
+            self.fault(Fault::NonFinite);
+            return self.off();
+        }
+        Output { enable: true, duty: self.last.duty, state: self.state, tick: self.last }
+    }
+
+    /// Transitions that need no command.
+    fn advance(&mut self, counter: u32) {
+        match (self.state, self.countdown) {
+            (State::Boot, _) => self.state = State::Stopped,
+            (State::Stopped, Some(0)) => {
+                self.arm(counter);
+            }
+            (State::Stopped, Some(ticks)) => self.countdown = Some(ticks - 1),
+            _ => {}
+        }
+    }
+
+    fn off(&self) -> Output {
+        let duty = self.joint.as_ref().map_or(Duty::default(), |joint| joint.controller.drive().duty(0));
+        Output { enable: false, duty, state: self.state, tick: self.last }
+    }
+}
+
+impl Joint {
+    fn tick(&mut self, input: Input) -> Tick {
+        let mut tick = self.controller.tick(&mut self.state, input.counter, &self.reference);
+        let drive = self.controller.drive();
+        let mut code = tick.code;
+        if self.nominal_supply > 0.0 {
+            code = drive.code(tick.v * supply_ratio(self.nominal_supply, input.supply));
+        }
+        let limit = self.soft_start.limit(drive);
+        let limited = code.max(-limit).min(limit);
+        if limited != tick.code {
+            tick.saturated |= limited != code;
+            tick.code = limited;
+            tick.duty = drive.duty(limited);
+        }
+        tick
+    }
+}
+
+impl SoftStart {
+    /// The largest code of this tick.
+    fn limit(&mut self, drive: &Drive) -> i16 {
+        let max = drive.max_code();
+        if self.elapsed >= self.ticks {
+            return max;
+        }
+        // 10 s at 10 kHz, and 32 767 codes: the product fits.
+        let scaled = self.elapsed.wrapping_mul(u32::from(max.unsigned_abs()));
+        self.elapsed += 1;
+        scaled.checked_div(self.ticks).unwrap_or(0) as i16
+    }
+}
+
+/// How much more duty the present supply needs, within a factor of two either way: a broken divider must not turn
+/// into full effort.
+fn supply_ratio(nominal: f32, measured: u16) -> f32 {
+    (nominal / f32::from(measured.max(1))).clamp(0.5, 2.0)
+}

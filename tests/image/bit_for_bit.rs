@@ -1,0 +1,82 @@
+//! Lockstep: every count and every duty of the image is that of the host.
+
+use host_sim::emulator::first_difference;
+use host_sim::experiment::RunPlan;
+use host_sim::run::{RunResult, Trace, run_all};
+
+use crate::common::{emulation, plans};
+
+fn assert_same(host: &RunResult, image: &RunResult) {
+    let label = &host.plan.label;
+    let (Trace::Loop(a), Trace::Loop(b)) = (&host.trace, &image.trace) else { panic!("{label} is a ramp") };
+    if let Some(difference) = first_difference(a, b) {
+        panic!("{label}: {difference}");
+    }
+    assert_eq!(a, b, "{label}: the joint's own motion");
+    assert_eq!(host.events, image.events, "{label}");
+    assert_eq!(host.metrics, image.metrics, "{label}");
+    assert_eq!((host.unstable, host.diverged_at_s), (image.unstable, image.diverged_at_s), "{label}");
+}
+
+fn same_on_both(plans: &[RunPlan]) {
+    let host = run_all(plans).unwrap();
+    let image = emulation().run_all(plans).unwrap();
+    assert_eq!(host.len(), image.len());
+    for (host, image) in host.iter().zip(&image) {
+        assert_same(host, &image.result);
+    }
+}
+
+#[test]
+fn seven_controllers_three_steps() {
+    same_on_both(&plans("step-response", &[], &[]));
+}
+
+#[test]
+fn seven_controllers_two_trajectories() {
+    same_on_both(&plans("trajectory", &[], &[]));
+}
+
+#[test]
+fn added_friction_and_wrong_gains() {
+    for name in ["step-added-friction", "srnf-added-friction", "srnf-robustness"] {
+        same_on_both(&plans(name, &[], &[]));
+    }
+}
+
+#[test]
+fn a_disc_that_counts_down_and_one_that_does_not_rest_at_zero() {
+    same_on_both(&plans("step-response", &["srnf", "pd"], &[
+        "run.duration_s=3",
+        "encoder.direction=\"reverse\"",
+        "encoder.phase=0.7",
+        "encoder.counter_bits=32",
+    ]));
+}
+
+#[test]
+fn a_sample_of_delay_and_a_millisecond_of_sample_time() {
+    same_on_both(&plans("step-response", &["srnf"], &["run.duration_s=2", "run.delay_samples=1"]));
+    same_on_both(&plans("step-response", &["pd", "srnf"], &["run.duration_s=1", "loop.sample_time_s=0.001"]));
+}
+
+#[test]
+fn sign_and_magnitude() {
+    same_on_both(&plans("step-response", &["pd", "dnpf"], &["run.duration_s=3", "drive.mode=sign-magnitude"]));
+}
+
+#[test]
+fn rk4_moves_the_joint_as_well() {
+    same_on_both(&plans("step-response", &["pd"], &["run.duration_s=1", "run.solver=rk4"]));
+}
+
+#[test]
+fn the_same_run_takes_the_same_instructions() {
+    let plans = plans("step-response", &["srnf"], &["run.duration_s=1"]);
+    let instructions = || {
+        emulation().run_all(&plans).unwrap().into_iter().map(|run| run.instructions).collect::<Vec<_>>()
+    };
+    let first = instructions();
+    assert!(first.iter().all(|count| *count > 0));
+    assert_eq!(first, instructions());
+}

@@ -1,0 +1,34 @@
+//! The image under test, and plans to run on it.
+
+use std::path::PathBuf;
+
+use host_sim::emulator::Emulation;
+use host_sim::experiment::{Document, Experiment, RunPlan};
+
+/// Set by `cargo xtask test`.
+const IMAGE: &str = "STICTION_IMAGE";
+
+/// The image's path. A test that cannot find it fails: one that is skipped looks like one that has passed.
+pub fn image() -> PathBuf {
+    match std::env::var_os(IMAGE) {
+        Some(path) => path.into(),
+        None => panic!(
+            "{IMAGE} does not name a flash image: run `cargo xtask test`, or `cargo xtask firmware` and then this with \
+             {IMAGE}=<the file that it leaves>"
+        ),
+    }
+}
+
+pub fn emulation() -> Emulation {
+    Emulation::new(Some(&image())).unwrap()
+}
+
+/// The runs of an experiment with keys set as on the command line.
+pub fn plans(name: &str, controllers: &[&str], set: &[&str]) -> Vec<RunPlan> {
+    let mut document = Document::open(name).unwrap();
+    let owned = |texts: &[&str]| texts.iter().map(|text| (*text).to_owned()).collect::<Vec<_>>();
+    document.set(&owned(set)).unwrap();
+    let fixed: Vec<String> =
+        set.iter().filter_map(|text| text.split_once('=')).map(|(key, _)| key.to_owned()).collect();
+    Experiment::plan(&document, &owned(controllers), &fixed).unwrap().runs
+}

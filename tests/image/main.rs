@@ -1,0 +1,12 @@
+//! The flash image in the loop: the very bytes that are flashed, on the emulated part, against the simulated joint.
+//!
+//! Blind to cycle timing, wait states, the flash's contents, pins and silicon.
+// The helpers of tests may panic like the tests themselves.
+#![allow(clippy::unwrap_used, clippy::panic)]
+
+mod bad_input;
+mod bit_for_bit;
+mod common;
+mod free_running;
+mod mishaps;
+mod stuck;

@@ -1,0 +1,60 @@
+//! Building the image, and the parameters that go beside it.
+
+use std::fs;
+use std::path::PathBuf;
+
+use crate::job::{Job, cargo, root, target_dir};
+use crate::toolchain::{TARGET, Toolchain};
+
+/// The binary's name.
+const IMAGE: &str = "stiction-firmware";
+
+#[derive(Debug, clap::Args)]
+pub struct ParamsArguments {
+    /// A machine's file, or the name of a built-in experiment
+    file: String,
+    /// Where to write; by default target/firmware/NAME.params
+    #[arg(short, long, value_name = "FILE")]
+    out: Option<PathBuf>,
+    /// Set a key of the file, table.key=value; can be repeated
+    #[arg(long, value_name = "KEY=VALUE")]
+    set: Vec<String>,
+}
+
+/// Builds the image and puts it where people and tests look for it.
+pub fn build() -> Result<(), String> {
+    let toolchain = Toolchain::ready()?;
+    println!("   compiler: {}", toolchain.describe());
+    let arguments = ["build", "--release", "--package", "stiction", "--bin", IMAGE, "--target", TARGET];
+    Job::new("Building the firmware").run(&mut toolchain.cargo(&arguments))?;
+    let built = target_dir().join(TARGET).join("release").join(IMAGE);
+    let image = fs::read(&built).map_err(|error| format!("cannot read {}: {error}", built.display()))?;
+    let directory = target_dir().join("firmware");
+    fs::create_dir_all(&directory)
+        .map_err(|error| format!("cannot make {}: {error}", directory.display()))?;
+    let flash = crate::elf::flash_contents(&image)?;
+    for (extension, bytes) in [("elf", &image), ("bin", &flash)] {
+        let path = directory.join(IMAGE).with_extension(extension);
+        fs::write(&path, bytes).map_err(|error| format!("cannot write {}: {error}", path.display()))?;
+        println!("{} ({} bytes)", path.display(), bytes.len());
+    }
+    Ok(())
+}
+
+/// Encodes a machine's file. The simulator knows these files, so it does the work.
+pub fn params(arguments: &ParamsArguments) -> Result<(), String> {
+    let out = arguments.out.clone().unwrap_or_else(|| {
+        let stem = PathBuf::from(&arguments.file).file_stem().unwrap_or_default().to_owned();
+        target_dir().join("firmware").join(stem).with_extension("params")
+    });
+    let here = std::env::current_dir().map_err(|error| format!("there is no current directory: {error}"))?;
+    let file = here.join(&arguments.file);
+    let file = if file.is_file() { file.into_os_string() } else { arguments.file.clone().into() };
+    let mut command =
+        cargo(&["run", "--quiet", "--release", "--package", "host-sim", "--bin", "stiction", "--", "params"]);
+    command.current_dir(root()).arg(file).arg("--out").arg(here.join(out));
+    for assignment in &arguments.set {
+        command.args(["--set", assignment]);
+    }
+    Job::new("Encoding the parameters").run(&mut command)
+}

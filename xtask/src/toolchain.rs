@@ -1,0 +1,250 @@
+//! The compiler for the microcontroller: an installed one, else rustup's, else Debian's.
+//!
+//! The user's default tool chain is never updated and never replaced. Debian's compiler has no library for the
+//! target, so that is built once from Debian's own sources and put beside the host's; rustup then knows the two as
+//! the tool chain `stiction`. A stamp with the compiler's version says whether that still holds.
+
+use std::ffi::OsStr;
+use std::fs;
+use std::path::{Path, PathBuf};
+use std::process::Command;
+
+use crate::job::{Job, cargo, root, target_dir};
+
+/// Cortex-M4 with a single-precision unit.
+pub const TARGET: &str = "thumbv7em-none-eabihf";
+
+/// The name under which rustup knows Debian's compiler.
+const LINKED: &str = "stiction";
+
+/// Debian's compiler, its sources, its linker and lints.
+const PACKAGES: [&str; 7] =
+    ["rustc-web", "cargo-web", "rust-web-src", "rust-web-clippy", "rustfmt-web", "rust-web-llvm", "lld-22"];
+
+/// Where Debian keeps the libraries of each target.
+const RUSTLIB: &str = "/usr/lib/rustlib";
+
+/// A tool chain that can build for [`TARGET`].
+pub enum Toolchain {
+    /// The one that cargo uses here anyway.
+    Default,
+    /// Debian's.
+    Debian,
+}
+
+impl Toolchain {
+    /// Finds one, or installs it, and says what it does.
+    ///
+    /// # Errors
+    /// Names the command that the user has to run.
+    pub fn ready() -> Result<Self, String> {
+        if default_has_target() {
+            return Ok(Self::Default);
+        }
+        if debian_is_ready() {
+            return Ok(Self::Debian);
+        }
+        if rustup_may_install() {
+            let what = "Adding the target thumbv7em-none-eabihf by rustup";
+            let added = Job::new(what).run(Command::new("rustup").args(["target", "add", TARGET]));
+            match added {
+                Ok(()) if default_has_target() => return Ok(Self::Default),
+                _ => println!("   rustup could not; trying Debian's packages"),
+            }
+        }
+        install_debian()?;
+        Ok(Self::Debian)
+    }
+
+    /// One line for a person.
+    pub const fn describe(&self) -> &'static str {
+        match self {
+            Self::Default => "the default tool chain",
+            Self::Debian => "Debian's compiler, which rustup knows as `stiction`",
+        }
+    }
+
+    /// Cargo of this tool chain, in the root of the workspace.
+    pub fn cargo(&self, arguments: &[&str]) -> Command {
+        match self {
+            Self::Default => cargo(arguments),
+            Self::Debian => {
+                // By its name: `$CARGO` is the default tool chain's.
+                let mut command = Command::new(if has_rustup() { "cargo" } else { "/usr/bin/cargo" });
+                command.args(arguments).current_dir(root());
+                command.env("RUSTUP_TOOLCHAIN", LINKED).env_remove("CARGO").env_remove("RUSTC");
+                command
+            }
+        }
+    }
+}
+
+fn default_has_target() -> bool {
+    let mut rustc = Command::new(std::env::var_os("RUSTC").unwrap_or_else(|| "rustc".into()));
+    let sysroot = output(rustc.args(["--print", "sysroot"]).current_dir(root()));
+    sysroot.is_some_and(|sysroot| has_core(&Path::new(sysroot.trim()).join("lib/rustlib").join(TARGET)))
+}
+
+fn has_core(target: &Path) -> bool {
+    let Ok(files) = fs::read_dir(target.join("lib")) else { return false };
+    files.flatten().any(|file| file.file_name().to_string_lossy().starts_with("libcore-"))
+}
+
+fn has_rustup() -> bool {
+    output(Command::new("rustup").arg("--version")).is_some()
+}
+
+/// A machine that sets `RUSTUP_AUTO_INSTALL` to 0 has said no.
+fn rustup_may_install() -> bool {
+    has_rustup() && std::env::var_os("RUSTUP_AUTO_INSTALL").is_none_or(|value| value != "0")
+}
+
+fn stamp_file() -> PathBuf {
+    Path::new(RUSTLIB).join(TARGET).join("stiction.stamp")
+}
+
+fn debian_version() -> Option<String> {
+    output(Command::new("/usr/bin/rustc").arg("-vV"))
+}
+
+fn debian_is_ready() -> bool {
+    let built_for = fs::read_to_string(stamp_file()).ok();
+    let same_compiler = built_for.is_some() && built_for == debian_version();
+    same_compiler && has_core(&Path::new(RUSTLIB).join(TARGET)) && is_linked()
+}
+
+fn is_linked() -> bool {
+    if !has_rustup() {
+        return true;
+    }
+    let names = output(Command::new("rustup").args(["toolchain", "list"])).unwrap_or_default();
+    names.lines().any(|line| line.split_whitespace().next() == Some(LINKED))
+}
+
+fn install_debian() -> Result<(), String> {
+    if !Path::new("/etc/debian_version").exists() || !is_root() {
+        return Err(format!(
+            "no compiler here builds for {TARGET}; run\n    rustup target add {TARGET}\nor, on Debian 12 and as \
+             root, `cargo xtask setup` again: it installs {}",
+            PACKAGES.join(" ")
+        ));
+    }
+    install_packages()?;
+    let version = debian_version().ok_or("/usr/bin/rustc does not start, though its package is installed")?;
+    build_library(&version)?;
+    name_linker(&version)?;
+    if !is_linked() {
+        Job::new("Making Debian's compiler known to rustup as `stiction`")
+            .run(Command::new("rustup").args(["toolchain", "link", LINKED, "/usr"]))?;
+    }
+    // Last: a run that was interrupted begins anew.
+    fs::write(stamp_file(), version).map_err(|error| cannot("write", &stamp_file(), &error))
+}
+
+fn is_root() -> bool {
+    output(Command::new("id").arg("-u")).is_some_and(|id| id.trim() == "0")
+}
+
+fn install_packages() -> Result<(), String> {
+    let missing: Vec<&str> = PACKAGES.into_iter().filter(|package| !is_installed(package)).collect();
+    if missing.is_empty() {
+        return Ok(());
+    }
+    println!("   missing: {}", missing.join(" "));
+    let apt = |arguments: &[&str]| {
+        let mut command = Command::new("apt-get");
+        command.args(arguments).env("DEBIAN_FRONTEND", "noninteractive");
+        command
+    };
+    Job::new("Reading Debian's list of packages").run(&mut apt(&["update", "--quiet"]))?;
+    let mut install = apt(&["install", "--quiet", "--yes", "--no-install-recommends"]);
+    Job::new("Installing Debian's compiler beside the default one").run(install.args(&missing))
+}
+
+fn is_installed(package: &str) -> bool {
+    let status = output(Command::new("dpkg-query").args(["--show", "--showformat=${Status}", package]));
+    status.is_some_and(|status| status.ends_with("ok installed"))
+}
+
+/// Builds `core` and `alloc` for the target in an empty crate, and puts them where the compiler looks for them.
+fn build_library(version: &str) -> Result<(), String> {
+    let library = Path::new(RUSTLIB).join(TARGET).join("lib");
+    if has_core(&Path::new(RUSTLIB).join(TARGET)) {
+        // Of another compiler, or of a run that was interrupted.
+        fs::remove_dir_all(&library).map_err(|error| cannot("remove", &library, &error))?;
+    }
+    let name = "stiction-empty";
+    let empty = target_dir().join("toolchain");
+    let manifest = format!("[package]\nname = \"{name}\"\nedition = \"2024\"\n\n[workspace]\n");
+    make_dir(&empty.join("src"))?;
+    write(&empty.join("Cargo.toml"), &manifest)?;
+    write(&empty.join("src/lib.rs"), "#![no_std]\n")?;
+    let target_dir = empty.join(release_of(version));
+    let mut build = Command::new("/usr/bin/cargo");
+    build
+        .args([
+            "build",
+            "--quiet",
+            "--release",
+            "-Zbuild-std=core,alloc,compiler_builtins",
+            "--target",
+            TARGET,
+        ])
+        .arg("--target-dir")
+        .arg(&target_dir)
+        .current_dir(&empty)
+        .env("RUSTC", "/usr/bin/rustc")
+        .env("RUSTC_BOOTSTRAP", "1")
+        .env("RUSTFLAGS", "-Cembed-bitcode=yes -Zforce-unstable-if-unmarked")
+        .env_remove("RUSTUP_TOOLCHAIN")
+        .env_remove("CARGO_TARGET_DIR");
+    Job::new("Building the core library for thumbv7em-none-eabihf (once, less than a minute)")
+        .run(&mut build)?;
+    make_dir(&library)?;
+    let built = target_dir.join(TARGET).join("release/deps");
+    let files = fs::read_dir(&built).map_err(|error| cannot("read", &built, &error))?;
+    for file in files.flatten().map(|file| file.path()) {
+        let is_library = file.extension() == Some(OsStr::new("rlib"));
+        let file_name = file.file_name().unwrap_or_default();
+        if is_library && !file_name.to_string_lossy().starts_with("libstiction") {
+            fs::copy(&file, library.join(file_name)).map_err(|error| cannot("copy", &file, &error))?;
+        }
+    }
+    Ok(())
+}
+
+/// `1.96.0` of `rustc -vV`.
+fn release_of(version: &str) -> &str {
+    version.lines().find_map(|line| line.strip_prefix("release: ")).unwrap_or("unknown")
+}
+
+/// Puts `rust-lld` beside the compiler: `cargo-binutils` installs a proxy of the same name on the path that is no
+/// linker.
+fn name_linker(version: &str) -> Result<(), String> {
+    let host = version.lines().find_map(|line| line.strip_prefix("host: ")).ok_or("rustc names no host")?;
+    let directory = Path::new(RUSTLIB).join(host).join("bin");
+    let linker = directory.join("rust-lld");
+    if linker.exists() {
+        return Ok(());
+    }
+    make_dir(&directory)?;
+    std::os::unix::fs::symlink("/usr/bin/lld-22", &linker).map_err(|error| cannot("link", &linker, &error))
+}
+
+fn make_dir(path: &Path) -> Result<(), String> {
+    fs::create_dir_all(path).map_err(|error| cannot("make", path, &error))
+}
+
+fn write(path: &Path, text: &str) -> Result<(), String> {
+    fs::write(path, text).map_err(|error| cannot("write", path, &error))
+}
+
+fn cannot(action: &str, path: &Path, error: &std::io::Error) -> String {
+    format!("cannot {action} {}: {error}", path.display())
+}
+
+/// What a command prints, if it starts and succeeds.
+fn output(command: &mut Command) -> Option<String> {
+    let output = command.output().ok().filter(|output| output.status.success())?;
+    String::from_utf8(output.stdout).ok()
+}
