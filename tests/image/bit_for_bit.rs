@@ -46,12 +46,16 @@ fn added_friction_and_wrong_gains() {
 
 #[test]
 fn a_disc_that_counts_down_and_one_that_does_not_rest_at_zero() {
-    same_on_both(&plans("step-response", &["srnf", "pd"], &[
-        "run.duration_s=3",
-        "encoder.direction=\"reverse\"",
-        "encoder.phase=0.7",
-        "encoder.counter_bits=32",
-    ]));
+    same_on_both(&plans(
+        "step-response",
+        &["srnf", "pd"],
+        &[
+            "run.duration_s=3",
+            "encoder.direction=\"reverse\"",
+            "encoder.phase=0.7",
+            "encoder.counter_bits=32",
+        ],
+    ));
 }
 
 #[test]
@@ -62,7 +66,11 @@ fn a_sample_of_delay_and_a_millisecond_of_sample_time() {
 
 #[test]
 fn sign_and_magnitude() {
-    same_on_both(&plans("step-response", &["pd", "dnpf"], &["run.duration_s=3", "drive.mode=sign-magnitude"]));
+    same_on_both(&plans(
+        "step-response",
+        &["pd", "dnpf"],
+        &["run.duration_s=3", "drive.mode=sign-magnitude"],
+    ));
 }
 
 #[test]
@@ -73,9 +81,8 @@ fn rk4_moves_the_joint_as_well() {
 #[test]
 fn the_same_run_takes_the_same_instructions() {
     let plans = plans("step-response", &["srnf"], &["run.duration_s=1"]);
-    let instructions = || {
-        emulation().run_all(&plans).unwrap().into_iter().map(|run| run.instructions).collect::<Vec<_>>()
-    };
+    let instructions =
+        || emulation().run_all(&plans).unwrap().into_iter().map(|run| run.instructions).collect::<Vec<_>>();
     let first = instructions();
     assert!(first.iter().all(|count| *count > 0));
     assert_eq!(first, instructions());

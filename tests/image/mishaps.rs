@@ -36,10 +36,11 @@ fn nothing_happens_to_a_healthy_board() {
 
 #[test]
 fn the_break_input_turns_the_bridge_off_and_it_stays_off() {
-    let observed = bench(Some(&parameters()), Fitted::default(), &[
-        (AT, Mishap::Break),
-        (AT + 100 * MS, Mishap::BreakReleased),
-    ]);
+    let observed = bench(
+        Some(&parameters()),
+        Fitted::default(),
+        &[(AT, Mishap::Break), (AT + 100 * MS, Mishap::BreakReleased)],
+    );
     assert_off_after(&observed, AT, MS / 10);
     assert!(observed.log.iter().any(|line| line.text.to_lowercase().contains("break")), "{:?}", observed.log);
 }

@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use rigless::emulator::{Driver, Host, Start, Stop};
+use rigless::emulator::{Driver, Host, Settled, Start, Stop};
 use rigless::image::Image;
 use rigless::session::{Reset, Session};
 use rigless::time::VirtualNanos;
@@ -102,6 +102,12 @@ struct Bench {
 }
 
 impl Driver<EmulatedBoard> for Bench {
+    fn on_settled(&mut self, session: &mut Session<EmulatedBoard>, _: &mut dyn Host, settled: Settled) {
+        if let Settled::Stop(_) = settled {
+            session.board_mut().settle();
+        }
+    }
+
     fn on_stop(
         &mut self,
         session: &mut Session<EmulatedBoard>,

@@ -12,6 +12,7 @@ use rigless::machine::{Board, Target, armv7m};
 use rigless::mcu::{Mcu, Operate};
 use rigless::soc::Width;
 use rigless::soc::stm32f427::Stm32f427;
+use rigless::soc::stm32f427::generated::rcc;
 use rigless::soc::stm32f427::peripherals::adc::Channel;
 use rigless::soc::stm32f427::peripherals::gpio::{Gpio, Pin};
 use rigless::store;
@@ -23,6 +24,8 @@ use crate::error::Error;
 pub const CLOCK_HZ: NonZeroU64 = NonZeroU64::MIN.saturating_add(167_999_999);
 
 const CRYSTAL_HZ: u64 = 8_000_000;
+/// In RCC_CR: the crystal oscillates.
+const HSERDY: u64 = 1 << 17;
 const RAIL_MV: u32 = 3_300;
 /// PC0, which measures the supply of the bridge, is channel 10 of ADC1.
 const SUPPLY_CHANNEL: u8 = 10;
@@ -56,9 +59,10 @@ impl Default for Fitted {
 pub struct EmulatedBoard {
     /// The microcontroller.
     pub mcu: Stm32f427,
+    crystal: bool,
 }
 
-store!(EmulatedBoard { values: [], parts: [mcu], built: [] });
+store!(EmulatedBoard { values: [crystal], parts: [mcu], built: [] });
 
 impl EmulatedBoard {
     /// A board out of the box, without power.
@@ -75,7 +79,7 @@ impl EmulatedBoard {
                 converter.set_input(channel, fitted.supply_pin_mv);
             }
         }
-        let mut board = Self { mcu };
+        let mut board = Self { mcu, crystal: fitted.crystal };
         // Its pull-up: the input is active low, and a cut wire must not turn the bridge off.
         board.drive_break(VirtualNanos(0), false);
         Ok(board)
@@ -103,8 +107,22 @@ impl EmulatedBoard {
 
     /// Lets the crystal fail.
     pub fn lose_crystal(&mut self, at: VirtualNanos) {
+        self.crystal = false;
         self.mcu.rcc.attach_crystals(0, 0);
         self.mcu.drive_clocks(at, |rcc, registers, context| rcc.fail_hse(registers, context));
+    }
+
+    /// To be called whenever the models have acted: an oscillator without a crystal never says that it is ready, and the
+    /// model's would, as soon as its start-up time is over.
+    pub fn settle(&mut self) {
+        if self.crystal {
+            return;
+        }
+        let (_, registers) = self.mcu.clocks();
+        let control = registers.get(rcc::Register::Cr);
+        if control & HSERDY != 0 {
+            registers.set(rcc::Register::Cr, control & !HSERDY);
+        }
     }
 
     /// A register as the core would read it now; nothing if the peripheral has no clock.

@@ -226,7 +226,10 @@ impl<S: AxisSolver + Send> Loop<S> {
 
 impl<S: AxisSolver + Send> Driver<EmulatedBoard> for Loop<S> {
     fn on_settled(&mut self, session: &mut Session<EmulatedBoard>, _host: &mut dyn Host, settled: Settled) {
-        let Settled::Access { access, value } = settled else { return };
+        let Settled::Access { access, value } = settled else {
+            session.board_mut().settle();
+            return;
+        };
         self.guard.see(&access);
         let (at, wired) = (access.virtual_time, &mut self.wired);
         match (access.kind, access.address) {
