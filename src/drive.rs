@@ -104,6 +104,16 @@ impl Drive {
         self.max_code
     }
 
+    /// How the code reaches the bridge.
+    pub const fn mode(&self) -> PwmMode {
+        self.mode
+    }
+
+    /// Compare value of full duty.
+    pub const fn pwm_top(&self) -> u16 {
+        self.pwm_top
+    }
+
     /// The code of `v` volts: rounded half away from zero, within +-[`max_code`](Self::max_code).
     ///
     /// ```

@@ -7,6 +7,7 @@
 pub mod benchmark;
 pub mod cli;
 pub mod closed_loop;
+pub mod device;
 pub mod encoder;
 mod error;
 pub mod experiment;

@@ -83,11 +83,20 @@ impl RunPlan {
     /// # Errors
     /// Names the key, what was found and what is allowed.
     pub fn controller(&self) -> Result<Controller, Error> {
+        let name = self.controller.as_deref().unwrap_or_default();
+        Controller::new(&self.controller_config()?).map_err(|error| self.explain(&error, name))
+    }
+
+    /// What the core is configured with, on the host as on a device.
+    ///
+    /// # Errors
+    /// Names the key, what was found and what is allowed.
+    pub fn controller_config(&self) -> Result<ControllerConfig, Error> {
         let machine = &self.machine;
         let name = self.controller.as_deref().unwrap_or_default();
         let none = machine::Controller::default();
         let table = machine.controller.get(name).unwrap_or(&none);
-        let config = ControllerConfig {
+        Ok(ControllerConfig {
             sample_time: machine.sampling.sample_time_s as f32,
             encoder: Encoder {
                 resolution: machine.encoder.resolution_deg as f32,
@@ -98,8 +107,7 @@ impl RunPlan {
             pd: PdGains { kp: table.kp_v_per_deg as f32, kd: table.kd_v_per_deg_per_s as f32 },
             compensator: self.laws(name, table)?,
             drive: self.drive()?,
-        };
-        Controller::new(&config).map_err(|error| self.explain(&error, name))
+        })
     }
 
     /// The whole loop, ready to run.
@@ -174,8 +182,30 @@ impl RunPlan {
     }
 
     fn reference(&self) -> Result<Reference, Error> {
-        let Machine { sampling, encoder, .. } = &*self.machine;
-        let resolution = encoder.resolution_deg;
+        let corners = self.corners()?;
+        match &self.motion {
+            Motion::Step(_) => Ok(Reference::Step(Step {
+                from: Position::default(),
+                to: corners.first().map_or(Position::default(), |corner| corner.position),
+                at_tick: 0,
+            })),
+            Motion::Trajectory(trajectory) => {
+                let sample_time = self.machine.sampling.sample_time_s as f32;
+                let resolution = self.machine.encoder.resolution_deg as f32;
+                Trajectory::new(&corners, trajectory.half_blend_s as f32, sample_time, resolution)
+                    .map(Reference::Trajectory)
+                    .map_err(|error| self.explain(&error, ""))
+            }
+            Motion::Ramp(_) => Ok(Reference::Step(Step::default())),
+        }
+    }
+
+    /// Where the motion leads: the corners of a trajectory, or the one position of a step.
+    ///
+    /// # Errors
+    /// Names the key, what was found and what is allowed.
+    pub fn corners(&self) -> Result<Vec<Corner>, Error> {
+        let resolution = self.machine.encoder.resolution_deg;
         let position = |key: &str, deg: f64| {
             self.check(key, deg, (deg / resolution).abs() < f64::from(i32::MAX), || {
                 format!("a number below {} in size, 2^31 counts", f64::from(i32::MAX) * resolution)
@@ -183,11 +213,9 @@ impl RunPlan {
             Ok::<_, Error>(counts(deg / resolution))
         };
         match &self.motion {
-            Motion::Step(step) => Ok(Reference::Step(Step {
-                from: Position::default(),
-                to: position("reference.steps_deg", *step)?,
-                at_tick: 0,
-            })),
+            Motion::Step(step) => {
+                Ok(vec![Corner { tick: 0, position: position("reference.steps_deg", *step)? }])
+            }
             Motion::Trajectory(trajectory) => {
                 let (times, positions) = (&trajectory.corner_times_s, &trajectory.corner_positions_deg);
                 self.check(
@@ -196,20 +224,16 @@ impl RunPlan {
                     positions.len() == times.len(),
                     || format!("as many entries as `corner_times_s` ({})", times.len()),
                 )?;
-                let mut corners = Vec::new();
-                for (time_s, deg) in times.iter().zip(positions) {
+                let corner = |(time_s, deg): (&f64, &f64)| {
                     self.at_least_zero("reference.trajectories.corner_times_s", *time_s)?;
-                    corners.push(Corner {
-                        tick: (time_s / sampling.sample_time_s).round() as u32,
+                    Ok(Corner {
+                        tick: (time_s / self.machine.sampling.sample_time_s).round() as u32,
                         position: position("reference.trajectories.corner_positions_deg", *deg)?,
-                    });
-                }
-                let half_blend = trajectory.half_blend_s as f32;
-                Trajectory::new(&corners, half_blend, sampling.sample_time_s as f32, resolution as f32)
-                    .map(Reference::Trajectory)
-                    .map_err(|error| self.explain(&error, ""))
+                    })
+                };
+                times.iter().zip(positions).map(corner).collect()
             }
-            Motion::Ramp(_) => Ok(Reference::Step(Step::default())),
+            Motion::Ramp(_) => Ok(vec![]),
         }
     }
 
@@ -308,12 +332,17 @@ impl RunPlan {
     }
 
     /// An error of the core with the table in front of its key.
-    fn explain(&self, error: &stiction::Error, controller: &str) -> Error {
+    pub(crate) fn explain(&self, error: &stiction::Error, controller: &str) -> Error {
         let table = match error.key {
             "sample_time_s" | "velocity_window" => "loop.".into(),
             "resolution_deg" => "encoder.".into(),
             "full_scale_v" | "lsb_v" | "pwm_top" => "drive.".into(),
             "corner_times_s" | "half_blend_s" => "reference.trajectories.".into(),
+            "autostart_delay_s"
+            | "soft_start_s"
+            | "dead_time_s"
+            | "nominal_supply_v"
+            | "supply_full_scale_v" => "device.".into(),
             _ => format!("controller.{controller}."),
         };
         let text = error.to_string();
