@@ -14,7 +14,7 @@ mod report;
 #[cfg(not(target_os = "none"))]
 fn main() {
     println!(
-        "This is the firmware: build it with `cargo xtask firmware`, flash it with `cargo flash --release`."
+        "This is the firmware: build it with `cargo xtask firmware`, flash it with `cargo xtask flash`."
     );
 }
 

@@ -7,6 +7,7 @@
 pub mod benchmark;
 pub mod cli;
 pub mod closed_loop;
+pub mod device;
 #[cfg(feature = "emulator")]
 pub mod emulator;
 pub mod encoder;

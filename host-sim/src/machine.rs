@@ -7,6 +7,7 @@ use std::collections::BTreeMap;
 
 use serde::{Deserialize, Serialize};
 
+use crate::device::Device;
 use crate::encoder::Rounding;
 
 /// A whole file.
@@ -39,6 +40,9 @@ pub struct Machine {
     /// Friction identification by ramps, instead of a reference.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub identification: Option<Identification>,
+    /// What only the controller board has; the simulator does not look at it.
+    #[serde(default)]
+    pub device: Device,
     /// How it is simulated.
     #[serde(default)]
     pub run: Run,

@@ -41,6 +41,14 @@ pub fn build() -> Result<(), String> {
     Ok(())
 }
 
+/// Writes the image to a board and shows its log, by the runner of `.cargo/config.toml`.
+pub fn flash() -> Result<(), String> {
+    let toolchain = Toolchain::ready()?;
+    let arguments = ["run", "--release", "--package", "stiction", "--bin", IMAGE, "--target", TARGET];
+    Job::new("Flashing the firmware (wants probe-rs: cargo install probe-rs-tools --locked)")
+        .run(&mut toolchain.cargo(&arguments))
+}
+
 /// Encodes a machine's file. The simulator knows these files, so it does the work.
 pub fn params(arguments: &ParamsArguments) -> Result<(), String> {
     let out = arguments.out.clone().unwrap_or_else(|| {

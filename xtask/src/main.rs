@@ -28,6 +28,8 @@ enum Command {
     Setup,
     /// Build the firmware: target/firmware/stiction-firmware.elf and .bin
     Firmware,
+    /// Write the firmware to a board by probe-rs, and show its log
+    Flash,
     /// Encode a machine's TOML for the parameter sector of the microcontroller
     Params(firmware::ParamsArguments),
 }
@@ -38,6 +40,7 @@ fn main() -> ExitCode {
         Command::Test => test(),
         Command::Setup => setup(),
         Command::Firmware => firmware::build(),
+        Command::Flash => firmware::flash(),
         Command::Params(arguments) => firmware::params(&arguments),
     };
     match done {

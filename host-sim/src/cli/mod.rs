@@ -2,6 +2,7 @@
 
 mod benchmark;
 mod list;
+mod params;
 mod run;
 mod show;
 mod target;
@@ -30,6 +31,8 @@ enum Command {
     Show(show::Arguments),
     /// Run an experiment or a machine's own file
     Run(run::Arguments),
+    /// Encode a machine for the parameter sector of the controller board
+    Params(params::Arguments),
     /// Rank controllers on one joint: rest, overshoot, settling, tracking, chatter, hunting
     Benchmark(benchmark::Arguments),
 }
@@ -41,6 +44,7 @@ pub fn main() -> ExitCode {
         Command::List(arguments) => list::list(&arguments),
         Command::Show(arguments) => show::show(&arguments),
         Command::Run(arguments) => run::run(&arguments),
+        Command::Params(arguments) => params::params(&arguments),
         Command::Benchmark(arguments) => benchmark::rank(&arguments),
     };
     match done {

@@ -1,61 +1,41 @@
 //! The parameter sector that a run's image finds.
 
 use stiction::Parameters;
-use stiction::parameters::{Device, Motion as DeviceMotion, ROOM};
+use stiction::parameters::{Device, Motion, ROOM};
 use stiction::position::Position;
-use stiction::reference::{Corner, MAX_CORNERS};
 
+use crate::device;
 use crate::error::Error;
-use crate::experiment::{Motion, RunPlan};
+use crate::experiment::RunPlan;
 
 /// From the first tick to arming, in ticks: time for the encoder to be shown where the joint is.
 const WAIT_TICKS: f32 = 3.0;
 
 /// What the device is told so that it does what the host does: to begin by itself, at once with its full scale, and
-/// to leave the duty alone.
+/// to leave the duty alone. The rest is as a board would be told.
 ///
 /// # Errors
 /// Names a value that is not allowed, or that the device would refuse.
 pub fn parameters(plan: &RunPlan) -> Result<Parameters, Error> {
-    let controller = plan.controller_config()?;
+    let mut parameters = device::parameters(plan)?;
     // The device calls the place zero in which it is armed. The host's joint rests there too, but its disc may already
     // be a count further.
     let start = plan.encoder()?.counts(0.0) as i32;
-    let seen = |position: Position| Position { counts: position.counts.wrapping_sub(start), ..position };
-    let corners = plan.corners()?;
-    let motion = match &plan.motion {
-        Motion::Step(_) => {
-            DeviceMotion::Step(seen(corners.first().map_or(Position::default(), |corner| corner.position)))
+    let shift = |position: &mut Position| position.counts = position.counts.wrapping_sub(start);
+    match &mut parameters.motion {
+        Motion::Hold => {}
+        Motion::Step(to) => shift(to),
+        Motion::Trajectory { corners, .. } => {
+            corners.iter_mut().for_each(|corner| shift(&mut corner.position));
         }
-        Motion::Trajectory(trajectory) => {
-            let mut moved = heapless::Vec::<_, MAX_CORNERS>::new();
-            for corner in &corners {
-                let corner = Corner { position: seen(corner.position), ..*corner };
-                moved.push(corner).map_err(|_| {
-                    let why = format!("a device takes at most {MAX_CORNERS} corners");
-                    Error::Input(format!("{}: `{}`: {why}", plan.origin, plan.label))
-                })?;
-            }
-            DeviceMotion::Trajectory { corners: moved, half_blend: trajectory.half_blend_s as f32 }
-        }
-        Motion::Ramp(_) => {
-            return Err(Error::Input(format!(
-                "{}: `{}` is a ramp of the effort, which the firmware has no law for; run it with --target host",
-                plan.origin, plan.label
-            )));
-        }
-    };
-    let device = Device {
+    }
+    parameters.device = Device {
         autostart: true,
-        autostart_delay: WAIT_TICKS * controller.sample_time,
+        autostart_delay: WAIT_TICKS * parameters.controller.sample_time,
         soft_start: 0.0,
         nominal_supply: 0.0,
-        ..Device::CAUTIOUS
+        ..parameters.device
     };
-    let parameters = Parameters { controller, motion, device };
-    parameters.prepare().map_err(|error| {
-        Error::Input(format!("{}: `{}` cannot run on the device: {error}", plan.origin, plan.label))
-    })?;
     Ok(parameters)
 }
 

@@ -21,7 +21,7 @@ use crate::run::RunResult;
 use crate::solver::{AxisSolver, ExactAxis, Rk4Axis};
 
 /// Where `cargo xtask firmware` leaves the image.
-const DEFAULT_IMAGE: &str = "target/thumbv7em-none-eabihf/release/stiction-firmware";
+const DEFAULT_IMAGE: &str = "target/firmware/stiction-firmware.elf";
 
 /// How to run experiments on the emulated part.
 #[derive(Clone)]

@@ -332,12 +332,17 @@ impl RunPlan {
     }
 
     /// An error of the core with the table in front of its key.
-    fn explain(&self, error: &stiction::Error, controller: &str) -> Error {
+    pub(crate) fn explain(&self, error: &stiction::Error, controller: &str) -> Error {
         let table = match error.key {
             "sample_time_s" | "velocity_window" => "loop.".into(),
             "resolution_deg" => "encoder.".into(),
             "full_scale_v" | "lsb_v" | "pwm_top" => "drive.".into(),
             "corner_times_s" | "half_blend_s" => "reference.trajectories.".into(),
+            "autostart_delay_s"
+            | "soft_start_s"
+            | "dead_time_s"
+            | "nominal_supply_v"
+            | "supply_full_scale_v" => "device.".into(),
             _ => format!("controller.{controller}."),
         };
         let text = error.to_string();

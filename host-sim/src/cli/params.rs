@@ -1,0 +1,61 @@
+//! `stiction params`.
+
+use std::fs;
+use std::path::PathBuf;
+
+use super::print;
+use crate::device::record;
+use crate::error::Error;
+use crate::experiment::{Document, Experiment};
+use crate::output::write_whole;
+
+/// Sector 10 of the flash.
+const ADDRESS: u32 = 0x080C_0000;
+
+#[derive(Debug, clap::Args)]
+pub struct Arguments {
+    /// A name from `stiction list`, or a machine's own TOML file
+    experiment: String,
+    /// Where to write the record
+    #[arg(short, long, value_name = "FILE")]
+    out: PathBuf,
+    /// Set a key of the file, as in device.autostart=true
+    #[arg(long, value_name = "TABLE.KEY=VALUE")]
+    set: Vec<String>,
+    /// This controller instead of the file's first
+    #[arg(long, value_name = "NAME")]
+    controller: Option<String>,
+}
+
+pub fn params(arguments: &Arguments) -> Result<(), Error> {
+    let mut document = Document::open(&arguments.experiment)?;
+    document.set(&arguments.set)?;
+    let fixed: Vec<String> =
+        arguments.set.iter().filter_map(|a| a.split_once('=')).map(|(key, _)| key.trim().into()).collect();
+    let controllers: Vec<String> = arguments.controller.iter().cloned().collect();
+    let experiment = Experiment::plan(&document, &controllers, &fixed)?;
+    let Some(plan) = experiment.runs.first() else { return Ok(()) };
+    let record = record(plan)?;
+    let out = &arguments.out;
+    if let Some(directory) = out.parent() {
+        fs::create_dir_all(directory).map_err(|source| Error::File {
+            action: "write",
+            path: directory.to_owned(),
+            source,
+        })?;
+    }
+    write_whole(out, &record)?;
+    let device = &plan.machine.device;
+    let arming = if device.autostart {
+        format!("arms by itself {} s after power-on", device.autostart_delay_s)
+    } else {
+        "does not move: device.autostart is false".into()
+    };
+    let path = out.display();
+    print(&format!(
+        "{path}: {}, {} bytes; the board {arming}\n\
+         probe-rs download --chip STM32F405RGTx --binary-format bin --base-address {ADDRESS:#x} {path}\n",
+        plan.label,
+        record.len(),
+    ))
+}

@@ -1,0 +1,131 @@
+//! What a controller board is told: `[device]` of a machine's file, and the record of the whole machine for its flash.
+
+use serde::{Deserialize, Serialize};
+use stiction::Parameters;
+use stiction::parameters::{self, ROOM};
+
+use crate::error::Error;
+use crate::experiment::{Motion, RunPlan};
+
+/// `[device]`. Left out: nothing starts by itself.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(default, deny_unknown_fields)]
+pub struct Device {
+    /// Arm without a command after power-on. No reset that nobody asked for does.
+    pub autostart: bool,
+    /// How long after the first tick.
+    pub autostart_delay_s: f64,
+    /// Time in which the limit of the output rises to the full scale after arming.
+    pub soft_start_s: f64,
+    /// Time between the switching of complementary outputs.
+    pub dead_time_s: f64,
+    /// Supply for which the gains were found: the output is scaled by its ratio to the measured one. 0: it is not.
+    pub nominal_supply_v: f64,
+    /// Supply at which the pin of the converter reads its full scale.
+    pub supply_full_scale_v: f64,
+}
+
+impl Default for Device {
+    fn default() -> Self {
+        let cautious = parameters::Device::CAUTIOUS;
+        Self {
+            autostart: cautious.autostart,
+            autostart_delay_s: cautious.autostart_delay.into(),
+            soft_start_s: cautious.soft_start.into(),
+            // In f64, so that it prints as it was meant.
+            dead_time_s: 1e-6,
+            nominal_supply_v: cautious.nominal_supply.into(),
+            supply_full_scale_v: cautious.supply_full_scale.into(),
+        }
+    }
+}
+
+/// Everything that a board needs for this run, validated as the board will do it.
+///
+/// # Errors
+/// Names the key, what was found and what is allowed; a ramp has no controller and cannot be run on a board.
+pub fn parameters(plan: &RunPlan) -> Result<Parameters, Error> {
+    let device = &plan.machine.device;
+    // The loop as it is simulated; it also refuses more corners than a list of fixed capacity takes.
+    plan.closed_loop()?;
+    let corners = plan.corners()?;
+    let motion = match &plan.motion {
+        Motion::Step(_) => corners
+            .first()
+            .map_or(parameters::Motion::Hold, |corner| parameters::Motion::Step(corner.position)),
+        Motion::Trajectory(trajectory) => parameters::Motion::Trajectory {
+            corners: corners.iter().copied().collect(),
+            half_blend: trajectory.half_blend_s as f32,
+        },
+        Motion::Ramp(_) => {
+            let why = "a board runs a step or a trajectory, and this is a ramp";
+            return Err(Error::Input(format!("{}: {why}", plan.origin)));
+        }
+    };
+    let parameters = Parameters {
+        controller: plan.controller_config()?,
+        motion,
+        device: parameters::Device {
+            autostart: device.autostart,
+            autostart_delay: device.autostart_delay_s as f32,
+            soft_start: device.soft_start_s as f32,
+            dead_time: device.dead_time_s as f32,
+            nominal_supply: device.nominal_supply_v as f32,
+            supply_full_scale: device.supply_full_scale_v as f32,
+        },
+    };
+    parameters.prepare().map_err(|error| plan.explain(&error, plan.controller.as_deref().unwrap_or("")))?;
+    Ok(parameters)
+}
+
+/// The record for a parameter sector.
+///
+/// # Errors
+/// As [`parameters`].
+pub fn record(plan: &RunPlan) -> Result<Vec<u8>, Error> {
+    let mut room = [0; ROOM];
+    let parameters = parameters(plan)?;
+    let record = parameters.encode(1, &mut room).map(<[u8]>::to_vec);
+    record.ok_or_else(|| Error::Input(format!("{}: does not fit {ROOM} bytes", plan.origin)))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::experiment::{Document, Experiment};
+
+    fn plan(name: &str, set: &[&str]) -> Result<RunPlan, Error> {
+        let mut document = Document::open(name)?;
+        document.set(&set.iter().map(|text| (*text).to_owned()).collect::<Vec<_>>())?;
+        Ok(Experiment::plan(&document, &[], &[])?.runs.remove(0))
+    }
+
+    #[test]
+    fn a_board_builds_the_same_controller_and_reference() {
+        for name in ["step-response", "trajectory", "srnf-robustness"] {
+            let plan = plan(name, &[]).unwrap();
+            let closed_loop = plan.closed_loop().unwrap();
+            let (found, sequence) = Parameters::decode(&record(&plan).unwrap()).unwrap();
+            assert_eq!(sequence, 1);
+            assert_eq!(found.prepare().unwrap(), (closed_loop.controller, closed_loop.reference));
+            assert!(!found.device.autostart);
+        }
+    }
+
+    #[test]
+    fn a_wrong_value_names_its_key() {
+        let refusals = [
+            ("device.dead_time_s=1", "`device.dead_time_s` is 1;"),
+            ("device.nominal_supply_v=24", "`device.nominal_supply_v` is 24;"),
+            ("loop.sample_time_s=0.05", "`loop.sample_time_s` is 0.05;"),
+            ("device.autostrat=true", "unknown key `device.autostrat`; did you mean `autostart`?"),
+        ];
+        for (set, expected) in refusals {
+            let message =
+                plan("step-response", &[set]).and_then(|plan| record(&plan)).unwrap_err().to_string();
+            assert!(message.contains(expected), "{message}");
+        }
+        let ramp = plan("friction-identification", &[]).unwrap();
+        assert!(record(&ramp).unwrap_err().to_string().contains("this is a ramp"));
+    }
+}
