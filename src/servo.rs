@@ -63,7 +63,7 @@ pub struct Output {
     pub duty: Duty,
     /// The state after this tick.
     pub state: State,
-    /// Every term; its code and duty are those that are applied. The last one of the motion unless armed.
+    /// Every term; its code and duty are those that are applied. All zero unless armed.
     pub tick: Tick,
 }
 
@@ -90,7 +90,6 @@ struct SoftStart {
 pub struct Servo {
     joint: Option<Joint>,
     state: State,
-    last: Tick,
     /// Ticks until it arms by itself; none: it does not.
     countdown: Option<u32>,
 }
@@ -120,7 +119,7 @@ impl Servo {
             Err(DecodeError::Blank) => (None, None, Some(Fault::NoParameters)),
             Err(_) => (None, None, Some(Fault::BadParameters)),
         };
-        let mut servo = Self { joint, state: State::Boot, last: Tick::default(), countdown };
+        let mut servo = Self { joint, state: State::Boot, countdown };
         if let Some(fault) = boot.fault.or(refused) {
             servo.fault(fault);
         }
@@ -162,12 +161,12 @@ impl Servo {
     pub fn tick(&mut self, input: Input) -> Output {
         self.advance(input.counter);
         let (State::Armed, Some(joint)) = (self.state, &mut self.joint) else { return self.off() };
-        self.last = joint.tick(input);
-        if self.last.non_finite {
+        let tick = joint.tick(input);
+        if tick.non_finite {
             self.fault(Fault::NonFinite);
-            return self.off();
+            return Output { tick, ..self.off() };
         }
-        Output { enable: true, duty: self.last.duty, state: self.state, tick: self.last }
+        Output { enable: true, duty: tick.duty, state: self.state, tick }
     }
 
     /// Transitions that need no command.
@@ -184,11 +183,12 @@ impl Servo {
 
     fn off(&self) -> Output {
         let duty = self.joint.as_ref().map_or(Duty::default(), |joint| joint.controller.drive().duty(0));
-        Output { enable: false, duty, state: self.state, tick: self.last }
+        Output { enable: false, duty, state: self.state, tick: Tick::default() }
     }
 }
 
 impl Joint {
+    #[inline]
     fn tick(&mut self, input: Input) -> Tick {
         let mut tick = self.controller.tick(&mut self.state, input.counter, &self.reference);
         let drive = self.controller.drive();
