@@ -44,9 +44,14 @@ impl Report {
         info!("stiction {=str} ({=str}) on STM32F405", stiction::VERSION, env!("STICTION_COMMIT"));
         info!("clock {=u32} Hz from {=str}", board.clock, source);
         info!("reset by {=str}; last fault: {=str}", cause.describe(), last.map_or("none", Fault::describe));
-        if let Some(record) = told.filter(|record| record.place != 0) {
-            let (text, place, status) = (record.text(), record.place, record.status);
-            error!("it was at {=str} {=u32} ({=u32:#x}), status {=u32:#x}", text, place, place, status);
+        match told.map(|record| (record.fault(), record)) {
+            Some((Some(Fault::Panic), record)) => {
+                error!("panic in {=str}, line {=u32}", record.text(), record.place);
+            }
+            Some((Some(Fault::HardFault), record)) => {
+                error!("hard fault at {=u32:#x}, status {=u32:#x}", record.place, record.status);
+            }
+            _ => {}
         }
         match settings.parameters() {
             Ok(parameters) => {

@@ -14,21 +14,15 @@ use stm32f4xx_hal::rcc::{Config, Rcc};
 /// How long the crystal may take, in cycles of the internal 16 MHz: 50 ms. Data sheet: 2 ms, typically.
 const PATIENCE: u32 = 16_000_000 / 20;
 
+/// How long the PLL may take: 1 ms. Data sheet: 300 us at most.
+const PLL_PATIENCE: u32 = 16_000;
+
 /// The part was started on the crystal.
 static RAN: AtomicBool = AtomicBool::new(false);
 
 /// Sets up the clocks; the cycle counter must be running. Also says whether the crystal runs.
 pub fn start(rcc: pac::RCC) -> (Rcc, bool) {
-    rcc.cr().modify(|_, w| w.hseon().on());
-    let begin = DWT::cycle_count();
-    let runs = loop {
-        if rcc.cr().read().hserdy().is_ready() {
-            break true;
-        }
-        if DWT::cycle_count().wrapping_sub(begin) > PATIENCE {
-            break false;
-        }
-    };
+    let runs = crystal_runs(&rcc);
     if !runs {
         rcc.cr().modify(|_, w| w.hseon().off());
         return (rcc.freeze(Config::hsi()), false);
@@ -38,6 +32,33 @@ pub fn start(rcc: pac::RCC) -> (Rcc, bool) {
     rcc.cr().modify(|_, w| w.csson().on());
     RAN.store(true, Ordering::Relaxed);
     (rcc, true)
+}
+
+/// Starts the crystal, and lets the PLL lock on it once: its ready flag alone counts pulses and can be wrong about
+/// one that dies again. What the HAL waits for afterwards has then been seen to happen.
+fn crystal_runs(rcc: &pac::RCC) -> bool {
+    rcc.cr().modify(|_, w| w.hseon().on());
+    if !within(PATIENCE, || rcc.cr().read().hserdy().is_ready()) {
+        return false;
+    }
+    // SAFETY: 8 MHz / 8 * 192 is within the range of the oscillator in the PLL; nothing runs from it yet.
+    rcc.pllcfgr()
+        .write(|w| unsafe { w.pllsrc().hse().pllm().bits(8).plln().bits(192).pllp().div8().pllq().bits(4) });
+    rcc.cr().modify(|_, w| w.pllon().on());
+    let locks = within(PLL_PATIENCE, || rcc.cr().read().pllrdy().is_ready());
+    rcc.cr().modify(|_, w| w.pllon().off());
+    locks && within(PLL_PATIENCE, || rcc.cr().read().pllrdy().is_not_ready())
+}
+
+/// Whether something happens within so many cycles.
+fn within(cycles: u32, happens: impl Fn() -> bool) -> bool {
+    let begin = DWT::cycle_count();
+    while !happens() {
+        if DWT::cycle_count().wrapping_sub(begin) > cycles {
+            return false;
+        }
+    }
+    true
 }
 
 /// Whether the part was started on the crystal and has fallen back to the internal oscillator.
