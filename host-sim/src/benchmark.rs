@@ -127,3 +127,49 @@ fn rank(scores: &mut [Score]) {
     }
     scores.sort_by(|a, b| a.mean_place.total_cmp(&b.mean_place));
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn score(controller: &str, values: [Option<f64>; 6]) -> Score {
+        let [rest, overshoot, settling, tracking, chatter, hunting] = values;
+        Score {
+            controller: controller.into(),
+            rest_error_counts: rest,
+            overshoot_deg: overshoot,
+            settling_time_s: settling,
+            tracking_rms_deg: tracking,
+            chatter_v_per_s: chatter,
+            hunting_counts: hunting,
+            mean_place: 0.0,
+        }
+    }
+
+    #[test]
+    fn places_are_counted_column_by_column_and_one_that_never_settles_is_last() {
+        let mut scores = [
+            score("c", [3.0, 3.0, 1.0, 3.0, 3.0, 3.0].map(Some)),
+            score("b", [Some(2.0), Some(1.0), None, Some(1.0), Some(2.0), Some(1.0)]),
+            score("a", [1.0, 1.0, 2.0, 2.0, 1.0, 2.0].map(Some)),
+        ];
+        rank(&mut scores);
+        let ranked = scores.map(|score| (score.controller, score.mean_place));
+        // a: 1 1 2 2 1 2; b: 2 1 3 1 2 1; c: 3 3 1 3 3 3. Two share the first place in overshoot.
+        let expected = [("a", 9.0 / 6.0), ("b", 10.0 / 6.0), ("c", 16.0 / 6.0)];
+        assert_eq!(ranked, expected.map(|(name, place)| (name.into(), place)));
+    }
+
+    #[test]
+    fn srnf_is_ahead_of_pd_on_the_thesis_s_robot_and_every_row_is_the_worst_of_its_runs() {
+        let documents = ["step-response", "trajectory"].map(|name| Document::open(name).unwrap());
+        let benchmark = benchmark(&documents).unwrap();
+        assert_eq!(benchmark.results.len(), 7 * 5);
+        assert_eq!(benchmark.scores.first().unwrap().controller, "srnf");
+        let pd = benchmark.scores.iter().find(|score| score.controller == "pd").unwrap();
+        // Section 3.3.2 and the closed forms: rests within Ts/Kp, never settles, does not hunt, trails by 0.48 deg.
+        assert!((100.0..166.0).contains(&pd.rest_error_counts.unwrap()));
+        assert_eq!((pd.settling_time_s, pd.hunting_counts), (None, Some(0.0)));
+        assert!((0.43..0.50).contains(&pd.tracking_rms_deg.unwrap()));
+    }
+}
