@@ -437,3 +437,15 @@ fn duty_is_the_rounded_share_of_the_top_for_every_code() {
         assert_eq!([-codes, codes].map(|code| antiphase.duty(code).compare), [0, top]);
     }
 }
+
+/// Ticks count on for years after a motion: it must not begin anew when a signed tick count would wrap.
+#[test]
+fn finished_motion_stays_finished_to_the_last_tick() {
+    let corners = [(50, 0), (550, 20_661)]
+        .map(|(tick, counts)| Corner { tick, position: Position::from_counts(counts) });
+    let trajectory = Trajectory::new(&corners, 0.25, 0.02, 0.00242).unwrap();
+    for tick in [563, 1 << 31, (1 << 31) + 563, u32::MAX] {
+        let setpoint = trajectory.at(tick);
+        assert_eq!((setpoint.position, setpoint.velocity), (Position::from_counts(20_661), 0.0), "{tick}");
+    }
+}
