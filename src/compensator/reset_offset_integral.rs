@@ -89,7 +89,8 @@ impl ResetOffsetIntegral {
     /// ```
     pub fn update(&self, state: &mut State, sample: &Sample) -> f32 {
         if sample.velocity_error.abs() < self.v_roi {
-            if state.elapsed == self.period {
+            // Not only equal: the state may be that of a longer period.
+            if state.elapsed >= self.period {
                 state.v_c = saturate(state.v_c + sample.v_pd, self.full_scale).0;
                 state.elapsed = 0;
             }

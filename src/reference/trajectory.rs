@@ -77,15 +77,24 @@ impl Trajectory {
         between("half_blend_s", half_blend_s, 0.5 * sample_time, HUGE)?;
         let half_blend = half_blend_s / sample_time;
         let mut blends = Vec::new();
-        let mut earliest = half_blend;
+        // A quotient of two decimals may come out above the whole number that it is.
+        let shortest = half_blend * (1.0 - 1e-6);
+        let mut before: Option<u32> = None;
         let mut rate_before = 0.0;
         for (i, &corner) in corners.iter().enumerate() {
-            if (corner.tick as f32) < earliest {
-                let (found, gap) = (corner.tick as f32 * sample_time, 2.0 * half_blend_s);
-                let allowed =
-                    if i == 0 { Allowed::Between(half_blend_s, HUGE) } else { Allowed::LaterBy(gap) };
+            let (gap, needed) = match before {
+                None => (Some(corner.tick), shortest),
+                Some(before) => (corner.tick.checked_sub(before), 2.0 * shortest),
+            };
+            if gap.is_none_or(|gap| (gap as f32) < needed) {
+                let found = corner.tick as f32 * sample_time;
+                let allowed = match before {
+                    None => Allowed::Between(half_blend_s, HUGE),
+                    Some(_) => Allowed::LaterBy(2.0 * half_blend_s),
+                };
                 return Err(Error { key: "corner_times_s", found, allowed });
             }
+            before = Some(corner.tick);
             let rate = match corners.get(i + 1) {
                 Some(next) => {
                     Rate::between(corner.position, next.position, next.tick.saturating_sub(corner.tick))
@@ -96,7 +105,6 @@ impl Trajectory {
             // Cannot fail: the number of corners was checked above.
             let _ = blends.push(Blend { corner, rate, rate_before, rate_change });
             rate_before = rate.counts_per_tick();
-            earliest = corner.tick as f32 + 2.0 * half_blend;
         }
         let velocity_scale = resolution / sample_time;
         Ok(Self { blends, half_blend, velocity_scale, acceleration_scale: velocity_scale / sample_time })

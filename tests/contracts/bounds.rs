@@ -128,9 +128,11 @@ proptest! {
         let controller = Controller::new(&config).unwrap();
         let DriveConfig { full_scale, lsb, mode, pwm_top } = config.drive;
         let max_code = controller.drive().max_code();
+        // Two decimals that are rounded to `f32`: their quotient may be a whole number to 3e-7 only.
         let reach = f64::from(full_scale) / f64::from(lsb);
-        // The quotient of two decimals that are rounded to `f32`: 1.5 units in its last place, and its own half.
-        prop_assert!(f64::from(max_code) <= reach * (1.0 + 3e-7) && f64::from(max_code) > reach * (1.0 - 3e-7) - 1.0);
+        let unused = reach - f64::from(max_code);
+        // The quotient of two floats counts as whole when it is so to 3e-7, one and a half units in the last place.
+        prop_assert!(unused >= -3e-7 * reach && unused < 1.0 + 3e-7 * reach, "{max_code} of {reach}");
         let mut state = controller.start(counter, counts);
         for travel in travels {
             counter = counter.wrapping_add_signed(travel);
@@ -189,4 +191,16 @@ proptest! {
             }
         }
     }
+}
+
+/// A joint that moves one count in so short a sample that its velocity times the gain is beyond an `f32`.
+#[test]
+fn effort_beyond_a_float_gives_none() {
+    let config = changed(&configured(1e6, &[SRNF]), |config| config.sample_time = 1e-36);
+    let controller = Controller::new(&config).unwrap();
+    let mut state = controller.start(0, 0);
+    let here = step_to(Position::default());
+    let ticks = [0, 1, 1, 1, 1, 1].map(|counter| controller.tick(&mut state, counter, &here));
+    assert_eq!(ticks.map(|tick| tick.non_finite), [false, true, true, true, true, false]);
+    assert_eq!(ticks.map(|tick| tick.code), [0, 0, 0, 0, 0, -20]); // 0.40 tanh(100 * -0.00242) V, and PD
 }

@@ -8,6 +8,7 @@ use super::fixture::*;
 struct Equation {
     gains: Gains,
     h: f64,
+    kp: f64,
     v_c: f64,
     /// Ticks in which ROI has been active without a break.
     active: u32,
@@ -15,7 +16,6 @@ struct Equation {
 
 impl Equation {
     const FULL_SCALE: f64 = 5.0;
-    const KP: f64 = 1.0;
 
     fn evaluate(&mut self, tick: &Tick) -> f64 {
         let error = f64::from(tick.error);
@@ -54,7 +54,7 @@ impl Equation {
                 if tick.error.abs() > theta_b || tick.error == 0.0 {
                     0.0
                 } else {
-                    Self::KP * (f64::from(theta_b) * error.signum() - error)
+                    self.kp * (f64::from(theta_b) * error.signum() - error)
                 }
             }
             Gains::SmoothRobustNonlinear(SmoothRobustNonlinearGains { v_ms, alpha }) => {
@@ -77,13 +77,15 @@ proptest! {
         reference in reference(),
         lags in lags(),
         sample_time in prop_oneof![Just(0.02f32), Just(0.005), Just(0.001)],
+        kp in prop_oneof![Just(1.0f32), Just(2.5)],
     ) {
         let counts = near(&reference, &lags);
         for (name, config) in controllers() {
-            let config = changed(&config, |config| config.sample_time = sample_time);
+            let config = changed(&config, |config| (config.sample_time, config.pd.kp) = (sample_time, kp));
             let controller = Controller::new(&config).unwrap();
-            let h = f64::from(sample_time);
-            let mut law = config.compensator.first().map(|&gains| Equation { gains, h, v_c: 0.0, active: 0 });
+            let (h, kp) = (f64::from(sample_time), f64::from(kp));
+            let mut law =
+                config.compensator.first().map(|&gains| Equation { gains, h, kp, v_c: 0.0, active: 0 });
             let ticks = run(&controller, &reference, &counts, low_half);
             for (number, (&counts, tick)) in (0..).zip(counts.iter().zip(ticks)) {
                 prop_assert_eq!((tick.tick, tick.counts), (number, counts), "{}", name);
@@ -92,11 +94,13 @@ proptest! {
                 let ahead = f64::from(position.counts) + f64::from(position.fraction) - f64::from(counts);
                 let error = ahead * f64::from(RESOLUTION);
                 prop_assert!((f64::from(tick.error) - error).abs() <= 1e-6 * error.abs(), "{name}: {tick:?}");
-                let PdGains { kp, kd } = config.pd;
-                let v_pd = f64::from(kp) * error + f64::from(kd) * (f64::from(velocity) - f64::from(tick.velocity));
-                prop_assert!((f64::from(tick.v_pd) - v_pd).abs() <= ROUNDING_V, "{name}: {tick:?}, not {v_pd}");
+                let kd = f64::from(config.pd.kd);
+                let v_pd = kp * error + kd * (f64::from(velocity) - f64::from(tick.velocity));
                 let v_c = law.as_mut().map_or(0.0, |law| law.evaluate(&tick));
-                prop_assert!((f64::from(tick.v_c) - v_c).abs() <= ROUNDING_V, "{name}: {tick:?}, not {v_c}");
+                for (found, expected) in [(tick.v_pd, v_pd), (tick.v_c, v_c)] {
+                    let off = (f64::from(found) - expected).abs();
+                    prop_assert!(off <= ROUNDING_V, "{name}: {tick:?}, not {expected}");
+                }
             }
         }
     }

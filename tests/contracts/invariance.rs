@@ -24,7 +24,9 @@ proptest! {
             Gains::RateVariableIntegral(RateVariableIntegralGains { ki: 0.0, gamma: 0.05 }),
             Gains::ResetOffsetIntegral(ResetOffsetIntegralGains { t_roi: 0.14, v_roi: 0.0 }),
             Gains::Feedforward(FeedforwardGains { v_slip: 0.0, v_ff: 0.001 }),
-            Gains::DiscontinuousNonlinearProportional(DiscontinuousNonlinearProportionalGains { theta_b: 0.0 }),
+            Gains::DiscontinuousNonlinearProportional(DiscontinuousNonlinearProportionalGains {
+                theta_b: 0.0,
+            }),
             Gains::SmoothRobustNonlinear(SmoothRobustNonlinearGains { v_ms: 0.0, alpha: 100.0 }),
         ];
         let counts = near(&reference, &lags);
@@ -43,8 +45,10 @@ proptest! {
         (reference, image) in prop_oneof![
             place().prop_map(|to| (step_to(to), step_to(mirrored(to)))),
             corners().prop_map(|corners| {
-                let image: Vec<_> =
-                    corners.iter().map(|&Corner { tick, position }| corner(tick, mirrored(position))).collect();
+                let image: Vec<_> = corners
+                    .iter()
+                    .map(|&Corner { tick, position }| corner(tick, mirrored(position)))
+                    .collect();
                 (through(&corners, HALF_BLEND_S), through(&image, HALF_BLEND_S))
             }),
         ],
@@ -101,7 +105,9 @@ proptest! {
             Position { counts: counts.wrapping_add(shift), fraction }
         };
         let step = |shift| step_to(moved(to, shift));
-        let trajectory = |shift| through(&[corner(20, moved(from, shift)), corner(140, moved(to, shift))], 0.25);
+        let trajectory = |shift| {
+            through(&[corner(20, moved(from, shift)), corner(140, moved(to, shift))], 0.25)
+        };
         for (reference, shifted) in [(step(0), step(shift)), (trajectory(0), trajectory(shift))] {
             let counts = near(&reference, &lags);
             let shifted_counts = near(&shifted, &lags);

@@ -2,7 +2,7 @@
 
 mod job;
 
-use std::process::ExitCode;
+use std::process::{Command, ExitCode};
 
 use clap::{Parser, Subcommand};
 
@@ -12,11 +12,11 @@ use job::{Job, cargo};
 #[derive(Debug, Parser)]
 struct Arguments {
     #[command(subcommand)]
-    job: Command,
+    job: Work,
 }
 
 #[derive(Debug, Subcommand)]
-enum Command {
+enum Work {
     /// Let seven controllers position the simulated joint: a table, and figures in target/demo
     Demo,
     /// Everything that must pass before a change lands: format, lints, tests, documentation
@@ -25,8 +25,8 @@ enum Command {
 
 fn main() -> ExitCode {
     let done = match Arguments::parse().job {
-        Command::Demo => demo(),
-        Command::Test => test(),
+        Work::Demo => demo(),
+        Work::Test => test(),
     };
     match done {
         Ok(()) => ExitCode::SUCCESS,
@@ -36,6 +36,10 @@ fn main() -> ExitCode {
         }
     }
 }
+
+/// The experiments that the benchmark does not run.
+const MORE: [&str; 5] =
+    ["step-added-friction", "srnf-robustness", "srnf-added-friction", "high-gain", "friction-identification"];
 
 fn demo() -> Result<(), String> {
     let figures = "target/demo";
@@ -48,23 +52,24 @@ fn demo() -> Result<(), String> {
         "--bin",
         "stiction",
     ]))?;
-    Job::new("Seven controllers, three steps and two trajectories on the thesis's robot axis, simulated")
-        .run(&mut cargo(&[
-            "run",
-            "--quiet",
-            "--release",
-            "--package",
-            "host-sim",
-            "--bin",
-            "stiction",
-            "--",
-            "benchmark",
-            "--plot",
-            figures,
-        ]))?;
-    println!("\nA figure for each controller and kind of motion, as SVG and PNG: {figures}");
-    println!("More: `cargo sim list`, then `cargo sim run NAME --plot DIR`.");
+    Job::new("Seven controllers on the thesis's robot axis, simulated: three steps, two trajectories")
+        .run(&mut simulator(&["benchmark", "--plot", figures]))?;
+    let drawing = Job::new("Drawing the other experiments of Chapter 3 and Appendix A.2");
+    drawing.announce();
+    for experiment in MORE {
+        drawing.run_silently(&mut simulator(&["run", experiment, "--plot", figures]))?;
+    }
+    println!("\nA figure for each result, as SVG and PNG: {figures}");
+    println!("The numbers behind them: `cargo sim list`, then `cargo sim run NAME`.");
     Ok(())
+}
+
+/// The command line `stiction`.
+fn simulator(arguments: &[&str]) -> Command {
+    let mut command =
+        cargo(&["run", "--quiet", "--release", "--package", "host-sim", "--bin", "stiction", "--"]);
+    command.args(arguments);
+    command
 }
 
 fn test() -> Result<(), String> {
