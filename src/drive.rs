@@ -93,13 +93,19 @@ impl Drive {
         config.validate()?;
         Ok(Self {
             codes_per_volt: 1.0 / config.lsb,
-            max_code: (config.full_scale / config.lsb) as i16,
+            max_code: max_code(config.full_scale / config.lsb),
             mode: config.mode,
             pwm_top: config.pwm_top,
         })
     }
 
     /// The largest code.
+    ///
+    /// ```
+    /// use stiction::drive::{Drive, DriveConfig, PwmMode};
+    /// let config = DriveConfig { full_scale: 1.0, lsb: 0.004, mode: PwmMode::SignMagnitude, pwm_top: 500 };
+    /// assert_eq!(Drive::new(&config).unwrap().max_code(), 250);
+    /// ```
     pub const fn max_code(&self) -> i16 {
         self.max_code
     }
@@ -158,6 +164,14 @@ impl Drive {
             }
         }
     }
+}
+
+/// The number of whole codes in `ratio`. A decimal full scale that is a multiple of a decimal LSB (1.0 and 0.004) may
+/// fall short of it by the rounding of three `f32`s, and would lose its last code.
+fn max_code(ratio: f32) -> i16 {
+    let nearest = libm::roundf(ratio);
+    let whole = if (ratio - nearest).abs() <= 1.5 * f32::EPSILON * ratio { nearest } else { ratio };
+    whole as i16
 }
 
 /// `numerator / denominator`, rounded half up. Neither sum overflows: both factors of the numerator are 16 bits.

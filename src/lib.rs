@@ -11,7 +11,7 @@
 //! ```
 //!
 //! [`Controller::tick`] is that diagram, and [`Tick`] holds every term of it. The same source is compiled for
-//! the microcontroller and for the host, and gives the same bits on both: `f32` arithmetic with one
+//! the microcontroller and for the host, and is written to give the same bits on both (not shown on a microcontroller yet): `f32` arithmetic with one
 //! rounding per written operation, integers for positions and for time, and transcendental functions from
 //! [`libm`] on every platform.
 //!

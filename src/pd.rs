@@ -6,7 +6,8 @@
 //! v_PD = Kp (theta_d - theta_a) + Kd (theta_d' - theta_a')
 //! ```
 //!
-//! Guarantees: on a joint with viscous friction alone it comes to rest on target. Does badly: with stick
+//! Guarantees: on a joint with viscous friction alone, and with gains for which the sampled loop is stable, it comes to
+//! rest on target. Does badly: with stick
 //! friction it rests anywhere within `v_stick / Kp` of the target, for ever and with effort applied; at
 //! constant speed it trails by `(v_slip + b theta_d') / Kp`.
 

@@ -75,7 +75,8 @@ impl Rate {
     /// At rest.
     pub const ZERO: Self = Self(0);
 
-    /// The rate that leads from one position to another in `ticks` ticks (at least one).
+    /// The rate that leads from one position to another in `ticks` ticks (at least one). Positions wrap: of the two ways
+    /// from one to the other it takes the shorter one, below 2^31 counts.
     ///
     /// ```
     /// use stiction::position::{Position, Rate};

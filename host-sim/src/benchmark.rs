@@ -30,6 +30,8 @@ pub struct Score {
     pub chatter_v_per_s: Option<f64>,
     /// Largest peak-to-peak of a step watched for 120 s; zero if none hunts.
     pub hunting_counts: Option<f64>,
+    /// Whether any of its runs is unstable or diverged: then its other values say little, and it is ranked last.
+    pub unstable: bool,
     /// Mean of its places in the six columns: 1 is the best in every one.
     pub mean_place: f64,
 }
@@ -39,8 +41,8 @@ pub struct Score {
 pub struct Benchmark {
     /// A row a controller.
     pub scores: Vec<Score>,
-    /// The runs.
-    pub results: Vec<RunResult>,
+    /// The runs of each document.
+    pub results: Vec<Vec<RunResult>>,
 }
 
 /// Runs the benchmark on documents that name the same controllers; variants other than the plain one are left out.
@@ -48,40 +50,39 @@ pub struct Benchmark {
 /// # Errors
 /// Says what is wrong with a document.
 pub fn benchmark(documents: &[Document]) -> Result<Benchmark, Error> {
-    let mut plans = Vec::new();
-    let mut long = Vec::new();
+    let mut results = Vec::new();
+    let mut watched = Vec::new();
     for document in documents {
-        plans.extend(plain_runs(document)?);
+        results.push(run_all(&plain_runs(document)?)?);
         let mut document = document.clone();
         document.set(&[HUNTING_DURATION.into()])?;
-        long.extend(plain_runs(&document)?.into_iter().filter(|plan| matches!(plan.motion, Motion::Step(_))));
+        let mut steps = plain_runs(&document)?;
+        steps.retain(|plan| matches!(plan.motion, Motion::Step(_)));
+        watched.extend(run_all(&steps)?);
     }
-    let short = plans.len();
-    plans.append(&mut long);
-    let mut results = run_all(&plans)?;
-    let watched = results.split_off(short);
+    let all: Vec<&RunResult> = results.iter().flatten().collect();
     let mut controllers: Vec<String> = Vec::new();
-    for name in results.iter().filter_map(|result| result.plan.controller.as_ref()) {
+    for name in all.iter().filter_map(|result| result.plan.controller.as_ref()) {
         if !controllers.contains(name) {
             controllers.push(name.clone());
         }
     }
-    let mut scores: Vec<Score> = controllers.iter().map(|name| score(name, &results, &watched)).collect();
+    let mut scores: Vec<Score> = controllers.iter().map(|name| score(name, &all, &watched)).collect();
     rank(&mut scores);
     Ok(Benchmark { scores, results })
 }
 
 fn plain_runs(document: &Document) -> Result<Vec<RunPlan>, Error> {
     let mut plans = Experiment::plan(document, &[], &[])?.runs;
-    plans.retain(|plan| plan.variant.is_empty() && plan.controller.is_some());
+    plans.retain(|plan| plan.slugs().is_empty() && plan.controller.is_some());
     Ok(plans)
 }
 
-fn score(controller: &str, results: &[RunResult], watched: &[RunResult]) -> Score {
+fn score(controller: &str, results: &[&RunResult], watched: &[RunResult]) -> Score {
     let of = |result: &&RunResult| result.plan.controller.as_deref() == Some(controller);
     let is_step = |result: &&RunResult| matches!(result.plan.motion, Motion::Step(_));
-    let steps: Vec<_> = results.iter().filter(of).filter(is_step).collect();
-    let trajectories: Vec<_> = results.iter().filter(of).filter(|result| !is_step(result)).collect();
+    let steps: Vec<_> = results.iter().copied().filter(of).filter(is_step).collect();
+    let trajectories: Vec<_> = results.iter().copied().filter(of).filter(|result| !is_step(result)).collect();
     let watched: Vec<_> = watched.iter().filter(of).collect();
     let largest = |values: &mut dyn Iterator<Item = Option<f64>>| values.flatten().reduce(f64::max);
     let settles = steps.iter().all(|result| result.metrics.settling_time_s.is_some());
@@ -98,11 +99,13 @@ fn score(controller: &str, results: &[RunResult], watched: &[RunResult]) -> Scor
             let resolution_deg = r.plan.machine.encoder.resolution_deg;
             Some(r.metrics.hunting_peak_to_peak_deg.unwrap_or(0.0) / resolution_deg)
         })),
+        unstable: steps.iter().chain(&trajectories).chain(&watched).any(|result| result.unstable),
         mean_place: 0.0,
     }
 }
 
-/// Gives each row the mean of its places, and sorts by it. Equal values share the better place; a missing one is last.
+/// Gives each row the mean of its places, and sorts by it. Equal values share the better place; a missing one is last,
+/// and so is every value of an unstable controller.
 fn rank(scores: &mut [Score]) {
     let columns: [fn(&Score) -> Option<f64>; 6] = [
         |score| score.rest_error_counts,
@@ -112,7 +115,9 @@ fn rank(scores: &mut [Score]) {
         |score| score.chatter_v_per_s,
         |score| score.hunting_counts,
     ];
-    let value = |score: &Score, column: fn(&Score) -> Option<f64>| column(score).unwrap_or(f64::INFINITY);
+    let value = |score: &Score, column: fn(&Score) -> Option<f64>| {
+        column(score).filter(|_| !score.unstable).unwrap_or(f64::INFINITY)
+    };
     let places: Vec<f64> = scores
         .iter()
         .map(|score| {
@@ -126,4 +131,71 @@ fn rank(scores: &mut [Score]) {
         score.mean_place = place;
     }
     scores.sort_by(|a, b| a.mean_place.total_cmp(&b.mean_place));
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn score(controller: &str, values: [Option<f64>; 6]) -> Score {
+        let [rest, overshoot, settling, tracking, chatter, hunting] = values;
+        Score {
+            controller: controller.into(),
+            rest_error_counts: rest,
+            overshoot_deg: overshoot,
+            settling_time_s: settling,
+            tracking_rms_deg: tracking,
+            chatter_v_per_s: chatter,
+            hunting_counts: hunting,
+            unstable: false,
+            mean_place: 0.0,
+        }
+    }
+
+    #[test]
+    fn places_are_counted_column_by_column_and_one_that_never_settles_is_last() {
+        let mut scores = [
+            score("c", [3.0, 3.0, 1.0, 3.0, 3.0, 3.0].map(Some)),
+            score("b", [Some(2.0), Some(1.0), None, Some(1.0), Some(2.0), Some(1.0)]),
+            score("a", [1.0, 1.0, 2.0, 2.0, 1.0, 2.0].map(Some)),
+        ];
+        rank(&mut scores);
+        let ranked = scores.map(|score| (score.controller, score.mean_place));
+        // a: 1 1 2 2 1 2; b: 2 1 3 1 2 1; c: 3 3 1 3 3 3. Two share the first place in overshoot.
+        let expected = [("a", 9.0 / 6.0), ("b", 10.0 / 6.0), ("c", 16.0 / 6.0)];
+        assert_eq!(ranked, expected.map(|(name, place)| (name.into(), place)));
+    }
+
+    #[test]
+    fn an_unstable_controller_is_last_whatever_its_values_are() {
+        let mut wild = score("wild", [0.0; 6].map(Some));
+        wild.unstable = true;
+        let mut scores = [wild, score("tame", [9.0; 6].map(Some))];
+        rank(&mut scores);
+        assert_eq!(
+            scores.map(|score| (score.controller, score.mean_place)),
+            [("tame".into(), 1.0), ("wild".into(), 2.0)]
+        );
+    }
+
+    #[test]
+    fn variants_and_runs_with_a_delay_are_left_out() {
+        let benchmark = benchmark(&[Document::open("high-gain").unwrap()]).unwrap();
+        let labels = benchmark.results.iter().flatten().map(|result| result.plan.label.as_str());
+        assert_eq!(labels.filter(|label| label.contains("delay-1")).count(), 0);
+        assert_eq!(benchmark.scores.len(), 5);
+    }
+
+    #[test]
+    fn srnf_is_ahead_of_pd_on_the_thesis_s_robot_and_every_row_is_the_worst_of_its_runs() {
+        let documents = ["step-response", "trajectory"].map(|name| Document::open(name).unwrap());
+        let benchmark = benchmark(&documents).unwrap();
+        assert_eq!(benchmark.results.iter().flatten().count(), 7 * 5);
+        assert_eq!(benchmark.scores.first().unwrap().controller, "srnf");
+        let pd = benchmark.scores.iter().find(|score| score.controller == "pd").unwrap();
+        // Section 3.3.2 and the closed forms: rests within Ts/Kp, never settles, does not hunt, trails by 0.48 deg.
+        assert!((100.0..166.0).contains(&pd.rest_error_counts.unwrap()));
+        assert_eq!((pd.settling_time_s, pd.hunting_counts), (None, Some(0.0)));
+        assert!((0.43..0.50).contains(&pd.tracking_rms_deg.unwrap()));
+    }
 }

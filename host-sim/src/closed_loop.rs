@@ -94,7 +94,7 @@ impl ClosedLoop {
             let moment = self.moment(time_s, tick, code, solver);
             on_moment(&moment);
             if k < samples {
-                self.hold(solver, moment.applied_v, time_s, &mut on_event);
+                hold(solver, &self.axis, moment.applied_v, [time_s, self.sample_time_s], &mut on_event);
             }
         }
         None
@@ -115,53 +115,32 @@ impl ClosedLoop {
             stuck: solver.stuck(),
         }
     }
+}
 
-    /// One sample under a held effort, split where the friction changes.
-    pub(crate) fn hold(
-        &self,
-        solver: &mut impl AxisSolver,
-        v: f64,
-        time_s: f64,
-        on_event: &mut impl FnMut(Event),
-    ) {
-        self.drive(solver, v, time_s, self.sample_time_s, on_event);
-    }
-
-    /// Any stretch of time under a held effort, split where the friction changes.
-    pub(crate) fn drive(
-        &self,
-        solver: &mut impl AxisSolver,
-        v: f64,
-        time_s: f64,
-        duration_s: f64,
-        on_event: &mut impl FnMut(Event),
-    ) {
-        // A change closer to a sample than this is at the sample: k h is not always the decimal that was written.
-        const SAME_TIME_S: f64 = 1e-9;
-        let end_s = time_s + duration_s;
-        let mut from_s = time_s;
-        while let Some(change_s) = self.axis.added.next_change(from_s + SAME_TIME_S, end_s - SAME_TIME_S) {
-            self.stretch(solver, v, from_s, change_s - from_s, on_event);
-            from_s = change_s;
-        }
-        // The whole sample in the usual case, to the bit: the solver knows that interval.
-        let rest_s = if from_s == time_s { duration_s } else { end_s - from_s };
-        self.stretch(solver, v, from_s, rest_s, on_event);
-    }
-
-    #[inline]
-    fn stretch(
-        &self,
-        solver: &mut impl AxisSolver,
-        v: f64,
-        from_s: f64,
-        duration_s: f64,
-        on_event: &mut impl FnMut(Event),
-    ) {
+/// Moves an axis on under a held effort; the time is split where the friction changes.
+#[inline]
+pub fn hold(
+    solver: &mut impl AxisSolver,
+    axis: &RobotAxis,
+    v: f64,
+    [time_s, duration_s]: [f64; 2],
+    on_event: &mut impl FnMut(Event),
+) {
+    // A change closer to a sample than this is at the sample: k h is not always the decimal that was written.
+    const SAME_TIME_S: f64 = 1e-9;
+    let end_s = time_s + duration_s;
+    let mut from_s = time_s;
+    let mut stretch = |from_s: f64, duration_s: f64| {
         // In the middle, so that no rounding of the ends decides on which side of a change it is.
-        let friction = self.axis.friction_at(from_s + 0.5 * duration_s);
+        let friction = axis.friction_at(from_s + 0.5 * duration_s);
         solver.advance(v, duration_s, &friction, &mut |event| {
             on_event(Event { time_s: from_s + event.time_s, ..event });
         });
+    };
+    while let Some(change_s) = axis.added.next_change(from_s + SAME_TIME_S, end_s - SAME_TIME_S) {
+        stretch(from_s, change_s - from_s);
+        from_s = change_s;
     }
+    // The whole sample in the usual case, to the bit: the solver knows that interval.
+    stretch(from_s, if from_s == time_s { duration_s } else { end_s - from_s });
 }

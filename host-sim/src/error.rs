@@ -10,7 +10,7 @@ pub enum Error {
     #[error("{0}")]
     Input(String),
     /// A file could not be read or written.
-    #[error("cannot {action} {}: {source}", path.display())]
+    #[error("cannot {action} {}: {}", path.display(), reason(source))]
     File {
         /// "read" or "write".
         action: &'static str,
@@ -20,7 +20,7 @@ pub enum Error {
         source: io::Error,
     },
     /// The standard output could not be written to.
-    #[error("cannot write the output: {0}")]
+    #[error("cannot write the output: {}", reason(.0))]
     Output(#[from] io::Error),
     /// The flash image could not be run, or did not do what it should.
     #[error("{0}")]
@@ -30,14 +30,45 @@ pub enum Error {
     Figure(String),
 }
 
-/// `: did you mean ...?` for the candidate that is nearest to what was typed, if any is near.
+/// `; did you mean ...?` for the candidate that is nearest to what was typed, if any is near.
 pub fn suggestion<'a>(typed: &str, candidates: impl IntoIterator<Item = &'a str>) -> String {
-    // 0.7 takes transposed, missing and doubled letters and a wrong unit at the end, not another word.
+    // 0.7 takes transposed, missing and doubled letters and a wrong unit at the end, not another word. A word of
+    // one or two letters is like any that holds them: it has to begin like the candidate.
     candidates
         .into_iter()
+        .filter(|candidate| typed.len() > 2 || candidate.starts_with(typed))
         .map(|candidate| (strsim::jaro_winkler(typed, candidate), candidate))
         .filter(|(likeness, _)| *likeness > 0.7)
         .max_by(|a, b| a.0.total_cmp(&b.0))
         .map(|(_, candidate)| format!("; did you mean `{candidate}`?"))
         .unwrap_or_default()
+}
+
+/// `; did you mean ...?`, or all there are if none is near.
+pub fn suggestion_or_all<'a>(typed: &str, candidates: impl IntoIterator<Item = &'a str>) -> String {
+    let candidates: Vec<&str> = candidates.into_iter().collect();
+    let near = suggestion(typed, candidates.iter().copied());
+    match candidates[..] {
+        _ if !near.is_empty() => near,
+        [] => "; there is none".into(),
+        [only] => format!("; allowed is {only}"),
+        _ => format!("; allowed are {}", candidates.join(", ")),
+    }
+}
+
+/// A number as a person would type it: `5`, `0.02`, `1e300`, `NaN`.
+pub fn shown(number: f64) -> String {
+    let text = format!("{number:?}");
+    text.strip_suffix(".0").unwrap_or(&text).into()
+}
+
+/// A computed limit, to four digits.
+pub fn rounded(limit: f64) -> String {
+    shown(format!("{limit:.3e}").parse().unwrap_or(limit))
+}
+
+/// What the system said, without its number and without the name of a temporary file that nobody asked for.
+fn reason(error: &io::Error) -> String {
+    let text = error.to_string();
+    text.split(" (os error ").next().unwrap_or(&text).into()
 }

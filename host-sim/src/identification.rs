@@ -1,8 +1,9 @@
 //! Friction levels from ramps (thesis section 3.2): the effort rises slowly until the joint moves, is held, and falls
 //! slowly until the joint rests.
 //!
-//! Known biases. *Stick*: the effort goes on rising until a count has been seen; the reading is high by
-//! the rate times that delay, and goes to the truth as the rate goes to zero. *Slip*: the joint stops later than the
+//! Readings are of the effort asked for; what the D/A holds lies within half an LSB of it, on either side. Known biases:
+//! *Stick*: the effort goes on rising until a count has been seen; the reading is high by the rate times that
+//! delay, and goes to the truth as the rate goes to zero. *Slip*: the joint stops later than the
 //! effort passes the dynamic friction, because its velocity lags by the time constant `tau = 1/(kappa b)`. With the
 //! velocity steady at the begin of the ramp and `t` since then,
 //!
@@ -11,17 +12,22 @@
 //! ```
 //!
 //! so the effort at the halt reads low by `r tau (1 - e^(-t/tau))`, which the corrected value gives back. The term
-//! needs `kappa b`, and no friction. What is left is the D/A's LSB, and the counts that a creeping joint no longer
+//! needs `kappa b`, and no friction. Before it, the effort must have been held long enough for the velocity to be steady
+//! ([`SETTLED`] time constants); without viscous friction it never is, and there is no corrected value. What is left is the D/A's LSB, and the counts that a creeping joint no longer
 //! makes before it halts.
 
 use stiction::drive::Drive;
 
+use crate::closed_loop::hold;
 use crate::encoder::EncoderModel;
 use crate::mechanism::RobotAxis;
 use crate::solver::{AxisSolver, Event};
 
 /// So many counts from its rest, a joint has moved: one more than a disc that stands on an edge can flicker.
 const MOVED_COUNTS: i64 = 2;
+
+/// After so many time constants 1/(kappa b) at constant effort the velocity is steady to 1 %.
+pub const SETTLED: f64 = 5.0;
 
 /// Without a count for this long, a joint rests, s.
 const QUIET_S: f64 = 1.0;
@@ -41,7 +47,7 @@ pub struct Ramp {
     pub lsb_v: f64,
 }
 
-/// What a ramp found. `None`: the joint never moved, or never stopped.
+/// What a ramp found. `None`: the joint never moved; corrected: its velocity was not steady before the fall.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Levels {
     /// Effort at the first count of the motion, V.
@@ -116,16 +122,14 @@ impl Ramp {
                     let (count_s, count_v) = last_count;
                     if time_s - count_s.max(since_s) > QUIET_S {
                         let falling_s = (count_s - since_s).max(0.0);
-                        let lag =
-                            if tau.is_finite() { tau * -libm::expm1(-falling_s / tau) } else { falling_s };
+                        let lag_s = tau * -libm::expm1(-falling_s / tau);
+                        let steady = self.hold_s >= SETTLED * tau;
                         levels.slip_v = Some(count_v);
-                        levels.slip_corrected_v = Some(count_v + self.rate * lag);
+                        levels.slip_corrected_v = steady.then_some(count_v + self.rate * lag_s);
                         return levels;
                     }
-                    v -= self.rate * self.sample_time_s;
-                    if v < -self.full_scale_v {
-                        return levels;
-                    }
+                    // Not below zero: there the joint would be driven backwards before it was seen to rest.
+                    v = (v - self.rate * self.sample_time_s).max(0.0);
                 }
             }
             let code = drive.code(v as f32);
@@ -137,10 +141,7 @@ impl Ramp {
                 velocity_deg_per_s: solver.velocity(),
                 stuck: solver.stuck(),
             });
-            let friction = axis.friction_at(time_s + 0.5 * self.sample_time_s);
-            solver.advance(f64::from(code) * self.lsb_v, self.sample_time_s, &friction, &mut |event| {
-                on_event(Event { time_s: time_s + event.time_s, ..event });
-            });
+            hold(solver, axis, f64::from(code) * self.lsb_v, [time_s, self.sample_time_s], &mut on_event);
         }
         levels
     }

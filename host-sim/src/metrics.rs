@@ -10,8 +10,8 @@ use crate::closed_loop::Moment;
 /// A joint that is this near its target counts as settled, deg.
 const SETTLED_DEG: f64 = 0.05;
 
-/// A turn counts as a reversal when the joint has come back by more than this, in counts: less is not motion of a
-/// banded "stuck" joint that coasts (at most 8e-4 counts in a sample of the thesis's axis).
+/// A turn counts as a reversal when the joint has come back by more than this, in counts. A stuck joint of the banded
+/// model coasts by up to 8e-4 counts in a sample of the thesis's axis: that is no motion.
 const REVERSAL_COUNTS: f64 = 0.01;
 
 /// Fewer reversals than these are a transient, not hunting.
@@ -100,11 +100,11 @@ impl Metrics {
     }
 }
 
-/// Whether a run is unstable: the error has exceeded ten times the step (or a trajectory's length), or the output is
-/// saturated with alternating sign for more than half of the last second.
+/// Whether a run is unstable: the error has exceeded ten times `span_deg` (the step, or how far a trajectory leads away
+/// from where the joint starts; zero: not asked), or the output is saturated with alternating sign for more than half of the last second.
 pub fn is_unstable(moments: &[Moment], span_deg: f64) -> bool {
     let Some(last) = moments.last() else { return false };
-    let escaped = moments.iter().any(|m| m.error_deg().abs() > 10.0 * span_deg);
+    let escaped = span_deg > 0.0 && moments.iter().any(|m| m.error_deg().abs() > 10.0 * span_deg);
     let last_second = within(moments, [last.time_s - 1.0, last.time_s]);
     let limits: Vec<f32> =
         last_second.iter().filter(|m| m.tick.saturated).map(|m| m.tick.v.signum()).collect();

@@ -161,14 +161,13 @@ impl RunPlan {
         }
     }
 
-    /// Size of the step, or distance between a trajectory's extremes, deg.
+    /// Size of the step, or a trajectory's largest distance from where the joint starts (zero), deg.
     fn span_deg(&self) -> f64 {
         match &self.motion {
             Motion::Step(step) => step.abs(),
             Motion::Ramp(_) => 0.0,
             Motion::Trajectory(trajectory) => {
-                let positions = || trajectory.corner_positions_deg.iter().copied();
-                positions().fold(f64::MIN, f64::max) - positions().fold(f64::MAX, f64::min)
+                trajectory.corner_positions_deg.iter().map(|deg| deg.abs()).fold(0.0, f64::max)
             }
         }
     }

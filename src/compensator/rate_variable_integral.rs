@@ -14,7 +14,7 @@
 //! Why this form: full integral action at rest, hence a high `Ki` without overshoot, and none at speed.
 //! Guarantees: |v_c| never exceeds the full scale; at rest, a plain integrator. Does badly: it leaves the
 //! tracking error to the PD loop, since at constant velocity the integral has leaked away; and at rest it is an
-//! integrator with its hunting, an order of magnitude smaller than that of RI.
+//! integrator with its hunting: simulated on the thesis's axis, 6 counts peak to peak where RI has 12.
 
 use super::{Loop, Sample};
 use crate::error::{Error, HUGE, above, between};

@@ -9,7 +9,7 @@
 //!
 //! Printed, eq. 31 could also be read as a running delay. The text settles it: "the timer loop delays
 //! incrementing the compensation control signal until the desired time has elapsed" (section 3.1.3), and Fig. 32b
-//! shows steps. So the offset is held, and grows by one v_PD each `T_roi`, which is rounded to whole samples.
+//! shows steps. The comparison is strict, after "smaller than a certain value, V_roi". So the offset is held, and grows by one v_PD each `T_roi`, which is rounded to whole samples.
 //!
 //! Why this form: what PD still applies when it has come to rest is a measure of what is missing. Guarantees: no
 //! mean error at constant velocity; dropped as soon as the velocity error is large, so no wind-up in a
@@ -90,7 +90,8 @@ impl ResetOffsetIntegral {
     /// ```
     pub fn update(&self, state: &mut State, sample: &Sample) -> f32 {
         if sample.velocity_error.abs() < self.v_roi {
-            if state.elapsed == self.period {
+            // Not only equal: the state may be that of a longer period.
+            if state.elapsed >= self.period {
                 state.v_c = saturate(state.v_c + sample.v_pd, self.full_scale).0;
                 state.elapsed = 0;
             }

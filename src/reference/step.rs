@@ -1,7 +1,8 @@
 //! A jump from one position to another.
 //!
 //! `theta_d(t) = from` before the tick of the step and `to` from that tick on; velocity and acceleration are zero
-//! throughout, so that nothing of the jump's impulse reaches the D term (as in the thesis, section 3.3.1).
+//! throughout, so that nothing of the jump's impulse reaches the D term. The thesis does not say what its controller
+//! took for the derivative of a step; this is our reading.
 
 use super::Setpoint;
 use crate::position::Position;

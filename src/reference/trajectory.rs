@@ -11,9 +11,8 @@
 //! ```
 //!
 //! This is the parabola that meets both lines with their slopes: position and velocity are continuous. It does not
-//! pass through the corner but cuts it by `(r_i - r_(i-1)) tau / 4`; only corners between two rests at the
-//! same position are reached. The thesis prints neither its timing nor the blend; this timing is the one that
-//! reproduces its Fig. 25.
+//! pass through the corner but cuts it by `(r_i - r_(i-1)) tau / 4`. The thesis prints neither corner times nor blend
+//! times, and its Fig. 25 is not in its text: those of the experiment `trajectory` are our choice.
 //!
 //! Does badly: the acceleration jumps at both ends of a blend, which excites a flexible joint.
 
@@ -79,13 +78,24 @@ impl Trajectory {
         between("half_blend_s", half_blend_s, 0.5 * sample_time, HUGE)?;
         let half_blend = half_blend_s / sample_time;
         let mut blends = Vec::new();
-        let mut earliest = half_blend;
+        // A quotient of two decimals may come out above the whole number that it is.
+        let shortest = half_blend * (1.0 - 1e-6);
+        let mut before: Option<u32> = None;
         let mut rate_before = 0.0;
         for (i, &corner) in corners.iter().enumerate() {
-            if (corner.tick as f32) < earliest {
-                let (found, gap) = (corner.tick as f32 * sample_time, 2.0 * half_blend_s);
-                return Err(Error { key: "corner_times_s", found, allowed: Allowed::LaterBy(gap) });
+            let (gap, needed) = match before {
+                None => (Some(corner.tick), shortest),
+                Some(before) => (corner.tick.checked_sub(before), 2.0 * shortest),
+            };
+            if gap.is_none_or(|gap| (gap as f32) < needed) {
+                let found = corner.tick as f32 * sample_time;
+                let allowed = match before {
+                    None => Allowed::Between(half_blend_s, HUGE),
+                    Some(_) => Allowed::LaterBy(2.0 * half_blend_s),
+                };
+                return Err(Error { key: "corner_times_s", found, allowed });
             }
+            before = Some(corner.tick);
             let rate = match corners.get(i + 1) {
                 Some(next) => {
                     Rate::between(corner.position, next.position, next.tick.saturating_sub(corner.tick))
@@ -96,7 +106,6 @@ impl Trajectory {
             // Cannot fail: the number of corners was checked above.
             let _ = blends.push(Blend { corner, rate, rate_before, rate_change });
             rate_before = rate.counts_per_tick();
-            earliest = corner.tick as f32 + 2.0 * half_blend;
         }
         let velocity_scale = resolution / sample_time;
         Ok(Self { blends, half_blend, velocity_scale, acceleration_scale: velocity_scale / sample_time })
@@ -120,8 +129,9 @@ impl Trajectory {
         let Some(first) = self.blends.first() else { return Setpoint::default() };
         let mut last = None;
         for blend in &self.blends {
-            // Ticks are far from the ends of i32 in any motion; a wrap would need 2^31 of them.
-            let since = tick.wrapping_sub(blend.corner.tick) as i32;
+            // Years after the last corner this still is after it.
+            let since = i64::from(tick) - i64::from(blend.corner.tick);
+            let since = since.max(i64::from(i32::MIN)).min(i64::from(i32::MAX)) as i32;
             if (since as f32) < -self.half_blend {
                 break;
             }

@@ -1,7 +1,7 @@
 //! Running a command and saying what it is for.
 
 use std::path::{Path, PathBuf};
-use std::process::Command;
+use std::process::{Command, Stdio};
 
 /// A step that is announced before it runs.
 pub struct Job {
@@ -13,9 +13,22 @@ impl Job {
         Self { what }
     }
 
-    /// Runs a command; one that fails has already said why.
-    pub fn run(&self, command: &mut Command) -> Result<(), String> {
+    pub fn announce(&self) {
         println!("== {}", self.what);
+    }
+
+    /// Announces and runs a command; one that fails has already said why.
+    pub fn run(&self, command: &mut Command) -> Result<(), String> {
+        self.announce();
+        self.finish(command)
+    }
+
+    /// Runs one of several commands of an announced step, without what it prints.
+    pub fn run_silently(&self, command: &mut Command) -> Result<(), String> {
+        self.finish(command.stdout(Stdio::null()))
+    }
+
+    fn finish(&self, command: &mut Command) -> Result<(), String> {
         match command.status() {
             Ok(status) if status.success() => Ok(()),
             Ok(status) => Err(format!("\"{}\" failed ({status})", self.what)),

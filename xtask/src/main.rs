@@ -5,7 +5,7 @@ mod firmware;
 mod job;
 mod toolchain;
 
-use std::process::ExitCode;
+use std::process::{Command, ExitCode};
 
 use clap::{Parser, Subcommand};
 
@@ -15,11 +15,11 @@ use job::{Job, cargo};
 #[derive(Debug, Parser)]
 struct Arguments {
     #[command(subcommand)]
-    job: Command,
+    job: Work,
 }
 
 #[derive(Debug, Subcommand)]
-enum Command {
+enum Work {
     /// Let seven controllers position the simulated joint: a table, and figures in target/demo
     Demo,
     /// Everything that must pass before a change lands: format, lints, tests, documentation
@@ -36,12 +36,12 @@ enum Command {
 
 fn main() -> ExitCode {
     let done = match Arguments::parse().job {
-        Command::Demo => demo(),
-        Command::Test => test(),
-        Command::Setup => setup(),
-        Command::Firmware => firmware::build(),
-        Command::Flash => firmware::flash(),
-        Command::Params(arguments) => firmware::params(&arguments),
+        Work::Demo => demo(),
+        Work::Test => test(),
+        Work::Setup => setup(),
+        Work::Firmware => firmware::build(),
+        Work::Flash => firmware::flash(),
+        Work::Params(arguments) => firmware::params(&arguments),
     };
     match done {
         Ok(()) => ExitCode::SUCCESS,
@@ -51,6 +51,10 @@ fn main() -> ExitCode {
         }
     }
 }
+
+/// The experiments that the benchmark does not run.
+const MORE: [&str; 5] =
+    ["step-added-friction", "srnf-robustness", "srnf-added-friction", "high-gain", "friction-identification"];
 
 fn setup() -> Result<(), String> {
     let toolchain = toolchain::Toolchain::ready()?;
@@ -69,23 +73,24 @@ fn demo() -> Result<(), String> {
         "--bin",
         "stiction",
     ]))?;
-    Job::new("Seven controllers, three steps and two trajectories on the thesis's robot axis, simulated")
-        .run(&mut cargo(&[
-            "run",
-            "--quiet",
-            "--release",
-            "--package",
-            "host-sim",
-            "--bin",
-            "stiction",
-            "--",
-            "benchmark",
-            "--plot",
-            figures,
-        ]))?;
-    println!("\nA figure for each controller and kind of motion, as SVG and PNG: {figures}");
-    println!("More: `cargo sim list`, then `cargo sim run NAME --plot DIR`.");
+    Job::new("Seven controllers on the thesis's robot axis, simulated: three steps, two trajectories")
+        .run(&mut simulator(&["benchmark", "--plot", figures]))?;
+    let drawing = Job::new("Drawing the other experiments of Chapter 3 and Appendix A.2");
+    drawing.announce();
+    for experiment in MORE {
+        drawing.run_silently(&mut simulator(&["run", experiment, "--plot", figures]))?;
+    }
+    println!("\nA figure for each result, as SVG and PNG: {figures}");
+    println!("The numbers behind them: `cargo sim list`, then `cargo sim run NAME`.");
     Ok(())
+}
+
+/// The command line `stiction`.
+fn simulator(arguments: &[&str]) -> Command {
+    let mut command =
+        cargo(&["run", "--quiet", "--release", "--package", "host-sim", "--bin", "stiction", "--"]);
+    command.args(arguments);
+    command
 }
 
 fn test() -> Result<(), String> {

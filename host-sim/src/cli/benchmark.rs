@@ -32,17 +32,9 @@ pub fn rank(arguments: &Arguments) -> Result<(), Error> {
     }
     let ranked = benchmark(&documents)?;
     if let Some(directory) = &arguments.plot {
-        let mut all = Vec::new();
-        for document in &documents {
-            let runs: Vec<_> = ranked
-                .results
-                .iter()
-                .filter(|result| result.plan.origin == document.origin)
-                .cloned()
-                .collect();
-            all.extend(figures(&runs, &document.machine()?.figures));
+        for (document, results) in documents.iter().zip(&ranked.results) {
+            write_figures(directory, &figures(&document.origin.name, results, &document.machine()?.figures))?;
         }
-        write_figures(directory, &all)?;
     }
     if arguments.json {
         let object = serde_json::json!({ "schema": 1, "controllers": ranked.scores });
@@ -64,20 +56,30 @@ fn render(scores: &[Score]) -> String {
     ];
     let mut table = table::new(&header);
     for score in scores {
-        let hunting = score.hunting_counts.filter(|counts| *counts > 0.0);
+        let settled = match score.settling_time_s {
+            None if score.overshoot_deg.is_some() => "never".into(),
+            settled => number(settled, 2),
+        };
+        let hunting = match score.hunting_counts {
+            Some(0.0) => "none".into(),
+            hunting => number(hunting, 1),
+        };
         table.add_row([
             score.controller.clone(),
             number(Some(score.mean_place), 1),
             number(score.rest_error_counts, 1),
             number(score.overshoot_deg, 3),
-            number(score.settling_time_s, 2),
+            settled,
             number(score.tracking_rms_deg, 3),
             number(score.chatter_v_per_s, 2),
-            number(hunting, 1),
+            hunting,
         ]);
     }
-    let legend =
-        "Each value is the worst of the controller's runs, simulated. A dash: it never settles within
-0.05 deg, or does not hunt. Ranked by the mean of the places in the six columns.";
-    format!("{}\n\n{legend}\n", table.trim_fmt())
+    let legend = "\
+Each value is the worst of the controller's runs, all simulated. Settled: within
+0.05 deg and staying. Ranked by the mean of the places in the six columns, all
+of equal weight; \"-\": no run of that kind.";
+    let unstable = scores.iter().filter(|score| score.unstable);
+    let remarks = unstable.map(|score| format!("{}: unstable, and ranked last\n", score.controller));
+    format!("{}\n\n{legend}\n{}", table.trim_fmt(), remarks.collect::<String>())
 }

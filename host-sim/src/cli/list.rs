@@ -38,7 +38,7 @@ pub fn list(arguments: &Arguments) -> Result<(), Error> {
     }
     let mut text = String::new();
     for Entry { name, source, title } in experiments {
-        text += &format!("{name:24}{source}\n{:24}{title}\n", "");
+        text += &format!("{name:25}{source}\n    {title}\n");
     }
     print(&text)
 }

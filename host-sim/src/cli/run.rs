@@ -53,7 +53,7 @@ pub fn run(arguments: &Arguments) -> Result<(), Error> {
         write_whole(path, &text)?;
     }
     if let Some(directory) = &arguments.plot {
-        let figures = figures(&results, &document.machine()?.figures);
+        let figures = figures(&experiment.name, &results, &document.machine()?.figures);
         write_figures(directory, &figures)?;
     }
     if arguments.json {

@@ -10,6 +10,7 @@ use super::board::{CLOCK_HZ, EmulatedBoard};
 use super::bridge::{Bridge, code_of};
 use super::in_the_loop::{Mode, Stopped, Wired};
 use super::lockstep::{on_time, take_duty};
+use crate::closed_loop::hold;
 use crate::solver::AxisSolver;
 
 const TIM1_CR1: u64 = 0x4001_0000;
@@ -76,7 +77,8 @@ impl<S: AxisSolver + Clone> FreeRunning<S> {
         let from_s = seconds(self.moved_to.0.saturating_sub(origin.0));
         let disc_after = |ns: u64| {
             let mut ahead = wired.joint.solver.clone();
-            wired.joint.closed_loop.drive(&mut ahead, self.applied_v, from_s, seconds(ns), &mut |_| {});
+            let axis = &wired.joint.closed_loop.axis;
+            hold(&mut ahead, axis, self.applied_v, [from_s, seconds(ns)], &mut |_| {});
             wired.joint.disc_at(ahead.position())
         };
         let (mut before, mut after) = (0, HORIZON_NS);

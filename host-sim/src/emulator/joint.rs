@@ -7,7 +7,7 @@ use stiction::{ControllerState, Tick};
 
 use super::bridge::{Bridge, code_of};
 use super::compare::Difference;
-use crate::closed_loop::{ClosedLoop, Delay, Moment};
+use crate::closed_loop::{ClosedLoop, Delay, Moment, hold};
 use crate::solver::{AxisSolver, Event};
 
 /// A joint that is wired to an image.
@@ -109,6 +109,8 @@ impl<S: AxisSolver> Joint<S> {
     /// Moves the joint on from `time_s` for `duration_s` under a held effort.
     pub fn drive(&mut self, v: f64, time_s: f64, duration_s: f64) {
         let events = &mut self.events;
-        self.closed_loop.drive(&mut self.solver, v, time_s, duration_s, &mut |event| events.push(event));
+        hold(&mut self.solver, &self.closed_loop.axis, v, [time_s, duration_s], &mut |event| {
+            events.push(event)
+        });
     }
 }

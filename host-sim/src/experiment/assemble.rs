@@ -9,13 +9,15 @@ use stiction::drive::{DriveConfig, PwmMode};
 use stiction::encoder::{CounterBits, Direction, Encoder};
 use stiction::pd::PdGains;
 use stiction::position::Position;
-use stiction::reference::{Corner, Reference, Step, Trajectory};
+use stiction::reference::{Corner, MAX_CORNERS, Reference, Step, Trajectory};
+use stiction::velocity::MAX_WINDOW;
 use stiction::{Controller, ControllerConfig};
+use toml::Value;
 
-use super::plan::{Motion, RunPlan};
+use super::plan::{MAX_RAMP_SAMPLES, MAX_SAMPLES, Motion, RunPlan};
 use crate::closed_loop::{ClosedLoop, Delay};
 use crate::encoder::EncoderModel;
-use crate::error::Error;
+use crate::error::{Error, rounded, shown};
 use crate::friction::{AddedFriction, Coulomb};
 use crate::identification::Ramp;
 use crate::machine::{self, LawName, Machine};
@@ -24,8 +26,11 @@ use crate::mechanism::RobotAxis;
 /// Clock of the STM32F405's TIM1, which makes the PWM: the host computes the same compare values as the board.
 const PWM_TIMER_HZ: f32 = 168e6;
 
-/// A run of more samples than this is a mistake: a simulated day at 1 kHz.
-const MAX_SAMPLES: f64 = 86.4e6;
+/// Two positions that are this far apart still differ by less than 2^31 counts.
+const MAX_COUNTS: f64 = 1_073_741_823.0;
+
+/// So long after the last count a ramp is over.
+const AFTER_A_RAMP_S: f64 = 1.0;
 
 impl RunPlan {
     /// The joint.
@@ -40,16 +45,18 @@ impl RunPlan {
         self.at_least_zero("joint.friction.slip_v", friction.slip_v)?;
         self.above_zero("joint.friction.band_deg_per_s", friction.band_deg_per_s)?;
         self.check("joint.friction.stick_v", friction.stick_v, friction.stick_v >= friction.slip_v, || {
-            format!("a number not below `slip_v` ({})", friction.slip_v)
+            format!("a number not below `slip_v` ({})", shown(friction.slip_v))
         })?;
         let lowest = -friction.slip_v;
         self.check("joint.friction.added_v", friction.added_v, friction.added_v >= lowest, || {
-            format!("a number not below {lowest}")
+            format!("a number not below {} (minus `slip_v`)", shown(lowest))
         })?;
-        for [from, to] in friction.added_during_s.iter().flatten() {
-            self.check("joint.friction.added_during_s", *to, to > from, || {
-                format!("an end later than {from} s")
-            })?;
+        for (i, [from, to]) in friction.added_during_s.iter().flatten().enumerate() {
+            if !(from.is_finite() && to.is_finite() && from < to) {
+                let found = format!("[{}, {}]", shown(*from), shown(*to));
+                let key = format!("joint.friction.added_during_s[{i}]");
+                return Err(self.refuse(&key, &found, "a begin and a later end, both finite"));
+            }
         }
         Ok(RobotAxis {
             gain: joint.gain_deg_per_s2_per_v,
@@ -84,7 +91,15 @@ impl RunPlan {
     /// Names the key, what was found and what is allowed.
     pub fn controller(&self) -> Result<Controller, Error> {
         let name = self.controller.as_deref().unwrap_or_default();
-        Controller::new(&self.controller_config()?).map_err(|error| self.explain(&error, name))
+        let controller =
+            Controller::new(&self.controller_config()?).map_err(|error| self.explain(&error, name))?;
+        // Also those that none of the laws takes.
+        for (key, gain) in self.value_at(&["controller", name]).iter().flat_map(Value::as_table).flatten() {
+            if let Some(gain) = gain.as_float() {
+                self.at_least_zero(&format!("controller.{name}.{key}"), gain)?;
+            }
+        }
+        Ok(controller)
     }
 
     /// What the core is configured with, on the host as on a device.
@@ -96,6 +111,11 @@ impl RunPlan {
         let name = self.controller.as_deref().unwrap_or_default();
         let none = machine::Controller::default();
         let table = machine.controller.get(name).unwrap_or(&none);
+        let window = machine.sampling.velocity_window;
+        if !(2..=MAX_WINDOW).contains(&window) {
+            let allowed = format!("a whole number from 2 to {MAX_WINDOW}");
+            return Err(self.refuse("loop.velocity_window", &window.to_string(), &allowed));
+        }
         Ok(ControllerConfig {
             sample_time: machine.sampling.sample_time_s as f32,
             encoder: Encoder {
@@ -103,7 +123,7 @@ impl RunPlan {
                 counter_bits: self.counter_bits()?,
                 direction: direction(machine.encoder.direction),
             },
-            velocity_window: machine.sampling.velocity_window,
+            velocity_window: window,
             pd: PdGains { kp: table.kp_v_per_deg as f32, kd: table.kd_v_per_deg_per_s as f32 },
             compensator: self.laws(name, table)?,
             drive: self.drive()?,
@@ -119,7 +139,7 @@ impl RunPlan {
         let delay = match machine.run.delay_samples {
             0 => Delay::None,
             1 => Delay::OneSample,
-            other => return Err(self.refuse("run.delay_samples", f64::from(other), "0 or 1")),
+            other => return Err(self.refuse("run.delay_samples", &other.to_string(), "0 or 1")),
         };
         self.above_zero("run.step_s", machine.run.step_s)?;
         let controller = self.controller()?;
@@ -137,15 +157,29 @@ impl RunPlan {
     /// How many samples the run has after its first.
     ///
     /// # Errors
-    /// Names the duration if it is not a positive number of at most 8.64e7 samples.
+    /// Names the duration if it is not a positive number of at most ten million samples.
     pub fn samples(&self) -> Result<u32, Error> {
         let sample_time_s = self.machine.sampling.sample_time_s;
         let duration_s = self.duration_s();
         let samples = (duration_s / sample_time_s).round();
         self.check("run.duration_s", duration_s, (1.0..=MAX_SAMPLES).contains(&samples), || {
-            format!("from one sample ({sample_time_s} s) to {} s", MAX_SAMPLES * sample_time_s)
+            let longest_s = rounded(MAX_SAMPLES * sample_time_s);
+            format!("a number from {} (one sample) to {longest_s}", shown(sample_time_s))
         })?;
         Ok(samples as u32)
+    }
+
+    /// The longest that the run can take, s.
+    pub fn longest_s(&self) -> f64 {
+        let Machine { drive, identification, .. } = &*self.machine;
+        match self.motion {
+            Motion::Ramp(rate) => {
+                let hold_s = identification.as_ref().map_or(0.0, |ramps| ramps.hold_s);
+                // Up to the full scale, and down to its negative.
+                3.0 * drive.full_scale_v / rate + hold_s + AFTER_A_RAMP_S
+            }
+            Motion::Step(_) | Motion::Trajectory(_) => self.duration_s(),
+        }
     }
 
     /// A ramp of the effort.
@@ -153,16 +187,19 @@ impl RunPlan {
     /// # Errors
     /// Names the rate or the hold if the ramp would take no time or too long.
     pub fn ramp(&self, rate: f64) -> Result<Ramp, Error> {
-        let Machine { sampling, drive, identification, .. } = &*self.machine;
+        let Machine { sampling, drive, identification, run, .. } = &*self.machine;
+        if let Some(duration_s) = run.duration_s {
+            self.above_zero("run.duration_s", duration_s)?;
+        }
         let hold_s = identification.as_ref().map_or(0.0, |ramps| ramps.hold_s);
-        let longest_s = MAX_SAMPLES * sampling.sample_time_s;
+        let longest_s = MAX_RAMP_SAMPLES * sampling.sample_time_s;
         self.check("identification.hold_s", hold_s, (0.0..=longest_s).contains(&hold_s), || {
-            format!("a number from 0 to {longest_s}")
+            format!("a number from 0 to {}", rounded(longest_s))
         })?;
-        // Up to the full scale and down to its negative.
         let slowest = 3.0 * drive.full_scale_v / longest_s;
-        self.check("identification.ramp_rates_v_per_s", rate, rate >= slowest, || {
-            format!("a number not below {slowest}")
+        let fastest = drive.full_scale_v / sampling.sample_time_s;
+        self.check(&self.asked_by, rate, (slowest..=fastest).contains(&rate), || {
+            format!("a number from {} to {}", rounded(slowest), rounded(fastest))
         })?;
         Ok(Ramp {
             rate,
@@ -173,7 +210,8 @@ impl RunPlan {
         })
     }
 
-    fn duration_s(&self) -> f64 {
+    /// How long a step or a trajectory is run: as the file says, or else by its kind.
+    pub fn duration_s(&self) -> f64 {
         let by_default = match &self.motion {
             Motion::Step(_) | Motion::Ramp(_) => 10.0,
             Motion::Trajectory(trajectory) => trajectory.corner_times_s.last().copied().unwrap_or(0.0) + 3.0,
@@ -190,8 +228,9 @@ impl RunPlan {
                 at_tick: 0,
             })),
             Motion::Trajectory(trajectory) => {
-                let sample_time = self.machine.sampling.sample_time_s as f32;
-                let resolution = self.machine.encoder.resolution_deg as f32;
+                let Machine { sampling, encoder, .. } = &*self.machine;
+                let (sample_time, resolution) =
+                    (sampling.sample_time_s as f32, encoder.resolution_deg as f32);
                 Trajectory::new(&corners, trajectory.half_blend_s as f32, sample_time, resolution)
                     .map(Reference::Trajectory)
                     .map_err(|error| self.explain(&error, ""))
@@ -205,53 +244,94 @@ impl RunPlan {
     /// # Errors
     /// Names the key, what was found and what is allowed.
     pub fn corners(&self) -> Result<Vec<Corner>, Error> {
-        let resolution = self.machine.encoder.resolution_deg;
-        let position = |key: &str, deg: f64| {
-            self.check(key, deg, (deg / resolution).abs() < f64::from(i32::MAX), || {
-                format!("a number below {} in size, 2^31 counts", f64::from(i32::MAX) * resolution)
-            })?;
-            Ok::<_, Error>(counts(deg / resolution))
-        };
         match &self.motion {
             Motion::Step(step) => {
-                Ok(vec![Corner { tick: 0, position: position("reference.steps_deg", *step)? }])
+                let position = self.position(&self.asked_by, *step)?;
+                if *step == 0.0 {
+                    return Err(self.refuse(&self.asked_by, "0", "a step other than 0"));
+                }
+                Ok(vec![Corner { tick: 0, position }])
             }
-            Motion::Trajectory(trajectory) => {
-                let (times, positions) = (&trajectory.corner_times_s, &trajectory.corner_positions_deg);
-                self.check(
-                    "reference.trajectories.corner_positions_deg",
-                    positions.len() as f64,
-                    positions.len() == times.len(),
-                    || format!("as many entries as `corner_times_s` ({})", times.len()),
-                )?;
-                let corner = |(time_s, deg): (&f64, &f64)| {
-                    self.at_least_zero("reference.trajectories.corner_times_s", *time_s)?;
-                    Ok(Corner {
-                        tick: (time_s / self.machine.sampling.sample_time_s).round() as u32,
-                        position: position("reference.trajectories.corner_positions_deg", *deg)?,
-                    })
-                };
-                times.iter().zip(positions).map(corner).collect()
-            }
+            Motion::Trajectory(trajectory) => self.trajectory_corners(trajectory),
             Motion::Ramp(_) => Ok(vec![]),
         }
     }
 
+    fn position(&self, key: &str, deg: f64) -> Result<Position, Error> {
+        let resolution = self.machine.encoder.resolution_deg;
+        self.check(key, deg, (deg / resolution).abs() <= MAX_COUNTS, || {
+            let furthest = rounded(MAX_COUNTS * resolution);
+            format!("a number from -{furthest} to {furthest}, 2^30 counts")
+        })?;
+        Ok(counts(deg / resolution))
+    }
+
+    fn trajectory_corners(&self, trajectory: &machine::Trajectory) -> Result<Vec<Corner>, Error> {
+        let sampling = &self.machine.sampling;
+        let (times, positions) = (&trajectory.corner_times_s, &trajectory.corner_positions_deg);
+        let half_blend_s = trajectory.half_blend_s;
+        let key = |key: &str| format!("{}.{key}", self.asked_by);
+        let (times_key, positions_key) = (key("corner_times_s"), key("corner_positions_deg"));
+        let entries = |key: &str, found: usize, allowed: String| {
+            let origin = self.origin.of(key);
+            Err(Error::Input(format!("{origin}: `{key}` has {found} entries; allowed are {allowed}")))
+        };
+        if !(2..=MAX_CORNERS).contains(&times.len()) {
+            return entries(&times_key, times.len(), format!("2 to {MAX_CORNERS}"));
+        }
+        if positions.len() != times.len() {
+            let allowed = format!("as many as in `corner_times_s` ({})", times.len());
+            return entries(&positions_key, positions.len(), allowed);
+        }
+        let (shortest_s, latest_s) = (0.5 * sampling.sample_time_s, MAX_SAMPLES * sampling.sample_time_s);
+        self.check(
+            &key("half_blend_s"),
+            half_blend_s,
+            (shortest_s..=latest_s).contains(&half_blend_s),
+            || format!("a number from {} (half a sample) to {}", shown(shortest_s), rounded(latest_s)),
+        )?;
+        let mut corners = Vec::new();
+        let mut before_s = -half_blend_s;
+        for (i, (time_s, deg)) in times.iter().zip(positions).enumerate() {
+            let earliest_s = before_s + 2.0 * half_blend_s;
+            // Sums of decimals differ in the last digit from the decimal that was written.
+            let in_order = (earliest_s * (1.0 - 1e-9)..=latest_s).contains(time_s);
+            self.check(&format!("{times_key}[{i}]"), *time_s, in_order, || {
+                let why = if i == 0 { "half a blend" } else { "two half blends after the corner before" };
+                format!("a number from {} ({why}) to {}", rounded(earliest_s), rounded(latest_s))
+            })?;
+            before_s = *time_s;
+            corners.push(Corner {
+                tick: (time_s / sampling.sample_time_s).round() as u32,
+                position: self.position(&format!("{positions_key}[{i}]"), *deg)?,
+            });
+        }
+        if positions.windows(2).all(|pair| pair[0] == pair[1]) {
+            let found = format!("{} throughout", shown(positions[0]));
+            return Err(self.refuse(&positions_key, &found, "a motion from one position to another"));
+        }
+        Ok(corners)
+    }
+
     fn laws(&self, name: &str, table: &machine::Controller) -> Result<FixedVec<Gains, MAX_TERMS>, Error> {
+        let key = format!("controller.{name}.laws");
+        let origin = self.origin.of(&key);
         let laws = match &table.laws {
             Some(laws) => laws.clone(),
             None if name.is_empty() => vec![],
             None => vec![law_called(name).ok_or_else(|| {
-                let why = "its name is not that of a law, so `laws` must list the laws that it adds to PD";
-                Error::Input(format!("{}: `controller.{name}.laws` is missing; {why}", self.origin))
+                let why =
+                    "a controller with a name of its own lists the laws that it adds to PD, as in [\"srnf\"]";
+                Error::Input(format!("{origin}: `{key}` is missing: {why}"))
             })?],
         };
+        let twice = laws.iter().enumerate().find(|(i, law)| laws[..*i].contains(law));
+        if let Some((i, _)) = twice {
+            return Err(Error::Input(format!("{origin}: `{key}[{i}]` names a law for the second time")));
+        }
         if laws.contains(&LawName::Ri) && laws.contains(&LawName::Rvi) {
-            let why = "both take `ki_v_per_deg_s`";
-            return Err(Error::Input(format!(
-                "{}: `controller.{name}.laws` has ri and rvi; {why}",
-                self.origin
-            )));
+            let why = "only one of them is allowed, since both take `ki_v_per_deg_s`";
+            return Err(Error::Input(format!("{origin}: `{key}` has ri and rvi; {why}")));
         }
         let mut gains = FixedVec::new();
         for law in laws {
@@ -259,11 +339,8 @@ impl RunPlan {
             if let Some(one) = one
                 && gains.push(one).is_err()
             {
-                let why = format!("a controller adds at most {MAX_TERMS}");
-                return Err(Error::Input(format!(
-                    "{}: `controller.{name}.laws` is too long; {why}",
-                    self.origin
-                )));
+                let why = format!("allowed are {MAX_TERMS}, not counting pd");
+                return Err(Error::Input(format!("{origin}: `{key}` has too many entries; {why}")));
             }
         }
         Ok(gains)
@@ -271,9 +348,12 @@ impl RunPlan {
 
     fn gains(&self, name: &str, table: &machine::Controller, law: LawName) -> Result<Option<Gains>, Error> {
         let need = |key: &str, value: Option<f64>| {
-            value
-                .map(|value| value as f32)
-                .ok_or_else(|| Error::Input(format!("{}: `controller.{name}.{key}` is missing", self.origin)))
+            value.map(|value| value as f32).ok_or_else(|| {
+                let key = format!("controller.{name}.{key}");
+                let origin = self.origin.of(&format!("controller.{name}.laws"));
+                let law = format!("{law:?}").to_lowercase();
+                Error::Input(format!("{origin}: `{key}` is missing; the law {law} needs it"))
+            })
         };
         Ok(Some(match law {
             LawName::Pd => return Ok(None),
@@ -327,27 +407,41 @@ impl RunPlan {
         match self.machine.encoder.counter_bits {
             16 => Ok(CounterBits::Sixteen),
             32 => Ok(CounterBits::ThirtyTwo),
-            other => Err(self.refuse("encoder.counter_bits", f64::from(other), "16 or 32")),
+            other => Err(self.refuse("encoder.counter_bits", &other.to_string(), "16 or 32")),
         }
     }
 
-    /// An error of the core with the table in front of its key.
+    /// An error of the core with the table in front of its key, and the value as it was written.
     pub(crate) fn explain(&self, error: &stiction::Error, controller: &str) -> Error {
-        let table = match error.key {
-            "sample_time_s" | "velocity_window" => "loop.".into(),
-            "resolution_deg" => "encoder.".into(),
-            "full_scale_v" | "lsb_v" | "pwm_top" => "drive.".into(),
-            "corner_times_s" | "half_blend_s" => "reference.trajectories.".into(),
+        let tables = match error.key {
+            "sample_time_s" | "velocity_window" => vec!["loop"],
+            "resolution_deg" => vec!["encoder"],
+            "full_scale_v" | "lsb_v" | "pwm_top" => vec!["drive"],
+            "corner_times_s" | "half_blend_s" => vec![self.asked_by.as_str()],
             "autostart_delay_s"
             | "soft_start_s"
             | "dead_time_s"
             | "nominal_supply_v"
-            | "supply_full_scale_v" => "device.".into(),
-            _ => format!("controller.{controller}."),
+            | "supply_full_scale_v" => {
+                vec!["device"]
+            }
+            _ => vec!["controller", controller],
         };
+        let path = [&tables[..], &[error.key]].concat();
+        let mut found = shown(error.found.into());
+        if let Some(written) = self.value_at(&path).and_then(|value| value.as_float()) {
+            let vanishes = error.found == 0.0 && written != 0.0;
+            found = shown(written) + if vanishes { ", which is 0 in single precision" } else { "" };
+        }
         let text = error.to_string();
-        let text = text.strip_prefix('`').unwrap_or(&text);
-        Error::Input(format!("{}: `{table}{text}", self.origin))
+        let allowed = text.split_once("; allowed is ").map_or(&*text, |(_, allowed)| allowed);
+        self.refuse(&path.join("."), &found, allowed)
+    }
+
+    /// A value of the machine by its key.
+    fn value_at(&self, path: &[&str]) -> Option<Value> {
+        let machine = Value::try_from(&*self.machine).ok()?;
+        path.iter().try_fold(machine, |value, key| value.get(key).cloned())
     }
 
     fn above_zero(&self, key: &str, found: f64) -> Result<(), Error> {
@@ -359,11 +453,17 @@ impl RunPlan {
     }
 
     fn check(&self, key: &str, found: f64, allowed: bool, what: impl Fn() -> String) -> Result<(), Error> {
-        if allowed && found.is_finite() { Ok(()) } else { Err(self.refuse(key, found, &what())) }
+        if allowed && found.is_finite() { Ok(()) } else { Err(self.refuse(key, &shown(found), &what())) }
     }
 
-    fn refuse(&self, key: &str, found: f64, allowed: &str) -> Error {
-        Error::Input(format!("{}: `{key}` is {found}; allowed is {allowed}", self.origin))
+    fn refuse(&self, key: &str, found: &str, allowed: &str) -> Error {
+        // A person may take infinity for a number.
+        let finite = if found.ends_with("inf") {
+            allowed.replacen("a number", "a finite number", 1)
+        } else {
+            allowed.into()
+        };
+        Error::Input(format!("{}: `{key}` is {found}; allowed is {finite}", self.origin.of(key)))
     }
 }
 

@@ -1,40 +1,58 @@
 //! A machine's TOML as text: reading it, setting keys in it, and saying what is wrong with it.
 
-use std::fs;
+use std::fmt;
+use std::fs::File;
+use std::io::{self, Read};
 use std::path::Path;
 
 use toml::{Table, Value};
 
 use super::builtin;
-use crate::error::{Error, suggestion};
+use crate::error::{Error, suggestion_or_all};
 use crate::machine::Machine;
+
+/// A machine's file has a few kilobytes; a device or a recording that was given by mistake may have no end.
+const MAX_BYTES: u64 = 1 << 20;
+
+/// Longer names leave a table of 80 columns no room for its numbers.
+const LONGEST_NAME: usize = 20;
+
+/// How a key is written, for those who wrote it otherwise.
+const HOW_TO_SET: &str = "write it as table.key=value, as in run.duration_s=120";
 
 /// A parsed file, and where it came from.
 #[derive(Clone, Debug)]
 pub struct Document {
-    /// A built-in experiment's name or a file's path, for messages.
-    pub origin: String,
+    /// For messages.
+    pub origin: Origin,
     table: Table,
 }
 
+/// Where the values of a document came from, for messages.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Origin {
+    /// A built-in experiment's name or a file's path.
+    pub name: String,
+    /// Which variant of it, if any.
+    variant: Option<String>,
+    /// What was set by hand, as typed.
+    set: Vec<String>,
+}
+
 impl Document {
-    /// Opens a built-in experiment by its name, or a file by its path (ending in `.toml` or holding a separator).
+    /// Opens a built-in experiment by its name, or a file by its path (ending in `.toml` or holding a separator, or
+    /// any that exists and has no built-in's name).
     ///
     /// # Errors
     /// Says what is wrong with the name, the file or the TOML.
     pub fn open(name: &str) -> Result<Self, Error> {
         let looks_like_a_file = name.ends_with(".toml") || name.contains(std::path::MAIN_SEPARATOR);
-        let document = if looks_like_a_file || Path::new(name).is_file() {
-            let path = Path::new(name);
-            let text = fs::read_to_string(path).map_err(|source| Error::File {
-                action: "read",
-                path: path.to_owned(),
-                source,
-            })?;
-            Self::parse(name, &text)?
-        } else {
-            Self::parse(name, builtin::find(name)?.toml)?
+        let text = match builtin::find(name) {
+            Ok(builtin) => builtin.toml.into(),
+            Err(unknown) if !looks_like_a_file && !Path::new(name).is_file() => return Err(unknown),
+            Err(_) => read(Path::new(name))?,
         };
+        let document = Self::parse(name, &text)?;
         document.machine()?;
         Ok(document)
     }
@@ -43,45 +61,42 @@ impl Document {
     ///
     /// # Errors
     /// Names the line.
-    pub fn parse(origin: &str, text: &str) -> Result<Self, Error> {
+    pub fn parse(name: &str, text: &str) -> Result<Self, Error> {
         let table = text.parse::<Table>().map_err(|error| {
-            let line =
-                error.span().map_or(1, |span| text[..span.start.min(text.len())].lines().count().max(1));
-            Error::Input(format!("{origin}, line {line}: {}", one_line(error.message())))
+            let (line, what) = syntax(text, &error);
+            Error::Input(format!("{name}, line {line}: {what}"))
         })?;
-        Ok(Self { origin: origin.into(), table })
+        Ok(Self { origin: Origin { name: name.into(), variant: None, set: vec![] }, table })
     }
 
-    /// Sets keys as on the command line, `table.key=value` each, and checks the result after each.
+    /// Sets keys as on the command line, `table.key=value` each, and checks the result.
     ///
     /// # Errors
     /// Names the assignment.
     pub fn set(&mut self, assignments: &[String]) -> Result<(), Error> {
         for assignment in assignments {
-            let origin = format!("--set {assignment}");
-            let Some((key, value)) = assignment.split_once('=') else {
-                return Err(Error::Input(format!("{origin}: write it as table.key=value")));
+            let done = match assignment.split_once('=') {
+                Some((key, value)) => {
+                    parse_value(value.trim()).and_then(|value| self.put(key.trim(), value, HOW_TO_SET))
+                }
+                None => Err(HOW_TO_SET.into()),
             };
-            self.put(
-                key.trim(),
-                parse_value(value.trim()).map_err(|why| Error::Input(format!("{origin}: {why}")))?,
-            )
-            .and_then(|()| self.machine())
-            .map_err(|error| Error::Input(format!("{origin}: {}", self.without_origin(&error))))?;
+            done.map_err(|why| Error::Input(format!("--set {}: {why}", brief(assignment))))?;
+            self.origin.set.push(assignment.clone());
         }
-        Ok(())
+        self.machine().map(|_| ())
     }
 
     /// The document with a variant's keys set.
     ///
     /// # Errors
     /// Names the variant.
-    pub fn with(&self, slug: &str, keys: &Table) -> Result<Self, Error> {
+    pub fn with(&self, variant: &str, keys: &Table) -> Result<Self, Error> {
         let mut copy = self.clone();
-        copy.origin = format!("{}, variant `{slug}`", self.origin);
+        copy.origin.variant = Some(variant.into());
         for (key, value) in keys {
-            copy.put(key, value.clone())
-                .map_err(|error| Error::Input(format!("{}: {}", copy.origin, self.without_origin(&error))))?;
+            copy.put(key, value.clone(), "write it as \"table.key\" = value")
+                .map_err(|why| Error::Input(format!("{}: {why}", copy.origin)))?;
         }
         copy.machine()?;
         Ok(copy)
@@ -99,92 +114,229 @@ impl Document {
     /// # Errors
     /// Names the key, what was found and what is allowed.
     pub fn machine(&self) -> Result<Machine, Error> {
-        serde_path_to_error::deserialize(Value::Table(self.table.clone())).map_err(|error| {
-            let path = error.path().to_string();
-            let message = explain(&path, error.inner().message());
-            Error::Input(format!("{}: {message}", self.origin))
-        })
+        let machine: Machine =
+            serde_path_to_error::deserialize(Value::Table(self.table.clone())).map_err(|error| {
+                let path = error.path().to_string();
+                let what = self.explain(&path, error.inner().message());
+                Error::Input(format!("{}: {what}", self.origin.of(&path)))
+            })?;
+        self.check_names(&machine)?;
+        Ok(machine)
     }
 
-    fn put(&mut self, key: &str, value: Value) -> Result<(), Error> {
-        let refuse = |why: String| Err(Error::Input(why));
-        let mut path: Vec<&str> = key.split('.').collect();
-        let Some(last) = path.pop().filter(|_| !path.is_empty()) else {
-            return refuse(format!("`{key}` names no table; write it as table.key=value"));
+    /// Names of controllers and variants become labels, parts of file names and the first column of tables.
+    fn check_names(&self, machine: &Machine) -> Result<(), Error> {
+        let allowed = |name: &str, also: &str| {
+            let plain = |c: char| c.is_ascii_alphanumeric() || "-_".contains(c) || also.contains(c);
+            name.len() <= LONGEST_NAME && name.chars().all(plain)
         };
+        let refuse = |what: &str, name: &str, allowed: &str| {
+            let (origin, name) = (&self.origin, brief(name));
+            let allowed = format!("allowed are up to {LONGEST_NAME} letters, digits, {allowed}");
+            Err(Error::Input(format!("{origin}: {what} is {name:?}; {allowed}")))
+        };
+        if let Some(name) = machine.controller.keys().find(|name| name.is_empty() || !allowed(name, "")) {
+            return refuse("the name of a controller", name, "`-` and `_`, and at least one");
+        }
+        match machine.variant.iter().find(|variant| !allowed(&variant.slug, ".")) {
+            Some(variant) => refuse("the `slug` of a variant", &variant.slug, "`-`, `_` and `.`"),
+            None => Ok(()),
+        }
+    }
+
+    fn put(&mut self, key: &str, value: Value, how: &str) -> Result<(), String> {
+        let path: Vec<&str> = key.split('.').collect();
+        let Some((last, tables)) = path.split_last().filter(|_| !path.contains(&"")) else {
+            return Err(how.into());
+        };
+        if tables.is_empty() {
+            return Err(format!("`{key}` names no table; {how}"));
+        }
         if let ["controller", name, ..] = path[..] {
-            let names: Vec<&str> = self
-                .get("controller")
-                .and_then(Value::as_table)
-                .map_or(vec![], |controllers| controllers.keys().map(String::as_str).collect());
-            if !names.contains(&name) {
-                let near = suggestion(name, names.iter().copied());
-                return refuse(format!("there is no controller `{name}`{near}"));
+            let names = || {
+                let controllers = self.get("controller").and_then(Value::as_table);
+                controllers.into_iter().flat_map(Table::keys).map(String::as_str)
+            };
+            if !names().any(|known| known == name) {
+                let near = suggestion_or_all(name, names());
+                return Err(format!("there is no controller `{name}`{near}"));
             }
         }
         let mut table = &mut self.table;
-        for part in path {
-            match table.entry(part).or_insert_with(|| Value::Table(Table::new())) {
+        for part in tables {
+            match table.entry(*part).or_insert_with(|| Value::Table(Table::new())) {
                 Value::Table(inner) => table = inner,
-                _ => return refuse(format!("`{part}` in `{key}` is not a table")),
+                _ => return Err(format!("`{part}` in `{key}` is not a table")),
             }
         }
-        table.insert(last.into(), value);
+        table.insert((*last).into(), value);
         Ok(())
     }
 
-    fn without_origin(&self, error: &Error) -> String {
-        let text = error.to_string();
-        text.strip_prefix(&format!("{}: ", self.origin)).unwrap_or(&text).into()
+    /// The value at a path with indices, such as `figures[0].of`.
+    fn at(&self, path: &str) -> Option<&Value> {
+        let mut steps = path.split(['.', '[']).map(|step| step.trim_end_matches(']'));
+        let first = self.table.get(steps.next()?)?;
+        steps.try_fold(first, |value, step| match value {
+            Value::Array(list) => list.get(step.parse::<usize>().ok()?),
+            value => value.get(step),
+        })
     }
+
+    /// What serde found wrong at a path, in one sentence.
+    fn explain(&self, path: &str, message: &str) -> String {
+        let message = one_line(message);
+        let parent = path.rsplit_once('.').map_or("", |(parent, _)| parent);
+        let inside = |table: &str, key: &str| match table {
+            "" => key.to_owned(),
+            table => format!("{table}.{key}"),
+        };
+        // Names between back quotes: the one that was typed, then those that serde would have taken.
+        let mut quoted = message.split('`').skip(1).step_by(2);
+        if message.starts_with("unknown field") {
+            let typed = quoted.next().unwrap_or_default();
+            return format!("unknown key `{}`{}", inside(parent, typed), suggestion_or_all(typed, quoted));
+        }
+        if message.starts_with("missing field") {
+            let key = inside(if path == "." { "" } else { path }, quoted.next().unwrap_or_default());
+            let is_table =
+                ["joint", "joint.friction", "encoder", "drive", "loop", "controller"].contains(&&*key);
+            return if is_table {
+                format!("the table `[{key}]` is missing")
+            } else {
+                format!("`{key}` is missing")
+            };
+        }
+        let found = self.at(path).map_or_else(|| "not what it should be".into(), describe);
+        if message.starts_with("unknown variant") {
+            let typed = quoted.next().unwrap_or_default();
+            format!("`{path}` is {found}{}", suggestion_or_all(typed, quoted))
+        } else if message.starts_with("invalid length") {
+            let entries = self.at(path).and_then(Value::as_array).map_or(0, Vec::len);
+            format!("`{path}` has {entries} entries; allowed are 2")
+        } else {
+            let expected = message.rsplit_once("expected ").map_or(&*message, |(_, expected)| expected);
+            format!("`{path}` is {found}; allowed is {}", in_words(path, expected))
+        }
+    }
+}
+
+impl Origin {
+    /// Who is to blame for the value of a key: what was set by hand, or else the file.
+    pub fn of(&self, key: &str) -> String {
+        let set = |assignment: &&String| {
+            let typed = assignment.split('=').next().unwrap_or_default().trim();
+            within(key, typed) || within(typed, key)
+        };
+        match self.set.iter().rfind(set) {
+            Some(assignment) => format!("--set {}", brief(assignment)),
+            None => {
+                // A key of the file that no longer goes with one that was set.
+                let with = if self.set.is_empty() { "" } else { " with" };
+                let set: String = self.set.iter().map(|set| format!(" --set {}", brief(set))).collect();
+                format!("{self}{with}{set}")
+            }
+        }
+    }
+}
+
+impl fmt::Display for Origin {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(&self.name)?;
+        match &self.variant {
+            Some(variant) => write!(f, ", variant {variant}"),
+            None => Ok(()),
+        }
+    }
+}
+
+/// Whether a key is a table or a list itself or something in it.
+pub fn within(key: &str, table: &str) -> bool {
+    key.strip_prefix(table).is_some_and(|rest| rest.is_empty() || rest.starts_with(['.', '[']))
+}
+
+fn read(path: &Path) -> Result<String, Error> {
+    let fail = |source| Error::File { action: "read", path: path.to_owned(), source };
+    let mut bytes = Vec::new();
+    let read = File::open(path).and_then(|file| file.take(MAX_BYTES + 1).read_to_end(&mut bytes));
+    read.map_err(fail)?;
+    if bytes.len() as u64 > MAX_BYTES {
+        return Err(fail(io::Error::other("it is larger than 1 MiB, which no machine's file is")));
+    }
+    String::from_utf8(bytes).map_err(|_| fail(io::Error::other("it is not text (UTF-8)")))
+}
+
+/// The line and what is wrong there.
+fn syntax(text: &str, error: &toml::de::Error) -> (usize, String) {
+    let span = error.span().unwrap_or_default();
+    let line = 1 + text.bytes().take(span.start).filter(|byte| *byte == b'\n').count();
+    let message = one_line(error.message());
+    let (head, expected) = message.split_once(", expected ").unwrap_or((&message, ""));
+    let what = match head {
+        "duplicate key" => format!("`{}` is there twice", text.get(span).unwrap_or_default()),
+        "string values must be quoted" => "a value is missing or lacks its quotes".into(),
+        "invalid basic string" if expected == "`\"`" => "a text lacks its closing quote".into(),
+        "invalid float" => "a number is malformed".into(),
+        "recursion limit" => "it is nested too deeply".into(),
+        _ if head.starts_with("cannot recurse") => "it is nested too deeply".into(),
+        _ if head.starts_with("invalid type: integer") => "a whole number has too many digits".into(),
+        // What the parser would have taken is a term of its grammar, unless it is a character.
+        _ if expected.starts_with('`') => message,
+        _ => head.into(),
+    };
+    (line, what)
 }
 
 /// A TOML value; a bare word is a string, so that `run.solver=rk4` needs no quotes inside quotes.
 fn parse_value(text: &str) -> Result<Value, String> {
+    if text.is_empty() {
+        return Err("there is no value after the `=`".into());
+    }
     if let Ok(mut table) = format!("value = {text}").parse::<Table>()
         && let Some(value) = table.remove("value")
+        && table.is_empty()
     {
         return Ok(value);
     }
-    if !text.is_empty() && text.chars().all(|c| c.is_ascii_alphanumeric() || c == '-' || c == '_') {
+    if text.chars().all(|c| c.is_ascii_alphanumeric() || c == '-' || c == '_') {
         return Ok(Value::String(text.into()));
     }
-    Err(format!("`{text}` is neither a number, a word, a quoted string nor a list"))
+    Err(format!("{text:?} is neither a number, a word, a quoted text nor a list"))
 }
 
-/// Says in one sentence what serde found wrong at a path.
-fn explain(path: &str, message: &str) -> String {
-    let message = one_line(message);
-    let parent = path.rsplit_once('.').map_or("", |(parent, _)| parent);
-    // The second to last names between back quotes are what serde would have taken.
-    let quoted: Vec<&str> = message.split('`').skip(1).step_by(2).collect();
-    if message.starts_with("unknown field") {
-        let (typed, known) = quoted.split_first().unwrap_or((&"", &[]));
-        let whole = if parent.is_empty() { (*typed).to_owned() } else { format!("{parent}.{typed}") };
-        let mut near = suggestion(typed, known.iter().copied());
-        if near.is_empty() {
-            near = format!("; allowed are {}", known.join(", "));
-        }
-        format!("unknown key `{whole}`{near}")
-    } else if message.starts_with("unknown variant") {
-        let (typed, known) = quoted.split_first().unwrap_or((&"", &[]));
-        let near = suggestion(typed, known.iter().copied());
-        format!("`{path}` is `{typed}`; allowed are {}{near}", known.join(", "))
-    } else if message.starts_with("missing field") {
-        let prefix = if path == "." { String::new() } else { format!("{path}.") };
-        format!("`{prefix}{}` is missing", quoted.first().unwrap_or(&""))
-    } else if let Some((found, expected)) =
-        message.strip_prefix("invalid type: ").and_then(|rest| rest.split_once(", expected "))
-    {
-        let expected = match expected {
-            "f64" => "a number",
-            "u8" | "usize" => "a whole number",
-            "a sequence" => "a list",
-            other => other,
-        };
-        format!("`{path}` is {found}; allowed is {expected}")
-    } else {
-        format!("`{path}`: {message}")
+fn describe(value: &Value) -> String {
+    match value {
+        Value::String(text) => format!("{:?}", brief(text)),
+        // With its point, which sets it apart from a whole number.
+        Value::Float(number) => format!("{number:?}"),
+        Value::Array(_) => brief(&value.to_string()),
+        Value::Table(_) => "a table".into(),
+        Value::Integer(_) | Value::Boolean(_) | Value::Datetime(_) => value.to_string(),
+    }
+}
+
+/// What serde expected, in words.
+fn in_words<'a>(path: &str, expected: &'a str) -> &'a str {
+    match (path, expected) {
+        ("encoder.counter_bits", _) => "the whole number 16 or 32",
+        ("run.delay_samples", _) => "the whole number 0 or 1",
+        ("loop.velocity_window", _) => "a whole number from 2 to 16",
+        (_, "f64") => "a number",
+        (_, "a sequence") => "a list in square brackets",
+        (_, "a string" | "string only") => "a text in quotes",
+        (_, "a map") => "a table",
+        _ if expected.starts_with("struct ") => "a table",
+        _ => expected,
+    }
+}
+
+/// In one line, and not at length: a list may be a page.
+fn brief(text: &str) -> String {
+    const LONGEST: usize = 60;
+    let text = one_line(text);
+    match text.char_indices().nth(LONGEST) {
+        Some((end, _)) => format!("{}...", &text[..end]),
+        None => text,
     }
 }
 

@@ -1,12 +1,22 @@
 //! From a document to its runs.
 
+use std::collections::BTreeSet;
 use std::sync::Arc;
 
-use toml::Table;
+use toml::{Table, Value};
 
-use super::document::Document;
-use crate::error::{Error, suggestion};
-use crate::machine::{Machine, Trajectory, Variant};
+use super::document::{Document, Origin, within};
+use crate::error::{Error, rounded, shown, suggestion_or_all};
+use crate::machine::{Machine, Solver, Trajectory, Variant};
+
+/// The samples of all runs are held in memory at once: these are a gigabyte.
+pub(super) const MAX_SAMPLES: f64 = 1e7;
+
+/// Ramps have smaller samples, and end long before the time that they are counted with.
+pub(super) const MAX_RAMP_SAMPLES: f64 = 1e8;
+
+/// Steps of `rk4`, all runs together: some minutes.
+const MAX_STEPS: f64 = 1e10;
 
 /// A named set of runs.
 #[derive(Clone, Debug)]
@@ -25,7 +35,9 @@ pub struct RunPlan {
     /// `srnf/step-5.0/test-2`.
     pub label: String,
     /// Where its configuration came from, for messages.
-    pub origin: String,
+    pub origin: Origin,
+    /// The key that asks for it, for messages: `reference.steps_deg[0]`.
+    pub asked_by: String,
     /// The machine, with the variant's keys set.
     pub machine: Arc<Machine>,
     /// The controller's name; none for a ramp.
@@ -78,8 +90,11 @@ impl Trajectory {
     }
 }
 
-/// At least one digit behind the point, at most three.
+/// At least one digit behind the point, at most three; what would vanish like that is written with its exponent.
 fn short(number: f64) -> String {
+    if number != 0.0 && number.abs() < 5e-4 {
+        return format!("{number:e}");
+    }
     let text = format!("{number:.3}");
     let text = text.trim_end_matches('0');
     if text.ends_with('.') { format!("{text}0") } else { text.into() }
@@ -91,91 +106,212 @@ impl Experiment {
     /// `fixed` are keys that the user has set by hand: a variant that sets one of them otherwise is left out.
     ///
     /// # Errors
-    /// Names a controller that does not exist, or a document without anything to run.
+    /// Names a controller that does not exist, a value that is not allowed in any of the runs, or a document without
+    /// anything to run.
     pub fn plan(document: &Document, wanted: &[String], fixed: &[String]) -> Result<Self, Error> {
         let machine = document.machine()?;
+        let wanted: Vec<&str> = wanted.iter().map(|name| name.trim()).collect();
         let mut runs = Vec::new();
-        for variant in variants(document, &machine, fixed)? {
+        for (name, variant) in variants(document, &machine, fixed)? {
             let (origin, machine) = if variant.set.is_empty() {
                 (document.origin.clone(), machine.clone())
             } else {
-                let with = document.with(&variant.slug, &variant.set)?;
+                let with = document.with(&name, &variant.set)?;
                 (with.origin.clone(), with.machine()?)
             };
-            runs.extend(runs_of(machine, &origin, &variant.slug, wanted)?);
+            runs.extend(runs_of(machine, &origin, &variant.slug, &wanted)?);
         }
         if runs.is_empty() {
-            let why = "neither `reference.steps_deg`, `reference.trajectories` nor `identification.ramp_rates_v_per_s`";
+            let all = "none of `reference.steps_deg`, `reference.trajectories`, `identification.ramp_rates_v_per_s`";
+            let origin = document.origin.of("reference");
             return Err(Error::Input(format!(
-                "{}: there is nothing to run, {why} has an entry",
-                document.origin
+                "{origin}: there is nothing to run, because {all} has an entry"
             )));
+        }
+        for run in &runs {
+            run.validate()?;
         }
         if let Some(label) = doubled(&runs) {
             let why = "give each step, trajectory and variant its own size, speed or slug";
             return Err(Error::Input(format!(
                 "{}: two runs would be called `{label}`; {why}",
-                document.origin
+                document.origin.of("reference")
             )));
         }
-        Ok(Self { name: document.origin.clone(), source: machine.source, runs })
+        affordable(&document.origin, &runs)?;
+        Ok(Self { name: document.origin.name.clone(), source: machine.source, runs })
     }
 }
 
-fn variants(document: &Document, machine: &Machine, fixed: &[String]) -> Result<Vec<Variant>, Error> {
+/// The variants that do not contradict what was set by hand, and their names for messages.
+fn variants(
+    document: &Document,
+    machine: &Machine,
+    fixed: &[String],
+) -> Result<Vec<(String, Variant)>, Error> {
     if machine.variant.is_empty() {
-        return Ok(vec![Variant { slug: String::new(), set: Table::new() }]);
+        return Ok(vec![(String::new(), Variant { slug: String::new(), set: Table::new() })]);
     }
-    let agrees = |variant: &&Variant| {
-        variant.set.iter().all(|(key, value)| !fixed.contains(key) || document.get(key) == Some(value))
+    let contradicted = |variant: &Variant| {
+        variant.set.iter().find_map(|(key, value)| {
+            let by_hand = fixed.iter().find(|fixed| within(key, fixed))?;
+            (!same(document.get(key)?, value)).then_some(by_hand)
+        })
     };
-    let kept: Vec<Variant> = machine.variant.iter().filter(agrees).cloned().collect();
-    if kept.is_empty() {
-        let keys = fixed.join("`, `");
-        let why = "every variant of this experiment sets it otherwise";
-        return Err(Error::Input(format!("{}: `{keys}` cannot be set by hand, {why}", document.origin)));
+    let named = |(i, variant): (usize, &Variant)| {
+        let name = if variant.slug.is_empty() { (i + 1).to_string() } else { format!("`{}`", variant.slug) };
+        (name, variant.clone())
+    };
+    let all = machine.variant.iter().enumerate();
+    let kept: Vec<_> = all.filter(|(_, variant)| contradicted(variant).is_none()).map(named).collect();
+    match machine.variant.iter().find_map(contradicted) {
+        Some(key) if kept.is_empty() => {
+            let origin = document.origin.of(key);
+            let why = "every variant of this experiment sets it otherwise";
+            Err(Error::Input(format!("{origin}: `{key}` cannot be set by hand, because {why}")))
+        }
+        _ => Ok(kept),
     }
-    Ok(kept)
 }
 
-fn runs_of(machine: Machine, origin: &str, slug: &str, wanted: &[String]) -> Result<Vec<RunPlan>, Error> {
+/// Whether two values are the same for a machine, which takes 5 for 5.0.
+fn same(a: &Value, b: &Value) -> bool {
+    let number = |value: &Value| value.as_float().or(value.as_integer().map(|whole| whole as f64));
+    match (a, b) {
+        (Value::Array(a), Value::Array(b)) => a.len() == b.len() && a.iter().zip(b).all(|(a, b)| same(a, b)),
+        _ => a == b || number(a).is_some_and(|a| number(b) == Some(a)),
+    }
+}
+
+fn runs_of(machine: Machine, origin: &Origin, slug: &str, wanted: &[&str]) -> Result<Vec<RunPlan>, Error> {
     let machine = Arc::new(machine);
-    let names = if wanted.is_empty() { machine.sampling.controller.list() } else { wanted };
     let steps = machine.reference.steps_deg.iter().copied().map(Motion::Step);
     let trajectories = machine.reference.trajectories.iter().cloned().map(Motion::Trajectory);
-    let motions: Vec<Motion> = steps.chain(trajectories).collect();
+    let asked = |key: &'static str| move |(i, motion): (usize, Motion)| (format!("{key}[{i}]"), motion);
+    let motions: Vec<(String, Motion)> = steps
+        .enumerate()
+        .map(asked("reference.steps_deg"))
+        .chain(trajectories.enumerate().map(asked("reference.trajectories")))
+        .collect();
     let mut runs = Vec::new();
-    let mut add = |controller: Option<&String>, motion: Motion| {
-        let driven_by = controller.map_or("ramp", String::as_str);
+    let mut add = |controller: Option<&str>, asked_by: String, motion: Motion| {
+        let driven_by = controller.unwrap_or("ramp");
         let motion_slug = motion.slug();
         let mut label = vec![driven_by, &motion_slug];
         label.extend(slugs(slug, &machine, controller.is_some()));
         runs.push(RunPlan {
             label: label.join("/"),
-            origin: origin.into(),
+            origin: origin.clone(),
+            asked_by,
             machine: machine.clone(),
-            controller: controller.cloned(),
+            controller: controller.map(str::to_owned),
             motion,
             variant: slug.into(),
         });
     };
+    let names = controllers(&machine, origin, wanted)?;
+    if names.is_empty() && !motions.is_empty() {
+        let origin = origin.of("loop.controller");
+        return Err(Error::Input(format!(
+            "{origin}: `loop.controller` is empty; allowed is at least one name"
+        )));
+    }
     for name in names {
-        if !machine.controller.contains_key(name) {
-            let near = suggestion(name, machine.controller.keys().map(String::as_str));
-            return Err(Error::Input(format!("{origin}: there is no controller `{name}`{near}")));
-        }
-        for motion in &motions {
-            add(Some(name), motion.clone());
+        for (asked_by, motion) in &motions {
+            add(Some(name), asked_by.clone(), motion.clone());
         }
     }
-    for rate in machine.identification.iter().flat_map(|ramps| &ramps.ramp_rates_v_per_s) {
-        add(None, Motion::Ramp(*rate));
+    let rates = machine.identification.iter().flat_map(|ramps| &ramps.ramp_rates_v_per_s).copied();
+    for (asked_by, motion) in
+        rates.map(Motion::Ramp).enumerate().map(asked("identification.ramp_rates_v_per_s"))
+    {
+        add(None, asked_by, motion);
     }
     Ok(runs)
 }
 
+/// The names of the controllers to run, each of which has a table.
+fn controllers<'a>(machine: &'a Machine, origin: &Origin, wanted: &[&'a str]) -> Result<Vec<&'a str>, Error> {
+    let by_file = machine.sampling.controller.list().iter().map(String::as_str);
+    let names: Vec<&str> = if wanted.is_empty() { by_file.collect() } else { wanted.to_vec() };
+    for (i, name) in names.iter().enumerate() {
+        let known = machine.controller.contains_key(*name);
+        if known && !names[..i].contains(name) {
+            continue;
+        }
+        let near = suggestion_or_all(name, machine.controller.keys().map(String::as_str));
+        return Err(Error::Input(match (wanted.is_empty(), known) {
+            (true, true) => {
+                format!("{}: `loop.controller` names `{name}` twice", origin.of("loop.controller"))
+            }
+            (true, false) => {
+                let origin = origin.of("loop.controller");
+                format!(
+                    "{origin}: `loop.controller` names `{name}`, which has no table `[controller.{name}]`{near}"
+                )
+            }
+            (false, true) => format!("--controller {}: `{name}` is there twice", wanted.join(",")),
+            (false, false) => {
+                format!(
+                    "--controller {}: there is no controller `{name}` in {origin}{near}",
+                    wanted.join(",")
+                )
+            }
+        }));
+    }
+    Ok(names)
+}
+
 fn doubled(runs: &[RunPlan]) -> Option<&str> {
-    let mut labels: Vec<&str> = runs.iter().map(|run| run.label.as_str()).collect();
-    labels.sort_unstable();
-    labels.windows(2).find(|pair| pair[0] == pair[1]).map(|pair| pair[0])
+    let mut labels = BTreeSet::new();
+    runs.iter().map(|run| run.label.as_str()).find(|label| !labels.insert(*label))
+}
+
+/// Refuses what would fill the memory or take for ever.
+fn affordable(origin: &Origin, runs: &[RunPlan]) -> Result<(), Error> {
+    // The limits that are named are rounded, and a hair within the true ones.
+    const WITHIN: f64 = 0.999;
+    let samples = |run: &RunPlan| run.longest_s() / run.machine.sampling.sample_time_s;
+    let (ramps, loops): (Vec<&RunPlan>, Vec<&RunPlan>) =
+        runs.iter().partition(|run| matches!(run.motion, Motion::Ramp(_)));
+    let total: f64 = loops.iter().map(|run| samples(run)).sum();
+    if total > MAX_SAMPLES {
+        let longest_s = loops.iter().map(|run| run.longest_s()).fold(0.0, f64::max);
+        let key = "run.duration_s";
+        return Err(Error::Input(format!(
+            "{}: `{key}` is {}; allowed is a number up to {}: the {} runs may have {MAX_SAMPLES:e} samples in all",
+            origin.of(key),
+            shown(longest_s),
+            rounded(longest_s * MAX_SAMPLES / total * WITHIN),
+            loops.len(),
+        )));
+    }
+    let total: f64 = ramps.iter().map(|run| samples(run)).sum();
+    if total > MAX_RAMP_SAMPLES {
+        let key = "identification.ramp_rates_v_per_s";
+        return Err(Error::Input(format!(
+            "{}: the ramps of `{key}` may take {} samples; allowed are {MAX_RAMP_SAMPLES:e}: raise the rates",
+            origin.of(key),
+            rounded(total),
+        )));
+    }
+    let by_steps = || runs.iter().filter(|run| run.machine.run.solver == Solver::Rk4);
+    let steps = |run: &RunPlan| {
+        let sampling = run.machine.sampling.sample_time_s;
+        samples(run) * (sampling / run.machine.run.step_s).ceil().max(1.0)
+    };
+    let total: f64 = by_steps().map(steps).sum();
+    if total > MAX_STEPS {
+        let total_s: f64 = by_steps().map(RunPlan::longest_s).sum();
+        let finest = by_steps().map(|run| run.machine.run.step_s).fold(f64::INFINITY, f64::min);
+        let key = "run.step_s";
+        return Err(Error::Input(format!(
+            "{}: `{key}` is {}; allowed is a number from {}: the {} s of all runs may take {MAX_STEPS:e} steps",
+            origin.of(key),
+            shown(finest),
+            rounded(total_s / MAX_STEPS / WITHIN),
+            rounded(total_s),
+        )));
+    }
+    Ok(())
 }

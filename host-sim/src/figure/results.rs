@@ -4,6 +4,8 @@
 //! control signal under each other. Where the thesis shows one result measured and simulated, this is one figure, and
 //! simulated.
 
+use std::path::Path;
+
 use super::{Figure, Line, Panel, Style};
 use crate::closed_loop::Moment;
 use crate::experiment::Motion;
@@ -20,25 +22,28 @@ const TRANSIENT_S: f64 = 1.0;
 /// A figure and the name of its file, without an ending.
 #[derive(Clone, Debug)]
 pub struct NamedFigure {
-    /// `srnf-steps`.
+    /// `step-response-srnf-steps`.
     pub stem: String,
     /// The figure.
     pub figure: Figure,
 }
 
-/// The figures of an experiment's results. `sources` tells which figures of the thesis they answer to.
-pub fn figures(results: &[RunResult], sources: &[FigureSource]) -> Vec<NamedFigure> {
+/// The figures of an experiment's results. `sources` tells which figures of the thesis they answer to; a run that
+/// diverged has none, since its last values fit no axis.
+pub fn figures(experiment: &str, results: &[RunResult], sources: &[FigureSource]) -> Vec<NamedFigure> {
     let mut figures = Vec::new();
+    // So that the figures of several experiments can lie in one directory.
+    let prefix = Path::new(experiment).file_stem().unwrap_or_default().to_string_lossy();
     for group in groups(results, sources) {
         let (ramps, loops): (Vec<_>, Vec<_>) =
             group.results.iter().partition(|result| matches!(result.plan.motion, Motion::Ramp(_)));
-        figures.extend(ramps.into_iter().filter_map(ramp_figure));
+        figures.extend(ramps.into_iter().filter_map(|result| ramp_figure(result, &prefix)));
         let (steps, trajectories): (Vec<_>, Vec<_>) =
             loops.into_iter().partition(|result| matches!(result.plan.motion, Motion::Step(_)));
         for (kind, results) in [("steps", steps), ("trajectories", trajectories)] {
             for (i, some) in results.chunks(COMPARED.len()).enumerate() {
                 let part = if i == 0 { String::new() } else { format!("-{}", i + 1) };
-                let stem = format!("{}-{kind}{part}", group.name.replace('/', "-"));
+                let stem = format!("{prefix}-{}-{kind}{part}", group.name.replace('/', "-"));
                 figures.push(NamedFigure { stem, figure: loop_figure(some, &group, kind) });
             }
         }
@@ -56,7 +61,7 @@ struct Group<'a> {
 
 fn groups<'a>(results: &'a [RunResult], sources: &'a [FigureSource]) -> Vec<Group<'a>> {
     let mut groups: Vec<Group<'a>> = Vec::new();
-    for result in results {
+    for result in results.iter().filter(|result| result.diverged_at_s.is_none()) {
         let driven_by = result.plan.controller.as_deref().unwrap_or("ramp");
         let own = [&[driven_by], &result.plan.slugs()[..]].concat().join("/");
         let all = format!("{driven_by}/*");
@@ -142,7 +147,7 @@ fn breakdown(result: &RunResult, curve: &str) -> Vec<Panel> {
         .collect()
 }
 
-fn ramp_figure(result: &RunResult) -> Option<NamedFigure> {
+fn ramp_figure(result: &RunResult, prefix: &str) -> Option<NamedFigure> {
     let Trace::Ramp(moments) = &result.trace else { return None };
     let series = |of: fn(&RampMoment) -> f64| moments.iter().map(|m| (m.time_s, of(m))).collect::<Vec<_>>();
     let rate = result.plan.motion.slug();
@@ -159,7 +164,7 @@ fn ramp_figure(result: &RunResult) -> Option<NamedFigure> {
     ];
     let title = format!("Friction from a ramp of the effort: {} V/s", rate.trim_start_matches("rate-"));
     let figure = Figure { title, subtitle: "simulated".into(), x_label: "time (s)".into(), panels };
-    Some(NamedFigure { stem: format!("ramp-{rate}"), figure })
+    Some(NamedFigure { stem: format!("{prefix}-{rate}"), figure })
 }
 
 fn points(result: &RunResult, of: impl Fn(&Moment) -> f64) -> Vec<(f64, f64)> {
@@ -182,9 +187,9 @@ fn widest(ranges: impl Iterator<Item = (f64, f64)>) -> Option<(f64, f64)> {
     ranges.reduce(|a, b| (a.0.min(b.0), a.1.max(b.1)))
 }
 
-/// Whether the controller adds nothing to PD.
+/// Whether the output is that of PD: nothing is added and nothing cut off.
 fn is_plain(result: &RunResult) -> bool {
-    points(result, |m| f64::from(m.tick.v_c)).iter().all(|(_, v_c)| *v_c == 0.0)
+    points(result, |m| f64::from(m.tick.v - m.tick.v_pd)).iter().all(|(_, difference)| *difference == 0.0)
 }
 
 /// By its motion, or by its variant where only that differs.

@@ -56,7 +56,7 @@ fn rows(trace: &Trace) -> Vec<Row> {
         Trace::Loop(moments) => moments
             .iter()
             .map(|m| Row {
-                time_s: m.time_s,
+                time_s: to_the_nanosecond(m.time_s),
                 reference_deg: Some(m.reference_deg),
                 position_deg: m.position_deg,
                 error_deg: Some(m.error_deg()),
@@ -71,7 +71,7 @@ fn rows(trace: &Trace) -> Vec<Row> {
         Trace::Ramp(moments) => moments
             .iter()
             .map(|m| Row {
-                time_s: m.time_s,
+                time_s: to_the_nanosecond(m.time_s),
                 reference_deg: None,
                 position_deg: m.position_deg,
                 error_deg: None,
@@ -84,4 +84,9 @@ fn rows(trace: &Trace) -> Vec<Row> {
             })
             .collect(),
     }
+}
+
+/// Times are k h, which is not always the decimal that a reader expects: 11.2, not 11.200000000000001.
+fn to_the_nanosecond(time_s: f64) -> f64 {
+    (time_s * 1e9).round() / 1e9
 }

@@ -1,8 +1,8 @@
 //! Files that are written whole or not at all.
 
 use std::fs;
-use std::io::{self, Write};
-use std::path::{Path, PathBuf};
+use std::io::{self, ErrorKind, Write};
+use std::path::Path;
 
 use crate::error::Error;
 
@@ -10,11 +10,14 @@ use crate::error::Error;
 /// is written to directly.
 ///
 /// # Errors
-/// Names the path.
+/// Names the path; a pipe that was closed is an error of the output, as if it were the standard output.
 pub fn write_whole(path: &Path, bytes: &[u8]) -> Result<(), Error> {
     let special = fs::metadata(path).is_ok_and(|found| !found.is_file());
     let written = if special { fs::write(path, bytes) } else { write_beside_and_rename(path, bytes) };
-    written.map_err(|source| Error::File { action: "write", path: path.to_owned(), source })
+    written.map_err(|source| match source.kind() {
+        ErrorKind::BrokenPipe => Error::Output(source),
+        _ => Error::File { action: "write", path: path.to_owned(), source },
+    })
 }
 
 /// Makes a directory, and a file in it for a moment: a directory that cannot be written to is found out before
@@ -23,30 +26,25 @@ pub fn write_whole(path: &Path, bytes: &[u8]) -> Result<(), Error> {
 /// # Errors
 /// Names the path.
 pub fn prepare_directory(path: &Path) -> Result<(), Error> {
-    fs::create_dir_all(path)
-        .and_then(|()| tempfile::tempfile_in(path))
-        .map(|_| ())
-        .map_err(|source| Error::File { action: "write", path: path.to_owned(), source })
+    // Else the system says of a file in its place that it exists, which is no reason.
+    let in_the_way = fs::metadata(path).is_ok_and(|found| !found.is_dir());
+    let made = if in_the_way { Err(ErrorKind::NotADirectory.into()) } else { fs::create_dir_all(path) };
+    made.and_then(|()| tempfile::tempfile_in(path)).map(|_| ()).map_err(|source| Error::File {
+        action: "write",
+        path: path.to_owned(),
+        source,
+    })
 }
 
 fn write_beside_and_rename(path: &Path, bytes: &[u8]) -> io::Result<()> {
+    // A link stays one (/dev/stdout is one), and what it points to is replaced.
+    let path = fs::canonicalize(path).unwrap_or_else(|_| path.to_owned());
     let parent = path.parent().filter(|parent| !parent.as_os_str().is_empty());
-    let mut beside =
-        tempfile::NamedTempFile::new_in(parent.map_or_else(|| PathBuf::from("."), Path::to_owned))?;
+    let mut builder = tempfile::Builder::new();
+    // A temporary file is private; the result should be like any other file that the user makes, umask and all.
+    #[cfg(unix)]
+    builder.permissions(std::os::unix::fs::PermissionsExt::from_mode(0o666));
+    let mut beside = builder.tempfile_in(parent.unwrap_or_else(|| Path::new(".")))?;
     beside.write_all(bytes)?;
-    let readable_by_all = io_permissions(&beside);
-    readable_by_all?;
     beside.persist(path).map(|_| ()).map_err(|error| error.error)
-}
-
-/// A temporary file is private; the result should be like any other file that the user makes.
-#[cfg(unix)]
-fn io_permissions(file: &tempfile::NamedTempFile) -> io::Result<()> {
-    use std::os::unix::fs::PermissionsExt;
-    file.as_file().set_permissions(fs::Permissions::from_mode(0o644))
-}
-
-#[cfg(not(unix))]
-fn io_permissions(_file: &tempfile::NamedTempFile) -> io::Result<()> {
-    Ok(())
 }

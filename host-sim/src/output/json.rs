@@ -3,7 +3,7 @@
 use serde::Serialize;
 use serde_json::{Value, json};
 
-use crate::experiment::{Experiment, RunPlan};
+use crate::experiment::{Experiment, Motion, RunPlan};
 use crate::metrics::Metrics;
 use crate::run::RunResult;
 use crate::solver::EventKind;
@@ -77,6 +77,15 @@ pub fn render(experiment: &Experiment, results: &[RunResult]) -> serde_json::Res
 fn parameters(plan: &RunPlan) -> Value {
     let machine = &plan.machine;
     let controller = plan.controller.as_ref().and_then(|name| machine.controller.get(name));
+    let mut run = machine.run.clone();
+    run.duration_s.get_or_insert(plan.duration_s());
+    let reference = match &plan.motion {
+        Motion::Step(step_deg) => json!({ "step_deg": step_deg }),
+        Motion::Trajectory(trajectory) => json!(trajectory),
+        Motion::Ramp(rate) => {
+            json!({ "ramp_rate_v_per_s": rate, "hold_s": machine.identification.as_ref().map(|ramps| ramps.hold_s) })
+        }
+    };
     json!({
         "joint": machine.joint,
         "encoder": machine.encoder,
@@ -87,6 +96,7 @@ fn parameters(plan: &RunPlan) -> Value {
             "controller": plan.controller,
         },
         "controller": controller,
-        "run": machine.run,
+        "reference": reference,
+        "run": run,
     })
 }

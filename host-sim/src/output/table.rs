@@ -60,7 +60,7 @@ pub fn render(results: &[RunResult]) -> String {
     parts.join("\n")
 }
 
-/// Without the slugs, which head the table.
+/// Without the slugs, which stand in a line above those of their runs.
 fn row_name(result: &RunResult) -> String {
     let driven_by = result.plan.controller.as_deref().unwrap_or("ramp");
     format!("{driven_by}/{}", result.plan.motion.slug())
@@ -71,6 +71,10 @@ pub fn number(value: Option<f64>, digits: usize) -> String {
     value.map_or_else(
         || "-".into(),
         |value| {
+            // No column has room for more; what is not finite is said in a line of its own.
+            if !value.is_finite() || value.abs() >= 1e6 {
+                return if value.is_finite() { format!("{value:.1e}") } else { "-".into() };
+            }
             let text = format!("{value:.digits$}");
             // No minus in front of a zero.
             if text.trim_start_matches('-').chars().all(|c| c == '0' || c == '.') {

@@ -1,12 +1,13 @@
 //! The thesis's own method: fourth-order Runge-Kutta with a fixed step, and Karnopp's friction with a velocity band.
 //!
 //! ```text
-//! V_f = F_d sgn(V)          |V| >  D_v
-//!     = v                   |V| <= D_v and |v| <= F_s
-//!     = F_s sgn(v)          |V| <= D_v and |v| >  F_s          (eq. 1, with sgn of the applied force)
+//! F_f = F_d sgn(V)          |V| >  D_v
+//!     = F_i                 |V| <= D_v and |F_i| <= F_s
+//!     = F_s sgn(F_i)        |V| <= D_v and |F_i| >  F_s        (eq. 1, whose third row prints sgn(V))
 //! ```
 //!
-//! Inside the band the velocity is *not* set to zero: a "stuck" axis coasts at up to `D_v` (section 2.3.1.2).
+//! with the axis's velocity V and, for the input force F_i, its effort v in volts. Inside the band the velocity is
+//! *not* set to zero: a "stuck" axis coasts at up to `D_v` (section 2.3.1.2).
 //!
 //! Does badly: a step that crosses the band (width 2e-4 deg/s in Table 21) does not see it, and the stuck axis
 //! creeps; with an acceleration of `kappa (F_s + F_d)` = 21 deg/s^2 the band is passed in 10 us. Use steps of 10 us or

@@ -1,0 +1,206 @@
+//! Whatever comes in: the output stays within the drive, and what is not finite never reaches it.
+
+use proptest::collection::vec;
+use proptest::prelude::*;
+
+use super::fixture::*;
+
+/// References that are not finite: in the position, or, for hundreds of ticks, in the acceleration alone.
+fn poisoned() -> impl Strategy<Value = Reference> {
+    let poison = prop_oneof![Just(f32::NAN), Just(f32::INFINITY), Just(f32::NEG_INFINITY)];
+    let step = poison.prop_map(|fraction| step_to(Position { counts: 0, fraction }));
+    // In a loop so fast that degrees per second squared are beyond an `f32`; a power of two, and exact.
+    let sample_time = 0.5f32.powi(83);
+    let corners = [corner(512, Position::from_counts(0)), corner(2048, Position::from_counts(1))];
+    let violent = Trajectory::new(&corners, 512.0 * sample_time, sample_time, RESOLUTION);
+    let violent = violent.into_iter().map(Reference::Trajectory).collect::<Vec<_>>();
+    prop_oneof![step, proptest::sample::select(violent)]
+}
+
+/// Every float from one to another (neither negative), each bit pattern as likely as the next.
+fn floats(low: f32, high: f32) -> impl Strategy<Value = f32> {
+    (low.to_bits()..=high.to_bits()).prop_map(f32::from_bits)
+}
+
+fn any_gain() -> impl Strategy<Value = f32> {
+    prop_oneof![Just(0.0), floats(0.0, LARGEST), floats(1e-3, 1e3)]
+}
+
+fn any_positive(high: f32) -> impl Strategy<Value = f32> {
+    prop_oneof![floats(0f32.next_up(), high), floats(1e-3, high.min(1e3))]
+}
+
+fn any_law() -> impl Strategy<Value = Gains> {
+    let two = || (any_gain(), any_gain());
+    prop_oneof![
+        two().prop_map(|(ki, theta_ri)| Gains::ResetIntegral(ResetIntegralGains { ki, theta_ri })),
+        (any_gain(), any_positive(LARGEST))
+            .prop_map(|(ki, gamma)| Gains::RateVariableIntegral(RateVariableIntegralGains { ki, gamma })),
+        two()
+            .prop_map(|(t_roi, v_roi)| Gains::ResetOffsetIntegral(ResetOffsetIntegralGains { t_roi, v_roi })),
+        two().prop_map(|(v_slip, v_ff)| Gains::Feedforward(FeedforwardGains { v_slip, v_ff })),
+        any_gain().prop_map(|theta_b| Gains::DiscontinuousNonlinearProportional(
+            DiscontinuousNonlinearProportionalGains { theta_b }
+        )),
+        two().prop_map(|(v_ms, alpha)| Gains::SmoothRobustNonlinear(SmoothRobustNonlinearGains {
+            v_ms,
+            alpha
+        })),
+    ]
+}
+
+fn any_drive() -> impl Strategy<Value = DriveConfig> {
+    let mode = prop_oneof![Just(PwmMode::LockedAntiphase), Just(PwmMode::SignMagnitude)];
+    (any_positive(LARGEST), mode, 1u16..=32_767).prop_flat_map(|(full_scale, mode, half_top)| {
+        floats((full_scale / 32_768.0).next_up(), full_scale).prop_map(move |lsb| DriveConfig {
+            full_scale,
+            lsb,
+            mode,
+            pwm_top: 2 * half_top,
+        })
+    })
+}
+
+/// Everything that validation lets pass.
+fn any_config() -> impl Strategy<Value = ControllerConfig> {
+    let counter_bits = prop_oneof![Just(CounterBits::Sixteen), Just(CounterBits::ThirtyTwo)];
+    let direction = prop_oneof![Just(Direction::Forward), Just(Direction::Reverse)];
+    let encoder = (any_positive(LARGEST), counter_bits, direction)
+        .prop_map(|(resolution, counter_bits, direction)| Encoder { resolution, counter_bits, direction });
+    let pd = (any_gain(), any_gain()).prop_map(|(kp, kd)| PdGains { kp, kd });
+    (any_positive(1.0), encoder, 2usize..=16, pd, vec(any_law(), 0..=MAX_TERMS), any_drive()).prop_map(
+        |(sample_time, encoder, velocity_window, pd, laws, drive)| ControllerConfig {
+            sample_time,
+            encoder,
+            velocity_window,
+            pd,
+            compensator: laws.into_iter().collect(),
+            drive,
+        },
+    )
+}
+
+/// Any counts at all, and any bit pattern for the fraction.
+fn any_position() -> impl Strategy<Value = Position> {
+    let fraction = prop_oneof![
+        4 => fraction(),
+        2 => any::<u32>().prop_map(f32::from_bits),
+        1 => Just(f32::NAN),
+        1 => Just(f32::NEG_INFINITY),
+    ];
+    (prop_oneof![any::<i32>(), -500..=500], fraction)
+        .prop_map(|(counts, fraction)| Position { counts, fraction })
+}
+
+fn any_reference() -> impl Strategy<Value = Reference> {
+    let step = (any_position(), any_position(), 0u32..40)
+        .prop_map(|(from, to, at_tick)| Reference::Step(Step { from, to, at_tick }));
+    let corners = vec((6u32..20, any_position()), 1..=8);
+    let trajectory = (corners, any_positive(1.0), any_positive(LARGEST)).prop_filter_map(
+        "corners that blends leave room for",
+        |(corners, sample_time, resolution)| {
+            let mut tick = 0;
+            let corners: Vec<_> = corners
+                .into_iter()
+                .map(|(gap, position)| {
+                    tick += gap;
+                    corner(tick, position)
+                })
+                .collect();
+            Trajectory::new(&corners, 2.5 * sample_time, sample_time, resolution)
+                .ok()
+                .map(Reference::Trajectory)
+        },
+    );
+    prop_oneof![step, trajectory]
+}
+
+proptest! {
+    #![proptest_config(config())]
+
+    #[test]
+    fn output_stays_within_the_drive_whatever_comes_in(
+        config in any_config(),
+        reference in any_reference(),
+        (mut counter, counts) in any::<(u32, i32)>(),
+        travels in vec(prop_oneof![any::<i32>(), -300..=300, Just(0)], 1..40),
+    ) {
+        let controller = Controller::new(&config).unwrap();
+        let DriveConfig { full_scale, lsb, mode, pwm_top } = config.drive;
+        let max_code = controller.drive().max_code();
+        // Two decimals that are rounded to `f32`: their quotient may be a whole number to 3e-7 only.
+        let reach = f64::from(full_scale) / f64::from(lsb);
+        let unused = reach - f64::from(max_code);
+        // The quotient of two floats counts as whole when it is so to 3e-7, one and a half units in the last place.
+        prop_assert!(unused >= -3e-7 * reach && unused < 1.0 + 3e-7 * reach, "{max_code} of {reach}");
+        let mut state = controller.start(counter, counts);
+        for travel in travels {
+            counter = counter.wrapping_add_signed(travel);
+            let tick = controller.tick(&mut state, counter, &reference);
+            let sum = tick.v_pd + tick.v_c;
+            prop_assert_eq!(tick.non_finite, !(sum.is_finite() && tick.setpoint.is_finite()));
+            let (v, saturated) = match tick.non_finite {
+                true => (0.0, false),
+                false => (sum.clamp(-full_scale, full_scale), sum.abs() > full_scale),
+            };
+            prop_assert_eq!((tick.v, tick.saturated), (v, saturated), "{:?}", tick);
+            prop_assert_eq!(tick.code, controller.drive().code(v), "{:?}", tick);
+            prop_assert_eq!(tick.duty, controller.drive().duty(tick.code), "{:?}", tick);
+            prop_assert!(tick.code.abs() <= max_code && tick.duty.compare <= pwm_top, "{tick:?}");
+            if tick.non_finite {
+                prop_assert_eq!(tick.code, 0);
+            }
+            if tick.code == 0 {
+                let compare = if mode == PwmMode::LockedAntiphase { pwm_top / 2 } else { 0 };
+                prop_assert_eq!(tick.duty, Duty { compare, reverse: false });
+            }
+        }
+    }
+
+    #[test]
+    fn set_point_that_is_not_finite_stops_the_drive_and_clears_the_compensator(
+        reference in reference(),
+        lags in lags(),
+        at in 0usize..60,
+        poisoned in poisoned(),
+        mode in prop_oneof![Just(PwmMode::LockedAntiphase), Just(PwmMode::SignMagnitude)],
+    ) {
+        let counts = near(&reference, &lags);
+        let at = at % counts.len();
+        for (name, config) in controllers() {
+            let config = changed(&config, |config| config.drive.mode = mode);
+            let controller = Controller::new(&config).unwrap();
+            let undisturbed = run(&controller, &reference, &counts, low_half);
+
+            let mut state = controller.start(low_half(counts[0]), counts[0]);
+            for &counts in &counts[..at] {
+                controller.tick(&mut state, low_half(counts), &reference);
+            }
+            let tick = controller.tick(&mut state, low_half(counts[at]), &poisoned);
+            prop_assert!(tick.non_finite && tick.v == 0.0 && tick.code == 0, "{name}: {tick:?}");
+            let compare = if mode == PwmMode::LockedAntiphase { 1909 } else { 0 };
+            prop_assert_eq!(tick.duty, Duty { compare, reverse: false });
+
+            let afresh = Compensator::new(&config.compensator, &around(&config)).unwrap();
+            let mut compensator = afresh.rest();
+            for (&counts, expected) in counts.iter().zip(&undisturbed).skip(at + 1) {
+                let tick = controller.tick(&mut state, low_half(counts), &reference);
+                prop_assert_eq!((tick.v_pd, tick.velocity), (expected.v_pd, expected.velocity), "{}", name);
+                let v_c = afresh.update(&mut compensator, &sample_of(&tick));
+                prop_assert_eq!(tick.v_c, v_c, "{}: tick {}", name, tick.tick);
+            }
+        }
+    }
+}
+
+/// A joint that moves one count in so short a sample that its velocity times the gain is beyond an `f32`.
+#[test]
+fn effort_beyond_a_float_gives_none() {
+    let config = changed(&configured(1e6, &[SRNF]), |config| config.sample_time = 1e-36);
+    let controller = Controller::new(&config).unwrap();
+    let mut state = controller.start(0, 0);
+    let here = step_to(Position::default());
+    let ticks = [0, 1, 1, 1, 1, 1].map(|counter| controller.tick(&mut state, counter, &here));
+    assert_eq!(ticks.map(|tick| tick.non_finite), [false, true, true, true, true, false]);
+    assert_eq!(ticks.map(|tick| tick.code), [0, 0, 0, 0, 0, -20]); // 0.40 tanh(100 * -0.00242) V, and PD
+}

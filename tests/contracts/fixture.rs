@@ -1,0 +1,179 @@
+//! The seven controllers, references, and joints that keep near them.
+
+use std::iter::repeat_n;
+
+use proptest::collection::vec;
+use proptest::prelude::*;
+pub use stiction::compensator::{
+    Compensator, CompensatorState, DiscontinuousNonlinearProportionalGains, FeedforwardGains, Gains, Law,
+    LawState, Loop, MAX_TERMS, RateVariableIntegralGains, ResetIntegralGains, ResetOffsetIntegralGains,
+    Sample, SmoothRobustNonlinearGains,
+};
+pub use stiction::drive::{DriveConfig, Duty, PwmMode};
+pub use stiction::encoder::{CounterBits, Direction, Encoder};
+pub use stiction::pd::PdGains;
+pub use stiction::position::Position;
+pub use stiction::reference::{Corner, Reference, Setpoint, Step, Trajectory};
+pub use stiction::{Controller, ControllerConfig, ControllerState, Tick};
+
+/// Joint angle of one count, deg.
+pub const RESOLUTION: f32 = 0.00242;
+
+/// Time between samples, s.
+pub const SAMPLE_TIME: f32 = 0.02;
+
+/// The largest gain, limit or length that is allowed.
+pub const LARGEST: f32 = 1e6;
+
+// The thesis's gains at 20 ms.
+pub const RI: Gains = Gains::ResetIntegral(ResetIntegralGains { ki: 4.0, theta_ri: 0.5 });
+
+pub const RVI: Gains = Gains::RateVariableIntegral(RateVariableIntegralGains { ki: 150.0, gamma: 0.05 });
+
+pub const ROI: Gains = Gains::ResetOffsetIntegral(ResetOffsetIntegralGains { t_roi: 0.14, v_roi: 2.33 });
+
+pub const FEEDFORWARD: Gains = Gains::Feedforward(FeedforwardGains { v_slip: 0.37, v_ff: 0.001 });
+
+pub const DNPF: Gains =
+    Gains::DiscontinuousNonlinearProportional(DiscontinuousNonlinearProportionalGains { theta_b: 0.40 });
+pub const SRNF: Gains = Gains::SmoothRobustNonlinear(SmoothRobustNonlinearGains { v_ms: 0.40, alpha: 100.0 });
+
+pub const LAWS: [(&str, f32, Gains); 6] = [
+    ("ri", 0.17, RI),
+    ("rvi", 0.17, RVI),
+    ("roi", 0.17, ROI),
+    ("feedforward", 0.17, FEEDFORWARD),
+    ("dnpf", 0.17, DNPF),
+    ("srnf", 0.25, SRNF),
+];
+
+/// The thesis's loop with a derivative gain and a sum of laws.
+pub fn configured(kd: f32, laws: &[Gains]) -> ControllerConfig {
+    ControllerConfig {
+        sample_time: SAMPLE_TIME,
+        encoder: Encoder {
+            resolution: RESOLUTION,
+            counter_bits: CounterBits::Sixteen,
+            direction: Direction::Forward,
+        },
+        velocity_window: 5,
+        pd: PdGains { kp: 1.0, kd },
+        compensator: laws.iter().copied().collect(),
+        drive: DriveConfig { full_scale: 5.0, lsb: 0.00488, mode: PwmMode::LockedAntiphase, pwm_top: 3818 },
+    }
+}
+
+/// The seven controllers of the thesis.
+pub fn controllers() -> Vec<(&'static str, ControllerConfig)> {
+    let plain = ("pd", configured(0.15, &[]));
+    let laws = LAWS.iter().map(|&(name, kd, law)| (name, configured(kd, &[law])));
+    std::iter::once(plain).chain(laws).collect()
+}
+
+pub fn changed(base: &ControllerConfig, change: impl FnOnce(&mut ControllerConfig)) -> ControllerConfig {
+    let mut config = base.clone();
+    change(&mut config);
+    config
+}
+
+/// Positions of a joint, tick by tick; it is at rest on the first before the motion begins.
+pub fn run(
+    controller: &Controller,
+    reference: &Reference,
+    counts: &[i32],
+    counter: impl Fn(i32) -> u32,
+) -> Vec<Tick> {
+    let first = counts.first().copied().unwrap_or_default();
+    let mut state = controller.start(counter(first), first);
+    counts.iter().map(|&counts| controller.tick(&mut state, counter(counts), reference)).collect()
+}
+
+/// A 16-bit counter that reads zero where the joint does.
+pub fn low_half(counts: i32) -> u32 {
+    u32::from(counts as u16)
+}
+
+/// What reaches the bridge.
+pub fn outputs(ticks: &[Tick]) -> Vec<(i16, Duty)> {
+    ticks.iter().map(|tick| (tick.code, tick.duty)).collect()
+}
+
+/// Positions of a joint that keeps near its reference.
+pub fn near(reference: &Reference, lags: &[i32]) -> Vec<i32> {
+    (0..).zip(lags).map(|(tick, lag)| reference.at(tick).position.counts.wrapping_add(*lag)).collect()
+}
+
+pub fn around(config: &ControllerConfig) -> Loop {
+    Loop { sample_time: config.sample_time, full_scale: config.drive.full_scale, kp: config.pd.kp }
+}
+
+pub fn sample_of(tick: &Tick) -> Sample {
+    Sample {
+        error: tick.error,
+        velocity: tick.velocity,
+        reference_velocity: tick.setpoint.velocity,
+        velocity_error: tick.setpoint.velocity - tick.velocity,
+        v_pd: tick.v_pd,
+    }
+}
+
+/// How far a joint is from its reference, tick by tick, in counts: it rests, creeps and runs by turns.
+pub fn lags() -> impl Strategy<Value = Vec<i32>> {
+    let stretch = (prop_oneof![Just(0), -2..=2, -60..=60], 1usize..20);
+    (-400..=400, vec(stretch, 1..20)).prop_map(|(mut lag, stretches): (i32, Vec<(i32, usize)>)| {
+        let increments = stretches.into_iter().flat_map(|(increment, ticks)| repeat_n(increment, ticks));
+        std::iter::once(0)
+            .chain(increments)
+            .map(|increment| {
+                lag += increment;
+                lag
+            })
+            .collect()
+    })
+}
+
+/// A fraction that its complement to one represents without error, too.
+pub fn fraction() -> impl Strategy<Value = f32> {
+    prop_oneof![Just(0.0), (0u32..1 << 24).prop_map(|n| n as f32 / 16_777_216.0)]
+}
+
+pub fn place() -> impl Strategy<Value = Position> {
+    (-3000..=3000, fraction()).prop_map(|(counts, fraction)| Position { counts, fraction })
+}
+
+pub fn step_to(to: Position) -> Reference {
+    Reference::Step(Step { to, ..Step::default() })
+}
+
+/// Corners of a trajectory whose every position is a whole number of 128ths of a count: `f32` rounds none of them.
+pub fn corners() -> impl Strategy<Value = Vec<Corner>> {
+    let positions = vec((-300..=300i32).prop_map(|n| n * 16), 4);
+    (positions, prop_oneof![Just(0.0), Just(0.5)]).prop_map(|(positions, fraction)| {
+        (0u32..)
+            .zip(positions)
+            .map(|(i, counts)| corner(16 + 64 * i, Position { counts, fraction }))
+            .collect()
+    })
+}
+
+pub const fn corner(tick: u32, position: Position) -> Corner {
+    Corner { tick, position }
+}
+
+pub fn through(corners: &[Corner], half_blend_s: f32) -> Reference {
+    match Trajectory::new(corners, half_blend_s, SAMPLE_TIME, RESOLUTION) {
+        Ok(trajectory) => Reference::Trajectory(trajectory),
+        Err(error) => unreachable!("{error}"),
+    }
+}
+
+/// Half a blend of [`corners`]: eight ticks.
+pub const HALF_BLEND_S: f32 = 8.0 * SAMPLE_TIME;
+
+pub fn reference() -> impl Strategy<Value = Reference> {
+    prop_oneof![place().prop_map(step_to), corners().prop_map(|corners| through(&corners, HALF_BLEND_S))]
+}
+
+pub fn config() -> ProptestConfig {
+    ProptestConfig { failure_persistence: None, ..ProptestConfig::default() }
+}

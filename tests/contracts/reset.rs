@@ -1,0 +1,73 @@
+//! Beginning anew.
+
+use std::iter::repeat_n;
+
+use proptest::prelude::*;
+
+use super::fixture::*;
+
+proptest! {
+    #![proptest_config(config())]
+
+    #[test]
+    fn start_in_mid_run_is_a_new_beginning(
+        reference in reference(),
+        before in lags(),
+        after in lags(),
+    ) {
+        let before = near(&reference, &before);
+        let after = near(&reference, &after);
+        for (name, config) in controllers() {
+            let controller = Controller::new(&config).unwrap();
+            let mut state = controller.start(low_half(before[0]), before[0]);
+            for &counts in &before {
+                controller.tick(&mut state, low_half(counts), &reference);
+            }
+            state = controller.start(low_half(after[0]), after[0]);
+            let restarted: Vec<_> = after
+                .iter()
+                .map(|&counts| controller.tick(&mut state, low_half(counts), &reference))
+                .collect();
+            let new = Controller::new(&config).unwrap();
+            prop_assert_eq!(restarted, run(&new, &reference, &after, low_half), "{}", name);
+        }
+    }
+
+    /// At rest, where the velocity window holds zeros before and after, a reset takes away what the law had
+    /// gathered and nothing else. In motion the window has to fill again, and nothing is promised.
+    #[test]
+    fn reset_at_rest_takes_away_only_what_the_law_had_gathered(
+        fraction in fraction(),
+        lags in lags(),
+        lag in -250..=250i32,
+    ) {
+        let reference = step_to(Position { counts: 0, fraction });
+        let mut counts = near(&reference, &lags);
+        counts.extend(repeat_n(lag, 20));
+        for (name, config) in controllers() {
+            let controller = Controller::new(&config).unwrap();
+            let before = run(&controller, &reference, &counts, low_half)[counts.len() - 1];
+            let after = controller.tick(&mut controller.start(low_half(lag), lag), low_half(lag), &reference);
+            prop_assert_eq!(
+                (after.tick, after.counts, after.error, after.velocity, after.v_pd),
+                (0, before.counts, before.error, before.velocity, before.v_pd),
+                "{}", name
+            );
+            prop_assert_eq!(after.velocity, 0.0);
+            let first = match name {
+                "ri" if after.error.abs() > 0.5 => 0.0,
+                "ri" => 4.0 * SAMPLE_TIME * after.error,
+                "rvi" => 150.0 * SAMPLE_TIME * after.error,
+                "roi" => 0.0,
+                // Nothing is gathered: the tick is the same in all but its number.
+                _ => {
+                    prop_assert_eq!(Tick { tick: before.tick, ..after }, before, "{}", name);
+                    continue;
+                }
+            };
+            prop_assert!((after.v_c - first).abs() <= 1e-6, "{name}: {after:?}, not {first}");
+            let lost = (before.v_c - after.v_c).abs();
+            prop_assert!((before.v - after.v).abs() <= lost + 1e-6, "{name}: from {before:?} to {after:?}");
+        }
+    }
+}

@@ -1,0 +1,51 @@
+//! Sums of laws.
+
+use proptest::prelude::*;
+
+use super::fixture::*;
+
+proptest! {
+    #![proptest_config(config())]
+
+    #[test]
+    fn sum_of_laws_is_the_sum_of_their_parts(reference in reference(), lags in lags()) {
+        let counts = near(&reference, &lags);
+        let ticks = |laws: &[Gains]| {
+            run(&Controller::new(&configured(0.17, laws)).unwrap(), &reference, &counts, low_half)
+        };
+        let laws = LAWS.map(|(_, _, law)| law);
+        let parts = laws.map(|law| ticks(&[law]));
+        for (i, a) in laws.iter().enumerate() {
+            for (j, b) in laws.iter().enumerate().skip(i) {
+                let sum = ticks(&[*a, *b]);
+                for (k, tick) in sum.iter().enumerate() {
+                    prop_assert_eq!(tick.v_c, parts[i][k].v_c + parts[j][k].v_c, "{:?} and {:?}", a, b);
+                }
+                // Two floats add up to the same in either order.
+                prop_assert_eq!(ticks(&[*b, *a]), sum, "{:?} and {:?}", b, a);
+            }
+        }
+    }
+
+    #[test]
+    fn order_of_four_laws_changes_no_more_than_the_rounding(reference in reference(), lags in lags()) {
+        let counts = near(&reference, &lags);
+        let ticks = |laws: &[Gains]| {
+            run(&Controller::new(&configured(0.17, laws)).unwrap(), &reference, &counts, low_half)
+        };
+        let laws = [RI, ROI, FEEDFORWARD, SRNF];
+        let parts = laws.map(|law| ticks(&[law]));
+        let orders = [[0, 1, 2, 3], [3, 2, 1, 0], [1, 3, 0, 2]];
+        let orders = orders.map(|order| ticks(&order.map(|i: usize| laws[i])));
+        for k in 0..counts.len() {
+            let sum: f64 = parts.iter().map(|part| f64::from(part[k].v_c)).sum();
+            for order in &orders {
+                // Three additions of numbers that stay below 16 V, each to half a unit in the last place.
+                let off = (f64::from(order[k].v_c) - sum).abs();
+                prop_assert!(off <= 3.0 * 5e-7, "{:?}, not {sum}", order[k]);
+                // Across an edge between two codes that is one code.
+                prop_assert!((order[k].code - orders[0][k].code).abs() <= 1);
+            }
+        }
+    }
+}
