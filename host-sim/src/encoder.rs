@@ -37,8 +37,10 @@ impl EncoderModel {
         let whole = counts as i64;
         let rest = counts - whole as f64;
         match self.rounding {
-            Rounding::Nearest => whole + i64::from(rest >= 0.5) - i64::from(rest <= -0.5),
-            Rounding::Floor => whole - i64::from(rest < 0.0),
+            Rounding::Nearest => {
+                whole.saturating_add(i64::from(rest >= 0.5)).saturating_sub(i64::from(rest <= -0.5))
+            }
+            Rounding::Floor => whole.saturating_sub(i64::from(rest < 0.0)),
         }
     }
 

@@ -24,7 +24,7 @@ use crate::mechanism::RobotAxis;
 use crate::solver::{AxisSolver, Event};
 
 /// So many counts from its rest, a joint has moved: one more than a disc that stands on an edge can flicker.
-const MOVED_COUNTS: i64 = 2;
+const MOVED_COUNTS: u64 = 2;
 
 /// After so many time constants 1/(kappa b) at constant effort the velocity is steady to 1 %.
 pub const SETTLED: f64 = 5.0;
@@ -47,7 +47,7 @@ pub struct Ramp {
     pub lsb_v: f64,
 }
 
-/// What a ramp found. `None`: the joint never moved; corrected: its velocity was not steady before the fall.
+/// What a ramp found. `None`: the joint never moved, or never stopped; corrected: its velocity was not steady before the fall.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Levels {
     /// Effort at the first count of the motion, V.
@@ -105,12 +105,12 @@ impl Ramp {
             if now != counts {
                 counts = now;
                 last_count = (time_s, v);
-                if (now - start).abs() == 1 && matches!(phase, Phase::Up) {
+                if now.abs_diff(start) == 1 && matches!(phase, Phase::Up) {
                     levels.stick_v = Some(v);
                 }
             }
             match phase {
-                Phase::Up if (now - start).abs() >= MOVED_COUNTS => {
+                Phase::Up if now.abs_diff(start) >= MOVED_COUNTS => {
                     levels.stick_v = levels.stick_v.or(Some(v));
                     phase = Phase::Hold { until_s: time_s + self.hold_s };
                 }
@@ -126,6 +126,10 @@ impl Ramp {
                         let steady = self.hold_s >= SETTLED * tau;
                         levels.slip_v = Some(count_v);
                         levels.slip_corrected_v = steady.then_some(count_v + self.rate * lag_s);
+                        return levels;
+                    }
+                    // Without friction it coasts for ever.
+                    if time_s - since_s > 2.0 * self.full_scale_v / self.rate + QUIET_S {
                         return levels;
                     }
                     // Not below zero: there the joint would be driven backwards before it was seen to rest.

@@ -637,3 +637,22 @@ fn a_run_whose_state_is_no_longer_finite_ends_and_says_when() {
         assert!(!csv.contains("NaN") && !csv.contains("inf"), "{solver}: {csv}");
     }
 }
+
+/// Neither friction nor viscosity: nothing ends its motion but the bound of the ramp.
+#[test]
+fn a_ramp_on_a_joint_that_never_stops_ends_without_a_slip_level() {
+    let set = [
+        "joint.friction.slip_v=0",
+        "joint.viscous_v_per_deg_per_s=0",
+        "identification.ramp_rates_v_per_s=[0.1]",
+    ];
+    let mut command = std::process::Command::new(env!("CARGO_BIN_EXE_stiction"));
+    command
+        .args(["run", "friction-identification", "--json"])
+        .args(set.iter().flat_map(|set| ["--set", set]));
+    let output = command.output().unwrap();
+    assert!(output.status.success(), "{output:?}");
+    let report: serde_json::Value = serde_json::from_slice(&output.stdout).unwrap();
+    let metrics = &report["runs"][0]["metrics"];
+    assert!(metrics["stick_v"].is_number() && metrics["slip_v"].is_null(), "{metrics}");
+}

@@ -31,7 +31,7 @@ pub struct Arguments {
     #[arg(long, value_name = "exact|rk4")]
     solver: Option<String>,
     /// Samples of computation delay (short for --set run.delay_samples=...)
-    #[arg(long, value_name = "0|1")]
+    #[arg(long, value_name = "0|1", allow_hyphen_values = true)]
     delay: Option<String>,
     #[command(flatten)]
     target: target::TargetArguments,
