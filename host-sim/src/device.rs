@@ -81,7 +81,7 @@ pub fn parameters(plan: &RunPlan) -> Result<Parameters, Error> {
 /// The record for a parameter sector.
 ///
 /// # Errors
-/// As [`parameters`].
+/// As [`parameters()`].
 pub fn record(plan: &RunPlan) -> Result<Vec<u8>, Error> {
     let mut room = [0; ROOM];
     let parameters = parameters(plan)?;
