@@ -21,32 +21,36 @@ pub struct ParamsArguments {
     set: Vec<String>,
 }
 
-/// Builds the image and puts it where people and tests look for it.
-pub fn build() -> Result<(), String> {
+/// What cargo is told of the image. Without the package's name, the features of the host's programs would be unified
+/// with those of the image.
+pub fn arguments(command: &str) -> [&str; 8] {
+    [command, "--release", "--package", "stiction", "--bin", IMAGE, "--target", TARGET]
+}
+
+/// Builds the image and puts it where people and tests look for it; returns the ELF file's path.
+pub fn build() -> Result<PathBuf, String> {
     let toolchain = Toolchain::ready()?;
     println!("   compiler: {}", toolchain.describe());
-    let arguments = ["build", "--release", "--package", "stiction", "--bin", IMAGE, "--target", TARGET];
-    Job::new("Building the firmware").run(&mut toolchain.cargo(&arguments))?;
+    Job::new("Building the firmware").run(&mut toolchain.cargo(&arguments("build")))?;
     let built = target_dir().join(TARGET).join("release").join(IMAGE);
     let image = fs::read(&built).map_err(|error| format!("cannot read {}: {error}", built.display()))?;
     let directory = target_dir().join("firmware");
     fs::create_dir_all(&directory)
         .map_err(|error| format!("cannot make {}: {error}", directory.display()))?;
     let flash = crate::elf::flash_contents(&image)?;
-    for (extension, bytes) in [("elf", &image), ("bin", &flash)] {
-        let path = directory.join(IMAGE).with_extension(extension);
+    let path = |extension| directory.join(IMAGE).with_extension(extension);
+    for (path, bytes) in [(path("elf"), &image), (path("bin"), &flash)] {
         fs::write(&path, bytes).map_err(|error| format!("cannot write {}: {error}", path.display()))?;
         println!("{} ({} bytes)", path.display(), bytes.len());
     }
-    Ok(())
+    Ok(path("elf"))
 }
 
 /// Writes the image to a board and shows its log, by the runner of `.cargo/config.toml`.
 pub fn flash() -> Result<(), String> {
     let toolchain = Toolchain::ready()?;
-    let arguments = ["run", "--release", "--package", "stiction", "--bin", IMAGE, "--target", TARGET];
     Job::new("Flashing the firmware (wants probe-rs: cargo install probe-rs-tools --locked)")
-        .run(&mut toolchain.cargo(&arguments))
+        .run(&mut toolchain.cargo(&arguments("run")))
 }
 
 /// Encodes a machine's file. The simulator knows these files, so it does the work.

@@ -41,7 +41,9 @@ impl Toolchain {
         if default_has_target() {
             return Ok(Self::Default);
         }
-        if debian_is_ready() {
+        if debian_is_built() {
+            // Without root: the one who installed it may have been another user of this machine.
+            link()?;
             return Ok(Self::Debian);
         }
         if rustup_may_install() {
@@ -53,6 +55,7 @@ impl Toolchain {
             }
         }
         install_debian()?;
+        link()?;
         Ok(Self::Debian)
     }
 
@@ -107,10 +110,10 @@ fn debian_version() -> Option<String> {
     output(Command::new("/usr/bin/rustc").arg("-vV"))
 }
 
-fn debian_is_ready() -> bool {
+fn debian_is_built() -> bool {
     let built_for = fs::read_to_string(stamp_file()).ok();
     let same_compiler = built_for.is_some() && built_for == debian_version();
-    same_compiler && has_core(&Path::new(RUSTLIB).join(TARGET)) && is_linked()
+    same_compiler && has_core(&Path::new(RUSTLIB).join(TARGET))
 }
 
 fn is_linked() -> bool {
@@ -121,11 +124,24 @@ fn is_linked() -> bool {
     names.lines().any(|line| line.split_whitespace().next() == Some(LINKED))
 }
 
+/// Makes Debian's compiler known to this user's rustup, if there is one.
+fn link() -> Result<(), String> {
+    if is_linked() {
+        return Ok(());
+    }
+    Job::new("Making Debian's compiler known to rustup as `stiction`").run(Command::new("rustup").args([
+        "toolchain",
+        "link",
+        LINKED,
+        "/usr",
+    ]))
+}
+
 fn install_debian() -> Result<(), String> {
     if !Path::new("/etc/debian_version").exists() || !is_root() {
         return Err(format!(
             "no compiler here builds for {TARGET}; run\n    rustup target add {TARGET}\nor, on Debian 12 and as \
-             root, `cargo xtask setup` again: it installs {}",
+             root, `cargo xtask setup`: it installs {}",
             PACKAGES.join(" ")
         ));
     }
@@ -133,10 +149,6 @@ fn install_debian() -> Result<(), String> {
     let version = debian_version().ok_or("/usr/bin/rustc does not start, though its package is installed")?;
     build_library(&version)?;
     name_linker(&version)?;
-    if !is_linked() {
-        Job::new("Making Debian's compiler known to rustup as `stiction`")
-            .run(Command::new("rustup").args(["toolchain", "link", LINKED, "/usr"]))?;
-    }
     // Last: a run that was interrupted begins anew.
     fs::write(stamp_file(), version).map_err(|error| cannot("write", &stamp_file(), &error))
 }

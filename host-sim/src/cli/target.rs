@@ -80,7 +80,10 @@ impl TargetArguments {
         let mut emulation = Emulation::new(self.image.as_deref())?;
         emulation.free_running = self.free_running;
         if self.log {
-            emulation.listener = Some(Arc::new(move |label, line| say(format!("{label}: {line}"))));
+            let alone = plans.len() == 1;
+            emulation.listener = Some(Arc::new(move |label, line| {
+                say(if alone { line.to_string() } else { format!("{label}: {line}") });
+            }));
         }
         let runs = emulation.run_all(plans)?;
         for run in &runs {
