@@ -30,11 +30,13 @@
 
 pub mod compensator;
 mod controller;
+mod course;
 pub mod deadline;
 pub mod drive;
 pub mod encoder;
 mod error;
 mod fault;
+pub mod identification;
 pub mod parameters;
 pub mod pd;
 pub mod position;
@@ -44,6 +46,7 @@ pub mod servo;
 pub mod velocity;
 
 pub use controller::{Controller, ControllerConfig, ControllerState, Tick};
+pub use course::{Course, CourseState};
 pub use error::{Allowed, Error};
 pub use fault::Fault;
 pub use parameters::Parameters;
