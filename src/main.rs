@@ -32,6 +32,7 @@ mod app {
     use crate::board::bridge::{self, TimerBridge};
     use crate::board::clock;
     use crate::board::encoder::Quadrature;
+    use crate::board::published;
     use crate::board::record::{self, Record};
     use crate::board::seams::{Bridge, Encoder, Watchdog};
     use crate::board::setup::{self, Board};
@@ -130,6 +131,7 @@ mod app {
             *local.before = output.state;
             cx.shared.levels.lock(|levels| *levels = local.servo.levels());
         }
+        published::publish(&output.tick);
         // A full queue loses a line of the log, nothing else.
         let _ = local.ticks.enqueue(output);
         // Still busy with the last tick: it takes this one, too.
