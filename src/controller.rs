@@ -8,6 +8,7 @@ use crate::drive::{Drive, DriveConfig, Duty};
 use crate::encoder::{Encoder, EncoderState};
 use crate::error::{Error, above};
 use crate::pd::PdGains;
+use crate::position::Position;
 use crate::reference::{Reference, Setpoint};
 use crate::saturation::saturate;
 use crate::velocity::{Velocity, VelocityState};
@@ -50,8 +51,9 @@ pub struct ControllerState {
     tick: u32,
 }
 
-/// Every term of one tick.
+/// Every term of one tick. Laid out as in C: a host reads it from the memory of a running image.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[repr(C)]
 pub struct Tick {
     /// Ticks since the motion began.
     pub tick: u32,
@@ -111,6 +113,11 @@ impl Controller {
         }
     }
 
+    /// The largest output, V.
+    pub const fn full_scale(&self) -> f32 {
+        self.full_scale
+    }
+
     /// The drive, to convert codes.
     pub const fn drive(&self) -> &Drive {
         &self.drive
@@ -145,6 +152,31 @@ impl Controller {
         let duty = self.drive.duty(code);
         let tick = state.tick;
         state.tick = tick.saturating_add(1);
+        Tick { tick, counts, setpoint, error, velocity, v_pd, v_c, v, code, duty, saturated, non_finite }
+    }
+
+    /// One tick with the loop open: `effort` gives the output (V) at a position in counts. The set point goes along
+    /// with the joint, so there is no error; the laws rest.
+    #[inline]
+    pub fn open_loop(
+        &self,
+        state: &mut ControllerState,
+        counter: u32,
+        effort: impl FnOnce(i32) -> f32,
+    ) -> Tick {
+        let travel = self.encoder.update(&mut state.encoder, counter);
+        let velocity = self.velocity.update(&mut state.velocity, travel);
+        let counts = state.encoder.counts();
+        let setpoint = Setpoint::at_rest(Position::from_counts(counts));
+
+        let asked = effort(counts);
+        let non_finite = !asked.is_finite();
+        let (v, saturated) = if non_finite { (0.0, false) } else { saturate(asked, self.full_scale) };
+        let code = self.drive.code(v);
+        let duty = self.drive.duty(code);
+        let tick = state.tick;
+        state.tick = tick.saturating_add(1);
+        let (error, v_pd, v_c) = (0.0, 0.0, 0.0);
         Tick { tick, counts, setpoint, error, velocity, v_pd, v_c, v, code, duty, saturated, non_finite }
     }
 }

@@ -77,6 +77,7 @@ pub struct Drive {
 
 /// What the timer is given.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[repr(C)]
 pub struct Duty {
     /// Compare value, from 0 to the top.
     pub compare: u16,

@@ -11,9 +11,9 @@
 //! ```
 //!
 //! [`Controller::tick`] is that diagram, and [`Tick`] holds every term of it. The same source is compiled for
-//! the microcontroller and for the host, and is written to give the same bits on both (not shown on a microcontroller yet): `f32` arithmetic with one
-//! rounding per written operation, integers for positions and for time, and transcendental functions from
-//! [`libm`] on every platform.
+//! the microcontroller and for the host, and is written to give the same bits on both (shown for every term of every
+//! tick on an emulated microcontroller, not yet on a real one): `f32` arithmetic with one rounding per written
+//! operation, integers for positions and for time, and transcendental functions from [`libm`] on every platform.
 //!
 //! [`Servo`] says when the output may be on, and owns the controller; [`Parameters`] are all that a device is
 //! told, and their form in its flash.
@@ -30,11 +30,13 @@
 
 pub mod compensator;
 mod controller;
+mod course;
 pub mod deadline;
 pub mod drive;
 pub mod encoder;
 mod error;
 mod fault;
+pub mod identification;
 pub mod parameters;
 pub mod pd;
 pub mod position;
@@ -44,6 +46,7 @@ pub mod servo;
 pub mod velocity;
 
 pub use controller::{Controller, ControllerConfig, ControllerState, Tick};
+pub use course::{Course, CourseState};
 pub use error::{Allowed, Error};
 pub use fault::Fault;
 pub use parameters::Parameters;

@@ -26,12 +26,13 @@ mod app {
     use cortex_m::peripheral::DWT;
     use heapless::spsc::{Consumer, Producer, Queue};
     use stiction::deadline::Deadline;
-    use stiction::servo::{Boot, Input, Output, State};
+    use stiction::servo::{Boot, Input, Levels, Output, State};
     use stiction::{Fault, Servo};
 
     use crate::board::bridge::{self, TimerBridge};
     use crate::board::clock;
     use crate::board::encoder::Quadrature;
+    use crate::board::published;
     use crate::board::record::{self, Record};
     use crate::board::seams::{Bridge, Encoder, Watchdog};
     use crate::board::setup::{self, Board};
@@ -48,7 +49,10 @@ mod app {
     static TRIPPED: AtomicBool = AtomicBool::new(false);
 
     #[shared]
-    struct Shared {}
+    struct Shared {
+        /// What a ramp has found, until it has been told.
+        levels: Option<Levels>,
+    }
 
     #[local]
     struct Local {
@@ -83,7 +87,7 @@ mod app {
         let (before, deadline) = (servo.state(), Deadline::new(period));
         let local =
             Local { servo, before, deadline, encoder, bridge, supply, timer, watchdog, ticks, trace, report };
-        (Shared {}, local)
+        (Shared { levels: None }, local)
     }
 
     #[idle]
@@ -97,8 +101,13 @@ mod app {
     ///
     /// At most 900 instructions from entry to exit, so a hundredth of the shortest sample time would do. If it
     /// begins late or takes more than half the sample time, the output is turned off for good.
-    #[task(binds = TIM3, priority = 3, local = [servo, before, deadline, encoder, bridge, supply, timer, ticks])]
-    fn control(cx: control::Context) {
+    #[task(
+        binds = TIM3,
+        priority = 3,
+        local = [servo, before, deadline, encoder, bridge, supply, timer, ticks],
+        shared = [levels]
+    )]
+    fn control(mut cx: control::Context) {
         let local = cx.local;
         let in_time = local.deadline.enter(DWT::cycle_count());
         local.timer.acknowledge();
@@ -120,7 +129,9 @@ mod app {
         if output.state != *local.before {
             remember(output.state);
             *local.before = output.state;
+            cx.shared.levels.lock(|levels| *levels = local.servo.levels());
         }
+        published::publish(&output.tick);
         // A full queue loses a line of the log, nothing else.
         let _ = local.ticks.enqueue(output);
         // Still busy with the last tick: it takes this one, too.
@@ -158,10 +169,13 @@ mod app {
     }
 
     /// Log and trace.
-    #[task(priority = 1, local = [trace, report])]
-    async fn report(cx: report::Context) {
+    #[task(priority = 1, local = [trace, report], shared = [levels])]
+    async fn report(mut cx: report::Context) {
         while let Some(output) = cx.local.trace.dequeue() {
             cx.local.report.tick(&output);
+        }
+        if let Some(levels) = cx.shared.levels.lock(Option::take) {
+            cx.local.report.levels(&levels);
         }
     }
 }

@@ -19,12 +19,14 @@ use heapless::Vec;
 use serde::{Deserialize, Serialize};
 
 use crate::controller::{Controller, ControllerConfig};
+use crate::course::Course;
 use crate::error::{Error, between};
+use crate::identification::Ramp;
 use crate::position::Position;
 use crate::reference::{Corner, MAX_CORNERS, Reference, Step, Trajectory};
 
 /// Of the body; to be raised with every change of [`Parameters`].
-pub const FORMAT_VERSION: u32 = 1;
+pub const FORMAT_VERSION: u32 = 2;
 
 /// Room that every record fits in, header and all.
 pub const ROOM: usize = 512;
@@ -64,6 +66,13 @@ pub enum Motion {
         corners: Vec<Corner, MAX_CORNERS>,
         /// Half the time of a blend, s.
         half_blend: f32,
+    },
+    /// No motion of its own: the effort rises until the joint moves and falls until it rests.
+    Ramp {
+        /// V/s.
+        rate: f32,
+        /// Time between the rise and the fall, s.
+        hold: f32,
     },
 }
 
@@ -107,19 +116,36 @@ impl Motion {
     ///
     /// # Errors
     /// Names the key.
-    pub fn reference(&self, sample_time: f32, resolution: f32) -> Result<Reference, Error> {
-        match self {
-            Self::Hold => Ok(Reference::Step(Step::default())),
+    pub fn course(&self, config: &ControllerConfig) -> Result<Course, Error> {
+        let ControllerConfig { sample_time, encoder, drive, .. } = config;
+        let reference = match self {
+            Self::Hold => Reference::Step(Step::default()),
             Self::Step(to) => {
                 fraction("steps_deg", *to)?;
-                Ok(Reference::Step(Step { from: Position::default(), to: *to, at_tick: 0 }))
+                Reference::Step(Step { from: Position::default(), to: *to, at_tick: 0 })
             }
             Self::Trajectory { corners, half_blend } => {
                 for corner in corners {
                     fraction("corner_positions_deg", corner.position)?;
                 }
-                Trajectory::new(corners, *half_blend, sample_time, resolution).map(Reference::Trajectory)
+                let trajectory = Trajectory::new(corners, *half_blend, *sample_time, encoder.resolution)?;
+                Reference::Trajectory(trajectory)
             }
+            Self::Ramp { rate, hold } => {
+                return Ramp::new(*rate, *hold, *sample_time, drive.full_scale).map(Course::Ramp);
+            }
+        };
+        Ok(Course::Follow(reference))
+    }
+
+    /// Refuses a ramp that rises faster than the output's limit may after arming: the soft start would cut it, and
+    /// the levels that it finds would be those of another effort.
+    fn softly(&self, soft_start: f32, full_scale: f32) -> Result<(), Error> {
+        match self {
+            Self::Ramp { rate, .. } if soft_start > 0.0 => {
+                between("ramp_rates_v_per_s", *rate, 0.0, full_scale / soft_start)
+            }
+            _ => Ok(()),
         }
     }
 }
@@ -160,13 +186,13 @@ impl Parameters {
     ///
     /// # Errors
     /// Names the first key that is not allowed.
-    pub fn prepare(&self) -> Result<(Controller, Reference), Error> {
+    pub fn prepare(&self) -> Result<(Controller, Course), Error> {
         // What the tick's timer and the deadline are made for: 50 Hz to 10 kHz.
         between("sample_time_s", self.controller.sample_time, 1e-4, 0.02)?;
         self.device.validate()?;
         let controller = Controller::new(&self.controller)?;
-        let resolution = self.controller.encoder.resolution;
-        Ok((controller, self.motion.reference(self.controller.sample_time, resolution)?))
+        self.motion.softly(self.device.soft_start, controller.full_scale())?;
+        Ok((controller, self.motion.course(&self.controller)?))
     }
 
     /// Writes a record, and returns the part of `buffer` that it fills; none if the buffer is too small, which

@@ -8,6 +8,7 @@ use serde::{Deserialize, Serialize};
 
 /// Joint position: `counts + fraction`, in encoder counts.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[repr(C)]
 pub struct Position {
     /// Whole counts. Wraps.
     pub counts: i32,

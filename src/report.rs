@@ -7,7 +7,7 @@ use defmt::{error, info, warn};
 use defmt_rtt as _;
 use stiction::Fault;
 use stiction::parameters::DecodeError;
-use stiction::servo::{Output, State};
+use stiction::servo::{Levels, Output, State};
 
 use crate::board::record::Record;
 use crate::board::reset::Cause;
@@ -95,6 +95,15 @@ impl Report {
             );
         }
         self.ticks = (self.ticks + 1) % self.every;
+    }
+
+    /// What a ramp has found.
+    pub fn levels(&self, levels: &Levels) {
+        match (levels.stick, levels.slip) {
+            (Some(stick), Some(slip)) => info!("friction: stick {=f32} V, slip {=f32} V", stick, slip),
+            (Some(stick), None) => warn!("friction: stick {=f32} V; the joint did not come to rest", stick),
+            (None, _) => warn!("friction: the joint did not move"),
+        }
     }
 }
 

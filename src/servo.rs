@@ -18,12 +18,16 @@
 //! After arming, the limit of the output rises in a straight line from zero to the full scale (soft start): a wrong
 //! sign or a large first error shows as a slow pull and not as a jerk. The gains are those of the loop from the
 //! start; what is cut off is told as `saturated`.
+//!
+//! A ramp that identifies the friction is its own soft start, and no faster than the one that is configured. It stops
+//! by itself when it is over. If the supply is too low for its effort it is over at once, without a level.
 
-use crate::controller::{Controller, ControllerState, Tick};
+use crate::controller::{Controller, Tick};
+use crate::course::{Course, CourseState};
 use crate::drive::{Drive, Duty};
 use crate::fault::Fault;
 use crate::parameters::{DecodeError, Parameters, SUPPLY_FULL_SCALE};
-use crate::reference::Reference;
+use crate::saturation::saturate;
 
 /// The state of a servo.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -63,16 +67,26 @@ pub struct Output {
     pub duty: Duty,
     /// The state after this tick.
     pub state: State,
-    /// Every term; its code and duty are those that are applied. All zero unless armed.
+    /// Every term; its code and duty are those that are applied. All zero unless armed, but for the tick that ends a
+    /// ramp or that meets a value which is not finite.
     pub tick: Tick,
+}
+
+/// The friction levels that a ramp has found, V of effort; none: the joint did not move, or did not rest.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Levels {
+    /// At the first count of the motion.
+    pub stick: Option<f32>,
+    /// At the last count before rest.
+    pub slip: Option<f32>,
 }
 
 /// A joint's controller with what it needs to run.
 #[derive(Clone, Debug)]
 struct Joint {
     controller: Controller,
-    reference: Reference,
-    state: ControllerState,
+    course: Course,
+    state: CourseState,
     soft_start: SoftStart,
     /// Nominal supply in the converter's units; 0: the output is left alone.
     nominal_supply: f32,
@@ -98,11 +112,11 @@ impl Servo {
     /// A servo of the parameters that were found.
     pub fn new(parameters: Result<&Parameters, DecodeError>, boot: Boot) -> Self {
         let prepared = parameters.and_then(|parameters| {
-            let (controller, reference) = parameters.prepare().map_err(DecodeError::Value)?;
-            Ok((parameters, controller, reference))
+            let (controller, course) = parameters.prepare().map_err(DecodeError::Value)?;
+            Ok((parameters, controller, course))
         });
         let (joint, countdown, refused) = match prepared {
-            Ok((parameters, controller, reference)) => {
+            Ok((parameters, controller, course)) => {
                 let device = &parameters.device;
                 let in_ticks = |s: f32| libm::roundf(s / parameters.controller.sample_time) as u32;
                 let nominal_supply = match device.supply_full_scale {
@@ -112,9 +126,9 @@ impl Servo {
                     _ => 0.0,
                 };
                 let soft_start = SoftStart { ticks: in_ticks(device.soft_start), elapsed: 0 };
-                let state = ControllerState::default();
+                let state = CourseState::default();
                 let countdown = device.autostart.then(|| in_ticks(device.autostart_delay));
-                (Some(Joint { controller, reference, state, soft_start, nominal_supply }), countdown, None)
+                (Some(Joint { controller, course, state, soft_start, nominal_supply }), countdown, None)
             }
             Err(DecodeError::Blank) => (None, None, Some(Fault::NoParameters)),
             Err(_) => (None, None, Some(Fault::BadParameters)),
@@ -131,6 +145,14 @@ impl Servo {
         self.state
     }
 
+    /// What the ramp has found, once it is over.
+    pub fn levels(&self) -> Option<Levels> {
+        let Joint { course: Course::Ramp(ramp), state, .. } = self.joint.as_ref()? else { return None };
+        let found = state.ramp().found();
+        let volts = |rung: Option<u32>| rung.map(|rung| ramp.volts(rung));
+        state.ramp().is_over().then(|| Levels { stick: volts(found.stick), slip: volts(found.slip) })
+    }
+
     /// Latches a fault, unless there is one already. The next tick's output is off.
     pub const fn fault(&mut self, fault: Fault) {
         if !matches!(self.state, State::Faulted(_)) {
@@ -141,7 +163,7 @@ impl Servo {
     /// Closes the loop at the next tick, with the counter at `counter`; only from [`State::Stopped`]. Whether it did.
     pub fn arm(&mut self, counter: u32) -> bool {
         let (State::Stopped, Some(joint)) = (self.state, &mut self.joint) else { return false };
-        joint.state = joint.controller.start(counter, 0);
+        joint.state = CourseState::start(&joint.controller, counter, 0);
         joint.soft_start.elapsed = 0;
         self.state = State::Armed;
         self.countdown = None;
@@ -165,6 +187,11 @@ impl Servo {
         if tick.non_finite {
             self.fault(Fault::NonFinite);
             return Output { tick, ..self.off() };
+        }
+        if joint.is_over() {
+            self.stop();
+            let off = self.off();
+            return Output { tick: Tick { code: 0, duty: off.duty, ..tick }, ..off };
         }
         Output { enable: true, duty: tick.duty, state: self.state, tick }
     }
@@ -190,20 +217,36 @@ impl Servo {
 impl Joint {
     #[inline]
     fn tick(&mut self, input: Input) -> Tick {
-        let mut tick = self.controller.tick(&mut self.state, input.counter, &self.reference);
+        let mut tick = self.course.tick(&self.controller, &mut self.state, input.counter);
         let drive = self.controller.drive();
         let mut code = tick.code;
         if self.nominal_supply > 0.0 {
-            code = drive.code(tick.v * supply_ratio(self.nominal_supply, input.supply));
+            let v = tick.v * supply_ratio(self.nominal_supply, input.supply);
+            let (v, saturated) = saturate(v, self.controller.full_scale());
+            tick.saturated |= saturated;
+            code = drive.code(v);
         }
-        let limit = self.soft_start.limit(drive);
+        let limit = match self.course {
+            Course::Follow(_) => self.soft_start.limit(drive),
+            Course::Ramp(_) => drive.max_code(),
+        };
         let limited = code.max(-limit).min(limit);
         if limited != tick.code {
             tick.saturated |= limited != code;
             tick.code = limited;
             tick.duty = drive.duty(limited);
         }
+        if let Course::Ramp(_) = self.course
+            && tick.saturated
+        {
+            self.state.ramp_mut().abandon();
+        }
         tick
+    }
+
+    /// Of a ramp only: a reference has no end.
+    const fn is_over(&self) -> bool {
+        matches!(self.course, Course::Ramp(_)) && self.state.ramp().is_over()
     }
 }
 

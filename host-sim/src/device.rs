@@ -43,8 +43,27 @@ impl Default for Device {
 /// Everything that a board needs for this run, validated as the board will do it.
 ///
 /// # Errors
-/// Names the key, what was found and what is allowed; a ramp has no controller and cannot be run on a board.
+/// Names the key, what was found and what is allowed.
 pub fn parameters(plan: &RunPlan) -> Result<Parameters, Error> {
+    let parameters = assembled(plan)?;
+    validate(&parameters, plan)?;
+    Ok(parameters)
+}
+
+/// Validates as a board will do it.
+///
+/// # Errors
+/// Names the key, what was found and what is allowed.
+pub(crate) fn validate(parameters: &Parameters, plan: &RunPlan) -> Result<(), Error> {
+    let refused = |error: stiction::Error| plan.explain(&error, plan.controller.as_deref().unwrap_or(""));
+    parameters.prepare().map(|_| ()).map_err(refused)
+}
+
+/// Everything that a board needs for this run, as it is written; only the loop and its motion are validated.
+///
+/// # Errors
+/// Names the key, what was found and what is allowed.
+pub(crate) fn assembled(plan: &RunPlan) -> Result<Parameters, Error> {
     let device = &plan.machine.device;
     // The loop as it is simulated; it also refuses more corners than a list of fixed capacity takes.
     plan.closed_loop()?;
@@ -57,12 +76,12 @@ pub fn parameters(plan: &RunPlan) -> Result<Parameters, Error> {
             corners: corners.iter().copied().collect(),
             half_blend: trajectory.half_blend_s as f32,
         },
-        Motion::Ramp(_) => {
-            let why = "a board runs a step or a trajectory, and this is a ramp";
-            return Err(Error::Input(format!("{}: {why}", plan.origin)));
+        Motion::Ramp(rate) => {
+            let ramp = plan.ramp(*rate)?;
+            parameters::Motion::Ramp { rate: ramp.rate as f32, hold: ramp.hold_s as f32 }
         }
     };
-    let parameters = Parameters {
+    Ok(Parameters {
         controller: plan.controller_config()?,
         motion,
         device: parameters::Device {
@@ -73,9 +92,7 @@ pub fn parameters(plan: &RunPlan) -> Result<Parameters, Error> {
             nominal_supply: device.nominal_supply_v as f32,
             supply_full_scale: device.supply_full_scale_v as f32,
         },
-    };
-    parameters.prepare().map_err(|error| plan.explain(&error, plan.controller.as_deref().unwrap_or("")))?;
-    Ok(parameters)
+    })
 }
 
 /// The record for a parameter sector.
@@ -101,13 +118,13 @@ mod tests {
     }
 
     #[test]
-    fn a_board_builds_the_same_controller_and_reference() {
-        for name in ["step-response", "trajectory", "srnf-robustness"] {
+    fn a_board_builds_the_same_controller_and_course() {
+        for name in ["step-response", "trajectory", "srnf-robustness", "friction-identification"] {
             let plan = plan(name, &[]).unwrap();
             let closed_loop = plan.closed_loop().unwrap();
             let (found, sequence) = Parameters::decode(&record(&plan).unwrap()).unwrap();
             assert_eq!(sequence, 1);
-            assert_eq!(found.prepare().unwrap(), (closed_loop.controller, closed_loop.reference));
+            assert_eq!(found.prepare().unwrap(), (closed_loop.controller, plan.course().unwrap()));
             assert!(!found.device.autostart);
         }
     }
@@ -125,7 +142,19 @@ mod tests {
                 plan("step-response", &[set]).and_then(|plan| record(&plan)).unwrap_err().to_string();
             assert!(message.contains(expected), "{message}");
         }
-        let ramp = plan("friction-identification", &[]).unwrap();
-        assert!(record(&ramp).unwrap_err().to_string().contains("this is a ramp"));
+    }
+
+    #[test]
+    fn a_ramp_is_no_steeper_than_the_soft_start() {
+        let rate = |rate: &str| format!("identification.ramp_rates_v_per_s=[{rate}]");
+        let record = |rate: &str, soft_start: &str| {
+            let set = [rate, soft_start];
+            plan("friction-identification", &set).and_then(|plan| record(&plan))
+        };
+        assert!(record(&rate("10"), "device.soft_start_s=0.5").is_ok());
+        assert!(record(&rate("10.1"), "device.soft_start_s=0").is_ok());
+        let message = record(&rate("10.1"), "device.soft_start_s=0.5").unwrap_err().to_string();
+        let expected = "`identification.ramp_rates_v_per_s[0]` is 10.1; allowed is a number from 0 to 10";
+        assert!(message.contains(expected), "{message}");
     }
 }

@@ -78,27 +78,15 @@ pub fn run(plan: &RunPlan) -> Result<RunResult, Error> {
 fn run_with<S: AxisSolver>(plan: &RunPlan, mut solver: S) -> Result<RunResult, Error> {
     let begin = Instant::now();
     let mut events = Vec::new();
+    let closed_loop = plan.closed_loop()?;
     if let Motion::Ramp(rate) = plan.motion {
-        let (ramp, axis, encoder) = (plan.ramp(rate)?, plan.axis()?, plan.encoder()?);
-        let controller = plan.controller()?;
+        let ramp = plan.ramp(rate)?;
         let mut moments = Vec::new();
         let on_moment = |moment: &RampMoment| moments.push(*moment);
-        let levels =
-            ramp.run(&mut solver, &axis, &encoder, controller.drive(), on_moment, |event| events.push(event));
-        let Levels { stick_v, slip_v, slip_corrected_v } = levels;
-        let metrics = Metrics { stick_v, slip_v, slip_corrected_v, ..Metrics::default() };
-        return Ok(RunResult {
-            plan: plan.clone(),
-            trace: Trace::Ramp(moments),
-            events,
-            metrics,
-            wall: begin.elapsed(),
-            derivative_evaluations: solver.derivative_evaluations(),
-            unstable: false,
-            diverged_at_s: None,
-        });
+        let levels = ramp.run(&mut solver, &closed_loop, on_moment, |event| events.push(event));
+        let evaluations = solver.derivative_evaluations();
+        return Ok(RunResult::of_ramp(plan, levels, moments, events, begin, evaluations));
     }
-    let closed_loop = plan.closed_loop()?;
     let samples = plan.samples()?;
     let mut moments = Vec::with_capacity(samples as usize + 1);
     let diverged_at_s =
@@ -128,6 +116,28 @@ impl RunResult {
             derivative_evaluations,
             unstable,
             diverged_at_s,
+        }
+    }
+
+    /// Tells what a ramp found that was started at `begin`.
+    pub(crate) fn of_ramp(
+        plan: &RunPlan,
+        levels: Levels,
+        moments: Vec<RampMoment>,
+        events: Vec<Event>,
+        begin: Instant,
+        derivative_evaluations: u64,
+    ) -> Self {
+        let Levels { stick_v, slip_v, slip_corrected_v } = levels;
+        Self {
+            plan: plan.clone(),
+            trace: Trace::Ramp(moments),
+            events,
+            metrics: Metrics { stick_v, slip_v, slip_corrected_v, ..Metrics::default() },
+            wall: begin.elapsed(),
+            derivative_evaluations,
+            unstable: false,
+            diverged_at_s: None,
         }
     }
 }

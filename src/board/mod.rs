@@ -8,6 +8,7 @@ pub mod clock;
 pub mod encoder;
 pub mod fatal;
 mod note;
+pub mod published;
 pub mod record;
 pub mod reset;
 pub mod seams;

@@ -32,6 +32,26 @@ fn the_longest_record_fits_and_comes_back() {
 }
 
 #[test]
+fn a_ramp_comes_back_and_its_limits_are_checked() {
+    let ramp = |rate: f32, hold: f32, soft_start: f32| {
+        let device = Device { soft_start, ..Device::CAUTIOUS };
+        let parameters = Parameters { motion: Motion::Ramp { rate, hold }, device, ..example() };
+        let mut room = [0; ROOM];
+        let decoded = Parameters::decode(parameters.encode(0, &mut room).unwrap());
+        decoded.map(|(found, _)| assert_eq!(found, parameters)).map_err(|error| match error {
+            DecodeError::Value(error) => error.key,
+            other => panic!("{other:?}"),
+        })
+    };
+    assert_eq!(ramp(0.001, 10.0, 0.5), Ok(()));
+    assert_eq!(ramp(f32::NAN, 10.0, 0.5), Err("ramp_rates_v_per_s"));
+    assert_eq!(ramp(0.001, -1.0, 0.5), Err("hold_s"));
+    // 5 V in half a second; without a soft start, 5 V in a tick of 20 ms.
+    assert_eq!((ramp(10.0, 1.0, 0.5), ramp(10.1, 1.0, 0.5)), (Ok(()), Err("ramp_rates_v_per_s")));
+    assert_eq!((ramp(250.0, 1.0, 0.0), ramp(251.0, 1.0, 0.0)), (Ok(()), Err("ramp_rates_v_per_s")));
+}
+
+#[test]
 fn every_changed_bit_and_every_cut_is_refused() {
     let mut room = [0; ROOM];
     let length = example().encode(7, &mut room).unwrap().len();

@@ -13,6 +13,7 @@ use crate::position::Position;
 
 /// What the joint should do at one tick.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[repr(C)]
 pub struct Setpoint {
     /// theta_d.
     pub position: Position,

@@ -5,6 +5,7 @@ use crate::encoder::{CounterBits, Direction, Encoder};
 use crate::parameters::{Device, Motion};
 use crate::pd::PdGains;
 use crate::position::Position;
+use crate::reference::{Reference, Step};
 
 const NEUTRAL: Duty = Duty { compare: 1909, reverse: false };
 
@@ -134,10 +135,77 @@ fn a_value_that_is_not_finite_is_a_fault() {
     assert!(tick(&mut servo, 0).enable);
     // No parameters that are accepted lead here: this is the last line of defence.
     let to = Position { counts: 0, fraction: f32::NAN };
-    servo.joint.as_mut().unwrap().reference =
-        Reference::Step(crate::reference::Step { to, ..Default::default() });
+    let reference = Reference::Step(Step { to, ..Default::default() });
+    servo.joint.as_mut().unwrap().course = Course::Follow(reference);
     let output = tick(&mut servo, 0);
     assert_eq!((output.enable, output.duty), (false, NEUTRAL));
     assert_eq!(output.state, State::Faulted(Fault::NonFinite));
     assert!(output.tick.non_finite);
+}
+
+/// 0.5 V/s at 10 ms, held for 0.1 s.
+fn ramp(device: Device) -> Servo {
+    let mut parameters = parameters(device);
+    parameters.motion = Motion::Ramp { rate: 0.5, hold: 0.1 };
+    Servo::new(Ok(&parameters), Boot::default())
+}
+
+/// A joint that moves by a count a tick from the fortieth tick to the hundredth.
+fn moved(tick: u32) -> u32 {
+    tick.clamp(40, 100)
+}
+
+#[test]
+fn a_ramp_stops_by_itself_and_tells_its_levels() {
+    let mut servo = ramp(Device::CAUTIOUS);
+    tick(&mut servo, moved(0));
+    for _ in 0..2 {
+        assert!(servo.arm(moved(0)));
+        assert_eq!(servo.levels(), None);
+        let mut last = 0;
+        for k in 0.. {
+            let output = tick(&mut servo, moved(k));
+            if !output.enable {
+                assert_eq!((output.state, output.duty, output.tick.code), (State::Stopped, NEUTRAL, 0));
+                last = k;
+                break;
+            }
+            // The soft start would allow 20 codes a tick: the ramp is below it, from its first tick on.
+            let rung = if k < 42 { k + 1 } else { 42u32.saturating_sub(k.saturating_sub(52)) };
+            let v = rung as f32 * 0.005;
+            assert!(
+                (output.tick.v - v).abs() < 1e-6 && output.tick.code == (v / 0.00488 + 0.5) as i16,
+                "{k}"
+            );
+            assert_eq!((output.tick.error, output.tick.v_pd, output.tick.saturated), (0.0, 0.0, false));
+        }
+        // A count at tick 41 under the effort of tick 40; the last at tick 100, and a second without any.
+        assert_eq!(last, 100 + 101);
+        // It is at rung 42 - 47 by then: at zero, and held there.
+        assert_eq!(servo.levels(), Some(Levels { stick: Some(41.0 * 0.005), slip: Some(0.0) }));
+        assert!((0..200).all(|_| !tick(&mut servo, moved(0)).enable));
+    }
+}
+
+#[test]
+fn a_fault_ends_a_ramp_without_levels() {
+    let mut servo = ramp(at_once());
+    tick(&mut servo, 0);
+    servo.arm(0);
+    assert!((0..10).all(|_| tick(&mut servo, 0).enable));
+    servo.fault(Fault::BreakInput);
+    let output = tick(&mut servo, 0);
+    assert_eq!((output.enable, output.duty, servo.levels()), (false, NEUTRAL, None));
+}
+
+#[test]
+fn a_supply_too_low_for_the_effort_ends_a_ramp_without_levels() {
+    let device = Device { nominal_supply: 12.0, supply_full_scale: 24.0, ..at_once() };
+    let mut servo = ramp(device);
+    tick(&mut servo, 0);
+    servo.arm(0);
+    // Two thirds of the nominal supply: 3/2 of the effort, so that 5 V are asked for at 3.33 V, rung 667.
+    let ticks = (0..2000).take_while(|_| servo.tick(Input { counter: 0, supply: 1365 }).enable).count();
+    assert_eq!(ticks, 666);
+    assert_eq!((servo.state(), servo.levels()), (State::Stopped, Some(Levels::default())));
 }

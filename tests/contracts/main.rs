@@ -10,6 +10,7 @@
 mod bounds;
 mod equations;
 mod fixture;
+mod identification;
 mod invariance;
 mod parameters;
 mod reset;

@@ -48,6 +48,12 @@ fn another_chip_and_another_core() {
 }
 
 #[test]
+fn an_image_that_does_not_keep_its_ticks() {
+    let other = patched("ticks", b"\0STICTION_LAST_TICK\0", b"\0STICTION_LOST_TICK\0");
+    assert!(other.contains("STICTION_LAST_TICK") && other.contains("cargo xtask firmware"), "{other}");
+}
+
+#[test]
 fn an_interrupted_run_says_so() {
     let plans = plans("step-response", &["pd"], &[]);
     let emulation = emulation();

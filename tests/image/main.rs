@@ -7,6 +7,8 @@
 mod bad_input;
 mod bit_for_bit;
 mod common;
+mod differences;
 mod free_running;
 mod mishaps;
+mod ramps;
 mod stuck;

@@ -8,7 +8,7 @@ use rigless::time::{NO_DEADLINE, VirtualNanos};
 
 use super::board::{CLOCK_HZ, EmulatedBoard};
 use super::bridge::{Bridge, code_of};
-use super::in_the_loop::{Mode, Stopped, Wired};
+use super::in_the_loop::{Mode, Part, Stopped, Wired};
 use super::lockstep::{on_time, take_duty};
 use crate::closed_loop::hold;
 use crate::solver::AxisSolver;
@@ -132,16 +132,11 @@ impl<S: AxisSolver + Clone + Send> Mode<S> for FreeRunning<S> {
         self.duty_at.min(self.effect_at).min(self.edge_at).min(self.last_tick_by)
     }
 
-    fn due(
-        &mut self,
-        wired: &mut Wired<S>,
-        board: &mut EmulatedBoard,
-        at: VirtualNanos,
-    ) -> Result<(), Stopped> {
+    fn due(&mut self, wired: &mut Wired<S>, part: &mut Part<'_>, at: VirtualNanos) -> Result<(), Stopped> {
         self.move_to(wired, at);
         if self.effect_at <= at {
             self.effect_at = NO_DEADLINE;
-            let bridge = Bridge::read(board);
+            let bridge = Bridge::read(part.board);
             let drive = wired.joint.closed_loop.controller.drive();
             let code = code_of(bridge.duty(drive.mode()), drive, 0).filter(|_| bridge.is_on());
             let now_v = f64::from(code.unwrap_or(0)) * wired.joint.closed_loop.lsb_v;
@@ -153,15 +148,14 @@ impl<S: AxisSolver + Clone + Send> Mode<S> for FreeRunning<S> {
         }
         if self.duty_at <= at {
             self.duty_at = NO_DEADLINE;
-            if let Some((tick, counter, joint)) = self.tick.clone() {
-                let bridge = Bridge::read(board);
-                if take_duty(wired, board, &bridge, counter, Some(&joint))?.is_some() {
-                    self.origin.get_or_insert(tick);
-                }
+            if let Some((tick, counter, joint)) = self.tick.clone()
+                && take_duty(wired, part, counter, Some(&joint))?.is_some()
+            {
+                self.origin.get_or_insert(tick);
             }
         }
         if self.last_tick_by <= at && wired.joint.has_begun() {
-            let ticks = wired.joint.moments.len();
+            let ticks = wired.joint.ticks();
             return Err(Stopped::Misbehaves(format!("its control tick has stopped after {ticks} ticks")));
         }
         if self.last_tick_by <= at {
@@ -169,7 +163,7 @@ impl<S: AxisSolver + Clone + Send> Mode<S> for FreeRunning<S> {
         }
         let disc = wired.joint.disc();
         if wired.encoder.counts() != disc {
-            wired.encoder.step_towards(disc, board, at);
+            wired.encoder.step_towards(disc, part.board, at);
         }
         if wired.encoder.counts() == disc {
             self.look_ahead(wired);

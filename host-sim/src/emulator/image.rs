@@ -9,6 +9,7 @@ use std::path::{Path, PathBuf};
 use defmt_decoder::{Encoding, Table};
 use object::{Architecture, Object, ObjectSection, ObjectSymbol};
 
+use super::last_tick;
 use crate::error::Error;
 
 /// The part that the board carries.
@@ -37,6 +38,8 @@ pub struct FirmwareImage {
     pub formats: Table,
     /// Address of the log's buffers.
     pub rtt: u64,
+    /// Address of what it computed in its last tick.
+    pub last_tick: u64,
 }
 
 /// What an image says of itself.
@@ -106,13 +109,24 @@ impl FirmwareImage {
             .ok_or_else(|| {
                 no(format!("it has no symbol {RTT_SYMBOL}, so its log cannot be read; {BUILD}"))
             })?;
+        let symbol = file.symbols().find(|symbol| symbol.name() == Ok(last_tick::SYMBOL));
+        let last_tick = match symbol.map(|symbol| (symbol.address(), symbol.size() as usize)) {
+            Some((address, last_tick::SIZE)) => address,
+            _ => {
+                let symbol = last_tick::SYMBOL;
+                return Err(no(format!(
+                    "it does not keep its last tick (symbol {symbol}) as this program knows it; {BUILD} from the same \
+                     sources"
+                )));
+            }
+        };
         let formats = Table::parse(&elf)
             .map_err(|why| no(format!("its log cannot be decoded: {why}")))?
             .ok_or_else(|| no(format!("it has no section .defmt, so its log cannot be decoded; {BUILD}")))?;
         if formats.encoding() != Encoding::Rzcobs {
             return Err(no(format!("its log is in another encoding than rzcobs; {BUILD}")));
         }
-        Ok(Self { path: path.into(), note, formats, rtt, elf })
+        Ok(Self { path: path.into(), note, formats, rtt, last_tick, elf })
     }
 
     /// The function that an address of code lies in, for messages.

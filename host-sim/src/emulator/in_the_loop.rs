@@ -11,6 +11,7 @@ use rigless::emulator::{AccessKind, Driver, Host, Settled, Start, Stop};
 use rigless::image::Image;
 use rigless::session::Session;
 use rigless::time::VirtualNanos;
+use stiction::Tick;
 
 use super::board::{EmulatedBoard, Fitted};
 use super::compare::Difference;
@@ -19,6 +20,7 @@ use super::free_running::FreeRunning;
 use super::guard::Guard;
 use super::image::FirmwareImage;
 use super::joint::Joint;
+use super::last_tick;
 use super::lockstep::Lockstep;
 use super::log::{Listener, Log};
 use crate::error::Error;
@@ -45,12 +47,26 @@ pub trait Mode<S>: Send {
     fn next(&self) -> VirtualNanos;
 
     /// That instant has come.
-    fn due(
-        &mut self,
-        wired: &mut Wired<S>,
-        board: &mut EmulatedBoard,
-        at: VirtualNanos,
-    ) -> Result<(), Stopped>;
+    fn due(&mut self, wired: &mut Wired<S>, part: &mut Part<'_>, at: VirtualNanos) -> Result<(), Stopped>;
+}
+
+/// The part while it stands still.
+pub struct Part<'a> {
+    /// Registers and pins.
+    pub board: &'a mut EmulatedBoard,
+    host: &'a mut dyn Host,
+    image: &'a FirmwareImage,
+}
+
+impl Part<'_> {
+    /// What the image computed in its last tick.
+    ///
+    /// # Errors
+    /// If the emulator refuses to read its own memory.
+    pub fn last_tick(&mut self) -> Result<Tick, Stopped> {
+        let read = last_tick::read(self.host, self.image.last_tick);
+        read.map_err(|error| Stopped::Misbehaves(error.to_string()))
+    }
 }
 
 /// What is wired to the part in either mode.
@@ -214,8 +230,9 @@ impl<S: AxisSolver + Send> Loop<S> {
             return Err(Stopped::Misbehaves(format!("the part was reset by {by} after {at_s:.6} s")));
         }
         if self.mode.next() <= at {
-            self.mode.due(&mut self.wired, session.board_mut(), at)?;
-            self.ticks.store(self.wired.joint.moments.len() as u32, Ordering::Relaxed);
+            let mut part = Part { board: session.board_mut(), host, image: &self.image };
+            self.mode.due(&mut self.wired, &mut part, at)?;
+            self.ticks.store(self.wired.joint.ticks() as u32, Ordering::Relaxed);
         }
         if !self.wired.joint.has_begun() && at >= Guard::boot_limit() {
             return Err(Stopped::Misbehaves(Guard::not_armed()));

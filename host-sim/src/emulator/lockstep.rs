@@ -14,7 +14,7 @@ use rigless::time::VirtualNanos;
 use super::board::EmulatedBoard;
 use super::bridge::Bridge;
 use super::encoder_edges::EncoderEdges;
-use super::in_the_loop::{Mode, Stopped, Wired};
+use super::in_the_loop::{Mode, Part, Stopped, Wired};
 use crate::solver::AxisSolver;
 
 /// What comes next.
@@ -101,29 +101,22 @@ impl<S: AxisSolver + Clone> Mode<S> for Lockstep {
         self.at
     }
 
-    fn due(
-        &mut self,
-        wired: &mut Wired<S>,
-        board: &mut EmulatedBoard,
-        at: VirtualNanos,
-    ) -> Result<(), Stopped> {
+    fn due(&mut self, wired: &mut Wired<S>, part: &mut Part<'_>, at: VirtualNanos) -> Result<(), Stopped> {
         let tick = self.tick.unwrap_or(at);
         match self.next {
             Next::Tick if wired.joint.has_begun() => Err(Stopped::Misbehaves(format!(
                 "its control tick has stopped after {} ticks",
-                wired.joint.moments.len()
+                wired.joint.ticks()
             ))),
             Next::Tick => {
                 self.at = NO_DEADLINE;
                 Ok(())
             }
             Next::Duty { counter } => {
-                let bridge = Bridge::read(board);
-                if let Some(code) = take_duty(wired, board, &bridge, counter, None)? {
+                if let Some(code) = take_duty(wired, part, counter, None)? {
                     let v = f64::from(code) * wired.joint.closed_loop.lsb_v;
                     if !wired.joint.has_ended() {
-                        let from_s =
-                            (wired.joint.moments.len() - 1) as f64 * wired.joint.closed_loop.sample_time_s;
+                        let from_s = (wired.joint.ticks() - 1) as f64 * wired.joint.closed_loop.sample_time_s;
                         wired.joint.drive(v, from_s, wired.joint.closed_loop.sample_time_s);
                     }
                 }
@@ -132,7 +125,7 @@ impl<S: AxisSolver + Clone> Mode<S> for Lockstep {
             }
             Next::Edge { interval_ns } => {
                 let disc = wired.joint.disc();
-                wired.encoder.step_towards(disc, board, at);
+                wired.encoder.step_towards(disc, part.board, at);
                 if wired.encoder.counts() == disc {
                     self.await_tick(tick);
                 } else {
@@ -145,25 +138,29 @@ impl<S: AxisSolver + Clone> Mode<S> for Lockstep {
 }
 
 /// Lets the joint have the duty of a tick, once the bridge is on. `at_tick` is the joint when the counter was read, if it
-/// has moved since.
+/// has moved since. No duty: the motion has not begun, or it is over.
 pub fn take_duty<S: AxisSolver + Clone>(
     wired: &mut Wired<S>,
-    board: &mut EmulatedBoard,
-    bridge: &Bridge,
+    part: &mut Part<'_>,
     counter: u32,
     at_tick: Option<&S>,
 ) -> Result<Option<i16>, Stopped> {
-    let joint = &mut wired.joint;
-    if !bridge.is_on() {
-        if joint.has_begun() {
-            let time_s = joint.time_s();
+    let (joint, bridge) = (&mut wired.joint, Bridge::read(part.board));
+    let (time_s, ends) = (joint.time_s(), joint.ends_with(counter));
+    match (bridge.is_on(), joint.has_begun()) {
+        (false, false) => return Ok(None),
+        (false, true) if !ends => {
             return Err(Stopped::Misbehaves(format!("it has turned its bridge off at {time_s} s")));
         }
-        return Ok(None);
+        (true, _) if ends => {
+            let why = format!("its bridge is still on at {time_s} s, when its ramp is over");
+            return Err(Stopped::Misbehaves(why));
+        }
+        _ => {}
     }
     if !joint.has_begun() {
         let top = joint.closed_loop.controller.drive().pwm_top();
-        if !EncoderEdges::connected(board) {
+        if !EncoderEdges::connected(part.board) {
             let why = "PA0 and PA1, where the encoder is, are not connected to TIM2";
             return Err(Stopped::Misbehaves(why.into()));
         }
@@ -173,7 +170,7 @@ pub fn take_duty<S: AxisSolver + Clone>(
         }
     }
     let at_tick = at_tick.cloned().unwrap_or_else(|| joint.solver.clone());
-    joint.tick(counter, bridge, &at_tick).map(Some).map_err(Stopped::Differs)
+    joint.tick(counter, &bridge, part.last_tick()?, &at_tick).map_err(Stopped::Differs)
 }
 
 /// Refuses a sample that is more than a hundredth (and 2 us, for an interrupt that is held up) off.

@@ -18,6 +18,7 @@ mod guard;
 pub mod image;
 pub mod in_the_loop;
 pub mod joint;
+pub mod last_tick;
 pub mod lockstep;
 pub mod log;
 pub mod parameters;

@@ -17,13 +17,13 @@ const WAIT_TICKS: f32 = 3.0;
 /// # Errors
 /// Names a value that is not allowed, or that the device would refuse.
 pub fn parameters(plan: &RunPlan) -> Result<Parameters, Error> {
-    let mut parameters = device::parameters(plan)?;
+    let mut parameters = device::assembled(plan)?;
     // The device calls the place zero in which it is armed. The host's joint rests there too, but its disc may already
     // be a count further.
     let start = plan.encoder()?.counts(0.0) as i32;
     let shift = |position: &mut Position| position.counts = position.counts.wrapping_sub(start);
     match &mut parameters.motion {
-        Motion::Hold => {}
+        Motion::Hold | Motion::Ramp { .. } => {}
         Motion::Step(to) => shift(to),
         Motion::Trajectory { corners, .. } => {
             corners.iter_mut().for_each(|corner| shift(&mut corner.position));
@@ -36,6 +36,7 @@ pub fn parameters(plan: &RunPlan) -> Result<Parameters, Error> {
         nominal_supply: 0.0,
         ..parameters.device
     };
+    device::validate(&parameters, plan)?;
     Ok(parameters)
 }
 

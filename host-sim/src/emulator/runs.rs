@@ -7,6 +7,7 @@ use std::time::{Duration, Instant};
 
 use indicatif::{ProgressBar, ProgressStyle};
 use rayon::prelude::*;
+use stiction::identification::RampState;
 
 use super::board::Fitted;
 use super::image::FirmwareImage;
@@ -15,9 +16,10 @@ use super::joint::Joint;
 use super::log::{Listener, LogLine};
 use super::parameters;
 use crate::error::Error;
-use crate::experiment::RunPlan;
+use crate::experiment::{Motion, RunPlan};
+use crate::identification::Levels;
 use crate::machine::Solver;
-use crate::run::RunResult;
+use crate::run::{RunResult, Trace};
 use crate::solver::{AxisSolver, ExactAxis, Rk4Axis};
 
 /// Where `cargo xtask firmware` leaves the image.
@@ -90,7 +92,7 @@ impl Emulation {
         for plan in plans {
             plan.validate()?;
             parameters::blob(plan)?;
-            total += u64::from(plan.samples()?);
+            total += expected_ticks(plan)?;
         }
         let style = ProgressStyle::with_template("{bar:40} {percent} % of {msg}, {eta} left");
         let bar = ProgressBar::new(total);
@@ -148,12 +150,33 @@ impl Emulation {
             ticks: ticks.clone(),
             interrupt: self.interrupt.clone(),
         };
-        let joint = Joint::new(plan.closed_loop()?, solver, plan.samples()?);
+        let joint = Joint::new(plan.closed_loop()?, plan.course()?, solver, plan.samples()?);
         let Ran { wired, log, instructions, .. } = run(&setup, joint)?;
-        let evaluations = wired.joint.solver.derivative_evaluations();
-        let Joint { moments, events, diverged_at_s, .. } = wired.joint;
         let latency = self.free_running.then(|| Latency::of(&wired.latencies_ns)).flatten();
-        let result = RunResult::of_loop(plan, moments, events, diverged_at_s, begin, evaluations);
+        let result = judged(plan, wired.joint, begin)?;
         Ok(EmulatedRun { result, log: log.lines, latency, instructions })
     }
+}
+
+/// What the joint's run comes to, as on the host.
+fn judged<S: AxisSolver>(plan: &RunPlan, joint: Joint<S>, begin: Instant) -> Result<RunResult, Error> {
+    let evaluations = joint.solver.derivative_evaluations();
+    let found = joint.ramp().map(RampState::found).unwrap_or_default();
+    let Joint { trace, events, diverged_at_s, closed_loop, .. } = joint;
+    let levels = match plan.motion {
+        Motion::Ramp(rate) => plan.ramp(rate)?.levels(&found, &closed_loop.axis),
+        Motion::Step(_) | Motion::Trajectory(_) => Levels::default(),
+    };
+    Ok(match trace {
+        Trace::Ramp(moments) => RunResult::of_ramp(plan, levels, moments, events, begin, evaluations),
+        Trace::Loop(moments) => RunResult::of_loop(plan, moments, events, diverged_at_s, begin, evaluations),
+    })
+}
+
+/// For the progress bar: of a ramp, as many as it takes to the joint's own friction and back.
+fn expected_ticks(plan: &RunPlan) -> Result<u64, Error> {
+    let Motion::Ramp(rate) = plan.motion else { return plan.samples().map(u64::from) };
+    let ramp = plan.ramp(rate)?;
+    let seconds = 2.0 * plan.machine.joint.friction.stick_v / rate + ramp.hold_s;
+    Ok((seconds / ramp.sample_time_s) as u64)
 }

@@ -11,7 +11,7 @@ use stiction::pd::PdGains;
 use stiction::position::Position;
 use stiction::reference::{Corner, MAX_CORNERS, Reference, Step, Trajectory};
 use stiction::velocity::MAX_WINDOW;
-use stiction::{Controller, ControllerConfig};
+use stiction::{Controller, ControllerConfig, Course, identification};
 use toml::Value;
 
 use super::plan::{MAX_RAMP_SAMPLES, MAX_SAMPLES, Motion, RunPlan};
@@ -201,13 +201,25 @@ impl RunPlan {
         self.check(&self.asked_by, rate, (slowest..=fastest).contains(&rate), || {
             format!("a number from {} to {}", rounded(slowest), rounded(fastest))
         })?;
-        Ok(Ramp {
-            rate,
-            hold_s,
-            sample_time_s: sampling.sample_time_s,
-            full_scale_v: drive.full_scale_v,
-            lsb_v: drive.lsb_v,
-        })
+        let core = identification::Ramp::new(
+            rate as f32,
+            hold_s as f32,
+            sampling.sample_time_s as f32,
+            drive.full_scale_v as f32,
+        );
+        let core = core.map_err(|error| self.explain(&error, ""))?;
+        Ok(Ramp { core, rate, hold_s, sample_time_s: sampling.sample_time_s })
+    }
+
+    /// What the core runs.
+    ///
+    /// # Errors
+    /// Names the key, what was found and what is allowed.
+    pub fn course(&self) -> Result<Course, Error> {
+        match self.motion {
+            Motion::Ramp(rate) => Ok(Course::Ramp(self.ramp(rate)?.core)),
+            Motion::Step(_) | Motion::Trajectory(_) => self.reference().map(Course::Follow),
+        }
     }
 
     /// How long a step or a trajectory is run: as the file says, or else by its kind.
@@ -425,11 +437,16 @@ impl RunPlan {
             | "supply_full_scale_v" => {
                 vec!["device"]
             }
+            "hold_s" => vec!["identification"],
             _ => vec!["controller", controller],
         };
-        let path = [&tables[..], &[error.key]].concat();
+        let mut path = [&tables[..], &[error.key]].concat();
+        let mut written = self.value_at(&path).and_then(|value| value.as_float());
+        if let ("ramp_rates_v_per_s", Motion::Ramp(rate)) = (error.key, &self.motion) {
+            (path, written) = (vec![self.asked_by.as_str()], Some(*rate));
+        }
         let mut found = shown(error.found.into());
-        if let Some(written) = self.value_at(&path).and_then(|value| value.as_float()) {
+        if let Some(written) = written {
             let vanishes = error.found == 0.0 && written != 0.0;
             found = shown(written) + if vanishes { ", which is 0 in single precision" } else { "" };
         }

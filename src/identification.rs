@@ -1,0 +1,201 @@
+//! The friction levels of a joint, from a ramp of the effort (thesis section 3.2).
+//!
+//! ```text
+//! effort  ^            _____________
+//!         |          /               \         rung n is the effort  n r h,
+//!         |        /  moved     hold   \       at most the full scale
+//!         |      /                       \ rests
+//!         +----/---------------------------\----> ticks
+//! ```
+//!
+//! The effort rises by `r h` a tick (rate `r`, sample time `h`) until the joint has moved, is held, and falls as fast
+//! until the joint rests. The effort at the first count of the motion is the stick level, that at the last count
+//! before rest the slip level. No law runs meanwhile.
+//!
+//! Why this form: an effort is a whole number of rungs times one constant, so that a ramp of hours is as exact as
+//! one of seconds; nothing is added up. A level is told as its rung, too.
+//!
+//! Guarantees: the effort is never negative, so the joint is not driven backwards before it is seen to rest. A ramp
+//! ends: without any level at the full scale, without a slip level when a joint without friction coasts for twice the
+//! time from the full scale to zero.
+//!
+//! Does badly: both levels are late. The stick level is high by what the effort rises until a count is seen. The slip
+//! level is low by the lag of the joint's velocity, which only who knows its time constant can give back. And nothing
+//! bounds the travel: a joint with little viscous friction gathers speed for as long as the effort is held, and one
+//! whose encoder does not count gets the full scale before the ramp gives up.
+
+use crate::error::{Error, between};
+
+/// So many counts from its rest, a joint has moved: one more than a disc that stands on an edge can flicker.
+const MOVED: u32 = 2;
+
+/// Without a count for this long, a joint rests, s.
+const QUIET: f32 = 1.0;
+
+/// Ticks of the longest ramp: up to the full scale, and down for twice as long. Some three weeks at 20 ms.
+pub const MAX_TICKS: f32 = 1e8;
+
+/// Rounding of a limit that a host has computed in double precision must not refuse what it has taken.
+const ROUNDING: f32 = 1e-6;
+
+/// A ramp up to the motion and down to rest, ready to be run.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Ramp {
+    /// Effort of a rung, V.
+    rung: f32,
+    full_scale: f32,
+    /// The first rung at the full scale.
+    top: u32,
+    /// Ticks at constant effort.
+    hold: u32,
+    /// Ticks without a count after which the joint rests.
+    quiet: u32,
+}
+
+/// What has been found so far.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Found {
+    /// Rung of the first count of the motion; none: it did not move.
+    pub stick: Option<u32>,
+    /// Rung of the last count before rest; none: it did not rest.
+    pub slip: Option<u32>,
+    /// Ticks from the begin of the fall to that count.
+    pub fall: u32,
+}
+
+/// What is remembered from tick to tick.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct RampState {
+    phase: Phase,
+    /// Ticks since the phase began.
+    elapsed: u32,
+    /// The present effort.
+    rung: u32,
+    /// Where the joint rested, and where it is.
+    start: i32,
+    counts: i32,
+    /// Rung of the last count.
+    counted_at: u32,
+    found: Found,
+}
+
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+enum Phase {
+    #[default]
+    Rising,
+    Holding,
+    Falling,
+    Over,
+}
+
+impl Ramp {
+    /// A ramp of `rate` (V/s), held for `hold` (s) between rise and fall, for a loop of `sample_time` (s) whose
+    /// output is at most `full_scale` (V).
+    ///
+    /// # Errors
+    /// Names `ramp_rates_v_per_s` unless the full scale is reached in one tick or more, and in a third of [`MAX_TICKS`]
+    /// or less; names `hold_s` unless it is from 0 to [`MAX_TICKS`].
+    pub fn new(rate: f32, hold: f32, sample_time: f32, full_scale: f32) -> Result<Self, Error> {
+        let longest = MAX_TICKS * sample_time;
+        between("hold_s", hold, 0.0, longest * (1.0 + ROUNDING))?;
+        let (slowest, fastest) = (3.0 * full_scale / longest, full_scale / sample_time);
+        between("ramp_rates_v_per_s", rate, slowest * (1.0 - ROUNDING), fastest * (1.0 + ROUNDING))?;
+        let rung = rate * sample_time;
+        Ok(Self {
+            rung,
+            full_scale,
+            top: libm::ceilf(full_scale / rung) as u32,
+            hold: libm::roundf(hold / sample_time) as u32,
+            quiet: libm::roundf(QUIET / sample_time) as u32,
+        })
+    }
+
+    /// The effort of a rung, V.
+    ///
+    /// ```
+    /// use stiction::identification::Ramp;
+    /// let ramp = Ramp::new(0.25, 10.0, 0.5, 5.0).unwrap();
+    /// assert_eq!([0, 1, 39, 40, 41].map(|rung| ramp.volts(rung)), [0.0, 0.125, 4.875, 5.0, 5.0]);
+    /// ```
+    pub const fn volts(&self, rung: u32) -> f32 {
+        let v = rung as f32 * self.rung;
+        if v < self.full_scale { v } else { self.full_scale }
+    }
+
+    /// Takes the joint's position in counts, and returns the effort from now on, V.
+    pub fn update(&self, state: &mut RampState, counts: i32) -> f32 {
+        state.elapsed = state.elapsed.saturating_add(1);
+        let distance = counts.wrapping_sub(state.start).unsigned_abs();
+        if counts != state.counts {
+            state.count(counts, distance);
+        }
+        match state.phase {
+            Phase::Rising if distance >= MOVED => {
+                state.found.stick = state.found.stick.or(Some(state.rung));
+                state.enter(Phase::Holding);
+            }
+            Phase::Rising if state.rung >= self.top => state.abandon(),
+            Phase::Rising => state.rung += 1,
+            Phase::Holding if state.elapsed < self.hold => {}
+            Phase::Holding => state.enter(Phase::Falling),
+            Phase::Falling if state.elapsed.wrapping_sub(state.found.fall) > self.quiet => {
+                state.found.slip = Some(state.counted_at);
+                state.end();
+            }
+            Phase::Falling if state.elapsed > self.longest_fall() => state.end(),
+            Phase::Falling => state.rung = state.rung.saturating_sub(1),
+            Phase::Over => {}
+        }
+        self.volts(state.rung)
+    }
+
+    const fn longest_fall(&self) -> u32 {
+        self.top.saturating_mul(2).saturating_add(self.quiet)
+    }
+}
+
+impl RampState {
+    /// A joint at rest at `counts`.
+    pub const fn start(counts: i32) -> Self {
+        let found = Found { stick: None, slip: None, fall: 0 };
+        Self { phase: Phase::Rising, elapsed: 0, rung: 0, start: counts, counts, counted_at: 0, found }
+    }
+
+    /// Whether the ramp has ended; its effort is zero.
+    pub const fn is_over(&self) -> bool {
+        matches!(self.phase, Phase::Over)
+    }
+
+    /// What has been found so far.
+    pub const fn found(&self) -> Found {
+        self.found
+    }
+
+    /// Ends the ramp without a level: the effort is not what was asked for.
+    pub fn abandon(&mut self) {
+        self.found = Found::default();
+        self.end();
+    }
+
+    const fn count(&mut self, counts: i32, distance: u32) {
+        self.counts = counts;
+        self.counted_at = self.rung;
+        match self.phase {
+            // A disc that was on an edge and is back has not moved.
+            Phase::Rising if distance == 0 => self.found.stick = None,
+            Phase::Rising if distance == 1 => self.found.stick = Some(self.rung),
+            Phase::Falling => self.found.fall = self.elapsed,
+            _ => {}
+        }
+    }
+
+    const fn enter(&mut self, phase: Phase) {
+        self.phase = phase;
+        self.elapsed = 0;
+    }
+
+    const fn end(&mut self) {
+        self.enter(Phase::Over);
+        self.rung = 0;
+    }
+}
