@@ -155,7 +155,7 @@ where
     let (instructions, virtual_ns) = stop.unwrap_or_default();
     match stopped {
         None if stop.is_some() => Ok(Ran { wired, log, instructions, virtual_ns }),
-        None | Some(Stopped::Interrupted) => Err(trouble("interrupted".into())),
+        None | Some(Stopped::Interrupted) => Err(Error::Interrupted),
         Some(Stopped::Differs(difference)) => Err(trouble(difference.to_string().trim_end().into())),
         Some(Stopped::Misbehaves(why)) => Err(trouble(format!("{why}; {}", log.tail()))),
     }
