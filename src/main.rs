@@ -1,7 +1,7 @@
 //! The firmware. On a host this program only says how to build it.
 //!
-//! RTIC 2: the control task owns the servo and has the highest priority but for the break input; it is bounded, and
-//! its deadline is checked. Everything slow is async below it.
+//! RTIC 2: the control task owns the servo and has the highest priority; it is bounded, and its deadline is checked.
+//! Everything slow is async below it.
 #![cfg_attr(target_os = "none", no_std, no_main)]
 // Registers, the parameter sectors and the memory that survives a reset; each use says why it is sound.
 #![cfg_attr(target_os = "none", allow(unsafe_code))]
@@ -23,7 +23,6 @@ fn main() {
 mod app {
     use core::sync::atomic::{AtomicBool, Ordering};
 
-    use cortex_m::peripheral::DWT;
     use heapless::spsc::{Consumer, Producer, Queue};
     use stiction::deadline::Deadline;
     use stiction::servo::{Boot, Input, Levels, Output, State};
@@ -36,6 +35,7 @@ mod app {
     use crate::board::record::{self, Record};
     use crate::board::seams::{Bridge, Encoder, Watchdog};
     use crate::board::setup::{self, Board};
+    use crate::board::stopwatch::Stopwatch;
     use crate::board::supply::Supply;
     use crate::board::tick::TickTimer;
     use crate::board::watchdog::Independent;
@@ -63,6 +63,7 @@ mod app {
         bridge: TimerBridge,
         supply: Supply,
         timer: TickTimer,
+        stopwatch: Stopwatch,
         watchdog: Independent,
         ticks: Producer<'static, Output>,
         trace: Consumer<'static, Output>,
@@ -83,10 +84,22 @@ mod app {
         let report = Report::new(&settings);
         report.banner(&board, cause, told.as_ref(), fault, &settings);
 
-        let Board { encoder, bridge, supply, timer, watchdog, period, .. } = board;
+        let Board { encoder, bridge, supply, timer, stopwatch, watchdog, period, .. } = board;
         let (before, deadline) = (servo.state(), Deadline::new(period));
-        let local =
-            Local { servo, before, deadline, encoder, bridge, supply, timer, watchdog, ticks, trace, report };
+        let local = Local {
+            servo,
+            before,
+            deadline,
+            encoder,
+            bridge,
+            supply,
+            timer,
+            stopwatch,
+            watchdog,
+            ticks,
+            trace,
+            report,
+        };
         (Shared { levels: None }, local)
     }
 
@@ -104,12 +117,12 @@ mod app {
     #[task(
         binds = TIM3,
         priority = 3,
-        local = [servo, before, deadline, encoder, bridge, supply, timer, ticks],
+        local = [servo, before, deadline, encoder, bridge, supply, timer, stopwatch, ticks],
         shared = [levels]
     )]
     fn control(mut cx: control::Context) {
         let local = cx.local;
-        let in_time = local.deadline.enter(DWT::cycle_count());
+        let in_time = local.deadline.enter(local.stopwatch.now());
         local.timer.acknowledge();
         if !in_time {
             local.servo.fault(Fault::Overrun);
@@ -137,7 +150,7 @@ mod app {
         // Still busy with the last tick: it takes this one, too.
         let _ = feed::spawn();
         let _ = report::spawn();
-        if !local.deadline.leave(DWT::cycle_count()) {
+        if !local.deadline.leave(local.stopwatch.now()) {
             local.servo.fault(Fault::Overrun);
         }
     }
@@ -150,8 +163,14 @@ mod app {
         }
     }
 
-    /// The outputs are off already, in hardware, because the bridge or the clock failed.
-    #[task(binds = TIM1_BRK_TIM9, priority = 4)]
+    /// The outputs are off already, in hardware, because the bridge or the clock failed. What is left is the enable
+    /// pin, and to remember.
+    ///
+    /// It has the control task's priority, so that neither interrupts the other. Above it, this task could run between
+    /// the control task's decision to turn the outputs on and the writing of it, and a break input that is active only
+    /// for an instant would leave them on for a whole tick. So it waits for the end of a control task, 900
+    /// instructions at most; of two that wait, it is the first (its interrupt has the lower number).
+    #[task(binds = TIM1_BRK_TIM9, priority = 3)]
     fn outputs_broken(_: outputs_broken::Context) {
         bridge::off_now();
         bridge::silence_break();

@@ -25,6 +25,9 @@ pub enum Error {
     /// The flash image could not be run, or did not do what it should.
     #[error("{0}")]
     Emulator(String),
+    /// The user wants no more of it.
+    #[error("interrupted before the runs on the emulated part were over: there are no results")]
+    Interrupted,
     /// A figure could not be drawn.
     #[error("cannot draw the figure: {0}")]
     Figure(String),

@@ -656,3 +656,11 @@ fn a_ramp_on_a_joint_that_never_stops_ends_without_a_slip_level() {
     let metrics = &report["runs"][0]["metrics"];
     assert!(metrics["stick_v"].is_number() && metrics["slip_v"].is_null(), "{metrics}");
 }
+
+#[cfg(not(feature = "emulator"))]
+#[test]
+fn the_emulator_is_named_with_the_command_that_builds_it_in() {
+    let command = stiction(&["run", "step-response", "--target", "emulator"]);
+    let complaint = complaint(command, &["--target emulator", "cargo build", "--features emulator"]);
+    assert_eq!(complaint, None);
+}

@@ -39,6 +39,14 @@ unsafe fn HardFault(frame: &ExceptionFrame) -> ! {
     stop(Record::of(Fault::HardFault).at(frame.pc(), status))
 }
 
+/// An exception or interrupt that nothing here enables. Told in place of a line: its number in the vector table.
+#[exception]
+unsafe fn DefaultHandler(interrupt: i16) -> ! {
+    off_now();
+    let number = (interrupt + 16) as u32;
+    stop(Record::of(Fault::Panic).with_text("an exception without a handler").at(number, 0))
+}
+
 /// The clock security system: the crystal has stopped.
 #[exception]
 unsafe fn NonMaskableInt() {

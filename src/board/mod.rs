@@ -14,6 +14,7 @@ pub mod reset;
 pub mod seams;
 mod sectors;
 pub mod setup;
+pub mod stopwatch;
 pub mod supply;
 pub mod tick;
 pub mod watchdog;

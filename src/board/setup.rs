@@ -8,6 +8,7 @@ use stm32f4xx_hal::prelude::*;
 
 use super::bridge::{self, Pins, TimerBridge};
 use super::encoder::Quadrature;
+use super::stopwatch::Stopwatch;
 use super::supply::Supply;
 use super::tick::TickTimer;
 use super::watchdog::Independent;
@@ -31,13 +32,15 @@ pub struct Board {
     pub supply: Supply,
     /// The control tick.
     pub timer: TickTimer,
+    /// Times the control task.
+    pub stopwatch: Stopwatch,
     /// Fed by a task.
     pub watchdog: Independent,
     /// The crystal runs.
     pub crystal: bool,
     /// Clock of the processor, Hz.
     pub clock: u32,
-    /// Cycles of the processor in a tick.
+    /// Clocks of the stopwatch in a tick.
     pub period: u32,
 }
 
@@ -82,7 +85,7 @@ impl Settings {
 pub fn start(device: pac::Peripherals, mut core: cortex_m::Peripherals, settings: &Settings) -> Board {
     core.DCB.enable_trace();
     core.DWT.enable_cycle_counter();
-    let watchdog = Independent::start(device.IWDG);
+    let watchdog = Independent::start(device.IWDG, settings.sample_time());
     let (mut rcc, crystal) = clock::start(device.RCC);
 
     let a = device.GPIOA.split(&mut rcc);
@@ -105,7 +108,8 @@ pub fn start(device: pac::Peripherals, mut core: cortex_m::Peripherals, settings
     );
     let supply = Supply::start(device.ADC1, c.pc0.into_analog(), &mut rcc);
     let timer = TickTimer::start(device.TIM3, settings.sample_time(), &mut rcc);
+    let stopwatch = Stopwatch::start(device.TIM5, &mut rcc);
     let clock = rcc.clocks.sysclk().raw();
-    let period = libm::roundf(settings.sample_time() * clock as f32) as u32;
-    Board { encoder, bridge, supply, timer, watchdog, crystal, clock, period }
+    let period = libm::roundf(settings.sample_time() * rcc.clocks.timclk1().raw() as f32) as u32;
+    Board { encoder, bridge, supply, timer, stopwatch, watchdog, crystal, clock, period }
 }

@@ -5,8 +5,10 @@
 #![allow(clippy::unwrap_used, clippy::panic)]
 
 mod bad_input;
+mod bench;
 mod bit_for_bit;
 mod common;
+mod crashes;
 mod differences;
 mod free_running;
 mod mishaps;

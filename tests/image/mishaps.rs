@@ -1,31 +1,9 @@
 //! Mishaps of the hardware: bridge off, the reason told, and no motion after.
 
-use std::sync::Arc;
-
-use host_sim::emulator::FirmwareImage;
-use host_sim::emulator::bench::{Mishap, Observed, observe};
+use host_sim::emulator::bench::Mishap;
 use host_sim::emulator::board::Fitted;
-use host_sim::emulator::parameters::blob;
 
-use crate::common::{image, plans};
-
-const MS: u64 = 1_000_000;
-/// By then a healthy board drives its motor: it arms in its fourth tick of 20 ms.
-const AT: u64 = 300 * MS;
-
-fn parameters() -> Vec<u8> {
-    blob(&plans("step-response", &["pd"], &[])[0]).unwrap()
-}
-
-fn bench(parameters: Option<&[u8]>, fitted: Fitted, mishaps: &[(u64, Mishap)]) -> Observed {
-    let image = Arc::new(FirmwareImage::open(&image()).unwrap());
-    observe(&image, parameters, fitted, mishaps, 1_200 * MS).unwrap()
-}
-
-fn assert_off_after(observed: &Observed, at: u64, limit: u64) {
-    assert!(observed.on_ns.iter().any(|[from, _]| *from < at), "it was never on: {:?}", observed.log);
-    assert!(!observed.on_after(at + limit), "on at {:?}, log {:?}", observed.on_ns, observed.log);
-}
+use crate::bench::{AT, MS, assert_off_after, bench, parameters};
 
 #[test]
 fn nothing_happens_to_a_healthy_board() {
@@ -43,6 +21,17 @@ fn the_break_input_turns_the_bridge_off_and_it_stays_off() {
     );
     assert_off_after(&observed, AT, MS / 10);
     assert!(observed.log.iter().any(|line| line.text.to_lowercase().contains("break")), "{:?}", observed.log);
+}
+
+#[test]
+fn a_glitch_of_the_break_input_while_the_outputs_are_being_turned_on_is_not_lost() {
+    let observed = bench(Some(&parameters()), Fitted::default(), &[(0, Mishap::BreakAtArming)]);
+    // The end of that control task: 900 instructions at 168 MHz.
+    for [from, until] in &observed.on_ns {
+        assert!(until - from < 6_000, "on at {:?}", observed.on_ns);
+    }
+    assert!(!observed.on_after(AT), "on at {:?}", observed.on_ns);
+    assert!(observed.says("faulted: break input"), "{:?}", observed.log);
 }
 
 #[test]

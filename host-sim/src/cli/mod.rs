@@ -37,6 +37,9 @@ enum Command {
     Benchmark(benchmark::Arguments),
 }
 
+/// What a shell reports of a program that was ended by Ctrl-C: 128 and the number of the signal.
+const INTERRUPTED: u8 = 130;
+
 /// Runs the command line of this process.
 pub fn main() -> ExitCode {
     let arguments = Arguments::parse();
@@ -54,7 +57,11 @@ pub fn main() -> ExitCode {
         Err(error) => {
             // If even this cannot be written there is nobody to tell.
             let _ = writeln!(io::stderr(), "stiction: {error}");
-            ExitCode::from(2)
+            match error {
+                // Nothing was wrong with what was asked for: a script should see that its user wants no more.
+                Error::Interrupted => ExitCode::from(INTERRUPTED),
+                _ => ExitCode::from(2),
+            }
         }
     }
 }

@@ -72,6 +72,7 @@ impl TargetArguments {
     fn emulate(&self, plans: &[RunPlan]) -> Result<Vec<RunResult>, Error> {
         use std::io::{Write, stderr};
         use std::sync::Arc;
+        use std::sync::atomic::Ordering;
 
         use crate::emulator::Emulation;
 
@@ -85,7 +86,10 @@ impl TargetArguments {
                 say(if alone { line.to_string() } else { format!("{label}: {line}") });
             }));
         }
+        end_on_ctrl_c(&emulation.interrupt)?;
         let runs = emulation.run_all(plans)?;
+        // What is left is quick, and has nobody to look at the flag: from here on Ctrl-C ends the program at once.
+        emulation.interrupt.store(true, Ordering::Relaxed);
         for run in &runs {
             if let Some(latency) = run.latency {
                 let (mean, max) = (latency.mean_us, latency.max_us);
@@ -97,4 +101,16 @@ impl TargetArguments {
         }
         Ok(runs.into_iter().map(|run| run.result).collect())
     }
+}
+
+/// Sets `interrupt` at the first Ctrl-C, and ends the program at the second one or if it is set already.
+#[cfg(feature = "emulator")]
+fn end_on_ctrl_c(interrupt: &std::sync::Arc<std::sync::atomic::AtomicBool>) -> Result<(), Error> {
+    let interrupt = interrupt.clone();
+    ctrlc::set_handler(move || {
+        if interrupt.swap(true, std::sync::atomic::Ordering::Relaxed) {
+            std::process::exit(super::INTERRUPTED.into());
+        }
+    })
+    .map_err(|error| Error::Emulator(format!("cannot listen for Ctrl-C: {error}")))
 }

@@ -2,19 +2,20 @@
 
 use std::sync::Arc;
 
-use rigless::emulator::{Driver, Host, Settled, Start, Stop};
+use rigless::emulator::{AccessKind, Driver, Host, Settled, Start, Stop};
 use rigless::image::Image;
 use rigless::session::{Reset, Session};
+use rigless::soc::Width;
 use rigless::time::VirtualNanos;
 
 use super::board::{EmulatedBoard, Fitted};
 use super::bridge::Bridge;
 use super::image::FirmwareImage;
-use super::in_the_loop::{PARAMETERS_AT, factory_words};
+use super::in_the_loop::{PARAMETERS_AT, TIM1_CCR1, factory_words};
 use super::log::{Log, LogLine};
 use crate::error::Error;
 
-/// How often the bridge is looked at, ns.
+/// How often something may happen, ns.
 const LOOK_EVERY_NS: u64 = 50_000;
 /// Looks between two drains of the log.
 const LOOKS_PER_DRAIN: u64 = 40;
@@ -26,17 +27,46 @@ pub enum Mishap {
     Break,
     /// It lets go of it.
     BreakReleased,
+    /// It pulls it for no longer than an instant, at the worst one: when the control task has just written the first duty
+    /// and is about to turn the outputs on.
+    BreakAtArming,
     /// The crystal stops.
     CrystalLost,
     /// The reset pin is pulled.
     Reset,
+    /// The supply sags below the brown-out level and comes back at once: a reset with that level's flag, as on a part
+    /// whose option bytes enable it. The emulator has no such level of its own. The RAM stays as it is.
+    BrownOut,
+    /// The timer of the control tick stops counting.
+    TickStops,
+    /// The processor stands still while timers and pins go on, as it does when it is locked up, or halted by a probe, or
+    /// waits for the flash.
+    CoreStalls,
+    /// It goes on where it stood.
+    CoreGoesOn,
+    /// The next access to a register is answered by a bus error.
+    BusError {
+        /// Address of the register.
+        address: u64,
+    },
+    /// Bytes of the RAM change.
+    Corrupts {
+        /// The first of them.
+        address: u64,
+        /// How many.
+        length: u64,
+        /// What they are afterwards.
+        to: u8,
+    },
 }
 
 /// What has been seen on the bench.
 #[derive(Clone, Debug)]
 pub struct Observed {
-    /// Spans of time in which the bridge was on, ns since power-on, to 50 us.
+    /// Spans of time in which the bridge was on, ns since power-on, to the instruction.
     pub on_ns: Vec<[u64; 2]>,
+    /// The bridge when it was last seen on.
+    pub last: Bridge,
     /// Everything that was logged.
     pub log: Vec<LogLine>,
     /// When the part was reset, and by what.
@@ -47,6 +77,11 @@ impl Observed {
     /// Whether the bridge was on at any time after `at_ns`.
     pub fn on_after(&self, at_ns: u64) -> bool {
         self.on_ns.iter().any(|[_, until]| *until > at_ns)
+    }
+
+    /// When the bridge was turned off for the last time; nothing if it was never on.
+    pub fn off_at_ns(&self) -> Option<u64> {
+        self.on_ns.last().map(|[_, until]| *until)
     }
 
     /// Whether a line of the log holds `text`.
@@ -78,8 +113,11 @@ pub fn observe(
     let bench = Bench {
         mishaps: mishaps.to_vec(),
         until_ns,
+        breaks_at_arming: false,
         looks: 0,
+        resets: 0,
         on_ns: Vec::new(),
+        last: Bridge::default(),
         was_on: false,
         log: Log::new(image.clone(), "bench", None),
     };
@@ -89,22 +127,96 @@ pub fn observe(
     let finished = rigless::emulator::run(session, &Start::new(&images), bench)
         .map_err(|error| trouble(error.to_string()))?;
     let resets = finished.session.resets().to_vec();
-    Ok(Observed { on_ns: finished.driver.on_ns, log: finished.driver.log.lines, resets })
+    let Bench { on_ns, last, log, .. } = finished.driver;
+    Ok(Observed { on_ns, last, log: log.lines, resets })
 }
 
 struct Bench {
     mishaps: Vec<(u64, Mishap)>,
     until_ns: u64,
+    breaks_at_arming: bool,
     looks: u64,
+    /// How many have been seen.
+    resets: usize,
     on_ns: Vec<[u64; 2]>,
+    last: Bridge,
     was_on: bool,
     log: Log,
 }
 
+impl Bench {
+    /// Looks at the bridge.
+    fn look(&mut self, board: &mut EmulatedBoard, at: VirtualNanos) {
+        let bridge = Bridge::read(board);
+        let is_on = bridge.is_on();
+        if is_on {
+            self.last = bridge;
+        }
+        match self.on_ns.last_mut() {
+            Some([_, until]) if self.was_on => *until = at.0,
+            _ if is_on => self.on_ns.push([at.0, at.0]),
+            _ => {}
+        }
+        self.was_on = is_on;
+    }
+
+    fn happen(
+        &mut self,
+        mishap: Mishap,
+        session: &mut Session<EmulatedBoard>,
+        stop: &Stop,
+        host: &mut dyn Host,
+    ) {
+        let at = stop.at;
+        match mishap {
+            Mishap::Break => session.board_mut().drive_break(at, true),
+            Mishap::BreakAtArming => self.breaks_at_arming = true,
+            Mishap::BreakReleased => session.board_mut().drive_break(at, false),
+            Mishap::CrystalLost => session.board_mut().lose_crystal(at),
+            Mishap::Reset => session.reset_by_pin(at, stop.instruction_count, host),
+            Mishap::BrownOut => {
+                session.reset_by_pin(at, stop.instruction_count, host);
+                session.board_mut().flag_brown_out();
+            }
+            Mishap::TickStops => session.board_mut().stop_tick(at),
+            Mishap::CoreStalls => host.hold(true),
+            Mishap::CoreGoesOn => host.hold(false),
+            Mishap::BusError { address } => session.fail_next(address, address + 4),
+            Mishap::Corrupts { address, length, to } => {
+                for address in address..address + length {
+                    // What is no RAM stays as it is, and a test of what should follow fails.
+                    let _ = host.write(address, Width::W8, u64::from(to));
+                }
+            }
+        }
+    }
+}
+
 impl Driver<EmulatedBoard> for Bench {
-    fn on_settled(&mut self, session: &mut Session<EmulatedBoard>, _: &mut dyn Host, settled: Settled) {
-        if let Settled::Stop(_) = settled {
-            session.board_mut().settle();
+    fn on_settled(&mut self, session: &mut Session<EmulatedBoard>, host: &mut dyn Host, settled: Settled) {
+        match settled {
+            Settled::Access { access, .. } if access.kind == AccessKind::Write => {
+                let (board, at) = (session.board_mut(), access.virtual_time);
+                self.look(board, at);
+                let neutral = Bridge::read(board).top / 2;
+                if self.breaks_at_arming && access.address == TIM1_CCR1 && access.value != u64::from(neutral)
+                {
+                    self.breaks_at_arming = false;
+                    board.drive_break(at, true);
+                    board.drive_break(at, false);
+                }
+            }
+            Settled::Stop(stop) => {
+                session.board_mut().settle();
+                self.look(session.board_mut(), stop.at);
+                if session.resets().len() > self.resets {
+                    self.resets = session.resets().len();
+                    session.board_mut().reconnect(stop.at);
+                    // A reset ends a stall, whatever it came from.
+                    host.hold(false);
+                }
+            }
+            _ => {}
         }
     }
 
@@ -115,22 +227,10 @@ impl Driver<EmulatedBoard> for Bench {
         host: &mut dyn Host,
     ) -> Option<VirtualNanos> {
         let at = stop.at;
-        let is_on = Bridge::read(session.board_mut()).is_on();
-        match self.on_ns.last_mut() {
-            Some([_, until]) if is_on && self.was_on => *until = at.0,
-            _ if is_on => self.on_ns.push([at.0, at.0]),
-            _ => {}
-        }
-        self.was_on = is_on;
         while let Some((_, mishap)) = self.mishaps.first().copied().filter(|(due, _)| *due <= at.0) {
             self.mishaps.remove(0);
-            let board = session.board_mut();
-            match mishap {
-                Mishap::Break => board.drive_break(at, true),
-                Mishap::BreakReleased => board.drive_break(at, false),
-                Mishap::CrystalLost => board.lose_crystal(at),
-                Mishap::Reset => session.reset_by_pin(at, stop.instruction_count, host),
-            }
+            self.happen(mishap, session, &stop, host);
+            self.look(session.board_mut(), at);
         }
         self.looks += 1;
         let over = at.0 >= self.until_ns;

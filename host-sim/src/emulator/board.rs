@@ -26,6 +26,13 @@ pub const CLOCK_HZ: NonZeroU64 = NonZeroU64::MIN.saturating_add(167_999_999);
 const CRYSTAL_HZ: u64 = 8_000_000;
 /// In RCC_CR: the crystal oscillates.
 const HSERDY: u64 = 1 << 17;
+/// In RCC_CSR: a brown-out, and what every reset sets, the pin.
+const BORRSTF: u64 = 1 << 25;
+const PADRSTF: u64 = 1 << 26;
+/// Oscillator of the watchdog, typically. The data sheet's limits are 17 and 47 kHz.
+const LSI_HZ: u64 = 32_000;
+/// Control register of the control tick's timer.
+const TIM3_CR1: u64 = 0x4000_0400;
 const RAIL_MV: u32 = 3_300;
 /// PC0, which measures the supply of the bridge, is channel 10 of ADC1.
 const SUPPLY_CHANNEL: u8 = 10;
@@ -46,11 +53,13 @@ pub struct Fitted {
     pub crystal: bool,
     /// Voltage on the pin that measures the bridge's supply, mV.
     pub supply_pin_mv: u32,
+    /// Frequency of the oscillator that the watchdog counts, 17 to 47 kHz.
+    pub lsi_hz: u64,
 }
 
 impl Default for Fitted {
     fn default() -> Self {
-        Self { crystal: true, supply_pin_mv: RAIL_MV / 2 }
+        Self { crystal: true, supply_pin_mv: RAIL_MV / 2, lsi_hz: LSI_HZ }
     }
 }
 
@@ -60,9 +69,11 @@ pub struct EmulatedBoard {
     /// The microcontroller.
     pub mcu: Stm32f427,
     crystal: bool,
+    /// The break input is pulled.
+    breaks: bool,
 }
 
-store!(EmulatedBoard { values: [crystal], parts: [mcu], built: [] });
+store!(EmulatedBoard { values: [crystal, breaks], parts: [mcu], built: [] });
 
 impl EmulatedBoard {
     /// A board out of the box, without power.
@@ -72,6 +83,7 @@ impl EmulatedBoard {
     pub fn new(fitted: Fitted) -> Result<Self, Error> {
         let mut mcu = Stm32f427::new().map_err(|error| Error::Emulator(error.to_string()))?;
         mcu.rcc.attach_crystals(if fitted.crystal { CRYSTAL_HZ } else { 0 }, 0);
+        mcu.rcc.calibrate_lsi(fitted.lsi_hz);
         mcu.set_supply(RAIL_MV);
         for converter in &mut mcu.adc {
             converter.set_reference(RAIL_MV);
@@ -79,7 +91,7 @@ impl EmulatedBoard {
                 converter.set_input(channel, fitted.supply_pin_mv);
             }
         }
-        let mut board = Self { mcu, crystal: fitted.crystal };
+        let mut board = Self { mcu, crystal: fitted.crystal, breaks: false };
         // Its pull-up: the input is active low, and a cut wire must not turn the bridge off.
         board.drive_break(VirtualNanos(0), false);
         Ok(board)
@@ -99,10 +111,16 @@ impl EmulatedBoard {
 
     /// Pulls the break input of TIM1 low, as the fault output of a bridge's driver does, or lets go of it.
     pub fn drive_break(&mut self, at: VirtualNanos, active: bool) {
+        self.breaks = active;
         let level = if active { Level::Low } else { Level::High };
         self.mcu.drive_advanced_timer(at, 0, |timer, registers, context| {
             timer.drive_break(level, registers, context);
         });
+    }
+
+    /// To be called after a reset of the part: the emulated one forgets the level of its break input.
+    pub fn reconnect(&mut self, at: VirtualNanos) {
+        self.drive_break(at, self.breaks);
     }
 
     /// Lets the crystal fail.
@@ -110,6 +128,18 @@ impl EmulatedBoard {
         self.crystal = false;
         self.mcu.rcc.attach_crystals(0, 0);
         self.mcu.drive_clocks(at, |rcc, registers, context| rcc.fail_hse(registers, context));
+    }
+
+    /// Lets the last reset look like one of a brown-out; for the instant of that reset.
+    pub fn flag_brown_out(&mut self) {
+        let (_, registers) = self.mcu.clocks();
+        registers.set(rcc::Register::Csr, BORRSTF | PADRSTF);
+    }
+
+    /// Stops the counter of the control tick's timer.
+    pub fn stop_tick(&mut self, at: VirtualNanos) {
+        // A timer without a clock does not count either.
+        let _ = self.mcu.write(at, TIM3_CR1, Width::W32, 0);
     }
 
     /// To be called whenever the models have acted: an oscillator without a crystal never says that it is ready, and the

@@ -10,14 +10,19 @@ use super::image::FirmwareImage;
 
 /// From power-on to the first tick with the bridge on, ns.
 const BOOT_LIMIT_NS: u64 = 3_000_000_000;
-/// As many equal reads in a row take some 0.5 s of virtual time: longer than any wait that has a limit of its own.
+/// As many reads take some 0.5 s of virtual time: longer than any wait that has a limit of its own.
 const POLLING_LIMIT: u32 = 16_000_000;
 
 /// What a part has done of late.
+///
+/// The register that is polled is found by a majority vote (Boyer and Moore 1981): one that is read more often than
+/// everything else happens together wins, however often a control task interrupts the loop around it. A part that
+/// sleeps between its tasks has no such register.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Guard {
-    last: Option<(u64, Option<u64>)>,
-    repeats: u32,
+    /// Address of a register, and of the instruction that reads it.
+    candidate: Option<(u64, Option<u64>)>,
+    votes: u32,
     /// The register that is polled, and from where.
     polled: Option<(u64, Option<u64>)>,
 }
@@ -26,14 +31,16 @@ impl Guard {
     /// Sees one access.
     pub fn see(&mut self, access: &Access) {
         let this = Some((access.address, access.program_counter));
-        if access.kind == AccessKind::Write || this != self.last {
-            self.repeats = 0;
-            self.last = this;
-            return;
-        }
-        self.repeats += 1;
-        if self.repeats >= POLLING_LIMIT {
-            self.polled = this;
+        let is_read = access.kind == AccessKind::Read;
+        if is_read && this == self.candidate {
+            self.votes += 1;
+            if self.votes >= POLLING_LIMIT {
+                self.polled = this;
+            }
+        } else if self.votes > 0 {
+            self.votes -= 1;
+        } else if is_read {
+            self.candidate = this;
         }
     }
 
@@ -46,7 +53,7 @@ impl Guard {
         });
         let count = POLLING_LIMIT / 1_000_000;
         Some(format!(
-            "it is stuck: the register at {register:#010x} is read{place} {count} million times in a row"
+            "it is stuck: the register at {register:#010x} is read{place} {count} million times, and little else happens"
         ))
     }
 

@@ -129,6 +129,25 @@ impl FirmwareImage {
         Ok(Self { path: path.into(), note, formats, rtt, last_tick, elf })
     }
 
+    /// Where the parts of a variable lie, first address and size: the compiler may have taken it apart. `name` is a
+    /// piece of its mangled name.
+    pub fn variable(&self, name: &str) -> Vec<(u64, u64)> {
+        self.symbols(name, object::SymbolKind::Data)
+    }
+
+    /// Where the functions begin whose mangled names hold `name`.
+    pub fn functions(&self, name: &str) -> Vec<u64> {
+        self.symbols(name, object::SymbolKind::Text).into_iter().map(|(address, _)| address & !1).collect()
+    }
+
+    fn symbols(&self, name: &str, kind: object::SymbolKind) -> Vec<(u64, u64)> {
+        let Ok(file) = object::File::parse(&*self.elf) else { return Vec::new() };
+        file.symbols()
+            .filter(|symbol| symbol.kind() == kind && symbol.name().is_ok_and(|found| found.contains(name)))
+            .map(|symbol| (symbol.address(), symbol.size()))
+            .collect()
+    }
+
     /// The function that an address of code lies in, for messages.
     pub fn function_at(&self, address: u64) -> Option<String> {
         let file = object::File::parse(&*self.elf).ok()?;

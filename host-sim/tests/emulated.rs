@@ -1,0 +1,113 @@
+//! The command line with the emulator built in: what it answers when the image is missing, and when it is interrupted.
+//!
+//! Blind to Ctrl-C on other systems than Unix.
+#![allow(clippy::unwrap_used, clippy::panic)]
+
+#[cfg(unix)]
+use std::ffi::OsString;
+#[cfg(unix)]
+use std::fs;
+use std::path::Path;
+use std::process::{Child, Command, Output, Stdio};
+use std::thread::sleep;
+use std::time::{Duration, Instant};
+
+/// Longer than any of this takes, by far; what takes longer hangs.
+const PATIENCE: Duration = Duration::from_secs(120);
+
+fn stiction(directory: &Path, arguments: &[&str]) -> Command {
+    let mut command = Command::new(env!("CARGO_BIN_EXE_stiction"));
+    command.current_dir(directory).args(arguments);
+    command.stdin(Stdio::null()).stdout(Stdio::piped()).stderr(Stdio::piped());
+    command
+}
+
+/// Waits for its end, and stops one that hangs.
+fn end_of(mut child: Child) -> Output {
+    let begin = Instant::now();
+    while child.try_wait().unwrap().is_none() {
+        if begin.elapsed() > PATIENCE {
+            child.kill().unwrap();
+            panic!("it hangs");
+        }
+        sleep(Duration::from_millis(5));
+    }
+    child.wait_with_output().unwrap()
+}
+
+fn assert_one_sentence(output: &Output, code: i32, fragments: &[&str]) {
+    let said = String::from_utf8_lossy(&output.stderr);
+    assert_eq!(output.status.code(), Some(code), "{said}");
+    assert!(output.stdout.is_empty(), "{}", String::from_utf8_lossy(&output.stdout));
+    assert!(said.starts_with("stiction: ") && said.lines().count() == 1, "{said}");
+    for fragment in fragments {
+        assert!(said.contains(fragment), "{fragment}: {said}");
+    }
+}
+
+#[test]
+fn an_image_that_is_not_there_is_named_with_the_command_that_builds_it() {
+    let nowhere = tempfile::tempdir().unwrap();
+    let default = ["run", "step-response", "--target", "emulator"];
+    let named = ["run", "step-response", "--target", "emulator", "--image", "no/such.elf"];
+    for (arguments, path) in
+        [(&default[..], "target/firmware/stiction-firmware.elf"), (&named, "no/such.elf")]
+    {
+        let output = end_of(stiction(nowhere.path(), arguments).spawn().unwrap());
+        assert_one_sentence(&output, 2, &[path, "cargo xtask firmware"]);
+    }
+}
+
+/// Set by `cargo xtask test`. A test that cannot find the image fails: one that is skipped looks like one that has
+/// passed.
+#[cfg(unix)]
+fn image() -> OsString {
+    match std::env::var_os("STICTION_IMAGE") {
+        Some(path) => fs::canonicalize(path).unwrap().into(),
+        None => panic!("STICTION_IMAGE does not name a flash image: run `cargo xtask test`"),
+    }
+}
+
+/// Presses Ctrl-C so many times, as soon as the first line of the firmware's log shows that the work, minutes of it,
+/// is under way. Checks the answer.
+#[cfg(unix)]
+fn assert_ended_by(presses: usize) {
+    let directory = tempfile::tempdir().unwrap();
+    let (results, log) = (directory.path().join("results"), directory.path().join("log"));
+    fs::create_dir(&results).unwrap();
+    let arguments = ["run", "step-response", "--target", "emulator", "--log", "--csv", "runs.csv"];
+    let mut command = stiction(&results, &arguments);
+    command.args(["--set", "run.duration_s=600", "--image"]).arg(image());
+    let mut child = command.stderr(fs::File::create(&log).unwrap()).spawn().unwrap();
+    let begin = Instant::now();
+    while fs::read(&log).unwrap().is_empty() {
+        assert_eq!(child.try_wait().unwrap(), None, "it has ended by itself");
+        assert!(begin.elapsed() < PATIENCE, "it does not begin");
+        sleep(Duration::from_millis(5));
+    }
+    for _ in 0..presses {
+        // A second one may come after its end.
+        Command::new("kill").args(["-INT", &child.id().to_string()]).stderr(Stdio::null()).status().unwrap();
+    }
+    let output = end_of(child);
+    let said = fs::read_to_string(&log).unwrap();
+    assert_eq!(output.status.code(), Some(130), "{said}");
+    assert!(output.stdout.is_empty());
+    assert_eq!(fs::read_dir(&results).unwrap().count(), 0, "it has written something");
+    if presses == 1 {
+        let last = said.lines().last().unwrap();
+        assert!(last.starts_with("stiction: interrupted") && last.contains("no results"), "{last}");
+    }
+}
+
+#[cfg(unix)]
+#[test]
+fn ctrl_c_ends_the_runs_and_says_so() {
+    assert_ended_by(1);
+}
+
+#[cfg(unix)]
+#[test]
+fn ctrl_c_twice_ends_them_at_once() {
+    assert_ended_by(2);
+}

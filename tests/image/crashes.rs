@@ -1,0 +1,146 @@
+//! The program stops doing its work while the motor is driven. The image is the product's own, to the byte, but for one
+//! test that says so; what goes wrong is done to the part around it.
+//!
+//! Blind to what a real part does in the same distress: a RAM that forgets, a bus that hangs, a supply that sags slowly.
+
+use std::sync::Arc;
+
+use host_sim::emulator::FirmwareImage;
+use host_sim::emulator::bench::{Mishap, Observed, observe};
+use host_sim::emulator::board::Fitted;
+
+use crate::bench::{AT, MS, UNTIL, assert_off_after, bench, firmware, parameters, parameters_with};
+use crate::common::image;
+use crate::stuck::{function, patched};
+
+/// What the control task reads first.
+const TIM2_CNT: u64 = 0x4000_0024;
+/// Data sheet, the oscillator of the watchdog: slowest, typical, fastest, Hz.
+const LSI_HZ: [u64; 3] = [17_000, 32_000, 47_000];
+
+fn crash(mishaps: &[(u64, Mishap)]) -> Observed {
+    let observed = bench(Some(&parameters()), Fitted::default(), mishaps);
+    assert_driven_before(&observed);
+    observed
+}
+
+/// The motor was not only enabled but pulled when the bridge was turned off.
+fn assert_driven_before(observed: &Observed) {
+    let neutral = observed.last.top / 2;
+    assert!(observed.last.compare.abs_diff(neutral) > neutral / 10, "{:?}", observed.last);
+}
+
+/// One reset, and the bridge was off before it: the handler did it, not the reset.
+fn assert_off_before_the_reset(observed: &Observed) {
+    let [reset] = observed.resets[..] else { panic!("{:?}", observed.resets) };
+    let off = observed.off_at_ns().unwrap();
+    assert!(off < reset.at.0, "off at {off}, reset at {}", reset.at.0);
+}
+
+/// The watchdog that a control task has stopped feeding: the reset comes when `watchdog.rs` says, counted from the last
+/// tick before `AT`, and the bridge is off from then on.
+fn assert_starved(sample_time_ms: u64, lsi_hz: u64, mishap: Mishap) {
+    let parameters = parameters_with(&[&format!("loop.sample_time_s={}e-3", sample_time_ms)]);
+    let fitted = Fitted { lsi_hz, ..Fitted::default() };
+    let observed = bench(Some(&parameters), fitted, &[(AT, mishap)]);
+    let case = format!("{mishap:?}, {sample_time_ms} ms, {lsi_hz} Hz");
+    assert_driven_before(&observed);
+    let [reset] = observed.resets[..] else { panic!("{case}: resets {:?}", observed.resets) };
+    let shortest_ms = (3 * sample_time_ms).max(10);
+    let timeout = shortest_ms * MS * LSI_HZ[2] / lsi_hz;
+    let allowed = AT + timeout - sample_time_ms * MS..AT + timeout + MS;
+    assert!(allowed.contains(&reset.at.0), "{case}: {reset:?}");
+    assert_off_after(&observed, reset.at.0, 0);
+    assert!(observed.says("reset by watchdog"), "{case}: {:?}", observed.log);
+    assert!(observed.says("faulted: watchdog reset"), "{case}: {:?}", observed.log);
+}
+
+#[test]
+fn a_tick_that_stops_is_ended_by_the_watchdog() {
+    for sample_time_ms in [20, 1] {
+        for lsi_hz in LSI_HZ {
+            assert_starved(sample_time_ms, lsi_hz, Mishap::TickStops);
+        }
+    }
+}
+
+#[test]
+fn a_processor_that_stands_still_is_ended_by_the_watchdog() {
+    assert_starved(20, LSI_HZ[1], Mishap::CoreStalls);
+    assert_starved(1, LSI_HZ[1], Mishap::CoreStalls);
+}
+
+#[test]
+fn a_panic_turns_the_bridge_off_and_is_told() {
+    // The logger's own lock looks taken: its next line, within a tenth of a second, panics with all interrupts masked.
+    let lock = firmware().variable("RTT_ENCODER");
+    assert!(!lock.is_empty());
+    let mishaps: Vec<_> =
+        lock.into_iter().map(|(address, length)| (AT, Mishap::Corrupts { address, length, to: 1 })).collect();
+    let observed = crash(&mishaps);
+    assert_off_after(&observed, AT, 120 * MS);
+    assert_off_before_the_reset(&observed);
+    assert!(observed.says("panic in") && observed.says("line"), "{:?}", observed.log);
+    assert!(observed.says("faulted: panic"), "{:?}", observed.log);
+}
+
+#[test]
+fn a_hard_fault_turns_the_bridge_off_and_is_told() {
+    let observed = crash(&[(AT, Mishap::BusError { address: TIM2_CNT })]);
+    assert_off_after(&observed, AT, 20 * MS);
+    assert_off_before_the_reset(&observed);
+    // CFSR: a precise data bus error with a valid address.
+    assert!(observed.says("hard fault at 0x80") && observed.says("status 0x8200"), "{:?}", observed.log);
+    assert!(observed.says("faulted: hard fault"), "{:?}", observed.log);
+}
+
+#[test]
+fn an_exception_without_a_handler_is_told() {
+    // A copy of the image whose task of the log makes a supervisor call (11 in the vector table), at each start.
+    let path = image();
+    let supervisor_call = [0x00, 0xDF];
+    let image = FirmwareImage::parse(&path, patched(|_| function("SPI1"), &supervisor_call)).unwrap();
+    let observed = observe(&Arc::new(image), Some(&parameters()), Fitted::default(), &[], 100 * MS).unwrap();
+    assert!(observed.says("panic in an exception without a handler, line 11"), "{:?}", observed.log);
+    assert!(observed.resets.len() > 1 && observed.on_ns.is_empty(), "{observed:?}");
+}
+
+#[test]
+fn an_overrun_is_latched_and_a_short_stall_is_not_one() {
+    // 30 ms: at least one tick of 20 ms begins more than a quarter of a period late, and the watchdog does not mind yet.
+    let stall = |ms: u64| crash(&[(AT, Mishap::CoreStalls), (AT + ms * MS, Mishap::CoreGoesOn)]);
+    let observed = stall(30);
+    assert!(observed.resets.is_empty(), "{:?}", observed.resets);
+    assert_off_after(&observed, AT + 30 * MS, MS);
+    assert!(observed.says("faulted: control overrun"), "{:?}", observed.log);
+    // 4 ms of 20: late, if it hits the tick at all, but by less than a quarter.
+    let observed = stall(4);
+    assert!(observed.on_after(UNTIL - MS) && observed.on_ns.len() == 1, "{observed:?}");
+}
+
+#[test]
+fn a_brown_out_is_told_whether_or_not_the_memory_survives() {
+    let forgets: Vec<_> = firmware()
+        .variable("KEPT")
+        .into_iter()
+        .map(|(address, length)| (AT, Mishap::Corrupts { address, length, to: 0xA5 }))
+        .collect();
+    assert!(!forgets.is_empty());
+    for after in [Vec::new(), forgets] {
+        let mut mishaps = vec![(AT, Mishap::BrownOut)];
+        mishaps.extend(after);
+        let observed = crash(&mishaps);
+        assert_off_after(&observed, AT, 0);
+        assert!(observed.says("reset by brown-out"), "{:?}", observed.log);
+        assert!(observed.says("faulted: brown-out"), "{:?}", observed.log);
+    }
+}
+
+#[test]
+fn the_reset_after_a_crash_that_was_told_starts_clean() {
+    let observed = crash(&[(AT, Mishap::BusError { address: TIM2_CNT }), (AT + 300 * MS, Mishap::Reset)]);
+    assert_eq!(observed.resets.len(), 2, "{:?}", observed.resets);
+    // On, off between the hard fault and the button, and on again.
+    assert_eq!(observed.on_ns.len(), 2, "{observed:#?}");
+    assert!(observed.on_ns[1][0] > AT + 300 * MS && observed.on_after(UNTIL - MS), "{:?}", observed.on_ns);
+}
