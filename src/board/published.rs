@@ -14,7 +14,7 @@ unsafe impl Sync for Published {}
 /// Found by its name in the ELF file; the layout of [`Tick`] is that of C. Zero until the joint is armed.
 ///
 /// `#[used]` and a name for the outside say that somebody may read it, so plain writes to it stay. Volatile ones would
-/// first spill every term: three times the instructions.
+/// first spill every term, for about twice the instructions.
 #[used]
 #[unsafe(no_mangle)]
 static STICTION_LAST_TICK: Published = Published(UnsafeCell::new(MaybeUninit::zeroed()));
