@@ -10,6 +10,7 @@ mod bit_for_bit;
 mod common;
 mod crashes;
 mod differences;
+mod cost;
 mod free_running;
 mod mishaps;
 mod ramps;
