@@ -185,7 +185,6 @@ mod tests {
     // Expected values: llvm-objdump and the manual's tables.
     #[test]
     fn calls_branches_and_returns_lead_where_the_disassembler_says() {
-        // 8000b0c: bl 0x8003a04; 8000364: b.w 0x8000220; 800058a: bne 0x80005b4; 80005b2: b 0x80005d2
         assert_eq!(at(0x0800_358a, 0xE7FE).flow, Flow::Branch(0x0800_358a));
         assert_eq!(at(0x0800_058a, 0xD113).flow, Flow::Branch(0x0800_05b4));
         assert_eq!(at(0x0800_05b2, 0xE00E).flow, Flow::Branch(0x0800_05d2));
