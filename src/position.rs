@@ -36,7 +36,7 @@ impl Position {
     /// ```
     pub fn displaced(self, displacement: f32) -> Self {
         let sum = self.fraction + displacement;
-        let floor = libm::floorf(sum);
+        let floor = floor(sum);
         let fraction = sum - floor;
         let counts = self.counts.wrapping_add(floor as i32);
         // A sum just below zero has a fraction that rounds to one.
@@ -50,10 +50,15 @@ impl Position {
     /// This position after `ticks` ticks at constant `rate`: exact to `ticks * 2^-32` counts, however long.
     pub fn advanced(self, rate: Rate, ticks: i32) -> Self {
         let travel = rate.0.wrapping_mul(i64::from(ticks));
-        let start = Self { counts: self.counts.wrapping_add((travel >> 32) as i32), fraction: self.fraction };
+        let counts = self.counts.wrapping_add((travel >> 32) as i32);
         // The upper 24 bits of the fraction are exactly what an f32 below one can hold.
-        let fraction = ((travel as u32) >> 8) as f32 * (1.0 / 16_777_216.0);
-        start.displaced(fraction)
+        let sum = self.fraction + ((travel as u32) >> 8) as f32 * (1.0 / 16_777_216.0);
+        // Two fractions: their sum is below two, and its whole part needs no rounding function.
+        if sum >= 1.0 {
+            Self { counts: counts.wrapping_add(1), fraction: sum - 1.0 }
+        } else {
+            Self { counts, fraction: sum }
+        }
     }
 
     /// How far this position lies ahead of `counts`, in counts: the wrapping integer difference plus the fraction.
@@ -100,7 +105,37 @@ impl Rate {
     }
 }
 
+/// The largest whole number that is not above `x`: as `libm::floorf`, but two instructions of the processor convert there
+/// and back.
+fn floor(x: f32) -> f32 {
+    // From 2^23 on every f32 is whole. What is not a number stays what it is.
+    if x.abs() < 8_388_608.0 {
+        let truncated = x as i32 as f32;
+        if truncated > x { truncated - 1.0 } else { truncated }
+    } else {
+        x
+    }
+}
+
 /// A fraction in `[0, 1)` with 32 fractional bits.
 fn q32(fraction: f32) -> i64 {
     i64::from((fraction * 4_294_967_296.0) as u32)
+}
+
+#[cfg(test)]
+mod tests {
+    #[test]
+    fn floor_is_that_of_libm() {
+        // Every exponent and sign, and mantissas at both ends and between.
+        for high in 0..=0xFFFF_u32 {
+            for low in [0, 1, 0x7FFF, 0x8000, 0xFFFF] {
+                let x = f32::from_bits(high << 16 | low);
+                let (ours, theirs) = (super::floor(x), libm::floorf(x));
+                assert!(
+                    ours == theirs || ours.is_nan() && theirs.is_nan(),
+                    "{x:e}: {ours:e}, not {theirs:e}"
+                );
+            }
+        }
+    }
 }

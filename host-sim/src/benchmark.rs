@@ -72,7 +72,11 @@ pub fn benchmark(documents: &[Document]) -> Result<Benchmark, Error> {
     Ok(Benchmark { scores, results })
 }
 
-fn plain_runs(document: &Document) -> Result<Vec<RunPlan>, Error> {
+/// The runs of a document that the benchmark judges: every controller, and no variant.
+///
+/// # Errors
+/// Says what is wrong with the document.
+pub fn plain_runs(document: &Document) -> Result<Vec<RunPlan>, Error> {
     let mut plans = Experiment::plan(document, &[], &[])?.runs;
     plans.retain(|plan| plan.slugs().is_empty() && plan.controller.is_some());
     Ok(plans)

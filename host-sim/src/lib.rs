@@ -14,6 +14,8 @@ pub mod encoder;
 mod error;
 pub mod experiment;
 pub mod figure;
+#[cfg(feature = "emulator")]
+pub mod firmware;
 pub mod friction;
 pub mod identification;
 pub mod machine;

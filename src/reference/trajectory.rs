@@ -39,6 +39,8 @@ pub struct Corner {
 #[derive(Clone, Copy, Debug, PartialEq)]
 struct Blend {
     corner: Corner,
+    /// The first tick of the blend.
+    from: u32,
     /// The line that leads away from the corner.
     rate: Rate,
     /// Its rate before the corner, and how much the rate changes there; counts per tick.
@@ -103,8 +105,9 @@ impl Trajectory {
                 None => Rate::ZERO,
             };
             let rate_change = rate.counts_per_tick() - rate_before;
+            let from = corner.tick.saturating_sub(half_blend as u32);
             // Cannot fail: the number of corners was checked above.
-            let _ = blends.push(Blend { corner, rate, rate_before, rate_change });
+            let _ = blends.push(Blend { corner, from, rate, rate_before, rate_change });
             rate_before = rate.counts_per_tick();
         }
         let velocity_scale = resolution / sample_time;
@@ -127,17 +130,14 @@ impl Trajectory {
     /// ```
     pub fn at(&self, tick: u32) -> Setpoint {
         let Some(first) = self.blends.first() else { return Setpoint::default() };
-        let mut last = None;
-        for blend in &self.blends {
+        // Blends do not overlap: the last one that has begun, or the line after it.
+        let begun = self.blends.iter().take_while(|blend| blend.from <= tick).last();
+        let Some(blend) = begun else { return Setpoint::at_rest(first.corner.position) };
+        let since = match tick.checked_sub(blend.corner.tick) {
             // Years after the last corner this still is after it.
-            let since = i64::from(tick) - i64::from(blend.corner.tick);
-            let since = since.max(i64::from(i32::MIN)).min(i64::from(i32::MAX)) as i32;
-            if (since as f32) < -self.half_blend {
-                break;
-            }
-            last = Some((blend, since));
-        }
-        let Some((blend, since)) = last else { return Setpoint::at_rest(first.corner.position) };
+            Some(after) => after.min(i32::MAX.unsigned_abs()) as i32,
+            None => -((blend.corner.tick - tick).min(i32::MAX.unsigned_abs()) as i32),
+        };
         if (since as f32) < self.half_blend {
             self.blended(blend, since as f32)
         } else {

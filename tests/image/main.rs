@@ -8,6 +8,7 @@ mod bad_input;
 mod bench;
 mod bit_for_bit;
 mod common;
+mod cost;
 mod crashes;
 mod differences;
 mod free_running;

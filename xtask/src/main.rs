@@ -1,8 +1,10 @@
 //! `cargo xtask`: the jobs of the project that need more than one call of cargo.
 
+mod cost;
 mod demo;
 mod elf;
 mod firmware;
+mod gates;
 mod job;
 mod simulator;
 mod test;
@@ -32,6 +34,10 @@ enum Work {
     Firmware,
     /// Write the firmware to a board by probe-rs, and show its log
     Flash,
+    /// Count the instructions of a tick, and the bytes of flash, RAM, stack and state; compare with docs/cost.md
+    Cost(cost::Arguments),
+    /// Show that the control path cannot panic, the stack fits, and nothing computes floating point in software
+    Gates,
     /// Encode a machine's TOML for the parameter sector of the microcontroller
     Params(firmware::ParamsArguments),
 }
@@ -43,6 +49,8 @@ fn main() -> ExitCode {
         Work::Setup => setup(),
         Work::Firmware => firmware::build().map(|_| ()),
         Work::Flash => firmware::flash(),
+        Work::Cost(arguments) => cost::measure(&arguments),
+        Work::Gates => gates::pass(),
         Work::Params(arguments) => firmware::params(&arguments),
     };
     match done {

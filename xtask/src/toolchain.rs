@@ -4,7 +4,7 @@
 //! target, so that is built once from Debian's own sources and put beside the host's; rustup then knows the two as
 //! the tool chain `stiction`. A stamp with the compiler's version says whether that still holds.
 
-use std::ffi::OsStr;
+use std::ffi::{OsStr, OsString};
 use std::fs;
 use std::path::{Path, PathBuf};
 use std::process::Command;
@@ -67,6 +67,15 @@ impl Toolchain {
         }
     }
 
+    /// The compiler's own words about its version, as in `rustc 1.96.0 (ac68faa20 2026-05-28)`.
+    pub fn version(&self) -> Option<String> {
+        let text = match self {
+            Self::Default => output(Command::new(default_rustc()).arg("--version").current_dir(root())),
+            Self::Debian => output(Command::new("/usr/bin/rustc").arg("--version")),
+        };
+        text.map(|text| text.trim().to_owned())
+    }
+
     /// Cargo of this tool chain, in the root of the workspace.
     pub fn cargo(&self, arguments: &[&str]) -> Command {
         match self {
@@ -82,8 +91,12 @@ impl Toolchain {
     }
 }
 
+fn default_rustc() -> OsString {
+    std::env::var_os("RUSTC").unwrap_or_else(|| "rustc".into())
+}
+
 fn default_has_target() -> bool {
-    let mut rustc = Command::new(std::env::var_os("RUSTC").unwrap_or_else(|| "rustc".into()));
+    let mut rustc = Command::new(default_rustc());
     let sysroot = output(rustc.args(["--print", "sysroot"]).current_dir(root()));
     sysroot.is_some_and(|sysroot| has_core(&Path::new(sysroot.trim()).join("lib/rustlib").join(TARGET)))
 }

@@ -23,6 +23,7 @@ use super::joint::Joint;
 use super::last_tick;
 use super::lockstep::Lockstep;
 use super::log::{Listener, Log};
+use super::probe::{Points, Probe};
 use crate::error::Error;
 use crate::solver::AxisSolver;
 
@@ -105,6 +106,8 @@ pub struct Setup {
     pub free_running: bool,
     /// Gets each line of the log at once.
     pub listener: Option<Listener>,
+    /// What to count.
+    pub points: Option<Arc<Points>>,
     /// Counts ticks, for whoever shows progress.
     pub ticks: Arc<AtomicU32>,
     /// Ends the run when it is set.
@@ -118,6 +121,8 @@ pub struct Ran<S> {
     pub wired: Wired<S>,
     /// The firmware's log.
     pub log: Log,
+    /// What was counted.
+    pub probe: Option<Probe>,
     /// Instructions from power-on to the end.
     pub instructions: u64,
     /// Virtual time from power-on to the end, ns.
@@ -155,10 +160,12 @@ where
         mode,
         log: Log::new(setup.image.clone(), &setup.label, setup.listener.clone()),
         guard: Guard::default(),
+        probe: setup.points.clone().map(Probe::new),
         image: setup.image.clone(),
         ticks: setup.ticks.clone(),
         interrupt: setup.interrupt.clone(),
-        drain_at: VirtualNanos(DRAIN_EVERY_NS),
+        // A probe has to be there before the first instruction.
+        drain_at: VirtualNanos(if setup.points.is_some() { 0 } else { DRAIN_EVERY_NS }),
         stopped: None,
     };
     let session = Session::new(board, 0, loop_.drain_at).map_err(|error| trouble(error.to_string()))?;
@@ -166,11 +173,11 @@ where
     start.interrupt = Some(&setup.interrupt);
     let finished =
         rigless::emulator::run(session, &start, loop_).map_err(|error| trouble(error.to_string()))?;
-    let Loop { wired, log, stopped, .. } = finished.driver;
+    let Loop { wired, log, probe, stopped, .. } = finished.driver;
     let stop = finished.stop.map(|stop| (stop.instruction_count, stop.at.0));
     let (instructions, virtual_ns) = stop.unwrap_or_default();
     match stopped {
-        None if stop.is_some() => Ok(Ran { wired, log, instructions, virtual_ns }),
+        None if stop.is_some() => Ok(Ran { wired, log, probe, instructions, virtual_ns }),
         None | Some(Stopped::Interrupted) => Err(Error::Interrupted),
         Some(Stopped::Differs(difference)) => Err(trouble(difference.to_string().trim_end().into())),
         Some(Stopped::Misbehaves(why)) => Err(trouble(format!("{why}; {}", log.tail()))),
@@ -190,6 +197,7 @@ struct Loop<S> {
     mode: Box<dyn Mode<S>>,
     log: Log,
     guard: Guard,
+    probe: Option<Probe>,
     image: Arc<FirmwareImage>,
     ticks: Arc<AtomicU32>,
     interrupt: Arc<AtomicBool>,
@@ -209,6 +217,11 @@ impl<S: AxisSolver + Send> Loop<S> {
         host: &mut dyn Host,
         at: VirtualNanos,
     ) -> Result<(), Stopped> {
+        if at.0 == 0
+            && let Some(probe) = &self.probe
+        {
+            probe.attach(host).map_err(|error| Stopped::Misbehaves(error.to_string()))?;
+        }
         if self.drain_at <= at {
             self.drain_at = VirtualNanos(at.0 + DRAIN_EVERY_NS);
             self.log.drain(host, at).map_err(|error| Stopped::Misbehaves(error.to_string()))?;
@@ -243,6 +256,10 @@ impl<S: AxisSolver + Send> Loop<S> {
 
 impl<S: AxisSolver + Send> Driver<EmulatedBoard> for Loop<S> {
     fn on_settled(&mut self, session: &mut Session<EmulatedBoard>, _host: &mut dyn Host, settled: Settled) {
+        if let (Settled::Hit(hit), Some(probe)) = (&settled, &mut self.probe) {
+            probe.hit(hit);
+            return;
+        }
         let Settled::Access { access, value } = settled else {
             session.board_mut().settle();
             return;
@@ -275,6 +292,11 @@ impl<S: AxisSolver + Send> Driver<EmulatedBoard> for Loop<S> {
         if self.stopped.is_some() || self.wired.joint.has_ended() {
             // The last words are often the ones that matter, and there is nobody to tell if they cannot be read.
             let _ = self.log.drain(host, stop.at);
+            if let Some(probe) = &mut self.probe
+                && let Err(error) = probe.detach(host)
+            {
+                self.stopped.get_or_insert(Stopped::Misbehaves(error.to_string()));
+            }
             return None;
         }
         Some(self.next())

@@ -22,7 +22,9 @@ pub mod last_tick;
 pub mod lockstep;
 pub mod log;
 pub mod parameters;
+pub mod probe;
 mod runs;
+pub mod yardstick;
 
 pub use compare::{Difference, first_difference};
 pub use image::FirmwareImage;

@@ -15,6 +15,7 @@ use super::in_the_loop::{Ran, Setup, run};
 use super::joint::Joint;
 use super::log::{Listener, LogLine};
 use super::parameters;
+use super::probe::{Points, Probe};
 use crate::error::Error;
 use crate::experiment::{Motion, RunPlan};
 use crate::identification::Levels;
@@ -33,6 +34,8 @@ pub struct Emulation {
     pub free_running: bool,
     /// Gets each line of each run's log at once.
     pub listener: Option<Listener>,
+    /// What to count.
+    pub points: Option<Arc<Points>>,
     /// Ends all runs when it is set.
     pub interrupt: Arc<AtomicBool>,
 }
@@ -63,6 +66,8 @@ pub struct EmulatedRun {
     pub log: Vec<LogLine>,
     /// Of a free-running run.
     pub latency: Option<Latency>,
+    /// What was counted, if that was asked for.
+    pub probe: Option<Probe>,
     /// Instructions from power-on to the end.
     pub instructions: u64,
 }
@@ -75,7 +80,7 @@ impl Emulation {
     pub fn new(path: Option<&Path>) -> Result<Self, Error> {
         let path = path.map_or_else(|| PathBuf::from(DEFAULT_IMAGE), Path::to_path_buf);
         let image = Arc::new(FirmwareImage::open(&path)?);
-        Ok(Self { image, free_running: false, listener: None, interrupt: Arc::default() })
+        Ok(Self { image, free_running: false, listener: None, points: None, interrupt: Arc::default() })
     }
 
     /// The image that runs.
@@ -147,14 +152,15 @@ impl Emulation {
             fitted: Fitted::default(),
             free_running: self.free_running,
             listener: self.listener.clone(),
+            points: self.points.clone(),
             ticks: ticks.clone(),
             interrupt: self.interrupt.clone(),
         };
         let joint = Joint::new(plan.closed_loop()?, plan.course()?, solver, plan.samples()?);
-        let Ran { wired, log, instructions, .. } = run(&setup, joint)?;
+        let Ran { wired, log, probe, instructions, .. } = run(&setup, joint)?;
         let latency = self.free_running.then(|| Latency::of(&wired.latencies_ns)).flatten();
         let result = judged(plan, wired.joint, begin)?;
-        Ok(EmulatedRun { result, log: log.lines, latency, instructions })
+        Ok(EmulatedRun { result, log: log.lines, latency, probe, instructions })
     }
 }
 

@@ -1,0 +1,69 @@
+//! What must not be in the firmware, read from the image that is flashed.
+
+use std::collections::BTreeSet;
+use std::fs;
+use std::path::Path;
+
+use host_sim::Error;
+use host_sim::firmware::stack::Bound;
+use host_sim::firmware::{Code, routines};
+
+use crate::measure::stack_room;
+
+/// The handlers on which the motion depends: the control interrupt and the break input.
+const CONTROL: [&str; 2] = ["TIM3", "TIM1_BRK_TIM9"];
+/// Where every panic ends.
+const PANIC: &str = "rust_begin_unwind";
+
+/// Passes an image, or says why not.
+pub fn pass(image: &Path) -> Result<(), Error> {
+    let elf = fs::read(image).map_err(|source| Error::File { action: "read", path: image.into(), source })?;
+    let code = Code::read(image, &elf)?;
+    let functions = code.functions().count();
+
+    let routines = routines::forbidden(&code);
+    if !routines.is_empty() {
+        let names = routines.join(", ");
+        return Err(Error::Emulator(format!(
+            "the image computes in software what the processor cannot: {names}; something uses f64"
+        )));
+    }
+    println!("no floating point in software: none of its routines among {functions} functions");
+
+    let mut control = BTreeSet::new();
+    for name in CONTROL {
+        for function in code.reachable(code.function(name)?) {
+            if function.name.contains(PANIC) {
+                return Err(Error::Emulator(format!("{name} can panic")));
+            }
+            if !function.indirect.is_empty() {
+                let name = &function.name;
+                return Err(Error::Emulator(format!(
+                    "{name}, in the control path, calls through a register"
+                )));
+            }
+            control.insert(function.address);
+        }
+    }
+    // A handler that nothing leads to would be a gate that is always open.
+    if !code.functions().any(|function| function.name.contains(PANIC)) {
+        return Err(Error::Emulator(format!("the image has no {PANIC}: panics cannot be looked for")));
+    }
+    let (names, count) = (CONTROL.join(" and "), control.len());
+    println!("no panic in the image's control path: {count} functions below {names}");
+
+    let room = stack_room(&code);
+    let bound = Bound::of(&code)?;
+    println!("stack: at most {} of {room} bytes", bound.total());
+    for (name, bytes) in &bound.entries {
+        println!("  {bytes:>5} {name}");
+    }
+    for (function, reached) in code.indirect() {
+        let how = if reached { "reached" } else { "which nothing calls by name" };
+        println!("  calls through a register: {} in {}, {how}", function.indirect.len(), function.name);
+    }
+    if bound.total() > room {
+        return Err(Error::Emulator(format!("the stack may need {} bytes and has {room}", bound.total())));
+    }
+    Ok(())
+}

@@ -1,0 +1,74 @@
+//! The golden table: the fenced block of `docs/cost.md`.
+
+use std::fs;
+use std::path::Path;
+
+use host_sim::Error;
+
+const FENCE: &str = "```text\n";
+const END: &str = "```\n";
+/// The flash holds the paths of the sources, so its size depends on where they lie: it has a budget, and is not compared.
+const NOT_COMPARED: &str = "flash ";
+const COMPILER: &str = "compiler ";
+
+/// Writes a table into the page.
+pub fn bless(page: &Path, table: &str) -> Result<(), Error> {
+    let text = read(page)?;
+    let (before, _, after) = split(page, &text)?;
+    fs::write(page, format!("{before}{FENCE}{table}{END}{after}")).map_err(|source| Error::File {
+        action: "write",
+        path: page.into(),
+        source,
+    })?;
+    println!("\nwritten to {}", page.display());
+    Ok(())
+}
+
+/// Refuses a table that differs from the page's, if the same compiler made both.
+pub fn compare(page: &Path, table: &str) -> Result<(), Error> {
+    let text = read(page)?;
+    let (_, golden, _) = split(page, &text)?;
+    let compiler =
+        |table: &str| table.lines().find_map(|line| line.strip_prefix(COMPILER)).map(str::to_owned);
+    if compiler(golden) != compiler(table) {
+        println!(
+            "\nNot compared with {}, whose figures another compiler made ({}); the budgets are kept.",
+            page.display(),
+            compiler(golden).unwrap_or_else(|| "it does not say which".into())
+        );
+        return Ok(());
+    }
+    let difference = difference(golden, table);
+    if difference.is_empty() {
+        println!("\nThe same as in {}.", page.display());
+        return Ok(());
+    }
+    Err(Error::Emulator(format!(
+        "the cost differs from {}:\n{difference}if that is meant, `cargo xtask cost --bless` writes it there, to be reviewed \
+         with the change",
+        page.display()
+    )))
+}
+
+/// The lines that differ, `-` of the page and `+` of now.
+fn difference(golden: &str, table: &str) -> String {
+    let lines = |text: &str| -> Vec<String> {
+        text.lines().filter(|line| !line.starts_with(NOT_COMPARED)).map(str::to_owned).collect()
+    };
+    let (golden, table) = (lines(golden), lines(table));
+    let gone = golden.iter().filter(|line| !table.contains(line)).map(|line| format!("- {line}\n"));
+    let new = table.iter().filter(|line| !golden.contains(line)).map(|line| format!("+ {line}\n"));
+    gone.chain(new).collect()
+}
+
+fn read(page: &Path) -> Result<String, Error> {
+    fs::read_to_string(page).map_err(|source| Error::File { action: "read", path: page.into(), source })
+}
+
+fn split<'a>(page: &Path, text: &'a str) -> Result<(&'a str, &'a str, &'a str), Error> {
+    let parts = text.split_once(FENCE).and_then(|(before, rest)| {
+        let (golden, after) = rest.split_once(END)?;
+        Some((before, golden, after))
+    });
+    parts.ok_or_else(|| Error::Input(format!("{}: it has no block that begins with ```text", page.display())))
+}

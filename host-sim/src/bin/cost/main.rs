@@ -1,0 +1,77 @@
+//! What the firmware costs, and what it must not contain: the work of `cargo xtask cost` and `cargo xtask gates`, which
+//! build the images that this program looks at.
+
+mod gates;
+mod golden;
+mod measure;
+mod table;
+
+use std::path::PathBuf;
+use std::process::ExitCode;
+
+use clap::{Parser, Subcommand};
+use host_sim::Error;
+
+#[derive(Debug, Parser)]
+struct Arguments {
+    #[command(subcommand)]
+    work: Work,
+}
+
+#[derive(Debug, Subcommand)]
+enum Work {
+    /// Measure, and compare with the golden table
+    Cost {
+        /// The firmware
+        #[arg(long)]
+        image: PathBuf,
+        /// The image of xtask/yardstick
+        #[arg(long)]
+        yardstick: PathBuf,
+        /// Which compiler built both
+        #[arg(long)]
+        compiler: String,
+        /// The page with the golden table
+        #[arg(long)]
+        golden: PathBuf,
+        /// Write what was measured into the page
+        #[arg(long)]
+        bless: bool,
+    },
+    /// Look for what must not be in the firmware
+    Gates {
+        /// The firmware
+        #[arg(long)]
+        image: PathBuf,
+    },
+}
+
+fn main() -> ExitCode {
+    let done = match Arguments::parse().work {
+        Work::Cost { image, yardstick, compiler, golden, bless } => {
+            cost(&image, &yardstick, &compiler, &golden, bless)
+        }
+        Work::Gates { image } => gates::pass(&image),
+    };
+    match done {
+        Ok(()) => ExitCode::SUCCESS,
+        Err(error) => {
+            eprintln!("stiction-cost: {error}");
+            ExitCode::from(2)
+        }
+    }
+}
+
+fn cost(
+    image: &std::path::Path,
+    yardstick: &std::path::Path,
+    compiler: &str,
+    page: &std::path::Path,
+    bless: bool,
+) -> Result<(), Error> {
+    let measured = measure::measure(image, yardstick)?;
+    let text = table::table(&measured, compiler);
+    print!("{text}");
+    table::within_budgets(&measured)?;
+    if bless { golden::bless(page, &text) } else { golden::compare(page, &text) }
+}

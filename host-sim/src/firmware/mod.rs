@@ -1,0 +1,10 @@
+//! What can be said of a flash image without running it: its functions and who calls whom, the stack that this takes
+//! at most, the memory that it fills, and the routines that it must not have.
+
+pub mod code;
+pub mod routines;
+pub mod size;
+pub mod stack;
+pub mod thumb;
+
+pub use code::{Code, Function};

@@ -1,0 +1,67 @@
+//! Shows by linking that the control path cannot panic.
+//!
+//! The panic handler calls a function that nobody defines. If the optimiser can show that no panic is left, the handler
+//! goes, and its call with it, and the program links; if it cannot, the linker names the function. The program is
+//! never run, and on a host it only says what it is.
+//!
+//! The path: everything that the control interrupt calls in the core, and the set-up before it: a record is decoded, a
+//! servo made, armed, ticked, stopped; the deadline is entered and left. What the firmware adds around it is
+//! looked at in the image itself, by its calls (`cargo xtask gates`).
+#![cfg_attr(target_os = "none", no_std, no_main)]
+// Memory that the optimiser must not see through, and the function that is not there.
+#![cfg_attr(target_os = "none", allow(unsafe_code))]
+
+#[cfg(not(target_os = "none"))]
+fn main() {
+    println!("This is linked for the microcontroller and never run: `cargo xtask gates`.");
+}
+
+#[cfg(target_os = "none")]
+mod path {
+    use core::hint::black_box;
+
+    use stiction::deadline::Deadline;
+    use stiction::servo::{Boot, Input};
+    use stiction::{Fault, Parameters, Servo};
+
+    unsafe extern "C" {
+        fn the_control_path_can_panic() -> !;
+    }
+
+    #[panic_handler]
+    fn panic(_: &core::panic::PanicInfo<'_>) -> ! {
+        // SAFETY: never runs: a program that holds this call cannot be linked.
+        unsafe { the_control_path_can_panic() }
+    }
+
+    /// Where the linker begins.
+    #[unsafe(no_mangle)]
+    extern "C" fn control_path() {
+        // The optimiser knows nothing of what goes through the black box, and must assume any value of it.
+        let sector: &[u8] = black_box(&[0; 512]);
+        let decoded = black_box(Parameters::decode(sector));
+        let parameters = decoded.as_ref().map(|(parameters, _)| parameters).map_err(|error| *error);
+        let boot: Boot = black_box(Boot::default());
+        let mut servo = black_box(Servo::new(parameters, boot));
+        let mut deadline = black_box(Deadline::new(black_box(1)));
+        loop {
+            let in_time = deadline.enter(black_box(1));
+            let input: Input = black_box(Input::default());
+            #[cfg(feature = "deliberate-panic")]
+            black_box([1, 2, 3][black_box(3)]);
+            black_box(servo.tick(input));
+            if !in_time || !deadline.leave(black_box(1)) {
+                servo.fault(black_box(Fault::Overrun));
+            }
+            if black_box(false) {
+                black_box(servo.arm(black_box(1)));
+            }
+            if black_box(false) {
+                servo.stop();
+            }
+            black_box((servo.state(), &servo));
+            // Whatever state the servo may be in.
+            servo = black_box(servo);
+        }
+    }
+}

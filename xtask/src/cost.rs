@@ -1,0 +1,51 @@
+//! What a tick costs. The simulator's program `stiction-cost` measures; here, the images are built for it.
+
+use std::ffi::OsString;
+use std::fs;
+
+use crate::firmware;
+use crate::job::{Job, cargo, root, target_dir};
+use crate::simulator::EMULATOR;
+use crate::toolchain::{TARGET, Toolchain};
+
+/// The page with the golden table.
+const PAGE: &str = "docs/cost.md";
+const YARDSTICK: &str = "yardstick";
+
+#[derive(Debug, clap::Args)]
+pub struct Arguments {
+    /// Write the figures into docs/cost.md instead of comparing them with it
+    #[arg(long)]
+    bless: bool,
+}
+
+/// Builds the images, measures them in the emulator, and compares.
+pub fn measure(arguments: &Arguments) -> Result<(), String> {
+    let image = firmware::build()?;
+    let toolchain = Toolchain::ready()?;
+    let build = ["build", "--release", "--package", YARDSTICK, "--target", TARGET];
+    Job::new("Building the yardsticks").run(&mut toolchain.cargo(&build))?;
+    let built = target_dir().join(TARGET).join("release").join(YARDSTICK);
+    let yardstick = image.with_file_name(YARDSTICK).with_extension("elf");
+    fs::copy(&built, &yardstick)
+        .map_err(|error| format!("cannot copy {} to {}: {error}", built.display(), yardstick.display()))?;
+    let compiler = toolchain.version().ok_or("the compiler does not say its version")?;
+    let mut measuring: Vec<OsString> = vec!["cost".into()];
+    for (option, value) in [
+        ("--image", image.into()),
+        ("--yardstick", yardstick.into()),
+        ("--compiler", compiler.into()),
+        ("--golden", root().join(PAGE).into()),
+    ] {
+        measuring.extend([option.into(), value]);
+    }
+    measuring.extend(arguments.bless.then(|| "--bless".into()));
+    run("Counting instructions in the emulator (half a minute on two cores)", &measuring)
+}
+
+/// Runs `stiction-cost`. It is built with the features, and so from the very same parts, as the tests of the image.
+pub fn run(what: &'static str, arguments: &[OsString]) -> Result<(), String> {
+    let mut command = cargo(&["run", "--quiet", "--bin", "stiction-cost"]);
+    command.args(EMULATOR).arg("--");
+    Job::new(what).run(command.args(arguments))
+}

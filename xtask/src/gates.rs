@@ -1,0 +1,52 @@
+//! What must not be in the firmware. What can be read from the image, the simulator's program `stiction-cost` reads; that
+//! no panic is left in the control path, the linker shows here.
+
+use std::fs;
+use std::process::Command;
+
+use crate::job::{Job, target_dir};
+use crate::toolchain::{TARGET, Toolchain};
+use crate::{cost, firmware};
+
+const PROGRAM: &str = "no-panic";
+/// What its panic handler calls, and nobody defines.
+const MISSING: &str = "the_control_path_can_panic";
+/// The core's tick as both of Rust's manglings spell `stiction::servo::control`.
+const TICK: &[u8] = b"8stiction5servo7control";
+
+/// Every gate.
+pub fn pass() -> Result<(), String> {
+    let image = firmware::build()?;
+    no_panic(&Toolchain::ready()?)?;
+    cost::run("Looking through the image", &["gates".into(), "--image".into(), image.into()])
+}
+
+/// Links the control path with a panic handler that cannot be linked, and then again with a panic in it.
+fn no_panic(toolchain: &Toolchain) -> Result<(), String> {
+    let link = |more: &[&str]| -> Command {
+        let mut arguments = vec!["build", "--quiet", "--release", "--package", PROGRAM, "--target", TARGET];
+        arguments.extend(more);
+        toolchain.cargo(&arguments)
+    };
+    let what = "Linking the control path without a panic handler";
+    Job::new(what).run(&mut link(&[])).map_err(|why| {
+        format!("{why}: if the linker misses `{MISSING}`, something in the control path can panic")
+    })?;
+    let built = target_dir().join(TARGET).join("release").join(PROGRAM);
+    let program = fs::read(&built).map_err(|error| format!("cannot read {}: {error}", built.display()))?;
+    if !program.windows(TICK.len()).any(|window| window == TICK) {
+        return Err(format!(
+            "{}: the linker has dropped the control path, so this shows nothing",
+            built.display()
+        ));
+    }
+    // A gate that cannot close shows nothing either.
+    Job::new("Linking it with a deliberate panic, which must fail").announce();
+    let output = link(&["--features", "deliberate-panic"]).output();
+    let output = output.map_err(|error| format!("cannot start cargo: {error}"))?;
+    let said = String::from_utf8_lossy(&output.stderr);
+    if output.status.success() || !said.contains(MISSING) {
+        return Err(format!("a panic in the control path does not stop the linker:\n{said}"));
+    }
+    Ok(())
+}
