@@ -12,7 +12,7 @@ use crate::toolchain::{TARGET, Toolchain};
 const PAGE: &str = "docs/cost.md";
 const YARDSTICK: &str = "yardstick";
 
-#[derive(Debug, clap::Args)]
+#[derive(Debug, Default, clap::Args)]
 pub struct Arguments {
     /// Write the figures into docs/cost.md instead of comparing them with it
     #[arg(long)]

@@ -1,9 +1,9 @@
 //! `cargo xtask test`: everything that must pass before a change lands.
 
-use crate::firmware;
 use crate::job::{Job, cargo};
 use crate::simulator::EMULATOR;
 use crate::toolchain::Toolchain;
+use crate::{cost, firmware, gates};
 
 const STRICT: [&str; 3] = ["--", "--deny", "warnings"];
 
@@ -25,6 +25,8 @@ pub fn test() -> Result<(), String> {
         "--test",
         "bad_input",
     ]))?;
+    gates::pass()?;
+    cost::measure(&cost::Arguments::default())?;
     Job::new("Documentation")
         .run(cargo(&["doc", "--workspace", "--no-deps", "--quiet"]).env("RUSTDOCFLAGS", "--deny warnings"))
 }
