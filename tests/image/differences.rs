@@ -28,6 +28,7 @@ fn refusal(told: &RunPlan, replayed: &RunPlan, free_running: bool) -> String {
         listener: None,
         ticks: Arc::default(),
         interrupt: Arc::default(),
+        points: None,
     };
     let solver = ExactAxis::at_rest(&replayed.axis().unwrap(), replayed.machine.sampling.sample_time_s);
     let (around, course) = (replayed.closed_loop().unwrap(), replayed.course().unwrap());
