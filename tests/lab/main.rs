@@ -2,4 +2,5 @@
 //! the result of a second method at a tighter tolerance.
 #![allow(missing_docs, clippy::unwrap_used, clippy::expect_used, clippy::panic)]
 
-mod spring_mass;
+mod common;
+mod published;

@@ -13,11 +13,21 @@
 //!
 //! The robot's axis is apart: one degree of freedom in degrees and volts, with solvers of its own.
 
+mod block;
+mod drive;
+mod pendulum;
 mod robot_axis;
 mod spring_mass;
+mod two_blocks;
+mod two_link_arm;
 
+pub use block::Block;
+pub use drive::{Pull, Shape, Wave};
+pub use pendulum::Pendulum;
 pub use robot_axis::RobotAxis;
 pub use spring_mass::SpringMass;
+pub use two_blocks::{CoupledBlocks, IndependentBlocks, TwoBlocks};
+pub use two_link_arm::TwoLinkArm;
 
 /// What a mechanism is at one instant: `mass * q'' = force - friction`.
 #[derive(Clone, Copy, Debug, PartialEq)]
