@@ -10,8 +10,10 @@
 //! Karnopp's velocity band ([`crate::solver::banded`]) is neither: it is a way to compute a set-valued model.
 
 mod coulomb;
+mod reset_integrator;
 
 pub use coulomb::{AddedFriction, Coulomb};
+pub use reset_integrator::ResetIntegrator;
 
 /// Friction that holds a body at rest up to a limit.
 pub trait SetValued {

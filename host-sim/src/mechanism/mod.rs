@@ -23,7 +23,7 @@ mod two_link_arm;
 
 pub use block::Block;
 pub use drive::{Pull, Shape, Wave};
-pub use pendulum::Pendulum;
+pub use pendulum::{GRAVITY, Pendulum};
 pub use robot_axis::RobotAxis;
 pub use spring_mass::SpringMass;
 pub use two_blocks::{CoupledBlocks, IndependentBlocks, TwoBlocks};

@@ -79,6 +79,7 @@ impl<const N: usize, const Z: usize> Progress<N, Z> {
                 a: self.rates.rates.v,
                 friction: self.rates.friction,
                 slip: self.slip,
+                z: self.state.deflections(),
             });
         }
     }

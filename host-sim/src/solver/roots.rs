@@ -19,7 +19,8 @@ pub fn slope(p: &Quartic, x: f64) -> f64 {
 /// The first place in [0, 1] where the polynomial falls from above zero to zero or below, dips between two of the
 /// places that are looked at included. A polynomial that starts at zero and rises has not fallen there.
 pub fn first_fall(p: &Quartic) -> Option<f64> {
-    if p[0] < 0.0 || (p[0] == 0.0 && p[1] < 0.0) {
+    // Rounding may tilt a polynomial that starts at zero and level: it has to go on falling.
+    if p[0] < 0.0 || (p[0] == 0.0 && p[1] < 0.0 && value(p, 1.0 / 64.0) < 0.0) {
         return Some(0.0);
     }
     let mut left = 0.0;
@@ -88,6 +89,7 @@ mod tests {
         assert!(near(&[1.0, -2.0, 0.0, 0.0, 0.0], 0.5));
         assert_eq!(first_fall(&[0.0, 1.0, 0.0, 0.0, 0.0]), None);
         assert_eq!(first_fall(&[0.0, -1.0, 5.0, 0.0, 0.0]), Some(0.0));
+        assert_eq!(first_fall(&[0.0, -1e-17, 5.0, 0.0, 0.0]), None);
         assert!(near(&[0.0, 1.0, -2.0, 0.0, 0.0], 0.5));
     }
 }

@@ -49,6 +49,11 @@ impl<const N: usize, const Z: usize> State<N, Z> {
         self.q.iter().chain(&self.v).chain(self.z.iter().flatten()).copied()
     }
 
+    /// The first state of each friction; zero without one.
+    pub fn deflections(&self) -> [f64; N] {
+        self.z.each_ref().map(|z| z.first().copied().unwrap_or(0.0))
+    }
+
     /// Whether every component is finite.
     pub fn is_finite(&self) -> bool {
         self.components().all(f64::is_finite)
@@ -70,6 +75,8 @@ pub struct Sample<const N: usize> {
     pub friction: [f64; N],
     /// 0 where a body sticks, else the sign of its slip.
     pub slip: [i8; N],
+    /// The first state of each friction, its deflection; zero of one that has none.
+    pub z: [f64; N],
 }
 
 /// A change between sticking and slipping of one body.

@@ -14,17 +14,16 @@
 mod rest;
 mod slip;
 
+use super::linear::solve;
 use super::modes::{Mode, accelerations, decide};
 use super::state::{BodyEvent, Finish, Observer, Sample};
+use super::storm::Storm;
 use super::{EventKind, Trouble};
 use crate::friction::SetValued;
 use crate::mechanism::{Mechanism, Terms};
 
 /// Steps and events before a run is given up: minutes of work.
-const MAX_STEPS: u64 = 50_000_000;
-
-/// So many events within a billionth of the run are no motion that anyone can follow.
-const STORM: u32 = 200;
+const MAX_STEPS: u64 = 10_000_000;
 
 /// Runs a mechanism with set-valued friction from rest.
 ///
@@ -62,8 +61,7 @@ where
         last_s: duration_s,
         evaluations: 0,
         steps: 0,
-        storm_from_s: 0.0,
-        storm: 0,
+        storm: Storm::new(duration_s),
     };
     run.to_the_end()?;
     Ok(Finish {
@@ -71,7 +69,7 @@ where
         v: run.v,
         evaluations: run.evaluations,
         steps: run.steps,
-        diverged_at_s: run.is_finite().then_some(()).map_or(Some(run.t), |()| None),
+        diverged_at_s: if run.is_finite() { None } else { Some(run.t) },
     })
 }
 
@@ -97,8 +95,7 @@ struct Run<'a, const N: usize, M: ?Sized, F, O> {
     last_s: f64,
     evaluations: u64,
     steps: u64,
-    storm_from_s: f64,
-    storm: u32,
+    storm: Storm,
 }
 
 impl<const N: usize, M, F, O> Run<'_, N, M, F, O>
@@ -140,13 +137,13 @@ where
     fn switch(&mut self, breaking: Mode<N>) -> Result<(), Trouble> {
         let (q, v) = (self.q, self.v);
         let terms = self.terms(self.t, &q, &v);
-        self.sample_with(&terms);
         let decided = decide(&terms, self.friction, &self.v, &breaking)
             // Only rounding can keep a body that reached its limit from being decided: then it may stay.
             .or_else(|| decide(&terms, self.friction, &self.v, &[0; N]));
         let Some(mode) = decided else {
             return Err(self.trouble("no choice of sticking and slipping bodies is consistent"));
         };
+        self.sample_limits(&terms, &mode);
         for i in 0..N {
             let kind = match (self.mode[i], mode[i]) {
                 (before, after) if before == after => continue,
@@ -155,25 +152,11 @@ where
                 _ => EventKind::Reverse,
             };
             self.observer.event(BodyEvent { time_s: self.t, body: i, kind });
-            self.count_event()?;
+            self.storm.count(self.t).map_err(|what| self.trouble(&what))?;
         }
         self.mode = mode;
         (self.a, self.forces) = accelerations(&terms, self.friction, &self.v, &self.mode);
         self.sample();
-        Ok(())
-    }
-
-    fn count_event(&mut self) -> Result<(), Trouble> {
-        if self.t - self.storm_from_s > 1e-9 * self.duration_s {
-            (self.storm_from_s, self.storm) = (self.t, 0);
-        }
-        self.storm += 1;
-        if self.storm > STORM {
-            return Err(self.trouble(&format!(
-                "more than {STORM} changes between sticking and slipping within {:e} s",
-                1e-9 * self.duration_s
-            )));
-        }
         Ok(())
     }
 
@@ -189,12 +172,30 @@ where
         Trouble::new(what, self.t, &self.q, &self.v)
     }
 
-    /// The present instant as the mode before the next decision sees it.
-    fn sample_with(&mut self, terms: &Terms<N>) {
-        if O::SAMPLES {
-            (self.a, self.forces) = accelerations(terms, self.friction, &self.v, &self.mode);
-            self.sample();
+    /// At the very instant at which a body breaks away or turns around its friction is F_s (thesis eq. 1, row 3).
+    fn sample_limits(&mut self, terms: &Terms<N>, next: &Mode<N>) {
+        if !O::SAMPLES || *next == self.mode {
+            return;
         }
+        let (_, mut friction) = accelerations(terms, self.friction, &self.v, next);
+        let mut slip = *next;
+        for i in 0..N {
+            if next[i] != self.mode[i] && next[i] != 0 {
+                friction[i] = f64::from(next[i]) * self.friction[i].stick();
+                slip[i] = 0;
+            }
+        }
+        let net = std::array::from_fn(|i| terms.force[i] - friction[i]);
+        let a = solve(&terms.mass, &net, &slip.map(|slip| slip == 0));
+        self.observer.sample(&Sample {
+            time_s: self.t,
+            q: self.q,
+            v: self.v,
+            a,
+            friction,
+            slip,
+            z: [0.0; N],
+        });
     }
 
     fn sample(&mut self) {
@@ -206,6 +207,7 @@ where
                 a: self.a,
                 friction: self.forces,
                 slip: self.mode,
+                z: [0.0; N],
             });
         }
     }

@@ -36,15 +36,13 @@ where
             };
             if let Some((part, body, sign)) = self.first_break(&reactions) {
                 let broken_s = self.locate_break(&reactions[body], part, stretch, body, sign);
-                self.samples_at_rest(broken_s);
-                self.t = broken_s;
+                self.wait(broken_s);
                 let mut breaking: Mode<N> = [0; N];
                 breaking[body] = sign;
                 return self.switch(breaking);
             }
             let reached_s = if to_end { end_s } else { self.t + stretch };
-            self.samples_at_rest(reached_s);
-            self.t = reached_s;
+            self.wait(reached_s);
             stretch *= 2.0;
         }
         Ok(())
@@ -102,19 +100,29 @@ where
         self.t + part * stretch
     }
 
-    fn samples_at_rest(&mut self, until_s: f64) {
-        if !O::SAMPLES {
-            return;
+    /// Lets time pass.
+    fn wait(&mut self, until_s: f64) {
+        while O::SAMPLES && self.observer.next_sample_s() < until_s {
+            self.sample_at_rest(self.observer.next_sample_s());
         }
-        loop {
-            let time_s = self.observer.next_sample_s();
-            if time_s > until_s {
-                return;
-            }
+        self.sample_at_rest(until_s);
+        self.t = until_s;
+    }
+
+    fn sample_at_rest(&mut self, time_s: f64) {
+        if O::SAMPLES {
             // For the reader, not for the solution: not counted.
             let terms = self.mechanism.terms(time_s.min(self.last_s), &self.q, &[0.0; N]);
             let (a, friction) = accelerations(&terms, self.friction, &self.v, &self.mode);
-            self.observer.sample(&Sample { time_s, q: self.q, v: self.v, a, friction, slip: self.mode });
+            self.observer.sample(&Sample {
+                time_s,
+                q: self.q,
+                v: self.v,
+                a,
+                friction,
+                slip: self.mode,
+                z: [0.0; N],
+            });
         }
     }
 }

@@ -1,8 +1,9 @@
 //! While at least one body slips: a step, and the first switch in it.
 
+use super::super::between::Between;
 use super::super::dormand_prince::{Attempt, EVALUATIONS, growth, step};
 use super::super::modes::{Mode, accelerations};
-use super::super::roots::{Quartic, first_fall, slope, through, value};
+use super::super::roots::{Quartic, first_fall, slope, through};
 use super::super::state::{Observer, Sample, State};
 use super::{Run, Trouble};
 use crate::friction::SetValued;
@@ -22,43 +23,6 @@ struct Switch {
     /// What falls through zero.
     left: Quartic,
 }
-
-/// A step between its two ends, in parts of its length.
-struct Between<const N: usize> {
-    h: f64,
-    q0: [f64; N],
-    /// Velocities.
-    v: [Quartic; N],
-}
-
-impl<const N: usize> Between<N> {
-    fn new(h: f64, (q0, v0, a0): Instant<'_, N>, (q1, v1, a1): Instant<'_, N>) -> Self {
-        let v = std::array::from_fn(|i| {
-            // Cubic Hermite from velocities and accelerations, and a fourth power that makes the way right.
-            let rise = v1[i] - v0[i];
-            let (c2, c3) = (3.0 * rise - h * (2.0 * a0[i] + a1[i]), h * (a0[i] + a1[i]) - 2.0 * rise);
-            let way = (q1[i] - q0[i]) / h - 0.5 * (v0[i] + v1[i]) - h * (a0[i] - a1[i]) / 12.0;
-            // In a short step the way is lost in the rounding of the positions.
-            let rounding = 1e3 * f64::EPSILON * (q0[i].abs() + q1[i].abs()) / h;
-            let bump = if way.abs() > rounding { 30.0 * way } else { 0.0 };
-            [v0[i], h * a0[i], c2 + bump, c3 - 2.0 * bump, bump]
-        });
-        Self { h, q0: *q0, v }
-    }
-
-    fn at(&self, part: f64) -> ([f64; N], [f64; N]) {
-        let q = std::array::from_fn(|i| {
-            let p = &self.v[i];
-            let mean =
-                p[0] + part * (p[1] / 2.0 + part * (p[2] / 3.0 + part * (p[3] / 4.0 + part * p[4] / 5.0)));
-            self.q0[i] + self.h * part * mean
-        });
-        (q, std::array::from_fn(|i| value(&self.v[i], part)))
-    }
-}
-
-/// Positions, velocities and accelerations.
-type Instant<'a, const N: usize> = (&'a [f64; N], &'a [f64; N], &'a [f64; N]);
 
 impl<const N: usize, M, F, O> Run<'_, N, M, F, O>
 where
@@ -236,7 +200,7 @@ where
             // For the reader, not for the solution: not counted.
             let terms = self.mechanism.terms(time_s.min(self.last_s), &q, &v);
             let (a, friction) = accelerations(&terms, self.friction, &v, &self.mode);
-            self.observer.sample(&Sample { time_s, q, v, a, friction, slip: self.mode });
+            self.observer.sample(&Sample { time_s, q, v, a, friction, slip: self.mode, z: [0.0; N] });
         }
     }
 }
