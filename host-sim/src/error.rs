@@ -25,6 +25,9 @@ pub enum Error {
     /// The flash image could not be run, or did not do what it should.
     #[error("{0}")]
     Emulator(String),
+    /// A solver gave a run up.
+    #[error("{0}")]
+    Run(String),
     /// A figure could not be drawn.
     #[error("cannot draw the figure: {0}")]
     Figure(String),
