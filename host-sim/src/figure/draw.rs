@@ -91,7 +91,8 @@ pub(super) fn svg(figure: &Figure, sheet: Sheet) -> Result<String, Error> {
         (&figure.subtitle, TEXT, 53.0),
         (&figure.x_label, TEXT, page.height - 10.0),
     ];
-    for (content, size, y) in captions.into_iter().filter(|(_, _, y)| *y < sheet.header || *y > page.height - FOOTER) {
+    let footer = page.height - FOOTER;
+    for (content, size, y) in captions.into_iter().filter(|(.., y)| *y < sheet.header || *y > footer) {
         page.add(text(content, size, (middle, y), TextAnchor::Middle, None));
     }
     let mut top = sheet.header;
