@@ -24,5 +24,5 @@
   }, { passive: false });
   zoom.addEventListener('close', () => sheet.replaceChildren());
   const contents = document.querySelector('nav details');
-  if (matchMedia('(max-width: 84rem)').matches) contents.open = false;
+  if (matchMedia('(max-width: 72rem)').matches) contents.open = false;
 })();

@@ -150,10 +150,7 @@ fn draw_panel(
     layout.suppress_x_ticks = !is_last;
 
     // What a unit of the sheet is on either axis.
-    let unit = [
-        (time.high - time.low) / (width - LEFT - RIGHT),
-        (axis.high - axis.low) / (bottom - top),
-    ];
+    let unit = [(time.high - time.low) / (width - LEFT - RIGHT), (axis.high - axis.low) / (bottom - top)];
     // A chattering signal fills a band, which must not bury everything else.
     let (mut curves, mut in_front) = (Vec::new(), Vec::new());
     if axis.low < 0.0 && axis.high > 0.0 {

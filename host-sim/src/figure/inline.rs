@@ -9,7 +9,8 @@ pub(super) fn element(svg: &str, name: &str) -> String {
     let (head, body) = svg.split_once('>').unwrap_or(("", svg));
     let size = |key: &str| head.split(&format!("{key}=\"")).nth(1).and_then(|rest| rest.split('"').next());
     let (width, height) = (size("width").unwrap_or("0"), size("height").unwrap_or("0"));
-    let body = body.split_once("/>").filter(|(first, _)| first.contains("<rect")).map_or(body, |(_, rest)| rest);
+    let body =
+        body.split_once("/>").filter(|(first, _)| first.contains("<rect")).map_or(body, |(_, rest)| rest);
     let name = name.replace('&', "&amp;").replace('<', "&lt;").replace('"', "&quot;");
     let head = format!("<svg viewBox=\"0 0 {width} {height}\" role=\"img\" aria-label=\"{name}\">");
     let mut out = head;

@@ -44,7 +44,8 @@ impl Plans {
     pub fn new() -> Result<Self, Error> {
         let mut jobs = Vec::new();
         for set in LAB {
-            let assignments = [format!("run.friction=[{:?}]", set.model), format!("run.solver={}", set.solver)];
+            let assignments =
+                [format!("run.friction=[{:?}]", set.model), format!("run.solver={}", set.solver)];
             let more = set.set.iter().map(|s| (*s).to_owned());
             let document = opened(set.experiment, assignments.into_iter().chain(more).collect())?;
             jobs.extend(lab::plan(&document)?.into_iter().map(|plan| (set.name, Job::Lab(Box::new(plan)))));
@@ -59,6 +60,14 @@ impl Plans {
             jobs.extend(plans.into_iter().map(|plan| (set.name, Job::Axis(Box::new(plan)))));
         }
         Ok(Self(jobs))
+    }
+
+    /// Those under one name.
+    #[cfg(test)]
+    pub fn only(name: &str) -> Result<Self, Error> {
+        let mut all = Self::new()?;
+        all.0.retain(|(of, _)| *of == name);
+        Ok(all)
     }
 
     /// How many.
@@ -80,8 +89,7 @@ impl Plans {
             Ok((*name, done))
         };
         let done: Vec<(&'static str, Done)> = self.0.par_iter().map(run).collect::<Result<_, Error>>()?;
-        let mut evidence =
-            Evidence { axis: BTreeMap::new(), lab: BTreeMap::new(), scores: benchmarked()? };
+        let mut evidence = Evidence { axis: BTreeMap::new(), lab: BTreeMap::new(), scores: benchmarked()? };
         for (name, done) in done {
             match done {
                 Done::Axis(result) => evidence.axis.entry(name).or_default().push(*result),
@@ -112,6 +120,12 @@ impl Evidence {
     /// One of them, by its label.
     pub fn run(&self, name: &str, label: &str) -> Option<&RunResult> {
         self.axis(name).iter().find(|result| result.plan.label == label)
+    }
+
+    /// To find out what a verdict hangs on.
+    #[cfg(test)]
+    pub fn run_mut(&mut self, name: &str, label: &str) -> Option<&mut RunResult> {
+        self.axis.get_mut(name)?.iter_mut().find(|result| result.plan.label == label)
     }
 
     /// A metric of several of them; nothing if any is missing.

@@ -34,6 +34,7 @@ struct SectionView {
 
 #[derive(Serialize)]
 struct ClaimView {
+    id: usize,
     source: &'static str,
     says: &'static str,
     quantity: &'static str,
@@ -104,16 +105,18 @@ pub fn page(parts: &Parts) -> Result<(String, Tally), Error> {
 }
 
 fn sections(evidence: &Evidence) -> Vec<SectionView> {
+    let mut ids = 1..;
     let section = |section: &super::claims::Section| SectionView {
         title: section.title,
-        claims: section.claims.iter().map(|claim| view(claim, evidence)).collect(),
+        claims: ids.by_ref().zip(section.claims).map(|claim| view(claim, evidence)).collect(),
     };
     SECTIONS.iter().map(section).collect()
 }
 
-fn view(claim: &Claim, evidence: &Evidence) -> ClaimView {
+fn view((id, claim): (usize, &Claim), evidence: &Evidence) -> ClaimView {
     let (values, verdict) = claim.judge(evidence);
     ClaimView {
+        id,
         source: claim.source,
         says: claim.says,
         quantity: claim.quantity,
@@ -142,7 +145,8 @@ fn digits(value: f64) -> String {
     }
     let size = value.abs();
     let text = match size {
-        0.0 => "0".into(),
+        // What is left of equal numbers after their rounding.
+        _ if size < 1e-12 => "0".into(),
         _ if !(1e-3..1e5).contains(&size) => format!("{value:.2e}"),
         _ => {
             let decimals = (3 - size.log10().floor() as i32).max(0) as usize;
@@ -163,9 +167,13 @@ fn figure<'a>((text, drawings): (&'a FigureText, &'a Vec<String>)) -> FigureView
         text.numbers.iter().filter(|number| !text.robot.contains(number)).map(u32::to_string).collect();
     let note = match (text.robot.first(), simulated.first()) {
         (None, _) => "Simulated, as in the thesis.".into(),
-        (Some(robot), None) => format!("Simulated. The thesis measured Fig. {robot} on its robot; nothing here ran on one."),
+        (Some(robot), None) => {
+            format!("Simulated. The thesis measured Fig. {robot} on its robot; nothing here ran on one.")
+        }
         (Some(robot), Some(simulated)) => {
-            format!("Simulated, as Fig. {simulated}. The thesis measured Fig. {robot} on its robot; nothing here ran on one.")
+            format!(
+                "Simulated, as Fig. {simulated}. The thesis measured Fig. {robot} on its robot; nothing here ran on one."
+            )
         }
     };
     FigureView {

@@ -58,7 +58,12 @@ pub const AXIS: &[AxisRuns] = &[
     axis("long", "step-response", &[], &["run.duration_s=120"]),
     axis("ri-without-drop", "step-response", &["ri"], &["joint.friction.stick_v=0.38", "run.duration_s=120"]),
     axis("ri-larger-drop", "step-response", &["ri"], &["joint.friction.stick_v=0.50", "run.duration_s=120"]),
-    axis("ri-fast-step", "step-response", &["ri"], &["controller.ri.ki_v_per_deg_s=40", "run.duration_s=120"]),
+    axis(
+        "ri-fast-step",
+        "step-response",
+        &["ri"],
+        &["controller.ri.ki_v_per_deg_s=40", "run.duration_s=120"],
+    ),
     axis("ri-fast-trajectory", "trajectory", &["ri"], &["controller.ri.ki_v_per_deg_s=40"]),
     axis("dnpf-short", "step-response", &["dnpf"], &["controller.dnpf.theta_b_deg=0.375"]),
     axis("dnpf-enough", "step-response", &["dnpf"], &["controller.dnpf.theta_b_deg=0.39"]),
@@ -68,12 +73,20 @@ pub const AXIS: &[AxisRuns] = &[
 pub const LAB: &[LabRun] = &[
     lab("spring/karnopp", "spring-mass", "karnopp", "exact", &[]),
     lab("spring/ri", "spring-mass", "reset-integrator", "exact", &[]),
-    lab("spring/ri-damped-less", "spring-mass", "reset-integrator", "exact", &[
-        "friction.reset-integrator.damping_n_s_per_m=[15.0]",
-    ]),
-    lab("spring/ri-damped-more", "spring-mass", "reset-integrator", "exact", &[
-        "friction.reset-integrator.damping_n_s_per_m=[60.0]",
-    ]),
+    lab(
+        "spring/ri-damped-less",
+        "spring-mass",
+        "reset-integrator",
+        "exact",
+        &["friction.reset-integrator.damping_n_s_per_m=[15.0]"],
+    ),
+    lab(
+        "spring/ri-damped-more",
+        "spring-mass",
+        "reset-integrator",
+        "exact",
+        &["friction.reset-integrator.damping_n_s_per_m=[60.0]"],
+    ),
     lab("spring/banded-work", "spring-mass", "karnopp-banded", "rk4-adaptive", &[]),
     lab("spring/ri-work", "spring-mass", "reset-integrator", "rk4-adaptive", &[]),
     lab("blocks/karnopp", "spring-mass-2dof", "karnopp", "exact", &[]),
@@ -89,14 +102,20 @@ pub const LAB: &[LabRun] = &[
     lab("arm/banded-work", "manipulator-2dof", "karnopp-banded", "rk4-adaptive", &["run.coupling=neglected"]),
     lab("arm/ri-work", "manipulator-2dof", "reset-integrator", "rk4-adaptive", &[]),
     // Fig. 14, and what it is compared with at the same D_v.
-    lab("arm/wide-neglected", "manipulator-2dof", "karnopp-banded", "rk4-adaptive", &[
-        "run.coupling=neglected",
-        "friction.karnopp-banded.band_rad_per_s=[9.948e-5, 9.948e-5]",
-    ]),
-    lab("arm/previous-step", "manipulator-2dof", "karnopp-banded", "rk4-adaptive", &[
-        "run.coupling=previous-step",
-        "friction.karnopp-banded.band_rad_per_s=[9.948e-5, 9.948e-5]",
-    ]),
+    lab(
+        "arm/wide-neglected",
+        "manipulator-2dof",
+        "karnopp-banded",
+        "rk4-adaptive",
+        &["run.coupling=neglected", "friction.karnopp-banded.band_rad_per_s=[9.948e-5, 9.948e-5]"],
+    ),
+    lab(
+        "arm/previous-step",
+        "manipulator-2dof",
+        "karnopp-banded",
+        "rk4-adaptive",
+        &["run.coupling=previous-step", "friction.karnopp-banded.band_rad_per_s=[9.948e-5, 9.948e-5]"],
+    ),
     lab("square/banded", "square-wave", "karnopp-banded", "rk4-adaptive", &[]),
     lab("square/karnopp", "square-wave", "karnopp", "exact", &[]),
     lab("square/ri", "square-wave", "reset-integrator", "exact", &[]),

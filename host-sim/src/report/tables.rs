@@ -47,9 +47,13 @@ pub fn tables(texts: &[TableText], evidence: &Evidence) -> Result<Vec<Table>, Er
 fn table(text: &TableText, evidence: &Evidence) -> Result<Table, Error> {
     let file = match text.experiment.as_str() {
         "" => None,
-        name => Some(experiment::find(name)?.toml.parse::<toml::Table>().map(Value::Table).map_err(|error| {
-            Error::Input(format!("{name}: {}", error.message()))
-        })?),
+        name => Some(
+            experiment::find(name)?
+                .toml
+                .parse::<toml::Table>()
+                .map(Value::Table)
+                .map_err(|error| Error::Input(format!("{name}: {}", error.message())))?,
+        ),
     };
     let row = |row: &RowText| {
         let used = used(row, file.as_ref(), evidence).ok_or_else(|| {
@@ -72,7 +76,10 @@ fn used(row: &RowText, file: Option<&Value>, evidence: &Evidence) -> Option<Stri
     }
     if let Some(run) = &row.evaluations {
         return Some(match evidence.lab(run) {
-            Some(result) => format!("{} evaluations", grouped(result.evaluations)),
+            Some(result) => {
+                let wall_ms = 1e3 * result.wall.as_secs_f64();
+                format!("{} evaluations, {wall_ms:.1} ms", grouped(result.evaluations))
+            }
             None => evidence.trouble(run)?.to_owned(),
         });
     }
@@ -92,7 +99,9 @@ fn number(value: &Value) -> Option<String> {
         Value::Integer(number) => Some(number.to_string()),
         Value::Array(list) => {
             let all = list.iter().map(|entry| match entry {
-                Value::Array(range) => Some(range.iter().map(number).collect::<Option<Vec<_>>>()?.join("\u{2013}")),
+                Value::Array(range) => {
+                    Some(range.iter().map(number).collect::<Option<Vec<_>>>()?.join("\u{2013}"))
+                }
                 other => number(other),
             });
             Some(all.collect::<Option<Vec<_>>>()?.join(", "))

@@ -47,7 +47,11 @@ pub(super) fn chatter(evidence: &Evidence, controller: &str) -> Option<Vec<f64>>
 /// Controllers of Table 24.
 const HIGH: [&str; 5] = ["pd", "ri", "roi", "dnpf", "srnf"];
 
-fn high(evidence: &Evidence, suffix: &str, of: fn(&crate::metrics::Metrics) -> Option<f64>) -> Option<Vec<f64>> {
+fn high(
+    evidence: &Evidence,
+    suffix: &str,
+    of: fn(&crate::metrics::Metrics) -> Option<f64>,
+) -> Option<Vec<f64>> {
     let labels = HIGH.map(|name| format!("{name}/trajectory-5.0{suffix}"));
     evidence.metrics("high-gain", &labels.each_ref().map(String::as_str), of)
 }
@@ -70,7 +74,9 @@ pub(super) const AXIS: &[Claim] = &[
         source: "Section 3.2",
         says: "A slow ramp down stops the moving axis at about 0.38 V.",
         quantity: "effort at standstill (V), the same ramps, without the axis's lag",
-        measure: |e| e.axis("friction-identification").iter().map(|run| run.metrics.slip_corrected_v).collect(),
+        measure: |e| {
+            e.axis("friction-identification").iter().map(|run| run.metrics.slip_corrected_v).collect()
+        },
         holds: Between(0.375, 0.385),
         remark: "Uncorrected readings are low by up to 1.85 s of the ramp: the moving axis lags.",
     },
@@ -78,7 +84,9 @@ pub(super) const AXIS: &[Claim] = &[
         source: "Section 3.2",
         says: "Stick friction is worth 216 N m.",
         quantity: "n Kt Ka times the slowest ramp's break-away effort (N m)",
-        measure: |e| Some(vec![TORQUE_PER_VOLT * e.axis("friction-identification").first()?.metrics.stick_v?]),
+        measure: |e| {
+            Some(vec![TORQUE_PER_VOLT * e.axis("friction-identification").first()?.metrics.stick_v?])
+        },
         holds: Between(213.0, 219.0),
         remark: "",
     },
@@ -91,7 +99,18 @@ pub(super) const AXIS: &[Claim] = &[
             Some(vec![runs.filter(|run| run.unstable).count() as f64])
         },
         holds: Below(1.0),
-        remark: "They saturate and limit-cycle. Read as 27 deg/s\u{b2} per volt, which everything else here uses, none does.",
+        remark: "Everything else here reads it as 27 deg/s\u{b2} per volt: next row.",
+    },
+    Claim {
+        source: "Eq. 37, Table 20",
+        says: "With the inertia in N m per deg/s\u{b2}, 27 deg/s\u{b2} per volt, they do.",
+        quantity: "unstable runs of the seven controllers, steps and trajectories",
+        measure: |e| {
+            let runs = e.axis("step-response").iter().chain(e.axis("trajectory"));
+            Some(vec![runs.filter(|run| run.plan.variant.is_empty() && run.unstable).count() as f64])
+        },
+        holds: Below(1.0),
+        remark: "",
     },
     Claim {
         source: "Section 3.3.2",
@@ -105,7 +124,11 @@ pub(super) const AXIS: &[Claim] = &[
         source: "Section 3.3.2",
         says: "Steady-state errors result in the trajectory responses, too.",
         quantity: "error at the end (counts): 5 and 2.5 deg/s",
-        measure: |e| magnitudes(e.metrics("trajectory", &["pd/trajectory-5.0", "pd/trajectory-2.5"], |m| m.rest_error_counts)),
+        measure: |e| {
+            magnitudes(
+                e.metrics("trajectory", &["pd/trajectory-5.0", "pd/trajectory-2.5"], |m| m.rest_error_counts),
+            )
+        },
         holds: Between(2.0, 166.0),
         remark: "",
     },
@@ -124,7 +147,9 @@ pub(super) const AXIS: &[Claim] = &[
         source: "Section 3.3.2",
         says: "Five times Kp and about twice Kd reduce the position error about four times.",
         quantity: "PD, 5 deg/s: rms error by that at high gain",
-        measure: |e| Some(vec![low(e, |m| m.rms_error_deg)?.first()? / high(e, "", |m| m.rms_error_deg)?.first()?]),
+        measure: |e| {
+            Some(vec![low(e, |m| m.rms_error_deg)?.first()? / high(e, "", |m| m.rms_error_deg)?.first()?])
+        },
         holds: Between(3.0, 5.0),
         remark: "",
     },
@@ -182,7 +207,7 @@ pub(super) const CONCLUSIONS: &[Claim] = &[
         quantity: "5 deg/s at high gain, total variation of the output (V/s): PD, RI, ROI, DNPF, SRNF",
         measure: |e| high(e, "", |m| m.control_total_variation_v_per_s),
         holds: Above(10.0),
-        remark: "Without a delay only DNPF bangs.",
+        remark: "Without a sample of computation delay.",
     },
     Claim {
         source: "Appendix A.2",
@@ -207,7 +232,10 @@ pub(super) const CONCLUSIONS: &[Claim] = &[
         measure: |e| {
             let place = |name: &str| e.scores.iter().position(|score| score.controller == name);
             let best = place("ri")?.min(place("dnpf")?) as f64;
-            ["rvi", "roi", "feedforward", "srnf"].into_iter().map(|name| Some(place(name)? as f64 - best)).collect()
+            ["rvi", "roi", "feedforward", "srnf"]
+                .into_iter()
+                .map(|name| Some(place(name)? as f64 - best))
+                .collect()
         },
         holds: Below(0.0),
         remark: "",

@@ -11,6 +11,13 @@ pub(super) fn levels(result: &LabResult, of: &str) -> Vec<f64> {
     levels.into_iter().flatten().filter_map(|level| level.as_f64()).collect()
 }
 
+/// Largest friction of each body less its F_s, N or N m.
+pub(super) fn excess(evidence: &Evidence, name: &str) -> Option<Vec<f64>> {
+    let result = evidence.lab(name)?;
+    let peaks = result.metrics.peak_friction.iter().zip(levels(result, "stick"));
+    Some(peaks.map(|(peak, stick)| peak - stick).collect())
+}
+
 /// Largest friction of each body by its F_s.
 pub(super) fn peaks(evidence: &Evidence, name: &str) -> Option<Vec<f64>> {
     let result = evidence.lab(name)?;
@@ -92,18 +99,17 @@ pub(super) fn accelerations_at_rest(evidence: &Evidence, name: &str) -> Option<V
     Some((0..result.metrics.breaks.len()).map(of).collect())
 }
 
-/// How often each friction jumps between its limits from one sample to the next while all bodies are in their bands.
-pub(super) fn jumps_between_limits(evidence: &Evidence, name: &str) -> Option<Vec<f64>> {
+/// How often each friction is found at its other limit, in the samples in which all bodies are in their bands.
+pub(super) fn changes_of_limit(evidence: &Evidence, name: &str) -> Option<Vec<f64>> {
     let result = evidence.lab(name)?;
     let sticks = levels(result, "stick");
     let resting: Vec<&Row> = result.rows.iter().filter(|row| row.stuck.iter().all(|stuck| *stuck)).collect();
-    let jumps = |body: usize| {
-        let far = |pair: &&[&Row]| {
-            (pair[1].friction[body] - pair[0].friction[body]).abs() > 1.9 * sticks[body]
-        };
-        resting.windows(2).filter(far).count() as f64
+    let changes = |body: usize| {
+        let at_limit = resting.iter().map(|row| row.friction[body]).filter(|f| f.abs() > 0.99 * sticks[body]);
+        let sides: Vec<f64> = at_limit.map(f64::signum).collect();
+        sides.windows(2).filter(|pair| pair[0] != pair[1]).count() as f64
     };
-    Some((0..sticks.len()).map(jumps).collect())
+    Some((0..sticks.len()).map(changes).collect())
 }
 
 /// Distance of the final positions from those of another run.

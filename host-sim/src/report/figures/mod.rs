@@ -28,20 +28,24 @@ pub struct Drawing {
 /// Names a drawing that the evidence does not make.
 pub fn drawings(evidence: &Evidence, texts: &[FigureText]) -> Result<Vec<Vec<Drawing>>, Error> {
     let mut all: BTreeMap<String, Figure> = BTreeMap::new();
-    let mut add = |more: Vec<NamedFigure>| all.extend(more.into_iter().map(|named| (named.stem, named.figure)));
+    let mut add =
+        |more: Vec<NamedFigure>| all.extend(more.into_iter().map(|named| (named.stem, named.figure)));
     for experiment in AXIS.into_iter().chain(["high-gain"]) {
         add(figures(experiment, evidence.axis(experiment), &Evidence::sources(experiment)?));
     }
     add(chapter2::figures(evidence));
     let of = |text: &FigureText| {
-        text.drawings.iter().enumerate().map(|(i, name)| {
-            let figure = all.get(name).ok_or_else(|| {
-                let why = evidence.trouble_of_any().unwrap_or("no run makes it");
-                Error::Figure(format!("`{name}`: {why}"))
-            })?;
-            Ok(Drawing { stem: stem(text, i), figure: figure.clone() })
-        })
-        .collect::<Result<Vec<_>, Error>>()
+        text.drawings
+            .iter()
+            .enumerate()
+            .map(|(i, name)| {
+                let figure = all.get(name).ok_or_else(|| {
+                    let why = evidence.trouble_of_any().unwrap_or("no run makes it");
+                    Error::Figure(format!("`{name}`: {why}"))
+                })?;
+                Ok(Drawing { stem: stem(text, i), figure: figure.clone() })
+            })
+            .collect::<Result<Vec<_>, Error>>()
     };
     texts.iter().map(of).collect()
 }
