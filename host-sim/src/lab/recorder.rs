@@ -6,8 +6,9 @@ use crate::mechanism::Mechanism;
 use crate::solver::EventKind;
 use crate::solver::state::{BodyEvent, Finish, Observer, Sample};
 
-/// Samples of a run that lie evenly; those on both sides of events come on top.
-const EVEN_SAMPLES: f64 = 2000.0;
+/// Samples of a run that lie evenly; those on both sides of events come on top. The Reset Integrator's oscillation on
+/// the thesis's spring has a period of 13 ms in 5 s: 25 samples.
+const EVEN_SAMPLES: f64 = 10_000.0;
 
 /// Events of a run that are kept with their samples; a chattering run has more.
 const MOST_ROWS: usize = 200_000;

@@ -55,13 +55,19 @@ pub fn make(directory: &Path) -> Result<Made, Error> {
     let done = rendered(plans, &texts, &bar);
     bar.finish_and_clear();
     let rendered = done?;
-    let page = directory.join("index.html");
+    let page = write(directory, &rendered)?;
+    Ok(Made { page, drawings: rendered.files.len(), claims: rendered.claims, wall: begin.elapsed() })
+}
+
+/// Writes the page last: once it is there, everything is.
+fn write(directory: &Path, rendered: &Rendered) -> Result<PathBuf, Error> {
     for (stem, svg, png) in &rendered.files {
         write_whole(&directory.join(format!("{stem}.svg")), svg.as_bytes())?;
         write_whole(&directory.join(format!("{stem}.png")), png)?;
     }
+    let page = directory.join("index.html");
     write_whole(&page, rendered.page.as_bytes())?;
-    Ok(Made { page, drawings: rendered.files.len(), claims: rendered.claims, wall: begin.elapsed() })
+    Ok(page)
 }
 
 /// The report before it is written.
@@ -84,7 +90,9 @@ fn rendered(plans: Plans, texts: &[content::FigureText], bar: &ProgressBar) -> R
     for figure in &drawings {
         let mut of_figure = Vec::new();
         for (drawing, drawn) in figure.iter().zip(drawn.by_ref()) {
-            of_figure.push(drawn.inline);
+            // The heading says what a single drawing shows.
+            let title = if figure.len() > 1 { drawing.figure.title.clone() } else { String::new() };
+            of_figure.push(page::DrawingView { title, svg: drawn.inline });
             files.push((drawing.stem.clone(), drawn.svg, drawn.png));
         }
         inline.push(of_figure);

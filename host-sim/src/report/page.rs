@@ -17,7 +17,7 @@ pub struct Parts<'a> {
     /// Captions.
     pub figures: &'a [FigureText],
     /// The inline drawings of each figure.
-    pub drawings: &'a [Vec<String>],
+    pub drawings: &'a [Vec<DrawingView>],
     /// The thesis's tables.
     pub tables: &'a [Table],
     /// Misprints.
@@ -53,7 +53,16 @@ struct FigureView<'a> {
     title: &'a str,
     caption: &'a str,
     note: String,
-    drawings: &'a [String],
+    drawings: &'a [DrawingView],
+}
+
+/// A drawing of a figure.
+#[derive(Serialize)]
+pub struct DrawingView {
+    /// What it shows; empty where the figure's heading says it.
+    pub title: String,
+    /// Inline.
+    pub svg: String,
 }
 
 /// How many claims hold, hold in part, fail and are not measured.
@@ -157,7 +166,7 @@ fn digits(value: f64) -> String {
     text.replace('-', "\u{2212}")
 }
 
-fn figure<'a>((text, drawings): (&'a FigureText, &'a Vec<String>)) -> FigureView<'a> {
+fn figure<'a>((text, drawings): (&'a FigureText, &'a Vec<DrawingView>)) -> FigureView<'a> {
     let numbers: Vec<String> = text.numbers.iter().map(u32::to_string).collect();
     let heading = match numbers.len() {
         1 => format!("Fig. {}", numbers.join("")),

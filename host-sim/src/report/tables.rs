@@ -77,8 +77,10 @@ fn used(row: &RowText, file: Option<&Value>, evidence: &Evidence) -> Option<Stri
     if let Some(run) = &row.evaluations {
         return Some(match evidence.lab(run) {
             Some(result) => {
-                let wall_ms = 1e3 * result.wall.as_secs_f64();
-                format!("{} evaluations, {wall_ms:.1} ms", grouped(result.evaluations))
+                let wall_s = result.wall.as_secs_f64();
+                let wall =
+                    if wall_s < 1.0 { format!("{:.1} ms", 1e3 * wall_s) } else { format!("{wall_s:.1} s") };
+                format!("{} evaluations, {wall}", grouped(result.evaluations))
             }
             None => evidence.trouble(run)?.to_owned(),
         });

@@ -8,7 +8,7 @@ use resvg::usvg::roxmltree::{Document, Node, ParsingOptions};
 
 use super::claims::{SECTIONS, Verdict};
 use super::evidence::{Evidence, Plans};
-use super::{Rendered, content, make, rendered};
+use super::{Rendered, content, make, rendered, write};
 
 static REPORT: LazyLock<Rendered> = LazyLock::new(|| {
     let texts = content::figures().unwrap();
@@ -141,6 +141,19 @@ fn a_verdict_changes_with_its_measurement() {
     }
     evidence.run_mut("step-response", "pd/step-5.0").unwrap().metrics.rest_error_counts = None;
     assert_eq!(claim.judge(&evidence), (vec![], Verdict::NotMeasured));
+}
+
+#[test]
+fn the_page_and_two_files_of_each_drawing_are_written() {
+    let directory = tempfile::tempdir().unwrap();
+    let page = write(directory.path(), &REPORT).unwrap();
+    assert_eq!(std::fs::read_to_string(page).unwrap(), REPORT.page);
+    let files = std::fs::read_dir(directory.path()).unwrap().count();
+    assert_eq!(files, 1 + 2 * REPORT.files.len());
+    assert!(
+        directory.path().join("figure-05.svg").is_file()
+            && directory.path().join("figure-28-48.png").is_file()
+    );
 }
 
 #[test]

@@ -3,7 +3,7 @@
 use super::Claim;
 use super::Criterion::{Above, Below, Between};
 use super::friction::{
-    accelerations_at_rest, after_stops, apart, changes_of_limit, excess, held_at_stops, levels, miss, peaks,
+    accelerations_at_rest, after_stops, apart, changes_of_side, excess, held_at_stops, levels, miss, peaks,
     rows, times, work,
 };
 use crate::report::evidence::Evidence;
@@ -149,11 +149,19 @@ pub(super) const CLAIMS: &[Claim] = &[
     },
     Claim {
         source: "Section 2.2.2.2, Fig. 14",
-        says: "With them the stick frictions switch back and forth from limit to limit.",
-        quantity: "changes from one limit to the other among the samples with both joints within D_v: joints 1 and 2",
-        measure: |e| changes_of_limit(e, "arm/previous-step"),
+        says: "With them the stick frictions switch back and forth.",
+        quantity: "changes of sign, of at least T_d either way, among the samples with both joints within D_v: joints 1 and 2",
+        measure: |e| changes_of_side(e, "arm/previous-step", "slip"),
         holds: Above(10.0),
         remark: "",
+    },
+    Claim {
+        source: "Section 2.2.2.2, Fig. 14",
+        says: "They do so between the maximum values of stick friction.",
+        quantity: "the same, of at least T_s either way",
+        measure: |e| changes_of_side(e, "arm/previous-step", "stick"),
+        holds: Above(10.0),
+        remark: "A joint that comes into its band keeps its acceleration up, and so the friction it had: near T_d, not T_s.",
     },
     Claim {
         source: "Section 2.2.2.2, Fig. 14",

@@ -99,17 +99,19 @@ pub(super) fn accelerations_at_rest(evidence: &Evidence, name: &str) -> Option<V
     Some((0..result.metrics.breaks.len()).map(of).collect())
 }
 
-/// How often each friction is found at its other limit, in the samples in which all bodies are in their bands.
-pub(super) fn changes_of_limit(evidence: &Evidence, name: &str) -> Option<Vec<f64>> {
+/// How often each friction is found on its other side, of the samples in which all bodies are in their bands and it has
+/// the size of a level (`stick` or `slip`) at least.
+pub(super) fn changes_of_side(evidence: &Evidence, name: &str, level: &str) -> Option<Vec<f64>> {
     let result = evidence.lab(name)?;
-    let sticks = levels(result, "stick");
+    let levels = levels(result, level);
     let resting: Vec<&Row> = result.rows.iter().filter(|row| row.stuck.iter().all(|stuck| *stuck)).collect();
     let changes = |body: usize| {
-        let at_limit = resting.iter().map(|row| row.friction[body]).filter(|f| f.abs() > 0.99 * sticks[body]);
-        let sides: Vec<f64> = at_limit.map(f64::signum).collect();
+        let frictions = resting.iter().map(|row| row.friction[body]);
+        let large = frictions.filter(|friction| friction.abs() > 0.99 * levels[body]);
+        let sides: Vec<f64> = large.map(f64::signum).collect();
         sides.windows(2).filter(|pair| pair[0] != pair[1]).count() as f64
     };
-    Some((0..sticks.len()).map(changes).collect())
+    Some((0..levels.len()).map(changes).collect())
 }
 
 /// Distance of the final positions from those of another run.
