@@ -4,3 +4,4 @@
 
 mod common;
 mod published;
+mod second_method;
