@@ -63,7 +63,6 @@ struct TwoBlocks {
     omega: f64,
 }
 
-
 impl TwoBlocks {
     fn x_in(&self, t: f64) -> f64 {
         if self.omega > 0.0 { self.pull * (self.omega * t).sin() } else { self.pull * t.min(self.until_s) }
@@ -99,10 +98,9 @@ impl TwoBlocks {
                 ([a, a], [f[0] - m1 * a, dynamic(1)])
             }
             (false, true) => ([(f[0] - dynamic(0)) / m1, 0.0], [dynamic(0), f[1] + dynamic(0)]),
-            (false, false) => (
-                [(f[0] - dynamic(0)) / m1, (f[1] + dynamic(0) - dynamic(1)) / m2],
-                [dynamic(0), dynamic(1)],
-            ),
+            (false, false) => {
+                ([(f[0] - dynamic(0)) / m1, (f[1] + dynamic(0) - dynamic(1)) / m2], [dynamic(0), dynamic(1)])
+            }
         }
     }
 
@@ -155,9 +153,11 @@ impl TwoBlocks {
     /// What must stay above zero in a mode.
     fn margins(&self, t: f64, s: &Blocks, mode: [i32; 2]) -> [f64; 2] {
         let ((_, r), v) = (self.newton(t, s, mode), self.sliding(s));
-        std::array::from_fn(|i| {
-            if mode[i] == 0 { self.stick[i] - r[i].abs() } else { f64::from(mode[i]) * v[i] }
-        })
+        std::array::from_fn(
+            |i| {
+                if mode[i] == 0 { self.stick[i] - r[i].abs() } else { f64::from(mode[i]) * v[i] }
+            },
+        )
     }
 
     /// The mode at an instant; `still` tells which frictions are at zero velocity, `broken` which may not stick.

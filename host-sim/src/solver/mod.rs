@@ -13,7 +13,7 @@ mod explicit;
 pub mod fixed;
 mod linear;
 pub mod located;
-mod modes;
+pub mod modes;
 pub mod pieces;
 mod rk4;
 mod roots;
