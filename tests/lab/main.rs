@@ -6,4 +6,5 @@ mod common;
 mod models;
 mod nonsmooth;
 mod published;
+mod reset_integrator;
 mod second_method;

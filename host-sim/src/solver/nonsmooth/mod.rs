@@ -52,7 +52,7 @@ where
     F: SetValued,
     O: Observer<N>,
 {
-    Run::new(mechanism, set_valued::Law::new(friction), observer).to_the_end(step_s, duration_s)
+    Run::new(mechanism, set_valued::Law::new(friction), observer).finished(step_s, duration_s)
 }
 
 /// The same for friction with an implicit step of its own.
@@ -71,7 +71,7 @@ where
     F: Implicit<Z>,
     O: Observer<N>,
 {
-    Run::new(mechanism, implicit::Law::new(friction), observer).to_the_end(step_s, duration_s)
+    Run::new(mechanism, implicit::Law::new(friction), observer).finished(step_s, duration_s)
 }
 
 /// A step with the mechanism's terms frozen.
@@ -126,7 +126,7 @@ impl<'a, const N: usize, M: Mechanism<N> + ?Sized, L: Law<N>, O: Observer<N>> Ru
         Self { mechanism, law, observer, t: 0.0, q, v: [0.0; N], slip, evaluations: 0, steps: 0 }
     }
 
-    fn to_the_end(mut self, step_s: f64, duration_s: f64) -> Result<Finish<N>, Trouble> {
+    fn finished(mut self, step_s: f64, duration_s: f64) -> Result<Finish<N>, Trouble> {
         self.sample_start();
         while self.t < duration_s {
             let begin_s = self.t;
@@ -179,14 +179,14 @@ impl<'a, const N: usize, M: Mechanism<N> + ?Sized, L: Law<N>, O: Observer<N>> Ru
     fn keep(&mut self, step: &Step<N>, t_end: f64, v_end: [f64; N]) {
         let friction = self.law.keep(step, &v_end);
         let a = std::array::from_fn(|i| (v_end[i] - self.v[i]) / step.h);
-        for i in 0..N {
-            self.q[i] += step.h * v_end[i];
+        for (q, v) in self.q.iter_mut().zip(&v_end) {
+            *q += step.h * v;
         }
         (self.t, self.v) = (t_end, v_end);
         self.steps += 1;
         let slip = self.law.slip();
-        for body in 0..N {
-            let kind = match (self.slip[body], slip[body]) {
+        for (body, change) in self.slip.into_iter().zip(slip).enumerate() {
+            let kind = match change {
                 (before, after) if before == after => continue,
                 (0, _) => EventKind::Break,
                 (_, 0) => EventKind::Stick,
