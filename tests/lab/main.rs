@@ -3,4 +3,8 @@
 #![allow(missing_docs, clippy::unwrap_used, clippy::expect_used, clippy::panic)]
 
 mod common;
+mod models;
+mod nonsmooth;
 mod published;
+mod reset_integrator;
+mod second_method;

@@ -10,17 +10,29 @@
 //! Karnopp's velocity band ([`crate::solver::banded`]) is neither: it is a way to compute a set-valued model.
 
 mod coulomb;
+mod dahl;
+mod elastic_coulomb;
+mod lugre;
+mod maxwell_slip;
 mod reset_integrator;
+mod stribeck;
+mod tanh;
 
 pub use coulomb::{AddedFriction, Coulomb};
+pub use dahl::Dahl;
+pub use elastic_coulomb::ElasticCoulomb;
+pub use lugre::LuGre;
+pub use maxwell_slip::MaxwellSlip;
 pub use reset_integrator::ResetIntegrator;
+pub use stribeck::Stribeck;
+pub use tanh::Tanh;
 
 /// Friction that holds a body at rest up to a limit.
 pub trait SetValued {
     /// Largest friction at rest F_s.
     fn stick(&self) -> f64;
 
-    /// Friction in motion at a `speed` >= 0, its limit from above at zero included. Not above [`Self::stick`].
+    /// Friction in motion at a `speed` >= 0, its limit from above at zero included. Not above [`Self::stick`] there.
     fn slip(&self, speed: f64) -> f64;
 }
 
@@ -64,4 +76,26 @@ pub trait SingleValued<const Z: usize> {
 
     /// What a state is measured by, for error control: errors far below it do not matter.
     fn state_scale(&self) -> [f64; Z];
+}
+
+/// Friction with an implicit step of its own, for [`crate::solver::nonsmooth::run_implicit`]: over a step of `h` from
+/// velocity `v` and states `z`, as a function of the velocity `v_end` at its end.
+pub trait Implicit<const Z: usize>: SingleValued<Z> {
+    /// The friction at the end, which never falls with `v_end`, and its slope over `v_end`. What would make it fall, such
+    /// as a level that does with velocity, is taken at `v`.
+    fn friction(&self, h: f64, v: f64, z: &[f64; Z], v_end: f64) -> (f64, f64);
+
+    /// The states at the end.
+    fn states(&self, h: f64, v: f64, z: &[f64; Z], v_end: f64) -> [f64; Z];
+}
+
+/// The speed at which a bristle of F_s at `range` throws a mass: `range omega = sqrt(F_s range / mass)`. The rules for
+/// parameters that a user leaves out measure speeds by it.
+fn bristle_speed(levels: Coulomb, range: f64, mass: f64) -> f64 {
+    (levels.stick * range / mass).sqrt()
+}
+
+/// `sqrt(K m)`, half of the critical damping of a spring and a mass.
+fn impedance(stiffness: f64, mass: f64) -> f64 {
+    (stiffness * mass).sqrt()
 }

@@ -1,8 +1,7 @@
 //! Solvers: how the motion of a mechanism is found.
-
 //!
-//! Of the robot's axis: [`ExactAxis`], [`Rk4Axis`]. Of any mechanism of the friction lab: [`located`] and [`pieces`] (`exact`), [`fixed`]
-//! (`rk4`), [`step_doubling`] (`rk4-adaptive`).
+//! Of the robot's axis: [`ExactAxis`], [`Rk4Axis`]. Of any mechanism of the friction lab: [`located`] and [`pieces`]
+//! (`exact`), [`fixed`] (`rk4`), [`step_doubling`] (`rk4-adaptive`), [`nonsmooth`].
 
 pub mod banded;
 mod between;
@@ -13,7 +12,8 @@ mod explicit;
 pub mod fixed;
 mod linear;
 pub mod located;
-mod modes;
+pub mod modes;
+pub mod nonsmooth;
 pub mod pieces;
 mod rk4;
 mod roots;

@@ -75,7 +75,7 @@ pub fn run<const N: usize, const Z: usize, D: Dynamics<N, Z>, O: Observer<N>>(
                 return Ok(progress.finish());
             }
             let shrink = 0.9 * error.powf(-0.25);
-            h *= if shrink.is_nan() { 0.1 } else { shrink.max(0.1) };
+            h *= if shrink.is_nan() { 0.1 } else { shrink };
         };
         // 6e-4 = (4 / 0.9)^-5: below it the growth of 4 is reached.
         let growth = if error > 6e-4 { 0.9 * error.powf(-0.2) } else { 4.0 };
