@@ -1,14 +1,14 @@
 // Enlarges a drawing; the page is complete without this.
 (() => {
   const zoom = document.getElementById('zoom'), sheet = zoom.querySelector('div');
-  let scale = 1;
-  const show = () => { const svg = sheet.firstElementChild; if (svg) svg.style.width = 100 * scale + '%'; };
+  let scale = 1, width = 0;
+  const show = () => { const svg = sheet.firstElementChild; if (svg) svg.style.width = width * scale + 'px'; };
   const open = (drawing) => {
     const copy = drawing.firstElementChild.cloneNode(true);
     // Names are unique on a page: the copy gets its own.
     copy.innerHTML = copy.innerHTML.replaceAll(/(id="|url\(#)/g, '$1zoomed-');
     sheet.replaceChildren(copy);
-    scale = 1; show(); zoom.showModal();
+    width = 1.5 * drawing.clientWidth; scale = 1; show(); zoom.showModal();
   };
   for (const drawing of document.querySelectorAll('.drawing')) {
     drawing.addEventListener('click', () => open(drawing));

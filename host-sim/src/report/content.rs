@@ -27,6 +27,9 @@ pub struct FigureText {
     pub caption: String,
     /// Names of our drawings.
     pub drawings: Vec<String>,
+    /// What each of them shows; left out for a single one.
+    #[serde(default)]
+    pub parts: Vec<String>,
 }
 
 /// The thesis's tables.

@@ -87,11 +87,10 @@ fn rendered(plans: Plans, texts: &[content::FigureText], bar: &ProgressBar) -> R
         drawings.par_iter().flatten().map(|drawing| draw(drawing, bar)).collect::<Result<_, _>>()?;
     let mut drawn = drawn.into_iter();
     let (mut inline, mut files) = (Vec::new(), Vec::new());
-    for figure in &drawings {
+    for (figure, text) in drawings.iter().zip(texts) {
         let mut of_figure = Vec::new();
-        for (drawing, drawn) in figure.iter().zip(drawn.by_ref()) {
-            // The heading says what a single drawing shows.
-            let title = if figure.len() > 1 { drawing.figure.title.clone() } else { String::new() };
+        for (i, (drawing, drawn)) in figure.iter().zip(drawn.by_ref()).enumerate() {
+            let title = text.parts.get(i).cloned().unwrap_or_default();
             of_figure.push(page::DrawingView { title, svg: drawn.inline });
             files.push((drawing.stem.clone(), drawn.svg, drawn.png));
         }

@@ -103,7 +103,7 @@ pub(super) const AXIS: &[Claim] = &[
     },
     Claim {
         source: "Eq. 37, Table 20",
-        says: "With the inertia in N m per deg/s\u{b2}, 27 deg/s\u{b2} per volt, they do.",
+        says: "With the inertia in N m per deg/s\u{b2}, 27 deg/s\u{b2} per volt, the controllers do.",
         quantity: "unstable runs of the seven controllers, steps and trajectories",
         measure: |e| {
             let runs = e.axis("step-response").iter().chain(e.axis("trajectory"));
@@ -203,7 +203,7 @@ pub(super) const CONCLUSIONS: &[Claim] = &[
     },
     Claim {
         source: "Appendix A.2",
-        says: "The oscillations are visible in the displacement: they are violent.",
+        says: "At high gain the oscillations are visible in the displacement: they are violent.",
         quantity: "5 deg/s at high gain, total variation of the output (V/s): PD, RI, ROI, DNPF, SRNF",
         measure: |e| high(e, "", |m| m.control_total_variation_v_per_s),
         holds: Above(10.0),
@@ -211,11 +211,11 @@ pub(super) const CONCLUSIONS: &[Claim] = &[
     },
     Claim {
         source: "Appendix A.2",
-        says: "The same, with one sample of computation delay.",
+        says: "At high gain and with one sample of computation delay they are violent.",
         quantity: "5 deg/s at high gain and 20 ms of delay (V/s): PD, RI, ROI, DNPF, SRNF",
         measure: |e| high(e, "/delay-1", |m| m.control_total_variation_v_per_s),
         holds: Above(10.0),
-        remark: "The thesis's computer must have had some delay; how much it does not say.",
+        remark: "The thesis does not say how long its computer took.",
     },
     Claim {
         source: "Section 4.1",

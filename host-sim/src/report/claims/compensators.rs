@@ -56,8 +56,8 @@ pub(super) const INTEGRALS: &[Claim] = &[
     },
     Claim {
         source: "Section 3.3.3",
-        says: "It hunts because friction drops from stick to slip.",
-        quantity: "the same with Ts = Td = 0.38 V (counts)",
+        says: "RI hunts because friction drops from stick to slip.",
+        quantity: "peak to peak in the second minute with Ts = Td = 0.38 V (counts)",
         measure: |e| hunting(e, "ri-without-drop", "ri"),
         holds: Below(1.0),
         remark: "",

@@ -200,7 +200,7 @@ pub(super) const CLAIMS: &[Claim] = &[
     },
     Claim {
         source: "Table 18, test 1",
-        says: "It risks oscillations of the control signal.",
+        says: "A larger v_ms risks oscillations of the control signal.",
         quantity: "total variation by that of Table 17: 5 and 2.5 deg/s",
         measure: |e| test(e, 1, |m| m.control_total_variation_v_per_s),
         holds: Above(1.0),
@@ -224,7 +224,7 @@ pub(super) const CLAIMS: &[Claim] = &[
     },
     Claim {
         source: "Table 18, test 3",
-        says: "Slip friction is then still compensated.",
+        says: "With a larger alpha slip friction is still compensated.",
         quantity: "cruise error by that of Table 17: 5 and 2.5 deg/s",
         measure: |e| test(e, 3, |m| m.cruise_error_deg),
         holds: Below(1.05),

@@ -14,9 +14,9 @@ pub enum Quantity {
     Acceleration,
     Input,
     Friction,
-    /// p of the Reset Integrator.
+    /// p of the Reset Integrator, µm.
     Deflection,
-    /// Its rate: that of the body while it sticks, else zero (eq. 2).
+    /// Its rate, mm/s: that of the body while it sticks, else zero (eq. 2).
     DeflectionRate,
 }
 
@@ -49,10 +49,10 @@ fn points(result: &LabResult, body: usize, quantity: Quantity) -> Option<Vec<(f6
         Quantity::Acceleration => row.acceleration.get(body).copied(),
         Quantity::Input => row.input.get(body).copied(),
         Quantity::Friction => row.friction.get(body).copied(),
-        Quantity::Deflection => row.deflection.get(body).copied(),
+        Quantity::Deflection => row.deflection.get(body).map(|p| 1e6 * p),
         Quantity::DeflectionRate => {
             let sticks = *row.stuck.get(body)?;
-            if sticks { row.velocity.get(body).copied() } else { Some(0.0) }
+            if sticks { row.velocity.get(body).map(|v| 1e3 * v) } else { Some(0.0) }
         }
     };
     result.rows.iter().map(|row| Some((row.time_s, value(row)?))).collect()
