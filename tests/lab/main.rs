@@ -2,8 +2,10 @@
 //! the result of a second method at a tighter tolerance.
 #![allow(missing_docs, clippy::unwrap_used, clippy::expect_used, clippy::panic)]
 
+mod claims;
 mod common;
 mod models;
+mod no_hang;
 mod nonsmooth;
 mod published;
 mod reset_integrator;

@@ -220,6 +220,10 @@ impl Document {
             let typed = quoted.next().unwrap_or_default();
             return format!("unknown key `{}`{}", inside(parent, typed), suggestion_or_all(typed, quoted));
         }
+        if message.starts_with("duplicate field") {
+            let twice = inside(if path == "." { "" } else { path }, quoted.next().unwrap_or_default());
+            return format!("`{twice}` is there in two units");
+        }
         if message.starts_with("missing field") {
             let key = inside(if path == "." { "" } else { path }, quoted.next().unwrap_or_default());
             const TABLES: [&str; 8] =

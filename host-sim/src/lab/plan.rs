@@ -86,7 +86,7 @@ impl LabPlan {
 
     /// Whether model, solver and coupling go together.
     fn fits(&self) -> Result<(), Error> {
-        use SolverName::{Exact, Rk4, Rk4Adaptive};
+        use SolverName::{Exact, Nonsmooth, Rk4, Rk4Adaptive};
         let (model, solver) = (name_of(&self.model), name_of(&self.solver()));
         let refuse = |why: &str| {
             let at = self.origin.of("run.solver");
@@ -95,13 +95,21 @@ impl LabPlan {
             )))
         };
         match (self.model, self.solver()) {
-            (Model::Classical | Model::Karnopp, Rk4 | Rk4Adaptive) => refuse(
+            (Model::Classical | Model::Karnopp | Model::Stribeck, Rk4 | Rk4Adaptive) => refuse(
                 "steps that locate nothing never meet the velocity zero at which it sticks; take `karnopp-banded`, or the \
                  solver `exact` or `nonsmooth`",
             ),
-            (Model::KarnoppBanded, Exact) => refuse(
+            (Model::KarnoppBanded, Exact | Nonsmooth) => refuse(
                 "a body in its velocity band is neither at rest nor in motion, and there is no switch to locate; take \
                  `karnopp`, or the solver `rk4` or `rk4-adaptive`",
+            ),
+            (Model::MaxwellSlip, Exact) => refuse(
+                "the rates of its elements jump where they begin to slip, and those instants are not located; take the \
+                 solver `nonsmooth`, `rk4` or `rk4-adaptive`",
+            ),
+            (Model::ResetIntegrator, Nonsmooth) => refuse(
+                "its friction drops at the end of its range, so that its implicit step has no single solution; take \
+                 the solver `exact`, `rk4` or `rk4-adaptive`",
             ),
             _ => Ok(()),
         }?;
@@ -134,7 +142,7 @@ impl LabPlan {
             "a number from 1e-14 to 0.1".into()
         })?;
         let (step_s, what) = match run.solver {
-            SolverName::Rk4 => (run.step_s, "steps of `run.step_s`"),
+            SolverName::Rk4 | SolverName::Nonsmooth => (run.step_s, "steps of `run.step_s`"),
             SolverName::Exact | SolverName::Rk4Adaptive => {
                 (self.time_scale_s()?, "of the mechanism's own time scale")
             }
@@ -196,15 +204,24 @@ impl LabPlan {
 
     /// The key as this mechanism's file has it: `_n` and `_m` are `_nm` and `_rad` where it turns.
     pub(super) fn key(&self, key: &str) -> String {
-        let turned = match key {
-            "friction.stick_n" => "friction.stick_nm",
-            "friction.slip_n" => "friction.slip_nm",
-            "friction.karnopp-banded.band_m_per_s" => "friction.karnopp-banded.band_rad_per_s",
-            "friction.reset-integrator.range_m" => "friction.reset-integrator.range_rad",
-            "friction.reset-integrator.stiffness_n_per_m" => "friction.reset-integrator.stiffness_nm_per_rad",
-            "friction.reset-integrator.damping_n_s_per_m" => "friction.reset-integrator.damping_nm_s_per_rad",
-            other => other,
-        };
-        if self.setup.mechanism.kind.turns() { turned.into() } else { key.into() }
+        const TURNED: [(&str, &str); 9] = [
+            ("stick_n", "stick_nm"),
+            ("slip_n", "slip_nm"),
+            ("range_m", "range_rad"),
+            ("band_m_per_s", "band_rad_per_s"),
+            ("speed_m_per_s", "speed_rad_per_s"),
+            ("stiffness_n_per_m", "stiffness_nm_per_rad"),
+            ("damping_n_s_per_m", "damping_nm_s_per_rad"),
+            ("viscous_n_s_per_m", "viscous_nm_s_per_rad"),
+            ("attraction_n_per_s", "attraction_nm_per_s"),
+        ];
+        let (tables, last) = key.rsplit_once('.').unwrap_or(("", key));
+        let turned = TURNED.iter().find(|(straight, _)| *straight == last).map(|(_, turned)| *turned);
+        match turned {
+            Some(turned) if tables.starts_with("friction") && self.setup.mechanism.kind.turns() => {
+                format!("{tables}.{turned}")
+            }
+            _ => key.into(),
+        }
     }
 }

@@ -9,13 +9,13 @@ use super::plan::LabPlan;
 use super::recorder::{Metrics, Recorder, Row};
 use super::setup::{Model, SolverName};
 use crate::error::Error;
-use crate::friction::{SetValued, SingleValued};
+use crate::friction::{Implicit, SetValued, SingleValued};
 use crate::mechanism::Mechanism;
 use crate::solver::banded::Banded;
 use crate::solver::dynamics::{Dynamics, SingleValuedDynamics};
 use crate::solver::state::{BodyEvent, Finish};
 use crate::solver::step_doubling::Accuracy;
-use crate::solver::{Trouble, fixed, located, pieces, step_doubling};
+use crate::solver::{Trouble, fixed, located, nonsmooth, pieces, step_doubling};
 
 /// Evaluations of `rk4-adaptive` before it is given up: minutes.
 const MAX_EVALUATIONS: u64 = 1_000_000_000;
@@ -72,10 +72,13 @@ fn run_with<const N: usize>(plan: &LabPlan, mechanism: &dyn Mechanism<N>) -> Res
             let mut dynamics = Banded::new(mechanism, levels, bands, plan.setup.run.coupling);
             case.explicit(&mut dynamics)
         }
-        Model::ResetIntegrator => {
-            let friction = plan.reset_integrators::<N>()?;
-            case.single_valued(friction)
-        }
+        Model::Stribeck => case.set_valued(&plan.stribecks::<N>()?),
+        Model::ResetIntegrator => case.single_valued(plan.reset_integrators::<N>()?),
+        Model::Tanh => case.implicit(plan.tanhs::<N>()?),
+        Model::Dahl => case.implicit(plan.dahls::<N>()?),
+        Model::LuGre => case.implicit(plan.lugres::<N>()?),
+        Model::ElasticCoulomb => case.implicit(plan.elastic_coulombs::<N>()?),
+        Model::MaxwellSlip => case.implicit(plan.maxwell_slips::<N>()?),
     };
     let wall = begin.elapsed();
     let finish =
@@ -101,7 +104,23 @@ struct Case<'a, 'b, const N: usize> {
 impl<const N: usize> Case<'_, '_, N> {
     fn set_valued<F: SetValued>(self, friction: &[F; N]) -> Result<Finish<N>, Trouble> {
         let run = &self.plan.setup.run;
-        located::run(self.mechanism, friction, run.tolerance, run.duration_s, self.recorder)
+        match run.solver {
+            SolverName::Nonsmooth => {
+                nonsmooth::run(self.mechanism, friction, run.step_s, run.duration_s, self.recorder)
+            }
+            // The others have been refused.
+            _ => located::run(self.mechanism, friction, run.tolerance, run.duration_s, self.recorder),
+        }
+    }
+
+    fn implicit<const Z: usize, F: Implicit<Z>>(self, friction: [F; N]) -> Result<Finish<N>, Trouble> {
+        let run = &self.plan.setup.run;
+        match run.solver {
+            SolverName::Nonsmooth => {
+                nonsmooth::run_implicit(self.mechanism, &friction, run.step_s, run.duration_s, self.recorder)
+            }
+            _ => self.single_valued(friction),
+        }
     }
 
     fn single_valued<const Z: usize, F: SingleValued<Z>>(

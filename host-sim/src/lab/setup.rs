@@ -145,38 +145,57 @@ pub struct FrictionTable {
     /// F_d or T_d of each body.
     #[serde(alias = "slip_nm")]
     pub slip_n: Option<Vec<f64>>,
-    /// `[friction.karnopp-banded]`.
-    #[serde(rename = "karnopp-banded")]
-    pub karnopp_banded: Option<BandedTable>,
-    /// `[friction.reset-integrator]`.
-    #[serde(rename = "reset-integrator")]
-    pub reset_integrator: Option<ResetIntegratorTable>,
-}
-
-/// `[friction.karnopp-banded]`.
-#[derive(Clone, Debug, Deserialize)]
-#[serde(deny_unknown_fields)]
-pub struct BandedTable {
-    /// D_v.
-    #[serde(alias = "band_rad_per_s")]
-    pub band_m_per_s: Option<Vec<f64>>,
-}
-
-/// `[friction.reset-integrator]`.
-#[derive(Clone, Debug, Deserialize)]
-#[serde(deny_unknown_fields)]
-pub struct ResetIntegratorTable {
-    /// p_o.
+    /// p_o: how far a bristle bends before it slides; of the models that have bristles.
     #[serde(alias = "range_rad")]
     pub range_m: Option<Vec<f64>>,
-    /// K_r; left out: F_d / p_o (eq. 4b).
+    /// `[friction.karnopp-banded]`.
+    #[serde(rename = "karnopp-banded")]
+    pub karnopp_banded: Option<ModelTable>,
+    /// `[friction.reset-integrator]`.
+    #[serde(rename = "reset-integrator")]
+    pub reset_integrator: Option<ModelTable>,
+    /// `[friction.tanh]`.
+    pub tanh: Option<ModelTable>,
+    /// `[friction.stribeck]`.
+    pub stribeck: Option<ModelTable>,
+    /// `[friction.dahl]`.
+    pub dahl: Option<ModelTable>,
+    /// `[friction.lugre]`.
+    pub lugre: Option<ModelTable>,
+    /// `[friction.elastic-coulomb]`.
+    #[serde(rename = "elastic-coulomb")]
+    pub elastic_coulomb: Option<ModelTable>,
+    /// `[friction.maxwell-slip]`.
+    #[serde(rename = "maxwell-slip")]
+    pub maxwell_slip: Option<ModelTable>,
+}
+
+/// What a model has of its own; a rule of the model stands in for what is left out.
+#[derive(Clone, Debug, Default, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct ModelTable {
+    /// D_v of Karnopp's band.
+    #[serde(alias = "band_rad_per_s")]
+    pub band_m_per_s: Option<Vec<f64>>,
+    /// K_r, sigma0 or K of the bristle.
     #[serde(alias = "stiffness_nm_per_rad")]
     pub stiffness_n_per_m: Option<Vec<f64>>,
-    /// beta; left out: 0.707 sqrt(K_r (1 + a) m) (eq. 4c).
+    /// beta, sigma1 or D of the bristle.
     #[serde(alias = "damping_nm_s_per_rad")]
     pub damping_n_s_per_m: Option<Vec<f64>>,
-    /// a; left out: (F_s - F_d) / F_d (eq. 4a).
+    /// a of the Reset Integrator.
     pub gradient: Option<Vec<f64>>,
+    /// v_s, or the break-away speed of `tanh`.
+    #[serde(alias = "speed_rad_per_s")]
+    pub speed_m_per_s: Option<Vec<f64>>,
+    /// d of Stribeck's curve.
+    pub exponent: Option<Vec<f64>>,
+    /// sigma2.
+    #[serde(alias = "viscous_nm_s_per_rad")]
+    pub viscous_n_s_per_m: Option<Vec<f64>>,
+    /// C of the generalized Maxwell-slip model.
+    #[serde(alias = "attraction_nm_per_s")]
+    pub attraction_n_per_s: Option<Vec<f64>>,
 }
 
 /// Friction models by their names.
@@ -191,6 +210,19 @@ pub enum Model {
     KarnoppBanded,
     /// Haessig and Friedland's (thesis eqs. 2-5).
     ResetIntegrator,
+    /// Smoothed (thesis section 4.2).
+    Tanh,
+    /// Set-valued, falling from F_s to F_d with the speed.
+    Stribeck,
+    /// One bristle without F_s.
+    Dahl,
+    /// One damped bristle with Stribeck's curve.
+    #[serde(rename = "lugre")]
+    LuGre,
+    /// One elastic element whose force is cut at Stribeck's curve.
+    ElasticCoulomb,
+    /// Several elements side by side.
+    MaxwellSlip,
 }
 
 /// Solvers by their names.
@@ -204,6 +236,8 @@ pub enum SolverName {
     Rk4,
     /// Step doubling.
     Rk4Adaptive,
+    /// Backward Euler with the convex stick problem.
+    Nonsmooth,
 }
 
 /// `[run]`.

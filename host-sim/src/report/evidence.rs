@@ -5,7 +5,7 @@ use std::collections::BTreeMap;
 use indicatif::ProgressBar;
 use rayon::prelude::*;
 
-use super::runs::{AXIS, LAB};
+use super::runs::{AXIS, EPS, LAB};
 use crate::benchmark::{Score, benchmark};
 use crate::closed_loop::Moment;
 use crate::error::Error;
@@ -18,7 +18,8 @@ use crate::run::{self, RunResult, Trace};
 /// Results by the names of `runs.rs`.
 pub struct Evidence {
     axis: BTreeMap<&'static str, Vec<RunResult>>,
-    lab: BTreeMap<&'static str, Result<LabResult, String>>,
+    /// The first of each is that of the thesis's eps.
+    lab: BTreeMap<&'static str, Vec<Result<LabResult, String>>>,
     /// The control benchmark, best controller first.
     pub scores: Vec<Score>,
 }
@@ -48,7 +49,13 @@ impl Plans {
                 [format!("run.friction=[{:?}]", set.model), format!("run.solver={}", set.solver)];
             let more = set.set.iter().map(|s| (*s).to_owned());
             let document = opened(set.experiment, assignments.into_iter().chain(more).collect())?;
-            jobs.extend(lab::plan(&document)?.into_iter().map(|plan| (set.name, Job::Lab(Box::new(plan)))));
+            for eps in EPS.iter().take(if set.is_scanned() { EPS.len() } else { 1 }) {
+                let mut document = document.clone();
+                document.set(&[format!("run.eps={eps}")])?;
+                jobs.extend(
+                    lab::plan(&document)?.into_iter().map(|plan| (set.name, Job::Lab(Box::new(plan)))),
+                );
+            }
         }
         for set in AXIS {
             let assignments: Vec<String> = set.set.iter().map(|s| (*s).to_owned()).collect();
@@ -93,7 +100,7 @@ impl Plans {
         for (name, done) in done {
             match done {
                 Done::Axis(result) => evidence.axis.entry(name).or_default().push(*result),
-                Done::Lab(result) => drop(evidence.lab.insert(name, *result)),
+                Done::Lab(result) => evidence.lab.entry(name).or_default().push(*result),
             }
         }
         Ok(evidence)
@@ -148,22 +155,28 @@ impl Evidence {
 
     /// A run of the friction lab.
     pub fn lab(&self, name: &str) -> Option<&LabResult> {
-        self.lab.get(name)?.as_ref().ok()
+        self.lab.get(name)?.first()?.as_ref().ok()
+    }
+
+    /// Derivative evaluations of a run, at each eps if it is scanned.
+    pub fn evaluations(&self, name: &str) -> Option<Vec<f64>> {
+        let each = self.lab.get(name)?.iter().map(|result| Some(result.as_ref().ok()?.evaluations as f64));
+        each.collect()
     }
 
     /// Why a run of the friction lab did not end.
     pub fn trouble(&self, name: &str) -> Option<&str> {
-        self.lab.get(name)?.as_ref().err().map(String::as_str)
+        self.lab.get(name)?.first()?.as_ref().err().map(String::as_str)
     }
 
     /// Why the first one that did not end did not.
     pub fn trouble_of_any(&self) -> Option<&str> {
-        self.lab.values().find_map(|result| result.as_ref().err()).map(String::as_str)
+        self.lab.values().flatten().find_map(|result| result.as_ref().err()).map(String::as_str)
     }
 
     /// How many runs there are.
     pub fn len(&self) -> usize {
-        self.axis.values().map(Vec::len).sum::<usize>() + self.lab.len()
+        self.axis.values().map(Vec::len).sum::<usize>() + self.lab.values().map(Vec::len).sum::<usize>()
     }
 
     /// The thesis's figures of a built-in experiment.

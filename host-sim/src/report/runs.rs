@@ -26,6 +26,17 @@ pub struct LabRun {
     pub set: &'static [&'static str],
 }
 
+/// eps of the runs whose work is counted: the thesis's first, then some about it. How many steps a switch takes is a matter
+/// of luck, so that a single run says little.
+pub const EPS: [&str; 5] = ["2e-4", "1.6e-4", "1.8e-4", "2.2e-4", "2.4e-4"];
+
+impl LabRun {
+    /// Whether its work is counted at every [`EPS`].
+    pub fn is_scanned(&self) -> bool {
+        self.name.ends_with("-work")
+    }
+}
+
 const fn axis(
     name: &'static str,
     experiment: &'static str,
@@ -100,6 +111,7 @@ pub const LAB: &[LabRun] = &[
     lab("arm/karnopp", "manipulator-2dof", "karnopp", "exact", &[]),
     lab("arm/ri", "manipulator-2dof", "reset-integrator", "exact", &[]),
     lab("arm/banded-work", "manipulator-2dof", "karnopp-banded", "rk4-adaptive", &["run.coupling=neglected"]),
+    lab("arm/at-once-work", "manipulator-2dof", "karnopp-banded", "rk4-adaptive", &[]),
     lab("arm/ri-work", "manipulator-2dof", "reset-integrator", "rk4-adaptive", &[]),
     // Fig. 14, and what it is compared with at the same D_v.
     lab(

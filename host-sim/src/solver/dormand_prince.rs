@@ -160,7 +160,8 @@ pub fn step<const N: usize, const Z: usize>(
     };
     let (fifth, third) = (square(&fifth), square(&third));
     let both = fifth + 0.01 * third;
-    let error = if both > 0.0 { h.abs() * fifth / both.sqrt() } else { 0.0 };
+    // Not a number stays one.
+    let error = if both == 0.0 { 0.0 } else { h.abs() * fifth / both.sqrt() };
     Attempt { end: from.plus(h, &gain), error }
 }
 

@@ -16,8 +16,8 @@ use super::{EventKind, Trouble};
 use crate::friction::SingleValued;
 use crate::mechanism::Mechanism;
 
-/// Steps before a run is given up: a minute of work.
-const MAX_STEPS: u64 = 10_000_000;
+/// Steps before a run is given up: half a minute of work.
+const MAX_STEPS: u64 = 2_000_000;
 
 /// What ends a piece is zero if off by no more than this part of its largest value on the step.
 const LOCATED: f64 = 1e-12;

@@ -1,5 +1,6 @@
 //! Readings of the friction lab's runs.
 
+use super::ratios;
 use crate::lab::{LabResult, Row};
 use crate::report::evidence::Evidence;
 use crate::solver::EventKind;
@@ -62,9 +63,9 @@ pub(super) fn apart(evidence: &Evidence, a: &str, b: &str) -> Option<Vec<f64>> {
     (0..a.metrics.breaks.len()).map(of).collect()
 }
 
-/// Derivative evaluations of one run by those of another.
+/// Derivative evaluations of one run by those of another, at each eps.
 pub(super) fn work(evidence: &Evidence, of: &str, by: &str) -> Option<Vec<f64>> {
-    Some(vec![evidence.lab(of)?.evaluations as f64 / evidence.lab(by)?.evaluations as f64])
+    ratios(evidence.evaluations(of), evidence.evaluations(by))
 }
 
 /// Largest friction of a body within `within_s` after each of its stops, by its F_d.

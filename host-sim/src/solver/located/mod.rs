@@ -25,6 +25,9 @@ use crate::mechanism::{Mechanism, Terms};
 /// Steps and events before a run is given up: minutes of work.
 const MAX_STEPS: u64 = 10_000_000;
 
+/// A body breaks away this far beyond its limit, so that rounding cannot hold it where F_s = F_d.
+const BEYOND: f64 = 1.0 + 4e-12;
+
 /// Runs a mechanism with set-valued friction from rest.
 ///
 /// `tolerance` bounds each step's error, relative to the largest value that a coordinate (or velocity) has had.
@@ -43,6 +46,11 @@ where
     F: SetValued,
     O: Observer<N>,
 {
+    let start = mechanism.start();
+    let mass = mechanism.terms(0.0, &start, &[0.0; N]).mass;
+    // What F_s gives a body in a microsecond: a motion that begins without acceleration (F_s = F_d, or Stribeck's
+    // curve) is measured by it, since by itself it is nothing.
+    let kick: [f64; N] = std::array::from_fn(|i| 1e-6 * friction[i].stick() / mass[i][i]);
     let mut run = Run {
         mechanism,
         friction,
@@ -50,16 +58,16 @@ where
         duration_s,
         observer,
         t: 0.0,
-        q: mechanism.start(),
+        q: start,
         v: [0.0; N],
         mode: [0; N],
         a: [0.0; N],
         forces: [0.0; N],
-        size_q: mechanism.start().map(f64::abs),
-        size_v: [0.0; N],
+        size_q: std::array::from_fn(|i| start[i].abs().max(1e-6 * kick[i])),
+        size_v: kick,
         step_s: duration_s / 100.0,
         last_s: duration_s,
-        evaluations: 0,
+        evaluations: 1,
         steps: 0,
         storm: Storm::new(duration_s),
     };

@@ -6,7 +6,7 @@
 use super::super::modes::{Mode, accelerations};
 use super::super::roots::{Quartic, first_fall, slope, through, value};
 use super::super::state::{Observer, Sample};
-use super::{Run, Trouble};
+use super::{BEYOND, Run, Trouble};
 use crate::friction::SetValued;
 use crate::mechanism::Mechanism;
 
@@ -86,7 +86,7 @@ where
 
     /// The instant at which the force itself reaches the limit, by Newton with the polynomial's slope.
     fn locate_break(&mut self, reaction: &Quartic, part: f64, stretch: f64, body: usize, sign: i8) -> f64 {
-        let limit = self.friction[body].stick();
+        let limit = BEYOND * self.friction[body].stick();
         let sign = f64::from(sign);
         let mut part = part;
         for _ in 0..8 {

@@ -5,7 +5,7 @@ use super::super::dormand_prince::{Attempt, EVALUATIONS, growth, step};
 use super::super::modes::{Mode, accelerations};
 use super::super::roots::{Quartic, first_fall, slope, through};
 use super::super::state::{Observer, Sample, State};
-use super::{Run, Trouble};
+use super::{BEYOND, Run, Trouble};
 use crate::friction::SetValued;
 use crate::mechanism::Mechanism;
 
@@ -169,7 +169,7 @@ where
             let (left, size) = if switch.breaks == 0 {
                 (f64::from(self.mode[i]) * end.v[i], self.size_v[i].max(end.v[i].abs()))
             } else {
-                let limit = self.friction[i].stick();
+                let limit = BEYOND * self.friction[i].stick();
                 (limit - f64::from(switch.breaks) * forces[i], limit)
             };
             if left.abs() <= LOCATED * size {
