@@ -3,6 +3,9 @@
 //! A machine's file ([`machine`]) is taken apart into runs ([`experiment`]); each run wires the core to an encoder, a
 //! D/A and an axis ([`closed_loop`]), whose motion between samples a solver finds ([`solver`]); what comes out
 //! is judged ([`metrics`]) and written ([`output`], [`figure`]).
+//!
+//! Apart from the control core there is the friction lab ([`lab`]): mechanisms, frictions and solvers that know
+//! nothing of each other.
 
 pub mod benchmark;
 pub mod cli;
@@ -18,10 +21,12 @@ pub mod figure;
 pub mod firmware;
 pub mod friction;
 pub mod identification;
+pub mod lab;
 pub mod machine;
 pub mod mechanism;
 pub mod metrics;
 pub mod output;
+pub mod report;
 pub mod run;
 pub mod solver;
 

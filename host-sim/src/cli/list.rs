@@ -29,8 +29,15 @@ struct Listing {
 pub fn list(arguments: &Arguments) -> Result<(), Error> {
     let mut experiments = Vec::new();
     for builtin in builtins() {
-        let machine = Document::parse(builtin.name, builtin.toml)?.machine()?;
-        experiments.push(Entry { name: builtin.name, source: machine.source, title: machine.title });
+        let document = Document::parse(builtin.name, builtin.toml)?;
+        let (source, title) = if document.is_lab() {
+            let setup = document.setup()?;
+            (setup.source, setup.title)
+        } else {
+            let machine = document.machine()?;
+            (machine.source, machine.title)
+        };
+        experiments.push(Entry { name: builtin.name, source, title });
     }
     if arguments.json {
         let text = serde_json::to_string_pretty(&Listing { schema: 1, experiments });

@@ -3,6 +3,7 @@
 mod benchmark;
 mod list;
 mod params;
+mod report;
 mod run;
 mod show;
 mod target;
@@ -35,6 +36,8 @@ enum Command {
     Params(params::Arguments),
     /// Rank controllers on one joint: rest, overshoot, settling, tracking, chatter, hunting
     Benchmark(benchmark::Arguments),
+    /// Every figure and table of the thesis as one HTML page, claims beside measurements
+    Report(report::Arguments),
 }
 
 /// What a shell reports of a program that was ended by Ctrl-C: 128 and the number of the signal.
@@ -49,6 +52,7 @@ pub fn main() -> ExitCode {
         Command::Run(arguments) => run::run(&arguments),
         Command::Params(arguments) => params::params(&arguments),
         Command::Benchmark(arguments) => benchmark::rank(&arguments),
+        Command::Report(arguments) => report::report(&arguments),
     };
     match done {
         Ok(()) => ExitCode::SUCCESS,

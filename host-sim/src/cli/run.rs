@@ -6,6 +6,7 @@ use super::{print, target};
 use crate::error::Error;
 use crate::experiment::{Document, Experiment};
 use crate::figure::figures;
+use crate::lab;
 use crate::output::{csv, json, prepare_directory, table, write_figures, write_whole};
 
 #[derive(Debug, clap::Args)]
@@ -27,8 +28,14 @@ pub struct Arguments {
     /// Only these controllers
     #[arg(long, value_name = "NAME[,NAME]", value_delimiter = ',')]
     controller: Vec<String>,
-    /// How the axis is solved between samples (short for --set run.solver=...)
-    #[arg(long, value_name = "exact|rk4")]
+    /// Friction experiments: only this model (short for --set run.friction=...)
+    #[arg(long, value_name = "MODEL", value_delimiter = ',')]
+    friction: Vec<String>,
+    /// Friction experiments: simultaneous, neglected or previous-step (short for --set run.coupling=...)
+    #[arg(long, value_name = "COUPLING")]
+    coupling: Vec<String>,
+    /// How motion is solved (short for --set run.solver=...)
+    #[arg(long, value_name = "exact|rk4|rk4-adaptive|nonsmooth")]
     solver: Option<String>,
     /// Samples of computation delay (short for --set run.delay_samples=...)
     #[arg(long, value_name = "0|1", allow_hyphen_values = true)]
@@ -39,6 +46,15 @@ pub struct Arguments {
 
 pub fn run(arguments: &Arguments) -> Result<(), Error> {
     let mut document = Document::open(&arguments.experiment)?;
+    if document.is_lab() {
+        return arguments.run_lab(document);
+    }
+    for (option, given) in [("--friction", &arguments.friction), ("--coupling", &arguments.coupling)] {
+        if let Some(first) = given.first() {
+            let why = format!("{} positions a joint, whose friction is Karnopp's", document.origin);
+            return Err(Error::Input(format!("{option} {first} belongs to friction experiments; {why}")));
+        }
+    }
     let assignments = arguments.assignments();
     document.set(&assignments)?;
     let fixed: Vec<String> =
@@ -65,6 +81,52 @@ pub fn run(arguments: &Arguments) -> Result<(), Error> {
 }
 
 impl Arguments {
+    /// A friction experiment: no controller, no samples.
+    fn run_lab(&self, mut document: Document) -> Result<(), Error> {
+        let foreign = [
+            ("--controller", !self.controller.is_empty()),
+            ("--delay", self.delay.is_some()),
+            ("--target emulator", !self.target.is_host()),
+        ];
+        if let Some((option, _)) = foreign.iter().find(|(_, given)| *given) {
+            let name = &document.origin;
+            return Err(Error::Input(format!("{option} needs a controller, and {name} has none")));
+        }
+        for (option, given, what) in [
+            ("--friction", &self.friction, "a joint has one friction model"),
+            ("--coupling", &self.coupling, "a run has one"),
+        ] {
+            if given.len() > 1 {
+                let names = given.join(",");
+                return Err(Error::Input(format!("{option} {names} names {}; {what}", given.len())));
+            }
+        }
+        let friction = self.friction.iter().map(|model| format!("run.friction=[{model:?}]"));
+        let coupling = self.coupling.iter().map(|coupling| format!("run.coupling={coupling}"));
+        let assignments: Vec<String> =
+            self.assignments().into_iter().chain(friction).chain(coupling).collect();
+        document.set(&assignments)?;
+        let plans = lab::plan(&document)?;
+        if let Some(directory) = &self.plot {
+            prepare_directory(directory)?;
+        }
+        let results = lab::run_all(&plans)?;
+        if let Some(path) = &self.csv {
+            let text = lab::output::csv(&results).map_err(|error| Error::Input(error.to_string()))?;
+            write_whole(path, &text)?;
+        }
+        let setup = document.setup()?;
+        if let Some(directory) = &self.plot {
+            write_figures(directory, &lab::figures(&document.origin.name, &setup, &results))?;
+        }
+        if self.json {
+            let text = lab::output::json(&document.origin.name, &setup.source, &results);
+            print(&(text.map_err(|error| Error::Input(error.to_string()))? + "\n"))
+        } else {
+            print(&lab::output::table(&results))
+        }
+    }
+
     /// Every key that is set by hand, in the form of `--set`.
     fn assignments(&self) -> Vec<String> {
         let solver = self.solver.iter().map(|solver| format!("run.solver={solver}"));

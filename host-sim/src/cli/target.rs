@@ -39,6 +39,11 @@ pub struct TargetArguments {
 }
 
 impl TargetArguments {
+    /// Whether nothing was asked for but this program.
+    pub fn is_host(&self) -> bool {
+        self.target == Target::Host && !self.free_running && self.image.is_none() && !self.log
+    }
+
     /// Runs all plans where they are to run.
     pub fn run(&self, plans: &[RunPlan]) -> Result<Vec<RunResult>, Error> {
         match self.target {

@@ -20,6 +20,13 @@ macro_rules! builtin {
 /// Every built-in experiment, in the thesis's order.
 pub const fn builtins() -> &'static [Builtin] {
     &[
+        builtin!("spring-mass"),
+        builtin!("spring-mass-2dof"),
+        builtin!("manipulator-1dof"),
+        builtin!("manipulator-2dof"),
+        builtin!("square-wave"),
+        builtin!("triangle-wave"),
+        builtin!("spring-mass-revisited"),
         builtin!("step-response"),
         builtin!("trajectory"),
         builtin!("step-added-friction"),
@@ -27,6 +34,7 @@ pub const fn builtins() -> &'static [Builtin] {
         builtin!("srnf-added-friction"),
         builtin!("high-gain"),
         builtin!("friction-identification"),
+        builtin!("spring-mass-independent"),
     ]
 }
 

@@ -1,14 +1,16 @@
-//! A machine's TOML as text: reading it, setting keys in it, and saying what is wrong with it.
+//! A machine's or friction experiment's TOML as text: reading it, setting keys in it, and saying what is wrong with it.
 
 use std::fmt;
 use std::fs::File;
 use std::io::{self, Read};
 use std::path::Path;
 
+use serde::de::DeserializeOwned;
 use toml::{Table, Value};
 
 use super::builtin;
 use crate::error::{Error, suggestion_or_all};
+use crate::lab::Setup;
 use crate::machine::Machine;
 
 /// A machine's file has a few kilobytes; a device or a recording that was given by mistake may have no end.
@@ -53,7 +55,7 @@ impl Document {
             Err(_) => read(Path::new(name))?,
         };
         let document = Self::parse(name, &text)?;
-        document.machine()?;
+        document.check()?;
         Ok(document)
     }
 
@@ -84,7 +86,17 @@ impl Document {
             done.map_err(|why| Error::Input(format!("--set {}: {why}", brief(assignment))))?;
             self.origin.set.push(assignment.clone());
         }
-        self.machine().map(|_| ())
+        self.check()
+    }
+
+    /// Whether it is a friction experiment, and not a machine.
+    pub fn is_lab(&self) -> bool {
+        self.table.contains_key("mechanism")
+    }
+
+    /// Whether every key is known and has a value of its type.
+    fn check(&self) -> Result<(), Error> {
+        if self.is_lab() { self.setup().map(|_| ()) } else { self.machine().map(|_| ()) }
     }
 
     /// The document with a variant's keys set.
@@ -114,14 +126,25 @@ impl Document {
     /// # Errors
     /// Names the key, what was found and what is allowed.
     pub fn machine(&self) -> Result<Machine, Error> {
-        let machine: Machine =
-            serde_path_to_error::deserialize(Value::Table(self.table.clone())).map_err(|error| {
-                let path = error.path().to_string();
-                let what = self.explain(&path, error.inner().message());
-                Error::Input(format!("{}: {what}", self.origin.of(&path)))
-            })?;
+        let machine: Machine = self.read()?;
         self.check_names(&machine)?;
         Ok(machine)
+    }
+
+    /// The friction experiment that the document describes.
+    ///
+    /// # Errors
+    /// Names the key, what was found and what is allowed.
+    pub fn setup(&self) -> Result<Setup, Error> {
+        self.read()
+    }
+
+    fn read<T: DeserializeOwned>(&self) -> Result<T, Error> {
+        serde_path_to_error::deserialize(Value::Table(self.table.clone())).map_err(|error| {
+            let path = error.path().to_string();
+            let what = self.explain(&path, error.inner().message());
+            Error::Input(format!("{}: {what}", self.origin.of(&path)))
+        })
     }
 
     /// Names of controllers and variants become labels, parts of file names and the first column of tables.
@@ -197,10 +220,15 @@ impl Document {
             let typed = quoted.next().unwrap_or_default();
             return format!("unknown key `{}`{}", inside(parent, typed), suggestion_or_all(typed, quoted));
         }
+        if message.starts_with("duplicate field") {
+            let twice = inside(if path == "." { "" } else { path }, quoted.next().unwrap_or_default());
+            return format!("`{twice}` is there in two units");
+        }
         if message.starts_with("missing field") {
             let key = inside(if path == "." { "" } else { path }, quoted.next().unwrap_or_default());
-            let is_table =
-                ["joint", "joint.friction", "encoder", "drive", "loop", "controller"].contains(&&*key);
+            const TABLES: [&str; 8] =
+                ["joint", "joint.friction", "encoder", "drive", "loop", "controller", "friction", "run"];
+            let is_table = TABLES.contains(&&*key);
             return if is_table {
                 format!("the table `[{key}]` is missing")
             } else {

@@ -6,5 +6,5 @@ mod document;
 mod plan;
 
 pub use builtin::{Builtin, builtins, find};
-pub use document::Document;
+pub use document::{Document, Origin};
 pub use plan::{Experiment, Motion, RunPlan};

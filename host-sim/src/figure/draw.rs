@@ -13,12 +13,11 @@ use kuva::{AxisLine, TickFormat};
 
 use super::raster::FONT;
 use super::shape::{Axis, drawable, extent, visible};
+use super::thin::thin;
 use super::{Error, Figure, Panel, Style};
 
-const WIDTH: f64 = 900.0;
 const LEFT: f64 = 92.0;
 const RIGHT: f64 = 22.0;
-const HEADER: f64 = 64.0;
 const PANEL: f64 = 290.0;
 const FOOTER: f64 = 42.0;
 const GAP: f64 = 16.0;
@@ -26,6 +25,27 @@ const LEGEND_ROW: f64 = 22.0;
 const SWATCH: f64 = 34.0;
 const TITLE: u32 = 22;
 const TEXT: u32 = 16;
+
+/// What a figure is drawn on.
+#[derive(Clone, Copy)]
+pub(super) struct Sheet<'a> {
+    width: f64,
+    /// Room for title and subtitle; too little for them, and they are left out.
+    header: f64,
+    /// How the names of the clip paths begin.
+    clip: &'a str,
+}
+
+impl<'a> Sheet<'a> {
+    /// A page of its own.
+    pub const FILE: Sheet<'static> = Sheet { width: 900.0, header: 64.0, clip: "panel" };
+
+    /// A part of a text that has the title: narrow enough for its letters to be read on a telephone. The names are to
+    /// differ from those of all other figures of that text.
+    pub const fn inline(clip: &'a str) -> Self {
+        Self { width: 560.0, header: 4.0, clip }
+    }
+}
 
 /// What a long legend has to leave of a panel.
 const LEAST_FRAME: f64 = 40.0;
@@ -54,31 +74,32 @@ fn look(style: Style) -> Look {
     }
 }
 
-pub(super) fn svg(figure: &Figure) -> Result<String, Error> {
+pub(super) fn svg(figure: &Figure, sheet: Sheet) -> Result<String, Error> {
     let panels = &figure.panels;
     let points = panels.iter().flat_map(|panel| drawable(&panel.lines));
     let time = extent(points.map(|point| point.0)).ok_or(Error::Empty)?;
-    let time = Axis::new(time, 14.0)?;
+    let time = Axis::new(time, sheet.width / 64.0)?;
     if !panels.iter().all(|p| HEIGHTS.contains(&p.height)) {
         return Err(Error::Size);
     }
     let height: f64 = panels.iter().map(|panel| panel.height * PANEL).sum();
-    let mut page = Scene::new(WIDTH, HEADER + height + FOOTER);
+    let mut page = Scene::new(sheet.width, sheet.header + height + FOOTER);
     page.font_family = Some(format!("{FONT}, Linux Libertine O, Times New Roman, serif"));
-    let middle = (LEFT + WIDTH - RIGHT) / 2.0;
+    let middle = (LEFT + sheet.width - RIGHT) / 2.0;
     let captions = [
         (&figure.title, TITLE, 30.0),
         (&figure.subtitle, TEXT, 53.0),
         (&figure.x_label, TEXT, page.height - 10.0),
     ];
-    for (content, size, y) in captions {
+    let footer = page.height - FOOTER;
+    for (content, size, y) in captions.into_iter().filter(|(.., y)| *y < sheet.header || *y > footer) {
         page.add(text(content, size, (middle, y), TextAnchor::Middle, None));
     }
-    let mut top = HEADER;
+    let mut top = sheet.header;
     for (index, panel) in panels.iter().enumerate() {
         let is_last = index + 1 == panels.len();
-        let drawn = draw_panel(panel, &time, (top, page.height), is_last)?;
-        add_panel(&mut page, drawn, index);
+        let drawn = draw_panel(panel, &time, sheet.width, (top, page.height), is_last)?;
+        add_panel(&mut page, drawn, &format!("{}-{index}", sheet.clip));
         top += panel.height * PANEL;
     }
     Ok(SvgBackend::new().render_scene(&page))
@@ -87,6 +108,7 @@ pub(super) fn svg(figure: &Figure) -> Result<String, Error> {
 fn draw_panel(
     panel: &Panel,
     time: &Axis,
+    width: f64,
     (top, page_height): (f64, f64),
     is_last: bool,
 ) -> Result<Scene, Error> {
@@ -100,7 +122,7 @@ fn draw_panel(
         let (low, high) = (axis.number(low, 1), axis.number(high, 1));
         format!("(cut; data from {low} to {high})")
     });
-    let (legend, legend_height) = legend(panel, note.as_deref(), top);
+    let (legend, legend_height) = legend(panel, note.as_deref(), top, width - RIGHT);
     let bottom = top + panel.height * PANEL - GAP;
     let top = top + legend_height;
     if bottom - top < LEAST_FRAME {
@@ -108,7 +130,7 @@ fn draw_panel(
     }
 
     let mut layout = Layout::new((time.low, time.high), (axis.low, axis.high))
-        .with_width(WIDTH)
+        .with_width(width)
         .with_height(page_height)
         .with_force_margins(LEFT, RIGHT)
         .with_force_margins_y(top, page_height - bottom)
@@ -127,6 +149,8 @@ fn draw_panel(
     layout.theme.grid_color = "#DDDDDD".into();
     layout.suppress_x_ticks = !is_last;
 
+    // What a unit of the sheet is on either axis.
+    let unit = [(time.high - time.low) / (width - LEFT - RIGHT), (axis.high - axis.low) / (bottom - top)];
     // A chattering signal fills a band, which must not bury everything else.
     let (mut curves, mut in_front) = (Vec::new(), Vec::new());
     if axis.low < 0.0 && axis.high > 0.0 {
@@ -134,7 +158,7 @@ fn draw_panel(
     }
     for line in &panel.lines {
         let pieces = visible(line, axis.low, axis.high).into_iter();
-        let pieces = pieces.map(|piece| curve(piece, look(line.style)));
+        let pieces = pieces.map(|piece| curve(thin(&piece, unit), look(line.style)));
         match line.style {
             Style::Compensation | Style::Total => curves.extend(pieces),
             _ => in_front.extend(pieces),
@@ -161,7 +185,7 @@ fn curve(points: Vec<(f64, f64)>, (colour, width, dashes): Look) -> Plot {
 
 /// Legend in rows from `top` down, with their height. Its swatches are long enough to
 /// show the dashes, which those of the plotting crate are not.
-fn legend(panel: &Panel, note: Option<&str>, top: f64) -> (Vec<Primitive>, f64) {
+fn legend(panel: &Panel, note: Option<&str>, top: f64, right: f64) -> (Vec<Primitive>, f64) {
     let lines = panel.lines.iter().filter(|line| !line.name.is_empty());
     let entries = lines.map(|line| (line.name.as_str(), Some(line.style)));
     let (mut x, mut y) = (LEFT, top + LEGEND_ROW / 2.0);
@@ -169,7 +193,7 @@ fn legend(panel: &Panel, note: Option<&str>, top: f64) -> (Vec<Primitive>, f64) 
     for (name, style) in entries.chain(note.map(|note| (note, None))) {
         let swatch = style.map_or(0.0, |_| SWATCH + 8.0);
         let width = swatch + LETTER * name.chars().count() as f64;
-        if x > LEFT && x + width > WIDTH - RIGHT {
+        if x > LEFT && x + width > right {
             (x, y) = (LEFT, y + LEGEND_ROW);
         }
         if let Some((colour, stroke_width, dashes)) = style.map(look) {
@@ -207,14 +231,13 @@ fn text(content: &str, size: u32, (x, y): (f64, f64), anchor: TextAnchor, rotate
 /// Adds a panel with a clip path named after its place on the page. The plotting
 /// crate numbers them through the life of the program, but equal figures should give
 /// equal files.
-fn add_panel(page: &mut Scene, mut panel: Scene, index: usize) {
+fn add_panel(page: &mut Scene, mut panel: Scene, own: &str) {
     for element in &mut panel.elements {
         if let Primitive::ClipStart { id, .. } = element {
-            let own = format!("panel-{index}");
             for definition in &mut panel.defs {
-                *definition = definition.replace(id.as_str(), &own);
+                *definition = definition.replace(id.as_str(), own);
             }
-            *id = own;
+            *id = own.to_owned();
         }
     }
     page.defs.extend(panel.defs);

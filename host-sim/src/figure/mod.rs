@@ -4,11 +4,13 @@
 //! every figure of a report has the same fonts, weights and dash patterns.
 
 mod draw;
+mod inline;
 mod raster;
 mod results;
 mod shape;
 #[cfg(test)]
 mod tests;
+mod thin;
 
 use std::fmt;
 
@@ -105,7 +107,13 @@ pub struct Figure {
 impl Figure {
     /// Draws the figure as an SVG document, 900 units wide.
     pub fn to_svg(&self) -> Result<String, Error> {
-        draw::svg(self)
+        draw::svg(self, draw::Sheet::FILE)
+    }
+
+    /// Draws the figure as an element of an HTML page, without a title. Its names begin with `id`, which no other
+    /// element of the page should have.
+    pub fn to_inline_svg(&self, id: &str) -> Result<String, Error> {
+        Ok(inline::element(&draw::svg(self, draw::Sheet::inline(id))?, &self.title))
     }
 
     /// Draws the figure as a PNG file with `scale` pixels for each SVG unit.

@@ -26,6 +26,16 @@ impl Coulomb {
     }
 }
 
+impl super::SetValued for Coulomb {
+    fn stick(&self) -> f64 {
+        self.stick
+    }
+
+    fn slip(&self, _: f64) -> f64 {
+        self.slip
+    }
+}
+
 /// Friction that is added to a joint, all the time or at times: the wooden wedge of thesis section 3.3.8.2.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct AddedFriction {

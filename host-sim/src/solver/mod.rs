@@ -1,10 +1,30 @@
 //! Solvers: how the motion of a mechanism is found.
+//!
+//! Of the robot's axis: [`ExactAxis`], [`Rk4Axis`]. Of any mechanism of the friction lab: [`located`] and [`pieces`]
+//! (`exact`), [`fixed`] (`rk4`), [`step_doubling`] (`rk4-adaptive`), [`nonsmooth`].
 
+pub mod banded;
+mod between;
+mod dormand_prince;
+pub mod dynamics;
 mod exact;
+mod explicit;
+pub mod fixed;
+mod linear;
+pub mod located;
+pub mod modes;
+pub mod nonsmooth;
+pub mod pieces;
 mod rk4;
+mod roots;
+pub mod state;
+pub mod step_doubling;
+mod storm;
+mod trouble;
 
 pub use exact::ExactAxis;
 pub use rk4::Rk4Axis;
+pub use trouble::Trouble;
 
 /// A change between sticking and slipping.
 #[derive(Clone, Copy, Debug, PartialEq)]

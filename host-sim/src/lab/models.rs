@@ -1,0 +1,239 @@
+//! From a file's tables to frictions. Every value is checked here, once.
+
+use super::build::AnyMechanism;
+use super::plan::LabPlan;
+use super::setup::{Model, ModelTable, name_of};
+use crate::error::{Error, suggestion_or_all};
+use crate::friction::{Coulomb, Dahl, ElasticCoulomb, LuGre, MaxwellSlip, ResetIntegrator, Stribeck, Tanh};
+
+const ABOVE_ZERO: &str = "a number above 0";
+const NOT_BELOW_ZERO: &str = "a number not below 0";
+
+/// Elements of the generalized Maxwell-slip model.
+pub(super) const ELEMENTS: usize = 4;
+
+/// The keys that each model's table may have.
+fn keys_of(model: Model) -> &'static [&'static str] {
+    match model {
+        Model::Classical | Model::Karnopp => &[],
+        Model::KarnoppBanded => &["band"],
+        Model::ResetIntegrator => &["stiffness", "damping", "gradient"],
+        Model::Tanh => &["speed"],
+        Model::Stribeck => &["speed", "exponent", "viscous"],
+        Model::Dahl => &["stiffness"],
+        Model::LuGre | Model::ElasticCoulomb => &["stiffness", "damping", "speed", "exponent", "viscous"],
+        Model::MaxwellSlip => &["attraction", "speed", "exponent", "viscous"],
+    }
+}
+
+/// A model whose parameters follow from F_s and F_d, p_o and a mass where they are left out.
+type Rule<F> = fn(Coulomb, f64, f64) -> F;
+
+impl LabPlan {
+    /// Checks mechanism and frictions without running anything.
+    pub(super) fn check_models(&self) -> Result<(), Error> {
+        match self.mechanism()? {
+            AnyMechanism::One(_) => self.check_model::<1>(),
+            AnyMechanism::Two(_) => self.check_model::<2>(),
+        }
+    }
+
+    fn check_model<const N: usize>(&self) -> Result<(), Error> {
+        self.only_own_keys_of_model()?;
+        self.levels::<N>()?;
+        match self.model {
+            Model::Classical | Model::Karnopp => Ok(()),
+            Model::KarnoppBanded => self.bands::<N>().map(|_| ()),
+            Model::ResetIntegrator => self.reset_integrators::<N>().map(|_| ()),
+            Model::Tanh => self.tanhs::<N>().map(|_| ()),
+            Model::Stribeck => self.stribecks::<N>().map(|_| ()),
+            Model::Dahl => self.dahls::<N>().map(|_| ()),
+            Model::LuGre => self.lugres::<N>().map(|_| ()),
+            Model::ElasticCoulomb => self.elastic_coulombs::<N>().map(|_| ()),
+            Model::MaxwellSlip => self.maxwell_slips::<N>().map(|_| ()),
+        }
+    }
+
+    /// F_s and F_d.
+    pub(super) fn levels<const N: usize>(&self) -> Result<[Coulomb; N], Error> {
+        let table = &self.setup.friction;
+        let slip: [f64; N] =
+            self.each("friction.slip_n", table.slip_n.as_ref(), NOT_BELOW_ZERO, |_, f| f >= 0.0)?;
+        let allowed = format!("a number above 0 and not below the one in `{}`", self.key("friction.slip_n"));
+        let stick: [f64; N] =
+            self.each("friction.stick_n", table.stick_n.as_ref(), &allowed, |i, f| f >= slip[i] && f > 0.0)?;
+        Ok(std::array::from_fn(|i| Coulomb { stick: stick[i], slip: slip[i] }))
+    }
+
+    /// D_v.
+    pub(super) fn bands<const N: usize>(&self) -> Result<[f64; N], Error> {
+        let key = "friction.karnopp-banded.band_m_per_s";
+        self.each(key, self.own().band_m_per_s.as_ref(), ABOVE_ZERO, |_, band| band > 0.0)
+    }
+
+    pub(super) fn reset_integrators<const N: usize>(&self) -> Result<[ResetIntegrator; N], Error> {
+        let mut friction = self.by_rules(ResetIntegrator::by_rules)?;
+        let table = self.own();
+        self.set(&mut friction, "stiffness_n_per_m", &table.stiffness_n_per_m, ABOVE_ZERO, |f, k| {
+            f.stiffness = k
+        })?;
+        self.set(&mut friction, "damping_n_s_per_m", &table.damping_n_s_per_m, NOT_BELOW_ZERO, |f, b| {
+            f.damping = b
+        })?;
+        self.set(&mut friction, "gradient", &table.gradient, NOT_BELOW_ZERO, |f, a| f.gradient = a)?;
+        Ok(friction)
+    }
+
+    pub(super) fn tanhs<const N: usize>(&self) -> Result<[Tanh; N], Error> {
+        let mut friction = self.by_rules(Tanh::by_rules)?;
+        self.set(&mut friction, "speed_m_per_s", &self.own().speed_m_per_s, ABOVE_ZERO, |f, v| f.speed = v)?;
+        Ok(friction)
+    }
+
+    pub(super) fn stribecks<const N: usize>(&self) -> Result<[Stribeck; N], Error> {
+        let mut friction = self.by_rules(Stribeck::by_rules)?;
+        self.set_sliding(&mut friction, |f| f)?;
+        Ok(friction)
+    }
+
+    pub(super) fn dahls<const N: usize>(&self) -> Result<[Dahl; N], Error> {
+        let mut friction = self.by_rules(Dahl::by_rules)?;
+        let stiffness = &self.own().stiffness_n_per_m;
+        self.set(&mut friction, "stiffness_n_per_m", stiffness, ABOVE_ZERO, |f, k| f.stiffness = k)?;
+        Ok(friction)
+    }
+
+    pub(super) fn lugres<const N: usize>(&self) -> Result<[LuGre; N], Error> {
+        let mut friction = self.by_rules(LuGre::by_rules)?;
+        let table = self.own();
+        self.set(&mut friction, "stiffness_n_per_m", &table.stiffness_n_per_m, ABOVE_ZERO, |f, k| {
+            f.stiffness = k
+        })?;
+        self.set(&mut friction, "damping_n_s_per_m", &table.damping_n_s_per_m, NOT_BELOW_ZERO, |f, b| {
+            f.damping = b
+        })?;
+        self.set_sliding(&mut friction, |f| &mut f.sliding)?;
+        Ok(friction)
+    }
+
+    pub(super) fn elastic_coulombs<const N: usize>(&self) -> Result<[ElasticCoulomb; N], Error> {
+        let mut friction = self.by_rules(ElasticCoulomb::by_rules)?;
+        let table = self.own();
+        self.set(&mut friction, "stiffness_n_per_m", &table.stiffness_n_per_m, ABOVE_ZERO, |f, k| {
+            f.stiffness = k
+        })?;
+        self.set(&mut friction, "damping_n_s_per_m", &table.damping_n_s_per_m, NOT_BELOW_ZERO, |f, b| {
+            f.damping = b
+        })?;
+        self.set_sliding(&mut friction, |f| &mut f.sliding)?;
+        Ok(friction)
+    }
+
+    pub(super) fn maxwell_slips<const N: usize>(&self) -> Result<[MaxwellSlip<ELEMENTS>; N], Error> {
+        let mut friction = self.by_rules(MaxwellSlip::<ELEMENTS>::by_rules)?;
+        let attraction = &self.own().attraction_n_per_s;
+        self.set(&mut friction, "attraction_n_per_s", attraction, ABOVE_ZERO, |f, c| f.attraction = c)?;
+        self.set_sliding(&mut friction, |f| &mut f.sliding)?;
+        Ok(friction)
+    }
+
+    /// Stribeck's curve.
+    fn set_sliding<const N: usize, F>(
+        &self,
+        friction: &mut [F; N],
+        sliding: impl Fn(&mut F) -> &mut Stribeck,
+    ) -> Result<(), Error> {
+        let table = self.own();
+        self.set(friction, "speed_m_per_s", &table.speed_m_per_s, ABOVE_ZERO, |f, v| sliding(f).speed = v)?;
+        self.set(friction, "exponent", &table.exponent, ABOVE_ZERO, |f, d| sliding(f).exponent = d)?;
+        let viscous = &table.viscous_n_s_per_m;
+        self.set(friction, "viscous_n_s_per_m", viscous, NOT_BELOW_ZERO, |f, b| sliding(f).viscous = b)
+    }
+
+    /// Each body's friction from the rules of its model.
+    fn by_rules<const N: usize, F>(&self, rule: Rule<F>) -> Result<[F; N], Error> {
+        let (levels, inertias) = (self.levels::<N>()?, self.inertias::<N>()?);
+        let allowed = "a number above 0 (how far friction gives way before it slides)";
+        let range: [f64; N] =
+            self.each("friction.range_m", self.setup.friction.range_m.as_ref(), allowed, |_, p| p > 0.0)?;
+        for (i, levels) in levels.iter().enumerate() {
+            // The rules divide by F_d.
+            let key = format!("{}[{i}]", self.key("friction.slip_n"));
+            self.check(&key, levels.slip, levels.slip > 0.0, || ABOVE_ZERO.into())?;
+        }
+        Ok(std::array::from_fn(|i| rule(levels[i], range[i], inertias[i])))
+    }
+
+    /// Puts what a table has in place of the rule.
+    fn set<const N: usize, F>(
+        &self,
+        friction: &mut [F; N],
+        key: &str,
+        values: &Option<Vec<f64>>,
+        allowed: &str,
+        put: impl Fn(&mut F, f64),
+    ) -> Result<(), Error> {
+        if values.is_some() {
+            let key = format!("friction.{}.{key}", name_of(&self.model));
+            let least = if allowed == ABOVE_ZERO { f64::MIN_POSITIVE } else { 0.0 };
+            let values: [f64; N] = self.each(&key, values.as_ref(), allowed, |_, value| value >= least)?;
+            friction.iter_mut().zip(values).for_each(|(friction, value)| put(friction, value));
+        }
+        Ok(())
+    }
+
+    /// The model's own table, empty if the file has none.
+    fn own(&self) -> ModelTable {
+        let all = &self.setup.friction;
+        let own = match self.model {
+            Model::Classical | Model::Karnopp => &None,
+            Model::KarnoppBanded => &all.karnopp_banded,
+            Model::ResetIntegrator => &all.reset_integrator,
+            Model::Tanh => &all.tanh,
+            Model::Stribeck => &all.stribeck,
+            Model::Dahl => &all.dahl,
+            Model::LuGre => &all.lugre,
+            Model::ElasticCoulomb => &all.elastic_coulomb,
+            Model::MaxwellSlip => &all.maxwell_slip,
+        };
+        own.clone().unwrap_or_default()
+    }
+
+    /// A key that the model has no use for is a mistake, and so is one whose unit is that of another kind of mechanism.
+    fn only_own_keys_of_model(&self) -> Result<(), Error> {
+        let turns = self.setup.mechanism.kind.turns();
+        let own = name_of(&self.model);
+        let Some(tables) = self.parameters["friction"].as_object() else { return Ok(()) };
+        for (key, value) in tables {
+            let inner = value.as_object().into_iter().flat_map(|own| own.keys());
+            for inner in inner {
+                let known = keys_of(self.model);
+                if !known.iter().any(|known| inner.split('_').next() == Some(known)) {
+                    let key = format!("friction.{key}.{inner}");
+                    let (at, near) = (self.origin.of(&key), suggestion_or_all(inner, known.iter().copied()));
+                    return Err(Error::Input(format!("{at}: `{key}` has no meaning for `{own}`{near}")));
+                }
+                self.check_unit(&format!("friction.{key}.{inner}"), turns)?;
+            }
+            if !value.is_object() {
+                self.check_unit(&format!("friction.{key}"), turns)?;
+            }
+        }
+        Ok(())
+    }
+
+    fn check_unit(&self, key: &str, turns: bool) -> Result<(), Error> {
+        let turned = key.ends_with("_nm") || key.contains("_nm_") || key.contains("_rad");
+        let has_unit = !["gradient", "exponent"].iter().any(|plain| key.ends_with(plain));
+        if !has_unit || turned == turns {
+            return Ok(());
+        }
+        let at = self.origin.of(key);
+        let what = if turns {
+            "turns: its frictions are in N m and rad"
+        } else {
+            "moves straight: its frictions are in N and m"
+        };
+        Err(Error::Input(format!("{at}: `{key}` has the wrong unit, since this mechanism {what}")))
+    }
+}

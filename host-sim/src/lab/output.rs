@@ -1,0 +1,144 @@
+//! JSON, CSV and table of friction runs.
+
+use serde::Serialize;
+use serde_json::Value;
+
+use super::recorder::Metrics;
+use super::run::LabResult;
+use crate::solver::EventKind;
+
+#[derive(Serialize)]
+struct Report<'a> {
+    schema: u32,
+    experiment: &'a str,
+    source: &'a str,
+    runs: Vec<Run<'a>>,
+}
+
+#[derive(Serialize)]
+struct Run<'a> {
+    label: &'a str,
+    parameters: &'a Value,
+    events: Vec<Event>,
+    metrics: &'a Metrics,
+    cost: Cost,
+    unstable: bool,
+    diverged_at_s: Option<f64>,
+}
+
+#[derive(Serialize)]
+struct Event {
+    time_s: f64,
+    body: usize,
+    kind: EventKind,
+}
+
+#[derive(Serialize)]
+struct Cost {
+    wall_s: f64,
+    derivative_evaluations: u64,
+}
+
+/// The JSON of `stiction run`, indented.
+///
+/// # Errors
+/// If a number cannot be written as JSON.
+pub fn json(experiment: &str, source: &str, results: &[LabResult]) -> serde_json::Result<String> {
+    let runs = results.iter().map(|result| Run {
+        label: &result.plan.label,
+        parameters: &result.plan.parameters,
+        events: result
+            .events
+            .iter()
+            .map(|event| Event { time_s: event.time_s, body: event.body + 1, kind: event.kind })
+            .collect(),
+        metrics: &result.metrics,
+        cost: Cost { wall_s: result.wall.as_secs_f64(), derivative_evaluations: result.evaluations },
+        unstable: result.diverged_at_s.is_some(),
+        diverged_at_s: result.diverged_at_s,
+    });
+    serde_json::to_string_pretty(&Report { schema: 1, experiment, source, runs: runs.collect() })
+}
+
+/// The samples of all runs; of several runs, each line begins with its run's label.
+///
+/// # Errors
+/// If a number cannot be written.
+pub fn csv(results: &[LabResult]) -> Result<Vec<u8>, csv::Error> {
+    let mut writer = csv::Writer::from_writer(Vec::new());
+    let labelled = results.len() > 1;
+    let Some(first) = results.first() else { return Ok(Vec::new()) };
+    let (length, force) = if first.plan.setup.mechanism.kind.turns() { ("rad", "nm") } else { ("m", "n") };
+    let mut header = if labelled { vec!["label".to_owned()] } else { vec![] };
+    header.push("time_s".into());
+    for body in 1..=first.plan.bodies() {
+        header.extend([
+            format!("position_{body}_{length}"),
+            format!("velocity_{body}_{length}_per_s"),
+            format!("acceleration_{body}_{length}_per_s2"),
+            format!("input_{body}_{force}"),
+            format!("friction_{body}_{force}"),
+            format!("deflection_{body}_{length}"),
+            format!("stuck_{body}"),
+        ]);
+    }
+    writer.write_record(&header)?;
+    for result in results {
+        for row in &result.rows {
+            let mut record = if labelled { vec![result.plan.label.clone()] } else { vec![] };
+            record.push(row.time_s.to_string());
+            for i in 0..row.position.len() {
+                let columns = [
+                    &row.position,
+                    &row.velocity,
+                    &row.acceleration,
+                    &row.input,
+                    &row.friction,
+                    &row.deflection,
+                ];
+                record.extend(columns.map(|column| column[i].to_string()));
+                record.push(row.stuck[i].to_string());
+            }
+            writer.write_record(&record)?;
+        }
+    }
+    writer.into_inner().map_err(|error| csv::Error::from(error.into_error()))
+}
+
+/// A table for people: a paragraph a run, a line a body.
+pub fn table(results: &[LabResult]) -> String {
+    let mut text = String::new();
+    for result in results {
+        let turns = result.plan.setup.mechanism.kind.turns();
+        let (length, force) = if turns { ("rad", "N m") } else { ("m", "N") };
+        let ms = 1e3 * result.wall.as_secs_f64();
+        text += &format!("{}: {} evaluations, {ms:.2} ms\n", result.plan.label, result.evaluations);
+        let (speed, friction) = (format!("fastest {length}/s"), format!("friction up to {force}"));
+        text += &format!("  body {:>14} {speed:>15} {friction:>20}  breaks\n", format!("ends at {length}"));
+        let metrics = &result.metrics;
+        for (i, position) in metrics.final_position.iter().enumerate() {
+            let columns = [*position, metrics.max_speed[i], metrics.peak_friction[i]].map(digits);
+            let [position, speed, friction] = columns;
+            let breaks = metrics.breaks[i];
+            text += &format!("  {:4} {position:>14} {speed:>15} {friction:>20}  {breaks:6}\n", i + 1);
+        }
+        if let Some(time_s) = result.diverged_at_s {
+            text += &format!("  diverged, not finite at {time_s} s; the run ends there\n");
+        }
+        text += "\n";
+    }
+    text
+}
+
+/// Six significant digits, whatever the size.
+fn digits(number: f64) -> String {
+    if number == 0.0 || !number.is_finite() {
+        return format!("{number:.1}");
+    }
+    if (1e-3..1e5).contains(&number.abs()) {
+        let decimals = (5 - number.abs().log10().floor() as i32).max(0) as usize;
+        format!("{number:.decimals$}")
+    } else {
+        format!("{number:.5e}")
+    }
+}

@@ -1,0 +1,152 @@
+//! Running the runs of a friction experiment, on every core.
+
+use std::time::{Duration, Instant};
+
+use rayon::prelude::*;
+
+use super::build::AnyMechanism;
+use super::plan::LabPlan;
+use super::recorder::{Metrics, Recorder, Row};
+use super::setup::{Model, SolverName};
+use crate::error::Error;
+use crate::friction::{Implicit, SetValued, SingleValued};
+use crate::mechanism::Mechanism;
+use crate::solver::banded::Banded;
+use crate::solver::dynamics::{Dynamics, SingleValuedDynamics};
+use crate::solver::state::{BodyEvent, Finish};
+use crate::solver::step_doubling::Accuracy;
+use crate::solver::{Trouble, fixed, located, nonsmooth, pieces, step_doubling};
+
+/// Evaluations of `rk4-adaptive` before it is given up: minutes.
+const MAX_EVALUATIONS: u64 = 1_000_000_000;
+
+/// Everything that came out of a run.
+#[derive(Clone, Debug)]
+pub struct LabResult {
+    /// What was run.
+    pub plan: LabPlan,
+    /// Samples in order of time; at events one on either side.
+    pub rows: Vec<Row>,
+    /// Breaks, sticks and reversals, in order.
+    pub events: Vec<BodyEvent>,
+    /// What it is judged by.
+    pub metrics: Metrics,
+    /// Wall time, recording included.
+    pub wall: Duration,
+    /// How often the solver computed the accelerations.
+    pub evaluations: u64,
+    /// When a state was no longer finite.
+    pub diverged_at_s: Option<f64>,
+}
+
+/// Runs all plans in parallel.
+///
+/// # Errors
+/// The first run that a solver gave up, with time and state.
+pub fn run_all(plans: &[LabPlan]) -> Result<Vec<LabResult>, Error> {
+    plans.par_iter().map(run).collect()
+}
+
+/// Runs one plan.
+///
+/// # Errors
+/// If the solver gave up, with time and state.
+pub fn run(plan: &LabPlan) -> Result<LabResult, Error> {
+    match plan.mechanism()? {
+        AnyMechanism::One(mechanism) => run_with(plan, &*mechanism),
+        AnyMechanism::Two(mechanism) => run_with(plan, &*mechanism),
+    }
+}
+
+fn run_with<const N: usize>(plan: &LabPlan, mechanism: &dyn Mechanism<N>) -> Result<LabResult, Error> {
+    let mut recorder = Recorder::new(mechanism, plan.setup.run.duration_s);
+    let case = Case { plan, mechanism, recorder: &mut recorder };
+    let begin = Instant::now();
+    let solved = match plan.model {
+        Model::Classical | Model::Karnopp => {
+            let levels = plan.levels::<N>()?;
+            case.set_valued(&levels)
+        }
+        Model::KarnoppBanded => {
+            let (levels, bands) = (plan.levels::<N>()?, plan.bands::<N>()?);
+            let mut dynamics = Banded::new(mechanism, levels, bands, plan.setup.run.coupling);
+            case.explicit(&mut dynamics)
+        }
+        Model::Stribeck => case.set_valued(&plan.stribecks::<N>()?),
+        Model::ResetIntegrator => case.single_valued(plan.reset_integrators::<N>()?),
+        Model::Tanh => case.implicit(plan.tanhs::<N>()?),
+        Model::Dahl => case.implicit(plan.dahls::<N>()?),
+        Model::LuGre => case.implicit(plan.lugres::<N>()?),
+        Model::ElasticCoulomb => case.implicit(plan.elastic_coulombs::<N>()?),
+        Model::MaxwellSlip => case.implicit(plan.maxwell_slips::<N>()?),
+    };
+    let wall = begin.elapsed();
+    let finish =
+        solved.map_err(|trouble| Error::Run(format!("{}: {}: {trouble}", plan.origin, plan.label)))?;
+    Ok(LabResult {
+        plan: plan.clone(),
+        metrics: recorder.metrics(&finish),
+        rows: recorder.rows,
+        events: recorder.events,
+        wall,
+        evaluations: finish.evaluations,
+        diverged_at_s: finish.diverged_at_s,
+    })
+}
+
+/// A mechanism and who listens, before friction and solver are known by type.
+struct Case<'a, 'b, const N: usize> {
+    plan: &'a LabPlan,
+    mechanism: &'a dyn Mechanism<N>,
+    recorder: &'a mut Recorder<'b, N>,
+}
+
+impl<const N: usize> Case<'_, '_, N> {
+    fn set_valued<F: SetValued>(self, friction: &[F; N]) -> Result<Finish<N>, Trouble> {
+        let run = &self.plan.setup.run;
+        match run.solver {
+            SolverName::Nonsmooth => {
+                nonsmooth::run(self.mechanism, friction, run.step_s, run.duration_s, self.recorder)
+            }
+            // The others have been refused.
+            _ => located::run(self.mechanism, friction, run.tolerance, run.duration_s, self.recorder),
+        }
+    }
+
+    fn implicit<const Z: usize, F: Implicit<Z>>(self, friction: [F; N]) -> Result<Finish<N>, Trouble> {
+        let run = &self.plan.setup.run;
+        match run.solver {
+            SolverName::Nonsmooth => {
+                nonsmooth::run_implicit(self.mechanism, &friction, run.step_s, run.duration_s, self.recorder)
+            }
+            _ => self.single_valued(friction),
+        }
+    }
+
+    fn single_valued<const Z: usize, F: SingleValued<Z>>(
+        self,
+        friction: [F; N],
+    ) -> Result<Finish<N>, Trouble> {
+        let run = &self.plan.setup.run;
+        match run.solver {
+            SolverName::Exact => {
+                pieces::run(self.mechanism, &friction, run.tolerance, run.duration_s, self.recorder)
+            }
+            _ => {
+                let mut dynamics = SingleValuedDynamics { mechanism: self.mechanism, friction };
+                self.explicit(&mut dynamics)
+            }
+        }
+    }
+
+    fn explicit<const Z: usize, D: Dynamics<N, Z>>(self, dynamics: &mut D) -> Result<Finish<N>, Trouble> {
+        let run = &self.plan.setup.run;
+        match run.solver {
+            SolverName::Rk4Adaptive => {
+                let accuracy = Accuracy { eps: run.eps, max_evaluations: MAX_EVALUATIONS };
+                step_doubling::run(dynamics, accuracy, run.duration_s, self.recorder)
+            }
+            _ => fixed::run(dynamics, run.step_s, run.duration_s, self.recorder),
+        }
+    }
+}

@@ -1,0 +1,189 @@
+//! The runs that the report is made of. Everything it shows is taken from these.
+
+use std::collections::BTreeMap;
+
+use indicatif::ProgressBar;
+use rayon::prelude::*;
+
+use super::runs::{AXIS, EPS, LAB};
+use crate::benchmark::{Score, benchmark};
+use crate::closed_loop::Moment;
+use crate::error::Error;
+use crate::experiment::{Document, Experiment, RunPlan};
+use crate::lab::{self, LabPlan, LabResult};
+use crate::machine::FigureSource;
+use crate::metrics::Metrics;
+use crate::run::{self, RunResult, Trace};
+
+/// Results by the names of `runs.rs`.
+pub struct Evidence {
+    axis: BTreeMap<&'static str, Vec<RunResult>>,
+    /// The first of each is that of the thesis's eps.
+    lab: BTreeMap<&'static str, Vec<Result<LabResult, String>>>,
+    /// The control benchmark, best controller first.
+    pub scores: Vec<Score>,
+}
+
+/// What is still to be run.
+pub struct Plans(Vec<(&'static str, Job)>);
+
+enum Job {
+    Axis(Box<RunPlan>),
+    Lab(Box<LabPlan>),
+}
+
+enum Done {
+    Axis(Box<RunResult>),
+    Lab(Box<Result<LabResult, String>>),
+}
+
+impl Plans {
+    /// All runs of the report, checked.
+    ///
+    /// # Errors
+    /// Names what is wrong with a built-in experiment.
+    pub fn new() -> Result<Self, Error> {
+        let mut jobs = Vec::new();
+        for set in LAB {
+            let assignments =
+                [format!("run.friction=[{:?}]", set.model), format!("run.solver={}", set.solver)];
+            let more = set.set.iter().map(|s| (*s).to_owned());
+            let document = opened(set.experiment, assignments.into_iter().chain(more).collect())?;
+            for eps in EPS.iter().take(if set.is_scanned() { EPS.len() } else { 1 }) {
+                let mut document = document.clone();
+                document.set(&[format!("run.eps={eps}")])?;
+                jobs.extend(
+                    lab::plan(&document)?.into_iter().map(|plan| (set.name, Job::Lab(Box::new(plan)))),
+                );
+            }
+        }
+        for set in AXIS {
+            let assignments: Vec<String> = set.set.iter().map(|s| (*s).to_owned()).collect();
+            let document = opened(set.experiment, assignments.clone())?;
+            let controllers: Vec<String> = set.controllers.iter().map(|s| (*s).to_owned()).collect();
+            let fixed: Vec<String> =
+                assignments.iter().filter_map(|a| Some(a.split_once('=')?.0.to_owned())).collect();
+            let plans = Experiment::plan(&document, &controllers, &fixed)?.runs;
+            jobs.extend(plans.into_iter().map(|plan| (set.name, Job::Axis(Box::new(plan)))));
+        }
+        Ok(Self(jobs))
+    }
+
+    /// Those under one name.
+    #[cfg(test)]
+    pub fn only(name: &str) -> Result<Self, Error> {
+        let mut all = Self::new()?;
+        all.0.retain(|(of, _)| *of == name);
+        Ok(all)
+    }
+
+    /// How many.
+    pub fn len(&self) -> usize {
+        self.0.len()
+    }
+
+    /// Runs them all. A solver that gave up in the friction lab is a result, too.
+    ///
+    /// # Errors
+    /// A value that is not allowed.
+    pub fn run(self, bar: &ProgressBar) -> Result<Evidence, Error> {
+        let run = |(name, job): &(&'static str, Job)| {
+            let done = match job {
+                Job::Axis(plan) => Done::Axis(Box::new(run::run(plan)?)),
+                Job::Lab(plan) => Done::Lab(Box::new(lab::run(plan).map_err(|error| error.to_string()))),
+            };
+            bar.inc(1);
+            Ok((*name, done))
+        };
+        let done: Vec<(&'static str, Done)> = self.0.par_iter().map(run).collect::<Result<_, Error>>()?;
+        let mut evidence = Evidence { axis: BTreeMap::new(), lab: BTreeMap::new(), scores: benchmarked()? };
+        for (name, done) in done {
+            match done {
+                Done::Axis(result) => evidence.axis.entry(name).or_default().push(*result),
+                Done::Lab(result) => evidence.lab.entry(name).or_default().push(*result),
+            }
+        }
+        Ok(evidence)
+    }
+}
+
+fn opened(experiment: &str, set: Vec<String>) -> Result<Document, Error> {
+    let mut document = Document::open(experiment)?;
+    document.set(&set)?;
+    Ok(document)
+}
+
+fn benchmarked() -> Result<Vec<Score>, Error> {
+    let documents = [Document::open("step-response")?, Document::open("trajectory")?];
+    Ok(benchmark(&documents)?.scores)
+}
+
+impl Evidence {
+    /// The runs of the axis under a name.
+    pub fn axis(&self, name: &str) -> &[RunResult] {
+        self.axis.get(name).map(Vec::as_slice).unwrap_or_default()
+    }
+
+    /// One of them, by its label.
+    pub fn run(&self, name: &str, label: &str) -> Option<&RunResult> {
+        self.axis(name).iter().find(|result| result.plan.label == label)
+    }
+
+    /// To find out what a verdict hangs on.
+    #[cfg(test)]
+    pub fn run_mut(&mut self, name: &str, label: &str) -> Option<&mut RunResult> {
+        self.axis.get_mut(name)?.iter_mut().find(|result| result.plan.label == label)
+    }
+
+    /// A metric of several of them; nothing if any is missing.
+    pub fn metrics(
+        &self,
+        name: &str,
+        labels: &[&str],
+        of: impl Fn(&Metrics) -> Option<f64>,
+    ) -> Option<Vec<f64>> {
+        labels.iter().map(|label| of(&self.run(name, label)?.metrics)).collect()
+    }
+
+    /// The samples of one of them.
+    pub fn moments(&self, name: &str, label: &str) -> Option<&[Moment]> {
+        match &self.run(name, label)?.trace {
+            Trace::Loop(moments) => Some(moments),
+            Trace::Ramp(_) => None,
+        }
+    }
+
+    /// A run of the friction lab.
+    pub fn lab(&self, name: &str) -> Option<&LabResult> {
+        self.lab.get(name)?.first()?.as_ref().ok()
+    }
+
+    /// Derivative evaluations of a run, at each eps if it is scanned.
+    pub fn evaluations(&self, name: &str) -> Option<Vec<f64>> {
+        let each = self.lab.get(name)?.iter().map(|result| Some(result.as_ref().ok()?.evaluations as f64));
+        each.collect()
+    }
+
+    /// Why a run of the friction lab did not end.
+    pub fn trouble(&self, name: &str) -> Option<&str> {
+        self.lab.get(name)?.first()?.as_ref().err().map(String::as_str)
+    }
+
+    /// Why the first one that did not end did not.
+    pub fn trouble_of_any(&self) -> Option<&str> {
+        self.lab.values().flatten().find_map(|result| result.as_ref().err()).map(String::as_str)
+    }
+
+    /// How many runs there are.
+    pub fn len(&self) -> usize {
+        self.axis.values().map(Vec::len).sum::<usize>() + self.lab.values().map(Vec::len).sum::<usize>()
+    }
+
+    /// The thesis's figures of a built-in experiment.
+    ///
+    /// # Errors
+    /// Names what is wrong with it.
+    pub fn sources(experiment: &str) -> Result<Vec<FigureSource>, Error> {
+        Ok(Document::open(experiment)?.machine()?.figures)
+    }
+}

@@ -1,0 +1,57 @@
+//! The drawings that stand for the thesis's figures.
+
+mod chapter2;
+mod panels;
+
+use std::collections::BTreeMap;
+
+use super::content::FigureText;
+use super::evidence::Evidence;
+use crate::error::Error;
+use crate::figure::{Figure, NamedFigure, figures};
+
+/// Experiments of the axis whose figures are asked for.
+const AXIS: [&str; 5] =
+    ["step-response", "trajectory", "step-added-friction", "srnf-robustness", "srnf-added-friction"];
+
+/// One drawing of a figure.
+pub struct Drawing {
+    /// Name of its files, without an ending: `figure-26-46`, and `figure-26-46-b` for a second drawing.
+    pub stem: String,
+    /// What to draw.
+    pub figure: Figure,
+}
+
+/// The drawings of each figure, in the order of `texts`.
+///
+/// # Errors
+/// Names a drawing that the evidence does not make.
+pub fn drawings(evidence: &Evidence, texts: &[FigureText]) -> Result<Vec<Vec<Drawing>>, Error> {
+    let mut all: BTreeMap<String, Figure> = BTreeMap::new();
+    let mut add =
+        |more: Vec<NamedFigure>| all.extend(more.into_iter().map(|named| (named.stem, named.figure)));
+    for experiment in AXIS.into_iter().chain(["high-gain"]) {
+        add(figures(experiment, evidence.axis(experiment), &Evidence::sources(experiment)?));
+    }
+    add(chapter2::figures(evidence));
+    let of = |text: &FigureText| {
+        text.drawings
+            .iter()
+            .enumerate()
+            .map(|(i, name)| {
+                let figure = all.get(name).ok_or_else(|| {
+                    let why = evidence.trouble_of_any().unwrap_or("no run makes it");
+                    Error::Figure(format!("`{name}`: {why}"))
+                })?;
+                Ok(Drawing { stem: stem(text, i), figure: figure.clone() })
+            })
+            .collect::<Result<Vec<_>, Error>>()
+    };
+    texts.iter().map(of).collect()
+}
+
+fn stem(text: &FigureText, i: usize) -> String {
+    let numbers: Vec<String> = text.numbers.iter().map(|number| format!("{number:02}")).collect();
+    let part = ["", "-b", "-c"].get(i).copied().unwrap_or("-d");
+    format!("figure-{}{part}", numbers.join("-"))
+}

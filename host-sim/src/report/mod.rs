@@ -1,0 +1,132 @@
+//! The thesis as one page: its figures and tables beside ours, its misprints, and its claims judged by what is measured
+//! when the page is made.
+//!
+//! `runs` says what is run, `evidence` runs it, `claims` measure and judge, `figures` draw, `tables` look up what
+//! is used; texts are data in `host-sim/report/`, and `page` puts all of it into their template.
+
+mod claims;
+mod content;
+mod evidence;
+mod figures;
+mod page;
+mod runs;
+mod tables;
+#[cfg(test)]
+mod tests;
+
+use std::path::{Path, PathBuf};
+use std::time::{Duration, Instant};
+
+use indicatif::{ProgressBar, ProgressStyle};
+use rayon::prelude::*;
+
+use self::evidence::Plans;
+use self::figures::Drawing;
+pub use self::page::Tally;
+use crate::error::Error;
+use crate::output::{prepare_directory, write_whole};
+
+/// Pixels of a PNG for each unit of its SVG, as of `run --plot`.
+const SCALE: f32 = 2.0;
+
+/// What was made.
+#[derive(Debug)]
+pub struct Made {
+    /// The page.
+    pub page: PathBuf,
+    /// How many figures were drawn, each as SVG and PNG beside the page.
+    pub drawings: usize,
+    /// How the claims came out.
+    pub claims: Tally,
+    /// How long it took.
+    pub wall: Duration,
+}
+
+/// Makes the report in a directory: `index.html`, which needs nothing else, and its figures as files.
+///
+/// # Errors
+/// Says what could not be written, or names a drawing or a table's row that has nothing to show.
+pub fn make(directory: &Path) -> Result<Made, Error> {
+    let begin = Instant::now();
+    prepare_directory(directory)?;
+    let (plans, texts) = (Plans::new()?, content::figures()?);
+    let drawings = texts.iter().map(|text| text.drawings.len()).sum::<usize>();
+    let bar = bar(plans.len() + drawings);
+    let done = rendered(plans, &texts, &bar);
+    bar.finish_and_clear();
+    let rendered = done?;
+    let page = write(directory, &rendered)?;
+    Ok(Made { page, drawings: rendered.files.len(), claims: rendered.claims, wall: begin.elapsed() })
+}
+
+/// Writes the page last: once it is there, everything is.
+fn write(directory: &Path, rendered: &Rendered) -> Result<PathBuf, Error> {
+    for (stem, svg, png) in &rendered.files {
+        write_whole(&directory.join(format!("{stem}.svg")), svg.as_bytes())?;
+        write_whole(&directory.join(format!("{stem}.png")), png)?;
+    }
+    let page = directory.join("index.html");
+    write_whole(&page, rendered.page.as_bytes())?;
+    Ok(page)
+}
+
+/// The report before it is written.
+struct Rendered {
+    page: String,
+    /// Stem, SVG and PNG of each drawing.
+    files: Vec<(String, String, Vec<u8>)>,
+    claims: Tally,
+}
+
+fn rendered(plans: Plans, texts: &[content::FigureText], bar: &ProgressBar) -> Result<Rendered, Error> {
+    let begin = Instant::now();
+    let evidence = plans.run(bar)?;
+    let runs_s = begin.elapsed().as_secs_f64();
+    let drawings = figures::drawings(&evidence, texts)?;
+    let drawn: Vec<Drawn> =
+        drawings.par_iter().flatten().map(|drawing| draw(drawing, bar)).collect::<Result<_, _>>()?;
+    let mut drawn = drawn.into_iter();
+    let (mut inline, mut files) = (Vec::new(), Vec::new());
+    for (figure, text) in drawings.iter().zip(texts) {
+        let mut of_figure = Vec::new();
+        for (i, (drawing, drawn)) in figure.iter().zip(drawn.by_ref()).enumerate() {
+            let title = text.parts.get(i).cloned().unwrap_or_default();
+            of_figure.push(page::DrawingView { title, svg: drawn.inline });
+            files.push((drawing.stem.clone(), drawn.svg, drawn.png));
+        }
+        inline.push(of_figure);
+    }
+    let (page, claims) = page::page(&page::Parts {
+        evidence: &evidence,
+        figures: texts,
+        drawings: &inline,
+        tables: &tables::tables(&content::tables()?, &evidence)?,
+        misprints: &content::misprints()?,
+        runs_s,
+    })?;
+    Ok(Rendered { page, files, claims })
+}
+
+struct Drawn {
+    inline: String,
+    svg: String,
+    png: Vec<u8>,
+}
+
+fn draw(drawing: &Drawing, bar: &ProgressBar) -> Result<Drawn, Error> {
+    let named = |error: crate::figure::Error| Error::Figure(format!("`{}`: {error}", drawing.stem));
+    let figure = &drawing.figure;
+    let drawn = Drawn {
+        inline: figure.to_inline_svg(&drawing.stem).map_err(named)?,
+        svg: figure.to_svg().map_err(named)?,
+        png: figure.to_png(SCALE).map_err(named)?,
+    };
+    bar.inc(1);
+    Ok(drawn)
+}
+
+fn bar(steps: usize) -> ProgressBar {
+    let style = ProgressStyle::with_template("{bar:40} {pos}/{len} runs and figures, {eta} left");
+    let bar = ProgressBar::new(steps as u64);
+    style.map_or_else(|_| ProgressBar::hidden(), |style| bar.with_style(style))
+}

@@ -1,0 +1,43 @@
+//! A step seen from inside: polynomials between its two ends.
+
+use super::roots::{Quartic, value};
+
+/// A step between its two ends, in parts of its length.
+pub struct Between<const N: usize> {
+    /// Length of the step.
+    pub h: f64,
+    q0: [f64; N],
+    /// Velocities.
+    pub v: [Quartic; N],
+}
+
+impl<const N: usize> Between<N> {
+    /// From positions, velocities and accelerations at both ends.
+    pub fn new(h: f64, (q0, v0, a0): Instant<'_, N>, (q1, v1, a1): Instant<'_, N>) -> Self {
+        let v = std::array::from_fn(|i| {
+            // Cubic Hermite from velocities and accelerations, and a fourth power that makes the way right.
+            let rise = v1[i] - v0[i];
+            let (c2, c3) = (3.0 * rise - h * (2.0 * a0[i] + a1[i]), h * (a0[i] + a1[i]) - 2.0 * rise);
+            let way = (q1[i] - q0[i]) / h - 0.5 * (v0[i] + v1[i]) - h * (a0[i] - a1[i]) / 12.0;
+            // In a short step the way is lost in the rounding of the positions.
+            let rounding = 1e3 * f64::EPSILON * (q0[i].abs() + q1[i].abs()) / h;
+            let bump = if way.abs() > rounding { 30.0 * way } else { 0.0 };
+            [v0[i], h * a0[i], c2 + bump, c3 - 2.0 * bump, bump]
+        });
+        Self { h, q0: *q0, v }
+    }
+
+    /// Positions and velocities after a part of the step.
+    pub fn at(&self, part: f64) -> ([f64; N], [f64; N]) {
+        let q = std::array::from_fn(|i| {
+            let p = &self.v[i];
+            let mean =
+                p[0] + part * (p[1] / 2.0 + part * (p[2] / 3.0 + part * (p[3] / 4.0 + part * p[4] / 5.0)));
+            self.q0[i] + self.h * part * mean
+        });
+        (q, std::array::from_fn(|i| value(&self.v[i], part)))
+    }
+}
+
+/// Positions, velocities and accelerations.
+type Instant<'a, const N: usize> = (&'a [f64; N], &'a [f64; N], &'a [f64; N]);

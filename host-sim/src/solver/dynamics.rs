@@ -1,0 +1,116 @@
+//! What a solver without located events needs: rates of a state, and who slips.
+
+use super::state::State;
+use crate::friction::SingleValued;
+use crate::mechanism::Mechanism;
+
+/// Rates, and the friction that they came from.
+#[derive(Clone, Copy, Debug)]
+pub struct Rates<const N: usize, const Z: usize> {
+    /// Velocities, accelerations, rates of the frictions' states.
+    pub rates: State<N, Z>,
+    /// Frictions.
+    pub friction: [f64; N],
+}
+
+/// A mechanism and its frictions as one differential equation.
+pub trait Dynamics<const N: usize, const Z: usize> {
+    /// The state at time zero.
+    fn start(&self) -> State<N, Z>;
+
+    /// The rates at a time and state.
+    fn evaluate(&self, t: f64, state: &State<N, Z>) -> Rates<N, Z>;
+
+    /// 0 where a body sticks, else the sign of its slip.
+    fn slip(&self, state: &State<N, Z>) -> [i8; N];
+
+    /// The first instant after `t` at which the forces jump or bend, s.
+    fn next_corner(&self, t: f64) -> f64;
+
+    /// Errors far below these do not matter (see [`super::step_doubling`]).
+    fn scale(&self) -> State<N, Z>;
+
+    /// Told of each step that was kept; may put states back into their range.
+    fn accepted(&mut self, state: &mut State<N, Z>, rates: &Rates<N, Z>) {
+        let _ = (state, rates);
+    }
+}
+
+/// A mechanism with single-valued frictions.
+#[derive(Clone, Debug)]
+pub struct SingleValuedDynamics<'a, const N: usize, M: ?Sized, F> {
+    /// The mechanism.
+    pub mechanism: &'a M,
+    /// The friction of each coordinate.
+    pub friction: [F; N],
+}
+
+impl<const N: usize, const Z: usize, M, F> Dynamics<N, Z> for SingleValuedDynamics<'_, N, M, F>
+where
+    M: Mechanism<N> + ?Sized,
+    F: SingleValued<Z>,
+{
+    fn start(&self) -> State<N, Z> {
+        State { q: self.mechanism.start(), ..State::ZERO }
+    }
+
+    fn evaluate(&self, t: f64, state: &State<N, Z>) -> Rates<N, Z> {
+        let pieces = std::array::from_fn(|i| self.friction[i].piece(state.v[i], &state.z[i]));
+        rates_in(self.mechanism, &self.friction, &pieces, t, state)
+    }
+
+    fn slip(&self, state: &State<N, Z>) -> [i8; N] {
+        std::array::from_fn(|i| {
+            let (v, z) = (state.v[i], &state.z[i]);
+            let slips = self.friction[i].slips(self.friction[i].piece(v, z), v, z);
+            if slips { direction(v) } else { 0 }
+        })
+    }
+
+    fn next_corner(&self, t: f64) -> f64 {
+        self.mechanism.next_corner(t)
+    }
+
+    fn scale(&self) -> State<N, Z> {
+        State { z: std::array::from_fn(|i| self.friction[i].state_scale()), ..super::step_doubling::floor() }
+    }
+
+    fn accepted(&mut self, state: &mut State<N, Z>, _: &Rates<N, Z>) {
+        for (friction, z) in self.friction.iter().zip(&mut state.z) {
+            friction.settle(z);
+        }
+    }
+}
+
+/// The rates of a mechanism whose frictions are each in a piece.
+#[inline]
+pub fn rates_in<const N: usize, const Z: usize, M: Mechanism<N> + ?Sized, F: SingleValued<Z>>(
+    mechanism: &M,
+    friction: &[F; N],
+    pieces: &[u8; N],
+    t: f64,
+    state: &State<N, Z>,
+) -> Rates<N, Z> {
+    let terms = mechanism.terms(t, &state.q, &state.v);
+    let mut force = terms.force;
+    let mut forces = [0.0; N];
+    let mut z = [[0.0; Z]; N];
+    for i in 0..N {
+        forces[i] = friction[i].force(pieces[i], state.v[i], &state.z[i]);
+        z[i] = friction[i].rate(pieces[i], state.v[i], &state.z[i]);
+        force[i] -= forces[i];
+    }
+    let a = super::linear::solve(&terms.mass, &force, &[false; N]);
+    Rates { rates: State { q: state.v, v: a, z }, friction: forces }
+}
+
+/// The sign of a velocity, zero for zero.
+pub fn direction(v: f64) -> i8 {
+    if v > 0.0 {
+        1
+    } else if v < 0.0 {
+        -1
+    } else {
+        0
+    }
+}

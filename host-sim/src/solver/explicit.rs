@@ -1,0 +1,100 @@
+//! What the two Runge-Kutta solvers of the thesis share: the classical step, and telling an observer of what was kept.
+
+use super::dynamics::{Dynamics, Rates};
+use super::state::{BodyEvent, Finish, Observer, Sample, State};
+use super::{EventKind, Trouble};
+
+/// The classical Runge-Kutta step of order 4 from a state whose rates are known. `last_s` is the last instant of the
+/// smooth stretch that the step is in. Three evaluations.
+#[inline]
+pub fn classical<const N: usize, const Z: usize, D: Dynamics<N, Z>>(
+    dynamics: &D,
+    t: f64,
+    last_s: f64,
+    from: &State<N, Z>,
+    first: &State<N, Z>,
+    h: f64,
+) -> State<N, Z> {
+    let rates = |t: f64, state: &State<N, Z>| dynamics.evaluate(t.min(last_s), state).rates;
+    let second = rates(t + 0.5 * h, &from.plus(0.5 * h, first));
+    let third = rates(t + 0.5 * h, &from.plus(0.5 * h, &second));
+    let fourth = rates(t + h, &from.plus(h, &third));
+    from.plus(h / 6.0, first).plus(h / 3.0, &second).plus(h / 3.0, &third).plus(h / 6.0, &fourth)
+}
+
+/// A run between its steps.
+pub(super) struct Progress<const N: usize, const Z: usize> {
+    pub t: f64,
+    pub state: State<N, Z>,
+    /// Rates and frictions at `t`.
+    pub rates: Rates<N, Z>,
+    pub evaluations: u64,
+    pub steps: u64,
+    slip: [i8; N],
+}
+
+impl<const N: usize, const Z: usize> Progress<N, Z> {
+    pub fn start<D: Dynamics<N, Z>, O: Observer<N>>(dynamics: &D, observer: &mut O) -> Self {
+        let state = dynamics.start();
+        let rates = dynamics.evaluate(0.0, &state);
+        let slip = dynamics.slip(&state);
+        let progress = Self { t: 0.0, state, rates, evaluations: 1, steps: 0, slip };
+        progress.sample(observer);
+        progress
+    }
+
+    /// Keeps a step. Its events are at its end: nothing is located.
+    pub fn keep<D: Dynamics<N, Z>, O: Observer<N>>(
+        &mut self,
+        dynamics: &mut D,
+        t: f64,
+        state: State<N, Z>,
+        observer: &mut O,
+    ) {
+        (self.t, self.state) = (t, state);
+        dynamics.accepted(&mut self.state, &self.rates);
+        self.rates = dynamics.evaluate(t, &self.state);
+        self.evaluations += 1;
+        self.steps += 1;
+        let slip = dynamics.slip(&self.state);
+        for body in 0..N {
+            let kind = match (self.slip[body], slip[body]) {
+                (before, after) if before == after => continue,
+                (0, _) => EventKind::Break,
+                (_, 0) => EventKind::Stick,
+                _ => EventKind::Reverse,
+            };
+            observer.event(BodyEvent { time_s: t, body, kind });
+        }
+        self.slip = slip;
+        self.sample(observer);
+    }
+
+    fn sample<O: Observer<N>>(&self, observer: &mut O) {
+        if O::SAMPLES {
+            observer.sample(&Sample {
+                time_s: self.t,
+                q: self.state.q,
+                v: self.state.v,
+                a: self.rates.rates.v,
+                friction: self.rates.friction,
+                slip: self.slip,
+                z: self.state.deflections(),
+            });
+        }
+    }
+
+    pub fn finish(&self) -> Finish<N> {
+        Finish {
+            q: self.state.q,
+            v: self.state.v,
+            evaluations: self.evaluations,
+            steps: self.steps,
+            diverged_at_s: if self.state.is_finite() { None } else { Some(self.t) },
+        }
+    }
+
+    pub fn trouble(&self, what: impl Into<String>) -> Trouble {
+        Trouble::new(what, self.t, &self.state.q, &self.state.v)
+    }
+}

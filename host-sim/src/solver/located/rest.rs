@@ -1,0 +1,128 @@
+//! While all bodies stick: when does the first reaction reach its limit?
+//!
+//! Positions stay, velocities are zero, so each reaction is a function of time alone: the force on its coordinate. It
+//! is taken as a polynomial through five values over a stretch that is halved until two more values agree with it.
+
+use super::super::modes::{Mode, accelerations};
+use super::super::roots::{Quartic, first_fall, slope, through, value};
+use super::super::state::{Observer, Sample};
+use super::{BEYOND, Run, Trouble};
+use crate::friction::SetValued;
+use crate::mechanism::Mechanism;
+
+/// How far polynomial and force may differ, as a part of the largest friction at rest: it only has to see the crossing,
+/// which is then located on the force itself.
+const AGREEMENT: f64 = 1e-4;
+
+impl<const N: usize, M, F, O> Run<'_, N, M, F, O>
+where
+    M: Mechanism<N> + ?Sized,
+    F: SetValued,
+    O: Observer<N>,
+{
+    /// Up to `end_s`, or to the first body that breaks away.
+    pub(super) fn rest(&mut self, end_s: f64) -> Result<(), Trouble> {
+        let mut stretch = end_s - self.t;
+        while self.t < end_s {
+            self.count_step()?;
+            let to_end = stretch >= end_s - self.t;
+            stretch = stretch.min(end_s - self.t);
+            let Some(reactions) = self.reactions(stretch) else {
+                stretch *= 0.5;
+                if stretch < 4.0 * (self.t.next_up() - self.t) {
+                    return Err(self.trouble("the force on bodies at rest jumps where no corner is named"));
+                }
+                continue;
+            };
+            if let Some((part, body, sign)) = self.first_break(&reactions) {
+                let broken_s = self.locate_break(&reactions[body], part, stretch, body, sign);
+                self.wait(broken_s);
+                let mut breaking: Mode<N> = [0; N];
+                breaking[body] = sign;
+                return self.switch(breaking);
+            }
+            let reached_s = if to_end { end_s } else { self.t + stretch };
+            self.wait(reached_s);
+            stretch *= 2.0;
+        }
+        Ok(())
+    }
+
+    fn force_at(&mut self, t: f64) -> [f64; N] {
+        let q = self.q;
+        self.terms(t, &q, &[0.0; N]).force
+    }
+
+    /// The reactions as polynomials over a stretch of time, if such polynomials they are.
+    fn reactions(&mut self, stretch: f64) -> Option<[Quartic; N]> {
+        let t = self.t;
+        let nodes = [0.0, 0.25, 0.5, 0.75, 1.0].map(|part| self.force_at(t + part * stretch));
+        let polynomials: [Quartic; N] = std::array::from_fn(|i| through(&nodes.map(|force| force[i])));
+        let agrees = [0.1, 0.6].into_iter().all(|part| {
+            let force = self.force_at(t + part * stretch);
+            (0..N).all(|i| {
+                (value(&polynomials[i], part) - force[i]).abs() <= AGREEMENT * self.friction[i].stick()
+            })
+        });
+        agrees.then_some(polynomials)
+    }
+
+    /// Part of the stretch, body and sign of the first break.
+    fn first_break(&self, reactions: &[Quartic; N]) -> Option<(f64, usize, i8)> {
+        let mut first: Option<(f64, usize, i8)> = None;
+        for (body, reaction) in reactions.iter().enumerate() {
+            for sign in [1_i8, -1] {
+                let mut left = reaction.map(|c| -f64::from(sign) * c);
+                left[0] += self.friction[body].stick();
+                if let Some(part) = first_fall(&left)
+                    && first.is_none_or(|(earliest, ..)| part < earliest)
+                {
+                    first = Some((part, body, sign));
+                }
+            }
+        }
+        first
+    }
+
+    /// The instant at which the force itself reaches the limit, by Newton with the polynomial's slope.
+    fn locate_break(&mut self, reaction: &Quartic, part: f64, stretch: f64, body: usize, sign: i8) -> f64 {
+        let limit = BEYOND * self.friction[body].stick();
+        let sign = f64::from(sign);
+        let mut part = part;
+        for _ in 0..8 {
+            let over = sign * self.force_at(self.t + part * stretch)[body] - limit;
+            let steep = sign * slope(reaction, part);
+            if over.abs() <= 4.0 * f64::EPSILON * limit || steep <= 0.0 {
+                break;
+            }
+            part = (part - over / steep).clamp(0.0, 1.0);
+        }
+        self.t + part * stretch
+    }
+
+    /// Lets time pass.
+    fn wait(&mut self, until_s: f64) {
+        while O::SAMPLES && self.observer.next_sample_s() < until_s {
+            self.sample_at_rest(self.observer.next_sample_s());
+        }
+        self.sample_at_rest(until_s);
+        self.t = until_s;
+    }
+
+    fn sample_at_rest(&mut self, time_s: f64) {
+        if O::SAMPLES {
+            // For the reader, not for the solution: not counted.
+            let terms = self.mechanism.terms(time_s.min(self.last_s), &self.q, &[0.0; N]);
+            let (a, friction) = accelerations(&terms, self.friction, &self.v, &self.mode);
+            self.observer.sample(&Sample {
+                time_s,
+                q: self.q,
+                v: self.v,
+                a,
+                friction,
+                slip: self.mode,
+                z: [0.0; N],
+            });
+        }
+    }
+}

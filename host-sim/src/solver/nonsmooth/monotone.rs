@@ -1,0 +1,117 @@
+//! The equation of a step whose frictions are functions of the velocities at its end, each never falling:
+//!
+//! ```text
+//! M v + h F(v) = p
+//! ```
+//!
+//! It has one solution. Newton's method finds it in a few turns where the frictions are nearly linear; across their
+//! kinks it may cycle. Then a sweep of coordinate descent, which always comes closer, is done between: one body at a
+//! time, the others fixed, which is the same equation in one unknown with a bracket around its solution.
+
+use super::super::linear::solve as solve_linear;
+use super::dot;
+
+/// Turns before it is given up.
+const MAX_TURNS: u32 = 1000;
+
+/// Rounding of a residual, relative to the sum of what it is the difference of.
+const ROUNDING: f64 = 1e-14;
+
+/// The velocities; `law(i, v)` is the friction of body i and its slope. None if they are not found.
+pub fn solve<const N: usize>(
+    mass: &[[f64; N]; N],
+    momentum: &[f64; N],
+    h: f64,
+    law: impl Fn(usize, f64) -> (f64, f64),
+    guess: &[f64; N],
+) -> Option<[f64; N]> {
+    let residual = |v: &[f64; N]| -> [f64; N] {
+        std::array::from_fn(|i| momentum[i] - dot(&mass[i], v) - h * law(i, v[i]).0)
+    };
+    let size = |r: &[f64; N]| -> f64 { (0..N).map(|i| r[i] * r[i] / mass[i][i]).sum() };
+    let done = |v: &[f64; N], r: &[f64; N]| {
+        (0..N).all(|i| {
+            let parts: f64 = mass[i].iter().zip(v).map(|(m, v)| (m * v).abs()).sum();
+            r[i].abs() <= ROUNDING * (momentum[i].abs() + parts + h * law(i, v[i]).0.abs())
+        })
+    };
+    let mut v = *guess;
+    let mut r = residual(&v);
+    for _ in 0..MAX_TURNS {
+        if done(&v, &r) {
+            return Some(v);
+        }
+        let mut tangent = *mass;
+        for i in 0..N {
+            tangent[i][i] += h * law(i, v[i]).1;
+        }
+        let step = solve_linear(&tangent, &r, &[false; N]);
+        let newton: [f64; N] = std::array::from_fn(|i| v[i] + step[i]);
+        let left = residual(&newton);
+        if size(&left) < 0.25 * size(&r) {
+            (v, r) = (newton, left);
+            continue;
+        }
+        let before = v;
+        for i in 0..N {
+            let others = dot(&mass[i], &v) - mass[i][i] * v[i];
+            v[i] = alone(mass[i][i], momentum[i] - others, h, |v| law(i, v), v[i]);
+        }
+        if v == before {
+            // Nothing moves any more: what is left is rounding.
+            return Some(v);
+        }
+        r = residual(&v);
+    }
+    None
+}
+
+/// The solution of `mass v + h F(v) = momentum`. As the left side grows at least like `mass v`, it is no farther from
+/// any v than the residual there over the mass.
+fn alone(mass: f64, momentum: f64, h: f64, law: impl Fn(f64) -> (f64, f64), guess: f64) -> f64 {
+    let mut v = guess;
+    let (mut low, mut high) = (f64::NEG_INFINITY, f64::INFINITY);
+    for _ in 0..200 {
+        let (force, slope) = law(v);
+        let r = momentum - mass * v - h * force;
+        if r > 0.0 {
+            (low, high) = (v, high.min(v + r / mass));
+        } else {
+            (low, high) = (low.max(v + r / mass), v);
+        }
+        let mut next = v + r / (mass + h * slope);
+        if !(low < next && next < high) {
+            next = 0.5 * (low + high);
+        }
+        if next == v || next == low || next == high || r == 0.0 {
+            return v;
+        }
+        v = next;
+    }
+    v
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Steep steps, far apart from each other and strongly coupled: Newton alone cycles between their flanks.
+    #[test]
+    fn steep_steps_are_solved_to_rounding() {
+        let mass = [[5.0, 2.0], [2.0, 1.0]];
+        let law = |i: usize, v: f64| {
+            let steep = [1e6, 1e9][i];
+            let part = (steep * (v - 0.1)).clamp(-1.0, 1.0);
+            (part, if part.abs() < 1.0 { steep } else { 0.0 })
+        };
+        for (momentum, guess) in [([0.7, 0.3], [0.0; 2]), ([3.0, -1.0], [9.0; 2]), ([-1.0, 5.0], [-1e3, 1e3])]
+        {
+            let v = solve(&mass, &momentum, 1.0, law, &guess).unwrap();
+            for i in 0..2 {
+                let left = momentum[i] - dot(&mass[i], &v) - law(i, v[i]).0;
+                // A step of 1e9 turns an ulp of v = 0.1 into 1e-8.
+                assert!(left.abs() < 2e-8, "{v:?} leaves {left:e} for {i}");
+            }
+        }
+    }
+}

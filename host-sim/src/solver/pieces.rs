@@ -1,0 +1,304 @@
+//! The exact solver for single-valued friction: smooth pieces, whose ends are located.
+//!
+//! As [`super::located`], with the friction's own states among the unknowns: a pair of order 8(5,3) with error control,
+//! polynomials of the functions that end a piece, Newton's method on the integrated motion. A model without pieces is
+//! followed through its kinks by the error control alone, and its breaks and sticks are told at the ends of steps.
+//!
+//! Does badly: stiff models (a bristle of `k` on a mass `m` takes a step each `1/sqrt(k/m)` or so, whatever the tolerance).
+
+use super::between::Between;
+use super::dormand_prince::{EVALUATIONS, growth, step};
+use super::dynamics::{Rates, direction, rates_in};
+use super::roots::{Quartic, first_fall, slope, through};
+use super::state::{BodyEvent, Finish, Observer, Sample, State};
+use super::storm::Storm;
+use super::{EventKind, Trouble};
+use crate::friction::SingleValued;
+use crate::mechanism::Mechanism;
+
+/// Steps before a run is given up: half a minute of work.
+const MAX_STEPS: u64 = 2_000_000;
+
+/// What ends a piece is zero if off by no more than this part of its largest value on the step.
+const LOCATED: f64 = 1e-12;
+
+/// What positions and velocities are measured by at rest where the friction has no deflection, in SI.
+const LEAST: f64 = 1e-9;
+
+/// Runs a mechanism with single-valued friction from rest.
+///
+/// `tolerance` bounds each step's error, relative to the largest value that a coordinate, velocity or state has had.
+///
+/// # Errors
+/// If steps underflow or events do not end: with time and state.
+pub fn run<const N: usize, const Z: usize, M, F, O>(
+    mechanism: &M,
+    friction: &[F; N],
+    tolerance: f64,
+    duration_s: f64,
+    observer: &mut O,
+) -> Result<Finish<N>, Trouble>
+where
+    M: Mechanism<N> + ?Sized,
+    F: SingleValued<Z>,
+    O: Observer<N>,
+{
+    let state = State { q: mechanism.start(), ..State::ZERO };
+    let pieces = std::array::from_fn(|i| friction[i].piece(0.0, &state.z[i]));
+    let z = std::array::from_fn(|i| friction[i].state_scale());
+    // A body that has not moved yet is measured by its friction's deflection, and by that in a second.
+    let least = z.map(|scale: [f64; Z]| scale.iter().fold(LEAST, |least, z| least.max(*z)));
+    let size = State { q: std::array::from_fn(|i| least[i].max(state.q[i].abs())), v: least, z };
+    let now = rates_in(mechanism, friction, &pieces, 0.0, &state);
+    let mut run = Run {
+        mechanism,
+        friction,
+        tolerance,
+        observer,
+        t: 0.0,
+        state,
+        pieces,
+        slip: [0; N],
+        now,
+        size,
+        step_s: duration_s / 1000.0,
+        last_s: duration_s,
+        evaluations: 1,
+        steps: 0,
+        storm: Storm::new(duration_s),
+    };
+    while run.t < duration_s && run.state.is_finite() {
+        let corner_s = mechanism.next_corner(run.t);
+        let end_s = corner_s.min(duration_s);
+        run.last_s = if corner_s <= duration_s { corner_s.next_down() } else { end_s };
+        run.refresh();
+        while run.t < end_s && run.state.is_finite() {
+            run.step(end_s)?;
+        }
+    }
+    let diverged_at_s = if run.state.is_finite() { None } else { Some(run.t) };
+    let (q, v) = (run.state.q, run.state.v);
+    Ok(Finish { q, v, evaluations: run.evaluations, steps: run.steps, diverged_at_s })
+}
+
+struct Run<'a, const N: usize, const Z: usize, M: ?Sized, F, O> {
+    mechanism: &'a M,
+    friction: &'a [F; N],
+    tolerance: f64,
+    observer: &'a mut O,
+    t: f64,
+    state: State<N, Z>,
+    pieces: [u8; N],
+    slip: [i8; N],
+    /// Rates and frictions at `t`.
+    now: Rates<N, Z>,
+    /// Largest magnitudes so far.
+    size: State<N, Z>,
+    step_s: f64,
+    /// The last instant of the smooth stretch that `t` is in.
+    last_s: f64,
+    evaluations: u64,
+    steps: u64,
+    storm: Storm,
+}
+
+/// The end of a piece inside a step.
+#[derive(Clone, Copy)]
+struct End {
+    part: f64,
+    body: usize,
+    number: usize,
+    left: Quartic,
+    size: f64,
+}
+
+impl<const N: usize, const Z: usize, M, F, O> Run<'_, N, Z, M, F, O>
+where
+    M: Mechanism<N> + ?Sized,
+    F: SingleValued<Z>,
+    O: Observer<N>,
+{
+    /// Rates anew, after a jump of the forces or another piece.
+    fn refresh(&mut self) {
+        self.now = self.rates(self.t, &self.state.clone());
+        self.sample(self.t, &self.state.clone(), &self.now.clone());
+    }
+
+    fn rates(&mut self, t: f64, state: &State<N, Z>) -> Rates<N, Z> {
+        self.evaluations += 1;
+        rates_in(self.mechanism, self.friction, &self.pieces, t.min(self.last_s), state)
+    }
+
+    fn attempt(&mut self, h: f64) -> (State<N, Z>, f64) {
+        let reach = self.state.zip(&self.now.rates, |_, rate| (h * rate).abs());
+        let scale = self.size.zip(&reach, |size, reach| self.tolerance * size.max(reach).max(1e-300));
+        self.evaluations += EVALUATIONS;
+        let (mechanism, friction, pieces, last_s) = (self.mechanism, self.friction, self.pieces, self.last_s);
+        let rates = |t: f64, s: &State<N, Z>| rates_in(mechanism, friction, &pieces, t.min(last_s), s).rates;
+        let attempt = step(rates, self.t, &self.state, &self.now.rates, h, &scale);
+        (attempt.end, attempt.error)
+    }
+
+    /// One step, up to `end_s` at most or to the first end of a piece in it.
+    fn step(&mut self, end_s: f64) -> Result<(), Trouble> {
+        let remaining = end_s - self.t;
+        let mut h = self.step_s.min(remaining);
+        loop {
+            if h < 4.0 * (self.t.next_up() - self.t) && h < remaining {
+                return Err(self.trouble("the step underflows"));
+            }
+            let (end, error) = self.attempt(h);
+            if error.is_nan() || error > 1.0 {
+                h *= growth(error).min(0.9);
+                self.step_s = h;
+                continue;
+            }
+            let then = self.rates(self.t + h, &end);
+            let Some(found) = self.first_end(h, &end, &then) else {
+                let next = h * growth(error);
+                self.step_s = if h < self.step_s { self.step_s.max(next) } else { next };
+                let t = if h >= remaining { end_s } else { self.t + h };
+                return self.arrive(t, h, end, then);
+            };
+            let Some((part, end, then)) = self.locate(&found, h) else {
+                h *= 0.5;
+                continue;
+            };
+            self.arrive(self.t + part * h, part * h, end, then)?;
+            let i = found.body;
+            if self.state.v[i].abs() <= LOCATED * self.size.v[i] {
+                self.state.v[i] = 0.0;
+            }
+            let v = self.state.v[i];
+            self.pieces[i] = self.friction[i].next(self.pieces[i], found.number, v, &mut self.state.z[i]);
+            self.refresh();
+            return self.tell();
+        }
+    }
+
+    fn arrive(&mut self, t: f64, h: f64, end: State<N, Z>, then: Rates<N, Z>) -> Result<(), Trouble> {
+        self.samples_between(t, h, &end, &then);
+        (self.t, self.state, self.now) = (t, end, then);
+        self.size = self.size.zip(&end, |size, x| size.max(x.abs()));
+        self.sample(t, &end, &then);
+        self.steps += 1;
+        if self.steps > MAX_STEPS {
+            return Err(self.trouble(&format!("more than {MAX_STEPS} steps")));
+        }
+        self.tell()
+    }
+
+    /// Tells of bodies that began or ceased to slip.
+    fn tell(&mut self) -> Result<(), Trouble> {
+        for body in 0..N {
+            let (v, z) = (self.state.v[body], &self.state.z[body]);
+            let slips = self.friction[body].slips(self.pieces[body], v, z);
+            // At the very instant at which a piece begins the velocity may be zero: it goes where the piece does.
+            let way = if v == 0.0 { direction(self.now.rates.v[body]) } else { direction(v) };
+            let slip = if slips { way } else { 0 };
+            let kind = match (self.slip[body], slip) {
+                (before, after) if before == after => continue,
+                (0, _) => EventKind::Break,
+                (_, 0) => EventKind::Stick,
+                _ => EventKind::Reverse,
+            };
+            self.slip[body] = slip;
+            self.observer.event(BodyEvent { time_s: self.t, body, kind });
+            self.storm.count(self.t).map_err(|what| self.trouble(&what))?;
+        }
+        Ok(())
+    }
+
+    /// The first end of a piece, as polynomials between the ends of the step see it.
+    fn first_end(&self, h: f64, end: &State<N, Z>, then: &Rates<N, Z>) -> Option<End> {
+        let mut first: Option<End> = None;
+        let at = [0.25, 0.5, 0.75].map(|part| self.between(h, end, then, part));
+        for body in 0..N {
+            let ends = |s: &State<N, Z>| self.friction[body].ends(self.pieces[body], s.v[body], &s.z[body]);
+            let nodes = [ends(&self.state), ends(&at[0]), ends(&at[1]), ends(&at[2]), ends(end)];
+            for number in 0..2 {
+                let values = nodes.map(|ends| ends[number]);
+                if values.contains(&f64::INFINITY) {
+                    continue;
+                }
+                let left = through(&values);
+                if let Some(part) = first_fall(&left)
+                    && first.is_none_or(|first| part < first.part)
+                {
+                    let size = values.iter().fold(0.0_f64, |size, x| size.max(x.abs()));
+                    first = Some(End { part, body, number, left, size });
+                }
+            }
+        }
+        first
+    }
+
+    /// Integrates up to an end: part of the step, state, rates. None if it is not found.
+    fn locate(&mut self, found: &End, h: f64) -> Option<(f64, State<N, Z>, Rates<N, Z>)> {
+        let mut part = found.part;
+        for _ in 0..8 {
+            let end = if part > 0.0 { self.attempt(part * h).0 } else { self.state };
+            let i = found.body;
+            let left = self.friction[i].ends(self.pieces[i], end.v[i], &end.z[i])[found.number];
+            let steep = slope(&found.left, part);
+            if left.abs() <= LOCATED * found.size || (part == 0.0 && steep <= 0.0) {
+                let then = self.rates(self.t + part * h, &end);
+                return Some((part, end, then));
+            }
+            if steep >= 0.0 {
+                return None;
+            }
+            part -= left / steep;
+            if !(0.0..=1.0).contains(&part) {
+                return None;
+            }
+        }
+        None
+    }
+
+    /// The state after a part of a step.
+    fn between(&self, h: f64, end: &State<N, Z>, then: &Rates<N, Z>, part: f64) -> State<N, Z> {
+        let instant = |s: &State<N, Z>, r: &Rates<N, Z>| (s.q, s.v, r.rates.v);
+        let (from, to) = (instant(&self.state, &self.now), instant(end, then));
+        let (q, v) = Between::new(h, (&from.0, &from.1, &from.2), (&to.0, &to.1, &to.2)).at(part);
+        let mut z = self.state.z;
+        for i in 0..N {
+            for j in 0..Z {
+                let (z0, z1) = (self.state.z[i][j], end.z[i][j]);
+                let (r0, r1) = (h * self.now.rates.z[i][j], h * then.rates.z[i][j]);
+                let (c2, c3) = (3.0 * (z1 - z0) - 2.0 * r0 - r1, r0 + r1 - 2.0 * (z1 - z0));
+                z[i][j] = z0 + part * (r0 + part * (c2 + part * c3));
+            }
+        }
+        State { q, v, z }
+    }
+
+    fn samples_between(&mut self, until_s: f64, h: f64, end: &State<N, Z>, then: &Rates<N, Z>) {
+        while O::SAMPLES && self.observer.next_sample_s() <= until_s {
+            let time_s = self.observer.next_sample_s();
+            let state = self.between(h, end, then, (time_s - self.t) / h);
+            // For the reader, not for the solution: not counted.
+            let rates =
+                rates_in(self.mechanism, self.friction, &self.pieces, time_s.min(self.last_s), &state);
+            self.sample(time_s, &state, &rates);
+        }
+    }
+
+    fn sample(&mut self, time_s: f64, state: &State<N, Z>, rates: &Rates<N, Z>) {
+        if O::SAMPLES {
+            self.observer.sample(&Sample {
+                time_s,
+                q: state.q,
+                v: state.v,
+                a: rates.rates.v,
+                friction: rates.friction,
+                slip: self.slip,
+                z: state.deflections(),
+            });
+        }
+    }
+
+    fn trouble(&self, what: &str) -> Trouble {
+        Trouble::new(what, self.t, &self.state.q, &self.state.v)
+    }
+}

@@ -1,0 +1,69 @@
+//! The thesis's mechanisms and frictions, as the tests use them.
+
+use host_sim::friction::Coulomb;
+use host_sim::mechanism::{
+    Block, CoupledBlocks, IndependentBlocks, Mechanism, Pendulum, Pull, Shape, SpringMass, TwoBlocks,
+    TwoLinkArm, Wave,
+};
+use host_sim::solver::state::{BodyEvent, Finish};
+use host_sim::solver::{EventKind, located};
+
+/// Table 1.
+pub const SPRING_MASS: SpringMass = SpringMass { mass: 0.1, stiffness: 100.0, pull: Pull::steady(0.002) };
+pub const SPRING_MASS_LEVELS: [Coulomb; 1] = [Coulomb { stick: 0.25, slip: 0.20 }];
+
+/// Table 4.
+pub const COUPLED: CoupledBlocks = CoupledBlocks(TwoBlocks {
+    mass: [0.1, 0.1],
+    stiffness: [100.0, 200.0],
+    pull: Pull::Ramp { speed: 0.2, until_s: 0.25 },
+});
+pub const COUPLED_LEVELS: [Coulomb; 2] =
+    [Coulomb { stick: 0.15, slip: 0.10 }, Coulomb { stick: 0.30, slip: 0.20 }];
+
+/// Table 7, with stick and slip the right way around.
+pub const PENDULUM: Pendulum = Pendulum { mass: 1.0, length: 1.0, torque: 6.0, start: 0.0 };
+pub const PENDULUM_LEVELS: [Coulomb; 1] = [Coulomb { stick: 1.2, slip: 0.96 }];
+
+/// Table 10.
+pub const ARM: TwoLinkArm =
+    TwoLinkArm { mass: [1.0, 1.0], length: [1.0, 1.0], torque: [0.4, 0.3], start: [0.0, 0.0] };
+pub const ARM_LEVELS: [Coulomb; 2] =
+    [Coulomb { stick: 0.10, slip: 0.08 }, Coulomb { stick: 0.075, slip: 0.06 }];
+
+/// Tables 13 and 14.
+pub const fn block(shape: Shape) -> Block {
+    Block { mass: 1.0, push: Wave { shape, amplitude: 1.0, period_s: 4.0 } }
+}
+pub const BLOCK_LEVELS: [Coulomb; 1] = [Coulomb { stick: 0.8, slip: 0.6 }];
+
+/// Table 22.
+pub fn independent() -> IndependentBlocks {
+    use std::f64::consts::PI;
+    let pull = Pull::Cosine { speed: PI / 5.0, frequency: 4.0 * PI };
+    IndependentBlocks(TwoBlocks { mass: [0.1, 0.1], stiffness: [100.0, 100.0], pull })
+}
+pub const INDEPENDENT_LEVELS: [Coulomb; 2] = [Coulomb { stick: 2.4, slip: 1.6 }; 2];
+
+/// Events and end of an exact run.
+pub fn exact<const N: usize, M: Mechanism<N>>(
+    mechanism: &M,
+    levels: &[Coulomb; N],
+    tolerance: f64,
+    duration_s: f64,
+) -> (Vec<BodyEvent>, Finish<N>) {
+    let mut events = Vec::new();
+    let finish = located::run(mechanism, levels, tolerance, duration_s, &mut events).unwrap();
+    (events, finish)
+}
+
+/// Whether the events are these, body counted from 1, each time within `tolerance`.
+#[track_caller]
+pub fn assert_events(events: &[BodyEvent], expected: &[(f64, usize, EventKind)], tolerance: f64) {
+    let found: Vec<_> = events.iter().map(|e| (e.time_s, e.body + 1, e.kind)).collect();
+    assert_eq!(found.len(), expected.len(), "{found:?}");
+    for (found, expected) in found.iter().zip(expected) {
+        assert!((found.1, found.2) == (expected.1, expected.2), "{found:?}, not {expected:?}");
+        assert!((found.0 - expected.0).abs() < tolerance, "{found:?}, not {expected:?}");
+    }
+}
