@@ -25,6 +25,7 @@ mod app {
 
     use heapless::spsc::{Consumer, Producer, Queue};
     use stiction::deadline::Deadline;
+    use stiction::fault::Latched;
     use stiction::servo::{Boot, Input, Levels, Output, State};
     use stiction::{Fault, Servo};
 
@@ -80,7 +81,7 @@ mod app {
 
         let fault = told.and_then(|record| record.fault()).or(cause.fault(was_armed));
         let absent = (!board.crystal).then_some(Fault::ClockAbsent);
-        let servo = Servo::new(settings.parameters(), Boot { fault: fault.or(absent) });
+        let servo = Servo::new(settings.parameters(), Boot { fault: fault.or(absent).map(Latched::from) });
         let report = Report::new(&settings);
         report.banner(&board, cause, told.as_ref(), fault, &settings);
 

@@ -28,6 +28,9 @@ pub enum Error {
     /// The user wants no more of it.
     #[error("interrupted before the runs on the emulated part were over: there are no results")]
     Interrupted,
+    /// A device did not do what it was told, or is not there.
+    #[error("{0}")]
+    Device(String),
     /// A figure could not be drawn.
     #[error("cannot draw the figure: {0}")]
     Figure(String),

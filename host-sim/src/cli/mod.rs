@@ -1,6 +1,7 @@
 //! The command line of `stiction`.
 
 mod benchmark;
+mod device;
 mod list;
 mod params;
 mod run;
@@ -33,6 +34,8 @@ enum Command {
     Run(run::Arguments),
     /// Encode a machine for the parameter sector of the controller board
     Params(params::Arguments),
+    /// Talk to a device: status, move, parameters, faults, log
+    Device(device::Arguments),
     /// Rank controllers on one joint: rest, overshoot, settling, tracking, chatter, hunting
     Benchmark(benchmark::Arguments),
 }
@@ -48,6 +51,7 @@ pub fn main() -> ExitCode {
         Command::Show(arguments) => show::show(&arguments),
         Command::Run(arguments) => run::run(&arguments),
         Command::Params(arguments) => params::params(&arguments),
+        Command::Device(arguments) => device::device(&arguments),
         Command::Benchmark(arguments) => benchmark::rank(&arguments),
     };
     match done {

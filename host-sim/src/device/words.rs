@@ -1,0 +1,92 @@
+//! What a device says, in words.
+
+use stiction::Fault;
+use stiction::link::{Refused, State, Status, Told};
+
+/// Why a request was refused, and what to do.
+pub fn refused(refused: &Refused) -> String {
+    match refused {
+        Refused::Unknown => "it does not know this request; its firmware is another".into(),
+        Refused::SayHello => "it was reset meanwhile, and waits for a new session".into(),
+        Refused::OutOfOrder => "a later request was faster".into(),
+        Refused::Booting => "it has not ticked yet; try again".into(),
+        Refused::Faulted(code) => {
+            format!(
+                "{} is latched; see to it and clear it with `faults --clear` (docs/faults.md)",
+                name(*code)
+            )
+        }
+        Refused::NotClearable(code) => {
+            format!("{} ends with valid parameters or a reset only (docs/faults.md)", name(*code))
+        }
+        Refused::Armed => "only with the output off; `stop` first".into(),
+        Refused::NotArmed => "only while armed; `arm` first".into(),
+        Refused::Moving => "the joint has to be at rest for 50 ms".into(),
+        Refused::WouldTrip(code) => format!("it would end in {} at once (docs/faults.md)", name(*code)),
+        Refused::OutOfRange => {
+            "the motion leads out of `limits.position_min_deg` to `limits.position_max_deg`".into()
+        }
+        Refused::NoParameters => "it has no parameters; `params push FILE.toml` first".into(),
+        Refused::NoSuch => "there is no such thing".into(),
+        Refused::NotWhole => "the record of parameters did not arrive whole".into(),
+        Refused::Version(version) => format!("it cannot read version {version} of the parameters"),
+        Refused::Value { key, found, allowed } => {
+            // As the core would say it: the key is not one that lives for ever.
+            let error = stiction::Error { key: "", found: *found, allowed: *allowed };
+            error.to_string().replacen("``", &format!("`{key}`"), 1)
+        }
+        Refused::Flash => "its flash failed; the parameters are in use, but not saved".into(),
+    }
+}
+
+/// A fault by its code.
+pub fn name(code: u8) -> String {
+    Fault::from_code(code)
+        .map_or_else(|| format!("fault {code}"), |fault| format!("fault {code} ({})", fault.describe()))
+}
+
+/// `fault 14 (stall: effort, but no count), 0.805 V, 3.200 s after power-on`.
+pub fn told(told: &Told, sample_time: f32) -> String {
+    let value = match Fault::from_code(told.code).map(Fault::unit) {
+        Some(unit) if !unit.is_empty() => format!(", {:.4} {unit}", told.value),
+        _ => String::new(),
+    };
+    let when = match f64::from(told.tick) * f64::from(sample_time) {
+        0.0 => String::new(),
+        time_s => format!(", {time_s:.3} s after power-on"),
+    };
+    format!("{}{value}{when}", name(told.code))
+}
+
+/// `armed`, `faulted`.
+pub const fn state(state: State) -> &'static str {
+    match state {
+        State::Boot => "boot",
+        State::Stopped => "stopped",
+        State::Armed => "armed",
+        State::Faulted(_) => "faulted",
+    }
+}
+
+/// A status in lines.
+pub fn status(status: &Status) -> String {
+    let mut lines = vec![format!("state      {}", state(status.state))];
+    if status.fault.code != 0 {
+        lines.push(format!("fault      {}", told(&status.fault, status.sample_time)));
+    }
+    let position = f64::from(status.position) * f64::from(status.resolution);
+    let rest = if status.at_rest { "at rest" } else { "moving" };
+    lines.push(format!("position   {position:.4} deg since power-on ({} counts), {rest}", status.position));
+    lines.push(format!("heat       that of {:.3} V for ever", status.thermal_effort));
+    if status.wound_up {
+        lines.push("warning    the compensator holds effort at standstill: the motor gets warm".into());
+    }
+    if status.unsaved {
+        lines.push("warning    the parameters in use are not saved: `params save`".into());
+    }
+    let time_s = f64::from(status.clock) * f64::from(status.sample_time);
+    lines.push(format!("on for     {time_s:.2} s, {} ticks", status.clock));
+    lines.push(format!("faults     {} since power-on", status.faults));
+    lines.push(format!("link       {} bad frames, {} messages dropped", status.bad_frames, status.dropped));
+    lines.join("\n") + "\n"
+}
