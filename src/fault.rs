@@ -2,8 +2,6 @@
 //!
 //! `docs/faults.md` says of each what it means and what to check.
 
-use heapless::HistoryBuf;
-
 /// The number of faults that a servo remembers.
 pub const HISTORY: usize = 8;
 
@@ -161,22 +159,26 @@ impl From<Fault> for Latched {
 }
 
 /// The last faults.
-#[derive(Clone, Debug, Default)]
+#[derive(Clone, Copy, Debug, Default)]
 pub struct FaultLog {
-    entries: HistoryBuf<Latched, HISTORY>,
+    /// A ring: the fault number `n` of all that there were is at `n` modulo its length.
+    entries: [Option<Latched>; HISTORY],
     count: u32,
 }
 
 impl FaultLog {
     /// Adds one.
     pub fn push(&mut self, latched: Latched) {
-        self.entries.write(latched);
+        if let Some(entry) = self.entries.get_mut(self.count as usize % HISTORY) {
+            *entry = Some(latched);
+        }
         self.count = self.count.saturating_add(1);
     }
 
     /// Those that are remembered, the oldest first.
     pub fn iter(&self) -> impl Iterator<Item = &Latched> {
-        self.entries.oldest_ordered()
+        let oldest = self.count as usize % HISTORY;
+        (0..HISTORY).filter_map(move |i| self.entries.get((oldest + i) % HISTORY)?.as_ref())
     }
 
     /// How many there were, remembered or not.

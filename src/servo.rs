@@ -76,6 +76,8 @@ pub enum Refusal {
     WouldTrip(Fault),
     /// The motion leads out of the range of positions.
     OutOfRange,
+    /// A link has put another motion in the place of that of the parameters.
+    Replaced,
 }
 
 /// What arming begins.
@@ -122,10 +124,10 @@ pub struct Levels {
 #[derive(Clone, Debug)]
 pub struct Joint {
     controller: Controller,
-    /// What the parameters say.
-    motion: Course,
-    /// What is run.
+    /// What is run: the motion of the parameters, until a link asks for another one. There is no room for both.
     course: Course,
+    /// A link has done so.
+    replaced: bool,
     state: CourseState,
     soft_start: SoftStart,
     /// Nominal supply in the converter's units; 0: the output is left alone.
@@ -291,6 +293,9 @@ impl Servo {
         else {
             return Err(Refusal::Booting);
         };
+        if arming == Arming::Motion && joint.replaced {
+            return Err(Refusal::Replaced);
+        }
         if !joint.monitors.is_at_rest(&seen) {
             return Err(Refusal::Moving);
         }
@@ -455,7 +460,7 @@ impl Joint {
     /// # Errors
     /// As [`Parameters::prepare`].
     pub fn new(parameters: &Parameters) -> Result<Self, Error> {
-        let (controller, motion) = parameters.prepare()?;
+        let (controller, course) = parameters.prepare()?;
         let Parameters { device, limits, controller: config, .. } = parameters;
         let in_ticks = |s: f32| libm::roundf(s / config.sample_time) as u32;
         let nominal_supply = match device.supply_full_scale {
@@ -466,8 +471,8 @@ impl Joint {
         };
         Ok(Self {
             controller,
-            course: motion.clone(),
-            motion,
+            course,
+            replaced: false,
             state: CourseState::default(),
             soft_start: SoftStart { ticks: in_ticks(device.soft_start), elapsed: 0 },
             nominal_supply,
@@ -481,10 +486,9 @@ impl Joint {
 
     /// Begins with the counter at `counter`, which becomes zero.
     fn arm(&mut self, counter: u32, arming: Arming) {
-        self.course = match arming {
-            Arming::Motion => self.motion.clone(),
-            Arming::ByLink => Course::Follow(Reference::Step(Step::default())),
-        };
+        if arming == Arming::ByLink {
+            self.begin(Reference::Step(Step::default()));
+        }
         self.state = CourseState::start(&self.controller, counter, 0);
         self.watch = self.monitors.armed(&self.watch, arming == Arming::ByLink);
         self.soft_start.elapsed = 0;
@@ -500,6 +504,7 @@ impl Joint {
 
     fn begin(&mut self, reference: Reference) {
         self.course = Course::Follow(reference);
+        self.replaced = true;
         self.state.begin_motion();
     }
 

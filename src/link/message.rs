@@ -364,6 +364,8 @@ impl From<servo::Refusal> for Refused {
             servo::Refusal::Moving => Self::Moving,
             servo::Refusal::WouldTrip(fault) => Self::WouldTrip(fault as u8),
             servo::Refusal::OutOfRange => Self::OutOfRange,
+            // Nothing that comes over a link asks for it.
+            servo::Refusal::Replaced => Self::NoSuch,
         }
     }
 }

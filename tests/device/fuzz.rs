@@ -72,6 +72,32 @@ proptest! {
     }
 }
 
+proptest! {
+    #![proptest_config(config(300))]
+
+    /// A machine's file with characters changed, lines doubled and lines left out.
+    #[test]
+    fn any_change_of_a_file_gives_a_machine_or_one_sentence(
+        changes in vec((any::<prop::sample::Index>(), "[ -~]{0,3}", 0..3u8), 1..6),
+    ) {
+        let mut lines: Vec<String> =
+            host_sim::experiment::find("step-response").unwrap().toml.lines().map(str::to_owned).collect();
+        for (at, text, how) in changes {
+            let at = at.index(lines.len());
+            match how {
+                0 => lines[at] = format!("{text}{}", lines[at]),
+                1 => lines.insert(at, lines[at].clone()),
+                _ => drop(lines.remove(at)),
+            }
+        }
+        let file = host_sim::experiment::Document::parse("joint.toml", &lines.join("\n"));
+        if let Err(error) = file.and_then(|document| document.machine()) {
+            let said = error.to_string();
+            prop_assert!(said.starts_with("joint.toml") && said.lines().count() == 1, "{}", said);
+        }
+    }
+}
+
 /// xorshift64 (Marsaglia 2003): ten million messages need no shrinking, but a seed.
 struct Random(u64);
 

@@ -239,7 +239,7 @@ fn params<W: Wire>(action: &Params, client: &mut Client<W>) -> Result<String, Er
     match action {
         Params::Show => {
             let found = client.parameters()?;
-            Ok(format!("{found:#?}\n"))
+            Ok(words::parameters(&found))
         }
         Params::Push { machine, controller, save } => {
             let plan = first_run(machine, controller.as_deref())?;
