@@ -81,6 +81,18 @@ pub struct Tick {
     pub non_finite: bool,
 }
 
+impl ControllerState {
+    /// theta_a as of the last tick, counts.
+    pub const fn counts(&self) -> i32 {
+        self.encoder.counts()
+    }
+
+    /// A motion begins at the next tick; everything else goes on.
+    pub const fn begin_motion(&mut self) {
+        self.tick = 0;
+    }
+}
+
 impl Controller {
     /// Validates a configuration and prepares everything that a tick needs.
     ///

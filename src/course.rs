@@ -44,6 +44,16 @@ impl CourseState {
         Self { controller: controller.start(counter, counts), ramp: RampState::start(counts) }
     }
 
+    /// theta_a as of the last tick, counts.
+    pub const fn counts(&self) -> i32 {
+        self.controller.counts()
+    }
+
+    /// Another motion begins at the next tick; the loop goes on.
+    pub const fn begin_motion(&mut self) {
+        self.controller.begin_motion();
+    }
+
     /// What a ramp remembers; at its start in any other course.
     pub const fn ramp(&self) -> &RampState {
         &self.ramp

@@ -51,6 +51,11 @@ impl EncoderState {
         Self { counter, counts }
     }
 
+    /// The last reading of the counter.
+    pub const fn counter(&self) -> u32 {
+        self.counter
+    }
+
     /// Position in counts. Wraps.
     pub const fn counts(&self) -> i32 {
         self.counts

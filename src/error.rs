@@ -2,6 +2,8 @@
 
 use core::fmt;
 
+use serde::{Deserialize, Serialize};
+
 /// A configuration value that is not allowed.
 ///
 /// `key` is the name that the value has in a machine's TOML file, so that the message can be shown to a person
@@ -23,7 +25,7 @@ pub struct Error {
 }
 
 /// The set of values that a key may have.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub enum Allowed {
     /// Both ends belong to it.
     Between(f32, f32),

@@ -25,6 +25,7 @@ mod app {
 
     use heapless::spsc::{Consumer, Producer, Queue};
     use stiction::deadline::Deadline;
+    use stiction::fault::Latched;
     use stiction::servo::{Boot, Input, Levels, Output, State};
     use stiction::{Fault, Servo};
 
@@ -80,7 +81,9 @@ mod app {
 
         let fault = told.and_then(|record| record.fault()).or(cause.fault(was_armed));
         let absent = (!board.crystal).then_some(Fault::ClockAbsent);
-        let servo = Servo::new(settings.parameters(), Boot { fault: fault.or(absent) });
+        let latched = told.and_then(|record| record.as_latched());
+        let latched = latched.or(fault.or(absent).map(Latched::from));
+        let servo = Servo::new(settings.parameters(), Boot { fault: latched });
         let report = Report::new(&settings);
         report.banner(&board, cause, told.as_ref(), fault, &settings);
 
@@ -140,7 +143,7 @@ mod app {
         }
 
         if output.state != *local.before {
-            remember(output.state);
+            remember(output.state, local.servo.latched());
             *local.before = output.state;
             cx.shared.levels.lock(|levels| *levels = local.servo.levels());
         }
@@ -156,10 +159,10 @@ mod app {
     }
 
     /// Keeps for the next reset what this one must not forget.
-    fn remember(state: State) {
+    fn remember(state: State, latched: Option<Latched>) {
         record::set_armed(state == State::Armed);
-        if let State::Faulted(fault) = state {
-            record::keep(Record::of(fault));
+        if let Some(latched) = latched {
+            record::keep(Record::latched(&latched));
         }
     }
 

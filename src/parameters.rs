@@ -12,7 +12,8 @@
 //! Why this form: the numbers are those of the core's own configuration (`f32`, counts), so that nothing is
 //! rounded a second time on the device, and host and device build the same controller from them, bit for bit.
 //! Guarantees: decoding is total. Any sequence of bytes either gives parameters of which every value has been
-//! validated, or says what is wrong. Does badly: a body of another format version is refused, not converted.
+//! validated, or says what is wrong. A body of an older version is converted: [`Parameters::decode`] says how. Does badly:
+//! a body of a newer version is refused.
 
 use crc::{CRC_32_ISO_HDLC, Crc, NoTable};
 use heapless::Vec;
@@ -22,11 +23,14 @@ use crate::controller::{Controller, ControllerConfig};
 use crate::course::Course;
 use crate::error::{Error, between};
 use crate::identification::Ramp;
+use crate::monitor::Limits;
 use crate::position::Position;
 use crate::reference::{Corner, MAX_CORNERS, Reference, Step, Trajectory};
 
 /// Of the body; to be raised with every change of [`Parameters`].
-pub const FORMAT_VERSION: u32 = 2;
+///
+/// 1: controller, motion, device. 2: a motion may be a ramp. 3: limits after them.
+pub const FORMAT_VERSION: u32 = 3;
 
 /// Room that every record fits in, header and all.
 pub const ROOM: usize = 512;
@@ -49,6 +53,8 @@ pub struct Parameters {
     pub motion: Motion,
     /// What only the device has.
     pub device: Device,
+    /// Thresholds of the faults.
+    pub limits: Limits,
 }
 
 /// A motion as data, relative to where the joint is when it is armed.
@@ -190,6 +196,7 @@ impl Parameters {
         // What the tick's timer and the deadline are made for: 50 Hz to 10 kHz.
         between("sample_time_s", self.controller.sample_time, 1e-4, 0.02)?;
         self.device.validate()?;
+        self.limits.validate()?;
         let controller = Controller::new(&self.controller)?;
         self.motion.softly(self.device.soft_start, controller.full_scale())?;
         Ok((controller, self.motion.course(&self.controller)?))
@@ -211,7 +218,8 @@ impl Parameters {
         Some(record)
     }
 
-    /// Reads a record at the start of `bytes`, and returns it with its sequence number.
+    /// Reads a record at the start of `bytes`, and returns it with its sequence number. One of version 1 or 2 knows
+    /// no limits and gets those that can be derived from it ([`Limits::derived`]).
     ///
     /// # Errors
     /// Says what is wrong with it.
@@ -224,7 +232,7 @@ impl Parameters {
             return Err(DecodeError::NotParameters);
         }
         let [version, sequence, length, sum] = [4, 8, 12, 16].map(|at| word(header, at));
-        if version != FORMAT_VERSION {
+        if !(1..=FORMAT_VERSION).contains(&version) {
             return Err(DecodeError::Version(version));
         }
         let length = length as usize;
@@ -232,11 +240,14 @@ impl Parameters {
         if checksum(header, body) != sum {
             return Err(DecodeError::Checksum);
         }
-        let (parameters, left) =
-            postcard::take_from_bytes::<Self>(body).map_err(|_| DecodeError::Malformed)?;
-        if !left.is_empty() {
-            return Err(DecodeError::Malformed);
-        }
+        let parameters = match version {
+            1 | 2 => {
+                let (controller, motion, device) = whole::<(ControllerConfig, Motion, Device)>(body)?;
+                let limits = Limits::derived(&controller, &device, 0.0);
+                Self { controller, motion, device, limits }
+            }
+            _ => whole(body)?,
+        };
         parameters.prepare().map_err(DecodeError::Value)?;
         Ok((parameters, sequence))
     }
@@ -249,12 +260,31 @@ impl Parameters {
     /// # Errors
     /// Says what is wrong if neither is valid.
     pub fn newest(sectors: [&[u8]; 2]) -> Result<(Self, usize), DecodeError> {
-        match sectors.map(Self::decode) {
-            [Ok((_, older)), Ok((second, newer))] if newer.wrapping_sub(older) as i32 > 0 => Ok((second, 1)),
-            [Ok((first, _)), _] => Ok((first, 0)),
-            [Err(_), Ok((second, _))] => Ok((second, 1)),
-            [Err(DecodeError::Blank), Err(error)] | [Err(error), Err(_)] => Err(error),
+        let [first, second] = sectors.map(Self::decode);
+        Self::newer(first, second).map(|(parameters, _, which)| (parameters, which))
+    }
+
+    /// Of two that were decoded, the newer one with its sequence number and which of the two it is.
+    pub(crate) fn newer(
+        first: Result<(Self, u32), DecodeError>,
+        second: Result<(Self, u32), DecodeError>,
+    ) -> Result<(Self, u32, usize), DecodeError> {
+        match (first, second) {
+            (Ok((_, older)), Ok((second, newer))) if newer.wrapping_sub(older) as i32 > 0 => {
+                Ok((second, newer, 1))
+            }
+            (Ok((first, sequence)), _) => Ok((first, sequence, 0)),
+            (Err(_), Ok((second, sequence))) => Ok((second, sequence, 1)),
+            (Err(DecodeError::Blank), Err(error)) | (Err(error), Err(_)) => Err(error),
         }
+    }
+}
+
+/// A value that takes up all of its bytes.
+fn whole<'a, T: Deserialize<'a>>(body: &'a [u8]) -> Result<T, DecodeError> {
+    match postcard::take_from_bytes(body) {
+        Ok((value, [])) => Ok(value),
+        _ => Err(DecodeError::Malformed),
     }
 }
 

@@ -53,6 +53,10 @@ impl Report {
             }
             _ => {}
         }
+        if let Some(latched) = told.and_then(Record::as_latched).filter(|latched| latched.tick > 0) {
+            let (value, unit) = (latched.value, latched.fault.unit());
+            info!("it was at tick {=u32}, by {=f32} {=str}", latched.tick, value, unit);
+        }
         match settings.parameters() {
             Ok(parameters) => {
                 let sector = settings.sector().unwrap_or_default();

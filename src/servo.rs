@@ -4,16 +4,19 @@
 //!             valid parameters            arm                  stop
 //!   Boot ------------------------> Stopped ----> Armed ------------------> Stopped
 //!     |                               |            |
-//!     +-------------------------------+------------+---- any fault ------> Faulted, until the next reset
+//!     +-------------------------------+------------+---- any fault ------> Faulted ----- clear ----> Stopped
 //! ```
 //!
-//! Nothing is driven unless the state is [`State::Armed`]. The first fault is latched; later ones do not hide
-//! it. A part that comes out of a reset with a fault to tell ([`Boot`]) tells it and stays faulted: no reset that
-//! nobody asked for leads to a motion, and the reset after that one starts clean.
+//! Nothing is driven unless the state is [`State::Armed`]. A fault that is seen in a tick turns that tick's output
+//! off. The first one is latched with its time and the value that tripped it; later ones do not hide it. A part that
+//! comes out of a reset with a fault to tell ([`Boot`]) tells it and stays faulted: no reset that nobody asked for
+//! leads to a motion, and the reset after that one starts clean.
 //!
-//! Arming: there is no command link yet, so [`Servo::arm`] is called by the servo itself, `autostart_delay` after the
-//! first tick, if the parameters say `autostart` (off by default) and nothing went wrong before. The position in
-//! which the joint is armed becomes its zero, and the motion begins with that tick.
+//! Arming needs the state stopped, a fault cleared if there was one, the joint at rest for 50 ms, and a supply, a
+//! position and a motor that would not trip at once. The position in which the joint is armed becomes its zero. It
+//! is armed by a command ([`Servo::arm`]), or by the servo itself, `autostart_delay` after the first tick, if the
+//! parameters say `autostart` (off by default) and nothing went wrong before; then the motion of the parameters begins
+//! with that tick.
 //!
 //! After arming, the limit of the output rises in a straight line from zero to the full scale (soft start): a wrong
 //! sign or a large first error shows as a slow pull and not as a jerk. The gains are those of the loop from the
@@ -25,8 +28,13 @@
 use crate::controller::{Controller, Tick};
 use crate::course::{Course, CourseState};
 use crate::drive::{Drive, Duty};
-use crate::fault::Fault;
+use crate::encoder::{Encoder, EncoderState};
+use crate::error::Error;
+use crate::fault::{Fault, FaultLog, Latched};
+use crate::monitor::{MonitorState, Monitors, Seen, Standstill};
 use crate::parameters::{DecodeError, Parameters, SUPPLY_FULL_SCALE};
+use crate::position::Position;
+use crate::reference::{Reference, Step};
 use crate::saturation::saturate;
 
 /// The state of a servo.
@@ -38,15 +46,47 @@ pub enum State {
     Stopped,
     /// The loop is closed.
     Armed,
-    /// Output off until the next reset.
+    /// Output off until the fault is cleared, or the next reset.
     Faulted(Fault),
 }
 
 /// How the part came out of its last reset.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Boot {
-    /// What went wrong before it.
-    pub fault: Option<Fault>,
+    /// What went wrong before it; its time is that of the run in which it happened.
+    pub fault: Option<Latched>,
+}
+
+/// Why the servo does not do what it is told.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Refusal {
+    /// Before the first tick.
+    Booting,
+    /// A fault is latched.
+    Faulted(Fault),
+    /// The fault cannot be cleared by a command.
+    NotClearable(Fault),
+    /// Only while stopped.
+    Armed,
+    /// Only while armed.
+    NotArmed,
+    /// The joint has to be at rest.
+    Moving,
+    /// Arming would end in this fault at once.
+    WouldTrip(Fault),
+    /// The motion leads out of the range of positions.
+    OutOfRange,
+    /// A link has put another motion in the place of that of the parameters.
+    Replaced,
+}
+
+/// What arming begins.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Arming {
+    /// The motion of the parameters.
+    Motion,
+    /// Staying there, on command of a link whose silence is then a fault.
+    ByLink,
 }
 
 /// What one tick is given.
@@ -67,8 +107,7 @@ pub struct Output {
     pub duty: Duty,
     /// The state after this tick.
     pub state: State,
-    /// Every term; its code and duty are those that are applied. All zero unless armed, but for the tick that ends a
-    /// ramp or that meets a value which is not finite.
+    /// Every term; its code and duty are those that are applied. All zero unless armed.
     pub tick: Tick,
 }
 
@@ -81,15 +120,35 @@ pub struct Levels {
     pub slip: Option<f32>,
 }
 
-/// A joint's controller with what it needs to run.
+/// A joint's controller with what it needs to run, made of parameters ([`Joint::new`]).
 #[derive(Clone, Debug)]
-struct Joint {
+pub struct Joint {
     controller: Controller,
+    /// What is run: the motion of the parameters, until a link asks for another one. There is no room for both.
     course: Course,
+    /// A link has done so.
+    replaced: bool,
     state: CourseState,
     soft_start: SoftStart,
     /// Nominal supply in the converter's units; 0: the output is left alone.
     nominal_supply: f32,
+    encoder: Encoder,
+    /// Where it was armed, counts since power-on.
+    zero: i32,
+    monitors: Monitors,
+    watch: MonitorState,
+    /// Ticks from the first one to arming by itself.
+    autostart: Option<u32>,
+}
+
+/// Where the joint is, armed or not.
+#[derive(Clone, Copy, Debug, Default)]
+struct Follower {
+    /// From the first tick on.
+    encoder: Option<EncoderState>,
+    standstill: Standstill,
+    seen: Seen,
+    supply: u16,
 }
 
 /// A rising limit of the code, in whole ticks.
@@ -106,36 +165,33 @@ pub struct Servo {
     state: State,
     /// Ticks until it arms by itself; none: it does not.
     countdown: Option<u32>,
+    /// Ticks since power-on. Wraps: after five days at 10 kHz.
+    clock: u32,
+    follower: Follower,
+    latched: Option<Latched>,
+    log: FaultLog,
 }
 
 impl Servo {
     /// A servo of the parameters that were found.
     pub fn new(parameters: Result<&Parameters, DecodeError>, boot: Boot) -> Self {
-        let prepared = parameters.and_then(|parameters| {
-            let (controller, course) = parameters.prepare().map_err(DecodeError::Value)?;
-            Ok((parameters, controller, course))
-        });
-        let (joint, countdown, refused) = match prepared {
-            Ok((parameters, controller, course)) => {
-                let device = &parameters.device;
-                let in_ticks = |s: f32| libm::roundf(s / parameters.controller.sample_time) as u32;
-                let nominal_supply = match device.supply_full_scale {
-                    full_scale if full_scale > 0.0 => {
-                        device.nominal_supply / full_scale * f32::from(SUPPLY_FULL_SCALE)
-                    }
-                    _ => 0.0,
-                };
-                let soft_start = SoftStart { ticks: in_ticks(device.soft_start), elapsed: 0 };
-                let state = CourseState::default();
-                let countdown = device.autostart.then(|| in_ticks(device.autostart_delay));
-                (Some(Joint { controller, course, state, soft_start, nominal_supply }), countdown, None)
-            }
-            Err(DecodeError::Blank) => (None, None, Some(Fault::NoParameters)),
-            Err(_) => (None, None, Some(Fault::BadParameters)),
+        let prepared = parameters.and_then(|parameters| Joint::new(parameters).map_err(DecodeError::Value));
+        let (joint, refused) = match prepared {
+            Ok(joint) => (Some(joint), None),
+            Err(DecodeError::Blank) => (None, Some(Fault::NoParameters)),
+            Err(_) => (None, Some(Fault::BadParameters)),
         };
-        let mut servo = Self { joint, state: State::Boot, countdown };
-        if let Some(fault) = boot.fault.or(refused) {
-            servo.fault(fault);
+        let mut servo = Self {
+            countdown: joint.as_ref().and_then(|joint| joint.autostart),
+            joint,
+            state: State::Boot,
+            clock: 0,
+            follower: Follower::default(),
+            latched: None,
+            log: FaultLog::default(),
+        };
+        if let Some(latched) = boot.fault.or(refused.map(Latched::from)) {
+            servo.latch(latched);
         }
         servo
     }
@@ -153,28 +209,181 @@ impl Servo {
         state.ramp().is_over().then(|| Levels { stick: volts(found.stick), slip: volts(found.slip) })
     }
 
-    /// Latches a fault, unless there is one already. The next tick's output is off.
-    pub const fn fault(&mut self, fault: Fault) {
-        if !matches!(self.state, State::Faulted(_)) {
-            self.state = State::Faulted(fault);
+    /// The fault that is latched.
+    pub const fn latched(&self) -> Option<Latched> {
+        self.latched
+    }
+
+    /// The last faults.
+    pub const fn log(&self) -> &FaultLog {
+        &self.log
+    }
+
+    /// Ticks since power-on.
+    pub const fn clock(&self) -> u32 {
+        self.clock
+    }
+
+    /// Position since power-on, counts.
+    pub const fn position(&self) -> i32 {
+        self.follower.seen.position
+    }
+
+    /// Whether the joint is at rest.
+    pub fn is_at_rest(&self) -> bool {
+        self.joint.as_ref().is_some_and(|joint| joint.monitors.is_at_rest(&self.follower.seen))
+    }
+
+    /// The compensator holds effort at standstill, which the motor turns into heat.
+    pub fn is_wound_up(&self) -> bool {
+        self.joint.as_ref().is_some_and(|joint| joint.watch.warning())
+    }
+
+    /// The effort that would heat the motor as much as it is, V.
+    pub fn thermal_effort(&self) -> f32 {
+        self.joint.as_ref().map_or(0.0, |joint| joint.watch.effort(&joint.monitors))
+    }
+
+    /// Latches a fault that has no value; see [`latch`](Self::latch).
+    pub fn fault(&mut self, fault: Fault) {
+        self.latch(Latched { tick: self.clock, ..Latched::from(fault) });
+    }
+
+    /// Latches a fault, unless there is one already. The next tick's output is off, and the law forgets.
+    pub fn latch(&mut self, latched: Latched) {
+        if matches!(self.state, State::Faulted(_)) {
+            return;
+        }
+        self.state = State::Faulted(latched.fault);
+        self.latched = Some(latched);
+        self.log.push(latched);
+        self.countdown = None;
+        if let Some(joint) = &mut self.joint {
+            joint.rest();
         }
     }
 
-    /// Closes the loop at the next tick, with the counter at `counter`; only from [`State::Stopped`]. Whether it did.
-    pub fn arm(&mut self, counter: u32) -> bool {
-        let (State::Stopped, Some(joint)) = (self.state, &mut self.joint) else { return false };
-        joint.state = CourseState::start(&joint.controller, counter, 0);
-        joint.soft_start.elapsed = 0;
+    /// Clears the latched fault: the servo is stopped. Without one, nothing happens.
+    ///
+    /// # Errors
+    /// If only valid parameters or a reset end the fault.
+    pub fn clear(&mut self) -> Result<(), Refusal> {
+        let State::Faulted(fault) = self.state else { return Ok(()) };
+        if !fault.is_clearable() || self.joint.is_none() {
+            return Err(Refusal::NotClearable(fault));
+        }
+        self.state = State::Stopped;
+        self.latched = None;
+        Ok(())
+    }
+
+    /// Closes the loop at the next tick. If it is closed already, nothing happens.
+    ///
+    /// # Errors
+    /// Says what is in the way.
+    pub fn arm(&mut self, arming: Arming) -> Result<(), Refusal> {
+        match self.state {
+            State::Boot => return Err(Refusal::Booting),
+            State::Faulted(fault) => return Err(Refusal::Faulted(fault)),
+            State::Armed => return Ok(()),
+            State::Stopped => {}
+        }
+        let (Some(joint), Follower { encoder: Some(encoder), seen, supply, .. }) =
+            (&mut self.joint, self.follower)
+        else {
+            return Err(Refusal::Booting);
+        };
+        if arming == Arming::Motion && joint.replaced {
+            return Err(Refusal::Replaced);
+        }
+        if !joint.monitors.is_at_rest(&seen) {
+            return Err(Refusal::Moving);
+        }
+        if let Some(fault) = joint.monitors.forbids_arming(&joint.watch, &seen, supply) {
+            return Err(Refusal::WouldTrip(fault));
+        }
+        joint.zero = seen.position;
+        joint.arm(encoder.counter(), arming);
         self.state = State::Armed;
         self.countdown = None;
-        true
+        Ok(())
     }
 
     /// Opens the loop; a fault stays.
-    pub const fn stop(&mut self) {
+    pub fn stop(&mut self) {
         self.countdown = None;
         if matches!(self.state, State::Armed) {
             self.state = State::Stopped;
+            if let Some(joint) = &mut self.joint {
+                joint.rest();
+            }
+        }
+    }
+
+    /// Takes other parameters, which end a fault that the old ones were.
+    ///
+    /// # Errors
+    /// Only while the output is off.
+    pub fn install(&mut self, joint: Joint) -> Result<(), Refusal> {
+        if matches!(self.state, State::Armed) {
+            return Err(Refusal::Armed);
+        }
+        // What is warm stays warm; without it, a set of parameters would be the way around the thermal model.
+        let before = self.joint.as_ref().map(|before| (&before.watch, &before.monitors));
+        let watch =
+            before.map_or(joint.watch, |(watch, monitors)| joint.monitors.taken_over(watch, monitors));
+        self.joint = Some(Joint { watch, ..joint });
+        self.countdown = None;
+        self.follower.standstill = Standstill::default();
+        self.follower.seen.standstill = 0;
+        if let State::Faulted(Fault::NoParameters | Fault::BadParameters) = self.state {
+            self.state = State::Stopped;
+            self.latched = None;
+        }
+        Ok(())
+    }
+
+    /// The joint goes along another reference from the next tick on, in the zero that arming set. The loop goes on.
+    ///
+    /// # Errors
+    /// Only while armed, and within the range of positions.
+    pub fn follow(&mut self, reference: Reference) -> Result<(), Refusal> {
+        let joint = self.armed_joint()?;
+        let out = |position: Position| joint.is_out_of_range(position);
+        let leads_out = match &reference {
+            Reference::Step(step) => out(step.to),
+            Reference::Trajectory(trajectory) => trajectory.corners().any(|corner| out(corner.position)),
+        };
+        if leads_out {
+            return Err(Refusal::OutOfRange);
+        }
+        joint.begin(reference);
+        Ok(())
+    }
+
+    /// The joint stops where it is and stays there.
+    ///
+    /// # Errors
+    /// Only while armed.
+    pub fn hold(&mut self) -> Result<(), Refusal> {
+        let joint = self.armed_joint()?;
+        let here = Position::from_counts(joint.state.counts());
+        joint.begin(Reference::Step(Step { from: here, to: here, at_tick: 0 }));
+        Ok(())
+    }
+
+    /// The link gave a sign of life.
+    pub fn heard(&mut self) {
+        if let Some(joint) = &mut self.joint {
+            joint.watch.heard();
+        }
+    }
+
+    fn armed_joint(&mut self) -> Result<&mut Joint, Refusal> {
+        match (self.state, &mut self.joint) {
+            (State::Armed, Some(joint)) => Ok(joint),
+            (State::Faulted(fault), _) => Err(Refusal::Faulted(fault)),
+            _ => Err(Refusal::NotArmed),
         }
     }
 
@@ -183,12 +392,26 @@ impl Servo {
     // costs as much as the whole rest of the interrupt.
     #[inline(never)]
     pub fn tick(&mut self, input: Input) -> Output {
-        self.advance(input.counter);
-        let (State::Armed, Some(joint)) = (self.state, &mut self.joint) else { return self.off() };
+        self.clock = self.clock.wrapping_add(1);
+        if let Some(joint) = &self.joint {
+            self.follower.update(&joint.encoder, input);
+        }
+        self.advance();
+        let (State::Armed, Some(joint)) = (self.state, &mut self.joint) else {
+            if let Some(joint) = &mut self.joint {
+                joint.monitors.idle(&mut joint.watch);
+            }
+            return self.off();
+        };
         let tick = joint.tick(input);
         if tick.non_finite {
             self.fault(Fault::NonFinite);
             return Output { tick, ..self.off() };
+        }
+        let seen = &self.follower.seen;
+        if let Some(trip) = joint.monitors.check(&mut joint.watch, seen, &tick, input.supply) {
+            self.latch(Latched { fault: trip.fault, tick: self.clock, value: trip.value });
+            return Output { tick: Tick { code: 0, duty: self.neutral(), ..tick }, ..self.off() };
         }
         if joint.is_over() {
             self.stop();
@@ -199,24 +422,97 @@ impl Servo {
     }
 
     /// Transitions that need no command.
-    fn advance(&mut self, counter: u32) {
+    fn advance(&mut self) {
         match (self.state, self.countdown) {
             (State::Boot, _) => self.state = State::Stopped,
+            // A joint that is not at rest yet, or a supply that is not up, is waited for.
             (State::Stopped, Some(0)) => {
-                self.arm(counter);
+                let _ = self.arm(Arming::Motion);
             }
             (State::Stopped, Some(ticks)) => self.countdown = Some(ticks - 1),
             _ => {}
         }
     }
 
+    fn neutral(&self) -> Duty {
+        self.joint.as_ref().map_or(Duty::default(), |joint| joint.controller.drive().duty(0))
+    }
+
     fn off(&self) -> Output {
-        let duty = self.joint.as_ref().map_or(Duty::default(), |joint| joint.controller.drive().duty(0));
-        Output { enable: false, duty, state: self.state, tick: Tick::default() }
+        Output { enable: false, duty: self.neutral(), state: self.state, tick: Tick::default() }
+    }
+}
+
+impl Follower {
+    #[inline]
+    fn update(&mut self, encoder: &Encoder, input: Input) {
+        let state = self.encoder.get_or_insert(EncoderState::start(input.counter, self.seen.position));
+        let travel = encoder.update(state, input.counter);
+        let position = state.counts();
+        self.seen = Seen { travel, position, standstill: self.standstill.update(position) };
+        self.supply = input.supply;
     }
 }
 
 impl Joint {
+    /// Validates parameters and prepares all that a tick needs.
+    ///
+    /// # Errors
+    /// As [`Parameters::prepare`].
+    pub fn new(parameters: &Parameters) -> Result<Self, Error> {
+        let (controller, course) = parameters.prepare()?;
+        let Parameters { device, limits, controller: config, .. } = parameters;
+        let in_ticks = |s: f32| libm::roundf(s / config.sample_time) as u32;
+        let nominal_supply = match device.supply_full_scale {
+            full_scale if full_scale > 0.0 => {
+                device.nominal_supply / full_scale * f32::from(SUPPLY_FULL_SCALE)
+            }
+            _ => 0.0,
+        };
+        Ok(Self {
+            controller,
+            course,
+            replaced: false,
+            state: CourseState::default(),
+            soft_start: SoftStart { ticks: in_ticks(device.soft_start), elapsed: 0 },
+            nominal_supply,
+            encoder: config.encoder,
+            zero: 0,
+            monitors: Monitors::new(limits, config, device),
+            watch: MonitorState::default(),
+            autostart: device.autostart.then(|| in_ticks(device.autostart_delay)),
+        })
+    }
+
+    /// Begins with the counter at `counter`, which becomes zero.
+    fn arm(&mut self, counter: u32, arming: Arming) {
+        if arming == Arming::ByLink {
+            self.begin(Reference::Step(Step::default()));
+        }
+        self.state = CourseState::start(&self.controller, counter, 0);
+        self.watch = self.monitors.armed(&self.watch, arming == Arming::ByLink);
+        self.soft_start.elapsed = 0;
+    }
+
+    /// Forgets what the law and the monitors remember, but for the heat, and for what a ramp has found.
+    fn rest(&mut self) {
+        if !self.is_over() {
+            self.state = CourseState::default();
+        }
+        self.watch = self.monitors.armed(&self.watch, false);
+    }
+
+    fn begin(&mut self, reference: Reference) {
+        self.course = Course::Follow(reference);
+        self.replaced = true;
+        self.state.begin_motion();
+    }
+
+    /// Whether a position in the zero of this arming is out of the range.
+    const fn is_out_of_range(&self, position: Position) -> bool {
+        self.monitors.is_out_of_range(self.zero.wrapping_add(position.counts))
+    }
+
     #[inline]
     fn tick(&mut self, input: Input) -> Tick {
         let mut tick = control(&self.course, &self.controller, &mut self.state, input.counter);

@@ -1,4 +1,13 @@
+//! Devices: what they are told, one that is simulated, and a client for them.
+//!
 //! What a controller board is told: `[device]` of a machine's file, and the record of the whole machine for its flash.
+
+pub mod client;
+pub mod log;
+pub mod port;
+pub mod simulated;
+pub mod wire;
+pub(crate) mod words;
 
 use serde::{Deserialize, Serialize};
 use stiction::Parameters;
@@ -81,18 +90,17 @@ pub(crate) fn assembled(plan: &RunPlan) -> Result<Parameters, Error> {
             parameters::Motion::Ramp { rate: ramp.rate as f32, hold: ramp.hold_s as f32 }
         }
     };
-    Ok(Parameters {
-        controller: plan.controller_config()?,
-        motion,
-        device: parameters::Device {
-            autostart: device.autostart,
-            autostart_delay: device.autostart_delay_s as f32,
-            soft_start: device.soft_start_s as f32,
-            dead_time: device.dead_time_s as f32,
-            nominal_supply: device.nominal_supply_v as f32,
-            supply_full_scale: device.supply_full_scale_v as f32,
-        },
-    })
+    let device = parameters::Device {
+        autostart: device.autostart,
+        autostart_delay: device.autostart_delay_s as f32,
+        soft_start: device.soft_start_s as f32,
+        dead_time: device.dead_time_s as f32,
+        nominal_supply: device.nominal_supply_v as f32,
+        supply_full_scale: device.supply_full_scale_v as f32,
+    };
+    let controller = plan.controller_config()?;
+    let limits = plan.machine.limits.thresholds(&controller, &device, &plan.machine.joint);
+    Ok(Parameters { controller, motion, device, limits })
 }
 
 /// The record for a parameter sector.

@@ -31,6 +31,9 @@ pub enum Error {
     /// A solver gave a run up.
     #[error("{0}")]
     Run(String),
+    /// A device did not do what it was told, or is not there.
+    #[error("{0}")]
+    Device(String),
     /// A figure could not be drawn.
     #[error("cannot draw the figure: {0}")]
     Figure(String),

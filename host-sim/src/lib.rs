@@ -19,9 +19,11 @@ pub mod experiment;
 pub mod figure;
 #[cfg(feature = "emulator")]
 pub mod firmware;
+pub mod flash;
 pub mod friction;
 pub mod identification;
 pub mod lab;
+pub mod limits;
 pub mod machine;
 pub mod mechanism;
 pub mod metrics;

@@ -9,6 +9,7 @@ use serde::{Deserialize, Serialize};
 
 use crate::device::Device;
 use crate::encoder::Rounding;
+use crate::limits::LimitsTable;
 
 /// A whole file.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -43,6 +44,9 @@ pub struct Machine {
     /// What only the controller board has; the simulator does not look at it.
     #[serde(default)]
     pub device: Device,
+    /// Thresholds of the board's faults; the simulator does not look at them, either.
+    #[serde(default)]
+    pub limits: LimitsTable,
     /// How it is simulated.
     #[serde(default)]
     pub run: Run,

@@ -8,6 +8,7 @@ use core::mem::MaybeUninit;
 use core::ptr;
 
 use stiction::Fault;
+use stiction::fault::Latched;
 
 /// Room for the end of a source file's name.
 const TEXT: usize = 40;
@@ -20,9 +21,9 @@ const ARMED: u32 = 0xA12E_D0DE;
 pub struct Record {
     magic: u32,
     fault: u32,
-    /// A panic's line, or a hard fault's program counter.
+    /// A panic's line, a hard fault's program counter, or the tick of any other fault.
     pub place: u32,
-    /// A hard fault's status register.
+    /// A hard fault's status register, or the bits of the value that tripped any other fault.
     pub status: u32,
     length: u32,
     text: [u8; TEXT],
@@ -47,6 +48,21 @@ impl Record {
     /// A fault without a place.
     pub const fn of(fault: Fault) -> Self {
         Self { magic: MAGIC, fault: fault as u32, place: 0, status: 0, length: 0, text: [0; TEXT], check: 0 }
+    }
+
+    /// One that the servo has latched.
+    pub const fn latched(latched: &Latched) -> Self {
+        Self::of(latched.fault).at(latched.tick, latched.value.to_bits())
+    }
+
+    /// The same again after the reset.
+    pub fn as_latched(&self) -> Option<Latched> {
+        let fault = self.fault()?;
+        Some(match fault {
+            // These have a place in the program instead.
+            Fault::Panic | Fault::HardFault => Latched::from(fault),
+            _ => Latched { fault, tick: self.place, value: f32::from_bits(self.status) },
+        })
     }
 
     /// With the end of a text, since that is where a path says most.

@@ -21,7 +21,8 @@ fn example() -> Parameters {
     let corner = |k: u32| Corner { tick: 1000 * k, position: Position { counts: i32::MIN, fraction: 0.5 } };
     let motion =
         Motion::Trajectory { corners: (1..=MAX_CORNERS as u32).map(corner).collect(), half_blend: 0.25 };
-    Parameters { controller, motion, device: Device::CAUTIOUS }
+    let limits = Limits::derived(&controller, &Device::CAUTIOUS, 0.4);
+    Parameters { controller, motion, device: Device::CAUTIOUS, limits }
 }
 
 #[test]
@@ -29,6 +30,35 @@ fn the_longest_record_fits_and_comes_back() {
     let mut room = [0; ROOM];
     let record = example().encode(7, &mut room).unwrap();
     assert_eq!(Parameters::decode(record), Ok((example(), 7)));
+}
+
+/// A record as version 1 of the format had it: the same without limits.
+fn first_version(parameters: &Parameters, sequence: u32, room: &mut [u8]) -> usize {
+    let Parameters { controller, motion, device, .. } = parameters;
+    let length = postcard::to_slice(&(controller, motion, device), &mut room[HEADER..]).unwrap().len();
+    for (at, field) in [(4, 1), (8, sequence), (12, length as u32)] {
+        room[at..at + 4].copy_from_slice(&field.to_le_bytes());
+    }
+    let sum = checksum(&room[..HEADER], &room[HEADER..HEADER + length]);
+    room[..4].copy_from_slice(b"STIC");
+    room[16..HEADER].copy_from_slice(&sum.to_le_bytes());
+    HEADER + length
+}
+
+#[test]
+fn a_record_of_the_first_version_is_read_and_gets_derived_limits() {
+    let mut room = [0; ROOM];
+    let length = first_version(&example(), 3, &mut room);
+    let (found, sequence) = Parameters::decode(&room[..length]).unwrap();
+    let limits = Limits::derived(&found.controller, &found.device, 0.0);
+    assert_eq!((found, sequence), (Parameters { limits, ..example() }, 3));
+    // It ends where the third version would have its limits.
+    room[4] = 3;
+    let sum = checksum(&room[..HEADER], &room[HEADER..length]);
+    room[16..HEADER].copy_from_slice(&sum.to_le_bytes());
+    assert_eq!(Parameters::decode(&room[..length]), Err(DecodeError::Malformed));
+    room[4] = 4;
+    assert_eq!(Parameters::decode(&room[..length]), Err(DecodeError::Version(4)));
 }
 
 #[test]
@@ -82,6 +112,8 @@ fn a_bad_value_with_a_good_checksum_names_its_key() {
     assert_eq!(refused(|p| p.controller.drive.pwm_top = 3), "pwm_top");
     assert_eq!(refused(|p| p.device.dead_time = 1.0), "dead_time_s");
     assert_eq!(refused(|p| p.device.nominal_supply = 1.0), "nominal_supply_v");
+    assert_eq!(refused(|p| p.limits.overspeed = -1.0), "overspeed_deg_per_s");
+    assert_eq!(refused(|p| p.limits.position_max = -1.0), "position_max_deg");
     assert_eq!(refused(|p| p.motion = Motion::Step(Position { counts: 0, fraction: 1.0 })), "steps_deg");
     assert_eq!(refused(|p| p.controller.drive.lsb = f32::INFINITY), "lsb_v");
 }

@@ -114,6 +114,11 @@ impl Trajectory {
         Ok(Self { blends, half_blend, velocity_scale, acceleration_scale: velocity_scale / sample_time })
     }
 
+    /// The corners, in order.
+    pub fn corners(&self) -> impl Iterator<Item = Corner> {
+        self.blends.iter().map(|blend| blend.corner)
+    }
+
     /// The set point at a tick.
     ///
     /// ```

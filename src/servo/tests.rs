@@ -2,6 +2,7 @@ use super::*;
 use crate::controller::ControllerConfig;
 use crate::drive::{DriveConfig, PwmMode};
 use crate::encoder::{CounterBits, Direction, Encoder};
+use crate::monitor::Limits;
 use crate::parameters::{Device, Motion};
 use crate::pd::PdGains;
 use crate::position::Position;
@@ -21,7 +22,7 @@ fn parameters(device: Device) -> Parameters {
         compensator: heapless::Vec::new(),
         drive,
     };
-    Parameters { controller, motion: Motion::Step(Position::from_counts(250)), device }
+    Parameters { controller, motion: Motion::Step(Position::from_counts(250)), device, limits: Limits::OFF }
 }
 
 fn servo(device: Device) -> Servo {
@@ -36,16 +37,26 @@ fn tick(servo: &mut Servo, counter: u32) -> Output {
     servo.tick(Input { counter, supply: 2048 })
 }
 
+/// A joint at rest for long enough, at `counter`; armed.
+fn armed(device: Device, counter: u32) -> Servo {
+    let mut servo = servo(device);
+    for _ in 0..10 {
+        tick(&mut servo, counter);
+    }
+    assert_eq!(servo.arm(Arming::Motion), Ok(()));
+    servo
+}
+
 #[test]
 fn nothing_is_driven_until_it_is_armed() {
     let mut servo = servo(at_once());
     assert_eq!(servo.state(), State::Boot);
-    assert!(!servo.arm(0));
+    assert_eq!(servo.arm(Arming::Motion), Err(Refusal::Booting));
     for _ in 0..1000 {
         let output = tick(&mut servo, 7);
         assert_eq!((output.state, output.enable, output.duty), (State::Stopped, false, NEUTRAL));
     }
-    assert!(servo.arm(7));
+    assert_eq!(servo.arm(Arming::Motion), Ok(()));
     let output = tick(&mut servo, 7);
     // 2.5 deg under 1 V/deg: as the controller alone has it.
     assert_eq!((output.state, output.enable, output.tick.code), (State::Armed, true, 512));
@@ -69,14 +80,12 @@ fn autostart_waits_for_its_delay_and_begins_at_zero() {
 #[test]
 fn the_first_fault_is_latched() {
     for fault in Fault::ALL {
-        let mut servo = servo(at_once());
-        tick(&mut servo, 0);
-        servo.arm(0);
+        let mut servo = armed(at_once(), 0);
         assert!(tick(&mut servo, 0).enable);
         servo.fault(fault);
         servo.fault(Fault::Panic);
         servo.stop();
-        assert!(!servo.arm(0));
+        assert_eq!(servo.arm(Arming::Motion), Err(Refusal::Faulted(fault)));
         let output = tick(&mut servo, 0);
         assert_eq!((output.state, output.enable, output.duty), (State::Faulted(fault), false, NEUTRAL));
     }
@@ -85,7 +94,7 @@ fn the_first_fault_is_latched() {
 #[test]
 fn a_fault_from_before_the_reset_prevents_autostart() {
     let device = Device { autostart: true, autostart_delay: 0.0, ..at_once() };
-    let boot = Boot { fault: Some(Fault::Watchdog) };
+    let boot = Boot { fault: Some(Fault::Watchdog.into()) };
     let mut servo = Servo::new(Ok(&parameters(device)), boot);
     for _ in 0..100 {
         assert_eq!(tick(&mut servo, 0).state, State::Faulted(Fault::Watchdog));
@@ -105,13 +114,11 @@ fn no_parameters_and_bad_ones_are_faults() {
 
 #[test]
 fn the_limit_rises_in_a_straight_line() {
-    let mut servo = servo(Device { soft_start: 0.1, ..Device::CAUTIOUS });
-    tick(&mut servo, 0);
-    servo.arm(0);
+    let mut servo = armed(Device { soft_start: 0.1, ..Device::CAUTIOUS }, 0);
     let codes = [(); 7].map(|()| tick(&mut servo, 0).tick.code);
     assert_eq!(codes, [0, 102, 204, 307, 409, 512, 512]);
     servo.stop();
-    servo.arm(0);
+    assert_eq!(servo.arm(Arming::Motion), Ok(()));
     let output = tick(&mut servo, 0);
     assert_eq!((output.tick.code, output.tick.saturated, output.duty), (0, true, NEUTRAL));
 }
@@ -119,9 +126,7 @@ fn the_limit_rises_in_a_straight_line() {
 #[test]
 fn the_output_follows_the_supply_within_a_factor_of_two() {
     let device = Device { nominal_supply: 12.0, supply_full_scale: 24.0, ..at_once() };
-    let mut servo = servo(device);
-    tick(&mut servo, 0);
-    servo.arm(0);
+    let mut servo = armed(device, 0);
     let mut code = |supply| servo.tick(Input { counter: 0, supply }).tick.code;
     // 2.5 V at the nominal supply (half of 4095); more of it at less supply.
     assert_eq!([2730, 4095, 1365, 0].map(&mut code), [384, 256, 768, 1024]);
@@ -129,9 +134,7 @@ fn the_output_follows_the_supply_within_a_factor_of_two() {
 
 #[test]
 fn a_value_that_is_not_finite_is_a_fault() {
-    let mut servo = servo(at_once());
-    tick(&mut servo, 0);
-    servo.arm(0);
+    let mut servo = armed(at_once(), 0);
     assert!(tick(&mut servo, 0).enable);
     // No parameters that are accepted lead here: this is the last line of defence.
     let to = Position { counts: 0, fraction: f32::NAN };
@@ -158,9 +161,9 @@ fn moved(tick: u32) -> u32 {
 #[test]
 fn a_ramp_stops_by_itself_and_tells_its_levels() {
     let mut servo = ramp(Device::CAUTIOUS);
-    tick(&mut servo, moved(0));
+    (0..10).for_each(|_| assert!(!tick(&mut servo, moved(0)).enable));
     for _ in 0..2 {
-        assert!(servo.arm(moved(0)));
+        assert_eq!(servo.arm(Arming::Motion), Ok(()));
         assert_eq!(servo.levels(), None);
         let mut last = 0;
         for k in 0.. {
@@ -190,8 +193,8 @@ fn a_ramp_stops_by_itself_and_tells_its_levels() {
 #[test]
 fn a_fault_ends_a_ramp_without_levels() {
     let mut servo = ramp(at_once());
-    tick(&mut servo, 0);
-    servo.arm(0);
+    (0..10).for_each(|_| assert!(!tick(&mut servo, 0).enable));
+    assert_eq!(servo.arm(Arming::Motion), Ok(()));
     assert!((0..10).all(|_| tick(&mut servo, 0).enable));
     servo.fault(Fault::BreakInput);
     let output = tick(&mut servo, 0);
@@ -202,8 +205,8 @@ fn a_fault_ends_a_ramp_without_levels() {
 fn a_supply_too_low_for_the_effort_ends_a_ramp_without_levels() {
     let device = Device { nominal_supply: 12.0, supply_full_scale: 24.0, ..at_once() };
     let mut servo = ramp(device);
-    tick(&mut servo, 0);
-    servo.arm(0);
+    (0..10).for_each(|_| assert!(!tick(&mut servo, 0).enable));
+    assert_eq!(servo.arm(Arming::Motion), Ok(()));
     // Two thirds of the nominal supply: 3/2 of the effort, so that 5 V are asked for at 3.33 V, rung 667.
     let ticks = (0..2000).take_while(|_| servo.tick(Input { counter: 0, supply: 1365 }).enable).count();
     assert_eq!(ticks, 666);

@@ -1,6 +1,7 @@
 //! The command line of `stiction`.
 
 mod benchmark;
+mod device;
 mod list;
 mod params;
 mod report;
@@ -34,6 +35,8 @@ enum Command {
     Run(run::Arguments),
     /// Encode a machine for the parameter sector of the controller board
     Params(params::Arguments),
+    /// Talk to a device: status, move, parameters, faults, log
+    Device(device::Arguments),
     /// Rank controllers on one joint: rest, overshoot, settling, tracking, chatter, hunting
     Benchmark(benchmark::Arguments),
     /// Every figure and table of the thesis as one HTML page, claims beside measurements
@@ -51,6 +54,7 @@ pub fn main() -> ExitCode {
         Command::Show(arguments) => show::show(&arguments),
         Command::Run(arguments) => run::run(&arguments),
         Command::Params(arguments) => params::params(&arguments),
+        Command::Device(arguments) => device::device(&arguments),
         Command::Benchmark(arguments) => benchmark::rank(&arguments),
         Command::Report(arguments) => report::report(&arguments),
     };

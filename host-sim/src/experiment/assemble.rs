@@ -20,6 +20,7 @@ use crate::encoder::EncoderModel;
 use crate::error::{Error, rounded, shown};
 use crate::friction::{AddedFriction, Coulomb};
 use crate::identification::Ramp;
+use crate::limits::LimitsTable;
 use crate::machine::{self, LawName, Machine};
 use crate::mechanism::RobotAxis;
 
@@ -438,6 +439,7 @@ impl RunPlan {
                 vec!["device"]
             }
             "hold_s" => vec!["identification"],
+            key if LimitsTable::KEYS.contains(&key) => vec!["limits"],
             _ => vec!["controller", controller],
         };
         let mut path = [&tables[..], &[error.key]].concat();
@@ -500,6 +502,10 @@ fn law_called(name: &str) -> Option<LawName> {
 }
 
 /// A number of counts as whole counts and a fraction below one.
+pub fn position(counts: f64) -> Position {
+    self::counts(counts)
+}
+
 fn counts(counts: f64) -> Position {
     let whole = counts.floor();
     let fraction = (counts - whole) as f32;

@@ -21,7 +21,7 @@ mod path {
     use core::hint::black_box;
 
     use stiction::deadline::Deadline;
-    use stiction::servo::{Boot, Input};
+    use stiction::servo::{Arming, Boot, Input};
     use stiction::{Fault, Parameters, Servo};
 
     unsafe extern "C" {
@@ -54,7 +54,11 @@ mod path {
                 servo.fault(black_box(Fault::Overrun));
             }
             if black_box(false) {
-                black_box(servo.arm(black_box(1)));
+                let _ = black_box(servo.arm(black_box(Arming::Motion)));
+            }
+            if black_box(false) {
+                let _ = black_box((servo.clear(), servo.hold()));
+                servo.heard();
             }
             if black_box(false) {
                 servo.stop();

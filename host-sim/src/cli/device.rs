@@ -1,0 +1,265 @@
+//! `stiction device`.
+
+use std::io::{Write, stderr};
+use std::path::PathBuf;
+use std::time::Duration;
+
+use stiction::link::{State, Term};
+
+use super::print;
+use crate::device::client::Client;
+use crate::device::log::Log;
+use crate::device::simulated::SimulatedDevice;
+use crate::device::wire::{SimulatedWire, Wire};
+use crate::device::{parameters, words};
+use crate::error::Error;
+use crate::experiment::{Document, Experiment, RunPlan};
+use crate::output::write_whole;
+
+#[derive(Debug, clap::Args)]
+pub struct Arguments {
+    /// A board on a serial port
+    #[arg(long, value_name = "DEV")]
+    port: Option<PathBuf>,
+    /// The flash image on an emulated microcontroller
+    #[arg(long)]
+    emulator: bool,
+    /// The core in this program, around the simulated joint of --machine: no motor moves or stops
+    #[arg(long)]
+    simulated: bool,
+    /// Whose joint is simulated: a name from `stiction list`, or a machine's own TOML file
+    #[arg(long, value_name = "NAME|FILE.toml", default_value = "step-response")]
+    machine: String,
+    /// Which of its controllers the simulated device begins with
+    #[arg(long, value_name = "NAME", default_value = "srnf")]
+    controller: String,
+    #[command(subcommand)]
+    action: Action,
+}
+
+#[derive(Debug, clap::Subcommand)]
+enum Action {
+    /// State, fault, position, warnings
+    Status,
+    /// Arm where the joint is, and hold it
+    Arm {
+        /// How long, s; then the output goes off
+        #[arg(long, value_name = "S", default_value_t = 5.0)]
+        r#for: f64,
+    },
+    /// Output off
+    Stop,
+    /// Arm if it is not armed, and step to a position
+    Move {
+        /// In the zero that arming sets, deg
+        #[arg(allow_negative_numbers = true)]
+        deg: f64,
+        /// How long the loop stays closed, s; then the output goes off
+        #[arg(long, value_name = "S", default_value_t = 5.0)]
+        r#for: f64,
+        /// Write a sample of every tick to this file
+        #[arg(long, value_name = "FILE.csv")]
+        log: Option<PathBuf>,
+    },
+    /// Parameters of the device
+    Params {
+        #[command(subcommand)]
+        action: Params,
+    },
+    /// The faults that it remembers
+    Faults {
+        /// Clear the one that is latched
+        #[arg(long)]
+        clear: bool,
+    },
+    /// Write samples to a file, in the columns of `stiction run --csv`
+    Log {
+        /// Where to
+        file: PathBuf,
+        /// How long, s
+        #[arg(long, value_name = "S", default_value_t = 5.0)]
+        r#for: f64,
+        /// Ticks from one sample to the next
+        #[arg(long, value_name = "N", default_value_t = 1, value_parser = clap::value_parser!(u16).range(1..))]
+        every: u16,
+    },
+}
+
+#[derive(Debug, clap::Subcommand)]
+enum Params {
+    /// What is in use
+    Show,
+    /// Take those of a machine's file: the device validates all of them before it takes any
+    Push {
+        /// A name from `stiction list`, or a machine's own TOML file
+        machine: String,
+        /// Which of its controllers
+        #[arg(long, value_name = "NAME")]
+        controller: Option<String>,
+        /// Keep them across a reset, too
+        #[arg(long)]
+        save: bool,
+    },
+    /// Write what is in use to a file, as a record of the parameter sector
+    Pull {
+        /// Where to
+        file: PathBuf,
+    },
+    /// Keep what is in use across a reset
+    Save,
+}
+
+pub fn device(arguments: &Arguments) -> Result<(), Error> {
+    let chosen = [arguments.port.is_some(), arguments.emulator, arguments.simulated];
+    if chosen.iter().filter(|chosen| **chosen).count() != 1 {
+        let why = "nobody shall think that a motor stopped which did not";
+        return Err(Error::Input(format!(
+            "device: exactly one of --port DEV, --emulator and --simulated is needed: {why}"
+        )));
+    }
+    if arguments.emulator {
+        return Err(Error::Input(
+            "device --emulator: the firmware has no link on its USART yet; --simulated runs the same core"
+                .into(),
+        ));
+    }
+    if let Some(port) = &arguments.port {
+        return with(&arguments.action, crate::device::port::SerialWire::open(port)?);
+    }
+    let plan = first_run(&arguments.machine, Some(&arguments.controller))?;
+    with(&arguments.action, SimulatedWire::new(SimulatedDevice::new(&plan)?))
+}
+
+fn first_run(machine: &str, controller: Option<&str>) -> Result<RunPlan, Error> {
+    let document = Document::open(machine)?;
+    let wanted: Vec<String> = controller.iter().map(|name| (*name).to_owned()).collect();
+    let mut runs = Experiment::plan(&document, &wanted, &[])?.runs;
+    // A plan without runs has been refused.
+    Ok(runs.swap_remove(0))
+}
+
+fn with(action: &Action, wire: impl Wire) -> Result<(), Error> {
+    let warning = wire.warning().map_or(String::new(), |warning| format!("{warning}\n"));
+    // Before anything can go wrong, and where errors are read.
+    if !warning.is_empty() {
+        let _ = write!(stderr(), "{warning}");
+    }
+    let say = |text: String| print(&format!("{warning}{text}"));
+    let mut client = Client::connect(wire)?;
+    match action {
+        Action::Status => {
+            let status = client.status()?;
+            say(words::status(&status))
+        }
+        Action::Arm { r#for } => {
+            client.arm()?;
+            let status = client.pass(time("--for", *r#for)?)?;
+            let ended = ended(&mut client)?;
+            say(words::status(&status) + &ended)
+        }
+        Action::Stop => {
+            client.stop()?;
+            let status = client.status()?;
+            say(words::status(&status))
+        }
+        Action::Move { deg, r#for, log } => {
+            let time = time("--for", *r#for)?;
+            if client.status()?.state != State::Armed {
+                client.arm()?;
+            }
+            let mut samples = Log::default();
+            if log.is_some() {
+                client.subscribe(Log::TERMS, 1)?;
+            }
+            client.step_to(*deg)?;
+            let status = client.pass(time)?;
+            let ended = ended(&mut client)?;
+            if let Some(path) = log {
+                while let Some(sample) = client.sample(Duration::ZERO)? {
+                    samples.push(sample);
+                }
+                write_whole(path, &samples.render(status.sample_time, status.resolution)?)?;
+            }
+            say(words::status(&status) + &ended + &lost(&client))
+        }
+        Action::Params { action } => {
+            let text = params(action, &mut client)?;
+            say(text)
+        }
+        Action::Faults { clear } => {
+            if *clear {
+                client.clear()?;
+            }
+            let sample_time = client.status()?.sample_time;
+            let faults = client.faults()?;
+            let lines = faults.iter().map(|told| words::told(told, sample_time) + "\n");
+            say(if faults.is_empty() { "no fault since power-on\n".into() } else { lines.collect() })
+        }
+        Action::Log { file, r#for, every } => {
+            let time = time("--for", *r#for)?;
+            client.subscribe(Log::TERMS, *every)?;
+            let status = client.pass(time)?;
+            let mut samples = Log::default();
+            while let Some(sample) = client.sample(Duration::ZERO)? {
+                samples.push(sample);
+            }
+            client.subscribe(Term::Flags.bit(), 0)?;
+            write_whole(file, &samples.render(status.sample_time, status.resolution)?)?;
+            say(format!("{}: {} samples\n", file.display(), samples.len()) + &lost(&client))
+        }
+    }
+}
+
+/// The output goes off at the end of a command, and what the joint did in the meantime is told.
+fn ended<W: Wire>(client: &mut Client<W>) -> Result<String, Error> {
+    client.stop()?;
+    let status = client.status()?;
+    Ok(match status.state {
+        State::Faulted(_) => String::new(),
+        _ => "stopped: the output is off\n".into(),
+    })
+}
+
+fn lost<W: Wire>(client: &Client<W>) -> String {
+    match client.lost() {
+        0 => String::new(),
+        lost => format!("{lost} samples did not arrive: the wire is too slow for that many\n"),
+    }
+}
+
+fn time(option: &str, seconds: f64) -> Result<Duration, Error> {
+    // A day.
+    if !(0.0..=86_400.0).contains(&seconds) {
+        return Err(Error::Input(format!("{option} {seconds}: allowed is a number from 0 to 86400")));
+    }
+    Ok(Duration::from_secs_f64(seconds))
+}
+
+fn params<W: Wire>(action: &Params, client: &mut Client<W>) -> Result<String, Error> {
+    match action {
+        Params::Show => {
+            let found = client.parameters()?;
+            Ok(words::parameters(&found))
+        }
+        Params::Push { machine, controller, save } => {
+            let plan = first_run(machine, controller.as_deref())?;
+            client.set_parameters(&parameters(&plan)?)?;
+            if *save {
+                client.save()?;
+            }
+            let kept = if *save { "in use and saved" } else { "in use until the next reset; `params save`" };
+            Ok(format!("{}: {kept}\n", plan.label))
+        }
+        Params::Pull { file } => {
+            let found = client.parameters()?;
+            let mut room = [0; stiction::parameters::ROOM];
+            let record = found.encode(1, &mut room).unwrap_or_default();
+            write_whole(file, record)?;
+            Ok(format!("{}: {} bytes\n", file.display(), record.len()))
+        }
+        Params::Save => {
+            client.save()?;
+            Ok("saved\n".into())
+        }
+    }
+}

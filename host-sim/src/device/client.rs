@@ -1,0 +1,377 @@
+//! A client of the command link.
+//!
+//! ```
+//! use host_sim::device::client::Client;
+//! use host_sim::device::simulated::SimulatedDevice;
+//! use host_sim::device::wire::SimulatedWire;
+//! use host_sim::experiment::{Document, Experiment};
+//!
+//! # fn main() -> Result<(), host_sim::Error> {
+//! let document = Document::open("step-response")?;
+//! let plan = Experiment::plan(&document, &["srnf".into()], &[])?.runs.remove(0);
+//! let mut client = Client::connect(SimulatedWire::new(SimulatedDevice::new(&plan)?))?;
+//! client.arm()?;
+//! client.step_to(5.0)?;
+//! client.pass(std::time::Duration::from_secs(2))?;
+//! let status = client.status()?;
+//! assert!((f64::from(status.position) * f64::from(status.resolution) - 5.0).abs() < 0.01);
+//! client.stop()?;
+//! # Ok(())
+//! # }
+//! ```
+
+use std::collections::VecDeque;
+use std::time::{Duration, Instant};
+
+use stiction::Parameters;
+use stiction::link::{
+    CHUNK, Deframer, Identity, Law, Message, Move, Numbered, PROTOCOL, Refused, Reply, Request, Sample,
+    Status, Told, encode,
+};
+use stiction::parameters::{Motion, ROOM};
+
+use super::wire::Wire;
+use super::words;
+use crate::error::Error;
+
+/// A device answers within milliseconds, and while it erases its flash within 4 s.
+const PATIENCE: Duration = Duration::from_millis(200);
+const PATIENCE_TO_SAVE: Duration = Duration::from_secs(6);
+
+/// How often a request is said before the device counts as silent.
+const TRIES: u32 = 3;
+
+/// How often a client that waits says that it is there: five times within the default link timeout.
+const SIGN_OF_LIFE: Duration = Duration::from_millis(100);
+
+/// A session with a device.
+#[derive(Debug)]
+pub struct Client<W> {
+    wire: W,
+    deframer: Deframer,
+    number: u16,
+    identity: Option<Identity>,
+    samples: VecDeque<Sample>,
+    /// Number of the next sample.
+    expected: Option<u32>,
+    lost: u64,
+}
+
+impl<W: Wire> Client<W> {
+    /// Says hello.
+    ///
+    /// # Errors
+    /// If nobody answers, or one that speaks another version of the protocol.
+    pub fn connect(wire: W) -> Result<Self, Error> {
+        let mut client = Self {
+            wire,
+            deframer: Deframer::default(),
+            number: 0,
+            identity: None,
+            samples: VecDeque::new(),
+            expected: None,
+            lost: 0,
+        };
+        // What was left of an earlier session ends here.
+        client.wire.send(&[0])?;
+        let session = std::time::SystemTime::now()
+            .duration_since(std::time::UNIX_EPOCH)
+            .map_or(0, |since| since.subsec_nanos() ^ since.as_secs() as u32 ^ std::process::id());
+        match client.ask(Request::Hello { protocol: PROTOCOL, session })? {
+            Reply::Hello(identity) if identity.protocol == PROTOCOL => {
+                client.identity = Some(identity);
+                Ok(client)
+            }
+            Reply::Hello(Identity { protocol, version, .. }) => {
+                let name = client.wire.name();
+                Err(Error::Device(format!(
+                    "{name} runs firmware {version} with version {protocol} of the link, and this program speaks \
+                     version {PROTOCOL}; flash the firmware that belongs to it (`cargo xtask flash`)"
+                )))
+            }
+            _ => Err(client.unexpected()),
+        }
+    }
+
+    /// The device, as it has introduced itself.
+    pub const fn identity(&self) -> Option<&Identity> {
+        self.identity.as_ref()
+    }
+
+    /// The wire.
+    pub const fn wire(&mut self) -> &mut W {
+        &mut self.wire
+    }
+
+    /// Ends the session: the wire.
+    pub fn end(self) -> W {
+        self.wire
+    }
+
+    /// How things stand.
+    ///
+    /// # Errors
+    /// If the device does not answer.
+    pub fn status(&mut self) -> Result<Status, Error> {
+        match self.ask(Request::Status)? {
+            Reply::Status(status) => Ok(status),
+            _ => Err(self.unexpected()),
+        }
+    }
+
+    /// The faults that the device remembers, the oldest first.
+    ///
+    /// # Errors
+    /// If the device does not answer.
+    pub fn faults(&mut self) -> Result<Vec<Told>, Error> {
+        let mut faults = Vec::new();
+        for index in 0..stiction::fault::HISTORY as u8 {
+            match self.talk(Request::Fault { index })? {
+                Reply::Fault(told) => faults.push(told),
+                Reply::Refused(Refused::NoSuch) => break,
+                Reply::Refused(refused) => return Err(self.refused("faults", &refused)),
+                _ => return Err(self.unexpected()),
+            }
+        }
+        Ok(faults)
+    }
+
+    /// Clears the latched fault.
+    ///
+    /// # Errors
+    /// If it cannot be cleared.
+    pub fn clear(&mut self) -> Result<(), Error> {
+        self.done("faults --clear", Request::Clear)
+    }
+
+    /// Closes the loop where the joint is. From now on the device wants to hear from the client.
+    ///
+    /// # Errors
+    /// Says why it was refused.
+    pub fn arm(&mut self) -> Result<(), Error> {
+        self.done("arm", Request::Arm)
+    }
+
+    /// Output off.
+    ///
+    /// # Errors
+    /// If the device does not answer.
+    pub fn stop(&mut self) -> Result<(), Error> {
+        self.done("stop", Request::Stop)
+    }
+
+    /// The joint stops where it is, with the loop closed.
+    ///
+    /// # Errors
+    /// Says why it was refused.
+    pub fn hold(&mut self) -> Result<(), Error> {
+        self.done("move", Request::Move(Move::Hold))
+    }
+
+    /// A step to a position (deg) in the zero that arming has set.
+    ///
+    /// # Errors
+    /// Says why it was refused.
+    pub fn step_to(&mut self, deg: f64) -> Result<(), Error> {
+        let resolution = f64::from(self.status()?.resolution);
+        let counts = deg / resolution;
+        // 2^30 counts, as for steps of a machine's file.
+        if !counts.is_finite() || counts.abs() > f64::from(1 << 30) {
+            return Err(Error::Input(format!("move {deg}: allowed is a position within 2^30 counts")));
+        }
+        self.move_along(Motion::Step(crate::experiment::position(counts)))
+    }
+
+    /// A motion in the zero that arming has set.
+    ///
+    /// # Errors
+    /// Says why it was refused.
+    pub fn move_along(&mut self, motion: Motion) -> Result<(), Error> {
+        self.done("move", Request::Move(Move::To(motion)))
+    }
+
+    /// The law and its gains.
+    ///
+    /// # Errors
+    /// If there are no parameters.
+    pub fn law(&mut self) -> Result<Law, Error> {
+        match self.ask(Request::ReadLaw)? {
+            Reply::Law(law) => Ok(law),
+            _ => Err(self.unexpected()),
+        }
+    }
+
+    /// Another law, or other gains.
+    ///
+    /// # Errors
+    /// Says why it was refused; nothing is taken then.
+    pub fn set_law(&mut self, law: Law) -> Result<(), Error> {
+        self.done("params", Request::WriteLaw(law))
+    }
+
+    /// The parameters in use.
+    ///
+    /// # Errors
+    /// If there are none.
+    pub fn parameters(&mut self) -> Result<Parameters, Error> {
+        let mut record: Vec<u8> = Vec::new();
+        loop {
+            let offset = record.len() as u16;
+            let Reply::Parameters { length, offset: at, bytes } =
+                self.ask(Request::ReadParameters { offset })?
+            else {
+                return Err(self.unexpected());
+            };
+            if at != offset || bytes.is_empty() {
+                return Err(self.unexpected());
+            }
+            record.extend_from_slice(&bytes);
+            if record.len() >= usize::from(length) {
+                break;
+            }
+        }
+        let decoded = Parameters::decode(&record);
+        decoded.map(|(parameters, _)| parameters).map_err(|_| self.unexpected())
+    }
+
+    /// Other parameters, validated by the device as a whole before any is taken; see [`save`](Self::save).
+    ///
+    /// # Errors
+    /// Says why they were refused; the old ones are in use then.
+    pub fn set_parameters(&mut self, parameters: &Parameters) -> Result<(), Error> {
+        let mut room = [0; ROOM];
+        let record = parameters.encode(0, &mut room).unwrap_or_default();
+        for (i, piece) in record.chunks(CHUNK).enumerate() {
+            let (offset, bytes) = ((i * CHUNK) as u16, piece.iter().copied().collect());
+            self.done("params push", Request::WriteParameters { offset, bytes })?;
+        }
+        self.done("params push", Request::TakeParameters { length: record.len() as u16 })
+    }
+
+    /// Keeps the parameters in use across a reset. Takes seconds on a board.
+    ///
+    /// # Errors
+    /// While armed, or if the flash fails.
+    pub fn save(&mut self) -> Result<(), Error> {
+        self.done("params save", Request::Save)
+    }
+
+    /// Asks for terms (a sum of [`stiction::link::Term::bit`]s) of every so many ticks; 0 ends it.
+    ///
+    /// # Errors
+    /// If the device does not answer.
+    pub fn subscribe(&mut self, terms: u16, every: u16) -> Result<(), Error> {
+        self.expected = None;
+        self.samples.clear();
+        self.done("log", Request::Subscribe { terms, every })
+    }
+
+    /// The next sample, if one comes within so long.
+    ///
+    /// # Errors
+    /// If the wire is gone.
+    pub fn sample(&mut self, at_most: Duration) -> Result<Option<Sample>, Error> {
+        if self.samples.is_empty() {
+            let bytes = self.wire.receive(at_most)?;
+            self.take(&bytes);
+        }
+        Ok(self.samples.pop_front())
+    }
+
+    /// Samples that did not arrive, as far as later ones have shown.
+    pub const fn lost(&self) -> u64 {
+        self.lost
+    }
+
+    /// Lets time pass without falling silent; samples are kept.
+    ///
+    /// # Errors
+    /// If the device does not answer.
+    pub fn pass(&mut self, time: Duration) -> Result<Status, Error> {
+        let mut status = self.status()?;
+        let ticks = |status: &Status| f64::from(status.clock) * f64::from(status.sample_time);
+        let (begin, started) = (ticks(&status), Instant::now());
+        // The device's time, not the host's: a simulated one has its own. The host's is there for a device whose
+        // clock does not run.
+        while ticks(&status) - begin < time.as_secs_f64() && started.elapsed() < 2 * time + PATIENCE {
+            let left = time.as_secs_f64() - (ticks(&status) - begin);
+            let bytes = self.wire.receive(SIGN_OF_LIFE.min(Duration::from_secs_f64(left.max(0.001))))?;
+            self.take(&bytes);
+            status = self.status()?;
+        }
+        Ok(status)
+    }
+
+    fn done(&mut self, what: &str, request: Request) -> Result<(), Error> {
+        match self.talk(request)? {
+            Reply::Done => Ok(()),
+            Reply::Refused(refused) => Err(self.refused(what, &refused)),
+            _ => Err(self.unexpected()),
+        }
+    }
+
+    fn ask(&mut self, request: Request) -> Result<Reply, Error> {
+        match self.talk(request)? {
+            Reply::Refused(refused) => Err(self.refused("device", &refused)),
+            reply => Ok(reply),
+        }
+    }
+
+    /// Says a request until it is answered. The device does not do it twice, since its number stays the same.
+    fn talk(&mut self, request: Request) -> Result<Reply, Error> {
+        self.number = self.number.wrapping_add(1);
+        let patience = if request == Request::Save { PATIENCE_TO_SAVE } else { PATIENCE };
+        let frame = encode(&Numbered { number: self.number, content: request });
+        let frame = frame.ok_or_else(|| Error::Device("the request is too long for a frame".into()))?;
+        for _ in 0..TRIES {
+            self.wire.send(&frame)?;
+            let mut left = patience;
+            while !left.is_zero() {
+                let slice = left.min(Duration::from_millis(20));
+                let started = Instant::now();
+                let bytes = self.wire.receive(slice)?;
+                left = left.saturating_sub(started.elapsed().max(Duration::from_micros(100)));
+                if bytes.is_empty() {
+                    left = left.saturating_sub(slice.saturating_sub(started.elapsed()));
+                }
+                if let Some(reply) = self.take(&bytes) {
+                    return Ok(reply);
+                }
+            }
+        }
+        let name = self.wire.name();
+        Err(Error::Device(format!(
+            "{name} does not answer: is it powered, is it this firmware, and is it the right port? (docs/link.md)"
+        )))
+    }
+
+    /// Sorts what came: samples are kept, and the answer to the last request is returned.
+    fn take(&mut self, bytes: &[u8]) -> Option<Reply> {
+        let mut reply = None;
+        for &byte in bytes {
+            let Some(message) = self.deframer.push(byte) else { continue };
+            match postcard::from_bytes(message) {
+                Ok(Message::Reply(Numbered { number, content })) if number == self.number => {
+                    reply = Some(content);
+                }
+                Ok(Message::Sample(sample)) => {
+                    let expected = self.expected.unwrap_or(sample.number);
+                    self.lost += u64::from(sample.number.wrapping_sub(expected));
+                    self.expected = Some(sample.number.wrapping_add(1));
+                    self.samples.push_back(sample);
+                }
+                // An answer that came late, or something that is not of this protocol.
+                Ok(Message::Reply(_)) | Err(_) => {}
+            }
+        }
+        reply
+    }
+
+    fn refused(&self, what: &str, refused: &Refused) -> Error {
+        Error::Device(format!("{what}: {} refuses: {}", self.wire.name(), words::refused(refused)))
+    }
+
+    fn unexpected(&self) -> Error {
+        Error::Device(format!("{} gives an answer that does not fit the question", self.wire.name()))
+    }
+}

@@ -1,0 +1,90 @@
+//! A board on a serial port.
+
+use std::io::{ErrorKind, Read, Write};
+use std::path::Path;
+use std::time::Duration;
+
+use serialport::SerialPort;
+
+use super::wire::Wire;
+use crate::error::Error;
+
+/// Of the link, 8N1. Ten bits a byte: 92 bytes a millisecond.
+pub const BAUD: u32 = 921_600;
+
+/// An open port.
+pub struct SerialWire {
+    port: Box<dyn SerialPort>,
+    name: String,
+}
+
+impl std::fmt::Debug for SerialWire {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.debug_struct("SerialWire").field("name", &self.name).finish_non_exhaustive()
+    }
+}
+
+impl SerialWire {
+    /// Opens a port.
+    ///
+    /// # Errors
+    /// Says whether it is missing, busy or forbidden, and which ports there are.
+    pub fn open(path: &Path) -> Result<Self, Error> {
+        let name = path.display().to_string();
+        let opened = serialport::new(name.as_str(), BAUD).timeout(Duration::from_millis(1)).open();
+        let port = opened.map_err(|error| Error::Device(refusal(&name, &error)))?;
+        Ok(Self { port, name })
+    }
+
+    fn gone(&self, error: &std::io::Error) -> Error {
+        let name = &self.name;
+        Error::Device(format!(
+            "--port {name}: it is gone ({error}); a board that is armed turns its output off by itself after \
+             `limits.link_timeout_s`"
+        ))
+    }
+}
+
+fn refusal(name: &str, error: &serialport::Error) -> String {
+    let why = match error.kind() {
+        serialport::ErrorKind::NoDevice => "there is no such port, or another program has it open",
+        serialport::ErrorKind::Io(ErrorKind::NotFound) => "there is no such port",
+        serialport::ErrorKind::Io(ErrorKind::PermissionDenied) => {
+            "you may not open it (on Linux: the group of the port, often dialout)"
+        }
+        _ => &error.description,
+    };
+    let found = serialport::available_ports().unwrap_or_default();
+    let names: Vec<&str> = found.iter().map(|port| port.port_name.as_str()).collect();
+    let others = if names.is_empty() { "none".into() } else { names.join(", ") };
+    format!("--port {name}: {why}; ports that there are: {others}")
+}
+
+impl Wire for SerialWire {
+    fn send(&mut self, bytes: &[u8]) -> Result<(), Error> {
+        let sent = self.port.write_all(bytes).and_then(|()| self.port.flush());
+        sent.map_err(|error| self.gone(&error))
+    }
+
+    fn receive(&mut self, at_most: Duration) -> Result<Vec<u8>, Error> {
+        let mut buffer = [0; 512];
+        let timeout = at_most.max(Duration::from_millis(1));
+        if let Err(error) = self.port.set_timeout(timeout) {
+            return Err(self.gone(&error.into()));
+        }
+        match self.port.read(&mut buffer) {
+            Ok(0) => Err(self.gone(&ErrorKind::UnexpectedEof.into())),
+            Ok(count) => Ok(buffer.iter().take(count).copied().collect()),
+            Err(error) if matches!(error.kind(), ErrorKind::TimedOut | ErrorKind::Interrupted) => Ok(vec![]),
+            Err(error) => Err(self.gone(&error)),
+        }
+    }
+
+    fn name(&self) -> String {
+        format!("the device on {}", self.name)
+    }
+
+    fn warning(&self) -> Option<&'static str> {
+        None
+    }
+}

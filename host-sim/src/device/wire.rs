@@ -1,0 +1,87 @@
+//! What a client is wired to.
+
+use std::collections::VecDeque;
+use std::time::Duration;
+
+use super::simulated::SimulatedDevice;
+use crate::error::Error;
+
+/// Bytes to a device and back.
+pub trait Wire {
+    /// Hands bytes to the device.
+    ///
+    /// # Errors
+    /// If the wire is gone.
+    fn send(&mut self, bytes: &[u8]) -> Result<(), Error>;
+
+    /// Waits for bytes from the device, at most so long; none if nothing came.
+    ///
+    /// # Errors
+    /// If the wire is gone.
+    fn receive(&mut self, at_most: Duration) -> Result<Vec<u8>, Error>;
+
+    /// What is at the other end, for messages: `the simulated device`.
+    fn name(&self) -> String;
+
+    /// What everything that is shown of it has to begin with; nothing for a board.
+    fn warning(&self) -> Option<&'static str>;
+}
+
+/// A simulated device. Its time passes while the client waits for it.
+#[derive(Debug)]
+pub struct SimulatedWire {
+    /// The device and its joint.
+    pub simulated: SimulatedDevice,
+    out: VecDeque<u8>,
+}
+
+/// Of every output of a simulated device.
+pub const SIMULATED: &str = "SIMULATED DEVICE: no motor moves or stops.";
+
+impl SimulatedWire {
+    /// Power is on, and the joint has been at rest for long enough to be armed.
+    pub fn new(mut simulated: SimulatedDevice) -> Self {
+        let ticks = (0.1 / simulated.sample_time_s()).ceil() as u32;
+        simulated.ticks(ticks.max(1));
+        Self { simulated, out: VecDeque::new() }
+    }
+
+    fn collect(&mut self) {
+        let mut buffer = [0; 256];
+        loop {
+            match self.simulated.device.transmit(&mut buffer) {
+                0 => return,
+                count => self.out.extend(buffer.iter().take(count)),
+            }
+        }
+    }
+}
+
+impl Wire for SimulatedWire {
+    fn send(&mut self, bytes: &[u8]) -> Result<(), Error> {
+        self.simulated.device.receive(bytes);
+        self.collect();
+        Ok(())
+    }
+
+    fn receive(&mut self, at_most: Duration) -> Result<Vec<u8>, Error> {
+        // At least one, or time would stand still for a client that waits in steps shorter than a tick.
+        let ticks = (at_most.as_secs_f64() / self.simulated.sample_time_s() - 1e-6).ceil() as u32;
+        for _ in 0..ticks {
+            if !self.out.is_empty() {
+                break;
+            }
+            self.simulated.tick();
+            self.collect();
+        }
+        Ok(self.out.drain(..).collect())
+    }
+
+    fn name(&self) -> String {
+        "the simulated device".into()
+    }
+
+    fn warning(&self) -> Option<&'static str> {
+        Some(SIMULATED)
+    }
+}

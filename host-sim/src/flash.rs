@@ -1,0 +1,147 @@
+//! A NOR flash in memory, whose power can be cut in the middle of a write or an erase.
+//!
+//! Like that of the STM32F405: written in words of four bytes, whose bits can only fall; erased in sectors of 128 KiB, whose
+//! bits rise. What a cut leaves behind is not one state but any: so the cut can leave the word or the sector untouched,
+//! finished, or with part of its bits changed. Blind to words that read differently from one time to the next.
+
+use embedded_storage::nor_flash::{
+    ErrorType, NorFlash, NorFlashErrorKind, ReadNorFlash, check_erase, check_read, check_write,
+};
+
+/// Bytes of a sector.
+pub const SECTOR: u32 = 128 * 1024;
+
+const WORD: usize = 4;
+
+/// What a cut leaves of the word or sector that was being changed.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Remains {
+    /// As it was.
+    Untouched,
+    /// Every bit that was to change has changed, but nobody has been told.
+    Finished,
+    /// Some of the bits have changed, chosen by this number.
+    Some(u64),
+}
+
+/// When the power goes, and what is left.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Cut {
+    /// Word writes and sector erases that are still done.
+    pub after: u32,
+    /// Of the next one.
+    pub remains: Remains,
+}
+
+/// The flash.
+#[derive(Clone, Debug)]
+pub struct SimulatedFlash {
+    bytes: Vec<u8>,
+    cut: Option<Cut>,
+    dead: bool,
+    operations: u32,
+}
+
+impl SimulatedFlash {
+    /// Erased, of so many sectors.
+    pub fn new(sectors: u32) -> Self {
+        Self { bytes: vec![0xFF; (sectors * SECTOR) as usize], cut: None, dead: false, operations: 0 }
+    }
+
+    /// Lets the power go at some time.
+    pub fn cut(&mut self, cut: Cut) {
+        (self.cut, self.operations) = (Some(cut), 0);
+    }
+
+    /// The power comes back.
+    pub fn revive(&mut self) {
+        (self.cut, self.dead, self.operations) = (None, false, 0);
+    }
+
+    /// Word writes and sector erases since the power came.
+    pub const fn operations(&self) -> u32 {
+        self.operations
+    }
+
+    /// Changes `range` from what it is to `wanted`, or as far as the power lasts.
+    fn change(&mut self, from: usize, wanted: impl Fn(u8, usize) -> u8, length: usize) -> bool {
+        if self.dead {
+            return false;
+        }
+        let remains = match self.cut {
+            Some(cut) if self.operations >= cut.after => {
+                self.dead = true;
+                cut.remains
+            }
+            _ => Remains::Finished,
+        };
+        self.operations += 1;
+        let mut random = if let Remains::Some(seed) = remains { seed | 1 } else { 0 };
+        for (i, byte) in self.bytes.iter_mut().skip(from).take(length).enumerate() {
+            let wanted = wanted(*byte, i);
+            let mask = match remains {
+                Remains::Untouched => 0,
+                Remains::Finished => 0xFF,
+                Remains::Some(_) => {
+                    // xorshift64 (Marsaglia 2003).
+                    random ^= random << 13;
+                    random ^= random >> 7;
+                    random ^= random << 17;
+                    random as u8
+                }
+            };
+            *byte ^= (*byte ^ wanted) & mask;
+        }
+        !self.dead
+    }
+}
+
+impl ErrorType for SimulatedFlash {
+    type Error = NorFlashErrorKind;
+}
+
+impl ReadNorFlash for SimulatedFlash {
+    const READ_SIZE: usize = 1;
+
+    fn read(&mut self, offset: u32, bytes: &mut [u8]) -> Result<(), NorFlashErrorKind> {
+        check_read(self, offset, bytes.len())?;
+        if self.dead {
+            return Err(NorFlashErrorKind::Other);
+        }
+        let from = self.bytes.iter().skip(offset as usize);
+        bytes.iter_mut().zip(from).for_each(|(to, from)| *to = *from);
+        Ok(())
+    }
+
+    fn capacity(&self) -> usize {
+        self.bytes.len()
+    }
+}
+
+impl NorFlash for SimulatedFlash {
+    const WRITE_SIZE: usize = WORD;
+    const ERASE_SIZE: usize = SECTOR as usize;
+
+    fn erase(&mut self, from: u32, to: u32) -> Result<(), NorFlashErrorKind> {
+        check_erase(self, from, to)?;
+        for sector in (from..to).step_by(SECTOR as usize) {
+            if !self.change(sector as usize, |_, _| 0xFF, SECTOR as usize) {
+                return Err(NorFlashErrorKind::Other);
+            }
+        }
+        Ok(())
+    }
+
+    fn write(&mut self, offset: u32, bytes: &[u8]) -> Result<(), NorFlashErrorKind> {
+        check_write(self, offset, bytes.len())?;
+        for (i, word) in bytes.chunks(WORD).enumerate() {
+            let from = offset as usize + i * WORD;
+            // A bit that has fallen stays.
+            let fall = |is: u8, i: usize| is & word.get(i).copied().unwrap_or(0xFF);
+            if !self.change(from, fall, WORD) {
+                return Err(NorFlashErrorKind::Other);
+            }
+        }
+        Ok(())
+    }
+}

@@ -1,0 +1,79 @@
+//! A whole device without a chip: bytes in, bytes out, and a tick.
+//!
+//! It is what a host runs as a simulated device, and what tests of the link, the faults and the parameters run. A board
+//! has the same parts, each in the task where it belongs.
+
+use embedded_storage::nor_flash::NorFlash;
+
+use crate::link::{Kind, Machine, Session};
+use crate::parameters::Parameters;
+use crate::servo::{Boot, Input, Output, Servo};
+use crate::store::{SaveError, Store};
+
+/// Servo, link and parameter store.
+#[derive(Debug)]
+pub struct Device<F> {
+    session: Session,
+    parts: Parts<F>,
+}
+
+#[derive(Debug)]
+struct Parts<F> {
+    servo: Servo,
+    store: Store<F>,
+}
+
+impl<F: NorFlash> Device<F> {
+    /// Power comes up: the parameters are read, and nothing moves.
+    pub fn start(mut store: Store<F>, boot: Boot) -> Self {
+        let found = store.load();
+        let servo = Servo::new(found.as_ref().map_err(|error| *error), boot);
+        Self { session: Session::new(Kind::Simulated, found.ok()), parts: Parts { servo, store } }
+    }
+
+    /// Takes bytes from the wire.
+    pub fn receive(&mut self, bytes: &[u8]) {
+        self.session.receive(bytes, &mut self.parts);
+    }
+
+    /// Hands bytes to the wire, and returns how many.
+    pub fn transmit(&mut self, bytes: &mut [u8]) -> usize {
+        self.session.transmit(bytes)
+    }
+
+    /// One tick of the sample time.
+    pub fn tick(&mut self, input: Input) -> Output {
+        let servo = &mut self.parts.servo;
+        let output = servo.tick(input);
+        self.session.tick(servo.clock(), &output, servo.is_wound_up());
+        output
+    }
+
+    /// The servo.
+    pub const fn servo(&mut self) -> &mut Servo {
+        &mut self.parts.servo
+    }
+
+    /// The parameters in use.
+    pub const fn parameters(&self) -> Option<&Parameters> {
+        self.session.parameters()
+    }
+
+    /// Power goes: only the flash is left.
+    pub fn end(self) -> Store<F> {
+        self.parts.store
+    }
+}
+
+impl<F: NorFlash> Machine for Parts<F> {
+    fn servo<R>(&mut self, act: impl FnOnce(&mut Servo) -> R) -> R {
+        act(&mut self.servo)
+    }
+
+    fn save(&mut self, parameters: &Parameters) -> Result<(), SaveError> {
+        self.store.save(parameters)
+    }
+
+    /// There is no timer to set: whoever ticks asks for the [`parameters`](Device::parameters).
+    fn reconfigure(&mut self, _: &Parameters) {}
+}

@@ -1,0 +1,127 @@
+//! Frames: where a message begins and ends, and whether it is whole.
+//!
+//! ```text
+//! COBS( message | CRC-32 (ISO-HDLC, little endian) ) 0
+//! ```
+//!
+//! COBS (Cheshire and Baker 1999) leaves no zero byte in a frame, so that a zero always is its end: whatever was lost
+//! before, the next zero is a new beginning. Guarantees: total, bounded, no panic; garbage costs at most the frames
+//! that it touches; of the frames that were changed on the way, one in 2^32 passes for a whole one. A frame that is too
+//! long is thrown away up to its end. Does badly: what comes before the first zero spoils the first frame, so a client
+//! begins with a zero.
+
+use cobs::{DecodeResult, DecoderState};
+use crc::{CRC_32_ISO_HDLC, Crc, NoTable};
+use heapless::Vec;
+use serde::Serialize;
+
+/// The longest message, bytes.
+pub const MAX_MESSAGE: usize = 240;
+
+/// The longest frame: message, checksum, one byte of overhead in 254, and the zero.
+pub const MAX_FRAME: usize = MAX_MESSAGE + CHECKSUM + 2;
+
+const CHECKSUM: usize = 4;
+
+/// Without a table: a kilobyte of flash for a task that has time.
+const CRC: Crc<u32, NoTable> = Crc::<u32, NoTable>::new(&CRC_32_ISO_HDLC);
+
+/// A frame in the making.
+pub type Frame = Vec<u8, MAX_FRAME>;
+
+/// Encodes a message; none if it is too long.
+///
+/// ```
+/// use stiction::link::{Deframer, encode};
+/// let frame = encode(&(7u8, 0u16)).unwrap();
+/// let mut deframer = Deframer::default();
+/// let messages: Vec<_> = frame.iter().filter_map(|&byte| deframer.push(byte).map(<[u8]>::to_vec)).collect();
+/// assert_eq!(messages, [[7, 0]]); // as postcard has them
+/// ```
+pub fn encode(message: &impl Serialize) -> Option<Frame> {
+    let mut plain = [0; MAX_MESSAGE + CHECKSUM];
+    let length = postcard::to_slice(message, plain.get_mut(..MAX_MESSAGE)?).ok()?.len();
+    let sum = CRC.checksum(plain.get(..length)?).to_le_bytes();
+    plain.get_mut(length..length + CHECKSUM)?.copy_from_slice(&sum);
+    let mut frame = Frame::new();
+    frame.resize(MAX_FRAME, 0).ok()?;
+    let stuffed = cobs::try_encode(plain.get(..length + CHECKSUM)?, &mut frame).ok()?;
+    frame.truncate(stuffed);
+    frame.push(0).ok()?;
+    Some(frame)
+}
+
+/// Finds the frames in a stream of bytes.
+#[derive(Debug)]
+pub struct Deframer {
+    state: DecoderState,
+    bytes: Vec<u8, { MAX_MESSAGE + CHECKSUM }>,
+    /// Until the next zero, nothing counts.
+    broken: bool,
+    /// Something that was no whole frame.
+    bad: u32,
+    /// The last message, without its checksum.
+    message: Vec<u8, MAX_MESSAGE>,
+}
+
+impl Default for Deframer {
+    fn default() -> Self {
+        Self { state: DecoderState::Idle, bytes: Vec::new(), broken: false, bad: 0, message: Vec::new() }
+    }
+}
+
+impl Deframer {
+    /// Takes a byte, and returns the message that it completes.
+    pub fn push(&mut self, byte: u8) -> Option<&[u8]> {
+        if self.broken {
+            if byte == 0 {
+                self.begin();
+            }
+            return None;
+        }
+        match self.state.feed(byte) {
+            Ok(DecodeResult::NoData) => None,
+            Ok(DecodeResult::DataContinue(decoded)) => {
+                if self.bytes.push(decoded).is_err() {
+                    self.bad = self.bad.saturating_add(1);
+                    self.broken = true;
+                }
+                None
+            }
+            Ok(DecodeResult::DataComplete) => self.complete(),
+            // It ended too early, at the zero: the next byte begins a frame.
+            Err(_) => {
+                self.bad = self.bad.saturating_add(1);
+                self.begin();
+                None
+            }
+        }
+    }
+
+    /// How many frames were not whole.
+    pub const fn bad(&self) -> u32 {
+        self.bad
+    }
+
+    fn begin(&mut self) {
+        self.state = DecoderState::Idle;
+        self.bytes.clear();
+        self.broken = false;
+    }
+
+    fn complete(&mut self) -> Option<&[u8]> {
+        self.message.clear();
+        let whole = match self.bytes.split_last_chunk::<CHECKSUM>() {
+            Some((message, sum)) if CRC.checksum(message) == u32::from_le_bytes(*sum) => {
+                self.message.extend_from_slice(message).is_ok()
+            }
+            _ => false,
+        };
+        self.begin();
+        if whole {
+            return Some(&self.message);
+        }
+        self.bad = self.bad.saturating_add(1);
+        None
+    }
+}

@@ -1,0 +1,277 @@
+//! Who may say what, and what is answered.
+//!
+//! A session begins with a hello. Each request is answered once, with its own number. One that comes twice is not done
+//! twice: the answer is sent again. One that was overtaken by a later one is refused. Stop is obeyed at all times.
+//!
+//! Answers and samples wait in a ring of bytes until the wire takes them. Samples leave room for answers; what finds
+//! none is dropped and counted, and the numbers of the samples show the gap.
+
+use heapless::{Deque, String};
+
+use super::frame::{Deframer, Frame, MAX_FRAME, encode};
+use super::message::{
+    CHUNK, Identity, Kind, Law, Message, Move, Numbered, PROTOCOL, Refused, Reply, Request, State, Status,
+};
+use super::telemetry::Subscription;
+use crate::course::Course;
+use crate::parameters::{Motion, Parameters, ROOM};
+use crate::servo::{self, Arming, Joint, Output, Servo};
+use crate::store::SaveError;
+
+/// Bytes that wait for the wire.
+const WAITING: usize = 2048;
+
+/// Of these, so many are for answers alone: two of the longest.
+const FOR_ANSWERS: usize = 2 * MAX_FRAME;
+
+/// What a session acts on. A board locks its servo for as short as it can; a host has it at hand.
+pub trait Machine {
+    /// Lets something act on the servo.
+    fn servo<R>(&mut self, act: impl FnOnce(&mut Servo) -> R) -> R;
+
+    /// Keeps parameters across a reset; the output is off.
+    ///
+    /// # Errors
+    /// If the flash fails.
+    fn save(&mut self, parameters: &Parameters) -> Result<(), SaveError>;
+
+    /// Other parameters are in use: their sample time, PWM and dead time. The output is off.
+    fn reconfigure(&mut self, parameters: &Parameters);
+}
+
+/// One end of a link.
+#[derive(Debug)]
+pub struct Session {
+    kind: Kind,
+    deframer: Deframer,
+    /// Those in use.
+    parameters: Option<Parameters>,
+    unsaved: bool,
+    /// By the client of this session.
+    greeted: Option<u32>,
+    /// The last request that was answered, and the answer.
+    last: Option<(u16, Frame)>,
+    /// A record in pieces.
+    pieces: [u8; ROOM],
+    subscription: Subscription,
+    waiting: Deque<u8, WAITING>,
+    dropped: u32,
+}
+
+impl Session {
+    /// Before the first byte; `parameters` are those in use.
+    pub fn new(kind: Kind, parameters: Option<Parameters>) -> Self {
+        Self {
+            kind,
+            deframer: Deframer::default(),
+            parameters,
+            unsaved: false,
+            greeted: None,
+            last: None,
+            pieces: [0; ROOM],
+            subscription: Subscription::default(),
+            waiting: Deque::new(),
+            dropped: 0,
+        }
+    }
+
+    /// Takes bytes from the wire, and does what they say.
+    pub fn receive(&mut self, bytes: &[u8], machine: &mut impl Machine) {
+        for &byte in bytes {
+            let Some(message) = self.deframer.push(byte) else { continue };
+            // The number comes first, so that what is not understood can be answered.
+            let Ok((number, _)) = postcard::take_from_bytes::<u16>(message) else { continue };
+            let request = match postcard::take_from_bytes::<Numbered<Request>>(message) {
+                Ok((request, [])) => Some(request.content),
+                _ => None,
+            };
+            machine.servo(Servo::heard);
+            self.take(number, request, machine);
+        }
+    }
+
+    /// Takes a tick's output, for those who have subscribed.
+    pub fn tick(&mut self, clock: u32, output: &Output, wound_up: bool) {
+        let Some(sample) = self.subscription.tick(clock, output, wound_up) else { return };
+        let frame = encode(&Message::Sample(sample));
+        self.put(frame.as_ref(), FOR_ANSWERS);
+    }
+
+    /// Hands bytes to the wire, and returns how many.
+    pub fn transmit(&mut self, bytes: &mut [u8]) -> usize {
+        let mut count = 0;
+        for (to, from) in bytes.iter_mut().zip(core::iter::from_fn(|| self.waiting.pop_front())) {
+            *to = from;
+            count += 1;
+        }
+        count
+    }
+
+    /// The parameters in use.
+    pub const fn parameters(&self) -> Option<&Parameters> {
+        self.parameters.as_ref()
+    }
+
+    fn take(&mut self, number: u16, request: Option<Request>, machine: &mut impl Machine) {
+        let overtaken = |last: u16| (number.wrapping_sub(last) as i16) < 0;
+        match (&request, &self.last) {
+            (Some(Request::Stop), _) => {
+                machine.servo(Servo::stop);
+                let answer = encode(&Message::Reply(Numbered { number, content: Reply::Done }));
+                self.put(answer.as_ref(), 0);
+                // What was sent before the stop and comes after it shall not arm.
+                if !self.last.as_ref().is_some_and(|(last, _)| overtaken(*last)) {
+                    self.last = answer.map(|answer| (number, answer));
+                }
+                return;
+            }
+            (Some(Request::Hello { session, .. }), _) if self.greeted != Some(*session) => {}
+            (_, Some((last, answer))) if *last == number => {
+                let answer = answer.clone();
+                return self.put(Some(&answer), 0);
+            }
+            (_, Some((last, _))) if overtaken(*last) => {
+                let content = Reply::Refused(Refused::OutOfOrder);
+                return self.put(encode(&Message::Reply(Numbered { number, content })).as_ref(), 0);
+            }
+            _ => {}
+        }
+        let done = match request {
+            None => Err(Refused::Unknown),
+            Some(Request::Hello { protocol, session }) => Ok(self.greet(protocol, session)),
+            Some(_) if self.greeted.is_none() => Err(Refused::SayHello),
+            Some(request) => self.act(request, machine),
+        };
+        let content = done.unwrap_or_else(Reply::Refused);
+        let answer = encode(&Message::Reply(Numbered { number, content }));
+        self.put(answer.as_ref(), 0);
+        self.last = answer.map(|answer| (number, answer));
+    }
+
+    fn greet(&mut self, protocol: u16, session: u32) -> Reply {
+        self.greeted = (protocol == PROTOCOL).then_some(session);
+        self.subscription = Subscription::default();
+        self.pieces = [0; ROOM];
+        let version = String::try_from(crate::VERSION).unwrap_or_default();
+        Reply::Hello(Identity { protocol: PROTOCOL, kind: self.kind, version })
+    }
+
+    fn act(&mut self, request: Request, machine: &mut impl Machine) -> Result<Reply, Refused> {
+        match request {
+            // Both were dealt with before.
+            Request::Hello { .. } | Request::Stop => {}
+            Request::Status => return Ok(Reply::Status(self.status(machine))),
+            Request::Fault { index } => {
+                let nth = |servo: &mut Servo| servo.log().iter().nth(index.into()).copied();
+                return machine.servo(nth).map(|fault| Reply::Fault(fault.into())).ok_or(Refused::NoSuch);
+            }
+            Request::Clear => machine.servo(Servo::clear)?,
+            Request::Arm => machine.servo(|servo| servo.arm(Arming::ByLink))?,
+            Request::Move(Move::Hold) => machine.servo(Servo::hold)?,
+            Request::Move(Move::To(motion)) => self.go(&motion, machine)?,
+            Request::ReadParameters { offset } => return self.read(offset),
+            Request::WriteParameters { offset, bytes } => {
+                let offset = usize::from(offset);
+                let piece = self.pieces.get_mut(offset..offset + bytes.len()).ok_or(Refused::NoSuch)?;
+                piece.copy_from_slice(&bytes);
+            }
+            Request::TakeParameters { length } => {
+                let record = self.pieces.get(..length.into()).ok_or(Refused::NoSuch)?;
+                let (parameters, _) = Parameters::decode(record)?;
+                self.install(parameters, machine)?;
+            }
+            Request::Save => self.save(machine)?,
+            Request::ReadLaw => {
+                let controller = &self.parameters.as_ref().ok_or(Refused::NoParameters)?.controller;
+                let (pd, compensator) = (controller.pd, controller.compensator.clone());
+                return Ok(Reply::Law(Law { pd, compensator }));
+            }
+            Request::WriteLaw(Law { pd, compensator }) => {
+                let mut parameters = self.parameters.clone().ok_or(Refused::NoParameters)?;
+                parameters.controller.pd = pd;
+                parameters.controller.compensator = compensator;
+                self.install(parameters, machine)?;
+            }
+            Request::Subscribe { terms, every } => {
+                self.subscription = Subscription::new(terms, every).ok_or(Refused::NoSuch)?;
+            }
+        }
+        Ok(Reply::Done)
+    }
+
+    /// All of them or none: what is validated here is what is installed.
+    fn install(&mut self, parameters: Parameters, machine: &mut impl Machine) -> Result<(), Refused> {
+        let joint = Joint::new(&parameters)?;
+        machine.servo(|servo| servo.install(joint))?;
+        machine.reconfigure(&parameters);
+        self.unsaved |= self.parameters.as_ref() != Some(&parameters);
+        self.parameters = Some(parameters);
+        Ok(())
+    }
+
+    fn save(&mut self, machine: &mut impl Machine) -> Result<(), Refused> {
+        let parameters = self.parameters.as_ref().ok_or(Refused::NoParameters)?;
+        machine.servo(|servo| match servo.state() {
+            servo::State::Armed => Err(Refused::Armed),
+            // Nor does it arm by itself meanwhile.
+            _ => {
+                servo.stop();
+                Ok(())
+            }
+        })?;
+        machine.save(parameters).map_err(|_| Refused::Flash)?;
+        self.unsaved = false;
+        Ok(())
+    }
+
+    fn go(&self, motion: &Motion, machine: &mut impl Machine) -> Result<(), Refused> {
+        let controller = &self.parameters.as_ref().ok_or(Refused::NoParameters)?.controller;
+        match motion.course(controller)? {
+            Course::Follow(reference) => Ok(machine.servo(|servo| servo.follow(reference))?),
+            // It is a motion of the parameters, and begins with arming.
+            Course::Ramp(_) => Err(Refused::NoSuch),
+        }
+    }
+
+    fn read(&self, offset: u16) -> Result<Reply, Refused> {
+        let parameters = self.parameters.as_ref().ok_or(Refused::NoParameters)?;
+        let mut room = [0; ROOM];
+        // Cannot fail: every record fits.
+        let record = parameters.encode(0, &mut room).ok_or(Refused::NotWhole)?;
+        let rest = record.get(offset.into()..).ok_or(Refused::NoSuch)?;
+        let bytes = rest.iter().copied().take(CHUNK).collect();
+        Ok(Reply::Parameters { length: record.len() as u16, offset, bytes })
+    }
+
+    fn status(&self, machine: &mut impl Machine) -> Status {
+        let controller = self.parameters.as_ref().map(|parameters| &parameters.controller);
+        let (bad_frames, dropped, unsaved) = (self.deframer.bad(), self.dropped, self.unsaved);
+        machine.servo(|servo| Status {
+            state: State::from(servo.state()),
+            fault: servo.latched().map(Into::into).unwrap_or_default(),
+            faults: servo.log().count(),
+            clock: servo.clock(),
+            sample_time: controller.map_or(0.0, |controller| controller.sample_time),
+            position: servo.position(),
+            resolution: controller.map_or(0.0, |controller| controller.encoder.resolution),
+            at_rest: servo.is_at_rest(),
+            wound_up: servo.is_wound_up(),
+            thermal_effort: servo.thermal_effort(),
+            unsaved,
+            bad_frames,
+            dropped,
+        })
+    }
+
+    /// Queues a frame if that leaves so much room.
+    fn put(&mut self, frame: Option<&Frame>, leave: usize) {
+        let room = self.waiting.capacity() - self.waiting.len();
+        match frame.filter(|frame| frame.len() + leave <= room) {
+            // Cannot fail: there is room.
+            Some(frame) => frame.iter().for_each(|&byte| {
+                let _ = self.waiting.push_back(byte);
+            }),
+            None => self.dropped = self.dropped.saturating_add(1),
+        }
+    }
+}

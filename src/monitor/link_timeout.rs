@@ -1,0 +1,42 @@
+//! The link that armed the servo has fallen silent: a cable pulled, a host that hangs.
+//!
+//! On as soon as a link has armed, until the servo is stopped. Any frame that is whole counts as a sign of life.
+
+use super::limits::{Limits, Units};
+
+/// Silence against its limit.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct LinkTimeout {
+    ticks: u32,
+}
+
+/// How long nothing was heard.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub(super) struct LinkState {
+    watched: bool,
+    silent: u32,
+}
+
+impl LinkTimeout {
+    pub fn new(limits: &Limits, units: &Units) -> Self {
+        Self { ticks: Units::threshold(limits.link_timeout, units.tick) }
+    }
+
+    #[inline]
+    pub const fn check(&self, state: &mut LinkState) -> Option<u32> {
+        state.silent = state.silent.saturating_add(1);
+        if state.watched && state.silent > self.ticks { Some(state.silent) } else { None }
+    }
+}
+
+impl LinkState {
+    /// From now on silence trips, or no longer.
+    pub const fn watch(watched: bool) -> Self {
+        Self { watched, silent: 0 }
+    }
+
+    /// A sign of life.
+    pub const fn heard(&mut self) {
+        self.silent = 0;
+    }
+}

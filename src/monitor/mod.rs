@@ -1,0 +1,212 @@
+//! Monitors: what turns the bridge off, in the tick in which it is seen.
+//!
+//! Each is one module: what it looks at, how soon, and what it does badly. [`Limits`] are their thresholds in a user's
+//! units; [`Monitors`] is made of them once, in counts, codes and ticks, so that a tick compares integers. What
+//! is seen first in this order is told: a jump of the encoder is a following error, too.
+//!
+//! Faults that are not seen in a tick (clock, watchdog, panic, overrun, break input) come from the board, and
+//! [`Fault::NonFinite`](crate::Fault::NonFinite) from the controller.
+
+mod encoder_jump;
+mod following_error;
+mod limits;
+mod link_timeout;
+mod overspeed;
+mod position_limits;
+mod reversal;
+mod stall;
+mod standstill;
+mod supply;
+mod thermal;
+mod wind_up;
+
+pub use limits::Limits;
+pub use standstill::Standstill;
+
+use crate::controller::{ControllerConfig, Tick};
+use crate::fault::Fault;
+use crate::parameters::{Device, SUPPLY_FULL_SCALE};
+use encoder_jump::EncoderJump;
+use following_error::{FollowingError, FollowingState};
+use limits::Units;
+use link_timeout::{LinkState, LinkTimeout};
+use overspeed::Overspeed;
+use position_limits::PositionLimits;
+use reversal::{Reversal, ReversalState};
+use stall::{Stall, StallState};
+use supply::{Supply, SupplyState};
+use thermal::{Thermal, ThermalState};
+use wind_up::WindUp;
+
+/// A joint that has stood still for this long is at rest, s.
+const REST: f32 = 0.05;
+
+/// All monitors of a joint, ready to be used.
+#[derive(Clone, Debug)]
+pub(crate) struct Monitors {
+    units: Units,
+    rest: u32,
+    jump: EncoderJump,
+    overspeed: Overspeed,
+    reversal: Reversal,
+    following: FollowingError,
+    stall: Stall,
+    position: PositionLimits,
+    supply: Supply,
+    thermal: Thermal,
+    link: LinkTimeout,
+    wind_up: WindUp,
+}
+
+/// What they remember. The heat stays from one arming to the next.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub(crate) struct MonitorState {
+    /// What was applied since the last tick.
+    code: i16,
+    reversal: ReversalState,
+    following: FollowingState,
+    stall: StallState,
+    supply: SupplyState,
+    thermal: ThermalState,
+    link: LinkState,
+    wound_up: u32,
+    warning: bool,
+}
+
+/// What the encoder says of a tick, armed or not.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub(crate) struct Seen {
+    /// Travel since the last tick, counts.
+    pub travel: i32,
+    /// Position since power-on, counts.
+    pub position: i32,
+    /// Ticks without motion.
+    pub standstill: u32,
+}
+
+/// A fault and the value that tripped it.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct Trip {
+    pub fault: Fault,
+    pub value: f32,
+}
+
+impl Monitors {
+    /// The monitors of a loop; all of it has been validated.
+    pub fn new(limits: &Limits, controller: &ControllerConfig, device: &Device) -> Self {
+        let units = Units {
+            count: controller.encoder.resolution,
+            code: controller.drive.lsb,
+            tick: controller.sample_time,
+            supply: device.supply_full_scale / f32::from(SUPPLY_FULL_SCALE),
+        };
+        Self {
+            units,
+            rest: Units::whole(REST, units.tick),
+            jump: EncoderJump::new(limits, &units),
+            overspeed: Overspeed::new(limits),
+            reversal: Reversal::new(limits, &units),
+            following: FollowingError::new(limits, &units),
+            stall: Stall::new(limits, &units),
+            position: PositionLimits::new(limits, &units),
+            supply: Supply::new(limits, &units),
+            thermal: Thermal::new(limits, &units),
+            link: LinkTimeout::new(limits, &units),
+            wind_up: WindUp::new(limits, &units),
+        }
+    }
+
+    /// Whether the joint is at rest.
+    pub const fn is_at_rest(&self, seen: &Seen) -> bool {
+        seen.standstill >= self.rest
+    }
+
+    /// The fault that arming would run into at once.
+    pub fn forbids_arming(&self, state: &MonitorState, seen: &Seen, supply: u16) -> Option<Fault> {
+        if self.position.check(seen.position) {
+            return Some(Fault::PositionLimit);
+        }
+        if self.thermal.is_hot(&state.thermal) {
+            return Some(Fault::Overheat);
+        }
+        self.supply.is_out(supply)
+    }
+
+    /// Whether a position (counts since power-on) is out of the range.
+    pub const fn is_out_of_range(&self, position: i32) -> bool {
+        self.position.check(position)
+    }
+
+    /// The state that arming begins with.
+    pub fn armed(&self, before: &MonitorState, by_link: bool) -> MonitorState {
+        MonitorState { thermal: before.thermal, link: LinkState::watch(by_link), ..MonitorState::default() }
+    }
+
+    /// The state after other parameters were taken: the winding stays warm, whatever the code of a volt.
+    pub fn taken_over(&self, before: &MonitorState, monitors: &Self) -> MonitorState {
+        let thermal = before.thermal.scaled(monitors.units.code / self.units.code);
+        MonitorState { thermal, ..MonitorState::default() }
+    }
+
+    /// A tick without output.
+    pub fn idle(&self, state: &mut MonitorState) {
+        self.thermal.check(&mut state.thermal, 0);
+        state.code = 0;
+        state.warning = false;
+    }
+
+    /// One tick with output: `tick` has the code that is about to be applied.
+    #[inline]
+    pub fn check(&self, state: &mut MonitorState, seen: &Seen, tick: &Tick, supply: u16) -> Option<Trip> {
+        let before = core::mem::replace(&mut state.code, tick.code);
+        let deg = |counts: i32| counts as f32 * self.units.count;
+        let trip = |fault, value| Some(Trip { fault, value });
+        if self.jump.check(seen.travel) {
+            return trip(Fault::EncoderJump, deg(seen.travel));
+        }
+        if self.overspeed.check(tick.velocity) {
+            return trip(Fault::Overspeed, tick.velocity);
+        }
+        if let Some(travel) = self.reversal.check(&mut state.reversal, before, seen.travel) {
+            return trip(Fault::EncoderReversed, deg(travel));
+        }
+        let setpoint = tick.setpoint.position.counts;
+        if let Some(error) = self.following.check(&mut state.following, setpoint, tick.counts) {
+            return trip(Fault::FollowingError, deg(error));
+        }
+        if self.stall.check(&mut state.stall, tick.code, seen.standstill) {
+            return trip(Fault::Stall, f32::from(tick.code) * self.units.code);
+        }
+        if self.position.check(seen.position) {
+            return trip(Fault::PositionLimit, deg(seen.position));
+        }
+        if let Some(fault) = self.supply.check(&mut state.supply, supply) {
+            return trip(fault, f32::from(supply) * self.units.supply);
+        }
+        if self.thermal.check(&mut state.thermal, tick.code) {
+            return trip(Fault::Overheat, state.thermal.effort() * self.units.code);
+        }
+        if let Some(ticks) = self.link.check(&mut state.link) {
+            return trip(Fault::LinkTimeout, ticks as f32 * self.units.tick);
+        }
+        state.warning = self.wind_up.check(&mut state.wound_up, tick.v_c, seen.standstill);
+        None
+    }
+}
+
+impl MonitorState {
+    /// The link gave a sign of life.
+    pub const fn heard(&mut self) {
+        self.link.heard();
+    }
+
+    /// The compensator holds effort at standstill.
+    pub const fn warning(&self) -> bool {
+        self.warning
+    }
+
+    /// An effort that would heat the motor as much as it is, V.
+    pub fn effort(&self, monitors: &Monitors) -> f32 {
+        self.thermal.effort() * monitors.units.code
+    }
+}

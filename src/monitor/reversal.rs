@@ -1,0 +1,66 @@
+//! Encoder or motor wired the wrong way around: the first move after arming goes against the effort.
+//!
+//! A joint that was at rest (arming requires it) goes where it is pushed. While the effort has one sign and is at
+//! least half of the stall threshold (the breakaway effort, by default), the travel with it is summed up. So many
+//! counts with the effort prove the wiring until the next arming; as many against it trip. A joint that is still
+//! coasting from an effort the other way does not count until it has stopped.
+//!
+//! Does badly: once proven, a connector that is turned while the joint moves is left to following error and
+//! overspeed. A load that pulls harder than the motor in the first move looks like a wrong wire.
+
+use super::limits::{Limits, Units};
+
+/// Travel against the effort and its limit.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Reversal {
+    code: i32,
+    counts: i32,
+}
+
+/// Where the first move has led so far.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub(super) struct ReversalState {
+    proven: bool,
+    /// Sign of the last effort beyond the threshold; zero: there was none yet.
+    sign: i8,
+    /// Direction in which the joint still moves because of the effort before that.
+    coasts: i32,
+    with: i32,
+}
+
+impl Reversal {
+    pub fn new(limits: &Limits, units: &Units) -> Self {
+        let saturated = |units: u32| i32::try_from(units).unwrap_or(i32::MAX);
+        Self {
+            code: saturated(Units::threshold(0.5 * limits.stall_effort, units.code)),
+            counts: saturated(Units::threshold(limits.reversal, units.count)),
+        }
+    }
+
+    /// Takes the travel of this tick and the code that was applied meanwhile; returns the travel against it if that is
+    /// too much.
+    #[inline]
+    pub fn check(&self, state: &mut ReversalState, code: i16, travel: i32) -> Option<i32> {
+        if state.proven {
+            return None;
+        }
+        let code = i32::from(code);
+        if code.abs() < self.code {
+            state.with = 0;
+            return None;
+        }
+        let sign = if code > 0 { 1 } else { -1 };
+        if state.sign != sign {
+            let coasts = if state.sign == 0 { 0 } else { travel.signum() };
+            *state = ReversalState { proven: false, sign, coasts, with: 0 };
+        }
+        if travel.signum() == state.coasts {
+            return None;
+        }
+        state.coasts = 0;
+        let travel = if code > 0 { travel } else { travel.saturating_neg() };
+        state.with = state.with.saturating_add(travel);
+        state.proven = state.with >= self.counts;
+        (state.with <= -self.counts && self.counts < i32::MAX).then_some(state.with)
+    }
+}

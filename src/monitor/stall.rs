@@ -1,0 +1,48 @@
+//! Effort beyond any friction, and the encoder does not count.
+//!
+//! Trips when the effort has had one sign and at least the size of the threshold, and the joint has stood still
+//! ([`super::Standstill`]), both for the stated time. PD rests with effort applied for ever, so the threshold lies
+//! above the breakaway effort: by default twice that. A blocked joint, a cut encoder wire (one or both), a motor that
+//! is not connected and a bridge that does not drive look alike from here.
+//!
+//! Does badly: a cut wire under less effort than the threshold looks like rest.
+
+use super::limits::{Limits, Units};
+
+/// Effort without motion against its limits.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Stall {
+    code: i32,
+    ticks: u32,
+}
+
+/// For how long the effort has been beyond the threshold, and its sign.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub(super) struct StallState {
+    positive: bool,
+    ticks: u32,
+}
+
+impl Stall {
+    pub fn new(limits: &Limits, units: &Units) -> Self {
+        let code = Units::threshold(limits.stall_effort, units.code);
+        Self {
+            code: i32::try_from(code).unwrap_or(i32::MAX),
+            ticks: Units::whole(limits.stall_time, units.tick),
+        }
+    }
+
+    #[inline]
+    pub fn check(&self, state: &mut StallState, code: i16, standstill: u32) -> bool {
+        let code = i32::from(code);
+        if code.abs() < self.code {
+            state.ticks = 0;
+            return false;
+        }
+        if state.positive != (code > 0) {
+            *state = StallState { positive: code > 0, ticks: 0 };
+        }
+        state.ticks = state.ticks.saturating_add(1);
+        state.ticks.min(standstill) >= self.ticks
+    }
+}

@@ -1,0 +1,118 @@
+//! What an encoder does when it is not well: edges dropped, doubled, noisy, swapped, wires cut and reversed.
+//!
+//! What can be seen stops with its code within a stated time and travel. Slow loss of counts cannot: without an index
+//! nothing tells a lost count from a joint that has moved less. How far that leads is measured instead.
+
+use host_sim::device::simulated::{SimulatedDevice, Wires};
+use stiction::Fault;
+use stiction::servo::{Arming, State};
+
+use crate::fixture::plans;
+
+fn along(trajectory: &str) -> SimulatedDevice {
+    let set = ["loop.controller=srnf", "reference.steps_deg=[]", trajectory];
+    let plan = &plans("trajectory", &set)[0];
+    let mut simulated = SimulatedDevice::new(plan).unwrap();
+    simulated.ticks(10);
+    simulated.device.servo().arm(Arming::Motion).unwrap();
+    simulated
+}
+
+/// xorshift64 (Marsaglia 2003).
+fn random(state: &mut u64) -> f64 {
+    *state ^= *state << 13;
+    *state ^= *state >> 7;
+    *state ^= *state << 17;
+    (*state >> 11) as f64 / (1u64 << 53) as f64
+}
+
+/// Runs the 26 s of the thesis's trajectory out to 50 deg and back; each edge is spoiled with a probability, one way.
+/// Returns the true position at the end (it should be zero), the edges that were lost or gained, and the state.
+fn spoiled(rate: f64, sign: i32, both_ways: bool) -> (f64, i64, State) {
+    let mut simulated = along("run.duration_s=26");
+    let (mut seed, mut spoiled) = (0x5713_C710_u64 | 1, 0);
+    let mut before = simulated.position_deg();
+    let mut state = State::Armed;
+    for _ in 0..1300 {
+        let position = simulated.position_deg();
+        let edges = ((position - before) / 0.00242).round();
+        before = position;
+        // A dropped edge is one that counts less the way the joint goes, a doubled one more.
+        let hit = (0..edges.abs() as u32).filter(|_| random(&mut seed) < rate).count() as i32;
+        if both_ways || edges > 0.0 {
+            simulated.jump(-sign * hit * edges.signum() as i32);
+            spoiled += i64::from(hit);
+        }
+        state = simulated.tick().state;
+        if state != State::Armed {
+            break;
+        }
+    }
+    (simulated.position_deg(), spoiled, state)
+}
+
+/// The joint is off by as much as was lost, and nobody knows. What is lost on the way out and on the way back cancels.
+#[test]
+fn slow_loss_of_counts_is_not_seen_and_shifts_the_joint_by_what_was_lost() {
+    println!("edges dropped one way | lost | true error at the end, deg");
+    for rate in [1e-4, 1e-3, 1e-2] {
+        let (position, lost, state) = spoiled(rate, 1, false);
+        println!("{rate:>8} | {lost:>5} | {position:>8.4}");
+        assert_eq!(state, State::Armed);
+        // Out 50 deg are 20 661 edges. Where counts were lost on the way out, the joint went too far by them and came back to a
+        // place as far beyond zero; SRNF itself rests within ten counts.
+        assert!(
+            (position - lost as f64 * 0.00242).abs() < 10.0 * 0.00242,
+            "{rate}: {position} deg, {lost} lost"
+        );
+        let expected = 20_661.0 * rate;
+        assert!((lost as f64 - expected).abs() < 5.0 * expected.sqrt() + 1.0, "{lost} of {expected}");
+    }
+    let (position, lost, state) = spoiled(1e-2, 1, true);
+    println!("    0.01, both ways | {lost:>5} | {position:>8.4}");
+    assert!(state == State::Armed && position.abs() < 60.0 * 0.00242, "{position}");
+}
+
+/// Every edge doubled or dropped is a wrong resolution: the set point is reached, as the encoder has it.
+#[test]
+fn doubled_edges_scale_the_motion_and_are_not_seen() {
+    let (_, doubled, state) = spoiled(0.5, -1, true);
+    assert!(doubled > 10_000, "{doubled}");
+    assert_eq!(state, State::Armed);
+}
+
+/// Noise that counts up: the loop works against a motion that is none, as long as it is slow; a burst is a jump.
+#[test]
+fn a_burst_of_noise_is_a_jump_in_its_tick() {
+    let mut simulated = along("run.duration_s=26");
+    simulated.ticks(100);
+    // The limit of SRNF: 2 * 40 deg/s * 20 ms + 4 counts = 665 counts, and the joint moves 41 a tick.
+    simulated.jump(600);
+    assert_eq!(simulated.tick().state, State::Armed);
+    simulated.jump(1400);
+    assert_eq!(simulated.tick().state, State::Faulted(Fault::EncoderJump));
+}
+
+/// On the way at 5 deg/s: the code, the time and the true travel until the bridge is off.
+#[test]
+fn wires_that_are_cut_or_swapped_on_the_way_stop_the_joint_in_a_bounded_time_and_travel() {
+    println!("wires | fault | time, s | travel, deg");
+    for (wires, faults, time_s, travel_deg) in [
+        (Wires::Cut, &[Fault::Stall][..], [0.2, 0.6], [1.0, 12.0]),
+        (Wires::OneCut, &[Fault::Stall], [0.2, 0.6], [1.0, 12.0]),
+        (Wires::Swapped, &[Fault::FollowingError, Fault::Overspeed], [0.1, 1.2], [1.0, 12.0]),
+    ] {
+        let mut simulated = along("run.duration_s=26");
+        simulated.ticks(200);
+        let from = simulated.position_deg();
+        simulated.wires = wires;
+        let (ticks, state) =
+            (1..200).map(|k| (k, simulated.tick().state)).find(|(_, s)| *s != State::Armed).unwrap();
+        let (time, travel) = (f64::from(ticks) * 0.02, (simulated.position_deg() - from).abs());
+        let State::Faulted(fault) = state else { panic!("{state:?}") };
+        println!("{wires:?} | {} | {time:.2} | {travel:.2}", fault.describe());
+        assert!(faults.contains(&fault), "{wires:?}: {fault:?}");
+        assert!((time_s[0]..time_s[1]).contains(&time), "{wires:?}: {time} s");
+        assert!((travel_deg[0]..travel_deg[1]).contains(&travel), "{wires:?}: {travel} deg");
+    }
+}

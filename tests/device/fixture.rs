@@ -1,0 +1,42 @@
+//! A machine of the thesis, as a device is told of it.
+
+use host_sim::device;
+use host_sim::experiment::{Document, Experiment, RunPlan};
+use host_sim::flash::{SECTOR, SimulatedFlash};
+use stiction::Parameters;
+use stiction::store::Store;
+
+/// The slots of a flash of two sectors.
+pub const SLOTS: [u32; 2] = [0, SECTOR];
+
+/// All runs of an experiment, with keys set.
+pub fn plans(name: &str, set: &[&str]) -> Vec<RunPlan> {
+    let mut document = Document::open(name).unwrap();
+    document.set(&set.iter().map(|text| (*text).to_owned()).collect::<Vec<_>>()).unwrap();
+    let fixed: Vec<String> =
+        set.iter().filter_map(|text| text.split_once('=')).map(|(key, _)| key.to_owned()).collect();
+    Experiment::plan(&document, &[], &fixed).unwrap().runs
+}
+
+/// The parameters of a run.
+pub fn parameters(plan: &RunPlan) -> Parameters {
+    device::parameters(plan).unwrap()
+}
+
+/// SRNF on the thesis's robot.
+pub fn srnf(set: &[&str]) -> Parameters {
+    let set = [&["loop.controller=srnf", "reference.steps_deg=[5.0]"], set].concat();
+    parameters(&plans("step-response", &set)[0])
+}
+
+/// An erased flash with its store.
+pub fn blank() -> Store<SimulatedFlash> {
+    Store::new(SimulatedFlash::new(2), SLOTS)
+}
+
+/// A store with parameters in it.
+pub fn stored(parameters: &Parameters) -> Store<SimulatedFlash> {
+    let mut store = blank();
+    store.save(parameters).unwrap();
+    store
+}

@@ -1,0 +1,274 @@
+//! The link: what is said is done once, and what is garbled costs at most itself.
+
+use std::time::Duration;
+
+use host_sim::device::client::Client;
+use host_sim::device::simulated::SimulatedDevice;
+use host_sim::device::wire::SimulatedWire;
+use stiction::link::{
+    Deframer, Law, Message, Numbered, PROTOCOL, Refused, Reply, Request, State, Term, encode,
+};
+use stiction::parameters::Motion;
+use stiction::position::Position;
+use stiction::servo::Boot;
+
+use crate::fixture::{blank, plans, srnf};
+
+fn simulated() -> SimulatedDevice {
+    let plan = &plans("step-response", &["loop.controller=srnf", "reference.steps_deg=[5.0]"])[0];
+    let mut simulated = SimulatedDevice::new(plan).unwrap();
+    simulated.ticks(10);
+    simulated
+}
+
+fn client() -> Client<SimulatedWire> {
+    Client::connect(SimulatedWire::new(simulated())).unwrap()
+}
+
+fn frame(number: u16, content: Request) -> Vec<u8> {
+    encode(&Numbered { number, content }).unwrap().to_vec()
+}
+
+fn hello(number: u16, session: u32) -> Vec<u8> {
+    frame(number, Request::Hello { protocol: PROTOCOL, session })
+}
+
+/// What a device answers to bytes.
+fn say(simulated: &mut SimulatedDevice, bytes: &[u8]) -> Vec<(u16, Reply)> {
+    simulated.device.receive(bytes);
+    let (mut deframer, mut buffer, mut replies) = (Deframer::default(), [0; 4096], vec![]);
+    let count = simulated.device.transmit(&mut buffer);
+    for &byte in &buffer[..count] {
+        if let Some(message) = deframer.push(byte)
+            && let Message::Reply(Numbered { number, content }) = postcard::from_bytes(message).unwrap()
+        {
+            replies.push((number, content));
+        }
+    }
+    assert_eq!(deframer.bad(), 0);
+    replies
+}
+
+fn refused(number: u16, why: Refused) -> Vec<(u16, Reply)> {
+    vec![(number, Reply::Refused(why))]
+}
+
+#[test]
+fn a_client_arms_moves_and_stops_a_joint() {
+    let mut client = client();
+    assert_eq!(client.status().unwrap().state, State::Stopped);
+    client.arm().unwrap();
+    client.step_to(5.0).unwrap();
+    let status = client.pass(Duration::from_secs(3)).unwrap();
+    assert_eq!((status.state, status.at_rest, status.unsaved), (State::Armed, true, false));
+    let error = client.wire().simulated.position_deg() - 5.0;
+    assert!(error.abs() < 0.01, "{error}");
+    client.stop().unwrap();
+    assert_eq!(client.status().unwrap().state, State::Stopped);
+    assert_eq!(client.faults().unwrap(), []);
+}
+
+#[test]
+fn a_hold_stops_the_joint_where_it_is() {
+    let mut client = client();
+    client.arm().unwrap();
+    client.step_to(10.0).unwrap();
+    client.pass(Duration::from_millis(600)).unwrap();
+    let at = client.wire().simulated.position_deg();
+    client.hold().unwrap();
+    client.pass(Duration::from_secs(3)).unwrap();
+    let after = client.wire().simulated.position_deg();
+    // It was on its way, and a joint that is stopped from 20 deg/s overshoots by less than 0.46 (20 / 5.2) = 1.8 deg;
+    // then it comes back.
+    assert!(at > 2.0 && at < 9.0, "{at}");
+    // Where it was at the last tick, that is, up to 20 ms at 25 deg/s before.
+    assert!((after - at).abs() < 0.5, "{at} {after}");
+    assert_eq!(client.status().unwrap().state, State::Armed);
+}
+
+#[test]
+fn without_a_hello_only_stop_is_obeyed() {
+    let mut simulated = simulated();
+    assert_eq!(say(&mut simulated, &frame(1, Request::Arm)), refused(1, Refused::SayHello));
+    assert_eq!(say(&mut simulated, &frame(2, Request::Stop)), [(2, Reply::Done)]);
+    let other = frame(3, Request::Hello { protocol: PROTOCOL + 1, session: 1 });
+    let [(3, Reply::Hello(identity))] = &say(&mut simulated, &other)[..] else { panic!() };
+    assert_eq!(identity.protocol, PROTOCOL);
+    assert_eq!(say(&mut simulated, &frame(4, Request::Arm)), refused(4, Refused::SayHello));
+}
+
+#[test]
+fn a_request_that_comes_twice_is_done_once() {
+    let mut simulated = simulated();
+    say(&mut simulated, &hello(1, 7));
+    let arm = frame(2, Request::Arm);
+    assert_eq!(say(&mut simulated, &arm), [(2, Reply::Done)]);
+    simulated.device.servo().stop();
+    // The same answer, but it is not armed again.
+    assert_eq!(say(&mut simulated, &arm), [(2, Reply::Done)]);
+    assert!(!simulated.tick().enable);
+    // Nor does the hello, come twice, begin a new session in which old requests would count again.
+    say(&mut simulated, &frame(3, Request::Status));
+    say(&mut simulated, &hello(1, 7));
+    assert_eq!(say(&mut simulated, &arm), refused(2, Refused::OutOfOrder));
+}
+
+#[test]
+fn a_stop_is_obeyed_however_late_and_an_arm_that_it_overtook_is_not() {
+    let mut simulated = simulated();
+    say(&mut simulated, &hello(1, 7));
+    say(&mut simulated, &frame(9, Request::Arm));
+    assert!(simulated.tick().enable);
+    assert_eq!(say(&mut simulated, &frame(2, Request::Stop)), [(2, Reply::Done)]);
+    assert!(!simulated.tick().enable);
+    assert_eq!(say(&mut simulated, &frame(11, Request::Stop)), [(11, Reply::Done)]);
+    assert_eq!(say(&mut simulated, &frame(10, Request::Arm)), refused(10, Refused::OutOfOrder));
+    assert!(!simulated.tick().enable);
+}
+
+#[test]
+fn garbage_costs_at_most_the_frame_that_it_touches() {
+    let status = |number| frame(number, Request::Status);
+    let numbers = |simulated: &mut SimulatedDevice, bytes: &[u8]| {
+        let replies = say(simulated, bytes);
+        replies.into_iter().map(|(number, _)| number).collect::<Vec<_>>()
+    };
+    let mut simulated = simulated();
+    say(&mut simulated, &hello(1, 7));
+    let mut number = 1;
+    // Every bit of a frame changed, every cut, and a frame of garbage that has no end: the next frame is whole.
+    let length = status(2).len();
+    for bit in 0..8 * length {
+        let (mut broken, sound) = (status(number + 1), status(number + 2));
+        let at = bit / 8;
+        if at >= broken.len() {
+            continue;
+        }
+        broken[at] ^= 1 << (bit % 8);
+        number += 2;
+        let heard = numbers(&mut simulated, &[broken, vec![0], sound].concat());
+        assert_eq!(heard, [number], "bit {bit}");
+    }
+    for cut in 0..length - 1 {
+        let heard =
+            numbers(&mut simulated, &[&status(number + 1)[..cut], &[0], &status(number + 2)].concat());
+        number += 2;
+        assert_eq!(heard, [number], "cut {cut}");
+    }
+    let heard = numbers(&mut simulated, &[vec![0x55; 10_000], vec![0], status(number + 1)].concat());
+    assert_eq!(heard, [number + 1]);
+    // Whole, but nothing that is known.
+    let strange = encode(&(number + 2, 200u8)).unwrap();
+    assert_eq!(say(&mut simulated, &strange), refused(number + 2, Refused::Unknown));
+}
+
+#[test]
+fn parameters_come_over_the_link_as_a_whole_or_not_at_all() {
+    let plan = &plans("step-response", &["loop.controller=srnf", "reference.steps_deg=[5.0]"])[0];
+    let simulated = SimulatedDevice::with(plan, blank(), Boot::default()).unwrap();
+    let mut client = Client::connect(SimulatedWire::new(simulated)).unwrap();
+    // Without any: the fault is shown, and arming refused.
+    let message = client.arm().unwrap_err().to_string();
+    assert!(message.contains("no parameters") && message.contains("docs/faults.md"), "{message}");
+    assert!(client.clear().is_err());
+
+    let good = srnf(&[]);
+    client.set_parameters(&good).unwrap();
+    let status = client.pass(Duration::from_millis(200)).unwrap();
+    assert_eq!((status.state, status.unsaved), (State::Stopped, true));
+    assert_eq!(client.parameters().unwrap(), good);
+
+    // One bad value: refused with its key, and everything is as it was.
+    let mut bad = srnf(&["controller.srnf.kp_v_per_deg=2"]);
+    bad.limits.thermal_time = -1.0;
+    let message = client.set_parameters(&bad).unwrap_err().to_string();
+    assert!(message.contains("`thermal_s` is -1; allowed is a number from 0.1 to 100"), "{message}");
+    assert_eq!(client.parameters().unwrap(), good);
+
+    // While armed nothing is taken or saved.
+    client.arm().unwrap();
+    assert!(client.set_parameters(&good).unwrap_err().to_string().contains("`stop` first"));
+    assert!(client.save().unwrap_err().to_string().contains("`stop` first"));
+    client.stop().unwrap();
+    client.save().unwrap();
+    assert!(!client.status().unwrap().unsaved);
+}
+
+#[test]
+fn parameters_last_until_the_reset_unless_they_are_saved() {
+    let plan = &plans("step-response", &["loop.controller=srnf", "reference.steps_deg=[5.0]"])[0];
+    let (first, second) = (srnf(&[]), srnf(&["controller.srnf.v_ms_v=0.3"]));
+    for save in [false, true] {
+        let mut store = blank();
+        store.save(&first).unwrap();
+        let simulated = SimulatedDevice::with(plan, store, Boot::default()).unwrap();
+        let mut client = Client::connect(SimulatedWire::new(simulated)).unwrap();
+        client.set_parameters(&second).unwrap();
+        if save {
+            client.save().unwrap();
+        }
+        assert_eq!(client.parameters().unwrap(), second);
+        let store = client.end().simulated.device.end();
+        let simulated = SimulatedDevice::with(plan, store, Boot::default()).unwrap();
+        let found = simulated.device.parameters().unwrap();
+        assert_eq!(found, if save { &second } else { &first });
+    }
+}
+
+#[test]
+fn a_law_is_read_and_changed_while_stopped() {
+    let mut client = client();
+    let law = client.law().unwrap();
+    assert_eq!(law.pd.kp, 1.0);
+    let plain = Law { pd: law.pd, ..Law::default() };
+    client.set_law(plain.clone()).unwrap();
+    assert_eq!(client.law().unwrap(), plain);
+    assert!(client.parameters().unwrap().controller.compensator.is_empty());
+    let mut bad = law;
+    bad.pd.kp = f32::NAN;
+    assert!(client.set_law(bad).unwrap_err().to_string().contains("`kp_v_per_deg` is NaN"));
+    assert_eq!(client.law().unwrap(), plain);
+}
+
+#[test]
+fn samples_are_numbered_and_have_the_terms_that_were_asked_for() {
+    let mut client = client();
+    client.arm().unwrap();
+    client.subscribe(Term::Counts.bit() | Term::Code.bit() | Term::Flags.bit(), 5).unwrap();
+    client.step_to(5.0).unwrap();
+    client.pass(Duration::from_secs(1)).unwrap();
+    let samples: Vec<_> = std::iter::from_fn(|| client.sample(Duration::ZERO).unwrap()).collect();
+    // One of five ticks of 20 ms.
+    assert!((9..=11).contains(&samples.len()), "{}", samples.len());
+    assert_eq!(client.lost(), 0);
+    for pair in samples.windows(2) {
+        assert_eq!((pair[1].number, pair[1].clock), (pair[0].number + 1, pair[0].clock + 5));
+    }
+    let counts = |i: usize| samples[i].value(Term::Counts).map(i32::from_le_bytes).unwrap();
+    assert!(counts(samples.len() - 1) > counts(0) + 1000);
+    assert_eq!(samples[2].value(Term::Error), None);
+    let flags = samples[2].value(Term::Flags).map(u32::from_le_bytes).unwrap();
+    assert_eq!(flags & 0xFF, 2);
+}
+
+#[test]
+fn samples_that_nobody_takes_are_dropped_and_counted_and_answers_are_not() {
+    let mut simulated = simulated();
+    say(&mut simulated, &hello(1, 7));
+    say(&mut simulated, &frame(2, Request::Subscribe { terms: 0x0FFF, every: 1 }));
+    simulated.ticks(1000);
+    let [(3, Reply::Status(status))] = &say(&mut simulated, &frame(3, Request::Status))[..] else { panic!() };
+    assert!(status.dropped > 900 && status.dropped < 1000, "{}", status.dropped);
+}
+
+#[test]
+fn a_move_says_where_and_not_how_far() {
+    let mut client = client();
+    client.arm().unwrap();
+    for _ in 0..3 {
+        client.move_along(Motion::Step(Position::from_counts(1000))).unwrap();
+        client.pass(Duration::from_secs(2)).unwrap();
+    }
+    let position = client.status().unwrap().position;
+    assert!((position - 1000).abs() < 5, "{position}");
+}

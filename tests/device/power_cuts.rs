@@ -1,0 +1,100 @@
+//! The power goes at every word write and every erase of a save: the old or the new set is found whole.
+
+use host_sim::flash::{Cut, Remains, SECTOR, SimulatedFlash};
+use stiction::parameters::{DecodeError, ROOM};
+use stiction::store::{SaveError, Store};
+
+use crate::fixture::{SLOTS, blank, srnf, stored};
+
+/// What a cut may leave of a word or a sector: nothing, everything, and some patterns in between.
+fn remains() -> impl Iterator<Item = Remains> {
+    let some = (1..=6u64).map(|seed| Remains::Some(seed.wrapping_mul(0x9E37_79B9_7F4A_7C15)));
+    [Remains::Untouched, Remains::Finished].into_iter().chain(some)
+}
+
+/// Cuts a save at every operation; returns how many times, and how often the new set was found.
+fn cut_at_each(
+    before: &Store<SimulatedFlash>,
+    old: Option<&stiction::Parameters>,
+    new: &stiction::Parameters,
+) -> (u32, u32) {
+    let mut whole = before.clone();
+    whole.flash().revive();
+    whole.save(new).unwrap();
+    let operations = whole.flash().operations();
+    let (mut cuts, mut news) = (0, 0);
+    for (after, remains) in (0..operations).flat_map(|after| remains().map(move |remains| (after, remains))) {
+        let mut store = before.clone();
+        store.flash().cut(Cut { after, remains });
+        assert_eq!(store.save(new), Err(SaveError::Flash), "{after} {remains:?}");
+        store.flash().revive();
+        cuts += 1;
+        match store.load() {
+            Ok(found) if found == *new => news += 1,
+            Ok(found) => assert_eq!(Some(&found), old, "{after} {remains:?}"),
+            // Only where there was nothing to lose.
+            Err(_) => assert_eq!(old, None, "{after} {remains:?}"),
+        }
+        // Whatever was left there: it can be saved again.
+        store.save(new).unwrap();
+        assert_eq!(store.load().as_ref(), Ok(new));
+    }
+    (cuts, news)
+}
+
+#[test]
+fn a_cut_at_any_write_or_erase_leaves_the_old_or_the_new_set_whole() {
+    let sets = [1.0, 2.0, 3.0, 4.0].map(|kp| srnf(&[&format!("controller.srnf.kp_v_per_deg={kp}")]));
+    let mut store = stored(&sets[0]);
+    for [old, new] in [[0, 1], [1, 2], [2, 3]].map(|pair| pair.map(|i: usize| &sets[i])) {
+        let (cuts, news) = cut_at_each(&store, Some(old), new);
+        // An erase and the words of the record, eight remains each. The new set is found only if the last word was
+        // finished, or what is left of it happens to be the same.
+        let words = new.encode(0, &mut [0; ROOM]).unwrap().len().div_ceil(4) as u32;
+        assert_eq!(cuts, 8 * (1 + words));
+        assert!((1..=7).contains(&news), "{news} of {cuts}");
+        store.flash().revive();
+        store.save(new).unwrap();
+        println!("power cuts survived: {cuts}, of which {news} left the new set");
+    }
+}
+
+#[test]
+fn a_cut_of_the_first_save_leaves_nothing_or_the_new_set() {
+    let (cuts, news) = cut_at_each(&blank(), None, &srnf(&[]));
+    assert!((1..=7).contains(&news), "{news} of {cuts}");
+}
+
+#[test]
+fn slots_are_written_in_turn_and_the_same_set_is_not_written_again() {
+    let (first, second) = (srnf(&[]), srnf(&["controller.srnf.v_ms_v=0.3"]));
+    let mut store = blank();
+    assert_eq!(store.load(), Err(DecodeError::Blank));
+    store.save(&first).unwrap();
+    let writes = store.flash().operations();
+    store.save(&first).unwrap();
+    assert_eq!(store.flash().operations(), writes);
+    store.save(&second).unwrap();
+    assert_eq!(store.load(), Ok(second.clone()));
+    // Only the second slot lost: the first set is still there.
+    let mut lost = store.clone();
+    lost.flash().cut(Cut { after: 0, remains: Remains::Finished });
+    let _ = embedded_storage::nor_flash::NorFlash::erase(lost.flash(), SECTOR, 2 * SECTOR);
+    lost.flash().revive();
+    assert_eq!(lost.load(), Ok(first));
+}
+
+/// What `cargo xtask params` writes to a sector by a probe is what a store reads.
+#[test]
+fn a_record_that_a_probe_has_written_is_read_and_outlived() {
+    let (probed, new) = (srnf(&[]), srnf(&["controller.srnf.v_ms_v=0.3"]));
+    let mut room = [0xFF; ROOM];
+    let length = probed.encode(1, &mut room).unwrap().len();
+    let mut flash = SimulatedFlash::new(2);
+    let words = length.next_multiple_of(4);
+    embedded_storage::nor_flash::NorFlash::write(&mut flash, 0, &room[..words]).unwrap();
+    let mut store = Store::new(flash, SLOTS);
+    assert_eq!(store.load(), Ok(probed));
+    store.save(&new).unwrap();
+    assert_eq!(store.load(), Ok(new));
+}

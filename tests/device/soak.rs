@@ -1,0 +1,48 @@
+//! A simulated hour of moves with a client that asks for this and that.
+
+use std::time::Duration;
+
+use host_sim::device::client::Client;
+use host_sim::device::simulated::SimulatedDevice;
+use host_sim::device::wire::SimulatedWire;
+use stiction::link::{State, Term};
+
+use crate::fixture::plans;
+
+#[test]
+fn an_hour_of_moves_neither_drifts_nor_loses_a_sample_unreported() {
+    let plan = &plans("step-response", &["loop.controller=srnf", "reference.steps_deg=[5.0]"])[0];
+    let mut client = Client::connect(SimulatedWire::new(SimulatedDevice::new(plan).unwrap())).unwrap();
+    let terms = Term::Counts.bit() | Term::Flags.bit();
+    client.arm().unwrap();
+    client.subscribe(terms, 10).unwrap();
+    let (mut samples, mut moves, mut last, mut drift) = (0u64, 0u32, None, 0.0f64);
+    let begin = client.status().unwrap().clock;
+    while client.status().unwrap().clock - begin < 180_000 {
+        let target = f64::from((moves * 7919) % 11) - 5.0;
+        client.step_to(target).unwrap();
+        client.pass(Duration::from_secs(4)).unwrap();
+        moves += 1;
+        if moves.is_multiple_of(17) {
+            client.hold().unwrap();
+            client.law().unwrap();
+            client.faults().unwrap();
+        }
+        drift = drift.max((client.wire().simulated.position_deg() - target).abs());
+        while let Some(sample) = client.sample(Duration::ZERO).unwrap() {
+            samples += 1;
+            // Each one that is missing is one that is reported.
+            let expected: u32 = last.map_or(sample.number, |last: u32| last + 1);
+            assert_eq!(sample.number, expected);
+            last = Some(sample.number);
+        }
+    }
+    let status = client.status().unwrap();
+    assert_eq!((status.state, status.faults, status.bad_frames, status.dropped), (State::Armed, 0, 0, 0));
+    assert_eq!((client.lost(), u64::from(last.unwrap()) + 1), (0, samples));
+    // One sample of ten ticks, 50 Hz: 18 000 in the hour, and those of the last moves.
+    assert!((17_990..18_100).contains(&samples), "{samples}");
+    // As near after an hour as after a move: SRNF rests within ten counts.
+    assert!(drift < 10.0 * 0.00242 && moves > 800, "{drift} deg, {moves} moves");
+    println!("soak: {moves} moves in an hour, {samples} samples, worst rest error {drift:.4} deg");
+}
