@@ -107,7 +107,8 @@ pub struct Output {
     pub duty: Duty,
     /// The state after this tick.
     pub state: State,
-    /// Every term; its code and duty are those that are applied. All zero unless armed.
+    /// Every term; its code and duty are those that are applied. All zero unless armed, but for the tick that ends a
+    /// ramp or in which a fault trips.
     pub tick: Tick,
 }
 
