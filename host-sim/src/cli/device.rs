@@ -44,7 +44,7 @@ enum Action {
     /// Arm where the joint is, and hold it
     Arm {
         /// How long, s; then the output goes off
-        #[arg(long, value_name = "S", default_value_t = 5.0)]
+        #[arg(long, value_name = "S", default_value_t = 5.0, allow_hyphen_values = true)]
         r#for: f64,
     },
     /// Output off
@@ -55,7 +55,7 @@ enum Action {
         #[arg(allow_negative_numbers = true)]
         deg: f64,
         /// How long the loop stays closed, s; then the output goes off
-        #[arg(long, value_name = "S", default_value_t = 5.0)]
+        #[arg(long, value_name = "S", default_value_t = 5.0, allow_hyphen_values = true)]
         r#for: f64,
         /// Write a sample of every tick to this file
         #[arg(long, value_name = "FILE.csv")]
@@ -77,7 +77,7 @@ enum Action {
         /// Where to
         file: PathBuf,
         /// How long, s
-        #[arg(long, value_name = "S", default_value_t = 5.0)]
+        #[arg(long, value_name = "S", default_value_t = 5.0, allow_hyphen_values = true)]
         r#for: f64,
         /// Ticks from one sample to the next
         #[arg(long, value_name = "N", default_value_t = 1, value_parser = clap::value_parser!(u16).range(1..))]
