@@ -1,4 +1,6 @@
 //! What the two Runge-Kutta solvers of the thesis share: the classical step, and telling an observer of what was kept.
+// One index goes through several arrays of bodies at once.
+#![allow(clippy::needless_range_loop)]
 
 use super::dynamics::{Dynamics, Rates};
 use super::state::{BodyEvent, Finish, Observer, Sample, State};

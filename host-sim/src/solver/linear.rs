@@ -1,4 +1,6 @@
 //! Small symmetric systems, with some unknowns held at zero.
+// One index goes through several arrays of bodies at once.
+#![allow(clippy::needless_range_loop)]
 
 /// Solves `matrix x = rhs` for the unknowns that are not `held`, which are zero. `matrix` is symmetric and positive
 /// definite, so that elimination needs no pivoting.

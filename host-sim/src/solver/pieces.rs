@@ -5,6 +5,8 @@
 //! followed through its kinks by the error control alone, and its breaks and sticks are told at the ends of steps.
 //!
 //! Does badly: stiff models (a bristle of `k` on a mass `m` takes a step each `1/sqrt(k/m)` or so, whatever the tolerance).
+// One index goes through several arrays of bodies at once.
+#![allow(clippy::needless_range_loop)]
 
 use super::between::Between;
 use super::dormand_prince::{EVALUATIONS, growth, step};

@@ -10,6 +10,8 @@
 //! Guarantees: crossings in order, also several in one step; a time that is right to about the tolerance; an end within
 //! bounded work, if need be with a [`Trouble`]. Does badly: two crossings nearer to each other than a sixty-fourth of a
 //! step or so, which vanish together; stiff mechanisms, whose steps are as short as stability wants.
+// One index goes through several arrays of bodies at once.
+#![allow(clippy::needless_range_loop)]
 
 mod rest;
 mod slip;
@@ -71,7 +73,7 @@ where
         steps: 0,
         storm: Storm::new(duration_s),
     };
-    run.to_the_end()?;
+    run.follow()?;
     Ok(Finish {
         q: run.q,
         v: run.v,
@@ -112,7 +114,7 @@ where
     F: SetValued,
     O: Observer<N>,
 {
-    fn to_the_end(&mut self) -> Result<(), Trouble> {
+    fn follow(&mut self) -> Result<(), Trouble> {
         while self.t < self.duration_s {
             let corner = self.mechanism.next_corner(self.t);
             let end_s = corner.min(self.duration_s);
@@ -194,7 +196,13 @@ where
             }
         }
         let net = std::array::from_fn(|i| terms.force[i] - friction[i]);
-        let a = solve(&terms.mass, &net, &slip.map(|slip| slip == 0));
+        let a = solve(&terms.mass, &net, &next.map(|sign| sign == 0));
+        for i in 0..N {
+            if next[i] == 0 {
+                let inertia: f64 = terms.mass[i].iter().zip(&a).map(|(m, a)| m * a).sum();
+                friction[i] = terms.force[i] - inertia;
+            }
+        }
         self.observer.sample(&Sample {
             time_s: self.t,
             q: self.q,
