@@ -157,7 +157,7 @@ pub(super) const CLAIMS: &[Claim] = &[
     },
     Claim {
         source: "Section 2.2.2.2, Fig. 14",
-        says: "With eqs. 22-25 they switch between the maximum values of stick friction.",
+        says: "With eqs. 22-25 the stick frictions switch between their maximum values.",
         quantity: "changes of sign, of at least T_s either way, among the samples with both joints within D_v",
         measure: |e| changes_of_side(e, "arm/previous-step", "stick"),
         holds: Above(10.0),

@@ -2,6 +2,7 @@
 
 mod chapter2;
 mod panels;
+mod waves;
 
 use std::collections::BTreeMap;
 
