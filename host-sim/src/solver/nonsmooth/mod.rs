@@ -8,7 +8,7 @@
 //!
 //! For set-valued friction ([`run`]) and given f that is a convex problem whose minimiser is at rest in exactly v = 0;
 //! for friction with an internal state or a smoothed sign ([`run_implicit`]) an equation that is monotone in v+. f is
-//! brought to the end of the step by repetition; each pass is one evaluation, and three or four do.
+//! brought to the end of the step by repetition; each pass is one evaluation, and a few do.
 //!
 //! Guarantees: no step is too long for a friction's stiffness, and none is spent on events, however many there are.
 //! Errors fall like h, also across events; those are reported at the end of the step that they are in.
