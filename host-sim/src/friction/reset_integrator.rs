@@ -15,9 +15,8 @@
 //! at which the body comes to rest. From there it swings about the force that holds the body, with damping ratio
 //! 0.354.
 //!
-//! Does badly: the friction at rest exceeds F_s by `beta V` at break-away, little under slow ramps and much under
-//! blows (the thesis says so); and the spring is so stiff that a step longer than about `2 beta / (K_r (1 + a))` is
-//! unstable.
+//! Does badly: the friction at rest exceeds F_s by `beta V` at break-away, little under slow ramps and much under blows
+//! (the thesis says so); and the spring is stiff: steps must be well below `sqrt(m / (K_r (1 + a)))`.
 
 use super::{Coulomb, SingleValued};
 

@@ -1,20 +1,21 @@
-//! Time stepping without located events (`nonsmooth`): backward Euler, with the friction of all bodies at the end of
-//! the step found together with their velocities there.
+//! Time stepping without located events (`nonsmooth`): backward Euler, with the friction of all bodies at the end of the
+//! step found together with their velocities there.
 //!
 //! ```text
 //! q+ = q + h v+
 //! M(q+) (v+ - v) = h (f(t + h, q+, v+) - F+),    F+ in the friction law at v+
 //! ```
 //!
-//! For set-valued friction ([`run`]) and given f that is a convex problem ([`convex`]) whose minimiser is at rest in
-//! exactly v = 0; for friction with an internal state or a smoothed sign ([`run_implicit`]) an equation that is
-//! monotone in v+ ([`monotone`]). f is brought to the end of the step by repetition; each pass is one evaluation, and
-//! three or four do.
+//! For set-valued friction ([`run`]) and given f that is a convex problem whose minimiser is at rest in exactly v = 0;
+//! for friction with an internal state or a smoothed sign ([`run_implicit`]) an equation that is monotone in v+. f is
+//! brought to the end of the step by repetition; each pass is one evaluation, and a few do.
 //!
-//! Guarantees: no step is too long for the friction, however stiff, and none is spent on events, however many there
-//! are. Errors fall like h, also across events; those are reported at the end of the step that they are in. Does
-//! badly: accuracy, against the exact solver; and the mechanism's own springs, whose period must be longer than about
-//! six steps.
+//! Guarantees: no step is too long for a friction's stiffness, and none is spent on events, however many there are.
+//! Errors fall like h, also across events; those are reported at the end of the step that they are in.
+//!
+//! Does badly: accuracy, against the exact solver; the mechanism's own springs, whose period must be longer than about
+//! six steps; what is taken at the begin of the step. That is the speed in the level of friction, so that h must be
+//! well below `m v_s / (F_s - F_d)`, and for set-valued friction below `m / sigma2` as well.
 
 mod convex;
 mod implicit;
