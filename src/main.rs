@@ -81,8 +81,10 @@ mod app {
 
         let fault = told.and_then(|record| record.fault()).or(cause.fault(was_armed));
         let absent = (!board.crystal).then_some(Fault::ClockAbsent);
-        let latched = told.and_then(|record| record.as_latched());
-        let latched = latched.or(fault.or(absent).map(Latched::from));
+        let before = told.and_then(|record| record.as_latched()).or(fault.map(Latched::from));
+        // An absent crystal must not hide behind an old fault that a command may clear.
+        let lasting = before.filter(|latched| !latched.fault.is_clearable());
+        let latched = lasting.or(absent.map(Latched::from)).or(before);
         let servo = Servo::new(settings.parameters(), Boot { fault: latched });
         let report = Report::new(&settings);
         report.banner(&board, cause, told.as_ref(), fault, &settings);
@@ -115,8 +117,8 @@ mod app {
 
     /// One tick of the loop.
     ///
-    /// At most 900 instructions from entry to exit, so a hundredth of the shortest sample time would do. If it
-    /// begins late or takes more than half the sample time, the output is turned off for good.
+    /// Its budget is 900 instructions from entry to exit (docs/cost.md): a twentieth of the shortest sample time, if each
+    /// took one cycle. If it begins late or takes more than half the sample time, the output is turned off for good.
     #[task(
         binds = TIM3,
         priority = 3,
@@ -152,7 +154,6 @@ mod app {
         let _ = local.ticks.enqueue(output);
         // Still busy with the last tick: it takes this one, too.
         let _ = feed::spawn();
-        let _ = report::spawn();
         if !local.deadline.leave(local.stopwatch.now()) {
             local.servo.fault(Fault::Overrun);
         }
@@ -171,8 +172,8 @@ mod app {
     ///
     /// It has the control task's priority, so that neither interrupts the other. Above it, this task could run between
     /// the control task's decision to turn the outputs on and the writing of it, and a break input that is active only
-    /// for an instant would leave them on for a whole tick. So it waits for the end of a control task, 900
-    /// instructions at most; of two that wait, it is the first (its interrupt has the lower number).
+    /// for an instant would leave them on for a whole tick. So it waits for the end of a control task, whose
+    /// budget is 900 instructions; of two that wait, it is the first (its interrupt has the lower number).
     #[task(binds = TIM1_BRK_TIM9, priority = 3)]
     fn outputs_broken(_: outputs_broken::Context) {
         bridge::off_now();
@@ -184,10 +185,12 @@ mod app {
         TRIPPED.store(true, Ordering::Relaxed);
     }
 
-    /// Runs only after a control tick, and only if nothing above hogs the processor.
+    /// Runs only after a control tick, and only if nothing above hogs the processor. It wakes the log, which the control
+    /// task has no time for.
     #[task(priority = 2, local = [watchdog])]
     async fn feed(cx: feed::Context) {
         cx.local.watchdog.feed();
+        let _ = report::spawn();
     }
 
     /// Log and trace.

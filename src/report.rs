@@ -55,7 +55,11 @@ impl Report {
         }
         if let Some(latched) = told.and_then(Record::as_latched).filter(|latched| latched.tick > 0) {
             let (value, unit) = (latched.value, latched.fault.unit());
-            info!("it was at tick {=u32}, by {=f32} {=str}", latched.tick, value, unit);
+            if unit.is_empty() {
+                info!("it was at tick {=u32}", latched.tick);
+            } else {
+                info!("it was at tick {=u32}, by {=f32} {=str}", latched.tick, value, unit);
+            }
         }
         match settings.parameters() {
             Ok(parameters) => {

@@ -94,7 +94,7 @@ pub enum Arming {
 pub struct Input {
     /// The encoder's counter.
     pub counter: u32,
-    /// The converter's reading of the supply; not looked at unless the output is scaled by it.
+    /// The converter's reading of the supply: for its monitor, and for an output that is scaled by it.
     pub supply: u16,
 }
 

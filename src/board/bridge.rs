@@ -1,7 +1,8 @@
 //! The bridge on TIM1: PA8 and its complement PB13, enable PB0, direction PB1, break input PB12.
 //!
 //! Centre-aligned: the counter runs up to the top and down again, so that a change of duty moves both edges and
-//! current is best sampled at the ends. The compare value is taken over at the end of a period. Off means three
+//! current is best sampled at the ends. The compare value is taken over where the counter turns, at either end; the
+//! direction pin changes at once, so that on a reversal the old magnitude has the new sign for half a period. Off means three
 //! things at once: both outputs at their inactive level (`OSSI`), the enable pin low, and a neutral duty in
 //! waiting. The break input is active low with a pull-up, which is what the open-drain fault output of a bridge driver
 //! wants; it turns the outputs off in hardware, without a clock, and they stay off. A wire that is cut goes unnoticed.

@@ -13,17 +13,22 @@ use super::record::{Record, keep, set_armed};
 
 /// Ends this run of the program.
 pub fn stop(record: Record) -> ! {
-    off_now();
-    cortex_m::interrupt::disable();
+    off_for_good();
     keep(record);
     set_armed(false);
     compiler_fence(Ordering::SeqCst);
     SCB::sys_reset()
 }
 
+/// The bridge off, and no task that could turn it on again.
+fn off_for_good() {
+    cortex_m::interrupt::disable();
+    off_now();
+}
+
 #[panic_handler]
 fn panic(info: &PanicInfo) -> ! {
-    off_now();
+    off_for_good();
     let mut record = Record::of(Fault::Panic);
     if let Some(location) = info.location() {
         record = record.with_text(location.file()).at(location.line(), 0);
@@ -33,7 +38,7 @@ fn panic(info: &PanicInfo) -> ! {
 
 #[exception]
 unsafe fn HardFault(frame: &ExceptionFrame) -> ! {
-    off_now();
+    off_for_good();
     // SAFETY: reads a status register.
     let status = unsafe { (*SCB::PTR).cfsr.read() };
     stop(Record::of(Fault::HardFault).at(frame.pc(), status))
@@ -42,7 +47,7 @@ unsafe fn HardFault(frame: &ExceptionFrame) -> ! {
 /// An exception or interrupt that nothing here enables. Told in place of a line: its number in the vector table.
 #[exception]
 unsafe fn DefaultHandler(interrupt: i16) -> ! {
-    off_now();
+    off_for_good();
     let number = (interrupt + 16) as u32;
     stop(Record::of(Fault::Panic).with_text("an exception without a handler").at(number, 0))
 }
@@ -50,6 +55,7 @@ unsafe fn DefaultHandler(interrupt: i16) -> ! {
 /// The clock security system: the crystal has stopped.
 #[exception]
 unsafe fn NonMaskableInt() {
+    off_for_good();
     // SAFETY: acknowledges the only source of this exception.
     unsafe { (*pac::RCC::ptr()).cir().modify(|_, w| w.cssc().set_bit()) };
     stop(Record::of(Fault::ClockLost))

@@ -11,7 +11,7 @@
 //! ```
 //!
 //! The new timeout is taken over by the first feed. Until then it counts the reset value, 4096 * 4 clocks: 349 to
-//! 964 ms for the start, which takes 50 ms at most. It keeps running while a debugger halts the core: a breakpoint
+//! 964 ms for the start, which takes some 55 ms at most. It keeps running while a debugger halts the core: a breakpoint
 //! must not leave the motor at its last duty.
 
 use stm32f4xx_hal::pac;

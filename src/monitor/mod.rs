@@ -1,11 +1,11 @@
 //! Monitors: what turns the bridge off, in the tick in which it is seen.
 //!
 //! Each is one module: what it looks at, how soon, and what it does badly. [`Limits`] are their thresholds in a user's
-//! units; [`Monitors`] is made of them once, in counts, codes and ticks, so that a tick compares integers. What
+//! units; the monitors are made of them once, in counts, codes and ticks, so that a tick compares integers. What
 //! is seen first in this order is told: a jump of the encoder is a following error, too.
 //!
 //! Faults that are not seen in a tick (clock, watchdog, panic, overrun, break input) come from the board, and
-//! [`Fault::NonFinite`](crate::Fault::NonFinite) from the controller.
+//! [`Fault::NonFinite`] from the controller.
 
 mod encoder_jump;
 mod following_error;

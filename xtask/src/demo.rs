@@ -54,7 +54,7 @@ fn in_the_image(simulator: Simulator, image: &Path) -> Result<(), String> {
         run
     };
     Job::new(
-        "The firmware boots on an emulated STM32F405 and moves the simulated joint by 5 degrees; its log:",
+        "The firmware boots on an emulated microcontroller and moves the simulated joint by 5 degrees; its log:",
     )
     .run(run().args(ONE_MOVE).arg("--log"))?;
     Job::new("The thesis's controllers in that image, bit for bit what the core does on this machine")

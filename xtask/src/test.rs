@@ -27,6 +27,9 @@ pub fn test() -> Result<(), String> {
     ]))?;
     gates::pass()?;
     cost::measure(&cost::Arguments::default())?;
-    Job::new("Documentation")
-        .run(cargo(&["doc", "--workspace", "--no-deps", "--quiet"]).env("RUSTDOCFLAGS", "--deny warnings"))
+    Job::new("Documentation").run(
+        cargo(&["doc", "--workspace", "--no-deps", "--quiet"])
+            .args(EMULATOR)
+            .env("RUSTDOCFLAGS", "--deny warnings"),
+    )
 }

@@ -12,11 +12,12 @@ use crate::experiment::RunPlan;
 const WAIT_TICKS: f32 = 3.0;
 
 /// What the device is told so that it does what the host does: to begin by itself, at once with its full scale, and
-/// to leave the duty alone. The rest is as a board would be told.
+/// to leave the duty alone. The rest is as a board would be told, but for the monitors' thresholds: the simulator goes
+/// on whatever happens to the joint, and so shall the image, unless it is `watched`.
 ///
 /// # Errors
 /// Names a value that is not allowed, or that the device would refuse.
-pub fn parameters(plan: &RunPlan) -> Result<Parameters, Error> {
+pub fn parameters(plan: &RunPlan, watched: bool) -> Result<Parameters, Error> {
     let mut parameters = device::assembled(plan)?;
     // The device calls the place zero in which it is armed. The host's joint rests there too, but its disc may already
     // be a count further.
@@ -36,18 +37,31 @@ pub fn parameters(plan: &RunPlan) -> Result<Parameters, Error> {
         nominal_supply: 0.0,
         ..parameters.device
     };
-    // The simulator goes on whatever happens to the joint, and so shall the image.
-    parameters.limits = Limits::OFF;
+    if !watched {
+        parameters.limits = Limits::OFF;
+    }
     device::validate(&parameters, plan)?;
     Ok(parameters)
 }
 
-/// The same as the bytes of the sector.
+/// The same as the bytes of the sector, not watched.
 ///
 /// # Errors
 /// As [`parameters`].
 pub fn blob(plan: &RunPlan) -> Result<Vec<u8>, Error> {
+    record(plan, false)
+}
+
+/// The same, watched by every monitor.
+///
+/// # Errors
+/// As [`parameters`].
+pub fn watched_blob(plan: &RunPlan) -> Result<Vec<u8>, Error> {
+    record(plan, true)
+}
+
+fn record(plan: &RunPlan, watched: bool) -> Result<Vec<u8>, Error> {
     let mut room = [0; ROOM];
-    let record = parameters(plan)?.encode(1, &mut room).map(<[u8]>::to_vec);
+    let record = parameters(plan, watched)?.encode(1, &mut room).map(<[u8]>::to_vec);
     record.ok_or_else(|| Error::Input(format!("{}: the parameters do not fit {ROOM} bytes", plan.origin)))
 }

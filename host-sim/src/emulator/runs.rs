@@ -145,10 +145,12 @@ impl Emulation {
         S: AxisSolver + Clone + Send + std::fmt::Debug + 'static,
     {
         let begin = Instant::now();
+        // What a tick costs is counted with every monitor at work.
+        let blob = if self.points.is_some() { parameters::watched_blob } else { parameters::blob };
         let setup = Setup {
             label: plan.label.clone(),
             image: self.image.clone(),
-            parameters: parameters::blob(plan)?,
+            parameters: blob(plan)?,
             fitted: Fitted::default(),
             free_running: self.free_running,
             listener: self.listener.clone(),
