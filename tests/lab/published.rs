@@ -1,5 +1,6 @@
 //! Closed forms, and numbers of an independent simulation (thesis Tables 1-2, 7-8, 10-11).
 
+use host_sim::mechanism::{Pull, SpringMass};
 use host_sim::solver::EventKind::{self, Break, Reverse, Stick};
 
 use super::common::{
@@ -25,6 +26,32 @@ fn the_block_on_a_spring_climbs_the_closed_form_s_staircase() {
         assert!((stuck.q[0] / height - 1.0).abs() < 1e-7 && stuck.v[0] == 0.0, "{step}: {stuck:?}");
     }
     assert!(finish.v[0] > 0.0, "it ends in mid-slip");
+}
+
+/// Stuck until `(1 + d) sin(w t) = 1`, and for ever if `d` is negative, however little is missing.
+#[test]
+fn a_force_that_only_just_reaches_the_limit_breaks_the_block_loose_and_one_that_does_not_never_does() {
+    for frequency in [0.7, 3.0, 8.0, 20.0] {
+        for over in [-5e-5, -1e-6, 1e-6, 5e-5_f64] {
+            let speed = 0.0025 * (1.0 + over) * frequency;
+            let mechanism = SpringMass { pull: Pull::Cosine { speed, frequency }, ..SPRING_MASS };
+            let (events, _) = exact(&mechanism, &SPRING_MASS_LEVELS, 1e-8, 5.0);
+            match events.first() {
+                None => assert!(over < 0.0, "{frequency} rad/s, {over}: it does not break away"),
+                Some(first) => {
+                    let at_s = first.time_s;
+                    assert!(over > 0.0, "{frequency} rad/s, {over}: breaks away at {at_s} s");
+                    // At the limit the force is flat: an error of 1e-10 of it is one of this time.
+                    let expected_s = (1.0 / (1.0 + over)).asin() / frequency;
+                    let flat_s = 1e-9 / ((2.0 * over).sqrt() * frequency);
+                    assert!(
+                        (at_s - expected_s).abs() < flat_s,
+                        "{frequency}, {over}: {at_s} s, not {expected_s}"
+                    );
+                }
+            }
+        }
+    }
 }
 
 #[test]

@@ -49,7 +49,7 @@ impl ElasticCoulomb {
         let wanted = self.stiffness * (s + h * v_end) + self.damping * v_end;
         let limit = self.sliding.level(v.abs());
         let slope = if wanted.abs() < limit { self.stiffness * h + self.damping } else { 0.0 };
-        (wanted.clamp(-limit, limit), slope)
+        (wanted.max(-limit).min(limit), slope)
     }
 }
 
@@ -57,7 +57,7 @@ impl SingleValued<1> for ElasticCoulomb {
     #[inline]
     fn force(&self, _: u8, v: f64, [s]: &[f64; 1]) -> f64 {
         let (wanted, limit) = self.wanted(v, *s);
-        wanted.clamp(-limit, limit) + self.sliding.viscous * v
+        wanted.max(-limit).min(limit) + self.sliding.viscous * v
     }
 
     #[inline]

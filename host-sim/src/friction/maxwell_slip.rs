@@ -104,7 +104,7 @@ impl<const N: usize> Implicit<N> for MaxwellSlip<N> {
             } else if z[i] < -limit {
                 low = -nearer;
             }
-            (z[i] + h * v_end).clamp(low, high)
+            (z[i] + h * v_end).max(low).min(high)
         })
     }
 }

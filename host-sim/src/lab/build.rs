@@ -65,6 +65,11 @@ impl LabPlan {
         Ok(springs.chain(links).chain(waves).chain(drives).fold(f64::INFINITY, f64::min))
     }
 
+    /// A quarter of the wave's period, s; infinite without a wave.
+    pub(super) fn wave_quarter_s(&self) -> f64 {
+        self.setup.mechanism.push.as_ref().map_or(f64::INFINITY, |push| push.period_s / 4.0)
+    }
+
     fn masses<const N: usize>(&self) -> Result<[f64; N], Error> {
         let masses = Some(&self.setup.mechanism.mass_kg);
         self.each("mechanism.mass_kg", masses, "a number above 0", |_, m| m > 0.0)

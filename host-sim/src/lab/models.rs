@@ -122,7 +122,7 @@ impl LabPlan {
         self.set(&mut friction, "stiffness_n_per_m", &table.stiffness_n_per_m, ABOVE_ZERO, |f, k| {
             f.stiffness = k
         })?;
-        self.set(&mut friction, "damping_n_s_per_m", &table.damping_n_s_per_m, NOT_BELOW_ZERO, |f, b| {
+        self.set(&mut friction, "damping_n_s_per_m", &table.damping_n_s_per_m, ABOVE_ZERO, |f, b| {
             f.damping = b
         })?;
         self.set_sliding(&mut friction, |f| &mut f.sliding)?;

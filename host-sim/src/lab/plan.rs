@@ -10,6 +10,9 @@ use crate::solver::banded::Coupling;
 /// Steps of a fixed-step solver, and a guess at those of the exact one: minutes.
 const MAX_STEPS: f64 = 1e8;
 
+/// A shorter run would have samples that its time cannot tell apart.
+const SHORTEST_S: f64 = 1e-9;
+
 /// One run.
 #[derive(Clone, Debug)]
 pub struct LabPlan {
@@ -133,7 +136,9 @@ impl LabPlan {
     /// Refuses what would take for ever.
     fn affordable(&self) -> Result<(), Error> {
         let run = &self.setup.run;
-        self.above_zero("run.duration_s", run.duration_s)?;
+        self.check("run.duration_s", run.duration_s, run.duration_s >= SHORTEST_S, || {
+            format!("a number from {SHORTEST_S:e} up")
+        })?;
         self.above_zero("run.step_s", run.step_s)?;
         self.check("run.tolerance", run.tolerance, (1e-14..=1e-2).contains(&run.tolerance), || {
             "a number from 1e-14 to 0.01".into()
@@ -142,7 +147,13 @@ impl LabPlan {
             "a number from 1e-14 to 0.1".into()
         })?;
         let (step_s, what) = match run.solver {
-            SolverName::Rk4 | SolverName::Nonsmooth => (run.step_s, "steps of `run.step_s`"),
+            // A step ends at every corner of a wave, too.
+            SolverName::Rk4 | SolverName::Nonsmooth if run.step_s <= self.wave_quarter_s() => {
+                (run.step_s, "steps of `run.step_s`")
+            }
+            SolverName::Rk4 | SolverName::Nonsmooth => {
+                (self.wave_quarter_s(), "of a quarter of the wave's period")
+            }
             SolverName::Exact | SolverName::Rk4Adaptive => {
                 (self.time_scale_s()?, "of the mechanism's own time scale")
             }

@@ -10,9 +10,16 @@ use super::{BEYOND, Run, Trouble};
 use crate::friction::SetValued;
 use crate::mechanism::Mechanism;
 
-/// How far polynomial and force may differ, as a part of the largest friction at rest: it only has to see the crossing,
-/// which is then located on the force itself.
+/// How far polynomial and force may differ, as a part of the largest friction at rest, where the limit is far: it only
+/// has to see that.
 const AGREEMENT: f64 = 1e-4;
+
+/// From this part of the limit on, the polynomial decides whether a body breaks away at all, and has to be as good as
+/// the answer: a hundredth of the tolerance.
+const NEAR: f64 = 0.99;
+
+/// Points of a stretch at which a polynomial is looked at for [`NEAR`].
+const LOOKS: u32 = 16;
 
 impl<const N: usize, M, F, O> Run<'_, N, M, F, O>
 where
@@ -58,10 +65,15 @@ where
         let t = self.t;
         let nodes = [0.0, 0.25, 0.5, 0.75, 1.0].map(|part| self.force_at(t + part * stretch));
         let polynomials: [Quartic; N] = std::array::from_fn(|i| through(&nodes.map(|force| force[i])));
+        let looks = (0..=LOOKS).map(|k| f64::from(k) / f64::from(LOOKS));
+        let is_near = looks
+            .into_iter()
+            .any(|part| (0..N).any(|i| value(&polynomials[i], part).abs() > NEAR * self.friction[i].stick()));
+        let agreement = if is_near { (1e-2 * self.tolerance).max(1e-12) } else { AGREEMENT };
         let agrees = [0.1, 0.6].into_iter().all(|part| {
             let force = self.force_at(t + part * stretch);
             (0..N).all(|i| {
-                (value(&polynomials[i], part) - force[i]).abs() <= AGREEMENT * self.friction[i].stick()
+                (value(&polynomials[i], part) - force[i]).abs() <= agreement * self.friction[i].stick()
             })
         });
         agrees.then_some(polynomials)
