@@ -13,5 +13,6 @@ mod crashes;
 mod differences;
 mod free_running;
 mod mishaps;
+mod parameters;
 mod ramps;
 mod stuck;
