@@ -29,7 +29,7 @@ pub fn firmware() -> Arc<FirmwareImage> {
 }
 
 pub fn bench(parameters: Option<&[u8]>, fitted: Fitted, mishaps: &[(u64, Mishap)]) -> Observed {
-    observe(&firmware(), parameters, fitted, mishaps, UNTIL).unwrap()
+    observe(&firmware(), [parameters, None], fitted, mishaps, UNTIL).unwrap()
 }
 
 pub fn assert_off_after(observed: &Observed, at: u64, limit: u64) {

@@ -100,7 +100,8 @@ fn an_exception_without_a_handler_is_told() {
     let path = image();
     let supervisor_call = [0x00, 0xDF];
     let image = FirmwareImage::parse(&path, patched(|_| function("SPI1"), &supervisor_call)).unwrap();
-    let observed = observe(&Arc::new(image), Some(&parameters()), Fitted::default(), &[], 100 * MS).unwrap();
+    let records = [Some(&parameters()[..]), None];
+    let observed = observe(&Arc::new(image), records, Fitted::default(), &[], 100 * MS).unwrap();
     assert!(observed.says("panic in an exception without a handler, line 11"), "{:?}", observed.log);
     assert!(observed.resets.len() > 1 && observed.on_ns.is_empty(), "{observed:?}");
 }

@@ -39,3 +39,52 @@ fn the_latency_is_that_of_the_pwm() {
         assert!((1.0..latency.max_us).contains(&latency.mean_us), "{latency:?}");
     }
 }
+
+/// Compares every controller's metrics with those of lockstep. That the replay agrees needs no line here: a run in which
+/// it does not fails by itself. The PWM is a slow one, a twelfth of the product's, for more latency.
+fn assert_near_lockstep(name: &str, set: &[&str]) {
+    let mut plans = plans(name, &[], &[&["drive.pwm_hz=2000"], set].concat());
+    plans.retain(|plan| plan.variant.is_empty());
+    let lockstep = run_all(&plans).unwrap();
+    let mut emulation = emulation();
+    emulation.free_running = true;
+    for (lockstep, free) in lockstep.iter().zip(&emulation.run_all(&plans).unwrap()) {
+        let (plan, latency_s) = (&lockstep.plan, free.latency.unwrap().max_us * 1e-6);
+        // Half a period of the PWM, and the tick itself.
+        assert!(latency_s < 250e-6 + 10e-6, "{}: latency {latency_s} s", plan.label);
+        let Trace::Loop(moments) = &free.result.trace else { panic!("{} is a ramp", plan.label) };
+        let speed = moments.iter().map(|moment| moment.velocity_deg_per_s.abs()).fold(0.0, f64::max);
+        let (sample_s, count) = (plan.machine.sampling.sample_time_s, plan.machine.encoder.resolution_deg);
+        // An effort that comes so much later finds the joint so much further, and the encoder tells it to a count.
+        let late = speed * latency_s + count;
+        // A compensator that is switched by a threshold may be switched a whole sample later.
+        let smooth = matches!(plan.controller.as_deref(), Some("pd" | "feedforward" | "srnf"));
+        let beyond = if smooth { late } else { speed * sample_s + count };
+        let near = |what: &str, a: Option<f64>, b: Option<f64>, limit: f64| {
+            let near = match (a, b) {
+                (Some(a), Some(b)) => (a - b).abs() <= limit,
+                (a, b) => a == b,
+            };
+            assert!(near, "{}: {what} {a:?} and {b:?}, allowed {limit}", plan.label);
+        };
+        let (a, b) = (&lockstep.metrics, &free.result.metrics);
+        near("overshoot", a.overshoot_deg, b.overshoot_deg, beyond);
+        near("largest error", a.max_error_deg, b.max_error_deg, late);
+        near("cruise error", a.cruise_error_deg, b.cruise_error_deg, late);
+        if smooth {
+            // It is a multiple of the sample time.
+            near("settling time", a.settling_time_s, b.settling_time_s, 1.01 * sample_s);
+        }
+    }
+}
+
+#[test]
+fn seven_controllers_three_steps() {
+    assert_near_lockstep("step-response", &["run.duration_s=2"]);
+}
+
+#[test]
+fn seven_controllers_two_trajectories() {
+    // Until the end of the first flank: what comes back is its mirror.
+    assert_near_lockstep("trajectory", &["run.duration_s=11.5"]);
+}

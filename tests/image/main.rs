@@ -4,14 +4,35 @@
 // The helpers of tests may panic like the tests themselves.
 #![allow(clippy::unwrap_used, clippy::panic)]
 
+#[cfg(feature = "emulator")]
 mod bad_input;
+#[cfg(feature = "emulator")]
 mod bench;
+#[cfg(feature = "emulator")]
 mod bit_for_bit;
+#[cfg(feature = "emulator")]
 mod common;
+#[cfg(feature = "emulator")]
 mod cost;
+#[cfg(feature = "emulator")]
 mod crashes;
+#[cfg(feature = "emulator")]
 mod differences;
+#[cfg(feature = "emulator")]
 mod free_running;
+#[cfg(feature = "emulator")]
 mod mishaps;
+#[cfg(feature = "emulator")]
+mod parameters;
+#[cfg(feature = "emulator")]
 mod ramps;
+#[cfg(feature = "emulator")]
 mod stuck;
+
+/// Stands for all of them in a build without the emulator, so that they are not left out in silence.
+#[cfg(not(feature = "emulator"))]
+#[test]
+#[ignore = "the flash image in the loop: cargo xtask test"]
+fn the_flash_image_in_the_loop() {
+    panic!("built without the emulator: run `cargo xtask test`");
+}

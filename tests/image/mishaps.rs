@@ -20,7 +20,7 @@ fn the_break_input_turns_the_bridge_off_and_it_stays_off() {
         &[(AT, Mishap::Break), (AT + 100 * MS, Mishap::BreakReleased)],
     );
     assert_off_after(&observed, AT, MS / 10);
-    assert!(observed.log.iter().any(|line| line.text.to_lowercase().contains("break")), "{:?}", observed.log);
+    assert!(observed.says("faulted: break input"), "{:?}", observed.log);
 }
 
 #[test]
@@ -50,7 +50,9 @@ fn without_a_crystal_nothing_moves() {
     let fitted = Fitted { crystal: false, ..Fitted::default() };
     let observed = bench(Some(&parameters()), fitted, &[]);
     assert!(observed.on_ns.is_empty(), "{observed:?}");
-    assert!(observed.log.iter().any(|line| line.text.contains("crystal")), "{:?}", observed.log);
+    // "from crystal" is what a whole board says.
+    assert!(observed.says("internal oscillator, crystal absent"), "{:?}", observed.log);
+    assert!(observed.says("faulted: crystal absent"), "{:?}", observed.log);
 }
 
 #[test]
@@ -59,15 +61,19 @@ fn a_reset_in_mid_move_is_told_and_nothing_moves_after() {
     assert_eq!(observed.resets.len(), 1, "{:?}", observed.resets);
     assert_off_after(&observed, AT, MS / 10);
     assert!(observed.says("reset pin"), "{:?}", observed.log);
+    assert!(observed.says("faulted: reset while armed"), "{:?}", observed.log);
 }
 
 #[test]
 fn without_parameters_or_with_damaged_ones_nothing_moves() {
     let mut damaged = parameters();
     damaged[40] ^= 1;
-    for parameters in [None, Some(&damaged[..])] {
+    for (parameters, refusal, fault) in [
+        (None, "no parameters: no motion", "faulted: no parameters"),
+        (Some(&damaged[..]), "damaged (checksum)", "faulted: bad parameters"),
+    ] {
         let observed = bench(parameters, Fitted::default(), &[]);
         assert!(observed.on_ns.is_empty(), "{observed:?}");
-        assert!(observed.says("parameters"), "{:?}", observed.log);
+        assert!(observed.says(refusal) && observed.says(fault), "{:?}", observed.log);
     }
 }

@@ -17,6 +17,8 @@ use crate::error::Error;
 
 /// How often something may happen, ns.
 const LOOK_EVERY_NS: u64 = 50_000;
+/// The second of the two parameter sectors.
+const SECTOR_11_AT: u64 = 0x080E_0000;
 /// Looks between two drains of the log.
 const LOOKS_PER_DRAIN: u64 = 40;
 
@@ -67,6 +69,8 @@ pub struct Observed {
     pub on_ns: Vec<[u64; 2]>,
     /// The bridge when it was last seen on.
     pub last: Bridge,
+    /// The compare values that it was on with, each with the time at which it came, ns.
+    pub compares: Vec<(u64, u16)>,
     /// Everything that was logged.
     pub log: Vec<LogLine>,
     /// When the part was reset, and by what.
@@ -90,14 +94,14 @@ impl Observed {
     }
 }
 
-/// Powers a board until `until_ns`, and lets each mishap happen at its time (ns, in order). Without `parameters` the
-/// sector is erased.
+/// Powers a board until `until_ns`, and lets each mishap happen at its time (ns, in order). `records` are the contents of
+/// the two parameter sectors, 10 and 11; one without any is erased.
 ///
 /// # Errors
 /// If the image cannot be placed.
 pub fn observe(
     image: &Arc<FirmwareImage>,
-    parameters: Option<&[u8]>,
+    records: [Option<&[u8]>; 2],
     fitted: Fitted,
     mishaps: &[(u64, Mishap)],
     until_ns: u64,
@@ -105,8 +109,8 @@ pub fn observe(
     let trouble = |why: String| Error::Emulator(format!("{}: {why}", image.path.display()));
     let mut images = vec![Image::new(&image.path, image.elf.clone(), None)];
     images.push(Image::new("identity".as_ref(), factory_words(), Some(super::in_the_loop::FACTORY_AT)));
-    if let Some(parameters) = parameters {
-        images.push(Image::new("parameters".as_ref(), parameters.to_vec(), Some(PARAMETERS_AT)));
+    for (record, at) in records.into_iter().zip([PARAMETERS_AT, SECTOR_11_AT]) {
+        images.extend(record.map(|record| Image::new("parameters".as_ref(), record.to_vec(), Some(at))));
     }
     let images: Vec<Image> =
         images.into_iter().collect::<Result<_, _>>().map_err(|error| trouble(error.to_string()))?;
@@ -118,6 +122,7 @@ pub fn observe(
         resets: 0,
         on_ns: Vec::new(),
         last: Bridge::default(),
+        compares: Vec::new(),
         was_on: false,
         log: Log::new(image.clone(), "bench", None),
     };
@@ -127,8 +132,8 @@ pub fn observe(
     let finished = rigless::emulator::run(session, &Start::new(&images), bench)
         .map_err(|error| trouble(error.to_string()))?;
     let resets = finished.session.resets().to_vec();
-    let Bench { on_ns, last, log, .. } = finished.driver;
-    Ok(Observed { on_ns, last, log: log.lines, resets })
+    let Bench { on_ns, last, compares, log, .. } = finished.driver;
+    Ok(Observed { on_ns, last, compares, log: log.lines, resets })
 }
 
 struct Bench {
@@ -140,6 +145,7 @@ struct Bench {
     resets: usize,
     on_ns: Vec<[u64; 2]>,
     last: Bridge,
+    compares: Vec<(u64, u16)>,
     was_on: bool,
     log: Log,
 }
@@ -151,6 +157,9 @@ impl Bench {
         let is_on = bridge.is_on();
         if is_on {
             self.last = bridge;
+            if self.compares.last().is_none_or(|(_, compare)| *compare != bridge.compare) {
+                self.compares.push((at.0, bridge.compare));
+            }
         }
         match self.on_ns.last_mut() {
             Some([_, until]) if self.was_on => *until = at.0,

@@ -1,7 +1,6 @@
 //! The command line with the emulator built in: what it answers when the image is missing, and when it is interrupted.
 //!
 //! Blind to Ctrl-C on other systems than Unix.
-#![allow(clippy::unwrap_used, clippy::panic)]
 
 #[cfg(unix)]
 use std::ffi::OsString;
