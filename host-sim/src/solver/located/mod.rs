@@ -1,6 +1,6 @@
 //! The exact solver of the friction lab: set-valued friction with every switch located.
 //!
-//! While nobody switches the motion is smooth. A pair of order 8(5,3) ([`super::dormand_prince`]) follows it with an error
+//! While nobody switches the motion is smooth. A pair of order 8(5,3) (`dormand_prince.rs`) follows it with an error
 //! control that is relative to the largest value each coordinate has had. After each step the velocities of slipping
 //! bodies and the reactions of stuck ones are looked at *inside* the step, as polynomials; the first that reaches its
 //! limit is located by integrating up to it, again and again (Newton). There all bodies at rest are decided
