@@ -192,7 +192,8 @@ fn a_stuck_joint_is_accelerated_by_the_other_when_coupling_is_neglected() {
 }
 
 /// 2.2.2.2 expects the accelerations of the step before to be "more accurate than having no acceleration component", and
-/// tells of frictions that switch "back and forth from limit to limit". The second holds, the first does not.
+/// tells of frictions that switch "back and forth from limit to limit". They do switch from side to side, at the level of
+/// slip rather than at its limit at rest; more accurate they are not.
 #[test]
 fn accelerations_of_the_step_before_are_not_more_accurate_than_none() {
     let right = [0.00449854385477193, 0.0252895664467873];

@@ -83,7 +83,7 @@ fn a_blow_takes_the_reset_integrator_above_its_largest_friction() {
     assert!((peaks.stuck[0] - expected).abs() < 1e-8, "{:?}, not {expected}", peaks.stuck);
 }
 
-/// Thesis section 2.2.1.3: the Reset Integrator's friction at rest exceeds T_d at every stop of the pendulum,
+/// Thesis section 2.2.2.1: the Reset Integrator's friction at rest exceeds T_d at every stop of the pendulum,
 /// Karnopp's at the first two only (there it is T_s, and the pendulum turns back at once).
 #[test]
 fn at_every_stop_of_the_pendulum_the_reset_integrator_exceeds_friction_in_motion() {
