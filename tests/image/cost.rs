@@ -43,8 +43,10 @@ fn the_same_run_costs_the_same_in_every_tick() {
     };
     let (ticks, stack) = run();
     for tick in &ticks {
-        // What surrounds the core's tick is code without a loop over data.
-        assert!((100..500).contains(&(tick.interrupt - tick.core)) && tick.core > 100, "{tick:?}");
+        // Servo, monitors, bridge and queue are more than a hundred instructions around the core's tick, and the whole is
+        // within its budget.
+        assert!(tick.interrupt - tick.core > 100 && tick.core > 100, "{tick:?}");
+        assert!(tick.interrupt <= 900, "{tick:?}");
     }
     let bound = Bound::of(&code(&elf()).unwrap()).unwrap().total();
     assert!(stack > 1000 && stack <= bound, "{stack} bytes seen, {bound} at most");
