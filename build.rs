@@ -3,6 +3,9 @@
 use std::path::Path;
 use std::process::Command;
 
+/// What the firmware is made of.
+const SOURCES: [&str; 5] = ["src", "Cargo.toml", "Cargo.lock", "memory.x", "build.rs"];
+
 fn main() {
     println!("cargo:rerun-if-changed=build.rs");
     if std::env::var("CARGO_CFG_TARGET_OS").as_deref() != Ok("none") {
@@ -16,13 +19,20 @@ fn main() {
     println!("cargo:rustc-env=STICTION_COMMIT={}", commit().unwrap_or_else(|| "unknown".into()));
 }
 
-/// The commit of the sources, if they are in a repository.
+/// The commit of the sources, if they are in a repository; `+` says that they were changed since.
 fn commit() -> Option<String> {
     // Written at every commit and checkout.
     let log = git(&["rev-parse", "--git-path", "logs/HEAD"])?;
     let log = Path::new(env!("CARGO_MANIFEST_DIR")).join(log);
     println!("cargo:rerun-if-changed={}", log.display());
-    git(&["rev-parse", "--short=12", "HEAD"])
+    for source in SOURCES {
+        println!("cargo:rerun-if-changed={source}");
+    }
+    let commit = git(&["rev-parse", "--short=12", "HEAD"])?;
+    let mut status = vec!["status", "--porcelain", "--"];
+    status.extend(SOURCES);
+    let changed = git(&status).is_none_or(|list| !list.is_empty());
+    Some(if changed { commit + "+" } else { commit })
 }
 
 fn git(arguments: &[&str]) -> Option<String> {

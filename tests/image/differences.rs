@@ -55,8 +55,10 @@ fn expected(image: &RunPlan, host: &RunPlan) -> Difference {
 
 fn assert_found(message: &str, difference: &Difference) {
     assert!(message.ends_with(difference.to_string().trim_end()), "{message}\n{difference}");
+    let commit = FirmwareImage::open(&image()).unwrap().note.commit;
     let Difference { index, host, image } = difference;
     for part in [
+        format!("of commit {commit};"),
         format!("from tick {index} on"),
         format!("host  {:?}", host.unwrap()),
         format!("image {:?}", image.unwrap()),

@@ -179,7 +179,11 @@ where
     match stopped {
         None if stop.is_some() => Ok(Ran { wired, log, probe, instructions, virtual_ns }),
         None | Some(Stopped::Interrupted) => Err(Error::Interrupted),
-        Some(Stopped::Differs(difference)) => Err(trouble(difference.to_string().trim_end().into())),
+        Some(Stopped::Differs(difference)) => {
+            // The one cause that is nobody's mistake in the code: an image of other sources of the same version.
+            let commit = &setup.image.note.commit;
+            Err(trouble(format!("the image is of commit {commit}; {}", difference.to_string().trim_end())))
+        }
         Some(Stopped::Misbehaves(why)) => Err(trouble(format!("{why}; {}", log.tail()))),
     }
 }
