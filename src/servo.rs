@@ -25,17 +25,19 @@
 //! A ramp that identifies the friction is its own soft start, and no faster than the one that is configured. It stops
 //! by itself when it is over. If the supply is too low for its effort it is over at once, without a level.
 
+mod follower;
+mod joint;
+
 use crate::controller::{Controller, Tick};
 use crate::course::{Course, CourseState};
-use crate::drive::{Drive, Duty};
-use crate::encoder::{Encoder, EncoderState};
-use crate::error::Error;
+use crate::drive::Duty;
 use crate::fault::{Fault, FaultLog, Latched};
-use crate::monitor::{MonitorState, Monitors, Seen, Standstill};
-use crate::parameters::{DecodeError, Parameters, SUPPLY_FULL_SCALE};
+use crate::monitor::Standstill;
+use crate::parameters::{DecodeError, Parameters};
 use crate::position::Position;
 use crate::reference::{Reference, Step};
-use crate::saturation::saturate;
+use follower::Follower;
+pub use joint::Joint;
 
 /// The state of a servo.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -119,44 +121,6 @@ pub struct Levels {
     pub stick: Option<f32>,
     /// At the last count before rest.
     pub slip: Option<f32>,
-}
-
-/// A joint's controller with what it needs to run, made of parameters ([`Joint::new`]).
-#[derive(Clone, Debug)]
-pub struct Joint {
-    controller: Controller,
-    /// What is run: the motion of the parameters, until a link asks for another one. There is no room for both.
-    course: Course,
-    /// A link has done so.
-    replaced: bool,
-    state: CourseState,
-    soft_start: SoftStart,
-    /// Nominal supply in the converter's units; 0: the output is left alone.
-    nominal_supply: f32,
-    encoder: Encoder,
-    /// Where it was armed, counts since power-on.
-    zero: i32,
-    monitors: Monitors,
-    watch: MonitorState,
-    /// Ticks from the first one to arming by itself.
-    autostart: Option<u32>,
-}
-
-/// Where the joint is, armed or not.
-#[derive(Clone, Copy, Debug, Default)]
-struct Follower {
-    /// From the first tick on.
-    encoder: Option<EncoderState>,
-    standstill: Standstill,
-    seen: Seen,
-    supply: u16,
-}
-
-/// A rising limit of the code, in whole ticks.
-#[derive(Clone, Copy, Debug)]
-struct SoftStart {
-    ticks: u32,
-    elapsed: u32,
 }
 
 /// The state machine. It owns the controller and its state; the board calls [`tick`](Self::tick).
@@ -325,15 +289,15 @@ impl Servo {
     ///
     /// # Errors
     /// Only while the output is off.
-    pub fn install(&mut self, joint: Joint) -> Result<(), Refusal> {
+    pub fn install(&mut self, mut joint: Joint) -> Result<(), Refusal> {
         if matches!(self.state, State::Armed) {
             return Err(Refusal::Armed);
         }
         // What is warm stays warm; without it, a set of parameters would be the way around the thermal model.
         let before = self.joint.as_ref().map(|before| (&before.watch, &before.monitors));
-        let watch =
+        joint.watch =
             before.map_or(joint.watch, |(watch, monitors)| joint.monitors.taken_over(watch, monitors));
-        self.joint = Some(Joint { watch, ..joint });
+        self.joint = Some(joint);
         self.countdown = None;
         self.follower.standstill = Standstill::default();
         self.follower.seen.standstill = 0;
@@ -444,136 +408,11 @@ impl Servo {
     }
 }
 
-impl Follower {
-    #[inline]
-    fn update(&mut self, encoder: &Encoder, input: Input) {
-        let state = self.encoder.get_or_insert(EncoderState::start(input.counter, self.seen.position));
-        let travel = encoder.update(state, input.counter);
-        let position = state.counts();
-        self.seen = Seen { travel, position, standstill: self.standstill.update(position) };
-        self.supply = input.supply;
-    }
-}
-
-impl Joint {
-    /// Validates parameters and prepares all that a tick needs.
-    ///
-    /// # Errors
-    /// As [`Parameters::prepare`].
-    pub fn new(parameters: &Parameters) -> Result<Self, Error> {
-        let (controller, course) = parameters.prepare()?;
-        let Parameters { device, limits, controller: config, .. } = parameters;
-        let in_ticks = |s: f32| libm::roundf(s / config.sample_time) as u32;
-        let nominal_supply = match device.supply_full_scale {
-            full_scale if full_scale > 0.0 => {
-                device.nominal_supply / full_scale * f32::from(SUPPLY_FULL_SCALE)
-            }
-            _ => 0.0,
-        };
-        Ok(Self {
-            controller,
-            course,
-            replaced: false,
-            state: CourseState::default(),
-            soft_start: SoftStart { ticks: in_ticks(device.soft_start), elapsed: 0 },
-            nominal_supply,
-            encoder: config.encoder,
-            zero: 0,
-            monitors: Monitors::new(limits, config, device),
-            watch: MonitorState::default(),
-            autostart: device.autostart.then(|| in_ticks(device.autostart_delay)),
-        })
-    }
-
-    /// Begins with the counter at `counter`, which becomes zero.
-    fn arm(&mut self, counter: u32, arming: Arming) {
-        if arming == Arming::ByLink {
-            self.begin(Reference::Step(Step::default()));
-        }
-        self.state = CourseState::start(&self.controller, counter, 0);
-        self.watch = self.monitors.armed(&self.watch, arming == Arming::ByLink);
-        self.soft_start.elapsed = 0;
-    }
-
-    /// Forgets what the law and the monitors remember, but for the heat, and for what a ramp has found.
-    fn rest(&mut self) {
-        if !self.is_over() {
-            self.state = CourseState::default();
-        }
-        self.watch = self.monitors.armed(&self.watch, false);
-    }
-
-    fn begin(&mut self, reference: Reference) {
-        self.course = Course::Follow(reference);
-        self.replaced = true;
-        self.state.begin_motion();
-    }
-
-    /// Whether a position in the zero of this arming is out of the range.
-    const fn is_out_of_range(&self, position: Position) -> bool {
-        self.monitors.is_out_of_range(self.zero.wrapping_add(position.counts))
-    }
-
-    #[inline]
-    fn tick(&mut self, input: Input) -> Tick {
-        let mut tick = control(&self.course, &self.controller, &mut self.state, input.counter);
-        let drive = self.controller.drive();
-        let mut code = tick.code;
-        if self.nominal_supply > 0.0 {
-            let v = tick.v * supply_ratio(self.nominal_supply, input.supply);
-            let (v, saturated) = saturate(v, self.controller.full_scale());
-            tick.saturated |= saturated;
-            code = drive.code(v);
-        }
-        let limit = match self.course {
-            Course::Follow(_) => self.soft_start.limit(drive),
-            Course::Ramp(_) => drive.max_code(),
-        };
-        let limited = code.max(-limit).min(limit);
-        if limited != tick.code {
-            tick.saturated |= limited != code;
-            tick.code = limited;
-            tick.duty = drive.duty(limited);
-        }
-        if let Course::Ramp(_) = self.course
-            && tick.saturated
-        {
-            self.state.ramp_mut().abandon();
-        }
-        tick
-    }
-
-    /// Of a ramp only: a reference has no end.
-    const fn is_over(&self) -> bool {
-        matches!(self.course, Course::Ramp(_)) && self.state.ramp().is_over()
-    }
-}
-
 /// The core's tick as a function of its own, so that `cargo xtask cost` can count its instructions in the flash image.
 /// The call costs a dozen of them.
 #[inline(never)]
 fn control(course: &Course, controller: &Controller, state: &mut CourseState, counter: u32) -> Tick {
     course.tick(controller, state, counter)
-}
-
-impl SoftStart {
-    /// The largest code of this tick.
-    fn limit(&mut self, drive: &Drive) -> i16 {
-        let max = drive.max_code();
-        if self.elapsed >= self.ticks {
-            return max;
-        }
-        // 10 s at 10 kHz, and 32 767 codes: the product fits.
-        let scaled = self.elapsed.wrapping_mul(u32::from(max.unsigned_abs()));
-        self.elapsed += 1;
-        scaled.checked_div(self.ticks).unwrap_or(0) as i16
-    }
-}
-
-/// How much more duty the present supply needs, within a factor of two either way: a broken divider must not turn
-/// into full effort.
-fn supply_ratio(nominal: f32, measured: u16) -> f32 {
-    (nominal / f32::from(measured.max(1))).clamp(0.5, 2.0)
 }
 
 #[cfg(test)]

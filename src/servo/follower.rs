@@ -1,0 +1,26 @@
+//! Where the joint is, whether or not the loop is closed.
+
+use super::Input;
+use crate::encoder::{Encoder, EncoderState};
+use crate::monitor::{Seen, Standstill};
+
+/// Where the joint is, armed or not.
+#[derive(Clone, Copy, Debug, Default)]
+pub(super) struct Follower {
+    /// From the first tick on.
+    pub encoder: Option<EncoderState>,
+    pub standstill: Standstill,
+    pub seen: Seen,
+    pub supply: u16,
+}
+
+impl Follower {
+    #[inline]
+    pub fn update(&mut self, encoder: &Encoder, input: Input) {
+        let state = self.encoder.get_or_insert(EncoderState::start(input.counter, self.seen.position));
+        let travel = encoder.update(state, input.counter);
+        let position = state.counts();
+        self.seen = Seen { travel, position, standstill: self.standstill.update(position) };
+        self.supply = input.supply;
+    }
+}
