@@ -202,6 +202,16 @@ impl Parameters {
         Ok((controller, self.motion.course(&self.controller)?))
     }
 
+    /// A ramp for this machine that rises by `rate` (V/s) and is held for `hold` (s), as [`Motion::Ramp`].
+    ///
+    /// # Errors
+    /// Names the key.
+    pub fn ramp(&self, rate: f32, hold: f32) -> Result<Ramp, Error> {
+        let ControllerConfig { sample_time, drive, .. } = &self.controller;
+        Motion::Ramp { rate, hold }.softly(self.device.soft_start, drive.full_scale)?;
+        Ramp::new(rate, hold, *sample_time, drive.full_scale)
+    }
+
     /// Writes a record, and returns the part of `buffer` that it fills; none if the buffer is too small, which
     /// [`ROOM`] never is.
     pub fn encode<'a>(&self, sequence: u32, buffer: &'a mut [u8]) -> Option<&'a [u8]> {

@@ -22,8 +22,9 @@
 //! sign or a large first error shows as a slow pull and not as a jerk. The gains are those of the loop from the
 //! start; what is cut off is told as `saturated`.
 //!
-//! A ramp that identifies the friction is its own soft start, and no faster than the one that is configured. It stops
-//! by itself when it is over. If the supply is too low for its effort it is over at once, without a level.
+//! A ramp that identifies the friction is its own soft start, and no faster than the one that is configured. Nothing but
+//! a stop is obeyed while it runs, and it stops by itself when it is over. If the supply is too low for its effort it is
+//! over at once, without a level.
 
 mod follower;
 mod joint;
@@ -32,12 +33,14 @@ use crate::controller::{Controller, Tick};
 use crate::course::{Course, CourseState};
 use crate::drive::Duty;
 use crate::fault::{Fault, FaultLog, Latched};
+use crate::identification::Ramp;
 use crate::monitor::Standstill;
 use crate::parameters::{DecodeError, Parameters};
 use crate::position::Position;
 use crate::reference::{Reference, Step};
 use follower::Follower;
 pub use joint::Joint;
+use serde::{Deserialize, Serialize};
 
 /// The state of a servo.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -83,12 +86,14 @@ pub enum Refusal {
 }
 
 /// What arming begins.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Arming {
     /// The motion of the parameters.
     Motion,
     /// Staying there, on command of a link whose silence is then a fault.
     ByLink,
+    /// A ramp that identifies the friction, on command of a link likewise.
+    Ramp(Ramp),
 }
 
 /// What one tick is given.
@@ -115,7 +120,7 @@ pub struct Output {
 }
 
 /// The friction levels that a ramp has found, V of effort; none: the joint did not move, or did not rest.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Levels {
     /// At the first count of the motion.
     pub stick: Option<f32>,
@@ -242,7 +247,7 @@ impl Servo {
         Ok(())
     }
 
-    /// Closes the loop at the next tick. If it is closed already, nothing happens.
+    /// Closes the loop at the next tick. If it is closed already, nothing happens; a ramp is refused then.
     ///
     /// # Errors
     /// Says what is in the way.
@@ -250,6 +255,7 @@ impl Servo {
         match self.state {
             State::Boot => return Err(Refusal::Booting),
             State::Faulted(fault) => return Err(Refusal::Faulted(fault)),
+            State::Armed if matches!(arming, Arming::Ramp(_)) => return Err(Refusal::Armed),
             State::Armed => return Ok(()),
             State::Stopped => {}
         }
@@ -322,7 +328,7 @@ impl Servo {
         if leads_out {
             return Err(Refusal::OutOfRange);
         }
-        joint.begin(reference);
+        joint.begin(Course::Follow(reference));
         Ok(())
     }
 
@@ -333,7 +339,7 @@ impl Servo {
     pub fn hold(&mut self) -> Result<(), Refusal> {
         let joint = self.armed_joint()?;
         let here = Position::from_counts(joint.state.counts());
-        joint.begin(Reference::Step(Step { from: here, to: here, at_tick: 0 }));
+        joint.begin(Course::Follow(Reference::Step(Step { from: here, to: here, at_tick: 0 })));
         Ok(())
     }
 
@@ -346,6 +352,8 @@ impl Servo {
 
     fn armed_joint(&mut self) -> Result<&mut Joint, Refusal> {
         match (self.state, &mut self.joint) {
+            // The loop is open, and what the ramp finds is that of an effort that nobody else changes.
+            (State::Armed, Some(Joint { course: Course::Ramp(_), .. })) => Err(Refusal::Armed),
             (State::Armed, Some(joint)) => Ok(joint),
             (State::Faulted(fault), _) => Err(Refusal::Faulted(fault)),
             _ => Err(Refusal::NotArmed),

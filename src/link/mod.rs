@@ -1,22 +1,34 @@
 //! The command link: from bytes to what a servo does, and back.
 //!
 //! ```text
-//! bytes -> frame -> message -> session -> servo, parameters, store
+//! bytes -> frame -> request -> session -> servo, parameters, store
 //!                                 |
-//! bytes <- frame <- message <-----+---- telemetry <- ticks
+//! bytes <- frame <- reply  <------+---- telemetry <- ticks
 //! ```
+//!
+//! A client sends [`Request`]s in postcard, each with a number; the device answers each with one [`Reply`] of the same
+//! number. Beside that it sends [`Sample`]s to those who have subscribed. [`Request::Hello`] and [`Identity`] keep their
+//! form and their place in every version of the protocol: two that do not speak the same can always tell. Every
+//! request can be repeated: it says what shall be, not what shall change.
 //!
 //! Free of the chip and of any wire: a board moves bytes to and from its USART, a program on a host does the same in
 //! memory. Everything is bounded, and nothing that comes over the wire can panic.
 
 mod frame;
-mod message;
+mod reply;
+mod request;
+mod sample;
 mod session;
 mod telemetry;
 
 pub use frame::{Deframer, Frame, MAX_FRAME, MAX_MESSAGE, encode};
-pub use message::{
-    CHUNK, Identity, Kind, Law, Message, Move, Numbered, PROTOCOL, Refused, Reply, Request, Sample, State,
-    Status, Term, Told,
-};
+pub use reply::{Identity, Kind, Message, Refused, Reply, State, Status, Told};
+pub use request::{Law, Move, Numbered, Request};
+pub use sample::{Sample, Term};
 pub use session::{Machine, Session};
+
+/// Raised with every change of a message.
+pub const PROTOCOL: u16 = 1;
+
+/// Bytes of a record in one message.
+pub const CHUNK: usize = 128;

@@ -9,10 +9,10 @@
 use heapless::{Deque, String};
 
 use super::frame::{Deframer, Frame, MAX_FRAME, encode};
-use super::message::{
-    CHUNK, Identity, Kind, Law, Message, Move, Numbered, PROTOCOL, Refused, Reply, Request, State, Status,
-};
+use super::reply::{Identity, Kind, Message, Refused, Reply, State, Status};
+use super::request::{Law, Move, Numbered, Request};
 use super::telemetry::Subscription;
+use super::{CHUNK, PROTOCOL};
 use crate::course::Course;
 use crate::parameters::{Motion, Parameters, ROOM};
 use crate::servo::{self, Arming, Joint, Output, Servo};
@@ -195,6 +195,11 @@ impl Session {
             Request::Subscribe { terms, every } => {
                 self.subscription = Subscription::new(terms, every).ok_or(Refused::NoSuch)?;
             }
+            Request::Identify { rate, hold } => {
+                let ramp = self.parameters.as_ref().ok_or(Refused::NoParameters)?.ramp(rate, hold)?;
+                machine.servo(|servo| servo.arm(Arming::Ramp(ramp)))?;
+            }
+            Request::ReadLevels => return Ok(Reply::Levels(machine.servo(|servo| servo.levels()))),
         }
         Ok(Reply::Done)
     }
@@ -228,7 +233,7 @@ impl Session {
         let controller = &self.parameters.as_ref().ok_or(Refused::NoParameters)?.controller;
         match motion.course(controller)? {
             Course::Follow(reference) => Ok(machine.servo(|servo| servo.follow(reference))?),
-            // It is a motion of the parameters, and begins with arming.
+            // It begins with arming: `Identify`.
             Course::Ramp(_) => Err(Refused::NoSuch),
         }
     }

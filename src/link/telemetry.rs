@@ -2,7 +2,7 @@
 
 use heapless::Vec;
 
-use super::message::{Sample, Term};
+use super::sample::{Sample, Term};
 use crate::servo::{Output, State};
 
 /// What is sent, and how often.

@@ -72,11 +72,13 @@ impl Joint {
 
     /// Begins with the counter at `counter`, which becomes zero.
     pub(super) fn arm(&mut self, counter: u32, arming: Arming) {
-        if arming == Arming::ByLink {
-            self.begin(Reference::Step(Step::default()));
+        match arming {
+            Arming::Motion => {}
+            Arming::ByLink => self.begin(Course::Follow(Reference::Step(Step::default()))),
+            Arming::Ramp(ramp) => self.begin(Course::Ramp(ramp)),
         }
         self.state = CourseState::start(&self.controller, counter, 0);
-        self.watch = self.monitors.armed(&self.watch, arming == Arming::ByLink);
+        self.watch = self.monitors.armed(&self.watch, arming != Arming::Motion);
         self.soft_start.elapsed = 0;
     }
 
@@ -88,8 +90,8 @@ impl Joint {
         self.watch = self.monitors.armed(&self.watch, false);
     }
 
-    pub(super) fn begin(&mut self, reference: Reference) {
-        self.course = Course::Follow(reference);
+    pub(super) fn begin(&mut self, course: Course) {
+        self.course = course;
         self.replaced = true;
         self.state.begin_motion();
     }

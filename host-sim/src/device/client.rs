@@ -29,6 +29,7 @@ use stiction::link::{
     Status, Told, encode,
 };
 use stiction::parameters::{Motion, ROOM};
+use stiction::servo::Levels;
 
 use super::wire::Wire;
 use super::words;
@@ -188,6 +189,26 @@ impl<W: Wire> Client<W> {
     /// Says why it was refused.
     pub fn move_along(&mut self, motion: Motion) -> Result<(), Error> {
         self.done("move", Request::Move(Move::To(motion)))
+    }
+
+    /// Arms, and begins a ramp of the effort that rises by `rate` (V/s) and is held for `hold` (s); it ends by itself, and
+    /// [`levels`](Self::levels) says what it has found. The device wants to hear from the client meanwhile.
+    ///
+    /// # Errors
+    /// Says why it was refused.
+    pub fn identify(&mut self, rate: f32, hold: f32) -> Result<(), Error> {
+        self.done("identify", Request::Identify { rate, hold })
+    }
+
+    /// What the last ramp has found, once it is over.
+    ///
+    /// # Errors
+    /// If the device does not answer.
+    pub fn levels(&mut self) -> Result<Option<Levels>, Error> {
+        match self.ask(Request::ReadLevels)? {
+            Reply::Levels(levels) => Ok(levels),
+            _ => Err(self.unexpected()),
+        }
     }
 
     /// The law and its gains.

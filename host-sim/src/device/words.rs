@@ -3,6 +3,7 @@
 use stiction::compensator::Gains;
 use stiction::encoder::CounterBits;
 use stiction::link::{Refused, State, Status, Told};
+use stiction::servo::Levels;
 use stiction::{Fault, Limits, Parameters};
 
 use crate::limits::LimitsTable;
@@ -93,6 +94,20 @@ pub fn status(status: &Status) -> String {
     lines.push(format!("faults     {} since power-on", status.faults));
     lines.push(format!("link       {} bad frames, {} messages dropped", status.bad_frames, status.dropped));
     lines.join("\n") + "\n"
+}
+
+/// What a ramp of `rate` (V/s) has found.
+pub fn levels(levels: &Levels, rate: f32) -> String {
+    let stick = match levels.stick {
+        Some(v) => format!("stick      {v:.4} V: the effort at which the joint set out"),
+        None => "stick      not found: the joint did not move up to the full scale".into(),
+    };
+    let slip = match (levels.slip, levels.stick) {
+        (Some(v), _) => format!("slip       {v:.4} V: the effort at which it came to rest"),
+        (None, Some(_)) => "slip       not found: the joint did not come to rest".into(),
+        (None, None) => "slip       not found".into(),
+    };
+    format!("{stick}\n{slip}\nrate       {rate} V/s; a slower ramp reads stick lower and slip higher\n")
 }
 
 /// Parameters, with the keys of a machine's file. Only what a device knows: it has no joint and no names.

@@ -1,5 +1,7 @@
 //! `stiction device`.
 
+mod params;
+
 use std::io::{Write, stderr};
 use std::path::PathBuf;
 use std::time::Duration;
@@ -11,7 +13,7 @@ use crate::device::client::Client;
 use crate::device::log::Log;
 use crate::device::simulated::SimulatedDevice;
 use crate::device::wire::{SimulatedWire, Wire};
-use crate::device::{parameters, words};
+use crate::device::words;
 use crate::error::Error;
 use crate::experiment::{Document, Experiment, RunPlan};
 use crate::output::write_whole;
@@ -61,10 +63,19 @@ enum Action {
         #[arg(long, value_name = "FILE.csv")]
         log: Option<PathBuf>,
     },
+    /// Find the friction by a ramp of the effort: up until the joint moves, down until it rests
+    Identify {
+        /// How fast the effort rises, V/s; slower is nearer to the truth
+        #[arg(long, value_name = "V/S", default_value_t = 0.02, allow_hyphen_values = true)]
+        rate: f32,
+        /// Time between the rise and the fall, s: some time constants of the joint
+        #[arg(long, value_name = "S", default_value_t = 10.0, allow_hyphen_values = true)]
+        hold: f32,
+    },
     /// Parameters of the device
     Params {
         #[command(subcommand)]
-        action: Params,
+        action: params::Params,
     },
     /// The faults that it remembers
     Faults {
@@ -83,30 +94,6 @@ enum Action {
         #[arg(long, value_name = "N", default_value_t = 1, value_parser = clap::value_parser!(u16).range(1..))]
         every: u16,
     },
-}
-
-#[derive(Debug, clap::Subcommand)]
-enum Params {
-    /// What is in use
-    Show,
-    /// Take those of a machine's file: the device validates all of them before it takes any
-    Push {
-        /// A name from `stiction list`, or a machine's own TOML file
-        machine: String,
-        /// Which of its controllers
-        #[arg(long, value_name = "NAME")]
-        controller: Option<String>,
-        /// Keep them across a reset, too
-        #[arg(long)]
-        save: bool,
-    },
-    /// Write what is in use to a file, as a record of the parameter sector
-    Pull {
-        /// Where to
-        file: PathBuf,
-    },
-    /// Keep what is in use across a reset
-    Save,
 }
 
 pub fn device(arguments: &Arguments) -> Result<(), Error> {
@@ -182,8 +169,12 @@ fn with(action: &Action, wire: impl Wire) -> Result<(), Error> {
             }
             say(words::status(&status) + &ended + &lost(&client))
         }
+        Action::Identify { rate, hold } => {
+            let text = identify(&mut client, *rate, *hold)?;
+            say(text)
+        }
         Action::Params { action } => {
-            let text = params(action, &mut client)?;
+            let text = params::params(action, &mut client)?;
             say(text)
         }
         Action::Faults { clear } => {
@@ -210,6 +201,25 @@ fn with(action: &Action, wire: impl Wire) -> Result<(), Error> {
     }
 }
 
+/// Runs a ramp to its end.
+fn identify<W: Wire>(client: &mut Client<W>, rate: f32, hold: f32) -> Result<String, Error> {
+    client.identify(rate, hold)?;
+    let status = loop {
+        let status = client.pass(Duration::from_secs(1))?;
+        if status.state != State::Armed {
+            break status;
+        }
+    };
+    let found = client.levels()?.ok_or_else(|| {
+        let by = match status.fault.code {
+            0 => "a stop".into(),
+            _ => words::told(&status.fault, status.sample_time),
+        };
+        Error::Device(format!("identify: the ramp was ended by {by}, and has found nothing (docs/faults.md)"))
+    })?;
+    Ok(words::levels(&found, rate) + "stopped: the output is off\n")
+}
+
 /// The output goes off at the end of a command, and what the joint did in the meantime is told.
 fn ended<W: Wire>(client: &mut Client<W>) -> Result<String, Error> {
     client.stop()?;
@@ -233,33 +243,4 @@ fn time(option: &str, seconds: f64) -> Result<Duration, Error> {
         return Err(Error::Input(format!("{option} {seconds}: allowed is a number from 0 to 86400")));
     }
     Ok(Duration::from_secs_f64(seconds))
-}
-
-fn params<W: Wire>(action: &Params, client: &mut Client<W>) -> Result<String, Error> {
-    match action {
-        Params::Show => {
-            let found = client.parameters()?;
-            Ok(words::parameters(&found))
-        }
-        Params::Push { machine, controller, save } => {
-            let plan = first_run(machine, controller.as_deref())?;
-            client.set_parameters(&parameters(&plan)?)?;
-            if *save {
-                client.save()?;
-            }
-            let kept = if *save { "in use and saved" } else { "in use until the next reset; `params save`" };
-            Ok(format!("{}: {kept}\n", plan.label))
-        }
-        Params::Pull { file } => {
-            let found = client.parameters()?;
-            let mut room = [0; stiction::parameters::ROOM];
-            let record = found.encode(1, &mut room).unwrap_or_default();
-            write_whole(file, record)?;
-            Ok(format!("{}: {} bytes\n", file.display(), record.len()))
-        }
-        Params::Save => {
-            client.save()?;
-            Ok("saved\n".into())
-        }
-    }
 }
