@@ -1,12 +1,12 @@
 //! The thesis's mechanisms and frictions, as the tests use them.
 
-use host_sim::friction::Coulomb;
+use host_sim::friction::{Coulomb, ResetIntegrator};
 use host_sim::mechanism::{
     Block, CoupledBlocks, IndependentBlocks, Mechanism, Pendulum, Pull, Shape, SpringMass, TwoBlocks,
     TwoLinkArm, Wave,
 };
-use host_sim::solver::state::{BodyEvent, Finish};
-use host_sim::solver::{EventKind, located};
+use host_sim::solver::state::{BodyEvent, Finish, Observer, Sample};
+use host_sim::solver::{EventKind, located, pieces};
 
 /// Table 1.
 pub const SPRING_MASS: SpringMass = SpringMass { mass: 0.1, stiffness: 100.0, pull: Pull::steady(0.002) };
@@ -44,6 +44,61 @@ pub fn independent() -> IndependentBlocks {
     IndependentBlocks(TwoBlocks { mass: [0.1, 0.1], stiffness: [100.0, 100.0], pull })
 }
 pub const INDEPENDENT_LEVELS: [Coulomb; 2] = [Coulomb { stick: 2.4, slip: 1.6 }; 2];
+
+/// One degree.
+pub const DEG: f64 = std::f64::consts::PI / 180.0;
+
+const fn reset_integrator(
+    levels: Coulomb,
+    range: f64,
+    stiffness: f64,
+    damping: f64,
+    a: f64,
+) -> ResetIntegrator {
+    ResetIntegrator { levels, range, stiffness, damping, gradient: a }
+}
+
+/// The Reset Integrator of Tables 2, 5, 8, 11 and 15.
+pub const ON_SPRING: [ResetIntegrator; 1] = [reset_integrator(SPRING_MASS_LEVELS[0], 1e-5, 2e4, 30.0, 0.25)];
+pub const OF_PENDULUM: [ResetIntegrator; 1] =
+    [reset_integrator(PENDULUM_LEVELS[0], 5.7e-4 * DEG, 0.96 / (5.7e-4 * DEG), 246.0, 0.25)];
+pub const OF_ARM: [ResetIntegrator; 2] = [
+    reset_integrator(ARM_LEVELS[0], 5.7e-5 * DEG, 0.08 / (5.7e-5 * DEG), 217.7, 0.25),
+    reset_integrator(ARM_LEVELS[1], 5.7e-5 * DEG, 0.06 / (5.7e-5 * DEG), 189.1, 0.25),
+];
+pub const OF_BLOCK: [ResetIntegrator; 1] = [reset_integrator(BLOCK_LEVELS[0], 1e-4, 6000.0, 55.0, 1.0 / 3.0)];
+pub const OF_COUPLED: [ResetIntegrator; 2] = [
+    reset_integrator(COUPLED_LEVELS[0], 1e-5, 1e4, 40.0, 0.5),
+    reset_integrator(COUPLED_LEVELS[1], 1e-5, 2e4, 40.0, 0.5),
+];
+
+/// Every sample and event.
+#[derive(Default)]
+pub struct Everything<const N: usize> {
+    pub samples: Vec<Sample<N>>,
+    pub events: Vec<BodyEvent>,
+}
+
+impl<const N: usize> Observer<N> for Everything<N> {
+    fn sample(&mut self, sample: &Sample<N>) {
+        self.samples.push(*sample);
+    }
+
+    fn event(&mut self, event: BodyEvent) {
+        self.events.push(event);
+    }
+}
+
+/// A run of the Reset Integrator with its switches located.
+pub fn followed<const N: usize, M: Mechanism<N>>(
+    mechanism: &M,
+    friction: &[ResetIntegrator; N],
+    duration_s: f64,
+) -> Everything<N> {
+    let mut everything = Everything::default();
+    pieces::run(mechanism, friction, 1e-10, duration_s, &mut everything).unwrap();
+    everything
+}
 
 /// Events and end of an exact run.
 pub fn exact<const N: usize, M: Mechanism<N>>(

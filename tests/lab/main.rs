@@ -4,6 +4,7 @@
 
 mod claims;
 mod common;
+mod every_model;
 mod models;
 mod no_hang;
 mod nonsmooth;

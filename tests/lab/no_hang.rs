@@ -1,13 +1,13 @@
 //! A solver ends, whatever it is given, and says when and where it gave up.
 
-use host_sim::friction::Coulomb;
-use host_sim::mechanism::{Mechanism, Terms};
-use host_sim::solver::dynamics::SingleValuedDynamics;
-use host_sim::solver::state::BodyEvent;
+use host_sim::friction::{Coulomb, Dahl, ResetIntegrator, Stribeck, Tanh};
+use host_sim::mechanism::{Mechanism, Pull, SpringMass, Terms};
+use host_sim::solver::dynamics::{Dynamics, Rates, SingleValuedDynamics, direction};
+use host_sim::solver::state::{BodyEvent, State};
 use host_sim::solver::step_doubling::{self, Accuracy};
-use host_sim::solver::{Trouble, located, pieces};
+use host_sim::solver::{Trouble, fixed, located, nonsmooth, pieces};
 
-use host_sim::friction::ResetIntegrator;
+use super::common::{SPRING_MASS, SPRING_MASS_LEVELS};
 
 const LEVELS: [Coulomb; 1] = [Coulomb { stick: 0.5, slip: 0.4 }];
 
@@ -60,6 +60,110 @@ fn other_solvers_end_as_well() {
     let accuracy = Accuracy { eps: 2e-4, max_evaluations: 10_000_000 };
     let trouble = step_doubling::run(&mut dynamics, accuracy, 2.0, &mut Vec::new()).unwrap_err();
     assert!((trouble.time_s - 0.5).abs() < 1e-3, "{trouble}");
+}
+
+/// Fixed steps go on; a state that is no longer finite ends the run, which says when.
+#[test]
+fn fixed_steps_end_where_the_state_is_no_longer_finite() {
+    let broken = Pushed(|t: f64, _: f64| if t < 0.5 { 1.0 } else { f64::NAN });
+    let h = 1e-3;
+    let ends = |at_s: Option<f64>| assert!((at_s.unwrap() - 0.5).abs() < 2.0 * h, "{at_s:?}");
+    let mut dynamics =
+        SingleValuedDynamics { mechanism: &broken, friction: [Tanh { levels: LEVELS[0], speed: 0.1 }] };
+    ends(fixed::run(&mut dynamics, h, 2.0, &mut Vec::new()).unwrap().diverged_at_s);
+    ends(nonsmooth::run(&broken, &LEVELS, h, 2.0, &mut Vec::new()).unwrap().diverged_at_s);
+    let dahl = [Dahl::by_rules(LEVELS[0], 1e-5, 1.0)];
+    ends(nonsmooth::run_implicit(&broken, &dahl, h, 2.0, &mut Vec::new()).unwrap().diverged_at_s);
+}
+
+/// A pendulum of a millisecond that reports every reversal: 2000 a second.
+struct Swinging;
+
+impl Dynamics<1, 0> for Swinging {
+    fn start(&self) -> State<1, 0> {
+        State { q: [1.0], ..State::ZERO }
+    }
+
+    fn evaluate(&self, _: f64, state: &State<1, 0>) -> Rates<1, 0> {
+        let omega = 2e3 * std::f64::consts::PI;
+        let a = -omega * omega * state.q[0];
+        Rates { rates: State { q: state.v, v: [a], z: [[]] }, friction: [0.0] }
+    }
+
+    fn slip(&self, state: &State<1, 0>) -> [i8; 1] {
+        [direction(state.v[0])]
+    }
+
+    fn next_corner(&self, _: f64) -> f64 {
+        f64::INFINITY
+    }
+
+    fn scale(&self) -> State<1, 0> {
+        step_doubling::floor()
+    }
+}
+
+/// In a run of 1e9 s an instant is a second.
+#[test]
+fn a_storm_of_events_ends_every_solver_with_time_and_state() {
+    let told = |solver: &str, run: Result<(), Trouble>, at_s: std::ops::Range<f64>| {
+        let trouble = run.unwrap_err();
+        let said = trouble.to_string();
+        assert!(
+            said.starts_with("more than 200 changes between sticking and slipping within"),
+            "{solver}: {said}"
+        );
+        assert!(
+            at_s.contains(&trouble.time_s) && said.contains(" s, in the state q = ["),
+            "{solver}: {said}"
+        );
+    };
+    const LONG_S: f64 = 1e9;
+    // 200 reversals at 2000 a second.
+    told("rk4", fixed::run(&mut Swinging, 1e-5, LONG_S, &mut Vec::new()).map(|_| ()), 0.09..0.11);
+    let accuracy = Accuracy { eps: 1e-6, max_evaluations: 10_000_000 };
+    let adaptive = step_doubling::run(&mut Swinging, accuracy, LONG_S, &mut Vec::new());
+    told("rk4-adaptive", adaptive.map(|_| ()), 0.09..0.11);
+    // Pushed for two milliseconds, held back for two: it breaks away and sticks every four.
+    let to_and_fro = Pushed(|t: f64, _: f64| if (250.0 * t).fract() < 0.5 { 1.0 } else { -0.45 });
+    let stepped = nonsmooth::run(&to_and_fro, &LEVELS, 1e-4, LONG_S, &mut Vec::new());
+    told("nonsmooth", stepped.map(|_| ()), 0.39..0.41);
+}
+
+/// A force at rest that dips between the instants at which it is asked for its polynomial: there the polynomial reaches
+/// F_s, and the force does so only after the dip.
+#[test]
+fn a_break_is_where_the_force_is_at_its_limit_and_not_where_a_polynomial_is() {
+    let force = |t: f64| 0.1 + 0.3 * t - 0.3 * (-((t - 4.0 / 3.0) / 0.02).powi(2)).exp();
+    let (mut low, mut high) = (4.0 / 3.0, 1.5);
+    for _ in 0..60 {
+        let middle = 0.5 * (low + high);
+        if force(middle) < LEVELS[0].stick { low = middle } else { high = middle }
+    }
+    let events = exact(|t, _| force(t)).unwrap();
+    assert!((events[0].time_s - low).abs() < 1e-9 && low - 4.0 / 3.0 > 0.03, "{events:?}, not {low}");
+}
+
+/// Stribeck's curve falls five hundred thousand times a second here, where the ramp is slowest: a motion begins in nothing
+/// that the tolerance could tell. In the limit of that speed the friction is Coulomb's.
+#[test]
+fn a_steep_stribeck_curve_under_a_slow_ramp_goes_through() {
+    let mechanism = SpringMass { pull: Pull::steady(1e-5), ..SPRING_MASS };
+    let rule = Stribeck::by_rules(SPRING_MASS_LEVELS[0], 1e-5, 0.1);
+    let (expected, _) = super::common::exact(&mechanism, &SPRING_MASS_LEVELS, 1e-9, 750.0);
+    assert_eq!(expected.len(), 10, "{expected:?}");
+    for (speed, exponent) in [(1e-6, 1.0), (1e-6, 2.0), (1e-7, 1.0)] {
+        let friction = [Stribeck { speed, exponent, ..rule }];
+        for tolerance in [1e-4, 1e-6, 1e-8] {
+            let mut events = Vec::new();
+            located::run(&mechanism, &friction, tolerance, 750.0, &mut events).unwrap();
+            // A slip takes 0.1 s, the wait between two 100 s.
+            for (found, expected) in events.iter().zip(&expected) {
+                let near = (found.time_s - expected.time_s).abs() < 0.05 && found.kind == expected.kind;
+                assert!(near, "{speed}, {exponent}, {tolerance}: {found:?}, not {expected:?}");
+            }
+        }
+    }
 }
 
 #[test]

@@ -43,6 +43,9 @@ enum Command {
     Report(report::Arguments),
 }
 
+/// Nothing was wrong with what was asked for, but a solver did not get to the end of it.
+const GIVEN_UP: u8 = 1;
+
 /// What a shell reports of a program that was ended by Ctrl-C: 128 and the number of the signal.
 const INTERRUPTED: u8 = 130;
 
@@ -68,6 +71,7 @@ pub fn main() -> ExitCode {
             match error {
                 // Nothing was wrong with what was asked for: a script should see that its user wants no more.
                 Error::Interrupted => ExitCode::from(INTERRUPTED),
+                Error::Run(_) => ExitCode::from(GIVEN_UP),
                 _ => ExitCode::from(2),
             }
         }

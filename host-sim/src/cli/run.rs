@@ -6,7 +6,7 @@ use super::{print, target};
 use crate::error::Error;
 use crate::experiment::{Document, Experiment};
 use crate::figure::figures;
-use crate::lab;
+use crate::lab::{self, LabResult};
 use crate::output::{csv, json, prepare_directory, table, write_figures, write_whole};
 
 #[derive(Debug, clap::Args)]
@@ -110,7 +110,10 @@ impl Arguments {
         if let Some(directory) = &self.plot {
             prepare_directory(directory)?;
         }
-        let results = lab::run_all(&plans)?;
+        let (results, given_up) = told_apart(lab::run_all(&plans));
+        if results.is_empty() {
+            return given_up;
+        }
         if let Some(path) = &self.csv {
             let text = lab::output::csv(&results).map_err(|error| Error::Input(error.to_string()))?;
             write_whole(path, &text)?;
@@ -121,10 +124,11 @@ impl Arguments {
         }
         if self.json {
             let text = lab::output::json(&document.origin.name, &setup.source, &results);
-            print(&(text.map_err(|error| Error::Input(error.to_string()))? + "\n"))
+            print(&(text.map_err(|error| Error::Input(error.to_string()))? + "\n"))?;
         } else {
-            print(&lab::output::table(&results))
+            print(&lab::output::table(&results))?;
         }
+        given_up
     }
 
     /// Every key that is set by hand, in the form of `--set`.
@@ -133,4 +137,24 @@ impl Arguments {
         let delay = self.delay.iter().map(|delay| format!("run.delay_samples={delay}"));
         self.set.iter().cloned().chain(solver).chain(delay).collect()
     }
+}
+
+/// The runs that came to an end, and an error that names every other one.
+fn told_apart(runs: Vec<Result<LabResult, Error>>) -> (Vec<LabResult>, Result<(), Error>) {
+    let count = runs.len();
+    let (mut results, mut given_up) = (Vec::new(), Vec::new());
+    for run in runs {
+        match run {
+            Ok(result) => results.push(result),
+            Err(error) => given_up.push(error.to_string()),
+        }
+    }
+    let why = given_up.join("; ");
+    let error = match given_up.len() {
+        0 => return (results, Ok(())),
+        1 if count == 1 => why,
+        1 => format!("1 of {count} runs was given up: {why}"),
+        some => format!("{some} of {count} runs were given up: {why}"),
+    };
+    (results, Err(Error::Run(error)))
 }

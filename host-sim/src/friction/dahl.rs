@@ -63,6 +63,10 @@ impl Implicit<1> for Dahl {
         (full - missing * left, self.stiffness * h * left * missing.abs() / self.coulomb)
     }
 
+    fn largest(&self) -> f64 {
+        self.coulomb
+    }
+
     fn states(&self, h: f64, v: f64, z: &[f64; 1], v_end: f64) -> [f64; 1] {
         [self.friction(h, v, z, v_end).0 / self.stiffness]
     }

@@ -85,6 +85,10 @@ impl Implicit<1> for ElasticCoulomb {
         (force + self.sliding.viscous * v_end, slope + self.sliding.viscous)
     }
 
+    fn largest(&self) -> f64 {
+        self.sliding.levels.stick
+    }
+
     fn states(&self, h: f64, v: f64, [s]: &[f64; 1], v_end: f64) -> [f64; 1] {
         let (force, _) = self.clamped(h, v, *s, v_end);
         [(force * h + self.damping * s) / (self.stiffness * h + self.damping)]

@@ -81,12 +81,19 @@ impl SingleValued<1> for LuGre {
 impl Implicit<1> for LuGre {
     fn friction(&self, h: f64, v: f64, z: &[f64; 1], v_end: f64) -> (f64, f64) {
         let [z_end] = self.states(h, v, z, v_end);
-        let slope = 1.0 / (1.0 + h * self.relaxation(v));
+        let relaxation = self.relaxation(v);
+        let part = 1.0 / (1.0 + h * relaxation);
+        // (z+ - z)/h, without the difference of two deflections that are nearly the same.
+        let rate = part * (v_end - relaxation * z[0]);
         let viscous = self.sliding.viscous;
         (
-            self.stiffness * z_end + self.damping * (z_end - z[0]) / h + viscous * v_end,
-            (self.stiffness * h + self.damping) * slope + viscous,
+            self.stiffness * z_end + self.damping * rate + viscous * v_end,
+            (self.stiffness * h + self.damping) * part + viscous,
         )
+    }
+
+    fn largest(&self) -> f64 {
+        self.sliding.levels.stick
     }
 
     fn states(&self, h: f64, v: f64, [z]: &[f64; 1], v_end: f64) -> [f64; 1] {

@@ -91,6 +91,10 @@ impl<const N: usize> Implicit<N> for MaxwellSlip<N> {
         sum
     }
 
+    fn largest(&self) -> f64 {
+        self.sliding.levels.stick
+    }
+
     fn states(&self, h: f64, v: f64, z: &[f64; N], v_end: f64) -> [f64; N] {
         let level = self.sliding.level(v.abs());
         let follow = h * self.attraction;

@@ -85,6 +85,9 @@ pub trait Implicit<const Z: usize>: SingleValued<Z> {
     /// as a level that does with velocity, is taken at `v`.
     fn friction(&self, h: f64, v: f64, z: &[f64; Z], v_end: f64) -> (f64, f64);
 
+    /// What its forces are measured by: F_s, or F_c of a model without it. A force far below is nothing.
+    fn largest(&self) -> f64;
+
     /// The states at the end.
     fn states(&self, h: f64, v: f64, z: &[f64; Z], v_end: f64) -> [f64; Z];
 }

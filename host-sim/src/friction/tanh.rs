@@ -69,6 +69,10 @@ impl Implicit<0> for Tanh {
         (smooth + bump * v_end, slope + bump)
     }
 
+    fn largest(&self) -> f64 {
+        self.levels.stick
+    }
+
     fn states(&self, _: f64, _: f64, _: &[f64; 0], _: f64) -> [f64; 0] {
         []
     }

@@ -3,7 +3,7 @@
 use super::build::AnyMechanism;
 use super::plan::LabPlan;
 use super::setup::{Model, ModelTable, name_of};
-use crate::error::{Error, suggestion_or_all};
+use crate::error::{Error, rounded, suggestion_or_all};
 use crate::friction::{Coulomb, Dahl, ElasticCoulomb, LuGre, MaxwellSlip, ResetIntegrator, Stribeck, Tanh};
 
 const ABOVE_ZERO: &str = "a number above 0";
@@ -24,6 +24,12 @@ fn keys_of(model: Model) -> &'static [&'static str] {
         Model::LuGre | Model::ElasticCoulomb => &["stiffness", "damping", "speed", "exponent", "viscous"],
         Model::MaxwellSlip => &["attraction", "speed", "exponent", "viscous"],
     }
+}
+
+/// How far rounding to two digits, as the thesis's tables are, may take a number.
+fn half_of_second_digit(number: f64) -> f64 {
+    // A little more, so that what lies in the middle of two may be either.
+    if number == 0.0 { 0.0 } else { 0.0501 * 10_f64.powf(number.abs().log10().floor()) }
 }
 
 /// A model whose parameters follow from F_s and F_d, p_o and a mass where they are left out.
@@ -81,7 +87,38 @@ impl LabPlan {
             f.damping = b
         })?;
         self.set(&mut friction, "gradient", &table.gradient, NOT_BELOW_ZERO, |f, a| f.gradient = a)?;
+        self.agree_with_the_levels(&friction)?;
         Ok(friction)
+    }
+
+    /// K_r p_o has to be F_d and K_r (1 + a) p_o to be F_s, or the run would have another friction than the file says.
+    /// beta is free: eq. 4c is a guideline, and two of the thesis's tables depart from it.
+    fn agree_with_the_levels<const N: usize>(&self, friction: &[ResetIntegrator; N]) -> Result<(), Error> {
+        let rules = self.by_rules::<N, _>(ResetIntegrator::by_rules)?;
+        let [stick, slip, range] =
+            ["stick_n", "slip_n", "range_m"].map(|key| self.key(&format!("friction.{key}")));
+        for (i, (own, rule)) in friction.iter().zip(&rules).enumerate() {
+            for (key, value, wanted, rule) in [
+                (
+                    "stiffness_n_per_m",
+                    own.stiffness,
+                    rule.stiffness,
+                    format!("F_d / p_o of `{slip}` and `{range}`"),
+                ),
+                (
+                    "gradient",
+                    own.gradient,
+                    rule.gradient,
+                    format!("(F_s - F_d) / F_d of `{stick}` and `{slip}`"),
+                ),
+            ] {
+                let key = format!("{}[{i}]", self.key(&format!("friction.reset-integrator.{key}")));
+                self.check(&key, value, (value - wanted).abs() <= half_of_second_digit(value), || {
+                    format!("{} to two digits, which is {rule}, or to leave it out", rounded(wanted))
+                })?;
+            }
+        }
+        Ok(())
     }
 
     pub(super) fn tanhs<const N: usize>(&self) -> Result<[Tanh; N], Error> {

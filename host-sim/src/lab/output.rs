@@ -5,7 +5,9 @@ use serde_json::Value;
 
 use super::recorder::Metrics;
 use super::run::LabResult;
+use super::setup::name_of;
 use crate::solver::EventKind;
+use crate::solver::state::BodyEvent;
 
 #[derive(Serialize)]
 struct Report<'a> {
@@ -105,14 +107,18 @@ pub fn csv(results: &[LabResult]) -> Result<Vec<u8>, csv::Error> {
     writer.into_inner().map_err(|error| csv::Error::from(error.into_error()))
 }
 
-/// A table for people: a paragraph a run, a line a body.
+/// Lines of events that a table has room for, and events in each.
+const EVENT_LINES: usize = 5;
+const EVENTS_A_LINE: usize = 3;
+
+/// A table for people: a paragraph a run, a line a body, and the first events.
 pub fn table(results: &[LabResult]) -> String {
     let mut text = String::new();
     for result in results {
         let turns = result.plan.setup.mechanism.kind.turns();
         let (length, force) = if turns { ("rad", "N m") } else { ("m", "N") };
         let ms = 1e3 * result.wall.as_secs_f64();
-        text += &format!("{}: {} evaluations, {ms:.2} ms\n", result.plan.label, result.evaluations);
+        text += &format!("{}: {} evaluations, {ms:.3} ms\n", result.plan.label, result.evaluations);
         let (speed, friction) = (format!("fastest {length}/s"), format!("friction up to {force}"));
         text += &format!("  body {:>14} {speed:>15} {friction:>20}  breaks\n", format!("ends at {length}"));
         let metrics = &result.metrics;
@@ -122,12 +128,31 @@ pub fn table(results: &[LabResult]) -> String {
             let breaks = metrics.breaks[i];
             text += &format!("  {:4} {position:>14} {speed:>15} {friction:>20}  {breaks:6}\n", i + 1);
         }
+        text += &events(&result.events);
         if let Some(time_s) = result.diverged_at_s {
             text += &format!("  diverged, not finite at {time_s} s; the run ends there\n");
         }
         text += "\n";
     }
     text
+}
+
+/// Time, body and kind of the first events, several a line.
+fn events(events: &[BodyEvent]) -> String {
+    let shown = &events[..events.len().min(EVENT_LINES * EVENTS_A_LINE)];
+    let mut text = String::new();
+    for (line, some) in shown.chunks(EVENTS_A_LINE).enumerate() {
+        text += if line == 0 { "  at s  " } else { "        " };
+        for event in some {
+            let kind = name_of(&event.kind);
+            text += &format!("{:>11.6}  {} {kind:<7}", event.time_s, event.body + 1);
+        }
+        text = text.trim_end().to_owned() + "\n";
+    }
+    match events.len() - shown.len() {
+        0 => text,
+        more => text + &format!("        \u{2026} and {more} more, --json has all\n"),
+    }
 }
 
 /// Six significant digits, whatever the size.

@@ -1,5 +1,6 @@
 //! What is kept of a run: samples, events and what it is judged by.
 
+use indicatif::ProgressBar;
 use serde::Serialize;
 
 use crate::mechanism::Mechanism;
@@ -8,7 +9,7 @@ use crate::solver::state::{BodyEvent, Finish, Observer, Sample};
 
 /// Samples of a run that lie evenly; those on both sides of events come on top. The Reset Integrator's oscillation on
 /// the thesis's spring has a period of 13 ms in 5 s: 25 samples.
-const EVEN_SAMPLES: f64 = 10_000.0;
+pub const EVEN_SAMPLES: u64 = 10_000;
 
 /// Events of a run that are kept with their samples; a chattering run has more.
 const MOST_ROWS: usize = 200_000;
@@ -52,6 +53,8 @@ pub struct Metrics {
 /// Listens to a solver.
 pub struct Recorder<'a, const N: usize> {
     mechanism: &'a dyn Mechanism<N>,
+    /// Goes on by one at each even sample.
+    bar: &'a ProgressBar,
     interval_s: f64,
     next: u64,
     last: Option<Sample<N>>,
@@ -64,10 +67,11 @@ pub struct Recorder<'a, const N: usize> {
 }
 
 impl<'a, const N: usize> Recorder<'a, N> {
-    pub fn new(mechanism: &'a dyn Mechanism<N>, duration_s: f64) -> Self {
+    pub fn new(mechanism: &'a dyn Mechanism<N>, duration_s: f64, bar: &'a ProgressBar) -> Self {
         Self {
             mechanism,
-            interval_s: duration_s / EVEN_SAMPLES,
+            bar,
+            interval_s: duration_s / EVEN_SAMPLES as f64,
             next: 0,
             last: None,
             last_is_kept: false,
@@ -160,6 +164,7 @@ impl<const N: usize> Observer<N> for Recorder<'_, N> {
         // A step may be longer than the interval.
         while sample.time_s >= self.next_sample_s() {
             self.next += 1;
+            self.bar.inc(1);
         }
         self.last = Some(*sample);
     }

@@ -2,18 +2,19 @@
 
 use std::time::{Duration, Instant};
 
+use indicatif::{ProgressBar, ProgressStyle};
 use rayon::prelude::*;
 
 use super::build::AnyMechanism;
 use super::plan::LabPlan;
-use super::recorder::{Metrics, Recorder, Row};
+use super::recorder::{EVEN_SAMPLES, Metrics, Recorder, Row};
 use super::setup::{Model, SolverName};
 use crate::error::Error;
 use crate::friction::{Implicit, SetValued, SingleValued};
 use crate::mechanism::Mechanism;
 use crate::solver::banded::Banded;
 use crate::solver::dynamics::{Dynamics, SingleValuedDynamics};
-use crate::solver::state::{BodyEvent, Finish};
+use crate::solver::state::{BodyEvent, Finish, Observer};
 use crate::solver::step_doubling::Accuracy;
 use crate::solver::{Trouble, fixed, located, nonsmooth, pieces, step_doubling};
 
@@ -31,7 +32,7 @@ pub struct LabResult {
     pub events: Vec<BodyEvent>,
     /// What it is judged by.
     pub metrics: Metrics,
-    /// Wall time, recording included.
+    /// Wall time of the solver with its events: of a second run without samples, which would take most of the time.
     pub wall: Duration,
     /// How often the solver computed the accelerations.
     pub evaluations: u64,
@@ -39,12 +40,16 @@ pub struct LabResult {
     pub diverged_at_s: Option<f64>,
 }
 
-/// Runs all plans in parallel.
-///
-/// # Errors
-/// The first run that a solver gave up, with time and state.
-pub fn run_all(plans: &[LabPlan]) -> Result<Vec<LabResult>, Error> {
-    plans.par_iter().map(run).collect()
+/// Runs all plans in parallel, with a progress bar on a terminal if it takes more than a moment: each by itself, so that
+/// one that a solver gives up takes no other with it.
+pub fn run_all(plans: &[LabPlan]) -> Vec<Result<LabResult, Error>> {
+    let style = ProgressStyle::with_template("{bar:40} {percent} %, {eta} left");
+    // Of each run the samples, and the same again for the run that is timed.
+    let bar = ProgressBar::new(plans.len() as u64 * 2 * EVEN_SAMPLES);
+    let bar = style.map_or_else(|_| ProgressBar::hidden(), |style| bar.with_style(style));
+    let results = plans.par_iter().map(|plan| watched(plan, &bar)).collect();
+    bar.finish_and_clear();
+    results
 }
 
 /// Runs one plan.
@@ -52,21 +57,46 @@ pub fn run_all(plans: &[LabPlan]) -> Result<Vec<LabResult>, Error> {
 /// # Errors
 /// If the solver gave up, with time and state.
 pub fn run(plan: &LabPlan) -> Result<LabResult, Error> {
+    watched(plan, &ProgressBar::hidden())
+}
+
+fn watched(plan: &LabPlan, bar: &ProgressBar) -> Result<LabResult, Error> {
     match plan.mechanism()? {
-        AnyMechanism::One(mechanism) => run_with(plan, &*mechanism),
-        AnyMechanism::Two(mechanism) => run_with(plan, &*mechanism),
+        AnyMechanism::One(mechanism) => run_with(plan, &*mechanism, bar),
+        AnyMechanism::Two(mechanism) => run_with(plan, &*mechanism, bar),
     }
 }
 
-fn run_with<const N: usize>(plan: &LabPlan, mechanism: &dyn Mechanism<N>) -> Result<LabResult, Error> {
-    let mut recorder = Recorder::new(mechanism, plan.setup.run.duration_s);
-    let case = Case { plan, mechanism, recorder: &mut recorder };
+fn run_with<const N: usize>(
+    plan: &LabPlan,
+    mechanism: &dyn Mechanism<N>,
+    bar: &ProgressBar,
+) -> Result<LabResult, Error> {
+    let mut recorder = Recorder::new(mechanism, plan.setup.run.duration_s, bar);
+    let finish = solved(plan, mechanism, &mut recorder)?;
     let begin = Instant::now();
+    solved(plan, mechanism, &mut Vec::with_capacity(recorder.events.len()))?;
+    let wall = begin.elapsed();
+    bar.inc(EVEN_SAMPLES);
+    Ok(LabResult {
+        plan: plan.clone(),
+        metrics: recorder.metrics(&finish),
+        rows: recorder.rows,
+        events: recorder.events,
+        wall,
+        evaluations: finish.evaluations,
+        diverged_at_s: finish.diverged_at_s,
+    })
+}
+
+fn solved<const N: usize, O: Observer<N>>(
+    plan: &LabPlan,
+    mechanism: &dyn Mechanism<N>,
+    observer: &mut O,
+) -> Result<Finish<N>, Error> {
+    let case = Case { plan, mechanism, observer };
     let solved = match plan.model {
-        Model::Classical | Model::Karnopp => {
-            let levels = plan.levels::<N>()?;
-            case.set_valued(&levels)
-        }
+        Model::Classical | Model::Karnopp => case.set_valued(&plan.levels::<N>()?),
         Model::KarnoppBanded => {
             let (levels, bands) = (plan.levels::<N>()?, plan.bands::<N>()?);
             let mut dynamics = Banded::new(mechanism, levels, bands, plan.setup.run.coupling);
@@ -80,36 +110,25 @@ fn run_with<const N: usize>(plan: &LabPlan, mechanism: &dyn Mechanism<N>) -> Res
         Model::ElasticCoulomb => case.implicit(plan.elastic_coulombs::<N>()?),
         Model::MaxwellSlip => case.implicit(plan.maxwell_slips::<N>()?),
     };
-    let wall = begin.elapsed();
-    let finish =
-        solved.map_err(|trouble| Error::Run(format!("{}: {}: {trouble}", plan.origin, plan.label)))?;
-    Ok(LabResult {
-        plan: plan.clone(),
-        metrics: recorder.metrics(&finish),
-        rows: recorder.rows,
-        events: recorder.events,
-        wall,
-        evaluations: finish.evaluations,
-        diverged_at_s: finish.diverged_at_s,
-    })
+    solved.map_err(|trouble| Error::Run(format!("{}: {}: {trouble}", plan.origin, plan.label)))
 }
 
 /// A mechanism and who listens, before friction and solver are known by type.
-struct Case<'a, 'b, const N: usize> {
+struct Case<'a, const N: usize, O> {
     plan: &'a LabPlan,
     mechanism: &'a dyn Mechanism<N>,
-    recorder: &'a mut Recorder<'b, N>,
+    observer: &'a mut O,
 }
 
-impl<const N: usize> Case<'_, '_, N> {
+impl<const N: usize, O: Observer<N>> Case<'_, N, O> {
     fn set_valued<F: SetValued>(self, friction: &[F; N]) -> Result<Finish<N>, Trouble> {
         let run = &self.plan.setup.run;
         match run.solver {
             SolverName::Nonsmooth => {
-                nonsmooth::run(self.mechanism, friction, run.step_s, run.duration_s, self.recorder)
+                nonsmooth::run(self.mechanism, friction, run.step_s, run.duration_s, self.observer)
             }
             // The others have been refused.
-            _ => located::run(self.mechanism, friction, run.tolerance, run.duration_s, self.recorder),
+            _ => located::run(self.mechanism, friction, run.tolerance, run.duration_s, self.observer),
         }
     }
 
@@ -117,7 +136,7 @@ impl<const N: usize> Case<'_, '_, N> {
         let run = &self.plan.setup.run;
         match run.solver {
             SolverName::Nonsmooth => {
-                nonsmooth::run_implicit(self.mechanism, &friction, run.step_s, run.duration_s, self.recorder)
+                nonsmooth::run_implicit(self.mechanism, &friction, run.step_s, run.duration_s, self.observer)
             }
             _ => self.single_valued(friction),
         }
@@ -130,7 +149,7 @@ impl<const N: usize> Case<'_, '_, N> {
         let run = &self.plan.setup.run;
         match run.solver {
             SolverName::Exact => {
-                pieces::run(self.mechanism, &friction, run.tolerance, run.duration_s, self.recorder)
+                pieces::run(self.mechanism, &friction, run.tolerance, run.duration_s, self.observer)
             }
             _ => {
                 let mut dynamics = SingleValuedDynamics { mechanism: self.mechanism, friction };
@@ -144,9 +163,9 @@ impl<const N: usize> Case<'_, '_, N> {
         match run.solver {
             SolverName::Rk4Adaptive => {
                 let accuracy = Accuracy { eps: run.eps, max_evaluations: MAX_EVALUATIONS };
-                step_doubling::run(dynamics, accuracy, run.duration_s, self.recorder)
+                step_doubling::run(dynamics, accuracy, run.duration_s, self.observer)
             }
-            _ => fixed::run(dynamics, run.step_s, run.duration_s, self.recorder),
+            _ => fixed::run(dynamics, run.step_s, run.duration_s, self.observer),
         }
     }
 }

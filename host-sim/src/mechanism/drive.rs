@@ -77,9 +77,10 @@ impl Wave {
         }
     }
 
-    /// The first jump or bend after `t`, s.
+    /// The first jump or bend after `t`, s; none any more where time is too coarse to tell quarters apart.
     pub fn next_corner(&self, t: f64) -> f64 {
-        self.begin_of(self.quarter(t) + 1)
+        let corner = self.begin_of(self.quarter(t).saturating_add(1));
+        if corner > t { corner } else { f64::INFINITY }
     }
 
     /// The quarter that `t` is in, counted from zero. Compared with the very instants that are named as corners, so
@@ -87,9 +88,9 @@ impl Wave {
     fn quarter(&self, t: f64) -> u64 {
         let near = (4.0 * t / self.period_s) as u64;
         if t < self.begin_of(near) {
-            near - 1
-        } else if t >= self.begin_of(near + 1) {
-            near + 1
+            near.saturating_sub(1)
+        } else if t >= self.begin_of(near.saturating_add(1)) {
+            near.saturating_add(1)
         } else {
             near
         }
@@ -126,6 +127,21 @@ mod tests {
                 assert_eq!(wave.force(corner), [1.0, 0.0, -1.0, 0.0][quarter % 4]);
                 assert_eq!(wave.force(corner.next_down()), [1.0, 0.0, -1.0, 0.0][(quarter + 3) % 4]);
                 t = corner;
+            }
+        }
+    }
+
+    /// A solver asks for corners until there are none: each is later than the one before, wherever it stands.
+    #[test]
+    fn corners_go_on_or_end_but_never_stand_still() {
+        for period_s in [f64::MIN_POSITIVE, 1e-300, 1e-9, 4.0, 1e300, f64::MAX] {
+            for t in [0.0, f64::MIN_POSITIVE, 1e-9, 1.0, 2.0_f64.powi(53), 1e19, 1e300, f64::MAX] {
+                for shape in [Shape::Square, Shape::Triangle] {
+                    let wave = Wave { shape, amplitude: 1.0, period_s };
+                    let corner = wave.next_corner(t);
+                    assert!(corner > t, "{period_s:e} s, {t:e} s: {corner:e} s");
+                    assert!(!wave.force(t).is_nan(), "{period_s:e} s, {t:e} s");
+                }
             }
         }
     }

@@ -4,6 +4,7 @@
 
 use super::dynamics::{Dynamics, Rates};
 use super::state::{BodyEvent, Finish, Observer, Sample, State};
+use super::storm::Storm;
 use super::{EventKind, Trouble};
 
 /// The classical Runge-Kutta step of order 4 from a state whose rates are known. `last_s` is the last instant of the
@@ -33,26 +34,31 @@ pub(super) struct Progress<const N: usize, const Z: usize> {
     pub evaluations: u64,
     pub steps: u64,
     slip: [i8; N],
+    storm: Storm,
 }
 
 impl<const N: usize, const Z: usize> Progress<N, Z> {
-    pub fn start<D: Dynamics<N, Z>, O: Observer<N>>(dynamics: &D, observer: &mut O) -> Self {
+    pub fn start<D: Dynamics<N, Z>, O: Observer<N>>(dynamics: &D, duration_s: f64, observer: &mut O) -> Self {
         let state = dynamics.start();
         let rates = dynamics.evaluate(0.0, &state);
         let slip = dynamics.slip(&state);
-        let progress = Self { t: 0.0, state, rates, evaluations: 1, steps: 0, slip };
+        let storm = Storm::new(duration_s);
+        let progress = Self { t: 0.0, state, rates, evaluations: 1, steps: 0, slip, storm };
         progress.sample(observer);
         progress
     }
 
     /// Keeps a step. Its events are at its end: nothing is located.
+    ///
+    /// # Errors
+    /// If events do not end: with time and state.
     pub fn keep<D: Dynamics<N, Z>, O: Observer<N>>(
         &mut self,
         dynamics: &mut D,
         t: f64,
         state: State<N, Z>,
         observer: &mut O,
-    ) {
+    ) -> Result<(), Trouble> {
         (self.t, self.state) = (t, state);
         dynamics.accepted(&mut self.state, &self.rates);
         self.rates = dynamics.evaluate(t, &self.state);
@@ -67,9 +73,11 @@ impl<const N: usize, const Z: usize> Progress<N, Z> {
                 _ => EventKind::Reverse,
             };
             observer.event(BodyEvent { time_s: t, body, kind });
+            self.storm.count(t).map_err(|what| self.trouble(what))?;
         }
         self.slip = slip;
         self.sample(observer);
+        Ok(())
     }
 
     fn sample<O: Observer<N>>(&self, observer: &mut O) {

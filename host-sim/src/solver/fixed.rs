@@ -14,14 +14,14 @@ use super::state::{Finish, Observer};
 /// Runs a differential equation for `duration_s` with steps of at most `step_s`.
 ///
 /// # Errors
-/// None today; a state that is no longer finite ends the run and is reported in [`Finish`].
+/// If events do not end: with time and state. A state that is no longer finite ends the run, and is no error.
 pub fn run<const N: usize, const Z: usize, D: Dynamics<N, Z>, O: Observer<N>>(
     dynamics: &mut D,
     step_s: f64,
     duration_s: f64,
     observer: &mut O,
 ) -> Result<Finish<N>, Trouble> {
-    let mut progress = Progress::start(dynamics, observer);
+    let mut progress = Progress::start(dynamics, duration_s, observer);
     while progress.t < duration_s {
         let begin_s = progress.t;
         let corner_s = dynamics.next_corner(begin_s);
@@ -35,7 +35,7 @@ pub fn run<const N: usize, const Z: usize, D: Dynamics<N, Z>, O: Observer<N>>(
             let state = classical(dynamics, t, last_s, &progress.state, &first, h);
             progress.evaluations += 3;
             let t = if i == steps as u64 { end_s } else { begin_s + i as f64 * h };
-            progress.keep(dynamics, t, state, observer);
+            progress.keep(dynamics, t, state, observer)?;
             if !progress.state.is_finite() {
                 return Ok(progress.finish());
             }

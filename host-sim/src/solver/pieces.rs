@@ -160,7 +160,8 @@ where
                 let next = h * growth(error);
                 self.step_s = if h < self.step_s { self.step_s.max(next) } else { next };
                 let t = if h >= remaining { end_s } else { self.t + h };
-                return self.arrive(t, h, end, then);
+                self.arrive(t, h, end, then)?;
+                return self.tell();
             };
             let Some((part, end, then)) = self.locate(&found, h) else {
                 h *= 0.5;
@@ -187,7 +188,7 @@ where
         if self.steps > MAX_STEPS {
             return Err(self.trouble(&format!("more than {MAX_STEPS} steps")));
         }
-        self.tell()
+        Ok(())
     }
 
     /// Tells of bodies that began or ceased to slip.

@@ -3,7 +3,8 @@
 //!
 //! ```text
 //! error = max |y_halves - y_whole| / (eps (|y| + |h y'| + floor))
-//! next  = 0.9 h error^(-1/5) after a step that was kept, at most 4 h;  0.9 h error^(-1/4) after one that was not
+//! next  = 0.9 h error^(-1/5) after a step that was kept, at most 4 h
+//!       = 0.9 h error^(-1/4) after one that was not, at least h/10 (the book's later editions; the first has no bound)
 //! y     = y_halves + (y_halves - y_whole) / 15
 //! ```
 //!
@@ -27,6 +28,10 @@ pub struct Accuracy {
 /// What positions and velocities are measured by near zero, in SI: the size of the thesis's own D_v and p_o.
 pub const FLOOR: f64 = 1e-5;
 
+/// A step that was not kept becomes no shorter than this part of it at once: far from a switch, the error of a step over it
+/// says little about the one that is right.
+const LEAST_SHRINK: f64 = 0.1;
+
 /// The floor of coordinates and velocities.
 pub fn floor<const N: usize, const Z: usize>() -> State<N, Z> {
     State { q: [FLOOR; N], v: [FLOOR; N], z: [[FLOOR; Z]; N] }
@@ -35,14 +40,14 @@ pub fn floor<const N: usize, const Z: usize>() -> State<N, Z> {
 /// Runs a differential equation for `duration_s`.
 ///
 /// # Errors
-/// If the step underflows, or the work exceeds its bound: with time and state.
+/// If the step underflows, events do not end or the work exceeds its bound: with time and state.
 pub fn run<const N: usize, const Z: usize, D: Dynamics<N, Z>, O: Observer<N>>(
     dynamics: &mut D,
     accuracy: Accuracy,
     duration_s: f64,
     observer: &mut O,
 ) -> Result<Finish<N>, Trouble> {
-    let mut progress = Progress::start(dynamics, observer);
+    let mut progress = Progress::start(dynamics, duration_s, observer);
     let mut wanted = duration_s / 1000.0;
     while progress.t < duration_s {
         let corner_s = dynamics.next_corner(progress.t);
@@ -75,13 +80,13 @@ pub fn run<const N: usize, const Z: usize, D: Dynamics<N, Z>, O: Observer<N>>(
                 return Ok(progress.finish());
             }
             let shrink = 0.9 * error.powf(-0.25);
-            h *= if shrink.is_nan() { 0.1 } else { shrink };
+            h *= if shrink.is_nan() { LEAST_SHRINK } else { shrink.max(LEAST_SHRINK) };
         };
         // 6e-4 = (4 / 0.9)^-5: below it the growth of 4 is reached.
         let growth = if error > 6e-4 { 0.9 * error.powf(-0.2) } else { 4.0 };
         let t_new = if h >= end_s - t { end_s } else { t + h };
         wanted = h * growth;
-        progress.keep(dynamics, t_new, state, observer);
+        progress.keep(dynamics, t_new, state, observer)?;
     }
     Ok(progress.finish())
 }

@@ -35,14 +35,17 @@ where
             let to_end = stretch >= end_s - self.t;
             stretch = stretch.min(end_s - self.t);
             let Some(reactions) = self.reactions(stretch) else {
-                stretch *= 0.5;
-                if stretch < 4.0 * (self.t.next_up() - self.t) {
-                    return Err(self.trouble("the force on bodies at rest jumps where no corner is named"));
-                }
+                stretch =
+                    self.shorter(stretch, "the force on bodies at rest jumps where no corner is named")?;
                 continue;
             };
             if let Some((part, body, sign)) = self.first_break(&reactions) {
-                let broken_s = self.locate_break(&reactions[body], part, stretch, body, sign);
+                let Some(broken_s) = self.locate_break(&reactions[body], part, stretch, body, sign) else {
+                    // The polynomial saw what is not there, or not quite: it sees better in a shorter stretch.
+                    stretch =
+                        self.shorter(stretch, "the instant at which a body breaks away is not found")?;
+                    continue;
+                };
                 self.wait(broken_s);
                 let mut breaking: Mode<N> = [0; N];
                 breaking[body] = sign;
@@ -53,6 +56,14 @@ where
             stretch *= 2.0;
         }
         Ok(())
+    }
+
+    /// Half of a stretch.
+    fn shorter(&self, stretch: f64, what: &str) -> Result<f64, Trouble> {
+        if 0.5 * stretch < 4.0 * (self.t.next_up() - self.t) {
+            return Err(self.trouble(what));
+        }
+        Ok(0.5 * stretch)
     }
 
     fn force_at(&mut self, t: f64) -> [f64; N] {
@@ -69,7 +80,7 @@ where
         let is_near = looks
             .into_iter()
             .any(|part| (0..N).any(|i| value(&polynomials[i], part).abs() > NEAR * self.friction[i].stick()));
-        let agreement = if is_near { (1e-2 * self.tolerance).max(1e-12) } else { AGREEMENT };
+        let agreement = if is_near { self.agreement() } else { AGREEMENT };
         let agrees = [0.1, 0.6].into_iter().all(|part| {
             let force = self.force_at(t + part * stretch);
             (0..N).all(|i| {
@@ -96,20 +107,50 @@ where
         first
     }
 
-    /// The instant at which the force itself reaches the limit, by Newton with the polynomial's slope.
-    fn locate_break(&mut self, reaction: &Quartic, part: f64, stretch: f64, body: usize, sign: i8) -> f64 {
+    /// The instant at which the force itself reaches the limit: by Newton with the polynomial's slope, between instants
+    /// at which it is known to be below and above. None if the force is not where the polynomial has it.
+    fn locate_break(
+        &mut self,
+        reaction: &Quartic,
+        part: f64,
+        stretch: f64,
+        body: usize,
+        sign: i8,
+    ) -> Option<f64> {
         let limit = BEYOND * self.friction[body].stick();
         let sign = f64::from(sign);
-        let mut part = part;
-        for _ in 0..8 {
-            let over = sign * self.force_at(self.t + part * stretch)[body] - limit;
+        let (mut part, mut below, mut above) = (part, 0.0, None);
+        let mut nearest = (f64::NEG_INFINITY, part);
+        for _ in 0..60 {
+            let at_s = self.t + part * stretch;
+            let over = sign * self.force_at(at_s)[body] - limit;
             let steep = sign * slope(reaction, part);
-            if over.abs() <= 4.0 * f64::EPSILON * limit || steep <= 0.0 {
-                break;
+            // Nearer than rounding lets force and time be told.
+            let ulp = (at_s.next_up() - at_s) / stretch;
+            if over.abs() <= 4.0 * f64::EPSILON * limit + steep.abs() * ulp {
+                return Some(at_s);
             }
-            part = (part - over / steep).clamp(0.0, 1.0);
+            if over < 0.0 {
+                nearest = if over > nearest.0 { (over, part) } else { nearest };
+                below = part.max(below);
+            } else {
+                above = Some(part);
+            }
+            let newton = part - over / steep;
+            part = match above {
+                _ if below < newton && newton < above.unwrap_or(1.0) => newton,
+                Some(above) => 0.5 * (below + above),
+                // A force that only just reaches its limit, or would a hair later.
+                None => break,
+            };
         }
-        self.t + part * stretch
+        let missing = (self.agreement() + BEYOND - 1.0) * limit;
+        (above.is_none() && nearest.0 >= -missing).then_some(self.t + nearest.1 * stretch)
+    }
+
+    /// How far the polynomial and the force may differ where the limit is near.
+    fn agreement(&self) -> f64 {
+        (1e-2 * self.tolerance).max(1e-12)
     }
 
     /// Lets time pass.

@@ -172,6 +172,10 @@ where
                 let limit = BEYOND * self.friction[i].stick();
                 (limit - f64::from(switch.breaks) * forces[i], limit)
             };
+            // Near zero on its way up is no halt: a motion that begins in nothing, over whose growth the polynomial swings.
+            if switch.breaks == 0 && left.abs() <= LOCATED * size && f64::from(self.mode[i]) * a[i] > 0.0 {
+                return None;
+            }
             if left.abs() <= LOCATED * size {
                 return Some((part, end, a, forces));
             }

@@ -1,7 +1,8 @@
 //! Friction with an implicit step of its own, in a step.
 
 use super::super::dynamics::direction;
-use super::{Step, monotone};
+use super::Step;
+use super::monotone::{self, Reaction};
 use crate::friction::Implicit;
 
 /// The frictions and their states.
@@ -22,7 +23,10 @@ impl<const N: usize, const Z: usize, F: Implicit<Z>> super::Law<N> for Law<'_, N
     fn begin(&mut self, _: &[f64; N]) {}
 
     fn velocities(&mut self, step: &Step<N>, guess: &[f64; N]) -> Option<[f64; N]> {
-        let law = |i: usize, v_end: f64| self.friction[i].friction(step.h, step.v[i], &self.z[i], v_end);
+        let law = |i: usize, v_end: f64| {
+            let (force, slope) = self.friction[i].friction(step.h, step.v[i], &self.z[i], v_end);
+            Reaction { force, slope, scale: self.friction[i].largest() }
+        };
         monotone::solve(&step.mass, &step.momentum, step.h, law, guess)
     }
 

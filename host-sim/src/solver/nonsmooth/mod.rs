@@ -23,6 +23,7 @@ mod monotone;
 mod set_valued;
 
 use super::state::{BodyEvent, Finish, Observer, Sample};
+use super::storm::Storm;
 use super::{EventKind, Trouble};
 use crate::friction::{Implicit, SetValued};
 use crate::mechanism::Mechanism;
@@ -40,7 +41,7 @@ const SAME: f64 = 1e-12;
 /// problem stays convex, and comes to rest if it cannot pass zero against F_s.
 ///
 /// # Errors
-/// If the mechanism's forces are too stiff for the step: with time and state.
+/// If the mechanism's forces are too stiff for the step, or events do not end: with time and state.
 pub fn run<const N: usize, M, F, O>(
     mechanism: &M,
     friction: &[F; N],
@@ -53,7 +54,7 @@ where
     F: SetValued,
     O: Observer<N>,
 {
-    Run::new(mechanism, set_valued::Law::new(friction), observer).finished(step_s, duration_s)
+    Run::new(mechanism, set_valued::Law::new(friction), duration_s, observer).finished(step_s, duration_s)
 }
 
 /// The same for friction with an implicit step of its own.
@@ -72,7 +73,7 @@ where
     F: Implicit<Z>,
     O: Observer<N>,
 {
-    Run::new(mechanism, implicit::Law::new(friction), observer).finished(step_s, duration_s)
+    Run::new(mechanism, implicit::Law::new(friction), duration_s, observer).finished(step_s, duration_s)
 }
 
 /// A step with the mechanism's terms frozen.
@@ -119,12 +120,13 @@ struct Run<'a, const N: usize, M: ?Sized, L, O> {
     slip: [i8; N],
     evaluations: u64,
     steps: u64,
+    storm: Storm,
 }
 
 impl<'a, const N: usize, M: Mechanism<N> + ?Sized, L: Law<N>, O: Observer<N>> Run<'a, N, M, L, O> {
-    fn new(mechanism: &'a M, law: L, observer: &'a mut O) -> Self {
-        let (q, slip) = (mechanism.start(), law.slip());
-        Self { mechanism, law, observer, t: 0.0, q, v: [0.0; N], slip, evaluations: 0, steps: 0 }
+    fn new(mechanism: &'a M, law: L, duration_s: f64, observer: &'a mut O) -> Self {
+        let (q, slip, storm) = (mechanism.start(), law.slip(), Storm::new(duration_s));
+        Self { mechanism, law, observer, t: 0.0, q, v: [0.0; N], slip, evaluations: 0, steps: 0, storm }
     }
 
     fn finished(mut self, step_s: f64, duration_s: f64) -> Result<Finish<N>, Trouble> {
@@ -170,14 +172,13 @@ impl<'a, const N: usize, M: Mechanism<N> + ?Sized, L: Law<N>, O: Observer<N>> Ru
             });
             v_end = found;
             if same {
-                self.keep(&step, t_end, v_end);
-                return Ok(());
+                return self.keep(&step, t_end, v_end);
             }
         }
         Err(self.trouble("the step is too long for the springs (or other forces) of the mechanism", h))
     }
 
-    fn keep(&mut self, step: &Step<N>, t_end: f64, v_end: [f64; N]) {
+    fn keep(&mut self, step: &Step<N>, t_end: f64, v_end: [f64; N]) -> Result<(), Trouble> {
         let friction = self.law.keep(step, &v_end);
         let a = std::array::from_fn(|i| (v_end[i] - self.v[i]) / step.h);
         for (q, v) in self.q.iter_mut().zip(&v_end) {
@@ -194,9 +195,11 @@ impl<'a, const N: usize, M: Mechanism<N> + ?Sized, L: Law<N>, O: Observer<N>> Ru
                 _ => EventKind::Reverse,
             };
             self.observer.event(BodyEvent { time_s: t_end, body, kind });
+            self.storm.count(t_end).map_err(|what| self.trouble(&what, step.h))?;
         }
         self.slip = slip;
         self.sample(a, friction);
+        Ok(())
     }
 
     /// The instant at which the run begins; for the reader, not counted.
