@@ -117,6 +117,10 @@ pub struct Output {
     /// Every term; its code and duty are those that are applied. All zero unless armed, but for the tick that ends a
     /// ramp or in which a fault trips.
     pub tick: Tick,
+    /// Ticks since power-on, this one included.
+    pub clock: u32,
+    /// The compensator holds effort at standstill.
+    pub wound_up: bool,
 }
 
 /// The friction levels that a ramp has found, V of effort; none: the joint did not move, or did not rest.
@@ -391,7 +395,8 @@ impl Servo {
             let off = self.off();
             return Output { tick: Tick { code: 0, duty: off.duty, ..tick }, ..off };
         }
-        Output { enable: true, duty: tick.duty, state: self.state, tick }
+        let wound_up = joint.watch.warning();
+        Output { enable: true, duty: tick.duty, state: self.state, tick, clock: self.clock, wound_up }
     }
 
     /// Transitions that need no command.
@@ -412,7 +417,8 @@ impl Servo {
     }
 
     fn off(&self) -> Output {
-        Output { enable: false, duty: self.neutral(), state: self.state, tick: Tick::default() }
+        let (duty, state, clock) = (self.neutral(), self.state, self.clock);
+        Output { enable: false, duty, state, tick: Tick::default(), clock, wound_up: false }
     }
 }
 

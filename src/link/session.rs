@@ -4,7 +4,8 @@
 //! twice: the answer is sent again. One that was overtaken by a later one is refused. Stop is obeyed at all times.
 //!
 //! Answers and samples wait in a ring of bytes until the wire takes them. Samples leave room for answers; what finds
-//! none is dropped and counted, and the numbers of the samples show the gap.
+//! none is dropped and counted, and the numbers of the samples show the gap. How long the ring is, is the owner's choice:
+//! a host takes [`WAITING`], a board what its RAM allows.
 
 use heapless::{Deque, String};
 
@@ -18,8 +19,8 @@ use crate::parameters::{Motion, Parameters, ROOM};
 use crate::servo::{self, Arming, Joint, Output, Servo};
 use crate::store::SaveError;
 
-/// Bytes that wait for the wire.
-const WAITING: usize = 2048;
+/// Bytes that wait for the wire, unless the owner of a session says otherwise.
+pub const WAITING: usize = 2048;
 
 /// Of these, so many are for answers alone: two of the longest.
 const FOR_ANSWERS: usize = 2 * MAX_FRAME;
@@ -41,7 +42,7 @@ pub trait Machine {
 
 /// One end of a link.
 #[derive(Debug)]
-pub struct Session {
+pub struct Session<const RING: usize = WAITING> {
     kind: Kind,
     deframer: Deframer,
     /// Those in use.
@@ -54,25 +55,32 @@ pub struct Session {
     /// A record in pieces.
     pieces: [u8; ROOM],
     subscription: Subscription,
-    waiting: Deque<u8, WAITING>,
+    waiting: Deque<u8, RING>,
     dropped: u32,
 }
 
-impl Session {
+impl<const RING: usize> Session<RING> {
     /// Before the first byte; `parameters` are those in use.
-    pub fn new(kind: Kind, parameters: Option<Parameters>) -> Self {
+    pub const fn new(kind: Kind, parameters: Option<Parameters>) -> Self {
+        const { assert!(RING > FOR_ANSWERS, "no sample would ever find room") }
         Self {
             kind,
-            deframer: Deframer::default(),
+            deframer: Deframer::new(),
             parameters,
             unsaved: false,
             greeted: None,
             last: None,
             pieces: [0; ROOM],
-            subscription: Subscription::default(),
+            subscription: Subscription::NONE,
             waiting: Deque::new(),
             dropped: 0,
         }
+    }
+
+    /// These are in use, and they are the saved ones.
+    pub fn found(&mut self, parameters: &Parameters) {
+        self.parameters = Some(parameters.clone());
+        self.unsaved = false;
     }
 
     /// Takes bytes from the wire, and does what they say.
@@ -91,8 +99,8 @@ impl Session {
     }
 
     /// Takes a tick's output, for those who have subscribed.
-    pub fn tick(&mut self, clock: u32, output: &Output, wound_up: bool) {
-        let Some(sample) = self.subscription.tick(clock, output, wound_up) else { return };
+    pub fn tick(&mut self, output: &Output) {
+        let Some(sample) = self.subscription.tick(output) else { return };
         let frame = encode(&Message::Sample(sample));
         self.put(frame.as_ref(), FOR_ANSWERS);
     }

@@ -21,6 +21,8 @@ mod differences;
 #[cfg(feature = "emulator")]
 mod free_running;
 #[cfg(feature = "emulator")]
+mod link;
+#[cfg(feature = "emulator")]
 mod mishaps;
 #[cfg(feature = "emulator")]
 mod parameters;

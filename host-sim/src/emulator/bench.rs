@@ -13,6 +13,7 @@ use super::bridge::Bridge;
 use super::image::FirmwareImage;
 use super::in_the_loop::{PARAMETERS_AT, TIM1_CCR1, factory_words};
 use super::log::{Log, LogLine};
+use super::uart::Uart;
 use crate::error::Error;
 
 /// How often something may happen, ns.
@@ -62,6 +63,10 @@ pub enum Mishap {
     },
 }
 
+/// Somebody at the other end of the command link: is told the time (ns) and what the board has sent since it was last
+/// asked, and says what is sent to the board.
+pub type Partner = Box<dyn FnMut(u64, &[u8]) -> Vec<u8> + Send>;
+
 /// What has been seen on the bench.
 #[derive(Clone, Debug)]
 pub struct Observed {
@@ -106,6 +111,21 @@ pub fn observe(
     mishaps: &[(u64, Mishap)],
     until_ns: u64,
 ) -> Result<Observed, Error> {
+    converse(image, records, fitted, mishaps, until_ns, Box::new(|_, _| Vec::new()))
+}
+
+/// The same with somebody at the other end of the command link, who is asked every 50 us.
+///
+/// # Errors
+/// If the image cannot be placed.
+pub fn converse(
+    image: &Arc<FirmwareImage>,
+    records: [Option<&[u8]>; 2],
+    fitted: Fitted,
+    mishaps: &[(u64, Mishap)],
+    until_ns: u64,
+    partner: Partner,
+) -> Result<Observed, Error> {
     let trouble = |why: String| Error::Emulator(format!("{}: {why}", image.path.display()));
     let mut images = vec![Image::new(&image.path, image.elf.clone(), None)];
     images.push(Image::new("identity".as_ref(), factory_words(), Some(super::in_the_loop::FACTORY_AT)));
@@ -125,8 +145,11 @@ pub fn observe(
         compares: Vec::new(),
         was_on: false,
         log: Log::new(image.clone(), "bench", None),
+        uart: Uart::default(),
+        partner,
     };
-    let board = Box::new(EmulatedBoard::new(fitted)?);
+    let mut board = Box::new(EmulatedBoard::new(fitted)?);
+    board.connect(&bench.uart);
     let session =
         Session::new(board, 0, VirtualNanos(LOOK_EVERY_NS)).map_err(|error| trouble(error.to_string()))?;
     let finished = rigless::emulator::run(session, &Start::new(&images), bench)
@@ -148,6 +171,8 @@ struct Bench {
     compares: Vec<(u64, u16)>,
     was_on: bool,
     log: Log,
+    uart: Uart,
+    partner: Partner,
 }
 
 impl Bench {
@@ -241,6 +266,7 @@ impl Driver<EmulatedBoard> for Bench {
             self.happen(mishap, session, &stop, host);
             self.look(session.board_mut(), at);
         }
+        self.uart.send(&(self.partner)(at.0, &self.uart.receive()));
         self.looks += 1;
         let over = at.0 >= self.until_ns;
         if over || self.looks.is_multiple_of(LOOKS_PER_DRAIN) {

@@ -18,6 +18,7 @@ use rigless::soc::stm32f427::peripherals::gpio::{Gpio, Pin};
 use rigless::store;
 use rigless::time::VirtualNanos;
 
+use super::uart::{USART1, Uart};
 use crate::error::Error;
 
 /// Instructions a virtual second: one a cycle of the core's clock.
@@ -116,6 +117,13 @@ impl EmulatedBoard {
         self.mcu.drive_advanced_timer(at, 0, |timer, registers, context| {
             timer.drive_break(level, registers, context);
         });
+    }
+
+    /// Connects the far end of a wire to the command link's port.
+    pub fn connect(&mut self, uart: &Uart) {
+        if let Some(port) = self.mcu.usart.get_mut(USART1) {
+            port.attach(uart.clone());
+        }
     }
 
     /// To be called after a reset of the part: the emulated one forgets the level of its break input.

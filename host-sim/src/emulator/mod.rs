@@ -24,6 +24,7 @@ pub mod log;
 pub mod parameters;
 pub mod probe;
 mod runs;
+pub mod uart;
 pub mod yardstick;
 
 pub use compare::{Difference, first_difference};
