@@ -19,15 +19,17 @@ fn main() {
 }
 
 #[cfg(target_os = "none")]
-#[rtic::app(device = stm32f4xx_hal::pac, peripherals = true, dispatchers = [SPI1, SPI2])]
+#[rtic::app(device = stm32f4xx_hal::pac, peripherals = true, dispatchers = [SPI1])]
 mod app {
+    use core::mem::MaybeUninit;
     use core::sync::atomic::Ordering;
 
     use heapless::spsc::{Consumer, Producer, Queue};
-    use stiction::Fault;
     use stiction::fault::Latched;
     use stiction::link::{Kind, Session};
     use stiction::servo::{Boot, Output, State};
+    use stiction::{Fault, Servo};
+    use stm32f4xx_hal::pac::Interrupt;
 
     use crate::board::alive;
     use crate::board::bridge;
@@ -79,11 +81,12 @@ mod app {
     #[init(local = [
         queue: Queue<Output, QUEUE> = Queue::new(),
         session: Session<WAITING> = Session::new(Kind::Board, None),
+        servo: MaybeUninit<Servo> = MaybeUninit::uninit(),
         from_wire: Queue<u8, INCOMING> = Queue::new(),
         to_wire: Queue<u8, OUTGOING> = Queue::new(),
     ])]
     fn init(cx: init::Context) -> (Shared, Local) {
-        let init::LocalResources { queue, session, from_wire, to_wire, .. } = cx.local;
+        let init::LocalResources { queue, session, servo, from_wire, to_wire, .. } = cx.local;
         let (ticks, trace) = queue.split();
         let (heard, incoming) = from_wire.split();
         let (outgoing, said) = to_wire.split();
@@ -91,7 +94,7 @@ mod app {
         let cause = reset::Cause::take(&cx.device.RCC);
         let settings = setup::Settings::read();
         let fault = told.and_then(|record| record.fault()).or(cause.fault(was_armed));
-        let board = setup::start(cx.device, cx.core, &settings, |crystal| {
+        let board = setup::start(cx.device, cx.core, &settings, servo, |crystal| {
             let absent = (!crystal).then_some(Fault::ClockAbsent);
             let before = told.and_then(|record| record.as_latched()).or(fault.map(Latched::from));
             // An absent crystal must not hide behind an old fault that a command may clear.
@@ -137,8 +140,7 @@ mod app {
             published::publish(&output.tick);
             // A full queue loses a line of the log and samples of the telemetry, nothing else.
             let _ = local.ticks.enqueue(output);
-            // Still busy with the last tick: it takes this one, too.
-            let _ = feed::spawn();
+            rtic::pend(Interrupt::SPI2);
             drive.leave();
         });
     }
@@ -191,12 +193,14 @@ mod app {
     }
 
     /// Runs only after a control tick, and only if nothing above hogs the processor. It wakes log and link, which the
-    /// control task has no time for.
-    #[task(priority = 2, shared = [watchdog])]
-    async fn feed(mut cx: feed::Context) {
+    /// control task has no time for: to pend an interrupt that nothing else uses takes it four instructions, to spawn a
+    /// task twenty.
+    #[task(binds = SPI2, priority = 2, shared = [watchdog])]
+    fn feed(mut cx: feed::Context) {
         if alive::all_have_run() {
             cx.shared.watchdog.lock(Watchdog::feed);
         }
+        // One that is still busy takes this tick, too.
         let _ = report::spawn();
         let _ = link::spawn();
     }
@@ -234,7 +238,7 @@ mod app {
                 let _ = outgoing.enqueue(byte[0]);
             }
         });
-        rtic::pend(stm32f4xx_hal::pac::Interrupt::USART1);
+        rtic::pend(Interrupt::USART1);
         alive::LINK.leave();
     }
 }

@@ -149,25 +149,37 @@ pub struct Servo {
 impl Servo {
     /// A servo of the parameters that were found.
     pub fn new(parameters: Result<&Parameters, DecodeError>, boot: Boot) -> Self {
-        let prepared = parameters.and_then(|parameters| Joint::new(parameters).map_err(DecodeError::Value));
-        let (joint, refused) = match prepared {
-            Ok(joint) => (Some(joint), None),
-            Err(DecodeError::Blank) => (None, Some(Fault::NoParameters)),
-            Err(_) => (None, Some(Fault::BadParameters)),
-        };
-        let mut servo = Self {
-            countdown: joint.as_ref().and_then(|joint| joint.autostart),
-            joint,
+        let mut servo = Self::blank();
+        servo.boot(parameters, boot);
+        servo
+    }
+
+    /// One that knows nothing, to be [booted](Self::boot).
+    pub fn blank() -> Self {
+        Self {
+            joint: None,
+            countdown: None,
             state: State::Boot,
             clock: 0,
             follower: Follower::default(),
             latched: None,
             log: FaultLog::default(),
+        }
+    }
+
+    /// [`new`](Self::new) in the place of one that is blank.
+    pub fn boot(&mut self, parameters: Result<&Parameters, DecodeError>, boot: Boot) {
+        let prepared = parameters
+            .and_then(|parameters| Joint::prepare(&mut self.joint, parameters).map_err(DecodeError::Value));
+        self.countdown = self.joint.as_ref().and_then(|joint| joint.autostart);
+        let refused = match prepared {
+            Ok(()) => None,
+            Err(DecodeError::Blank) => Some(Fault::NoParameters),
+            Err(_) => Some(Fault::BadParameters),
         };
         if let Some(latched) = boot.fault.or(refused.map(Latched::from)) {
-            servo.latch(latched);
+            self.latch(latched);
         }
-        servo
     }
 
     /// The present state.
@@ -295,19 +307,21 @@ impl Servo {
         }
     }
 
-    /// Takes other parameters, which end a fault that the old ones were.
+    /// Takes other parameters, made into a joint, which end a fault that the old ones were. In its place is left what was
+    /// there before.
     ///
     /// # Errors
     /// Only while the output is off.
-    pub fn install(&mut self, mut joint: Joint) -> Result<(), Refusal> {
+    pub fn install(&mut self, joint: &mut Option<Joint>) -> Result<(), Refusal> {
         if matches!(self.state, State::Armed) {
             return Err(Refusal::Armed);
         }
-        // What is warm stays warm; without it, a set of parameters would be the way around the thermal model.
-        let before = self.joint.as_ref().map(|before| (&before.watch, &before.monitors));
-        joint.watch =
-            before.map_or(joint.watch, |(watch, monitors)| joint.monitors.taken_over(watch, monitors));
-        self.joint = Some(joint);
+        let Some(after) = joint else { return Ok(()) };
+        if let Some(before) = &self.joint {
+            // What is warm stays warm; without it, a set of parameters would be the way around the thermal model.
+            after.watch = after.monitors.taken_over(&before.watch, &before.monitors);
+        }
+        core::mem::swap(&mut self.joint, joint);
         self.countdown = None;
         self.follower.standstill = Standstill::default();
         self.follower.seen.standstill = 0;

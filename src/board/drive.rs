@@ -19,7 +19,7 @@ pub static TRIPPED: AtomicBool = AtomicBool::new(false);
 /// The servo and the parts of the chip that it works with.
 pub struct Drive {
     /// The state machine and its controller.
-    pub servo: Servo,
+    pub servo: &'static mut Servo,
     /// Times the control task.
     pub deadline: Deadline,
     /// The counter of edges.

@@ -27,7 +27,7 @@ pub struct BoardMachine<'a, D, W> {
 impl<D: Mutex<T = Drive>, W: Mutex<T = Independent>> Machine for BoardMachine<'_, D, W> {
     fn servo<R>(&mut self, act: impl FnOnce(&mut Servo) -> R) -> R {
         self.drive.lock(|drive| {
-            let done = act(&mut drive.servo);
+            let done = act(drive.servo);
             drive.mend();
             done
         })

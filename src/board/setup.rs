@@ -1,5 +1,7 @@
 //! Brings every part up, in the order in which nothing can move by accident.
 
+use core::mem::MaybeUninit;
+
 use stiction::deadline::Deadline;
 use stiction::parameters::DecodeError;
 use stiction::servo::Boot;
@@ -44,6 +46,7 @@ pub struct Board {
 
 impl Settings {
     /// Reads them.
+    #[inline(never)]
     pub fn read() -> Self {
         Self { found: sectors::read() }
     }
@@ -73,6 +76,7 @@ pub fn start(
     device: pac::Peripherals,
     mut core: cortex_m::Peripherals,
     settings: &Settings,
+    place: &'static mut MaybeUninit<Servo>,
     boot: impl FnOnce(bool) -> Boot,
 ) -> Board {
     core.DCB.enable_trace();
@@ -106,8 +110,15 @@ pub fn start(
     let into = a.pa10.into_alternate().internal_resistor(Pull::Up);
     let port = Port::start(device.USART1, a.pa9.into_alternate(), into, &mut rcc);
     let clock = rcc.clocks.sysclk().raw();
-    let servo = Servo::new(settings.parameters(), boot(crystal));
+    let servo = blank(place);
+    servo.boot(settings.parameters(), boot(crystal));
     let deadline = Deadline::new(period.clocks);
     let drive = Drive { servo, deadline, encoder, bridge, supply, timer, stopwatch };
     Board { drive, watchdog, port, crystal, clock, timer_clock }
+}
+
+/// A function of its own, so that what it needs of the stack is free again for what follows.
+#[inline(never)]
+fn blank(place: &'static mut MaybeUninit<Servo>) -> &'static mut Servo {
+    place.write(Servo::blank())
 }

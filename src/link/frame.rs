@@ -11,9 +11,10 @@
 //! begins with a zero.
 
 use cobs::{DecodeResult, DecoderState};
-use crc::{CRC_32_ISO_HDLC, Crc, NoTable};
 use heapless::Vec;
 use serde::Serialize;
+
+use crate::checksum::checksum;
 
 /// The longest message, bytes.
 pub const MAX_MESSAGE: usize = 240;
@@ -22,9 +23,6 @@ pub const MAX_MESSAGE: usize = 240;
 pub const MAX_FRAME: usize = MAX_MESSAGE + CHECKSUM + 2;
 
 const CHECKSUM: usize = 4;
-
-/// Without a table: a kilobyte of flash for a task that has time.
-const CRC: Crc<u32, NoTable> = Crc::<u32, NoTable>::new(&CRC_32_ISO_HDLC);
 
 /// A frame in the making.
 pub type Frame = Vec<u8, MAX_FRAME>;
@@ -41,7 +39,7 @@ pub type Frame = Vec<u8, MAX_FRAME>;
 pub fn encode(message: &impl Serialize) -> Option<Frame> {
     let mut plain = [0; MAX_MESSAGE + CHECKSUM];
     let length = postcard::to_slice(message, plain.get_mut(..MAX_MESSAGE)?).ok()?.len();
-    let sum = CRC.checksum(plain.get(..length)?).to_le_bytes();
+    let sum = checksum(&[plain.get(..length)?]).to_le_bytes();
     plain.get_mut(length..length + CHECKSUM)?.copy_from_slice(&sum);
     let mut frame = Frame::new();
     frame.resize(MAX_FRAME, 0).ok()?;
@@ -121,7 +119,7 @@ impl Deframer {
     fn complete(&mut self) -> Option<&[u8]> {
         self.complete = true;
         match self.bytes.split_last_chunk::<CHECKSUM>() {
-            Some((message, sum)) if CRC.checksum(message) == u32::from_le_bytes(*sum) => Some(message),
+            Some((message, sum)) if checksum(&[message]) == u32::from_le_bytes(*sum) => Some(message),
             _ => {
                 self.bad = self.bad.saturating_add(1);
                 None

@@ -15,6 +15,7 @@
 //! memory. Everything is bounded, and nothing that comes over the wire can panic.
 
 mod frame;
+mod outbox;
 mod reply;
 mod request;
 mod sample;
