@@ -28,6 +28,7 @@ mod app {
     use stiction::fault::Latched;
     use stiction::link::{Kind, Session};
     use stiction::servo::{Boot, Output, State};
+    use stiction::store::Store;
     use stiction::{Fault, Servo};
     use stm32f4xx_hal::pac::Interrupt;
 
@@ -39,6 +40,7 @@ mod app {
     use crate::board::published;
     use crate::board::record::{self, Record};
     use crate::board::seams::Watchdog;
+    use crate::board::sectors::Sectors;
     use crate::board::setup::{self, Board};
     use crate::board::usart::Port;
     use crate::board::watchdog::Independent;
@@ -76,17 +78,19 @@ mod app {
         outgoing: Producer<'static, u8>,
         said: Consumer<'static, u8>,
         timer_clock: u32,
+        store: Store<Sectors>,
     }
 
     #[init(local = [
         queue: Queue<Output, QUEUE> = Queue::new(),
-        session: Session<WAITING> = Session::new(Kind::Board, None),
+        session: MaybeUninit<Session<WAITING>> = MaybeUninit::uninit(),
         servo: MaybeUninit<Servo> = MaybeUninit::uninit(),
         from_wire: Queue<u8, INCOMING> = Queue::new(),
         to_wire: Queue<u8, OUTGOING> = Queue::new(),
     ])]
     fn init(cx: init::Context) -> (Shared, Local) {
         let init::LocalResources { queue, session, servo, from_wire, to_wire, .. } = cx.local;
+        let session = session.write(Session::new(Kind::Board, None));
         let (ticks, trace) = queue.split();
         let (heard, incoming) = from_wire.split();
         let (outgoing, said) = to_wire.split();
@@ -107,11 +111,11 @@ mod app {
         let report = Report::new(&settings);
         report.banner(&board, cause, told.as_ref(), fault, &settings);
 
-        let Board { drive, watchdog, port, timer_clock, .. } = board;
+        let Board { drive, watchdog, port, store, timer_clock, .. } = board;
         let before = drive.servo.state();
         let shared = Shared { drive, session, watchdog };
         let local =
-            Local { before, ticks, trace, report, port, heard, incoming, outgoing, said, timer_clock };
+            Local { before, ticks, trace, report, port, heard, incoming, outgoing, said, timer_clock, store };
         (shared, local)
     }
 
@@ -192,6 +196,10 @@ mod app {
         });
     }
 
+    /// Wakes the link, which sleeps while a sector is erased and then looks for itself.
+    #[task(binds = SysTick, priority = 2)]
+    fn alarm(_: alarm::Context) {}
+
     /// Runs only after a control tick, and only if nothing above hogs the processor. It wakes log and link, which the
     /// control task has no time for: to pend an interrupt that nothing else uses takes it four instructions, to spawn a
     /// task twenty.
@@ -221,11 +229,12 @@ mod app {
     }
 
     /// Hears what was said, does it, and answers.
-    #[task(priority = 1, local = [incoming, outgoing, timer_clock], shared = [drive, session, watchdog])]
+    #[task(priority = 1, local = [incoming, outgoing, timer_clock, store], shared = [drive, session, watchdog])]
     async fn link(cx: link::Context) {
-        let link::LocalResources { incoming, outgoing, timer_clock, .. } = cx.local;
+        let link::LocalResources { incoming, outgoing, timer_clock, store, .. } = cx.local;
         let link::SharedResources { mut drive, mut session, mut watchdog, .. } = cx.shared;
-        let mut machine = BoardMachine { drive: &mut drive, watchdog: &mut watchdog, clock: *timer_clock };
+        let mut machine =
+            BoardMachine { drive: &mut drive, watchdog: &mut watchdog, clock: *timer_clock, store };
         session.lock(|session| {
             while let Some(byte) = incoming.dequeue() {
                 session.receive(&[byte], &mut machine);

@@ -244,6 +244,7 @@ impl Parameters {
 
     /// Writes a record, and returns the part of `buffer` that it fills; none if the buffer is too small, which
     /// [`ROOM`] never is.
+    #[inline(never)]
     pub fn encode<'a>(&self, sequence: u32, buffer: &'a mut [u8]) -> Option<&'a [u8]> {
         let length = postcard::to_slice(self, buffer.get_mut(HEADER..)?).ok()?.len();
         let record = buffer.get_mut(..HEADER + length)?;

@@ -36,6 +36,7 @@ pub struct Pins {
 pub struct TimerBridge {
     pwm: Pwm,
     pins: Pins,
+    neutral: Duty,
     on: bool,
 }
 
@@ -52,7 +53,8 @@ impl TimerBridge {
         pac::TIM1::reset(rcc);
         timer.ccmr1_output().write(|w| w.oc1m().pwm_mode1().oc1pe().enabled());
         timer.ccer().write(|w| w.cc1e().set_bit().cc1ne().set_bit());
-        let mut bridge = Self { pwm: Pwm { timer, top: settings.top }, pins, on: false };
+        let pwm = Pwm { timer, top: settings.top };
+        let mut bridge = Self { pwm, pins, neutral: settings.neutral, on: false };
         bridge.reconfigure(settings);
         let timer = &bridge.pwm.timer;
         timer.sr().write(|w| w.bif().clear_bit());
@@ -66,7 +68,7 @@ impl TimerBridge {
         let Settings { top, neutral, dead_time } = *settings;
         // Compare 0 would be full negative effort in locked antiphase, from the enabling of the outputs to the first tick.
         self.off(neutral);
-        self.pwm.top = top;
+        (self.pwm.top, self.neutral) = (top, neutral);
         let timer = &self.pwm.timer;
         timer.arr().write(|w| w.arr().set(top));
         let dead_time = dead_time_code(dead_time);
@@ -74,6 +76,11 @@ impl TimerBridge {
             w.dtg().set(dead_time).ossi().idle_level().ossr().idle_level().bke().enabled().bkp().clear_bit()
         });
         timer.egr().write(|w| w.ug().set_bit());
+    }
+
+    /// Outputs off, whatever the last tick has said.
+    pub fn rest(&mut self) {
+        self.off(self.neutral);
     }
 
     /// Whether the break input has been let go. Its flag cannot be cleared while it is active.

@@ -32,6 +32,8 @@ pub struct Drive {
     pub timer: TickTimer,
     /// The deadline's clock.
     pub stopwatch: Stopwatch,
+    /// From one tick to the next.
+    pub period: Period,
 }
 
 impl Drive {
@@ -86,7 +88,19 @@ impl Drive {
     /// Another sample time, PWM and dead time; the output is off. The next tick comes a whole sample time from now.
     pub fn reconfigure(&mut self, bridge: &bridge::Settings, period: &Period) {
         self.bridge.reconfigure(bridge);
-        self.timer.set(period);
-        self.deadline = Deadline::new(period.clocks);
+        self.period = *period;
+        self.resume();
+    }
+
+    /// No more ticks, and the output off: a stop that was told since the last tick may not have reached the bridge yet.
+    pub fn pause(&mut self) {
+        self.bridge.rest();
+        self.timer.stop();
+    }
+
+    /// Ticks again; the next one comes a whole sample time from now, and has nothing to be late for.
+    pub fn resume(&mut self) {
+        self.timer.set(&self.period);
+        self.deadline = Deadline::new(self.period.clocks);
     }
 }

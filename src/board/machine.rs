@@ -6,11 +6,13 @@
 
 use rtic::Mutex;
 use stiction::link::Machine;
-use stiction::store::SaveError;
+use stiction::store::{SaveError, Store};
 use stiction::{Parameters, Servo};
 
 use super::bridge;
 use super::drive::Drive;
+use super::seams::Watchdog;
+use super::sectors::Sectors;
 use super::tick::Period;
 use super::watchdog::{Independent, Timeout};
 
@@ -22,6 +24,25 @@ pub struct BoardMachine<'a, D, W> {
     pub watchdog: &'a mut W,
     /// Clock of the timers on APB1, Hz.
     pub clock: u32,
+    /// The parameter sectors.
+    pub store: &'a mut Store<Sectors>,
+}
+
+/// Looks at the watchdog's status until a timeout has crossed to its oscillator: five clocks of the slowest are 0.3 ms, in
+/// which no program looks ten thousand times.
+const LOOKS: u32 = 10_000;
+
+impl<D, W: Mutex<T = Independent>> BoardMachine<'_, D, W> {
+    /// Feeds the watchdog with another timeout; whether it is in use.
+    fn feed_with(&mut self, timeout: Timeout) -> bool {
+        self.watchdog.lock(|watchdog| {
+            watchdog.set(timeout);
+            watchdog.feed();
+        });
+        let is_set = (0..LOOKS).any(|_| self.watchdog.lock(|watchdog| watchdog.is_set()));
+        self.watchdog.lock(Watchdog::feed);
+        is_set
+    }
 }
 
 impl<D: Mutex<T = Drive>, W: Mutex<T = Independent>> Machine for BoardMachine<'_, D, W> {
@@ -33,8 +54,23 @@ impl<D: Mutex<T = Drive>, W: Mutex<T = Independent>> Machine for BoardMachine<'_
         })
     }
 
-    fn save(&mut self, _: &Parameters) -> Result<(), SaveError> {
-        Err(SaveError::Flash)
+    /// The processor stands still for seconds: no ticks, nothing driven, a watchdog that waits. Nothing can arm meanwhile,
+    /// since neither a tick nor another request comes before the end. Whatever came over the wire meanwhile is lost.
+    fn save(&mut self, parameters: &Parameters) -> Result<(), SaveError> {
+        let timeout = Timeout::of_loop(parameters.controller.sample_time);
+        let saved = if self.feed_with(Timeout::ERASE) {
+            self.drive.lock(Drive::pause);
+            let saved = self.store.save(parameters);
+            self.drive.lock(Drive::resume);
+            saved
+        } else {
+            Err(SaveError::Flash)
+        };
+        self.watchdog.lock(|watchdog| {
+            watchdog.set(timeout);
+            watchdog.feed();
+        });
+        saved
     }
 
     fn reconfigure(&mut self, parameters: &Parameters) {

@@ -15,7 +15,7 @@ pub mod published;
 pub mod record;
 pub mod reset;
 pub mod seams;
-mod sectors;
+pub mod sectors;
 pub mod setup;
 pub mod stopwatch;
 pub mod supply;

@@ -5,6 +5,7 @@ use core::mem::MaybeUninit;
 use stiction::deadline::Deadline;
 use stiction::parameters::DecodeError;
 use stiction::servo::Boot;
+use stiction::store::Store;
 use stiction::{Parameters, Servo};
 use stm32f4xx_hal::gpio::{PinState, Pull};
 use stm32f4xx_hal::pac;
@@ -13,6 +14,7 @@ use stm32f4xx_hal::prelude::*;
 use super::bridge::{self, Pins, TimerBridge};
 use super::drive::Drive;
 use super::encoder::Quadrature;
+use super::sectors::{SLOTS, Sectors};
 use super::stopwatch::Stopwatch;
 use super::supply::Supply;
 use super::tick::{Period, TickTimer};
@@ -36,6 +38,8 @@ pub struct Board {
     pub watchdog: Independent,
     /// The wire of the link.
     pub port: Port,
+    /// Where parameters are saved.
+    pub store: Store<Sectors>,
     /// The crystal runs.
     pub crystal: bool,
     /// Clock of the processor, Hz.
@@ -113,8 +117,9 @@ pub fn start(
     let servo = blank(place);
     servo.boot(settings.parameters(), boot(crystal));
     let deadline = Deadline::new(period.clocks);
-    let drive = Drive { servo, deadline, encoder, bridge, supply, timer, stopwatch };
-    Board { drive, watchdog, port, crystal, clock, timer_clock }
+    let drive = Drive { servo, deadline, encoder, bridge, supply, timer, stopwatch, period };
+    let store = Store::new(Sectors::new(device.FLASH, core.SYST), SLOTS);
+    Board { drive, watchdog, port, store, crystal, clock, timer_clock }
 }
 
 /// A function of its own, so that what it needs of the stack is free again for what follows.
