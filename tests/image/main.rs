@@ -21,7 +21,11 @@ mod differences;
 #[cfg(feature = "emulator")]
 mod free_running;
 #[cfg(feature = "emulator")]
+mod joint;
+#[cfg(feature = "emulator")]
 mod link;
+#[cfg(feature = "emulator")]
+mod matrix;
 #[cfg(feature = "emulator")]
 mod mishaps;
 #[cfg(feature = "emulator")]

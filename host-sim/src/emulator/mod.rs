@@ -22,8 +22,11 @@ pub mod last_tick;
 pub mod lockstep;
 pub mod log;
 pub mod parameters;
+pub mod powered;
 pub mod probe;
+pub mod rig;
 mod runs;
+pub mod spans;
 pub mod uart;
 pub mod yardstick;
 
