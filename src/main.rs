@@ -152,8 +152,10 @@ mod app {
     /// Keeps for the next reset what this one must not forget.
     fn remember(state: State, latched: Option<Latched>) {
         record::set_armed(state == State::Armed);
-        if let Some(latched) = latched {
-            record::keep(Record::latched(&latched));
+        match latched {
+            Some(latched) => record::keep(Record::latched(&latched)),
+            // It has been cleared: the next reset shall not tell it again.
+            None => record::forget(),
         }
     }
 
