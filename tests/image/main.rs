@@ -17,6 +17,8 @@ mod cost;
 #[cfg(feature = "emulator")]
 mod crashes;
 #[cfg(feature = "emulator")]
+mod device_link;
+#[cfg(feature = "emulator")]
 mod differences;
 #[cfg(feature = "emulator")]
 mod free_running;

@@ -25,7 +25,7 @@ pub mod parameters;
 pub mod powered;
 pub mod probe;
 pub mod rig;
-mod runs;
+pub(crate) mod runs;
 pub mod spans;
 pub mod uart;
 pub mod yardstick;

@@ -22,12 +22,15 @@ use super::last_tick;
 use super::log::Log;
 use super::rig::{Rig, Sample};
 use super::spans::Spans;
+use super::uart::Uart;
 use crate::device::simulated::Wires;
 use crate::error::Error;
 use crate::experiment::RunPlan;
 
 /// A board with power and a joint.
 pub struct Powered {
+    /// The far end of its command link.
+    pub uart: Uart,
     /// None when it is over.
     orders: Option<SyncSender<Order>>,
     answers: Receiver<()>,
@@ -55,6 +58,8 @@ enum Until {
     Samples(u64),
     /// ns since power-on.
     Time(u64),
+    /// The board has said something on its link, or this time has come, ns since power-on.
+    Frame(u64),
 }
 
 /// The board between two instructions.
@@ -85,7 +90,8 @@ impl Powered {
         };
         let images = flash(image, records).map_err(&trouble)?;
         let rig = Rig::new(plan, Log::new(image.clone(), &plan.label, None))?;
-        let board = Box::new(EmulatedBoard::new(fitted)?);
+        let (mut board, uart) = (Box::new(EmulatedBoard::new(fitted)?), Uart::default());
+        board.connect(&uart);
         let (orders, taken) = sync_channel(0);
         let (answer, answers) = channel();
         let hands = Hands {
@@ -96,6 +102,7 @@ impl Powered {
             resets: 0,
             guard: Guard::default(),
             image: image.clone(),
+            uart: uart.clone(),
             failed: None,
         };
         let thread = std::thread::spawn(move || {
@@ -109,7 +116,7 @@ impl Powered {
                 Hands { rig, .. } => Ok(Left { rig, resets }),
             }
         });
-        Ok(Self { orders: Some(orders), answers, thread: Some(thread) })
+        Ok(Self { uart, orders: Some(orders), answers, thread: Some(thread) })
     }
 
     /// Lets so many samples pass, and returns the last one. Time stands still at the instant at which the joint has got
@@ -130,6 +137,15 @@ impl Powered {
     pub fn pass(&mut self, ns: u64) -> Result<(), Error> {
         let now = self.act(|held| held.now())?;
         self.order(Order::Until(Until::Time(now + ns)))
+    }
+
+    /// Lets time pass until the board has sent a frame on its link, ns at most.
+    ///
+    /// # Errors
+    /// If the image cannot go on.
+    pub fn listen(&mut self, at_most_ns: u64) -> Result<(), Error> {
+        let now = self.act(|held| held.now())?;
+        self.order(Order::Until(Until::Frame(now + at_most_ns)))
     }
 
     /// Does something to the board; no time passes.
@@ -269,6 +285,7 @@ struct Hands {
     resets: usize,
     guard: Guard,
     image: Arc<FirmwareImage>,
+    uart: Uart,
     failed: Option<String>,
 }
 
@@ -278,13 +295,14 @@ impl Hands {
             None => true,
             Some(Until::Samples(samples)) => self.rig.samples() >= samples,
             Some(Until::Time(ns)) => at.0 >= ns,
+            Some(Until::Frame(ns)) => at.0 >= ns || self.uart.has_frame(),
         }
     }
 
     fn next(&self) -> VirtualNanos {
         let next = self.rig.next();
         match self.until {
-            Some(Until::Time(ns)) => next.min(VirtualNanos(ns)),
+            Some(Until::Time(ns) | Until::Frame(ns)) => next.min(VirtualNanos(ns)),
             _ => next,
         }
     }
@@ -336,6 +354,11 @@ impl Driver<EmulatedBoard> for Hands {
                     self.rig.reset(session.board_mut(), stop.at);
                     // A reset ends a stall, whatever it came from.
                     host.hold(false);
+                }
+                if let Some(Until::Frame(_)) = self.until
+                    && self.is_there(stop.at)
+                {
+                    session.run_until(stop.at);
                 }
             }
             _ => {}

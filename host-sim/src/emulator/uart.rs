@@ -39,6 +39,11 @@ impl Uart {
         self.lines().to_board.len()
     }
 
+    /// Whether there is the end of a frame in what the board has sent since it was last asked.
+    pub fn has_frame(&self) -> bool {
+        self.lines().from_board.contains(&0)
+    }
+
     /// What the board has sent since this was last asked.
     pub fn receive(&self) -> Vec<u8> {
         self.lines().from_board.drain(..).collect()
