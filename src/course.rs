@@ -4,7 +4,7 @@
 
 use crate::controller::{Controller, ControllerState, Tick};
 use crate::identification::{Ramp, RampState};
-use crate::reference::Reference;
+use crate::reference::{Reference, Step};
 
 /// A motion, ready to be run.
 // The difference in size is a trajectory's corners: there is no heap to box them on.
@@ -22,6 +22,13 @@ pub enum Course {
 pub struct CourseState {
     controller: ControllerState,
     ramp: RampState,
+}
+
+impl Default for Course {
+    /// Staying at zero.
+    fn default() -> Self {
+        Self::Follow(Reference::Step(Step::default()))
+    }
 }
 
 impl Course {

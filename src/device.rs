@@ -43,9 +43,8 @@ impl<F: NorFlash> Device<F> {
 
     /// One tick of the sample time.
     pub fn tick(&mut self, input: Input) -> Output {
-        let servo = &mut self.parts.servo;
-        let output = servo.tick(input);
-        self.session.tick(servo.clock(), &output, servo.is_wound_up());
+        let output = self.parts.servo.tick(input);
+        self.session.tick(&output);
         output
     }
 

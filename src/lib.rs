@@ -28,6 +28,7 @@
 #![no_std]
 #![forbid(unsafe_code)]
 
+mod checksum;
 pub mod compensator;
 mod controller;
 mod course;

@@ -19,93 +19,104 @@ fn main() {
 }
 
 #[cfg(target_os = "none")]
-#[rtic::app(device = stm32f4xx_hal::pac, peripherals = true, dispatchers = [SPI1, SPI2])]
+#[rtic::app(device = stm32f4xx_hal::pac, peripherals = true, dispatchers = [SPI1])]
 mod app {
-    use core::sync::atomic::{AtomicBool, Ordering};
+    use core::mem::MaybeUninit;
+    use core::sync::atomic::Ordering;
 
     use heapless::spsc::{Consumer, Producer, Queue};
-    use stiction::deadline::Deadline;
     use stiction::fault::Latched;
-    use stiction::servo::{Boot, Input, Levels, Output, State};
+    use stiction::link::{Kind, Session};
+    use stiction::servo::{Boot, Output, State};
+    use stiction::store::Store;
     use stiction::{Fault, Servo};
+    use stm32f4xx_hal::pac::Interrupt;
 
-    use crate::board::bridge::{self, TimerBridge};
+    use crate::board::alive;
+    use crate::board::bridge;
     use crate::board::clock;
-    use crate::board::encoder::Quadrature;
+    use crate::board::drive::{Drive, TRIPPED};
+    use crate::board::machine::BoardMachine;
     use crate::board::published;
     use crate::board::record::{self, Record};
-    use crate::board::seams::{Bridge, Encoder, Watchdog};
+    use crate::board::seams::Watchdog;
+    use crate::board::sectors::Sectors;
     use crate::board::setup::{self, Board};
-    use crate::board::stopwatch::Stopwatch;
-    use crate::board::supply::Supply;
-    use crate::board::tick::TickTimer;
+    use crate::board::usart::Port;
     use crate::board::watchdog::Independent;
     use crate::board::{fatal, reset};
     use crate::report::Report;
 
-    /// Ticks that the log may lag behind; beyond it, it misses some.
+    /// Ticks that log and telemetry may lag behind; beyond it, they miss some.
     const QUEUE: usize = 16;
 
-    /// The bridge's driver pulled the break input: set by its interrupt, taken by the control task.
-    static TRIPPED: AtomicBool = AtomicBool::new(false);
+    /// Bytes of frames that wait for the wire: two of the longest answers, and a few samples.
+    const WAITING: usize = 768;
+
+    /// Bytes from the wire that wait for the link: the longest frame, which is answered before the next one is sent.
+    const INCOMING: usize = 256;
+
+    /// Bytes on their way to the wire. At half of it the link is asked for more, 0.3 ms before there are none.
+    const OUTGOING: usize = 64;
 
     #[shared]
     struct Shared {
-        /// What a ramp has found, until it has been told.
-        levels: Option<Levels>,
+        drive: Drive,
+        session: &'static mut Session<WAITING>,
+        watchdog: Independent,
     }
 
     #[local]
     struct Local {
-        servo: Servo,
         before: State,
-        deadline: Deadline,
-        encoder: Quadrature,
-        bridge: TimerBridge,
-        supply: Supply,
-        timer: TickTimer,
-        stopwatch: Stopwatch,
-        watchdog: Independent,
         ticks: Producer<'static, Output>,
         trace: Consumer<'static, Output>,
         report: Report,
+        port: Port,
+        heard: Producer<'static, u8>,
+        incoming: Consumer<'static, u8>,
+        outgoing: Producer<'static, u8>,
+        said: Consumer<'static, u8>,
+        timer_clock: u32,
+        store: Store<Sectors>,
     }
 
-    #[init(local = [queue: Queue<Output, QUEUE> = Queue::new()])]
+    #[init(local = [
+        queue: Queue<Output, QUEUE> = Queue::new(),
+        session: MaybeUninit<Session<WAITING>> = MaybeUninit::uninit(),
+        servo: MaybeUninit<Servo> = MaybeUninit::uninit(),
+        from_wire: Queue<u8, INCOMING> = Queue::new(),
+        to_wire: Queue<u8, OUTGOING> = Queue::new(),
+    ])]
     fn init(cx: init::Context) -> (Shared, Local) {
-        let (ticks, trace) = cx.local.queue.split();
+        let init::LocalResources { queue, session, servo, from_wire, to_wire, .. } = cx.local;
+        let session = session.write(Session::new(Kind::Board, None));
+        let (ticks, trace) = queue.split();
+        let (heard, incoming) = from_wire.split();
+        let (outgoing, said) = to_wire.split();
         let (told, was_armed) = record::take();
         let cause = reset::Cause::take(&cx.device.RCC);
         let settings = setup::Settings::read();
-        let board = setup::start(cx.device, cx.core, &settings);
-
         let fault = told.and_then(|record| record.fault()).or(cause.fault(was_armed));
-        let absent = (!board.crystal).then_some(Fault::ClockAbsent);
-        let before = told.and_then(|record| record.as_latched()).or(fault.map(Latched::from));
-        // An absent crystal must not hide behind an old fault that a command may clear.
-        let lasting = before.filter(|latched| !latched.fault.is_clearable());
-        let latched = lasting.or(absent.map(Latched::from)).or(before);
-        let servo = Servo::new(settings.parameters(), Boot { fault: latched });
+        let board = setup::start(cx.device, cx.core, &settings, servo, |crystal| {
+            let absent = (!crystal).then_some(Fault::ClockAbsent);
+            let before = told.and_then(|record| record.as_latched()).or(fault.map(Latched::from));
+            // An absent crystal must not hide behind an old fault that a command may clear.
+            let lasting = before.filter(|latched| !latched.fault.is_clearable());
+            Boot { fault: lasting.or(absent.map(Latched::from)).or(before) }
+        });
+        if let Ok(parameters) = settings.parameters() {
+            session.found(parameters);
+        }
         let report = Report::new(&settings);
         report.banner(&board, cause, told.as_ref(), fault, &settings);
 
-        let Board { encoder, bridge, supply, timer, stopwatch, watchdog, period, .. } = board;
-        let (before, deadline) = (servo.state(), Deadline::new(period));
-        let local = Local {
-            servo,
-            before,
-            deadline,
-            encoder,
-            bridge,
-            supply,
-            timer,
-            stopwatch,
-            watchdog,
-            ticks,
-            trace,
-            report,
-        };
-        (Shared { levels: None }, local)
+        let Board { drive, watchdog, port, store, timer_clock, .. } = board;
+        let before = drive.servo.state();
+        let shared = Shared { drive, session, watchdog };
+        let local =
+            Local { before, ticks, trace, report, port, heard, incoming, outgoing, said, timer_clock, store };
+        (shared, local)
     }
 
     #[idle]
@@ -119,51 +130,32 @@ mod app {
     ///
     /// Its budget is 900 instructions from entry to exit (docs/cost.md): a twentieth of the shortest sample time, if each
     /// took one cycle. If it begins late or takes more than half the sample time, the output is turned off for good.
-    #[task(
-        binds = TIM3,
-        priority = 3,
-        local = [servo, before, deadline, encoder, bridge, supply, timer, stopwatch, ticks],
-        shared = [levels]
-    )]
+    #[task(binds = TIM3, priority = 3, local = [before, ticks], shared = [drive])]
     fn control(mut cx: control::Context) {
         let local = cx.local;
-        let in_time = local.deadline.enter(local.stopwatch.now());
-        local.timer.acknowledge();
-        if !in_time {
-            local.servo.fault(Fault::Overrun);
-        }
-        if TRIPPED.load(Ordering::Relaxed) {
-            local.servo.fault(Fault::BreakInput);
-        }
-
-        let input = Input { counter: local.encoder.counter(), supply: local.supply.read() };
-        let output = local.servo.tick(input);
-        if output.enable {
-            local.bridge.drive(output.duty);
-        } else {
-            local.bridge.off(output.duty);
-        }
-
-        if output.state != *local.before {
-            remember(output.state, local.servo.latched());
-            *local.before = output.state;
-            cx.shared.levels.lock(|levels| *levels = local.servo.levels());
-        }
-        published::publish(&output.tick);
-        // A full queue loses a line of the log, nothing else.
-        let _ = local.ticks.enqueue(output);
-        // Still busy with the last tick: it takes this one, too.
-        let _ = feed::spawn();
-        if !local.deadline.leave(local.stopwatch.now()) {
-            local.servo.fault(Fault::Overrun);
-        }
+        // Nothing that shares it is above this task: the lock is there for the types.
+        cx.shared.drive.lock(|drive| {
+            drive.enter();
+            let output = drive.tick();
+            if output.state != *local.before {
+                remember(output.state, drive.servo.latched());
+                *local.before = output.state;
+            }
+            published::publish(&output.tick);
+            // A full queue loses a line of the log and samples of the telemetry, nothing else.
+            let _ = local.ticks.enqueue(output);
+            rtic::pend(Interrupt::SPI2);
+            drive.leave();
+        });
     }
 
     /// Keeps for the next reset what this one must not forget.
     fn remember(state: State, latched: Option<Latched>) {
         record::set_armed(state == State::Armed);
-        if let Some(latched) = latched {
-            record::keep(Record::latched(&latched));
+        match latched {
+            Some(latched) => record::keep(Record::latched(&latched)),
+            // It has been cleared: the next reset shall not tell it again.
+            None => record::forget(),
         }
     }
 
@@ -185,22 +177,79 @@ mod app {
         TRIPPED.store(true, Ordering::Relaxed);
     }
 
-    /// Runs only after a control tick, and only if nothing above hogs the processor. It wakes the log, which the control
-    /// task has no time for.
-    #[task(priority = 2, local = [watchdog])]
-    async fn feed(cx: feed::Context) {
-        cx.local.watchdog.feed();
-        let _ = report::spawn();
+    /// Moves a byte of the link each way. Below the control task, which it cannot hold up.
+    #[task(binds = USART1, priority = 2, local = [port, heard, said])]
+    fn wire(cx: wire::Context) {
+        let local = cx.local;
+        if let Some(byte) = local.port.receive() {
+            // A full ring loses a byte, and with it its frame, which is said again.
+            let _ = local.heard.enqueue(byte);
+            // The end of a frame.
+            if byte == 0 {
+                let _ = link::spawn();
+            }
+        }
+        let said = local.said;
+        local.port.send(|| {
+            if said.len() == OUTGOING / 2 {
+                let _ = link::spawn();
+            }
+            said.dequeue()
+        });
     }
 
-    /// Log and trace.
-    #[task(priority = 1, local = [trace, report], shared = [levels])]
+    /// Wakes the link, which sleeps while a sector is erased and then looks for itself.
+    #[task(binds = SysTick, priority = 2)]
+    fn alarm(_: alarm::Context) {}
+
+    /// Runs only after a control tick, and only if nothing above hogs the processor. It wakes log and link, which the
+    /// control task has no time for: to pend an interrupt that nothing else uses takes it four instructions, to spawn a
+    /// task twenty.
+    #[task(binds = SPI2, priority = 2, shared = [watchdog])]
+    fn feed(mut cx: feed::Context) {
+        if alive::all_have_run() {
+            cx.shared.watchdog.lock(Watchdog::feed);
+        }
+        // One that is still busy takes this tick, too.
+        let _ = report::spawn();
+        let _ = link::spawn();
+    }
+
+    /// Log, trace, and the samples of the telemetry.
+    #[task(priority = 1, local = [trace, report], shared = [drive, session])]
     async fn report(mut cx: report::Context) {
-        while let Some(output) = cx.local.trace.dequeue() {
-            cx.local.report.tick(&output);
+        let local = cx.local;
+        while let Some(output) = local.trace.dequeue() {
+            cx.shared.session.lock(|session| session.tick(&output));
+            if local.report.tick(&output)
+                && let Some(levels) = cx.shared.drive.lock(|drive| drive.servo.levels())
+            {
+                local.report.levels(&levels);
+            }
         }
-        if let Some(levels) = cx.shared.levels.lock(Option::take) {
-            cx.local.report.levels(&levels);
-        }
+        alive::REPORT.leave();
+    }
+
+    /// Hears what was said, does it, and answers.
+    #[task(priority = 1, local = [incoming, outgoing, timer_clock, store], shared = [drive, session, watchdog])]
+    async fn link(cx: link::Context) {
+        let link::LocalResources { incoming, outgoing, timer_clock, store, .. } = cx.local;
+        let link::SharedResources { mut drive, mut session, mut watchdog, .. } = cx.shared;
+        let mut machine =
+            BoardMachine { drive: &mut drive, watchdog: &mut watchdog, clock: *timer_clock, store };
+        session.lock(|session| {
+            while let Some(byte) = incoming.dequeue() {
+                session.receive(&[byte], &mut machine);
+            }
+            while outgoing.ready() {
+                let mut byte = [0];
+                if session.transmit(&mut byte) == 0 {
+                    break;
+                }
+                let _ = outgoing.enqueue(byte[0]);
+            }
+        });
+        rtic::pend(Interrupt::USART1);
+        alive::LINK.leave();
     }
 }

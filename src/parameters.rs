@@ -15,7 +15,6 @@
 //! validated, or says what is wrong. A body of an older version is converted: [`Parameters::decode`] says how. Does badly:
 //! a body of a newer version is refused.
 
-use crc::{CRC_32_ISO_HDLC, Crc, NoTable};
 use heapless::Vec;
 use serde::{Deserialize, Serialize};
 
@@ -40,9 +39,6 @@ pub const SUPPLY_FULL_SCALE: u16 = 4095;
 
 const MAGIC: [u8; 4] = *b"STIC";
 const HEADER: usize = 20;
-
-/// Without a table: a kilobyte of flash for a sum that is taken once.
-const CRC: Crc<u32, NoTable> = Crc::<u32, NoTable>::new(&CRC_32_ISO_HDLC);
 
 /// Everything that a device is told.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -123,25 +119,49 @@ impl Motion {
     /// # Errors
     /// Names the key.
     pub fn course(&self, config: &ControllerConfig) -> Result<Course, Error> {
+        self.validate(config)?;
+        let mut course = Course::default();
+        self.set(config, &mut course)?;
+        Ok(course)
+    }
+
+    /// Says what [`course`](Self::course) would.
+    fn validate(&self, config: &ControllerConfig) -> Result<(), Error> {
         let ControllerConfig { sample_time, encoder, drive, .. } = config;
-        let reference = match self {
-            Self::Hold => Reference::Step(Step::default()),
-            Self::Step(to) => {
-                fraction("steps_deg", *to)?;
-                Reference::Step(Step { from: Position::default(), to: *to, at_tick: 0 })
-            }
+        match self {
+            Self::Hold => Ok(()),
+            Self::Step(to) => fraction("steps_deg", *to),
             Self::Trajectory { corners, half_blend } => {
                 for corner in corners {
                     fraction("corner_positions_deg", corner.position)?;
                 }
-                let trajectory = Trajectory::new(corners, *half_blend, *sample_time, encoder.resolution)?;
-                Reference::Trajectory(trajectory)
+                Trajectory::validate(corners, *half_blend, *sample_time, encoder.resolution)
+            }
+            Self::Ramp { rate, hold } => Ramp::new(*rate, *hold, *sample_time, drive.full_scale).map(|_| ()),
+        }
+    }
+
+    /// [`course`](Self::course) in place, of what has been validated: half a kilobyte is not copied.
+    #[inline(never)]
+    pub(crate) fn set(&self, config: &ControllerConfig, course: &mut Course) -> Result<(), Error> {
+        let ControllerConfig { sample_time, encoder, drive, .. } = config;
+        match self {
+            Self::Hold => *course = Course::default(),
+            Self::Step(to) => {
+                let step = Step { from: Position::default(), to: *to, at_tick: 0 };
+                *course = Course::Follow(Reference::Step(step));
+            }
+            Self::Trajectory { corners, half_blend } => {
+                *course = Course::Follow(Reference::Trajectory(Trajectory::EMPTY));
+                if let Course::Follow(Reference::Trajectory(trajectory)) = course {
+                    trajectory.set(corners, *half_blend, *sample_time, encoder.resolution);
+                }
             }
             Self::Ramp { rate, hold } => {
-                return Ramp::new(*rate, *hold, *sample_time, drive.full_scale).map(Course::Ramp);
+                *course = Course::Ramp(Ramp::new(*rate, *hold, *sample_time, drive.full_scale)?);
             }
-        };
-        Ok(Course::Follow(reference))
+        }
+        Ok(())
     }
 
     /// Refuses a ramp that rises faster than the output's limit may after arming: the soft start would cut it, and
@@ -193,13 +213,23 @@ impl Parameters {
     /// # Errors
     /// Names the first key that is not allowed.
     pub fn prepare(&self) -> Result<(Controller, Course), Error> {
+        self.validate()?;
+        Ok((Controller::new(&self.controller)?, self.motion.course(&self.controller)?))
+    }
+
+    /// Says what [`prepare`](Self::prepare) would.
+    ///
+    /// # Errors
+    /// Names the first key that is not allowed.
+    #[inline(never)]
+    pub fn validate(&self) -> Result<(), Error> {
         // What the tick's timer and the deadline are made for: 50 Hz to 10 kHz.
         between("sample_time_s", self.controller.sample_time, 1e-4, 0.02)?;
         self.device.validate()?;
         self.limits.validate()?;
         let controller = Controller::new(&self.controller)?;
         self.motion.softly(self.device.soft_start, controller.full_scale())?;
-        Ok((controller, self.motion.course(&self.controller)?))
+        self.motion.validate(&self.controller)
     }
 
     /// A ramp for this machine that rises by `rate` (V/s) and is held for `hold` (s), as [`Motion::Ramp`].
@@ -214,6 +244,7 @@ impl Parameters {
 
     /// Writes a record, and returns the part of `buffer` that it fills; none if the buffer is too small, which
     /// [`ROOM`] never is.
+    #[inline(never)]
     pub fn encode<'a>(&self, sequence: u32, buffer: &'a mut [u8]) -> Option<&'a [u8]> {
         let length = postcard::to_slice(self, buffer.get_mut(HEADER..)?).ok()?.len();
         let record = buffer.get_mut(..HEADER + length)?;
@@ -251,15 +282,19 @@ impl Parameters {
             return Err(DecodeError::Checksum);
         }
         let parameters = match version {
-            1 | 2 => {
-                let (controller, motion, device) = whole::<(ControllerConfig, Motion, Device)>(body)?;
-                let limits = Limits::derived(&controller, &device, 0.0);
-                Self { controller, motion, device, limits }
-            }
+            1 | 2 => Self::migrated(body)?,
             _ => whole(body)?,
         };
-        parameters.prepare().map_err(DecodeError::Value)?;
+        parameters.validate().map_err(DecodeError::Value)?;
         Ok((parameters, sequence))
+    }
+
+    /// Of a body that knows no limits.
+    #[inline(never)]
+    fn migrated(body: &[u8]) -> Result<Self, DecodeError> {
+        let (controller, motion, device) = whole::<(ControllerConfig, Motion, Device)>(body)?;
+        let limits = Limits::derived(&controller, &device, 0.0);
+        Ok(Self { controller, motion, device, limits })
     }
 
     /// The newest valid record of two sectors, and which one it is in.
@@ -291,6 +326,7 @@ impl Parameters {
 }
 
 /// A value that takes up all of its bytes.
+#[inline(never)]
 fn whole<'a, T: Deserialize<'a>>(body: &'a [u8]) -> Result<T, DecodeError> {
     match postcard::take_from_bytes(body) {
         Ok((value, [])) => Ok(value),
@@ -299,10 +335,7 @@ fn whole<'a, T: Deserialize<'a>>(body: &'a [u8]) -> Result<T, DecodeError> {
 }
 
 fn checksum(header: &[u8], body: &[u8]) -> u32 {
-    let mut digest = CRC.digest();
-    digest.update(header.get(4..16).unwrap_or_default());
-    digest.update(body);
-    digest.finalize()
+    crate::checksum::checksum(&[header.get(4..16).unwrap_or_default(), body])
 }
 
 fn word(header: &[u8], at: usize) -> u32 {

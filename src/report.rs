@@ -78,9 +78,10 @@ impl Report {
         }
     }
 
-    /// One tick.
-    pub fn tick(&mut self, output: &Output) {
-        if output.state != self.state {
+    /// One tick; whether it changed the state.
+    pub fn tick(&mut self, output: &Output) -> bool {
+        let changed = output.state != self.state;
+        if changed {
             self.state = output.state;
             self.ticks = 0;
             match output.state {
@@ -93,7 +94,7 @@ impl Report {
             }
         }
         if !output.enable {
-            return;
+            return changed;
         }
         if self.ticks == 0 {
             let tick = &output.tick;
@@ -103,6 +104,7 @@ impl Report {
             );
         }
         self.ticks = (self.ticks + 1) % self.every;
+        changed
     }
 
     /// What a ramp has found.

@@ -117,6 +117,10 @@ pub struct Output {
     /// Every term; its code and duty are those that are applied. All zero unless armed, but for the tick that ends a
     /// ramp or in which a fault trips.
     pub tick: Tick,
+    /// Ticks since power-on, this one included.
+    pub clock: u32,
+    /// The compensator holds effort at standstill.
+    pub wound_up: bool,
 }
 
 /// The friction levels that a ramp has found, V of effort; none: the joint did not move, or did not rest.
@@ -145,25 +149,37 @@ pub struct Servo {
 impl Servo {
     /// A servo of the parameters that were found.
     pub fn new(parameters: Result<&Parameters, DecodeError>, boot: Boot) -> Self {
-        let prepared = parameters.and_then(|parameters| Joint::new(parameters).map_err(DecodeError::Value));
-        let (joint, refused) = match prepared {
-            Ok(joint) => (Some(joint), None),
-            Err(DecodeError::Blank) => (None, Some(Fault::NoParameters)),
-            Err(_) => (None, Some(Fault::BadParameters)),
-        };
-        let mut servo = Self {
-            countdown: joint.as_ref().and_then(|joint| joint.autostart),
-            joint,
+        let mut servo = Self::blank();
+        servo.boot(parameters, boot);
+        servo
+    }
+
+    /// One that knows nothing, to be [booted](Self::boot).
+    pub fn blank() -> Self {
+        Self {
+            joint: None,
+            countdown: None,
             state: State::Boot,
             clock: 0,
             follower: Follower::default(),
             latched: None,
             log: FaultLog::default(),
+        }
+    }
+
+    /// [`new`](Self::new) in the place of one that is blank.
+    pub fn boot(&mut self, parameters: Result<&Parameters, DecodeError>, boot: Boot) {
+        let prepared = parameters
+            .and_then(|parameters| Joint::prepare(&mut self.joint, parameters).map_err(DecodeError::Value));
+        self.countdown = self.joint.as_ref().and_then(|joint| joint.autostart);
+        let refused = match prepared {
+            Ok(()) => None,
+            Err(DecodeError::Blank) => Some(Fault::NoParameters),
+            Err(_) => Some(Fault::BadParameters),
         };
         if let Some(latched) = boot.fault.or(refused.map(Latched::from)) {
-            servo.latch(latched);
+            self.latch(latched);
         }
-        servo
     }
 
     /// The present state.
@@ -291,19 +307,21 @@ impl Servo {
         }
     }
 
-    /// Takes other parameters, which end a fault that the old ones were.
+    /// Takes other parameters, made into a joint, which end a fault that the old ones were. In its place is left what was
+    /// there before.
     ///
     /// # Errors
     /// Only while the output is off.
-    pub fn install(&mut self, mut joint: Joint) -> Result<(), Refusal> {
+    pub fn install(&mut self, joint: &mut Option<Joint>) -> Result<(), Refusal> {
         if matches!(self.state, State::Armed) {
             return Err(Refusal::Armed);
         }
-        // What is warm stays warm; without it, a set of parameters would be the way around the thermal model.
-        let before = self.joint.as_ref().map(|before| (&before.watch, &before.monitors));
-        joint.watch =
-            before.map_or(joint.watch, |(watch, monitors)| joint.monitors.taken_over(watch, monitors));
-        self.joint = Some(joint);
+        let Some(after) = joint else { return Ok(()) };
+        if let Some(before) = &self.joint {
+            // What is warm stays warm; without it, a set of parameters would be the way around the thermal model.
+            after.watch = after.monitors.taken_over(&before.watch, &before.monitors);
+        }
+        core::mem::swap(&mut self.joint, joint);
         self.countdown = None;
         self.follower.standstill = Standstill::default();
         self.follower.seen.standstill = 0;
@@ -391,7 +409,8 @@ impl Servo {
             let off = self.off();
             return Output { tick: Tick { code: 0, duty: off.duty, ..tick }, ..off };
         }
-        Output { enable: true, duty: tick.duty, state: self.state, tick }
+        let wound_up = joint.watch.warning();
+        Output { enable: true, duty: tick.duty, state: self.state, tick, clock: self.clock, wound_up }
     }
 
     /// Transitions that need no command.
@@ -412,7 +431,8 @@ impl Servo {
     }
 
     fn off(&self) -> Output {
-        Output { enable: false, duty: self.neutral(), state: self.state, tick: Tick::default() }
+        let (duty, state, clock) = (self.neutral(), self.state, self.clock);
+        Output { enable: false, duty, state, tick: Tick::default(), clock, wound_up: false }
     }
 }
 

@@ -3,6 +3,9 @@
 //! What a controller board is told: `[device]` of a machine's file, and the record of the whole machine for its flash.
 
 pub mod client;
+#[cfg(feature = "emulator")]
+pub mod emulated;
+pub mod joint;
 pub mod log;
 pub mod port;
 pub mod simulated;

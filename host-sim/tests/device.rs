@@ -78,7 +78,7 @@ fn what_cannot_be_done_is_one_sentence_and_exit_code_2() {
     let cases: &[(&[&str], &[&str])] = &[
         (&["status"], &["exactly one of --port DEV, --emulator and --simulated"]),
         (&["--simulated", "--port", "/dev/null", "status"], &["exactly one of"]),
-        (&["--emulator", "status"], &["no link on its USART yet", "--simulated"]),
+        (&["--simulated", "--image", "x.elf", "status"], &["--image needs --emulator"]),
         (&["--port", "/dev/does-not-exist", "status"], &["--port /dev/does-not-exist", "no such port"]),
         (&["--simulated", "--machine", "nope", "status"], &["nope"]),
         (&["--simulated", "--controller", "srn", "status"], &["`srn`", "did you mean `srnf`?"]),
@@ -94,4 +94,14 @@ fn what_cannot_be_done_is_one_sentence_and_exit_code_2() {
             assert!(said.contains(fragment), "{arguments:?}: {said}");
         }
     }
+}
+
+#[cfg(not(feature = "emulator"))]
+#[test]
+fn a_build_without_the_emulator_says_how_to_build_one_with_it() {
+    let output = device(&["--emulator", "status"]);
+    let said = text(&output.stderr);
+    assert_eq!((output.status.code(), text(&output.stdout)), (Some(2), String::new()));
+    assert!(said.contains("device --emulator") && said.contains("--features emulator"), "{said}");
+    assert_eq!(said.lines().count(), 1, "{said}");
 }

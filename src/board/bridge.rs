@@ -10,7 +10,8 @@
 use core::convert::Infallible;
 
 use embedded_hal::pwm::{ErrorType, SetDutyCycle};
-use stiction::drive::Duty;
+use stiction::Parameters;
+use stiction::drive::{Drive, Duty};
 use stm32f4xx_hal::gpio::{Alternate, Output, PA8, PB0, PB1, PB12, PB13, PushPull};
 use stm32f4xx_hal::pac;
 use stm32f4xx_hal::rcc::{Enable, Rcc, Reset};
@@ -35,6 +36,7 @@ pub struct Pins {
 pub struct TimerBridge {
     pwm: Pwm,
     pins: Pins,
+    neutral: Duty,
     on: bool,
 }
 
@@ -49,26 +51,43 @@ impl TimerBridge {
     pub fn new(timer: pac::TIM1, pins: Pins, settings: &Settings, rcc: &mut Rcc) -> Self {
         pac::TIM1::enable(rcc);
         pac::TIM1::reset(rcc);
-        let Settings { top, neutral, dead_time } = *settings;
-        let mut pwm = Pwm { timer, top };
-        let timer = &pwm.timer;
-        timer.arr().write(|w| w.arr().set(top));
         timer.ccmr1_output().write(|w| w.oc1m().pwm_mode1().oc1pe().enabled());
         timer.ccer().write(|w| w.cc1e().set_bit().cc1ne().set_bit());
+        let pwm = Pwm { timer, top: settings.top };
+        let mut bridge = Self { pwm, pins, neutral: settings.neutral, on: false };
+        bridge.reconfigure(settings);
+        let timer = &bridge.pwm.timer;
+        timer.sr().write(|w| w.bif().clear_bit());
+        timer.dier().write(|w| w.bie().set_bit());
+        timer.cr1().write(|w| w.cms().center_aligned1().arpe().set_bit().cen().enabled());
+        bridge
+    }
+
+    /// Another PWM and dead time, with a neutral duty and the outputs off.
+    pub fn reconfigure(&mut self, settings: &Settings) {
+        let Settings { top, neutral, dead_time } = *settings;
+        // Compare 0 would be full negative effort in locked antiphase, from the enabling of the outputs to the first tick.
+        self.off(neutral);
+        (self.pwm.top, self.neutral) = (top, neutral);
+        let timer = &self.pwm.timer;
+        timer.arr().write(|w| w.arr().set(top));
         let dead_time = dead_time_code(dead_time);
         timer.bdtr().write(|w| {
             w.dtg().set(dead_time).ossi().idle_level().ossr().idle_level().bke().enabled().bkp().clear_bit()
         });
-        // Compare 0 would be full negative effort in locked antiphase, from the enabling of the outputs to the first tick.
-        let Ok(()) = pwm.set_duty_cycle(neutral.compare);
-        let timer = &pwm.timer;
         timer.egr().write(|w| w.ug().set_bit());
+    }
+
+    /// Outputs off, whatever the last tick has said.
+    pub fn rest(&mut self) {
+        self.off(self.neutral);
+    }
+
+    /// Whether the break input has been let go. Its flag cannot be cleared while it is active.
+    pub fn break_is_over(&self) -> bool {
+        let timer = &self.pwm.timer;
         timer.sr().write(|w| w.bif().clear_bit());
-        timer.dier().write(|w| w.bie().set_bit());
-        timer.cr1().write(|w| w.cms().center_aligned1().arpe().set_bit().cen().enabled());
-        let mut bridge = Self { pwm, pins, on: false };
-        bridge.off(neutral);
-        bridge
+        timer.sr().read().bif().bit_is_clear()
     }
 }
 
@@ -87,6 +106,13 @@ impl Settings {
     /// For a part without parameters: 22 kHz that nobody will see.
     pub const IDLE: Self =
         Self { top: 3818, neutral: Duty { compare: 1909, reverse: false }, dead_time: 1e-6 };
+
+    /// Of parameters, of which the drive has been validated with everything else.
+    pub fn of(parameters: &Parameters) -> Self {
+        let drive = &parameters.controller.drive;
+        let neutral = Drive::new(drive).map_or(Self::IDLE.neutral, |drive| drive.duty(0));
+        Self { top: drive.pwm_top, neutral, dead_time: parameters.device.dead_time }
+    }
 }
 
 impl ErrorType for Pwm {
@@ -150,6 +176,12 @@ pub fn off_now() {
 
 /// Silences the break interrupt: the input may stay active for ever, and its flag with it.
 pub fn silence_break() {
-    // SAFETY: called by the only task that touches this register after the set-up.
+    // SAFETY: this register is touched by the task of that interrupt, and by others that have locked it out.
     unsafe { (*pac::TIM1::ptr()).dier().modify(|_, w| w.bie().clear_bit()) };
+}
+
+/// Lets the break interrupt come again; with its task locked out.
+pub fn hear_break() {
+    // SAFETY: as above.
+    unsafe { (*pac::TIM1::ptr()).dier().modify(|_, w| w.bie().set_bit()) };
 }

@@ -3,18 +3,22 @@
 //! `docs/wiring.md` has the pins. Each part is one module; what the control task needs of them is behind the traits of
 //! [`seams`], since embedded-hal has none for an encoder, a bridge or a watchdog.
 
+pub mod alive;
 pub mod bridge;
 pub mod clock;
+pub mod drive;
 pub mod encoder;
 pub mod fatal;
+pub mod machine;
 mod note;
 pub mod published;
 pub mod record;
 pub mod reset;
 pub mod seams;
-mod sectors;
+pub mod sectors;
 pub mod setup;
 pub mod stopwatch;
 pub mod supply;
 pub mod tick;
+pub mod usart;
 pub mod watchdog;

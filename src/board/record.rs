@@ -108,6 +108,12 @@ pub fn keep(mut record: Record) {
     unsafe { ptr::write_volatile(&raw mut (*memory()).record, record) };
 }
 
+/// There is nothing to tell any more.
+pub fn forget() {
+    // SAFETY: within the static; see `Kept`.
+    unsafe { ptr::write_volatile(&raw mut (*memory()).record.magic, 0) };
+}
+
 /// Remembers whether the motor is driven.
 pub fn set_armed(armed: bool) {
     let word = if armed { ARMED } else { 0 };

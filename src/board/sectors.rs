@@ -1,15 +1,170 @@
 //! The parameter sectors: 10 and 11 of the flash, 128 KiB each.
+//!
+//! There is one bank: while a sector is erased or a word is written, nothing can be fetched, and the processor stands still
+//! with all its interrupts, for an erase 1 to 2 s at 32 bits of parallelism (data sheet; 4 s at 8). Who asks for one sees to
+//! it that nothing is driven, that no tick is due, and that the watchdog waits. The code does not have to lie in RAM for that: the
+//! processor stalls at its next fetch and goes on afterwards. Where a processor does not stall (an emulated one), it sleeps.
 
+use core::ptr;
+
+use cortex_m::peripheral::SYST;
+use cortex_m::peripheral::syst::SystClkSource;
+use embedded_storage::nor_flash::{
+    ErrorType, NorFlash, NorFlashError, NorFlashErrorKind, ReadNorFlash, check_erase, check_read, check_write,
+};
 use stiction::Parameters;
 use stiction::parameters::{DecodeError, ROOM};
+use stm32f4xx_hal::pac;
 
-const SECTOR_10: usize = 0x080C_0000;
-const SECTOR_11: usize = 0x080E_0000;
+/// Sector 10; 11 follows.
+const BEGIN: usize = 0x080C_0000;
+const SECTOR: usize = 128 * 1024;
+const FIRST: u8 = 10;
+
+/// Where the two slots of the store are.
+pub const SLOTS: [u32; 2] = [0, SECTOR as u32];
+
+/// In this order they unlock the control register (RM0090, 3.6.1).
+const KEYS: [u32; 2] = [0x4567_0123, 0xCDEF_89AB];
+
+/// Flags of the status register that something went wrong: operation, protection, alignment, parallelism, sequence.
+const ERRORS: u32 = 0b1111_0010;
 
 /// The newest valid parameters, and the number of their sector.
+#[inline(never)]
 pub fn read() -> Result<(Parameters, u8), DecodeError> {
     // SAFETY: flash that is always mapped, outside of the program (memory.x), and that nobody writes meanwhile.
     let sector = |address: usize| unsafe { core::slice::from_raw_parts(address as *const u8, ROOM) };
-    let (parameters, which) = Parameters::newest([sector(SECTOR_10), sector(SECTOR_11)])?;
-    Ok((parameters, 10 + which as u8))
+    let (parameters, which) = Parameters::newest([sector(BEGIN), sector(BEGIN + SECTOR)])?;
+    Ok((parameters, FIRST + which as u8))
+}
+
+/// How often a sleeper looks whether an erase is over, clocks of the processor: 10 ms at 168 MHz.
+const LOOK_EVERY: u32 = 1_680_000;
+
+/// The two sectors, to be written.
+pub struct Sectors {
+    registers: pac::FLASH,
+    alarm: SYST,
+}
+
+/// The flash has refused.
+#[derive(Debug)]
+pub struct Refused(NorFlashErrorKind);
+
+impl Sectors {
+    /// Of the flash's registers, and a timer that nothing else uses.
+    pub fn new(registers: pac::FLASH, mut alarm: SYST) -> Self {
+        alarm.set_clock_source(SystClkSource::Core);
+        alarm.set_reload(LOOK_EVERY);
+        Self { registers, alarm }
+    }
+
+    /// Does something with the control register unlocked; it is locked again afterwards, whatever comes of it.
+    fn unlocked(
+        &mut self,
+        act: impl FnOnce(&pac::FLASH, &mut SYST) -> Result<(), Refused>,
+    ) -> Result<(), Refused> {
+        let Self { registers, alarm } = self;
+        if registers.cr().read().lock().bit_is_set() {
+            for key in KEYS {
+                registers.keyr().write(|w| w.key().set(key));
+            }
+        }
+        // Errors of before, which would be taken for errors of now.
+        // SAFETY: flags that are cleared by writing ones.
+        registers.sr().write(|w| unsafe { w.bits(ERRORS) });
+        let done = act(registers, alarm);
+        registers.cr().write(|w| w.lock().set_bit());
+        done
+    }
+
+    /// Sleeps until the flash is ready, and looks now and then; the flash's own interrupt is not among those that the
+    /// register crate knows.
+    fn wait(registers: &pac::FLASH, alarm: &mut SYST) -> Result<(), Refused> {
+        alarm.clear_current();
+        alarm.enable_interrupt();
+        alarm.enable_counter();
+        while registers.sr().read().bsy().bit_is_set() {
+            cortex_m::asm::wfi();
+        }
+        alarm.disable_counter();
+        alarm.disable_interrupt();
+        Self::outcome(registers)
+    }
+
+    fn outcome(registers: &pac::FLASH) -> Result<(), Refused> {
+        match registers.sr().read().bits() & ERRORS {
+            0 => Ok(()),
+            _ => Err(Refused(NorFlashErrorKind::Other)),
+        }
+    }
+
+    /// What the data cache has of a sector that was erased is no longer so.
+    fn forget(registers: &pac::FLASH) {
+        registers.acr().modify(|_, w| w.dcen().clear_bit());
+        registers.acr().modify(|_, w| w.dcrst().set_bit());
+        registers.acr().modify(|_, w| w.dcrst().clear_bit().dcen().set_bit());
+    }
+}
+
+impl NorFlashError for Refused {
+    fn kind(&self) -> NorFlashErrorKind {
+        self.0
+    }
+}
+
+impl ErrorType for Sectors {
+    type Error = Refused;
+}
+
+impl ReadNorFlash for Sectors {
+    const READ_SIZE: usize = 1;
+
+    fn read(&mut self, offset: u32, bytes: &mut [u8]) -> Result<(), Refused> {
+        check_read(self, offset, bytes.len()).map_err(Refused)?;
+        for (byte, at) in bytes.iter_mut().zip(BEGIN + offset as usize..) {
+            // SAFETY: within the two sectors, which are always mapped. They change behind the compiler's back.
+            *byte = unsafe { ptr::read_volatile(at as *const u8) };
+        }
+        Ok(())
+    }
+
+    fn capacity(&self) -> usize {
+        2 * SECTOR
+    }
+}
+
+impl NorFlash for Sectors {
+    const WRITE_SIZE: usize = 4;
+    const ERASE_SIZE: usize = SECTOR;
+
+    fn erase(&mut self, from: u32, to: u32) -> Result<(), Refused> {
+        check_erase(self, from, to).map_err(Refused)?;
+        for number in (from as usize / SECTOR..to as usize / SECTOR).map(|index| FIRST + index as u8) {
+            self.unlocked(|registers, alarm| {
+                // SAFETY: the number of a sector that there is.
+                registers.cr().write(|w| unsafe { w.ser().set_bit().psize().psize32().snb().bits(number) });
+                registers.cr().modify(|_, w| w.strt().set_bit());
+                Self::wait(registers, alarm)
+            })?;
+        }
+        Self::forget(&self.registers);
+        Ok(())
+    }
+
+    fn write(&mut self, offset: u32, bytes: &[u8]) -> Result<(), Refused> {
+        check_write(self, offset, bytes.len()).map_err(Refused)?;
+        self.unlocked(|registers, _| {
+            registers.cr().write(|w| w.pg().set_bit().psize().psize32());
+            for (word, at) in bytes.as_chunks().0.iter().zip((BEGIN + offset as usize..).step_by(4)) {
+                // SAFETY: an aligned word within the two sectors, which hold nothing that the program refers to.
+                unsafe { ptr::write_volatile(at as *mut u32, u32::from_le_bytes(*word)) };
+                // 16 us, for which the processor stands still anyway.
+                while registers.sr().read().bsy().bit_is_set() {}
+                Self::outcome(registers)?;
+            }
+            Ok(())
+        })
+    }
 }

@@ -1,17 +1,25 @@
 //! Brings every part up, in the order in which nothing can move by accident.
 
-use stiction::Parameters;
+use core::mem::MaybeUninit;
+
+use stiction::deadline::Deadline;
 use stiction::parameters::DecodeError;
+use stiction::servo::Boot;
+use stiction::store::Store;
+use stiction::{Parameters, Servo};
 use stm32f4xx_hal::gpio::{PinState, Pull};
 use stm32f4xx_hal::pac;
 use stm32f4xx_hal::prelude::*;
 
 use super::bridge::{self, Pins, TimerBridge};
+use super::drive::Drive;
 use super::encoder::Quadrature;
+use super::sectors::{SLOTS, Sectors};
 use super::stopwatch::Stopwatch;
 use super::supply::Supply;
-use super::tick::TickTimer;
-use super::watchdog::Independent;
+use super::tick::{Period, TickTimer};
+use super::usart::Port;
+use super::watchdog::{Independent, Timeout};
 use super::{clock, sectors};
 
 /// Of a part without parameters, s.
@@ -24,28 +32,25 @@ pub struct Settings {
 
 /// Every part, running; the outputs are off.
 pub struct Board {
-    /// The counter of edges.
-    pub encoder: Quadrature,
-    /// PWM and enable.
-    pub bridge: TimerBridge,
-    /// Supply voltage.
-    pub supply: Supply,
-    /// The control tick.
-    pub timer: TickTimer,
-    /// Times the control task.
-    pub stopwatch: Stopwatch,
+    /// The servo and what a tick needs.
+    pub drive: Drive,
     /// Fed by a task.
     pub watchdog: Independent,
+    /// The wire of the link.
+    pub port: Port,
+    /// Where parameters are saved.
+    pub store: Store<Sectors>,
     /// The crystal runs.
     pub crystal: bool,
     /// Clock of the processor, Hz.
     pub clock: u32,
-    /// Clocks of the stopwatch in a tick.
-    pub period: u32,
+    /// Clock of the timers on APB1, Hz.
+    pub timer_clock: u32,
 }
 
 impl Settings {
     /// Reads them.
+    #[inline(never)]
     pub fn read() -> Self {
         Self { found: sectors::read() }
     }
@@ -66,26 +71,21 @@ impl Settings {
     }
 
     fn bridge(&self) -> bridge::Settings {
-        // The drive has been validated with everything else.
-        let neutral = |parameters: &Parameters| {
-            stiction::drive::Drive::new(&parameters.controller.drive).map(|drive| drive.duty(0)).ok()
-        };
-        match self.parameters().ok().and_then(|parameters| Some((parameters, neutral(parameters)?))) {
-            Some((parameters, neutral)) => bridge::Settings {
-                top: parameters.controller.drive.pwm_top,
-                neutral,
-                dead_time: parameters.device.dead_time,
-            },
-            None => bridge::Settings::IDLE,
-        }
+        self.parameters().map_or(bridge::Settings::IDLE, bridge::Settings::of)
     }
 }
 
 /// Starts everything.
-pub fn start(device: pac::Peripherals, mut core: cortex_m::Peripherals, settings: &Settings) -> Board {
+pub fn start(
+    device: pac::Peripherals,
+    mut core: cortex_m::Peripherals,
+    settings: &Settings,
+    place: &'static mut MaybeUninit<Servo>,
+    boot: impl FnOnce(bool) -> Boot,
+) -> Board {
     core.DCB.enable_trace();
     core.DWT.enable_cycle_counter();
-    let watchdog = Independent::start(device.IWDG, settings.sample_time());
+    let watchdog = Independent::start(device.IWDG, Timeout::of_loop(settings.sample_time()));
     let (mut rcc, crystal) = clock::start(device.RCC);
 
     let a = device.GPIOA.split(&mut rcc);
@@ -107,9 +107,23 @@ pub fn start(device: pac::Peripherals, mut core: cortex_m::Peripherals, settings
         &mut rcc,
     );
     let supply = Supply::start(device.ADC1, c.pc0.into_analog(), &mut rcc);
-    let timer = TickTimer::start(device.TIM3, settings.sample_time(), &mut rcc);
+    let timer_clock = rcc.clocks.timclk1().raw();
+    let period = Period::new(settings.sample_time(), timer_clock);
+    let timer = TickTimer::start(device.TIM3, &period, &mut rcc);
     let stopwatch = Stopwatch::start(device.TIM5, &mut rcc);
+    let into = a.pa10.into_alternate().internal_resistor(Pull::Up);
+    let port = Port::start(device.USART1, a.pa9.into_alternate(), into, &mut rcc);
     let clock = rcc.clocks.sysclk().raw();
-    let period = libm::roundf(settings.sample_time() * rcc.clocks.timclk1().raw() as f32) as u32;
-    Board { encoder, bridge, supply, timer, stopwatch, watchdog, crystal, clock, period }
+    let servo = blank(place);
+    servo.boot(settings.parameters(), boot(crystal));
+    let deadline = Deadline::new(period.clocks);
+    let drive = Drive { servo, deadline, encoder, bridge, supply, timer, stopwatch, period };
+    let store = Store::new(Sectors::new(device.FLASH, core.SYST), SLOTS);
+    Board { drive, watchdog, port, store, crystal, clock, timer_clock }
+}
+
+/// A function of its own, so that what it needs of the stack is free again for what follows.
+#[inline(never)]
+fn blank(place: &'static mut MaybeUninit<Servo>) -> &'static mut Servo {
+    place.write(Servo::blank())
 }

@@ -8,21 +8,49 @@ pub struct TickTimer {
     timer: pac::TIM3,
 }
 
+/// A sample time, as the timer counts it.
+#[derive(Clone, Copy)]
+pub struct Period {
+    /// Clocks of the timers on APB1, the stopwatch's among them.
+    pub clocks: u32,
+    divider: u32,
+}
+
+impl Period {
+    /// Of a sample time (s) at a clock (Hz).
+    pub fn new(sample_time: f32, clock: u32) -> Self {
+        let clocks = libm::roundf(sample_time * clock as f32) as u32;
+        Self { clocks, divider: divider(clocks) }
+    }
+}
+
 impl TickTimer {
-    /// Prepares a tick of `sample_time` (s); the interrupt waits until the tasks run.
-    pub fn start(timer: pac::TIM3, sample_time: f32, rcc: &mut Rcc) -> Self {
+    /// Prepares a tick; the interrupt waits until the tasks run.
+    pub fn start(timer: pac::TIM3, period: &Period, rcc: &mut Rcc) -> Self {
         pac::TIM3::enable(rcc);
         pac::TIM3::reset(rcc);
-        let clock = rcc.clocks.timclk1().raw();
-        let clocks = libm::roundf(sample_time * clock as f32) as u32;
-        let divider = divider(clocks);
+        timer.dier().write(|w| w.uie().enabled());
+        let mut this = Self { timer };
+        this.set(period);
+        this
+    }
+
+    /// Begins a period, and more of the same length after it.
+    pub fn set(&mut self, period: &Period) {
+        let Period { clocks, divider } = *period;
+        let timer = &self.timer;
+        // The update that loads the prescaler is not a tick.
+        timer.cr1().write(|w| w.urs().counter_only());
         timer.psc().write(|w| w.psc().set((divider - 1) as u16));
         timer.arr().write(|w| w.arr().set(((clocks + divider / 2) / divider - 1) as u16));
         timer.egr().write(|w| w.ug().set_bit());
         timer.sr().write(|w| w.uif().clear_bit());
-        timer.dier().write(|w| w.uie().enabled());
-        timer.cr1().write(|w| w.cen().enabled());
-        Self { timer }
+        timer.cr1().write(|w| w.urs().counter_only().cen().enabled());
+    }
+
+    /// No more ticks until the next [`set`](Self::set).
+    pub fn stop(&mut self) {
+        self.timer.cr1().write(|w| w.urs().counter_only());
     }
 
     /// Acknowledges a tick.

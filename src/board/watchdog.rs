@@ -10,9 +10,16 @@
 //! sample time 1 ms (to 3.3 ms):  118 counts, 10 ms to  28 ms;  15 ms typically
 //! ```
 //!
-//! The new timeout is taken over by the first feed. Until then it counts the reset value, 4096 * 4 clocks: 349 to
-//! 964 ms for the start, which takes some 55 ms at most. It keeps running while a debugger halts the core: a breakpoint
-//! must not leave the motor at its last duty.
+//! It is fed only when every task that is watched has run since it was fed last: the control task, without which nobody
+//! wakes the feeder, and the link and the log below it ([`super::alive`]). Each is woken once a tick, so all have run within
+//! a tick or two of any instant.
+//!
+//! A new timeout is taken over by the first feed after it has crossed into the oscillator's domain, up to five of its
+//! clocks (0.3 ms) later. Until the first one it counts the reset value, 4096 * 4 clocks: 349 to 964 ms for the start,
+//! which takes some 55 ms at most. It keeps running while a debugger halts the core: a breakpoint must not leave the motor at
+//! its last duty.
+//!
+//! An erase of the flash holds up the processor for up to 4 s: [`Timeout::ERASE`] is what `stiction::store` derives for it.
 
 use stm32f4xx_hal::pac;
 
@@ -24,30 +31,82 @@ const TICKS: f32 = 3.0;
 /// The shortest timeout, s: a hundred times what the log may hold up a tick.
 const SHORTEST: f32 = 0.010;
 
-/// The fastest oscillator behind the prescaler, Hz.
-const FASTEST: f32 = 47e3 / 4.0;
+/// The fastest oscillator, Hz.
+const FASTEST: f32 = 47e3;
+
+/// How long it waits, at least.
+#[derive(Clone, Copy, PartialEq, Eq)]
+pub struct Timeout {
+    /// The prescaler is 4 shifted by so much.
+    shift: u8,
+    counts: u16,
+}
+
+impl Timeout {
+    /// For the slowest erase of a sector.
+    pub const ERASE: Self = Self::of(4.0, 4);
+
+    /// Of a loop of `sample_time` (s, up to 20 ms).
+    pub fn of_loop(sample_time: f32) -> Self {
+        Self::of((TICKS * sample_time).max(SHORTEST), 0)
+    }
+
+    const fn of(shortest: f32, shift: u8) -> Self {
+        // The counter counts one more than the reload value: rounding down does not make it too short.
+        let counts = shortest * FASTEST / (4 << shift) as f32;
+        Self { shift, counts: if counts < 4095.0 { counts as u16 } else { 4095 } }
+    }
+}
 
 /// The watchdog, running.
 pub struct Independent {
     registers: pac::IWDG,
+    timeout: Timeout,
+    /// Not yet written.
+    next: Option<Timeout>,
 }
 
 impl Independent {
-    /// Starts it for a loop of `sample_time` (s, up to 20 ms); nothing but a reset stops it.
-    pub fn start(registers: pac::IWDG, sample_time: f32) -> Self {
-        // The counter counts one more than the reload value: rounding does not make it too short.
-        let counts = libm::roundf((TICKS * sample_time).max(SHORTEST) * FASTEST) as u16;
+    /// Starts it; nothing but a reset stops it.
+    pub fn start(registers: pac::IWDG, timeout: Timeout) -> Self {
         registers.kr().write(|w| w.key().start());
-        registers.kr().write(|w| w.key().unlock());
-        registers.pr().write(|w| w.pr().divide_by4());
-        registers.rlr().write(|w| w.rl().set(counts.min(0xFFF)));
-        Self { registers }
+        let mut this = Self { registers, timeout, next: None };
+        this.write(timeout);
+        this
+    }
+
+    /// Another timeout, from one of the next feeds on.
+    pub fn set(&mut self, timeout: Timeout) {
+        self.next = (timeout != self.timeout).then_some(timeout);
+    }
+
+    /// Whether the timeout that was set last counts from the next feed on.
+    pub fn is_set(&self) -> bool {
+        self.next.is_none() && self.has_crossed()
+    }
+
+    /// What was written before has arrived at the counter; until then, nothing else may be written.
+    fn has_crossed(&self) -> bool {
+        self.registers.sr().read().bits() == 0
+    }
+
+    fn write(&mut self, timeout: Timeout) {
+        self.timeout = timeout;
+        self.registers.kr().write(|w| w.key().unlock());
+        self.registers.pr().write(|w| w.pr().set(timeout.shift));
+        self.registers.rlr().write(|w| w.rl().set(timeout.counts));
     }
 }
 
 impl Watchdog for Independent {
     #[inline]
     fn feed(&mut self) {
+        if self.next.is_some()
+            && self.has_crossed()
+            && let Some(timeout) = self.next.take()
+        {
+            self.write(timeout);
+        }
         self.registers.kr().write(|w| w.key().feed());
     }
 }

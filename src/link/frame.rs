@@ -11,9 +11,10 @@
 //! begins with a zero.
 
 use cobs::{DecodeResult, DecoderState};
-use crc::{CRC_32_ISO_HDLC, Crc, NoTable};
 use heapless::Vec;
 use serde::Serialize;
+
+use crate::checksum::checksum;
 
 /// The longest message, bytes.
 pub const MAX_MESSAGE: usize = 240;
@@ -22,9 +23,6 @@ pub const MAX_MESSAGE: usize = 240;
 pub const MAX_FRAME: usize = MAX_MESSAGE + CHECKSUM + 2;
 
 const CHECKSUM: usize = 4;
-
-/// Without a table: a kilobyte of flash for a task that has time.
-const CRC: Crc<u32, NoTable> = Crc::<u32, NoTable>::new(&CRC_32_ISO_HDLC);
 
 /// A frame in the making.
 pub type Frame = Vec<u8, MAX_FRAME>;
@@ -41,7 +39,7 @@ pub type Frame = Vec<u8, MAX_FRAME>;
 pub fn encode(message: &impl Serialize) -> Option<Frame> {
     let mut plain = [0; MAX_MESSAGE + CHECKSUM];
     let length = postcard::to_slice(message, plain.get_mut(..MAX_MESSAGE)?).ok()?.len();
-    let sum = CRC.checksum(plain.get(..length)?).to_le_bytes();
+    let sum = checksum(&[plain.get(..length)?]).to_le_bytes();
     plain.get_mut(length..length + CHECKSUM)?.copy_from_slice(&sum);
     let mut frame = Frame::new();
     frame.resize(MAX_FRAME, 0).ok()?;
@@ -56,23 +54,31 @@ pub fn encode(message: &impl Serialize) -> Option<Frame> {
 pub struct Deframer {
     state: DecoderState,
     bytes: Vec<u8, { MAX_MESSAGE + CHECKSUM }>,
+    /// The bytes are a message that has been returned: the next byte begins another one.
+    complete: bool,
     /// Until the next zero, nothing counts.
     broken: bool,
     /// Something that was no whole frame.
     bad: u32,
-    /// The last message, without its checksum.
-    message: Vec<u8, MAX_MESSAGE>,
 }
 
 impl Default for Deframer {
     fn default() -> Self {
-        Self { state: DecoderState::Idle, bytes: Vec::new(), broken: false, bad: 0, message: Vec::new() }
+        Self::new()
     }
 }
 
 impl Deframer {
+    /// Before the first byte.
+    pub const fn new() -> Self {
+        Self { state: DecoderState::Idle, bytes: Vec::new(), complete: false, broken: false, bad: 0 }
+    }
+
     /// Takes a byte, and returns the message that it completes.
     pub fn push(&mut self, byte: u8) -> Option<&[u8]> {
+        if self.complete {
+            self.begin();
+        }
         if self.broken {
             if byte == 0 {
                 self.begin();
@@ -106,22 +112,18 @@ impl Deframer {
     fn begin(&mut self) {
         self.state = DecoderState::Idle;
         self.bytes.clear();
+        self.complete = false;
         self.broken = false;
     }
 
     fn complete(&mut self) -> Option<&[u8]> {
-        self.message.clear();
-        let whole = match self.bytes.split_last_chunk::<CHECKSUM>() {
-            Some((message, sum)) if CRC.checksum(message) == u32::from_le_bytes(*sum) => {
-                self.message.extend_from_slice(message).is_ok()
+        self.complete = true;
+        match self.bytes.split_last_chunk::<CHECKSUM>() {
+            Some((message, sum)) if checksum(&[message]) == u32::from_le_bytes(*sum) => Some(message),
+            _ => {
+                self.bad = self.bad.saturating_add(1);
+                None
             }
-            _ => false,
-        };
-        self.begin();
-        if whole {
-            return Some(&self.message);
         }
-        self.bad = self.bad.saturating_add(1);
-        None
     }
 }

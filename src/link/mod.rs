@@ -15,6 +15,7 @@
 //! memory. Everything is bounded, and nothing that comes over the wire can panic.
 
 mod frame;
+mod outbox;
 mod reply;
 mod request;
 mod sample;
@@ -25,7 +26,7 @@ pub use frame::{Deframer, Frame, MAX_FRAME, MAX_MESSAGE, encode};
 pub use reply::{Identity, Kind, Message, Refused, Reply, State, Status, Told};
 pub use request::{Law, Move, Numbered, Request};
 pub use sample::{Sample, Term};
-pub use session::{Machine, Session};
+pub use session::{Machine, Session, WAITING};
 
 /// Raised with every change of a message.
 pub const PROTOCOL: u16 = 1;

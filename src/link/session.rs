@@ -4,11 +4,13 @@
 //! twice: the answer is sent again. One that was overtaken by a later one is refused. Stop is obeyed at all times.
 //!
 //! Answers and samples wait in a ring of bytes until the wire takes them. Samples leave room for answers; what finds
-//! none is dropped and counted, and the numbers of the samples show the gap.
+//! none is dropped and counted, and the numbers of the samples show the gap. How long the ring is, is the owner's choice:
+//! a host takes [`WAITING`], a board what its RAM allows.
 
-use heapless::{Deque, String};
+use heapless::String;
 
-use super::frame::{Deframer, Frame, MAX_FRAME, encode};
+use super::frame::{Deframer, Frame, encode};
+use super::outbox::{FOR_ANSWERS, Outbox};
 use super::reply::{Identity, Kind, Message, Refused, Reply, State, Status};
 use super::request::{Law, Move, Numbered, Request};
 use super::telemetry::Subscription;
@@ -18,11 +20,8 @@ use crate::parameters::{Motion, Parameters, ROOM};
 use crate::servo::{self, Arming, Joint, Output, Servo};
 use crate::store::SaveError;
 
-/// Bytes that wait for the wire.
-const WAITING: usize = 2048;
-
-/// Of these, so many are for answers alone: two of the longest.
-const FOR_ANSWERS: usize = 2 * MAX_FRAME;
+/// Bytes that wait for the wire, unless the owner of a session says otherwise.
+pub const WAITING: usize = 2048;
 
 /// What a session acts on. A board locks its servo for as short as it can; a host has it at hand.
 pub trait Machine {
@@ -41,7 +40,7 @@ pub trait Machine {
 
 /// One end of a link.
 #[derive(Debug)]
-pub struct Session {
+pub struct Session<const RING: usize = WAITING> {
     kind: Kind,
     deframer: Deframer,
     /// Those in use.
@@ -54,57 +53,55 @@ pub struct Session {
     /// A record in pieces.
     pieces: [u8; ROOM],
     subscription: Subscription,
-    waiting: Deque<u8, WAITING>,
-    dropped: u32,
+    outbox: Outbox<RING>,
 }
 
-impl Session {
+impl<const RING: usize> Session<RING> {
     /// Before the first byte; `parameters` are those in use.
-    pub fn new(kind: Kind, parameters: Option<Parameters>) -> Self {
+    pub const fn new(kind: Kind, parameters: Option<Parameters>) -> Self {
         Self {
             kind,
-            deframer: Deframer::default(),
+            deframer: Deframer::new(),
             parameters,
             unsaved: false,
             greeted: None,
             last: None,
             pieces: [0; ROOM],
-            subscription: Subscription::default(),
-            waiting: Deque::new(),
-            dropped: 0,
+            subscription: Subscription::NONE,
+            outbox: Outbox::new(),
         }
     }
 
+    /// These are in use, and they are the saved ones.
+    pub fn found(&mut self, parameters: &Parameters) {
+        self.parameters = Some(parameters.clone());
+        self.unsaved = false;
+    }
+
     /// Takes bytes from the wire, and does what they say.
+    #[inline(never)]
     pub fn receive(&mut self, bytes: &[u8], machine: &mut impl Machine) {
         for &byte in bytes {
             let Some(message) = self.deframer.push(byte) else { continue };
             // The number comes first, so that what is not understood can be answered.
-            let Ok((number, _)) = postcard::take_from_bytes::<u16>(message) else { continue };
-            let request = match postcard::take_from_bytes::<Numbered<Request>>(message) {
-                Ok((request, [])) => Some(request.content),
-                _ => None,
-            };
+            let Ok((number, content)) = postcard::take_from_bytes::<u16>(message) else { continue };
+            let request = request(content);
             machine.servo(Servo::heard);
             self.take(number, request, machine);
         }
     }
 
     /// Takes a tick's output, for those who have subscribed.
-    pub fn tick(&mut self, clock: u32, output: &Output, wound_up: bool) {
-        let Some(sample) = self.subscription.tick(clock, output, wound_up) else { return };
+    #[inline(never)]
+    pub fn tick(&mut self, output: &Output) {
+        let Some(sample) = self.subscription.tick(output) else { return };
         let frame = encode(&Message::Sample(sample));
-        self.put(frame.as_ref(), FOR_ANSWERS);
+        self.outbox.put(frame.as_ref(), FOR_ANSWERS);
     }
 
     /// Hands bytes to the wire, and returns how many.
     pub fn transmit(&mut self, bytes: &mut [u8]) -> usize {
-        let mut count = 0;
-        for (to, from) in bytes.iter_mut().zip(core::iter::from_fn(|| self.waiting.pop_front())) {
-            *to = from;
-            count += 1;
-        }
-        count
+        self.outbox.take(bytes)
     }
 
     /// The parameters in use.
@@ -112,40 +109,44 @@ impl Session {
         self.parameters.as_ref()
     }
 
+    /// What follows is cut into functions that are not inlined, so that their frames follow each other on the stack and
+    /// do not add up: a board has little of it.
+    #[inline(never)]
     fn take(&mut self, number: u16, request: Option<Request>, machine: &mut impl Machine) {
         let overtaken = |last: u16| (number.wrapping_sub(last) as i16) < 0;
-        match (&request, &self.last) {
+        let last = self.last.as_ref().map(|(last, _)| *last);
+        match (&request, last) {
             (Some(Request::Stop), _) => {
                 machine.servo(Servo::stop);
-                let answer = encode(&Message::Reply(Numbered { number, content: Reply::Done }));
-                self.put(answer.as_ref(), 0);
                 // What was sent before the stop and comes after it shall not arm.
-                if !self.last.as_ref().is_some_and(|(last, _)| overtaken(*last)) {
-                    self.last = answer.map(|answer| (number, answer));
-                }
-                return;
+                return self.answer(number, Reply::Done, !last.is_some_and(overtaken));
             }
             (Some(Request::Hello { session, .. }), _) if self.greeted != Some(*session) => {}
-            (_, Some((last, answer))) if *last == number => {
-                let answer = answer.clone();
-                return self.put(Some(&answer), 0);
+            (_, Some(last)) if last == number => {
+                return self.outbox.put(self.last.as_ref().map(|(_, answer)| answer), 0);
             }
-            (_, Some((last, _))) if overtaken(*last) => {
-                let content = Reply::Refused(Refused::OutOfOrder);
-                return self.put(encode(&Message::Reply(Numbered { number, content })).as_ref(), 0);
+            (_, Some(last)) if overtaken(last) => {
+                return self.answer(number, Reply::Refused(Refused::OutOfOrder), false);
             }
             _ => {}
         }
-        let done = match request {
-            None => Err(Refused::Unknown),
-            Some(Request::Hello { protocol, session }) => Ok(self.greet(protocol, session)),
-            Some(_) if self.greeted.is_none() => Err(Refused::SayHello),
-            Some(request) => self.act(request, machine),
+        let content = match request {
+            None => Reply::Refused(Refused::Unknown),
+            Some(Request::Hello { protocol, session }) => self.greet(protocol, session),
+            Some(_) if self.greeted.is_none() => Reply::Refused(Refused::SayHello),
+            Some(request) => self.act(request, machine).unwrap_or_else(Reply::Refused),
         };
-        let content = done.unwrap_or_else(Reply::Refused);
+        self.answer(number, content, true);
+    }
+
+    /// Answers a request, and keeps the answer for one that comes twice if that is the last request there was.
+    #[inline(never)]
+    fn answer(&mut self, number: u16, content: Reply, is_last: bool) {
         let answer = encode(&Message::Reply(Numbered { number, content }));
-        self.put(answer.as_ref(), 0);
-        self.last = answer.map(|answer| (number, answer));
+        self.outbox.put(answer.as_ref(), 0);
+        if is_last {
+            self.last = answer.map(|answer| (number, answer));
+        }
     }
 
     fn greet(&mut self, protocol: u16, session: u32) -> Reply {
@@ -156,6 +157,7 @@ impl Session {
         Reply::Hello(Identity { protocol: PROTOCOL, kind: self.kind, version })
     }
 
+    #[inline(never)]
     fn act(&mut self, request: Request, machine: &mut impl Machine) -> Result<Reply, Refused> {
         match request {
             // Both were dealt with before.
@@ -175,23 +177,14 @@ impl Session {
                 let piece = self.pieces.get_mut(offset..offset + bytes.len()).ok_or(Refused::NoSuch)?;
                 piece.copy_from_slice(&bytes);
             }
-            Request::TakeParameters { length } => {
-                let record = self.pieces.get(..length.into()).ok_or(Refused::NoSuch)?;
-                let (parameters, _) = Parameters::decode(record)?;
-                self.install(parameters, machine)?;
-            }
+            Request::TakeParameters { length } => self.take_parameters(length, machine)?,
             Request::Save => self.save(machine)?,
             Request::ReadLaw => {
                 let controller = &self.parameters.as_ref().ok_or(Refused::NoParameters)?.controller;
                 let (pd, compensator) = (controller.pd, controller.compensator.clone());
                 return Ok(Reply::Law(Law { pd, compensator }));
             }
-            Request::WriteLaw(Law { pd, compensator }) => {
-                let mut parameters = self.parameters.clone().ok_or(Refused::NoParameters)?;
-                parameters.controller.pd = pd;
-                parameters.controller.compensator = compensator;
-                self.install(parameters, machine)?;
-            }
+            Request::WriteLaw(law) => self.write_law(law, machine)?,
             Request::Subscribe { terms, every } => {
                 self.subscription = Subscription::new(terms, every).ok_or(Refused::NoSuch)?;
             }
@@ -204,16 +197,44 @@ impl Session {
         Ok(Reply::Done)
     }
 
+    #[inline(never)]
+    fn take_parameters(&mut self, length: u16, machine: &mut impl Machine) -> Result<(), Refused> {
+        let record = self.pieces.get(..length.into()).ok_or(Refused::NoSuch)?;
+        let (parameters, _) = Parameters::decode(record)?;
+        self.install(parameters, machine)
+    }
+
+    #[inline(never)]
+    fn write_law(&mut self, law: Law, machine: &mut impl Machine) -> Result<(), Refused> {
+        let mut parameters = self.parameters.clone().ok_or(Refused::NoParameters)?;
+        parameters.controller.pd = law.pd;
+        parameters.controller.compensator = law.compensator;
+        self.install(parameters, machine)
+    }
+
     /// All of them or none: what is validated here is what is installed.
+    #[inline(never)]
     fn install(&mut self, parameters: Parameters, machine: &mut impl Machine) -> Result<(), Refused> {
-        let joint = Joint::new(&parameters)?;
-        machine.servo(|servo| servo.install(joint))?;
+        self.prepare_and_install(&parameters, machine)?;
         machine.reconfigure(&parameters);
         self.unsaved |= self.parameters.as_ref() != Some(&parameters);
         self.parameters = Some(parameters);
         Ok(())
     }
 
+    /// The joint is prepared before the servo is locked.
+    #[inline(never)]
+    fn prepare_and_install(
+        &self,
+        parameters: &Parameters,
+        machine: &mut impl Machine,
+    ) -> Result<(), Refused> {
+        let mut joint = None;
+        Joint::prepare(&mut joint, parameters)?;
+        Ok(machine.servo(|servo| servo.install(&mut joint))?)
+    }
+
+    #[inline(never)]
     fn save(&mut self, machine: &mut impl Machine) -> Result<(), Refused> {
         let parameters = self.parameters.as_ref().ok_or(Refused::NoParameters)?;
         machine.servo(|servo| match servo.state() {
@@ -229,6 +250,7 @@ impl Session {
         Ok(())
     }
 
+    #[inline(never)]
     fn go(&self, motion: &Motion, machine: &mut impl Machine) -> Result<(), Refused> {
         let controller = &self.parameters.as_ref().ok_or(Refused::NoParameters)?.controller;
         match motion.course(controller)? {
@@ -238,6 +260,7 @@ impl Session {
         }
     }
 
+    #[inline(never)]
     fn read(&self, offset: u16) -> Result<Reply, Refused> {
         let parameters = self.parameters.as_ref().ok_or(Refused::NoParameters)?;
         let mut room = [0; ROOM];
@@ -248,9 +271,10 @@ impl Session {
         Ok(Reply::Parameters { length: record.len() as u16, offset, bytes })
     }
 
+    #[inline(never)]
     fn status(&self, machine: &mut impl Machine) -> Status {
         let controller = self.parameters.as_ref().map(|parameters| &parameters.controller);
-        let (bad_frames, dropped, unsaved) = (self.deframer.bad(), self.dropped, self.unsaved);
+        let (bad_frames, dropped, unsaved) = (self.deframer.bad(), self.outbox.dropped(), self.unsaved);
         machine.servo(|servo| Status {
             state: State::from(servo.state()),
             fault: servo.latched().map(Into::into).unwrap_or_default(),
@@ -267,16 +291,13 @@ impl Session {
             dropped,
         })
     }
+}
 
-    /// Queues a frame if that leaves so much room.
-    fn put(&mut self, frame: Option<&Frame>, leave: usize) {
-        let room = self.waiting.capacity() - self.waiting.len();
-        match frame.filter(|frame| frame.len() + leave <= room) {
-            // Cannot fail: there is room.
-            Some(frame) => frame.iter().for_each(|&byte| {
-                let _ = self.waiting.push_back(byte);
-            }),
-            None => self.dropped = self.dropped.saturating_add(1),
-        }
+/// A request that takes up all of its bytes.
+#[inline(never)]
+fn request(bytes: &[u8]) -> Option<Request> {
+    match postcard::take_from_bytes(bytes) {
+        Ok((request, [])) => Some(request),
+        _ => None,
     }
 }

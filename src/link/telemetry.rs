@@ -16,6 +16,9 @@ pub struct Subscription {
 }
 
 impl Subscription {
+    /// Nothing is sent.
+    pub const NONE: Self = Self { terms: 0, every: 0, due: 0, number: 0 };
+
     /// `terms` of every so many ticks, from the next one on; none if a term is not known, or there are none.
     pub fn new(terms: u16, every: u16) -> Option<Self> {
         let known = Term::ALL.iter().fold(0, |bits, term| bits | term.bit());
@@ -26,7 +29,7 @@ impl Subscription {
     }
 
     /// Takes a tick, and returns a sample if one is due.
-    pub fn tick(&mut self, clock: u32, output: &Output, wound_up: bool) -> Option<Sample> {
+    pub fn tick(&mut self, output: &Output) -> Option<Sample> {
         if self.every == 0 {
             return None;
         }
@@ -38,15 +41,15 @@ impl Subscription {
         let mut values = Vec::new();
         for term in Term::ALL.into_iter().filter(|term| self.terms & term.bit() != 0) {
             // Cannot fail: there is room for more terms than there are.
-            let _ = values.extend_from_slice(&value(term, output, wound_up));
+            let _ = values.extend_from_slice(&value(term, output));
         }
         let number = self.number;
         self.number = number.wrapping_add(1);
-        Some(Sample { number, clock, terms: self.terms, values })
+        Some(Sample { number, clock: output.clock, terms: self.terms, values })
     }
 }
 
-fn value(term: Term, output: &Output, wound_up: bool) -> [u8; 4] {
+fn value(term: Term, output: &Output) -> [u8; 4] {
     let tick = &output.tick;
     let (setpoint, duty) = (&tick.setpoint, output.duty);
     match term {
@@ -64,11 +67,11 @@ fn value(term: Term, output: &Output, wound_up: bool) -> [u8; 4] {
             let compare = i32::from(duty.compare);
             (if duty.reverse { -compare } else { compare }).to_le_bytes()
         }
-        Term::Flags => flags(output, wound_up).to_le_bytes(),
+        Term::Flags => flags(output).to_le_bytes(),
     }
 }
 
-fn flags(output: &Output, wound_up: bool) -> u32 {
+fn flags(output: &Output) -> u32 {
     let (state, fault) = match output.state {
         State::Boot => (0, 0),
         State::Stopped => (1, 0),
@@ -76,5 +79,5 @@ fn flags(output: &Output, wound_up: bool) -> u32 {
         State::Faulted(fault) => (3, fault as u32),
     };
     let bit = |set: bool, place: u32| u32::from(set) << place;
-    state | fault << 8 | bit(output.tick.saturated, 16) | bit(wound_up, 17) | bit(output.enable, 18)
+    state | fault << 8 | bit(output.tick.saturated, 16) | bit(output.wound_up, 17) | bit(output.enable, 18)
 }

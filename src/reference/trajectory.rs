@@ -74,17 +74,30 @@ impl Trajectory {
         sample_time: f32,
         resolution: f32,
     ) -> Result<Self, Error> {
+        Self::validate(corners, half_blend_s, sample_time, resolution)?;
+        let mut trajectory = Self::EMPTY;
+        trajectory.set(corners, half_blend_s, sample_time, resolution);
+        Ok(trajectory)
+    }
+
+    /// Says what [`new`](Self::new) would.
+    ///
+    /// # Errors
+    /// As [`new`](Self::new).
+    pub fn validate(
+        corners: &[Corner],
+        half_blend_s: f32,
+        sample_time: f32,
+        resolution: f32,
+    ) -> Result<(), Error> {
         between("corner_times_s", corners.len() as f32, 1.0, MAX_CORNERS as f32)?;
         above("sample_time_s", sample_time, 0.0, 1.0)?;
         above("resolution_deg", resolution, 0.0, HUGE)?;
         between("half_blend_s", half_blend_s, 0.5 * sample_time, HUGE)?;
-        let half_blend = half_blend_s / sample_time;
-        let mut blends = Vec::new();
         // A quotient of two decimals may come out above the whole number that it is.
-        let shortest = half_blend * (1.0 - 1e-6);
+        let shortest = half_blend_s / sample_time * (1.0 - 1e-6);
         let mut before: Option<u32> = None;
-        let mut rate_before = 0.0;
-        for (i, &corner) in corners.iter().enumerate() {
+        for corner in corners {
             let (gap, needed) = match before {
                 None => (Some(corner.tick), shortest),
                 Some(before) => (corner.tick.checked_sub(before), 2.0 * shortest),
@@ -98,6 +111,21 @@ impl Trajectory {
                 return Err(Error { key: "corner_times_s", found, allowed });
             }
             before = Some(corner.tick);
+        }
+        Ok(())
+    }
+
+    /// No motion at all, to be [set](Self::set).
+    pub(crate) const EMPTY: Self =
+        Self { blends: Vec::new(), half_blend: 0.0, velocity_scale: 0.0, acceleration_scale: 0.0 };
+
+    /// [`new`](Self::new) in the place of an empty one, of what has been validated: half a kilobyte is not copied.
+    pub(crate) fn set(&mut self, corners: &[Corner], half_blend_s: f32, sample_time: f32, resolution: f32) {
+        self.half_blend = half_blend_s / sample_time;
+        self.velocity_scale = resolution / sample_time;
+        self.acceleration_scale = self.velocity_scale / sample_time;
+        let mut rate_before = 0.0;
+        for (i, &corner) in corners.iter().enumerate() {
             let rate = match corners.get(i + 1) {
                 Some(next) => {
                     Rate::between(corner.position, next.position, next.tick.saturating_sub(corner.tick))
@@ -105,13 +133,11 @@ impl Trajectory {
                 None => Rate::ZERO,
             };
             let rate_change = rate.counts_per_tick() - rate_before;
-            let from = corner.tick.saturating_sub(half_blend as u32);
-            // Cannot fail: the number of corners was checked above.
-            let _ = blends.push(Blend { corner, from, rate, rate_before, rate_change });
+            let from = corner.tick.saturating_sub(self.half_blend as u32);
+            // Cannot fail: the number of corners has been validated.
+            let _ = self.blends.push(Blend { corner, from, rate, rate_before, rate_change });
             rate_before = rate.counts_per_tick();
         }
-        let velocity_scale = resolution / sample_time;
-        Ok(Self { blends, half_blend, velocity_scale, acceleration_scale: velocity_scale / sample_time })
     }
 
     /// The corners, in order.

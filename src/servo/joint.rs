@@ -12,7 +12,7 @@ use crate::position::Position;
 use crate::reference::{Reference, Step};
 use crate::saturation::saturate;
 
-/// A joint's controller with what it needs to run, made of parameters ([`Joint::new`]).
+/// A joint's controller with what it needs to run, made of parameters ([`Joint::prepare`]).
 #[derive(Clone, Debug)]
 pub struct Joint {
     pub(super) controller: Controller,
@@ -41,12 +41,23 @@ struct SoftStart {
 }
 
 impl Joint {
-    /// Validates parameters and prepares all that a tick needs.
+    /// Validates parameters and prepares all that a tick needs, in its place: a joint is a kilobyte, and the stack of a
+    /// board has no room for two.
     ///
     /// # Errors
-    /// As [`Parameters::prepare`].
-    pub fn new(parameters: &Parameters) -> Result<Self, Error> {
-        let (controller, course) = parameters.prepare()?;
+    /// As [`Parameters::prepare`]; nothing is changed then.
+    pub fn prepare(place: &mut Option<Self>, parameters: &Parameters) -> Result<(), Error> {
+        parameters.validate()?;
+        Self::begin_with(place, parameters)?;
+        match place {
+            Some(joint) => parameters.motion.set(&parameters.controller, &mut joint.course),
+            None => Ok(()),
+        }
+    }
+
+    /// All but the motion. A function of its own, so that what it needs of the stack is free again for the motion.
+    #[inline(never)]
+    fn begin_with(place: &mut Option<Self>, parameters: &Parameters) -> Result<(), Error> {
         let Parameters { device, limits, controller: config, .. } = parameters;
         let in_ticks = |s: f32| libm::roundf(s / config.sample_time) as u32;
         let nominal_supply = match device.supply_full_scale {
@@ -55,9 +66,9 @@ impl Joint {
             }
             _ => 0.0,
         };
-        Ok(Self {
-            controller,
-            course,
+        *place = Some(Self {
+            controller: Controller::new(config)?,
+            course: Course::default(),
             replaced: false,
             state: CourseState::default(),
             soft_start: SoftStart { ticks: in_ticks(device.soft_start), elapsed: 0 },
@@ -67,7 +78,8 @@ impl Joint {
             monitors: Monitors::new(limits, config, device),
             watch: MonitorState::default(),
             autostart: device.autostart.then(|| in_ticks(device.autostart_delay)),
-        })
+        });
+        Ok(())
     }
 
     /// Begins with the counter at `counter`, which becomes zero.

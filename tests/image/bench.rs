@@ -1,6 +1,6 @@
 //! A board on the bench that drives its motor, until something happens to it.
 
-use std::sync::Arc;
+use std::sync::{Arc, LazyLock};
 
 use host_sim::emulator::FirmwareImage;
 use host_sim::emulator::bench::{Mishap, Observed, observe};
@@ -24,8 +24,11 @@ pub fn parameters_with(set: &[&str]) -> Vec<u8> {
     blob(&plans("step-response", &["pd"], set)[0]).unwrap()
 }
 
+/// Read once: its log's formats are half a second's work.
 pub fn firmware() -> Arc<FirmwareImage> {
-    Arc::new(FirmwareImage::open(&image()).unwrap())
+    static IMAGE: LazyLock<Arc<FirmwareImage>> =
+        LazyLock::new(|| Arc::new(FirmwareImage::open(&image()).unwrap()));
+    IMAGE.clone()
 }
 
 pub fn bench(parameters: Option<&[u8]>, fitted: Fitted, mishaps: &[(u64, Mishap)]) -> Observed {

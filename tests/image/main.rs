@@ -17,9 +17,17 @@ mod cost;
 #[cfg(feature = "emulator")]
 mod crashes;
 #[cfg(feature = "emulator")]
+mod device_link;
+#[cfg(feature = "emulator")]
 mod differences;
 #[cfg(feature = "emulator")]
 mod free_running;
+#[cfg(feature = "emulator")]
+mod joint;
+#[cfg(feature = "emulator")]
+mod link;
+#[cfg(feature = "emulator")]
+mod matrix;
 #[cfg(feature = "emulator")]
 mod mishaps;
 #[cfg(feature = "emulator")]

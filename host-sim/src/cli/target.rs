@@ -67,10 +67,7 @@ impl TargetArguments {
 
     #[cfg(not(feature = "emulator"))]
     fn emulate(&self, _: &[RunPlan]) -> Result<Vec<RunResult>, Error> {
-        let command = "cargo build --release --package host-sim --features emulator --ignore-rust-version";
-        Err(Error::Input(format!(
-            "--target emulator: the emulator is not built into this program; build it with `{command}`"
-        )))
+        Err(not_built("--target emulator"))
     }
 
     #[cfg(feature = "emulator")]
@@ -106,6 +103,13 @@ impl TargetArguments {
         }
         Ok(runs.into_iter().map(|run| run.result).collect())
     }
+}
+
+/// What an option of a build without the emulator says.
+#[cfg(not(feature = "emulator"))]
+pub fn not_built(option: &str) -> Error {
+    let command = "cargo build --release --package host-sim --features emulator --ignore-rust-version";
+    Error::Input(format!("{option}: the emulator is not built into this program; build it with `{command}`"))
 }
 
 /// Sets `interrupt` at the first Ctrl-C, and ends the program at the second one or if it is set already.

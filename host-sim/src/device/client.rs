@@ -21,7 +21,7 @@
 //! ```
 
 use std::collections::VecDeque;
-use std::time::{Duration, Instant};
+use std::time::Duration;
 
 use stiction::Parameters;
 use stiction::link::{
@@ -311,10 +311,10 @@ impl<W: Wire> Client<W> {
     pub fn pass(&mut self, time: Duration) -> Result<Status, Error> {
         let mut status = self.status()?;
         let ticks = |status: &Status| f64::from(status.clock) * f64::from(status.sample_time);
-        let (begin, started) = (ticks(&status), Instant::now());
-        // The device's time, not the host's: a simulated one has its own. The host's is there for a device whose
-        // clock does not run.
-        while ticks(&status) - begin < time.as_secs_f64() && started.elapsed() < 2 * time + PATIENCE {
+        let (begin, started) = (ticks(&status), self.wire.now());
+        // The device's time, not the wire's: a simulated one has its own. The wire's is there for a device whose clock
+        // does not run.
+        while ticks(&status) - begin < time.as_secs_f64() && self.wire.now() - started < 2 * time + PATIENCE {
             let left = time.as_secs_f64() - (ticks(&status) - begin);
             let bytes = self.wire.receive(SIGN_OF_LIFE.min(Duration::from_secs_f64(left.max(0.001))))?;
             self.take(&bytes);
@@ -349,11 +349,12 @@ impl<W: Wire> Client<W> {
             let mut left = patience;
             while !left.is_zero() {
                 let slice = left.min(Duration::from_millis(20));
-                let started = Instant::now();
+                let started = self.wire.now();
                 let bytes = self.wire.receive(slice)?;
-                left = left.saturating_sub(started.elapsed().max(Duration::from_micros(100)));
+                let took = self.wire.now() - started;
+                left = left.saturating_sub(took.max(Duration::from_micros(100)));
                 if bytes.is_empty() {
-                    left = left.saturating_sub(slice.saturating_sub(started.elapsed()));
+                    left = left.saturating_sub(slice.saturating_sub(took));
                 }
                 if let Some(reply) = self.take(&bytes) {
                     return Ok(reply);
@@ -389,7 +390,8 @@ impl<W: Wire> Client<W> {
     }
 
     fn refused(&self, what: &str, refused: &Refused) -> Error {
-        Error::Device(format!("{what}: {} refuses: {}", self.wire.name(), words::refused(refused)))
+        let (name, why, excuse) = (self.wire.name(), words::refused(refused), self.wire.excuse(refused));
+        Error::Device(format!("{what}: {name} refuses: {why}{excuse}"))
     }
 
     fn unexpected(&self) -> Error {

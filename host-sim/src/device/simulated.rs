@@ -5,12 +5,10 @@ use stiction::link::Kind;
 use stiction::servo::{Boot, Input, Output};
 use stiction::store::Store;
 
-use crate::encoder::EncoderModel;
+use super::joint::SimulatedJoint;
 use crate::error::Error;
 use crate::experiment::RunPlan;
 use crate::flash::{SECTOR, SimulatedFlash};
-use crate::mechanism::RobotAxis;
-use crate::solver::{AxisSolver, ExactAxis};
 
 /// Where the parameters lie in the flash.
 const SLOTS: [u32; 2] = [0, SECTOR];
@@ -43,14 +41,7 @@ pub struct SimulatedDevice {
     pub supply: u16,
     /// Friction on top of the machine's own, V: a hand on the joint, a hard stop.
     pub brake_v: f64,
-    axis: RobotAxis,
-    solver: ExactAxis,
-    encoder: EncoderModel,
-    lsb_v: f64,
-    sample_time_s: f64,
-    /// The code of the tick before, if the run has a sample of computation delay.
-    delayed: Option<i16>,
-    ticks: u64,
+    joint: SimulatedJoint,
     /// What the counter reads, and what it would read with sound wires.
     counter: u32,
     sound: u32,
@@ -76,22 +67,14 @@ impl SimulatedDevice {
     /// # Errors
     /// Names a value that is not allowed.
     pub fn with(plan: &RunPlan, store: Store<SimulatedFlash>, boot: Boot) -> Result<Self, Error> {
-        let (axis, encoder) = (plan.axis()?, plan.encoder()?);
-        let sample_time_s = plan.machine.sampling.sample_time_s;
-        let solver = ExactAxis::at_rest(&axis, sample_time_s);
-        let counter = encoder.counter(0.0);
+        let joint = SimulatedJoint::new(plan)?;
+        let counter = joint.counter();
         Ok(Self {
             device: Device::start(store, boot),
             wires: Wires::Sound,
             supply: SUPPLY,
             brake_v: 0.0,
-            axis,
-            solver,
-            encoder,
-            lsb_v: plan.machine.drive.lsb_v,
-            sample_time_s,
-            delayed: (plan.machine.run.delay_samples == 1).then_some(0),
-            ticks: 0,
+            joint,
             counter,
             sound: counter,
         })
@@ -99,7 +82,7 @@ impl SimulatedDevice {
 
     /// One tick: the encoder is read, the core computes, and the joint moves on until the next one.
     pub fn tick(&mut self) -> Output {
-        let sound = self.encoder.counter(self.solver.position());
+        let sound = self.joint.counter();
         let edges = sound.wrapping_sub(std::mem::replace(&mut self.sound, sound));
         let flicker = edges & 1;
         self.counter = match self.wires {
@@ -109,17 +92,7 @@ impl SimulatedDevice {
             Wires::Swapped => self.counter.wrapping_sub(edges),
         };
         let output = self.device.tick(Input { counter: self.counter, supply: self.supply });
-        let code = match &mut self.delayed {
-            Some(before) => std::mem::replace(before, output.tick.code),
-            None => output.tick.code,
-        };
-        // Off is off at once: that is the pin, not the computation.
-        let v = if output.enable { f64::from(code) * self.lsb_v } else { 0.0 };
-        let time_s = self.ticks as f64 * self.sample_time_s;
-        let mut friction = self.axis.friction_at(time_s + 0.5 * self.sample_time_s);
-        friction = friction.raised(self.brake_v);
-        self.solver.advance(v, self.sample_time_s, &friction, &mut |_| {});
-        self.ticks += 1;
+        self.joint.hold(output.tick.code, output.enable, self.brake_v, self.joint.sample_time_s());
         output
     }
 
@@ -139,22 +112,22 @@ impl SimulatedDevice {
 
     /// True position of the joint, deg.
     pub fn position_deg(&self) -> f64 {
-        self.solver.position()
+        self.joint.position_deg()
     }
 
     /// True velocity of the joint, deg/s.
     pub fn velocity_deg_per_s(&self) -> f64 {
-        self.solver.velocity()
+        self.joint.velocity_deg_per_s()
     }
 
     /// The joint is put somewhere, by hand.
     pub fn push(&mut self, position_deg: f64, velocity_deg_per_s: f64) {
-        self.solver = self.solver.clone().with_state(position_deg, velocity_deg_per_s);
+        self.joint.push(position_deg, velocity_deg_per_s);
     }
 
     /// Time between ticks, s.
     pub const fn sample_time_s(&self) -> f64 {
-        self.sample_time_s
+        self.joint.sample_time_s()
     }
 
     /// What it says it is.

@@ -1,7 +1,10 @@
 //! What a client is wired to.
 
 use std::collections::VecDeque;
-use std::time::Duration;
+use std::sync::LazyLock;
+use std::time::{Duration, Instant};
+
+use stiction::link::Refused;
 
 use super::simulated::SimulatedDevice;
 use crate::error::Error;
@@ -20,8 +23,19 @@ pub trait Wire {
     /// If the wire is gone.
     fn receive(&mut self, at_most: Duration) -> Result<Vec<u8>, Error>;
 
+    /// Time, as it passes on this wire: the host's, unless the device has its own that stands still while nobody waits.
+    fn now(&self) -> Duration {
+        static BEGIN: LazyLock<Instant> = LazyLock::new(Instant::now);
+        BEGIN.elapsed()
+    }
+
     /// What is at the other end, for messages: `the simulated device`.
     fn name(&self) -> String;
+
+    /// What is to be added to a refusal, where this device cannot do what a board can; nothing for most.
+    fn excuse(&self, _: &Refused) -> &'static str {
+        ""
+    }
 
     /// What everything that is shown of it has to begin with; nothing for a board.
     fn warning(&self) -> Option<&'static str>;

@@ -3,7 +3,6 @@
 use std::sync::Arc;
 
 use rigless::emulator::{AccessKind, Driver, Host, Settled, Start, Stop};
-use rigless::image::Image;
 use rigless::session::{Reset, Session};
 use rigless::soc::Width;
 use rigless::time::VirtualNanos;
@@ -11,14 +10,14 @@ use rigless::time::VirtualNanos;
 use super::board::{EmulatedBoard, Fitted};
 use super::bridge::Bridge;
 use super::image::FirmwareImage;
-use super::in_the_loop::{PARAMETERS_AT, TIM1_CCR1, factory_words};
+use super::in_the_loop::{TIM1_CCR1, flash};
 use super::log::{Log, LogLine};
+use super::spans::Spans;
+use super::uart::Uart;
 use crate::error::Error;
 
 /// How often something may happen, ns.
 const LOOK_EVERY_NS: u64 = 50_000;
-/// The second of the two parameter sectors.
-const SECTOR_11_AT: u64 = 0x080E_0000;
 /// Looks between two drains of the log.
 const LOOKS_PER_DRAIN: u64 = 40;
 
@@ -61,6 +60,10 @@ pub enum Mishap {
         to: u8,
     },
 }
+
+/// Somebody at the other end of the command link: is told the time (ns) and what the board has sent since it was last
+/// asked, and says what is sent to the board.
+pub type Partner = Box<dyn FnMut(u64, &[u8]) -> Vec<u8> + Send>;
 
 /// What has been seen on the bench.
 #[derive(Clone, Debug)]
@@ -106,33 +109,42 @@ pub fn observe(
     mishaps: &[(u64, Mishap)],
     until_ns: u64,
 ) -> Result<Observed, Error> {
+    converse(image, records, fitted, mishaps, until_ns, Box::new(|_, _| Vec::new()))
+}
+
+/// The same with somebody at the other end of the command link, who is asked every 50 us.
+///
+/// # Errors
+/// If the image cannot be placed.
+pub fn converse(
+    image: &Arc<FirmwareImage>,
+    records: [Option<&[u8]>; 2],
+    fitted: Fitted,
+    mishaps: &[(u64, Mishap)],
+    until_ns: u64,
+    partner: Partner,
+) -> Result<Observed, Error> {
     let trouble = |why: String| Error::Emulator(format!("{}: {why}", image.path.display()));
-    let mut images = vec![Image::new(&image.path, image.elf.clone(), None)];
-    images.push(Image::new("identity".as_ref(), factory_words(), Some(super::in_the_loop::FACTORY_AT)));
-    for (record, at) in records.into_iter().zip([PARAMETERS_AT, SECTOR_11_AT]) {
-        images.extend(record.map(|record| Image::new("parameters".as_ref(), record.to_vec(), Some(at))));
-    }
-    let images: Vec<Image> =
-        images.into_iter().collect::<Result<_, _>>().map_err(|error| trouble(error.to_string()))?;
+    let images = flash(image, records).map_err(&trouble)?;
     let bench = Bench {
         mishaps: mishaps.to_vec(),
         until_ns,
         breaks_at_arming: false,
         looks: 0,
         resets: 0,
-        on_ns: Vec::new(),
-        last: Bridge::default(),
-        compares: Vec::new(),
-        was_on: false,
+        spans: Spans::default(),
         log: Log::new(image.clone(), "bench", None),
+        uart: Uart::default(),
+        partner,
     };
-    let board = Box::new(EmulatedBoard::new(fitted)?);
+    let mut board = Box::new(EmulatedBoard::new(fitted)?);
+    board.connect(&bench.uart);
     let session =
         Session::new(board, 0, VirtualNanos(LOOK_EVERY_NS)).map_err(|error| trouble(error.to_string()))?;
     let finished = rigless::emulator::run(session, &Start::new(&images), bench)
         .map_err(|error| trouble(error.to_string()))?;
     let resets = finished.session.resets().to_vec();
-    let Bench { on_ns, last, compares, log, .. } = finished.driver;
+    let Bench { spans: Spans { on_ns, last, compares, .. }, log, .. } = finished.driver;
     Ok(Observed { on_ns, last, compares, log: log.lines, resets })
 }
 
@@ -143,55 +155,31 @@ struct Bench {
     looks: u64,
     /// How many have been seen.
     resets: usize,
-    on_ns: Vec<[u64; 2]>,
-    last: Bridge,
-    compares: Vec<(u64, u16)>,
-    was_on: bool,
+    spans: Spans,
     log: Log,
+    uart: Uart,
+    partner: Partner,
 }
 
-impl Bench {
-    /// Looks at the bridge.
-    fn look(&mut self, board: &mut EmulatedBoard, at: VirtualNanos) {
-        let bridge = Bridge::read(board);
-        let is_on = bridge.is_on();
-        if is_on {
-            self.last = bridge;
-            if self.compares.last().is_none_or(|(_, compare)| *compare != bridge.compare) {
-                self.compares.push((at.0, bridge.compare));
-            }
-        }
-        match self.on_ns.last_mut() {
-            Some([_, until]) if self.was_on => *until = at.0,
-            _ if is_on => self.on_ns.push([at.0, at.0]),
-            _ => {}
-        }
-        self.was_on = is_on;
-    }
-
-    fn happen(
-        &mut self,
-        mishap: Mishap,
-        session: &mut Session<EmulatedBoard>,
-        stop: &Stop,
-        host: &mut dyn Host,
-    ) {
+impl Mishap {
+    /// Lets it happen, at a stop; [`BreakAtArming`](Self::BreakAtArming) waits for its moment elsewhere.
+    pub(super) fn happen(self, session: &mut Session<EmulatedBoard>, stop: &Stop, host: &mut dyn Host) {
         let at = stop.at;
-        match mishap {
-            Mishap::Break => session.board_mut().drive_break(at, true),
-            Mishap::BreakAtArming => self.breaks_at_arming = true,
-            Mishap::BreakReleased => session.board_mut().drive_break(at, false),
-            Mishap::CrystalLost => session.board_mut().lose_crystal(at),
-            Mishap::Reset => session.reset_by_pin(at, stop.instruction_count, host),
-            Mishap::BrownOut => {
+        match self {
+            Self::Break => session.board_mut().drive_break(at, true),
+            Self::BreakAtArming => {}
+            Self::BreakReleased => session.board_mut().drive_break(at, false),
+            Self::CrystalLost => session.board_mut().lose_crystal(at),
+            Self::Reset => session.reset_by_pin(at, stop.instruction_count, host),
+            Self::BrownOut => {
                 session.reset_by_pin(at, stop.instruction_count, host);
                 session.board_mut().flag_brown_out();
             }
-            Mishap::TickStops => session.board_mut().stop_tick(at),
-            Mishap::CoreStalls => host.hold(true),
-            Mishap::CoreGoesOn => host.hold(false),
-            Mishap::BusError { address } => session.fail_next(address, address + 4),
-            Mishap::Corrupts { address, length, to } => {
+            Self::TickStops => session.board_mut().stop_tick(at),
+            Self::CoreStalls => host.hold(true),
+            Self::CoreGoesOn => host.hold(false),
+            Self::BusError { address } => session.fail_next(address, address + 4),
+            Self::Corrupts { address, length, to } => {
                 for address in address..address + length {
                     // What is no RAM stays as it is, and a test of what should follow fails.
                     let _ = host.write(address, Width::W8, u64::from(to));
@@ -206,7 +194,7 @@ impl Driver<EmulatedBoard> for Bench {
         match settled {
             Settled::Access { access, .. } if access.kind == AccessKind::Write => {
                 let (board, at) = (session.board_mut(), access.virtual_time);
-                self.look(board, at);
+                self.spans.look(board, at);
                 let neutral = Bridge::read(board).top / 2;
                 if self.breaks_at_arming && access.address == TIM1_CCR1 && access.value != u64::from(neutral)
                 {
@@ -217,7 +205,7 @@ impl Driver<EmulatedBoard> for Bench {
             }
             Settled::Stop(stop) => {
                 session.board_mut().settle();
-                self.look(session.board_mut(), stop.at);
+                self.spans.look(session.board_mut(), stop.at);
                 if session.resets().len() > self.resets {
                     self.resets = session.resets().len();
                     session.board_mut().reconnect(stop.at);
@@ -238,9 +226,11 @@ impl Driver<EmulatedBoard> for Bench {
         let at = stop.at;
         while let Some((_, mishap)) = self.mishaps.first().copied().filter(|(due, _)| *due <= at.0) {
             self.mishaps.remove(0);
-            self.happen(mishap, session, &stop, host);
-            self.look(session.board_mut(), at);
+            self.breaks_at_arming |= mishap == Mishap::BreakAtArming;
+            mishap.happen(session, &stop, host);
+            self.spans.look(session.board_mut(), at);
         }
+        self.uart.send(&(self.partner)(at.0, &self.uart.receive()));
         self.looks += 1;
         let over = at.0 >= self.until_ns;
         if over || self.looks.is_multiple_of(LOOKS_PER_DRAIN) {

@@ -18,6 +18,7 @@ use rigless::soc::stm32f427::peripherals::gpio::{Gpio, Pin};
 use rigless::store;
 use rigless::time::VirtualNanos;
 
+use super::uart::{USART1, Uart};
 use crate::error::Error;
 
 /// Instructions a virtual second: one a cycle of the core's clock.
@@ -31,8 +32,16 @@ const BORRSTF: u64 = 1 << 25;
 const PADRSTF: u64 = 1 << 26;
 /// Oscillator of the watchdog, typically. The data sheet's limits are 17 and 47 kHz.
 const LSI_HZ: u64 = 32_000;
-/// Control register of the control tick's timer.
+/// Control register, prescaler and reload value of the control tick's timer.
 const TIM3_CR1: u64 = 0x4000_0400;
+const TIM3_PSC: u64 = 0x4000_0428;
+const TIM3_ARR: u64 = 0x4000_042C;
+/// Its clock with the crystal and without it, as the firmware sets it up.
+const TIM3_HZ: [u64; 2] = [84_000_000, 16_000_000];
+/// In RCC_CFGR: the processor runs from the PLL.
+const RCC_CFGR: u64 = 0x4002_3808;
+const SWS_PLL: u32 = 0b10 << 2;
+const SWS: u32 = 0b11 << 2;
 const RAIL_MV: u32 = 3_300;
 /// PC0, which measures the supply of the bridge, is channel 10 of ADC1.
 const SUPPLY_CHANNEL: u8 = 10;
@@ -87,11 +96,9 @@ impl EmulatedBoard {
         mcu.set_supply(RAIL_MV);
         for converter in &mut mcu.adc {
             converter.set_reference(RAIL_MV);
-            if let Some(channel) = Channel::new(SUPPLY_CHANNEL) {
-                converter.set_input(channel, fitted.supply_pin_mv);
-            }
         }
         let mut board = Self { mcu, crystal: fitted.crystal, breaks: false };
+        board.supply(fitted.supply_pin_mv);
         // Its pull-up: the input is active low, and a cut wire must not turn the bridge off.
         board.drive_break(VirtualNanos(0), false);
         Ok(board)
@@ -118,6 +125,13 @@ impl EmulatedBoard {
         });
     }
 
+    /// Connects the far end of a wire to the command link's port.
+    pub fn connect(&mut self, uart: &Uart) {
+        if let Some(port) = self.mcu.usart.get_mut(USART1) {
+            port.attach(uart.clone());
+        }
+    }
+
     /// To be called after a reset of the part: the emulated one forgets the level of its break input.
     pub fn reconnect(&mut self, at: VirtualNanos) {
         self.drive_break(at, self.breaks);
@@ -140,6 +154,24 @@ impl EmulatedBoard {
     pub fn stop_tick(&mut self, at: VirtualNanos) {
         // A timer without a clock does not count either.
         let _ = self.mcu.write(at, TIM3_CR1, Width::W32, 0);
+    }
+
+    /// Time from one control tick to the next, as its timer is set; nothing if it has no clock.
+    pub fn tick_period_ns(&mut self, at: VirtualNanos) -> Option<u64> {
+        let [prescaler, reload] = [TIM3_PSC, TIM3_ARR].map(|address| self.peek(at, address));
+        let crystal = self.peek(at, RCC_CFGR)? & SWS == SWS_PLL;
+        let hz = TIM3_HZ[usize::from(!crystal)];
+        let clocks = (u64::from(prescaler?) + 1) * (u64::from(reload?) + 1);
+        Some((clocks * 1_000_000_000 + hz / 2) / hz)
+    }
+
+    /// Sets the voltage on the pin that measures the bridge's supply, mV.
+    pub fn supply(&mut self, pin_mv: u32) {
+        for converter in &mut self.mcu.adc {
+            if let Some(channel) = Channel::new(SUPPLY_CHANNEL) {
+                converter.set_input(channel, pin_mv);
+            }
+        }
     }
 
     /// To be called whenever the models have acted: an oscillator without a crystal never says that it is ready, and the

@@ -64,3 +64,13 @@ pub fn code_of(duty: Duty, drive: &Drive, near: i16) -> Option<i16> {
     let max = drive.max_code();
     std::iter::once(near).chain(-max..=max).find(|code| drive.duty(*code) == duty)
 }
+
+/// The code whose duty is nearest to one that is no code's.
+pub fn nearest_code(duty: Duty, drive: &Drive) -> i16 {
+    let max = drive.max_code();
+    let distance = |code: &i16| {
+        let other = drive.duty(*code);
+        (other.reverse != duty.reverse && duty.compare != 0, other.compare.abs_diff(duty.compare))
+    };
+    (-max..=max).min_by_key(distance).unwrap_or(0)
+}

@@ -11,6 +11,7 @@ use rigless::soc::stm32f427::peripherals::tim::Channel;
 use rigless::time::VirtualNanos;
 
 use super::board::{EmulatedBoard, Port};
+use crate::device::simulated::Wires;
 
 /// TIM2, by its place in the part's table of general-purpose timers.
 const TIM2: usize = 0;
@@ -22,6 +23,7 @@ const TIM2_FUNCTION: u8 = 1;
 pub struct EncoderEdges {
     /// Edges since power-on, up less down.
     counts: i64,
+    wires: Wires,
 }
 
 impl EncoderEdges {
@@ -32,18 +34,37 @@ impl EncoderEdges {
 
     /// Moves the disc by one count towards `target`, and shows the edge to the part. Nothing to do if it is there.
     pub fn step_towards(&mut self, target: i64, board: &mut EmulatedBoard, at: VirtualNanos) {
-        let direction = (target - self.counts).signum();
-        let (a_before, b_before) = levels(self.counts);
-        self.counts += direction;
-        let (a, b) = levels(self.counts);
-        for (number, before, now) in [(1, a_before, a), (2, b_before, b)] {
-            if let Some(channel) = Channel::new(number)
-                && before != now
-            {
-                board.mcu.drive_timer(at, TIM2, |timer, registers, context| {
-                    timer.drive_input(channel, now, registers, context);
-                });
+        let before = self.pins();
+        self.counts += (target - self.counts).signum();
+        let now = self.pins();
+        for (number, before, now) in [(1, before.0, now.0), (2, before.1, now.1)] {
+            if before != now {
+                drive(board, at, number, now);
             }
+        }
+    }
+
+    /// Lets something happen to the wires.
+    pub fn rewire(&mut self, wires: Wires, board: &mut EmulatedBoard, at: VirtualNanos) {
+        self.wires = wires;
+        self.show(board, at);
+    }
+
+    /// Shows the wires as they are: to be called after a reset of the part, which forgets them.
+    pub fn show(&self, board: &mut EmulatedBoard, at: VirtualNanos) {
+        let (a, b) = self.pins();
+        drive(board, at, 1, a);
+        drive(board, at, 2, b);
+    }
+
+    /// What the part's two pins see. A wire that is cut leaves its pin to the pull-up.
+    const fn pins(&self) -> (Level, Level) {
+        let (a, b) = levels(self.counts);
+        match self.wires {
+            Wires::Sound => (a, b),
+            Wires::Swapped => (b, a),
+            Wires::OneCut => (Level::High, b),
+            Wires::Cut => (Level::High, Level::High),
         }
     }
 
@@ -51,6 +72,13 @@ impl EncoderEdges {
     pub fn connected(board: &mut EmulatedBoard) -> bool {
         [0, 1].into_iter().all(|pin| board.function(Port::A, pin) == Some(TIM2_FUNCTION))
     }
+}
+
+fn drive(board: &mut EmulatedBoard, at: VirtualNanos, channel: u8, level: Level) {
+    let Some(channel) = Channel::new(channel) else { return };
+    board.mcu.drive_timer(at, TIM2, |timer, registers, context| {
+        timer.drive_input(channel, level, registers, context);
+    });
 }
 
 const fn levels(counts: i64) -> (Level, Level) {

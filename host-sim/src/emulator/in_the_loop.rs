@@ -27,11 +27,11 @@ use super::probe::{Points, Probe};
 use crate::error::Error;
 use crate::solver::AxisSolver;
 
-/// Where the parameter blob lies: sector 10 of the flash.
-pub const PARAMETERS_AT: u64 = 0x080C_0000;
+/// Where the parameters lie: sectors 10 and 11 of the flash.
+const SECTORS_AT: [u64; 2] = [0x080C_0000, 0x080E_0000];
 /// Read-only words that the maker has put there: unique identifier (12 bytes), and the flash's size in KiB.
-pub(super) const FACTORY_AT: u64 = 0x1FFF_7A10;
-const TIM2_CNT: u64 = 0x4000_0024;
+const FACTORY_AT: u64 = 0x1FFF_7A10;
+pub(super) const TIM2_CNT: u64 = 0x4000_0024;
 pub(super) const TIM1_CCR1: u64 = 0x4001_0034;
 /// The log's buffer holds 1 KiB: more than the firmware says in this time.
 const DRAIN_EVERY_NS: u64 = 5_000_000;
@@ -140,14 +140,7 @@ where
     let trouble = |why: String| {
         Error::Emulator(format!("{}, image {}: {why}", setup.label, setup.image.path.display()))
     };
-    let path = setup.image.path.as_path();
-    let images = [
-        Image::new(path, setup.image.elf.clone(), None),
-        Image::new("parameters".as_ref(), setup.parameters.clone(), Some(PARAMETERS_AT)),
-        Image::new("identity".as_ref(), factory_words(), Some(FACTORY_AT)),
-    ];
-    let images: Vec<Image> =
-        images.into_iter().collect::<Result<_, _>>().map_err(|error| trouble(error.to_string()))?;
+    let images = flash(&setup.image, [Some(&setup.parameters), None]).map_err(&trouble)?;
     let board = Box::new(EmulatedBoard::new(setup.fitted)?);
     let sample_ns = (joint.closed_loop.sample_time_s * 1e9).round() as u64;
     let mode: Box<dyn Mode<S>> = if setup.free_running {
@@ -188,8 +181,24 @@ where
     }
 }
 
+/// What a part finds in its flash: the program, the contents of the two parameter sectors (one without any is erased), and
+/// what the maker has written.
+pub(super) fn flash(image: &FirmwareImage, records: [Option<&[u8]>; 2]) -> Result<Vec<Image>, String> {
+    let program = Image::new(&image.path, image.elf.clone(), None);
+    let identity = Image::new("identity".as_ref(), factory_words(), Some(FACTORY_AT));
+    let record = |(record, at): (Option<&[u8]>, u64)| {
+        record.map(|record| Image::new("parameters".as_ref(), record.to_vec(), Some(at)))
+    };
+    let sectors = records.into_iter().zip(SECTORS_AT).filter_map(record);
+    [program, identity]
+        .into_iter()
+        .chain(sectors)
+        .collect::<Result<_, _>>()
+        .map_err(|error| error.to_string())
+}
+
 /// Identifier `stiction sim` and 1024 KiB.
-pub(super) fn factory_words() -> Vec<u8> {
+fn factory_words() -> Vec<u8> {
     let mut words = b"stiction sim".to_vec();
     words.resize(18, 0);
     words.extend(1024u16.to_le_bytes());

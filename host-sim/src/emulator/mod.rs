@@ -22,8 +22,12 @@ pub mod last_tick;
 pub mod lockstep;
 pub mod log;
 pub mod parameters;
+pub mod powered;
 pub mod probe;
-mod runs;
+pub mod rig;
+pub(crate) mod runs;
+pub mod spans;
+pub mod uart;
 pub mod yardstick;
 
 pub use compare::{Difference, first_difference};

@@ -24,7 +24,7 @@ use crate::run::{RunResult, Trace};
 use crate::solver::{AxisSolver, ExactAxis, Rk4Axis};
 
 /// Where `cargo xtask firmware` leaves the image.
-const DEFAULT_IMAGE: &str = "target/firmware/stiction-firmware.elf";
+pub(crate) const DEFAULT_IMAGE: &str = "target/firmware/stiction-firmware.elf";
 
 /// How to run experiments on the emulated part.
 #[derive(Clone)]

@@ -8,6 +8,9 @@ use object::{Object, ObjectSection, ObjectSymbol, SymbolKind};
 use super::thumb::{Flow, Instruction, Stack};
 use crate::error::Error;
 
+/// `cpsie i`.
+const UNMASK: u16 = 0xB662;
+
 /// One function.
 #[derive(Clone, Debug, Default)]
 pub struct Function {
@@ -25,6 +28,8 @@ pub struct Function {
     pub returns: Vec<u32>,
     /// Its calls and jumps through a register.
     pub indirect: Vec<u32>,
+    /// Its instructions that let interrupts come (`cpsie i`).
+    pub unmasks: Vec<u32>,
     /// Bytes that it takes from the stack, all its instructions that take any added up; nothing if a register says so.
     pub stack: Option<u32>,
 }
@@ -209,6 +214,9 @@ impl Function {
                 Flow::Return => self.returns.push(address),
                 Flow::CallRegister | Flow::JumpRegister => self.indirect.push(address),
                 Flow::Branch(_) | Flow::On => {}
+            }
+            if first == UNMASK {
+                self.unmasks.push(address);
             }
             self.stack = match instruction.stack {
                 Stack::Kept => self.stack,

@@ -49,9 +49,14 @@ fn an_image_that_is_not_there_is_named_with_the_command_that_builds_it() {
     let nowhere = tempfile::tempdir().unwrap();
     let default = ["run", "step-response", "--target", "emulator"];
     let named = ["run", "step-response", "--target", "emulator", "--image", "no/such.elf"];
-    for (arguments, path) in
-        [(&default[..], "target/firmware/stiction-firmware.elf"), (&named, "no/such.elf")]
-    {
+    let device = ["device", "--emulator", "status"];
+    let named_device = ["device", "--emulator", "--image", "no/such.elf", "status"];
+    for (arguments, path) in [
+        (&default[..], "target/firmware/stiction-firmware.elf"),
+        (&named, "no/such.elf"),
+        (&device, "target/firmware/stiction-firmware.elf"),
+        (&named_device, "no/such.elf"),
+    ] {
         let output = end_of(stiction(nowhere.path(), arguments).spawn().unwrap());
         assert_one_sentence(&output, 2, &[path, "cargo xtask firmware"]);
     }
@@ -109,4 +114,37 @@ fn ctrl_c_ends_the_runs_and_says_so() {
 #[test]
 fn ctrl_c_twice_ends_them_at_once() {
     assert_ended_by(2);
+}
+
+/// What every output of `stiction device --emulator` begins with.
+#[cfg(unix)]
+const EMULATED: &str = "EMULATED DEVICE: no motor moves or stops.\n";
+
+#[cfg(unix)]
+#[test]
+fn every_output_of_an_emulated_device_says_so_first() {
+    let directory = tempfile::tempdir().unwrap();
+    let image = image();
+    let actions: [&[&str]; 4] = [
+        &["status"],
+        &["move", "1", "--for", "0.5", "--log", "move.csv"],
+        &["params", "show"],
+        // And where it goes wrong: the flash of the emulator keeps nothing.
+        &["params", "save"],
+    ];
+    for action in actions {
+        let arguments = [&["device", "--emulator"], action].concat();
+        let output =
+            end_of(stiction(directory.path(), &arguments).arg("--image").arg(&image).spawn().unwrap());
+        let (said, told) = (String::from_utf8_lossy(&output.stdout), String::from_utf8_lossy(&output.stderr));
+        assert!(told.starts_with(EMULATED), "{action:?}: {told}");
+        if action[1..] == ["save"] {
+            assert_eq!((output.status.code(), &*said), (Some(2), ""), "{told}");
+            assert!(told.contains("the emulator models no contents of the flash"), "{told}");
+            assert_eq!(told.lines().count(), 2, "{told}");
+        } else {
+            assert!(output.status.success() && said.starts_with(EMULATED), "{action:?}: {said}{told}");
+        }
+    }
+    assert!(directory.path().join("move.csv").is_file());
 }

@@ -55,6 +55,7 @@ pub fn pass(image: &Path) -> Result<(), Error> {
     let room = stack_room(&code);
     let bound = Bound::of(&code)?;
     println!("stack: at most {} of {room} bytes", bound.total());
+    println!("  {:>5} the start, with interrupts masked; or, all at once:", bound.start);
     for (name, bytes) in &bound.entries {
         println!("  {bytes:>5} {name}");
     }

@@ -23,9 +23,12 @@ pub struct Arguments {
     /// A board on a serial port
     #[arg(long, value_name = "DEV")]
     port: Option<PathBuf>,
-    /// The flash image on an emulated microcontroller
+    /// The flash image on an emulated microcontroller, around the joint of --machine: no motor moves or stops
     #[arg(long)]
     emulator: bool,
+    /// Emulator: the flash image [default: the one that cargo xtask firmware builds]
+    #[arg(long, value_name = "ELF")]
+    image: Option<PathBuf>,
     /// The core in this program, around the simulated joint of --machine: no motor moves or stops
     #[arg(long)]
     simulated: bool,
@@ -105,16 +108,29 @@ pub fn device(arguments: &Arguments) -> Result<(), Error> {
         )));
     }
     if arguments.emulator {
-        return Err(Error::Input(
-            "device --emulator: the firmware has no link on its USART yet; --simulated runs the same core"
-                .into(),
-        ));
+        return emulated(arguments);
+    }
+    if arguments.image.is_some() {
+        return Err(Error::Input("device --image needs --emulator; nothing else runs an image".into()));
     }
     if let Some(port) = &arguments.port {
         return with(&arguments.action, crate::device::port::SerialWire::open(port)?);
     }
     let plan = first_run(&arguments.machine, Some(&arguments.controller))?;
     with(&arguments.action, SimulatedWire::new(SimulatedDevice::new(&plan)?))
+}
+
+#[cfg(not(feature = "emulator"))]
+fn emulated(_: &Arguments) -> Result<(), Error> {
+    Err(super::target::not_built("device --emulator"))
+}
+
+#[cfg(feature = "emulator")]
+fn emulated(arguments: &Arguments) -> Result<(), Error> {
+    use crate::device::emulated::EmulatedWire;
+
+    let plan = first_run(&arguments.machine, Some(&arguments.controller))?;
+    with(&arguments.action, EmulatedWire::new(arguments.image.as_deref(), &plan)?)
 }
 
 fn first_run(machine: &str, controller: Option<&str>) -> Result<RunPlan, Error> {

@@ -1,0 +1,103 @@
+//! The flash image on the emulated board, around the joint of a machine's file, at the other end of its own USART.
+//!
+//! Time passes while the client waits, and at no other time, so that every session is the same to the instruction. It is
+//! that of a lockstep ([`Rig`](crate::emulator::rig)): the joint does what it does around a
+//! [simulated device](super::simulated), to the bit, if what is asked of both is asked between the same two ticks. What is
+//! between is real: the wire's 11 us a byte, and the instructions that the firmware takes to answer.
+
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+use std::time::Duration;
+
+use stiction::link::Refused;
+use stiction::parameters::ROOM;
+
+use super::wire::Wire;
+use crate::emulator::FirmwareImage;
+use crate::emulator::board::Fitted;
+use crate::emulator::powered::Powered;
+use crate::emulator::runs::DEFAULT_IMAGE;
+use crate::error::Error;
+use crate::experiment::RunPlan;
+
+/// Of every output of an emulated device.
+pub const EMULATED: &str = "EMULATED DEVICE: no motor moves or stops.";
+
+/// By then a sound image has ticked, ns: a crystal that does not start is waited for for 50 ms, and a tick is 20 ms at most.
+const BOOT_NS: u64 = 200_000_000;
+
+/// The far end of an emulated board's USART.
+#[derive(Debug)]
+pub struct EmulatedWire {
+    /// The board and its joint.
+    pub powered: Powered,
+    now: Duration,
+}
+
+impl EmulatedWire {
+    /// With the image at `path`, or else the one that `cargo xtask firmware` builds, and what the plan says in its flash,
+    /// with nothing that starts by itself. Power is on, and the joint has been at rest for long enough to be armed.
+    ///
+    /// # Errors
+    /// Says what the image is not, or names a value of the plan that is not allowed.
+    pub fn new(path: Option<&Path>, plan: &RunPlan) -> Result<Self, Error> {
+        let path = path.map_or_else(|| PathBuf::from(DEFAULT_IMAGE), Path::to_path_buf);
+        Self::with(&Arc::new(FirmwareImage::open(&path)?), plan)
+    }
+
+    /// The same with an image that has been read.
+    ///
+    /// # Errors
+    /// Names a value of the plan that is not allowed.
+    pub fn with(image: &Arc<FirmwareImage>, plan: &RunPlan) -> Result<Self, Error> {
+        let mut parameters = super::parameters(plan)?;
+        parameters.device.autostart = false;
+        let mut room = [0; ROOM];
+        let record = parameters.encode(1, &mut room).unwrap_or_default();
+        let mut powered = Powered::on(image, [Some(record), None], Fitted::default(), plan)?;
+        // The joint rests for 50 ms before it may be armed; and just after a tick there is the most time until the next.
+        let ticks = (0.1 / plan.machine.sampling.sample_time_s).ceil() as u32;
+        while powered.samples(1)?.clock.is_none() {
+            let now = powered.act(|held| held.now())?;
+            if now > BOOT_NS {
+                let log = powered.act(|held| held.rig.log.tail())?;
+                return Err(Error::Emulator(format!("{}: it does not tick; {log}", image.path.display())));
+            }
+        }
+        powered.samples(ticks)?;
+        Ok(Self { powered, now: Duration::ZERO })
+    }
+}
+
+impl Wire for EmulatedWire {
+    fn send(&mut self, bytes: &[u8]) -> Result<(), Error> {
+        self.powered.uart.send(bytes);
+        Ok(())
+    }
+
+    fn receive(&mut self, at_most: Duration) -> Result<Vec<u8>, Error> {
+        let ns = u64::try_from(at_most.as_nanos()).unwrap_or(u64::MAX);
+        self.powered.listen(ns)?;
+        self.now = Duration::from_nanos(self.powered.act(|held| held.now())?);
+        Ok(self.powered.uart.receive())
+    }
+
+    fn now(&self) -> Duration {
+        self.now
+    }
+
+    fn name(&self) -> String {
+        "the emulated device".into()
+    }
+
+    fn excuse(&self, refused: &Refused) -> &'static str {
+        match refused {
+            Refused::Flash => " (the emulator models no contents of the flash)",
+            _ => "",
+        }
+    }
+
+    fn warning(&self) -> Option<&'static str> {
+        Some(EMULATED)
+    }
+}

@@ -1,0 +1,44 @@
+//! When the bridge was on, to the instruction: it is looked at after every write to a register and at every stop.
+
+use rigless::time::VirtualNanos;
+
+use super::board::EmulatedBoard;
+use super::bridge::Bridge;
+
+/// What has been seen of the bridge.
+#[derive(Clone, Debug, Default)]
+pub struct Spans {
+    /// Spans of time in which it was on, ns since power-on.
+    pub on_ns: Vec<[u64; 2]>,
+    /// The bridge when it was last seen on.
+    pub last: Bridge,
+    /// The compare values that it was on with, each with the time at which it came, ns.
+    pub compares: Vec<(u64, u16)>,
+    was_on: bool,
+}
+
+impl Spans {
+    /// Looks at it.
+    pub fn look(&mut self, board: &mut EmulatedBoard, at: VirtualNanos) -> Bridge {
+        let bridge = Bridge::read(board);
+        let is_on = bridge.is_on();
+        if is_on {
+            self.last = bridge;
+            if self.compares.last().is_none_or(|(_, compare)| *compare != bridge.compare) {
+                self.compares.push((at.0, bridge.compare));
+            }
+        }
+        match self.on_ns.last_mut() {
+            Some([_, until]) if self.was_on => *until = at.0,
+            _ if is_on => self.on_ns.push([at.0, at.0]),
+            _ => {}
+        }
+        self.was_on = is_on;
+        bridge
+    }
+
+    /// Whether it was on at any time after `at_ns`.
+    pub fn on_after(&self, at_ns: u64) -> bool {
+        self.on_ns.iter().any(|[_, until]| *until > at_ns)
+    }
+}

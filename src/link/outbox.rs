@@ -1,0 +1,50 @@
+//! Bytes of frames that wait for the wire.
+
+use heapless::Deque;
+
+use super::frame::{Frame, MAX_FRAME};
+
+/// Of an outbox, so many bytes are for answers alone: two of the longest.
+pub(super) const FOR_ANSWERS: usize = 2 * MAX_FRAME;
+
+/// A ring of bytes.
+#[derive(Debug)]
+pub(super) struct Outbox<const RING: usize> {
+    waiting: Deque<u8, RING>,
+    dropped: u32,
+}
+
+impl<const RING: usize> Outbox<RING> {
+    pub const fn new() -> Self {
+        const { assert!(RING > FOR_ANSWERS, "no sample would ever find room") }
+        Self { waiting: Deque::new(), dropped: 0 }
+    }
+
+    /// Queues a frame if that leaves so much room.
+    #[inline(never)]
+    pub fn put(&mut self, frame: Option<&Frame>, leave: usize) {
+        let room = self.waiting.capacity() - self.waiting.len();
+        match frame.filter(|frame| frame.len() + leave <= room) {
+            // Cannot fail: there is room.
+            Some(frame) => frame.iter().for_each(|&byte| {
+                let _ = self.waiting.push_back(byte);
+            }),
+            None => self.dropped = self.dropped.saturating_add(1),
+        }
+    }
+
+    /// Hands bytes to the wire, and returns how many.
+    pub fn take(&mut self, bytes: &mut [u8]) -> usize {
+        let mut count = 0;
+        for (to, from) in bytes.iter_mut().zip(core::iter::from_fn(|| self.waiting.pop_front())) {
+            *to = from;
+            count += 1;
+        }
+        count
+    }
+
+    /// Frames that found no room.
+    pub const fn dropped(&self) -> u32 {
+        self.dropped
+    }
+}

@@ -1,0 +1,143 @@
+//! A client of the image on the emulated board, through the board's own USART: the same answers, and the same motion to
+//! the bit, as of a device that is simulated in process.
+
+use std::time::Duration;
+
+use host_sim::device;
+use host_sim::device::client::Client;
+use host_sim::device::emulated::EmulatedWire;
+use host_sim::device::log::Log;
+use host_sim::device::simulated::SimulatedDevice;
+use host_sim::device::wire::{SimulatedWire, Wire};
+use host_sim::emulator::bench::Mishap;
+use host_sim::experiment::RunPlan;
+use stiction::Fault;
+use stiction::link::{Kind, Sample, State, Term};
+
+use crate::bench::firmware;
+use crate::common::plans;
+
+const EVERY_TERM: u16 = {
+    let mut terms = 0;
+    let mut at = 0;
+    while at < Term::ALL.len() {
+        terms |= Term::ALL[at].bit();
+        at += 1;
+    }
+    terms
+};
+
+fn plan(law: &str, set: &[&str]) -> RunPlan {
+    plans("step-response", &[law], &[&["drive.pwm_hz=2000"], set].concat()).remove(0)
+}
+
+fn emulated(plan: &RunPlan) -> Client<EmulatedWire> {
+    Client::connect(EmulatedWire::with(&firmware(), plan).unwrap()).unwrap()
+}
+
+/// Every term of every tick of a move.
+fn samples<W: Wire>(client: &mut Client<W>) -> Vec<Sample> {
+    client.arm().unwrap();
+    client.subscribe(EVERY_TERM, 1).unwrap();
+    client.step_to(2.5).unwrap();
+    client.pass(Duration::from_secs(3)).unwrap();
+    let mut samples = Vec::new();
+    while let Some(sample) = client.sample(Duration::ZERO).unwrap() {
+        samples.push(sample);
+    }
+    assert_eq!(client.lost(), 0);
+    samples
+}
+
+#[test]
+fn a_move_is_that_of_the_simulated_device_to_the_bit() {
+    let wired_otherwise =
+        ["encoder.direction=\"reverse\"", "drive.mode=sign-magnitude", "run.delay_samples=1"];
+    for (law, set) in [("srnf", &[][..]), ("ri", &[]), ("dnpf", &wired_otherwise)] {
+        let plan = plan(law, set);
+        let here =
+            samples(&mut Client::connect(SimulatedWire::new(SimulatedDevice::new(&plan).unwrap())).unwrap());
+        let there = samples(&mut emulated(&plan));
+        // 3 s of 20 ms, and the tick in which the last answer was waited for.
+        let count = here.len().min(there.len());
+        assert!((150..=152).contains(&count) && here.len().abs_diff(there.len()) <= 1, "{law}: {count}");
+        let since = there[0].clock - here[0].clock;
+        for (here, there) in here.iter().zip(&there) {
+            let there = Sample { clock: there.clock - since, ..there.clone() };
+            assert_eq!(here, &there, "{law}, tick {}", here.clock);
+        }
+        let csv = |samples: &[Sample]| {
+            let mut log = Log::default();
+            samples.iter().take(count).cloned().for_each(|sample| log.push(sample));
+            String::from_utf8(log.render(0.02, 0.00242).unwrap()).unwrap()
+        };
+        assert_eq!(csv(&here), csv(&there), "{law}");
+        assert!(csv(&here).lines().count() > 150);
+    }
+}
+
+#[test]
+fn it_says_what_it_is_and_stops_at_once() {
+    let mut client = emulated(&plan("pd", &[]));
+    let identity = client.identity().unwrap();
+    assert_eq!((identity.kind, &*identity.version), (Kind::Board, stiction::VERSION));
+    assert_eq!(client.wire().warning(), Some("EMULATED DEVICE: no motor moves or stops."));
+    assert_eq!(client.status().unwrap().state, State::Stopped);
+    client.arm().unwrap();
+    client.step_to(20.0).unwrap();
+    client.pass(Duration::from_millis(400)).unwrap();
+    let powered = &mut client.wire().powered;
+    assert!(powered.samples(1).unwrap().bridge.is_on());
+    let begin = powered.act(|held| held.now()).unwrap();
+    client.stop().unwrap();
+    let powered = &mut client.wire().powered;
+    powered.samples(2).unwrap();
+    let on = powered.act(|held| held.spans().on_ns.last().map(|[_, until]| *until)).unwrap().unwrap();
+    // A tick of 20 ms, and what the request takes on the wire.
+    assert!((begin..begin + 21_000_000).contains(&on), "on until {on}, asked at {begin}");
+    assert_eq!(client.status().unwrap().state, State::Stopped);
+}
+
+#[test]
+fn parameters_go_there_and_back_but_not_into_its_flash() {
+    let mut client = emulated(&plan("srnf", &[]));
+    // In flash nothing arms by itself; else it is what the machine's file says.
+    assert_eq!(client.parameters().unwrap(), device::parameters(&plan("srnf", &[])).unwrap());
+    let other = device::parameters(&plan("pd", &["loop.sample_time_s=0.001"])).unwrap();
+    client.set_parameters(&other).unwrap();
+    assert_eq!(client.parameters().unwrap(), other);
+    let status = client.status().unwrap();
+    assert!(status.unsaved && status.sample_time == 0.001, "{status:?}");
+    let refusal = client.save().unwrap_err().to_string();
+    assert!(refusal.contains("(the emulator models no contents of the flash)"), "{refusal}");
+    // It ticks at the new sample time: 100 ms are a hundred ticks.
+    let before = client.status().unwrap().clock;
+    client.pass(Duration::from_millis(100)).unwrap();
+    let ticks = client.status().unwrap().clock - before;
+    assert!((100..=106).contains(&ticks), "{ticks}");
+}
+
+#[test]
+fn a_stall_is_told_and_cleared_and_a_reset_ends_the_session() {
+    let mut client = emulated(&plan("pd", &[]));
+    client.arm().unwrap();
+    client.wire().powered.act(|held| held.rig.brake_v = 100.0).unwrap();
+    client.step_to(4.0).unwrap();
+    let status = client.pass(Duration::from_millis(1_500)).unwrap();
+    assert_eq!(status.fault.code, Fault::Stall as u8);
+    assert!(client.arm().unwrap_err().to_string().contains("stall"));
+    assert_eq!(client.faults().unwrap().len(), 1);
+    client.clear().unwrap();
+    assert_eq!(client.status().unwrap().state, State::Stopped);
+    client.arm().unwrap();
+    let powered = &mut client.wire().powered;
+    // The one that was under way, and the first one armed.
+    assert!(powered.samples(2).unwrap().bridge.is_on());
+    powered.act(|held| held.mishap(Mishap::Reset)).unwrap();
+    powered.pass(100_000_000).unwrap();
+    let refusal = client.status().unwrap_err().to_string();
+    assert!(refusal.contains("it was reset meanwhile"), "{refusal}");
+    // Not the fault before, which has been cleared.
+    let mut client = Client::connect(client.end()).unwrap();
+    assert_eq!(client.status().unwrap().fault.code, Fault::ResetWhileArmed as u8);
+}
