@@ -11,7 +11,7 @@ use rigless::time::VirtualNanos;
 use super::board::{EmulatedBoard, Fitted};
 use super::bridge::Bridge;
 use super::image::FirmwareImage;
-use super::in_the_loop::{PARAMETERS_AT, TIM1_CCR1, factory_words};
+use super::in_the_loop::{PARAMETERS_AT, TIM1_CCR1, TIM2_CNT, factory_words};
 use super::log::{Log, LogLine};
 use super::uart::Uart;
 use crate::error::Error;
@@ -76,6 +76,8 @@ pub struct Observed {
     pub last: Bridge,
     /// The compare values that it was on with, each with the time at which it came, ns.
     pub compares: Vec<(u64, u16)>,
+    /// When the encoder was read, ns since power-on: early in each control tick.
+    pub ticks_ns: Vec<u64>,
     /// Everything that was logged.
     pub log: Vec<LogLine>,
     /// When the part was reset, and by what.
@@ -144,6 +146,7 @@ pub fn converse(
         last: Bridge::default(),
         compares: Vec::new(),
         was_on: false,
+        ticks_ns: Vec::new(),
         log: Log::new(image.clone(), "bench", None),
         uart: Uart::default(),
         partner,
@@ -155,8 +158,8 @@ pub fn converse(
     let finished = rigless::emulator::run(session, &Start::new(&images), bench)
         .map_err(|error| trouble(error.to_string()))?;
     let resets = finished.session.resets().to_vec();
-    let Bench { on_ns, last, compares, log, .. } = finished.driver;
-    Ok(Observed { on_ns, last, compares, log: log.lines, resets })
+    let Bench { on_ns, last, compares, ticks_ns, log, .. } = finished.driver;
+    Ok(Observed { on_ns, last, compares, ticks_ns, log: log.lines, resets })
 }
 
 struct Bench {
@@ -170,6 +173,7 @@ struct Bench {
     last: Bridge,
     compares: Vec<(u64, u16)>,
     was_on: bool,
+    ticks_ns: Vec<u64>,
     log: Log,
     uart: Uart,
     partner: Partner,
@@ -239,6 +243,9 @@ impl Driver<EmulatedBoard> for Bench {
                     board.drive_break(at, true);
                     board.drive_break(at, false);
                 }
+            }
+            Settled::Access { access, .. } if access.address == TIM2_CNT => {
+                self.ticks_ns.push(access.virtual_time.0);
             }
             Settled::Stop(stop) => {
                 session.board_mut().settle();

@@ -31,7 +31,7 @@ use crate::solver::AxisSolver;
 pub const PARAMETERS_AT: u64 = 0x080C_0000;
 /// Read-only words that the maker has put there: unique identifier (12 bytes), and the flash's size in KiB.
 pub(super) const FACTORY_AT: u64 = 0x1FFF_7A10;
-const TIM2_CNT: u64 = 0x4000_0024;
+pub(super) const TIM2_CNT: u64 = 0x4000_0024;
 pub(super) const TIM1_CCR1: u64 = 0x4001_0034;
 /// The log's buffer holds 1 KiB: more than the firmware says in this time.
 const DRAIN_EVERY_NS: u64 = 5_000_000;
