@@ -76,7 +76,8 @@ impl<D: Mutex<T = Drive>, W: Mutex<T = Independent>> Machine for BoardMachine<'_
     fn reconfigure(&mut self, parameters: &Parameters) {
         let sample_time = parameters.controller.sample_time;
         let (bridge, period) = (bridge::Settings::of(parameters), Period::new(sample_time, self.clock));
+        // First: the next tick, which lets the feeder run, may come later than the old timeout.
+        self.feed_with(Timeout::of_loop(sample_time));
         self.drive.lock(|drive| drive.reconfigure(&bridge, &period));
-        self.watchdog.lock(|watchdog| watchdog.set(Timeout::of_loop(sample_time)));
     }
 }

@@ -143,8 +143,11 @@ impl NorFlash for Sectors {
         check_erase(self, from, to).map_err(Refused)?;
         for number in (from as usize / SECTOR..to as usize / SECTOR).map(|index| FIRST + index as u8) {
             self.unlocked(|registers, alarm| {
+                // What is not set here is as after a reset, and that is locked.
                 // SAFETY: the number of a sector that there is.
-                registers.cr().write(|w| unsafe { w.ser().set_bit().psize().psize32().snb().bits(number) });
+                registers.cr().write(|w| unsafe {
+                    w.lock().clear_bit().ser().set_bit().psize().psize32().snb().bits(number)
+                });
                 registers.cr().modify(|_, w| w.strt().set_bit());
                 Self::wait(registers, alarm)
             })?;
@@ -156,7 +159,7 @@ impl NorFlash for Sectors {
     fn write(&mut self, offset: u32, bytes: &[u8]) -> Result<(), Refused> {
         check_write(self, offset, bytes.len()).map_err(Refused)?;
         self.unlocked(|registers, _| {
-            registers.cr().write(|w| w.pg().set_bit().psize().psize32());
+            registers.cr().write(|w| w.lock().clear_bit().pg().set_bit().psize().psize32());
             for (word, at) in bytes.as_chunks().0.iter().zip((BEGIN + offset as usize..).step_by(4)) {
                 // SAFETY: an aligned word within the two sectors, which hold nothing that the program refers to.
                 unsafe { ptr::write_volatile(at as *mut u32, u32::from_le_bytes(*word)) };

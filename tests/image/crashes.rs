@@ -37,9 +37,9 @@ fn assert_off_before_the_reset(observed: &Observed) {
     assert!(off < reset.at.0, "off at {off}, reset at {}", reset.at.0);
 }
 
-/// The watchdog that a control task has stopped feeding: the reset comes when `watchdog.rs` says, counted from the last
-/// tick before `AT`, and the bridge is off from then on.
-fn assert_starved(sample_time_ms: u64, lsi_hz: u64, mishap: Mishap) {
+/// The watchdog that nobody feeds any more: the reset comes when `watchdog.rs` says, counted from the last time that it
+/// was fed, which is a tick before `AT` at most, or so many later. The bridge is off from then on.
+fn assert_starved(sample_time_ms: u64, lsi_hz: u64, mishap: Mishap, later: u64) {
     let parameters = parameters_with(&[&format!("loop.sample_time_s={}e-3", sample_time_ms)]);
     let fitted = Fitted { lsi_hz, ..Fitted::default() };
     let observed = bench(Some(&parameters), fitted, &[(AT, mishap)]);
@@ -48,7 +48,8 @@ fn assert_starved(sample_time_ms: u64, lsi_hz: u64, mishap: Mishap) {
     let [reset] = observed.resets[..] else { panic!("{case}: resets {:?}", observed.resets) };
     let shortest_ms = (3 * sample_time_ms).max(10);
     let timeout = shortest_ms * MS * LSI_HZ[2] / lsi_hz;
-    let allowed = AT + timeout - sample_time_ms * MS..AT + timeout + MS;
+    let fed = AT - sample_time_ms * MS..AT + later * sample_time_ms * MS + MS;
+    let allowed = fed.start + timeout..fed.end + timeout;
     assert!(allowed.contains(&reset.at.0), "{case}: {reset:?}");
     assert_off_after(&observed, reset.at.0, 0);
     assert!(observed.says("reset by watchdog"), "{case}: {:?}", observed.log);
@@ -59,15 +60,27 @@ fn assert_starved(sample_time_ms: u64, lsi_hz: u64, mishap: Mishap) {
 fn a_tick_that_stops_is_ended_by_the_watchdog() {
     for sample_time_ms in [20, 1] {
         for lsi_hz in LSI_HZ {
-            assert_starved(sample_time_ms, lsi_hz, Mishap::TickStops);
+            assert_starved(sample_time_ms, lsi_hz, Mishap::TickStops, 0);
         }
     }
 }
 
 #[test]
 fn a_processor_that_stands_still_is_ended_by_the_watchdog() {
-    assert_starved(20, LSI_HZ[1], Mishap::CoreStalls);
-    assert_starved(1, LSI_HZ[1], Mishap::CoreStalls);
+    assert_starved(20, LSI_HZ[1], Mishap::CoreStalls, 0);
+    assert_starved(1, LSI_HZ[1], Mishap::CoreStalls, 0);
+}
+
+#[test]
+fn a_link_that_never_ends_is_ended_by_the_watchdog_though_the_control_task_goes_on() {
+    // The ring of bytes from the wire begins with two words, where it is read and where it is written. One that is written
+    // beyond its end is never read to its end.
+    let [(ring, _)] = firmware().variable("from_wire")[..] else { panic!("the ring is not found") };
+    let endless = Mishap::Corrupts { address: ring + 4, length: 4, to: 0xFF };
+    for sample_time_ms in [20, 1] {
+        // Fed by the next tick once more, since link and log have run after the one before.
+        assert_starved(sample_time_ms, LSI_HZ[1], endless, 1);
+    }
 }
 
 #[test]

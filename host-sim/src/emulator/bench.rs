@@ -10,7 +10,7 @@ use rigless::time::VirtualNanos;
 use super::board::{EmulatedBoard, Fitted};
 use super::bridge::Bridge;
 use super::image::FirmwareImage;
-use super::in_the_loop::{TIM1_CCR1, flash};
+use super::in_the_loop::{TIM1_CCR1, TIM2_CNT, flash};
 use super::log::{Log, LogLine};
 use super::spans::Spans;
 use super::uart::Uart;
@@ -74,6 +74,8 @@ pub struct Observed {
     pub last: Bridge,
     /// The compare values that it was on with, each with the time at which it came, ns.
     pub compares: Vec<(u64, u16)>,
+    /// When the encoder was read, ns since power-on: early in each control tick.
+    pub ticks_ns: Vec<u64>,
     /// Everything that was logged.
     pub log: Vec<LogLine>,
     /// When the part was reset, and by what.
@@ -133,6 +135,7 @@ pub fn converse(
         looks: 0,
         resets: 0,
         spans: Spans::default(),
+        ticks_ns: Vec::new(),
         log: Log::new(image.clone(), "bench", None),
         uart: Uart::default(),
         partner,
@@ -144,8 +147,8 @@ pub fn converse(
     let finished = rigless::emulator::run(session, &Start::new(&images), bench)
         .map_err(|error| trouble(error.to_string()))?;
     let resets = finished.session.resets().to_vec();
-    let Bench { spans: Spans { on_ns, last, compares, .. }, log, .. } = finished.driver;
-    Ok(Observed { on_ns, last, compares, log: log.lines, resets })
+    let Bench { spans: Spans { on_ns, last, compares, .. }, ticks_ns, log, .. } = finished.driver;
+    Ok(Observed { on_ns, last, compares, ticks_ns, log: log.lines, resets })
 }
 
 struct Bench {
@@ -156,6 +159,7 @@ struct Bench {
     /// How many have been seen.
     resets: usize,
     spans: Spans,
+    ticks_ns: Vec<u64>,
     log: Log,
     uart: Uart,
     partner: Partner,
@@ -202,6 +206,9 @@ impl Driver<EmulatedBoard> for Bench {
                     board.drive_break(at, true);
                     board.drive_break(at, false);
                 }
+            }
+            Settled::Access { access, .. } if access.address == TIM2_CNT => {
+                self.ticks_ns.push(access.virtual_time.0);
             }
             Settled::Stop(stop) => {
                 session.board_mut().settle();
