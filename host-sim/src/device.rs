@@ -18,6 +18,7 @@ use stiction::parameters::{self, ROOM};
 
 use crate::error::Error;
 use crate::experiment::{Motion, RunPlan};
+use crate::flash::SECTOR;
 
 /// `[device]`. Left out: nothing starts by itself.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -106,7 +107,22 @@ pub(crate) fn assembled(plan: &RunPlan) -> Result<Parameters, Error> {
     Ok(Parameters { controller, motion, device, limits })
 }
 
-/// The record for a parameter sector.
+/// Both parameter sectors, each with the same record at its begin.
+///
+/// What a board has saved since carries a sequence number that nobody here knows, and would win against a record that
+/// is written to one sector alone. Written over both, this is all that there is, and the next save follows it.
+///
+/// # Errors
+/// As [`parameters()`].
+pub fn sectors(plan: &RunPlan) -> Result<Vec<u8>, Error> {
+    let record = record(plan)?;
+    let mut bytes = record.clone();
+    bytes.resize(SECTOR as usize, 0xFF);
+    bytes.extend(record);
+    Ok(bytes)
+}
+
+/// The record for a parameter sector, the first of its kind.
 ///
 /// # Errors
 /// As [`parameters()`].

@@ -1,10 +1,11 @@
 //! The power goes at every word write and every erase of a save: the old or the new set is found whole.
 
+use embedded_storage::nor_flash::NorFlash;
 use host_sim::flash::{Cut, Remains, SECTOR, SimulatedFlash};
 use stiction::parameters::{DecodeError, ROOM};
 use stiction::store::{SaveError, Store};
 
-use crate::fixture::{SLOTS, blank, srnf, stored};
+use crate::fixture::{SLOTS, blank, parameters, plans, srnf, stored};
 
 /// What a cut may leave of a word or a sector: nothing, everything, and some patterns in between.
 fn remains() -> impl Iterator<Item = Remains> {
@@ -79,22 +80,31 @@ fn slots_are_written_in_turn_and_the_same_set_is_not_written_again() {
     // Only the second slot lost: the first set is still there.
     let mut lost = store.clone();
     lost.flash().cut(Cut { after: 0, remains: Remains::Finished });
-    let _ = embedded_storage::nor_flash::NorFlash::erase(lost.flash(), SECTOR, 2 * SECTOR);
+    let _ = NorFlash::erase(lost.flash(), SECTOR, 2 * SECTOR);
     lost.flash().revive();
     assert_eq!(lost.load(), Ok(first));
 }
 
-/// What `cargo xtask params` writes to a sector by a probe is what a store reads.
+/// What `cargo xtask params` makes and a probe writes is what a store reads, whatever was saved there before.
 #[test]
-fn a_record_that_a_probe_has_written_is_read_and_outlived() {
-    let (probed, new) = (srnf(&[]), srnf(&["controller.srnf.v_ms_v=0.3"]));
-    let mut room = [0xFF; ROOM];
-    let length = probed.encode(1, &mut room).unwrap().len();
-    let mut flash = SimulatedFlash::new(2);
-    let words = length.next_multiple_of(4);
-    embedded_storage::nor_flash::NorFlash::write(&mut flash, 0, &room[..words]).unwrap();
-    let mut store = Store::new(flash, SLOTS);
-    assert_eq!(store.load(), Ok(probed));
+fn what_a_probe_writes_over_both_sectors_counts_and_is_outlived() {
+    let plan = &plans("step-response", &["loop.controller=srnf"])[0];
+    let (probed, old, new) = (parameters(plan), srnf(&[]), srnf(&["controller.srnf.v_ms_v=0.3"]));
+    let mut store = stored(&new);
+    store.save(&old).unwrap();
+    let sectors = host_sim::device::sectors(plan).unwrap();
+    let (first, second) = sectors.split_at(SECTOR as usize);
+    for (sector, at) in [(first, 0), (second, SECTOR)] {
+        // A probe erases what it writes to, and skips what is erased anyway.
+        NorFlash::erase(store.flash(), at, at + SECTOR).unwrap();
+        let mut bytes = sector.to_vec();
+        bytes.truncate(ROOM);
+        bytes.resize(bytes.len().next_multiple_of(4), 0xFF);
+        NorFlash::write(store.flash(), at, &bytes).unwrap();
+        // One sector alone would not do: the other one's number may be higher.
+        let is_whole = at > 0;
+        assert_eq!(store.load() == Ok(probed.clone()), is_whole);
+    }
     store.save(&new).unwrap();
     assert_eq!(store.load(), Ok(new));
 }

@@ -4,19 +4,19 @@ use std::fs;
 use std::path::PathBuf;
 
 use super::print;
-use crate::device::record;
+use crate::device::sectors;
 use crate::error::Error;
 use crate::experiment::{Document, Experiment};
 use crate::output::write_whole;
 
-/// Sector 10 of the flash.
+/// Sector 10 of the flash; 11 follows it.
 const ADDRESS: u32 = 0x080C_0000;
 
 #[derive(Debug, clap::Args)]
 pub struct Arguments {
     /// A name from `stiction list`, or a machine's own TOML file
     experiment: String,
-    /// Where to write the record
+    /// Where to write the contents of both parameter sectors
     #[arg(short, long, value_name = "FILE")]
     out: PathBuf,
     /// Set a key of the file, as in device.autostart=true
@@ -35,7 +35,7 @@ pub fn params(arguments: &Arguments) -> Result<(), Error> {
     let controllers: Vec<String> = arguments.controller.iter().cloned().collect();
     let experiment = Experiment::plan(&document, &controllers, &fixed)?;
     let Some(plan) = experiment.runs.first() else { return Ok(()) };
-    let record = record(plan)?;
+    let sectors = sectors(plan)?;
     let out = &arguments.out;
     if let Some(directory) = out.parent() {
         fs::create_dir_all(directory).map_err(|source| Error::File {
@@ -44,7 +44,7 @@ pub fn params(arguments: &Arguments) -> Result<(), Error> {
             source,
         })?;
     }
-    write_whole(out, &record)?;
+    write_whole(out, &sectors)?;
     let device = &plan.machine.device;
     let arming = if device.autostart {
         format!("arms by itself {} s after power-on", device.autostart_delay_s)
@@ -53,9 +53,8 @@ pub fn params(arguments: &Arguments) -> Result<(), Error> {
     };
     let path = out.display();
     print(&format!(
-        "{path}: {}, {} bytes; the board {arming}\n\
+        "{path}: {}, for sectors 10 and 11; the board {arming}\n\
          probe-rs download --chip STM32F405RGTx --binary-format bin --base-address {ADDRESS:#x} {path}\n",
         plan.label,
-        record.len(),
     ))
 }
