@@ -4,6 +4,7 @@
 
 pub mod client;
 pub mod log;
+pub mod machine_file;
 pub mod port;
 pub mod simulated;
 pub mod wire;
