@@ -46,6 +46,7 @@ fn cut_at_each(
 fn a_cut_at_any_write_or_erase_leaves_the_old_or_the_new_set_whole() {
     let sets = [1.0, 2.0, 3.0, 4.0].map(|kp| srnf(&[&format!("controller.srnf.kp_v_per_deg={kp}")]));
     let mut store = stored(&sets[0]);
+    let mut all = (0, 0);
     for [old, new] in [[0, 1], [1, 2], [2, 3]].map(|pair| pair.map(|i: usize| &sets[i])) {
         let (cuts, news) = cut_at_each(&store, Some(old), new);
         // An erase and the words of the record, eight remains each. The new set is found only if the last word was
@@ -55,8 +56,11 @@ fn a_cut_at_any_write_or_erase_leaves_the_old_or_the_new_set_whole() {
         assert!((1..=7).contains(&news), "{news} of {cuts}");
         store.flash().revive();
         store.save(new).unwrap();
-        println!("power cuts survived: {cuts}, of which {news} left the new set");
+        all.0 += cuts;
+        all.1 += news;
+        reliability!("cuts-of-a-save", words, cuts, news);
     }
+    reliability!("cuts", cuts = all.0, news = all.1);
 }
 
 #[test]
