@@ -168,9 +168,9 @@ mod edit {
                 "= -1",
             ),
             (
-                "sed -i 's/stall_v/stall_w/'",
-                "unknown key `limits.stall_w`; did you mean `stall_v`?",
-                "stall_w",
+                "sed -i 's/stall_v/stall_vv/'",
+                "unknown key `limits.stall_vv`; did you mean `stall_v`?",
+                "stall_vv",
             ),
             ("sed -i 's/thermal_s = 10.0/thermal_s = 1e9/'", "`limits.thermal_s` is 1000000000.0", "1e9"),
             ("sh -c 'echo 1 > \"$0\"; exit 3'", "ended with exit status: 3", "1"),

@@ -86,8 +86,8 @@ fn doubled_edges_scale_the_motion_and_are_not_seen() {
 fn a_burst_of_noise_is_a_jump_in_its_tick() {
     let mut simulated = along("run.duration_s=26");
     simulated.ticks(100);
-    // The limit of SRNF: 2 * 40 deg/s * 20 ms + 4 counts = 665 counts, and the joint moves 41 a tick.
-    simulated.jump(600);
+    // The limit of SRNF: 2 * 50 deg/s * 20 ms + 4 counts = 830 counts, and the joint moves 41 a tick.
+    simulated.jump(750);
     assert_eq!(simulated.tick().state, State::Armed);
     simulated.jump(1400);
     assert_eq!(simulated.tick().state, State::Faulted(Fault::EncoderJump));

@@ -49,7 +49,7 @@ fn decimals_are_those_that_a_person_has_written() {
         "controller = \"srnf\"",
         "alpha_per_deg = 100.0",
         "steps_deg = [5.0]",
-        "overspeed_deg_per_s = 40.0",
+        "overspeed_deg_per_s = 50.0",
     ] {
         assert!(text.lines().any(|found| found == line), "{line}: {text}");
     }
