@@ -7,6 +7,7 @@ pub mod client;
 pub mod emulated;
 pub mod joint;
 pub mod log;
+pub mod machine_file;
 pub mod port;
 pub mod simulated;
 pub mod wire;

@@ -31,7 +31,10 @@ pub enum Error {
     /// A solver gave a run up.
     #[error("{0}")]
     Run(String),
-    /// A device did not do what it was told, or is not there.
+    /// A device says why it does not do what it was told. It is there, and all is as it was.
+    #[error("{0}")]
+    Refused(String),
+    /// A device does not answer as it should, or is not there.
     #[error("{0}")]
     Device(String),
     /// A figure could not be drawn.

@@ -28,6 +28,7 @@ pub mod machine;
 pub mod mechanism;
 pub mod metrics;
 pub mod output;
+pub mod properties;
 pub mod report;
 pub mod run;
 pub mod solver;

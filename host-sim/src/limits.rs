@@ -76,6 +76,28 @@ impl LimitsTable {
         "wind_up_s",
     ];
 
+    /// Every key, as a device has it; `single` writes a number.
+    pub fn written_out(limits: &Limits, single: impl Fn(f32) -> f64) -> Self {
+        let written = |value: f32| Some(single(value));
+        Self {
+            encoder_jump_deg: written(limits.encoder_jump),
+            stall_v: written(limits.stall_effort),
+            stall_s: written(limits.stall_time),
+            reversal_deg: written(limits.reversal),
+            following_error_deg: written(limits.following_error),
+            overspeed_deg_per_s: written(limits.overspeed),
+            position_min_deg: written(limits.position_min),
+            position_max_deg: written(limits.position_max),
+            supply_min_v: written(limits.supply_min),
+            supply_max_v: written(limits.supply_max),
+            continuous_v: written(limits.continuous_effort),
+            thermal_s: written(limits.thermal_time),
+            link_timeout_s: written(limits.link_timeout),
+            wind_up_v: written(limits.wind_up_effort),
+            wind_up_s: written(limits.wind_up_time),
+        }
+    }
+
     /// The thresholds of a device. What is left out is derived from the loop, and the breakaway effort is that of the
     /// joint that the file describes.
     pub fn thresholds(

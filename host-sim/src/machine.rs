@@ -22,7 +22,7 @@ pub struct Machine {
     #[serde(default)]
     pub source: String,
     /// Its figures in the thesis.
-    #[serde(default)]
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub figures: Vec<FigureSource>,
     /// What is positioned.
     pub joint: Joint,
@@ -264,10 +264,10 @@ pub enum LawName {
 #[serde(deny_unknown_fields)]
 pub struct Reference {
     /// Step sizes; each is a run.
-    #[serde(default)]
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub steps_deg: Vec<f64>,
     /// Motions through corners; each is a run.
-    #[serde(default)]
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub trajectories: Vec<Trajectory>,
 }
 

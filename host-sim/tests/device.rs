@@ -5,7 +5,13 @@
 use std::process::{Command, Output};
 
 fn device(arguments: &[&str]) -> Output {
-    Command::new(env!("CARGO_BIN_EXE_stiction")).arg("device").args(arguments).output().unwrap()
+    command(arguments).output().unwrap()
+}
+
+fn command(arguments: &[&str]) -> Command {
+    let mut command = Command::new(env!("CARGO_BIN_EXE_stiction"));
+    command.arg("device").args(arguments).env_remove("VISUAL").env_remove("EDITOR");
+    command
 }
 
 fn text(bytes: &[u8]) -> String {
@@ -18,8 +24,8 @@ const SAYS_SO: &str = "SIMULATED DEVICE: no motor moves or stops.";
 fn every_output_of_a_simulated_device_says_so_first() {
     let directory = tempfile::tempdir().unwrap();
     let file = |name: &str| directory.path().join(name).to_str().unwrap().to_owned();
-    let (log, record) = (file("log.csv"), file("device.params"));
-    let actions: [&[&str]; 9] = [
+    let (log, record, toml) = (file("log.csv"), file("device.params"), file("device.toml"));
+    let actions: [&[&str]; 12] = [
         &["status"],
         &["stop"],
         &["arm", "--for", "0.2"],
@@ -29,6 +35,9 @@ fn every_output_of_a_simulated_device_says_so_first() {
         &["params", "show"],
         &["params", "push", "step-response", "--controller", "pd", "--save"],
         &["params", "pull", &record],
+        &["params", "pull", &toml],
+        &["params", "push", "trajectory"],
+        &["identify", "--rate", "0.1", "--hold", "1"],
     ];
     for action in actions {
         let output = device(&[&["--simulated"], action].concat());
@@ -84,6 +93,9 @@ fn what_cannot_be_done_is_one_sentence_and_exit_code_2() {
         (&["--simulated", "--controller", "srn", "status"], &["`srn`", "did you mean `srnf`?"]),
         (&["--simulated", "move", "nan"], &["allowed is a position within 2^30 counts"]),
         (&["--simulated", "arm", "--for", "-1"], &["--for -1", "0 to 86400"]),
+        (&["--simulated", "watch"], &["device watch: it needs a terminal"]),
+        (&["--simulated", "identify", "--rate", "nan"], &["`ramp_rates_v_per_s` is NaN", "docs/link.md"]),
+        (&["--simulated", "params", "edit"], &["set VISUAL or EDITOR"]),
     ];
     for (arguments, fragments) in cases {
         let output = device(arguments);
@@ -104,4 +116,82 @@ fn a_build_without_the_emulator_says_how_to_build_one_with_it() {
     assert_eq!((output.status.code(), text(&output.stdout)), (Some(2), String::new()));
     assert!(said.contains("device --emulator") && said.contains("--features emulator"), "{said}");
     assert_eq!(said.lines().count(), 1, "{said}");
+}
+
+#[test]
+fn a_pulled_file_is_one_that_run_takes() {
+    let directory = tempfile::tempdir().unwrap();
+    let path = directory.path().join("device.toml");
+    let path = path.to_str().unwrap();
+    assert!(device(&["--simulated", "--controller", "rvi", "params", "pull", path]).status.success());
+    let run = |name: &str| {
+        let mut stiction = Command::new(env!("CARGO_BIN_EXE_stiction"));
+        let output = stiction.args(["run", name, "--controller", "rvi", "--json"]).output().unwrap();
+        let json: serde_json::Value = serde_json::from_slice(&output.stdout).unwrap();
+        json["runs"][0]["metrics"].clone()
+    };
+    let found = run(path);
+    assert!(found["rest_error_counts"].is_number() && found == run("step-response"), "{found}");
+}
+
+#[cfg(unix)]
+mod edit {
+    use super::*;
+
+    /// `params edit` with a command for an editor, and a folder of its own for what is kept.
+    fn edit(editor: &str) -> (Output, tempfile::TempDir) {
+        let directory = tempfile::tempdir().unwrap();
+        let mut command = command(&["--simulated", "params", "edit", "--save"]);
+        let output = command.env("EDITOR", editor).env("TMPDIR", directory.path()).output().unwrap();
+        (output, directory)
+    }
+
+    fn kept(directory: &tempfile::TempDir) -> Vec<String> {
+        let files = std::fs::read_dir(directory.path()).unwrap();
+        files.map(|file| std::fs::read_to_string(file.unwrap().path()).unwrap()).collect()
+    }
+
+    #[test]
+    fn what_was_changed_is_shown_and_taken_as_a_whole() {
+        let (output, directory) = edit("sed -i 's/kp_v_per_deg = 1.0/kp_v_per_deg = 2/'");
+        let said = text(&output.stdout);
+        assert!(said.contains("controller.srnf.kp_v_per_deg: 1.0 -> 2.0\nin use and saved"), "{said}");
+        assert_eq!(kept(&directory), Vec::<String>::new());
+    }
+
+    #[test]
+    fn what_was_not_changed_is_not_sent() {
+        let (output, directory) = edit("true");
+        assert!(text(&output.stdout).contains("nothing was changed, and nothing sent"));
+        assert_eq!(kept(&directory), Vec::<String>::new());
+        // Its joint is none of the device's business.
+        let (output, _directory) = edit("sed -i 's/stick_v = 0.4/stick_v = 0.5/'");
+        assert!(text(&output.stdout).contains("nothing that the device knows was changed"));
+    }
+
+    #[test]
+    fn what_is_wrong_is_named_not_sent_and_not_lost() {
+        for (editor, fragment, typed) in [
+            (
+                "sed -i 's/kp_v_per_deg = 1.0/kp_v_per_deg = -1/'",
+                "`controller.srnf.kp_v_per_deg` is -1",
+                "= -1",
+            ),
+            (
+                "sed -i 's/stall_v/stall_vv/'",
+                "unknown key `limits.stall_vv`; did you mean `stall_v`?",
+                "stall_vv",
+            ),
+            ("sed -i 's/thermal_s = 10.0/thermal_s = 1e9/'", "`limits.thermal_s` is 1000000000.0", "1e9"),
+            ("sh -c 'echo 1 > \"$0\"; exit 3'", "ended with exit status: 3", "1"),
+        ] {
+            let (output, directory) = edit(editor);
+            let said = text(&output.stderr);
+            assert_eq!((output.status.code(), said.lines().count()), (Some(2), 2), "{said}");
+            assert!(said.contains(fragment) && said.contains("nothing was sent"), "{said}");
+            let file = said.trim_end().rsplit_once("kept in ").unwrap().1;
+            assert!(std::fs::read_to_string(file).unwrap().contains(typed), "{said}");
+            assert_eq!(kept(&directory).len(), 1);
+        }
+    }
 }

@@ -69,7 +69,7 @@ impl Limits {
     ///
     /// | limit | default | why |
     /// |---|---|---|
-    /// | `overspeed` | 2 full scale / Kd | the damping alone would take twice the output; a step that just saturates a loop with a damping ratio of 0.7 peaks at a third of it. Never below 16 counts a tick |
+    /// | `overspeed` | 2.5 full scale / Kd | the damping alone would take two and a half times the output. On the thesis's joint a step of 25 deg passes under every law, and an unstable loop is seen within a second; at half as much again, or at the motor's own bound, its speed without load, some are not (`tests/device/thesis.rs`). Never below 16 counts a tick |
     /// | `encoder_jump` | the travel of a tick at twice that speed, and 4 counts | no motor accelerates like that |
     /// | `following_error` | full scale / Kp | beyond it more error gives no more effort |
     /// | `stall_effort`, `stall_time` | 2 breakaway (else half of the full scale), 0.2 s | PD rests with less than the breakaway effort for ever; an effort of twice that moves a free joint by a count within a tick |
@@ -83,7 +83,7 @@ impl Limits {
         let full_scale = controller.drive.full_scale;
         let (count, sample_time) = (controller.encoder.resolution, controller.sample_time);
         let overspeed = match controller.pd.kd {
-            kd if kd > 0.0 => (2.0 * full_scale / kd).max(16.0 * count / sample_time).min(HUGE),
+            kd if kd > 0.0 => (2.5 * full_scale / kd).max(16.0 * count / sample_time).min(HUGE),
             _ => 0.0,
         };
         let encoder_jump = match overspeed {

@@ -1,23 +1,21 @@
-//! Random bytes, random messages, random parameters. The number of cases is `STICTION_FUZZ` (messages of the state
-//! machine; the test run takes 100 000). Ten million:
-//! `STICTION_FUZZ=10000000 cargo test --release --test device random_messages -- --nocapture`.
+//! Random bytes, random messages, random parameters: the properties of `host_sim::properties`, which the targets of
+//! `fuzz/` call as well, and the seeds that are kept there. The number of messages through the state machine is
+//! `STICTION_FUZZ` (the test run takes 100 000). Ten million: `cargo xtask reliability`.
 //!
 //! Blind to what a coverage-guided fuzzer would find behind a checksum: messages are made with a good one, bytes with
-//! mostly bad ones.
+//! mostly bad ones. That is what `fuzz/` is for.
 
+use host_sim::properties::session::Watched;
+use host_sim::properties::{file, frame, record, session};
 use proptest::collection::vec;
 use proptest::prelude::*;
 use stiction::compensator::{Gains, ResetIntegralGains, SmoothRobustNonlinearGains};
-use stiction::device::Device;
-use stiction::fault::Latched;
-use stiction::link::{Deframer, Law, Move, Numbered, PROTOCOL, Request, encode};
+use stiction::link::{Law, Move, Numbered, PROTOCOL, Request, encode};
 use stiction::parameters::{Motion, ROOM};
 use stiction::pd::PdGains;
 use stiction::position::Position;
-use stiction::servo::{Boot, Input, State};
-use stiction::{Fault, Parameters};
 
-use crate::fixture::{srnf, stored};
+use crate::fixture::srnf;
 
 fn config(cases: u32) -> ProptestConfig {
     ProptestConfig { cases, failure_persistence: None, ..ProptestConfig::default() }
@@ -27,28 +25,14 @@ proptest! {
     #![proptest_config(config(2000))]
 
     #[test]
-    fn any_bytes_make_no_message_but_a_whole_one(bytes in vec(any::<u8>(), 0..600)) {
-        let mut deframer = Deframer::default();
-        let messages = bytes.iter().filter(|&&byte| deframer.push(byte).is_some()).count();
+    fn any_bytes_make_no_message_but_a_whole_one_and_cost_only_themselves(bytes in vec(any::<u8>(), 0..600)) {
         // A checksum of 32 bits: one of 2^32 would pass.
-        prop_assert_eq!(messages, 0);
-    }
-
-    #[test]
-    fn a_message_survives_whatever_came_before_its_zero(garbage in vec(any::<u8>(), 0..600), number: u16) {
-        let message = Numbered { number, content: Request::Status };
-        let frame = encode(&message).unwrap();
-        let mut deframer = Deframer::default();
-        for byte in garbage.into_iter().chain([0]) {
-            deframer.push(byte);
-        }
-        let found = frame.iter().filter_map(|&byte| deframer.push(byte).map(<[u8]>::to_vec)).last().unwrap();
-        prop_assert_eq!(postcard::from_bytes::<Numbered<Request>>(&found).unwrap(), message);
+        prop_assert_eq!(frame::holds(&bytes), 0);
     }
 
     #[test]
     fn any_bytes_are_parameters_or_a_reason(bytes in vec(any::<u8>(), 0..ROOM)) {
-        prop_assert!(Parameters::decode(&bytes).is_err());
+        record::holds(&bytes);
     }
 
     /// With a good checksum over it, so that the body is looked at.
@@ -61,14 +45,12 @@ proptest! {
         for (at, byte) in changes {
             room[20 + (at - 20) % (length - 20)] = byte;
         }
-        let digest = crc::Crc::<u32>::new(&crc::CRC_32_ISO_HDLC);
-        let mut sum = digest.digest();
-        sum.update(&room[4..16]);
-        sum.update(&room[20..length]);
-        room[16..20].copy_from_slice(&sum.finalize().to_le_bytes());
-        if let Ok((parameters, _)) = Parameters::decode(&room[..length]) {
-            prop_assert!(parameters.prepare().is_ok());
-        }
+        record::holds(&room[..length]);
+    }
+
+    #[test]
+    fn any_script_leaves_a_drive_within_its_limits(script in vec(any::<u8>(), 0..200)) {
+        session::holds(&srnf(&[]), &script);
     }
 }
 
@@ -90,11 +72,7 @@ proptest! {
                 _ => drop(lines.remove(at)),
             }
         }
-        let file = host_sim::experiment::Document::parse("joint.toml", &lines.join("\n"));
-        if let Err(error) = file.and_then(|document| document.machine()) {
-            let said = error.to_string();
-            prop_assert!(said.starts_with("joint.toml") && said.lines().count() == 1, "{}", said);
-        }
+        file::holds(&lines.join("\n"));
     }
 }
 
@@ -122,7 +100,7 @@ impl Random {
 }
 
 fn request(random: &mut Random, record: &[u8]) -> Request {
-    match random.below(16) {
+    match random.below(17) {
         0 => Request::Stop,
         1 => Request::Status,
         2 => Request::Clear,
@@ -150,31 +128,27 @@ fn request(random: &mut Random, record: &[u8]) -> Request {
         }
         13 => Request::Subscribe { terms: random.next() as u16, every: random.below(20) as u16 },
         14 => Request::Fault { index: random.next() as u8 },
+        15 => match random.below(2) {
+            0 => Request::ReadLevels,
+            _ => Request::Identify { rate: random.real(), hold: random.real() },
+        },
         _ => Request::Hello { protocol: PROTOCOL, session: random.below(3) as u32 },
     }
 }
 
 #[test]
 fn random_messages_never_arm_a_faulted_drive_nor_drive_it_out_of_its_limits() {
-    let messages: u32 =
+    let messages: u64 =
         std::env::var("STICTION_FUZZ").ok().and_then(|count| count.parse().ok()).unwrap_or(100_000);
     let parameters = srnf(&[]);
     let mut room = [0; ROOM];
     let record = parameters.encode(0, &mut room).unwrap().to_vec();
-    let mut device = Device::start(stored(&parameters), Boot::default());
+    let mut watched = Watched::new(&parameters);
     let mut random = Random(0x5713_C710_0000_0001);
-    let (mut number, mut counter, mut sink) = (0u16, 0u32, [0; 512]);
-    let (mut armed, mut faulted, mut moved) = (0u32, 0u32, 0u32);
+    let mut number = 0u16;
     for _ in 0..messages {
-        if let State::Faulted(fault) = device.servo().state()
-            && !fault.is_clearable()
-        {
-            // Only a reset ends it.
-            device = Device::start(device.end(), Boot::default());
-        }
-        let before = device.servo().state();
+        watched.revive();
         let content = request(&mut random, &record);
-        let cleared = content == Request::Clear || matches!(content, Request::TakeParameters { .. });
         // Mostly in order; some come twice, late or early.
         number = number.wrapping_add([1, 1, 1, 1, 0, 2, 0xFFFF, 7][random.below(8) as usize]);
         let mut frame = encode(&Numbered { number, content }).unwrap();
@@ -182,48 +156,25 @@ fn random_messages_never_arm_a_faulted_drive_nor_drive_it_out_of_its_limits() {
             let at = random.below(frame.len() as u64) as usize;
             frame[at] ^= 1 << random.below(8);
         }
-        device.receive(&frame);
-        let after = device.servo().state();
-        assert!(
-            !matches!(before, State::Faulted(_)) || after == before || (cleared && after == State::Stopped),
-            "{before:?} -> {after:?} without being cleared"
-        );
+        watched.receive(&frame);
         for _ in 0..random.below(8) {
-            let before = device.servo().state();
             // The joint rests for the most part, and wanders now and then.
-            if random.below(64) == 0 {
-                counter = counter.wrapping_add(random.below(40) as u32).wrapping_sub(20);
-            }
+            let travel = if random.below(64) == 0 { random.below(40) as i32 - 20 } else { 0 };
             if random.below(4096) == 0 {
-                let fault = Fault::ALL[random.below(Fault::ALL.len() as u64) as usize];
-                device.servo().latch(Latched::from(fault));
+                watched.latch(random.below(64) as usize);
             }
-            let faulted_before = matches!(device.servo().state(), State::Faulted(_));
-            let output = device.tick(Input { counter, supply: random.next() as u16 });
-            let drive =
-                device.parameters().map(|p| stiction::drive::Drive::new(&p.controller.drive).unwrap());
-            let drive = drive.unwrap();
-            // Off means off: neutral, whatever was said.
-            assert!(output.enable || output.duty == drive.duty(0));
-            assert_eq!(output.enable, output.state == State::Armed);
-            assert!(!(output.enable && (faulted_before || before == State::Boot)));
-            assert!(output.tick.code.abs() <= drive.max_code() && output.duty.compare <= drive.pwm_top());
-            if output.enable {
-                assert_eq!(output.duty, drive.duty(output.tick.code));
-            }
-            armed += u32::from(output.enable);
-            faulted += u32::from(matches!(output.state, State::Faulted(_)));
-            moved += u32::from(output.enable && output.tick.setpoint.position.counts != 0);
+            watched.tick(travel, random.next() as u16);
         }
         // The wire takes most of it.
         if random.below(4) != 0 {
-            device.transmit(&mut sink);
+            watched.drain(512);
         }
     }
-    println!("{messages} messages: {armed} ticks armed, {moved} of them on a move, {faulted} faulted");
+    let Watched { armed, moved, faulted, .. } = watched;
+    reliability!("messages", messages, armed, moved, faulted);
     // It was worth looking.
     assert!(
         armed > messages / 20 && faulted > messages / 20 && moved > messages / 50,
-        "{armed} {faulted} {moved}"
+        "{armed} {moved} {faulted}"
     );
 }

@@ -4,7 +4,7 @@ use std::time::Duration;
 
 use host_sim::device::client::Client;
 use host_sim::device::simulated::SimulatedDevice;
-use host_sim::device::wire::SimulatedWire;
+use host_sim::device::wire::{SimulatedWire, Wire};
 use stiction::link::{
     Deframer, Law, Message, Numbered, PROTOCOL, Refused, Reply, Request, State, Term, encode,
 };
@@ -368,4 +368,140 @@ fn a_ramp_against_a_block_stalls() {
     assert_eq!(fault.code, stiction::Fault::Stall as u8);
     // Twice the breakaway effort of 0.4 V, and what the ramp rises in 0.2 s.
     assert!((0.8..0.83).contains(&fault.value), "{}", fault.value);
+}
+
+/// Answers wait in a ring of 2 KiB. Those that a wire does not take in time are lost; the request is done all the same,
+/// and the client that says it again gets its answer.
+#[test]
+fn an_answer_that_found_no_room_comes_when_the_request_is_repeated() {
+    let mut simulated = simulated();
+    say(&mut simulated, &hello(1, 7));
+    // 14 answers of some 140 bytes each fill the ring; then, one that counts.
+    for number in 2..40 {
+        simulated.device.receive(&frame(number, Request::ReadParameters { offset: 0 }));
+    }
+    simulated.device.receive(&frame(40, Request::Arm));
+    assert!(simulated.tick().enable, "done, though nobody will hear of it");
+    let mut sink = [0; 4096];
+    let waited = simulated.device.transmit(&mut sink);
+    assert!((1800..=2048).contains(&waited), "{waited}");
+    simulated.device.servo().stop();
+    // The same number: the answer, and nothing done a second time.
+    assert_eq!(say(&mut simulated, &frame(40, Request::Arm)), [(40, Reply::Done)]);
+    assert!(!simulated.tick().enable);
+    let [(41, Reply::Status(status))] = &say(&mut simulated, &frame(41, Request::Status))[..] else {
+        panic!()
+    };
+    assert!((20..30).contains(&status.dropped), "{}", status.dropped);
+}
+
+/// A wire that loses the first answer to every request.
+struct Lossy {
+    wire: SimulatedWire,
+    said: Vec<u8>,
+    lost: u32,
+}
+
+impl Wire for Lossy {
+    fn send(&mut self, bytes: &[u8]) -> Result<(), host_sim::Error> {
+        self.wire.send(bytes)?;
+        if self.said != bytes {
+            self.said = bytes.to_vec();
+            self.lost += u32::from(!self.wire.receive(Duration::ZERO)?.is_empty());
+        }
+        Ok(())
+    }
+
+    fn receive(&mut self, at_most: Duration) -> Result<Vec<u8>, host_sim::Error> {
+        self.wire.receive(at_most)
+    }
+
+    fn name(&self) -> String {
+        "a lossy wire".into()
+    }
+
+    fn warning(&self) -> Option<&'static str> {
+        None
+    }
+}
+
+#[test]
+fn a_client_repeats_itself_until_it_is_answered_and_nothing_is_done_twice() {
+    let wire = Lossy { wire: SimulatedWire::new(simulated()), said: vec![], lost: 0 };
+    let mut client = Client::connect(wire).unwrap();
+    client.arm().unwrap();
+    client.step_to(2.5).unwrap();
+    client.pass(Duration::from_secs(3)).unwrap();
+    let position = client.wire().wire.simulated.position_deg();
+    assert!((position - 2.5).abs() < 0.03, "{position}");
+    client.set_parameters(&srnf(&[])).unwrap_err();
+    client.stop().unwrap();
+    client.set_parameters(&srnf(&[])).unwrap();
+    assert_eq!(client.status().unwrap().bad_frames, 0);
+    let lost = client.wire().lost;
+    assert!(lost > 20, "{lost}");
+}
+
+/// A wire of 921 600 baud: ten bits a byte, so many bytes in the time of a tick.
+struct Metered {
+    simulated: SimulatedDevice,
+    bytes_per_tick: f64,
+    room: f64,
+}
+
+impl Wire for Metered {
+    fn send(&mut self, bytes: &[u8]) -> Result<(), host_sim::Error> {
+        self.simulated.device.receive(bytes);
+        Ok(())
+    }
+
+    fn receive(&mut self, at_most: Duration) -> Result<Vec<u8>, host_sim::Error> {
+        let ticks = (at_most.as_secs_f64() / self.simulated.sample_time_s()).ceil() as u32;
+        let mut taken = vec![];
+        for _ in 0..ticks {
+            self.simulated.tick();
+            // What the line could have carried while there was nothing to send is gone.
+            self.room = self.room.fract() + self.bytes_per_tick;
+            let mut buffer = vec![0; self.room as usize];
+            let count = self.simulated.device.transmit(&mut buffer);
+            self.room -= count as f64;
+            taken.extend(&buffer[..count]);
+        }
+        Ok(taken)
+    }
+
+    fn name(&self) -> String {
+        "a wire of 921 600 baud".into()
+    }
+
+    fn warning(&self) -> Option<&'static str> {
+        None
+    }
+}
+
+#[test]
+fn the_wire_carries_every_term_of_every_tick_at_1_khz_and_what_it_does_not_at_5_khz_is_counted() {
+    let every = |sample_time: f64| {
+        let sampled = format!("loop.sample_time_s={sample_time}");
+        let set = [&*sampled, "loop.controller=pd", "reference.steps_deg=[5.0]"];
+        let mut simulated = SimulatedDevice::new(&plans("step-response", &set)[0]).unwrap();
+        simulated.ticks(1000);
+        let wire = Metered { simulated, bytes_per_tick: 92_160.0 * sample_time, room: 0.0 };
+        let mut client = Client::connect(wire).unwrap();
+        client.subscribe(0x0FFF, 1).unwrap();
+        client.pass(Duration::from_secs(10)).unwrap();
+        let samples: Vec<_> = std::iter::from_fn(|| client.sample(Duration::ZERO).unwrap()).collect();
+        // Every gap is one that was counted.
+        let span = u64::from(samples[samples.len() - 1].number) + 1;
+        assert_eq!(span, samples.len() as u64 + client.lost());
+        (samples.len() as f64, client.lost() as f64, f64::from(client.status().unwrap().dropped))
+    };
+    let (samples, lost, dropped) = every(1e-3);
+    reliability!("baud", khz = 1, samples, lost);
+    assert!(samples > 9_900.0 && lost == 0.0 && dropped == 0.0, "{samples} {lost}");
+    // A sample of 48 bytes of terms takes 62 to 66 on the wire: some 1430 of them go through in a second, and answers.
+    let (samples, lost, dropped) = every(2e-4);
+    reliability!("baud", khz = 5, samples, lost);
+    assert!((13_000.0..15_000.0).contains(&samples), "{samples}");
+    assert!((samples + lost - 50_000.0).abs() < 500.0 && dropped >= lost, "{samples} {lost} {dropped}");
 }

@@ -2,11 +2,25 @@
 //! its flash, its timing and its wires, and to real friction.
 #![allow(clippy::unwrap_used)]
 
+/// A figure for `docs/reliability.md`: a name and what was found, as `cargo xtask reliability` reads it.
+macro_rules! reliability {
+    ($name:literal, $($key:ident $(= $value:expr)?),+ $(,)?) => {
+        println!(
+            concat!("reliability: ", $name, $(" | ", stringify!($key), "={}"),+),
+            $(reliability!(@ $key $(= $value)?)),+
+        )
+    };
+    (@ $key:ident = $value:expr) => { $value };
+    (@ $key:ident) => { $key };
+}
+
 mod chaos;
 mod fixture;
 mod fuzz;
 mod link;
+mod machine_file;
 mod matrix;
 mod power_cuts;
+mod seeds;
 mod soak;
 mod thesis;

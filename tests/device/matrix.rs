@@ -302,6 +302,7 @@ fn every_fault_is_seen_in_time_and_turns_the_bridge_off_under_every_law() {
                 impossible += 1;
                 continue;
             };
+            let mut slowest = 0;
             for law in LAWS {
                 let name = format!("{} ({}), {law}, {situation:?}", row.fault.describe(), row.what);
                 let mut bench = Bench::new(law, row.set);
@@ -322,11 +323,14 @@ fn every_fault_is_seen_in_time_and_turns_the_bridge_off_under_every_law() {
                         break;
                     }
                 }
+                slowest = slowest.max(detected.unwrap_or(0));
                 let ticks = detected.unwrap_or_else(|| panic!("{name}: not seen within {most} ticks"));
                 assert!(ticks >= least, "{name}: seen after {ticks} ticks already");
                 bench.check_latched(&name, row.fault, row.mend);
                 cases += 1;
             }
+            let (fault, situation) = (row.fault.describe(), format!("{situation:?}").to_lowercase());
+            reliability!("latency", fault, what = row.what, situation, slowest, most);
         }
     }
     for fault in FROM_THE_BOARD {
@@ -344,7 +348,8 @@ fn every_fault_is_seen_in_time_and_turns_the_bridge_off_under_every_law() {
             }
         }
     }
-    println!("fault matrix: {cases} cases, {impossible} combinations that cannot be");
+    let faults = Fault::ALL.len() - ELSEWHERE.len();
+    reliability!("matrix", cases, faults, laws = LAWS.len(), impossible);
 }
 
 #[test]
@@ -359,6 +364,7 @@ fn no_fault_is_forgotten_by_the_matrix() {
 /// Swapped wires make the loop push away from the target: seen within the first hundredths of a degree.
 #[test]
 fn a_reversed_encoder_is_seen_in_the_first_move_under_every_law() {
+    let mut furthest = 0.0f64;
     for law in LAWS {
         let mut bench = Bench::new(law, &[]);
         bench.simulated().wires = Wires::Swapped;
@@ -369,8 +375,10 @@ fn a_reversed_encoder_is_seen_in_the_first_move_under_every_law() {
         // Eight counts are 0.019 deg; a tick at the speed that it has by then is a little more.
         let travel = bench.simulated().position_deg();
         assert!(travel > 0.015 && travel < 0.2, "{law}: {travel} deg");
+        furthest = furthest.max(travel);
         bench.check_latched(law, Fault::EncoderReversed, |_| {});
     }
+    reliability!("reversed-at-first", travel_deg = format!("{furthest:.3}"));
 }
 
 /// Once the wiring has been proven, swapped wires are a loop that runs away.
@@ -387,7 +395,8 @@ fn an_encoder_that_is_reversed_on_the_way_is_seen_before_it_has_gone_far() {
             let runaway = [Fault::FollowingError, Fault::Overspeed, Fault::EncoderJump];
             assert!(runaway.contains(&fault), "{law} {situation:?}: {fault:?}");
             let travel = (bench.simulated().position_deg() - from).abs();
-            println!("reversed on the way, {law}, {situation:?}: {}, {travel:.1} deg", fault.describe());
+            let (fault, situation) = (fault.describe(), format!("{situation:?}").to_lowercase());
+            reliability!("reversed", law, situation, fault, travel_deg = format!("{travel:.1}"));
             assert!(travel > 1.0 && travel < 60.0, "{law} {situation:?}: {travel}");
         }
     }

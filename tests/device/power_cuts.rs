@@ -5,7 +5,7 @@ use host_sim::flash::{Cut, Remains, SECTOR, SimulatedFlash};
 use stiction::parameters::{DecodeError, ROOM};
 use stiction::store::{SaveError, Store};
 
-use crate::fixture::{SLOTS, blank, parameters, plans, srnf, stored};
+use crate::fixture::{blank, parameters, plans, srnf, stored};
 
 /// What a cut may leave of a word or a sector: nothing, everything, and some patterns in between.
 fn remains() -> impl Iterator<Item = Remains> {
@@ -47,6 +47,7 @@ fn cut_at_each(
 fn a_cut_at_any_write_or_erase_leaves_the_old_or_the_new_set_whole() {
     let sets = [1.0, 2.0, 3.0, 4.0].map(|kp| srnf(&[&format!("controller.srnf.kp_v_per_deg={kp}")]));
     let mut store = stored(&sets[0]);
+    let mut all = (0, 0);
     for [old, new] in [[0, 1], [1, 2], [2, 3]].map(|pair| pair.map(|i: usize| &sets[i])) {
         let (cuts, news) = cut_at_each(&store, Some(old), new);
         // An erase and the words of the record, eight remains each. The new set is found only if the last word was
@@ -56,8 +57,11 @@ fn a_cut_at_any_write_or_erase_leaves_the_old_or_the_new_set_whole() {
         assert!((1..=7).contains(&news), "{news} of {cuts}");
         store.flash().revive();
         store.save(new).unwrap();
-        println!("power cuts survived: {cuts}, of which {news} left the new set");
+        all.0 += cuts;
+        all.1 += news;
+        reliability!("cuts-of-a-save", words, cuts, news);
     }
+    reliability!("cuts", cuts = all.0, news = all.1);
 }
 
 #[test]

@@ -44,5 +44,5 @@ fn an_hour_of_moves_neither_drifts_nor_loses_a_sample_unreported() {
     assert!((17_990..18_100).contains(&samples), "{samples}");
     // As near after an hour as after a move: SRNF rests within ten counts.
     assert!(drift < 10.0 * 0.00242 && moves > 800, "{drift} deg, {moves} moves");
-    println!("soak: {moves} moves in an hour, {samples} samples, worst rest error {drift:.4} deg");
+    reliability!("soak", moves, samples, lost = client.lost(), worst_deg = format!("{drift:.4}"));
 }

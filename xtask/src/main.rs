@@ -6,6 +6,7 @@ mod elf;
 mod firmware;
 mod gates;
 mod job;
+mod reliability;
 mod simulator;
 mod test;
 mod toolchain;
@@ -38,6 +39,8 @@ enum Work {
     Cost(cost::Arguments),
     /// Show that the control path cannot panic, the stack fits, and nothing computes floating point in software
     Gates,
+    /// Measure what docs/reliability.md says, and write it
+    Reliability(reliability::Arguments),
     /// Encode a machine's TOML for the parameter sector of the microcontroller
     Params(firmware::ParamsArguments),
 }
@@ -51,6 +54,7 @@ fn main() -> ExitCode {
         Work::Flash => firmware::flash(),
         Work::Cost(arguments) => cost::measure(&arguments),
         Work::Gates => gates::pass(),
+        Work::Reliability(arguments) => reliability::measure(&arguments),
         Work::Params(arguments) => firmware::params(&arguments),
     };
     match done {

@@ -25,13 +25,13 @@ use std::time::Duration;
 
 use stiction::Parameters;
 use stiction::link::{
-    CHUNK, Deframer, Identity, Law, Message, Move, Numbered, PROTOCOL, Refused, Reply, Request, Sample,
+    CHUNK, Deframer, Identity, Kind, Law, Message, Move, Numbered, PROTOCOL, Refused, Reply, Request, Sample,
     Status, Told, encode,
 };
 use stiction::parameters::{Motion, ROOM};
 use stiction::servo::Levels;
 
-use super::wire::Wire;
+use super::wire::{SIMULATED, Wire};
 use super::words;
 use crate::error::Error;
 
@@ -56,7 +56,20 @@ pub struct Client<W> {
     /// Number of the next sample.
     expected: Option<u32>,
     lost: u64,
+    /// Of what came since the last request: that a device is silent and that it talks otherwise are two things.
+    heard: Heard,
 }
+
+#[derive(Debug, Default)]
+struct Heard {
+    /// The first bytes.
+    begin: Vec<u8>,
+    /// A message that was whole.
+    whole: bool,
+}
+
+/// So many bytes of what is not understood are shown.
+const SHOWN: usize = 24;
 
 impl<W: Wire> Client<W> {
     /// Says hello.
@@ -72,6 +85,7 @@ impl<W: Wire> Client<W> {
             samples: VecDeque::new(),
             expected: None,
             lost: 0,
+            heard: Heard::default(),
         };
         // What was left of an earlier session ends here.
         client.wire.send(&[0])?;
@@ -87,7 +101,7 @@ impl<W: Wire> Client<W> {
                 let name = client.wire.name();
                 Err(Error::Device(format!(
                     "{name} runs firmware {version} with version {protocol} of the link, and this program speaks \
-                     version {PROTOCOL}; flash the firmware that belongs to it (`cargo xtask flash`)"
+                     version {PROTOCOL}; flash the firmware that belongs to it (`cargo xtask flash`, docs/link.md)"
                 )))
             }
             _ => Err(client.unexpected()),
@@ -97,6 +111,13 @@ impl<W: Wire> Client<W> {
     /// The device, as it has introduced itself.
     pub const fn identity(&self) -> Option<&Identity> {
         self.identity.as_ref()
+    }
+
+    /// What everything that is shown of the device has to begin with; nothing for a board.
+    pub fn warning(&self) -> Option<&'static str> {
+        let simulated = || self.identity.as_ref().is_some_and(|identity| identity.kind == Kind::Simulated);
+        // One at the other end of a port says so itself.
+        self.wire.warning().or_else(|| simulated().then_some(SIMULATED))
     }
 
     /// The wire.
@@ -299,6 +320,11 @@ impl<W: Wire> Client<W> {
         Ok(self.samples.pop_front())
     }
 
+    /// The next sample of those that have come already.
+    pub fn kept(&mut self) -> Option<Sample> {
+        self.samples.pop_front()
+    }
+
     /// Samples that did not arrive, as far as later ones have shown.
     pub const fn lost(&self) -> u64 {
         self.lost
@@ -344,6 +370,7 @@ impl<W: Wire> Client<W> {
         let patience = if request == Request::Save { PATIENCE_TO_SAVE } else { PATIENCE };
         let frame = encode(&Numbered { number: self.number, content: request });
         let frame = frame.ok_or_else(|| Error::Device("the request is too long for a frame".into()))?;
+        self.heard = Heard::default();
         for _ in 0..TRIES {
             self.wire.send(&frame)?;
             let mut left = patience;
@@ -362,16 +389,30 @@ impl<W: Wire> Client<W> {
             }
         }
         let name = self.wire.name();
-        Err(Error::Device(format!(
-            "{name} does not answer: is it powered, is it this firmware, and is it the right port? (docs/link.md)"
-        )))
+        let Heard { begin, whole } = &self.heard;
+        Err(Error::Device(match (begin.is_empty(), whole) {
+            (true, _) => format!(
+                "{name} does not answer: is it powered, is it this firmware, and is it the right port? (docs/link.md)"
+            ),
+            (false, true) => {
+                format!("{name} sends, but does not answer: its answers are lost (docs/link.md)")
+            }
+            (false, false) => format!(
+                "{name} sends what is no message of the link (\"{}\"): it has other firmware, or another baud rate \
+                 (docs/link.md)",
+                begin.escape_ascii()
+            ),
+        }))
     }
 
     /// Sorts what came: samples are kept, and the answer to the last request is returned.
     fn take(&mut self, bytes: &[u8]) -> Option<Reply> {
         let mut reply = None;
+        let room = SHOWN - self.heard.begin.len();
+        self.heard.begin.extend(bytes.iter().take(room));
         for &byte in bytes {
             let Some(message) = self.deframer.push(byte) else { continue };
+            self.heard.whole = true;
             match postcard::from_bytes(message) {
                 Ok(Message::Reply(Numbered { number, content })) if number == self.number => {
                     reply = Some(content);
@@ -391,10 +432,14 @@ impl<W: Wire> Client<W> {
 
     fn refused(&self, what: &str, refused: &Refused) -> Error {
         let (name, why, excuse) = (self.wire.name(), words::refused(refused), self.wire.excuse(refused));
-        Error::Device(format!("{what}: {name} refuses: {why}{excuse}"))
+        let more = if why.contains("docs/") { "" } else { " (docs/link.md)" };
+        Error::Refused(format!("{what}: {name} refuses: {why}{excuse}{more}"))
     }
 
     fn unexpected(&self) -> Error {
-        Error::Device(format!("{} gives an answer that does not fit the question", self.wire.name()))
+        Error::Device(format!(
+            "{} gives an answer that does not fit the question (docs/link.md)",
+            self.wire.name()
+        ))
     }
 }

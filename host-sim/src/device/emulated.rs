@@ -7,12 +7,12 @@
 
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
-use std::time::Duration;
+use std::time::{Duration, Instant};
 
 use stiction::link::Refused;
 use stiction::parameters::ROOM;
 
-use super::wire::Wire;
+use super::wire::{AWAY, Wire};
 use crate::emulator::FirmwareImage;
 use crate::emulator::board::Fitted;
 use crate::emulator::powered::Powered;
@@ -26,12 +26,17 @@ pub const EMULATED: &str = "EMULATED DEVICE: no motor moves or stops.";
 /// By then a sound image has ticked, ns: a crystal that does not start is waited for for 50 ms, and a tick is 20 ms at most.
 const BOOT_NS: u64 = 200_000_000;
 
+/// How far the board's time may fall behind that on the wall before it is let go on: an instant to the eye.
+const STEP: Duration = Duration::from_millis(5);
+
 /// The far end of an emulated board's USART.
 #[derive(Debug)]
 pub struct EmulatedWire {
     /// The board and its joint.
     pub powered: Powered,
     now: Duration,
+    /// A moment on the wall, and the board's time at it, from which on the two keep pace.
+    paced: Option<(Instant, Duration)>,
 }
 
 impl EmulatedWire {
@@ -65,7 +70,24 @@ impl EmulatedWire {
             }
         }
         powered.samples(ticks)?;
-        Ok(Self { powered, now: Duration::ZERO })
+        Ok(Self { powered, now: Duration::ZERO, paced: None })
+    }
+
+    fn listen(&mut self, at_most: Duration) -> Result<(), Error> {
+        let ns = u64::try_from(at_most.as_nanos()).unwrap_or(u64::MAX);
+        self.powered.listen(ns)?;
+        self.now = Duration::from_nanos(self.powered.act(|held| held.now())?);
+        Ok(())
+    }
+
+    /// Lets the board's time follow that on the wall, until it sends something.
+    fn keep_pace(&mut self, (begin, at): (Instant, Duration)) -> Result<(), Error> {
+        let lag = (begin.elapsed() + at).saturating_sub(self.now);
+        if lag > AWAY {
+            self.paced = Some((Instant::now(), self.now));
+            return Ok(());
+        }
+        self.listen(lag)
     }
 }
 
@@ -76,10 +98,25 @@ impl Wire for EmulatedWire {
     }
 
     fn receive(&mut self, at_most: Duration) -> Result<Vec<u8>, Error> {
-        let ns = u64::try_from(at_most.as_nanos()).unwrap_or(u64::MAX);
-        self.powered.listen(ns)?;
-        self.now = Duration::from_nanos(self.powered.act(|held| held.now())?);
-        Ok(self.powered.uart.receive())
+        let Some(_) = self.paced else {
+            self.listen(at_most)?;
+            return Ok(self.powered.uart.receive());
+        };
+        let begin = Instant::now();
+        while let Some(paced) = self.paced {
+            self.keep_pace(paced)?;
+            let bytes = self.powered.uart.receive();
+            let left = at_most.saturating_sub(begin.elapsed());
+            if !bytes.is_empty() || left.is_zero() {
+                return Ok(bytes);
+            }
+            std::thread::sleep(left.min(STEP));
+        }
+        Ok(Vec::new())
+    }
+
+    fn real_time(&mut self) {
+        self.paced = Some((Instant::now(), self.now));
     }
 
     fn now(&self) -> Duration {

@@ -40,24 +40,26 @@ impl SerialWire {
         let name = &self.name;
         Error::Device(format!(
             "--port {name}: it is gone ({error}); a board that is armed turns its output off by itself after \
-             `limits.link_timeout_s`"
+             `limits.link_timeout_s` (docs/link.md)"
         ))
     }
 }
 
 fn refusal(name: &str, error: &serialport::Error) -> String {
     let why = match error.kind() {
-        serialport::ErrorKind::NoDevice => "there is no such port, or another program has it open",
-        serialport::ErrorKind::Io(ErrorKind::NotFound) => "there is no such port",
+        // The system's name for it on Unix; elsewhere also for a port that is not there.
+        serialport::ErrorKind::NoDevice if cfg!(unix) => "another program has it open".into(),
+        serialport::ErrorKind::NoDevice => "there is no such port, or another program has it open".into(),
+        serialport::ErrorKind::Io(ErrorKind::NotFound) => "there is no such port".into(),
         serialport::ErrorKind::Io(ErrorKind::PermissionDenied) => {
-            "you may not open it (on Linux: the group of the port, often dialout)"
+            "you may not open it (on Linux: the group of the port, often dialout)".into()
         }
-        _ => &error.description,
+        _ => format!("it is no serial port that can be used: {}", error.description),
     };
     let found = serialport::available_ports().unwrap_or_default();
     let names: Vec<&str> = found.iter().map(|port| port.port_name.as_str()).collect();
     let others = if names.is_empty() { "none".into() } else { names.join(", ") };
-    format!("--port {name}: {why}; ports that there are: {others}")
+    format!("--port {name}: {why}; ports that there are: {others} (docs/link.md)")
 }
 
 impl Wire for SerialWire {
@@ -86,5 +88,19 @@ impl Wire for SerialWire {
 
     fn warning(&self) -> Option<&'static str> {
         None
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// The one refusal that a test which may do everything cannot bring about.
+    #[test]
+    fn a_port_that_may_not_be_opened_is_told_apart() {
+        let forbidden = serialport::ErrorKind::Io(ErrorKind::PermissionDenied);
+        let said = refusal("/dev/ttyUSB0", &serialport::Error::new(forbidden, "Permission denied"));
+        assert!(said.starts_with("--port /dev/ttyUSB0: you may not open it"), "{said}");
+        assert!(said.contains("dialout") && said.ends_with("(docs/link.md)"), "{said}");
     }
 }

@@ -1,12 +1,8 @@
 //! What a device says, in words.
 
-use stiction::compensator::Gains;
-use stiction::encoder::CounterBits;
+use stiction::Fault;
 use stiction::link::{Refused, State, Status, Told};
 use stiction::servo::Levels;
-use stiction::{Fault, Limits, Parameters};
-
-use crate::limits::LimitsTable;
 
 /// Why a request was refused, and what to do.
 pub fn refused(refused: &Refused) -> String {
@@ -108,80 +104,4 @@ pub fn levels(levels: &Levels, rate: f32) -> String {
         (None, None) => "slip       not found".into(),
     };
     format!("{stick}\n{slip}\nrate       {rate} V/s; a slower ramp reads stick lower and slip higher\n")
-}
-
-/// Parameters, with the keys of a machine's file. Only what a device knows: it has no joint and no names.
-pub fn parameters(parameters: &Parameters) -> String {
-    let Parameters { controller, motion, device, limits } = parameters;
-    let (encoder, drive) = (&controller.encoder, &controller.drive);
-    let mut lines = Vec::new();
-    let mut table = |name: &str, entries: &[(&str, f32)]| {
-        lines.push(format!("[{name}]"));
-        lines.extend(entries.iter().map(|(key, value)| format!("{key} = {value}")));
-        lines.push(String::new());
-    };
-    let bits = match encoder.counter_bits {
-        CounterBits::Sixteen => 16.0,
-        CounterBits::ThirtyTwo => 32.0,
-    };
-    table("encoder", &[("resolution_deg", encoder.resolution), ("counter_bits", bits)]);
-    table("drive", &[("full_scale_v", drive.full_scale), ("lsb_v", drive.lsb)]);
-    let window = controller.velocity_window as f32;
-    table("loop", &[("sample_time_s", controller.sample_time), ("velocity_window", window)]);
-    table("controller", &[("kp_v_per_deg", controller.pd.kp), ("kd_v_per_deg_per_s", controller.pd.kd)]);
-    for law in &controller.compensator {
-        let (name, gains) = gains(law);
-        table(&format!("controller: {name}"), &gains);
-    }
-    let device = [
-        ("autostart_delay_s", device.autostart_delay),
-        ("soft_start_s", device.soft_start),
-        ("dead_time_s", device.dead_time),
-        ("nominal_supply_v", device.nominal_supply),
-        ("supply_full_scale_v", device.supply_full_scale),
-    ];
-    table("device", &device);
-    table("limits", &LimitsTable::KEYS.into_iter().zip(limits_of(limits)).collect::<Vec<_>>());
-    let more = [
-        ("autostart", format!("{:?}", parameters.device.autostart)),
-        ("direction", format!("{:?}", encoder.direction).to_lowercase()),
-        ("mode", format!("{:?}", drive.mode)),
-        ("motion", format!("{motion:?}").split(['(', ' ']).next().unwrap_or_default().to_lowercase()),
-    ];
-    lines.extend(more.map(|(key, value)| format!("{key}: {value}")));
-    lines.join("\n") + "\n"
-}
-
-/// In the order of [`LimitsTable::KEYS`].
-const fn limits_of(limits: &Limits) -> [f32; 15] {
-    [
-        limits.encoder_jump,
-        limits.stall_effort,
-        limits.stall_time,
-        limits.reversal,
-        limits.following_error,
-        limits.overspeed,
-        limits.position_min,
-        limits.position_max,
-        limits.supply_min,
-        limits.supply_max,
-        limits.continuous_effort,
-        limits.thermal_time,
-        limits.link_timeout,
-        limits.wind_up_effort,
-        limits.wind_up_time,
-    ]
-}
-
-fn gains(law: &Gains) -> (&'static str, Vec<(&'static str, f32)>) {
-    match law {
-        Gains::ResetIntegral(g) => ("ri", vec![("ki_v_per_deg_s", g.ki), ("theta_ri_deg", g.theta_ri)]),
-        Gains::RateVariableIntegral(g) => {
-            ("rvi", vec![("ki_v_per_deg_s", g.ki), ("gamma_deg2_per_s2", g.gamma)])
-        }
-        Gains::ResetOffsetIntegral(g) => ("roi", vec![("t_roi_s", g.t_roi), ("v_roi_deg_per_s", g.v_roi)]),
-        Gains::Feedforward(g) => ("feedforward", vec![("v_slip_v", g.v_slip), ("v_ff_deg_per_s", g.v_ff)]),
-        Gains::DiscontinuousNonlinearProportional(g) => ("dnpf", vec![("theta_b_deg", g.theta_b)]),
-        Gains::SmoothRobustNonlinear(g) => ("srnf", vec![("v_ms_v", g.v_ms), ("alpha_per_deg", g.alpha)]),
-    }
 }

@@ -200,8 +200,10 @@ impl Driver<EmulatedBoard> for Bench {
                 let (board, at) = (session.board_mut(), access.virtual_time);
                 self.spans.look(board, at);
                 let neutral = Bridge::read(board).top / 2;
-                if self.breaks_at_arming && access.address == TIM1_CCR1 && access.value != u64::from(neutral)
-                {
+                // The set-up writes the register, too, before its top.
+                let ticks = !self.ticks_ns.is_empty();
+                let drives = access.address == TIM1_CCR1 && access.value != u64::from(neutral);
+                if self.breaks_at_arming && ticks && drives {
                     self.breaks_at_arming = false;
                     board.drive_break(at, true);
                     board.drive_break(at, false);

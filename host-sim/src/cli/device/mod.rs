@@ -1,6 +1,8 @@
 //! `stiction device`.
 
+mod edit;
 mod params;
+mod watch;
 
 use std::io::{Write, stderr};
 use std::path::PathBuf;
@@ -46,6 +48,8 @@ pub struct Arguments {
 enum Action {
     /// State, fault, position, warnings
     Status,
+    /// Watch it live, and arm, move and stop it by keys
+    Watch,
     /// Arm where the joint is, and hold it
     Arm {
         /// How long, s; then the output goes off
@@ -100,6 +104,9 @@ enum Action {
 }
 
 pub fn device(arguments: &Arguments) -> Result<(), Error> {
+    if let Action::Watch = arguments.action {
+        watch::on_a_terminal()?;
+    }
     let chosen = [arguments.port.is_some(), arguments.emulator, arguments.simulated];
     if chosen.iter().filter(|chosen| **chosen).count() != 1 {
         let why = "nobody shall think that a motor stopped which did not";
@@ -114,10 +121,16 @@ pub fn device(arguments: &Arguments) -> Result<(), Error> {
         return Err(Error::Input("device --image needs --emulator; nothing else runs an image".into()));
     }
     if let Some(port) = &arguments.port {
-        return with(&arguments.action, crate::device::port::SerialWire::open(port)?);
+        return with(&arguments.action, &arguments.machine, crate::device::port::SerialWire::open(port)?);
     }
     let plan = first_run(&arguments.machine, Some(&arguments.controller))?;
-    with(&arguments.action, SimulatedWire::new(SimulatedDevice::new(&plan)?))
+    with(&arguments.action, &arguments.machine, SimulatedWire::new(SimulatedDevice::new(&plan)?))
+}
+
+fn warn(warning: Option<&str>) {
+    if let Some(warning) = warning {
+        let _ = writeln!(stderr(), "{warning}");
+    }
 }
 
 #[cfg(not(feature = "emulator"))]
@@ -130,7 +143,7 @@ fn emulated(arguments: &Arguments) -> Result<(), Error> {
     use crate::device::emulated::EmulatedWire;
 
     let plan = first_run(&arguments.machine, Some(&arguments.controller))?;
-    with(&arguments.action, EmulatedWire::new(arguments.image.as_deref(), &plan)?)
+    with(&arguments.action, &arguments.machine, EmulatedWire::new(arguments.image.as_deref(), &plan)?)
 }
 
 fn first_run(machine: &str, controller: Option<&str>) -> Result<RunPlan, Error> {
@@ -141,21 +154,28 @@ fn first_run(machine: &str, controller: Option<&str>) -> Result<RunPlan, Error> 
     Ok(runs.swap_remove(0))
 }
 
-fn with(action: &Action, wire: impl Wire) -> Result<(), Error> {
-    let warning = wire.warning().map_or(String::new(), |warning| format!("{warning}\n"));
+fn with(action: &Action, machine: &str, wire: impl Wire) -> Result<(), Error> {
     // Before anything can go wrong, and where errors are read.
-    if !warning.is_empty() {
-        let _ = write!(stderr(), "{warning}");
-    }
-    let say = |text: String| print(&format!("{warning}{text}"));
+    let warned = wire.warning();
+    warn(warned);
     let mut client = Client::connect(wire)?;
+    let warning = client.warning();
+    if warned.is_none() {
+        warn(warning);
+    }
+    let warning = warning.map_or(String::new(), |warning| format!("{warning}\n"));
+    let say = |text: String| print(&format!("{warning}{text}"));
     match action {
         Action::Status => {
             let status = client.status()?;
             say(words::status(&status))
         }
+        Action::Watch => {
+            let left = watch::watch(&mut client)?;
+            say(left)
+        }
         Action::Arm { r#for } => {
-            client.arm()?;
+            arm(&mut client)?;
             let status = client.pass(time("--for", *r#for)?)?;
             let ended = ended(&mut client)?;
             say(words::status(&status) + &ended)
@@ -168,7 +188,7 @@ fn with(action: &Action, wire: impl Wire) -> Result<(), Error> {
         Action::Move { deg, r#for, log } => {
             let time = time("--for", *r#for)?;
             if client.status()?.state != State::Armed {
-                client.arm()?;
+                arm(&mut client)?;
             }
             let mut samples = Log::default();
             if log.is_some() {
@@ -176,11 +196,12 @@ fn with(action: &Action, wire: impl Wire) -> Result<(), Error> {
             }
             client.step_to(*deg)?;
             let status = client.pass(time)?;
+            // Before the output goes off: a tick without the loop has neither zero nor position.
+            while let Some(sample) = log.as_ref().and_then(|_| client.kept()) {
+                samples.push(sample);
+            }
             let ended = ended(&mut client)?;
             if let Some(path) = log {
-                while let Some(sample) = client.sample(Duration::ZERO)? {
-                    samples.push(sample);
-                }
                 write_whole(path, &samples.render(status.sample_time, status.resolution)?)?;
             }
             say(words::status(&status) + &ended + &lost(&client))
@@ -190,7 +211,7 @@ fn with(action: &Action, wire: impl Wire) -> Result<(), Error> {
             say(text)
         }
         Action::Params { action } => {
-            let text = params::params(action, &mut client)?;
+            let text = params::params(action, &mut client, machine)?;
             say(text)
         }
         Action::Faults { clear } => {
@@ -215,6 +236,14 @@ fn with(action: &Action, wire: impl Wire) -> Result<(), Error> {
             say(format!("{}: {} samples\n", file.display(), samples.len()) + &lost(&client))
         }
     }
+}
+
+/// A joint that was just stopped, or told other parameters, counts as at rest 50 ms later; that is waited for.
+fn arm<W: Wire>(client: &mut Client<W>) -> Result<(), Error> {
+    if !client.status()?.at_rest {
+        client.pass(Duration::from_millis(100))?;
+    }
+    client.arm()
 }
 
 /// Runs a ramp to its end.

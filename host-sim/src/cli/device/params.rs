@@ -1,18 +1,27 @@
 //! `stiction device params`.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
+use super::edit;
 use super::first_run;
 use crate::device::client::Client;
+use crate::device::machine_file;
+use crate::device::parameters;
 use crate::device::wire::Wire;
-use crate::device::{parameters, words};
 use crate::error::Error;
+use crate::experiment::Document;
 use crate::output::write_whole;
 
 #[derive(Debug, clap::Subcommand)]
 pub enum Params {
     /// What is in use
     Show,
+    /// Change what is in use in $VISUAL or $EDITOR, as a machine's file
+    Edit {
+        /// Keep them across a reset, too
+        #[arg(long)]
+        save: bool,
+    },
     /// Take those of a machine's file: the device validates all of them before it takes any
     Push {
         /// A name from `stiction list`, or a machine's own TOML file
@@ -24,7 +33,8 @@ pub enum Params {
         #[arg(long)]
         save: bool,
     },
-    /// Write what is in use to a file, as a record of the parameter sector
+    /// Write what is in use to a file: a machine's TOML, or, if its name does not end in .toml, the record of the
+    /// parameter sector
     Pull {
         /// Where to
         file: PathBuf,
@@ -33,31 +43,44 @@ pub enum Params {
     Save,
 }
 
-pub fn params<W: Wire>(action: &Params, client: &mut Client<W>) -> Result<String, Error> {
+/// Does it; a pulled file has the joint of `machine`.
+pub fn params<W: Wire>(action: &Params, client: &mut Client<W>, machine: &str) -> Result<String, Error> {
     match action {
-        Params::Show => {
-            let found = client.parameters()?;
-            Ok(words::parameters(&found))
-        }
+        Params::Show => machine_file::tables(&client.parameters()?),
+        Params::Edit { save } => edit::edit(client, machine, *save),
         Params::Push { machine, controller, save } => {
             let plan = first_run(machine, controller.as_deref())?;
             client.set_parameters(&parameters(&plan)?)?;
-            if *save {
-                client.save()?;
-            }
-            let kept = if *save { "in use and saved" } else { "in use until the next reset; `params save`" };
-            Ok(format!("{}: {kept}\n", plan.label))
+            Ok(format!("{}: {}", plan.label, keep(client, *save)?))
         }
         Params::Pull { file } => {
             let found = client.parameters()?;
-            let mut room = [0; stiction::parameters::ROOM];
-            let record = found.encode(1, &mut room).unwrap_or_default();
-            write_whole(file, record)?;
-            Ok(format!("{}: {} bytes\n", file.display(), record.len()))
+            let bytes = if is_toml(file) {
+                let joint = Document::open(machine)?.machine()?.joint;
+                machine_file::render(&found, &joint, machine)?.into_bytes()
+            } else {
+                let mut room = [0; stiction::parameters::ROOM];
+                found.encode(1, &mut room).unwrap_or_default().to_vec()
+            };
+            write_whole(file, &bytes)?;
+            Ok(format!("{}: {} bytes\n", file.display(), bytes.len()))
         }
         Params::Save => {
             client.save()?;
             Ok("saved\n".into())
         }
     }
+}
+
+/// Saves what is in use if that is wanted, and says how long it lasts.
+pub fn keep<W: Wire>(client: &mut Client<W>, save: bool) -> Result<&'static str, Error> {
+    if save {
+        client.save()?;
+        return Ok("in use and saved\n");
+    }
+    Ok("in use until the next reset; `params save` keeps them\n")
+}
+
+fn is_toml(file: &Path) -> bool {
+    file.extension().is_some_and(|extension| extension.eq_ignore_ascii_case("toml"))
 }

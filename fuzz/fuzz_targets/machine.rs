@@ -1,0 +1,6 @@
+//! Machines in any text.
+#![no_main]
+
+libfuzzer_sys::fuzz_target!(|text: &str| {
+    host_sim::properties::file::holds(text);
+});

@@ -1,0 +1,6 @@
+//! Records of parameters in any bytes.
+#![no_main]
+
+libfuzzer_sys::fuzz_target!(|bytes: &[u8]| {
+    host_sim::properties::record::holds(bytes);
+});

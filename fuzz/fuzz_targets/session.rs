@@ -1,0 +1,17 @@
+//! Whole sessions, read from any bytes as a script.
+#![no_main]
+
+use std::sync::LazyLock;
+
+use host_sim::device::machine_file;
+use stiction::Parameters;
+
+/// A machine of the thesis.
+static MACHINE: LazyLock<Parameters> = LazyLock::new(|| {
+    let toml = host_sim::experiment::find("step-response").map(|builtin| builtin.toml).unwrap_or_default();
+    machine_file::read("step-response", toml).expect("a built-in machine is valid")
+});
+
+libfuzzer_sys::fuzz_target!(|script: &[u8]| {
+    host_sim::properties::session::holds(&MACHINE, script);
+});

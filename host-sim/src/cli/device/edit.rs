@@ -1,0 +1,93 @@
+//! `stiction device params edit`: the parameters in use as a text, changed by hand, and taken as a whole or not at all.
+
+use std::fs;
+use std::io::Write;
+use std::path::{Path, PathBuf};
+use std::process::Command;
+
+use stiction::link::State;
+
+use super::params::keep;
+use crate::device::client::Client;
+use crate::device::machine_file;
+use crate::device::wire::Wire;
+use crate::error::Error;
+use crate::experiment::Document;
+
+/// Lets a person edit the parameters, and pushes them if they have changed.
+///
+/// # Errors
+/// One sentence that says what is wrong, and where the text is kept. Nothing is sent then.
+pub fn edit<W: Wire>(client: &mut Client<W>, machine: &str, save: bool) -> Result<String, Error> {
+    let editor = editor()?;
+    // Before anybody has worked for nothing.
+    if client.status()?.state == State::Armed {
+        let why = "parameters are taken with the output off only; `stop` first";
+        return Err(Error::Refused(format!("params edit: {} is armed: {why}", client.wire().name())));
+    }
+    let before = client.parameters()?;
+    let joint = Document::open(machine)?.machine()?.joint;
+    let text = machine_file::render(&before, &joint, machine)?;
+    let file = write(&text)?;
+    let edited = run(&editor, &file).and_then(|()| read(&file));
+    let edited = edited.map_err(|error| kept(&error, &file))?;
+    if edited == text {
+        // Best effort: it is a temporary file, and holds what the device has.
+        let _ = fs::remove_file(&file);
+        return Ok("nothing was changed, and nothing sent\n".into());
+    }
+    let name = file.display().to_string();
+    let after = machine_file::read(&name, &edited).map_err(|error| kept(&error, &file))?;
+    let changes = machine_file::changes(&before, &after)?;
+    if changes.is_empty() {
+        let _ = fs::remove_file(&file);
+        return Ok("nothing that the device knows was changed, and nothing sent\n".into());
+    }
+    client.set_parameters(&after).map_err(|error| kept(&error, &file))?;
+    let _ = fs::remove_file(&file);
+    Ok(changes.join("\n") + "\n" + keep(client, save)?)
+}
+
+/// What was typed is not lost.
+fn kept(error: &Error, file: &Path) -> Error {
+    Error::Device(format!("{error}; nothing was sent, and the text is kept in {}", file.display()))
+}
+
+fn editor() -> Result<String, Error> {
+    let of = |name| std::env::var(name).ok().filter(|editor| !editor.trim().is_empty());
+    let none = || Error::Input("params edit: set VISUAL or EDITOR to an editor, as in EDITOR=nano".into());
+    of("VISUAL").or_else(|| of("EDITOR")).ok_or_else(none)
+}
+
+fn write(text: &str) -> Result<PathBuf, Error> {
+    let failed = |source| Error::File { action: "write", path: std::env::temp_dir(), source };
+    let named = tempfile::Builder::new().prefix("stiction-").suffix(".toml").tempfile().map_err(failed)?;
+    named.as_file().write_all(text.as_bytes()).map_err(failed)?;
+    let (_, path) = named.keep().map_err(|error| failed(error.error))?;
+    Ok(path)
+}
+
+fn read(file: &Path) -> Result<String, Error> {
+    fs::read_to_string(file).map_err(|source| Error::File { action: "read", path: file.to_owned(), source })
+}
+
+/// An editor is a command with its options, as in `code --wait`: the shell takes it apart.
+fn run(editor: &str, file: &Path) -> Result<(), Error> {
+    let mut command = if cfg!(unix) {
+        let mut shell = Command::new("sh");
+        shell.arg("-c").arg(format!("{editor} \"$1\"")).arg("sh");
+        shell
+    } else {
+        let mut words = editor.split_whitespace();
+        let mut command = Command::new(words.next().unwrap_or_default());
+        command.args(words);
+        command
+    };
+    let status = command.arg(file).status();
+    let status =
+        status.map_err(|error| Error::Input(format!("params edit: cannot run `{editor}`: {error}")))?;
+    if status.success() {
+        return Ok(());
+    }
+    Err(Error::Input(format!("params edit: the editor `{editor}` ended with {status}")))
+}

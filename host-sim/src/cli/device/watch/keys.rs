@@ -1,0 +1,77 @@
+//! What keys do. Stop is always there; a position is typed and takes effect with Enter only.
+
+use ratatui::crossterm::event::{KeyCode, KeyEvent, KeyModifiers};
+
+use super::model::Watched;
+use crate::device::client::Client;
+use crate::device::wire::Wire;
+use crate::error::Error;
+
+/// Longer than any position that makes sense.
+const LONGEST_ENTRY: usize = 12;
+
+/// The keys, for the last line.
+pub const KEYS: &str = "q quit  s stop  a arm  h hold  c clear fault  NUMBER Enter move to, deg";
+
+/// Whether to go on.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Flow {
+    /// Yes.
+    Go,
+    /// No.
+    Quit,
+}
+
+/// Does what a key asks for. What the device refuses is noted.
+///
+/// # Errors
+/// If the device does not answer.
+pub fn press<W: Wire>(key: KeyEvent, watched: &mut Watched, client: &mut Client<W>) -> Result<Flow, Error> {
+    let control = key.modifiers.contains(KeyModifiers::CONTROL);
+    let done = match key.code {
+        KeyCode::Char('q') => return Ok(Flow::Quit),
+        KeyCode::Char('c' | 'd') if control => return Ok(Flow::Quit),
+        KeyCode::Char('s' | ' ') => client.stop().map(|()| "stopped: the output is off".to_owned()),
+        KeyCode::Char('a') => arm(watched, client),
+        KeyCode::Char('h') => client.hold().map(|()| "stays where it is".to_owned()),
+        KeyCode::Char('c') => client.clear().map(|()| "cleared".to_owned()),
+        KeyCode::Char(c) if c.is_ascii_digit() || c == '.' || c == '-' => {
+            if watched.entry.len() < LONGEST_ENTRY {
+                watched.entry.push(c);
+            }
+            return Ok(Flow::Go);
+        }
+        KeyCode::Backspace => {
+            watched.entry.pop();
+            return Ok(Flow::Go);
+        }
+        KeyCode::Enter if !watched.entry.is_empty() => go(watched, client),
+        KeyCode::Esc => Ok(String::new()),
+        _ => return Ok(Flow::Go),
+    };
+    watched.entry.clear();
+    watched.note = match done {
+        Ok(note) => note,
+        Err(error @ (Error::Refused(_) | Error::Input(_))) => error.to_string(),
+        Err(error) => return Err(error),
+    };
+    watched.status = client.status()?;
+    Ok(Flow::Go)
+}
+
+fn arm<W: Wire>(watched: &mut Watched, client: &mut Client<W>) -> Result<String, Error> {
+    let before = watched.is_armed();
+    client.arm()?;
+    watched.armed_here |= !before;
+    Ok(if before { "it is armed already" } else { "armed: here is zero" }.into())
+}
+
+/// A position is one in the zero of the arming: without one there is nothing to move in.
+fn go<W: Wire>(watched: &Watched, client: &mut Client<W>) -> Result<String, Error> {
+    let deg: f64 = watched
+        .entry
+        .parse()
+        .map_err(|_| Error::Input(format!("move {}: allowed is a number, as in -2.5", watched.entry)))?;
+    client.step_to(deg)?;
+    Ok(format!("to {deg} deg"))
+}

@@ -1,0 +1,127 @@
+//! `stiction device ... watch`: a device, live, in a terminal.
+
+mod keys;
+mod model;
+#[cfg(test)]
+mod tests;
+mod view;
+
+use std::io::{IsTerminal, stdin, stdout};
+use std::time::{Duration, Instant};
+
+use ratatui::crossterm::event::{self, Event, KeyEventKind};
+use stiction::link::{State, Status};
+
+use crate::device::client::Client;
+use crate::device::wire::Wire;
+use crate::device::words;
+use crate::error::Error;
+use keys::Flow;
+use model::{TERMS, WINDOW_S, Watched};
+
+/// A plot of this many samples has two for every dot of a wide terminal.
+const SAMPLES: f64 = 500.0;
+
+/// How often it is drawn.
+const DRAWN: Duration = Duration::from_millis(50);
+
+/// How often the device is asked for its status, which also says that somebody is there: five times within the default
+/// link timeout.
+const ASKED: Duration = Duration::from_millis(100);
+
+/// A key is seen within this.
+const SLICE: Duration = Duration::from_millis(20);
+
+/// Refuses a standard output that nobody can watch, before anything is said to the device.
+///
+/// # Errors
+/// If input or output is no terminal.
+pub fn on_a_terminal() -> Result<(), Error> {
+    if stdin().is_terminal() && stdout().is_terminal() {
+        return Ok(());
+    }
+    let instead = "`status` and `log FILE.csv` need none";
+    Err(Error::Input(format!("device watch: it needs a terminal to draw on and read keys from; {instead}")))
+}
+
+/// Watches until `q`, and returns what is to be said then.
+///
+/// # Errors
+/// If the device does not answer any more, or the terminal fails.
+pub fn watch<W: Wire>(client: &mut Client<W>) -> Result<String, Error> {
+    client.wire().real_time();
+    let status = client.status()?;
+    let version = client.identity().map_or(String::new(), |identity| identity.version.as_str().into());
+    let name = format!("{}, firmware {version}", client.wire().name());
+    let mut watched = Watched::new(client.warning(), name, status);
+    client.subscribe(TERMS, every(&status))?;
+    let seen = on_screen(client, &mut watched);
+    // What went wrong first is what is told.
+    let left = seen.and_then(|()| leave(client, &watched));
+    left.map(|left| words::status(&watched.status) + &left)
+}
+
+fn every(status: &Status) -> u16 {
+    let sample_time_s = f64::from(status.sample_time);
+    if sample_time_s > 0.0 { (WINDOW_S / sample_time_s / SAMPLES).clamp(1.0, 1000.0) as u16 } else { 1 }
+}
+
+/// Gives the terminal back, whatever happens; a panic does so by a hook.
+struct Screen(ratatui::DefaultTerminal);
+
+impl Drop for Screen {
+    fn drop(&mut self) {
+        ratatui::restore();
+    }
+}
+
+fn on_screen<W: Wire>(client: &mut Client<W>, watched: &mut Watched) -> Result<(), Error> {
+    let mut screen = Screen(ratatui::try_init()?);
+    let (mut drawn, mut asked) = (None, Instant::now());
+    loop {
+        while let Some(sample) = client.sample(Duration::ZERO)? {
+            watched.take(&sample);
+        }
+        watched.lost = client.lost();
+        if asked.elapsed() >= ASKED {
+            asked = Instant::now();
+            follow(watched, client.status()?);
+        }
+        if drawn.is_none_or(|drawn: Instant| drawn.elapsed() >= DRAWN) {
+            screen.0.draw(|frame| view::draw(frame, watched))?;
+            drawn = Some(Instant::now());
+        }
+        if event::poll(Duration::ZERO)? {
+            if let Event::Key(key) = event::read()?
+                && key.kind != KeyEventKind::Release
+                && keys::press(key, watched, client)? == Flow::Quit
+            {
+                return Ok(());
+            }
+            drawn = None;
+        } else if let Some(sample) = client.sample(SLICE)? {
+            watched.take(&sample);
+        }
+    }
+}
+
+/// A drive that is not armed any more was not armed by us the next time.
+const fn follow(watched: &mut Watched, status: Status) {
+    watched.armed_here &= matches!(status.state, State::Armed);
+    watched.status = status;
+}
+
+/// Turns off what was armed here, and tells how the drive is left.
+fn leave<W: Wire>(client: &mut Client<W>, watched: &Watched) -> Result<String, Error> {
+    client.subscribe(TERMS, 0)?;
+    if watched.armed_here {
+        client.stop()?;
+    }
+    Ok(match client.status()?.state {
+        State::Armed => {
+            "STILL ARMED: it was so before, and not by this program; `stop` turns the output off\n".into()
+        }
+        State::Faulted(_) => "left faulted: the output is off\n".into(),
+        State::Stopped | State::Boot => "left stopped: the output is off\n".into(),
+    })
+}

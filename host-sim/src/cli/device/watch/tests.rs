@@ -1,0 +1,194 @@
+use ratatui::Terminal;
+use ratatui::backend::TestBackend;
+use ratatui::buffer::Buffer;
+use ratatui::crossterm::event::{KeyCode, KeyEvent, KeyModifiers};
+use ratatui::style::Color;
+use stiction::link::{Sample, State, Status, Told};
+
+use super::keys::{Flow, press};
+use super::model::{Moment, TERMS, Watched};
+use super::view::draw;
+use crate::device::client::Client;
+use crate::device::simulated::SimulatedDevice;
+use crate::device::wire::{SIMULATED, SimulatedWire};
+use crate::experiment::{Document, Experiment};
+
+fn status() -> Status {
+    Status {
+        state: State::Armed,
+        fault: Told::default(),
+        faults: 0,
+        clock: 5000,
+        sample_time: 0.01,
+        position: 200,
+        resolution: 0.01,
+        at_rest: true,
+        wound_up: false,
+        thermal_effort: 0.5,
+        unsaved: false,
+        bad_frames: 0,
+        dropped: 0,
+    }
+}
+
+/// In the order of the terms: a set point of 5.005 deg, and `counts` of 0.01 deg.
+fn sample(clock: u32, counts: i32, state: u32) -> Sample {
+    let reals = |values: [f32; 5]| values.into_iter().flat_map(f32::to_le_bytes).collect::<Vec<u8>>();
+    let mut values = 500i32.to_le_bytes().to_vec();
+    values.extend(reals([0.5, 0.0, 0.0, 0.0, 0.0]).into_iter().take(4));
+    values.extend(counts.to_le_bytes());
+    values.extend(reals([1.2345, -6.5, 2.5, 0.25, 2.75]));
+    values.extend([563i32, -2000].map(i32::to_le_bytes).concat());
+    values.extend((state | 1 << 16).to_le_bytes());
+    Sample { number: 0, clock, terms: TERMS, values: values.into_iter().collect() }
+}
+
+fn watched(warning: Option<&'static str>, samples: impl IntoIterator<Item = Sample>) -> Watched {
+    let mut watched = Watched::new(warning, "the bench, firmware 1.2.3".into(), status());
+    samples.into_iter().for_each(|sample| watched.take(&sample));
+    watched
+}
+
+fn drawn(watched: &Watched, columns: u16, rows: u16) -> Buffer {
+    let mut terminal = Terminal::new(TestBackend::new(columns, rows)).unwrap();
+    terminal.draw(|frame| draw(frame, watched)).unwrap();
+    terminal.backend().buffer().clone()
+}
+
+fn row(buffer: &Buffer, y: u16) -> String {
+    (0..buffer.area.width).map(|x| buffer[(x, y)].symbol()).collect::<String>().trim_end().into()
+}
+
+/// The cells of a curve: braille of its colour.
+fn curve(buffer: &Buffer, color: Color) -> Vec<(u16, u16)> {
+    let all = (0..buffer.area.height).flat_map(|y| (0..buffer.area.width).map(move |x| (x, y)));
+    let dotted = |symbol: &str| symbol.chars().all(|c| ('\u{2801}'..='\u{28FF}').contains(&c));
+    all.filter(|at| buffer[*at].fg == color && dotted(buffer[*at].symbol())).collect()
+}
+
+#[test]
+fn numbers_are_those_of_the_last_sample_in_a_users_units() {
+    let watched = watched(None, [sample(4990, 7, 2), sample(4995, 200, 2)]);
+    let buffer = drawn(&watched, 80, 24);
+    let lines: Vec<String> = (0..24).map(|y| row(&buffer, y)).collect();
+    assert_eq!(lines[0], "the bench, firmware 1.2.3, on for 50.0 s");
+    assert!(lines[1].contains("ARMED") && lines[1].contains("saturated"), "{}", lines[1]);
+    let words = |line: &str| line.split_whitespace().map(str::to_owned).collect::<Vec<_>>().join(" ");
+    assert_eq!(words(&lines[2]), "reference 5.0050 deg v_PD 2.5000 V");
+    assert_eq!(words(&lines[3]), "position 2.0000 deg v_c 0.2500 V");
+    assert_eq!(words(&lines[4]), "error 1.2345 deg effort v 2.7500 V");
+    assert_eq!(words(&lines[5]), "velocity -6.500 deg/s code, duty 563, -2000");
+    assert_eq!(words(&lines[6]), "from power-on 2.0000 deg heat of 0.500 V for ever");
+    assert!(lines[23].starts_with("q quit  s stop"));
+}
+
+#[test]
+fn a_curve_is_where_its_values_are_and_nowhere_without_the_loop() {
+    // Ten seconds: the reference at 5.005 deg, the position at 0 for the first half and at 2 deg from then on.
+    let samples = (0..=500).map(|i| sample(4000 + 2 * i, if i < 250 { 0 } else { 200 }, 2));
+    let buffer = drawn(&watched(None, samples), 80, 24);
+    // Of 15 rows of plots the upper 9 are for positions, from a tenth below the lowest to a tenth above the highest.
+    let row_of = |deg: f64| 8 + (9.0 * (1.0 - (deg + 0.5005) / 6.006)) as u16;
+    let reference = curve(&buffer, Color::Yellow);
+    assert!(reference.len() > 60, "{}", reference.len());
+    assert!(reference.iter().all(|at| at.1 == row_of(5.005)), "{reference:?}");
+    let position = curve(&buffer, Color::Cyan);
+    let left = position.iter().filter(|at| at.0 < 42);
+    let right = position.iter().filter(|at| at.0 > 48);
+    assert!(left.clone().count() > 25 && left.clone().all(|at| at.1 == row_of(0.0)), "{position:?}");
+    assert!(right.clone().count() > 25 && right.clone().all(|at| at.1 == row_of(2.0)), "{position:?}");
+    // The effort is below.
+    assert!(curve(&buffer, Color::Green).iter().all(|at| at.1 > 16));
+
+    // While the output is off, there is neither reference nor zero.
+    let stopped = watched(None, (0..=500).map(|i| sample(4000 + 2 * i, 0, 1)));
+    let buffer = drawn(&stopped, 80, 24);
+    assert!([Color::Yellow, Color::Cyan, Color::Green].iter().all(|color| curve(&buffer, *color).is_empty()));
+    assert!(row(&buffer, 3).contains("position                  - deg"), "{}", row(&buffer, 3));
+}
+
+#[test]
+fn only_the_last_ten_seconds_are_kept_and_a_reset_begins_anew() {
+    let mut watched = watched(None, (0..3000).map(|i| sample(i, 0, 2)));
+    let times: Vec<f64> = watched.curves(|m: &Moment| m.error_deg)[0].iter().map(|point| point.0).collect();
+    assert!((times[0] + 10.0).abs() < 0.02 && times[times.len() - 1] == 0.0, "{}", times[0]);
+    watched.take(&sample(3, 0, 2));
+    assert_eq!(watched.moments.len(), 1);
+}
+
+#[test]
+fn the_warning_is_the_first_line_at_any_size() {
+    let mut watched = watched(Some(SIMULATED), [sample(4995, 200, 2)]);
+    watched.status.state = State::Faulted(14);
+    watched.status.fault = Told { code: 14, tick: 320, value: 0.805 };
+    (watched.lost, watched.status.wound_up, watched.status.unsaved) = (3, true, true);
+    for (columns, rows) in [(80, 24), (200, 60), (44, 12), (50, 3), (42, 1)] {
+        let buffer = drawn(&watched, columns, rows);
+        let first = row(&buffer, 0);
+        assert_eq!(first, SIMULATED[..SIMULATED.len().min(columns.into())], "{columns}x{rows}");
+        assert!((0..SIMULATED.len().min(columns.into()) as u16).all(|x| buffer[(x, 0)].bg == Color::Red));
+    }
+    let state = row(&drawn(&watched, 200, 60), 2);
+    for part in ["FAULTED", "fault 14", "0.8050 V", "effort at standstill", "3 samples lost", "not saved"] {
+        assert!(state.contains(part), "{part}: {state}");
+    }
+}
+
+fn bench() -> (Watched, Client<SimulatedWire>) {
+    let document = Document::open("step-response").unwrap();
+    let plan = Experiment::plan(&document, &["srnf".into()], &[]).unwrap().runs.remove(0);
+    let mut client = Client::connect(SimulatedWire::new(SimulatedDevice::new(&plan).unwrap())).unwrap();
+    let status = client.status().unwrap();
+    (Watched::new(client.warning(), "bench".into(), status), client)
+}
+
+#[test]
+fn keys_arm_move_and_stop_the_device() {
+    let (mut watched, mut client) = bench();
+    let keys = |text: &str, watched: &mut Watched, client: &mut Client<SimulatedWire>| {
+        let codes = text.chars().map(|c| if c == '\n' { KeyCode::Enter } else { KeyCode::Char(c) });
+        codes.map(|code| press(KeyEvent::from(code), watched, client).unwrap()).last().unwrap()
+    };
+    let pass = |client: &mut Client<SimulatedWire>| {
+        client.pass(std::time::Duration::from_secs(3)).unwrap();
+        client.wire().simulated.position_deg()
+    };
+    // Without arming nothing moves, and the view says why.
+    assert_eq!(keys("2\n", &mut watched, &mut client), Flow::Go);
+    assert!(watched.note.contains("`arm` first"), "{}", watched.note);
+    assert!(pass(&mut client).abs() < 1e-9);
+    assert_eq!(client.status().unwrap().state, State::Stopped);
+
+    keys("a", &mut watched, &mut client);
+    assert!(watched.armed_here && watched.is_armed());
+    // Typed, but not entered: the joint stays.
+    keys("-2.5", &mut watched, &mut client);
+    assert_eq!(watched.entry, "-2.5");
+    assert!(pass(&mut client).abs() < 0.01);
+    keys("\n", &mut watched, &mut client);
+    assert!((pass(&mut client) + 2.5).abs() < 0.03);
+    keys("1-2\n", &mut watched, &mut client);
+    assert!(watched.note.contains("1-2: allowed is a number"), "{}", watched.note);
+    assert!((pass(&mut client) + 2.5).abs() < 0.03);
+
+    // Stop counts in the middle of a number, too, and forgets it.
+    keys("3s", &mut watched, &mut client);
+    assert_eq!((watched.status.state, watched.entry.as_str()), (State::Stopped, ""));
+    assert!(!client.wire().simulated.tick().enable);
+    assert_eq!(keys("q", &mut watched, &mut client), Flow::Quit);
+    let interrupt = KeyEvent::new(KeyCode::Char('c'), KeyModifiers::CONTROL);
+    assert_eq!(press(interrupt, &mut watched, &mut client).unwrap(), Flow::Quit);
+}
+
+#[test]
+fn what_was_armed_here_is_stopped_on_leaving_and_what_was_not_is_told() {
+    let (mut watched, mut client) = bench();
+    press(KeyEvent::from(KeyCode::Char('a')), &mut watched, &mut client).unwrap();
+    assert!(super::leave(&mut client, &watched).unwrap().contains("output is off"));
+    assert_eq!(client.status().unwrap().state, State::Stopped);
+    client.pass(std::time::Duration::from_millis(200)).unwrap();
+    client.arm().unwrap();
+    watched.armed_here = false;
+    assert!(super::leave(&mut client, &watched).unwrap().starts_with("STILL ARMED"));
+    assert_eq!(client.status().unwrap().state, State::Armed);
+}

@@ -1,0 +1,187 @@
+//! The view: numbers, a plot of position and reference, one of the effort. The first line is the warning of a device
+//! that is none, at any size.
+
+use ratatui::Frame;
+use ratatui::layout::{Constraint, Layout, Rect};
+use ratatui::style::{Color, Modifier, Style};
+use ratatui::symbols::Marker;
+use ratatui::text::{Line, Span};
+use ratatui::widgets::{Axis, Chart, Dataset, GraphType, Paragraph};
+use stiction::link::State;
+
+use super::keys::KEYS;
+use super::model::{Moment, WINDOW_S, Watched};
+use crate::device::words;
+
+/// Rows below which a plot shows nothing that its numbers do not.
+const LEAST_PLOT: u16 = 5;
+
+/// Of the position: so many counts are never stretched over the whole height.
+const LEAST_SPAN_COUNTS: f64 = 10.0;
+
+/// Of the effort, V.
+const LEAST_SPAN_V: f64 = 0.1;
+
+const REFERENCE: Color = Color::Yellow;
+const POSITION: Color = Color::Cyan;
+const EFFORT: Color = Color::Green;
+
+/// Draws it all.
+pub fn draw(frame: &mut Frame, watched: &Watched) {
+    // Apart from the others, which have to give way where there is no room.
+    let area = frame.area();
+    let rows = u16::from(watched.warning.is_some()).min(area.height);
+    let warning = Rect { height: rows, ..area };
+    let below = Rect { y: area.y + rows, height: area.height - rows, ..area };
+    let [title, state, numbers, note, plots, keys] = Layout::vertical([
+        Constraint::Length(1),
+        Constraint::Length(1),
+        Constraint::Length(5),
+        Constraint::Length(1),
+        Constraint::Fill(1),
+        Constraint::Length(1),
+    ])
+    .areas(below);
+    if let Some(text) = watched.warning {
+        let style = Style::new().fg(Color::White).bg(Color::Red).add_modifier(Modifier::BOLD);
+        frame.render_widget(Paragraph::new(text).style(style), warning);
+    }
+    frame.render_widget(title_of(watched), title);
+    frame.render_widget(state_of(watched), state);
+    frame.render_widget(Paragraph::new(numbers_of(watched)), numbers);
+    frame.render_widget(note_of(watched), note);
+    frame.render_widget(Paragraph::new(KEYS).style(Style::new().fg(Color::DarkGray)), keys);
+    plots_of(frame, watched, plots);
+}
+
+fn title_of(watched: &Watched) -> Paragraph<'_> {
+    let status = &watched.status;
+    let time_s = f64::from(status.clock) * f64::from(status.sample_time);
+    Paragraph::new(format!("{}, on for {time_s:.1} s", watched.name))
+}
+
+fn state_of(watched: &Watched) -> Paragraph<'_> {
+    let status = &watched.status;
+    let color = match status.state {
+        State::Armed => Color::Green,
+        State::Faulted(_) => Color::Red,
+        State::Boot | State::Stopped => Color::Gray,
+    };
+    let badge = Style::new().fg(Color::Black).bg(color).add_modifier(Modifier::BOLD);
+    let mut line = vec![Span::styled(format!(" {} ", words::state(status.state).to_uppercase()), badge)];
+    let mut say = |text: String, color| line.push(Span::styled(format!("  {text}"), Style::new().fg(color)));
+    if status.fault.code != 0 {
+        say(words::told(&status.fault, status.sample_time), Color::Red);
+    }
+    if watched.now().saturated {
+        say("saturated".into(), Color::Yellow);
+    }
+    if status.wound_up {
+        say("effort at standstill".into(), Color::Yellow);
+    }
+    if watched.lost > 0 {
+        say(format!("{} samples lost", watched.lost), Color::Yellow);
+    }
+    if status.unsaved {
+        say("parameters not saved".into(), Color::Yellow);
+    }
+    Paragraph::new(Line::from(line))
+}
+
+fn numbers_of(watched: &Watched) -> Vec<Line<'static>> {
+    let (now, status) = (watched.now(), &watched.status);
+    let deg = f64::from(status.position) * f64::from(status.resolution);
+    // Unarmed, there is neither a zero nor an effort.
+    let armed = |number: f64, decimals: usize| {
+        if now.armed { format!("{number:.decimals$}") } else { "-".into() }
+    };
+    let code = if now.armed { now.code.to_string() } else { "-".into() };
+    let duty = if now.armed { now.duty.to_string() } else { "-".into() };
+    let left = [
+        ("reference", armed(now.reference_deg, 4), "deg", REFERENCE),
+        ("position", armed(now.position_deg, 4), "deg", POSITION),
+        ("error", armed(now.error_deg, 4), "deg", Color::Reset),
+        ("velocity", armed(now.velocity_deg_per_s, 3), "deg/s", Color::Reset),
+        ("from power-on", format!("{deg:.4}"), "deg", Color::Reset),
+    ];
+    let right = [
+        ("v_PD", armed(now.v_pd, 4), "V", Color::Reset),
+        ("v_c", armed(now.v_c, 4), "V", Color::Reset),
+        ("effort v", armed(now.v, 4), "V", EFFORT),
+        ("code, duty", format!("{code}, {duty}"), "", Color::Reset),
+        ("heat of", format!("{:.3}", status.thermal_effort), "V for ever", Color::Reset),
+    ];
+    let rows = left.into_iter().zip(right);
+    let entry = |(name, value, unit, color): (&'static str, String, &'static str, Color)| {
+        [
+            Span::styled(format!("{name:<14}"), Style::new().fg(color)),
+            Span::raw(format!("{value:>13} {unit:<10}")),
+        ]
+    };
+    rows.map(|(left, right)| Line::from([entry(left), entry(right)].concat())).collect()
+}
+
+fn note_of(watched: &Watched) -> Paragraph<'_> {
+    match watched.entry.as_str() {
+        "" => Paragraph::new(watched.note.as_str()),
+        entry => Paragraph::new(format!("move to {entry}_ deg   (Enter; Esc forgets it)")),
+    }
+}
+
+fn plots_of(frame: &mut Frame, watched: &Watched, area: Rect) {
+    if area.height < LEAST_PLOT {
+        return;
+    }
+    // The plot of the effort gives way first.
+    let below = if area.height >= 2 * LEAST_PLOT { area.height * 2 / 5 } else { 0 };
+    let [position, effort] = Layout::vertical([Constraint::Fill(1), Constraint::Length(below)]).areas(area);
+    let least = LEAST_SPAN_COUNTS * f64::from(watched.status.resolution);
+    let curves: [Curve; 2] = [(REFERENCE, |m| m.reference_deg), (POSITION, |m| m.position_deg)];
+    // The times are written once, under the lower plot.
+    plot(frame, watched, &curves, ("deg", least), below == 0, position);
+    if below > 0 {
+        plot(frame, watched, &[(EFFORT, |m| m.v)], ("V", LEAST_SPAN_V), true, effort);
+    }
+}
+
+type Curve = (Color, fn(&Moment) -> f64);
+
+fn plot(
+    frame: &mut Frame,
+    watched: &Watched,
+    curves: &[Curve],
+    (unit, least): (&str, f64),
+    with_times: bool,
+    area: Rect,
+) {
+    let pieces: Vec<(Color, Vec<(f64, f64)>)> = curves
+        .iter()
+        .flat_map(|(color, term)| watched.curves(term).into_iter().map(|piece| (*color, piece)))
+        .collect();
+    let values = pieces.iter().flat_map(|(_, piece)| piece).map(|point| point.1).filter(|v| v.is_finite());
+    let bounds = bounds(values, least);
+    let datasets = pieces.iter().map(|(color, piece)| {
+        let style = Style::new().fg(*color);
+        Dataset::default().marker(Marker::Braille).graph_type(GraphType::Line).style(style).data(piece)
+    });
+    let axis = Style::new().fg(Color::DarkGray);
+    // As wide for every plot, so that their times are below one another.
+    let label = |value: f64| format!("{value:>9.3}");
+    let [low, high] = bounds;
+    let x = Axis::default().style(axis).bounds([-WINDOW_S, 0.0]);
+    let y =
+        Axis::default().style(axis).bounds(bounds).labels([label(low), format!("{unit:>9}"), label(high)]);
+    let x = if with_times { x.labels([format!("{:.0} s", -WINDOW_S), "now".into()]) } else { x };
+    frame.render_widget(Chart::new(datasets.collect()).x_axis(x).y_axis(y), area);
+}
+
+/// From the lowest to the highest value and a tenth of that around them; never less than `least`.
+fn bounds(values: impl Iterator<Item = f64>, least: f64) -> [f64; 2] {
+    let range = values.fold(None, |range: Option<[f64; 2]>, value| match range {
+        None => Some([value; 2]),
+        Some([low, high]) => Some([low.min(value), high.max(value)]),
+    });
+    let [low, high] = range.unwrap_or_default();
+    let (middle, span) = (0.5 * (low + high), (high - low).max(least));
+    [middle - 0.6 * span, middle + 0.6 * span]
+}

@@ -1,0 +1,26 @@
+//! Frames: garbage costs itself, and the next frame is whole.
+
+use stiction::link::{Deframer, MAX_MESSAGE, Numbered, Request, encode};
+
+/// Returns how many whole messages the bytes hold.
+pub fn holds(bytes: &[u8]) -> usize {
+    let mut deframer = Deframer::default();
+    let mut whole = 0;
+    for &byte in bytes {
+        if let Some(message) = deframer.push(byte) {
+            assert!(message.len() <= MAX_MESSAGE);
+            whole += 1;
+        }
+    }
+    // A zero ends a frame, whole or not; one that is too long counts before its end.
+    let ends = bytes.iter().filter(|&&byte| byte == 0).count();
+    assert!(whole + deframer.bad() as usize <= ends + 1);
+
+    let after = Numbered { number: 0x1234, content: Request::Status };
+    let frame = encode(&after).unwrap_or_default();
+    deframer.push(0);
+    let found = frame.iter().filter_map(|&byte| deframer.push(byte).map(<[u8]>::to_vec)).last();
+    let found = found.and_then(|message| postcard::from_bytes::<Numbered<Request>>(&message).ok());
+    assert_eq!(found, Some(after), "a whole frame after garbage and a zero");
+    whole
+}

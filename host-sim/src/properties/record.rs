@@ -1,0 +1,36 @@
+//! Records of parameters: any bytes are parameters, all of which are valid, or a reason.
+
+use crc::{CRC_32_ISO_HDLC, Crc};
+use stiction::Parameters;
+use stiction::parameters::ROOM;
+
+const HEADER: usize = 20;
+
+/// The bytes as they are, and with a header that is right, so that the body is looked at. Returns whether either is a
+/// record.
+pub fn holds(bytes: &[u8]) -> bool {
+    let as_it_is = decoded(bytes);
+    let Some((_, body)) = bytes.split_at_checked(HEADER) else { return as_it_is };
+    let mut record = b"STIC".to_vec();
+    // Every version that there is, and the two beside them.
+    let version = u32::from(bytes.get(4).copied().unwrap_or_default() % 5);
+    record.extend(version.to_le_bytes());
+    record.extend(1u32.to_le_bytes());
+    record.extend((body.len() as u32).to_le_bytes());
+    let crc = Crc::<u32>::new(&CRC_32_ISO_HDLC);
+    let mut digest = crc.digest();
+    digest.update(record.get(4..).unwrap_or_default());
+    digest.update(body);
+    record.extend(digest.finalize().to_le_bytes());
+    record.extend(body);
+    decoded(&record) || as_it_is
+}
+
+fn decoded(bytes: &[u8]) -> bool {
+    let Ok((parameters, _)) = Parameters::decode(bytes) else { return false };
+    assert!(parameters.prepare().is_ok(), "what is decoded is valid");
+    let mut room = [0; ROOM];
+    let record = parameters.encode(7, &mut room).map(<[u8]>::to_vec).unwrap_or_default();
+    assert_eq!(Parameters::decode(&record), Ok((parameters, 7)), "and is the same again");
+    true
+}

@@ -1,0 +1,163 @@
+//! A whole session against a device: whatever is said, a faulted drive is not armed, and none leaves its limits.
+
+use stiction::device::Device;
+use stiction::drive::Drive;
+use stiction::fault::Latched;
+use stiction::link::{Deframer, Numbered, Request, encode};
+use stiction::servo::{Boot, Input, State};
+use stiction::store::Store;
+use stiction::{Fault, Parameters};
+
+use crate::flash::{SECTOR, SimulatedFlash};
+
+/// A device under a tester who looks at every tick.
+#[derive(Debug)]
+pub struct Watched {
+    device: Option<Device<SimulatedFlash>>,
+    /// Of the same bytes: whether a request that ends a fault was among them.
+    deframer: Deframer,
+    counter: u32,
+    /// Ticks with the output on.
+    pub armed: u64,
+    /// Of those, on a move.
+    pub moved: u64,
+    /// Ticks with a fault.
+    pub faulted: u64,
+}
+
+impl Watched {
+    /// Power is on.
+    pub fn new(parameters: &Parameters) -> Self {
+        let mut store = Store::new(SimulatedFlash::new(2), [0, SECTOR]);
+        // Cannot fail: the flash is new.
+        let _ = store.save(parameters);
+        let device = Some(Device::start(store, Boot::default()));
+        Self { device, deframer: Deframer::default(), counter: 0, armed: 0, moved: 0, faulted: 0 }
+    }
+
+    fn state(&mut self) -> State {
+        self.device.as_mut().map_or(State::Boot, |device| device.servo().state())
+    }
+
+    /// A reset, if nothing else ends the fault.
+    pub fn revive(&mut self) {
+        if let State::Faulted(fault) = self.state()
+            && !fault.is_clearable()
+            && let Some(device) = self.device.take()
+        {
+            self.device = Some(Device::start(device.end(), Boot::default()));
+        }
+    }
+
+    /// Bytes from the wire. Only a clear, or other parameters, end a fault; and nothing that comes over the wire
+    /// latches one.
+    pub fn receive(&mut self, bytes: &[u8]) {
+        let before = self.state();
+        let mut may_clear = false;
+        for &byte in bytes {
+            if let Some(message) = self.deframer.push(byte) {
+                let request = postcard::from_bytes::<Numbered<Request>>(message);
+                may_clear |= request.is_ok_and(|request| {
+                    matches!(
+                        request.content,
+                        Request::Clear | Request::TakeParameters { .. } | Request::WriteLaw(_)
+                    )
+                });
+            }
+        }
+        if let Some(device) = &mut self.device {
+            device.receive(bytes);
+        }
+        let after = self.state();
+        if matches!(before, State::Faulted(_)) && after != before {
+            assert!(may_clear && after != State::Boot, "{before:?} -> {after:?}, and nobody cleared it");
+        }
+        assert!(after == before || !matches!(after, State::Faulted(_)), "{before:?} -> {after:?}");
+    }
+
+    /// A fault from the board.
+    pub fn latch(&mut self, which: usize) {
+        let Some(fault) = Fault::ALL.get(which % Fault::ALL.len()) else { return };
+        if let Some(device) = &mut self.device {
+            device.servo().latch(Latched::from(*fault));
+        }
+    }
+
+    /// One tick, after the joint has travelled so many counts.
+    pub fn tick(&mut self, travel: i32, supply: u16) {
+        self.counter = self.counter.wrapping_add_signed(travel);
+        let before = self.state();
+        let Some(device) = &mut self.device else { return };
+        let output = device.tick(Input { counter: self.counter, supply });
+        let Some(drive) = device.parameters().and_then(|p| Drive::new(&p.controller.drive).ok()) else {
+            assert!(!output.enable, "without parameters nothing is driven");
+            return;
+        };
+        // Off means off: neutral, whatever was said.
+        assert!(output.enable || output.duty == drive.duty(0));
+        assert_eq!(output.enable, output.state == State::Armed);
+        assert!(!output.enable || matches!(before, State::Armed | State::Stopped), "{before:?}");
+        assert!(output.tick.code.abs() <= drive.max_code() && output.duty.compare <= drive.pwm_top());
+        assert!(!output.enable || output.duty == drive.duty(output.tick.code));
+        self.armed += u64::from(output.enable);
+        self.moved += u64::from(output.enable && output.tick.setpoint.position.counts != 0);
+        self.faulted += u64::from(matches!(output.state, State::Faulted(_)));
+    }
+
+    /// The wire takes at most so many bytes.
+    pub fn drain(&mut self, at_most: usize) {
+        if let Some(device) = &mut self.device {
+            device.transmit(&mut vec![0; at_most]);
+        }
+    }
+}
+
+/// Reads a script from bytes: a letter for what happens, its arguments, and so on. Any bytes are a script.
+///
+/// ```text
+/// m LENGTH MESSAGE   a message, in a frame with a good checksum     t TICKS TRAVEL   so many ticks, counts each
+/// r LENGTH BYTES     bytes as they are                              f FAULT          a fault from the board
+/// d LENGTH           the wire takes so many bytes, times four       others           nothing
+/// ```
+pub fn holds(parameters: &Parameters, script: &[u8]) -> Watched {
+    let mut watched = Watched::new(parameters);
+    let mut rest = script.iter();
+    let mut next = || rest.next().copied();
+    while let Some(letter) = next() {
+        let Some(argument) = next() else { break };
+        match letter {
+            b'm' | b'r' => {
+                let bytes: Vec<u8> = std::iter::from_fn(&mut next).take(argument.into()).collect();
+                watched.revive();
+                if letter == b'r' {
+                    watched.receive(&bytes);
+                } else if let Some(frame) = framed(&bytes) {
+                    watched.receive(&frame);
+                }
+            }
+            b't' => {
+                let travel = i32::from(next().unwrap_or_default() as i8);
+                (0..argument % 64).for_each(|_| watched.tick(travel, 2048));
+            }
+            b'f' => watched.latch(argument.into()),
+            b'd' => watched.drain(4 * usize::from(argument)),
+            _ => {}
+        }
+    }
+    watched
+}
+
+/// A frame of a message that is in postcard already.
+fn framed(message: &[u8]) -> Option<Vec<u8>> {
+    struct Raw<'a>(&'a [u8]);
+    impl serde::Serialize for Raw<'_> {
+        fn serialize<S: serde::Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+            use serde::ser::SerializeTuple;
+            // As a tuple of bytes: postcard writes no length before it.
+            let mut tuple = serializer.serialize_tuple(self.0.len())?;
+            self.0.iter().try_for_each(|byte| tuple.serialize_element(byte))?;
+            tuple.end()
+        }
+    }
+    encode(&Raw(message)).map(|frame| frame.to_vec())
+}

@@ -1,0 +1,178 @@
+//! Parameters as a machine's file: what is pulled is what is pushed.
+
+use host_sim::device::machine_file::{changes, read, render};
+use host_sim::experiment::{Document, builtins, position};
+use proptest::collection::vec;
+use proptest::prelude::*;
+use proptest::sample::subsequence;
+use stiction::Parameters;
+use stiction::compensator::{
+    DiscontinuousNonlinearProportionalGains, FeedforwardGains, Gains, RateVariableIntegralGains,
+    ResetIntegralGains, ResetOffsetIntegralGains, SmoothRobustNonlinearGains,
+};
+use stiction::drive::{DriveConfig, PwmMode};
+use stiction::encoder::{CounterBits, Direction};
+use stiction::parameters::Motion;
+use stiction::reference::Corner;
+
+use crate::fixture::{parameters, plans, srnf};
+
+fn again(parameters: &Parameters) -> Result<Parameters, String> {
+    let joint = Document::open("step-response").unwrap().machine().unwrap().joint;
+    let text = render(parameters, &joint, "step-response").map_err(|error| error.to_string())?;
+    read("pulled.toml", &text).map_err(|error| error.to_string())
+}
+
+#[test]
+fn every_run_of_every_experiment_is_read_back_bit_for_bit() {
+    let mut runs = 0;
+    for builtin in builtins().iter().filter(|b| !Document::open(b.name).unwrap().is_lab()) {
+        for plan in plans(builtin.name, &[]) {
+            let found = parameters(&plan);
+            assert_eq!(again(&found), Ok(found), "{} {}", builtin.name, plan.label);
+            runs += 1;
+        }
+    }
+    // All experiments, all controllers: step-response alone has 21 runs and 7 variants.
+    assert!(runs > 80, "{runs}");
+}
+
+#[test]
+fn decimals_are_those_that_a_person_has_written() {
+    let joint = Document::open("step-response").unwrap().machine().unwrap().joint;
+    let text = render(&srnf(&[]), &joint, "step-response").unwrap();
+    for line in [
+        "resolution_deg = 0.00242",
+        "lsb_v = 0.00488",
+        "pwm_hz = 22000.0",
+        "sample_time_s = 0.02",
+        "controller = \"srnf\"",
+        "alpha_per_deg = 100.0",
+        "steps_deg = [5.0]",
+        "overspeed_deg_per_s = 50.0",
+    ] {
+        assert!(text.lines().any(|found| found == line), "{line}: {text}");
+    }
+}
+
+#[test]
+fn what_no_file_can_say_is_refused_and_not_changed() {
+    let hold = Parameters { motion: Motion::Hold, ..srnf(&[]) };
+    let said = again(&hold).unwrap_err();
+    assert!(said.contains("nothing to run") && said.contains("pulls its record"), "{said}");
+    let mut between = srnf(&[]);
+    between.motion = Motion::Step(stiction::position::Position { counts: 1000, fraction: 1e-20 });
+    assert!(again(&between).unwrap_err().contains("lies between"));
+}
+
+#[test]
+fn changes_are_named_by_their_keys() {
+    let (before, after) = (srnf(&[]), srnf(&["controller.srnf.kp_v_per_deg=2", "limits.stall_v=1.5"]));
+    let found = changes(&before, &after).unwrap();
+    assert_eq!(changes(&before, &before).unwrap(), Vec::<String>::new());
+    // What is derived from Kp changes with it, and is told.
+    let expected = [
+        "controller.srnf.kp_v_per_deg: 1.0 -> 2.0",
+        "limits.stall_v: 0.8 -> 1.5",
+        "limits.following_error_deg: 5.0 -> 2.5",
+    ];
+    assert!(expected.iter().all(|line| found.iter().any(|found| found == line)), "{found:?}");
+}
+
+fn gains() -> impl Strategy<Value = Vec<Gains>> {
+    let real = || (0u32..100_000).prop_map(|n| n as f32 / 997.0);
+    let laws = (vec(real(), 10), any::<bool>()).prop_map(|(g, rvi)| {
+        let integral = if rvi {
+            Gains::RateVariableIntegral(RateVariableIntegralGains { ki: g[0], gamma: g[1] })
+        } else {
+            Gains::ResetIntegral(ResetIntegralGains { ki: g[0], theta_ri: g[1] })
+        };
+        vec![
+            integral,
+            Gains::ResetOffsetIntegral(ResetOffsetIntegralGains { t_roi: g[2] + 0.1, v_roi: g[3] }),
+            Gains::Feedforward(FeedforwardGains { v_slip: g[4], v_ff: g[5] }),
+            Gains::DiscontinuousNonlinearProportional(DiscontinuousNonlinearProportionalGains {
+                theta_b: g[6],
+            }),
+            Gains::SmoothRobustNonlinear(SmoothRobustNonlinearGains { v_ms: g[7], alpha: g[8] }),
+        ]
+    });
+    laws.prop_flat_map(|laws| subsequence(laws, 0..=4)).prop_shuffle()
+}
+
+/// Positions as a file can have them.
+fn motion() -> impl Strategy<Value = Motion> {
+    let counts = || (-1e6..1e6f64).prop_map(position);
+    let trajectory = (vec((1u32..2000, counts()), 2..6), 1u32..50).prop_map(|(lines, blend)| {
+        let mut tick = 0;
+        let corners = lines.into_iter().map(|(ticks, position)| {
+            tick += ticks + 2 * blend;
+            Corner { tick, position }
+        });
+        // In the sample time of `machine`, below.
+        Motion::Trajectory { corners: corners.collect(), half_blend: blend as f32 * 0.005 }
+    });
+    prop_oneof![counts().prop_map(Motion::Step), trajectory]
+}
+
+fn machine() -> impl Strategy<Value = Parameters> {
+    let numbers = vec(0.0f32..1.0, 30);
+    (numbers, gains(), motion(), any::<[bool; 4]>(), 8u16..32_300).prop_map(
+        |(n, gains, motion, flags, half_top)| {
+            let mut machine = srnf(&[]);
+            let config = &mut machine.controller;
+            config.sample_time = 0.005;
+            config.velocity_window = 2 + (n[0] * 14.0) as usize;
+            config.encoder.resolution = 1e-4 + n[1];
+            config.encoder.counter_bits =
+                if flags[0] { CounterBits::Sixteen } else { CounterBits::ThirtyTwo };
+            config.encoder.direction = if flags[1] { Direction::Forward } else { Direction::Reverse };
+            let full_scale = 0.1 + 50.0 * n[2];
+            config.drive = DriveConfig {
+                full_scale,
+                lsb: full_scale / (2.0 + 30_000.0 * n[3]),
+                mode: if flags[2] { PwmMode::LockedAntiphase } else { PwmMode::SignMagnitude },
+                pwm_top: 2 * half_top,
+            };
+            (config.pd.kp, config.pd.kd) = (10.0 * n[4], n[5]);
+            config.compensator = gains.into_iter().collect();
+            machine.motion = motion;
+            machine.device = stiction::parameters::Device {
+                autostart: flags[3],
+                autostart_delay: 60.0 * n[6],
+                soft_start: 10.0 * n[7],
+                dead_time: 6e-6 * n[8],
+                nominal_supply: 20.0 * n[9],
+                supply_full_scale: 20.0 + 80.0 * n[10],
+            };
+            machine.limits = stiction::Limits {
+                encoder_jump: 100.0 * n[11],
+                stall_effort: n[12],
+                stall_time: n[13],
+                reversal: n[14],
+                following_error: 1e3 * n[15],
+                overspeed: 1e4 * n[16],
+                position_min: -360.0 * n[17],
+                position_max: 360.0 * n[18],
+                supply_min: n[19],
+                supply_max: 100.0 * n[20],
+                continuous_effort: n[21],
+                thermal_time: 0.1 + 90.0 * n[22],
+                link_timeout: 600.0 * n[23],
+                wind_up_effort: n[24],
+                wind_up_time: n[25],
+            };
+            machine
+        },
+    )
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig { cases: 500, failure_persistence: None, ..ProptestConfig::default() })]
+
+    #[test]
+    fn any_valid_parameters_are_read_back_bit_for_bit(machine in machine()) {
+        prop_assume!(machine.prepare().is_ok());
+        prop_assert_eq!(again(&machine), Ok(machine));
+    }
+}

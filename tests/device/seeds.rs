@@ -1,0 +1,121 @@
+//! The seeds of the fuzzer (`fuzz/seeds/TARGET/`): every one goes through the functions that the targets call.
+//!
+//! Those called `made-*` are made here, from real messages: `STICTION_SEEDS=write cargo test --test device seeds` renews
+//! them. The others are inputs that the fuzzer found and that were worth keeping.
+
+use std::fs;
+use std::path::{Path, PathBuf};
+
+use host_sim::properties::{file, frame, record, session};
+use stiction::link::{Law, Move, Numbered, PROTOCOL, Request, encode};
+use stiction::parameters::{Motion, ROOM};
+use stiction::position::Position;
+
+use crate::fixture::{parameters, plans, srnf};
+
+const TARGETS: [&str; 4] = ["frame", "session", "parameters", "machine"];
+
+fn folder(target: &str) -> PathBuf {
+    Path::new(env!("CARGO_MANIFEST_DIR")).join("fuzz/seeds").join(target)
+}
+
+fn message(number: u16, content: Request) -> Vec<u8> {
+    postcard::to_allocvec(&Numbered { number, content }).unwrap()
+}
+
+/// One request of every kind, in an order in which most are done.
+fn requests() -> Vec<Request> {
+    let mut room = [0; ROOM];
+    let record = srnf(&[]).encode(0, &mut room).unwrap().to_vec();
+    let mut all = vec![
+        Request::Hello { protocol: PROTOCOL, session: 1 },
+        Request::Status,
+        Request::ReadParameters { offset: 0 },
+        Request::ReadLaw,
+        Request::WriteLaw(Law::default()),
+    ];
+    all.extend(record.chunks(128).enumerate().map(|(i, piece)| Request::WriteParameters {
+        offset: 128 * i as u16,
+        bytes: piece.iter().copied().collect(),
+    }));
+    all.extend([
+        Request::TakeParameters { length: record.len() as u16 },
+        Request::Save,
+        Request::Subscribe { terms: 0x0FFF, every: 2 },
+        Request::Arm,
+        Request::Move(Move::To(Motion::Step(Position { counts: 1000, fraction: 0.5 }))),
+        Request::Move(Move::Hold),
+        Request::Stop,
+        Request::Identify { rate: 0.5, hold: 0.1 },
+        Request::Stop,
+        Request::ReadLevels,
+        Request::Clear,
+        Request::Fault { index: 0 },
+    ]);
+    all
+}
+
+/// Every request in a frame of the script, with half a second after each.
+fn script() -> Vec<u8> {
+    let rest = [b't', 25, 0];
+    let said = requests().into_iter().zip(1..).flat_map(|(request, number)| {
+        // On a move the joint follows; one that stands still would stall.
+        let travel = if let Request::Move(Move::To(_)) = request { 40 } else { 0 };
+        let message = message(number, request);
+        [&[b'm', message.len() as u8], &message[..], &[b't', 25, travel]].concat()
+    });
+    rest.into_iter().chain(said).chain(*b"f\x05t\x0A\x01d\x40").collect()
+}
+
+/// Target, name, content.
+fn made() -> Vec<(&'static str, &'static str, Vec<u8>)> {
+    let frames = requests().into_iter().zip(1..);
+    let frames = frames.flat_map(|(content, number)| encode(&Numbered { number, content }).unwrap());
+    let ramp = &plans("friction-identification", &[])[0];
+    let trajectory = &plans("trajectory", &[])[0];
+    let record = |parameters: &stiction::Parameters| parameters.encode(1, &mut [0; ROOM]).unwrap().to_vec();
+    let toml = |name| host_sim::experiment::find(name).unwrap().toml.as_bytes().to_vec();
+    vec![
+        ("frame", "made-requests", frames.collect()),
+        ("session", "made-one-of-each", script()),
+        ("parameters", "made-srnf", record(&srnf(&[]))),
+        ("parameters", "made-trajectory", record(&parameters(trajectory))),
+        ("parameters", "made-ramp", record(&parameters(ramp))),
+        ("machine", "made-step-response", toml("step-response")),
+        ("machine", "made-trajectory", toml("trajectory")),
+        ("machine", "made-friction-identification", toml("friction-identification")),
+    ]
+}
+
+#[test]
+fn the_seeds_are_those_of_the_messages_as_they_are() {
+    let write = std::env::var("STICTION_SEEDS").is_ok_and(|how| how == "write");
+    for (target, name, content) in made() {
+        let path = folder(target).join(name);
+        if write {
+            fs::create_dir_all(folder(target)).unwrap();
+            fs::write(&path, &content).unwrap();
+        }
+        let kept = fs::read(&path).unwrap_or_default();
+        assert!(kept == content, "{}: renew it with STICTION_SEEDS=write", path.display());
+    }
+}
+
+#[test]
+fn every_seed_holds() {
+    let parameters = srnf(&[]);
+    let mut worth = [0; TARGETS.len()];
+    for (target, worth) in TARGETS.into_iter().zip(&mut worth) {
+        for entry in fs::read_dir(folder(target)).unwrap() {
+            let bytes = fs::read(entry.unwrap().path()).unwrap();
+            *worth += match target {
+                "frame" => frame::holds(&bytes) as u64,
+                "session" => session::holds(&parameters, &bytes).moved,
+                "parameters" => u64::from(record::holds(&bytes)),
+                _ => std::str::from_utf8(&bytes).map_or(0, |text| u64::from(file::holds(text))),
+            };
+        }
+    }
+    // Some of each kind get through: frames that are whole, moves that are made, records and files that are valid.
+    assert!(worth[0] >= 18 && worth[1] >= 25 && worth[2] >= 3 && worth[3] >= 3, "{worth:?}");
+}

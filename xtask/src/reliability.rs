@@ -1,0 +1,191 @@
+//! `cargo xtask reliability`: runs the tests that measure, and writes what they print into docs/reliability.md.
+//!
+//! A test prints a figure as `reliability: NAME | key=value | key=value`, on a line of its own, as often as it likes.
+//! The template's text stays as it is; of its lines
+//!
+//! ```text
+//! ... {{NAME.key}} ...          take the value of the only line of that name,
+//! {{#NAME}} ... {{key}} ...     are written for every line of that name, in their order,
+//! {{?NAME}} ...                 only if there is a line of that name,
+//! {{!NAME}} ...                 only if there is none.
+//! ```
+//!
+//! A figure that no test prints is an error: nothing on that page is older than the last run.
+
+use std::fs;
+use std::io::{BufRead, BufReader};
+use std::process::Stdio;
+
+use crate::job::{Job, cargo, root};
+use crate::simulator::EMULATOR;
+
+const TEMPLATE: &str = "xtask/reliability.md";
+const PAGE: &str = "docs/reliability.md";
+
+/// What a line of a figure begins with. Behind libtest's own words, if the test is the only one of its thread.
+const MARK: &str = "reliability: ";
+
+#[derive(Debug, clap::Args)]
+pub struct Arguments {
+    /// So many random messages through the state machine
+    #[arg(long, value_name = "N", default_value_t = 10_000_000)]
+    messages: u64,
+    /// Also the matrix of faults in the flash image: takes the emulator, and builds the firmware before
+    #[arg(long)]
+    image: bool,
+}
+
+/// A figure: its name, and what was found.
+#[derive(Debug, PartialEq)]
+struct Figure {
+    name: String,
+    values: Vec<(String, String)>,
+}
+
+/// Measures, and writes the page.
+pub fn measure(arguments: &Arguments) -> Result<(), String> {
+    // The default members, so that nothing is built otherwise than for the tests.
+    let mut test = cargo(&["test", "--test", "device"]);
+    let messages = arguments.messages.to_string();
+    test.args(["--", "--nocapture", "--test-threads=1"]).env("STICTION_FUZZ", &messages);
+    let mut figures = printed("Faults, chaos, power cuts, a soak and random messages", &mut test)?;
+    if arguments.image {
+        let image = crate::firmware::build()?;
+        let mut test = cargo(&["test", "--test", "image"]);
+        test.args(EMULATOR).args(["matrix", "--", "--nocapture", "--test-threads=1"]);
+        figures.extend(printed("The matrix in the flash image", test.env("STICTION_IMAGE", image))?);
+    }
+    let template = root().join(TEMPLATE);
+    let text = fs::read_to_string(&template).map_err(|error| format!("cannot read {TEMPLATE}: {error}"))?;
+    let page = filled(&text, &figures)?;
+    fs::write(root().join(PAGE), page).map_err(|error| format!("cannot write {PAGE}: {error}"))?;
+    println!("{PAGE}: {} figures", figures.len());
+    Ok(())
+}
+
+fn printed(what: &'static str, command: &mut std::process::Command) -> Result<Vec<Figure>, String> {
+    Job::new(what).announce();
+    let mut child =
+        command.stdout(Stdio::piped()).spawn().map_err(|error| format!("cannot start cargo: {error}"))?;
+    let mut figures = Vec::new();
+    for line in
+        child.stdout.take().into_iter().flat_map(|out| BufReader::new(out).lines()).map_while(Result::ok)
+    {
+        println!("{line}");
+        figures.extend(figure(&line));
+    }
+    match child.wait() {
+        Ok(status) if status.success() => Ok(figures),
+        Ok(status) => Err(format!("\"{what}\" failed ({status}); {PAGE} is as it was")),
+        Err(error) => Err(format!("cannot wait for cargo: {error}")),
+    }
+}
+
+fn figure(line: &str) -> Option<Figure> {
+    let (_, told) = line.split_once(MARK)?;
+    let mut parts = told.split(" | ");
+    let name = parts.next()?.trim().to_owned();
+    let pair = |part: &str| part.split_once('=').map(|(key, value)| (key.trim().into(), value.trim().into()));
+    Some(Figure { name, values: parts.filter_map(pair).collect() })
+}
+
+fn filled(template: &str, figures: &[Figure]) -> Result<String, String> {
+    let mut page = String::new();
+    for line in template.lines() {
+        for line in lines(line, figures)? {
+            page.push_str(&line);
+            page.push('\n');
+        }
+    }
+    Ok(page)
+}
+
+/// What becomes of a line.
+fn lines(line: &str, figures: &[Figure]) -> Result<Vec<String>, String> {
+    let tagged = |tag: &str| {
+        let (name, rest) = line.strip_prefix("{{")?.strip_prefix(tag)?.split_once("}}")?;
+        Some((name, rest))
+    };
+    let named = |name: &str| figures.iter().filter(|figure| figure.name == name).collect::<Vec<_>>();
+    if let Some((name, rest)) = tagged("#") {
+        return match &named(name)[..] {
+            [] => Err(format!("{TEMPLATE}: no test has printed `{MARK}{name}`")),
+            all => all.iter().map(|figure| of_one(rest, figure)).collect(),
+        };
+    }
+    let rest = match (tagged("?"), tagged("!")) {
+        (Some((name, _)), _) if named(name).is_empty() => return Ok(vec![]),
+        (_, Some((name, _))) if !named(name).is_empty() => return Ok(vec![]),
+        (Some((_, rest)), _) | (_, Some((_, rest))) => rest,
+        _ => line,
+    };
+    let value = |place: &str| {
+        let (name, key) =
+            place.split_once('.').ok_or(format!("{TEMPLATE}: `{{{{{place}}}}}` names no figure"))?;
+        match &named(name)[..] {
+            [only] => of(only, key),
+            all => {
+                Err(format!("{TEMPLATE}: `{{{{{place}}}}}`: {} tests have printed `{MARK}{name}`", all.len()))
+            }
+        }
+    };
+    replaced(rest, value).map(|line| vec![line])
+}
+
+fn of_one(line: &str, figure: &Figure) -> Result<String, String> {
+    replaced(line, |key| of(figure, key))
+}
+
+fn of(figure: &Figure, key: &str) -> Result<String, String> {
+    let found = figure.values.iter().find(|(other, _)| other == key).map(|(_, value)| grouped(value));
+    found.ok_or_else(|| format!("{TEMPLATE}: `{MARK}{}` has no `{key}`", figure.name))
+}
+
+fn replaced(line: &str, value: impl Fn(&str) -> Result<String, String>) -> Result<String, String> {
+    let mut done = String::new();
+    let mut rest = line;
+    while let Some((before, tail)) = rest.split_once("{{") {
+        let (place, after) = tail.split_once("}}").ok_or(format!("{TEMPLATE}: a `{{{{` without its end"))?;
+        done.push_str(before);
+        done.push_str(&value(place)?);
+        rest = after;
+    }
+    Ok(done + rest)
+}
+
+/// A large whole number in groups of three digits.
+fn grouped(value: &str) -> String {
+    if value.len() < 5 || !value.bytes().all(|byte| byte.is_ascii_digit()) {
+        return value.into();
+    }
+    let digits: Vec<char> = value.chars().collect();
+    let group = |(i, digit): (usize, &char)| {
+        let space = i > 0 && (digits.len() - i).is_multiple_of(3);
+        space.then_some(' ').into_iter().chain([*digit]).collect::<String>()
+    };
+    digits.iter().enumerate().map(group).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn figures_fill_the_template_and_none_may_be_missing() {
+        let told = [
+            "test a ... reliability: soak | moves=12345",
+            "reliability: wires | what=cut | s=0.2",
+            "other",
+            "reliability: wires | what=swapped | s=0.3",
+        ];
+        let figures: Vec<Figure> = told.iter().filter_map(|line| figure(line)).collect();
+        let template =
+            "{{soak.moves}} moves\n{{#wires}}| {{what}} | {{s}} |\n{{?image}}with\n{{!image}}without";
+        let page = "12 345 moves\n| cut | 0.2 |\n| swapped | 0.3 |\nwithout\n";
+        assert_eq!(filled(template, &figures).as_deref(), Ok(page));
+        let missing = ["{{soak.days}}", "{{none.x}}", "{{wires.s}}", "{{#none}}| {{x}} |", "{{x", "{{x}}"];
+        for line in missing {
+            assert!(filled(line, &figures).is_err(), "{line}");
+        }
+    }
+}
