@@ -108,7 +108,7 @@ mod app {
         if let Ok(parameters) = settings.parameters() {
             session.found(parameters);
         }
-        let report = Report::new(&settings);
+        let report = Report::new();
         report.banner(&board, cause, told.as_ref(), fault, &settings);
 
         let Board { drive, watchdog, port, store, timer_clock, .. } = board;
@@ -220,8 +220,11 @@ mod app {
     async fn report(mut cx: report::Context) {
         let local = cx.local;
         while let Some(output) = local.trace.dequeue() {
-            cx.shared.session.lock(|session| session.tick(&output));
-            if local.report.tick(&output)
+            let sample_time = cx.shared.session.lock(|session| {
+                session.tick(&output);
+                session.parameters().map(|parameters| parameters.controller.sample_time)
+            });
+            if local.report.tick(&output, sample_time.unwrap_or(1.0))
                 && let Some(levels) = cx.shared.drive.lock(|drive| drive.servo.levels())
             {
                 local.report.levels(&levels);

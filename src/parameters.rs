@@ -292,7 +292,10 @@ impl Parameters {
     /// Of a body that knows no limits.
     #[inline(never)]
     fn migrated(body: &[u8]) -> Result<Self, DecodeError> {
-        let (controller, motion, device) = whole::<(ControllerConfig, Motion, Device)>(body)?;
+        // One after the other: a tuple of all would be copied as a whole.
+        let (controller, body): (ControllerConfig, _) = next(body)?;
+        let (motion, body): (Motion, _) = next(body)?;
+        let device: Device = whole(body)?;
         let limits = Limits::derived(&controller, &device, 0.0);
         Ok(Self { controller, motion, device, limits })
     }
@@ -323,6 +326,12 @@ impl Parameters {
             (Err(DecodeError::Blank), Err(error)) | (Err(error), Err(_)) => Err(error),
         }
     }
+}
+
+/// A value at the begin of some bytes, and those after it.
+#[inline(never)]
+fn next<'a, T: Deserialize<'a>>(body: &'a [u8]) -> Result<(T, &'a [u8]), DecodeError> {
+    postcard::take_from_bytes(body).map_err(|_| DecodeError::Malformed)
 }
 
 /// A value that takes up all of its bytes.

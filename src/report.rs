@@ -25,10 +25,9 @@ pub struct Report {
 }
 
 impl Report {
-    /// A report of a loop with these settings.
-    pub fn new(settings: &Settings) -> Self {
-        let every = libm::roundf(1.0 / (TRACE_HZ * settings.sample_time())) as u32;
-        Self { state: State::Boot, every: every.max(1), ticks: 0 }
+    /// A report of a loop that begins.
+    pub const fn new() -> Self {
+        Self { state: State::Boot, every: 1, ticks: 0 }
     }
 
     /// The first lines after a reset.
@@ -78,12 +77,14 @@ impl Report {
         }
     }
 
-    /// One tick; whether it changed the state.
-    pub fn tick(&mut self, output: &Output) -> bool {
+    /// One tick of a loop with this sample time (s); whether it changed the state.
+    pub fn tick(&mut self, output: &Output, sample_time: f32) -> bool {
         let changed = output.state != self.state;
         if changed {
             self.state = output.state;
             self.ticks = 0;
+            // A link may have set another one meanwhile.
+            self.every = (libm::roundf(1.0 / (TRACE_HZ * sample_time)) as u32).max(1);
             match output.state {
                 State::Boot => info!("boot"),
                 State::Stopped => info!("stopped"),

@@ -90,6 +90,7 @@ impl<F: NorFlash> Store<F> {
         &mut self.flash
     }
 
+    #[inline(never)]
     fn write(&mut self, slot: u32, sequence: u32, parameters: &Parameters) -> Result<(), SaveError> {
         // The room is erased flash beyond the record, so that a unit can be written to its end.
         let mut room = [0xFF; ROOM];
@@ -104,6 +105,7 @@ impl<F: NorFlash> Store<F> {
         self.flash.write(slot, bytes).map_err(|_| SaveError::Flash)
     }
 
+    #[inline(never)]
     fn newest(&mut self) -> Result<(Parameters, u32, usize), DecodeError> {
         let [first, second] = self.slots;
         let first = self.decode(first);
@@ -111,6 +113,7 @@ impl<F: NorFlash> Store<F> {
         Parameters::newer(first, second)
     }
 
+    #[inline(never)]
     fn decode(&mut self, slot: u32) -> Result<(Parameters, u32), DecodeError> {
         let mut room = [0; ROOM];
         self.flash.read(slot, &mut room).map_err(|_| DecodeError::NotParameters)?;

@@ -1,9 +1,10 @@
-//! Link arguments, for the microcontroller only: where the program begins, and nothing else, since it is never run.
+//! Link arguments, for the microcontroller only: where the program begins, what else it holds, and nothing more, since it is never run.
 
 fn main() {
     println!("cargo:rerun-if-changed=build.rs");
     if std::env::var("CARGO_CFG_TARGET_OS").as_deref() == Ok("none") {
         println!("cargo:rustc-link-arg-bins=--entry=control_path");
+        println!("cargo:rustc-link-arg-bins=--undefined=link_path");
         println!("cargo:rustc-link-arg-bins=--gc-sections");
     }
 }

@@ -11,8 +11,9 @@ use crate::{cost, firmware};
 const PROGRAM: &str = "no-panic";
 /// What its panic handler calls, and nobody defines.
 const MISSING: &str = "the_control_path_can_panic";
-/// The core's tick as both of Rust's manglings spell `stiction::servo::control`.
-const TICK: &[u8] = b"8stiction5servo7control";
+/// The core's tick and the link's parser as both of Rust's manglings spell `stiction::servo::control` and
+/// `stiction::link::session::request`.
+const KEPT: [&[u8]; 2] = [b"8stiction5servo7control", b"8stiction4link7session7request"];
 
 /// Every gate.
 pub fn pass() -> Result<(), String> {
@@ -21,7 +22,7 @@ pub fn pass() -> Result<(), String> {
     cost::run("Looking through the image", &["gates".into(), "--image".into(), image.into()])
 }
 
-/// Links the control path with a panic handler that cannot be linked, and then again with a panic in it.
+/// Links the control path and the link with a panic handler that cannot be linked, and then again with a panic in it.
 fn no_panic(toolchain: &Toolchain) -> Result<(), String> {
     let link = |more: &[&str]| -> Command {
         let mut arguments = vec!["build", "--quiet", "--release", "--package", PROGRAM, "--target", TARGET];
@@ -34,9 +35,9 @@ fn no_panic(toolchain: &Toolchain) -> Result<(), String> {
     })?;
     let built = target_dir().join(TARGET).join("release").join(PROGRAM);
     let program = fs::read(&built).map_err(|error| format!("cannot read {}: {error}", built.display()))?;
-    if !program.windows(TICK.len()).any(|window| window == TICK) {
+    if !KEPT.iter().all(|name| program.windows(name.len()).any(|window| window == *name)) {
         return Err(format!(
-            "{}: the linker has dropped the control path, so this shows nothing",
+            "{}: the linker has dropped the control path or the link, so this shows nothing",
             built.display()
         ));
     }

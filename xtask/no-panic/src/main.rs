@@ -1,4 +1,4 @@
-//! Shows by linking that the control path cannot panic.
+//! Shows by linking that the control path and the link cannot panic.
 //!
 //! The panic handler calls a function that nobody defines. If the optimiser can show that no panic is left, the handler
 //! goes, and its call with it, and the program links; if it cannot, the linker names the function. The program is
@@ -6,7 +6,8 @@
 //!
 //! The path: everything that the control interrupt calls in the core, and the set-up before it: a record is decoded, a
 //! servo made, armed, ticked, stopped; the deadline is entered and left. What the firmware adds around it is
-//! looked at in the image itself, by its calls (`cargo xtask gates`).
+//! looked at in the image itself, by its calls (`cargo xtask gates`). The link: a session is given any byte and any
+//! tick, and parameters are saved in a flash that answers anything.
 #![cfg_attr(target_os = "none", no_std, no_main)]
 // Memory that the optimiser must not see through, and the function that is not there.
 #![cfg_attr(target_os = "none", allow(unsafe_code))]
@@ -20,8 +21,11 @@ fn main() {
 mod path {
     use core::hint::black_box;
 
+    use embedded_storage::nor_flash::{ErrorType, NorFlash, NorFlashErrorKind, ReadNorFlash};
     use stiction::deadline::Deadline;
-    use stiction::servo::{Arming, Boot, Input};
+    use stiction::link::{Kind, Machine, Session};
+    use stiction::servo::{Arming, Boot, Input, Output};
+    use stiction::store::{SaveError, Store};
     use stiction::{Fault, Parameters, Servo};
 
     unsafe extern "C" {
@@ -32,6 +36,75 @@ mod path {
     fn panic(_: &core::panic::PanicInfo<'_>) -> ! {
         // SAFETY: never runs: a program that holds this call cannot be linked.
         unsafe { the_control_path_can_panic() }
+    }
+
+    /// A flash that answers anything.
+    struct AnyFlash;
+
+    impl ErrorType for AnyFlash {
+        type Error = NorFlashErrorKind;
+    }
+
+    impl ReadNorFlash for AnyFlash {
+        const READ_SIZE: usize = 1;
+
+        fn read(&mut self, _: u32, bytes: &mut [u8]) -> Result<(), NorFlashErrorKind> {
+            black_box(bytes);
+            black_box(Ok(()))
+        }
+
+        fn capacity(&self) -> usize {
+            black_box(0)
+        }
+    }
+
+    impl NorFlash for AnyFlash {
+        const WRITE_SIZE: usize = 4;
+        const ERASE_SIZE: usize = 128 * 1024;
+
+        fn erase(&mut self, _: u32, _: u32) -> Result<(), NorFlashErrorKind> {
+            black_box(Ok(()))
+        }
+
+        fn write(&mut self, _: u32, bytes: &[u8]) -> Result<(), NorFlashErrorKind> {
+            black_box(bytes);
+            black_box(Ok(()))
+        }
+    }
+
+    /// What a session acts on.
+    struct Parts {
+        servo: Servo,
+        store: Store<AnyFlash>,
+    }
+
+    impl Machine for Parts {
+        fn servo<R>(&mut self, act: impl FnOnce(&mut Servo) -> R) -> R {
+            act(black_box(&mut self.servo))
+        }
+
+        fn save(&mut self, parameters: &Parameters) -> Result<(), SaveError> {
+            self.store.save(parameters)
+        }
+
+        fn reconfigure(&mut self, parameters: &Parameters) {
+            black_box(parameters);
+        }
+    }
+
+    /// The other place where the linker begins.
+    #[unsafe(no_mangle)]
+    extern "C" fn link_path() {
+        let servo = black_box(Servo::blank());
+        let mut parts = Parts { servo, store: Store::new(AnyFlash, black_box([0; 2])) };
+        let mut session = Session::<768>::new(Kind::Board, None);
+        loop {
+            let bytes: &[u8] = black_box(&[0; 16]);
+            black_box(&mut session).receive(bytes, &mut parts);
+            let output: Output = black_box(parts.servo.tick(black_box(Input::default())));
+            session.tick(&output);
+            black_box(session.transmit(black_box(&mut [0; 16])));
+        }
     }
 
     /// Where the linker begins.
