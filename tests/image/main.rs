@@ -23,8 +23,6 @@ mod differences;
 #[cfg(feature = "emulator")]
 mod free_running;
 #[cfg(feature = "emulator")]
-mod joint;
-#[cfg(feature = "emulator")]
 mod link;
 #[cfg(feature = "emulator")]
 mod matrix;
