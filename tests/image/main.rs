@@ -34,6 +34,8 @@ mod parameters;
 mod ramps;
 #[cfg(feature = "emulator")]
 mod stuck;
+#[cfg(feature = "emulator")]
+mod timing;
 
 /// Stands for all of them in a build without the emulator, so that they are not left out in silence.
 #[cfg(not(feature = "emulator"))]

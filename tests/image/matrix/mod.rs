@@ -53,7 +53,7 @@ const ELSEWHERE: [(Fault, &str); 4] = [
 ];
 
 /// From the injection on: the tick in which the bridge has gone off.
-fn assert_seen(row: &Row, driven: &mut Driven, name: &str, [least, most]: [u32; 2]) -> Sample {
+fn seen(row: &Row, driven: &mut Driven, name: &str, [least, most]: [u32; 2]) -> (u32, Sample) {
     let inject = row.inject;
     for tick in 0..most {
         driven.act(move |held| inject(held, tick));
@@ -64,7 +64,7 @@ fn assert_seen(row: &Row, driven: &mut Driven, name: &str, [least, most]: [u32; 
         let sample = driven.samples(1);
         if !sample.bridge.is_on() {
             assert!(tick + 1 >= least, "{name}: seen after {} ticks already", tick + 1);
-            return sample;
+            return (tick + 1, sample);
         }
     }
     panic!("{name}: not seen within {most} ticks");
@@ -126,11 +126,13 @@ fn assert_rows(rows: &[&Row]) {
         let mut first = true;
         for (situation, within) in SITUATIONS.into_iter().zip(row.within) {
             let Ok(within) = within else { continue };
+            let mut slowest = 0;
             for law in LAWS {
                 let name = format!("{} ({}), {law}, {situation:?}", row.fault.describe(), row.what);
                 driven.take(law, row.set);
                 driven.bring(situation);
-                let sample = assert_seen(row, &mut driven, &name, within);
+                let (ticks, sample) = seen(row, &mut driven, &name, within);
+                slowest = slowest.max(ticks);
                 assert_latched(&mut driven, &name, (row.fault, row.value), sample);
                 if std::mem::take(&mut first) {
                     assert_kept_across_a_reset(&mut driven, &name, row.fault);
@@ -142,6 +144,12 @@ fn assert_rows(rows: &[&Row]) {
                 }
                 assert_armed_again_only_as_it_should(&mut driven, &name);
             }
+            // For docs/reliability.md.
+            let (fault, what, cases, most) = (row.fault.describe(), row.what, LAWS.len(), within[1]);
+            println!(
+                "reliability: image-matrix | fault={fault} | what={what} | situation={situation:?} | cases={cases} | \
+                 slowest={slowest} | most={most}"
+            );
         }
     }
 }
