@@ -133,9 +133,8 @@ fn every_output_of_an_emulated_device_says_so_first() {
         &["params", "push", "step-response", "--controller", "pd", "--save"],
     ];
     for action in actions {
-        let arguments = [&["device", "--emulator"], action].concat();
-        let output =
-            end_of(stiction(directory.path(), &arguments).arg("--image").arg(&image).spawn().unwrap());
+        let mut command = stiction(directory.path(), &["device", "--emulator", "--image"]);
+        let output = end_of(command.arg(&image).args(action).spawn().unwrap());
         let (said, told) = (String::from_utf8_lossy(&output.stdout), String::from_utf8_lossy(&output.stderr));
         assert!(told.starts_with(EMULATED), "{action:?}: {told}");
         if action.contains(&"--save") {
