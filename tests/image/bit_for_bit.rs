@@ -67,6 +67,18 @@ fn a_sample_of_delay_and_a_millisecond_of_sample_time() {
 }
 
 #[test]
+fn ten_thousand_ticks_a_second() {
+    // The shortest sample time that a device takes. The joint sets out within the first 20 ms.
+    let set = ["run.duration_s=0.2", "loop.sample_time_s=0.0001", "reference.steps_deg=[5.0]"];
+    let plans = plans("step-response", &["pd", "srnf", "ri"], &set);
+    same_on_both(&plans);
+    for run in run_all(&plans).unwrap() {
+        let Trace::Loop(moments) = &run.trace else { panic!("{} is a ramp", run.plan.label) };
+        assert!(moments.len() == 2001 && moments[2000].position_deg > 0.1, "{}", run.plan.label);
+    }
+}
+
+#[test]
 fn sign_and_magnitude() {
     same_on_both(&plans(
         "step-response",

@@ -23,8 +23,6 @@ mod differences;
 #[cfg(feature = "emulator")]
 mod free_running;
 #[cfg(feature = "emulator")]
-mod joint;
-#[cfg(feature = "emulator")]
 mod link;
 #[cfg(feature = "emulator")]
 mod matrix;
@@ -36,6 +34,8 @@ mod parameters;
 mod ramps;
 #[cfg(feature = "emulator")]
 mod stuck;
+#[cfg(feature = "emulator")]
+mod timing;
 
 /// Stands for all of them in a build without the emulator, so that they are not left out in silence.
 #[cfg(not(feature = "emulator"))]

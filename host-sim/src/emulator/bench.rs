@@ -40,6 +40,8 @@ pub enum Mishap {
     BrownOut,
     /// The timer of the control tick stops counting.
     TickStops,
+    /// The control tick comes now, before its time, and the next one a whole period later.
+    TickEarly,
     /// The processor stands still while timers and pins go on, as it does when it is locked up, or halted by a probe, or
     /// waits for the flash.
     CoreStalls,
@@ -180,6 +182,7 @@ impl Mishap {
                 session.board_mut().flag_brown_out();
             }
             Self::TickStops => session.board_mut().stop_tick(at),
+            Self::TickEarly => session.board_mut().early_tick(at),
             Self::CoreStalls => host.hold(true),
             Self::CoreGoesOn => host.hold(false),
             Self::BusError { address } => session.fail_next(address, address + 4),

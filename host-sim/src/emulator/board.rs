@@ -32,8 +32,9 @@ const BORRSTF: u64 = 1 << 25;
 const PADRSTF: u64 = 1 << 26;
 /// Oscillator of the watchdog, typically. The data sheet's limits are 17 and 47 kHz.
 const LSI_HZ: u64 = 32_000;
-/// Control register, prescaler and reload value of the control tick's timer.
+/// Control register, counter, prescaler and reload value of the control tick's timer.
 const TIM3_CR1: u64 = 0x4000_0400;
+const TIM3_CNT: u64 = 0x4000_0424;
 const TIM3_PSC: u64 = 0x4000_0428;
 const TIM3_ARR: u64 = 0x4000_042C;
 /// Its clock with the crystal and without it, as the firmware sets it up.
@@ -154,6 +155,14 @@ impl EmulatedBoard {
     pub fn stop_tick(&mut self, at: VirtualNanos) {
         // A timer without a clock does not count either.
         let _ = self.mcu.write(at, TIM3_CR1, Width::W32, 0);
+    }
+
+    /// Lets the control tick's timer be at its end.
+    pub fn early_tick(&mut self, at: VirtualNanos) {
+        if let Some(reload) = self.peek(at, TIM3_ARR) {
+            // A timer without a clock does not tick either.
+            let _ = self.mcu.write(at, TIM3_CNT, Width::W32, reload.into());
+        }
     }
 
     /// Time from one control tick to the next, as its timer is set; nothing if it has no clock.

@@ -130,15 +130,14 @@ fn every_output_of_an_emulated_device_says_so_first() {
         &["move", "1", "--for", "0.5", "--log", "move.csv"],
         &["params", "show"],
         // And where it goes wrong: the flash of the emulator keeps nothing.
-        &["params", "save"],
+        &["params", "push", "step-response", "--controller", "pd", "--save"],
     ];
     for action in actions {
-        let arguments = [&["device", "--emulator"], action].concat();
-        let output =
-            end_of(stiction(directory.path(), &arguments).arg("--image").arg(&image).spawn().unwrap());
+        let mut command = stiction(directory.path(), &["device", "--emulator", "--image"]);
+        let output = end_of(command.arg(&image).args(action).spawn().unwrap());
         let (said, told) = (String::from_utf8_lossy(&output.stdout), String::from_utf8_lossy(&output.stderr));
         assert!(told.starts_with(EMULATED), "{action:?}: {told}");
-        if action[1..] == ["save"] {
+        if action.contains(&"--save") {
             assert_eq!((output.status.code(), &*said), (Some(2), ""), "{told}");
             assert!(told.contains("the emulator models no contents of the flash"), "{told}");
             assert_eq!(told.lines().count(), 2, "{told}");

@@ -1,0 +1,274 @@
+//! The faults that the emulated board's hardware can have, under the laws, at rest, moving, saturated: the image finds them
+//! on its own pins, and a client on its USART sees to them.
+//!
+//! Each row says what is done to the joint, its wires or the board, and within how many ticks it has to be seen. Asserted
+//! are the code, the tick and the value, as told over the link and as kept for the time after a reset; that the bridge (MOE
+//! and enable pin) goes off in the very tick of the detection, before the budget of that interrupt is used up; that
+//! nothing is driven from then on, whatever is asked; and that arming again takes a cleared fault and a joint at rest.
+//! Once per fault: that a reset tells it again and drives nothing.
+//!
+//! What a monitor sees: all seven laws. What the board reports itself: PD alone, since no law has a part in it. What cannot
+//! happen is listed with its reason. `tests/device/matrix.rs` has the same in process.
+
+mod driven;
+mod rows;
+
+use host_sim::device::simulated::Wires;
+use host_sim::emulator::bench::Mishap;
+use host_sim::emulator::rig::Sample;
+use stiction::Fault;
+use stiction::link::State;
+
+use crate::bench::MS;
+use driven::{Driven, SITUATIONS, Situation, sound};
+use rows::{Reported, Row, reported};
+
+const LAWS: [&str; 7] = ["pd", "ri", "rvi", "roi", "feedforward", "dnpf", "srnf"];
+
+/// The control interrupt's budget of 900 instructions at 168 MHz, ns: from the read of the counter to the end.
+const INTERRUPT_NS: u64 = 5_400;
+
+/// What a monitor sees.
+const ROWS: [&Row; 12] = [
+    &rows::JUMP,
+    &rows::STALL,
+    &rows::CUT,
+    &rows::ONE_CUT,
+    &rows::FOLLOWING,
+    &rows::OVERSPEED,
+    &rows::POSITION,
+    &rows::SUPPLY_LOW,
+    &rows::SUPPLY_HIGH,
+    &rows::OVERHEAT,
+    &rows::NON_FINITE,
+    &rows::SILENCE,
+];
+
+/// Why the others are in no row.
+const ELSEWHERE: [(Fault, &str); 4] = [
+    (Fault::NoParameters, "only at boot: tests/image/mishaps.rs"),
+    (Fault::BadParameters, "only at boot: tests/image/mishaps.rs"),
+    (Fault::ClockAbsent, "only at boot: tests/image/mishaps.rs"),
+    (Fault::EncoderReversed, "only in the first move: a test of its own, below"),
+];
+
+/// From the injection on: the tick in which the bridge has gone off.
+fn seen(row: &Row, driven: &mut Driven, name: &str, [least, most]: [u32; 2]) -> (u32, Sample) {
+    let inject = row.inject;
+    for tick in 0..most {
+        driven.act(move |held| inject(held, tick));
+        // A client that is there.
+        if row.fault != Fault::LinkTimeout && tick % 10 == 5 {
+            driven.status();
+        }
+        let sample = driven.samples(1);
+        if !sample.bridge.is_on() {
+            assert!(tick + 1 >= least, "{name}: seen after {} ticks already", tick + 1);
+            return (tick + 1, sample);
+        }
+    }
+    panic!("{name}: not seen within {most} ticks");
+}
+
+/// Told and kept is what tripped in the tick that has turned the bridge off, and nothing is driven, whatever is asked.
+fn assert_latched(driven: &mut Driven, name: &str, (fault, value): (Fault, [f32; 2]), sample: Sample) {
+    let (kept, told) = (driven.kept(), driven.status().fault);
+    assert_eq!((kept.fault, Some(kept.tick)), (Some(fault), sample.clock), "{name}");
+    assert_eq!((told.code, told.tick, told.value), (fault as u8, kept.tick, kept.value), "{name}");
+    assert!((value[0]..=value[1]).contains(&told.value.abs()), "{name}: {told:?}");
+    let client = driven.client();
+    assert!(client.arm().is_err() && client.step_to(1.0).is_err() && client.hold().is_err(), "{name}");
+    driven.samples(25);
+    let (off, now) = driven.off_and_now();
+    assert!(now > sample.at_ns + 400 * MS, "{name}");
+    assert!(off <= sample.at_ns + INTERRUPT_NS, "{name}: off at {off}, and {sample:?}");
+}
+
+/// The reset after a fault tells it and drives nothing.
+fn assert_kept_across_a_reset(driven: &mut Driven, name: &str, fault: Fault) {
+    let (off, _) = driven.off_and_now();
+    driven.act(|held| {
+        sound(held);
+        held.push(0.0, 0.0);
+    });
+    driven.samples(2);
+    driven.act(|held| held.mishap(Mishap::Reset));
+    driven.wait(200 * MS);
+    driven.connect_anew();
+    assert_eq!(driven.status().fault.code, fault as u8, "{name}");
+    assert!(driven.client().arm().is_err(), "{name}");
+    driven.samples(10);
+    assert_eq!(driven.off_and_now().0, off, "{name}: driven after the reset");
+    let last = format!("reset by reset pin; last fault: {}", fault.describe());
+    assert!(driven.log().contains(&last), "{name}: {:?}", driven.log());
+}
+
+/// Cleared is not armed, a joint that moves is not armed, and one at rest begins with a law that has forgotten.
+fn assert_armed_again_only_as_it_should(driven: &mut Driven, name: &str) {
+    driven.client().clear().unwrap();
+    assert!(!driven.samples(2).bridge.is_on(), "{name}");
+    assert_eq!(driven.state(), State::Stopped, "{name}");
+    driven.act(|held| held.push(0.0, 5.0));
+    driven.samples(2);
+    assert!(driven.client().arm().unwrap_err().to_string().contains("at rest"), "{name}");
+    driven.act(|held| held.push(0.0, 0.0));
+    driven.samples(10);
+    driven.client().arm().unwrap();
+    // The one that was under way, and an armed one.
+    assert!(driven.samples(2).bridge.is_on(), "{name}: {:?}", driven.status());
+    let tick = driven.last_tick();
+    assert_eq!((tick.error, tick.v_c, tick.code), (0.0, 0.0, 0), "{name}");
+}
+
+/// For docs/reliability.md, as `cargo xtask reliability` reads it.
+fn tell(fault: Fault, what: &str, situation: Situation, cases: usize, slowest: &str) {
+    let (fault, situation) = (fault.describe(), format!("{situation:?}").to_lowercase());
+    println!(
+        "reliability: image | fault={fault} | what={what} | situation={situation} | cases={cases} | slowest={slowest}"
+    );
+}
+
+fn assert_rows(rows: &[&Row]) {
+    let mut driven = Driven::boot();
+    for row in rows {
+        let mut first = true;
+        for (situation, within) in SITUATIONS.into_iter().zip(row.within) {
+            let Ok(within) = within else { continue };
+            let mut slowest = 0;
+            for law in LAWS {
+                let name = format!("{} ({}), {law}, {situation:?}", row.fault.describe(), row.what);
+                driven.take(law, row.set);
+                driven.bring(situation);
+                let (ticks, sample) = seen(row, &mut driven, &name, within);
+                slowest = slowest.max(ticks);
+                assert_latched(&mut driven, &name, (row.fault, row.value), sample);
+                if std::mem::take(&mut first) {
+                    assert_kept_across_a_reset(&mut driven, &name, row.fault);
+                }
+                driven.take(law, row.set);
+                if row.fault == Fault::Overheat {
+                    // Four of its time constants.
+                    driven.samples(200);
+                }
+                assert_armed_again_only_as_it_should(&mut driven, &name);
+            }
+            tell(row.fault, row.what, situation, LAWS.len(), &format!("{slowest} ticks"));
+        }
+    }
+}
+
+#[test]
+fn a_joint_that_does_not_follow() {
+    assert_rows(&[&rows::STALL, &rows::FOLLOWING]);
+}
+
+#[test]
+fn a_joint_out_of_its_bounds() {
+    // The position first: what comes after it moves the place that the board calls zero.
+    assert_rows(&[&rows::POSITION, &rows::OVERSPEED]);
+}
+
+#[test]
+fn wires_of_the_encoder() {
+    assert_rows(&[&rows::JUMP, &rows::CUT, &rows::ONE_CUT]);
+}
+
+#[test]
+fn supply_and_heat() {
+    assert_rows(&[&rows::SUPPLY_LOW, &rows::SUPPLY_HIGH, &rows::OVERHEAT]);
+}
+
+#[test]
+fn memory_and_link() {
+    assert_rows(&[&rows::NON_FINITE, &rows::SILENCE]);
+}
+
+/// Swapped wires make the loop push away from the target: seen within the first hundredths of a degree.
+#[test]
+fn a_reversed_encoder_is_seen_in_the_first_move_under_every_law() {
+    let mut driven = Driven::boot();
+    let mut slowest = 0;
+    for law in LAWS {
+        driven.take(law, &[]);
+        driven.act(|held| held.rewire(Wires::Swapped));
+        driven.samples(10);
+        driven.client().arm().unwrap();
+        driven.client().step_to(5.0).unwrap();
+        driven.samples(1);
+        let from = driven.act(|held| held.rig.joint.position_deg());
+        let off = (1..=20).find_map(|tick| {
+            let sample = driven.samples(1);
+            (!sample.bridge.is_on()).then_some((tick, sample))
+        });
+        let (ticks, off) = off.unwrap();
+        slowest = slowest.max(ticks);
+        // Eight counts are 0.019 deg; a tick at the speed that it has by then is a little more.
+        let travel = driven.act(|held| held.rig.joint.position_deg()) - from;
+        assert!((0.01..0.2).contains(&travel), "{law}: {travel}");
+        assert_latched(&mut driven, law, (Fault::EncoderReversed, [0.019, 0.2]), off);
+        driven.take(law, &[]);
+        assert_armed_again_only_as_it_should(&mut driven, law);
+    }
+    let (fault, what) = (Fault::EncoderReversed, "swapped wires, a step of 5 deg");
+    tell(fault, what, Situation::Rest, LAWS.len(), &format!("{slowest} ticks"));
+}
+
+fn assert_reported(situation: Situation) {
+    let mut driven = Driven::boot();
+    for Reported { fault, mishaps, limit } in reported() {
+        let name = format!("{}, {situation:?}", fault.describe());
+        driven.take("pd", &[]);
+        driven.bring(situation);
+        let (_, begin) = driven.off_and_now();
+        for (at, mishap) in mishaps {
+            let (_, now) = driven.off_and_now();
+            driven.wait(begin + at - now);
+            driven.act(move |held| held.mishap(mishap));
+        }
+        let (_, now) = driven.off_and_now();
+        driven.wait(begin + 400 * MS - now);
+        let (off, now) = driven.off_and_now();
+        assert!(off <= begin + limit && now >= begin + 400 * MS, "{name}: off after {} ns", off - begin);
+        let told = format!("faulted: {} (code {})", fault.describe(), fault as u8);
+        assert!(driven.log().iter().any(|line| line.starts_with(&told)), "{name}: {:?}", driven.log());
+        let ms = off.saturating_sub(begin) as f64 / MS as f64;
+        tell(fault, "the board reports it", situation, 1, &format!("{ms:.2} ms"));
+        driven.connect_anew();
+        assert_eq!(driven.status().fault.code, fault as u8, "{name}");
+        assert!(driven.client().arm().is_err() && driven.client().step_to(1.0).is_err(), "{name}");
+        driven.samples(10);
+        assert_eq!(driven.off_and_now().0, off, "{name}: driven again");
+        if !fault.is_clearable() {
+            assert!(driven.client().clear().is_err(), "{name}");
+            continue;
+        }
+        driven.take("pd", &[]);
+        assert_armed_again_only_as_it_should(&mut driven, &name);
+    }
+}
+
+#[test]
+fn what_the_board_reports_at_rest() {
+    assert_reported(Situation::Rest);
+}
+
+#[test]
+fn what_the_board_reports_while_it_moves() {
+    assert_reported(Situation::Moving);
+}
+
+#[test]
+fn what_the_board_reports_at_full_effort() {
+    assert_reported(Situation::Saturated);
+}
+
+#[test]
+fn no_fault_is_forgotten_by_the_matrix() {
+    let reported = reported();
+    for fault in Fault::ALL {
+        let in_a_row =
+            ROWS.iter().any(|row| row.fault == fault) || reported.iter().any(|row| row.fault == fault);
+        let elsewhere = ELSEWHERE.iter().any(|(other, _)| *other == fault);
+        assert!(in_a_row != elsewhere, "{fault:?}");
+    }
+}
