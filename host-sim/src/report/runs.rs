@@ -129,6 +129,15 @@ pub const LAB: &[LabRun] = &[
         &["run.coupling=previous-step", "friction.karnopp-banded.band_rad_per_s=[9.948e-5, 9.948e-5]"],
     ),
     lab("square/banded", "square-wave", "karnopp-banded", "rk4-adaptive", &[]),
+    // Steps that do not jump over the band's edges.
+    lab("square/wide-fixed", "square-wave", "karnopp-banded", "rk4", &[]),
+    lab(
+        "square/narrow-fixed",
+        "square-wave",
+        "karnopp-banded",
+        "rk4",
+        &["friction.karnopp-banded.band_m_per_s=[1e-4]"],
+    ),
     lab("square/karnopp", "square-wave", "karnopp", "exact", &[]),
     lab("square/ri", "square-wave", "reset-integrator", "exact", &[]),
     lab("triangle/banded", "triangle-wave", "karnopp-banded", "rk4-adaptive", &[]),
