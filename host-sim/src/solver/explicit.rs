@@ -83,8 +83,9 @@ impl<const N: usize, const Z: usize> Progress<N, Z> {
         Ok(())
     }
 
-    /// What a reader sees of a long step, and of its end where the forces jump there. Not counted: it is not for the
-    /// solution.
+    /// What a reader sees of a long step, and of its end where the forces jump there. Of a step in which a body changes
+    /// between sticking and slipping, be it only on the way, nothing is known but its ends. Not counted: it is not for
+    /// the solution.
     fn samples_between<D: Dynamics<N, Z>, O: Observer<N>>(
         &self,
         dynamics: &D,
@@ -97,16 +98,20 @@ impl<const N: usize, const Z: usize> Progress<N, Z> {
             return;
         }
         let h = t - self.t;
-        let then = dynamics.evaluate(t.min(last_s), end);
+        let (then, slip_then) = (dynamics.evaluate(t.min(last_s), end), dynamics.slip(end));
         while observer.next_sample_s() < t {
             let time_s = observer.next_sample_s();
             let part = (time_s - self.t) / h;
             let state = state_between(h, (&self.state, &self.rates.rates), (end, &then.rates), part);
+            let slip = dynamics.slip(&state);
+            if slip != self.slip || slip != slip_then {
+                break;
+            }
             let rates = dynamics.evaluate(time_s.min(last_s), &state);
-            observer.sample(&sample(time_s, &state, &rates, dynamics.slip(&state)));
+            observer.sample(&sample(time_s, &state, &rates, slip));
         }
         if t > last_s {
-            observer.sample(&sample(t, end, &then, dynamics.slip(end)));
+            observer.sample(&sample(t, end, &then, slip_then));
         }
     }
 

@@ -102,8 +102,7 @@ pub(super) const CLAIMS: &[Claim] = &[
                 let rest_s: f64 = pairs.map(|pair| pair[1].time_s - pair[0].time_s).sum();
                 Some((rest_s, result.metrics.final_velocity.first()?.abs()))
             };
-            let ((narrow_s, slow), (wide_s, fast)) =
-                (rest("square/narrow-fixed")?, rest("square/wide-fixed")?);
+            let ((narrow_s, slow), (wide_s, fast)) = (rest("square/narrow")?, rest("square/banded")?);
             Some(vec![narrow_s / wide_s, slow / fast])
         },
         holds: Below(1.0),
