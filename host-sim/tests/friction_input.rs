@@ -35,6 +35,27 @@ fn what_cannot_be_is_refused_in_one_sentence() {
         (set("mechanism.stiffness_n_per_m=[-100]"), &["is -100", "above 0"]),
         (set("mechanism.length_m=[1.0]"), &["`mechanism.length_m` has no meaning", "spring-mass"]),
         (set("friction.stick_n=[0.1]"), &["`friction.stick_n[0]` is 0.1", "not below", "friction.slip_n"]),
+        (
+            set("friction.stick_n=[0.3]"),
+            &[
+                "`friction.reset-integrator.gradient[0]` is 0.25",
+                "0.5 to two digits",
+                "`friction.stick_n`",
+                "leave it out",
+            ],
+        ),
+        (
+            set("friction.slip_n=[0.19]"),
+            &["`friction.reset-integrator.stiffness_n_per_m[0]` is 20000", "19000", "`friction.slip_n`"],
+        ),
+        (
+            set("friction.range_m=[2e-5]"),
+            &["reset-integrator.stiffness_n_per_m[0]` is 20000", "10000", "`friction.range_m`"],
+        ),
+        (
+            vec!["manipulator-1dof", "--set", "friction.stick_nm=[1.3]"],
+            &["`friction.reset-integrator.gradient[0]` is 0.25", "0.3542", "`friction.stick_nm`"],
+        ),
         (set("friction.range_m=[0.0]"), &["`friction.range_m[0]` is 0", "above 0"]),
         (set("friction.range_rad=[1e-5]"), &["two units"]),
         (set("run.tolerance=0"), &["`run.tolerance` is 0", "1e-14 to 0.01"]),
@@ -155,4 +176,80 @@ fn the_json_of_a_friction_run_is_what_scripts_rely_on() {
         "--json",
     ]);
     assert_eq!(coupled["runs"][0]["label"], "karnopp-banded/rk4/neglected");
+}
+
+/// What is rounded as in the thesis's tables is what the rules say; damping is a guideline there and free.
+#[test]
+fn rounded_parameters_of_the_reset_integrator_are_taken() {
+    for set in [
+        "friction.reset-integrator.gradient=[0.254]",
+        "friction.reset-integrator.stiffness_n_per_m=[19600]",
+        "friction.reset-integrator.damping_n_s_per_m=[5.0]",
+    ] {
+        let output = stiction(&["spring-mass", "--friction", "reset-integrator", "--set", set]);
+        assert_eq!((output.status.code(), output.stderr.len()), (Some(0), 0), "{set}");
+    }
+}
+
+fn stiction(arguments: &[&str]) -> std::process::Output {
+    Command::new(env!("CARGO_BIN_EXE_stiction"))
+        .arg("run")
+        .args(arguments)
+        .stdin(Stdio::null())
+        .output()
+        .unwrap()
+}
+
+/// A step too long for the smooth friction, under which the block creeps from the start; the one that sticks does not mind.
+#[test]
+fn a_run_that_is_given_up_takes_no_other_with_it() {
+    let directory = tempfile::tempdir().unwrap();
+    let csv = directory.path().join("run.csv");
+    let arguments = [
+        "spring-mass",
+        "--solver",
+        "nonsmooth",
+        "--set",
+        "run.friction=[\"karnopp\", \"tanh\"]",
+        "--set",
+        "friction.tanh.speed_m_per_s=[1.0]",
+        "--set",
+        "run.step_s=0.05",
+        "--set",
+        "run.duration_s=1.0",
+        "--csv",
+        csv.to_str().unwrap(),
+        "--json",
+    ];
+    let output = stiction(&arguments);
+    let said = String::from_utf8(output.stderr).unwrap();
+    assert_eq!((output.status.code(), said.lines().count()), (Some(1), 1), "{said}");
+    for fragment in
+        ["1 of 2 runs was given up", "tanh/nonsmooth", "too long for the springs", " s, in the state q = ["]
+    {
+        assert!(said.contains(fragment), "lacks {fragment}: {said}");
+    }
+    let json: serde_json::Value = serde_json::from_slice(&output.stdout).unwrap();
+    let labels: Vec<_> = json["runs"].as_array().unwrap().iter().map(|run| run["label"].clone()).collect();
+    assert_eq!(labels, ["karnopp/nonsmooth"]);
+    assert!(std::fs::read_to_string(&csv).unwrap().lines().count() > 20);
+    // Nothing is left of one that stands alone.
+    let alone = stiction(&[&arguments[..4], &["run.friction=[\"tanh\"]"], &arguments[5..11]].concat());
+    assert_eq!((alone.status.code(), alone.stdout.len()), (Some(1), 0));
+    assert!(!String::from_utf8(alone.stderr).unwrap().contains("of 1"));
+}
+
+#[test]
+fn the_table_lists_the_first_events_within_80_columns_and_says_how_many_more_there_are() {
+    let output = stiction(&["spring-mass", "--friction", "karnopp", "--set", "run.duration_s=10"]);
+    let table = String::from_utf8(output.stdout).unwrap();
+    // Closed form: breaks from 1.25 s each 0.6073 s, sticks 0.1073 s later; 15 of each in 10 s.
+    for fragment in
+        ["1.250000  1 break", "1.357304  1 stick", "5.501125  1 break", "and 15 more, --json has all"]
+    {
+        assert!(table.contains(fragment), "lacks {fragment}:\n{table}");
+    }
+    assert!(table.lines().all(|line| line.chars().count() <= 80), "{table}");
+    let short = stiction(&["spring-mass", "--friction", "karnopp", "--set", "run.duration_s=2"]);
+    assert!(!String::from_utf8(short.stdout).unwrap().contains("more"));
 }

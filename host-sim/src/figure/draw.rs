@@ -78,7 +78,8 @@ pub(super) fn svg(figure: &Figure, sheet: Sheet) -> Result<String, Error> {
     let panels = &figure.panels;
     let points = panels.iter().flat_map(|panel| drawable(&panel.lines));
     let time = extent(points.map(|point| point.0)).ok_or(Error::Empty)?;
-    let time = Axis::new(time, sheet.width / 64.0)?;
+    // A hair more, or rounding would lose a tick at the very end.
+    let time = Axis::new((time.0, time.1 + 1e-9 * (time.1 - time.0)), sheet.width / 64.0)?;
     if !panels.iter().all(|p| HEIGHTS.contains(&p.height)) {
         return Err(Error::Size);
     }

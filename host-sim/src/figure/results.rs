@@ -103,8 +103,22 @@ fn title(group: &str, kind: &str) -> String {
         "srnf" => "PD with smooth robust nonlinear feedback (SRNF)",
         other => other,
     };
-    let variant = if variant.is_empty() { String::new() } else { format!(", {variant}") };
-    format!("{controller}{variant}: {kind}")
+    let variants = variant.split('/').filter(|slug| !slug.is_empty()).map(in_words);
+    let all: Vec<String> = std::iter::once(controller.to_owned()).chain(variants).collect();
+    format!("{}: {kind}", all.join(", "))
+}
+
+/// What a built-in variant is; another one keeps its name.
+fn in_words(slug: &str) -> String {
+    match slug.split_once('-') {
+        Some(("delay", "1")) => "one sample of delay".into(),
+        Some(("added", "variable")) => "friction added now and then".into(),
+        Some(("added", volts)) if volts.parse::<f64>().is_ok() => format!("{volts} V of friction added"),
+        Some(("friction", times)) if times.parse::<f64>().is_ok() => format!("{times} times the friction"),
+        Some(("test", number)) if number.parse::<u32>().is_ok() => format!("test {number}"),
+        Some(("literal", "si")) => "gain read in SI".into(),
+        _ => slug.into(),
+    }
 }
 
 fn displacements(results: &[&RunResult]) -> Panel {
@@ -195,7 +209,11 @@ fn is_plain(result: &RunResult) -> bool {
 /// By its motion, or by its variant where only that differs.
 fn curve_name(result: &RunResult, among: &[&RunResult]) -> String {
     let same_motion = among.iter().all(|other| other.plan.motion == result.plan.motion);
-    if same_motion && among.len() > 1 { result.plan.slugs().join(", ") } else { motion_name(result) }
+    if same_motion && among.len() > 1 {
+        result.plan.slugs().into_iter().map(in_words).collect::<Vec<_>>().join(", ")
+    } else {
+        motion_name(result)
+    }
 }
 
 fn motion_name(result: &RunResult) -> String {

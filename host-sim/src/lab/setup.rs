@@ -229,7 +229,8 @@ pub enum Model {
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum SolverName {
-    /// Every switch located.
+    /// Error-controlled. Of set-valued friction and the Reset Integrator every switch is located; the other models have
+    /// none that is sharp, and their events are told at the ends of steps.
     #[default]
     Exact,
     /// Fixed step.

@@ -156,7 +156,10 @@ fn digits(value: f64) -> String {
     let text = match size {
         // What is left of equal numbers after their rounding.
         _ if size < 1e-12 => "0".into(),
-        _ if !(1e-3..1e5).contains(&size) => format!("{value:.2e}"),
+        // Shortest, and in one piece: a line must not end within it.
+        _ if !(1e-3..1e5).contains(&size) => {
+            format!("{value:.2e}").replace(".00e", "e").replace("0e", "e").replace("e-", "e\u{2060}-\u{2060}")
+        }
         _ => {
             let decimals = (3 - size.log10().floor() as i32).max(0) as usize;
             let text = format!("{value:.decimals$}");
@@ -203,6 +206,9 @@ mod tests {
     #[test]
     fn measured_values_have_four_digits() {
         let shown = [0.0, 0.48012, -139.64, 12345.6, 2.0, 1.2e-7, 0.1, 100.0].map(digits);
-        assert_eq!(shown, ["0", "0.4801", "\u{2212}139.6", "12346", "2", "1.20e\u{2212}7", "0.1", "100"]);
+        assert_eq!(
+            shown,
+            ["0", "0.4801", "\u{2212}139.6", "12346", "2", "1.2e\u{2060}\u{2212}\u{2060}7", "0.1", "100"]
+        );
     }
 }

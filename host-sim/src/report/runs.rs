@@ -128,10 +128,19 @@ pub const LAB: &[LabRun] = &[
         "rk4-adaptive",
         &["run.coupling=previous-step", "friction.karnopp-banded.band_rad_per_s=[9.948e-5, 9.948e-5]"],
     ),
-    lab("square/banded", "square-wave", "karnopp-banded", "rk4-adaptive", &[]),
+    // In short steps: step doubling is fooled at the band's edge, where the stages of a long step, now on this side of
+    // the band and now on that, add up to nothing.
+    lab("square/banded", "square-wave", "karnopp-banded", "rk4", &[]),
+    lab(
+        "square/narrow",
+        "square-wave",
+        "karnopp-banded",
+        "rk4",
+        &["friction.karnopp-banded.band_m_per_s=[1e-4]"],
+    ),
     lab("square/karnopp", "square-wave", "karnopp", "exact", &[]),
     lab("square/ri", "square-wave", "reset-integrator", "exact", &[]),
-    lab("triangle/banded", "triangle-wave", "karnopp-banded", "rk4-adaptive", &[]),
+    lab("triangle/banded", "triangle-wave", "karnopp-banded", "rk4", &[]),
     lab("triangle/karnopp", "triangle-wave", "karnopp", "exact", &[]),
     lab("triangle/ri", "triangle-wave", "reset-integrator", "exact", &[]),
     lab("revisited/karnopp", "spring-mass-revisited", "karnopp", "exact", &[]),

@@ -1,6 +1,7 @@
 //! A step seen from inside: polynomials between its two ends.
 
 use super::roots::{Quartic, value};
+use super::state::State;
 
 /// A step between its two ends, in parts of its length.
 pub struct Between<const N: usize> {
@@ -41,3 +42,24 @@ impl<const N: usize> Between<N> {
 
 /// Positions, velocities and accelerations.
 type Instant<'a, const N: usize> = (&'a [f64; N], &'a [f64; N], &'a [f64; N]);
+
+/// The state after a part of a step of `h`, from states and their rates at both ends.
+pub fn state_between<const N: usize, const Z: usize>(
+    h: f64,
+    (from, from_rates): (&State<N, Z>, &State<N, Z>),
+    (to, to_rates): (&State<N, Z>, &State<N, Z>),
+    part: f64,
+) -> State<N, Z> {
+    let begin = (&from.q, &from.v, &from_rates.v);
+    let (q, v) = Between::new(h, begin, (&to.q, &to.v, &to_rates.v)).at(part);
+    let mut z = from.z;
+    for i in 0..N {
+        for j in 0..Z {
+            let (z0, z1) = (from.z[i][j], to.z[i][j]);
+            let (r0, r1) = (h * from_rates.z[i][j], h * to_rates.z[i][j]);
+            let (c2, c3) = (3.0 * (z1 - z0) - 2.0 * r0 - r1, r0 + r1 - 2.0 * (z1 - z0));
+            z[i][j] = z0 + part * (r0 + part * (c2 + part * c3));
+        }
+    }
+    State { q, v, z }
+}

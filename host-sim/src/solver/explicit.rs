@@ -2,6 +2,7 @@
 // One index goes through several arrays of bodies at once.
 #![allow(clippy::needless_range_loop)]
 
+use super::between::state_between;
 use super::dynamics::{Dynamics, Rates};
 use super::state::{BodyEvent, Finish, Observer, Sample, State};
 use super::storm::Storm;
@@ -48,17 +49,19 @@ impl<const N: usize, const Z: usize> Progress<N, Z> {
         progress
     }
 
-    /// Keeps a step. Its events are at its end: nothing is located.
+    /// Keeps a step up to `t`, in a smooth stretch whose last instant is `last_s`. Its events are at its end: nothing is
+    /// located.
     ///
     /// # Errors
     /// If events do not end: with time and state.
     pub fn keep<D: Dynamics<N, Z>, O: Observer<N>>(
         &mut self,
         dynamics: &mut D,
-        t: f64,
+        (t, last_s): (f64, f64),
         state: State<N, Z>,
         observer: &mut O,
     ) -> Result<(), Trouble> {
+        self.samples_between(dynamics, (t, last_s), &state, observer);
         (self.t, self.state) = (t, state);
         dynamics.accepted(&mut self.state, &self.rates);
         self.rates = dynamics.evaluate(t, &self.state);
@@ -80,17 +83,41 @@ impl<const N: usize, const Z: usize> Progress<N, Z> {
         Ok(())
     }
 
+    /// What a reader sees of a long step, and of its end where the forces jump there. Of a step in which a body changes
+    /// between sticking and slipping, be it only on the way, nothing is known but its ends. Not counted: it is not for
+    /// the solution.
+    fn samples_between<D: Dynamics<N, Z>, O: Observer<N>>(
+        &self,
+        dynamics: &D,
+        (t, last_s): (f64, f64),
+        end: &State<N, Z>,
+        observer: &mut O,
+    ) {
+        let is_wanted = t > last_s || observer.next_sample_s() < t;
+        if !O::SAMPLES || !is_wanted || !end.is_finite() {
+            return;
+        }
+        let h = t - self.t;
+        let (then, slip_then) = (dynamics.evaluate(t.min(last_s), end), dynamics.slip(end));
+        while observer.next_sample_s() < t {
+            let time_s = observer.next_sample_s();
+            let part = (time_s - self.t) / h;
+            let state = state_between(h, (&self.state, &self.rates.rates), (end, &then.rates), part);
+            let slip = dynamics.slip(&state);
+            if slip != self.slip || slip != slip_then {
+                break;
+            }
+            let rates = dynamics.evaluate(time_s.min(last_s), &state);
+            observer.sample(&sample(time_s, &state, &rates, slip));
+        }
+        if t > last_s {
+            observer.sample(&sample(t, end, &then, slip_then));
+        }
+    }
+
     fn sample<O: Observer<N>>(&self, observer: &mut O) {
         if O::SAMPLES {
-            observer.sample(&Sample {
-                time_s: self.t,
-                q: self.state.q,
-                v: self.state.v,
-                a: self.rates.rates.v,
-                friction: self.rates.friction,
-                slip: self.slip,
-                z: self.state.deflections(),
-            });
+            observer.sample(&sample(self.t, &self.state, &self.rates, self.slip));
         }
     }
 
@@ -107,4 +134,14 @@ impl<const N: usize, const Z: usize> Progress<N, Z> {
     pub fn trouble(&self, what: impl Into<String>) -> Trouble {
         Trouble::new(what, self.t, &self.state.q, &self.state.v)
     }
+}
+
+fn sample<const N: usize, const Z: usize>(
+    time_s: f64,
+    state: &State<N, Z>,
+    rates: &Rates<N, Z>,
+    slip: [i8; N],
+) -> Sample<N> {
+    let Rates { rates, friction } = *rates;
+    Sample { time_s, q: state.q, v: state.v, a: rates.v, friction, slip, z: state.deflections() }
 }

@@ -35,7 +35,7 @@ pub fn run<const N: usize, const Z: usize, D: Dynamics<N, Z>, O: Observer<N>>(
             let state = classical(dynamics, t, last_s, &progress.state, &first, h);
             progress.evaluations += 3;
             let t = if i == steps as u64 { end_s } else { begin_s + i as f64 * h };
-            progress.keep(dynamics, t, state, observer)?;
+            progress.keep(dynamics, (t, last_s), state, observer)?;
             if !progress.state.is_finite() {
                 return Ok(progress.finish());
             }

@@ -8,7 +8,7 @@
 // One index goes through several arrays of bodies at once.
 #![allow(clippy::needless_range_loop)]
 
-use super::between::Between;
+use super::between::state_between;
 use super::dormand_prince::{EVALUATIONS, growth, step};
 use super::dynamics::{Rates, direction, rates_in};
 use super::roots::{Quartic, first_fall, slope, through};
@@ -73,7 +73,7 @@ where
         let corner_s = mechanism.next_corner(run.t);
         let end_s = corner_s.min(duration_s);
         run.last_s = if corner_s <= duration_s { corner_s.next_down() } else { end_s };
-        run.refresh();
+        run.refresh()?;
         while run.t < end_s && run.state.is_finite() {
             run.step(end_s)?;
         }
@@ -120,10 +120,12 @@ where
     F: SingleValued<Z>,
     O: Observer<N>,
 {
-    /// Rates anew, after a jump of the forces or another piece.
-    fn refresh(&mut self) {
+    /// Rates anew, after a jump of the forces or another piece, and what they make of sticking and slipping.
+    fn refresh(&mut self) -> Result<(), Trouble> {
         self.now = self.rates(self.t, &self.state.clone());
+        self.tell()?;
         self.sample(self.t, &self.state.clone(), &self.now.clone());
+        Ok(())
     }
 
     fn rates(&mut self, t: f64, state: &State<N, Z>) -> Rates<N, Z> {
@@ -174,8 +176,7 @@ where
             }
             let v = self.state.v[i];
             self.pieces[i] = self.friction[i].next(self.pieces[i], found.number, v, &mut self.state.z[i]);
-            self.refresh();
-            return self.tell();
+            return self.refresh();
         }
     }
 
@@ -261,19 +262,7 @@ where
 
     /// The state after a part of a step.
     fn between(&self, h: f64, end: &State<N, Z>, then: &Rates<N, Z>, part: f64) -> State<N, Z> {
-        let instant = |s: &State<N, Z>, r: &Rates<N, Z>| (s.q, s.v, r.rates.v);
-        let (from, to) = (instant(&self.state, &self.now), instant(end, then));
-        let (q, v) = Between::new(h, (&from.0, &from.1, &from.2), (&to.0, &to.1, &to.2)).at(part);
-        let mut z = self.state.z;
-        for i in 0..N {
-            for j in 0..Z {
-                let (z0, z1) = (self.state.z[i][j], end.z[i][j]);
-                let (r0, r1) = (h * self.now.rates.z[i][j], h * then.rates.z[i][j]);
-                let (c2, c3) = (3.0 * (z1 - z0) - 2.0 * r0 - r1, r0 + r1 - 2.0 * (z1 - z0));
-                z[i][j] = z0 + part * (r0 + part * (c2 + part * c3));
-            }
-        }
-        State { q, v, z }
+        state_between(h, (&self.state, &self.now.rates), (end, &then.rates), part)
     }
 
     fn samples_between(&mut self, until_s: f64, h: f64, end: &State<N, Z>, then: &Rates<N, Z>) {

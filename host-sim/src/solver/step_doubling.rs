@@ -86,7 +86,7 @@ pub fn run<const N: usize, const Z: usize, D: Dynamics<N, Z>, O: Observer<N>>(
         let growth = if error > 6e-4 { 0.9 * error.powf(-0.2) } else { 4.0 };
         let t_new = if h >= end_s - t { end_s } else { t + h };
         wanted = h * growth;
-        progress.keep(dynamics, t_new, state, observer)?;
+        progress.keep(dynamics, (t_new, last_s), state, observer)?;
     }
     Ok(progress.finish())
 }

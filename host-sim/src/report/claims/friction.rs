@@ -121,3 +121,33 @@ pub(super) fn miss(evidence: &Evidence, name: &str, from: &str) -> Option<f64> {
     let pairs = a.metrics.final_position.iter().zip(&b.metrics.final_position);
     Some(pairs.map(|(a, b)| (a - b).powi(2)).sum::<f64>().sqrt())
 }
+
+/// How long a body's friction swings after each stop, until it stays within 5 % of F_s of the force that it holds, as a
+/// part of the stay at rest; of stays that end within the run.
+pub(super) fn swings(evidence: &Evidence, name: &str) -> Option<Vec<f64>> {
+    let result = evidence.lab(name)?;
+    let margin = 0.05 * levels(result, "stick").first()?;
+    let (stops, breaks) = (times(result, 0, &[EventKind::Stick]), times(result, 0, &[EventKind::Break]));
+    let swing = |stop_s: &f64| {
+        let break_s = *breaks.iter().find(|break_s| *break_s > stop_s)?;
+        let swinging = |row: &&Row| (row.friction[0] - row.input[0]).abs() > margin;
+        // Without the last hundredth, in which the bristle gives way.
+        let stay = rows(result, *stop_s, break_s - 0.01 * (break_s - stop_s));
+        let last_s = stay.iter().rev().find(swinging).map_or(*stop_s, |row| row.time_s);
+        Some((last_s - stop_s) / (break_s - stop_s))
+    };
+    let swings: Vec<f64> = stops.iter().filter_map(swing).collect();
+    (!swings.is_empty()).then_some(swings)
+}
+
+/// How often deflections turn around while their friction sticks, over all bodies.
+pub(super) fn reversals_at_rest(evidence: &Evidence, name: &str) -> Option<f64> {
+    let result = evidence.lab(name)?;
+    let of = |body: usize| {
+        let steps = result.rows.windows(2).filter(|pair| pair[0].stuck[body] && pair[1].stuck[body]);
+        let ways = steps.map(|pair| (pair[1].deflection[body] - pair[0].deflection[body]).signum());
+        let ways: Vec<f64> = ways.collect();
+        ways.windows(2).filter(|pair| pair[0] * pair[1] < 0.0).count() as f64
+    };
+    Some((0..result.metrics.breaks.len()).map(of).sum())
+}

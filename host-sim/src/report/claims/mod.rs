@@ -6,8 +6,10 @@
 mod chapter2;
 mod chapter3;
 mod compensators;
+mod details;
 mod friction;
 mod nonlinear;
+mod precision;
 
 use serde::Serialize;
 
@@ -96,6 +98,7 @@ pub struct Section {
 /// All claims, in the thesis's order.
 pub const SECTIONS: &[Section] = &[
     Section { title: "Chapter 2: friction models", claims: chapter2::CLAIMS },
+    Section { title: "Chapter 2: the models in detail, and Appendix A.1", claims: details::CLAIMS },
     Section { title: "Chapter 3: the robot's axis and PD", claims: chapter3::AXIS },
     Section { title: "Chapter 3: integrals", claims: compensators::INTEGRALS },
     Section { title: "Chapter 3: feedforward, DNPF and SRNF", claims: nonlinear::CLAIMS },

@@ -1,0 +1,90 @@
+//! `stiction report` as a person runs it: a page that stands alone, with every figure beside it.
+#![allow(clippy::unwrap_used)]
+
+use std::collections::BTreeSet;
+use std::fs;
+use std::process::{Command, Stdio};
+
+/// The figures of the thesis that are results.
+fn results() -> BTreeSet<u32> {
+    [5, 7, 9].into_iter().chain(11..=20).chain(26..=59).chain(61..=67).collect()
+}
+
+/// What comes after each `mark`, up to the next quotation mark or bracket.
+fn after<'a>(text: &'a str, mark: &'a str) -> impl Iterator<Item = &'a str> {
+    text.match_indices(mark).map(move |(at, _)| {
+        let rest = &text[at + mark.len()..];
+        rest.split(['"', '\'', ')', '>', ' ']).next().unwrap_or_default()
+    })
+}
+
+/// References that a browser would follow to load something: none may leave the file.
+fn loaded(text: &str) -> Vec<&str> {
+    let marks = ["src=\"", "srcset=\"", "href=\"", "data=\"", "poster=\"", "url(", "@import ", "fetch("];
+    marks.into_iter().flat_map(|mark| after(text, mark)).filter(|to| !to.starts_with('#')).collect()
+}
+
+#[test]
+fn the_report_stands_alone_and_has_every_figure_and_a_verdict_for_every_claim() {
+    let directory = tempfile::tempdir().unwrap();
+    let out = directory.path().join("report");
+    let output = Command::new(env!("CARGO_BIN_EXE_stiction"))
+        .args(["report", "--out"])
+        .arg(&out)
+        .stdin(Stdio::null())
+        .output()
+        .unwrap();
+    let said = String::from_utf8(output.stdout).unwrap();
+    assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+    assert!(output.stderr.is_empty(), "no progress bar where nobody watches");
+
+    let page = fs::read_to_string(out.join("index.html")).unwrap();
+    assert!(page.trim_end().ends_with("</html>"));
+    assert_eq!(loaded(&page), Vec::<&str>::new());
+
+    // Each drawing twice, whole, and nothing else: no temporary file is left.
+    let mut numbers = BTreeSet::new();
+    let (mut svgs, mut pngs) = (BTreeSet::new(), BTreeSet::new());
+    for entry in fs::read_dir(&out).unwrap() {
+        let path = entry.unwrap().path();
+        let stem = path.file_stem().unwrap().to_str().unwrap().to_owned();
+        match path.extension().and_then(|extension| extension.to_str()) {
+            Some("html") => assert_eq!(stem, "index"),
+            Some("svg") => {
+                let text = fs::read_to_string(&path).unwrap();
+                assert!(text.starts_with("<svg ") && text.trim_end().ends_with("</svg>"), "{stem}");
+                assert_eq!(loaded(&text), Vec::<&str>::new(), "{stem}");
+                numbers.extend(stem.split('-').filter_map(|part| part.parse::<u32>().ok()));
+                svgs.insert(stem);
+            }
+            Some("png") => {
+                let bytes = fs::read(&path).unwrap();
+                assert!(
+                    bytes.starts_with(b"\x89PNG\r\n\x1a\n") && bytes.ends_with(b"IEND\xaeB`\x82"),
+                    "{stem}"
+                );
+                pngs.insert(stem);
+            }
+            _ => unreachable!("{}", path.display()),
+        }
+    }
+    assert_eq!(numbers, results());
+    assert_eq!(svgs, pngs);
+
+    // As many verdicts as the command says there are, none without a measurement.
+    let rows: Vec<&str> = page.split("<tr class=\"claim\"").skip(1).collect();
+    let said_of = |what: &str| {
+        let before = said.split(what).next().unwrap();
+        let number = before.split_whitespace().next_back().unwrap();
+        number.parse::<usize>().unwrap_or_else(|_| unreachable!("{said}"))
+    };
+    let verdicts = |class: &str| {
+        rows.iter()
+            .filter(|row| row.split("</tr>").next().unwrap().contains(&format!("verdict {class}")))
+            .count()
+    };
+    let counts = ["holds", "in-part", "fails", "not-measured"].map(verdicts);
+    assert_eq!(counts, [" hold,", " hold in", " do not,", " could"].map(said_of), "{said}");
+    assert_eq!((counts.iter().sum::<usize>(), counts[3]), (rows.len(), 0));
+    assert!(said.contains(&format!("{} figures", svgs.len())), "{said}");
+}
