@@ -80,12 +80,7 @@ impl LabPlan {
     pub(super) fn reset_integrators<const N: usize>(&self) -> Result<[ResetIntegrator; N], Error> {
         let mut friction = self.by_rules(ResetIntegrator::by_rules)?;
         let table = self.own();
-        self.set(&mut friction, "stiffness_n_per_m", &table.stiffness_n_per_m, ABOVE_ZERO, |f, k| {
-            f.stiffness = k
-        })?;
-        self.set(&mut friction, "damping_n_s_per_m", &table.damping_n_s_per_m, NOT_BELOW_ZERO, |f, b| {
-            f.damping = b
-        })?;
+        self.set_spring(&mut friction, NOT_BELOW_ZERO, |f| (&mut f.stiffness, &mut f.damping))?;
         self.set(&mut friction, "gradient", &table.gradient, NOT_BELOW_ZERO, |f, a| f.gradient = a)?;
         self.agree_with_the_levels(&friction)?;
         Ok(friction)
@@ -142,26 +137,14 @@ impl LabPlan {
 
     pub(super) fn lugres<const N: usize>(&self) -> Result<[LuGre; N], Error> {
         let mut friction = self.by_rules(LuGre::by_rules)?;
-        let table = self.own();
-        self.set(&mut friction, "stiffness_n_per_m", &table.stiffness_n_per_m, ABOVE_ZERO, |f, k| {
-            f.stiffness = k
-        })?;
-        self.set(&mut friction, "damping_n_s_per_m", &table.damping_n_s_per_m, NOT_BELOW_ZERO, |f, b| {
-            f.damping = b
-        })?;
+        self.set_spring(&mut friction, NOT_BELOW_ZERO, |f| (&mut f.stiffness, &mut f.damping))?;
         self.set_sliding(&mut friction, |f| &mut f.sliding)?;
         Ok(friction)
     }
 
     pub(super) fn elastic_coulombs<const N: usize>(&self) -> Result<[ElasticCoulomb; N], Error> {
         let mut friction = self.by_rules(ElasticCoulomb::by_rules)?;
-        let table = self.own();
-        self.set(&mut friction, "stiffness_n_per_m", &table.stiffness_n_per_m, ABOVE_ZERO, |f, k| {
-            f.stiffness = k
-        })?;
-        self.set(&mut friction, "damping_n_s_per_m", &table.damping_n_s_per_m, ABOVE_ZERO, |f, b| {
-            f.damping = b
-        })?;
+        self.set_spring(&mut friction, ABOVE_ZERO, |f| (&mut f.stiffness, &mut f.damping))?;
         self.set_sliding(&mut friction, |f| &mut f.sliding)?;
         Ok(friction)
     }
@@ -172,6 +155,18 @@ impl LabPlan {
         self.set(&mut friction, "attraction_n_per_s", attraction, ABOVE_ZERO, |f, c| f.attraction = c)?;
         self.set_sliding(&mut friction, |f| &mut f.sliding)?;
         Ok(friction)
+    }
+
+    /// Stiffness and damping.
+    fn set_spring<const N: usize, F>(
+        &self,
+        friction: &mut [F; N],
+        allowed_damping: &str,
+        parts: impl Fn(&mut F) -> (&mut f64, &mut f64),
+    ) -> Result<(), Error> {
+        let ModelTable { stiffness_n_per_m, damping_n_s_per_m, .. } = self.own();
+        self.set(friction, "stiffness_n_per_m", &stiffness_n_per_m, ABOVE_ZERO, |f, k| *parts(f).0 = k)?;
+        self.set(friction, "damping_n_s_per_m", &damping_n_s_per_m, allowed_damping, |f, b| *parts(f).1 = b)
     }
 
     /// Stribeck's curve.

@@ -1,45 +1,11 @@
 //! JSON, CSV and table of friction runs.
 
-use serde::Serialize;
-use serde_json::Value;
+use std::borrow::Cow;
 
-use super::recorder::Metrics;
 use super::run::LabResult;
 use super::setup::name_of;
-use crate::solver::EventKind;
+use crate::output::json::{Cost, Event, Run, object};
 use crate::solver::state::BodyEvent;
-
-#[derive(Serialize)]
-struct Report<'a> {
-    schema: u32,
-    experiment: &'a str,
-    source: &'a str,
-    runs: Vec<Run<'a>>,
-}
-
-#[derive(Serialize)]
-struct Run<'a> {
-    label: &'a str,
-    parameters: &'a Value,
-    events: Vec<Event>,
-    metrics: &'a Metrics,
-    cost: Cost,
-    unstable: bool,
-    diverged_at_s: Option<f64>,
-}
-
-#[derive(Serialize)]
-struct Event {
-    time_s: f64,
-    body: usize,
-    kind: EventKind,
-}
-
-#[derive(Serialize)]
-struct Cost {
-    wall_s: f64,
-    derivative_evaluations: u64,
-}
 
 /// The JSON of `stiction run`, indented.
 ///
@@ -48,7 +14,7 @@ struct Cost {
 pub fn json(experiment: &str, source: &str, results: &[LabResult]) -> serde_json::Result<String> {
     let runs = results.iter().map(|result| Run {
         label: &result.plan.label,
-        parameters: &result.plan.parameters,
+        parameters: Cow::Borrowed(&result.plan.parameters),
         events: result
             .events
             .iter()
@@ -59,7 +25,7 @@ pub fn json(experiment: &str, source: &str, results: &[LabResult]) -> serde_json
         unstable: result.diverged_at_s.is_some(),
         diverged_at_s: result.diverged_at_s,
     });
-    serde_json::to_string_pretty(&Report { schema: 1, experiment, source, runs: runs.collect() })
+    object(experiment, source, runs.collect())
 }
 
 /// The samples of all runs; of several runs, each line begins with its run's label.

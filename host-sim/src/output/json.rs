@@ -1,46 +1,59 @@
 //! The JSON of `stiction run`: one object, keys as documented in the README.
 
+use std::borrow::Cow;
+
 use serde::Serialize;
 use serde_json::{Value, json};
 
 use crate::experiment::{Experiment, Motion, RunPlan};
-use crate::metrics::Metrics;
 use crate::run::RunResult;
 use crate::solver::EventKind;
 
 /// Raised when a key changes its meaning or goes away.
 const SCHEMA: u32 = 1;
 
+/// The whole object.
 #[derive(Serialize)]
-struct Report<'a> {
+struct Report<'a, M> {
     schema: u32,
     experiment: &'a str,
     source: &'a str,
-    runs: Vec<Run<'a>>,
+    runs: Vec<Run<'a, M>>,
+}
+
+/// A run, of whatever is judged by the metrics `M`.
+#[derive(Serialize)]
+pub(crate) struct Run<'a, M> {
+    pub label: &'a str,
+    pub parameters: Cow<'a, Value>,
+    pub events: Vec<Event>,
+    pub metrics: &'a M,
+    pub cost: Cost,
+    pub unstable: bool,
+    pub diverged_at_s: Option<f64>,
+}
+
+/// A change between sticking and slipping; bodies are counted from 1.
+#[derive(Serialize)]
+pub(crate) struct Event {
+    pub time_s: f64,
+    pub body: usize,
+    pub kind: EventKind,
 }
 
 #[derive(Serialize)]
-struct Run<'a> {
-    label: &'a str,
-    parameters: Value,
-    events: Vec<Event>,
-    metrics: &'a Metrics,
-    cost: Cost,
-    unstable: bool,
-    diverged_at_s: Option<f64>,
+pub(crate) struct Cost {
+    pub wall_s: f64,
+    pub derivative_evaluations: u64,
 }
 
-#[derive(Serialize)]
-struct Event {
-    time_s: f64,
-    body: u32,
-    kind: EventKind,
-}
-
-#[derive(Serialize)]
-struct Cost {
-    wall_s: f64,
-    derivative_evaluations: u64,
+/// Runs of an experiment and where it comes from, as one object, indented.
+pub(crate) fn object<M: Serialize>(
+    experiment: &str,
+    source: &str,
+    runs: Vec<Run<M>>,
+) -> serde_json::Result<String> {
+    serde_json::to_string_pretty(&Report { schema: SCHEMA, experiment, source, runs })
 }
 
 /// The whole object, indented.
@@ -50,7 +63,7 @@ struct Cost {
 pub fn render(experiment: &Experiment, results: &[RunResult]) -> serde_json::Result<String> {
     let runs = results.iter().map(|result| Run {
         label: &result.plan.label,
-        parameters: parameters(&result.plan),
+        parameters: Cow::Owned(parameters(&result.plan)),
         events: result
             .events
             .iter()
@@ -64,13 +77,7 @@ pub fn render(experiment: &Experiment, results: &[RunResult]) -> serde_json::Res
         unstable: result.unstable,
         diverged_at_s: result.diverged_at_s,
     });
-    let report = Report {
-        schema: SCHEMA,
-        experiment: &experiment.name,
-        source: &experiment.source,
-        runs: runs.collect(),
-    };
-    serde_json::to_string_pretty(&report)
+    object(&experiment.name, &experiment.source, runs.collect())
 }
 
 /// The tables of the machine's file as this run used them, with its own controller only.

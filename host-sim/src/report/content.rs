@@ -1,8 +1,9 @@
-//! The texts of the report, which are data: captions, tables, misprints.
+//! The texts of the report, which are data: captions, drawings, tables, misprints.
 
 use serde::de::DeserializeOwned;
 use serde::{Deserialize, Serialize};
 
+use super::figures::Quantity;
 use crate::error::Error;
 
 /// Captions and drawings of the figures.
@@ -30,6 +31,39 @@ pub struct FigureText {
     /// What each of them shows; left out for a single one.
     #[serde(default)]
     pub parts: Vec<String>,
+}
+
+/// The drawings of the friction lab's figures.
+#[derive(Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+struct Drawings {
+    drawing: Vec<Drawing>,
+}
+
+/// A drawing of runs of the friction lab.
+#[derive(Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Drawing {
+    /// What [`FigureText::drawings`] calls it.
+    pub stem: String,
+    /// The figure of the thesis.
+    pub thesis: String,
+    /// Title of the files.
+    pub title: String,
+    /// From top to bottom.
+    pub panels: Vec<PanelText>,
+}
+
+/// One of its panels.
+#[derive(Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct PanelText {
+    /// What it shows, and its unit.
+    pub label: String,
+    /// Relative to an ordinary one.
+    pub height: f64,
+    /// Each its name, its run, its body (from 1) and what of it.
+    pub curves: Vec<(String, String, usize, Quantity)>,
 }
 
 /// The thesis's tables.
@@ -106,6 +140,14 @@ pub struct Misprint {
 /// If the built-in text is broken.
 pub fn figures() -> Result<Vec<FigureText>, Error> {
     parsed::<Figures>("figures", include_str!("../../report/figures.toml")).map(|all| all.figure)
+}
+
+/// The drawings of the friction lab, in the thesis's order.
+///
+/// # Errors
+/// If the built-in text is broken.
+pub fn drawings() -> Result<Vec<Drawing>, Error> {
+    parsed::<Drawings>("drawings", include_str!("../../report/drawings.toml")).map(|all| all.drawing)
 }
 
 /// The tables, in the thesis's order.

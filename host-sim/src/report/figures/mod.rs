@@ -1,11 +1,10 @@
 //! The drawings that stand for the thesis's figures.
 
 mod chapter2;
-mod panels;
-mod waves;
 
 use std::collections::BTreeMap;
 
+pub use self::chapter2::Quantity;
 use super::content::FigureText;
 use super::evidence::Evidence;
 use crate::error::Error;
@@ -34,7 +33,7 @@ pub fn drawings(evidence: &Evidence, texts: &[FigureText]) -> Result<Vec<Vec<Dra
     for experiment in AXIS.into_iter().chain(["high-gain"]) {
         add(figures(experiment, evidence.axis(experiment), &Evidence::sources(experiment)?));
     }
-    add(chapter2::figures(evidence));
+    add(chapter2::figures(evidence)?);
     let of = |text: &FigureText| {
         text.drawings
             .iter()
