@@ -106,7 +106,7 @@ fn the_arm_sticks_and_slips_as_the_simultaneous_decision_has_it() {
 fn at_the_start_joint_1_is_held_by_the_motion_of_joint_2() {
     let mut run = Everything::default();
     located::run(&ARM, &ARM_LEVELS, 1e-10, 0.1, &mut run).unwrap();
-    let begun = run.samples.iter().filter(|s| s.time_s == 0.0).next_back().unwrap();
+    let begun = run.samples.iter().rfind(|s| s.time_s == 0.0).unwrap();
     assert_eq!((begun.slip, begun.v, begun.a[0]), ([0, 1], [0.0; 2], 0.0));
     assert!((begun.friction[0] + 0.08).abs() < 1e-15 && begun.friction[1] == 0.06, "{begun:?}");
 }

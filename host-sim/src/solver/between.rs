@@ -1,4 +1,6 @@
 //! A step seen from inside: polynomials between its two ends.
+// One index goes through several arrays of bodies at once.
+#![allow(clippy::needless_range_loop)]
 
 use super::roots::{Quartic, value};
 use super::state::State;
