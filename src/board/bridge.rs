@@ -66,11 +66,12 @@ impl TimerBridge {
     /// Another PWM and dead time, with a neutral duty and the outputs off.
     pub fn reconfigure(&mut self, settings: &Settings) {
         let Settings { top, neutral, dead_time } = *settings;
+        // Taken over where the counter turns, as the compare value is.
+        self.pwm.timer.arr().write(|w| w.arr().set(top));
         // Compare 0 would be full negative effort in locked antiphase, from the enabling of the outputs to the first tick.
         self.off(neutral);
         (self.pwm.top, self.neutral) = (top, neutral);
         let timer = &self.pwm.timer;
-        timer.arr().write(|w| w.arr().set(top));
         let dead_time = dead_time_code(dead_time);
         timer.bdtr().write(|w| {
             w.dtg().set(dead_time).ossi().idle_level().ossr().idle_level().bke().enabled().bkp().clear_bit()

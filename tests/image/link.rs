@@ -383,3 +383,32 @@ fn samples_are_of_the_ticks_that_were_asked_for_and_hold_up_nothing() {
     let late = ticks.windows(2).map(|pair| (pair[1] - pair[0]).abs_diff(MS)).max().unwrap();
     assert!(late < 1_000, "{late} ns");
 }
+
+#[test]
+fn at_ten_kilohertz_the_loop_goes_on_whatever_the_link_is_asked() {
+    // More than the wire carries: 67 bytes of each tick of 0.1 ms, of which 9 find room. And 0.1 ms is what a record takes
+    // to be validated many times over.
+    let terms = Term::ALL.iter().fold(0, |terms, term| terms | term.bit());
+    let fastest = commanded(|parameters| parameters.controller.sample_time = 0.0001);
+    let mut script = Script::new();
+    let subscribe = script.say(210 * MS, Request::Subscribe { terms, every: 1 });
+    let taken = script.push(220 * MS, &record(&fastest));
+    let arm = script.say(350 * MS, Request::Arm);
+    let refused = script.push(360 * MS, &record(&fastest));
+    let last = script.status(400 * MS..700 * MS);
+    let talked = script.run(Some(&record(&fastest)), &[], 750 * MS);
+    for number in [subscribe, taken, arm] {
+        talked.assert_done(number);
+    }
+    talked.assert_refused(refused, Refused::Armed);
+    let status = talked.status(last);
+    assert_eq!((status.state, status.faults, status.sample_time), (State::Armed, 0, 0.0001));
+    assert!(status.dropped > 1_000, "{status:?}");
+    assert!(talked.observed.resets.is_empty() && talked.observed.on_after(740 * MS));
+    // Every sample that was due has a number, those that found no room among them.
+    let samples: Vec<_> = talked.samples.iter().filter(|sample| sample.clock > 3_600).collect();
+    assert!(samples.len() > 100, "{}", samples.len());
+    for pair in samples.windows(2) {
+        assert_eq!(pair[1].number - pair[0].number, pair[1].clock - pair[0].clock);
+    }
+}
