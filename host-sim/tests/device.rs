@@ -182,7 +182,7 @@ mod edit {
                 "unknown key `limits.stall_vv`; did you mean `stall_v`?",
                 "stall_vv",
             ),
-            ("sed -i 's/thermal_s = 10.0/thermal_s = 1e9/'", "`limits.thermal_s` is 1000000000.0", "1e9"),
+            ("sed -i 's/thermal_s = 10.0/thermal_s = 1e9/'", "`limits.thermal_s` is 1000000000;", "1e9"),
             ("sh -c 'echo 1 > \"$0\"; exit 3'", "ended with exit status: 3", "1"),
         ] {
             let (output, directory) = edit(editor);

@@ -13,6 +13,7 @@ use stiction::compensator::{
 use stiction::drive::{DriveConfig, PwmMode};
 use stiction::encoder::{CounterBits, Direction};
 use stiction::parameters::Motion;
+use stiction::position::Position;
 use stiction::reference::Corner;
 
 use crate::fixture::{parameters, plans, srnf};
@@ -61,7 +62,7 @@ fn what_no_file_can_say_is_refused_and_not_changed() {
     let said = again(&hold).unwrap_err();
     assert!(said.contains("nothing to run") && said.contains("pulls its record"), "{said}");
     let mut between = srnf(&[]);
-    between.motion = Motion::Step(stiction::position::Position { counts: 1000, fraction: 1e-20 });
+    between.motion = Motion::Step(Position { counts: 1000, fraction: 1e-20 });
     assert!(again(&between).unwrap_err().contains("lies between"));
 }
 
@@ -100,19 +101,36 @@ fn gains() -> impl Strategy<Value = Vec<Gains>> {
     laws.prop_flat_map(|laws| subsequence(laws, 0..=4)).prop_shuffle()
 }
 
-/// Positions as a file can have them.
-fn motion() -> impl Strategy<Value = Motion> {
-    let counts = || (-1e6..1e6f64).prop_map(position);
-    let trajectory = (vec((1u32..2000, counts()), 2..6), 1u32..50).prop_map(|(lines, blend)| {
-        let mut tick = 0;
-        let corners = lines.into_iter().map(|(ticks, position)| {
-            tick += ticks + 2 * blend;
-            Corner { tick, position }
-        });
-        // In the sample time of `machine`, below.
-        Motion::Trajectory { corners: corners.collect(), half_blend: blend as f32 * 0.005 }
+/// Ticks between corners and degrees, as a file has them; a single one is a step.
+fn motion() -> impl Strategy<Value = (Vec<(u32, f64)>, u32)> {
+    (vec((1u32..2000, -1e4..1e4f64), 1..6), 1u32..50)
+}
+
+/// In the sample time of `machine`, below.
+fn asked((lines, blend): (Vec<(u32, f64)>, u32), resolution: f32) -> Motion {
+    // What a file says of it.
+    let resolution_deg: f64 = resolution.to_string().parse().unwrap();
+    let to = |deg: f64| position(deg / resolution_deg);
+    if let [(_, deg)] = lines[..] {
+        return Motion::Step(to(deg));
+    }
+    let mut tick = 0;
+    let corners = lines.into_iter().map(|(ticks, deg)| {
+        tick += ticks + 2 * blend;
+        Corner { tick, position: to(deg) }
     });
-    prop_oneof![counts().prop_map(Motion::Step), trajectory]
+    Motion::Trajectory { corners: corners.collect(), half_blend: blend as f32 * 0.005 }
+}
+
+/// Neither a step nowhere nor a way from nowhere to nowhere is one that a file may ask for.
+fn moves(motion: &Motion) -> bool {
+    match motion {
+        Motion::Step(to) => *to != Position::default(),
+        Motion::Trajectory { corners, .. } => {
+            corners.windows(2).any(|pair| pair[0].position != pair[1].position)
+        }
+        Motion::Hold | Motion::Ramp { .. } => false,
+    }
 }
 
 fn machine() -> impl Strategy<Value = Parameters> {
@@ -136,7 +154,7 @@ fn machine() -> impl Strategy<Value = Parameters> {
             };
             (config.pd.kp, config.pd.kd) = (10.0 * n[4], n[5]);
             config.compensator = gains.into_iter().collect();
-            machine.motion = motion;
+            machine.motion = asked(motion, config.encoder.resolution);
             machine.device = stiction::parameters::Device {
                 autostart: flags[3],
                 autostart_delay: 60.0 * n[6],
@@ -168,11 +186,11 @@ fn machine() -> impl Strategy<Value = Parameters> {
 }
 
 proptest! {
-    #![proptest_config(ProptestConfig { cases: 500, failure_persistence: None, ..ProptestConfig::default() })]
+    #![proptest_config(ProptestConfig { cases: 2000, failure_persistence: None, ..ProptestConfig::default() })]
 
     #[test]
     fn any_valid_parameters_are_read_back_bit_for_bit(machine in machine()) {
-        prop_assume!(machine.prepare().is_ok());
+        prop_assume!(machine.prepare().is_ok() && moves(&machine.motion));
         prop_assert_eq!(again(&machine), Ok(machine));
     }
 }

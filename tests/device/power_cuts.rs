@@ -93,7 +93,8 @@ fn slots_are_written_in_turn_and_the_same_set_is_not_written_again() {
 #[test]
 fn what_a_probe_writes_over_both_sectors_counts_and_is_outlived() {
     let plan = &plans("step-response", &["loop.controller=srnf"])[0];
-    let (probed, old, new) = (parameters(plan), srnf(&[]), srnf(&["controller.srnf.v_ms_v=0.3"]));
+    let [old, new] = [0.2, 0.3].map(|v| srnf(&[&format!("controller.srnf.v_ms_v={v}")]));
+    let probed = parameters(plan);
     let mut store = stored(&new);
     store.save(&old).unwrap();
     let sectors = host_sim::device::sectors(plan).unwrap();

@@ -20,7 +20,7 @@ fn folder(target: &str) -> PathBuf {
 }
 
 fn message(number: u16, content: Request) -> Vec<u8> {
-    postcard::to_allocvec(&Numbered { number, content }).unwrap()
+    postcard::to_slice(&Numbered { number, content }, &mut [0; 512]).unwrap().to_vec()
 }
 
 /// One request of every kind, in an order in which most are done.

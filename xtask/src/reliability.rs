@@ -6,6 +6,7 @@
 //! ```text
 //! ... {{NAME.key}} ...          take the value of the only line of that name,
 //! {{#NAME}} ... {{key}} ...     are written for every line of that name, in their order,
+//! {{*NAME}} ... {{key}} ...     the same, and there may be none,
 //! {{?NAME}} ...                 only if there is a line of that name,
 //! {{!NAME}} ...                 only if there is none.
 //! ```
@@ -44,8 +45,9 @@ struct Figure {
 
 /// Measures, and writes the page.
 pub fn measure(arguments: &Arguments) -> Result<(), String> {
-    // The default members, so that nothing is built otherwise than for the tests.
+    // Built as all tests are.
     let mut test = cargo(&["test", "--test", "device"]);
+    test.args(EMULATOR);
     let messages = arguments.messages.to_string();
     test.args(["--", "--nocapture", "--test-threads=1"]).env("STICTION_FUZZ", &messages);
     let mut figures = printed("Faults, chaos, power cuts, a soak and random messages", &mut test)?;
@@ -107,6 +109,9 @@ fn lines(line: &str, figures: &[Figure]) -> Result<Vec<String>, String> {
         Some((name, rest))
     };
     let named = |name: &str| figures.iter().filter(|figure| figure.name == name).collect::<Vec<_>>();
+    if let Some((name, rest)) = tagged("*") {
+        return named(name).into_iter().map(|figure| of_one(rest, figure)).collect();
+    }
     if let Some((name, rest)) = tagged("#") {
         return match &named(name)[..] {
             [] => Err(format!("{TEMPLATE}: no test has printed `{MARK}{name}`")),

@@ -58,7 +58,8 @@ pub fn watch<W: Wire>(client: &mut Client<W>) -> Result<String, Error> {
     let seen = on_screen(client, &mut watched);
     // What went wrong first is what is told.
     let left = seen.and_then(|()| leave(client, &watched));
-    left.map(|left| words::status(&watched.status) + &left)
+    let left = left?;
+    Ok(words::status(&client.status()?) + &left)
 }
 
 fn every(status: &Status) -> u16 {
