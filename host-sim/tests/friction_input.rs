@@ -4,6 +4,9 @@
 
 use std::process::{Command, Stdio};
 
+use host_sim::experiment::Document;
+use host_sim::lab;
+
 /// Why an answer is not as it should be.
 fn complaint(arguments: &[&str], fragments: &[&str]) -> Option<String> {
     let output = Command::new(env!("CARGO_BIN_EXE_stiction"))
@@ -39,14 +42,14 @@ fn what_cannot_be_is_refused_in_one_sentence() {
             set("friction.stick_n=[0.3]"),
             &[
                 "`friction.reset-integrator.gradient[0]` is 0.25",
-                "0.5 to two digits",
+                "0.5 give or take 6 %",
                 "`friction.stick_n`",
                 "leave it out",
             ],
         ),
         (
-            set("friction.slip_n=[0.19]"),
-            &["`friction.reset-integrator.stiffness_n_per_m[0]` is 20000", "19000", "`friction.slip_n`"],
+            set("friction.slip_n=[0.18]"),
+            &["`friction.reset-integrator.stiffness_n_per_m[0]` is 20000", "18000", "`friction.slip_n`"],
         ),
         (
             set("friction.range_m=[2e-5]"),
@@ -178,17 +181,65 @@ fn the_json_of_a_friction_run_is_what_scripts_rely_on() {
     assert_eq!(coupled["runs"][0]["label"], "karnopp-banded/rk4/neglected");
 }
 
-/// What is rounded as in the thesis's tables is what the rules say; damping is a guideline there and free.
+/// A table of the thesis: the unit that K_r has here and what it is to that of the table, then for each body p_o, F_d,
+/// F_s, K_r and a as printed.
+type Printed = (&'static str, &'static str, f64, &'static [[f64; 5]]);
+
+const PRINTED: [Printed; 5] = [
+    ("spring-mass", "n_per_m", 1.0, &[[1.0e-5, 0.20, 0.25, 2.0e4, 0.25]]),
+    (
+        "spring-mass-2dof",
+        "n_per_m",
+        1.0,
+        &[[1.0e-5, 0.10, 0.15, 1.0e4, 0.5], [1.0e-5, 0.20, 0.30, 2.0e4, 0.5]],
+    ),
+    ("manipulator-1dof", "nm_per_rad", DEG, &[[5.7e-4, 0.96, 1.2, 1700.0, 0.25]]),
+    (
+        "manipulator-2dof",
+        "nm_per_rad",
+        DEG,
+        &[[5.7e-5, 0.08, 0.10, 1400.0, 0.25], [5.7e-5, 0.06, 0.075, 1000.0, 0.25]],
+    ),
+    ("square-wave", "n_per_m", 1.0, &[[1.0e-4, 0.6, 0.8, 6000.0, 0.33]]),
+];
+
+/// One degree.
+const DEG: f64 = std::f64::consts::PI / 180.0;
+
+/// Tables 2, 5, 8, 11 and 15. About the rules themselves 6 % is let pass, on both sides.
 #[test]
-fn rounded_parameters_of_the_reset_integrator_are_taken() {
-    for set in [
-        "friction.reset-integrator.gradient=[0.254]",
-        "friction.reset-integrator.stiffness_n_per_m=[19600]",
-        "friction.reset-integrator.damping_n_s_per_m=[5.0]",
-    ] {
-        let output = stiction(&["spring-mass", "--friction", "reset-integrator", "--set", set]);
-        assert_eq!((output.status.code(), output.stderr.len()), (Some(0), 0), "{set}");
+fn parameters_of_the_reset_integrator_are_taken_as_the_tables_print_them_and_not_farther_from_the_rules() {
+    for (experiment, unit, of_table, bodies) in PRINTED {
+        let column = |value: &dyn Fn(&[f64; 5]) -> f64| bodies.iter().map(value).collect::<Vec<_>>();
+        let taken = |key: &str, values: &[f64]| {
+            let mut document = Document::open(experiment).unwrap();
+            let set = format!("friction.reset-integrator.{key}={values:?}");
+            document.set(&["run.friction=[\"reset-integrator\"]".into(), set]).unwrap();
+            lab::plan(&document).is_ok()
+        };
+        for (key, printed, rule) in [
+            (
+                format!("stiffness_{unit}"),
+                column(&|[.., k, _]| k / of_table),
+                column(&|[range, slip, ..]| slip / (range * of_table)),
+            ),
+            ("gradient".into(), column(&|[.., a]| *a), column(&|[_, slip, stick, ..]| (stick - slip) / slip)),
+        ] {
+            assert!(taken(&key, &printed), "{experiment}: {key} = {printed:?} is refused");
+            for (part, right) in [(0.939, false), (0.941, true), (1.059, true), (1.061, false)] {
+                let values: Vec<f64> = rule.iter().map(|rule| part * rule).collect();
+                assert_eq!(taken(&key, &values), right, "{experiment}: {key} = {values:?}");
+            }
+        }
     }
+}
+
+/// Eq. 4c is a guideline, and Tables 2 and 15 depart from it.
+#[test]
+fn the_damping_of_the_reset_integrator_is_free() {
+    let set = "friction.reset-integrator.damping_n_s_per_m=[5.0]";
+    let output = stiction(&["spring-mass", "--friction", "reset-integrator", "--set", set]);
+    assert_eq!((output.status.code(), output.stderr.len()), (Some(0), 0), "{set}");
 }
 
 fn stiction(arguments: &[&str]) -> std::process::Output {
