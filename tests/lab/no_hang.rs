@@ -157,6 +157,7 @@ fn a_steep_stribeck_curve_under_a_slow_ramp_goes_through() {
         for tolerance in [1e-4, 1e-6, 1e-8] {
             let mut events = Vec::new();
             located::run(&mechanism, &friction, tolerance, 750.0, &mut events).unwrap();
+            assert_eq!(events.len(), expected.len(), "{speed}, {exponent}, {tolerance}: {events:?}");
             // A slip takes 0.1 s, the wait between two 100 s.
             for (found, expected) in events.iter().zip(&expected) {
                 let near = (found.time_s - expected.time_s).abs() < 0.05 && found.kind == expected.kind;
