@@ -84,7 +84,9 @@ pub(super) const CLAIMS: &[Claim] = &[
                 let break_s = *times(result, 0, &[EventKind::Break]).first()?;
                 let before = rows(result, 0.0, break_s).iter().rev().find(|row| row.stuck == [true])?;
                 let after = rows(result, break_s, f64::INFINITY).iter().find(|row| row.stuck == [false])?;
-                Some(after.acceleration[0] / before.acceleration[0].max(f64::MIN_POSITIVE))
+                // Of a block that is not pushed forward before, no ratio says whether it jumps up.
+                let before = Some(before.acceleration[0]).filter(|a| *a > 0.0)?;
+                Some(after.acceleration[0] / before)
             };
             Some(vec![jump("square/banded")?, jump("triangle/banded")?])
         },
