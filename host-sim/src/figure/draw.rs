@@ -66,7 +66,8 @@ fn look(style: Style) -> Look {
     match style {
         Style::Reference => ("#000000", 1.3, Some("6 4")),
         Style::Primary => ("#00548F", 2.0, None),
-        Style::Second => ("#D55E00", 2.0, Some("11 3")),
+        // Gaps that show a curve below, where two coincide.
+        Style::Second => ("#D55E00", 2.0, Some("10 8")),
         Style::Third => ("#009E73", 2.2, Some("2.2 2.8")),
         Style::Compensation => ("#B86E00", 1.2, None),
         Style::Total => ("#505050", 1.2, None),
