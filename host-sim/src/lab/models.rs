@@ -26,11 +26,12 @@ fn keys_of(model: Model) -> &'static [&'static str] {
     }
 }
 
-/// How far a printed K_r or a may be from its rule, as a part of what the rule gives. The thesis's tables have two
-/// digits: half a unit of the second is most at 1.05, where it is 1/21 (4.8 %). It is counted as a part since a file is
-/// in radians where a table is in degrees, and rounding does not keep through a conversion. The p_o in the rule is
-/// rounded, too: of the tables' p_o 5.7e-4 deg is so the most, by 0.05 in 5.65 (0.9 %). Together 1.0476 * 1.0089 is less
-/// than 1.06. Table 11 comes closest: 1000 N m/deg, where F_d / p_o is 1053 (and 1047 before p_o was rounded).
+/// How far a printed K_r or a may be from its rule, as a part of what the rule gives; by as much a run's friction at rest
+/// may then be off F_s. The thesis's tables have two digits: half a unit of the second is most at 1.05, where it is 1/21
+/// (4.8 %). It is counted as a part since a file is in radians where a table is in degrees, and rounding to digits does
+/// not keep through a conversion. The p_o in the rule is rounded, too: among the tables' 5.7e-4 deg is so the most, by
+/// 0.05 in 5.65 (0.9 %). Together 1.0476 * 1.0089 is less than 1.06. Table 11 comes closest: 1000 N m/deg, where F_d / p_o
+/// is 1053 (1047, if p_o is 1e-6 rad).
 const ROUNDED: f64 = 0.06;
 
 /// A model whose parameters follow from F_s and F_d, p_o and a mass where they are left out.
