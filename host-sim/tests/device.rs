@@ -83,6 +83,22 @@ fn a_move_arrives_and_its_log_has_the_columns_of_a_run() {
 }
 
 #[test]
+fn a_move_that_a_fault_ends_is_over_then_and_fails() {
+    let directory = tempfile::tempdir().unwrap();
+    let log = directory.path().join("move.csv");
+    // Beyond the largest step that SRNF takes within its limit of the speed.
+    let output = device(&["--simulated", "move", "60", "--for", "60", "--log", log.to_str().unwrap()]);
+    let (said, complaint) = (text(&output.stdout), text(&output.stderr));
+    assert_eq!(output.status.code(), Some(2), "{said}");
+    assert!(said.contains("state      faulted") && !said.contains("stopped: the output is off"), "{said}");
+    let sentence = complaint.lines().last().unwrap();
+    assert!(sentence.starts_with("stiction: move: ended by fault 17 (overspeed)"), "{sentence}");
+    // Not the 3000 rows of a minute: 60 deg at 50 deg/s and a status every 0.1 s.
+    let rows = csv::Reader::from_path(&log).unwrap().records().count();
+    assert!((10..100).contains(&rows), "{rows}");
+}
+
+#[test]
 fn what_cannot_be_done_is_one_sentence_and_exit_code_2() {
     let cases: &[(&[&str], &[&str])] = &[
         (&["status"], &["exactly one of --port DEV, --emulator and --simulated"]),
