@@ -8,6 +8,7 @@ use std::fs::OpenOptions;
 use std::io::{Read, Write};
 use std::os::fd::AsRawFd;
 use std::os::unix::fs::OpenOptionsExt;
+use std::path::PathBuf;
 use std::process::{Command, Output, Stdio};
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, Mutex};
@@ -19,12 +20,12 @@ use host_sim::experiment::{Document, Experiment};
 use nix::fcntl::{FcntlArg, FdFlag, fcntl};
 use serialport::{SerialPort, TTYPort};
 use stiction::link::{Identity, Kind, Message, Numbered, PROTOCOL, Reply, encode};
-use stiction::servo::State;
+use stiction::servo::{Arming, State};
 
 /// Held while a pseudoterminal is made, and while a program is started.
 static SPAWNING: Mutex<()> = Mutex::new(());
 
-#[derive(Clone, Copy, PartialEq, Eq)]
+#[derive(Clone, PartialEq, Eq)]
 enum Manner {
     /// As it should be.
     Sound,
@@ -38,6 +39,8 @@ enum Manner {
     Garbage,
     /// Nothing.
     Silent,
+    /// It is armed by somebody else as soon as a file of this name is there, and says so by one called `armed` beside it.
+    ArmedBy(PathBuf),
 }
 
 struct Board {
@@ -94,8 +97,14 @@ fn run(manner: Manner, mut master: TTYPort, done: &AtomicBool) {
     while !done.load(Ordering::Relaxed) {
         let count = master.read(&mut bytes).unwrap_or(0);
         turn = turn.wrapping_add(1);
+        if let Manner::ArmedBy(file) = &manner
+            && file.exists()
+            && simulated.device.servo().arm(Arming::ByLink).is_ok()
+        {
+            std::fs::rename(file, file.with_file_name("armed")).unwrap();
+        }
         let said: Vec<u8> = match manner {
-            Manner::Sound | Manner::PulledWhileArmed(_) => {
+            Manner::Sound | Manner::PulledWhileArmed(_) | Manner::ArmedBy(_) => {
                 simulated.device.receive(&bytes[..count]);
                 armed += u32::from(simulated.tick().state == State::Armed);
                 if matches!(manner, Manner::PulledWhileArmed(ticks) if armed > ticks) {
@@ -125,7 +134,11 @@ fn run(manner: Manner, mut master: TTYPort, done: &AtomicBool) {
 
 fn device(arguments: &[&str]) -> Output {
     let mut command = Command::new(env!("CARGO_BIN_EXE_stiction"));
-    command.arg("device").args(arguments).stdout(Stdio::piped()).stderr(Stdio::piped());
+    output(command.arg("device").args(arguments))
+}
+
+fn output(command: &mut Command) -> Output {
+    command.stdout(Stdio::piped()).stderr(Stdio::piped());
     let spawning = SPAWNING.lock().unwrap();
     let child = command.spawn().unwrap();
     drop(spawning);
@@ -320,4 +333,22 @@ fn what_the_device_or_the_file_refuses_is_told() {
         said.contains("refuses: `ramp_rates_v_per_s` is 100; allowed is a number from 0 to 10"),
         "{said}"
     );
+}
+
+#[test]
+fn what_was_edited_meanwhile_is_kept_if_the_device_refuses_it() {
+    let directory = tempfile::tempdir().unwrap();
+    let board = Board::new(Manner::ArmedBy(directory.path().join("arm")));
+    let wait = "cd $AT; touch arm; while [ ! -e armed ]; do sleep 0.05; done";
+    let editor = format!("sh -c '{wait}; sed -i s/kp_v_per_deg.*/kp_v_per_deg=2/ $0'");
+    let mut command = Command::new(env!("CARGO_BIN_EXE_stiction"));
+    command
+        .args(["device", "--port", &board.path, "params", "edit"])
+        .env_remove("VISUAL")
+        .env("EDITOR", editor);
+    let said = complaint(&output(command.env("AT", directory.path()).env("TMPDIR", directory.path())));
+    assert!(said.contains("refuses: only with the output off"), "{said}");
+    let (before, file) = said.rsplit_once(", and the text is kept in ").unwrap();
+    assert!(before.ends_with("; the old parameters are in use"), "{said}");
+    assert!(std::fs::read_to_string(file).unwrap().contains("kp_v_per_deg=2"), "{said}");
 }

@@ -17,7 +17,7 @@ use crate::device::simulated::SimulatedDevice;
 use crate::device::wire::{SimulatedWire, Wire};
 use crate::device::words;
 use crate::error::Error;
-use crate::experiment::{Document, Experiment, RunPlan};
+use crate::experiment::{Document, Experiment, RunPlan, builtins};
 use crate::output::write_whole;
 
 #[derive(Debug, clap::Args)]
@@ -37,11 +37,25 @@ pub struct Arguments {
     /// Whose joint is simulated: a name from `stiction list`, or a machine's own TOML file
     #[arg(long, value_name = "NAME|FILE.toml", default_value = "step-response")]
     machine: String,
-    /// Which of its controllers the simulated device begins with
-    #[arg(long, value_name = "NAME", default_value = "srnf")]
-    controller: String,
+    /// Which of its controllers the simulated device begins with [default: a file's own, and srnf of an experiment from
+    /// `stiction list`]
+    #[arg(long, value_name = "NAME")]
+    controller: Option<String>,
     #[command(subcommand)]
     action: Action,
+}
+
+impl Arguments {
+    /// The controller that was asked for, or else SRNF of an experiment that has it; a file says its own.
+    fn begins_with(&self) -> Option<&str> {
+        const USUAL: &str = "srnf";
+        let has_it = || {
+            let machine = Document::open(&self.machine).and_then(|document| document.machine());
+            let is_listed = builtins().iter().any(|builtin| builtin.name == self.machine);
+            is_listed && machine.is_ok_and(|machine| machine.controller.contains_key(USUAL))
+        };
+        self.controller.as_deref().or_else(|| has_it().then_some(USUAL))
+    }
 }
 
 #[derive(Debug, clap::Subcommand)]
@@ -123,7 +137,7 @@ pub fn device(arguments: &Arguments) -> Result<(), Error> {
     if let Some(port) = &arguments.port {
         return with(&arguments.action, &arguments.machine, crate::device::port::SerialWire::open(port)?);
     }
-    let plan = first_run(&arguments.machine, Some(&arguments.controller))?;
+    let plan = first_run(&arguments.machine, arguments.begins_with())?;
     with(&arguments.action, &arguments.machine, SimulatedWire::new(SimulatedDevice::new(&plan)?))
 }
 
@@ -142,7 +156,7 @@ fn emulated(_: &Arguments) -> Result<(), Error> {
 fn emulated(arguments: &Arguments) -> Result<(), Error> {
     use crate::device::emulated::EmulatedWire;
 
-    let plan = first_run(&arguments.machine, Some(&arguments.controller))?;
+    let plan = first_run(&arguments.machine, arguments.begins_with())?;
     with(&arguments.action, &arguments.machine, EmulatedWire::new(arguments.image.as_deref(), &plan)?)
 }
 
