@@ -83,23 +83,46 @@ fn a_move_arrives_and_its_log_has_the_columns_of_a_run() {
 }
 
 #[test]
+fn a_move_that_a_fault_ends_is_over_then_and_fails() {
+    let directory = tempfile::tempdir().unwrap();
+    let log = directory.path().join("move.csv");
+    // Beyond the largest step that SRNF takes within its limit of the speed.
+    let output = device(&["--simulated", "move", "60", "--for", "60", "--log", log.to_str().unwrap()]);
+    let (said, complaint) = (text(&output.stdout), text(&output.stderr));
+    assert_eq!(output.status.code(), Some(2), "{said}");
+    assert!(said.contains("state      faulted") && !said.contains("stopped: the output is off"), "{said}");
+    let sentence = complaint.lines().last().unwrap();
+    assert!(sentence.starts_with("stiction: move: ended by fault 17 (overspeed)"), "{sentence}");
+    // Not the 3000 rows of a minute: 60 deg at 50 deg/s and a status every 0.1 s.
+    let rows = csv::Reader::from_path(&log).unwrap().records().count();
+    assert!((10..100).contains(&rows), "{rows}");
+}
+
+#[test]
 fn what_cannot_be_done_is_one_sentence_and_exit_code_2() {
-    let cases: &[(&[&str], &[&str])] = &[
+    // With no device yet there is nothing to warn of.
+    let before_it_is_there: &[(&[&str], &[&str])] = &[
         (&["status"], &["exactly one of --port DEV, --emulator and --simulated"]),
         (&["--simulated", "--port", "/dev/null", "status"], &["exactly one of"]),
         (&["--simulated", "--image", "x.elf", "status"], &["--image needs --emulator"]),
         (&["--port", "/dev/does-not-exist", "status"], &["--port /dev/does-not-exist", "no such port"]),
         (&["--simulated", "--machine", "nope", "status"], &["nope"]),
         (&["--simulated", "--controller", "srn", "status"], &["`srn`", "did you mean `srnf`?"]),
+        (&["--simulated", "watch"], &["device watch: it needs a terminal"]),
+    ];
+    let of_a_device: &[(&[&str], &[&str])] = &[
         (&["--simulated", "move", "nan"], &["allowed is a position within 2^30 counts"]),
         (&["--simulated", "arm", "--for", "-1"], &["--for -1", "0 to 86400"]),
-        (&["--simulated", "watch"], &["device watch: it needs a terminal"]),
         (&["--simulated", "identify", "--rate", "nan"], &["`ramp_rates_v_per_s` is NaN", "docs/link.md"]),
         (&["--simulated", "params", "edit"], &["set VISUAL or EDITOR"]),
     ];
-    for (arguments, fragments) in cases {
+    let of = |cases: &'static [(&[&str], &[&str])], begin| cases.iter().map(move |case| (case, begin));
+    let warning = format!("{SAYS_SO}\n");
+    for ((arguments, fragments), begin) in of(before_it_is_there, "").chain(of(of_a_device, &warning)) {
         let output = device(arguments);
-        let said = text(&output.stderr).replace(&format!("{SAYS_SO}\n"), "");
+        let said = text(&output.stderr);
+        let said = said.strip_prefix(begin).unwrap_or_else(|| panic!("{arguments:?}: {said}"));
+        assert!(!said.contains(SAYS_SO), "{arguments:?}: {said}");
         assert_eq!((output.status.code(), text(&output.stdout)), (Some(2), String::new()), "{arguments:?}");
         assert_eq!(said.trim_end().lines().count(), 1, "{arguments:?}: {said}");
         for fragment in *fragments {
@@ -124,6 +147,11 @@ fn a_pulled_file_is_one_that_run_takes() {
     let path = directory.path().join("device.toml");
     let path = path.to_str().unwrap();
     assert!(device(&["--simulated", "--controller", "rvi", "params", "pull", path]).status.success());
+    // In the file, too: it is of no board.
+    assert!(std::fs::read_to_string(path).unwrap().starts_with(&format!("# {SAYS_SO}\n")));
+    // It has one controller, which nobody has to name.
+    let output = device(&["--simulated", "--machine", path, "params", "show"]);
+    assert!(text(&output.stdout).contains("[controller.rvi]"), "{}", text(&output.stderr));
     let run = |name: &str| {
         let mut stiction = Command::new(env!("CARGO_BIN_EXE_stiction"));
         let output = stiction.args(["run", name, "--controller", "rvi", "--json"]).output().unwrap();
@@ -170,6 +198,14 @@ mod edit {
     }
 
     #[test]
+    fn an_editor_that_is_not_there_leaves_nothing_behind() {
+        let (output, directory) = edit("/does/not/exist");
+        let said = text(&output.stderr);
+        assert!(said.contains("the editor `/does/not/exist` ended with") && !said.contains("kept"), "{said}");
+        assert_eq!((output.status.code(), kept(&directory)), (Some(2), vec![]));
+    }
+
+    #[test]
     fn what_is_wrong_is_named_not_sent_and_not_lost() {
         for (editor, fragment, typed) in [
             (
@@ -182,6 +218,7 @@ mod edit {
                 "unknown key `limits.stall_vv`; did you mean `stall_v`?",
                 "stall_vv",
             ),
+            ("sed -i '/stall_v/d'", "`limits.stall_v` is missing, and has to be there", "stall_s"),
             ("sed -i 's/thermal_s = 10.0/thermal_s = 1e9/'", "`limits.thermal_s` is 1000000000;", "1e9"),
             ("sh -c 'echo 1 > \"$0\"; exit 3'", "ended with exit status: 3", "1"),
         ] {

@@ -4,8 +4,11 @@
 #![cfg(unix)]
 #![allow(clippy::unwrap_used)]
 
+use std::fs::OpenOptions;
 use std::io::{Read, Write};
 use std::os::fd::AsRawFd;
+use std::os::unix::fs::OpenOptionsExt;
+use std::path::PathBuf;
 use std::process::{Command, Output, Stdio};
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, Mutex};
@@ -17,12 +20,12 @@ use host_sim::experiment::{Document, Experiment};
 use nix::fcntl::{FcntlArg, FdFlag, fcntl};
 use serialport::{SerialPort, TTYPort};
 use stiction::link::{Identity, Kind, Message, Numbered, PROTOCOL, Reply, encode};
-use stiction::servo::State;
+use stiction::servo::{Arming, State};
 
 /// Held while a pseudoterminal is made, and while a program is started.
 static SPAWNING: Mutex<()> = Mutex::new(());
 
-#[derive(Clone, Copy, PartialEq, Eq)]
+#[derive(Clone, PartialEq, Eq)]
 enum Manner {
     /// As it should be.
     Sound,
@@ -36,6 +39,8 @@ enum Manner {
     Garbage,
     /// Nothing.
     Silent,
+    /// It is armed by somebody else as soon as a file of this name is there, and says so by one called `armed` beside it.
+    ArmedBy(PathBuf),
 }
 
 struct Board {
@@ -92,8 +97,14 @@ fn run(manner: Manner, mut master: TTYPort, done: &AtomicBool) {
     while !done.load(Ordering::Relaxed) {
         let count = master.read(&mut bytes).unwrap_or(0);
         turn = turn.wrapping_add(1);
+        if let Manner::ArmedBy(file) = &manner
+            && file.exists()
+            && simulated.device.servo().arm(Arming::ByLink).is_ok()
+        {
+            std::fs::rename(file, file.with_file_name("armed")).unwrap();
+        }
         let said: Vec<u8> = match manner {
-            Manner::Sound | Manner::PulledWhileArmed(_) => {
+            Manner::Sound | Manner::PulledWhileArmed(_) | Manner::ArmedBy(_) => {
                 simulated.device.receive(&bytes[..count]);
                 armed += u32::from(simulated.tick().state == State::Armed);
                 if matches!(manner, Manner::PulledWhileArmed(ticks) if armed > ticks) {
@@ -123,7 +134,11 @@ fn run(manner: Manner, mut master: TTYPort, done: &AtomicBool) {
 
 fn device(arguments: &[&str]) -> Output {
     let mut command = Command::new(env!("CARGO_BIN_EXE_stiction"));
-    command.arg("device").args(arguments).stdout(Stdio::piped()).stderr(Stdio::piped());
+    output(command.arg("device").args(arguments))
+}
+
+fn output(command: &mut Command) -> Output {
+    command.stdout(Stdio::piped()).stderr(Stdio::piped());
     let spawning = SPAWNING.lock().unwrap();
     let child = command.spawn().unwrap();
     drop(spawning);
@@ -176,6 +191,92 @@ fn a_cable_that_is_pulled_while_armed_is_told_with_what_the_board_does() {
     let board = Board::new(Manner::PulledWhileArmed(20));
     let said = complaint(&board.device(&["move", "2.5", "--for", "60"]));
     assert!(said.contains("it is gone") && said.contains("turns its output off by itself"), "{said}");
+    assert!(said.ends_with("it may be STILL ARMED: no stop was answered"), "{said}");
+}
+
+#[test]
+fn a_move_that_cannot_be_leaves_the_drive_stopped() {
+    let board = Board::new(Manner::Sound);
+    let directory = tempfile::tempdir().unwrap();
+    let path = directory.path().join("joint.toml");
+    let text = host_sim::experiment::find("step-response").unwrap().toml;
+    std::fs::write(&path, format!("{text}\n[limits]\nposition_max_deg = 90.0\nlink_timeout_s = 60.0\n"))
+        .unwrap();
+    told(&board.device(&["params", "push", path.to_str().unwrap()]));
+    for (deg, fragment, left) in [
+        ("400", "leads out of `limits.position_min_deg`", "; the output is off"),
+        ("1e9", "move 1000000000: allowed is a position within 2^30 counts", ""),
+        ("nan", "move NaN: allowed is a position within 2^30 counts", ""),
+    ] {
+        let output = board.device(&["move", deg]);
+        let said = String::from_utf8(output.stderr).unwrap();
+        assert_eq!(output.status.code(), Some(2), "{deg}: {said}");
+        assert!(said.contains(fragment) && said.trim_end().ends_with(left), "{deg}: {said}");
+        let said = told(&board.device(&["status"]));
+        assert!(said.contains("state      stopped") && said.contains("faults     0 since"), "{deg}: {said}");
+    }
+}
+
+/// The view in a terminal of its own; what is typed, and what ends it. Returns what was on the screen, and how the
+/// terminal was left.
+fn watched(board: &Board, typed: &[u8], seen: &str, end: impl Fn(u32)) -> (String, String) {
+    let spawning = SPAWNING.lock().unwrap();
+    let (mut master, slave) = TTYPort::pair().unwrap();
+    for fd in [master.as_raw_fd(), slave.as_raw_fd()] {
+        fcntl(fd, FcntlArg::F_SETFD(FdFlag::FD_CLOEXEC)).unwrap();
+    }
+    let path = slave.name().unwrap();
+    let stty = |arguments: &[&str]| {
+        let output = Command::new("stty").arg("-F").arg(&path).args(arguments).output().unwrap();
+        String::from_utf8(output.stdout).unwrap()
+    };
+    stty(&["sane", "rows", "24", "cols", "100"]);
+    let terminal = || {
+        let flags = nix::fcntl::OFlag::O_NOCTTY.bits();
+        OpenOptions::new().read(true).write(true).custom_flags(flags).open(&path).unwrap()
+    };
+    let mut command = Command::new(env!("CARGO_BIN_EXE_stiction"));
+    command.args(["device", "--port", &board.path, "watch"]).env("TERM", "xterm");
+    let mut child = command.stdin(terminal()).stdout(terminal()).stderr(terminal()).spawn().unwrap();
+    drop(spawning);
+    master.set_timeout(Duration::from_millis(20)).unwrap();
+    let (mut screen, mut bytes, mut step) = (Vec::new(), [0; 4096], 0);
+    let mut turns = 0;
+    while child.try_wait().unwrap().is_none() {
+        turns += 1;
+        if turns > 5000 {
+            child.kill().unwrap();
+            panic!("step {step}: {}", String::from_utf8_lossy(&screen));
+        }
+        let count = master.read(&mut bytes).unwrap_or(0);
+        screen.extend_from_slice(&bytes[..count]);
+        let text = String::from_utf8_lossy(&screen);
+        if step == 0 && text.contains("q quit") {
+            assert!(stty(&["-a"]).contains("-icanon"));
+            master.write_all(typed).unwrap();
+            step = 1;
+        } else if step == 1 && text.contains(seen) {
+            end(child.id());
+            step = 2;
+        }
+    }
+    while let Ok(count @ 1..) = master.read(&mut bytes) {
+        screen.extend_from_slice(&bytes[..count]);
+    }
+    (String::from_utf8_lossy(&screen).into_owned(), stty(&["-a"]))
+}
+
+#[test]
+fn a_view_that_is_ended_by_a_signal_stops_what_it_armed_and_gives_the_terminal_back() {
+    for signal in ["-TERM", "-HUP", "-INT"] {
+        let board = Board::new(Manner::Sound);
+        let (screen, terminal) = watched(&board, b"a", "ARMED", |id| {
+            assert!(Command::new("kill").args([signal, &id.to_string()]).status().unwrap().success());
+        });
+        assert!(screen.contains("left stopped: the output is off"), "{signal}: {screen}");
+        assert!(screen.contains("\x1b[?1049l") && terminal.contains(" icanon"), "{signal}: {terminal}");
+        assert!(told(&board.device(&["status"])).contains("state      stopped"), "{signal}");
+    }
 }
 
 #[test]
@@ -232,4 +333,22 @@ fn what_the_device_or_the_file_refuses_is_told() {
         said.contains("refuses: `ramp_rates_v_per_s` is 100; allowed is a number from 0 to 10"),
         "{said}"
     );
+}
+
+#[test]
+fn what_was_edited_meanwhile_is_kept_if_the_device_refuses_it() {
+    let directory = tempfile::tempdir().unwrap();
+    let board = Board::new(Manner::ArmedBy(directory.path().join("arm")));
+    let wait = "cd $AT; touch arm; while [ ! -e armed ]; do sleep 0.05; done";
+    let editor = format!("sh -c '{wait}; sed -i s/kp_v_per_deg.*/kp_v_per_deg=2/ $0'");
+    let mut command = Command::new(env!("CARGO_BIN_EXE_stiction"));
+    command
+        .args(["device", "--port", &board.path, "params", "edit"])
+        .env_remove("VISUAL")
+        .env("EDITOR", editor);
+    let said = complaint(&output(command.env("AT", directory.path()).env("TMPDIR", directory.path())));
+    assert!(said.contains("refuses: only with the output off"), "{said}");
+    let (before, file) = said.rsplit_once(", and the text is kept in ").unwrap();
+    assert!(before.ends_with("; the old parameters are in use"), "{said}");
+    assert!(std::fs::read_to_string(file).unwrap().contains("kp_v_per_deg=2"), "{said}");
 }

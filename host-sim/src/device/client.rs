@@ -26,7 +26,7 @@ use std::time::Duration;
 use stiction::Parameters;
 use stiction::link::{
     CHUNK, Deframer, Identity, Kind, Law, Message, Move, Numbered, PROTOCOL, Refused, Reply, Request, Sample,
-    Status, Told, encode,
+    State, Status, Told, encode,
 };
 use stiction::parameters::{Motion, ROOM};
 use stiction::servo::Levels;
@@ -195,13 +195,22 @@ impl<W: Wire> Client<W> {
     /// # Errors
     /// Says why it was refused.
     pub fn step_to(&mut self, deg: f64) -> Result<(), Error> {
+        let motion = self.step(deg)?;
+        self.move_along(motion)
+    }
+
+    /// What a step to a position (deg) is in counts, for [`move_along`](Self::move_along).
+    ///
+    /// # Errors
+    /// If there is no such position.
+    pub fn step(&mut self, deg: f64) -> Result<Motion, Error> {
         let resolution = f64::from(self.status()?.resolution);
         let counts = deg / resolution;
         // 2^30 counts, as for steps of a machine's file.
         if !counts.is_finite() || counts.abs() > f64::from(1 << 30) {
             return Err(Error::Input(format!("move {deg}: allowed is a position within 2^30 counts")));
         }
-        self.move_along(Motion::Step(crate::experiment::position(counts)))
+        Ok(Motion::Step(crate::experiment::position(counts)))
     }
 
     /// A motion in the zero that arming has set.
@@ -335,18 +344,38 @@ impl<W: Wire> Client<W> {
     /// # Errors
     /// If the device does not answer.
     pub fn pass(&mut self, time: Duration) -> Result<Status, Error> {
+        self.pass_while(time, |_| true)
+    }
+
+    /// The same, but no longer than the device is armed.
+    ///
+    /// # Errors
+    /// If the device does not answer.
+    pub fn pass_armed(&mut self, time: Duration) -> Result<Status, Error> {
+        self.pass_while(time, |status| status.state == State::Armed)
+    }
+
+    fn pass_while(&mut self, time: Duration, go_on: impl Fn(&Status) -> bool) -> Result<Status, Error> {
         let mut status = self.status()?;
         let ticks = |status: &Status| f64::from(status.clock) * f64::from(status.sample_time);
         let (begin, started) = (ticks(&status), self.wire.now());
-        // The device's time, not the wire's: a simulated one has its own. The wire's is there for a device whose clock
-        // does not run.
-        while ticks(&status) - begin < time.as_secs_f64() && self.wire.now() - started < 2 * time + PATIENCE {
-            let left = time.as_secs_f64() - (ticks(&status) - begin);
+        loop {
+            let on_the_wire = self.wire.now() - started;
+            // The device's time, not the wire's: a simulated one has its own. One without parameters has none, and one
+            // whose clock does not run is not waited for for ever.
+            let passed = if status.sample_time > 0.0 && on_the_wire < 2 * time + PATIENCE {
+                ticks(&status) - begin
+            } else {
+                on_the_wire.as_secs_f64()
+            };
+            let left = time.as_secs_f64() - passed;
+            if left <= 0.0 || !go_on(&status) {
+                return Ok(status);
+            }
             let bytes = self.wire.receive(SIGN_OF_LIFE.min(Duration::from_secs_f64(left.max(0.001))))?;
             self.take(&bytes);
             status = self.status()?;
         }
-        Ok(status)
     }
 
     fn done(&mut self, what: &str, request: Request) -> Result<(), Error> {

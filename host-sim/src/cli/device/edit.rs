@@ -5,19 +5,21 @@ use std::io::Write;
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
+use stiction::Parameters;
 use stiction::link::State;
 
-use super::params::keep;
+use super::params::{keep, pulled};
 use crate::device::client::Client;
 use crate::device::machine_file;
 use crate::device::wire::Wire;
 use crate::error::Error;
 use crate::experiment::Document;
+use crate::limits::LimitsTable;
 
 /// Lets a person edit the parameters, and pushes them if they have changed.
 ///
 /// # Errors
-/// One sentence that says what is wrong, and where the text is kept. Nothing is sent then.
+/// One sentence that says what is wrong, whether anything was sent, and where the text is kept.
 pub fn edit<W: Wire>(client: &mut Client<W>, machine: &str, save: bool) -> Result<String, Error> {
     let editor = editor()?;
     // Before anybody has worked for nothing.
@@ -26,31 +28,45 @@ pub fn edit<W: Wire>(client: &mut Client<W>, machine: &str, save: bool) -> Resul
         return Err(Error::Refused(format!("params edit: {} is armed: {why}", client.wire().name())));
     }
     let before = client.parameters()?;
-    let joint = Document::open(machine)?.machine()?.joint;
-    let text = machine_file::render(&before, &joint, machine)?;
+    let text = pulled(client, &before, machine)?;
     let file = write(&text)?;
-    let edited = run(&editor, &file).and_then(|()| read(&file));
-    let edited = edited.map_err(|error| kept(&error, &file))?;
-    if edited == text {
+    let ran = run(&editor, &file);
+    let edited = read(&file);
+    if edited.as_ref().is_ok_and(|edited| *edited == text) {
         // Best effort: it is a temporary file, and holds what the device has.
         let _ = fs::remove_file(&file);
-        return Ok("nothing was changed, and nothing sent\n".into());
+        return ran.map(|()| "nothing was changed, and nothing sent\n".into());
     }
-    let name = file.display().to_string();
-    let after = machine_file::read(&name, &edited).map_err(|error| kept(&error, &file))?;
-    let changes = machine_file::changes(&before, &after)?;
+    let kept = |error: &Error, sent: &str| {
+        Error::Device(format!("{error}; {sent}, and the text is kept in {}", file.display()))
+    };
+    let unsent = |error| kept(&error, "nothing was sent");
+    let edited = ran.and(edited).map_err(unsent)?;
+    let after = understood(&file.display().to_string(), &edited).map_err(unsent)?;
+    let changes = machine_file::changes(&before, &after).map_err(unsent)?;
     if changes.is_empty() {
         let _ = fs::remove_file(&file);
         return Ok("nothing that the device knows was changed, and nothing sent\n".into());
     }
-    client.set_parameters(&after).map_err(|error| kept(&error, &file))?;
+    client.set_parameters(&after).map_err(|error| match error {
+        Error::Refused(_) => kept(&error, "the old parameters are in use"),
+        _ => kept(&error, "it is not known whether they were taken (see `params show`)"),
+    })?;
     let _ = fs::remove_file(&file);
     Ok(changes.join("\n") + "\n" + keep(client, save)?)
 }
 
-/// What was typed is not lost.
-fn kept(error: &Error, file: &Path) -> Error {
-    Error::Device(format!("{error}; nothing was sent, and the text is kept in {}", file.display()))
+/// The parameters that the text says, with every limit: one that is left out would be derived from the friction of a
+/// joint that is lent from another machine.
+fn understood(name: &str, text: &str) -> Result<Parameters, Error> {
+    let parameters = machine_file::read(name, text)?;
+    let document = Document::parse(name, text)?;
+    let gone = LimitsTable::KEYS.iter().find(|key| document.get(&format!("limits.{key}")).is_none());
+    if let Some(key) = gone {
+        let why = "a device does not know the joint that a threshold is derived from";
+        return Err(Error::Input(format!("{name}: `limits.{key}` is missing, and has to be there: {why}")));
+    }
+    Ok(parameters)
 }
 
 fn editor() -> Result<String, Error> {

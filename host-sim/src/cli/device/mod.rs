@@ -8,7 +8,7 @@ use std::io::{Write, stderr};
 use std::path::PathBuf;
 use std::time::Duration;
 
-use stiction::link::{State, Term};
+use stiction::link::{State, Status, Term};
 
 use super::print;
 use crate::device::client::Client;
@@ -17,7 +17,7 @@ use crate::device::simulated::SimulatedDevice;
 use crate::device::wire::{SimulatedWire, Wire};
 use crate::device::words;
 use crate::error::Error;
-use crate::experiment::{Document, Experiment, RunPlan};
+use crate::experiment::{Document, Experiment, RunPlan, builtins};
 use crate::output::write_whole;
 
 #[derive(Debug, clap::Args)]
@@ -37,11 +37,25 @@ pub struct Arguments {
     /// Whose joint is simulated: a name from `stiction list`, or a machine's own TOML file
     #[arg(long, value_name = "NAME|FILE.toml", default_value = "step-response")]
     machine: String,
-    /// Which of its controllers the simulated device begins with
-    #[arg(long, value_name = "NAME", default_value = "srnf")]
-    controller: String,
+    /// Which of its controllers the simulated device begins with [default: a file's own, and srnf of an experiment from
+    /// `stiction list`]
+    #[arg(long, value_name = "NAME")]
+    controller: Option<String>,
     #[command(subcommand)]
     action: Action,
+}
+
+impl Arguments {
+    /// The controller that was asked for, or else SRNF of an experiment that has it; a file says its own.
+    fn begins_with(&self) -> Option<&str> {
+        const USUAL: &str = "srnf";
+        let has_it = || {
+            let machine = Document::open(&self.machine).and_then(|document| document.machine());
+            let is_listed = builtins().iter().any(|builtin| builtin.name == self.machine);
+            is_listed && machine.is_ok_and(|machine| machine.controller.contains_key(USUAL))
+        };
+        self.controller.as_deref().or_else(|| has_it().then_some(USUAL))
+    }
 }
 
 #[derive(Debug, clap::Subcommand)]
@@ -123,7 +137,7 @@ pub fn device(arguments: &Arguments) -> Result<(), Error> {
     if let Some(port) = &arguments.port {
         return with(&arguments.action, &arguments.machine, crate::device::port::SerialWire::open(port)?);
     }
-    let plan = first_run(&arguments.machine, Some(&arguments.controller))?;
+    let plan = first_run(&arguments.machine, arguments.begins_with())?;
     with(&arguments.action, &arguments.machine, SimulatedWire::new(SimulatedDevice::new(&plan)?))
 }
 
@@ -142,7 +156,7 @@ fn emulated(_: &Arguments) -> Result<(), Error> {
 fn emulated(arguments: &Arguments) -> Result<(), Error> {
     use crate::device::emulated::EmulatedWire;
 
-    let plan = first_run(&arguments.machine, Some(&arguments.controller))?;
+    let plan = first_run(&arguments.machine, arguments.begins_with())?;
     with(&arguments.action, &arguments.machine, EmulatedWire::new(arguments.image.as_deref(), &plan)?)
 }
 
@@ -175,10 +189,14 @@ fn with(action: &Action, machine: &str, wire: impl Wire) -> Result<(), Error> {
             say(left)
         }
         Action::Arm { r#for } => {
-            arm(&mut client)?;
-            let status = client.pass(time("--for", *r#for)?)?;
-            let ended = ended(&mut client)?;
-            say(words::status(&status) + &ended)
+            let time = time("--for", *r#for)?;
+            let status = then_off(&mut client, |client| {
+                arm(client)?;
+                client.pass_armed(time)
+            })?;
+            let ended = ended("arm", &status);
+            say(words::status(&status) + off(&status))?;
+            ended
         }
         Action::Stop => {
             client.stop()?;
@@ -187,27 +205,33 @@ fn with(action: &Action, machine: &str, wire: impl Wire) -> Result<(), Error> {
         }
         Action::Move { deg, r#for, log } => {
             let time = time("--for", *r#for)?;
-            if client.status()?.state != State::Armed {
-                arm(&mut client)?;
-            }
+            // Nothing is armed for a number that is none.
+            let motion = client.step(*deg)?;
             let mut samples = Log::default();
-            if log.is_some() {
-                client.subscribe(Log::TERMS, 1)?;
-            }
-            client.step_to(*deg)?;
-            let status = client.pass(time)?;
-            // Before the output goes off: a tick without the loop has neither zero nor position.
-            while let Some(sample) = log.as_ref().and_then(|_| client.kept()) {
-                samples.push(sample);
-            }
-            let ended = ended(&mut client)?;
+            let status = then_off(&mut client, |client| {
+                if client.status()?.state != State::Armed {
+                    arm(client)?;
+                }
+                if log.is_some() {
+                    client.subscribe(Log::TERMS, 1)?;
+                }
+                client.move_along(motion)?;
+                let status = client.pass_armed(time)?;
+                // Before the output goes off: a tick without the loop has neither zero nor position.
+                while let Some(sample) = log.as_ref().and_then(|_| client.kept()) {
+                    samples.push(sample);
+                }
+                Ok(status)
+            })?;
             if let Some(path) = log {
                 write_whole(path, &samples.render(status.sample_time, status.resolution)?)?;
             }
-            say(words::status(&status) + &ended + &lost(&client))
+            let ended = ended("move", &status);
+            say(words::status(&status) + off(&status) + &lost(&client))?;
+            ended
         }
         Action::Identify { rate, hold } => {
-            let text = identify(&mut client, *rate, *hold)?;
+            let text = then_off(&mut client, |client| identify(client, *rate, *hold))?;
             say(text)
         }
         Action::Params { action } => {
@@ -255,24 +279,51 @@ fn identify<W: Wire>(client: &mut Client<W>, rate: f32, hold: f32) -> Result<Str
             break status;
         }
     };
-    let found = client.levels()?.ok_or_else(|| {
-        let by = match status.fault.code {
-            0 => "a stop".into(),
-            _ => words::told(&status.fault, status.sample_time),
-        };
+    let nothing = || {
+        let by = by(&status);
         Error::Device(format!("identify: the ramp was ended by {by}, and has found nothing (docs/faults.md)"))
-    })?;
-    Ok(words::levels(&found, rate) + "stopped: the output is off\n")
+    };
+    let found = client.levels()?.ok_or_else(nothing)?;
+    Ok(words::levels(&found, rate) + OFF)
 }
 
-/// The output goes off at the end of a command, and what the joint did in the meantime is told.
-fn ended<W: Wire>(client: &mut Client<W>) -> Result<String, Error> {
-    client.stop()?;
-    let status = client.status()?;
-    Ok(match status.state {
-        State::Faulted(_) => String::new(),
-        _ => "stopped: the output is off\n".into(),
-    })
+const OFF: &str = "stopped: the output is off\n";
+
+/// Of a drive that may not have heard a stop.
+const PERHAPS_ARMED: &str = "it may be STILL ARMED: no stop was answered";
+
+/// Does what closes the loop, and turns the output off then, whatever has happened. An error says how the drive is left.
+fn then_off<W: Wire, T>(
+    client: &mut Client<W>,
+    closed: impl FnOnce(&mut Client<W>) -> Result<T, Error>,
+) -> Result<T, Error> {
+    let done = closed(client);
+    let left = |error: &Error, how: &str| Error::Device(format!("{error}; {how}"));
+    match (done, client.stop()) {
+        (Ok(found), Ok(())) => Ok(found),
+        (Err(error), Ok(())) => Err(left(&error, "the output is off")),
+        (Ok(_), Err(error)) | (Err(error), Err(_)) => Err(left(&error, PERHAPS_ARMED)),
+    }
+}
+
+/// That the output went off at the end of a command and not before.
+const fn off(status: &Status) -> &'static str {
+    if matches!(status.state, State::Armed) { OFF } else { "" }
+}
+
+/// An error if the loop was not closed for as long as was asked for.
+fn ended(what: &str, status: &Status) -> Result<(), Error> {
+    if status.state == State::Armed {
+        return Ok(());
+    }
+    Err(Error::Device(format!("{what}: ended by {} (docs/faults.md)", by(status))))
+}
+
+fn by(status: &Status) -> String {
+    match status.fault.code {
+        0 => "a stop".into(),
+        _ => words::told(&status.fault, status.sample_time),
+    }
 }
 
 fn lost<W: Wire>(client: &Client<W>) -> String {

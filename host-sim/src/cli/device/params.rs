@@ -2,6 +2,8 @@
 
 use std::path::{Path, PathBuf};
 
+use stiction::Parameters;
+
 use super::edit;
 use super::first_run;
 use crate::device::client::Client;
@@ -56,8 +58,7 @@ pub fn params<W: Wire>(action: &Params, client: &mut Client<W>, machine: &str) -
         Params::Pull { file } => {
             let found = client.parameters()?;
             let bytes = if is_toml(file) {
-                let joint = Document::open(machine)?.machine()?.joint;
-                machine_file::render(&found, &joint, machine)?.into_bytes()
+                pulled(client, &found, machine)?.into_bytes()
             } else {
                 let mut room = [0; stiction::parameters::ROOM];
                 found.encode(1, &mut room).unwrap_or_default().to_vec()
@@ -79,6 +80,14 @@ pub fn keep<W: Wire>(client: &mut Client<W>, save: bool) -> Result<&'static str,
         return Ok("in use and saved\n");
     }
     Ok("in use until the next reset; `params save` keeps them\n")
+}
+
+/// Parameters of the device as a machine's file with the joint of `machine`, which begins with what the device is if it
+/// is no board.
+pub fn pulled<W: Wire>(client: &Client<W>, found: &Parameters, machine: &str) -> Result<String, Error> {
+    let joint = Document::open(machine)?.machine()?.joint;
+    let warning = client.warning().map_or(String::new(), |warning| format!("# {warning}\n"));
+    Ok(warning + &machine_file::render(found, &joint, machine)?)
 }
 
 fn is_toml(file: &Path) -> bool {

@@ -28,10 +28,14 @@ pub enum Flow {
 /// If the device does not answer.
 pub fn press<W: Wire>(key: KeyEvent, watched: &mut Watched, client: &mut Client<W>) -> Result<Flow, Error> {
     let control = key.modifiers.contains(KeyModifiers::CONTROL);
+    let plain = !key.modifiers.intersects(KeyModifiers::CONTROL | KeyModifiers::ALT);
     let done = match key.code {
-        KeyCode::Char('q') => return Ok(Flow::Quit),
         KeyCode::Char('c' | 'd') if control => return Ok(Flow::Quit),
-        KeyCode::Char('s' | ' ') => client.stop().map(|()| "stopped: the output is off".to_owned()),
+        // However it is pressed.
+        KeyCode::Char('s' | 'S' | ' ') => client.stop().map(|()| "stopped: the output is off".to_owned()),
+        // What a terminal, a multiplexer or a slip of the hand sends: Ctrl-A is no arming.
+        KeyCode::Char(_) if !plain => return Ok(Flow::Go),
+        KeyCode::Char('q') => return Ok(Flow::Quit),
         KeyCode::Char('a') => arm(watched, client),
         KeyCode::Char('h') => client.hold().map(|()| "stays where it is".to_owned()),
         KeyCode::Char('c') => client.clear().map(|()| "cleared".to_owned()),
@@ -60,9 +64,14 @@ pub fn press<W: Wire>(key: KeyEvent, watched: &mut Watched, client: &mut Client<
 }
 
 fn arm<W: Wire>(watched: &mut Watched, client: &mut Client<W>) -> Result<String, Error> {
-    let before = watched.is_armed();
-    client.arm()?;
+    let (before, armed_here) = (watched.is_armed(), watched.armed_here);
+    // Before it is answered: an answer that is lost does not disarm what was armed.
     watched.armed_here |= !before;
+    let answer = client.arm();
+    if matches!(answer, Err(Error::Refused(_))) {
+        watched.armed_here = armed_here;
+    }
+    answer?;
     Ok(if before { "it is armed already" } else { "armed: here is zero" }.into())
 }
 

@@ -7,11 +7,14 @@ mod tests;
 mod view;
 
 use std::io::{IsTerminal, stdin, stdout};
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::{Duration, Instant};
 
 use ratatui::crossterm::event::{self, Event, KeyEventKind};
 use stiction::link::{State, Status};
 
+use super::PERHAPS_ARMED;
 use crate::device::client::Client;
 use crate::device::wire::Wire;
 use crate::device::words;
@@ -44,22 +47,39 @@ pub fn on_a_terminal() -> Result<(), Error> {
     Err(Error::Input(format!("device watch: it needs a terminal to draw on and read keys from; {instead}")))
 }
 
-/// Watches until `q`, and returns what is to be said then.
+/// Watches until `q` or a signal that ends programs, and returns what is to be said then.
 ///
 /// # Errors
-/// If the device does not answer any more, or the terminal fails.
+/// If the device does not answer any more, or the terminal fails; what was armed here is stopped all the same, if it can
+/// be reached.
 pub fn watch<W: Wire>(client: &mut Client<W>) -> Result<String, Error> {
     client.wire().real_time();
+    let ending = signals()?;
     let status = client.status()?;
     let version = client.identity().map_or(String::new(), |identity| identity.version.as_str().into());
     let name = format!("{}, firmware {version}", client.wire().name());
     let mut watched = Watched::new(client.warning(), name, status);
-    client.subscribe(TERMS, every(&status))?;
-    let seen = on_screen(client, &mut watched);
-    // What went wrong first is what is told.
-    let left = seen.and_then(|()| leave(client, &watched));
-    let left = left?;
-    Ok(words::status(&client.status()?) + &left)
+    let seen = client.subscribe(TERMS, every(&status));
+    let seen = seen.and_then(|()| on_screen(client, &mut watched, &ending));
+    match (seen, leave(client, &watched)) {
+        (Ok(()), left) => {
+            let left = left?;
+            Ok(words::status(&client.status()?) + left + "\n")
+        }
+        // What went wrong first is what is told.
+        (Err(error), Ok(left)) => Err(Error::Device(format!("{error}; {left}"))),
+        (Err(error), Err(_)) => Err(unheard(&error, &watched)),
+    }
+}
+
+/// Set by what would end the program otherwise, with the terminal in disorder and the drive armed.
+fn signals() -> Result<Arc<AtomicBool>, Error> {
+    let ending = Arc::new(AtomicBool::new(false));
+    #[cfg(unix)]
+    for signal in [signal_hook::consts::SIGTERM, signal_hook::consts::SIGHUP, signal_hook::consts::SIGINT] {
+        signal_hook::flag::register(signal, ending.clone())?;
+    }
+    Ok(ending)
 }
 
 fn every(status: &Status) -> u16 {
@@ -76,10 +96,14 @@ impl Drop for Screen {
     }
 }
 
-fn on_screen<W: Wire>(client: &mut Client<W>, watched: &mut Watched) -> Result<(), Error> {
+fn on_screen<W: Wire>(
+    client: &mut Client<W>,
+    watched: &mut Watched,
+    ending: &AtomicBool,
+) -> Result<(), Error> {
     let mut screen = Screen(ratatui::try_init()?);
     let (mut drawn, mut asked) = (None, Instant::now());
-    loop {
+    while !ending.load(Ordering::Relaxed) {
         while let Some(sample) = client.sample(Duration::ZERO)? {
             watched.take(&sample);
         }
@@ -104,6 +128,7 @@ fn on_screen<W: Wire>(client: &mut Client<W>, watched: &mut Watched) -> Result<(
             watched.take(&sample);
         }
     }
+    Ok(())
 }
 
 /// A drive that is not armed any more was not armed by us the next time.
@@ -113,16 +138,22 @@ const fn follow(watched: &mut Watched, status: Status) {
 }
 
 /// Turns off what was armed here, and tells how the drive is left.
-fn leave<W: Wire>(client: &mut Client<W>, watched: &Watched) -> Result<String, Error> {
-    client.subscribe(TERMS, 0)?;
+fn leave<W: Wire>(client: &mut Client<W>, watched: &Watched) -> Result<&'static str, Error> {
     if watched.armed_here {
-        client.stop()?;
+        client.stop().map_err(|error| unheard(&error, watched))?;
     }
-    Ok(match client.status()?.state {
-        State::Armed => {
-            "STILL ARMED: it was so before, and not by this program; `stop` turns the output off\n".into()
-        }
-        State::Faulted(_) => "left faulted: the output is off\n".into(),
-        State::Stopped | State::Boot => "left stopped: the output is off\n".into(),
+    // It is of no use to anybody any more, and does no harm.
+    let _ = client.subscribe(TERMS, 0);
+    let left = client.status().map_err(|error| unheard(&error, watched))?;
+    Ok(match left.state {
+        State::Armed => "STILL ARMED: it was so before, and not by this program; `stop` turns the output off",
+        State::Faulted(_) => "left faulted: the output is off",
+        State::Stopped | State::Boot => "left stopped: the output is off",
     })
+}
+
+/// Of a device that was not reached on leaving.
+fn unheard(error: &Error, watched: &Watched) -> Error {
+    let armed = watched.armed_here || watched.is_armed();
+    Error::Device(if armed { format!("{error}; {PERHAPS_ARMED}") } else { error.to_string() })
 }

@@ -1,3 +1,5 @@
+use std::time::Duration;
+
 use ratatui::Terminal;
 use ratatui::backend::TestBackend;
 use ratatui::buffer::Buffer;
@@ -10,7 +12,8 @@ use super::model::{Moment, TERMS, Watched};
 use super::view::draw;
 use crate::device::client::Client;
 use crate::device::simulated::SimulatedDevice;
-use crate::device::wire::{SIMULATED, SimulatedWire};
+use crate::device::wire::{SIMULATED, SimulatedWire, Wire};
+use crate::error::Error;
 use crate::experiment::{Document, Experiment};
 
 fn status() -> Status {
@@ -150,7 +153,7 @@ fn keys_arm_move_and_stop_the_device() {
         codes.map(|code| press(KeyEvent::from(code), watched, client).unwrap()).last().unwrap()
     };
     let pass = |client: &mut Client<SimulatedWire>| {
-        client.pass(std::time::Duration::from_secs(3)).unwrap();
+        client.pass(Duration::from_secs(3)).unwrap();
         client.wire().simulated.position_deg()
     };
     // Without arming nothing moves, and the view says why.
@@ -181,12 +184,92 @@ fn keys_arm_move_and_stop_the_device() {
 }
 
 #[test]
+fn with_control_or_alt_nothing_but_stop_is_done() {
+    let (mut watched, mut client) = bench();
+    let press_all = |codes: &str, modifiers, watched: &mut Watched, client: &mut Client<SimulatedWire>| {
+        for code in codes.chars() {
+            assert_eq!(
+                press(KeyEvent::new(KeyCode::Char(code), modifiers), watched, client).unwrap(),
+                Flow::Go
+            );
+        }
+        (watched.status.state, watched.entry.clone())
+    };
+    for modifiers in [KeyModifiers::CONTROL, KeyModifiers::ALT] {
+        let left = press_all("ahq5-.", modifiers, &mut watched, &mut client);
+        assert_eq!(left, (State::Stopped, String::new()), "{modifiers:?}");
+        assert_eq!((watched.armed_here, client.status().unwrap().state), (false, State::Stopped));
+    }
+    // With Caps Lock and with a modifier that is held: stop is stop.
+    for (key, modifiers) in
+        [('S', KeyModifiers::SHIFT), ('s', KeyModifiers::CONTROL), (' ', KeyModifiers::ALT)]
+    {
+        client.pass(Duration::from_millis(200)).unwrap();
+        let left = press_all("a", KeyModifiers::NONE, &mut watched, &mut client);
+        assert_eq!(left.0, State::Armed);
+        assert_eq!(
+            press_all(&key.to_string(), modifiers, &mut watched, &mut client).0,
+            State::Stopped,
+            "{key}"
+        );
+    }
+}
+
+#[test]
+fn a_device_that_falls_silent_while_armed_here_is_told_to_be_perhaps_still_armed() {
+    let (mut watched, mut client) = bench();
+    // Refused: a joint that moves is not armed.
+    client.wire().simulated.push(0.0, 20.0);
+    client.pass(Duration::from_millis(40)).unwrap();
+    press(KeyEvent::from(KeyCode::Char('a')), &mut watched, &mut client).unwrap();
+    assert!(watched.note.contains("at rest") && !watched.armed_here, "{}", watched.note);
+
+    let mut client = Client::connect(Cut { wire: client.end(), cut: false }).unwrap();
+    client.pass(Duration::from_secs(3)).unwrap();
+    assert!(!super::leave(&mut client, &watched).unwrap().contains("ARMED"));
+    client.wire().cut = true;
+    assert!(press(KeyEvent::from(KeyCode::Char('a')), &mut watched, &mut client).is_err());
+    // The request may have arrived.
+    assert!(watched.armed_here);
+    let said = super::leave(&mut client, &watched).unwrap_err().to_string();
+    assert!(
+        said.contains("does not answer") && said.ends_with("STILL ARMED: no stop was answered"),
+        "{said}"
+    );
+}
+
+/// A wire of which the way back is cut.
+struct Cut {
+    wire: SimulatedWire,
+    cut: bool,
+}
+
+impl Wire for Cut {
+    fn send(&mut self, bytes: &[u8]) -> Result<(), Error> {
+        self.wire.send(bytes)
+    }
+
+    fn receive(&mut self, at_most: Duration) -> Result<Vec<u8>, Error> {
+        let found = self.wire.receive(at_most)?;
+        Ok(if self.cut { vec![] } else { found })
+    }
+
+    fn name(&self) -> String {
+        self.wire.name()
+    }
+
+    fn warning(&self) -> Option<&'static str> {
+        self.wire.warning()
+    }
+}
+
+#[test]
 fn what_was_armed_here_is_stopped_on_leaving_and_what_was_not_is_told() {
     let (mut watched, mut client) = bench();
     press(KeyEvent::from(KeyCode::Char('a')), &mut watched, &mut client).unwrap();
     assert!(super::leave(&mut client, &watched).unwrap().contains("output is off"));
     assert_eq!(client.status().unwrap().state, State::Stopped);
-    client.pass(std::time::Duration::from_millis(200)).unwrap();
+    client.pass(Duration::from_millis(200)).unwrap();
     client.arm().unwrap();
     watched.armed_here = false;
     assert!(super::leave(&mut client, &watched).unwrap().starts_with("STILL ARMED"));
