@@ -6,8 +6,8 @@
 //! relative one times the largest value of each component, which is what the exact solver's tolerance means. An error
 //! is the largest of those of the event times, against closed forms or an independent simulation, over 5 s.
 //!
-//! `cargo bench --package host-sim --features diffsol --bench friction` prints the error of both at tolerances from 1e-4 to 1e-12 beside the time of a run,
-//! and draws them (work-precision) into `target/friction-bench`.
+//! `cargo bench --ignore-rust-version --package host-sim --features diffsol --bench friction` prints the error of both at
+//! tolerances from 1e-4 to 1e-12 beside the time of a run, and draws them (work-precision) into `target/friction-bench`.
 #![allow(missing_docs, clippy::unwrap_used)]
 
 use std::cell::Cell;
