@@ -505,3 +505,49 @@ fn the_wire_carries_every_term_of_every_tick_at_1_khz_and_what_it_does_not_at_5_
     assert!((13_000.0..15_000.0).contains(&samples), "{samples}");
     assert!((samples + lost - 50_000.0).abs() < 500.0 && dropped >= lost, "{samples} {lost} {dropped}");
 }
+
+#[test]
+fn samples_of_an_earlier_subscription_are_neither_kept_nor_missed_by_the_next_one() {
+    let mut client = client();
+    let (terms, so_much) = (Term::Counts.bit(), Duration::from_millis(200));
+    client.subscribe(terms, 1).unwrap();
+    client.pass(so_much).unwrap();
+    // On their way when the next one is asked for.
+    client.wire().simulated.ticks(5);
+    client.subscribe(terms, 1).unwrap();
+    client.pass(so_much).unwrap();
+    let numbers: Vec<u32> = std::iter::from_fn(|| client.kept()).map(|sample| sample.number).collect();
+    assert_eq!(client.lost(), 0);
+    assert!(numbers.len() >= 10 && numbers.iter().copied().eq(0..numbers.len() as u32), "{numbers:?}");
+}
+
+#[test]
+fn a_device_without_parameters_is_waited_for_as_long_as_was_asked() {
+    struct Clock(SimulatedWire, Duration);
+    impl Wire for Clock {
+        fn send(&mut self, bytes: &[u8]) -> Result<(), host_sim::Error> {
+            self.0.send(bytes)
+        }
+        fn receive(&mut self, at_most: Duration) -> Result<Vec<u8>, host_sim::Error> {
+            self.1 += at_most;
+            self.0.receive(at_most)
+        }
+        fn now(&self) -> Duration {
+            self.1
+        }
+        fn name(&self) -> String {
+            self.0.name()
+        }
+        fn warning(&self) -> Option<&'static str> {
+            None
+        }
+    }
+    let plan = &plans("step-response", &["loop.controller=srnf"])[0];
+    let simulated = SimulatedDevice::with(plan, blank(), Boot::default()).unwrap();
+    let mut client = Client::connect(Clock(SimulatedWire::new(simulated), Duration::ZERO)).unwrap();
+    let begin = client.wire().now();
+    client.pass(Duration::from_secs(10)).unwrap();
+    let took = (client.wire().now() - begin).as_secs_f64();
+    // Asking for its status takes some, too.
+    assert!((10.0..11.0).contains(&took), "{took}");
+}

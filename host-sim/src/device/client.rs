@@ -35,7 +35,7 @@ use super::wire::{SIMULATED, Wire};
 use super::words;
 use crate::error::Error;
 
-/// A device answers within milliseconds, and while it erases its flash within 4 s.
+/// A device answers within milliseconds, but for a save (docs/link.md), for which three times its longest is waited.
 const PATIENCE: Duration = Duration::from_millis(200);
 const PATIENCE_TO_SAVE: Duration = Duration::from_secs(6);
 
@@ -55,6 +55,8 @@ pub struct Client<W> {
     samples: VecDeque<Sample>,
     /// Number of the next sample.
     expected: Option<u32>,
+    /// Another subscription was asked for, and its answer has not come yet.
+    subscribing: bool,
     lost: u64,
     /// Of what came since the last request: that a device is silent and that it talks otherwise are two things.
     heard: Heard,
@@ -84,6 +86,7 @@ impl<W: Wire> Client<W> {
             identity: None,
             samples: VecDeque::new(),
             expected: None,
+            subscribing: false,
             lost: 0,
             heard: Heard::default(),
         };
@@ -312,8 +315,7 @@ impl<W: Wire> Client<W> {
     /// # Errors
     /// If the device does not answer.
     pub fn subscribe(&mut self, terms: u16, every: u16) -> Result<(), Error> {
-        self.expected = None;
-        self.samples.clear();
+        self.subscribing = true;
         self.done("log", Request::Subscribe { terms, every })
     }
 
@@ -444,6 +446,11 @@ impl<W: Wire> Client<W> {
             self.heard.whole = true;
             match postcard::from_bytes(message) {
                 Ok(Message::Reply(Numbered { number, content })) if number == self.number => {
+                    // What came before belongs to the last subscription, which has counted otherwise.
+                    if std::mem::take(&mut self.subscribing) {
+                        self.expected = None;
+                        self.samples.clear();
+                    }
                     reply = Some(content);
                 }
                 Ok(Message::Sample(sample)) => {

@@ -12,6 +12,9 @@ use crate::error::Error;
 /// Of the link, 8N1. Ten bits a byte: 92 bytes a millisecond.
 pub const BAUD: u32 = 921_600;
 
+/// A frame is on the wire within 3 ms; a port that has no room for it after so long takes nothing any more.
+const TO_SEND: Duration = Duration::from_millis(200);
+
 /// An open port.
 pub struct SerialWire {
     port: Box<dyn SerialPort>,
@@ -64,8 +67,9 @@ fn refusal(name: &str, error: &serialport::Error) -> String {
 
 impl Wire for SerialWire {
     fn send(&mut self, bytes: &[u8]) -> Result<(), Error> {
-        let sent = self.port.write_all(bytes).and_then(|()| self.port.flush());
-        sent.map_err(|error| self.gone(&error))
+        // No flush: it would wait for the last bit, for ever if the other end takes none.
+        let sent = self.port.set_timeout(TO_SEND).map_err(std::io::Error::from);
+        sent.and_then(|()| self.port.write_all(bytes)).map_err(|error| self.gone(&error))
     }
 
     fn receive(&mut self, at_most: Duration) -> Result<Vec<u8>, Error> {
