@@ -2,7 +2,7 @@
 
 use crc::{CRC_32_ISO_HDLC, Crc};
 use stiction::Parameters;
-use stiction::parameters::ROOM;
+use stiction::parameters::{FORMAT_VERSION, ROOM};
 
 const HEADER: usize = 20;
 
@@ -11,9 +11,14 @@ const HEADER: usize = 20;
 pub fn holds(bytes: &[u8]) -> bool {
     let as_it_is = decoded(bytes);
     let Some((_, body)) = bytes.split_at_checked(HEADER) else { return as_it_is };
-    let mut record = b"STIC".to_vec();
     // Every version that there is, and the two beside them.
-    let version = u32::from(bytes.get(4).copied().unwrap_or_default() % 5);
+    let version = u32::from(bytes.get(4).copied().unwrap_or_default()) % (FORMAT_VERSION + 2);
+    decoded(&with_header(version, body)) || as_it_is
+}
+
+/// A record of this body, with the header that belongs to it.
+fn with_header(version: u32, body: &[u8]) -> Vec<u8> {
+    let mut record = b"STIC".to_vec();
     record.extend(version.to_le_bytes());
     record.extend(1u32.to_le_bytes());
     record.extend((body.len() as u32).to_le_bytes());
@@ -23,7 +28,7 @@ pub fn holds(bytes: &[u8]) -> bool {
     digest.update(body);
     record.extend(digest.finalize().to_le_bytes());
     record.extend(body);
-    decoded(&record) || as_it_is
+    record
 }
 
 fn decoded(bytes: &[u8]) -> bool {
@@ -31,6 +36,9 @@ fn decoded(bytes: &[u8]) -> bool {
     assert!(parameters.prepare().is_ok(), "what is decoded is valid");
     let mut room = [0; ROOM];
     let record = parameters.encode(7, &mut room).map(<[u8]>::to_vec).unwrap_or_default();
-    assert_eq!(Parameters::decode(&record), Ok((parameters, 7)), "and is the same again");
+    assert_eq!(Parameters::decode(&record).as_ref(), Ok(&(parameters.clone(), 7)), "and is the same again");
+    // A header of another layout than the core's would be refused, and no body be looked at.
+    let by_hand = with_header(FORMAT_VERSION, record.get(HEADER..).unwrap_or_default());
+    assert_eq!(Parameters::decode(&by_hand), Ok((parameters, 1)), "and so with a header made here");
     true
 }
