@@ -84,13 +84,18 @@ fn doubled_edges_scale_the_motion_and_are_not_seen() {
 /// Noise that counts up: the loop works against a motion that is none, as long as it is slow; a burst is a jump.
 #[test]
 fn a_burst_of_noise_is_a_jump_in_its_tick() {
+    let (unseen, seen) = (750, 1400);
     let mut simulated = along("run.duration_s=26");
     simulated.ticks(100);
     // The limit of SRNF: 2 * 50 deg/s * 20 ms + 4 counts = 830 counts, and the joint moves 41 a tick.
-    simulated.jump(750);
+    simulated.jump(unseen);
     assert_eq!(simulated.tick().state, State::Armed);
-    simulated.jump(1400);
+    simulated.jump(seen);
     assert_eq!(simulated.tick().state, State::Faulted(Fault::EncoderJump));
+    let plan = &plans("trajectory", &["loop.controller=srnf"])[0];
+    let parameters = crate::fixture::parameters(plan);
+    let limit = parameters.limits.encoder_jump / parameters.controller.encoder.resolution;
+    reliability!("burst", unseen, seen, limit = format!("{limit:.0}"));
 }
 
 /// On the way at 5 deg/s: the code, the time and the true travel until the bridge is off.

@@ -17,12 +17,15 @@ use stiction::position::Position;
 
 use crate::fixture::srnf;
 
+/// Of everything random but the messages, in every test run.
+const CASES: u32 = 2000;
+
 fn config(cases: u32) -> ProptestConfig {
     ProptestConfig { cases, failure_persistence: None, ..ProptestConfig::default() }
 }
 
 proptest! {
-    #![proptest_config(config(2000))]
+    #![proptest_config(config(CASES))]
 
     #[test]
     fn any_bytes_make_no_message_but_a_whole_one_and_cost_only_themselves(bytes in vec(any::<u8>(), 0..600)) {
@@ -171,7 +174,7 @@ fn random_messages_never_arm_a_faulted_drive_nor_drive_it_out_of_its_limits() {
         }
     }
     let Watched { armed, moved, faulted, .. } = watched;
-    reliability!("messages", messages, armed, moved, faulted);
+    reliability!("messages", messages, armed, moved, faulted, cases = CASES);
     // It was worth looking.
     assert!(
         armed > messages / 20 && faulted > messages / 20 && moved > messages / 50,

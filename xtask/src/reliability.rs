@@ -11,7 +11,7 @@
 //! {{!NAME}} ...                 only if there is none.
 //! ```
 //!
-//! A figure that no test prints is an error: nothing on that page is older than the last run.
+//! A figure that no test prints is an error: nothing measured on that page is older than the last run.
 
 use std::fs;
 use std::io::{BufRead, BufReader};
@@ -62,6 +62,9 @@ pub fn measure(arguments: &Arguments) -> Result<(), String> {
     let page = filled(&text, &figures)?;
     fs::write(root().join(PAGE), page).map_err(|error| format!("cannot write {PAGE}: {error}"))?;
     println!("{PAGE}: {} figures", figures.len());
+    if !arguments.image {
+        println!("{PAGE}: without those of the flash image, which --image measures");
+    }
     Ok(())
 }
 
