@@ -49,6 +49,7 @@ impl<D, W: Mutex<T = Independent>> BoardMachine<'_, D, W> {
 impl<D: Mutex<T = Drive>, W: Mutex<T = Independent>> Machine for BoardMachine<'_, D, W> {
     fn servo<R>(&mut self, act: impl FnOnce(&mut Servo) -> R) -> R {
         self.drive.lock(|drive| {
+            drive.latch_break();
             let done = act(drive.servo);
             drive.mend();
             done

@@ -357,6 +357,36 @@ fn the_break_input_can_be_cleared_and_trips_again() {
 }
 
 #[test]
+fn a_break_between_two_ticks_is_a_fault_though_a_request_comes_before_the_second() {
+    // Ticks are some 1 ms after multiples of 20 ms, and the break is over before anybody asks.
+    let mut script = Script::new();
+    let arm = script.say(250 * MS, Request::Arm);
+    let told = script.say(306 * MS, Request::Status);
+    let refused = script.say(307 * MS, Request::Arm);
+    let clear = script.say(350 * MS, Request::Clear);
+    let again = script.say(360 * MS, Request::Arm);
+    // All of it between two ticks: what was on, tripped, was cleared and armed anew is on.
+    let cleared = script.say(406 * MS, Request::Clear);
+    let anew = script.say(407 * MS, Request::Arm);
+    let armed = script.status(450 * MS..500 * MS);
+    let (break_, released, short) = (Mishap::Break, Mishap::BreakReleased, MS / 5);
+    let mishaps = [305, 405].map(|at| [(at * MS, break_), (at * MS + short, released)]).concat();
+    let talked = script.run(Some(&record(&commanded(|_| {}))), &mishaps, 500 * MS);
+    talked.assert_done(arm);
+    assert_eq!(talked.status(told).state, faulted(Fault::BreakInput));
+    talked.assert_refused(refused, Refused::Faulted(Fault::BreakInput as u8));
+    assert!(talked.observed.says(Fault::BreakInput.describe()), "{:?}", talked.observed.log);
+    for number in [clear, again, cleared, anew] {
+        talked.assert_done(number);
+    }
+    let status = talked.status(armed);
+    assert_eq!((status.state, status.faults), (State::Armed, 2));
+    let [first, second, third] = talked.observed.on_ns[..] else { panic!("{:?}", talked.observed.on_ns) };
+    assert!(first[1].abs_diff(305 * MS) < short && second[1].abs_diff(405 * MS) < short);
+    assert!(second[0] > 360 * MS && third[0] > 407 * MS && talked.observed.on_after(480 * MS));
+}
+
+#[test]
 fn samples_are_of_the_ticks_that_were_asked_for_and_hold_up_nothing() {
     let terms = Term::ALL.iter().fold(0, |terms, term| terms | term.bit());
     let fast = commanded(|parameters| parameters.controller.sample_time = 0.001);
