@@ -323,8 +323,7 @@ impl Servo {
         }
         core::mem::swap(&mut self.joint, joint);
         self.countdown = None;
-        self.follower.standstill = Standstill::default();
-        self.follower.seen.standstill = 0;
+        self.unsettle();
         if let State::Faulted(Fault::NoParameters | Fault::BadParameters) = self.state {
             self.state = State::Stopped;
             self.latched = None;
@@ -332,7 +331,14 @@ impl Servo {
         Ok(())
     }
 
-    /// The joint goes along another reference from the next tick on, in the zero that arming set. The loop goes on.
+    /// Nothing is known of whether the joint is at rest: ticks have been missed. It has to rest anew before it is armed.
+    pub fn unsettle(&mut self) {
+        self.follower.standstill = Standstill::default();
+        self.follower.seen.standstill = 0;
+    }
+
+    /// The joint goes along another reference from the next tick on, in the zero that arming set. The loop goes on, and
+    /// the silence of the link that asked for it is a fault from then on.
     ///
     /// # Errors
     /// Only while armed, and within the range of positions.

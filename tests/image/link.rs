@@ -71,6 +71,11 @@ impl Script {
         self.say(at + 20 * MS, Request::TakeParameters { length: record.len() as u16 })
     }
 
+    /// All at once.
+    fn burst(&mut self, at: u64, requests: impl IntoIterator<Item = Request>) -> Vec<u16> {
+        requests.into_iter().map(|request| self.say(at, request)).collect()
+    }
+
     fn run(self, records: Option<&[u8]>, mishaps: &[(u64, Mishap)], until: u64) -> Talked {
         self.run_on(Fitted::default(), records, mishaps, until)
     }
@@ -323,6 +328,54 @@ fn nothing_is_driven_while_a_stop_and_a_save_come_within_one_tick() {
     let [[_, off]] = talked.observed.on_ns[..] else { panic!("{:?}", talked.observed.on_ns) };
     assert!((406 * MS..409 * MS).contains(&off), "off at {off}");
     assert!(talked.replies.iter().all(|(_, number, _)| *number != save), "the erase is not over yet");
+}
+
+#[test]
+fn saves_and_other_parameters_in_one_burst_are_done_one_after_the_other() {
+    let fast = commanded(|parameters| parameters.controller.sample_time = 0.001);
+    let slow = record(&commanded(|parameters| parameters.limits.link_timeout = 0.6));
+    let mut script = Script::new();
+    // The flash keeps nothing, so each save of parameters that it did not have before erases anew.
+    script.push(
+        220 * MS,
+        &record(&commanded(|parameters| {
+            parameters.controller.sample_time = 0.001;
+            parameters.limits.link_timeout = 0.6;
+        })),
+    );
+    for (i, piece) in slow.chunks(CHUNK).enumerate() {
+        let (offset, bytes) = ((i * CHUNK) as u16, piece.iter().copied().collect());
+        script.say((260 + i as u64 * 4) * MS, Request::WriteParameters { offset, bytes });
+    }
+    let take = Request::TakeParameters { length: slow.len() as u16 };
+    let requests = [Request::Save, take, Request::Save, Request::Save];
+    let [first, taken, second, third] = script.burst(300 * MS, requests)[..] else { panic!() };
+    let after = script.say(7_000 * MS, Request::Status);
+    let talked = script.run(Some(&record(&fast)), &[], 7_100 * MS);
+    for save in [first, second, third] {
+        talked.assert_refused(save, Refused::Flash);
+    }
+    talked.assert_done(taken);
+    let status = talked.status(after);
+    assert_eq!((status.state, status.sample_time), (State::Stopped, 0.02));
+    assert!(talked.observed.resets.is_empty(), "{:?}", talked.observed.resets);
+    // Each was attempted, which takes a second.
+    let at = |number| talked.replies.iter().find(|(_, of, _)| *of == number).map(|(at, ..)| *at).unwrap();
+    assert!(at(second) - at(taken) > 1_000 * MS && at(third) - at(second) > 1_000 * MS);
+}
+
+#[test]
+fn the_joint_has_to_rest_anew_after_a_save_before_it_is_armed() {
+    let mut script = Script::new();
+    script.push(220 * MS, &record(&commanded(|parameters| parameters.limits.link_timeout = 0.6)));
+    let [save, arm] = script.burst(400 * MS, [Request::Save, Request::Arm])[..] else { panic!() };
+    let later = script.say(2_700 * MS, Request::Arm);
+    let talked = script.run(Some(&record(&commanded(|_| {}))), &[], 2_800 * MS);
+    talked.assert_refused(save, Refused::Flash);
+    // It was attempted: the ticks stood still for the erase.
+    assert!(talked.observed.ticks_ns.windows(2).any(|pair| pair[1] - pair[0] > 1_000 * MS));
+    talked.assert_refused(arm, Refused::Moving);
+    talked.assert_done(later);
 }
 
 #[test]
