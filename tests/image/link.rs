@@ -379,6 +379,33 @@ fn the_joint_has_to_rest_anew_after_a_save_before_it_is_armed() {
 }
 
 #[test]
+fn a_flood_of_requests_that_take_long_does_not_starve_the_watchdog() {
+    let fast = record(&commanded(|parameters| parameters.controller.sample_time = 0.001));
+    let take = || Request::TakeParameters { length: fast.len() as u16 };
+    let mut script = Script::new();
+    let taken = script.push(220 * MS, &fast);
+    // As many as find room.
+    let while_off = script.burst(300 * MS, (0..24).map(|_| take()));
+    let arm = script.say(450 * MS, Request::Arm);
+    // 40 ms of the wire, without a pause in which the log would have its turn: with the fastest oscillator, the watchdog
+    // waits for 10. What finds no room is not answered.
+    let armed = script.burst(500 * MS, (0..400).map(|_| take()));
+    let last = script.status(600 * MS..700 * MS);
+    let fitted = Fitted { lsi_hz: 47_000, ..Fitted::default() };
+    let talked = script.run_on(fitted, Some(&fast), &[], 700 * MS);
+    assert!(talked.observed.resets.is_empty(), "{:?}", talked.observed.resets);
+    for number in [taken, arm].into_iter().chain(while_off) {
+        talked.assert_done(number);
+    }
+    let answers: Vec<_> = talked.replies.iter().filter(|(_, number, _)| armed.contains(number)).collect();
+    assert!(answers.len() > 24, "{}", answers.len());
+    assert!(answers.iter().all(|(.., reply)| *reply == Reply::Refused(Refused::Armed)), "{answers:?}");
+    let status = talked.status(last);
+    assert_eq!((status.state, status.faults), (State::Armed, 0));
+    assert!(talked.observed.on_after(690 * MS));
+}
+
+#[test]
 fn the_break_input_can_be_cleared_and_trips_again() {
     let mut script = Script::new();
     let arm = script.say(250 * MS, Request::Arm);
