@@ -263,7 +263,8 @@ impl Servo {
         Ok(())
     }
 
-    /// Closes the loop at the next tick. If it is closed already, nothing happens; a ramp is refused then.
+    /// Closes the loop at the next tick. If it is closed already, nothing happens, but for that the silence of a link that
+    /// asks for it is a fault from then on; a ramp is refused then.
     ///
     /// # Errors
     /// Says what is in the way.
@@ -272,7 +273,12 @@ impl Servo {
             State::Boot => return Err(Refusal::Booting),
             State::Faulted(fault) => return Err(Refusal::Faulted(fault)),
             State::Armed if matches!(arming, Arming::Ramp(_)) => return Err(Refusal::Armed),
-            State::Armed => return Ok(()),
+            State::Armed => {
+                if let (Arming::ByLink, Some(joint)) = (arming, &mut self.joint) {
+                    joint.watch.listen();
+                }
+                return Ok(());
+            }
             State::Stopped => {}
         }
         let (Some(joint), Follower { encoder: Some(encoder), seen, supply, .. }) =
@@ -356,7 +362,7 @@ impl Servo {
         Ok(())
     }
 
-    /// The joint stops where it is and stays there.
+    /// The joint stops where it is and stays there; of the link's silence as above.
     ///
     /// # Errors
     /// Only while armed.
