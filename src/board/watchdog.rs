@@ -33,9 +33,9 @@ const SHORTEST: f32 = 0.010;
 
 /// How long to wait for a timeout to be set, s.
 ///
-/// A register takes up to five clocks to cross (RM0090, 21.4.4). It does not say whether they are the oscillator's or those
-/// behind the prescaler, and ST's own driver waits as if they were the latter, so that is what is allowed for: six of
-/// 64 / 17 kHz are 23 ms, and one that is written while another is crossing waits for both.
+/// A register takes up to five clocks of the oscillator to cross (RM0090, the status register), 0.3 ms. ST's own driver
+/// allows for clocks behind the prescaler instead, and so does this: six of 64 / 17 kHz are 23 ms, and one that is written
+/// while another is crossing waits for both. No real part has been seen to do either.
 pub const CROSSING: f32 = 0.050;
 
 /// The fastest oscillator, Hz.
