@@ -5,10 +5,10 @@
 
 use embedded_storage::nor_flash::NorFlash;
 
-use crate::link::{Kind, Machine, Session};
+use crate::link::{Kind, Machine, Refused, Session};
 use crate::parameters::Parameters;
 use crate::servo::{Boot, Input, Output, Servo};
-use crate::store::{SaveError, Store};
+use crate::store::Store;
 
 /// Servo, link and parameter store.
 #[derive(Debug)]
@@ -69,10 +69,12 @@ impl<F: NorFlash> Machine for Parts<F> {
         act(&mut self.servo)
     }
 
-    fn save(&mut self, parameters: &Parameters) -> Result<(), SaveError> {
-        self.store.save(parameters)
+    fn save(&mut self, parameters: &Parameters) -> Result<(), Refused> {
+        Ok(self.store.save(parameters)?)
     }
 
     /// There is no timer to set: whoever ticks asks for the [`parameters`](Device::parameters).
-    fn reconfigure(&mut self, _: &Parameters) {}
+    fn reconfigure(&mut self, _: &Parameters) -> Result<(), Refused> {
+        Ok(())
+    }
 }

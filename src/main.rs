@@ -202,20 +202,19 @@ mod app {
     #[task(binds = SysTick, priority = 2)]
     fn alarm(_: alarm::Context) {}
 
-    /// Runs only after a control tick, and only if nothing above hogs the processor. It wakes log and link, which the
-    /// control task has no time for: to pend an interrupt that nothing else uses takes it four instructions, to spawn a
+    /// Runs only after a control tick, and only if nothing above hogs the processor. It wakes the log and by it the link, which
+    /// the control task has no time for: to pend an interrupt that nothing else uses takes it four instructions, to spawn a
     /// task twenty.
     #[task(binds = SPI2, priority = 2, shared = [watchdog])]
     fn feed(mut cx: feed::Context) {
         if alive::all_have_run() {
             cx.shared.watchdog.lock(Watchdog::feed);
         }
-        // One that is still busy takes this tick, too.
+        // If it is still busy it takes this tick, too.
         let _ = report::spawn();
-        let _ = link::spawn();
     }
 
-    /// Log, trace, and the samples of the telemetry.
+    /// Log, trace, and the samples of the telemetry; then it is the link's turn.
     #[task(priority = 1, local = [trace, report], shared = [drive, session])]
     async fn report(mut cx: report::Context) {
         let local = cx.local;
@@ -231,9 +230,11 @@ mod app {
             }
         }
         alive::REPORT.leave();
+        let _ = link::spawn();
     }
 
-    /// Hears what was said, does it, and answers.
+    /// Hears what was said, does it, and answers: one frame, since that may take milliseconds. Before the next one, the log
+    /// has its turn, and the watchdog with it.
     #[task(priority = 1, local = [incoming, outgoing, timer_clock, store], shared = [drive, session, watchdog])]
     async fn link(cx: link::Context) {
         let link::LocalResources { incoming, outgoing, timer_clock, store, .. } = cx.local;
@@ -243,6 +244,10 @@ mod app {
         session.lock(|session| {
             while let Some(byte) = incoming.dequeue() {
                 session.receive(&[byte], &mut machine);
+                // The end of a frame.
+                if byte == 0 {
+                    break;
+                }
             }
             while outgoing.ready() {
                 let mut byte = [0];
@@ -254,5 +259,8 @@ mod app {
         });
         rtic::pend(Interrupt::USART1);
         alive::LINK.leave();
+        if incoming.ready() {
+            let _ = report::spawn();
+        }
     }
 }

@@ -263,7 +263,8 @@ impl Servo {
         Ok(())
     }
 
-    /// Closes the loop at the next tick. If it is closed already, nothing happens; a ramp is refused then.
+    /// Closes the loop at the next tick. If it is closed already, nothing happens, but for that the silence of a link that
+    /// asks for it is a fault from then on; a ramp is refused then.
     ///
     /// # Errors
     /// Says what is in the way.
@@ -272,7 +273,12 @@ impl Servo {
             State::Boot => return Err(Refusal::Booting),
             State::Faulted(fault) => return Err(Refusal::Faulted(fault)),
             State::Armed if matches!(arming, Arming::Ramp(_)) => return Err(Refusal::Armed),
-            State::Armed => return Ok(()),
+            State::Armed => {
+                if let (Arming::ByLink, Some(joint)) = (arming, &mut self.joint) {
+                    joint.watch.listen();
+                }
+                return Ok(());
+            }
             State::Stopped => {}
         }
         let (Some(joint), Follower { encoder: Some(encoder), seen, supply, .. }) =
@@ -323,8 +329,7 @@ impl Servo {
         }
         core::mem::swap(&mut self.joint, joint);
         self.countdown = None;
-        self.follower.standstill = Standstill::default();
-        self.follower.seen.standstill = 0;
+        self.unsettle();
         if let State::Faulted(Fault::NoParameters | Fault::BadParameters) = self.state {
             self.state = State::Stopped;
             self.latched = None;
@@ -332,7 +337,14 @@ impl Servo {
         Ok(())
     }
 
-    /// The joint goes along another reference from the next tick on, in the zero that arming set. The loop goes on.
+    /// Nothing is known of whether the joint is at rest: ticks have been missed. It has to rest anew before it is armed.
+    pub fn unsettle(&mut self) {
+        self.follower.standstill = Standstill::default();
+        self.follower.seen.standstill = 0;
+    }
+
+    /// The joint goes along another reference from the next tick on, in the zero that arming set. The loop goes on, and
+    /// the silence of the link that asked for it is a fault from then on.
     ///
     /// # Errors
     /// Only while armed, and within the range of positions.
@@ -350,7 +362,7 @@ impl Servo {
         Ok(())
     }
 
-    /// The joint stops where it is and stays there.
+    /// The joint stops where it is and stays there; of the link's silence as above.
     ///
     /// # Errors
     /// Only while armed.

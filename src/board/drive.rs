@@ -45,6 +45,13 @@ impl Drive {
         if !in_time {
             self.servo.fault(Fault::Overrun);
         }
+        self.latch_break();
+    }
+
+    /// A pulse may be over before the next tick, and a request may come before it: whoever is first latches the fault.
+    // Once in the image, not in everything that the link may ask of the servo.
+    #[inline(never)]
+    pub fn latch_break(&mut self) {
         if TRIPPED.load(Ordering::Relaxed) {
             self.servo.fault(Fault::BreakInput);
         }
@@ -78,6 +85,9 @@ impl Drive {
             return;
         }
         if self.bridge.break_is_over() {
+            // The hardware has turned the outputs off, of which the bridge knows nothing if there was no tick since: it would
+            // not turn them on again for one that is armed before the next.
+            self.bridge.rest();
             TRIPPED.store(false, Ordering::Relaxed);
             bridge::hear_break();
         } else {

@@ -1,9 +1,11 @@
 //! The wire of the command link: USART1 on PA9 (out) and PA10 (in), 921 600 baud, 8N1.
 //!
 //! Bytes come and go by interrupt, one at a time; nothing waits for one. The receiver has no buffer but its register: a
-//! byte has to be taken before the next one is whole, 10.9 us later. The control task is above this interrupt and may hold
-//! it up for as long as it runs, which is its budget of 900 instructions: 5.4 us, if each took one cycle. A byte that is
-//! lost all the same costs the frame that it belongs to, and a client says that again.
+//! byte has to be taken before the next one is whole, 10.9 us later. The control task is above this interrupt and may
+//! hold it up for as long as it runs, which is its budget of 900 instructions: 5.4 us, if each took one cycle. That
+//! alone fits. It does not fit if the tick has fallen due while the link held the drive (up to 8 us,
+//! [`super::machine`]) or the log wrote a line, which lock this interrupt out as well: then a byte may be lost. A byte
+//! that is lost all the same costs the frame that it belongs to, and a client says that again.
 //!
 //! 84 MHz / 91 are 923 077 baud, 0.16 % too fast. Without a crystal, 16 MHz / 17 are 2.1 % too fast, and the oscillator's
 //! own error (1 %) comes on top: enough to ask such a board what is wrong with it, if the other end is exact.

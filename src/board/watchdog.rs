@@ -14,8 +14,8 @@
 //! wakes the feeder, and the link and the log below it ([`super::alive`]). Each is woken once a tick, so all have run within
 //! a tick or two of any instant.
 //!
-//! A new timeout is taken over by the first feed after it has crossed into the oscillator's domain, up to five of its
-//! clocks (0.3 ms) later. Until the first one it counts the reset value, 4096 * 4 clocks: 349 to 964 ms for the start,
+//! A new timeout is taken over by the first feed after it has crossed into the oscillator's domain, which takes up to
+//! [`CROSSING`] and is not waited for at the start. Until the first one it counts the reset value, 4096 * 4 clocks: 349 to 964 ms for the start,
 //! which takes some 55 ms at most. It keeps running while a debugger halts the core: a breakpoint must not leave the motor at
 //! its last duty.
 //!
@@ -30,6 +30,13 @@ const TICKS: f32 = 3.0;
 
 /// The shortest timeout, s: a hundred times what the log may hold up a tick.
 const SHORTEST: f32 = 0.010;
+
+/// How long to wait for a timeout to be set, s.
+///
+/// A register takes up to five clocks of the oscillator to cross (RM0090, the status register), 0.3 ms. ST's own driver
+/// allows for clocks behind the prescaler instead, and so does this: six of 64 / 17 kHz are 23 ms, and one that is written
+/// while another is crossing waits for both. No real part has been seen to do either.
+pub const CROSSING: f32 = 0.050;
 
 /// The fastest oscillator, Hz.
 const FASTEST: f32 = 47e3;
@@ -73,6 +80,11 @@ impl Independent {
         let mut this = Self { registers, timeout, next: None };
         this.write(timeout);
         this
+    }
+
+    /// The timeout that was set last, whether or not it counts yet.
+    pub fn timeout(&self) -> Timeout {
+        self.next.unwrap_or(self.timeout)
     }
 
     /// Another timeout, from one of the next feeds on.

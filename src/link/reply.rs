@@ -9,6 +9,7 @@ use super::sample::Sample;
 use crate::error::{Allowed, Error};
 use crate::parameters::DecodeError;
 use crate::servo::{self, Levels};
+use crate::store::SaveError;
 
 /// From the device.
 // As above.
@@ -169,6 +170,8 @@ pub enum Refused {
     },
     /// The flash failed; the parameters in use are not saved.
     Flash,
+    /// The watchdog did not take over another timeout in time.
+    Watchdog,
 }
 
 impl From<servo::Refusal> for Refused {
@@ -205,6 +208,12 @@ impl From<DecodeError> for Refused {
             | DecodeError::Checksum
             | DecodeError::Malformed => Self::NotWhole,
         }
+    }
+}
+
+impl From<SaveError> for Refused {
+    fn from(_: SaveError) -> Self {
+        Self::Flash
     }
 }
 

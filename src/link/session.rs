@@ -16,9 +16,9 @@ use super::request::{Law, Move, Numbered, Request};
 use super::telemetry::Subscription;
 use super::{CHUNK, PROTOCOL};
 use crate::course::Course;
+use crate::drive::DriveConfig;
 use crate::parameters::{Motion, Parameters, ROOM};
 use crate::servo::{self, Arming, Joint, Output, Servo};
-use crate::store::SaveError;
 
 /// Bytes that wait for the wire, unless the owner of a session says otherwise.
 pub const WAITING: usize = 2048;
@@ -31,11 +31,14 @@ pub trait Machine {
     /// Keeps parameters across a reset; the output is off.
     ///
     /// # Errors
-    /// If the flash fails.
-    fn save(&mut self, parameters: &Parameters) -> Result<(), SaveError>;
+    /// If the flash fails, or the watchdog that has to wait for it.
+    fn save(&mut self, parameters: &Parameters) -> Result<(), Refused>;
 
-    /// Other parameters are in use: their sample time, PWM and dead time. The output is off.
-    fn reconfigure(&mut self, parameters: &Parameters);
+    /// Other parameters are about to be in use: their sample time, PWM and dead time. The output is off, and stays so.
+    ///
+    /// # Errors
+    /// If the watchdog cannot follow. All is as it was before then.
+    fn reconfigure(&mut self, parameters: &Parameters) -> Result<(), Refused>;
 }
 
 /// One end of a link.
@@ -199,6 +202,8 @@ impl<const RING: usize> Session<RING> {
 
     #[inline(never)]
     fn take_parameters(&mut self, length: u16, machine: &mut impl Machine) -> Result<(), Refused> {
+        // At once: to decode and to prepare takes milliseconds, for which an armed loop's log would have to wait.
+        machine.servo(|servo| refuse_if_armed(servo))?;
         let record = self.pieces.get(..length.into()).ok_or(Refused::NoSuch)?;
         let (parameters, _) = Parameters::decode(record)?;
         self.install(parameters, machine)
@@ -206,6 +211,7 @@ impl<const RING: usize> Session<RING> {
 
     #[inline(never)]
     fn write_law(&mut self, law: Law, machine: &mut impl Machine) -> Result<(), Refused> {
+        machine.servo(|servo| refuse_if_armed(servo))?;
         let mut parameters = self.parameters.clone().ok_or(Refused::NoParameters)?;
         parameters.controller.pd = law.pd;
         parameters.controller.compensator = law.compensator;
@@ -216,13 +222,12 @@ impl<const RING: usize> Session<RING> {
     #[inline(never)]
     fn install(&mut self, parameters: Parameters, machine: &mut impl Machine) -> Result<(), Refused> {
         self.prepare_and_install(&parameters, machine)?;
-        machine.reconfigure(&parameters);
         self.unsaved |= self.parameters.as_ref() != Some(&parameters);
         self.parameters = Some(parameters);
         Ok(())
     }
 
-    /// The joint is prepared before the servo is locked.
+    /// The joint is prepared before the servo is locked. What can still be refused is so before anything is changed.
     #[inline(never)]
     fn prepare_and_install(
         &self,
@@ -231,21 +236,18 @@ impl<const RING: usize> Session<RING> {
     ) -> Result<(), Refused> {
         let mut joint = None;
         Joint::prepare(&mut joint, parameters)?;
+        machine.servo(keep_off)?;
+        if self.parameters.as_ref().is_none_or(|before| hardware(before) != hardware(parameters)) {
+            machine.reconfigure(parameters)?;
+        }
         Ok(machine.servo(|servo| servo.install(&mut joint))?)
     }
 
     #[inline(never)]
     fn save(&mut self, machine: &mut impl Machine) -> Result<(), Refused> {
         let parameters = self.parameters.as_ref().ok_or(Refused::NoParameters)?;
-        machine.servo(|servo| match servo.state() {
-            servo::State::Armed => Err(Refused::Armed),
-            // Nor does it arm by itself meanwhile.
-            _ => {
-                servo.stop();
-                Ok(())
-            }
-        })?;
-        machine.save(parameters).map_err(|_| Refused::Flash)?;
+        machine.servo(keep_off)?;
+        machine.save(parameters)?;
         self.unsaved = false;
         Ok(())
     }
@@ -291,6 +293,26 @@ impl<const RING: usize> Session<RING> {
             dropped,
         })
     }
+}
+
+fn refuse_if_armed(servo: &Servo) -> Result<(), servo::Refusal> {
+    match servo.state() {
+        servo::State::Armed => Err(servo::Refusal::Armed),
+        _ => Ok(()),
+    }
+}
+
+/// For what takes longer than a tick with the output off: it does not arm by itself meanwhile.
+fn keep_off(servo: &mut Servo) -> Result<(), servo::Refusal> {
+    refuse_if_armed(servo)?;
+    servo.stop();
+    Ok(())
+}
+
+/// What timers and watchdog are set up with: sample time, PWM, dead time.
+const fn hardware(parameters: &Parameters) -> (f32, &DriveConfig, f32) {
+    let Parameters { controller, device, .. } = parameters;
+    (controller.sample_time, &controller.drive, device.dead_time)
 }
 
 /// A request that takes up all of its bytes.

@@ -195,6 +195,11 @@ impl Monitors {
 }
 
 impl MonitorState {
+    /// A link has taken over: its silence is a fault from now on.
+    pub const fn listen(&mut self) {
+        self.link = LinkState::watch(true);
+    }
+
     /// The link gave a sign of life.
     pub const fn heard(&mut self) {
         self.link.heard();

@@ -102,9 +102,11 @@ impl Joint {
         self.watch = self.monitors.armed(&self.watch, false);
     }
 
+    /// What a link asks for instead of the motion of the parameters.
     pub(super) fn begin(&mut self, course: Course) {
         self.course = course;
         self.replaced = true;
+        self.watch.listen();
         self.state.begin_motion();
     }
 

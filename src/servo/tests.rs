@@ -146,6 +146,38 @@ fn a_value_that_is_not_finite_is_a_fault() {
     assert!(output.tick.non_finite);
 }
 
+#[test]
+fn silence_is_a_fault_from_the_first_request_on_that_a_link_makes_of_a_servo_that_armed_itself() {
+    type Ask = fn(&mut Servo) -> Result<(), Refusal>;
+    fn step(servo: &mut Servo, to: i32) -> Result<(), Refusal> {
+        servo.follow(Reference::Step(Step { to: Position::from_counts(to), ..Step::default() }))
+    }
+    let takes_over: [Ask; 3] =
+        [|servo| servo.arm(Arming::ByLink), |servo| servo.hold(), |servo| step(servo, 0)];
+    let does_not: [Ask; 2] = [
+        |servo| step(servo, 5_000),
+        |servo| {
+            servo.heard();
+            Err(Refusal::OutOfRange)
+        },
+    ];
+    for (i, ask) in takes_over.iter().chain(&does_not).enumerate() {
+        let mut parameters = parameters(Device { autostart: true, ..at_once() });
+        parameters.limits.link_timeout = 0.1;
+        (parameters.limits.position_min, parameters.limits.position_max) = (-45.0, 45.0);
+        let mut servo = Servo::new(Ok(&parameters), Boot::default());
+        let enabled = |servo: &mut Servo| (0..200).filter(|_| tick(servo, 0).enable).count();
+        enabled(&mut servo);
+        assert_eq!((servo.state(), enabled(&mut servo)), (State::Armed, 200), "{i}");
+        let is_over = ask(&mut servo).is_ok();
+        assert_eq!(is_over, i < takes_over.len(), "{i}");
+        // 0.1 s of silence are allowed.
+        let (state, ticks) =
+            if is_over { (State::Faulted(Fault::LinkTimeout), 10) } else { (State::Armed, 200) };
+        assert_eq!((enabled(&mut servo), servo.state()), (ticks, state), "{i}");
+    }
+}
+
 /// 0.5 V/s at 10 ms, held for 0.1 s.
 fn ramp(device: Device) -> Servo {
     let mut parameters = parameters(device);

@@ -71,6 +71,11 @@ impl Script {
         self.say(at + 20 * MS, Request::TakeParameters { length: record.len() as u16 })
     }
 
+    /// All at once.
+    fn burst(&mut self, at: u64, requests: impl IntoIterator<Item = Request>) -> Vec<u16> {
+        requests.into_iter().map(|request| self.say(at, request)).collect()
+    }
+
     fn run(self, records: Option<&[u8]>, mishaps: &[(u64, Mishap)], until: u64) -> Talked {
         self.run_on(Fitted::default(), records, mishaps, until)
     }
@@ -326,6 +331,81 @@ fn nothing_is_driven_while_a_stop_and_a_save_come_within_one_tick() {
 }
 
 #[test]
+fn saves_and_other_parameters_in_one_burst_are_done_one_after_the_other() {
+    let fast = commanded(|parameters| parameters.controller.sample_time = 0.001);
+    let slow = record(&commanded(|parameters| parameters.limits.link_timeout = 0.6));
+    let mut script = Script::new();
+    // The flash keeps nothing, so each save of parameters that it did not have before erases anew.
+    script.push(
+        220 * MS,
+        &record(&commanded(|parameters| {
+            parameters.controller.sample_time = 0.001;
+            parameters.limits.link_timeout = 0.6;
+        })),
+    );
+    for (i, piece) in slow.chunks(CHUNK).enumerate() {
+        let (offset, bytes) = ((i * CHUNK) as u16, piece.iter().copied().collect());
+        script.say((260 + i as u64 * 4) * MS, Request::WriteParameters { offset, bytes });
+    }
+    let take = Request::TakeParameters { length: slow.len() as u16 };
+    let requests = [Request::Save, take, Request::Save, Request::Save];
+    let [first, taken, second, third] = script.burst(300 * MS, requests)[..] else { panic!() };
+    let after = script.say(7_000 * MS, Request::Status);
+    let talked = script.run(Some(&record(&fast)), &[], 7_100 * MS);
+    for save in [first, second, third] {
+        talked.assert_refused(save, Refused::Flash);
+    }
+    talked.assert_done(taken);
+    let status = talked.status(after);
+    assert_eq!((status.state, status.sample_time), (State::Stopped, 0.02));
+    assert!(talked.observed.resets.is_empty(), "{:?}", talked.observed.resets);
+    // Each was attempted, which takes a second.
+    let at = |number| talked.replies.iter().find(|(_, of, _)| *of == number).map(|(at, ..)| *at).unwrap();
+    assert!(at(second) - at(taken) > 1_000 * MS && at(third) - at(second) > 1_000 * MS);
+}
+
+#[test]
+fn the_joint_has_to_rest_anew_after_a_save_before_it_is_armed() {
+    let mut script = Script::new();
+    script.push(220 * MS, &record(&commanded(|parameters| parameters.limits.link_timeout = 0.6)));
+    let [save, arm] = script.burst(400 * MS, [Request::Save, Request::Arm])[..] else { panic!() };
+    let later = script.say(2_700 * MS, Request::Arm);
+    let talked = script.run(Some(&record(&commanded(|_| {}))), &[], 2_800 * MS);
+    talked.assert_refused(save, Refused::Flash);
+    // It was attempted: the ticks stood still for the erase.
+    assert!(talked.observed.ticks_ns.windows(2).any(|pair| pair[1] - pair[0] > 1_000 * MS));
+    talked.assert_refused(arm, Refused::Moving);
+    talked.assert_done(later);
+}
+
+#[test]
+fn a_flood_of_requests_that_take_long_does_not_starve_the_watchdog() {
+    let fast = record(&commanded(|parameters| parameters.controller.sample_time = 0.001));
+    let take = || Request::TakeParameters { length: fast.len() as u16 };
+    let mut script = Script::new();
+    let taken = script.push(220 * MS, &fast);
+    // As many as find room.
+    let while_off = script.burst(300 * MS, (0..24).map(|_| take()));
+    let arm = script.say(450 * MS, Request::Arm);
+    // 40 ms of the wire, without a pause in which the log would have its turn: with the fastest oscillator, the watchdog
+    // waits for 10. What finds no room is not answered.
+    let armed = script.burst(500 * MS, (0..400).map(|_| take()));
+    let last = script.status(600 * MS..700 * MS);
+    let fitted = Fitted { lsi_hz: 47_000, ..Fitted::default() };
+    let talked = script.run_on(fitted, Some(&fast), &[], 700 * MS);
+    assert!(talked.observed.resets.is_empty(), "{:?}", talked.observed.resets);
+    for number in [taken, arm].into_iter().chain(while_off) {
+        talked.assert_done(number);
+    }
+    let answers: Vec<_> = talked.replies.iter().filter(|(_, number, _)| armed.contains(number)).collect();
+    assert!(answers.len() > 24, "{}", answers.len());
+    assert!(answers.iter().all(|(.., reply)| *reply == Reply::Refused(Refused::Armed)), "{answers:?}");
+    let status = talked.status(last);
+    assert_eq!((status.state, status.faults), (State::Armed, 0));
+    assert!(talked.observed.on_after(690 * MS));
+}
+
+#[test]
 fn the_break_input_can_be_cleared_and_trips_again() {
     let mut script = Script::new();
     let arm = script.say(250 * MS, Request::Arm);
@@ -354,6 +434,36 @@ fn the_break_input_can_be_cleared_and_trips_again() {
     let [first, then] = talked.observed.on_ns[..] else { panic!("{:?}", talked.observed.on_ns) };
     assert!((300 * MS..301 * MS).contains(&first[1]), "{first:?}");
     assert!(then[0] > 500 * MS && (600 * MS..601 * MS).contains(&then[1]), "{then:?}");
+}
+
+#[test]
+fn a_break_between_two_ticks_is_a_fault_though_a_request_comes_before_the_second() {
+    // Ticks are some 1 ms after multiples of 20 ms, and the break is over before anybody asks.
+    let mut script = Script::new();
+    let arm = script.say(250 * MS, Request::Arm);
+    let told = script.say(306 * MS, Request::Status);
+    let refused = script.say(307 * MS, Request::Arm);
+    let clear = script.say(350 * MS, Request::Clear);
+    let again = script.say(360 * MS, Request::Arm);
+    // All of it between two ticks: what was on, tripped, was cleared and armed anew is on.
+    let cleared = script.say(406 * MS, Request::Clear);
+    let anew = script.say(407 * MS, Request::Arm);
+    let armed = script.status(450 * MS..500 * MS);
+    let (break_, released, short) = (Mishap::Break, Mishap::BreakReleased, MS / 5);
+    let mishaps = [305, 405].map(|at| [(at * MS, break_), (at * MS + short, released)]).concat();
+    let talked = script.run(Some(&record(&commanded(|_| {}))), &mishaps, 500 * MS);
+    talked.assert_done(arm);
+    assert_eq!(talked.status(told).state, faulted(Fault::BreakInput));
+    talked.assert_refused(refused, Refused::Faulted(Fault::BreakInput as u8));
+    assert!(talked.observed.says(Fault::BreakInput.describe()), "{:?}", talked.observed.log);
+    for number in [clear, again, cleared, anew] {
+        talked.assert_done(number);
+    }
+    let status = talked.status(armed);
+    assert_eq!((status.state, status.faults), (State::Armed, 2));
+    let [first, second, third] = talked.observed.on_ns[..] else { panic!("{:?}", talked.observed.on_ns) };
+    assert!(first[1].abs_diff(305 * MS) < short && second[1].abs_diff(405 * MS) < short);
+    assert!(second[0] > 360 * MS && third[0] > 407 * MS && talked.observed.on_after(480 * MS));
 }
 
 #[test]

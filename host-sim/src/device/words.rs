@@ -37,6 +37,7 @@ pub fn refused(refused: &Refused) -> String {
             error.to_string().replacen("``", &format!("`{key}`"), 1)
         }
         Refused::Flash => "its flash failed; the parameters are in use, but not saved".into(),
+        Refused::Watchdog => "its watchdog did not take over another timeout in time; say it again".into(),
     }
 }
 

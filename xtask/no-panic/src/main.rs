@@ -23,9 +23,9 @@ mod path {
 
     use embedded_storage::nor_flash::{ErrorType, NorFlash, NorFlashErrorKind, ReadNorFlash};
     use stiction::deadline::Deadline;
-    use stiction::link::{Kind, Machine, Session};
+    use stiction::link::{Kind, Machine, Refused, Session};
     use stiction::servo::{Arming, Boot, Input, Output};
-    use stiction::store::{SaveError, Store};
+    use stiction::store::Store;
     use stiction::{Fault, Parameters, Servo};
 
     unsafe extern "C" {
@@ -83,12 +83,13 @@ mod path {
             act(black_box(&mut self.servo))
         }
 
-        fn save(&mut self, parameters: &Parameters) -> Result<(), SaveError> {
-            self.store.save(parameters)
+        fn save(&mut self, parameters: &Parameters) -> Result<(), Refused> {
+            Ok(self.store.save(parameters)?)
         }
 
-        fn reconfigure(&mut self, parameters: &Parameters) {
+        fn reconfigure(&mut self, parameters: &Parameters) -> Result<(), Refused> {
             black_box(parameters);
+            black_box(Ok(()))
         }
     }
 
