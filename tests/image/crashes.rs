@@ -74,9 +74,9 @@ fn a_processor_that_stands_still_is_ended_by_the_watchdog() {
 #[test]
 fn a_link_that_never_ends_is_ended_by_the_watchdog_though_the_control_task_goes_on() {
     // The ring of bytes from the wire begins with two words, where it is read and where it is written. One that is written
-    // beyond its end is never read to its end.
-    let [(ring, _)] = firmware().variable("from_wire")[..] else { panic!("the ring is not found") };
-    let endless = Mishap::Corrupts { address: ring + 4, length: 4, to: 0xFF };
+    // beyond its end is never read to its end, and without a zero in it no frame ends, either.
+    let [(ring, size)] = firmware().variable("from_wire")[..] else { panic!("the ring is not found") };
+    let endless = Mishap::Corrupts { address: ring + 4, length: size - 4, to: 0xFF };
     for sample_time_ms in [20, 1] {
         // Fed by the next tick once more, since link and log have run after the one before.
         assert_starved(sample_time_ms, LSI_HZ[1], endless, 1);
