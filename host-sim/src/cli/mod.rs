@@ -4,6 +4,7 @@ mod benchmark;
 mod device;
 mod list;
 mod params;
+mod plot;
 mod report;
 mod run;
 mod show;
@@ -39,6 +40,8 @@ enum Command {
     Device(device::Arguments),
     /// Rank controllers on one joint: rest, overshoot, settling, tracking, chatter, hunting
     Benchmark(benchmark::Arguments),
+    /// Draw what `run --csv` or a device's `log` has written, one over the other
+    Plot(plot::Arguments),
     /// Every figure and table of the thesis as one HTML page, claims beside measurements
     Report(report::Arguments),
 }
@@ -59,6 +62,7 @@ pub fn main() -> ExitCode {
         Command::Params(arguments) => params::params(&arguments),
         Command::Device(arguments) => device::device(&arguments),
         Command::Benchmark(arguments) => benchmark::rank(&arguments),
+        Command::Plot(arguments) => plot::plot(&arguments),
         Command::Report(arguments) => report::report(&arguments),
     };
     match done {

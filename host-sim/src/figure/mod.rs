@@ -5,6 +5,7 @@
 
 mod draw;
 mod inline;
+pub mod logged;
 mod raster;
 mod results;
 mod shape;

@@ -1,9 +1,10 @@
-//! What a run leaves behind: a table for people, JSON, CSV; and files that are written whole or not at all.
+//! What a run leaves behind: a table for people, JSON, CSV that can be read back; and files that are written whole or not at all.
 
 pub mod csv;
 mod drawn;
 mod file;
 pub mod json;
+pub mod series;
 pub mod table;
 
 pub use drawn::write_figures;

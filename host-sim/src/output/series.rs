@@ -1,0 +1,76 @@
+//! Reads the time series back that [`csv`](super::csv) or a device's log has written.
+
+use std::path::Path;
+
+use crate::error::Error;
+
+/// One sample; what a ramp does not have is none.
+#[derive(Clone, Debug, PartialEq, serde::Deserialize)]
+pub struct Sample {
+    /// Of which run, if the file holds several.
+    #[serde(default)]
+    label: Option<String>,
+    /// Since the begin of the run or log, s.
+    pub time_s: f64,
+    /// Set point.
+    pub reference_deg: Option<f64>,
+    /// Of the joint in a run, of the encoder in a log.
+    pub position_deg: f64,
+    /// Reference minus position.
+    pub error_deg: Option<f64>,
+    /// Of the joint in a run, measured in a log.
+    pub velocity_deg_per_s: f64,
+    /// PD's part of the effort.
+    pub v_pd_v: Option<f64>,
+    /// The compensator's.
+    pub v_c_v: Option<f64>,
+    /// Their sum, limited.
+    pub v_v: f64,
+}
+
+/// The samples of one run.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Series {
+    /// The file's name, and the run's label if the file holds several.
+    pub name: String,
+    /// In the order of the file.
+    pub samples: Vec<Sample>,
+}
+
+/// What has to be there; other columns may be.
+const COLUMNS: [&str; 8] =
+    ["time_s", "reference_deg", "position_deg", "error_deg", "velocity_deg_per_s", "v_pd_v", "v_c_v", "v_v"];
+
+/// The runs of a file.
+///
+/// # Errors
+/// Names the file and the column or line that is not as `stiction run --csv` and `stiction device ... log` write it.
+pub fn read(path: &Path) -> Result<Vec<Series>, Error> {
+    let bytes =
+        std::fs::read(path).map_err(|source| Error::File { action: "read", path: path.into(), source })?;
+    let shown = path.display();
+    let refuse = |why: String| Error::Input(format!("{shown}: {why}"));
+    let mut reader = csv::Reader::from_reader(&*bytes);
+    let header = reader.headers().map_err(|error| refuse(error.to_string()))?;
+    if let Some(missing) = COLUMNS.iter().find(|column| !header.iter().any(|found| found == **column)) {
+        return Err(refuse(format!(
+            "there is no column `{missing}`; it has to be a file of `stiction run --csv` of a controller's run, or of \
+             `stiction device ... log`"
+        )));
+    }
+    let stem = path.file_stem().unwrap_or_default().to_string_lossy().into_owned();
+    let mut all: Vec<Series> = Vec::new();
+    for sample in reader.deserialize::<Sample>() {
+        // The error names the line.
+        let sample = sample.map_err(|error| refuse(error.to_string()))?;
+        let name = sample.label.as_ref().map_or_else(|| stem.clone(), |label| format!("{stem}, {label}"));
+        match all.iter_mut().find(|series| series.name == name) {
+            Some(series) => series.samples.push(sample),
+            None => all.push(Series { name, samples: vec![sample] }),
+        }
+    }
+    if all.is_empty() {
+        return Err(refuse("it has no samples".into()));
+    }
+    Ok(all)
+}
