@@ -4,21 +4,13 @@ use std::collections::VecDeque;
 
 use stiction::link::{Sample, State, Status, Term};
 
+use crate::device::log::Log;
+
 /// So much of the past is plotted, s.
 pub const WINDOW_S: f64 = 10.0;
 
-/// What has to be subscribed.
-pub const TERMS: u16 = Term::SetpointCounts.bit()
-    | Term::SetpointFraction.bit()
-    | Term::Counts.bit()
-    | Term::Error.bit()
-    | Term::Velocity.bit()
-    | Term::Pd.bit()
-    | Term::Compensator.bit()
-    | Term::Output.bit()
-    | Term::Code.bit()
-    | Term::Duty.bit()
-    | Term::Flags.bit();
+/// What has to be subscribed: what a log holds, and what a log has no column for.
+pub const TERMS: u16 = Log::TERMS | Term::Duty.bit() | Term::Flags.bit();
 
 /// The terms of one tick, in a user's units.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
