@@ -1,34 +1,43 @@
-//! One tick, from the encoder's counter to the drive's duty.
+//! One tick, from the joint's travel to the drive's duty.
 
 use heapless::Vec;
-use serde::{Deserialize, Serialize};
 
 use crate::compensator::{Compensator, CompensatorState, Gains, Loop, MAX_TERMS, Sample};
-use crate::drive::{Drive, DriveConfig, Duty};
-use crate::encoder::{Encoder, EncoderState};
-use crate::error::{Error, above};
+use crate::drive::{Drive, DriveConfig};
+use crate::encoder::Encoder;
+use crate::error::Error;
+use crate::hardware::Hardware;
+use crate::output::{Applied, OutputStage, OutputState, Rise};
 use crate::pd::PdGains;
 use crate::position::Position;
 use crate::reference::{Reference, Setpoint};
-use crate::saturation::saturate;
+use crate::signal::Tick;
+use crate::value::{Key, Table, Values, key, table};
 use crate::velocity::{Velocity, VelocityState};
 
-/// Everything that a controller is configured with, in a user's units.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-pub struct ControllerConfig {
-    /// Time between samples, s.
-    pub sample_time: f32,
-    /// The encoder.
-    pub encoder: Encoder,
-    /// Number of positions in the velocity regression; 5 in the thesis.
-    pub velocity_window: usize,
-    /// The PD loop.
-    pub pd: PdGains,
-    /// The laws whose sum is the compensator; empty is plain PD.
-    pub compensator: Vec<Gains, MAX_TERMS>,
-    /// The drive.
-    pub drive: DriveConfig,
+table! {
+    /// Everything that a controller is configured with, in a user's units.
+    #[derive(Clone, Debug, PartialEq)]
+    pub struct ControllerConfig (config) "loop" {
+        /// Time between samples, s. A device takes 0.0001 to 0.02, for which its timer and its deadline are made.
+        sample_time: f32 = 0x0101 "sample_time_s", Above(0.0, 1.0), Needed(0.02);
+        /// Number of positions in the velocity regression; 5 in the thesis.
+        velocity_window: u32 = 0x0102 "velocity_window", Between(2.0, 16.0), Default(5);
+    }
+    with {
+        /// The encoder.
+        encoder: Encoder = Encoder::EXAMPLE,
+        /// The drive.
+        drive: DriveConfig = DriveConfig::EXAMPLE,
+        /// The PD loop; without effect under a law that replaces it.
+        pd: PdGains = PdGains::EXAMPLE,
+        /// The laws whose sum is the compensator; empty is plain PD.
+        compensator: Vec<Gains, MAX_TERMS> = Vec::new(),
+    }
 }
+
+/// The number of the sample time.
+pub(crate) const SAMPLE_TIME: Key = key(ControllerConfig::ABOUT, "sample_time");
 
 /// A controller, ready to be used; shared by any number of joints of the same kind.
 #[derive(Clone, Debug, PartialEq)]
@@ -37,54 +46,53 @@ pub struct Controller {
     velocity: Velocity,
     pd: PdGains,
     compensator: Compensator,
-    full_scale: f32,
-    drive: Drive,
+    output: OutputStage,
 }
 
 /// What one joint's controller remembers from tick to tick.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct ControllerState {
-    encoder: EncoderState,
+    counts: i32,
     velocity: VelocityState,
     compensator: CompensatorState,
+    output: OutputState,
     /// Ticks since the motion began; stops at its largest value, so that no motion ever begins anew by itself.
     tick: u32,
 }
 
-/// Every term of one tick. Laid out as in C: a host reads it from the memory of a running image.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
-#[repr(C)]
-pub struct Tick {
-    /// Ticks since the motion began.
-    pub tick: u32,
-    /// theta_a, counts.
-    pub counts: i32,
-    /// theta_d and its derivatives.
-    pub setpoint: Setpoint,
-    /// theta_e, deg.
-    pub error: f32,
-    /// theta_a', measured, deg/s.
-    pub velocity: f32,
-    /// Output of the PD loop, V.
-    pub v_pd: f32,
-    /// Output of the compensator, V.
-    pub v_c: f32,
-    /// Their sum, limited to the full scale, V.
-    pub v: f32,
-    /// The drive's code of `v`.
-    pub code: i16,
-    /// The PWM setting of `code`.
-    pub duty: Duty,
-    /// The sum was beyond the full scale.
-    pub saturated: bool,
-    /// A term was not a finite number: the output is zero and the compensator starts afresh.
-    pub non_finite: bool,
+/// What one tick is told of the joint.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Reading {
+    /// Travel since the last tick, counts.
+    pub travel: i32,
+    /// The converter's reading of the supply; without effect unless the output is scaled by it.
+    pub supply: u16,
+}
+
+impl Reading {
+    /// A joint that has travelled by so many counts; nothing is known of the supply.
+    pub const fn travel(travel: i32) -> Self {
+        Self { travel, supply: 0 }
+    }
+}
+
+impl ControllerConfig {
+    /// What the laws take from the loop.
+    pub const fn around(&self) -> Loop {
+        Loop {
+            sample_time: self.sample_time,
+            resolution: self.encoder.resolution,
+            full_scale: self.drive.full_scale,
+            lsb: self.drive.lsb,
+            kp: self.pd.kp,
+        }
+    }
 }
 
 impl ControllerState {
     /// theta_a as of the last tick, counts.
     pub const fn counts(&self) -> i32 {
-        self.encoder.counts()
+        self.counts
     }
 
     /// A motion begins at the next tick; everything else goes on.
@@ -98,73 +106,75 @@ impl Controller {
     ///
     /// # Errors
     /// Names the first value that is not allowed.
-    pub fn new(config: &ControllerConfig) -> Result<Self, Error> {
-        above("sample_time_s", config.sample_time, 0.0, 1.0)?;
-        config.encoder.validate()?;
-        config.pd.validate()?;
-        let drive = Drive::new(&config.drive)?;
-        let full_scale = config.drive.full_scale;
-        let around = Loop { sample_time: config.sample_time, full_scale, kp: config.pd.kp };
+    pub fn new(config: &ControllerConfig, hardware: &Hardware) -> Result<Self, Error> {
+        // First: of the PWM's frequency the board says more than its declaration.
+        let drive = Drive::new(&config.drive, hardware)?;
+        config.validate()?;
+        let DriveConfig { full_scale, lsb, .. } = config.drive;
+        let velocity = Velocity::new(config.velocity_window, config.encoder.resolution, config.sample_time);
         Ok(Self {
             encoder: config.encoder,
-            velocity: Velocity::new(config.velocity_window, config.encoder.resolution, config.sample_time)?,
+            velocity,
             pd: config.pd,
-            compensator: Compensator::new(&config.compensator, &around)?,
-            full_scale,
-            drive,
+            compensator: Compensator::new(&config.compensator, &config.around()),
+            output: OutputStage::new(full_scale, lsb, drive),
         })
     }
 
-    /// A joint at rest whose counter reads `counter` now, which is position `counts`; a motion begins.
-    pub fn start(&self, counter: u32, counts: i32) -> ControllerState {
-        ControllerState {
-            encoder: EncoderState::start(counter, counts),
-            velocity: VelocityState::default(),
-            compensator: self.compensator.rest(),
-            tick: 0,
-        }
+    /// With the soft start (ticks) and the nominal supply (the converter's units; 0: none) of a device.
+    pub(crate) fn on_device(&mut self, soft_start: u32, nominal_supply: f32) {
+        self.output.on_device(soft_start, nominal_supply);
+    }
+
+    /// A joint at rest in position `counts`; a motion begins.
+    pub fn start(&self, counts: i32) -> ControllerState {
+        ControllerState { counts, compensator: self.compensator.rest(), ..ControllerState::default() }
     }
 
     /// The largest output, V.
     pub const fn full_scale(&self) -> f32 {
-        self.full_scale
+        self.output.full_scale
+    }
+
+    /// The encoder, to turn readings of its counter into travel.
+    pub const fn encoder(&self) -> &Encoder {
+        &self.encoder
     }
 
     /// The drive, to convert codes.
     pub const fn drive(&self) -> &Drive {
-        &self.drive
+        &self.output.drive
     }
 
-    /// One tick: `counter` is what the hardware counter reads now, and the returned [`Tick::duty`] is to be
-    /// applied at once.
+    /// One tick with the loop closed; the returned [`Tick::duty`] is to be applied at once.
     #[inline]
-    pub fn tick(&self, state: &mut ControllerState, counter: u32, reference: &Reference) -> Tick {
-        let travel = self.encoder.update(&mut state.encoder, counter);
-        let velocity = self.velocity.update(&mut state.velocity, travel);
+    pub fn tick(&self, state: &mut ControllerState, reading: Reading, reference: &Reference) -> Tick {
+        let velocity = self.observe(state, reading.travel);
+        let counts = state.counts;
         let setpoint = reference.at(state.tick);
 
-        let counts = state.encoder.counts();
         let error = setpoint.position.ahead_of(counts) * self.encoder.resolution;
         let velocity_error = setpoint.velocity - velocity;
 
-        let v_pd = self.pd.update(error, velocity_error);
-        let reference_velocity = setpoint.velocity;
-        let sample = Sample { error, velocity, reference_velocity, velocity_error, v_pd };
+        let replaces_pd = self.compensator.replaces_pd();
+        let v_pd = if replaces_pd { 0.0 } else { self.pd.update(error, velocity_error) };
+        let OutputState { applied, saturated, .. } = state.output;
+        let travel = reading.travel;
+        let sample =
+            Sample { counts, travel, setpoint, error, velocity, velocity_error, v_pd, applied, saturated };
         let v_c = self.compensator.update(&mut state.compensator, &sample);
 
-        let sum = v_pd + v_c;
+        let sum = if replaces_pd { v_c } else { v_pd + v_c };
         // A law may hide an infinity (tanh, a comparison), so the set point is asked as well as the sum.
         let non_finite = !(sum.is_finite() && setpoint.is_finite());
         if non_finite {
             state.compensator = self.compensator.rest();
         }
-        let (v, saturated) = if non_finite { (0.0, false) } else { saturate(sum, self.full_scale) };
-
-        let code = self.drive.code(v);
-        let duty = self.drive.duty(code);
-        let tick = state.tick;
-        state.tick = tick.saturating_add(1);
-        Tick { tick, counts, setpoint, error, velocity, v_pd, v_c, v, code, duty, saturated, non_finite }
+        let law = self.compensator.signals(&state.compensator);
+        let asked = if non_finite { 0.0 } else { sum };
+        let output = self.output.apply(&mut state.output, asked, reading.supply, Rise::Soft);
+        let tick = Tick { error, v_pd, v_c, law, ..Tick::default() };
+        finish(state, tick, counts, setpoint, velocity, output, non_finite)
     }
 
     /// One tick with the loop open: `effort` gives the output (V) at a position in counts. The set point goes along
@@ -173,22 +183,55 @@ impl Controller {
     pub fn open_loop(
         &self,
         state: &mut ControllerState,
-        counter: u32,
+        reading: Reading,
         effort: impl FnOnce(i32) -> f32,
     ) -> Tick {
-        let travel = self.encoder.update(&mut state.encoder, counter);
-        let velocity = self.velocity.update(&mut state.velocity, travel);
-        let counts = state.encoder.counts();
+        let velocity = self.observe(state, reading.travel);
+        let counts = state.counts;
         let setpoint = Setpoint::at_rest(Position::from_counts(counts));
+        let effort = effort(counts);
+        let non_finite = !effort.is_finite();
+        let asked = if non_finite { 0.0 } else { effort };
+        let output = self.output.apply(&mut state.output, asked, reading.supply, Rise::Own);
+        finish(state, Tick::default(), counts, setpoint, velocity, output, non_finite)
+    }
 
-        let asked = effort(counts);
-        let non_finite = !asked.is_finite();
-        let (v, saturated) = if non_finite { (0.0, false) } else { saturate(asked, self.full_scale) };
-        let code = self.drive.code(v);
-        let duty = self.drive.duty(code);
-        let tick = state.tick;
-        state.tick = tick.saturating_add(1);
-        let (error, v_pd, v_c) = (0.0, 0.0, 0.0);
-        Tick { tick, counts, setpoint, error, velocity, v_pd, v_c, v, code, duty, saturated, non_finite }
+    /// Position and velocity after so much travel.
+    #[inline]
+    fn observe(&self, state: &mut ControllerState, travel: i32) -> f32 {
+        state.counts = state.counts.wrapping_add(travel);
+        self.velocity.update(&mut state.velocity, travel)
+    }
+}
+
+/// The tick's record; the next one is one later.
+#[inline]
+fn finish(
+    state: &mut ControllerState,
+    tick: Tick,
+    counts: i32,
+    setpoint: Setpoint,
+    velocity: f32,
+    output: Applied,
+    non_finite: bool,
+) -> Tick {
+    let number = state.tick;
+    state.tick = number.saturating_add(1);
+    Tick {
+        tick: number,
+        counts,
+        reference_counts: setpoint.position.counts,
+        reference_fraction: setpoint.position.fraction,
+        reference_velocity: setpoint.velocity,
+        reference_acceleration: setpoint.acceleration,
+        velocity,
+        v: output.v,
+        v_applied: output.v_applied,
+        code: output.code,
+        compare: output.duty.compare,
+        reverse: output.duty.reverse,
+        saturated: output.saturated,
+        non_finite,
+        ..tick
     }
 }

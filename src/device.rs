@@ -5,6 +5,7 @@
 
 use embedded_storage::nor_flash::NorFlash;
 
+use crate::hardware::Hardware;
 use crate::link::{Kind, Machine, Refused, Session};
 use crate::parameters::Parameters;
 use crate::servo::{Boot, Input, Output, Servo};
@@ -19,16 +20,18 @@ pub struct Device<F> {
 
 #[derive(Debug)]
 struct Parts<F> {
+    hardware: Hardware,
     servo: Servo,
     store: Store<F>,
 }
 
 impl<F: NorFlash> Device<F> {
     /// Power comes up: the parameters are read, and nothing moves.
-    pub fn start(mut store: Store<F>, boot: Boot) -> Self {
+    pub fn start(mut store: Store<F>, boot: Boot, hardware: Hardware) -> Self {
         let found = store.load();
-        let servo = Servo::new(found.as_ref().map_err(|error| *error), boot);
-        Self { session: Session::new(Kind::Simulated, found.ok()), parts: Parts { servo, store } }
+        let servo = Servo::new(found.as_ref().map_err(|error| *error), boot, &hardware);
+        let session = Session::new(Kind::Simulated, found.ok());
+        Self { session, parts: Parts { hardware, servo, store } }
     }
 
     /// Takes bytes from the wire.
@@ -67,6 +70,10 @@ impl<F: NorFlash> Device<F> {
 impl<F: NorFlash> Machine for Parts<F> {
     fn servo<R>(&mut self, act: impl FnOnce(&mut Servo) -> R) -> R {
         act(&mut self.servo)
+    }
+
+    fn hardware(&self) -> Hardware {
+        self.hardware
     }
 
     fn save(&mut self, parameters: &Parameters) -> Result<(), Refused> {

@@ -11,58 +11,33 @@
 //! so a drive without offset error favours no direction. The quotient is computed as a product with
 //! the reciprocal of the LSB: at an exact half it may fall to the neighbouring code.
 
-use crate::error::{Allowed, Error, HUGE, above};
-use serde::{Deserialize, Serialize};
+use crate::error::{Error, HUGE};
+use crate::hardware::Hardware;
+use crate::value::{Values, choice, table};
 
-/// How the code reaches the bridge.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
-pub enum PwmMode {
-    /// Half duty is zero volts; one output and its complement. Also the form for an RC filter into an analog
-    /// servo amplifier.
-    LockedAntiphase,
-    /// The duty is the magnitude, a second pin the direction.
-    SignMagnitude,
-}
-
-/// A drive, in a user's units.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
-pub struct DriveConfig {
-    /// Largest output, V.
-    pub full_scale: f32,
-    /// Volts of one code.
-    pub lsb: f32,
+choice! {
     /// How the code reaches the bridge.
-    pub mode: PwmMode,
-    /// Compare value of full duty; even, so that half duty is a whole number.
-    pub pwm_top: u16,
+    pub enum PwmMode {
+        /// Half duty is zero volts; one output and its complement. Also the form for an RC filter into an analog
+        /// servo amplifier.
+        LockedAntiphase = 0 "locked-antiphase",
+        /// The duty is the magnitude, a second pin the direction.
+        SignMagnitude = 1 "sign-magnitude",
+    }
 }
 
-impl DriveConfig {
-    /// The even timer top nearest to `pwm_hz` for a timer clocked at `timer_hz` that counts up and down
-    /// (centre-aligned: one period is `2 top` clocks), within 2 to 65534.
-    ///
-    /// ```
-    /// use stiction::drive::DriveConfig;
-    /// assert_eq!(DriveConfig::centre_aligned_top(168e6, 22e3), 3818); // 22.001 kHz
-    /// ```
-    pub fn centre_aligned_top(timer_hz: f32, pwm_hz: f32) -> u16 {
-        let half = libm::roundf(timer_hz / (4.0 * pwm_hz)) as u16;
-        half.clamp(1, 32_767) * 2
-    }
-
-    /// Refuses values that are not positive, an LSB that gives fewer than one or more than 32767 codes a side,
-    /// and an odd PWM top.
-    ///
-    /// # Errors
-    /// Names the key.
-    pub fn validate(&self) -> Result<(), Error> {
-        above("full_scale_v", self.full_scale, 0.0, HUGE)?;
-        above("lsb_v", self.lsb, self.full_scale / 32_768.0, self.full_scale)?;
-        if self.pwm_top == 0 || !self.pwm_top.is_multiple_of(2) {
-            let allowed = Allowed::EvenBetween(2.0, 65_534.0);
-            return Err(Error { key: "pwm_top", found: f32::from(self.pwm_top), allowed });
-        }
-        Ok(())
+table! {
+    /// A drive, in a user's units.
+    #[derive(Clone, Copy, Debug, PartialEq)]
+    pub struct DriveConfig (drive) "drive" {
+        /// Largest output of the controller, V. It scales the duty: full duty is this output.
+        full_scale: f32 = 0x0301 "full_scale_v", Above(0.0, HUGE), Needed(5.0);
+        /// Volts of one code: one to 32767 codes a side.
+        lsb: f32 = 0x0302 "lsb_v", Above(drive.full_scale / 32_768.0, drive.full_scale), Needed(0.00488);
+        /// Frequency of the PWM, Hz. The board's timer sets its bounds: 1300 to 5250000 at 168 MHz.
+        pwm_hz: f32 = 0x0303 "pwm_hz", Above(0.0, 1e9), Needed(22e3);
+        /// How the code reaches the bridge.
+        mode: PwmMode = 0x0304 "mode", Any, Needed(PwmMode::LockedAntiphase);
     }
 }
 
@@ -89,23 +64,25 @@ impl Drive {
     /// Validates and prepares a drive.
     ///
     /// # Errors
-    /// As [`DriveConfig::validate`].
-    pub fn new(config: &DriveConfig) -> Result<Self, Error> {
+    /// Names the value that is not allowed.
+    pub fn new(config: &DriveConfig, hardware: &Hardware) -> Result<Self, Error> {
+        let pwm_top = hardware.pwm_top(config.pwm_hz)?;
         config.validate()?;
         Ok(Self {
             codes_per_volt: 1.0 / config.lsb,
             max_code: max_code(config.full_scale / config.lsb),
             mode: config.mode,
-            pwm_top: config.pwm_top,
+            pwm_top,
         })
     }
 
     /// The largest code.
     ///
     /// ```
-    /// use stiction::drive::{Drive, DriveConfig, PwmMode};
-    /// let config = DriveConfig { full_scale: 1.0, lsb: 0.004, mode: PwmMode::SignMagnitude, pwm_top: 500 };
-    /// assert_eq!(Drive::new(&config).unwrap().max_code(), 250);
+    /// use stiction::{Hardware, drive::{Drive, DriveConfig}, value::Table};
+    /// let hardware = Hardware { pwm_clock_hz: 168e6, supply_top: 4095 };
+    /// let config = DriveConfig { full_scale: 1.0, lsb: 0.004, ..DriveConfig::EXAMPLE };
+    /// assert_eq!(Drive::new(&config, &hardware).unwrap().max_code(), 250);
     /// ```
     pub const fn max_code(&self) -> i16 {
         self.max_code
@@ -124,9 +101,10 @@ impl Drive {
     /// The code of `v` volts: rounded half away from zero, within +-[`max_code`](Self::max_code).
     ///
     /// ```
-    /// use stiction::drive::{Drive, DriveConfig, PwmMode};
-    /// let config = DriveConfig { full_scale: 5.0, lsb: 0.00488, mode: PwmMode::LockedAntiphase, pwm_top: 3818 };
-    /// let drive = Drive::new(&config).unwrap();
+    /// use stiction::{Hardware, drive::{Drive, DriveConfig, PwmMode}};
+    /// let hardware = Hardware { pwm_clock_hz: 168e6, supply_top: 4095 };
+    /// let config = DriveConfig { full_scale: 5.0, lsb: 0.00488, pwm_hz: 22e3, mode: PwmMode::LockedAntiphase };
+    /// let drive = Drive::new(&config, &hardware).unwrap();
     /// assert_eq!((drive.code(0.40), drive.code(-0.40)), (82, -82)); // 0.40016 V
     /// assert_eq!(drive.code(5.0), 1024);
     /// ```
@@ -143,9 +121,11 @@ impl Drive {
     /// The PWM setting of a code.
     ///
     /// ```
-    /// use stiction::drive::{Drive, DriveConfig, Duty, PwmMode};
-    /// let config = DriveConfig { full_scale: 5.0, lsb: 0.00488, mode: PwmMode::LockedAntiphase, pwm_top: 3818 };
-    /// let drive = Drive::new(&config).unwrap();
+    /// use stiction::{Hardware, drive::{Drive, DriveConfig, Duty, PwmMode}};
+    /// let hardware = Hardware { pwm_clock_hz: 168e6, supply_top: 4095 };
+    /// let config = DriveConfig { full_scale: 5.0, lsb: 0.00488, pwm_hz: 22e3, mode: PwmMode::LockedAntiphase };
+    /// let drive = Drive::new(&config, &hardware).unwrap();
+    /// assert_eq!(drive.pwm_top(), 3818);
     /// assert_eq!(drive.duty(0), Duty { compare: 1909, reverse: false });
     /// assert_eq!(drive.duty(-1024), Duty { compare: 0, reverse: false });
     /// ```

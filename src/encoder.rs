@@ -4,37 +4,44 @@
 //! them as long as the joint moves less than half the counter's range in one tick (32 767 counts for 16 bits:
 //! 79 deg at 0.00242 deg). Everything is integer: nothing is rounded and nothing drifts.
 
-use crate::error::{Error, HUGE, above};
-use serde::{Deserialize, Serialize};
+use crate::error::HUGE;
+use crate::value::{Key, Table, choice, key, table};
 
-/// Width of the hardware counter.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
-pub enum CounterBits {
-    /// Wraps at 2^16.
-    Sixteen,
-    /// Wraps at 2^32.
-    ThirtyTwo,
+choice! {
+    /// Width of the hardware counter.
+    pub enum CounterBits {
+        /// Wraps at 2^16.
+        Sixteen = 0 "16",
+        /// Wraps at 2^32.
+        ThirtyTwo = 1 "32",
+    }
 }
 
-/// Which way the counter runs when the joint moves the positive way.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
-pub enum Direction {
-    /// It counts up.
-    Forward,
-    /// It counts down.
-    Reverse,
+choice! {
+    /// Which way the counter runs when the joint moves the positive way.
+    pub enum Direction {
+        /// It counts up.
+        Forward = 0 "forward",
+        /// It counts down.
+        Reverse = 1 "reverse",
+    }
 }
 
-/// An incremental encoder at the joint.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
-pub struct Encoder {
-    /// Joint angle of one count, deg.
-    pub resolution: f32,
-    /// Width of the counter.
-    pub counter_bits: CounterBits,
-    /// Sense of counting.
-    pub direction: Direction,
+table! {
+    /// An incremental encoder at the joint.
+    #[derive(Clone, Copy, Debug, PartialEq)]
+    pub struct Encoder (encoder) "encoder" {
+        /// Joint angle of one count, deg.
+        resolution: f32 = 0x0201 "resolution_deg", Above(0.0, HUGE), Needed(0.00242);
+        /// Width of the hardware counter, bits.
+        counter_bits: CounterBits = 0x0202 "counter_bits", Any, Needed(CounterBits::Sixteen);
+        /// Which way the counter runs when the joint moves the positive way.
+        direction: Direction = 0x0203 "direction", Any, Default(Direction::Forward);
+    }
 }
+
+/// The number of the resolution.
+pub(crate) const RESOLUTION: Key = key(Encoder::ABOUT, "resolution");
 
 /// What is remembered from tick to tick.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -63,14 +70,6 @@ impl EncoderState {
 }
 
 impl Encoder {
-    /// Refuses a resolution that is not a positive number.
-    ///
-    /// # Errors
-    /// Names `resolution_deg`.
-    pub fn validate(&self) -> Result<(), Error> {
-        above("resolution_deg", self.resolution, 0.0, HUGE)
-    }
-
     /// Takes one reading of the counter, and returns the travel since the last one, in counts.
     ///
     /// ```

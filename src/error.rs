@@ -4,47 +4,67 @@ use core::fmt;
 
 use serde::{Deserialize, Serialize};
 
-/// A configuration value that is not allowed.
+use crate::value::Key;
+
+/// A configured value that is not allowed.
 ///
-/// `key` is the name that the value has in a machine's TOML file, so that the message can be shown to a person
-/// as it stands.
+/// A device tells the number of the value. Where the texts are at hand, the message has the name that the value has in
+/// a machine's TOML file.
 ///
 /// ```
-/// use stiction::pd::PdGains;
+/// use stiction::{pd::PdGains, value::Values};
 /// let error = PdGains { kp: f32::NAN, kd: 0.15 }.validate().unwrap_err();
 /// assert_eq!(error.to_string(), "`kp_v_per_deg` is NaN; allowed is a number from 0 to 1000000");
 /// ```
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Error {
-    /// The key in the machine's TOML file.
-    pub key: &'static str,
-    /// The value that was found.
+    /// Which value.
+    pub key: Key,
+    /// What was found.
     pub found: f32,
-    /// The values that would have been taken.
+    /// What would have been taken.
     pub allowed: Allowed,
 }
 
-/// The set of values that a key may have.
+/// The set of values that are allowed.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub enum Allowed {
     /// Both ends belong to it.
     Between(f32, f32),
     /// The lower end does not belong to it, the upper one does.
     Above(f32, f32),
-    /// Whole even numbers, both ends included.
-    EvenBetween(f32, f32),
+    /// Every value of the type.
+    Any,
     /// Later than the corner before by at least this many seconds, so that blends do not overlap.
     LaterBy(f32),
 }
 
+impl Allowed {
+    /// Whether a number belongs to it; NaN belongs to no range. A time is compared where the corners are known, so
+    /// none of these belongs to [`LaterBy`](Self::LaterBy).
+    pub fn includes(self, found: f32) -> bool {
+        match self {
+            Self::Between(low, high) => found >= low && found <= high,
+            Self::Above(low, high) => found > low && found <= high,
+            Self::Any => true,
+            Self::LaterBy(_) => false,
+        }
+    }
+}
+
 impl fmt::Display for Error {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        write!(f, "`{}` is {}; allowed is ", self.key, self.found)?;
-        match self.allowed {
-            Allowed::Between(low, high) => write!(f, "a number from {low} to {high}"),
-            Allowed::Above(low, high) => write!(f, "a number above {low}, up to {high}"),
-            Allowed::EvenBetween(low, high) => write!(f, "an even number from {low} to {high}"),
-            Allowed::LaterBy(gap) => {
+        write!(f, "`{}` is {}; allowed is {}", self.key, self.found, self.allowed)
+    }
+}
+
+impl fmt::Display for Allowed {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Between(low, high) => write!(f, "a number from {low} to {high}"),
+            Self::Above(low, high) => write!(f, "a number above {low}, up to {high}"),
+            Self::Any => f.write_str("anything"),
+            Self::LaterBy(gap) => {
                 write!(f, "a time at least {gap} s after the corner before (two half blends)")
             }
         }
@@ -57,19 +77,13 @@ impl core::error::Error for Error {}
 pub(crate) const HUGE: f32 = 1e6;
 
 /// Refuses what is not in `[low, high]`; NaN is in no range.
-pub(crate) fn between(key: &'static str, found: f32, low: f32, high: f32) -> Result<(), Error> {
-    if found >= low && found <= high {
-        Ok(())
-    } else {
-        Err(Error { key, found, allowed: Allowed::Between(low, high) })
-    }
+pub(crate) fn between(key: Key, found: f32, low: f32, high: f32) -> Result<(), Error> {
+    let allowed = Allowed::Between(low, high);
+    if allowed.includes(found) { Ok(()) } else { Err(Error { key, found, allowed }) }
 }
 
 /// Refuses what is not in `(low, high]`; NaN is in no range.
-pub(crate) fn above(key: &'static str, found: f32, low: f32, high: f32) -> Result<(), Error> {
-    if found > low && found <= high {
-        Ok(())
-    } else {
-        Err(Error { key, found, allowed: Allowed::Above(low, high) })
-    }
+pub(crate) fn above(key: Key, found: f32, low: f32, high: f32) -> Result<(), Error> {
+    let allowed = Allowed::Above(low, high);
+    if allowed.includes(found) { Ok(()) } else { Err(Error { key, found, allowed }) }
 }

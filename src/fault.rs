@@ -2,88 +2,172 @@
 //!
 //! `docs/faults.md` says of each what it means and what to check.
 
+use crate::monitor::Limits;
+use crate::value::{Key, Table, key};
+
 /// The number of faults that a servo remembers.
 pub const HISTORY: usize = 8;
 
-/// A latched fault: the output stays off until it is cleared or the part is reset, and the reset after it says why.
-///
-/// The number is what is kept in memory across a reset and what goes over the link; it never changes its meaning.
+/// Declares the faults: `number Name "a few words", "its section in docs/faults.md", "value that trips it" "its unit",
+/// "seen within", what ends it, [limits]`.
+macro_rules! faults {
+    ($($(#[doc = $text:literal])+ $code:literal $Fault:ident $words:literal, $section:literal,
+        $value:literal $unit:literal, $within:literal, $end:ident, [$($limit:ident),*];)+) => {
+        /// A latched fault: the output stays off until it is cleared or the part is reset, and the reset after it says
+        /// why.
+        ///
+        /// The number is what is kept in memory across a reset and what goes over the link; it never changes its
+        /// meaning.
+        #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+        #[repr(u8)]
+        pub enum Fault {
+            $($(#[doc = $text])+ $Fault = $code,)+
+        }
+
+        impl Fault {
+            /// All of them.
+            pub const ALL: &'static [Self] = &[$(Self::$Fault),+];
+
+            /// A few words for a log.
+            pub const fn describe(self) -> &'static str {
+                match self {
+                    $(Self::$Fault => $words,)+
+                }
+            }
+
+            /// The unit of the value that tripped it; empty if there is no such value.
+            pub const fn unit(self) -> &'static str {
+                match self {
+                    $(Self::$Fault => $unit,)+
+                }
+            }
+
+            /// What ends it.
+            const fn end(self) -> End {
+                match self {
+                    $(Self::$Fault => End::$end,)+
+                }
+            }
+
+            /// What it is, for hosts: the sentence of its declaration.
+            pub const fn text(self) -> &'static str {
+                match self {
+                    $(Self::$Fault => concat!($($text),+),)+
+                }
+            }
+
+            /// What value trips it, for hosts; empty if there is none.
+            pub const fn value(self) -> &'static str {
+                match self {
+                    $(Self::$Fault => $value,)+
+                }
+            }
+
+            /// Its section in docs/faults.md, for hosts.
+            pub const fn section(self) -> &'static str {
+                match self {
+                    $(Self::$Fault => $section,)+
+                }
+            }
+
+            /// How soon it is seen, for hosts.
+            pub const fn seen_within(self) -> &'static str {
+                match self {
+                    $(Self::$Fault => $within,)+
+                }
+            }
+
+            /// Its thresholds, for hosts.
+            pub const fn limits(self) -> &'static [Key] {
+                match self {
+                    $(Self::$Fault => const { &[$(key(Limits::ABOUT, stringify!($limit))),*] },)+
+                }
+            }
+        }
+    };
+}
+
+/// What ends a fault.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-#[repr(u8)]
-pub enum Fault {
+enum End {
+    /// A command.
+    Clear,
+    /// Valid parameters.
+    Parameters,
+    /// A reset: without a crystal neither the tick nor the link keeps its time, and only a reset tries again.
+    Reset,
+}
+
+faults! {
     /// The parameter sectors are empty.
-    NoParameters = 1,
+    1 NoParameters "no parameters", "1 No parameters",
+        "" "", "at boot", Parameters, [];
     /// The parameter sectors hold something that was refused.
-    BadParameters = 2,
+    2 BadParameters "bad parameters", "2 Bad parameters",
+        "" "", "at boot", Parameters, [];
     /// The crystal did not start: neither tick nor baud rate are what they say.
-    ClockAbsent = 3,
+    3 ClockAbsent "crystal absent", "3, 4 Crystal",
+        "" "", "at boot", Reset, [];
     /// The crystal stopped.
-    ClockLost = 4,
+    4 ClockLost "crystal lost", "3, 4 Crystal",
+        "" "", "at once", Reset, [];
     /// The control task came too late or took too long.
-    Overrun = 5,
+    5 Overrun "control overrun", "5 Control overrun",
+        "" "", "the tick after", Clear, [];
     /// The bridge pulled the break input: overcurrent, or what else its driver reports there.
-    BreakInput = 6,
+    6 BreakInput "break input", "6 Break input",
+        "" "", "at once, in hardware", Clear, [];
     /// The watchdog reset the part: the control task had stopped running.
-    Watchdog = 7,
+    7 Watchdog "watchdog reset", "7 Watchdog reset",
+        "" "", "10 to 28 ms; 60 to 166 ms at 20 ms", Clear, [];
     /// The supply sagged.
-    BrownOut = 8,
+    8 BrownOut "brown-out", "8, 9 Resets",
+        "" "", "at boot", Clear, [];
     /// The part was reset while the servo was armed.
-    ResetWhileArmed = 9,
+    9 ResetWhileArmed "reset while armed", "8, 9 Resets",
+        "" "", "at boot", Clear, [];
     /// The program stopped itself.
-    Panic = 10,
+    10 Panic "panic", "10, 11 Panic and hard fault",
+        "" "", "at once", Clear, [];
     /// The processor stopped the program.
-    HardFault = 11,
+    11 HardFault "hard fault", "10, 11 Panic and hard fault",
+        "" "", "at once", Clear, [];
     /// A term of the control law was not a finite number.
-    NonFinite = 12,
+    12 NonFinite "value not finite", "12 Value not finite",
+        "" "", "its tick", Clear, [];
     /// The encoder moved further in one tick than the joint can.
-    EncoderJump = 13,
+    13 EncoderJump "encoder jump", "13 Encoder jump",
+        "travel" "deg", "its tick", Clear, [encoder_jump];
     /// Effort beyond any friction, and the encoder does not count: the joint is blocked, or a wire is cut.
-    Stall = 14,
+    14 Stall "stall: effort, but no count", "14 Stall",
+        "effort" "V", "`stall_s` of effort beyond `stall_v`", Clear, [stall_effort, stall_time];
     /// The first move went against the effort: encoder or motor is wired the wrong way around.
-    EncoderReversed = 15,
+    15 EncoderReversed "encoder or motor reversed", "15 Encoder or motor reversed",
+        "travel" "deg", "`reversal_deg` of travel", Clear, [reversal];
     /// The joint does not follow its set point.
-    FollowingError = 16,
+    16 FollowingError "following error", "16 Following error",
+        "error" "deg", "its tick", Clear, [following_error];
     /// Faster than the loop was made for.
-    Overspeed = 17,
+    17 Overspeed "overspeed", "17 Overspeed",
+        "speed" "deg/s", "`velocity_window` ticks", Clear, [overspeed];
     /// Outside of the range of positions.
-    PositionLimit = 18,
+    18 PositionLimit "position limit", "18 Position limit",
+        "position since power-on" "deg", "its tick", Clear, [position_min, position_max];
     /// The supply of the bridge is too low.
-    SupplyLow = 19,
+    19 SupplyLow "supply low", "19, 20 Supply",
+        "supply" "V", "3 ticks", Clear, [supply_min];
     /// The supply of the bridge is too high.
-    SupplyHigh = 20,
+    20 SupplyHigh "supply high", "19, 20 Supply",
+        "supply" "V", "3 ticks", Clear, [supply_max];
     /// The motor has taken more effort than it can lose as heat.
-    Overheat = 21,
+    21 Overheat "motor overheated (model)", "21 Motor overheated",
+        "effort that would heat it so" "V", "a model, not a measurement", Clear, [continuous_effort, thermal_time];
     /// Armed by a link that has fallen silent.
-    LinkTimeout = 22,
+    22 LinkTimeout "link silent while armed", "22 Link silent",
+        "silence" "s", "`link_timeout_s`", Clear, [link_timeout];
 }
 
 impl Fault {
-    /// All of them.
-    pub const ALL: [Self; 22] = [
-        Self::NoParameters,
-        Self::BadParameters,
-        Self::ClockAbsent,
-        Self::ClockLost,
-        Self::Overrun,
-        Self::BreakInput,
-        Self::Watchdog,
-        Self::BrownOut,
-        Self::ResetWhileArmed,
-        Self::Panic,
-        Self::HardFault,
-        Self::NonFinite,
-        Self::EncoderJump,
-        Self::Stall,
-        Self::EncoderReversed,
-        Self::FollowingError,
-        Self::Overspeed,
-        Self::PositionLimit,
-        Self::SupplyLow,
-        Self::SupplyHigh,
-        Self::Overheat,
-        Self::LinkTimeout,
-    ];
-
     /// The fault of a number.
     ///
     /// ```
@@ -92,52 +176,17 @@ impl Fault {
     /// assert_eq!(Fault::from_code(0), None);
     /// ```
     pub fn from_code(code: u8) -> Option<Self> {
-        Self::ALL.into_iter().find(|fault| *fault as u8 == code)
+        Self::ALL.iter().copied().find(|fault| *fault as u8 == code)
     }
 
-    /// A few words for a log.
-    pub const fn describe(self) -> &'static str {
-        match self {
-            Self::NoParameters => "no parameters",
-            Self::BadParameters => "bad parameters",
-            Self::ClockAbsent => "crystal absent",
-            Self::ClockLost => "crystal lost",
-            Self::Overrun => "control overrun",
-            Self::BreakInput => "break input",
-            Self::Watchdog => "watchdog reset",
-            Self::BrownOut => "brown-out",
-            Self::ResetWhileArmed => "reset while armed",
-            Self::Panic => "panic",
-            Self::HardFault => "hard fault",
-            Self::NonFinite => "value not finite",
-            Self::EncoderJump => "encoder jump",
-            Self::Stall => "stall: effort, but no count",
-            Self::EncoderReversed => "encoder or motor reversed",
-            Self::FollowingError => "following error",
-            Self::Overspeed => "overspeed",
-            Self::PositionLimit => "position limit",
-            Self::SupplyLow => "supply low",
-            Self::SupplyHigh => "supply high",
-            Self::Overheat => "motor overheated (model)",
-            Self::LinkTimeout => "link silent while armed",
-        }
-    }
-
-    /// The unit of the value that tripped it; empty if there is no such value.
-    pub const fn unit(self) -> &'static str {
-        match self {
-            Self::EncoderJump | Self::EncoderReversed | Self::FollowingError | Self::PositionLimit => "deg",
-            Self::Overspeed => "deg/s",
-            Self::Stall | Self::SupplyLow | Self::SupplyHigh | Self::Overheat => "V",
-            Self::LinkTimeout => "s",
-            _ => "",
-        }
-    }
-
-    /// Whether a command can clear it. Without a crystal neither the tick nor the link keeps its time, and only a
-    /// reset tries again; missing and bad parameters end with good ones.
+    /// Whether a command can clear it. Missing and bad parameters end with good ones.
     pub const fn is_clearable(self) -> bool {
-        !matches!(self, Self::ClockAbsent | Self::ClockLost | Self::NoParameters | Self::BadParameters)
+        matches!(self.end(), End::Clear)
+    }
+
+    /// Whether valid parameters end it.
+    pub const fn ends_with_parameters(self) -> bool {
+        matches!(self.end(), End::Parameters)
     }
 }
 

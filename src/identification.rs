@@ -25,6 +25,11 @@
 //! whose encoder does not count gets the full scale before the ramp gives up.
 
 use crate::error::{Error, between};
+use crate::value::Key;
+
+/// The numbers of a ramp's values.
+pub(crate) const RATE: Key = Key(0x0604);
+pub(crate) const HOLD: Key = Key(0x0605);
 
 /// So many counts from its rest, a joint has moved: one more than a disc that stands on an edge can flicker.
 const MOVED: u32 = 2;
@@ -97,9 +102,9 @@ impl Ramp {
     /// or less; names `hold_s` unless it is from 0 to [`MAX_TICKS`].
     pub fn new(rate: f32, hold: f32, sample_time: f32, full_scale: f32) -> Result<Self, Error> {
         let longest = MAX_TICKS * sample_time;
-        between("hold_s", hold, 0.0, longest * (1.0 + ROUNDING))?;
+        between(HOLD, hold, 0.0, longest * (1.0 + ROUNDING))?;
         let (slowest, fastest) = (3.0 * full_scale / longest, full_scale / sample_time);
-        between("ramp_rates_v_per_s", rate, slowest * (1.0 - ROUNDING), fastest * (1.0 + ROUNDING))?;
+        between(RATE, rate, slowest * (1.0 - ROUNDING), fastest * (1.0 + ROUNDING))?;
         let rung = rate * sample_time;
         Ok(Self {
             rung,

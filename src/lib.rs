@@ -31,33 +31,39 @@
 mod checksum;
 pub mod compensator;
 mod controller;
-mod course;
 pub mod deadline;
 pub mod device;
 pub mod drive;
 pub mod encoder;
 mod error;
 pub mod fault;
+mod hardware;
 pub mod identification;
 pub mod link;
 pub mod monitor;
+pub mod motion;
+mod output;
 pub mod parameters;
 pub mod pd;
 pub mod position;
 pub mod reference;
 mod saturation;
 pub mod servo;
+pub mod signal;
 pub mod store;
+pub mod value;
 pub mod velocity;
 
-pub use controller::{Controller, ControllerConfig, ControllerState, Tick};
-pub use course::{Course, CourseState};
+pub use controller::{Controller, ControllerConfig, ControllerState, Reading};
 pub use device::Device;
 pub use error::{Allowed, Error};
 pub use fault::Fault;
+pub use hardware::Hardware;
 pub use monitor::Limits;
+pub use motion::{Course, CourseState, Motion};
 pub use parameters::Parameters;
 pub use servo::Servo;
+pub use signal::Tick;
 
 /// The version of the core, which an image carries in its note.
 pub const VERSION: &str = env!("CARGO_PKG_VERSION");

@@ -11,28 +11,21 @@
 //! friction it rests anywhere within `v_stick / Kp` of the target, for ever and with effort applied; at
 //! constant speed it trails by `(v_slip + b theta_d') / Kp`.
 
-use crate::error::{Error, HUGE, between};
-use serde::{Deserialize, Serialize};
+use crate::error::HUGE;
+use crate::value::table;
 
-/// Gains of the PD loop.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
-pub struct PdGains {
-    /// Proportional gain Kp, V/deg.
-    pub kp: f32,
-    /// Derivative gain Kd, V/(deg/s).
-    pub kd: f32,
+table! {
+    /// Gains of the PD loop.
+    #[derive(Clone, Copy, Debug, Default, PartialEq)]
+    pub struct PdGains (pd) "controller" {
+        /// Proportional gain Kp, V/deg.
+        kp: f32 = 0x0401 "kp_v_per_deg", Between(0.0, HUGE), Needed(1.0);
+        /// Derivative gain Kd, V/(deg/s).
+        kd: f32 = 0x0402 "kd_v_per_deg_per_s", Between(0.0, HUGE), Needed(0.15);
+    }
 }
 
 impl PdGains {
-    /// Refuses gains that are negative or not finite.
-    ///
-    /// # Errors
-    /// Names the gain.
-    pub fn validate(&self) -> Result<(), Error> {
-        between("kp_v_per_deg", self.kp, 0.0, HUGE)?;
-        between("kd_v_per_deg_per_s", self.kd, 0.0, HUGE)
-    }
-
     /// v_PD in volts, of a position error (deg) and a velocity error (deg/s).
     ///
     /// ```

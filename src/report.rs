@@ -63,10 +63,10 @@ impl Report {
         match settings.parameters() {
             Ok(parameters) => {
                 let sector = settings.sector().unwrap_or_default();
-                let (sample_time, top) = (settings.sample_time(), parameters.controller.drive.pwm_top);
+                let (sample_time, pwm) = (settings.sample_time(), parameters.controller.drive.pwm_hz);
                 info!(
-                    "parameters of sector {=u8}: sample time {=f32} s, PWM top {=u16}",
-                    sector, sample_time, top
+                    "parameters of sector {=u8}: sample time {=f32} s, PWM {=f32} Hz",
+                    sector, sample_time, pwm
                 );
                 if parameters.device.autostart {
                     let delay = parameters.device.autostart_delay;
@@ -127,8 +127,15 @@ fn refused(refusal: DecodeError) {
         }
         DecodeError::Checksum => error!("the parameters are damaged (checksum): no motion"),
         DecodeError::Malformed => error!("the parameters are malformed: no motion"),
+        DecodeError::Unknown(key) => {
+            error!("value {=u16:#06x} is not known to this firmware, which is older: no motion", key.0);
+        }
+        DecodeError::Missing(key) => {
+            error!("value {=u16:#06x} (docs/parameters.md) is missing: no motion", key.0);
+        }
         DecodeError::Value(error) => {
-            error!("parameter {=str} is {=f32}, which is not allowed: no motion", error.key, error.found);
+            let (number, found) = (error.key.0, error.found);
+            error!("value {=u16:#06x} (docs/parameters.md) is {=f32}, not allowed: no motion", number, found);
         }
     }
 }

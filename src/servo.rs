@@ -26,20 +26,21 @@
 //! a stop is obeyed while it runs, and it stops by itself when it is over. If the supply is too low for its effort it is
 //! over at once, without a level.
 
+mod control_loop;
 mod follower;
-mod joint;
 
-use crate::controller::{Controller, Tick};
-use crate::course::{Course, CourseState};
+use crate::controller::{Controller, Reading};
 use crate::drive::Duty;
 use crate::fault::{Fault, FaultLog, Latched};
-use crate::identification::Ramp;
+use crate::hardware::Hardware;
 use crate::monitor::Standstill;
+use crate::motion::{Course, CourseState};
 use crate::parameters::{DecodeError, Parameters};
 use crate::position::Position;
 use crate::reference::{Reference, Step};
+use crate::signal::Tick;
+pub use control_loop::ControlLoop;
 use follower::Follower;
-pub use joint::Joint;
 use serde::{Deserialize, Serialize};
 
 /// The state of a servo.
@@ -85,17 +86,6 @@ pub enum Refusal {
     Replaced,
 }
 
-/// What arming begins.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub enum Arming {
-    /// The motion of the parameters.
-    Motion,
-    /// Staying there, on command of a link whose silence is then a fault.
-    ByLink,
-    /// A ramp that identifies the friction, on command of a link likewise.
-    Ramp(Ramp),
-}
-
 /// What one tick is given.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Input {
@@ -108,19 +98,24 @@ pub struct Input {
 /// What one tick asks of the board.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Output {
-    /// The bridge may be on. If not, `duty` is neutral.
+    /// The bridge may be on. If not, the duty is neutral.
     pub enable: bool,
-    /// What the timer is given.
-    pub duty: Duty,
     /// The state after this tick.
     pub state: State,
-    /// Every term; its code and duty are those that are applied. All zero unless armed, but for the tick that ends a
-    /// ramp or in which a fault trips.
+    /// Every signal; code and duty are those that are applied. Without a motion nothing but duty and status is set,
+    /// except in the tick that ends a ramp or in which a fault trips.
     pub tick: Tick,
     /// Ticks since power-on, this one included.
     pub clock: u32,
     /// The compensator holds effort at standstill.
     pub wound_up: bool,
+}
+
+impl Output {
+    /// What the timer is given.
+    pub const fn duty(&self) -> Duty {
+        self.tick.duty()
+    }
 }
 
 /// The friction levels that a ramp has found, V of effort; none: the joint did not move, or did not rest.
@@ -135,7 +130,7 @@ pub struct Levels {
 /// The state machine. It owns the controller and its state; the board calls [`tick`](Self::tick).
 #[derive(Clone, Debug)]
 pub struct Servo {
-    joint: Option<Joint>,
+    control_loop: Option<ControlLoop>,
     state: State,
     /// Ticks until it arms by itself; none: it does not.
     countdown: Option<u32>,
@@ -148,16 +143,16 @@ pub struct Servo {
 
 impl Servo {
     /// A servo of the parameters that were found.
-    pub fn new(parameters: Result<&Parameters, DecodeError>, boot: Boot) -> Self {
+    pub fn new(parameters: Result<&Parameters, DecodeError>, boot: Boot, hardware: &Hardware) -> Self {
         let mut servo = Self::blank();
-        servo.boot(parameters, boot);
+        servo.boot(parameters, boot, hardware);
         servo
     }
 
     /// One that knows nothing, to be [booted](Self::boot).
     pub fn blank() -> Self {
         Self {
-            joint: None,
+            control_loop: None,
             countdown: None,
             state: State::Boot,
             clock: 0,
@@ -168,10 +163,11 @@ impl Servo {
     }
 
     /// [`new`](Self::new) in the place of one that is blank.
-    pub fn boot(&mut self, parameters: Result<&Parameters, DecodeError>, boot: Boot) {
-        let prepared = parameters
-            .and_then(|parameters| Joint::prepare(&mut self.joint, parameters).map_err(DecodeError::Value));
-        self.countdown = self.joint.as_ref().and_then(|joint| joint.autostart);
+    pub fn boot(&mut self, parameters: Result<&Parameters, DecodeError>, boot: Boot, hardware: &Hardware) {
+        let prepared = parameters.and_then(|parameters| {
+            ControlLoop::prepare(&mut self.control_loop, parameters, hardware).map_err(DecodeError::Value)
+        });
+        self.countdown = self.control_loop.as_ref().and_then(|control_loop| control_loop.autostart);
         let refused = match prepared {
             Ok(()) => None,
             Err(DecodeError::Blank) => Some(Fault::NoParameters),
@@ -189,7 +185,9 @@ impl Servo {
 
     /// What the ramp has found, once it is over.
     pub fn levels(&self) -> Option<Levels> {
-        let Joint { course: Course::Ramp(ramp), state, .. } = self.joint.as_ref()? else { return None };
+        let ControlLoop { course: Course::Ramp(ramp), state, .. } = self.control_loop.as_ref()? else {
+            return None;
+        };
         let found = state.ramp().found();
         let volts = |rung: Option<u32>| rung.map(|rung| ramp.volts(rung));
         state.ramp().is_over().then(|| Levels { stick: volts(found.stick), slip: volts(found.slip) })
@@ -217,17 +215,21 @@ impl Servo {
 
     /// Whether the joint is at rest.
     pub fn is_at_rest(&self) -> bool {
-        self.joint.as_ref().is_some_and(|joint| joint.monitors.is_at_rest(&self.follower.seen))
+        self.control_loop
+            .as_ref()
+            .is_some_and(|control_loop| control_loop.monitors.is_at_rest(&self.follower.seen))
     }
 
     /// The compensator holds effort at standstill, which the motor turns into heat.
     pub fn is_wound_up(&self) -> bool {
-        self.joint.as_ref().is_some_and(|joint| joint.watch.warning())
+        self.control_loop.as_ref().is_some_and(|control_loop| control_loop.watch.warning())
     }
 
     /// The effort that would heat the motor as much as it is, V.
     pub fn thermal_effort(&self) -> f32 {
-        self.joint.as_ref().map_or(0.0, |joint| joint.watch.effort(&joint.monitors))
+        self.control_loop
+            .as_ref()
+            .map_or(0.0, |control_loop| control_loop.watch.effort(&control_loop.monitors))
     }
 
     /// Latches a fault that has no value; see [`latch`](Self::latch).
@@ -244,8 +246,8 @@ impl Servo {
         self.latched = Some(latched);
         self.log.push(latched);
         self.countdown = None;
-        if let Some(joint) = &mut self.joint {
-            joint.rest();
+        if let Some(control_loop) = &mut self.control_loop {
+            control_loop.rest();
         }
     }
 
@@ -255,7 +257,7 @@ impl Servo {
     /// If only valid parameters or a reset end the fault.
     pub fn clear(&mut self) -> Result<(), Refusal> {
         let State::Faulted(fault) = self.state else { return Ok(()) };
-        if !fault.is_clearable() || self.joint.is_none() {
+        if !fault.is_clearable() || self.control_loop.is_none() {
             return Err(Refusal::NotClearable(fault));
         }
         self.state = State::Stopped;
@@ -263,43 +265,69 @@ impl Servo {
         Ok(())
     }
 
-    /// Closes the loop at the next tick. If it is closed already, nothing happens, but for that the silence of a link that
-    /// asks for it is a fault from then on; a ramp is refused then.
+    /// Begins the motion of the parameters at the next tick. If the servo is armed already, nothing happens.
     ///
     /// # Errors
     /// Says what is in the way.
-    pub fn arm(&mut self, arming: Arming) -> Result<(), Refusal> {
+    pub fn arm(&mut self) -> Result<(), Refusal> {
+        if let State::Armed = self.state {
+            return Ok(());
+        }
+        let control_loop = self.ready_to_arm()?;
+        if control_loop.replaced {
+            return Err(Refusal::Replaced);
+        }
+        self.start_loop(None);
+        Ok(())
+    }
+
+    /// Begins a course that a link asks for at the next tick: staying there, or a ramp. From then on, the silence of
+    /// that link is a fault. If the servo is armed already, only that changes; a ramp is refused then.
+    ///
+    /// # Errors
+    /// Says what is in the way.
+    pub fn arm_for_link(&mut self, course: Course) -> Result<(), Refusal> {
+        if let (State::Armed, Some(control_loop)) = (self.state, &mut self.control_loop) {
+            if let Course::Ramp(_) = course {
+                return Err(Refusal::Armed);
+            }
+            control_loop.watch.listen();
+            return Ok(());
+        }
+        self.ready_to_arm()?;
+        self.start_loop(Some(course));
+        Ok(())
+    }
+
+    /// What is to be armed, unless something is in the way.
+    fn ready_to_arm(&mut self) -> Result<&mut ControlLoop, Refusal> {
         match self.state {
             State::Boot => return Err(Refusal::Booting),
             State::Faulted(fault) => return Err(Refusal::Faulted(fault)),
-            State::Armed if matches!(arming, Arming::Ramp(_)) => return Err(Refusal::Armed),
-            State::Armed => {
-                if let (Arming::ByLink, Some(joint)) = (arming, &mut self.joint) {
-                    joint.watch.listen();
-                }
-                return Ok(());
-            }
+            State::Armed => return Err(Refusal::Armed),
             State::Stopped => {}
         }
-        let (Some(joint), Follower { encoder: Some(encoder), seen, supply, .. }) =
-            (&mut self.joint, self.follower)
+        let (Some(control_loop), Follower { encoder: Some(_), seen, supply, .. }) =
+            (&mut self.control_loop, self.follower)
         else {
             return Err(Refusal::Booting);
         };
-        if arming == Arming::Motion && joint.replaced {
-            return Err(Refusal::Replaced);
-        }
-        if !joint.monitors.is_at_rest(&seen) {
+        if !control_loop.monitors.is_at_rest(&seen) {
             return Err(Refusal::Moving);
         }
-        if let Some(fault) = joint.monitors.forbids_arming(&joint.watch, &seen, supply) {
-            return Err(Refusal::WouldTrip(fault));
+        match control_loop.monitors.forbids_arming(&control_loop.watch, &seen, supply) {
+            Some(fault) => Err(Refusal::WouldTrip(fault)),
+            None => Ok(control_loop),
         }
-        joint.zero = seen.position;
-        joint.arm(encoder.counter(), arming);
-        self.state = State::Armed;
-        self.countdown = None;
-        Ok(())
+    }
+
+    /// Closes the loop, or opens it for a ramp, where the joint is now.
+    fn start_loop(&mut self, course: Option<Course>) {
+        if let Some(control_loop) = &mut self.control_loop {
+            control_loop.arm(self.follower.seen.position, course);
+            self.state = State::Armed;
+            self.countdown = None;
+        }
     }
 
     /// Opens the loop; a fault stays.
@@ -307,8 +335,8 @@ impl Servo {
         self.countdown = None;
         if matches!(self.state, State::Armed) {
             self.state = State::Stopped;
-            if let Some(joint) = &mut self.joint {
-                joint.rest();
+            if let Some(control_loop) = &mut self.control_loop {
+                control_loop.rest();
             }
         }
     }
@@ -318,16 +346,16 @@ impl Servo {
     ///
     /// # Errors
     /// Only while the output is off.
-    pub fn install(&mut self, joint: &mut Option<Joint>) -> Result<(), Refusal> {
+    pub fn install(&mut self, control_loop: &mut Option<ControlLoop>) -> Result<(), Refusal> {
         if matches!(self.state, State::Armed) {
             return Err(Refusal::Armed);
         }
-        let Some(after) = joint else { return Ok(()) };
-        if let Some(before) = &self.joint {
+        let Some(after) = control_loop else { return Ok(()) };
+        if let Some(before) = &self.control_loop {
             // What is warm stays warm; without it, a set of parameters would be the way around the thermal model.
             after.watch = after.monitors.taken_over(&before.watch, &before.monitors);
         }
-        core::mem::swap(&mut self.joint, joint);
+        core::mem::swap(&mut self.control_loop, control_loop);
         self.countdown = None;
         self.unsettle();
         if let State::Faulted(Fault::NoParameters | Fault::BadParameters) = self.state {
@@ -349,8 +377,8 @@ impl Servo {
     /// # Errors
     /// Only while armed, and within the range of positions.
     pub fn follow(&mut self, reference: Reference) -> Result<(), Refusal> {
-        let joint = self.armed_joint()?;
-        let out = |position: Position| joint.is_out_of_range(position);
+        let control_loop = self.armed_joint()?;
+        let out = |position: Position| control_loop.is_out_of_range(position);
         let leads_out = match &reference {
             Reference::Step(step) => out(step.to),
             Reference::Trajectory(trajectory) => trajectory.corners().any(|corner| out(corner.position)),
@@ -358,7 +386,7 @@ impl Servo {
         if leads_out {
             return Err(Refusal::OutOfRange);
         }
-        joint.begin(Course::Follow(reference));
+        control_loop.begin(Course::Follow(reference));
         Ok(())
     }
 
@@ -367,24 +395,24 @@ impl Servo {
     /// # Errors
     /// Only while armed.
     pub fn hold(&mut self) -> Result<(), Refusal> {
-        let joint = self.armed_joint()?;
-        let here = Position::from_counts(joint.state.counts());
-        joint.begin(Course::Follow(Reference::Step(Step { from: here, to: here, at_tick: 0 })));
+        let control_loop = self.armed_joint()?;
+        let here = Position::from_counts(control_loop.state.counts());
+        control_loop.begin(Course::Follow(Reference::Step(Step { from: here, to: here, at_tick: 0 })));
         Ok(())
     }
 
     /// The link gave a sign of life.
     pub fn heard(&mut self) {
-        if let Some(joint) = &mut self.joint {
-            joint.watch.heard();
+        if let Some(control_loop) = &mut self.control_loop {
+            control_loop.watch.heard();
         }
     }
 
-    fn armed_joint(&mut self) -> Result<&mut Joint, Refusal> {
-        match (self.state, &mut self.joint) {
+    fn armed_joint(&mut self) -> Result<&mut ControlLoop, Refusal> {
+        match (self.state, &mut self.control_loop) {
             // The loop is open, and what the ramp finds is that of an effort that nobody else changes.
-            (State::Armed, Some(Joint { course: Course::Ramp(_), .. })) => Err(Refusal::Armed),
-            (State::Armed, Some(joint)) => Ok(joint),
+            (State::Armed, Some(ControlLoop { course: Course::Ramp(_), .. })) => Err(Refusal::Armed),
+            (State::Armed, Some(control_loop)) => Ok(control_loop),
             (State::Faulted(fault), _) => Err(Refusal::Faulted(fault)),
             _ => Err(Refusal::NotArmed),
         }
@@ -396,33 +424,32 @@ impl Servo {
     #[inline(never)]
     pub fn tick(&mut self, input: Input) -> Output {
         self.clock = self.clock.wrapping_add(1);
-        if let Some(joint) = &self.joint {
-            self.follower.update(&joint.encoder, input);
+        if let Some(control_loop) = &self.control_loop {
+            self.follower.update(control_loop.controller.encoder(), input);
         }
         self.advance();
-        let (State::Armed, Some(joint)) = (self.state, &mut self.joint) else {
-            if let Some(joint) = &mut self.joint {
-                joint.monitors.idle(&mut joint.watch);
+        let (State::Armed, Some(control_loop)) = (self.state, &mut self.control_loop) else {
+            if let Some(control_loop) = &mut self.control_loop {
+                control_loop.monitors.idle(&mut control_loop.watch);
             }
-            return self.off();
+            return self.off(Tick::default());
         };
-        let tick = joint.tick(input);
+        let seen = &self.follower.seen;
+        let tick = control_loop.tick(seen.position, input.supply);
         if tick.non_finite {
             self.fault(Fault::NonFinite);
-            return Output { tick, ..self.off() };
+            return self.off(tick);
         }
-        let seen = &self.follower.seen;
-        if let Some(trip) = joint.monitors.check(&mut joint.watch, seen, &tick, input.supply) {
+        if let Some(trip) = control_loop.monitors.check(&mut control_loop.watch, seen, &tick, input.supply) {
             self.latch(Latched { fault: trip.fault, tick: self.clock, value: trip.value });
-            return Output { tick: Tick { code: 0, duty: self.neutral(), ..tick }, ..self.off() };
+            return self.off(tick);
         }
-        if joint.is_over() {
+        if control_loop.is_over() {
             self.stop();
-            let off = self.off();
-            return Output { tick: Tick { code: 0, duty: off.duty, ..tick }, ..off };
+            return self.off(tick);
         }
-        let wound_up = joint.watch.warning();
-        Output { enable: true, duty: tick.duty, state: self.state, tick, clock: self.clock, wound_up }
+        let wound_up = control_loop.watch.warning();
+        self.output(tick, true, wound_up)
     }
 
     /// Transitions that need no command.
@@ -431,7 +458,7 @@ impl Servo {
             (State::Boot, _) => self.state = State::Stopped,
             // A joint that is not at rest yet, or a supply that is not up, is waited for.
             (State::Stopped, Some(0)) => {
-                let _ = self.arm(Arming::Motion);
+                let _ = self.arm();
             }
             (State::Stopped, Some(ticks)) => self.countdown = Some(ticks - 1),
             _ => {}
@@ -439,20 +466,41 @@ impl Servo {
     }
 
     fn neutral(&self) -> Duty {
-        self.joint.as_ref().map_or(Duty::default(), |joint| joint.controller.drive().duty(0))
+        self.control_loop.as_ref().map_or(Duty::default(), |running| running.controller.drive().duty(0))
     }
 
-    fn off(&self) -> Output {
-        let (duty, state, clock) = (self.neutral(), self.state, self.clock);
-        Output { enable: false, duty, state, tick: Tick::default(), clock, wound_up: false }
+    /// The output of a tick in which nothing is driven.
+    fn off(&self, tick: Tick) -> Output {
+        let Duty { compare, reverse } = self.neutral();
+        self.output(Tick { v_applied: 0.0, code: 0, compare, reverse, ..tick }, false, false)
     }
+
+    #[inline]
+    fn output(&self, mut tick: Tick, enable: bool, wound_up: bool) -> Output {
+        let (state, clock) = (self.state, self.clock);
+        tick.status = status(state, enable, tick.saturated, wound_up);
+        Output { enable, state, tick, clock, wound_up }
+    }
+}
+
+/// The bits of [`Tick::status`].
+#[inline]
+fn status(state: State, enable: bool, saturated: bool, wound_up: bool) -> u32 {
+    let (state, fault) = match state {
+        State::Boot => (0, 0),
+        State::Stopped => (1, 0),
+        State::Armed => (2, 0),
+        State::Faulted(fault) => (3, fault as u32),
+    };
+    let bit = |set: bool, place: u32| u32::from(set) << place;
+    state | fault << 8 | bit(saturated, 16) | bit(wound_up, 17) | bit(enable, 18)
 }
 
 /// The core's tick as a function of its own, so that `cargo xtask cost` can count its instructions in the flash image.
 /// The call costs a dozen of them.
 #[inline(never)]
-fn control(course: &Course, controller: &Controller, state: &mut CourseState, counter: u32) -> Tick {
-    course.tick(controller, state, counter)
+fn control(course: &Course, controller: &Controller, state: &mut CourseState, reading: Reading) -> Tick {
+    course.tick(controller, state, reading)
 }
 
 #[cfg(test)]

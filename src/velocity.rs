@@ -15,8 +15,6 @@
 //! Does badly: it answers `(N - 1)/2` samples late, and its resolution at low speed is no finer than
 //! `6 (N - 1) / (N (N^2 - 1))` counts per sample (0.2 for `N` = 5).
 
-use crate::error::{Error, between};
-
 /// The longest window.
 pub const MAX_WINDOW: usize = 16;
 
@@ -40,26 +38,22 @@ pub struct VelocityState {
 }
 
 impl Velocity {
-    /// A window of `samples` positions, `sample_time` (s) apart, of `resolution` (deg) each count.
-    ///
-    /// # Errors
-    /// Names `velocity_window` unless it is from 2 to [`MAX_WINDOW`].
-    pub fn new(samples: usize, resolution: f32, sample_time: f32) -> Result<Self, Error> {
-        between("velocity_window", samples as f32, 2.0, MAX_WINDOW as f32)?;
-        let n = samples as i32;
+    /// A window of `samples` positions (2 to [`MAX_WINDOW`]), `sample_time` (s) apart, of `resolution` (deg) each count.
+    pub fn new(samples: u32, resolution: f32, sample_time: f32) -> Self {
+        let n = samples.clamp(2, MAX_WINDOW as u32) as i32;
         let mut weights = [0; MAX_WINDOW - 1];
         for (j, weight) in (1..n).zip(&mut weights) {
             *weight = j * (n - j);
         }
         let scale = 6.0 * resolution / ((n * (n * n - 1)) as f32 * sample_time);
-        Ok(Self { weights, scale })
+        Self { weights, scale }
     }
 
     /// Takes the travel of one tick (counts), and returns the velocity (deg/s) including it.
     ///
     /// ```
     /// use stiction::velocity::{Velocity, VelocityState};
-    /// let velocity = Velocity::new(5, 0.5, 0.25).unwrap();
+    /// let velocity = Velocity::new(5, 0.5, 0.25);
     /// let mut state = VelocityState::default();
     /// for _ in 0..3 {
     ///     velocity.update(&mut state, 3);

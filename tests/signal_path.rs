@@ -7,13 +7,14 @@
 
 use std::iter::repeat_n;
 
+use host_sim::hardware::STM32F405;
 use proptest::collection::vec;
 use proptest::prelude::*;
-use stiction::Error;
 use stiction::drive::{Drive, DriveConfig, Duty, PwmMode};
 use stiction::position::Position;
 use stiction::reference::{Corner, Reference, Setpoint, Step, Trajectory};
 use stiction::velocity::{MAX_WINDOW, Velocity, VelocityState};
+use stiction::{Error, Hardware};
 
 /// Joint angle of one count, deg.
 const RESOLUTION: f32 = 0.00242;
@@ -49,7 +50,7 @@ proptest! {
         sample_time in 1e-4f32..0.1,
         increments in vec(prop_oneof![Just(0), -3..=3, -3000..=3000, -MAX_INCREMENT..=MAX_INCREMENT], 1..40),
     ) {
-        let velocity = Velocity::new(window, resolution, sample_time).unwrap();
+        let velocity = Velocity::new(window as u32, resolution, sample_time);
         let mut state = VelocityState::default();
         let mut positions = vec![0.0; window];
         for increment in increments {
@@ -67,7 +68,7 @@ proptest! {
 #[test]
 fn velocity_forgets_a_movement_with_the_window_and_not_before() {
     for window in 2..=MAX_WINDOW {
-        let velocity = Velocity::new(window, RESOLUTION, SAMPLE_TIME).unwrap();
+        let velocity = Velocity::new(window as u32, RESOLUTION, SAMPLE_TIME);
         let mut state = VelocityState::default();
         velocity.update(&mut state, 1);
         for _ in 2..window {
@@ -80,7 +81,7 @@ fn velocity_forgets_a_movement_with_the_window_and_not_before() {
 #[test]
 fn velocity_is_clamped_before_it_could_overflow() {
     for window in 2..=MAX_WINDOW {
-        let velocity = Velocity::new(window, RESOLUTION, SAMPLE_TIME).unwrap();
+        let velocity = Velocity::new(window as u32, RESOLUTION, SAMPLE_TIME);
         let steady = |increment: i32| {
             let mut state = VelocityState::default();
             repeat_n(increment, window)
@@ -342,8 +343,32 @@ fn displaced_position_keeps_its_fraction_below_one() {
     }
 }
 
-fn drive(full_scale: f32, lsb: f32, mode: PwmMode, pwm_top: u16) -> Result<Drive, Error> {
-    Drive::new(&DriveConfig { full_scale, lsb, mode, pwm_top })
+/// A timer of which 65 534 is the top at 100 Hz, exactly: the longest period that is allowed.
+const TIMER: Hardware = Hardware { pwm_clock_hz: 4.0 * 32_767.0 * 100.0, supply_top: 4095 };
+
+/// A drive whose timer has this top.
+fn drive(full_scale: f32, lsb: f32, mode: PwmMode, top: u16) -> Result<Drive, Error> {
+    let pwm_hz = TIMER.pwm_clock_hz / (2.0 * f32::from(top));
+    let drive = Drive::new(&DriveConfig { full_scale, lsb, mode, pwm_hz }, &TIMER)?;
+    assert_eq!(drive.pwm_top(), top);
+    Ok(drive)
+}
+
+#[test]
+fn pwm_top_is_the_even_one_nearest_to_the_frequency() {
+    for hz in [1300.0, 1301.0, 9_999.0, 20e3, 22e3, 100e3, 1e6, 5.25e6f32] {
+        let exact = 168e6 / (2.0 * f64::from(hz));
+        let top = STM32F405.pwm_top(hz).unwrap();
+        // The next even ones are two away.
+        let off = (f64::from(top) - exact).abs();
+        assert!(top.is_multiple_of(2) && off <= 1.0 + 1e-6 * exact, "{hz} Hz: {top}, {exact}");
+    }
+    assert_eq!([1300.0, 22e3, 5.25e6].map(|hz| STM32F405.pwm_top(hz)), [Ok(64_616), Ok(3818), Ok(16)]);
+    assert_eq!(TIMER.pwm_top(100.0), Ok(65_534));
+    for (hardware, hz) in [(STM32F405, 1299.0), (STM32F405, 5.26e6), (TIMER, 99.9), (TIMER, f32::NAN)] {
+        let error = hardware.pwm_top(hz).unwrap_err();
+        assert_eq!(error.key.to_string(), "pwm_hz", "{hz} Hz");
+    }
 }
 
 #[test]
@@ -413,9 +438,16 @@ fn duty_is_the_rounded_share_of_the_top_for_every_code() {
     fn rounded(numerator: i64, denominator: i64) -> i64 {
         (2 * numerator + denominator).div_euclid(2 * denominator)
     }
-    for (codes, top) in
-        [(1, 2), (1, 65_534), (3, 8), (1024, 3818), (1024, 2048), (1000, 1000), (32_767, 65_534), (32_767, 2)]
-    {
+    for (codes, top) in [
+        (1, 16),
+        (1, 65_534),
+        (3, 16),
+        (1024, 3818),
+        (1024, 2048),
+        (1000, 1000),
+        (32_767, 65_534),
+        (32_767, 16),
+    ] {
         let of = |mode| drive(f32::from(codes), 1.0, mode, top).unwrap();
         let (antiphase, magnitude) = (of(PwmMode::LockedAntiphase), of(PwmMode::SignMagnitude));
         assert_eq!((antiphase.max_code(), magnitude.max_code()), (codes, codes));

@@ -8,6 +8,8 @@ use std::hint::black_box;
 use criterion::{Criterion, Throughput, criterion_group, criterion_main};
 use host_sim::experiment::{Document, Experiment};
 use host_sim::solver::ExactAxis;
+use stiction::encoder::EncoderState;
+use stiction::{CourseState, Reading};
 
 fn tick(criterion: &mut Criterion) {
     let document = Document::open("trajectory").unwrap();
@@ -26,9 +28,11 @@ fn tick(criterion: &mut Criterion) {
         group.throughput(Throughput::Elements(counters.len() as u64));
         group.bench_function(plan.controller.as_deref().unwrap(), |bencher| {
             bencher.iter(|| {
-                let mut state = closed_loop.controller.start(0, 0);
+                let controller = &closed_loop.controller;
+                let (mut encoder, mut state) = (EncoderState::default(), CourseState::start(controller, 0));
                 for counter in &counters {
-                    black_box(closed_loop.controller.tick(&mut state, *counter, &closed_loop.reference));
+                    let travel = controller.encoder().update(&mut encoder, *counter);
+                    black_box(closed_loop.course.tick(controller, &mut state, Reading::travel(travel)));
                 }
             });
         });

@@ -100,7 +100,7 @@ fn score(controller: &str, results: &[&RunResult], watched: &[RunResult]) -> Sco
             &mut steps.iter().chain(&trajectories).map(|r| r.metrics.control_total_variation_v_per_s),
         ),
         hunting_counts: largest(&mut watched.iter().map(|r| {
-            let resolution_deg = r.plan.machine.encoder.resolution_deg;
+            let resolution_deg = r.plan.machine.encoder.resolution_deg();
             Some(r.metrics.hunting_peak_to_peak_deg.unwrap_or(0.0) / resolution_deg)
         })),
         unstable: steps.iter().chain(&trajectories).chain(&watched).any(|result| result.unstable),

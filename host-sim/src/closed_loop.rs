@@ -4,12 +4,12 @@
 //! output at once. With one sample of computation delay the output waits for the next sample. Between
 //! samples the D/A holds its value.
 
-use stiction::reference::Reference;
-use stiction::{Controller, Tick};
+use stiction::{Controller, Course, Tick};
 
 use crate::encoder::EncoderModel;
 use crate::mechanism::RobotAxis;
 use crate::solver::{AxisSolver, Event};
+use crate::target::{BareLoop, Target};
 
 /// Whether an output takes effect at its own sample or at the next one.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -27,7 +27,7 @@ pub struct ClosedLoop {
     /// The core.
     pub controller: Controller,
     /// The motion.
-    pub reference: Reference,
+    pub course: Course,
     /// The encoder on the axis.
     pub encoder: EncoderModel,
     /// Volts of one drive code.
@@ -67,18 +67,37 @@ impl Moment {
 }
 
 impl ClosedLoop {
-    /// Runs the loop from rest for `samples` samples after the first, and shows every instant and every event.
+    /// Runs the bare loop from rest for `samples` samples after the first, and shows every instant and every event.
     ///
     /// Returns the time at which a state was no longer finite, if that happened; the run ends there.
     pub fn run<S: AxisSolver>(
         &self,
         solver: &mut S,
         samples: u32,
+        on_moment: impl FnMut(&Moment),
+        on_event: impl FnMut(Event),
+    ) -> Option<f64> {
+        let (counter, counts) = self.at_rest(solver);
+        let mut target = BareLoop::new(&self.controller, &self.course, counter, counts);
+        self.step(&mut target, solver, samples, on_moment, on_event)
+    }
+
+    /// What the counter reads, and the counts that it stands for.
+    pub fn at_rest(&self, solver: &impl AxisSolver) -> (u32, i32) {
+        let position = solver.position();
+        (self.encoder.counter(position), self.encoder.counts(position) as i32)
+    }
+
+    /// Steps a target against the joint, as [`run`](Self::run), or until the target has ended.
+    #[inline]
+    pub fn step<S: AxisSolver>(
+        &self,
+        target: &mut impl Target,
+        solver: &mut S,
+        samples: u32,
         mut on_moment: impl FnMut(&Moment),
         mut on_event: impl FnMut(Event),
     ) -> Option<f64> {
-        let start = solver.position();
-        let mut state = self.controller.start(self.encoder.counter(start), self.encoder.counts(start) as i32);
         let mut previous_code = 0;
         for k in 0..=samples {
             let time_s = f64::from(k) * self.sample_time_s;
@@ -86,7 +105,7 @@ impl ClosedLoop {
             if !(position.is_finite() && velocity.is_finite()) {
                 return Some(time_s);
             }
-            let tick = self.controller.tick(&mut state, self.encoder.counter(position), &self.reference);
+            let Some(tick) = target.tick(self.encoder.counter(position)) else { break };
             let code = match self.delay {
                 Delay::None => tick.code,
                 Delay::OneSample => std::mem::replace(&mut previous_code, tick.code),
@@ -103,7 +122,7 @@ impl ClosedLoop {
     /// The loop at the instant of a tick, with `code` on the D/A from now on.
     #[inline]
     pub(crate) fn moment(&self, time_s: f64, tick: Tick, code: i16, solver: &impl AxisSolver) -> Moment {
-        let setpoint = tick.setpoint.position;
+        let setpoint = tick.setpoint().position;
         Moment {
             time_s,
             tick,

@@ -9,50 +9,18 @@ pub mod joint;
 pub mod log;
 pub mod machine_file;
 pub mod port;
+pub mod signals;
 pub mod simulated;
 pub mod wire;
 pub(crate) mod words;
 
-use serde::{Deserialize, Serialize};
-use stiction::Parameters;
-use stiction::parameters::{self, ROOM};
+use stiction::parameters::{DeviceConfig, ROOM};
+use stiction::{Limits, Motion as CoreMotion, Parameters};
 
 use crate::error::Error;
 use crate::experiment::{Motion, RunPlan};
 use crate::flash::SECTOR;
-
-/// `[device]`. Left out: nothing starts by itself.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-#[serde(default, deny_unknown_fields)]
-pub struct Device {
-    /// Arm without a command after power-on. No reset that nobody asked for does.
-    pub autostart: bool,
-    /// How long after the first tick.
-    pub autostart_delay_s: f64,
-    /// Time in which the limit of the output rises to the full scale after arming.
-    pub soft_start_s: f64,
-    /// Time between the switching of complementary outputs.
-    pub dead_time_s: f64,
-    /// Supply for which the gains were found: the output is scaled by its ratio to the measured one. 0: it is not.
-    pub nominal_supply_v: f64,
-    /// Supply at which the pin of the converter reads its full scale.
-    pub supply_full_scale_v: f64,
-}
-
-impl Default for Device {
-    fn default() -> Self {
-        let cautious = parameters::Device::CAUTIOUS;
-        Self {
-            autostart: cautious.autostart,
-            autostart_delay_s: cautious.autostart_delay.into(),
-            soft_start_s: cautious.soft_start.into(),
-            // In f64, so that it prints as it was meant.
-            dead_time_s: 1e-6,
-            nominal_supply_v: cautious.nominal_supply.into(),
-            supply_full_scale_v: cautious.supply_full_scale.into(),
-        }
-    }
-}
+use crate::hardware::STM32F405;
 
 /// Everything that a board needs for this run, validated as the board will do it.
 ///
@@ -69,8 +37,7 @@ pub fn parameters(plan: &RunPlan) -> Result<Parameters, Error> {
 /// # Errors
 /// Names the key, what was found and what is allowed.
 pub(crate) fn validate(parameters: &Parameters, plan: &RunPlan) -> Result<(), Error> {
-    let refused = |error: stiction::Error| plan.explain(&error, plan.controller.as_deref().unwrap_or(""));
-    parameters.prepare().map(|_| ()).map_err(refused)
+    parameters.prepare(&STM32F405).map(|_| ()).map_err(|error| plan.explain(&error))
 }
 
 /// Everything that a board needs for this run, as it is written; only the loop and its motion are validated.
@@ -78,33 +45,28 @@ pub(crate) fn validate(parameters: &Parameters, plan: &RunPlan) -> Result<(), Er
 /// # Errors
 /// Names the key, what was found and what is allowed.
 pub(crate) fn assembled(plan: &RunPlan) -> Result<Parameters, Error> {
-    let device = &plan.machine.device;
     // The loop as it is simulated; it also refuses more corners than a list of fixed capacity takes.
     plan.closed_loop()?;
     let corners = plan.corners()?;
     let motion = match &plan.motion {
-        Motion::Step(_) => corners
-            .first()
-            .map_or(parameters::Motion::Hold, |corner| parameters::Motion::Step(corner.position)),
-        Motion::Trajectory(trajectory) => parameters::Motion::Trajectory {
+        Motion::Step(_) => {
+            corners.first().map_or(CoreMotion::Hold, |corner| CoreMotion::Step(corner.position))
+        }
+        Motion::Trajectory(trajectory) => CoreMotion::Trajectory {
             corners: corners.iter().copied().collect(),
             half_blend: trajectory.half_blend_s as f32,
         },
         Motion::Ramp(rate) => {
             let ramp = plan.ramp(*rate)?;
-            parameters::Motion::Ramp { rate: ramp.rate as f32, hold: ramp.hold_s as f32 }
+            CoreMotion::Ramp { rate: ramp.rate as f32, hold: ramp.hold_s as f32 }
         }
     };
-    let device = parameters::Device {
-        autostart: device.autostart,
-        autostart_delay: device.autostart_delay_s as f32,
-        soft_start: device.soft_start_s as f32,
-        dead_time: device.dead_time_s as f32,
-        nominal_supply: device.nominal_supply_v as f32,
-        supply_full_scale: device.supply_full_scale_v as f32,
-    };
+    let device = plan.machine.device.core(DeviceConfig::CAUTIOUS);
     let controller = plan.controller_config()?;
-    let limits = plan.machine.limits.thresholds(&controller, &device, &plan.machine.joint);
+    // The breakaway effort is that of the joint that the file describes.
+    let friction = &plan.machine.joint.friction;
+    let breakaway = friction.stick_v + friction.added_v.max(0.0);
+    let limits = plan.machine.limits.core(Limits::derived(&controller, &device, breakaway as f32));
     Ok(Parameters { controller, motion, device, limits })
 }
 
@@ -152,8 +114,12 @@ mod tests {
             let closed_loop = plan.closed_loop().unwrap();
             let (found, sequence) = Parameters::decode(&record(&plan).unwrap()).unwrap();
             assert_eq!(sequence, 1);
-            assert_eq!(found.prepare().unwrap(), (closed_loop.controller, plan.course().unwrap()));
-            assert!(!found.device.autostart);
+            assert!(!found.device.autostart && found.device.soft_start > 0.0);
+            // What only a device has, lies in the output stage: nothing of it is left.
+            let device = DeviceConfig { soft_start: 0.0, nominal_supply: 0.0, ..found.device };
+            let at_once = Parameters { device, ..found };
+            let expected = (closed_loop.controller, plan.course().unwrap());
+            assert_eq!(at_once.prepare(&STM32F405).unwrap(), expected, "{name}");
         }
     }
 

@@ -4,7 +4,7 @@ use serde::{Deserialize, Serialize};
 use stiction::encoder::{CounterBits, Direction};
 
 /// How a position between two counts is read.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, schemars::JsonSchema)]
 #[serde(rename_all = "lowercase")]
 pub enum Rounding {
     /// To the nearest count.

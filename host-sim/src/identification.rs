@@ -16,12 +16,13 @@
 //! ([`SETTLED`] time constants); without viscous friction it never is, and there is no corrected value. What is left is the D/A's LSB, and the counts that a creeping joint no longer
 //! makes before it halts.
 
+use stiction::Course;
 use stiction::identification::Found;
-use stiction::{Course, CourseState, Tick};
 
-use crate::closed_loop::{ClosedLoop, hold};
+use crate::closed_loop::{ClosedLoop, Moment};
 use crate::mechanism::RobotAxis;
 use crate::solver::{AxisSolver, Event};
+use crate::target::BareLoop;
 
 /// After so many time constants 1/(kappa b) at constant effort the velocity is steady to 1 %.
 pub const SETTLED: f64 = 5.0;
@@ -59,6 +60,8 @@ pub struct RampMoment {
     pub v: f64,
     /// Code of the D/A.
     pub code: i16,
+    /// What the D/A holds from now on, V.
+    pub applied_v: f64,
     /// True position, deg.
     pub position_deg: f64,
     /// True velocity, deg/s.
@@ -67,16 +70,16 @@ pub struct RampMoment {
     pub stuck: bool,
 }
 
-impl RampMoment {
-    /// The joint at the instant of a tick.
-    pub fn at(time_s: f64, tick: &Tick, solver: &impl AxisSolver) -> Self {
+impl From<&Moment> for RampMoment {
+    fn from(moment: &Moment) -> Self {
         Self {
-            time_s,
-            v: f64::from(tick.v),
-            code: tick.code,
-            position_deg: solver.position(),
-            velocity_deg_per_s: solver.velocity(),
-            stuck: solver.stuck(),
+            time_s: moment.time_s,
+            v: f64::from(moment.tick.v),
+            code: moment.tick.code,
+            applied_v: moment.applied_v,
+            position_deg: moment.position_deg,
+            velocity_deg_per_s: moment.velocity_deg_per_s,
+            stuck: moment.stuck,
         }
     }
 }
@@ -88,23 +91,13 @@ impl Ramp {
         solver: &mut S,
         around: &ClosedLoop,
         mut on_moment: impl FnMut(&RampMoment),
-        mut on_event: impl FnMut(Event),
+        on_event: impl FnMut(Event),
     ) -> Levels {
-        let ClosedLoop { controller, encoder, axis, .. } = around;
+        let (counter, counts) = around.at_rest(solver);
         let course = Course::Ramp(self.core);
-        let start = solver.position();
-        let mut state = CourseState::start(controller, encoder.counter(start), encoder.counts(start) as i32);
-        for k in 0u32.. {
-            let time_s = f64::from(k) * self.sample_time_s;
-            let tick = course.tick(controller, &mut state, encoder.counter(solver.position()));
-            if state.ramp().is_over() {
-                break;
-            }
-            on_moment(&RampMoment::at(time_s, &tick, solver));
-            let v = f64::from(tick.code) * around.lsb_v;
-            hold(solver, axis, v, [time_s, self.sample_time_s], &mut on_event);
-        }
-        self.levels(&state.ramp().found(), axis)
+        let mut target = BareLoop::new(&around.controller, &course, counter, counts);
+        around.step(&mut target, solver, u32::MAX, |moment| on_moment(&moment.into()), on_event);
+        self.levels(&target.state.ramp().found(), &around.axis)
     }
 
     /// The levels behind what the core has found.

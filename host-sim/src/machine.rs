@@ -3,16 +3,24 @@
 //! Every key carries its unit. A key that is not known is refused, and so is a value out of its range; only keys that
 //! have an obvious neutral value may be left out.
 
+use std::borrow::Cow;
 use std::collections::BTreeMap;
 
-use serde::{Deserialize, Serialize};
+use schemars::{JsonSchema, Schema, SchemaGenerator, json_schema};
+use serde::de::{Error as _, MapAccess};
+use serde::ser::SerializeMap;
+use serde::{Deserialize, Deserializer, Serialize, Serializer};
+use stiction::compensator::Gains;
+use stiction::drive::DriveConfig;
+use stiction::encoder::Encoder;
+use stiction::parameters::DeviceConfig;
+use stiction::{ControllerConfig, Limits};
 
-use crate::device::Device;
 use crate::encoder::Rounding;
-use crate::limits::LimitsTable;
+use crate::written::{AllGains, Extras, Written};
 
 /// A whole file.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Machine {
     /// One line for `stiction list`.
@@ -24,17 +32,17 @@ pub struct Machine {
     /// Its figures in the thesis.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub figures: Vec<FigureSource>,
-    /// What is positioned.
+    /// The joint that is positioned (simulator only).
     pub joint: Joint,
-    /// Its encoder.
-    pub encoder: Encoder,
-    /// What moves it.
-    pub drive: Drive,
+    /// The encoder of the joint.
+    pub encoder: Written<Encoder, Disc>,
+    /// The drive that moves it.
+    pub drive: Written<DriveConfig>,
     /// The sampled loop.
     #[serde(rename = "loop")]
-    pub sampling: Loop,
+    pub sampling: Written<ControllerConfig, Wanted>,
     /// Controllers by name.
-    pub controller: BTreeMap<String, Controller>,
+    pub controller: BTreeMap<String, Written<AllGains, Laws>>,
     /// What it is to do.
     #[serde(default)]
     pub reference: Reference,
@@ -43,10 +51,10 @@ pub struct Machine {
     pub identification: Option<Identification>,
     /// What only the controller board has; the simulator does not look at it.
     #[serde(default)]
-    pub device: Device,
+    pub device: Written<DeviceConfig>,
     /// Thresholds of the board's faults; the simulator does not look at them, either.
     #[serde(default)]
-    pub limits: LimitsTable,
+    pub limits: Written<Limits>,
     /// How it is simulated.
     #[serde(default)]
     pub run: Run,
@@ -56,7 +64,7 @@ pub struct Machine {
 }
 
 /// Which figures of the thesis a controller's result answers to.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct FigureSource {
     /// A controller, a controller and its variant (`srnf/test-1`), or all variants in one figure (`pd/*`).
@@ -69,32 +77,32 @@ pub struct FigureSource {
 }
 
 /// `[joint]`.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Joint {
-    /// kappa.
+    /// Acceleration of the joint for each volt of effort (kappa), deg/s^2 per V.
     pub gain_deg_per_s2_per_v: f64,
-    /// b.
+    /// Viscous friction (b), V s/deg.
     pub viscous_v_per_deg_per_s: f64,
     /// `[joint.friction]`.
     pub friction: Friction,
 }
 
 /// `[joint.friction]`.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Friction {
-    /// T_s.
+    /// Static friction: the effort at which the joint breaks away (T_s), V.
     pub stick_v: f64,
-    /// T_d.
+    /// Dynamic friction: the effort that keeps it moving slowly (T_d), V. Not above `stick_v`.
     pub slip_v: f64,
-    /// Static velocity range D_v of the banded form (solver `rk4`).
+    /// Velocity below which the solver `rk4` takes the joint for stuck (D_v), deg/s.
     #[serde(default = "thesis_band")]
     pub band_deg_per_s: f64,
-    /// Added to both levels.
+    /// Effort that is added to both friction levels, V.
     #[serde(default)]
     pub added_v: f64,
-    /// When it is added; left out: always.
+    /// Stretches of time in which it is added, s; left out: always.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub added_during_s: Option<Vec<[f64; 2]>>,
 }
@@ -104,80 +112,79 @@ const fn thesis_band() -> f64 {
     1e-4
 }
 
-/// `[encoder]`.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
-pub struct Encoder {
-    /// Joint angle of one count.
-    pub resolution_deg: f64,
-    /// 16 or 32.
-    pub counter_bits: u8,
-    /// Sense of counting.
-    #[serde(default)]
-    pub direction: Direction,
-    /// How a position between two counts is read (simulator only).
-    #[serde(default)]
+/// What the simulator wants to know of `[encoder]` beside the core's declarations.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Disc {
+    /// How a position between two counts is read.
     pub rounding: Rounding,
-    /// Where the joint's zero lies between two counts, in counts (simulator only).
-    #[serde(default)]
+    /// Where the joint's zero lies between two counts, in counts.
     pub phase: f64,
 }
 
-/// Sense of counting.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
-#[serde(rename_all = "lowercase")]
-pub enum Direction {
-    /// Up when the joint moves the positive way.
-    #[default]
-    Forward,
-    /// Down.
-    Reverse,
+impl Extras for Disc {
+    const NAMES: &'static [&'static str] = &["rounding", "phase"];
+
+    fn schema(generator: &mut SchemaGenerator) -> Vec<(Schema, &'static str)> {
+        let rounding = "How a position between two counts is read (simulator only).";
+        let phase = "Place of the joint's zero between two counts, -1 to 1 counts (simulator only).";
+        vec![
+            (generator.subschema_for::<Option<Rounding>>(), rounding),
+            (generator.subschema_for::<Option<f64>>(), phase),
+        ]
+    }
+
+    fn take<'de, A: MapAccess<'de>>(&mut self, name: &str, map: &mut A) -> Result<(), A::Error> {
+        match name {
+            "rounding" => self.rounding = map.next_value()?,
+            _ => self.phase = map.next_value()?,
+        }
+        Ok(())
+    }
+
+    fn write<M: SerializeMap>(&self, map: &mut M) -> Result<(), M::Error> {
+        map.serialize_entry("rounding", &self.rounding)?;
+        map.serialize_entry("phase", &self.phase)
+    }
 }
 
-/// `[drive]`.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
-pub struct Drive {
-    /// Largest output.
-    pub full_scale_v: f64,
-    /// Volts of one code.
-    pub lsb_v: f64,
-    /// Frequency of the PWM.
-    pub pwm_hz: f64,
-    /// How the code reaches the bridge.
-    pub mode: PwmMode,
+/// The controllers to run, in `[loop]`, in this order; a device runs the first.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Wanted {
+    /// Their names.
+    pub controller: Option<Names>,
 }
 
-/// How the code reaches the bridge.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
-#[serde(rename_all = "kebab-case")]
-pub enum PwmMode {
-    /// Half duty is zero.
-    LockedAntiphase,
-    /// Duty and a direction pin.
-    SignMagnitude,
+impl Wanted {
+    /// As a list.
+    pub fn list(&self) -> &[String] {
+        self.controller.as_ref().map_or(&[], Names::list)
+    }
 }
 
-/// `[loop]`.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
-pub struct Loop {
-    /// Time between samples.
-    pub sample_time_s: f64,
-    /// Positions in the velocity regression.
-    #[serde(default = "thesis_window")]
-    pub velocity_window: usize,
-    /// The controllers to run, in this order; a device runs the first.
-    pub controller: Names,
-}
+impl Extras for Wanted {
+    const NAMES: &'static [&'static str] = &["controller"];
 
-/// Section 3.2.
-const fn thesis_window() -> usize {
-    5
+    fn schema(generator: &mut SchemaGenerator) -> Vec<(Schema, &'static str)> {
+        let text = "The controllers to run, in this order; a device runs the first.";
+        vec![(generator.subschema_for::<Names>(), text)]
+    }
+
+    fn take<'de, A: MapAccess<'de>>(&mut self, _: &str, map: &mut A) -> Result<(), A::Error> {
+        self.controller = Some(map.next_value()?);
+        Ok(())
+    }
+
+    fn missing(&self) -> Option<&'static str> {
+        self.controller.is_none().then_some("controller")
+    }
+
+    fn write<M: SerializeMap>(&self, map: &mut M) -> Result<(), M::Error> {
+        self.controller.iter().try_for_each(|names| map.serialize_entry("controller", names))
+    }
 }
 
 /// One name or a list of them.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(untagged, expecting = "a controller's name or a list of names")]
 pub enum Names {
     /// `controller = "srnf"`.
@@ -196,74 +203,87 @@ impl Names {
     }
 }
 
-/// `[controller.NAME]`: the gains of PD and of the laws that are added to it.
-#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
-pub struct Controller {
-    /// Laws whose sum is the compensator. Left out: the law that has the controller's name.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
+/// `laws` of `[controller.NAME]`: those whose sum is the compensator. Left out: the law that has the controller's name.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Laws {
+    /// Their names.
     pub laws: Option<Vec<LawName>>,
-    /// Kp.
-    pub kp_v_per_deg: f64,
-    /// Kd.
-    pub kd_v_per_deg_per_s: f64,
-    /// Ki of RI or RVI.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub ki_v_per_deg_s: Option<f64>,
-    /// Range of RI.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub theta_ri_deg: Option<f64>,
-    /// gamma of RVI, for 20 ms.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub gamma_deg2_per_s2: Option<f64>,
-    /// T_roi of ROI.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub t_roi_s: Option<f64>,
-    /// V_roi of ROI.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub v_roi_deg_per_s: Option<f64>,
-    /// V_ff of the feedforward.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub v_ff_deg_per_s: Option<f64>,
-    /// v_slip of the feedforward.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub v_slip_v: Option<f64>,
-    /// theta_b of DNPF.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub theta_b_deg: Option<f64>,
-    /// v_ms of SRNF.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub v_ms_v: Option<f64>,
-    /// alpha of SRNF.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub alpha_per_deg: Option<f64>,
 }
 
-/// The thesis's laws by their short names.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
-#[serde(rename_all = "lowercase")]
-pub enum LawName {
-    /// Nothing but PD.
-    Pd,
-    /// Reset integral.
-    Ri,
-    /// Rate variable integral.
-    Rvi,
-    /// Reset offset integral.
-    Roi,
-    /// Slip friction feedforward.
-    Feedforward,
-    /// Discontinuous nonlinear proportional feedback.
-    Dnpf,
-    /// Smooth robust nonlinear feedback.
-    Srnf,
+impl Extras for Laws {
+    const NAMES: &'static [&'static str] = &["laws"];
+
+    fn schema(generator: &mut SchemaGenerator) -> Vec<(Schema, &'static str)> {
+        let text = "Laws whose sum is added to PD. Left out: the law that has the controller's name.";
+        vec![(generator.subschema_for::<Option<Vec<LawName>>>(), text)]
+    }
+
+    fn take<'de, A: MapAccess<'de>>(&mut self, _: &str, map: &mut A) -> Result<(), A::Error> {
+        self.laws = map.next_value()?;
+        Ok(())
+    }
+
+    fn write<M: SerializeMap>(&self, map: &mut M) -> Result<(), M::Error> {
+        self.laws.iter().try_for_each(|laws| map.serialize_entry("laws", laws))
+    }
+}
+
+/// A law by its name in a file: one of the core's list, or `pd` for none.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct LawName(pub Option<Gains>);
+
+/// The name of the controller without a law.
+pub const PD: &str = "pd";
+
+impl LawName {
+    /// The law of a name.
+    pub fn find(name: &str) -> Option<Self> {
+        if name == PD {
+            return Some(Self(None));
+        }
+        let law = Gains::EXAMPLES.iter().find(|law| law.name() == name)?;
+        Some(Self(Some(*law)))
+    }
+
+    /// Its name.
+    pub fn name(&self) -> &'static str {
+        self.0.as_ref().map_or(PD, Gains::name)
+    }
+}
+
+impl<'de> Deserialize<'de> for LawName {
+    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+        let typed = String::deserialize(deserializer)?;
+        Self::find(&typed).ok_or_else(|| {
+            let all = [PD].iter().chain(Gains::NAMES).map(|name| format!("`{name}`"));
+            let known = all.collect::<Vec<_>>().join(", ");
+            D::Error::custom(format!("unknown variant `{typed}`, expected one of {known}"))
+        })
+    }
+}
+
+impl JsonSchema for LawName {
+    fn schema_name() -> Cow<'static, str> {
+        "LawName".into()
+    }
+
+    fn json_schema(_: &mut SchemaGenerator) -> Schema {
+        let names: Vec<&str> = [PD].iter().chain(Gains::NAMES).copied().collect();
+        json_schema!({ "enum": names })
+    }
+}
+
+impl Serialize for LawName {
+    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        serializer.serialize_str(self.name())
+    }
 }
 
 /// `[reference]`.
-#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Reference {
-    /// Step sizes; each is a run.
+    /// Sizes of steps, deg; each is a run.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub steps_deg: Vec<f64>,
     /// Motions through corners; each is a run.
@@ -272,39 +292,39 @@ pub struct Reference {
 }
 
 /// `[[reference.trajectories]]`: straight lines between corners, with parabolic blends.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Trajectory {
-    /// Times of the corners; taken to the nearest sample.
+    /// Times of the corners, s, taken to the nearest sample.
     pub corner_times_s: Vec<f64>,
-    /// Positions of the corners.
+    /// Positions of the corners, deg.
     pub corner_positions_deg: Vec<f64>,
-    /// Half the time of a blend.
+    /// Half the time of a blend, s.
     pub half_blend_s: f64,
 }
 
 /// `[identification]`: ramps that find the two friction levels.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Identification {
-    /// Each is a run.
+    /// Rates at which the effort rises and falls, V/s; each is a run.
     pub ramp_rates_v_per_s: Vec<f64>,
-    /// How long the effort is held between the ramp up and the ramp down.
+    /// Time for which the effort is held between the ramp up and the ramp down, s.
     pub hold_s: f64,
 }
 
 /// `[run]`.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(default, deny_unknown_fields)]
 pub struct Run {
-    /// Left out: 10 s for a step, 3 s past the last corner for a trajectory.
+    /// Time that a run lasts, s. Left out: 10 s for a step, 3 s past the last corner for a trajectory.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub duration_s: Option<f64>,
-    /// Computation delay: 0 or 1.
+    /// Samples by which the output is late, 0 or 1.
     pub delay_samples: u8,
-    /// How the axis is solved between samples.
+    /// Method by which the axis is solved between samples.
     pub solver: Solver,
-    /// Step of `rk4`; coarser ones jump over the velocity band (see [`crate::solver::Rk4Axis`]).
+    /// Step of `rk4`, s; coarser ones jump over the velocity band.
     pub step_s: f64,
 }
 
@@ -315,7 +335,7 @@ impl Default for Run {
 }
 
 /// How the axis is solved between samples.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "lowercase")]
 pub enum Solver {
     /// Closed form with located switching; Karnopp's friction with velocity zero while stuck.
@@ -326,12 +346,13 @@ pub enum Solver {
 }
 
 /// `[[variant]]`: the same runs with some keys set otherwise.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Variant {
     /// Appended to the label; empty for the runs as they stand.
     pub slug: String,
     /// `"table.key" = value`.
     #[serde(default)]
+    #[schemars(with = "BTreeMap<String, serde_json::Value>")]
     pub set: toml::Table,
 }

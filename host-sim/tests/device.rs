@@ -73,6 +73,7 @@ fn a_move_arrives_and_its_log_has_the_columns_of_a_run() {
         "v_v",
         "code",
         "stuck",
+        "v_applied_v",
     ];
     assert_eq!(header, run);
     let rows: Vec<csv::StringRecord> = reader.records().map(Result::unwrap).collect();

@@ -28,7 +28,7 @@ const METRICS: [(&str, [bool; 3]); 14] = [
 ];
 
 const COLUMNS: &str =
-    "time_s,reference_deg,position_deg,error_deg,velocity_deg_per_s,v_pd_v,v_c_v,v_v,code,stuck";
+    "time_s,reference_deg,position_deg,error_deg,velocity_deg_per_s,v_pd_v,v_c_v,v_v,code,stuck,v_applied_v";
 
 const SEVEN: [&str; 7] = ["pd", "ri", "rvi", "roi", "feedforward", "dnpf", "srnf"];
 
@@ -279,13 +279,14 @@ fn csv_has_a_line_a_sample_under_the_documented_header() {
     assert_eq!(rows.len(), 301);
     for (k, row) in rows.iter().enumerate() {
         let cell = |i: usize| row[i].parse::<f64>().unwrap();
-        assert!(row.len() == 10 && (cell(0) - 0.02 * k as f64).abs() < 1e-9, "{row:?}");
+        assert!(row.len() == 11 && (cell(0) - 0.02 * k as f64).abs() < 1e-9, "{row:?}");
         assert!((cell(1) - cell(2) - cell(3)).abs() < 1e-9, "the error is reference minus position: {row:?}");
         assert!(
             (cell(5) + cell(6) - cell(7)).abs() < 1e-5,
             "unsaturated, PD and compensator add up: {row:?}"
         );
         assert!((cell(8) - cell(7) / 0.00488).abs() <= 0.5 + 1e-3, "the code is in LSB: {row:?}");
+        assert!((cell(10) - cell(8) * 0.00488).abs() < 1e-6, "what is applied is the code's volts: {row:?}");
         assert!(["true", "false"].contains(&row[9]) && (row[9] == "false" || cell(4) == 0.0), "{row:?}");
     }
     assert_eq!(rows[0][9], "true");
@@ -295,7 +296,7 @@ fn csv_has_a_line_a_sample_under_the_documented_header() {
     // A ramp has no reference, no error and no controller.
     let row: Vec<&str> = text.lines().nth(1).unwrap().split(',').collect();
     let empty: Vec<usize> = (0..row.len()).filter(|i| row[*i].is_empty()).collect();
-    assert_eq!((row.len(), empty), (10, vec![1, 3, 5, 6]));
+    assert_eq!((row.len(), empty), (11, vec![1, 3, 5, 6]));
 
     let text = csv(&["step-response", "--controller", "pd", "--set", "joint.gain_deg_per_s2_per_v=27"]);
     let header = format!("label,{COLUMNS}");

@@ -19,8 +19,9 @@ use host_sim::device::simulated::SimulatedDevice;
 use host_sim::experiment::{Document, Experiment};
 use nix::fcntl::{FcntlArg, FdFlag, fcntl};
 use serialport::{SerialPort, TTYPort};
+use stiction::Course;
 use stiction::link::{Identity, Kind, Message, Numbered, PROTOCOL, Reply, encode};
-use stiction::servo::{Arming, State};
+use stiction::servo::State;
 
 /// Held while a pseudoterminal is made, and while a program is started.
 static SPAWNING: Mutex<()> = Mutex::new(());
@@ -99,7 +100,7 @@ fn run(manner: Manner, mut master: TTYPort, done: &AtomicBool) {
         turn = turn.wrapping_add(1);
         if let Manner::ArmedBy(file) = &manner
             && file.exists()
-            && simulated.device.servo().arm(Arming::ByLink).is_ok()
+            && simulated.device.servo().arm_for_link(Course::default()).is_ok()
         {
             std::fs::rename(file, file.with_file_name("armed")).unwrap();
         }
@@ -287,7 +288,7 @@ fn what_is_no_device_of_ours_is_told_apart() {
         (Manner::Silent, &["does not answer: is it powered"][..]),
         (Manner::Banner, &["no message of the link (\"ok T:21.3 /0.0\\r\\n", "other firmware"]),
         (Manner::Garbage, &["no message of the link", "another baud rate"]),
-        (Manner::Later, &["firmware 9.8.7 with version 2 of the link", "version 1", "xtask flash"]),
+        (Manner::Later, &["firmware 9.8.7 with version 3 of the link", "version 2", "xtask flash"]),
     ] {
         let board = Board::new(manner);
         let said = complaint(&board.device(&["status"]));

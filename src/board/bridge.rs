@@ -16,6 +16,7 @@ use stm32f4xx_hal::gpio::{Alternate, Output, PA8, PB0, PB1, PB12, PB13, PushPull
 use stm32f4xx_hal::pac;
 use stm32f4xx_hal::rcc::{Enable, Rcc, Reset};
 
+use super::HARDWARE;
 use super::seams::Bridge;
 
 /// The pins of the bridge.
@@ -111,8 +112,12 @@ impl Settings {
     /// Of parameters, of which the drive has been validated with everything else.
     pub fn of(parameters: &Parameters) -> Self {
         let drive = &parameters.controller.drive;
-        let neutral = Drive::new(drive).map_or(Self::IDLE.neutral, |drive| drive.duty(0));
-        Self { top: drive.pwm_top, neutral, dead_time: parameters.device.dead_time }
+        let neutral = Drive::new(drive, &HARDWARE).map_or(Self::IDLE.neutral, |drive| drive.duty(0));
+        Self {
+            top: HARDWARE.pwm_top(drive.pwm_hz).unwrap_or(Self::IDLE.top),
+            neutral,
+            dead_time: parameters.device.dead_time,
+        }
     }
 }
 
@@ -155,7 +160,7 @@ impl Bridge for TimerBridge {
 
 /// `DTG` of RM0090: four ranges at 168 MHz, rounded up, since too short a dead time burns the bridge.
 fn dead_time_code(dead_time: f32) -> u8 {
-    let clocks = libm::ceilf(dead_time * 168e6) as u32;
+    let clocks = libm::ceilf(dead_time * HARDWARE.pwm_clock_hz) as u32;
     let code = match clocks {
         0..=127 => clocks,
         128..=254 => 0x80 | (clocks.div_ceil(2) - 64),

@@ -63,9 +63,9 @@ impl Drive {
         let input = Input { counter: self.encoder.counter(), supply: self.supply.read() };
         let output = self.servo.tick(input);
         if output.enable {
-            self.bridge.drive(output.duty);
+            self.bridge.drive(output.duty());
         } else {
-            self.bridge.off(output.duty);
+            self.bridge.off(output.duty());
         }
         output
     }

@@ -5,7 +5,7 @@
 //!
 //! - another motion, also while armed: about 1300, 8 us. Two copies of half a KiB, 17 instructions for 16 bytes, are 1126 of
 //!   them;
-//! - the exchange of a joint that has been prepared outside (`Servo::install`), with the output off: about 1100, 6.5 us.
+//! - the exchange of a control loop that has been prepared outside (`Servo::install`), with the output off: about 1100, 6.5 us.
 //!
 //! Everything else is less than 200: reading a status, arming, the registers of another PWM. The deadline allows a tick to
 //! begin a quarter of a period late, 25 us at 10 kHz.
@@ -13,8 +13,9 @@
 use rtic::Mutex;
 use stiction::link::{Machine, Refused};
 use stiction::store::Store;
-use stiction::{Parameters, Servo};
+use stiction::{Hardware, Parameters, Servo};
 
+use super::HARDWARE;
 use super::bridge;
 use super::drive::Drive;
 use super::seams::Watchdog;
@@ -70,6 +71,10 @@ impl<D: Mutex<T = Drive>, W: Mutex<T = Independent>> Machine for BoardMachine<'_
             drive.mend();
             done
         })
+    }
+
+    fn hardware(&self) -> Hardware {
+        HARDWARE
     }
 
     /// The processor stands still for seconds: no ticks, nothing driven, a watchdog that waits. Nothing can arm meanwhile,

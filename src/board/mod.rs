@@ -22,3 +22,8 @@ pub mod supply;
 pub mod tick;
 pub mod usart;
 pub mod watchdog;
+
+use stiction::Hardware;
+
+/// TIM1 is clocked at 168 MHz (`clock.rs`), and the converter has 12 bits.
+pub const HARDWARE: Hardware = Hardware { pwm_clock_hz: 168e6, supply_top: 4095 };

@@ -11,6 +11,7 @@ use stm32f4xx_hal::gpio::{PinState, Pull};
 use stm32f4xx_hal::pac;
 use stm32f4xx_hal::prelude::*;
 
+use super::HARDWARE;
 use super::bridge::{self, Pins, TimerBridge};
 use super::drive::Drive;
 use super::encoder::Quadrature;
@@ -115,7 +116,7 @@ pub fn start(
     let port = Port::start(device.USART1, a.pa9.into_alternate(), into, &mut rcc);
     let clock = rcc.clocks.sysclk().raw();
     let servo = blank(place);
-    servo.boot(settings.parameters(), boot(crystal));
+    servo.boot(settings.parameters(), boot(crystal), &HARDWARE);
     let deadline = Deadline::new(period.clocks);
     let drive = Drive { servo, deadline, encoder, bridge, supply, timer, stopwatch, period };
     let store = Store::new(Sectors::new(device.FLASH, core.SYST), SLOTS);

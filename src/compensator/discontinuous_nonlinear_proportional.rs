@@ -16,24 +16,16 @@
 //! rounding of 0.40 V to 0.40016 V moves the axis. At the target it is a relay: it chatters at the sample rate
 //! within a count. No help in tracking, where the error is outside the band.
 
-use super::{Loop, Sample};
-use crate::error::{Error, HUGE, between};
-use serde::{Deserialize, Serialize};
+use super::{Law, Loop, Sample};
+use crate::error::HUGE;
+use crate::value::table;
 
-/// Gains of DNPF.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
-pub struct DiscontinuousNonlinearProportionalGains {
-    /// Threshold theta_b, deg.
-    pub theta_b: f32,
-}
-
-impl DiscontinuousNonlinearProportionalGains {
-    /// Refuses a threshold that is negative or not finite.
-    ///
-    /// # Errors
-    /// Names the gain.
-    pub fn validate(&self) -> Result<(), Error> {
-        between("theta_b_deg", self.theta_b, 0.0, HUGE)
+table! {
+    /// Gains of DNPF.
+    #[derive(Clone, Copy, Debug, PartialEq)]
+    pub struct DiscontinuousNonlinearProportionalGains (law) "controller" {
+        /// Threshold theta_b, deg.
+        theta_b: f32 = 0x1501 "theta_b_deg", Between(0.0, HUGE), Needed(0.4);
     }
 }
 
@@ -44,29 +36,27 @@ pub struct DiscontinuousNonlinearProportional {
     theta_b: f32,
 }
 
-impl DiscontinuousNonlinearProportional {
-    /// Validates and prepares the law.
-    ///
-    /// # Errors
-    /// Names the gain.
-    pub fn new(gains: &DiscontinuousNonlinearProportionalGains, around: &Loop) -> Result<Self, Error> {
-        gains.validate()?;
-        Ok(Self { kp: around.kp, theta_b: gains.theta_b })
+impl Law for DiscontinuousNonlinearProportional {
+    type Gains = DiscontinuousNonlinearProportionalGains;
+    type State = ();
+
+    fn new(gains: &DiscontinuousNonlinearProportionalGains, around: &Loop) -> Self {
+        Self { kp: around.kp, theta_b: gains.theta_b }
     }
 
     /// v_c for one sample, V.
     ///
     /// ```
     /// use stiction::compensator::{
-    ///     DiscontinuousNonlinearProportional, DiscontinuousNonlinearProportionalGains, Loop, Sample,
+    ///     DiscontinuousNonlinearProportional, DiscontinuousNonlinearProportionalGains, Law, Loop, Sample,
     /// };
-    /// let around = Loop { sample_time: 0.02, full_scale: 5.0, kp: 2.0 };
+    /// let around = Loop { kp: 2.0, ..Loop::EXAMPLE };
     /// let gains = DiscontinuousNonlinearProportionalGains { theta_b: 0.5 };
-    /// let law = DiscontinuousNonlinearProportional::new(&gains, &around).unwrap();
-    /// let v_c = [-0.125, 0.0, 0.5, 0.625].map(|error| law.update(&Sample { error, ..Sample::default() }));
+    /// let law = DiscontinuousNonlinearProportional::new(&gains, &around);
+    /// let v_c = [-0.125, 0.0, 0.5, 0.625].map(|error| law.update(&mut (), &Sample { error, ..Sample::default() }));
     /// assert_eq!(v_c, [-0.75, 0.0, 0.0, 0.0]);
     /// ```
-    pub fn update(&self, sample: &Sample) -> f32 {
+    fn update(&self, (): &mut (), sample: &Sample) -> f32 {
         let error = sample.error;
         if error == 0.0 || error.abs() > self.theta_b {
             0.0

@@ -12,27 +12,18 @@
 //! loop, being outside of it. Tracks with an error of `(v_d + b theta_d' - v_slip) / Kp`. Does badly: nothing
 //! at rest, so the rest error is that of PD; `v_slip` must be identified, and an overestimate pushes.
 
-use super::Sample;
-use crate::error::{Error, HUGE, between};
-use serde::{Deserialize, Serialize};
+use super::{Law, Loop, Sample};
+use crate::error::HUGE;
+use crate::value::table;
 
-/// Gains of the feedforward.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
-pub struct FeedforwardGains {
-    /// Dynamic (slip) friction v_slip, V.
-    pub v_slip: f32,
-    /// Reference speed above which it acts V_ff, deg/s.
-    pub v_ff: f32,
-}
-
-impl FeedforwardGains {
-    /// Refuses gains that are negative or not finite.
-    ///
-    /// # Errors
-    /// Names the gain.
-    pub fn validate(&self) -> Result<(), Error> {
-        between("v_slip_v", self.v_slip, 0.0, HUGE)?;
-        between("v_ff_deg_per_s", self.v_ff, 0.0, HUGE)
+table! {
+    /// Gains of the feedforward.
+    #[derive(Clone, Copy, Debug, PartialEq)]
+    pub struct FeedforwardGains (law) "controller" {
+        /// Dynamic (slip) friction v_slip, V.
+        v_slip: f32 = 0x1401 "v_slip_v", Between(0.0, HUGE), Needed(0.37);
+        /// Reference speed above which it acts V_ff, deg/s.
+        v_ff: f32 = 0x1402 "v_ff_deg_per_s", Between(0.0, HUGE), Needed(0.001);
     }
 }
 
@@ -42,29 +33,31 @@ pub struct Feedforward {
     gains: FeedforwardGains,
 }
 
-impl Feedforward {
-    /// Validates the gains.
-    ///
-    /// # Errors
-    /// Names the gain.
-    pub fn new(gains: &FeedforwardGains) -> Result<Self, Error> {
-        gains.validate()?;
-        Ok(Self { gains: *gains })
+impl Law for Feedforward {
+    type Gains = FeedforwardGains;
+    type State = ();
+
+    fn new(gains: &FeedforwardGains, _: &Loop) -> Self {
+        Self { gains: *gains }
     }
 
     /// v_c for one sample, V.
     ///
     /// ```
-    /// use stiction::compensator::{Feedforward, FeedforwardGains, Sample};
-    /// let law = Feedforward::new(&FeedforwardGains { v_slip: 0.37, v_ff: 0.001 }).unwrap();
-    /// assert_eq!(law.update(&Sample { reference_velocity: -5.0, ..Sample::default() }), -0.37);
-    /// assert_eq!(law.update(&Sample { reference_velocity: 0.001, ..Sample::default() }), 0.0);
+    /// use stiction::compensator::{Feedforward, FeedforwardGains, Law, Loop, Sample};
+    /// use stiction::reference::Setpoint;
+    /// let law = Feedforward::new(&FeedforwardGains { v_slip: 0.37, v_ff: 0.001 }, &Loop::EXAMPLE);
+    /// let v_c = [-5.0, 0.001].map(|velocity| {
+    ///     let setpoint = Setpoint { velocity, ..Setpoint::default() };
+    ///     law.update(&mut (), &Sample { setpoint, ..Sample::default() })
+    /// });
+    /// assert_eq!(v_c, [-0.37, 0.0]);
     /// ```
-    pub fn update(&self, sample: &Sample) -> f32 {
+    fn update(&self, (): &mut (), sample: &Sample) -> f32 {
         let FeedforwardGains { v_slip, v_ff } = self.gains;
-        if sample.reference_velocity > v_ff {
+        if sample.setpoint.velocity > v_ff {
             v_slip
-        } else if sample.reference_velocity < -v_ff {
+        } else if sample.setpoint.velocity < -v_ff {
             -v_slip
         } else {
             0.0

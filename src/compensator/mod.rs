@@ -1,9 +1,11 @@
-//! Friction compensators: what is added to the PD loop's output.
+//! Friction compensators: the laws around the PD loop.
 //!
-//! Each law is one module that begins with its equation. Its `Gains` are what a user sets, in the thesis's units;
-//! the law itself is made of them once, for a sample time, and holds what a tick needs; its state is apart,
-//! `Copy`, and starts as its `Default`. [`Law`] is the closed set of them, chosen at run time, and a
-//! [`Compensator`] is a sum of up to [`MAX_TERMS`] laws (none: plain PD).
+//! Each law is one module that begins with its equation, and implements [`Law`]: its gains are what a user sets, in the
+//! thesis's units, and are declared as a table; the law itself is made of them once, for a sample
+//! time, and holds what a tick needs; its state is apart, `Copy`, and starts as its `Default`. The list at the end of
+//! this file registers them: [`Gains`], [`PreparedLaw`] and [`LawState`] are the closed sets of them, and a
+//! [`Compensator`] is a sum of up to [`MAX_TERMS`] laws (none: plain PD). One that [replaces](Law::REPLACES_PD) the PD
+//! loop stands alone.
 //!
 //! Compensators switch on the error, on the reference velocity or on the velocity error. Only RVI uses measured
 //! velocity, squared: a law that switches on its sign chatters at standstill.
@@ -16,7 +18,6 @@ pub mod reset_offset_integral;
 pub mod smooth_robust_nonlinear;
 
 use heapless::Vec;
-use serde::{Deserialize, Serialize};
 
 pub use discontinuous_nonlinear_proportional::{
     DiscontinuousNonlinearProportional, DiscontinuousNonlinearProportionalGains,
@@ -27,7 +28,10 @@ pub use reset_integral::{ResetIntegral, ResetIntegralGains};
 pub use reset_offset_integral::{ResetOffsetIntegral, ResetOffsetIntegralGains};
 pub use smooth_robust_nonlinear::{SmoothRobustNonlinear, SmoothRobustNonlinearGains};
 
-use crate::error::Error;
+use crate::error::Allowed;
+use crate::reference::Setpoint;
+use crate::signal::{LawSignal, MAX_LAW_SIGNALS};
+use crate::value::{About, Absent, Key, Table, Unfit, Values};
 
 /// The largest number of laws in a sum.
 pub const MAX_TERMS: usize = 4;
@@ -35,16 +39,24 @@ pub const MAX_TERMS: usize = 4;
 /// What a law sees of one tick.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Sample {
+    /// theta_a, counts.
+    pub counts: i32,
+    /// Travel since the last tick, counts.
+    pub travel: i32,
+    /// theta_d and its derivatives.
+    pub setpoint: Setpoint,
     /// theta_e = theta_d - theta_a, deg.
     pub error: f32,
     /// theta_a', measured, deg/s.
     pub velocity: f32,
-    /// theta_d', deg/s.
-    pub reference_velocity: f32,
     /// theta_d' - theta_a', deg/s.
     pub velocity_error: f32,
-    /// Output of the PD loop, V.
+    /// Output of the PD loop, V; zero if the law replaces it.
     pub v_pd: f32,
+    /// The effort that the joint had since the last tick, V: after saturation, scaling and soft start.
+    pub applied: f32,
+    /// That effort was less than was asked for.
+    pub saturated: bool,
 }
 
 /// What the laws take from the loop around them.
@@ -52,125 +64,238 @@ pub struct Sample {
 pub struct Loop {
     /// Time between samples h, s.
     pub sample_time: f32,
+    /// Angle of a count, deg.
+    pub resolution: f32,
     /// Largest output, V: no integral grows beyond it.
     pub full_scale: f32,
+    /// Volts of one code.
+    pub lsb: f32,
     /// Proportional gain of the PD loop, V/deg.
     pub kp: f32,
 }
 
-/// The gains of one law.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
-pub enum Gains {
-    /// RI, eq. 29.
-    ResetIntegral(ResetIntegralGains),
-    /// RVI, eq. 30.
-    RateVariableIntegral(RateVariableIntegralGains),
-    /// ROI, eq. 31.
-    ResetOffsetIntegral(ResetOffsetIntegralGains),
-    /// Slip friction feedforward, eq. 32.
-    Feedforward(FeedforwardGains),
-    /// DNPF, eq. 33.
-    DiscontinuousNonlinearProportional(DiscontinuousNonlinearProportionalGains),
-    /// SRNF, eq. 35.
-    SmoothRobustNonlinear(SmoothRobustNonlinearGains),
+impl Loop {
+    /// The thesis's loop: 20 ms, 0.00242 deg, 5 V in steps of 0.00488 V, Kp = 1 V/deg.
+    pub const EXAMPLE: Self =
+        Self { sample_time: 0.02, resolution: 0.00242, full_scale: 5.0, lsb: 0.00488, kp: 1.0 };
 }
 
-/// One law, ready to be used.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub enum Law {
-    /// RI, eq. 29.
-    ResetIntegral(ResetIntegral),
-    /// RVI, eq. 30.
-    RateVariableIntegral(RateVariableIntegral),
-    /// ROI, eq. 31.
-    ResetOffsetIntegral(ResetOffsetIntegral),
-    /// Slip friction feedforward, eq. 32.
-    Feedforward(Feedforward),
-    /// DNPF, eq. 33.
-    DiscontinuousNonlinearProportional(DiscontinuousNonlinearProportional),
-    /// SRNF, eq. 35.
-    SmoothRobustNonlinear(SmoothRobustNonlinear),
-}
+/// A control law, made of its gains for a loop.
+pub trait Law: Sized {
+    /// What a user sets.
+    type Gains: Table + Copy;
+    /// What is remembered from tick to tick; its default is a joint at rest.
+    type State: Copy + Default;
 
-/// The state of one law.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub enum LawState {
-    /// Of a law that remembers nothing.
-    #[default]
-    Memoryless,
-    /// Of RI.
-    ResetIntegral(reset_integral::State),
-    /// Of RVI.
-    RateVariableIntegral(rate_variable_integral::State),
-    /// Of ROI.
-    ResetOffsetIntegral(reset_offset_integral::State),
-}
+    /// The law's output takes the place of PD's, and is not added to it.
+    const REPLACES_PD: bool = false;
+    /// What the law publishes of itself beside its output: at most [`MAX_LAW_SIGNALS`].
+    const SIGNALS: &'static [LawSignal] = &[];
 
-impl Law {
-    /// Validates gains and prepares the law for a loop.
-    ///
-    /// # Errors
-    /// Names the gain.
-    pub fn new(gains: &Gains, around: &Loop) -> Result<Self, Error> {
-        Ok(match gains {
-            Gains::ResetIntegral(gains) => Self::ResetIntegral(ResetIntegral::new(gains, around)?),
-            Gains::RateVariableIntegral(gains) => {
-                Self::RateVariableIntegral(RateVariableIntegral::new(gains, around)?)
-            }
-            Gains::ResetOffsetIntegral(gains) => {
-                Self::ResetOffsetIntegral(ResetOffsetIntegral::new(gains, around)?)
-            }
-            Gains::Feedforward(gains) => Self::Feedforward(Feedforward::new(gains)?),
-            Gains::DiscontinuousNonlinearProportional(gains) => Self::DiscontinuousNonlinearProportional(
-                DiscontinuousNonlinearProportional::new(gains, around)?,
-            ),
-            Gains::SmoothRobustNonlinear(gains) => {
-                Self::SmoothRobustNonlinear(SmoothRobustNonlinear::new(gains)?)
-            }
-        })
+    /// Prepares what a tick needs; the gains have been validated.
+    fn new(gains: &Self::Gains, around: &Loop) -> Self;
+
+    /// v_c for one sample, V.
+    fn update(&self, state: &mut Self::State, sample: &Sample) -> f32;
+
+    /// The values of [`SIGNALS`](Self::SIGNALS) after an update.
+    fn signals(&self, _: &Self::State) -> [f32; MAX_LAW_SIGNALS] {
+        [0.0; MAX_LAW_SIGNALS]
     }
 
-    /// The state that the law starts from.
-    pub const fn rest(&self) -> LawState {
-        match self {
-            Self::ResetIntegral(_) => LawState::ResetIntegral(reset_integral::State::REST),
-            Self::RateVariableIntegral(_) => {
-                LawState::RateVariableIntegral(rate_variable_integral::State::REST)
-            }
-            Self::ResetOffsetIntegral(_) => LawState::ResetOffsetIntegral(reset_offset_integral::State::REST),
-            Self::Feedforward(_)
-            | Self::DiscontinuousNonlinearProportional(_)
-            | Self::SmoothRobustNonlinear(_) => LawState::Memoryless,
+    /// The default of `overspeed_deg_per_s`, if the law says more about it than PD's gains do.
+    fn overspeed(_: &Self::Gains, _: &Loop) -> Option<f32> {
+        None
+    }
+
+    /// The default of `following_error_deg`, likewise.
+    fn following_error(_: &Self::Gains, _: &Loop) -> Option<f32> {
+        None
+    }
+}
+
+/// Registers the laws: `number "name in a machine's file" Type "what it is"`.
+macro_rules! laws {
+    ($($(#[$meta:meta])* $number:literal $name:literal $Law:ident;)+) => {
+        /// The gains of one law.
+        #[derive(Clone, Copy, Debug, PartialEq)]
+        pub enum Gains {
+            $($(#[$meta])* $Law(<$Law as Law>::Gains),)+
         }
-    }
 
-    /// The law's part of v_c for one sample, V.
-    ///
-    /// A state that another law left behind is replaced, and the law contributes nothing in that tick.
-    pub fn update(&self, state: &mut LawState, sample: &Sample) -> f32 {
-        match (self, &mut *state) {
-            (Self::ResetIntegral(law), LawState::ResetIntegral(state)) => law.update(state, sample),
-            (Self::RateVariableIntegral(law), LawState::RateVariableIntegral(state)) => {
-                law.update(state, sample)
+        /// A law, ready to be used.
+        #[derive(Clone, Copy, Debug, PartialEq)]
+        pub enum PreparedLaw {
+            $($(#[$meta])* $Law($Law),)+
+        }
+
+        /// The state of one law.
+        #[derive(Clone, Copy, Debug, Default, PartialEq)]
+        pub enum LawState {
+            /// Of no law.
+            #[default]
+            None,
+            $($(#[$meta])* $Law(<$Law as Law>::State),)+
+        }
+
+        impl Gains {
+            /// Every law, with its gains as a typical machine has them.
+            pub const EXAMPLES: &'static [Self] = &[$(Self::$Law(<$Law as Law>::Gains::EXAMPLE)),+];
+
+            /// The declarations of the gains of every law, in the order of [`EXAMPLES`](Self::EXAMPLES).
+            pub const ABOUT: &'static [&'static [About]] = &[$(<$Law as Law>::Gains::ABOUT),+];
+
+            /// The names of the laws in a machine's file, in the same order.
+            pub const NAMES: &'static [&'static str] = &[$($name),+];
+
+            /// The law's number in records.
+            pub const fn id(&self) -> u8 {
+                match self {
+                    $(Self::$Law(_) => $number,)+
+                }
             }
-            (Self::ResetOffsetIntegral(law), LawState::ResetOffsetIntegral(state)) => {
-                law.update(state, sample)
+
+            /// The law of a number, with the gains of the example.
+            pub const fn from_id(id: u32) -> Option<Self> {
+                match id {
+                    $($number => Some(Self::$Law(<$Law as Law>::Gains::EXAMPLE)),)+
+                    _ => None,
+                }
             }
-            (Self::Feedforward(law), _) => law.update(sample),
-            (Self::DiscontinuousNonlinearProportional(law), _) => law.update(sample),
-            (Self::SmoothRobustNonlinear(law), _) => law.update(sample),
-            _ => {
-                *state = self.rest();
-                0.0
+
+            /// The law's name in a machine's file.
+            pub const fn name(&self) -> &'static str {
+                match self {
+                    $(Self::$Law(_) => $name,)+
+                }
+            }
+
+            /// Whether the law takes the place of PD.
+            pub const fn replaces_pd(&self) -> bool {
+                match self {
+                    $(Self::$Law(_) => <$Law as Law>::REPLACES_PD,)+
+                }
+            }
+
+            /// What the law publishes of itself.
+            pub const fn signals(&self) -> &'static [LawSignal] {
+                match self {
+                    $(Self::$Law(_) => <$Law as Law>::SIGNALS,)+
+                }
+            }
+
+            /// [`Law::overspeed`].
+            pub fn overspeed(&self, around: &Loop) -> Option<f32> {
+                match self {
+                    $(Self::$Law(gains) => <$Law as Law>::overspeed(gains, around),)+
+                }
+            }
+
+            /// [`Law::following_error`].
+            pub fn following_error(&self, around: &Loop) -> Option<f32> {
+                match self {
+                    $(Self::$Law(gains) => <$Law as Law>::following_error(gains, around),)+
+                }
             }
         }
-    }
+
+        impl Values for Gains {
+            fn nth(&self, place: &mut usize) -> Option<(Key, Absent)> {
+                match self {
+                    $(Self::$Law(gains) => gains.nth(place),)+
+                }
+            }
+
+            fn get(&self, key: Key) -> Option<u32> {
+                match self {
+                    $(Self::$Law(gains) => gains.get(key),)+
+                }
+            }
+
+            fn found(&self, key: Key) -> Option<(f32, Allowed)> {
+                match self {
+                    $(Self::$Law(gains) => gains.found(key),)+
+                }
+            }
+
+            fn set(&mut self, key: Key, bits: u32) -> Result<bool, Unfit> {
+                match self {
+                    $(Self::$Law(gains) => gains.set(key, bits),)+
+                }
+            }
+        }
+
+        impl PreparedLaw {
+            /// Prepares the law for a loop; the gains have been validated.
+            pub fn new(gains: &Gains, around: &Loop) -> Self {
+                match gains {
+                    $(Gains::$Law(gains) => Self::$Law($Law::new(gains, around)),)+
+                }
+            }
+
+            /// The state that the law starts from.
+            pub fn rest(&self) -> LawState {
+                match self {
+                    $(Self::$Law(_) => LawState::$Law(Default::default()),)+
+                }
+            }
+
+            /// Whether the law takes the place of PD.
+            const fn replaces_pd(&self) -> bool {
+                match self {
+                    $(Self::$Law(_) => <$Law as Law>::REPLACES_PD,)+
+                }
+            }
+
+            /// The law's part of v_c for one sample, V.
+            ///
+            /// A state that another law left behind is replaced, and the law contributes nothing in that tick.
+            pub fn update(&self, state: &mut LawState, sample: &Sample) -> f32 {
+                match (self, &mut *state) {
+                    $((Self::$Law(law), LawState::$Law(state)) => law.update(state, sample),)+
+                    _ => {
+                        *state = self.rest();
+                        0.0
+                    }
+                }
+            }
+
+            /// What the law publishes of itself after an update, if it does.
+            #[inline]
+            fn signals(&self, state: &LawState) -> Option<[f32; MAX_LAW_SIGNALS]> {
+                match (self, state) {
+                    $((Self::$Law(law), LawState::$Law(state)) if !<$Law as Law>::SIGNALS.is_empty() => {
+                        Some(law.signals(state))
+                    })+
+                    _ => None,
+                }
+            }
+        }
+    };
 }
+
+laws! {
+    /// RI, eq. 29.
+    1 "ri" ResetIntegral;
+    /// RVI, eq. 30.
+    2 "rvi" RateVariableIntegral;
+    /// ROI, eq. 31.
+    3 "roi" ResetOffsetIntegral;
+    /// Slip friction feedforward, eq. 32.
+    4 "feedforward" Feedforward;
+    /// DNPF, eq. 33.
+    5 "dnpf" DiscontinuousNonlinearProportional;
+    /// SRNF, eq. 35.
+    6 "srnf" SmoothRobustNonlinear;
+}
+
+/// The number of the first law of a sum; those of the others follow. Zero: there is no law, nor after it.
+pub const FIRST_LAW: Key = Key(0x0500);
 
 /// A sum of laws; the empty sum is plain PD.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Compensator {
-    terms: Vec<Law, MAX_TERMS>,
+    terms: Vec<PreparedLaw, MAX_TERMS>,
 }
 
 /// The states of a sum's terms.
@@ -180,17 +305,14 @@ pub struct CompensatorState {
 }
 
 impl Compensator {
-    /// Validates the gains of every term and prepares the sum for a loop.
-    ///
-    /// # Errors
-    /// Names the gain.
-    pub fn new(gains: &Vec<Gains, MAX_TERMS>, around: &Loop) -> Result<Self, Error> {
+    /// Prepares the sum for a loop; the gains have been validated.
+    pub fn new(gains: &Vec<Gains, MAX_TERMS>, around: &Loop) -> Self {
         let mut terms = Vec::new();
         for gains in gains {
             // Cannot fail: both vectors have the same capacity.
-            let _ = terms.push(Law::new(gains, around)?);
+            let _ = terms.push(PreparedLaw::new(gains, around));
         }
-        Ok(Self { terms })
+        Self { terms }
     }
 
     /// The state that the sum starts from.
@@ -202,7 +324,14 @@ impl Compensator {
         state
     }
 
+    /// Whether the law takes the place of PD.
+    #[inline]
+    pub fn replaces_pd(&self) -> bool {
+        self.terms.first().is_some_and(PreparedLaw::replaces_pd)
+    }
+
     /// v_c for one sample, V.
+    #[inline]
     pub fn update(&self, state: &mut CompensatorState, sample: &Sample) -> f32 {
         let mut v_c = 0.0;
         for (law, state) in self.terms.iter().zip(&mut state.terms) {
@@ -210,4 +339,65 @@ impl Compensator {
         }
         v_c
     }
+
+    /// What the first law that publishes anything publishes.
+    #[inline]
+    pub fn signals(&self, state: &CompensatorState) -> [f32; MAX_LAW_SIGNALS] {
+        let mut terms = self.terms.iter().zip(&state.terms);
+        terms.find_map(|(law, state)| law.signals(state)).unwrap_or_default()
+    }
+}
+
+/// The laws of a sum as values: which they are, and their gains. A law is there once at most, and one that replaces PD
+/// stands alone.
+impl Values for Vec<Gains, MAX_TERMS> {
+    fn nth(&self, place: &mut usize) -> Option<(Key, Absent)> {
+        if *place < MAX_TERMS {
+            return Some((Key(FIRST_LAW.0 + *place as u16), Absent::Needed));
+        }
+        *place -= MAX_TERMS;
+        self.iter().find_map(|gains| gains.nth(place))
+    }
+
+    fn get(&self, key: Key) -> Option<u32> {
+        match term(key) {
+            Some(term) => Some(self.as_slice().get(term).map_or(0, |gains| gains.id().into())),
+            None => self.iter().find_map(|gains| gains.get(key)),
+        }
+    }
+
+    fn found(&self, key: Key) -> Option<(f32, Allowed)> {
+        let Some(term) = term(key) else { return self.iter().find_map(|gains| gains.found(key)) };
+        let Some(gains) = self.as_slice().get(term) else { return Some((0.0, Allowed::Any)) };
+        let alone = gains.replaces_pd() && self.len() > 1;
+        let twice = self.iter().take(term).any(|other| other.id() == gains.id());
+        let allowed = if alone || twice { Allowed::Between(0.0, 0.0) } else { Allowed::Any };
+        Some((gains.id().into(), allowed))
+    }
+
+    fn set(&mut self, key: Key, bits: u32) -> Result<bool, Unfit> {
+        let Some(term) = term(key) else {
+            for gains in self.iter_mut() {
+                if gains.set(key, bits)? {
+                    return Ok(true);
+                }
+            }
+            return Ok(false);
+        };
+        if self.as_slice().get(term).is_some_and(|gains| u32::from(gains.id()) == bits) {
+            return Ok(true);
+        }
+        self.truncate(term);
+        if bits != 0 {
+            let gains = Gains::from_id(bits).filter(|_| self.len() == term).ok_or(Unfit)?;
+            self.push(gains).map_err(|_| Unfit)?;
+        }
+        Ok(true)
+    }
+}
+
+/// Which term of a sum a value names.
+fn term(key: Key) -> Option<usize> {
+    let term = usize::from(key.0.checked_sub(FIRST_LAW.0)?);
+    (term < MAX_TERMS).then_some(term)
 }

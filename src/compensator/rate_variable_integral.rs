@@ -16,31 +16,22 @@
 //! tracking error to the PD loop, since at constant velocity the integral has leaked away; and at rest it is an
 //! integrator with its hunting: simulated on the thesis's axis, 6 counts peak to peak where RI has 12.
 
-use super::{Loop, Sample};
-use crate::error::{Error, HUGE, above, between};
+use super::{Law, Loop, Sample};
+use crate::error::HUGE;
 use crate::saturation::saturate;
-use serde::{Deserialize, Serialize};
+use crate::value::table;
 
 /// The sample time for which the thesis gives gamma, s.
 const THESIS_SAMPLE_TIME: f32 = 0.02;
 
-/// Gains of RVI.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
-pub struct RateVariableIntegralGains {
-    /// Integral gain Ki, V/(deg s).
-    pub ki: f32,
-    /// Rate constant gamma at 20 ms, (deg/s)^2.
-    pub gamma: f32,
-}
-
-impl RateVariableIntegralGains {
-    /// Refuses gains that are negative or not finite, and a gamma of zero (the factor would be 0/0 at rest).
-    ///
-    /// # Errors
-    /// Names the gain.
-    pub fn validate(&self) -> Result<(), Error> {
-        between("ki_v_per_deg_s", self.ki, 0.0, HUGE)?;
-        above("gamma_deg2_per_s2", self.gamma, 0.0, HUGE)
+table! {
+    /// Gains of RVI.
+    #[derive(Clone, Copy, Debug, PartialEq)]
+    pub struct RateVariableIntegralGains (law) "controller" {
+        /// Integral gain Ki, V/(deg s).
+        ki: f32 = 0x1201 "ki_v_per_deg_s", Between(0.0, HUGE), Needed(150.0);
+        /// Rate constant gamma at 20 ms, (deg/s)^2. Not zero: the factor would be 0/0 at rest.
+        gamma: f32 = 0x1202 "gamma_deg2_per_s2", Above(0.0, HUGE), Needed(0.05);
     }
 }
 
@@ -60,39 +51,32 @@ pub struct State {
     v_c: f32,
 }
 
-impl State {
-    /// Nothing integrated.
-    pub const REST: Self = Self { v_c: 0.0 };
-}
+impl Law for RateVariableIntegral {
+    type Gains = RateVariableIntegralGains;
+    type State = State;
 
-impl RateVariableIntegral {
-    /// Validates and prepares the law.
-    ///
-    /// # Errors
-    /// Names the gain.
-    pub fn new(gains: &RateVariableIntegralGains, around: &Loop) -> Result<Self, Error> {
-        gains.validate()?;
-        Ok(Self {
+    fn new(gains: &RateVariableIntegralGains, around: &Loop) -> Self {
+        Self {
             ki_h: gains.ki * around.sample_time,
             gamma_h: gains.gamma * (THESIS_SAMPLE_TIME / around.sample_time),
             full_scale: around.full_scale,
-        })
+        }
     }
 
     /// v_c for one sample, V.
     ///
     /// ```
-    /// use stiction::compensator::{Loop, RateVariableIntegral, RateVariableIntegralGains, Sample};
+    /// use stiction::compensator::{Law, Loop, RateVariableIntegral, RateVariableIntegralGains, Sample};
     /// use stiction::compensator::rate_variable_integral::State;
-    /// let around = Loop { sample_time: 0.02, full_scale: 5.0, kp: 1.0 };
+    /// let around = Loop::EXAMPLE;
     /// let gains = RateVariableIntegralGains { ki: 50.0, gamma: 0.25 };
-    /// let law = RateVariableIntegral::new(&gains, &around).unwrap();
+    /// let law = RateVariableIntegral::new(&gains, &around);
     /// let mut state = State::default();
     /// let at_rest = Sample { error: 0.5, ..Sample::default() };
     /// assert_eq!(law.update(&mut state, &at_rest), 0.5);
     /// assert_eq!(law.update(&mut state, &Sample { velocity: 0.5, ..at_rest }), 0.5); // (0.5 + 0.5) / 2
     /// ```
-    pub fn update(&self, state: &mut State, sample: &Sample) -> f32 {
+    fn update(&self, state: &mut State, sample: &Sample) -> f32 {
         let rate_factor = self.gamma_h / (self.gamma_h + sample.velocity * sample.velocity);
         state.v_c = saturate((state.v_c + self.ki_h * sample.error) * rate_factor, self.full_scale).0;
         state.v_c

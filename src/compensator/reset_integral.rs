@@ -13,28 +13,19 @@
 //! Does badly: with static friction above dynamic it hunts around the target for ever, for every `Ki`
 //! (Armstrong and Amin, *Automatica* 32(5), 1996), with an amplitude that grows with their difference.
 
-use super::{Loop, Sample};
-use crate::error::{Error, HUGE, between};
+use super::{Law, Loop, Sample};
+use crate::error::HUGE;
 use crate::saturation::saturate;
-use serde::{Deserialize, Serialize};
+use crate::value::table;
 
-/// Gains of RI.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
-pub struct ResetIntegralGains {
-    /// Integral gain Ki, V/(deg s).
-    pub ki: f32,
-    /// Range of activity theta_ri, deg.
-    pub theta_ri: f32,
-}
-
-impl ResetIntegralGains {
-    /// Refuses gains that are negative or not finite.
-    ///
-    /// # Errors
-    /// Names the gain.
-    pub fn validate(&self) -> Result<(), Error> {
-        between("ki_v_per_deg_s", self.ki, 0.0, HUGE)?;
-        between("theta_ri_deg", self.theta_ri, 0.0, HUGE)
+table! {
+    /// Gains of RI.
+    #[derive(Clone, Copy, Debug, PartialEq)]
+    pub struct ResetIntegralGains (law) "controller" {
+        /// Integral gain Ki, V/(deg s).
+        ki: f32 = 0x1101 "ki_v_per_deg_s", Between(0.0, HUGE), Needed(4.0);
+        /// Range of activity theta_ri, deg.
+        theta_ri: f32 = 0x1102 "theta_ri_deg", Between(0.0, HUGE), Needed(0.5);
     }
 }
 
@@ -53,38 +44,27 @@ pub struct State {
     v_c: f32,
 }
 
-impl State {
-    /// Nothing integrated.
-    pub const REST: Self = Self { v_c: 0.0 };
-}
+impl Law for ResetIntegral {
+    type Gains = ResetIntegralGains;
+    type State = State;
 
-impl ResetIntegral {
-    /// Validates and prepares the law.
-    ///
-    /// # Errors
-    /// Names the gain.
-    pub fn new(gains: &ResetIntegralGains, around: &Loop) -> Result<Self, Error> {
-        gains.validate()?;
-        Ok(Self {
-            ki_h: gains.ki * around.sample_time,
-            theta_ri: gains.theta_ri,
-            full_scale: around.full_scale,
-        })
+    fn new(gains: &ResetIntegralGains, around: &Loop) -> Self {
+        Self { ki_h: gains.ki * around.sample_time, theta_ri: gains.theta_ri, full_scale: around.full_scale }
     }
 
     /// v_c for one sample, V.
     ///
     /// ```
-    /// use stiction::compensator::{Loop, ResetIntegral, ResetIntegralGains, Sample, reset_integral::State};
-    /// let around = Loop { sample_time: 0.25, full_scale: 5.0, kp: 1.0 };
-    /// let law = ResetIntegral::new(&ResetIntegralGains { ki: 4.0, theta_ri: 0.5 }, &around).unwrap();
+    /// use stiction::compensator::{Law, Loop, ResetIntegral, ResetIntegralGains, Sample, reset_integral::State};
+    /// let around = Loop { sample_time: 0.25, ..Loop::EXAMPLE };
+    /// let law = ResetIntegral::new(&ResetIntegralGains { ki: 4.0, theta_ri: 0.5 }, &around);
     /// let mut state = State::default();
     /// let near = Sample { error: 0.5, ..Sample::default() };
     /// assert_eq!(law.update(&mut state, &near), 0.5);
     /// assert_eq!(law.update(&mut state, &near), 1.0);
     /// assert_eq!(law.update(&mut state, &Sample { error: 0.6, ..near }), 0.0);
     /// ```
-    pub fn update(&self, state: &mut State, sample: &Sample) -> f32 {
+    fn update(&self, state: &mut State, sample: &Sample) -> f32 {
         state.v_c = if sample.error.abs() <= self.theta_ri {
             saturate(state.v_c + self.ki_h * sample.error, self.full_scale).0
         } else {

@@ -16,28 +16,19 @@
 //! transient; |v_c| never exceeds the full scale. `V_roi = 0` switches it off. Does badly: at rest it is
 //! a slow integrator, and hunts by a few counts.
 
-use super::{Loop, Sample};
-use crate::error::{Error, HUGE, between};
+use super::{Law, Loop, Sample};
+use crate::error::HUGE;
 use crate::saturation::saturate;
-use serde::{Deserialize, Serialize};
+use crate::value::table;
 
-/// Gains of ROI.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
-pub struct ResetOffsetIntegralGains {
-    /// Time between increments T_roi, s.
-    pub t_roi: f32,
-    /// Velocity error below which it is active V_roi, deg/s.
-    pub v_roi: f32,
-}
-
-impl ResetOffsetIntegralGains {
-    /// Refuses gains that are negative or not finite. A `t_roi` of less than a sample counts as one sample.
-    ///
-    /// # Errors
-    /// Names the gain.
-    pub fn validate(&self) -> Result<(), Error> {
-        between("t_roi_s", self.t_roi, 0.0, HUGE)?;
-        between("v_roi_deg_per_s", self.v_roi, 0.0, HUGE)
+table! {
+    /// Gains of ROI.
+    #[derive(Clone, Copy, Debug, PartialEq)]
+    pub struct ResetOffsetIntegralGains (law) "controller" {
+        /// Time between increments T_roi, s. Less than a sample counts as one sample.
+        t_roi: f32 = 0x1301 "t_roi_s", Between(0.0, HUGE), Needed(0.14);
+        /// Velocity error below which it is active V_roi, deg/s.
+        v_roi: f32 = 0x1302 "v_roi_deg_per_s", Between(0.0, HUGE), Needed(2.33);
     }
 }
 
@@ -58,37 +49,30 @@ pub struct State {
     elapsed: u32,
 }
 
-impl State {
-    /// No offset, the timer at zero.
-    pub const REST: Self = Self { v_c: 0.0, elapsed: 0 };
-}
+impl Law for ResetOffsetIntegral {
+    type Gains = ResetOffsetIntegralGains;
+    type State = State;
 
-impl ResetOffsetIntegral {
-    /// Validates and prepares the law.
-    ///
-    /// # Errors
-    /// Names the gain.
-    pub fn new(gains: &ResetOffsetIntegralGains, around: &Loop) -> Result<Self, Error> {
-        gains.validate()?;
+    fn new(gains: &ResetOffsetIntegralGains, around: &Loop) -> Self {
         let period = libm::roundf(gains.t_roi / around.sample_time) as u32;
-        Ok(Self { period: period.max(1), v_roi: gains.v_roi, full_scale: around.full_scale })
+        Self { period: period.max(1), v_roi: gains.v_roi, full_scale: around.full_scale }
     }
 
     /// v_c for one sample, V.
     ///
     /// ```
-    /// use stiction::compensator::{Loop, ResetOffsetIntegral, ResetOffsetIntegralGains, Sample};
+    /// use stiction::compensator::{Law, Loop, ResetOffsetIntegral, ResetOffsetIntegralGains, Sample};
     /// use stiction::compensator::reset_offset_integral::State;
-    /// let around = Loop { sample_time: 0.02, full_scale: 5.0, kp: 1.0 };
+    /// let around = Loop::EXAMPLE;
     /// let gains = ResetOffsetIntegralGains { t_roi: 0.04, v_roi: 2.33 };
-    /// let law = ResetOffsetIntegral::new(&gains, &around).unwrap();
+    /// let law = ResetOffsetIntegral::new(&gains, &around);
     /// let mut state = State::default();
     /// let sample = Sample { v_pd: 0.25, ..Sample::default() };
     /// let v_c = [(); 6].map(|()| law.update(&mut state, &sample));
     /// assert_eq!(v_c, [0.0, 0.0, 0.25, 0.25, 0.5, 0.5]);
     /// assert_eq!(law.update(&mut state, &Sample { velocity_error: 2.4, ..sample }), 0.0);
     /// ```
-    pub fn update(&self, state: &mut State, sample: &Sample) -> f32 {
+    fn update(&self, state: &mut State, sample: &Sample) -> f32 {
         if sample.velocity_error.abs() < self.v_roi {
             // Not only equal: the state may be that of a longer period.
             if state.elapsed >= self.period {
@@ -97,7 +81,7 @@ impl ResetOffsetIntegral {
             }
             state.elapsed += 1;
         } else {
-            *state = State::REST;
+            *state = State::default();
         }
         state.v_c
     }

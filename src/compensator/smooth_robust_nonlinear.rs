@@ -16,27 +16,18 @@
 //! near the target, so a delay or a coarse encoder makes it chatter; it does not adapt, and friction
 //! beyond `v_ms` is left to PD.
 
-use super::Sample;
-use crate::error::{Error, HUGE, between};
-use serde::{Deserialize, Serialize};
+use super::{Law, Loop, Sample};
+use crate::error::HUGE;
+use crate::value::table;
 
-/// Gains of SRNF.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
-pub struct SmoothRobustNonlinearGains {
-    /// Compensated static friction v_ms, V.
-    pub v_ms: f32,
-    /// Steepness alpha, 1/deg.
-    pub alpha: f32,
-}
-
-impl SmoothRobustNonlinearGains {
-    /// Refuses gains that are negative or not finite.
-    ///
-    /// # Errors
-    /// Names the gain.
-    pub fn validate(&self) -> Result<(), Error> {
-        between("v_ms_v", self.v_ms, 0.0, HUGE)?;
-        between("alpha_per_deg", self.alpha, 0.0, HUGE)
+table! {
+    /// Gains of SRNF.
+    #[derive(Clone, Copy, Debug, PartialEq)]
+    pub struct SmoothRobustNonlinearGains (law) "controller" {
+        /// Compensated static friction v_ms, V.
+        v_ms: f32 = 0x1601 "v_ms_v", Between(0.0, HUGE), Needed(0.4);
+        /// Steepness alpha, 1/deg.
+        alpha: f32 = 0x1602 "alpha_per_deg", Between(0.0, HUGE), Needed(100.0);
     }
 }
 
@@ -46,25 +37,23 @@ pub struct SmoothRobustNonlinear {
     gains: SmoothRobustNonlinearGains,
 }
 
-impl SmoothRobustNonlinear {
-    /// Validates the gains.
-    ///
-    /// # Errors
-    /// Names the gain.
-    pub fn new(gains: &SmoothRobustNonlinearGains) -> Result<Self, Error> {
-        gains.validate()?;
-        Ok(Self { gains: *gains })
+impl Law for SmoothRobustNonlinear {
+    type Gains = SmoothRobustNonlinearGains;
+    type State = ();
+
+    fn new(gains: &SmoothRobustNonlinearGains, _: &Loop) -> Self {
+        Self { gains: *gains }
     }
 
     /// v_c for one sample, V.
     ///
     /// ```
-    /// use stiction::compensator::{Sample, SmoothRobustNonlinear, SmoothRobustNonlinearGains};
-    /// let law = SmoothRobustNonlinear::new(&SmoothRobustNonlinearGains { v_ms: 0.40, alpha: 100.0 }).unwrap();
-    /// let v_c = law.update(&Sample { error: 0.01, ..Sample::default() });
+    /// use stiction::compensator::{Law, Loop, Sample, SmoothRobustNonlinear, SmoothRobustNonlinearGains};
+    /// let law = SmoothRobustNonlinear::new(&SmoothRobustNonlinearGains { v_ms: 0.40, alpha: 100.0 }, &Loop::EXAMPLE);
+    /// let v_c = law.update(&mut (), &Sample { error: 0.01, ..Sample::default() });
     /// assert!((v_c - 0.304_637_7).abs() < 1e-6); // 0.40 tanh 1
     /// ```
-    pub fn update(&self, sample: &Sample) -> f32 {
+    fn update(&self, (): &mut (), sample: &Sample) -> f32 {
         self.gains.v_ms * libm::tanhf(self.gains.alpha * sample.error)
     }
 }

@@ -23,13 +23,13 @@ mod session;
 mod telemetry;
 
 pub use frame::{Deframer, Frame, MAX_FRAME, MAX_MESSAGE, encode};
-pub use reply::{Identity, Kind, Message, Refused, Reply, State, Status, Told};
-pub use request::{Law, Move, Numbered, Request};
-pub use sample::{Sample, Term};
+pub use reply::{Announced, Identity, Kind, Message, Refused, Reply, State, Status, Told};
+pub use request::{Numbered, Request};
+pub use sample::{MAX_SIGNALS, Sample};
 pub use session::{Machine, Session, WAITING};
 
 /// Raised with every change of a message.
-pub const PROTOCOL: u16 = 1;
+pub const PROTOCOL: u16 = 2;
 
 /// Bytes of a record in one message.
 pub const CHUNK: usize = 128;

@@ -4,12 +4,14 @@ use heapless::{String, Vec};
 use serde::{Deserialize, Serialize};
 
 use super::CHUNK;
-use super::request::{Law, Numbered};
+use super::request::Numbered;
 use super::sample::Sample;
 use crate::error::{Allowed, Error};
 use crate::parameters::DecodeError;
 use crate::servo::{self, Levels};
+use crate::signal::{self, Form};
 use crate::store::SaveError;
+use crate::value::Key;
 
 /// From the device.
 // As above.
@@ -45,10 +47,21 @@ pub enum Reply {
         /// So much of it.
         bytes: Vec<u8, CHUNK>,
     },
-    /// To [`Request::ReadLaw`](super::Request::ReadLaw).
-    Law(Law),
+    /// To [`Request::Signal`](super::Request::Signal).
+    Signal(Announced),
     /// To [`Request::ReadLevels`](super::Request::ReadLevels); none: it is not over, or was ended before, or there was no ramp.
     Levels(Option<Levels>),
+}
+
+/// A signal, as a device announces it.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub struct Announced {
+    /// Its name, with the unit.
+    pub name: String<48>,
+    /// The unit alone; empty if there is none.
+    pub unit: String<16>,
+    /// How its values are read.
+    pub form: Form,
 }
 
 /// Who answers.
@@ -161,13 +174,17 @@ pub enum Refused {
     Version(u32),
     /// A value is not allowed.
     Value {
-        /// The key in a machine's file.
-        key: String<32>,
+        /// Which value.
+        key: Key,
         /// What was found.
         found: f32,
         /// What is allowed.
         allowed: Allowed,
     },
+    /// The record has a value that this firmware does not know.
+    UnknownValue(Key),
+    /// The record lacks a value that has to be there.
+    MissingValue(Key),
     /// The flash failed; the parameters in use are not saved.
     Flash,
     /// The watchdog did not take over another timeout in time.
@@ -193,8 +210,7 @@ impl From<servo::Refusal> for Refused {
 
 impl From<Error> for Refused {
     fn from(error: Error) -> Self {
-        let key = String::try_from(error.key).unwrap_or_default();
-        Self::Value { key, found: error.found, allowed: error.allowed }
+        Self::Value { key: error.key, found: error.found, allowed: error.allowed }
     }
 }
 
@@ -202,6 +218,8 @@ impl From<DecodeError> for Refused {
     fn from(error: DecodeError) -> Self {
         match error {
             DecodeError::Version(version) => Self::Version(version),
+            DecodeError::Unknown(key) => Self::UnknownValue(key),
+            DecodeError::Missing(key) => Self::MissingValue(key),
             DecodeError::Value(error) => error.into(),
             DecodeError::Blank
             | DecodeError::NotParameters
@@ -231,5 +249,14 @@ impl From<servo::State> for State {
 impl From<crate::fault::Latched> for Told {
     fn from(latched: crate::fault::Latched) -> Self {
         Self { code: latched.fault as u8, tick: latched.tick, value: latched.value }
+    }
+}
+
+impl From<signal::Signal> for Announced {
+    /// Names and units are short; one that were not would be empty.
+    fn from(signal: signal::Signal) -> Self {
+        let name = String::try_from(signal.name).unwrap_or_default();
+        let unit = String::try_from(signal.unit).unwrap_or_default();
+        Self { name, unit, form: signal.form }
     }
 }

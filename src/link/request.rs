@@ -4,9 +4,7 @@ use heapless::Vec;
 use serde::{Deserialize, Serialize};
 
 use super::CHUNK;
-use crate::compensator::{Gains, MAX_TERMS};
-use crate::parameters::Motion;
-use crate::pd::PdGains;
+use crate::motion::Motion;
 
 /// From the client.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -40,8 +38,9 @@ pub enum Request {
     Clear,
     /// Close the loop where the joint is.
     Arm,
-    /// Move, while armed.
-    Move(Move),
+    /// Move, while armed: to a position or through corners in the zero that arming has set, or stay where the joint is.
+    /// Never relative: the same move twice is the same as once.
+    Move(Motion),
     /// The parameters that are in use, as a record, from a byte on.
     ReadParameters {
         /// First byte.
@@ -61,14 +60,21 @@ pub enum Request {
     },
     /// Keep the parameters that are in use across a reset.
     Save,
-    /// Which law, with which gains?
-    ReadLaw,
-    /// Another law, or other gains, validated as a whole.
-    WriteLaw(Law),
-    /// Send these terms of every so many ticks; `every` 0 ends it.
+    /// Other values for some of the parameters, validated as a whole: entries as in
+    /// [`record`](crate::parameters::record). A law that was not there before needs all of its gains.
+    Change {
+        /// The entries.
+        entries: Vec<u8, CHUNK>,
+    },
+    /// What is the signal of this place? The first one is 0, and after the last one there is no such.
+    Signal {
+        /// Which.
+        index: u8,
+    },
+    /// Send these signals of every so many ticks; `every` 0 ends it.
     Subscribe {
-        /// A sum of [`Term::bit`](super::Term::bit)s.
-        terms: u16,
+        /// A sum of 1 << place.
+        signals: u64,
         /// Ticks from one sample to the next.
         every: u16,
     },
@@ -81,24 +87,4 @@ pub enum Request {
     },
     /// What has the last ramp found?
     ReadLevels,
-}
-
-/// A motion in the zero that arming has set.
-// The difference in size is a trajectory's corners: there is no heap to box them on.
-#[allow(clippy::large_enum_variant)]
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-pub enum Move {
-    /// Stop where the joint is, and stay there with the loop closed.
-    Hold,
-    /// To a position, or through corners. Never relative: the same move twice is the same as once.
-    To(Motion),
-}
-
-/// The law of the loop.
-#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
-pub struct Law {
-    /// The PD loop.
-    pub pd: PdGains,
-    /// The laws that are added to it.
-    pub compensator: Vec<Gains, MAX_TERMS>,
 }

@@ -12,13 +12,16 @@ use heapless::String;
 use super::frame::{Deframer, Frame, encode};
 use super::outbox::{FOR_ANSWERS, Outbox};
 use super::reply::{Identity, Kind, Message, Refused, Reply, State, Status};
-use super::request::{Law, Move, Numbered, Request};
+use super::request::{Numbered, Request};
 use super::telemetry::Subscription;
 use super::{CHUNK, PROTOCOL};
-use crate::course::Course;
+use crate::compensator::Gains;
 use crate::drive::DriveConfig;
-use crate::parameters::{Motion, Parameters, ROOM};
-use crate::servo::{self, Arming, Joint, Output, Servo};
+use crate::hardware::Hardware;
+use crate::motion::{Course, Motion};
+use crate::parameters::{Parameters, ROOM};
+use crate::servo::{self, ControlLoop, Output, Servo};
+use crate::signal::{self, LawSignal, SIGNALS};
 
 /// Bytes that wait for the wire, unless the owner of a session says otherwise.
 pub const WAITING: usize = 2048;
@@ -27,6 +30,9 @@ pub const WAITING: usize = 2048;
 pub trait Machine {
     /// Lets something act on the servo.
     fn servo<R>(&mut self, act: impl FnOnce(&mut Servo) -> R) -> R;
+
+    /// What it knows of its timers and converters.
+    fn hardware(&self) -> Hardware;
 
     /// Keeps parameters across a reset; the output is off.
     ///
@@ -171,9 +177,8 @@ impl<const RING: usize> Session<RING> {
                 return machine.servo(nth).map(|fault| Reply::Fault(fault.into())).ok_or(Refused::NoSuch);
             }
             Request::Clear => machine.servo(Servo::clear)?,
-            Request::Arm => machine.servo(|servo| servo.arm(Arming::ByLink))?,
-            Request::Move(Move::Hold) => machine.servo(Servo::hold)?,
-            Request::Move(Move::To(motion)) => self.go(&motion, machine)?,
+            Request::Arm => machine.servo(|servo| servo.arm_for_link(Course::default()))?,
+            Request::Move(motion) => self.go(&motion, machine)?,
             Request::ReadParameters { offset } => return self.read(offset),
             Request::WriteParameters { offset, bytes } => {
                 let offset = usize::from(offset);
@@ -182,18 +187,18 @@ impl<const RING: usize> Session<RING> {
             }
             Request::TakeParameters { length } => self.take_parameters(length, machine)?,
             Request::Save => self.save(machine)?,
-            Request::ReadLaw => {
-                let controller = &self.parameters.as_ref().ok_or(Refused::NoParameters)?.controller;
-                let (pd, compensator) = (controller.pd, controller.compensator.clone());
-                return Ok(Reply::Law(Law { pd, compensator }));
+            Request::Change { entries } => self.change(&entries, machine)?,
+            Request::Signal { index } => {
+                let signal = signal::describe(index.into(), self.law_signals()).ok_or(Refused::NoSuch)?;
+                return Ok(Reply::Signal(signal.into()));
             }
-            Request::WriteLaw(law) => self.write_law(law, machine)?,
-            Request::Subscribe { terms, every } => {
-                self.subscription = Subscription::new(terms, every).ok_or(Refused::NoSuch)?;
+            Request::Subscribe { signals, every } => {
+                let known = SIGNALS.len() + self.law_signals().len();
+                self.subscription = Subscription::new(signals, every, known).ok_or(Refused::NoSuch)?;
             }
             Request::Identify { rate, hold } => {
                 let ramp = self.parameters.as_ref().ok_or(Refused::NoParameters)?.ramp(rate, hold)?;
-                machine.servo(|servo| servo.arm(Arming::Ramp(ramp)))?;
+                machine.servo(|servo| servo.arm_for_link(Course::Ramp(ramp)))?;
             }
             Request::ReadLevels => return Ok(Reply::Levels(machine.servo(|servo| servo.levels()))),
         }
@@ -210,11 +215,11 @@ impl<const RING: usize> Session<RING> {
     }
 
     #[inline(never)]
-    fn write_law(&mut self, law: Law, machine: &mut impl Machine) -> Result<(), Refused> {
+    fn change(&mut self, entries: &[u8], machine: &mut impl Machine) -> Result<(), Refused> {
         machine.servo(|servo| refuse_if_armed(servo))?;
-        let mut parameters = self.parameters.clone().ok_or(Refused::NoParameters)?;
-        parameters.controller.pd = law.pd;
-        parameters.controller.compensator = law.compensator;
+        let before = self.parameters.as_ref().ok_or(Refused::NoParameters)?;
+        let mut parameters = before.clone();
+        parameters.change(entries, before)?;
         self.install(parameters, machine)
     }
 
@@ -227,20 +232,20 @@ impl<const RING: usize> Session<RING> {
         Ok(())
     }
 
-    /// The joint is prepared before the servo is locked. What can still be refused is so before anything is changed.
+    /// The loop is prepared before the servo is locked. What can still be refused is so before anything is changed.
     #[inline(never)]
     fn prepare_and_install(
         &self,
         parameters: &Parameters,
         machine: &mut impl Machine,
     ) -> Result<(), Refused> {
-        let mut joint = None;
-        Joint::prepare(&mut joint, parameters)?;
+        let mut control_loop = None;
+        ControlLoop::prepare(&mut control_loop, parameters, &machine.hardware())?;
         machine.servo(keep_off)?;
-        if self.parameters.as_ref().is_none_or(|before| hardware(before) != hardware(parameters)) {
+        if self.parameters.as_ref().is_none_or(|before| timing(before) != timing(parameters)) {
             machine.reconfigure(parameters)?;
         }
-        Ok(machine.servo(|servo| servo.install(&mut joint))?)
+        Ok(machine.servo(|servo| servo.install(&mut control_loop))?)
     }
 
     #[inline(never)]
@@ -255,6 +260,9 @@ impl<const RING: usize> Session<RING> {
     #[inline(never)]
     fn go(&self, motion: &Motion, machine: &mut impl Machine) -> Result<(), Refused> {
         let controller = &self.parameters.as_ref().ok_or(Refused::NoParameters)?.controller;
+        if let Motion::Hold = motion {
+            return Ok(machine.servo(Servo::hold)?);
+        }
         match motion.course(controller)? {
             Course::Follow(reference) => Ok(machine.servo(|servo| servo.follow(reference))?),
             // It begins with arming: `Identify`.
@@ -271,6 +279,12 @@ impl<const RING: usize> Session<RING> {
         let rest = record.get(offset.into()..).ok_or(Refused::NoSuch)?;
         let bytes = rest.iter().copied().take(CHUNK).collect();
         Ok(Reply::Parameters { length: record.len() as u16, offset, bytes })
+    }
+
+    /// What the law in use publishes of itself.
+    fn law_signals(&self) -> &'static [LawSignal] {
+        let laws = self.parameters.iter().flat_map(|parameters| &parameters.controller.compensator);
+        laws.map(Gains::signals).find(|signals| !signals.is_empty()).unwrap_or_default()
     }
 
     #[inline(never)]
@@ -310,7 +324,7 @@ fn keep_off(servo: &mut Servo) -> Result<(), servo::Refusal> {
 }
 
 /// What timers and watchdog are set up with: sample time, PWM, dead time.
-const fn hardware(parameters: &Parameters) -> (f32, &DriveConfig, f32) {
+const fn timing(parameters: &Parameters) -> (f32, &DriveConfig, f32) {
     let Parameters { controller, device, .. } = parameters;
     (controller.sample_time, &controller.drive, device.dead_time)
 }

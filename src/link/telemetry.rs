@@ -1,14 +1,15 @@
-//! Terms of ticks, for those who have subscribed.
+//! Signals of ticks, for those who have subscribed.
 
 use heapless::Vec;
 
-use super::sample::{Sample, Term};
-use crate::servo::{Output, State};
+use super::sample::{MAX_SIGNALS, Sample};
+use crate::servo::Output;
+use crate::signal;
 
 /// What is sent, and how often.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Subscription {
-    terms: u16,
+    signals: u64,
     every: u16,
     /// The tick of the next sample; none: the next one that comes.
     next: Option<u32>,
@@ -17,15 +18,16 @@ pub struct Subscription {
 
 impl Subscription {
     /// Nothing is sent.
-    pub const NONE: Self = Self { terms: 0, every: 0, next: None, number: 0 };
+    pub const NONE: Self = Self { signals: 0, every: 0, next: None, number: 0 };
 
-    /// `terms` of every so many ticks, from the next one on; none if a term is not known, or there are none.
-    pub fn new(terms: u16, every: u16) -> Option<Self> {
-        let known = Term::ALL.iter().fold(0, |bits, term| bits | term.bit());
+    /// `signals` of every so many ticks, from the next one on; none if there are none, or one of them is not among the
+    /// first `known`.
+    pub fn new(signals: u64, every: u16, known: usize) -> Option<Self> {
         if every == 0 {
             return Some(Self::NONE);
         }
-        (terms != 0 && terms & !known == 0).then_some(Self { terms, every, next: None, number: 0 })
+        let unknown = u64::MAX.checked_shl(known as u32).unwrap_or(0);
+        (signals != 0 && signals & unknown == 0).then_some(Self { signals, every, next: None, number: 0 })
     }
 
     /// Takes a tick, and returns a sample if one is due. Ticks may be missing; samples that were due in them count, too.
@@ -47,58 +49,26 @@ impl Subscription {
         }
         self.number = number.wrapping_add(1);
         let mut values = Vec::new();
-        for term in Term::ALL.into_iter().filter(|term| self.terms & term.bit() != 0) {
-            // Cannot fail: there is room for more terms than there are.
-            let _ = values.extend_from_slice(&value(term, output));
+        for place in (0..MAX_SIGNALS).filter(|place| self.signals >> place & 1 != 0) {
+            let bits = signal::value(&output.tick, place).unwrap_or_default();
+            // Cannot fail: there is room for every place.
+            let _ = values.extend_from_slice(&bits.to_le_bytes());
         }
-        Some(Sample { number, clock: output.clock, terms: self.terms, values })
+        Some(Sample { number, clock: output.clock, signals: self.signals, values })
     }
-}
-
-fn value(term: Term, output: &Output) -> [u8; 4] {
-    let tick = &output.tick;
-    let (setpoint, duty) = (&tick.setpoint, output.duty);
-    match term {
-        Term::SetpointCounts => setpoint.position.counts.to_le_bytes(),
-        Term::SetpointFraction => setpoint.position.fraction.to_le_bytes(),
-        Term::SetpointVelocity => setpoint.velocity.to_le_bytes(),
-        Term::Counts => tick.counts.to_le_bytes(),
-        Term::Error => tick.error.to_le_bytes(),
-        Term::Velocity => tick.velocity.to_le_bytes(),
-        Term::Pd => tick.v_pd.to_le_bytes(),
-        Term::Compensator => tick.v_c.to_le_bytes(),
-        Term::Output => tick.v.to_le_bytes(),
-        Term::Code => i32::from(tick.code).to_le_bytes(),
-        Term::Duty => {
-            let compare = i32::from(duty.compare);
-            (if duty.reverse { -compare } else { compare }).to_le_bytes()
-        }
-        Term::Flags => flags(output).to_le_bytes(),
-    }
-}
-
-fn flags(output: &Output) -> u32 {
-    let (state, fault) = match output.state {
-        State::Boot => (0, 0),
-        State::Stopped => (1, 0),
-        State::Armed => (2, 0),
-        State::Faulted(fault) => (3, fault as u32),
-    };
-    let bit = |set: bool, place: u32| u32::from(set) << place;
-    state | fault << 8 | bit(output.tick.saturated, 16) | bit(output.wound_up, 17) | bit(output.enable, 18)
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::controller::Tick;
-    use crate::drive::Duty;
+    use crate::servo::State;
+    use crate::signal::Tick;
 
     fn numbers(ticks: impl IntoIterator<Item = u32>) -> heapless::Vec<(u32, u32), 16> {
-        let mut subscription = Subscription::new(Term::Counts.bit(), 3).unwrap();
+        let mut subscription = Subscription::new(1, 3, 1).unwrap();
         let sample = |clock| {
-            let (duty, state, tick) = (Duty::default(), State::Stopped, Tick::default());
-            let output = Output { enable: false, duty, state, tick, clock, wound_up: false };
+            let (state, tick) = (State::Stopped, Tick::default());
+            let output = Output { enable: false, state, tick, clock, wound_up: false };
             subscription.tick(&output).map(|sample| (sample.number, sample.clock))
         };
         ticks.into_iter().filter_map(sample).collect()

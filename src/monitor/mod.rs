@@ -23,9 +23,11 @@ mod wind_up;
 pub use limits::Limits;
 pub use standstill::Standstill;
 
-use crate::controller::{ControllerConfig, Tick};
+use crate::controller::ControllerConfig;
 use crate::fault::Fault;
-use crate::parameters::{Device, SUPPLY_FULL_SCALE};
+use crate::hardware::Hardware;
+use crate::parameters::DeviceConfig;
+use crate::signal::Tick;
 use encoder_jump::EncoderJump;
 use following_error::{FollowingError, FollowingState};
 use limits::Units;
@@ -93,12 +95,17 @@ pub(crate) struct Trip {
 
 impl Monitors {
     /// The monitors of a loop; all of it has been validated.
-    pub fn new(limits: &Limits, controller: &ControllerConfig, device: &Device) -> Self {
+    pub fn new(
+        limits: &Limits,
+        controller: &ControllerConfig,
+        device: &DeviceConfig,
+        hardware: &Hardware,
+    ) -> Self {
         let units = Units {
             count: controller.encoder.resolution,
             code: controller.drive.lsb,
             tick: controller.sample_time,
-            supply: device.supply_full_scale / f32::from(SUPPLY_FULL_SCALE),
+            supply: device.supply_full_scale / f32::from(hardware.supply_top),
         };
         Self {
             units,
@@ -170,7 +177,7 @@ impl Monitors {
         if let Some(travel) = self.reversal.check(&mut state.reversal, before, seen.travel) {
             return trip(Fault::EncoderReversed, deg(travel));
         }
-        let setpoint = tick.setpoint.position.counts;
+        let setpoint = tick.reference_counts;
         if let Some(error) = self.following.check(&mut state.following, setpoint, tick.counts) {
             return trip(Fault::FollowingError, deg(error));
         }

@@ -1,11 +1,15 @@
+use heapless::Vec;
+
+use super::record::ROOM;
 use super::*;
-use crate::compensator::{Gains, SmoothRobustNonlinearGains};
+use crate::compensator::{FIRST_LAW, Gains};
 use crate::drive::{DriveConfig, PwmMode};
 use crate::encoder::{CounterBits, Direction, Encoder};
-use crate::pd::PdGains;
+use crate::position::Position;
+use crate::reference::{Corner, MAX_CORNERS};
+use crate::value::{Key, key};
 
 fn example() -> Parameters {
-    let gains = Gains::SmoothRobustNonlinear(SmoothRobustNonlinearGains { v_ms: 0.4, alpha: 100.0 });
     let controller = ControllerConfig {
         sample_time: 0.02,
         encoder: Encoder {
@@ -15,14 +19,14 @@ fn example() -> Parameters {
         },
         velocity_window: 5,
         pd: PdGains { kp: 1.0, kd: 0.25 },
-        compensator: [gains; 4].into_iter().collect(),
-        drive: DriveConfig { full_scale: 5.0, lsb: 0.00488, mode: PwmMode::SignMagnitude, pwm_top: 65_534 },
+        compensator: Gains::EXAMPLES.iter().copied().take(4).collect(),
+        drive: DriveConfig { full_scale: 5.0, lsb: 0.00488, mode: PwmMode::SignMagnitude, pwm_hz: 1300.0 },
     };
     let corner = |k: u32| Corner { tick: 1000 * k, position: Position { counts: i32::MIN, fraction: 0.5 } };
     let motion =
         Motion::Trajectory { corners: (1..=MAX_CORNERS as u32).map(corner).collect(), half_blend: 0.25 };
-    let limits = Limits::derived(&controller, &Device::CAUTIOUS, 0.4);
-    Parameters { controller, motion, device: Device::CAUTIOUS, limits }
+    let limits = Limits::derived(&controller, &DeviceConfig::CAUTIOUS, 0.4);
+    Parameters { controller, motion, device: DeviceConfig::CAUTIOUS, limits }
 }
 
 #[test]
@@ -32,44 +36,184 @@ fn the_longest_record_fits_and_comes_back() {
     assert_eq!(Parameters::decode(record), Ok((example(), 7)));
 }
 
-/// A record as version 1 of the format had it: the same without limits.
-fn first_version(parameters: &Parameters, sequence: u32, room: &mut [u8]) -> usize {
-    let Parameters { controller, motion, device, .. } = parameters;
-    let length = postcard::to_slice(&(controller, motion, device), &mut room[HEADER..]).unwrap().len();
-    for (at, field) in [(4, 1), (8, sequence), (12, length as u32)] {
-        room[at..at + 4].copy_from_slice(&field.to_le_bytes());
-    }
-    let sum = checksum(&room[..HEADER], &room[HEADER..HEADER + length]);
-    room[..4].copy_from_slice(b"STIC");
-    room[16..HEADER].copy_from_slice(&sum.to_le_bytes());
-    HEADER + length
+/// Records that the firmware of the formats 1 to 3 has written, as they stood in its flash.
+const FIRST: &str = concat!(
+    "5354494301000000090000004d00000070df38b26f12833abc74133d010107000020400000803d0201000016",
+    "43cdcc4c3d03a470bd3e6f12833a00004041cdcc4c3c00ea1d01a3200000003e01000000400000803ebd3706",
+    "360000c04100000442",
+);
+const SECOND: &str = concat!(
+    "5354494302000000090000004f000000511eac316f12833abc74133d010107000020400000803d0201000016",
+    "43cdcc4c3d03a470bd3e6f12833a00004041cdcc4c3c00ea1d030000003f0000404001000000400000803ebd",
+    "3706360000c04100000442",
+);
+const THIRD: &str = concat!(
+    "535449430300000007000000ae00000098e4ea936f12833abc74133d010107000020400000803d0400000080",
+    "400000003f02295c0f3eb81e154004cdcccc3e05cdcccc3e0000c84200004041cdcc4c3c01e8200203f403cf",
+    "0f0000003fdc0beac2020000803ec41300000000000000803e01000000400000803ebd3706360000c0410000",
+    "044254e3a53fcdcc4c3fcdcc4c3ebc74933e9a9999400080a6430000b4c200408743666686419999f9410000",
+    "1041000020410000003fcdcccc3e0000803f",
+);
+
+fn stored(hex: &str) -> Vec<u8, 512> {
+    let digit = |byte: u8| (byte as char).to_digit(16).unwrap() as u8;
+    hex.as_bytes().chunks(2).map(|pair| digit(pair[0]) << 4 | digit(pair[1])).collect()
+}
+
+/// What was written, typed in again by hand.
+fn former(laws: &[Gains], drive: DriveConfig, motion: Motion) -> Parameters {
+    let controller = ControllerConfig {
+        sample_time: 0.001,
+        encoder: Encoder {
+            resolution: 0.036,
+            counter_bits: CounterBits::ThirtyTwo,
+            direction: Direction::Reverse,
+        },
+        velocity_window: 7,
+        pd: PdGains { kp: 2.5, kd: 0.0625 },
+        compensator: laws.iter().copied().collect(),
+        drive,
+    };
+    let device = DeviceConfig {
+        autostart: true,
+        autostart_delay: 2.0,
+        soft_start: 0.25,
+        dead_time: 2e-6,
+        nominal_supply: 24.0,
+        supply_full_scale: 33.0,
+    };
+    let limits = Limits::derived(&controller, &device, 0.0);
+    Parameters { controller, motion, device, limits }
 }
 
 #[test]
-fn a_record_of_the_first_version_is_read_and_gets_derived_limits() {
+fn records_of_the_former_formats_are_read_as_they_were_meant() {
+    let [ri, rvi, roi, feedforward, dnpf, srnf] = *Gains::EXAMPLES else { unreachable!() };
+    // PWM tops of 3818 and 4200 at 168 MHz.
+    let drive = |mode, pwm_hz| DriveConfig { full_scale: 12.0, lsb: 0.0125, mode, pwm_hz };
+    let antiphase = drive(PwmMode::LockedAntiphase, 168e6 / 7636.0);
+    let step = Motion::Step(Position { counts: -2066, fraction: 0.125 });
+    let first = former(&[rvi, feedforward], antiphase, step);
+    assert_eq!(Parameters::decode(&stored(FIRST)), Ok((first, 9)));
+
+    let second = former(&[rvi, feedforward], antiphase, Motion::Ramp { rate: 0.5, hold: 3.0 });
+    assert_eq!(Parameters::decode(&stored(SECOND)), Ok((second, 9)));
+
+    let corner = |tick, counts, fraction| Corner { tick, position: Position { counts, fraction } };
+    let corners = [corner(500, -1000, 0.5), corner(1500, 20_661, 0.25), corner(2500, 0, 0.0)];
+    let through = Motion::Trajectory { corners: corners.into_iter().collect(), half_blend: 0.25 };
+    let third = former(&[ri, roi, dnpf, srnf], drive(PwmMode::SignMagnitude, 20e3), through);
+    let derived = Limits::derived(&third.controller, &third.device, 0.4);
+    let limits = Limits { position_min: -90.0, position_max: 270.5, overspeed: 333.0, ..derived };
+    assert_eq!(Parameters::decode(&stored(THIRD)), Ok((Parameters { limits, ..third }, 7)));
+}
+
+#[test]
+fn a_cut_or_longer_body_of_a_former_format_is_malformed() {
+    for text in [FIRST, SECOND, THIRD] {
+        let whole = stored(text);
+        for length in [whole.len() - 1, whole.len() + 1] {
+            let mut bytes = whole.clone();
+            bytes.resize(length, 0).unwrap();
+            bytes[12..16].copy_from_slice(&((length - record::HEADER) as u32).to_le_bytes());
+            reseal(&mut bytes);
+            assert_eq!(Parameters::decode(&bytes), Err(DecodeError::Malformed), "{length}");
+        }
+    }
+}
+
+/// Gives a record the checksum of what it holds.
+fn reseal(bytes: &mut [u8]) {
+    let (header, body) = bytes.split_at(record::HEADER);
+    let sum = record::checksum(header, body);
+    bytes[16..20].copy_from_slice(&sum.to_le_bytes());
+}
+
+/// A record of entries with a good checksum.
+fn record_of(body: &[u8]) -> Vec<u8, ROOM> {
+    let mut bytes = Vec::new();
+    for part in
+        [&b"STIC"[..], &4u32.to_le_bytes(), &[0; 4], &(body.len() as u32).to_le_bytes(), &[0; 4], body]
+    {
+        bytes.extend_from_slice(part).unwrap();
+    }
+    reseal(&mut bytes);
+    bytes
+}
+
+fn body_of(parameters: &Parameters) -> Vec<u8, ROOM> {
     let mut room = [0; ROOM];
-    let length = first_version(&example(), 3, &mut room);
-    let (found, sequence) = Parameters::decode(&room[..length]).unwrap();
-    let limits = Limits::derived(&found.controller, &found.device, 0.0);
-    assert_eq!((found, sequence), (Parameters { limits, ..example() }, 3));
-    // It ends where the third version would have its limits.
-    room[4] = 3;
-    let sum = checksum(&room[..HEADER], &room[HEADER..length]);
-    room[16..HEADER].copy_from_slice(&sum.to_le_bytes());
-    assert_eq!(Parameters::decode(&room[..length]), Err(DecodeError::Malformed));
-    room[4] = 4;
-    assert_eq!(Parameters::decode(&room[..length]), Err(DecodeError::Version(4)));
+    let length = record::write(parameters, &mut room).unwrap();
+    room.iter().copied().take(length).collect()
+}
+
+#[test]
+fn a_value_that_a_record_lacks_is_its_default_or_derived_or_named() {
+    let example =
+        Parameters { device: DeviceConfig { soft_start: 0.1, ..DeviceConfig::CAUTIOUS }, ..example() };
+    let body = body_of(&example);
+    let without = |key: Key| {
+        let entries = body.chunks(6).filter(|entry| !entry.starts_with(&key.0.to_le_bytes()));
+        let left: Vec<u8, ROOM> = entries.flatten().copied().collect();
+        assert_eq!(left.len() + 6, body.len(), "{key}");
+        Parameters::decode(&record_of(&left)).map(|(parameters, _)| parameters)
+    };
+    let soft_start = key(DeviceConfig::ABOUT, "soft_start");
+    assert_eq!(without(soft_start).unwrap().device, DeviceConfig::CAUTIOUS);
+    let derived = Limits::derived(&example.controller, &example.device, 0.0);
+    let stall = without(key(Limits::ABOUT, "stall_effort")).unwrap().limits;
+    assert_eq!(stall, Limits { stall_effort: derived.stall_effort, ..example.limits });
+    assert_ne!(derived.stall_effort, example.limits.stall_effort);
+    let kp = key(PdGains::ABOUT, "kp");
+    assert_eq!(without(kp), Err(DecodeError::Missing(kp)));
+    let theta_ri = Key(0x1102);
+    assert_eq!(without(theta_ri), Err(DecodeError::Missing(theta_ri)));
+}
+
+#[test]
+fn a_value_of_a_later_version_is_refused_by_its_number() {
+    let mut body = body_of(&example());
+    body.extend_from_slice(&[0x7F, 0x08, 1, 0, 0, 0]).unwrap();
+    assert_eq!(Parameters::decode(&record_of(&body)), Err(DecodeError::Unknown(Key(0x087F))));
+    // The gain of a law that is not in the sum.
+    let mut body = body_of(&example());
+    body.extend_from_slice(&[0x01, 0x16, 0, 0, 0, 0]).unwrap();
+    assert_eq!(Parameters::decode(&record_of(&body)), Err(DecodeError::Unknown(Key(0x1601))));
+}
+
+#[test]
+fn a_law_that_is_there_twice_is_refused() {
+    let mut parameters = example();
+    let [first, ..] = *Gains::EXAMPLES else { unreachable!() };
+    parameters.controller.compensator = [first, first].into_iter().collect();
+    let error = parameters.validate().unwrap_err();
+    assert_eq!((error.key, error.found), (Key(FIRST_LAW.0 + 1), 1.0));
+}
+
+#[test]
+fn there_is_room_for_a_few_hundred_values_and_each_number_is_used_once() {
+    let used = body_of(&example()).len();
+    assert!(used < ROOM / 3, "{used} bytes of {ROOM} are used");
+    let numbers: Vec<Key, 256> = about().map(|about| about.key).collect();
+    for (i, key) in numbers.iter().enumerate() {
+        assert!(!numbers[..i].contains(key), "{:#06x} is used twice", key.0);
+        assert!(key.0 < 0x0500 || key.0 > 0x0503, "{:#06x} is in the list of laws", key.0);
+    }
+}
+
+fn name(key: Key) -> &'static str {
+    key.about().map_or("", |about| about.name)
 }
 
 #[test]
 fn a_ramp_comes_back_and_its_limits_are_checked() {
     let ramp = |rate: f32, hold: f32, soft_start: f32| {
-        let device = Device { soft_start, ..Device::CAUTIOUS };
+        let device = DeviceConfig { soft_start, ..DeviceConfig::CAUTIOUS };
         let parameters = Parameters { motion: Motion::Ramp { rate, hold }, device, ..example() };
         let mut room = [0; ROOM];
         let decoded = Parameters::decode(parameters.encode(0, &mut room).unwrap());
         decoded.map(|(found, _)| assert_eq!(found, parameters)).map_err(|error| match error {
-            DecodeError::Value(error) => error.key,
+            DecodeError::Value(error) => name(error.key),
             other => panic!("{other:?}"),
         })
     };
@@ -102,14 +246,14 @@ fn a_bad_value_with_a_good_checksum_names_its_key() {
         change(&mut parameters);
         let mut room = [0; ROOM];
         match Parameters::decode(parameters.encode(0, &mut room).unwrap()) {
-            Err(DecodeError::Value(error)) => error.key,
+            Err(DecodeError::Value(error)) => name(error.key),
             other => panic!("{other:?}"),
         }
     };
     assert_eq!(refused(|p| p.controller.sample_time = 0.021), "sample_time_s");
     assert_eq!(refused(|p| p.controller.pd.kp = f32::NAN), "kp_v_per_deg");
     assert_eq!(refused(|p| p.controller.velocity_window = 17), "velocity_window");
-    assert_eq!(refused(|p| p.controller.drive.pwm_top = 3), "pwm_top");
+    assert_eq!(refused(|p| p.controller.drive.pwm_hz = 0.0), "pwm_hz");
     assert_eq!(refused(|p| p.device.dead_time = 1.0), "dead_time_s");
     assert_eq!(refused(|p| p.device.nominal_supply = 1.0), "nominal_supply_v");
     assert_eq!(refused(|p| p.limits.overspeed = -1.0), "overspeed_deg_per_s");

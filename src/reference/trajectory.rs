@@ -20,11 +20,17 @@ use heapless::Vec;
 use serde::{Deserialize, Serialize};
 
 use super::Setpoint;
+use crate::controller::SAMPLE_TIME;
+use crate::encoder::RESOLUTION;
 use crate::error::{Allowed, Error, HUGE, above, between};
 use crate::position::{Position, Rate};
+use crate::value::Key;
 
 /// The largest number of corners.
 pub const MAX_CORNERS: usize = 16;
+
+const HALF_BLEND: Key = Key(0x0603);
+const CORNER_TIMES: Key = Key(0x0700);
 
 /// Where two straight lines would meet.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
@@ -90,10 +96,10 @@ impl Trajectory {
         sample_time: f32,
         resolution: f32,
     ) -> Result<(), Error> {
-        between("corner_times_s", corners.len() as f32, 1.0, MAX_CORNERS as f32)?;
-        above("sample_time_s", sample_time, 0.0, 1.0)?;
-        above("resolution_deg", resolution, 0.0, HUGE)?;
-        between("half_blend_s", half_blend_s, 0.5 * sample_time, HUGE)?;
+        between(CORNER_TIMES, corners.len() as f32, 1.0, MAX_CORNERS as f32)?;
+        above(SAMPLE_TIME, sample_time, 0.0, 1.0)?;
+        above(RESOLUTION, resolution, 0.0, HUGE)?;
+        between(HALF_BLEND, half_blend_s, 0.5 * sample_time, HUGE)?;
         // A quotient of two decimals may come out above the whole number that it is.
         let shortest = half_blend_s / sample_time * (1.0 - 1e-6);
         let mut before: Option<u32> = None;
@@ -108,7 +114,7 @@ impl Trajectory {
                     None => Allowed::Between(half_blend_s, HUGE),
                     Some(_) => Allowed::LaterBy(2.0 * half_blend_s),
                 };
-                return Err(Error { key: "corner_times_s", found, allowed });
+                return Err(Error { key: CORNER_TIMES, found, allowed });
             }
             before = Some(corner.tick);
         }

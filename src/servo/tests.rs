@@ -3,15 +3,18 @@ use crate::controller::ControllerConfig;
 use crate::drive::{DriveConfig, PwmMode};
 use crate::encoder::{CounterBits, Direction, Encoder};
 use crate::monitor::Limits;
-use crate::parameters::{Device, Motion};
+use crate::motion::Motion;
+use crate::parameters::DeviceConfig;
 use crate::pd::PdGains;
 use crate::position::Position;
 use crate::reference::{Reference, Step};
 
+const HARDWARE: Hardware = Hardware { pwm_clock_hz: 168e6, supply_top: 4095 };
+
 const NEUTRAL: Duty = Duty { compare: 1909, reverse: false };
 
-fn parameters(device: Device) -> Parameters {
-    let drive = DriveConfig { full_scale: 5.0, lsb: 0.00488, mode: PwmMode::LockedAntiphase, pwm_top: 3818 };
+fn parameters(device: DeviceConfig) -> Parameters {
+    let drive = DriveConfig { full_scale: 5.0, lsb: 0.00488, mode: PwmMode::LockedAntiphase, pwm_hz: 22e3 };
     let encoder =
         Encoder { resolution: 0.01, counter_bits: CounterBits::ThirtyTwo, direction: Direction::Forward };
     let controller = ControllerConfig {
@@ -25,12 +28,12 @@ fn parameters(device: Device) -> Parameters {
     Parameters { controller, motion: Motion::Step(Position::from_counts(250)), device, limits: Limits::OFF }
 }
 
-fn servo(device: Device) -> Servo {
-    Servo::new(Ok(&parameters(device)), Boot::default())
+fn servo(device: DeviceConfig) -> Servo {
+    Servo::new(Ok(&parameters(device)), Boot::default(), &HARDWARE)
 }
 
-fn at_once() -> Device {
-    Device { soft_start: 0.0, ..Device::CAUTIOUS }
+fn at_once() -> DeviceConfig {
+    DeviceConfig { soft_start: 0.0, ..DeviceConfig::CAUTIOUS }
 }
 
 fn tick(servo: &mut Servo, counter: u32) -> Output {
@@ -38,12 +41,12 @@ fn tick(servo: &mut Servo, counter: u32) -> Output {
 }
 
 /// A joint at rest for long enough, at `counter`; armed.
-fn armed(device: Device, counter: u32) -> Servo {
+fn armed(device: DeviceConfig, counter: u32) -> Servo {
     let mut servo = servo(device);
     for _ in 0..10 {
         tick(&mut servo, counter);
     }
-    assert_eq!(servo.arm(Arming::Motion), Ok(()));
+    assert_eq!(servo.arm(), Ok(()));
     servo
 }
 
@@ -51,23 +54,23 @@ fn armed(device: Device, counter: u32) -> Servo {
 fn nothing_is_driven_until_it_is_armed() {
     let mut servo = servo(at_once());
     assert_eq!(servo.state(), State::Boot);
-    assert_eq!(servo.arm(Arming::Motion), Err(Refusal::Booting));
+    assert_eq!(servo.arm(), Err(Refusal::Booting));
     for _ in 0..1000 {
         let output = tick(&mut servo, 7);
-        assert_eq!((output.state, output.enable, output.duty), (State::Stopped, false, NEUTRAL));
+        assert_eq!((output.state, output.enable, output.duty()), (State::Stopped, false, NEUTRAL));
     }
-    assert_eq!(servo.arm(Arming::Motion), Ok(()));
+    assert_eq!(servo.arm(), Ok(()));
     let output = tick(&mut servo, 7);
     // 2.5 deg under 1 V/deg: as the controller alone has it.
     assert_eq!((output.state, output.enable, output.tick.code), (State::Armed, true, 512));
     servo.stop();
     let output = tick(&mut servo, 7);
-    assert_eq!((output.state, output.enable, output.duty), (State::Stopped, false, NEUTRAL));
+    assert_eq!((output.state, output.enable, output.duty()), (State::Stopped, false, NEUTRAL));
 }
 
 #[test]
 fn autostart_waits_for_its_delay_and_begins_at_zero() {
-    let mut servo = servo(Device { autostart: true, autostart_delay: 0.05, ..at_once() });
+    let mut servo = servo(DeviceConfig { autostart: true, autostart_delay: 0.05, ..at_once() });
     for _ in 0..6 {
         assert!(!tick(&mut servo, 900).enable);
     }
@@ -79,23 +82,23 @@ fn autostart_waits_for_its_delay_and_begins_at_zero() {
 
 #[test]
 fn the_first_fault_is_latched() {
-    for fault in Fault::ALL {
+    for &fault in Fault::ALL {
         let mut servo = armed(at_once(), 0);
         assert!(tick(&mut servo, 0).enable);
         servo.fault(fault);
         servo.fault(Fault::Panic);
         servo.stop();
-        assert_eq!(servo.arm(Arming::Motion), Err(Refusal::Faulted(fault)));
+        assert_eq!(servo.arm(), Err(Refusal::Faulted(fault)));
         let output = tick(&mut servo, 0);
-        assert_eq!((output.state, output.enable, output.duty), (State::Faulted(fault), false, NEUTRAL));
+        assert_eq!((output.state, output.enable, output.duty()), (State::Faulted(fault), false, NEUTRAL));
     }
 }
 
 #[test]
 fn a_fault_from_before_the_reset_prevents_autostart() {
-    let device = Device { autostart: true, autostart_delay: 0.0, ..at_once() };
+    let device = DeviceConfig { autostart: true, autostart_delay: 0.0, ..at_once() };
     let boot = Boot { fault: Some(Fault::Watchdog.into()) };
-    let mut servo = Servo::new(Ok(&parameters(device)), boot);
+    let mut servo = Servo::new(Ok(&parameters(device)), boot, &HARDWARE);
     for _ in 0..100 {
         assert_eq!(tick(&mut servo, 0).state, State::Faulted(Fault::Watchdog));
     }
@@ -103,29 +106,32 @@ fn a_fault_from_before_the_reset_prevents_autostart() {
 
 #[test]
 fn no_parameters_and_bad_ones_are_faults() {
-    let mut servo = Servo::new(Err(DecodeError::Blank), Boot::default());
+    let mut servo = Servo::new(Err(DecodeError::Blank), Boot::default(), &HARDWARE);
     assert_eq!(tick(&mut servo, 0).state, State::Faulted(Fault::NoParameters));
-    let mut servo = Servo::new(Err(DecodeError::Checksum), Boot::default());
+    let mut servo = Servo::new(Err(DecodeError::Checksum), Boot::default(), &HARDWARE);
     assert_eq!(tick(&mut servo, 0).state, State::Faulted(Fault::BadParameters));
     let mut bad = parameters(at_once());
     bad.controller.pd.kp = f32::NAN;
-    assert_eq!(Servo::new(Ok(&bad), Boot::default()).state(), State::Faulted(Fault::BadParameters));
+    assert_eq!(
+        Servo::new(Ok(&bad), Boot::default(), &HARDWARE).state(),
+        State::Faulted(Fault::BadParameters)
+    );
 }
 
 #[test]
 fn the_limit_rises_in_a_straight_line() {
-    let mut servo = armed(Device { soft_start: 0.1, ..Device::CAUTIOUS }, 0);
+    let mut servo = armed(DeviceConfig { soft_start: 0.1, ..DeviceConfig::CAUTIOUS }, 0);
     let codes = [(); 7].map(|()| tick(&mut servo, 0).tick.code);
     assert_eq!(codes, [0, 102, 204, 307, 409, 512, 512]);
     servo.stop();
-    assert_eq!(servo.arm(Arming::Motion), Ok(()));
+    assert_eq!(servo.arm(), Ok(()));
     let output = tick(&mut servo, 0);
-    assert_eq!((output.tick.code, output.tick.saturated, output.duty), (0, true, NEUTRAL));
+    assert_eq!((output.tick.code, output.tick.saturated, output.duty()), (0, true, NEUTRAL));
 }
 
 #[test]
 fn the_output_follows_the_supply_within_a_factor_of_two() {
-    let device = Device { nominal_supply: 12.0, supply_full_scale: 24.0, ..at_once() };
+    let device = DeviceConfig { nominal_supply: 12.0, supply_full_scale: 24.0, ..at_once() };
     let mut servo = armed(device, 0);
     let mut code = |supply| servo.tick(Input { counter: 0, supply }).tick.code;
     // 2.5 V at the nominal supply (half of 4095); more of it at less supply.
@@ -139,9 +145,9 @@ fn a_value_that_is_not_finite_is_a_fault() {
     // No parameters that are accepted lead here: this is the last line of defence.
     let to = Position { counts: 0, fraction: f32::NAN };
     let reference = Reference::Step(Step { to, ..Default::default() });
-    servo.joint.as_mut().unwrap().course = Course::Follow(reference);
+    servo.control_loop.as_mut().unwrap().course = Course::Follow(reference);
     let output = tick(&mut servo, 0);
-    assert_eq!((output.enable, output.duty), (false, NEUTRAL));
+    assert_eq!((output.enable, output.duty()), (false, NEUTRAL));
     assert_eq!(output.state, State::Faulted(Fault::NonFinite));
     assert!(output.tick.non_finite);
 }
@@ -153,7 +159,7 @@ fn silence_is_a_fault_from_the_first_request_on_that_a_link_makes_of_a_servo_tha
         servo.follow(Reference::Step(Step { to: Position::from_counts(to), ..Step::default() }))
     }
     let takes_over: [Ask; 3] =
-        [|servo| servo.arm(Arming::ByLink), |servo| servo.hold(), |servo| step(servo, 0)];
+        [|servo| servo.arm_for_link(Course::default()), |servo| servo.hold(), |servo| step(servo, 0)];
     let does_not: [Ask; 2] = [
         |servo| step(servo, 5_000),
         |servo| {
@@ -162,10 +168,10 @@ fn silence_is_a_fault_from_the_first_request_on_that_a_link_makes_of_a_servo_tha
         },
     ];
     for (i, ask) in takes_over.iter().chain(&does_not).enumerate() {
-        let mut parameters = parameters(Device { autostart: true, ..at_once() });
+        let mut parameters = parameters(DeviceConfig { autostart: true, ..at_once() });
         parameters.limits.link_timeout = 0.1;
         (parameters.limits.position_min, parameters.limits.position_max) = (-45.0, 45.0);
-        let mut servo = Servo::new(Ok(&parameters), Boot::default());
+        let mut servo = Servo::new(Ok(&parameters), Boot::default(), &HARDWARE);
         let enabled = |servo: &mut Servo| (0..200).filter(|_| tick(servo, 0).enable).count();
         enabled(&mut servo);
         assert_eq!((servo.state(), enabled(&mut servo)), (State::Armed, 200), "{i}");
@@ -179,10 +185,10 @@ fn silence_is_a_fault_from_the_first_request_on_that_a_link_makes_of_a_servo_tha
 }
 
 /// 0.5 V/s at 10 ms, held for 0.1 s.
-fn ramp(device: Device) -> Servo {
+fn ramp(device: DeviceConfig) -> Servo {
     let mut parameters = parameters(device);
     parameters.motion = Motion::Ramp { rate: 0.5, hold: 0.1 };
-    Servo::new(Ok(&parameters), Boot::default())
+    Servo::new(Ok(&parameters), Boot::default(), &HARDWARE)
 }
 
 /// A joint that moves by a count a tick from the fortieth tick to the hundredth.
@@ -192,16 +198,16 @@ fn moved(tick: u32) -> u32 {
 
 #[test]
 fn a_ramp_stops_by_itself_and_tells_its_levels() {
-    let mut servo = ramp(Device::CAUTIOUS);
+    let mut servo = ramp(DeviceConfig::CAUTIOUS);
     (0..10).for_each(|_| assert!(!tick(&mut servo, moved(0)).enable));
     for _ in 0..2 {
-        assert_eq!(servo.arm(Arming::Motion), Ok(()));
+        assert_eq!(servo.arm(), Ok(()));
         assert_eq!(servo.levels(), None);
         let mut last = 0;
         for k in 0.. {
             let output = tick(&mut servo, moved(k));
             if !output.enable {
-                assert_eq!((output.state, output.duty, output.tick.code), (State::Stopped, NEUTRAL, 0));
+                assert_eq!((output.state, output.duty(), output.tick.code), (State::Stopped, NEUTRAL, 0));
                 last = k;
                 break;
             }
@@ -226,19 +232,19 @@ fn a_ramp_stops_by_itself_and_tells_its_levels() {
 fn a_fault_ends_a_ramp_without_levels() {
     let mut servo = ramp(at_once());
     (0..10).for_each(|_| assert!(!tick(&mut servo, 0).enable));
-    assert_eq!(servo.arm(Arming::Motion), Ok(()));
+    assert_eq!(servo.arm(), Ok(()));
     assert!((0..10).all(|_| tick(&mut servo, 0).enable));
     servo.fault(Fault::BreakInput);
     let output = tick(&mut servo, 0);
-    assert_eq!((output.enable, output.duty, servo.levels()), (false, NEUTRAL, None));
+    assert_eq!((output.enable, output.duty(), servo.levels()), (false, NEUTRAL, None));
 }
 
 #[test]
 fn a_supply_too_low_for_the_effort_ends_a_ramp_without_levels() {
-    let device = Device { nominal_supply: 12.0, supply_full_scale: 24.0, ..at_once() };
+    let device = DeviceConfig { nominal_supply: 12.0, supply_full_scale: 24.0, ..at_once() };
     let mut servo = ramp(device);
     (0..10).for_each(|_| assert!(!tick(&mut servo, 0).enable));
-    assert_eq!(servo.arm(Arming::Motion), Ok(()));
+    assert_eq!(servo.arm(), Ok(()));
     // Two thirds of the nominal supply: 3/2 of the effort, so that 5 V are asked for at 3.33 V, rung 667.
     let ticks = (0..2000).take_while(|_| servo.tick(Input { counter: 0, supply: 1365 }).enable).count();
     assert_eq!(ticks, 666);

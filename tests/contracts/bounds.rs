@@ -2,6 +2,8 @@
 
 use proptest::collection::vec;
 use proptest::prelude::*;
+use proptest::sample::subsequence;
+use stiction::Allowed;
 
 use super::fixture::*;
 
@@ -30,33 +32,49 @@ fn any_positive(high: f32) -> impl Strategy<Value = f32> {
     prop_oneof![floats(0f32.next_up(), high), floats(1e-3, high.min(1e3))]
 }
 
-fn any_law() -> impl Strategy<Value = Gains> {
-    let two = || (any_gain(), any_gain());
-    prop_oneof![
-        two().prop_map(|(ki, theta_ri)| Gains::ResetIntegral(ResetIntegralGains { ki, theta_ri })),
-        (any_gain(), any_positive(LARGEST))
-            .prop_map(|(ki, gamma)| Gains::RateVariableIntegral(RateVariableIntegralGains { ki, gamma })),
-        two()
-            .prop_map(|(t_roi, v_roi)| Gains::ResetOffsetIntegral(ResetOffsetIntegralGains { t_roi, v_roi })),
-        two().prop_map(|(v_slip, v_ff)| Gains::Feedforward(FeedforwardGains { v_slip, v_ff })),
-        any_gain().prop_map(|theta_b| Gains::DiscontinuousNonlinearProportional(
-            DiscontinuousNonlinearProportionalGains { theta_b }
-        )),
-        two().prop_map(|(v_ms, alpha)| Gains::SmoothRobustNonlinear(SmoothRobustNonlinearGains {
-            v_ms,
-            alpha
-        })),
-    ]
+/// The bits of any value that a gain may have.
+fn any_bits(kind: Kind, allowed: Allowed) -> BoxedStrategy<u32> {
+    match (kind, allowed) {
+        (Kind::Number, Allowed::Between(0.0, LARGEST)) => any_gain().prop_map(f32::to_bits).boxed(),
+        (Kind::Number, Allowed::Between(low, high)) => (low..=high).prop_map(f32::to_bits).boxed(),
+        (Kind::Number, Allowed::Above(0.0, high)) => any_positive(high).prop_map(f32::to_bits).boxed(),
+        (Kind::Whole, Allowed::Between(low, high)) => (low as u32..=high as u32).boxed(),
+        (Kind::Flag, _) => (0u32..=1).boxed(),
+        (Kind::Choice(words), _) => (0..words.len() as u32).boxed(),
+        other => unreachable!("{other:?}: say here what it may be"),
+    }
+}
+
+/// A law with any gains, as they are declared.
+fn any_gains(law: Gains) -> impl Strategy<Value = Gains> {
+    let keys = keys(&law);
+    let bits = |key: &Key| any_bits(key.about().unwrap().kind, law.allowed(*key).unwrap());
+    keys.iter().map(bits).collect::<Vec<_>>().prop_map(move |values| {
+        let mut law = law;
+        for (key, bits) in keys.iter().zip(values) {
+            assert_eq!(law.set(*key, bits), Ok(true), "{key}");
+        }
+        law
+    })
+}
+
+/// Up to four laws in any order, each of them once; one that replaces PD stands alone.
+fn any_laws() -> impl Strategy<Value = Vec<Gains>> {
+    let some = subsequence(Gains::EXAMPLES, 0..=MAX_TERMS).prop_shuffle();
+    some.prop_flat_map(|laws| match laws.iter().find(|law| law.replaces_pd()) {
+        Some(alone) => vec![any_gains(*alone)],
+        None => laws.into_iter().map(any_gains).collect(),
+    })
 }
 
 fn any_drive() -> impl Strategy<Value = DriveConfig> {
     let mode = prop_oneof![Just(PwmMode::LockedAntiphase), Just(PwmMode::SignMagnitude)];
-    (any_positive(LARGEST), mode, 1u16..=32_767).prop_flat_map(|(full_scale, mode, half_top)| {
+    (any_positive(LARGEST), mode, floats(1300.0, 5.25e6)).prop_flat_map(|(full_scale, mode, pwm_hz)| {
         floats((full_scale / 32_768.0).next_up(), full_scale).prop_map(move |lsb| DriveConfig {
             full_scale,
             lsb,
             mode,
-            pwm_top: 2 * half_top,
+            pwm_hz,
         })
     })
 }
@@ -68,7 +86,7 @@ fn any_config() -> impl Strategy<Value = ControllerConfig> {
     let encoder = (any_positive(LARGEST), counter_bits, direction)
         .prop_map(|(resolution, counter_bits, direction)| Encoder { resolution, counter_bits, direction });
     let pd = (any_gain(), any_gain()).prop_map(|(kp, kd)| PdGains { kp, kd });
-    (any_positive(1.0), encoder, 2usize..=16, pd, vec(any_law(), 0..=MAX_TERMS), any_drive()).prop_map(
+    (any_positive(1.0), encoder, 2u32..=16, pd, any_laws(), any_drive()).prop_map(
         |(sample_time, encoder, velocity_window, pd, laws, drive)| ControllerConfig {
             sample_time,
             encoder,
@@ -125,34 +143,36 @@ proptest! {
         (mut counter, counts) in any::<(u32, i32)>(),
         travels in vec(prop_oneof![any::<i32>(), -300..=300, Just(0)], 1..40),
     ) {
-        let controller = Controller::new(&config).unwrap();
-        let DriveConfig { full_scale, lsb, mode, pwm_top } = config.drive;
+        let controller = Controller::new(&config, &STM32F405).unwrap();
+        let DriveConfig { full_scale, lsb, mode, pwm_hz } = config.drive;
+        let pwm_top = STM32F405.pwm_top(pwm_hz).unwrap();
         let max_code = controller.drive().max_code();
         // Two decimals that are rounded to `f32`: their quotient may be a whole number to 3e-7 only.
         let reach = f64::from(full_scale) / f64::from(lsb);
         let unused = reach - f64::from(max_code);
         // The quotient of two floats counts as whole when it is so to 3e-7, one and a half units in the last place.
         prop_assert!(unused >= -3e-7 * reach && unused < 1.0 + 3e-7 * reach, "{max_code} of {reach}");
-        let mut state = controller.start(counter, counts);
+        let mut joint = Joint::start(&controller, counter, counts);
         for travel in travels {
             counter = counter.wrapping_add_signed(travel);
-            let tick = controller.tick(&mut state, counter, &reference);
+            let tick = joint.tick(counter, &reference);
             let sum = tick.v_pd + tick.v_c;
-            prop_assert_eq!(tick.non_finite, !(sum.is_finite() && tick.setpoint.is_finite()));
+            prop_assert_eq!(tick.non_finite, !(sum.is_finite() && tick.setpoint().is_finite()));
             let (v, saturated) = match tick.non_finite {
                 true => (0.0, false),
                 false => (sum.clamp(-full_scale, full_scale), sum.abs() > full_scale),
             };
             prop_assert_eq!((tick.v, tick.saturated), (v, saturated), "{:?}", tick);
             prop_assert_eq!(tick.code, controller.drive().code(v), "{:?}", tick);
-            prop_assert_eq!(tick.duty, controller.drive().duty(tick.code), "{:?}", tick);
-            prop_assert!(tick.code.abs() <= max_code && tick.duty.compare <= pwm_top, "{tick:?}");
+            prop_assert_eq!(tick.v_applied, f32::from(tick.code) * lsb, "{:?}", tick);
+            prop_assert_eq!(tick.duty(), controller.drive().duty(tick.code), "{:?}", tick);
+            prop_assert!(tick.code.abs() <= max_code && tick.compare <= pwm_top, "{tick:?}");
             if tick.non_finite {
                 prop_assert_eq!(tick.code, 0);
             }
             if tick.code == 0 {
                 let compare = if mode == PwmMode::LockedAntiphase { pwm_top / 2 } else { 0 };
-                prop_assert_eq!(tick.duty, Duty { compare, reverse: false });
+                prop_assert_eq!(tick.duty(), Duty { compare, reverse: false });
             }
         }
     }
@@ -169,22 +189,22 @@ proptest! {
         let at = at % counts.len();
         for (name, config) in controllers() {
             let config = changed(&config, |config| config.drive.mode = mode);
-            let controller = Controller::new(&config).unwrap();
+            let controller = Controller::new(&config, &STM32F405).unwrap();
             let undisturbed = run(&controller, &reference, &counts, low_half);
 
-            let mut state = controller.start(low_half(counts[0]), counts[0]);
+            let mut joint = Joint::start(&controller, low_half(counts[0]), counts[0]);
             for &counts in &counts[..at] {
-                controller.tick(&mut state, low_half(counts), &reference);
+                joint.tick(low_half(counts), &reference);
             }
-            let tick = controller.tick(&mut state, low_half(counts[at]), &poisoned);
+            let tick = joint.tick(low_half(counts[at]), &poisoned);
             prop_assert!(tick.non_finite && tick.v == 0.0 && tick.code == 0, "{name}: {tick:?}");
             let compare = if mode == PwmMode::LockedAntiphase { 1909 } else { 0 };
-            prop_assert_eq!(tick.duty, Duty { compare, reverse: false });
+            prop_assert_eq!(tick.duty(), Duty { compare, reverse: false });
 
-            let afresh = Compensator::new(&config.compensator, &around(&config)).unwrap();
+            let afresh = Compensator::new(&config.compensator, &config.around());
             let mut compensator = afresh.rest();
             for (&counts, expected) in counts.iter().zip(&undisturbed).skip(at + 1) {
-                let tick = controller.tick(&mut state, low_half(counts), &reference);
+                let tick = joint.tick(low_half(counts), &reference);
                 prop_assert_eq!((tick.v_pd, tick.velocity), (expected.v_pd, expected.velocity), "{}", name);
                 let v_c = afresh.update(&mut compensator, &sample_of(&tick));
                 prop_assert_eq!(tick.v_c, v_c, "{}: tick {}", name, tick.tick);
@@ -197,10 +217,10 @@ proptest! {
 #[test]
 fn effort_beyond_a_float_gives_none() {
     let config = changed(&configured(1e6, &[SRNF]), |config| config.sample_time = 1e-36);
-    let controller = Controller::new(&config).unwrap();
-    let mut state = controller.start(0, 0);
+    let controller = Controller::new(&config, &STM32F405).unwrap();
+    let mut joint = Joint::start(&controller, 0, 0);
     let here = step_to(Position::default());
-    let ticks = [0, 1, 1, 1, 1, 1].map(|counter| controller.tick(&mut state, counter, &here));
+    let ticks = [0, 1, 1, 1, 1, 1].map(|counter| joint.tick(counter, &here));
     assert_eq!(ticks.map(|tick| tick.non_finite), [false, true, true, true, true, false]);
     assert_eq!(ticks.map(|tick| tick.code), [0, 0, 0, 0, 0, -20]); // 0.40 tanh(100 * -0.00242) V, and PD
 }

@@ -19,7 +19,7 @@ impl Equation {
 
     fn evaluate(&mut self, tick: &Tick) -> f64 {
         let error = f64::from(tick.error);
-        let velocity_error = tick.setpoint.velocity - tick.velocity;
+        let velocity_error = tick.reference_velocity - tick.velocity;
         self.v_c = match self.gains {
             Gains::ResetIntegral(ResetIntegralGains { ki, theta_ri }) => {
                 if tick.error.abs() <= theta_ri {
@@ -45,7 +45,7 @@ impl Equation {
                 }
             }
             Gains::Feedforward(FeedforwardGains { v_slip, v_ff }) => {
-                let speed = tick.setpoint.velocity;
+                let speed = tick.reference_velocity;
                 if speed.abs() > v_ff { f64::from(v_slip) * f64::from(speed.signum()) } else { 0.0 }
             }
             Gains::DiscontinuousNonlinearProportional(DiscontinuousNonlinearProportionalGains {
@@ -82,15 +82,15 @@ proptest! {
         let counts = near(&reference, &lags);
         for (name, config) in controllers() {
             let config = changed(&config, |config| (config.sample_time, config.pd.kp) = (sample_time, kp));
-            let controller = Controller::new(&config).unwrap();
+            let controller = Controller::new(&config, &STM32F405).unwrap();
             let (h, kp) = (f64::from(sample_time), f64::from(kp));
             let mut law =
                 config.compensator.first().map(|&gains| Equation { gains, h, kp, v_c: 0.0, active: 0 });
             let ticks = run(&controller, &reference, &counts, low_half);
             for (number, (&counts, tick)) in (0..).zip(counts.iter().zip(ticks)) {
                 prop_assert_eq!((tick.tick, tick.counts), (number, counts), "{}", name);
-                prop_assert_eq!(tick.setpoint, reference.at(number), "{}", name);
-                let Setpoint { position, velocity, .. } = tick.setpoint;
+                prop_assert_eq!(tick.setpoint(), reference.at(number), "{}", name);
+                let Setpoint { position, velocity, .. } = tick.setpoint();
                 let ahead = f64::from(position.counts) + f64::from(position.fraction) - f64::from(counts);
                 let error = ahead * f64::from(RESOLUTION);
                 prop_assert!((f64::from(tick.error) - error).abs() <= 1e-6 * error.abs(), "{name}: {tick:?}");
@@ -109,9 +109,9 @@ proptest! {
 /// An error that stays for 40 s asks RI and RVI for many times the full scale.
 #[test]
 fn integral_stops_at_the_full_scale_and_leaves_it_at_once() {
-    let around = around(&configured(0.17, &[]));
+    let around = configured(0.17, &[]).around();
     for (law, gain_v_per_deg) in [(RI, 4.0 * 0.02), (RVI, 150.0 * 0.02)] {
-        let law = Law::new(&law, &around).unwrap();
+        let law = PreparedLaw::new(&law, &around);
         for sign in [1.0, -1.0] {
             let mut state = law.rest();
             let sample = Sample { error: 0.45 * sign, ..Sample::default() };
@@ -128,7 +128,7 @@ fn integral_stops_at_the_full_scale_and_leaves_it_at_once() {
             assert!((back * sign - (5.0 - gain_v_per_deg * 0.01)).abs() < 1e-6, "{law:?}: {back}");
         }
     }
-    let law = Law::new(&ROI, &around).unwrap();
+    let law = PreparedLaw::new(&ROI, &around);
     let mut state = law.rest();
     let pushing = Sample { v_pd: 2.0, ..Sample::default() };
     // Increments fall due after 7, 14 and 21 samples: 2 V, 4 V, and no more than the full scale.
@@ -139,10 +139,10 @@ fn integral_stops_at_the_full_scale_and_leaves_it_at_once() {
 /// Where the equations have a threshold they say to which side it belongs.
 #[test]
 fn laws_switch_at_their_thresholds_and_not_beside_them() {
-    let around = around(&configured(0.17, &[]));
+    let around = configured(0.17, &[]).around();
     for sign in [1.0, -1.0] {
         let acts = |law: Gains, sample: Sample| {
-            let law = Law::new(&law, &around).unwrap();
+            let law = PreparedLaw::new(&law, &around);
             let mut state = law.rest();
             // ROI's first increment falls due after seven samples.
             (0..=7).map(|_| law.update(&mut state, &sample)).last() != Some(0.0)
@@ -156,7 +156,10 @@ fn laws_switch_at_their_thresholds_and_not_beside_them() {
             |size: f32| Sample { velocity_error: size * sign, v_pd: 0.1, ..Sample::default() };
         assert_eq!([2.33f32.next_down(), 2.33].map(|v| acts(ROI, velocity_error(v))), [true, false]);
 
-        let reference = |size: f32| Sample { reference_velocity: size * sign, ..Sample::default() };
+        let reference = |size: f32| {
+            let setpoint = Setpoint { velocity: size * sign, ..Setpoint::default() };
+            Sample { setpoint, ..Sample::default() }
+        };
         assert_eq!([0.001f32, 0.001f32.next_up()].map(|v| acts(FEEDFORWARD, reference(v))), [false, true]);
     }
 }

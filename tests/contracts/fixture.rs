@@ -1,20 +1,22 @@
-//! The seven controllers, references, and joints that keep near them.
+//! Plain PD and every law on it, references, and joints that keep near them.
 
 use std::iter::repeat_n;
 
+pub use host_sim::hardware::STM32F405;
 use proptest::collection::vec;
 use proptest::prelude::*;
 pub use stiction::compensator::{
-    Compensator, CompensatorState, DiscontinuousNonlinearProportionalGains, FeedforwardGains, Gains, Law,
-    LawState, Loop, MAX_TERMS, RateVariableIntegralGains, ResetIntegralGains, ResetOffsetIntegralGains,
-    Sample, SmoothRobustNonlinearGains,
+    Compensator, CompensatorState, DiscontinuousNonlinearProportionalGains, FeedforwardGains, Gains,
+    LawState, Loop, MAX_TERMS, PreparedLaw, RateVariableIntegralGains, ResetIntegralGains,
+    ResetOffsetIntegralGains, Sample, SmoothRobustNonlinearGains,
 };
 pub use stiction::drive::{DriveConfig, Duty, PwmMode};
-pub use stiction::encoder::{CounterBits, Direction, Encoder};
+pub use stiction::encoder::{CounterBits, Direction, Encoder, EncoderState};
 pub use stiction::pd::PdGains;
 pub use stiction::position::Position;
 pub use stiction::reference::{Corner, Reference, Setpoint, Step, Trajectory};
-pub use stiction::{Controller, ControllerConfig, ControllerState, Tick};
+pub use stiction::value::{Key, Kind, Values};
+pub use stiction::{Controller, ControllerConfig, ControllerState, Reading, Tick};
 
 /// Joint angle of one count, deg.
 pub const RESOLUTION: f32 = 0.00242;
@@ -38,14 +40,10 @@ pub const DNPF: Gains =
     Gains::DiscontinuousNonlinearProportional(DiscontinuousNonlinearProportionalGains { theta_b: 0.40 });
 pub const SRNF: Gains = Gains::SmoothRobustNonlinear(SmoothRobustNonlinearGains { v_ms: 0.40, alpha: 100.0 });
 
-pub const LAWS: [(&str, f32, Gains); 6] = [
-    ("ri", 0.17, RI),
-    ("rvi", 0.17, RVI),
-    ("roi", 0.17, ROI),
-    ("feedforward", 0.17, FEEDFORWARD),
-    ("dnpf", 0.17, DNPF),
-    ("srnf", 0.25, SRNF),
-];
+/// Every law with the thesis's derivative gain for it (Tables 17 and 18): 0.17, and 0.25 for SRNF.
+pub fn laws() -> impl Iterator<Item = (&'static str, f32, Gains)> {
+    Gains::EXAMPLES.iter().map(|&law| (law.name(), if law == SRNF { 0.25 } else { 0.17 }, law))
+}
 
 /// The thesis's loop with a derivative gain and a sum of laws.
 pub fn configured(kd: f32, laws: &[Gains]) -> ControllerConfig {
@@ -59,14 +57,14 @@ pub fn configured(kd: f32, laws: &[Gains]) -> ControllerConfig {
         velocity_window: 5,
         pd: PdGains { kp: 1.0, kd },
         compensator: laws.iter().copied().collect(),
-        drive: DriveConfig { full_scale: 5.0, lsb: 0.00488, mode: PwmMode::LockedAntiphase, pwm_top: 3818 },
+        drive: DriveConfig { full_scale: 5.0, lsb: 0.00488, mode: PwmMode::LockedAntiphase, pwm_hz: 22e3 },
     }
 }
 
-/// The seven controllers of the thesis.
+/// Every controller: plain PD, and each law by itself. With the laws of the thesis they are its seven.
 pub fn controllers() -> Vec<(&'static str, ControllerConfig)> {
     let plain = ("pd", configured(0.15, &[]));
-    let laws = LAWS.iter().map(|&(name, kd, law)| (name, configured(kd, &[law])));
+    let laws = laws().map(|(name, kd, law)| (name, configured(kd, &[law])));
     std::iter::once(plain).chain(laws).collect()
 }
 
@@ -84,8 +82,38 @@ pub fn run(
     counter: impl Fn(i32) -> u32,
 ) -> Vec<Tick> {
     let first = counts.first().copied().unwrap_or_default();
-    let mut state = controller.start(counter(first), first);
-    counts.iter().map(|&counts| controller.tick(&mut state, counter(counts), reference)).collect()
+    let mut joint = Joint::start(controller, counter(first), first);
+    counts.iter().map(|&counts| joint.tick(counter(counts), reference)).collect()
+}
+
+/// A controller at a joint, of which it sees the encoder's counter alone.
+pub struct Joint<'a> {
+    controller: &'a Controller,
+    encoder: EncoderState,
+    state: ControllerState,
+}
+
+impl<'a> Joint<'a> {
+    /// At rest at `counts`, where the counter reads `counter`.
+    pub fn start(controller: &'a Controller, counter: u32, counts: i32) -> Self {
+        let encoder = EncoderState::start(counter, counts);
+        Self { controller, encoder, state: controller.start(counts) }
+    }
+
+    pub fn tick(&mut self, counter: u32, reference: &Reference) -> Tick {
+        let travel = self.controller.encoder().update(&mut self.encoder, counter);
+        self.controller.tick(&mut self.state, Reading::travel(travel), reference)
+    }
+}
+
+/// The numbers of values, in their order.
+pub fn keys(values: &impl Values) -> Vec<Key> {
+    let mut keys = Vec::new();
+    let _ = values.each(&mut |key, _| -> Result<(), ()> {
+        keys.push(key);
+        Ok(())
+    });
+    keys
 }
 
 /// A 16-bit counter that reads zero where the joint does.
@@ -95,7 +123,7 @@ pub fn low_half(counts: i32) -> u32 {
 
 /// What reaches the bridge.
 pub fn outputs(ticks: &[Tick]) -> Vec<(i16, Duty)> {
-    ticks.iter().map(|tick| (tick.code, tick.duty)).collect()
+    ticks.iter().map(|tick| (tick.code, tick.duty())).collect()
 }
 
 /// Positions of a joint that keeps near its reference.
@@ -103,17 +131,14 @@ pub fn near(reference: &Reference, lags: &[i32]) -> Vec<i32> {
     (0..).zip(lags).map(|(tick, lag)| reference.at(tick).position.counts.wrapping_add(*lag)).collect()
 }
 
-pub fn around(config: &ControllerConfig) -> Loop {
-    Loop { sample_time: config.sample_time, full_scale: config.drive.full_scale, kp: config.pd.kp }
-}
-
 pub fn sample_of(tick: &Tick) -> Sample {
     Sample {
         error: tick.error,
         velocity: tick.velocity,
-        reference_velocity: tick.setpoint.velocity,
-        velocity_error: tick.setpoint.velocity - tick.velocity,
+        setpoint: tick.setpoint(),
+        velocity_error: tick.reference_velocity - tick.velocity,
         v_pd: tick.v_pd,
+        ..Sample::default()
     }
 }
 

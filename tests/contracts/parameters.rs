@@ -2,7 +2,7 @@
 
 use std::mem::size_of;
 
-use stiction::compensator::{rate_variable_integral, reset_integral, reset_offset_integral};
+use stiction::compensator::{FIRST_LAW, rate_variable_integral, reset_integral, reset_offset_integral};
 
 use super::fixture::*;
 
@@ -32,65 +32,61 @@ fn excitation() -> (Reference, Vec<i32>) {
     (reference, counts)
 }
 
-#[test]
-fn every_parameter_of_the_controller_changes_the_output() {
-    let (reference, counts) = excitation();
-    let output = |config: &ControllerConfig| {
-        outputs(&run(&Controller::new(config).unwrap(), &reference, &counts, low_half))
-    };
-    type Change = (&'static str, fn(&mut ControllerConfig));
-    let changes: [Change; 11] = [
-        ("sample_time", |config| config.sample_time *= 1.05),
-        ("encoder.resolution", |config| config.encoder.resolution *= 1.05),
-        ("encoder.counter_bits", |config| config.encoder.counter_bits = CounterBits::ThirtyTwo),
-        ("encoder.direction", |config| config.encoder.direction = Direction::Reverse),
-        ("velocity_window", |config| config.velocity_window = 6),
-        ("pd.kp", |config| config.pd.kp *= 1.05),
-        ("pd.kd", |config| config.pd.kd *= 1.05),
-        ("drive.full_scale", |config| config.drive.full_scale *= 0.95),
-        ("drive.lsb", |config| config.drive.lsb *= 1.05),
-        ("drive.mode", |config| config.drive.mode = PwmMode::SignMagnitude),
-        ("drive.pwm_top", |config| config.drive.pwm_top = 3820),
-    ];
-    for (name, config) in controllers() {
-        let unchanged = output(&config);
-        assert_eq!(output(&config), unchanged);
-        for (parameter, change) in changes {
-            assert_ne!(output(&changed(&config, change)), unchanged, "{name}: {parameter} does nothing");
-        }
+/// A twentieth more, or the next one of those that there are.
+fn a_little_else(values: &impl Values, key: Key) -> u32 {
+    let bits = values.get(key).unwrap();
+    match key.about().unwrap().kind {
+        Kind::Number => (1.05 * f32::from_bits(bits)).to_bits(),
+        Kind::Whole => bits + 1,
+        Kind::Flag => 1 - bits,
+        Kind::Choice(words) => (bits + 1) % words.len() as u32,
     }
 }
 
 #[test]
+fn every_parameter_of_the_controller_changes_the_output() {
+    let (reference, counts) = excitation();
+    let output = |config: &ControllerConfig| {
+        outputs(&run(&Controller::new(config, &STM32F405).unwrap(), &reference, &counts, low_half))
+    };
+    // The gains of laws come next; which laws there are, is the list itself.
+    let parameters: Vec<_> =
+        keys(&configured(0.17, &[])).into_iter().filter(|key| *key < FIRST_LAW).collect();
+    // Loop 2, encoder 3, drive 4, PD 2.
+    assert_eq!(parameters.len(), 11);
+    for (name, config) in controllers() {
+        let unchanged = output(&config);
+        assert_eq!(output(&config), unchanged);
+        for key in &parameters {
+            let mut changed = config.clone();
+            assert_eq!(changed.set(*key, a_little_else(&config, *key)), Ok(true));
+            assert_ne!(output(&changed), unchanged, "{name}: {key} does nothing");
+        }
+    }
+}
+
+/// For which a twentieth more is the same: a time of whole ticks, and a speed that the first blend passes in its first
+/// tick.
+const COARSE: [(&str, &str, f32); 2] = [("roi", "t_roi_s", 0.16), ("feedforward", "v_ff_deg_per_s", 0.2)];
+
+#[test]
 fn every_gain_of_a_law_changes_the_output() {
     let (reference, counts) = excitation();
-    let output = |law: Gains| {
-        let controller = Controller::new(&configured(0.17, &[law])).unwrap();
+    let output = |laws: &[Gains]| {
+        let controller = Controller::new(&configured(0.17, laws), &STM32F405).unwrap();
         outputs(&run(&controller, &reference, &counts, low_half))
     };
-    let changes = [
-        (RI, Gains::ResetIntegral(ResetIntegralGains { ki: 4.2, theta_ri: 0.5 })),
-        (RI, Gains::ResetIntegral(ResetIntegralGains { ki: 4.0, theta_ri: 0.525 })),
-        (RVI, Gains::RateVariableIntegral(RateVariableIntegralGains { ki: 157.5, gamma: 0.05 })),
-        (RVI, Gains::RateVariableIntegral(RateVariableIntegralGains { ki: 150.0, gamma: 0.0525 })),
-        (ROI, Gains::ResetOffsetIntegral(ResetOffsetIntegralGains { t_roi: 0.16, v_roi: 2.33 })),
-        (ROI, Gains::ResetOffsetIntegral(ResetOffsetIntegralGains { t_roi: 0.14, v_roi: 2.45 })),
-        (FEEDFORWARD, Gains::Feedforward(FeedforwardGains { v_slip: 0.39, v_ff: 0.001 })),
-        // The first blend passes 0.1 deg/s in its first tick.
-        (FEEDFORWARD, Gains::Feedforward(FeedforwardGains { v_slip: 0.37, v_ff: 0.2 })),
-        (
-            DNPF,
-            Gains::DiscontinuousNonlinearProportional(DiscontinuousNonlinearProportionalGains {
-                theta_b: 0.42,
-            }),
-        ),
-        (SRNF, Gains::SmoothRobustNonlinear(SmoothRobustNonlinearGains { v_ms: 0.42, alpha: 100.0 })),
-        (SRNF, Gains::SmoothRobustNonlinear(SmoothRobustNonlinearGains { v_ms: 0.40, alpha: 105.0 })),
-    ];
-    let pd = outputs(&run(&Controller::new(&configured(0.17, &[])).unwrap(), &reference, &counts, low_half));
-    for (law, changed) in changes {
-        assert_ne!(output(law), pd, "{law:?} does nothing");
-        assert_ne!(output(law), output(changed), "{law:?} is the same as {changed:?}");
+    let pd = output(&[]);
+    for (name, _, law) in laws() {
+        assert_ne!(output(&[law]), pd, "{name} does nothing");
+        for key in keys(&law) {
+            let coarse =
+                COARSE.iter().find(|(of, gain, _)| (*of, *gain) == (name, key.about().unwrap().name));
+            let bits = coarse.map_or_else(|| a_little_else(&law, key), |(_, _, value)| value.to_bits());
+            let mut changed = law;
+            assert_eq!(changed.set(key, bits), Ok(true));
+            assert_ne!(output(&[law]), output(&[changed]), "{law:?} is the same as {changed:?}");
+        }
     }
 }
 
@@ -98,31 +94,31 @@ fn every_gain_of_a_law_changes_the_output() {
 #[test]
 fn laws_depend_on_their_loop_where_their_equations_say_so() {
     let (reference, counts) = excitation();
-    let samples: Vec<_> =
-        run(&Controller::new(&configured(0.17, &[])).unwrap(), &reference, &counts, low_half)
-            .iter()
-            .map(sample_of)
-            .collect();
+    let pd = Controller::new(&configured(0.17, &[]), &STM32F405).unwrap();
+    let samples: Vec<_> = run(&pd, &reference, &counts, low_half).iter().map(sample_of).collect();
     let output = |law: &Gains, around: &Loop| {
-        let law = Law::new(law, around).unwrap();
+        let law = PreparedLaw::new(law, around);
         let mut state = law.rest();
         samples.iter().map(|sample| law.update(&mut state, sample)).collect::<Vec<_>>()
     };
-    let base = Loop { sample_time: 0.02, full_scale: 0.5, kp: 1.0 };
-    // Sample time, full scale, Kp.
-    let depends = [
-        (RI, [true, true, false]),
-        (RVI, [true, true, false]),
-        (ROI, [true, true, false]),
-        (FEEDFORWARD, [false, false, false]),
-        (DNPF, [false, false, true]),
-        (SRNF, [false, false, false]),
+    let base = Loop { sample_time: 0.02, full_scale: 0.5, kp: 1.0, ..Loop::EXAMPLE };
+    let changes = [
+        Loop { sample_time: 0.018, ..base },
+        Loop { full_scale: 0.45, ..base },
+        Loop { kp: 1.05, ..base },
+        Loop { resolution: 1.05 * base.resolution, ..base },
+        Loop { lsb: 1.05 * base.lsb, ..base },
     ];
-    let changes =
-        [Loop { sample_time: 0.018, ..base }, Loop { full_scale: 0.45, ..base }, Loop { kp: 1.05, ..base }];
-    for (law, expected) in depends {
-        let changes = changes.map(|around| output(&law, &around) != output(&law, &base));
-        assert_eq!(changes, expected, "{law:?}");
+    for (name, _, law) in laws() {
+        // Sample time, full scale, Kp, resolution, LSB.
+        let expected = match name {
+            "ri" | "rvi" | "roi" => [true, true, false, false, false],
+            "feedforward" | "srnf" => [false; 5],
+            "dnpf" => [false, false, true, false, false],
+            other => unreachable!("{other}: say here what it takes from its loop"),
+        };
+        let depends = changes.map(|around| output(&law, &around) != output(&law, &base));
+        assert_eq!(depends, expected, "{law:?}");
     }
 }
 
@@ -135,7 +131,8 @@ fn states_are_small_enough_to_be_copied_in_a_tick() {
     // The largest of them and which it is.
     assert_eq!(size_of::<LawState>(), 12);
     assert_eq!(size_of::<CompensatorState>(), MAX_TERMS * 12);
-    // And the encoder's two words, the velocity's fifteen and the tick.
-    assert_eq!(size_of::<ControllerState>(), 4 * (12 + 2 + 15 + 1));
+    // And the position, the velocity's fifteen increments, the tick, and three words of the output stage: the ticks of
+    // the soft start, what is applied, and whether that is less than was asked for.
+    assert_eq!(size_of::<ControllerState>(), 4 * (12 + 1 + 15 + 1 + 3));
     const { assert!(size_of::<LawState>() <= 64 && size_of::<ControllerState>() <= 256) };
 }

@@ -18,17 +18,15 @@ proptest! {
         let before = near(&reference, &before);
         let after = near(&reference, &after);
         for (name, config) in controllers() {
-            let controller = Controller::new(&config).unwrap();
-            let mut state = controller.start(low_half(before[0]), before[0]);
+            let controller = Controller::new(&config, &STM32F405).unwrap();
+            let mut joint = Joint::start(&controller, low_half(before[0]), before[0]);
             for &counts in &before {
-                controller.tick(&mut state, low_half(counts), &reference);
+                joint.tick(low_half(counts), &reference);
             }
-            state = controller.start(low_half(after[0]), after[0]);
-            let restarted: Vec<_> = after
-                .iter()
-                .map(|&counts| controller.tick(&mut state, low_half(counts), &reference))
-                .collect();
-            let new = Controller::new(&config).unwrap();
+            joint = Joint::start(&controller, low_half(after[0]), after[0]);
+            let restarted: Vec<_> =
+                after.iter().map(|&counts| joint.tick(low_half(counts), &reference)).collect();
+            let new = Controller::new(&config, &STM32F405).unwrap();
             prop_assert_eq!(restarted, run(&new, &reference, &after, low_half), "{}", name);
         }
     }
@@ -45,9 +43,9 @@ proptest! {
         let mut counts = near(&reference, &lags);
         counts.extend(repeat_n(lag, 20));
         for (name, config) in controllers() {
-            let controller = Controller::new(&config).unwrap();
+            let controller = Controller::new(&config, &STM32F405).unwrap();
             let before = run(&controller, &reference, &counts, low_half)[counts.len() - 1];
-            let after = controller.tick(&mut controller.start(low_half(lag), lag), low_half(lag), &reference);
+            let after = Joint::start(&controller, low_half(lag), lag).tick(low_half(lag), &reference);
             prop_assert_eq!(
                 (after.tick, after.counts, after.error, after.velocity, after.v_pd),
                 (0, before.counts, before.error, before.velocity, before.v_pd),

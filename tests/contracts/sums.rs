@@ -1,6 +1,7 @@
 //! Sums of laws.
 
 use proptest::prelude::*;
+use stiction::compensator::FIRST_LAW;
 
 use super::fixture::*;
 
@@ -11,12 +12,14 @@ proptest! {
     fn sum_of_laws_is_the_sum_of_their_parts(reference in reference(), lags in lags()) {
         let counts = near(&reference, &lags);
         let ticks = |laws: &[Gains]| {
-            run(&Controller::new(&configured(0.17, laws)).unwrap(), &reference, &counts, low_half)
+            let controller = Controller::new(&configured(0.17, laws), &STM32F405).unwrap();
+            run(&controller, &reference, &counts, low_half)
         };
-        let laws = LAWS.map(|(_, _, law)| law);
-        let parts = laws.map(|law| ticks(&[law]));
+        // A law that replaces PD stands alone.
+        let laws: Vec<_> = laws().map(|(_, _, law)| law).filter(|law| !law.replaces_pd()).collect();
+        let parts: Vec<_> = laws.iter().map(|law| ticks(&[*law])).collect();
         for (i, a) in laws.iter().enumerate() {
-            for (j, b) in laws.iter().enumerate().skip(i) {
+            for (j, b) in laws.iter().enumerate().skip(i + 1) {
                 let sum = ticks(&[*a, *b]);
                 for (k, tick) in sum.iter().enumerate() {
                     prop_assert_eq!(tick.v_c, parts[i][k].v_c + parts[j][k].v_c, "{:?} and {:?}", a, b);
@@ -31,7 +34,8 @@ proptest! {
     fn order_of_four_laws_changes_no_more_than_the_rounding(reference in reference(), lags in lags()) {
         let counts = near(&reference, &lags);
         let ticks = |laws: &[Gains]| {
-            run(&Controller::new(&configured(0.17, laws)).unwrap(), &reference, &counts, low_half)
+            let controller = Controller::new(&configured(0.17, laws), &STM32F405).unwrap();
+            run(&controller, &reference, &counts, low_half)
         };
         let laws = [RI, ROI, FEEDFORWARD, SRNF];
         let parts = laws.map(|law| ticks(&[law]));
@@ -46,6 +50,22 @@ proptest! {
                 // Across an edge between two codes that is one code.
                 prop_assert!((order[k].code - orders[0][k].code).abs() <= 1);
             }
+        }
+    }
+}
+
+/// What two of a law should do, nobody can say: integrate twice as fast, or each up to the full scale.
+#[test]
+fn a_law_may_not_be_there_twice() {
+    for (name, _, law) in laws() {
+        let before = if law == SRNF { RI } else { SRNF };
+        for (laws, place) in [(vec![law, law], 1), (vec![before, law, law], 2), (vec![law, before, law], 2)] {
+            if law.replaces_pd() {
+                continue;
+            }
+            let error = Controller::new(&configured(0.17, &laws), &STM32F405).unwrap_err();
+            let id = f32::from(law.id());
+            assert_eq!((error.key, error.found), (Key(FIRST_LAW.0 + place), id), "{name}: {laws:?}");
         }
     }
 }

@@ -4,85 +4,94 @@ use stiction::{Allowed, Error};
 
 use super::fixture::*;
 
-/// A key, whether zero is allowed, the largest value that is, and how to set it.
-type Key = (&'static str, bool, f32, fn(&mut ControllerConfig, f32));
+/// What is allowed for every number, as it is meant: the law whose gain it is, its name, and its bounds. Those of the
+/// drive's LSB and of its PWM come from elsewhere; they have a test of their own.
+const BOUNDS: [(&str, &str, Allowed); 16] = [
+    ("", "sample_time_s", Allowed::Above(0.0, 1.0)),
+    ("", "resolution_deg", Allowed::Above(0.0, LARGEST)),
+    ("", "full_scale_v", Allowed::Above(0.0, LARGEST)),
+    ("", "kp_v_per_deg", Allowed::Between(0.0, LARGEST)),
+    ("", "kd_v_per_deg_per_s", Allowed::Between(0.0, LARGEST)),
+    ("ri", "ki_v_per_deg_s", Allowed::Between(0.0, LARGEST)),
+    ("ri", "theta_ri_deg", Allowed::Between(0.0, LARGEST)),
+    ("rvi", "ki_v_per_deg_s", Allowed::Between(0.0, LARGEST)),
+    ("rvi", "gamma_deg2_per_s2", Allowed::Above(0.0, LARGEST)),
+    ("roi", "t_roi_s", Allowed::Between(0.0, LARGEST)),
+    ("roi", "v_roi_deg_per_s", Allowed::Between(0.0, LARGEST)),
+    ("feedforward", "v_slip_v", Allowed::Between(0.0, LARGEST)),
+    ("feedforward", "v_ff_deg_per_s", Allowed::Between(0.0, LARGEST)),
+    ("dnpf", "theta_b_deg", Allowed::Between(0.0, LARGEST)),
+    ("srnf", "v_ms_v", Allowed::Between(0.0, LARGEST)),
+    ("srnf", "alpha_per_deg", Allowed::Between(0.0, LARGEST)),
+];
 
-/// Laws are put second, behind one that is in order.
-fn put(config: &mut ControllerConfig, law: Gains) {
-    config.compensator = [SRNF, law].into_iter().collect();
-}
+const ELSEWHERE: [&str; 2] = ["lsb_v", "pwm_hz"];
 
 #[test]
 fn every_number_is_refused_just_outside_its_range_and_taken_at_its_ends() {
-    let keys: [Key; 16] = [
-        ("sample_time_s", false, 1.0, |config, x| config.sample_time = x),
-        ("resolution_deg", false, LARGEST, |config, x| config.encoder.resolution = x),
-        ("kp_v_per_deg", true, LARGEST, |config, x| config.pd.kp = x),
-        ("kd_v_per_deg_per_s", true, LARGEST, |config, x| config.pd.kd = x),
-        ("full_scale_v", false, LARGEST, |config, x| (config.drive.full_scale, config.drive.lsb) = (x, x)),
-        ("ki_v_per_deg_s", true, LARGEST, |config, ki| {
-            put(config, Gains::ResetIntegral(ResetIntegralGains { ki, theta_ri: 0.5 }));
-        }),
-        ("theta_ri_deg", true, LARGEST, |config, theta_ri| {
-            put(config, Gains::ResetIntegral(ResetIntegralGains { ki: 4.0, theta_ri }));
-        }),
-        ("ki_v_per_deg_s", true, LARGEST, |config, ki| {
-            put(config, Gains::RateVariableIntegral(RateVariableIntegralGains { ki, gamma: 0.05 }));
-        }),
-        ("gamma_deg2_per_s2", false, LARGEST, |config, gamma| {
-            put(config, Gains::RateVariableIntegral(RateVariableIntegralGains { ki: 150.0, gamma }));
-        }),
-        ("t_roi_s", true, LARGEST, |config, t_roi| {
-            put(config, Gains::ResetOffsetIntegral(ResetOffsetIntegralGains { t_roi, v_roi: 2.33 }));
-        }),
-        ("v_roi_deg_per_s", true, LARGEST, |config, v_roi| {
-            put(config, Gains::ResetOffsetIntegral(ResetOffsetIntegralGains { t_roi: 0.14, v_roi }));
-        }),
-        ("v_slip_v", true, LARGEST, |config, v_slip| {
-            put(config, Gains::Feedforward(FeedforwardGains { v_slip, v_ff: 0.001 }));
-        }),
-        ("v_ff_deg_per_s", true, LARGEST, |config, v_ff| {
-            put(config, Gains::Feedforward(FeedforwardGains { v_slip: 0.37, v_ff }));
-        }),
-        ("theta_b_deg", true, LARGEST, |config, theta_b| {
-            let gains = DiscontinuousNonlinearProportionalGains { theta_b };
-            put(config, Gains::DiscontinuousNonlinearProportional(gains));
-        }),
-        ("v_ms_v", true, LARGEST, |config, v_ms| {
-            put(config, Gains::SmoothRobustNonlinear(SmoothRobustNonlinearGains { v_ms, alpha: 100.0 }));
-        }),
-        ("alpha_per_deg", true, LARGEST, |config, alpha| {
-            put(config, Gains::SmoothRobustNonlinear(SmoothRobustNonlinearGains { v_ms: 0.40, alpha }));
-        }),
-    ];
-    let base = configured(0.17, &[]);
-    for (key, zero_allowed, largest, set) in keys {
-        let with = |x| Controller::new(&changed(&base, |config| set(config, x)));
-        let smallest = if zero_allowed { 0.0 } else { 0f32.next_up() };
+    let mut seen = 0;
+    let plain = configured(0.17, &[]);
+    let of_loop = keys(&plain).into_iter().map(|key| ("", key, plain.clone()));
+    // Laws are put second, behind one that is in order.
+    let of_laws = laws().flat_map(|(name, _, law)| {
+        let before = if law == SRNF { RI } else { SRNF };
+        let sum = if law.replaces_pd() { vec![law] } else { vec![before, law] };
+        let config = configured(0.17, &sum);
+        keys(&law).into_iter().map(move |key| (name, key, config.clone()))
+    });
+    for (law, key, base) in of_loop.chain(of_laws) {
+        let Some(about) = key.about().filter(|about| about.kind == Kind::Number) else { continue };
+        let name = about.name;
+        if ELSEWHERE.contains(&name) {
+            continue;
+        }
+        seen += 1;
+        let meant = BOUNDS.iter().find(|(of, value, _)| (*of, *value) == (law, name));
+        let (_, _, allowed) = *meant.unwrap_or_else(|| panic!("{law} {name}: say above what is allowed"));
+        let with = |x: f32| {
+            let mut config = base.clone();
+            assert_eq!(config.set(key, x.to_bits()), Ok(true));
+            if name == "full_scale_v" {
+                config.drive.lsb = x;
+            }
+            Controller::new(&config, &STM32F405)
+        };
+        let (smallest, largest) = match allowed {
+            Allowed::Between(low, high) => (low, high),
+            Allowed::Above(low, high) => (low.next_up(), high),
+            other => panic!("{other:?}"),
+        };
         assert!(
             with(smallest).is_ok() && with(largest).is_ok(),
-            "`{key}` is refused at the ends of its range"
+            "{law} `{name}` is refused at the ends of its range"
         );
         let outside =
             [f32::NAN, f32::INFINITY, f32::NEG_INFINITY, -1.0, smallest.next_down(), largest.next_up()];
-        for x in outside {
-            // A step down from zero is the smallest negative number, one from that is zero.
-            let error = with(x).expect_err(key);
-            assert_eq!(error.key, key, "{x}");
-            assert_eq!(error.found.to_bits(), x.to_bits(), "`{key}`");
-            let allowed = match zero_allowed {
-                true => Allowed::Between(0.0, largest),
-                false => Allowed::Above(0.0, largest),
-            };
-            assert_eq!(error.allowed, allowed, "`{key}`");
+        // A step down from zero is the smallest negative number, one from that is zero.
+        for x in outside.into_iter().filter(|x| !allowed.includes(*x)) {
+            let error = with(x).expect_err(name);
+            assert_eq!((error.key, error.allowed), (key, allowed), "{law} `{name}`: {x}");
+            assert_eq!(error.found.to_bits(), x.to_bits(), "{law} `{name}`");
         }
     }
+    assert_eq!(seen, BOUNDS.len());
+}
+
+/// The laws of the thesis have its gains (Tables 17 and 18) wherever nobody gives others.
+#[test]
+fn examples_of_the_laws_are_the_gains_of_the_thesis() {
+    assert_eq!(Gains::EXAMPLES[..6], [RI, RVI, ROI, FEEDFORWARD, DNPF, SRNF]);
+}
+
+/// The name of the value that was refused.
+fn name_of(error: Error) -> &'static str {
+    error.key.about().unwrap().name
 }
 
 #[test]
 fn drive_and_window_are_refused_just_outside_their_ranges() {
     let refused = |change: &dyn Fn(&mut ControllerConfig)| {
-        Controller::new(&changed(&configured(0.17, &[RI]), change)).err().map(|error| error.key)
+        Controller::new(&changed(&configured(0.17, &[RI]), change), &STM32F405).err().map(name_of)
     };
     for lsb in [f32::NAN, -0.00488, 0.0, 5.0 / 32_768.0, 5f32.next_up()] {
         assert_eq!(refused(&|config| config.drive.lsb = lsb), Some("lsb_v"), "{lsb}");
@@ -90,13 +99,16 @@ fn drive_and_window_are_refused_just_outside_their_ranges() {
     for lsb in [(5f32 / 32_768.0).next_up(), 5.0] {
         assert_eq!(refused(&|config| config.drive.lsb = lsb), None, "{lsb}");
     }
-    for top in [0, 1, 3817, 65_535] {
-        assert_eq!(refused(&|config| config.drive.pwm_top = top), Some("pwm_top"), "{top}");
+    // 168 MHz / 32 is the highest of which 16 duties are left; the lowest is a top of 16 bits, in whole hundreds.
+    for hz in [f32::NAN, -22e3, 0.0, 1300f32.next_down(), 5.25e6f32.next_up(), 1e9f32.next_up()] {
+        let config = changed(&configured(0.17, &[RI]), |config| config.drive.pwm_hz = hz);
+        let error = Controller::new(&config, &STM32F405).unwrap_err();
+        assert_eq!((name_of(error), error.allowed), ("pwm_hz", Allowed::Between(1300.0, 5.25e6)), "{hz}");
     }
-    for top in [2, 65_534] {
-        assert_eq!(refused(&|config| config.drive.pwm_top = top), None, "{top}");
+    for hz in [1300.0, 5.25e6] {
+        assert_eq!(refused(&|config| config.drive.pwm_hz = hz), None, "{hz}");
     }
-    for window in [0, 1, 17, usize::MAX] {
+    for window in [0, 1, 17, u32::MAX] {
         assert_eq!(refused(&|config| config.velocity_window = window), Some("velocity_window"), "{window}");
     }
     for window in [2, 16] {
@@ -111,7 +123,7 @@ fn trajectory_is_refused_unless_its_blends_have_room() {
         let corners: Vec<_> = ticks.iter().map(|&tick| corner(tick, Position::default())).collect();
         Trajectory::new(&corners, half_blend_s, sample_time, resolution).err()
     };
-    let key_of = |ticks: &[u32]| refused(ticks, 0.25, SAMPLE_TIME, RESOLUTION).map(|error| error.key);
+    let key_of = |ticks: &[u32]| refused(ticks, 0.25, SAMPLE_TIME, RESOLUTION).map(name_of);
     assert_eq!(key_of(&[13]), None);
     assert_eq!(key_of(&[12]), Some("corner_times_s"));
     assert_eq!(key_of(&[50, 75, 100]), None);
@@ -127,7 +139,7 @@ fn trajectory_is_refused_unless_its_blends_have_room() {
     assert_eq!((overlap.found, overlap.allowed), (74.0 * SAMPLE_TIME, Allowed::LaterBy(0.5)));
 
     let key_of = |half_blend_s, sample_time, resolution| {
-        refused(&[1_000_000], half_blend_s, sample_time, resolution).map(|error| error.key)
+        refused(&[1_000_000], half_blend_s, sample_time, resolution).map(name_of)
     };
     assert_eq!(key_of(0.01, SAMPLE_TIME, RESOLUTION), None);
     for half_blend_s in [f32::NAN, -0.25, 0.0, (0.5 * SAMPLE_TIME).next_down(), f32::INFINITY] {

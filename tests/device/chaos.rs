@@ -5,7 +5,7 @@
 
 use host_sim::device::simulated::{SimulatedDevice, Wires};
 use stiction::Fault;
-use stiction::servo::{Arming, State};
+use stiction::servo::State;
 
 use crate::fixture::plans;
 
@@ -14,7 +14,7 @@ fn along(trajectory: &str) -> SimulatedDevice {
     let plan = &plans("trajectory", &set)[0];
     let mut simulated = SimulatedDevice::new(plan).unwrap();
     simulated.ticks(10);
-    simulated.device.servo().arm(Arming::Motion).unwrap();
+    simulated.device.servo().arm().unwrap();
     simulated
 }
 

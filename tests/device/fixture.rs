@@ -4,10 +4,16 @@ use host_sim::device;
 use host_sim::experiment::{Document, Experiment, RunPlan};
 use host_sim::flash::{SECTOR, SimulatedFlash};
 use stiction::Parameters;
+use stiction::compensator::Gains;
 use stiction::store::Store;
 
 /// The slots of a flash of two sectors.
 pub const SLOTS: [u32; 2] = [0, SECTOR];
+
+/// Every controller by its name: plain PD, and each law by itself.
+pub fn laws() -> impl Iterator<Item = &'static str> {
+    std::iter::once("pd").chain(Gains::NAMES.iter().copied())
+}
 
 /// All runs of an experiment, with keys set.
 pub fn plans(name: &str, set: &[&str]) -> Vec<RunPlan> {

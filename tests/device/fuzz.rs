@@ -9,11 +9,13 @@ use host_sim::properties::session::Watched;
 use host_sim::properties::{file, frame, record, session};
 use proptest::collection::vec;
 use proptest::prelude::*;
-use stiction::compensator::{Gains, ResetIntegralGains, SmoothRobustNonlinearGains};
-use stiction::link::{Law, Move, Numbered, PROTOCOL, Request, encode};
-use stiction::parameters::{Motion, ROOM};
+use stiction::Motion;
+use stiction::compensator::{Gains, MAX_TERMS, ResetIntegralGains, SmoothRobustNonlinearGains};
+use stiction::link::{CHUNK, Numbered, PROTOCOL, Request, encode};
+use stiction::parameters::{ROOM, record as form};
 use stiction::pd::PdGains;
 use stiction::position::Position;
+use stiction::value::Key;
 
 use crate::fixture::srnf;
 
@@ -41,7 +43,7 @@ proptest! {
     /// With a good checksum over it, so that the body is looked at.
     #[test]
     fn any_change_of_a_body_gives_valid_parameters_or_a_reason(
-        changes in vec((20usize..150, any::<u8>()), 1..4),
+        changes in vec((20usize..ROOM, any::<u8>()), 1..4),
     ) {
         let mut room = [0; ROOM];
         let length = srnf(&[]).encode(1, &mut room).unwrap().len();
@@ -102,16 +104,33 @@ impl Random {
     }
 }
 
+/// Other gains, other laws, and now and then one value that may be anything.
+fn entries(random: &mut Random) -> heapless::Vec<u8, CHUNK> {
+    let srnf = SmoothRobustNonlinearGains { v_ms: random.real(), alpha: random.real() };
+    let ri = ResetIntegralGains { ki: random.real(), theta_ri: random.real() };
+    let one = [Gains::SmoothRobustNonlinear(srnf), Gains::ResetIntegral(ri)];
+    let laws: heapless::Vec<_, MAX_TERMS> = one.into_iter().take(random.below(3) as usize).collect();
+    let pd = PdGains { kp: random.real(), kd: random.real() };
+    let mut room = [0; CHUNK];
+    let mut length = form::write(&pd, &mut room).unwrap();
+    length += form::write(&laws, &mut room[length..]).unwrap();
+    if random.below(8) == 0 {
+        let key = Key((random.below(0x18) << 8 | random.below(0x10)) as u16);
+        form::put(&mut room, &mut length, key, random.next() as u32).unwrap();
+    }
+    room.into_iter().take(length).collect()
+}
+
 fn request(random: &mut Random, record: &[u8]) -> Request {
     match random.below(17) {
         0 => Request::Stop,
         1 => Request::Status,
         2 => Request::Clear,
         3 | 4 => Request::Arm,
-        5 => Request::Move(Move::Hold),
+        5 => Request::Move(Motion::Hold),
         6 | 7 => {
             let position = Position { counts: random.below(40_000) as i32 - 20_000, fraction: 0.0 };
-            Request::Move(Move::To(Motion::Step(position)))
+            Request::Move(Motion::Step(position))
         }
         8 => Request::ReadParameters { offset: random.below(600) as u16 },
         9 => {
@@ -120,16 +139,13 @@ fn request(random: &mut Random, record: &[u8]) -> Request {
             Request::WriteParameters { offset: offset as u16, bytes }
         }
         10 => Request::TakeParameters { length: record.len() as u16 },
-        11 => Request::ReadLaw,
-        12 => {
-            let srnf = SmoothRobustNonlinearGains { v_ms: random.real(), alpha: random.real() };
-            let ri = ResetIntegralGains { ki: random.real(), theta_ri: random.real() };
-            let one = [Gains::SmoothRobustNonlinear(srnf), Gains::ResetIntegral(ri)];
-            let pd = PdGains { kp: random.real(), kd: random.real() };
-            let take = random.below(3) as usize;
-            Request::WriteLaw(Law { pd, compensator: one.into_iter().take(take).collect() })
+        11 => Request::Signal { index: random.below(40) as u8 },
+        12 => Request::Change { entries: entries(random) },
+        13 => {
+            // Masks of every length, so that some are known as a whole.
+            let signals = random.next() >> random.below(64);
+            Request::Subscribe { signals, every: random.below(20) as u16 }
         }
-        13 => Request::Subscribe { terms: random.next() as u16, every: random.below(20) as u16 },
         14 => Request::Fault { index: random.next() as u8 },
         15 => match random.below(2) {
             0 => Request::ReadLevels,

@@ -3,20 +3,28 @@
 use std::time::Duration;
 
 use host_sim::device::client::Client;
+use host_sim::device::log::Log;
+use host_sim::device::signals::Signals;
 use host_sim::device::simulated::SimulatedDevice;
 use host_sim::device::wire::{SimulatedWire, Wire};
-use stiction::link::{
-    Deframer, Law, Message, Numbered, PROTOCOL, Refused, Reply, Request, State, Term, encode,
-};
-use stiction::parameters::Motion;
-use stiction::position::Position;
-use stiction::servo::Boot;
-
 use host_sim::experiment::Motion as Asked;
 use host_sim::solver::ExactAxis;
-use stiction::servo::Levels;
+use stiction::compensator::{
+    FIRST_LAW, Gains, ResetIntegralGains, ResetOffsetIntegralGains, SmoothRobustNonlinearGains,
+};
+use stiction::link::{Deframer, Message, Numbered, PROTOCOL, Refused, Reply, Request, State, encode};
+use stiction::parameters::DeviceConfig;
+use stiction::pd::PdGains;
+use stiction::position::Position;
+use stiction::servo::{self, Boot, Levels};
+use stiction::signal::{Form, SIGNALS, index};
+use stiction::value::{Key, Table, key};
+use stiction::{Fault, Limits, Motion};
 
-use crate::fixture::{blank, plans, srnf};
+use crate::fixture::{blank, plans, srnf, stored};
+
+/// Every signal of a loop.
+const ALL: u64 = (1 << SIGNALS.len()) - 1;
 
 fn simulated() -> SimulatedDevice {
     let plan = &plans("step-response", &["loop.controller=srnf", "reference.steps_deg=[5.0]"])[0];
@@ -189,6 +197,13 @@ fn parameters_come_over_the_link_as_a_whole_or_not_at_all() {
     assert!(message.contains("`thermal_s` is -1; allowed is a number from 0.1 to 100"), "{message}");
     assert_eq!(client.parameters().unwrap(), good);
 
+    // A frequency that its timer cannot make.
+    let mut slow = srnf(&[]);
+    slow.controller.drive.pwm_hz = 1000.0;
+    let message = client.set_parameters(&slow).unwrap_err().to_string();
+    assert!(message.contains("`pwm_hz` is 1000; allowed is a number from 1300 to 5250000"), "{message}");
+    assert_eq!(client.parameters().unwrap(), good);
+
     // While armed nothing is taken or saved.
     client.arm().unwrap();
     assert!(client.set_parameters(&good).unwrap_err().to_string().contains("`stop` first"));
@@ -196,6 +211,18 @@ fn parameters_come_over_the_link_as_a_whole_or_not_at_all() {
     client.stop().unwrap();
     client.save().unwrap();
     assert!(!client.status().unwrap().unsaved);
+}
+
+/// A record that another board could run: it is decoded, and refused where the timer is known.
+#[test]
+fn a_device_whose_flash_asks_for_a_frequency_that_its_timer_cannot_make_is_faulted() {
+    let plan = &plans("step-response", &["loop.controller=srnf"])[0];
+    let mut slow = srnf(&[]);
+    slow.controller.drive.pwm_hz = 1000.0;
+    let mut simulated = SimulatedDevice::with(plan, stored(&slow), Boot::default()).unwrap();
+    let output = simulated.ticks(50);
+    assert_eq!(output.state, servo::State::Faulted(Fault::BadParameters));
+    assert!(!output.enable && simulated.device.servo().arm().is_err());
 }
 
 #[test]
@@ -219,26 +246,239 @@ fn parameters_last_until_the_reset_unless_they_are_saved() {
     }
 }
 
+fn gains(v_ms: f32, alpha: f32) -> Gains {
+    Gains::SmoothRobustNonlinear(SmoothRobustNonlinearGains { v_ms, alpha })
+}
+
+const RI: Gains = Gains::ResetIntegral(ResetIntegralGains { ki: 3.0, theta_ri: 0.25 });
+const ROI: Gains = Gains::ResetOffsetIntegral(ResetOffsetIntegralGains { t_roi: 0.2, v_roi: 1.5 });
+
+/// Which law is in a place of the sum; zero is none.
+fn law(place: u16, law: Option<Gains>) -> (Key, u32) {
+    (Key(FIRST_LAW.0 + place), law.map_or(0, |law| law.id().into()))
+}
+
+fn number(key: Key, value: f32) -> (Key, u32) {
+    (key, value.to_bits())
+}
+
+const KP: Key = key(PdGains::ABOUT, "kp");
+const KI: Key = key(ResetIntegralGains::ABOUT, "ki");
+const THETA_RI: Key = key(ResetIntegralGains::ABOUT, "theta_ri");
+
 #[test]
-fn a_law_is_read_and_changed_while_stopped() {
+fn values_are_changed_by_their_numbers_while_stopped_and_the_others_stay() {
     let mut client = client();
-    let law = client.law().unwrap();
-    assert_eq!(law.pd.kp, 1.0);
-    let plain = Law { pd: law.pd, ..Law::default() };
-    client.set_law(plain.clone()).unwrap();
-    assert_eq!(client.law().unwrap(), plain);
-    assert!(client.parameters().unwrap().controller.compensator.is_empty());
-    let mut bad = law;
-    bad.pd.kp = f32::NAN;
-    assert!(client.set_law(bad).unwrap_err().to_string().contains("`kp_v_per_deg` is NaN"));
-    assert_eq!(client.law().unwrap(), plain);
+    let before = client.parameters().unwrap();
+    let soft_start = key(DeviceConfig::ABOUT, "soft_start");
+    client.change(&[number(KP, 2.0), number(soft_start, 0.25)]).unwrap();
+    let mut expected = before;
+    (expected.controller.pd.kp, expected.device.soft_start) = (2.0, 0.25);
+    assert_eq!(client.parameters().unwrap(), expected);
+    let status = client.status().unwrap();
+    assert_eq!((status.state, status.unsaved), (State::Stopped, true));
+
+    // The loop runs with it: 1.5 deg under 2 V/deg.
+    client.change(&[law(0, None)]).unwrap();
+    client.pass(Duration::from_millis(200)).unwrap();
+    client.arm().unwrap();
+    assert!(client.change(&[number(KP, 1.0)]).unwrap_err().to_string().contains("`stop` first"));
+    client.step_to(1.5).unwrap();
+    let output = client.wire().simulated.tick();
+    assert!((output.tick.v_pd - 3.0).abs() < 1e-5, "{}", output.tick.v_pd);
 }
 
 #[test]
-fn samples_are_numbered_and_have_the_terms_that_were_asked_for() {
+fn a_change_with_a_value_that_is_not_allowed_changes_nothing() {
+    let mut client = client();
+    let before = client.parameters().unwrap();
+    let thermal = key(Limits::ABOUT, "thermal_time");
+    for (entries, said) in [
+        (vec![number(KP, f32::NAN)], "`kp_v_per_deg` is NaN; allowed is a number from 0 to 1000000"),
+        (
+            vec![number(KP, 2.0), number(thermal, -1.0)],
+            "`thermal_s` is -1; allowed is a number from 0.1 to 100",
+        ),
+        (
+            vec![number(thermal, 0.0), number(KP, 2.0)],
+            "`thermal_s` is 0; allowed is a number from 0.1 to 100",
+        ),
+        (vec![number(KP, 2.0), (Key(0x087F), 0)], "does not know `value 0x087f`"),
+        // A gain of a law that is not there.
+        (vec![number(KP, 2.0), number(KI, 1.0)], "does not know `ki_v_per_deg_s`"),
+        (vec![number(KP, 2.0), law(1, Some(gains(0.4, 100.0)))], "is 6; allowed is"),
+    ] {
+        let message = client.change(&entries).unwrap_err().to_string();
+        assert!(message.contains(said), "{said}: {message}");
+        assert_eq!(client.parameters().unwrap(), before, "{said}");
+    }
+    assert!(!client.status().unwrap().unsaved);
+}
+
+#[test]
+fn a_law_is_replaced_by_its_number_with_all_of_its_gains() {
+    let mut client = client();
+    let laws = |client: &mut Client<SimulatedWire>| {
+        let parameters = client.parameters().unwrap();
+        parameters.controller.compensator.iter().copied().collect::<Vec<_>>()
+    };
+    assert_eq!(laws(&mut client), [gains(0.4, 100.0)]);
+    let message = client.change(&[law(0, Some(RI)), number(KI, 3.0)]).unwrap_err().to_string();
+    assert!(message.contains("`theta_ri_deg` is missing"), "{message}");
+    assert_eq!(laws(&mut client), [gains(0.4, 100.0)]);
+    client.change(&[law(0, Some(RI)), number(KI, 3.0), number(THETA_RI, 0.25)]).unwrap();
+    assert_eq!(laws(&mut client), [RI]);
+    // One gain alone, and none of the others.
+    client.change(&[number(THETA_RI, 0.5)]).unwrap();
+    let wider = Gains::ResetIntegral(ResetIntegralGains { ki: 3.0, theta_ri: 0.5 });
+    assert_eq!(laws(&mut client), [wider]);
+    client.change(&[law(0, None)]).unwrap();
+    assert_eq!(laws(&mut client), []);
+}
+
+#[test]
+fn a_law_of_a_sum_keeps_its_gains_in_another_place_and_its_place_when_another_law_is_replaced() {
+    let mut client = client();
+    let laws = |client: &mut Client<SimulatedWire>| {
+        let parameters = client.parameters().unwrap();
+        parameters.controller.compensator.iter().copied().collect::<Vec<_>>()
+    };
+    let srnf = gains(0.3, 50.0);
+    let mut three = client.parameters().unwrap();
+    three.controller.compensator = [srnf, RI, ROI].into_iter().collect();
+    client.set_parameters(&three).unwrap();
+    client.change(&[law(0, Some(ROI)), law(1, Some(srnf)), law(2, Some(RI))]).unwrap();
+    assert_eq!(laws(&mut client), [ROI, srnf, RI]);
+    client.change(&[law(1, Some(RI)), law(2, None)]).unwrap();
+    assert_eq!(laws(&mut client), [ROI, RI]);
+    let [v_ms, alpha] = ["v_ms", "alpha"].map(|field| key(SmoothRobustNonlinearGains::ABOUT, field));
+    client.change(&[law(0, Some(srnf)), number(v_ms, 0.3), number(alpha, 50.0)]).unwrap();
+    assert_eq!(laws(&mut client), [srnf, RI]);
+}
+
+/// A move that holds is no move to zero.
+#[test]
+fn a_move_that_holds_stays_where_the_joint_is_however_often_it_is_said() {
     let mut client = client();
     client.arm().unwrap();
-    client.subscribe(Term::Counts.bit() | Term::Code.bit() | Term::Flags.bit(), 5).unwrap();
+    client.step_to(5.0).unwrap();
+    client.pass(Duration::from_secs(3)).unwrap();
+    let at = client.wire().simulated.position_deg();
+    assert!((at - 5.0).abs() < 0.03, "{at}");
+    for _ in 0..3 {
+        client.move_along(Motion::Hold).unwrap();
+        let counts = client.status().unwrap().position;
+        assert_eq!(client.wire().simulated.tick().tick.reference_counts, counts);
+        client.pass(Duration::from_secs(2)).unwrap();
+        let after = client.wire().simulated.position_deg();
+        assert!((after - at).abs() < 0.03, "{at} {after}");
+    }
+}
+
+/// One that the parameters have holds where the joint is armed, also far from where it was at power-on.
+#[test]
+fn a_motion_of_the_parameters_that_holds_stays_where_the_joint_is_armed() {
+    let mut client = client();
+    let parameters = stiction::Parameters { motion: Motion::Hold, ..client.parameters().unwrap() };
+    client.set_parameters(&parameters).unwrap();
+    client.wire().simulated.push(10.0, 0.0);
+    client.pass(Duration::from_secs(1)).unwrap();
+    let at = client.wire().simulated.position_deg();
+    client.wire().simulated.device.servo().arm().unwrap();
+    client.pass(Duration::from_secs(2)).unwrap();
+    let after = client.wire().simulated.position_deg();
+    assert!(at > 9.0 && (after - at).abs() < 1e-9, "{at} {after}");
+    assert_eq!(client.status().unwrap().state, State::Armed);
+}
+
+#[test]
+fn a_device_announces_its_signals_with_names_and_units() {
+    let mut client = client();
+    let signals = client.signals().unwrap();
+    assert_eq!(signals.len(), SIGNALS.len());
+    for (place, name, unit, form) in [
+        ("tick", "tick", "", Form::Bits),
+        ("counts", "counts", "counts", Form::Whole),
+        ("error", "error_deg", "deg", Form::Number),
+        ("reference_velocity", "reference_velocity_deg_per_s", "deg/s", Form::Number),
+        ("v", "v_v", "V", Form::Number),
+        ("v_applied", "v_applied_v", "V", Form::Number),
+        ("code", "code", "", Form::Whole),
+        ("saturated", "saturated", "", Form::Bits),
+    ] {
+        let found = &signals[index(place)];
+        assert_eq!((&*found.name, &*found.unit, found.form), (name, unit, form), "{place}");
+    }
+    // A name says its unit at its end, and none is there twice.
+    for (i, signal) in signals.iter().enumerate() {
+        let written = match &*signal.unit {
+            "deg" => "_deg",
+            "deg/s" => "_deg_per_s",
+            "deg/s^2" => "_deg_per_s2",
+            "V" => "_v",
+            "counts" => "counts",
+            "" => "",
+            other => panic!("{other}: say here how it is written in a name"),
+        };
+        assert!(signal.name.ends_with(written), "{signal:?}");
+        assert!(signals[..i].iter().all(|other| other.name != signal.name), "{signal:?}");
+    }
+}
+
+#[test]
+fn a_signal_that_is_not_there_is_not_sent() {
+    let mut client = client();
+    for unknown in [1 << SIGNALS.len(), 1 << 63, ALL | 1 << SIGNALS.len(), 0] {
+        let message = client.subscribe(unknown, 1).unwrap_err().to_string();
+        assert!(message.contains("there is no such thing"), "{message}");
+    }
+    client.subscribe(ALL, 1).unwrap();
+}
+
+/// Everything that it knows of the signals is what the device has announced.
+#[test]
+fn a_client_without_a_table_logs_what_is_applied_by_its_name() {
+    let mut client = client();
+    let mut log = Log::new(Signals::new(client.signals().unwrap()), &["compare".into()]).unwrap();
+    client.arm().unwrap();
+    client.subscribe(log.mask(), 1).unwrap();
+    client.step_to(5.0).unwrap();
+    client.pass(Duration::from_secs(3)).unwrap();
+    let status = client.status().unwrap();
+    while let Some(sample) = client.kept() {
+        log.push(sample);
+    }
+    let csv = log.render(status.sample_time, status.resolution).unwrap();
+    let csv = String::from_utf8(csv).unwrap();
+    let mut lines = csv.lines().map(|line| line.split(',').collect::<Vec<_>>());
+    let header = lines.next().unwrap();
+    assert_eq!(header[10..], ["v_applied_v", "compare"]);
+    let column = |name: &str| header.iter().position(|found| *found == name).unwrap();
+    let [v, applied, code, compare] = ["v_v", "v_applied_v", "code", "compare"].map(column);
+    let (mut soft, mut all) = (0, 0);
+    for (tick, row) in lines.enumerate() {
+        let number = |column: usize| row[column].parse::<f32>().unwrap();
+        let (v, applied, code) = (number(v), number(applied), number(code));
+        assert_eq!(applied, code * 0.00488, "tick {tick}");
+        // The step of 5 deg asks for more than 5 V at first, and the soft start lasts for 25 ticks.
+        if applied.abs() < v.abs() - 0.00488 {
+            assert!(tick < 25, "tick {tick}: {applied} of {v}");
+            soft += 1;
+        } else if tick > 25 {
+            assert!((applied - v).abs() <= 0.5001 * 0.00488, "tick {tick}: {applied} of {v}");
+        }
+        assert_eq!(number(compare), 1909.0 + (code * 1909.0 / 1024.0).abs().round().copysign(code));
+        all += 1;
+    }
+    assert!(soft > 3 && all > 140, "{soft} of {all}");
+}
+
+#[test]
+fn samples_are_numbered_and_have_the_signals_that_were_asked_for() {
+    let mut client = client();
+    client.arm().unwrap();
+    let [counts, code, status] = ["counts", "code", "status"].map(index);
+    client.subscribe(1 << counts | 1 << code | 1 << status, 5).unwrap();
     client.step_to(5.0).unwrap();
     client.pass(Duration::from_secs(1)).unwrap();
     let samples: Vec<_> = std::iter::from_fn(|| client.sample(Duration::ZERO).unwrap()).collect();
@@ -248,18 +488,18 @@ fn samples_are_numbered_and_have_the_terms_that_were_asked_for() {
     for pair in samples.windows(2) {
         assert_eq!((pair[1].number, pair[1].clock), (pair[0].number + 1, pair[0].clock + 5));
     }
-    let counts = |i: usize| samples[i].value(Term::Counts).map(i32::from_le_bytes).unwrap();
+    let counts = |i: usize| samples[i].value(counts).unwrap() as i32;
     assert!(counts(samples.len() - 1) > counts(0) + 1000);
-    assert_eq!(samples[2].value(Term::Error), None);
-    let flags = samples[2].value(Term::Flags).map(u32::from_le_bytes).unwrap();
-    assert_eq!(flags & 0xFF, 2);
+    assert_eq!(samples[2].value(index("error")), None);
+    // Armed, and the bridge is on.
+    assert_eq!(samples[2].value(status).unwrap() & 0x4_00FF, 0x4_0002);
 }
 
 #[test]
 fn samples_that_nobody_takes_are_dropped_and_counted_and_answers_are_not() {
     let mut simulated = simulated();
     say(&mut simulated, &hello(1, 7));
-    say(&mut simulated, &frame(2, Request::Subscribe { terms: 0x0FFF, every: 1 }));
+    say(&mut simulated, &frame(2, Request::Subscribe { signals: ALL, every: 1 }));
     simulated.ticks(1000);
     let [(3, Reply::Status(status))] = &say(&mut simulated, &frame(3, Request::Status))[..] else { panic!() };
     assert!(status.dropped > 900 && status.dropped < 1000, "{}", status.dropped);
@@ -329,7 +569,7 @@ fn a_ramp_begins_like_arming_and_obeys_nothing_but_a_stop() {
     client.wire().simulated.ticks(5);
     assert!(said(client.identify(0.02, 1.0).unwrap_err()).contains("at rest"));
     client.pass(Duration::from_secs(10)).unwrap();
-    client.wire().simulated.device.servo().fault(stiction::Fault::Overrun);
+    client.wire().simulated.device.servo().fault(Fault::Overrun);
     assert!(said(client.identify(0.02, 1.0).unwrap_err()).contains("fault 5"));
     client.clear().unwrap();
 
@@ -354,7 +594,7 @@ fn a_ramp_begins_like_arming_and_obeys_nothing_but_a_stop() {
     client.wire().simulated.ticks(24);
     assert!(client.wire().simulated.tick().enable);
     assert!(!client.wire().simulated.ticks(2).enable);
-    assert_eq!(client.status().unwrap().fault.code, stiction::Fault::LinkTimeout as u8);
+    assert_eq!(client.status().unwrap().fault.code, Fault::LinkTimeout as u8);
 }
 
 /// A ramp against a block gives up by the stall monitor, long before the full scale.
@@ -365,7 +605,7 @@ fn a_ramp_against_a_block_stalls() {
     client.identify(0.1, 1.0).unwrap();
     assert_eq!(identified(&mut client), None);
     let fault = client.status().unwrap().fault;
-    assert_eq!(fault.code, stiction::Fault::Stall as u8);
+    assert_eq!(fault.code, Fault::Stall as u8);
     // Twice the breakaway effort of 0.4 V, and what the ramp rises in 0.2 s.
     assert!((0.8..0.83).contains(&fault.value), "{}", fault.value);
 }
@@ -480,7 +720,7 @@ impl Wire for Metered {
 }
 
 #[test]
-fn the_wire_carries_every_term_of_every_tick_at_1_khz_and_what_it_does_not_at_5_khz_is_counted() {
+fn the_wire_carries_every_signal_of_every_tick_at_1_khz_and_what_it_does_not_at_5_khz_is_counted() {
     let every = |sample_time: f64| {
         let sampled = format!("loop.sample_time_s={sample_time}");
         let set = [&*sampled, "loop.controller=pd", "reference.steps_deg=[5.0]"];
@@ -488,7 +728,7 @@ fn the_wire_carries_every_term_of_every_tick_at_1_khz_and_what_it_does_not_at_5_
         simulated.ticks(1000);
         let wire = Metered { simulated, bytes_per_tick: 92_160.0 * sample_time, room: 0.0 };
         let mut client = Client::connect(wire).unwrap();
-        client.subscribe(0x0FFF, 1).unwrap();
+        client.subscribe(ALL, 1).unwrap();
         client.pass(Duration::from_secs(10)).unwrap();
         let samples: Vec<_> = std::iter::from_fn(|| client.sample(Duration::ZERO).unwrap()).collect();
         // Every gap is one that was counted.
@@ -499,22 +739,22 @@ fn the_wire_carries_every_term_of_every_tick_at_1_khz_and_what_it_does_not_at_5_
     let (samples, lost, dropped) = every(1e-3);
     reliability!("baud", khz = 1, samples, lost);
     assert!(samples > 9_900.0 && lost == 0.0 && dropped == 0.0, "{samples} {lost}");
-    // A sample of 48 bytes of terms takes 62 to 66 on the wire: some 1430 of them go through in a second, and answers.
+    // A sample of 72 bytes of values takes 86 to 89 on the wire: 1036 to 1072 go through in a second, less the answers.
     let (samples, lost, dropped) = every(2e-4);
     reliability!("baud", khz = 5, samples, lost);
-    assert!((13_000.0..15_000.0).contains(&samples), "{samples}");
+    assert!((10_200.0..10_720.0).contains(&samples), "{samples}");
     assert!((samples + lost - 50_000.0).abs() < 500.0 && dropped >= lost, "{samples} {lost} {dropped}");
 }
 
 #[test]
 fn samples_of_an_earlier_subscription_are_neither_kept_nor_missed_by_the_next_one() {
     let mut client = client();
-    let (terms, so_much) = (Term::Counts.bit(), Duration::from_millis(200));
-    client.subscribe(terms, 1).unwrap();
+    let (signals, so_much) = (1 << index("counts"), Duration::from_millis(200));
+    client.subscribe(signals, 1).unwrap();
     client.pass(so_much).unwrap();
     // On their way when the next one is asked for.
     client.wire().simulated.ticks(5);
-    client.subscribe(terms, 1).unwrap();
+    client.subscribe(signals, 1).unwrap();
     client.pass(so_much).unwrap();
     let numbers: Vec<u32> = std::iter::from_fn(|| client.kept()).map(|sample| sample.number).collect();
     assert_eq!(client.lost(), 0);

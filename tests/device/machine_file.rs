@@ -2,19 +2,17 @@
 
 use host_sim::device::machine_file::{changes, read, render};
 use host_sim::experiment::{Document, builtins, position};
+use host_sim::hardware::STM32F405;
 use proptest::collection::vec;
 use proptest::prelude::*;
 use proptest::sample::subsequence;
-use stiction::Parameters;
-use stiction::compensator::{
-    DiscontinuousNonlinearProportionalGains, FeedforwardGains, Gains, RateVariableIntegralGains,
-    ResetIntegralGains, ResetOffsetIntegralGains, SmoothRobustNonlinearGains,
-};
+use stiction::compensator::Gains;
 use stiction::drive::{DriveConfig, PwmMode};
 use stiction::encoder::{CounterBits, Direction};
-use stiction::parameters::Motion;
 use stiction::position::Position;
 use stiction::reference::Corner;
+use stiction::value::{Key, Values};
+use stiction::{Motion, Parameters};
 
 use crate::fixture::{parameters, plans, srnf};
 
@@ -80,25 +78,37 @@ fn changes_are_named_by_their_keys() {
     assert!(expected.iter().all(|line| found.iter().any(|found| found == line)), "{found:?}");
 }
 
-fn gains() -> impl Strategy<Value = Vec<Gains>> {
-    let real = || (0u32..100_000).prop_map(|n| n as f32 / 997.0);
-    let laws = (vec(real(), 10), any::<bool>()).prop_map(|(g, rvi)| {
-        let integral = if rvi {
-            Gains::RateVariableIntegral(RateVariableIntegralGains { ki: g[0], gamma: g[1] })
-        } else {
-            Gains::ResetIntegral(ResetIntegralGains { ki: g[0], theta_ri: g[1] })
-        };
-        vec![
-            integral,
-            Gains::ResetOffsetIntegral(ResetOffsetIntegralGains { t_roi: g[2] + 0.1, v_roi: g[3] }),
-            Gains::Feedforward(FeedforwardGains { v_slip: g[4], v_ff: g[5] }),
-            Gains::DiscontinuousNonlinearProportional(DiscontinuousNonlinearProportionalGains {
-                theta_b: g[6],
-            }),
-            Gains::SmoothRobustNonlinear(SmoothRobustNonlinearGains { v_ms: g[7], alpha: g[8] }),
-        ]
+fn names(law: &Gains) -> Vec<Key> {
+    let mut keys = Vec::new();
+    let _ = law.each(&mut |key, _| -> Result<(), ()> {
+        keys.push(key);
+        Ok(())
     });
-    laws.prop_flat_map(|laws| subsequence(laws, 0..=4)).prop_shuffle()
+    keys
+}
+
+/// Up to four laws with any gains, in any order. RI and RVI have a key in common: a file has one of them.
+fn gains() -> impl Strategy<Value = Vec<Gains>> {
+    let some = subsequence(Gains::EXAMPLES, 0..=4).prop_shuffle();
+    (some, vec(0u32..100_000, 64)).prop_map(|(laws, numbers)| {
+        let mut numbers = numbers.into_iter();
+        let (mut used, mut all) = (Vec::new(), Vec::new());
+        for mut law in laws {
+            let keys = names(&law);
+            let texts: Vec<String> = keys.iter().map(Key::to_string).collect();
+            if texts.iter().any(|text| used.contains(text)) {
+                continue;
+            }
+            used.extend(texts);
+            for (key, n) in keys.into_iter().zip(&mut numbers) {
+                // A time between increments is not shorter than a sample.
+                let least = if key.to_string() == "t_roi_s" { 0.1 } else { 0.0 };
+                assert_eq!(law.set(key, (n as f32 / 997.0 + least).to_bits()), Ok(true));
+            }
+            all.push(law);
+        }
+        all
+    })
 }
 
 /// Ticks between corners and degrees, as a file has them; a single one is a step.
@@ -135,12 +145,12 @@ fn moves(motion: &Motion) -> bool {
 
 fn machine() -> impl Strategy<Value = Parameters> {
     let numbers = vec(0.0f32..1.0, 30);
-    (numbers, gains(), motion(), any::<[bool; 4]>(), 8u16..32_300).prop_map(
-        |(n, gains, motion, flags, half_top)| {
+    (numbers, gains(), motion(), any::<[bool; 4]>(), 1300.0f32..5.25e6).prop_map(
+        |(n, gains, motion, flags, pwm_hz)| {
             let mut machine = srnf(&[]);
             let config = &mut machine.controller;
             config.sample_time = 0.005;
-            config.velocity_window = 2 + (n[0] * 14.0) as usize;
+            config.velocity_window = 2 + (n[0] * 14.0) as u32;
             config.encoder.resolution = 1e-4 + n[1];
             config.encoder.counter_bits =
                 if flags[0] { CounterBits::Sixteen } else { CounterBits::ThirtyTwo };
@@ -150,12 +160,12 @@ fn machine() -> impl Strategy<Value = Parameters> {
                 full_scale,
                 lsb: full_scale / (2.0 + 30_000.0 * n[3]),
                 mode: if flags[2] { PwmMode::LockedAntiphase } else { PwmMode::SignMagnitude },
-                pwm_top: 2 * half_top,
+                pwm_hz,
             };
             (config.pd.kp, config.pd.kd) = (10.0 * n[4], n[5]);
             config.compensator = gains.into_iter().collect();
             machine.motion = asked(motion, config.encoder.resolution);
-            machine.device = stiction::parameters::Device {
+            machine.device = stiction::parameters::DeviceConfig {
                 autostart: flags[3],
                 autostart_delay: 60.0 * n[6],
                 soft_start: 10.0 * n[7],
@@ -190,7 +200,7 @@ proptest! {
 
     #[test]
     fn any_valid_parameters_are_read_back_bit_for_bit(machine in machine()) {
-        prop_assume!(machine.prepare().is_ok() && moves(&machine.motion));
+        prop_assume!(machine.prepare(&STM32F405).is_ok() && moves(&machine.motion));
         prop_assert_eq!(again(&machine), Ok(machine));
     }
 }

@@ -7,16 +7,14 @@
 use host_sim::device::client::Client;
 use host_sim::device::simulated::{SimulatedDevice, Wires};
 use host_sim::device::wire::SimulatedWire;
-use stiction::Fault;
+use host_sim::hardware::STM32F405;
 use stiction::drive::Drive;
-use stiction::parameters::Motion;
 use stiction::position::Position;
 use stiction::reference::Corner;
 use stiction::servo::{Output, Servo, State};
+use stiction::{Fault, Motion};
 
-use crate::fixture::plans;
-
-const LAWS: [&str; 7] = ["pd", "ri", "rvi", "roi", "feedforward", "dnpf", "srnf"];
+use crate::fixture::{laws, plans};
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Situation {
@@ -216,7 +214,8 @@ impl Bench {
         let set = [&[&*law, "reference.steps_deg=[5.0]"], set].concat();
         let plan = &plans("step-response", &set)[0];
         let simulated = SimulatedDevice::new(plan).unwrap();
-        let drive = Drive::new(&simulated.device.parameters().unwrap().controller.drive).unwrap();
+        let drive = &simulated.device.parameters().unwrap().controller.drive;
+        let drive = Drive::new(drive, &STM32F405).unwrap();
         let client = Client::connect(SimulatedWire::new(simulated)).unwrap();
         Self { client, neutral: drive.duty(0) }
     }
@@ -265,7 +264,7 @@ impl Bench {
         assert!(self.client.step_to(1.0).is_err() && self.client.hold().is_err(), "{row}");
         for _ in 0..50 {
             let output = self.pass(1);
-            assert_eq!((output.enable, output.duty), (false, self.neutral), "{row}");
+            assert_eq!((output.enable, output.duty()), (false, self.neutral), "{row}");
             assert_eq!(output.state, State::Faulted(fault), "{row}");
         }
         let told = self.client.status().unwrap().fault;
@@ -303,7 +302,7 @@ fn every_fault_is_seen_in_time_and_turns_the_bridge_off_under_every_law() {
                 continue;
             };
             let mut slowest = 0;
-            for law in LAWS {
+            for law in laws() {
                 let name = format!("{} ({}), {law}, {situation:?}", row.fault.describe(), row.what);
                 let mut bench = Bench::new(law, row.set);
                 bench.bring(situation);
@@ -317,7 +316,7 @@ fn every_fault_is_seen_in_time_and_turns_the_bridge_off_under_every_law() {
                     let output = bench.simulated().tick();
                     if output.state != State::Armed {
                         // In the same tick.
-                        assert_eq!((output.enable, output.duty), (false, bench.neutral), "{name}");
+                        assert_eq!((output.enable, output.duty()), (false, bench.neutral), "{name}");
                         assert_eq!(output.state, State::Faulted(row.fault), "{name}, tick {tick}");
                         detected = Some(tick + 1);
                         break;
@@ -335,13 +334,13 @@ fn every_fault_is_seen_in_time_and_turns_the_bridge_off_under_every_law() {
     }
     for fault in FROM_THE_BOARD {
         for situation in [Rest, Moving, Saturated] {
-            for law in LAWS {
+            for law in laws() {
                 let name = format!("{} from the board, {law}, {situation:?}", fault.describe());
                 let mut bench = Bench::new(law, &[]);
                 bench.bring(situation);
                 Servo::fault(bench.simulated().device.servo(), fault);
                 let output = bench.pass(1);
-                assert_eq!((output.enable, output.duty), (false, bench.neutral), "{name}");
+                assert_eq!((output.enable, output.duty()), (false, bench.neutral), "{name}");
                 assert_eq!(output.state, State::Faulted(fault), "{name}");
                 bench.check_latched(&name, fault, sound);
                 cases += 1;
@@ -349,12 +348,12 @@ fn every_fault_is_seen_in_time_and_turns_the_bridge_off_under_every_law() {
         }
     }
     let faults = Fault::ALL.len() - ELSEWHERE.len();
-    reliability!("matrix", cases, faults, laws = LAWS.len(), impossible);
+    reliability!("matrix", cases, faults, laws = laws().count(), impossible);
 }
 
 #[test]
 fn no_fault_is_forgotten_by_the_matrix() {
-    for fault in Fault::ALL {
+    for &fault in Fault::ALL {
         let in_a_row = rows().iter().any(|row| row.fault == fault) || FROM_THE_BOARD.contains(&fault);
         let elsewhere = ELSEWHERE.iter().any(|(other, _)| *other == fault);
         assert!(in_a_row != elsewhere, "{fault:?}");
@@ -365,7 +364,7 @@ fn no_fault_is_forgotten_by_the_matrix() {
 #[test]
 fn a_reversed_encoder_is_seen_in_the_first_move_under_every_law() {
     let mut furthest = 0.0f64;
-    for law in LAWS {
+    for law in laws() {
         let mut bench = Bench::new(law, &[]);
         bench.simulated().wires = Wires::Swapped;
         bench.client.arm().unwrap();
@@ -384,7 +383,7 @@ fn a_reversed_encoder_is_seen_in_the_first_move_under_every_law() {
 /// Once the wiring has been proven, swapped wires are a loop that runs away.
 #[test]
 fn an_encoder_that_is_reversed_on_the_way_is_seen_before_it_has_gone_far() {
-    for law in LAWS {
+    for law in laws() {
         for situation in [Moving, Saturated] {
             let mut bench = Bench::new(law, &[]);
             bench.bring(situation);

@@ -6,10 +6,14 @@
 use std::fs;
 use std::path::{Path, PathBuf};
 
-use host_sim::properties::{file, frame, record, session};
-use stiction::link::{Law, Move, Numbered, PROTOCOL, Request, encode};
-use stiction::parameters::{Motion, ROOM};
+use host_sim::properties::{self, file, frame, session};
+use stiction::Motion;
+use stiction::compensator::FIRST_LAW;
+use stiction::link::{CHUNK, Numbered, PROTOCOL, Request, encode};
+use stiction::parameters::{ROOM, record};
+use stiction::pd::PdGains;
 use stiction::position::Position;
+use stiction::signal::SIGNALS;
 
 use crate::fixture::{parameters, plans, srnf};
 
@@ -27,12 +31,18 @@ fn message(number: u16, content: Request) -> Vec<u8> {
 fn requests() -> Vec<Request> {
     let mut room = [0; ROOM];
     let record = srnf(&[]).encode(0, &mut room).unwrap().to_vec();
+    // Plain PD without gains.
+    let mut entries = [0; CHUNK];
+    let mut length = record::write(&PdGains::default(), &mut entries).unwrap();
+    record::put(&mut entries, &mut length, FIRST_LAW, 0).unwrap();
+    let entries = entries.into_iter().take(length).collect();
     let mut all = vec![
         Request::Hello { protocol: PROTOCOL, session: 1 },
         Request::Status,
         Request::ReadParameters { offset: 0 },
-        Request::ReadLaw,
-        Request::WriteLaw(Law::default()),
+        Request::Signal { index: 0 },
+        Request::Signal { index: SIGNALS.len() as u8 },
+        Request::Change { entries },
     ];
     all.extend(record.chunks(128).enumerate().map(|(i, piece)| Request::WriteParameters {
         offset: 128 * i as u16,
@@ -41,10 +51,10 @@ fn requests() -> Vec<Request> {
     all.extend([
         Request::TakeParameters { length: record.len() as u16 },
         Request::Save,
-        Request::Subscribe { terms: 0x0FFF, every: 2 },
+        Request::Subscribe { signals: (1 << SIGNALS.len()) - 1, every: 2 },
         Request::Arm,
-        Request::Move(Move::To(Motion::Step(Position { counts: 1000, fraction: 0.5 }))),
-        Request::Move(Move::Hold),
+        Request::Move(Motion::Step(Position { counts: 1000, fraction: 0.5 })),
+        Request::Move(Motion::Hold),
         Request::Stop,
         Request::Identify { rate: 0.5, hold: 0.1 },
         Request::Stop,
@@ -60,7 +70,7 @@ fn script() -> Vec<u8> {
     let rest = [b't', 25, 0];
     let said = requests().into_iter().zip(1..).flat_map(|(request, number)| {
         // On a move the joint follows; one that stands still would stall.
-        let travel = if let Request::Move(Move::To(_)) = request { 40 } else { 0 };
+        let travel = if let Request::Move(Motion::Step(_)) = request { 40 } else { 0 };
         let message = message(number, request);
         [&[b'm', message.len() as u8], &message[..], &[b't', 25, travel]].concat()
     });
@@ -111,7 +121,7 @@ fn every_seed_holds() {
             *worth += match target {
                 "frame" => frame::holds(&bytes) as u64,
                 "session" => session::holds(&parameters, &bytes).moved,
-                "parameters" => u64::from(record::holds(&bytes)),
+                "parameters" => u64::from(properties::record::holds(&bytes)),
                 _ => std::str::from_utf8(&bytes).map_or(0, |text| u64::from(file::holds(text))),
             };
         }

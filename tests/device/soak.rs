@@ -5,7 +5,8 @@ use std::time::Duration;
 use host_sim::device::client::Client;
 use host_sim::device::simulated::SimulatedDevice;
 use host_sim::device::wire::SimulatedWire;
-use stiction::link::{State, Term};
+use stiction::link::State;
+use stiction::signal::index;
 
 use crate::fixture::plans;
 
@@ -13,9 +14,9 @@ use crate::fixture::plans;
 fn an_hour_of_moves_neither_drifts_nor_loses_a_sample_unreported() {
     let plan = &plans("step-response", &["loop.controller=srnf", "reference.steps_deg=[5.0]"])[0];
     let mut client = Client::connect(SimulatedWire::new(SimulatedDevice::new(plan).unwrap())).unwrap();
-    let terms = Term::Counts.bit() | Term::Flags.bit();
+    let signals = 1 << index("counts") | 1 << index("status");
     client.arm().unwrap();
-    client.subscribe(terms, 10).unwrap();
+    client.subscribe(signals, 10).unwrap();
     let (mut samples, mut moves, mut last, mut drift) = (0u64, 0u32, None, 0.0f64);
     let begin = client.status().unwrap().clock;
     while client.status().unwrap().clock - begin < 180_000 {
@@ -25,7 +26,7 @@ fn an_hour_of_moves_neither_drifts_nor_loses_a_sample_unreported() {
         moves += 1;
         if moves.is_multiple_of(17) {
             client.hold().unwrap();
-            client.law().unwrap();
+            client.signals().unwrap();
             client.faults().unwrap();
         }
         drift = drift.max((client.wire().simulated.position_deg() - target).abs());

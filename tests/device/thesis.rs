@@ -3,15 +3,15 @@
 use host_sim::device::simulated::SimulatedDevice;
 use host_sim::experiment::{Document, Motion, RunPlan, builtins};
 use stiction::Fault;
-use stiction::servo::{Arming, Output, State};
+use stiction::servo::{Output, State};
 
-use crate::fixture::plans;
+use crate::fixture::{laws, plans};
 
 /// Runs the motion of a plan to its end, and returns the last output with the fault's value.
 fn run(plan: &RunPlan) -> (Output, f32) {
     let mut simulated = SimulatedDevice::new(plan).unwrap();
     simulated.ticks(10);
-    simulated.device.servo().arm(Arming::Motion).unwrap();
+    simulated.device.servo().arm().unwrap();
     let ticks = (plan.duration_s() / simulated.sample_time_s()).round() as u32;
     let output = simulated.ticks(ticks);
     let value = simulated.device.servo().latched().map_or(0.0, |latched| latched.value);
@@ -39,7 +39,7 @@ fn no_default_threshold_stops_an_experiment() {
     // Eq. 37 read in SI: an unstable loop between the limits of its output is what monitors are for.
     let (literal, others): (Vec<_>, Vec<_>) = tripped.iter().partition(|line| line.contains("literal-si"));
     assert!(others.is_empty(), "{others:#?}");
-    assert_eq!(literal.len(), 14, "{literal:#?}");
+    assert_eq!(literal.len(), 2 * laws().count(), "{literal:#?}");
     assert!(runs > 100, "{runs}");
     reliability!("thesis", runs, unstable = literal.len(), tripped = others.len());
 }
@@ -51,7 +51,7 @@ fn a_blocked_joint_trips_the_same_thresholds() {
         let mut simulated = SimulatedDevice::new(&plan).unwrap();
         simulated.brake_v = 100.0;
         simulated.ticks(10);
-        simulated.device.servo().arm(Arming::Motion).unwrap();
+        simulated.device.servo().arm().unwrap();
         assert_eq!(simulated.ticks(30).state, State::Faulted(Fault::Stall), "{}", plan.label);
     }
 }
@@ -60,14 +60,12 @@ fn a_blocked_joint_trips_the_same_thresholds() {
 fn until_fault(plan: &RunPlan, ticks: u32) -> Option<(u32, Fault)> {
     let mut simulated = SimulatedDevice::new(plan).unwrap();
     simulated.ticks(10);
-    simulated.device.servo().arm(Arming::Motion).unwrap();
+    simulated.device.servo().arm().unwrap();
     (1..=ticks).find_map(|tick| match simulated.tick().state {
         State::Faulted(fault) => Some((tick, fault)),
         _ => None,
     })
 }
-
-const LAWS: [&str; 7] = ["pd", "ri", "rvi", "roi", "feedforward", "dnpf", "srnf"];
 
 /// The motor's speed without load, 5 V / 0.02 V s/deg, and the travel of a tick at a quarter more.
 const NO_LOAD: [&str; 2] = ["limits.overspeed_deg_per_s=250", "limits.encoder_jump_deg=6.26"];
@@ -88,7 +86,7 @@ fn first_trip(law: &str, set: &[&str]) -> (u32, Fault) {
 /// and the other laws none: theirs end in a following error before they are that fast.
 #[test]
 fn the_default_speed_limit_costs_srnf_large_steps() {
-    for law in LAWS {
+    for law in laws() {
         let (deg, fault) = first_trip(law, &[]);
         let (free_deg, free_fault) = first_trip(law, &NO_LOAD);
         let limit = crate::fixture::parameters(&step(law, 5, &[])).limits.overspeed;
@@ -117,8 +115,8 @@ fn the_default_speed_limit_costs_srnf_large_steps() {
 #[test]
 fn the_default_speed_limit_stops_an_unstable_loop_at_once() {
     let unstable = |limit: &str, set: &[&str]| {
-        let laws = LAWS.map(|law| format!("loop.controller={law}"));
-        let all = laws.iter().flat_map(|law| plans("step-response", &[&[law.as_str()], set].concat()));
+        let laws = laws().map(|law| format!("loop.controller={law}"));
+        let all = laws.flat_map(|law| plans("step-response", &[&[law.as_str()], set].concat()));
         let all = all.filter(|plan| plan.variant == "literal-si");
         let found: Vec<_> = all.map(|plan| until_fault(&plan, 500)).collect();
         let (loops, faults) = (found.len(), found.iter().flatten().map(|(_, fault)| *fault));
@@ -136,7 +134,11 @@ fn the_default_speed_limit_stops_an_unstable_loop_at_once() {
         unstable(&format!("{x} deg/s"), &[&limit, &jump]);
     }
     let (loops, [speed, jump, _], slowest_s) = unstable("default", &[]);
-    assert!(loops == 7 && speed + jump == 7 && slowest_s < 1.0, "{speed} + {jump} of {loops}, {slowest_s} s");
+    let all = laws().count();
+    assert!(
+        loops == all && speed + jump == all && slowest_s < 1.0,
+        "{speed} + {jump} of {loops}, {slowest_s} s"
+    );
     let (loops, [speed, jump, others], _) = unstable("no-load speed", &NO_LOAD);
-    assert!(loops == 7 && speed + jump == 0 && others < 7, "{speed} + {jump}, {others} of {loops}");
+    assert!(loops == all && speed + jump == 0 && others < all, "{speed} + {jump}, {others} of {loops}");
 }

@@ -7,25 +7,16 @@ use host_sim::device;
 use host_sim::device::client::Client;
 use host_sim::device::emulated::EmulatedWire;
 use host_sim::device::log::Log;
+use host_sim::device::signals::Signals;
 use host_sim::device::simulated::SimulatedDevice;
 use host_sim::device::wire::{SimulatedWire, Wire};
 use host_sim::emulator::bench::Mishap;
 use host_sim::experiment::RunPlan;
 use stiction::Fault;
-use stiction::link::{Kind, Sample, State, Term};
+use stiction::link::{Kind, Sample, State};
 
 use crate::bench::firmware;
 use crate::common::plans;
-
-const EVERY_TERM: u16 = {
-    let mut terms = 0;
-    let mut at = 0;
-    while at < Term::ALL.len() {
-        terms |= Term::ALL[at].bit();
-        at += 1;
-    }
-    terms
-};
 
 fn plan(law: &str, set: &[&str]) -> RunPlan {
     plans("step-response", &[law], &[&["drive.pwm_hz=2000"], set].concat()).remove(0)
@@ -35,10 +26,11 @@ fn emulated(plan: &RunPlan) -> Client<EmulatedWire> {
     Client::connect(EmulatedWire::with(&firmware(), plan).unwrap()).unwrap()
 }
 
-/// Every term of every tick of a move.
-fn samples<W: Wire>(client: &mut Client<W>) -> Vec<Sample> {
+/// What the device announces, and every signal of every tick of a move.
+fn samples<W: Wire>(client: &mut Client<W>) -> (Signals, Vec<Sample>) {
+    let signals = Signals::new(client.signals().unwrap());
     client.arm().unwrap();
-    client.subscribe(EVERY_TERM, 1).unwrap();
+    client.subscribe(signals.mask(signals.names()), 1).unwrap();
     client.step_to(2.5).unwrap();
     client.pass(Duration::from_secs(3)).unwrap();
     let mut samples = Vec::new();
@@ -46,7 +38,7 @@ fn samples<W: Wire>(client: &mut Client<W>) -> Vec<Sample> {
         samples.push(sample);
     }
     assert_eq!(client.lost(), 0);
-    samples
+    (signals, samples)
 }
 
 #[test]
@@ -55,9 +47,10 @@ fn a_move_is_that_of_the_simulated_device_to_the_bit() {
         ["encoder.direction=\"reverse\"", "drive.mode=sign-magnitude", "run.delay_samples=1"];
     for (law, set) in [("srnf", &[][..]), ("ri", &[]), ("dnpf", &wired_otherwise)] {
         let plan = plan(law, set);
-        let here =
-            samples(&mut Client::connect(SimulatedWire::new(SimulatedDevice::new(&plan).unwrap())).unwrap());
-        let there = samples(&mut emulated(&plan));
+        let simulated = SimulatedWire::new(SimulatedDevice::new(&plan).unwrap());
+        let (announced, here) = samples(&mut Client::connect(simulated).unwrap());
+        let (signals, there) = samples(&mut emulated(&plan));
+        assert_eq!(signals, announced, "{law}");
         // 3 s of 20 ms, and the tick in which the last answer was waited for.
         let count = here.len().min(there.len());
         assert!((150..=152).contains(&count) && here.len().abs_diff(there.len()) <= 1, "{law}: {count}");
@@ -67,7 +60,7 @@ fn a_move_is_that_of_the_simulated_device_to_the_bit() {
             assert_eq!(here, &there, "{law}, tick {}", here.clock);
         }
         let csv = |samples: &[Sample]| {
-            let mut log = Log::default();
+            let mut log = Log::new(signals.clone(), &[]).unwrap();
             samples.iter().take(count).cloned().for_each(|sample| log.push(sample));
             String::from_utf8(log.render(0.02, 0.00242).unwrap()).unwrap()
         };

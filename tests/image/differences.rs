@@ -30,7 +30,7 @@ fn refusal(told: &RunPlan, replayed: &RunPlan, free_running: bool) -> String {
         interrupt: Arc::default(),
         points: None,
     };
-    let solver = ExactAxis::at_rest(&replayed.axis().unwrap(), replayed.machine.sampling.sample_time_s);
+    let solver = ExactAxis::at_rest(&replayed.axis().unwrap(), replayed.machine.sampling.sample_time_s());
     let (around, course) = (replayed.closed_loop().unwrap(), replayed.course().unwrap());
     let joint = Joint::new(around, course, solver, replayed.samples().unwrap());
     match run(&setup, joint) {
@@ -72,7 +72,7 @@ const KD: &str = "controller.pd.kd_v_per_deg_per_s";
 
 /// What a voltmeter could tell apart.
 fn same_pins(host: &Tick, image: &Tick) -> bool {
-    (host.counts, host.duty) == (image.counts, image.duty)
+    (host.counts, host.duty()) == (image.counts, image.duty())
 }
 
 #[test]
@@ -104,8 +104,8 @@ fn a_term_that_no_law_uses_is_compared_as_well() {
     let (host, image) = (with("0.25"), with("0.24"));
     let difference = expected(&image, &host);
     let (a, b) = (difference.host.unwrap(), difference.image.unwrap());
-    assert_eq!((a.duty, a.v, a.counts), (b.duty, b.v, b.counts));
-    assert!(a.setpoint.acceleration != b.setpoint.acceleration, "{difference}");
+    assert_eq!((a.duty(), a.v, a.counts), (b.duty(), b.v, b.counts));
+    assert!(a.reference_acceleration != b.reference_acceleration, "{difference}");
     assert_found(&refusal(&image, &host, false), &difference);
 }
 

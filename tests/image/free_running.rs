@@ -54,7 +54,8 @@ fn assert_near_lockstep(name: &str, set: &[&str]) {
         assert!(latency_s < 250e-6 + 10e-6, "{}: latency {latency_s} s", plan.label);
         let Trace::Loop(moments) = &free.result.trace else { panic!("{} is a ramp", plan.label) };
         let speed = moments.iter().map(|moment| moment.velocity_deg_per_s.abs()).fold(0.0, f64::max);
-        let (sample_s, count) = (plan.machine.sampling.sample_time_s, plan.machine.encoder.resolution_deg);
+        let (sample_s, count) =
+            (plan.machine.sampling.sample_time_s(), plan.machine.encoder.resolution_deg());
         // An effort that comes so much later finds the joint so much further, and the encoder tells it to a count.
         let late = speed * latency_s + count;
         // A compensator that is switched by a threshold may be switched a whole sample later.

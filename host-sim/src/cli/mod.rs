@@ -2,6 +2,7 @@
 
 mod benchmark;
 mod device;
+mod keys;
 mod list;
 mod params;
 mod plot;
@@ -32,6 +33,8 @@ enum Command {
     List(list::Arguments),
     /// The TOML of a built-in experiment, to copy and change
     Show(show::Arguments),
+    /// Every key of a machine's file: what it means, what is allowed, what it is if it is left out
+    Keys(keys::Arguments),
     /// Run an experiment or a machine's own file
     Run(run::Arguments),
     /// Encode a machine for the parameter sector of the controller board
@@ -58,6 +61,7 @@ pub fn main() -> ExitCode {
     let done = match arguments.command {
         Command::List(arguments) => list::list(&arguments),
         Command::Show(arguments) => show::show(&arguments),
+        Command::Keys(arguments) => keys::keys(&arguments),
         Command::Run(arguments) => run::run(&arguments),
         Command::Params(arguments) => params::params(&arguments),
         Command::Device(arguments) => device::device(&arguments),

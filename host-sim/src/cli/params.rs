@@ -3,6 +3,8 @@
 use std::fs;
 use std::path::PathBuf;
 
+use stiction::parameters::DeviceConfig;
+
 use super::print;
 use crate::device::sectors;
 use crate::error::Error;
@@ -45,9 +47,9 @@ pub fn params(arguments: &Arguments) -> Result<(), Error> {
         })?;
     }
     write_whole(out, &sectors)?;
-    let device = &plan.machine.device;
+    let device = plan.machine.device.core(DeviceConfig::CAUTIOUS);
     let arming = if device.autostart {
-        format!("arms by itself {} s after power-on", device.autostart_delay_s)
+        format!("arms by itself {} s after power-on", device.autostart_delay)
     } else {
         "does not move: device.autostart is false".into()
     };

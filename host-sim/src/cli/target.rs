@@ -4,7 +4,7 @@ use std::path::PathBuf;
 
 use crate::error::Error;
 use crate::experiment::RunPlan;
-use crate::run::{RunResult, run_all};
+use crate::run::{Driven, RunResult, run_all, run_all_driven};
 
 /// Where the core runs.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, clap::ValueEnum)]
@@ -12,6 +12,8 @@ enum Target {
     /// In this program
     #[default]
     Host,
+    /// In this program, in the servo around the loop: with soft start and monitors, as on a device
+    Servo,
     /// In the flash image, on an emulated microcontroller
     Emulator,
 }
@@ -21,7 +23,7 @@ pub struct TargetArguments {
     /// Where the control core runs
     #[arg(
         long,
-        value_name = "host|emulator",
+        value_name = "host|servo|emulator",
         value_enum,
         hide_possible_values = true,
         default_value = "host"
@@ -48,7 +50,7 @@ impl TargetArguments {
     pub fn run(&self, plans: &[RunPlan]) -> Result<Vec<RunResult>, Error> {
         match self.target {
             Target::Emulator => self.emulate(plans),
-            Target::Host => {
+            Target::Host | Target::Servo => {
                 let given = [
                     ("--free-running", self.free_running),
                     ("--image", self.image.is_some()),
@@ -59,6 +61,7 @@ impl TargetArguments {
                         let why = "without it the core runs in this program";
                         Err(Error::Input(format!("{option} needs --target emulator; {why}")))
                     }
+                    None if self.target == Target::Servo => run_all_driven(plans, Driven::ByServo),
                     None => run_all(plans),
                 }
             }

@@ -23,13 +23,14 @@
 use std::collections::VecDeque;
 use std::time::Duration;
 
-use stiction::Parameters;
 use stiction::link::{
-    CHUNK, Deframer, Identity, Kind, Law, Message, Move, Numbered, PROTOCOL, Refused, Reply, Request, Sample,
+    Announced, CHUNK, Deframer, Identity, Kind, Message, Numbered, PROTOCOL, Refused, Reply, Request, Sample,
     State, Status, Told, encode,
 };
-use stiction::parameters::{Motion, ROOM};
+use stiction::parameters::{ROOM, record};
 use stiction::servo::Levels;
+use stiction::value::Key;
+use stiction::{Motion, Parameters};
 
 use super::wire::{SIMULATED, Wire};
 use super::words;
@@ -190,7 +191,7 @@ impl<W: Wire> Client<W> {
     /// # Errors
     /// Says why it was refused.
     pub fn hold(&mut self) -> Result<(), Error> {
-        self.done("move", Request::Move(Move::Hold))
+        self.done("move", Request::Move(Motion::Hold))
     }
 
     /// A step to a position (deg) in the zero that arming has set.
@@ -221,7 +222,7 @@ impl<W: Wire> Client<W> {
     /// # Errors
     /// Says why it was refused.
     pub fn move_along(&mut self, motion: Motion) -> Result<(), Error> {
-        self.done("move", Request::Move(Move::To(motion)))
+        self.done("move", Request::Move(motion))
     }
 
     /// Arms, and begins a ramp of the effort that rises by `rate` (V/s) and is held for `hold` (s); it ends by itself, and
@@ -244,23 +245,35 @@ impl<W: Wire> Client<W> {
         }
     }
 
-    /// The law and its gains.
-    ///
-    /// # Errors
-    /// If there are no parameters.
-    pub fn law(&mut self) -> Result<Law, Error> {
-        match self.ask(Request::ReadLaw)? {
-            Reply::Law(law) => Ok(law),
-            _ => Err(self.unexpected()),
-        }
-    }
-
-    /// Another law, or other gains.
+    /// Other values for some of the parameters, validated by the device as a whole.
     ///
     /// # Errors
     /// Says why it was refused; nothing is taken then.
-    pub fn set_law(&mut self, law: Law) -> Result<(), Error> {
-        self.done("params", Request::WriteLaw(law))
+    pub fn change(&mut self, values: &[(Key, u32)]) -> Result<(), Error> {
+        let (mut room, mut length) = ([0; CHUNK], 0);
+        for (key, bits) in values {
+            let put = record::put(&mut room, &mut length, *key, *bits);
+            put.ok_or_else(|| Error::Input("params: too many values for one change".into()))?;
+        }
+        let entries = room.iter().copied().take(length).collect();
+        self.done("params", Request::Change { entries })
+    }
+
+    /// The signals that the device announces, in the order of their places.
+    ///
+    /// # Errors
+    /// If it does not answer.
+    pub fn signals(&mut self) -> Result<Vec<Announced>, Error> {
+        let mut all = Vec::new();
+        for index in 0..=u8::MAX {
+            match self.talk(Request::Signal { index })? {
+                Reply::Signal(signal) => all.push(signal),
+                Reply::Refused(Refused::NoSuch) => break,
+                Reply::Refused(refused) => return Err(self.refused("log", &refused)),
+                _ => return Err(self.unexpected()),
+            }
+        }
+        Ok(all)
     }
 
     /// The parameters in use.
@@ -310,13 +323,13 @@ impl<W: Wire> Client<W> {
         self.done("params save", Request::Save)
     }
 
-    /// Asks for terms (a sum of [`stiction::link::Term::bit`]s) of every so many ticks; 0 ends it.
+    /// Asks for signals (a sum of 1 << place) of every so many ticks; 0 ends it.
     ///
     /// # Errors
     /// If the device does not answer.
-    pub fn subscribe(&mut self, terms: u16, every: u16) -> Result<(), Error> {
+    pub fn subscribe(&mut self, signals: u64, every: u16) -> Result<(), Error> {
         self.subscribing = true;
-        self.done("log", Request::Subscribe { terms, every })
+        self.done("log", Request::Subscribe { signals, every })
     }
 
     /// The next sample, if one comes within so long.

@@ -61,7 +61,7 @@ impl EmulatedWire {
         let record = parameters.encode(1, &mut room).unwrap_or_default();
         let mut powered = Powered::on(image, [Some(record), None], Fitted::default(), plan)?;
         // The joint rests for 50 ms before it may be armed; and just after a tick there is the most time until the next.
-        let ticks = (0.1 / plan.machine.sampling.sample_time_s).ceil() as u32;
+        let ticks = (0.1 / plan.machine.sampling.sample_time_s()).ceil() as u32;
         while powered.samples(1)?.clock.is_none() {
             let now = powered.act(|held| held.now())?;
             if now > BOOT_NS {

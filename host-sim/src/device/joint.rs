@@ -29,12 +29,12 @@ impl SimulatedJoint {
     /// Names a value that is not allowed.
     pub fn new(plan: &RunPlan) -> Result<Self, Error> {
         let (axis, encoder) = (plan.axis()?, plan.encoder()?);
-        let sample_time_s = plan.machine.sampling.sample_time_s;
+        let sample_time_s = plan.machine.sampling.sample_time_s();
         Ok(Self {
             solver: ExactAxis::at_rest(&axis, sample_time_s),
             axis,
             encoder,
-            lsb_v: plan.machine.drive.lsb_v,
+            lsb_v: plan.machine.drive.lsb_v(),
             sample_time_s,
             delayed: (plan.machine.run.delay_samples == 1).then_some(0),
             time_s: 0.0,

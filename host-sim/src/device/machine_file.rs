@@ -5,23 +5,16 @@
 //! none. Does badly: what no file can say (a motion that only holds, a ramp together with gains, a law twice) has no
 //! text. A device does not know its joint, so that of another machine has to be lent.
 
-use stiction::Parameters;
-use stiction::compensator::Gains;
-use stiction::drive::{DriveConfig, PwmMode};
-use stiction::encoder::{CounterBits, Direction};
-use stiction::parameters::Motion;
+use stiction::pd::PdGains;
 use stiction::position::Position;
+use stiction::value::Table as _;
+use stiction::{ControllerConfig, Motion, Parameters};
 use toml::{Table, Value};
 
-use super::Device;
-use crate::encoder::Rounding;
 use crate::error::Error;
-use crate::experiment::{Document, Experiment, position};
-use crate::limits::LimitsTable;
-use crate::machine::{self, Controller, Identification, Joint, LawName, Machine, Names, Reference, Run};
-
-/// Clock of the timer that makes the PWM.
-const PWM_TIMER_HZ: f32 = 168e6;
+use crate::experiment::{Document, Experiment, about_law, position};
+use crate::machine::{self, Identification, Joint, LawName, Machine, Names, PD, Reference, Run};
+use crate::written::{Written, single};
 
 /// Of a controller with several laws, or with one twice.
 const OF_SEVERAL: &str = "device";
@@ -114,22 +107,19 @@ fn known(parameters: &Parameters) -> Result<Table, Error> {
 /// The machine, with a joint of nothing.
 fn of(parameters: &Parameters) -> Machine {
     let Parameters { controller: config, motion, device, limits } = parameters;
-    let laws: Vec<LawName> = config.compensator.iter().map(law).collect();
+    let laws: Vec<LawName> = config.compensator.iter().map(|law| LawName(Some(*law))).collect();
     let (name, laws) = match laws[..] {
-        [] => (word(LawName::Pd), None),
-        [one] => (word(one), None),
-        _ => (OF_SEVERAL.into(), Some(laws)),
+        [] => (PD.to_owned(), None),
+        [one] => (one.name().to_owned(), None),
+        _ => (OF_SEVERAL.to_owned(), Some(laws)),
     };
-    let mut gains = Controller {
-        laws,
-        kp_v_per_deg: single(config.pd.kp),
-        kd_v_per_deg_per_s: single(config.pd.kd),
-        ..Controller::default()
-    };
-    config.compensator.iter().for_each(|law| put(law, &mut gains));
-    let resolution_deg = single(config.encoder.resolution);
-    let sample_time_s = single(config.sample_time);
-    let (reference, identification) = asked(motion, resolution_deg, sample_time_s);
+    let mut gains = Written::with(machine::Laws { laws });
+    gains.put(PdGains::ABOUT, &config.pd);
+    config.compensator.iter().for_each(|law| gains.put(about_law(law), law));
+    let encoder = Written::out(&config.encoder);
+    let mut sampling = Written::with(machine::Wanted { controller: Some(Names::One(name.clone())) });
+    sampling.put(ControllerConfig::ABOUT, config);
+    let (reference, identification) = asked(motion, encoder.resolution_deg(), sampling.sample_time_s());
     Machine {
         title: "Parameters of a device".into(),
         source: String::new(),
@@ -145,45 +135,14 @@ fn of(parameters: &Parameters) -> Machine {
                 added_during_s: None,
             },
         },
-        encoder: machine::Encoder {
-            resolution_deg,
-            counter_bits: match config.encoder.counter_bits {
-                CounterBits::Sixteen => 16,
-                CounterBits::ThirtyTwo => 32,
-            },
-            direction: match config.encoder.direction {
-                Direction::Forward => machine::Direction::Forward,
-                Direction::Reverse => machine::Direction::Reverse,
-            },
-            rounding: Rounding::default(),
-            phase: 0.0,
-        },
-        drive: machine::Drive {
-            full_scale_v: single(config.drive.full_scale),
-            lsb_v: single(config.drive.lsb),
-            pwm_hz: pwm_hz(config.drive.pwm_top),
-            mode: match config.drive.mode {
-                PwmMode::LockedAntiphase => machine::PwmMode::LockedAntiphase,
-                PwmMode::SignMagnitude => machine::PwmMode::SignMagnitude,
-            },
-        },
-        sampling: machine::Loop {
-            sample_time_s,
-            velocity_window: config.velocity_window,
-            controller: Names::One(name.clone()),
-        },
+        encoder,
+        drive: Written::out(&config.drive),
+        sampling,
         controller: [(name, gains)].into(),
         reference,
         identification,
-        device: Device {
-            autostart: device.autostart,
-            autostart_delay_s: single(device.autostart_delay),
-            soft_start_s: single(device.soft_start),
-            dead_time_s: single(device.dead_time),
-            nominal_supply_v: single(device.nominal_supply),
-            supply_full_scale_v: single(device.supply_full_scale),
-        },
-        limits: LimitsTable::written_out(limits, single),
+        device: Written::out(device),
+        limits: Written::out(limits),
         run: Run::default(),
         variant: vec![],
     }
@@ -214,12 +173,6 @@ fn asked(motion: &Motion, resolution_deg: f64, sample_time_s: f64) -> (Reference
     (reference, None)
 }
 
-/// The shortest decimal that is read as this number in single precision.
-fn single(value: f32) -> f64 {
-    // Shortest by the standard library; a decimal, so that 0.02 is not 0.019999999552965164.
-    value.to_string().parse().unwrap_or_else(|_| value.into())
-}
-
 /// The decimal with the fewest digits that is accepted, or else a neighbour of `exact` that is.
 fn shortest(exact: f64, accepted: impl Fn(f64) -> bool) -> f64 {
     let decimals = (0..17).filter_map(|digits| format!("{exact:.digits$e}").parse().ok());
@@ -233,44 +186,4 @@ fn shortest(exact: f64, accepted: impl Fn(f64) -> bool) -> f64 {
 fn degrees(of: &Position, resolution_deg: f64) -> f64 {
     let exact = (f64::from(of.counts) + f64::from(of.fraction)) * resolution_deg;
     shortest(exact, |deg| position(deg / resolution_deg) == *of)
-}
-
-fn pwm_hz(top: u16) -> f64 {
-    let exact = f64::from(PWM_TIMER_HZ) / (2.0 * f64::from(top));
-    shortest(exact, |hz| DriveConfig::centre_aligned_top(PWM_TIMER_HZ, hz as f32) == top)
-}
-
-const fn law(gains: &Gains) -> LawName {
-    match gains {
-        Gains::ResetIntegral(_) => LawName::Ri,
-        Gains::RateVariableIntegral(_) => LawName::Rvi,
-        Gains::ResetOffsetIntegral(_) => LawName::Roi,
-        Gains::Feedforward(_) => LawName::Feedforward,
-        Gains::DiscontinuousNonlinearProportional(_) => LawName::Dnpf,
-        Gains::SmoothRobustNonlinear(_) => LawName::Srnf,
-    }
-}
-
-fn word(law: LawName) -> String {
-    format!("{law:?}").to_lowercase()
-}
-
-fn put(law: &Gains, table: &mut Controller) {
-    let some = |value: f32| Some(single(value));
-    match law {
-        Gains::ResetIntegral(g) => {
-            (table.ki_v_per_deg_s, table.theta_ri_deg) = (some(g.ki), some(g.theta_ri));
-        }
-        Gains::RateVariableIntegral(g) => {
-            (table.ki_v_per_deg_s, table.gamma_deg2_per_s2) = (some(g.ki), some(g.gamma));
-        }
-        Gains::ResetOffsetIntegral(g) => {
-            (table.t_roi_s, table.v_roi_deg_per_s) = (some(g.t_roi), some(g.v_roi));
-        }
-        Gains::Feedforward(g) => (table.v_slip_v, table.v_ff_deg_per_s) = (some(g.v_slip), some(g.v_ff)),
-        Gains::DiscontinuousNonlinearProportional(g) => table.theta_b_deg = some(g.theta_b),
-        Gains::SmoothRobustNonlinear(g) => {
-            (table.v_ms_v, table.alpha_per_deg) = (some(g.v_ms), some(g.alpha));
-        }
-    }
 }

@@ -9,6 +9,7 @@ use super::joint::SimulatedJoint;
 use crate::error::Error;
 use crate::experiment::RunPlan;
 use crate::flash::{SECTOR, SimulatedFlash};
+use crate::hardware::STM32F405;
 
 /// Where the parameters lie in the flash.
 const SLOTS: [u32; 2] = [0, SECTOR];
@@ -70,7 +71,7 @@ impl SimulatedDevice {
         let joint = SimulatedJoint::new(plan)?;
         let counter = joint.counter();
         Ok(Self {
-            device: Device::start(store, boot),
+            device: Device::start(store, boot, STM32F405),
             wires: Wires::Sound,
             supply: SUPPLY,
             brake_v: 0.0,

@@ -32,10 +32,12 @@ pub fn refused(refused: &Refused) -> String {
         Refused::NotWhole => "the record of parameters did not arrive whole".into(),
         Refused::Version(version) => format!("it cannot read version {version} of the parameters"),
         Refused::Value { key, found, allowed } => {
-            // As the core would say it: the key is not one that lives for ever.
-            let error = stiction::Error { key: "", found: *found, allowed: *allowed };
-            error.to_string().replacen("``", &format!("`{key}`"), 1)
+            stiction::Error { key: *key, found: *found, allowed: *allowed }.to_string()
         }
+        Refused::UnknownValue(key) => {
+            format!("its firmware does not know `{key}`: it is older than this program")
+        }
+        Refused::MissingValue(key) => format!("`{key}` is missing in what it was sent"),
         Refused::Flash => "its flash failed; the parameters are in use, but not saved".into(),
         Refused::Watchdog => "its watchdog did not take over another timeout in time; say it again".into(),
     }

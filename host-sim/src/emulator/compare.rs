@@ -3,6 +3,7 @@
 use std::fmt;
 
 use stiction::Tick;
+use stiction::signal::{MAX_LAW_SIGNALS, SIGNALS, value};
 
 use crate::closed_loop::Moment;
 
@@ -19,7 +20,7 @@ pub struct Difference {
 
 impl fmt::Display for Difference {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        writeln!(f, "host and image differ from tick {} on", self.index)?;
+        writeln!(f, "host and image differ from tick {} on{}", self.index, self.signals())?;
         for (who, tick) in [("host ", &self.host), ("image", &self.image)] {
             match tick {
                 Some(tick) => writeln!(f, "  {who} {tick:?}")?,
@@ -27,6 +28,17 @@ impl fmt::Display for Difference {
             }
         }
         Ok(())
+    }
+}
+
+impl Difference {
+    /// The names of the signals that are not the same.
+    fn signals(&self) -> String {
+        let (Some(host), Some(image)) = (&self.host, &self.image) else { return String::new() };
+        let names = SIGNALS.iter().map(|signal| signal.name).chain(["of the law"; MAX_LAW_SIGNALS]);
+        let pairs = bits(host).into_iter().zip(bits(image)).zip(names);
+        let differ: Vec<&str> = pairs.filter(|((a, b), _)| a != b).map(|(_, name)| name).collect();
+        format!(", in {}", differ.join(", "))
     }
 }
 
@@ -48,22 +60,9 @@ pub fn same_bits(a: &Tick, b: &Tick) -> bool {
     bits(a) == bits(b)
 }
 
-type Bits = (u32, [i32; 2], [u32; 8], i16, (u16, bool), [bool; 2]);
-
-fn bits(tick: &Tick) -> Bits {
-    // Taken apart by name: a term that is added to `Tick` does not compile until it is compared.
-    let Tick { tick, counts, setpoint, error, velocity, v_pd, v_c, v, code, duty, saturated, non_finite } =
-        *tick;
-    let floats =
-        [setpoint.position.fraction, setpoint.velocity, setpoint.acceleration, error, velocity, v_pd, v_c, v];
-    (
-        tick,
-        [counts, setpoint.position.counts],
-        floats.map(f32::to_bits),
-        code,
-        (duty.compare, duty.reverse),
-        [saturated, non_finite],
-    )
+/// The value of every signal.
+fn bits(tick: &Tick) -> Vec<Option<u32>> {
+    (0..SIGNALS.len() + MAX_LAW_SIGNALS).map(|place| value(tick, place)).collect()
 }
 
 #[cfg(test)]

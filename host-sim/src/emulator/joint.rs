@@ -3,12 +3,13 @@
 //! The joint is driven by what the image put out, never by what the replay says it should have: the replay is there to
 //! find a difference, in any term, at the tick where it happens.
 
-use stiction::{Course, CourseState, Tick};
+use stiction::drive::Duty;
+use stiction::encoder::EncoderState;
+use stiction::{Course, CourseState, Reading, Tick};
 
 use super::bridge::Bridge;
 use super::compare::{Difference, same_bits};
 use crate::closed_loop::{ClosedLoop, Delay, hold};
-use crate::identification::RampMoment;
 use crate::run::Trace;
 use crate::solver::{AxisSolver, Event};
 
@@ -35,8 +36,17 @@ pub struct Joint<S> {
 #[derive(Clone, Copy, Debug)]
 struct Replay {
     state: CourseState,
+    /// The counter, as the image reads it.
+    counter: EncoderState,
     /// What the host calls the place where the image was armed; the image calls it zero.
     start: i32,
+}
+
+impl Replay {
+    fn tick(&mut self, course: &Course, around: &ClosedLoop, counter: u32) -> Tick {
+        let travel = around.controller.encoder().update(&mut self.counter, counter);
+        course.tick(&around.controller, &mut self.state, Reading::travel(travel))
+    }
 }
 
 impl<S: AxisSolver> Joint<S> {
@@ -91,9 +101,9 @@ impl<S: AxisSolver> Joint<S> {
     pub fn ends_with(&self, counter: u32) -> bool {
         match (&self.course, &self.replay) {
             (Course::Ramp(_), Some(replay)) => {
-                let mut state = replay.state;
-                self.course.tick(&self.closed_loop.controller, &mut state, counter);
-                state.ramp().is_over()
+                let mut replay = *replay;
+                replay.tick(&self.course, &self.closed_loop, counter);
+                replay.state.ramp().is_over()
             }
             _ => false,
         }
@@ -137,9 +147,10 @@ impl<S: AxisSolver> Joint<S> {
         let controller = &closed_loop.controller;
         let replay = self.replay.get_or_insert_with(|| {
             let start = closed_loop.encoder.counts(at_tick.position()) as i32;
-            Replay { state: CourseState::start(controller, counter, start), start }
+            let state = CourseState::start(controller, start);
+            Replay { state, counter: EncoderState::start(counter, start), start }
         });
-        let host = self.course.tick(controller, &mut replay.state, counter);
+        let host = replay.tick(&self.course, closed_loop, counter);
         let image = shown(from_zero_at(image, replay.start), bridge, closed_loop);
         if !same_bits(&host, &image) {
             return Err(Box::new(Difference { index, host: Some(host), image: Some(image) }));
@@ -155,7 +166,7 @@ impl<S: AxisSolver> Joint<S> {
             }
             Trace::Ramp(_) if replay.state.ramp().is_over() => return Ok(None),
             Trace::Ramp(moments) => {
-                moments.push(RampMoment::at(time_s, &image, at_tick));
+                moments.push((&closed_loop.moment(time_s, image, image.code, at_tick)).into());
                 image.code
             }
         };
@@ -174,11 +185,13 @@ impl<S: AxisSolver> Joint<S> {
 /// A tick of the image with its positions as the host counts them: exact, since positions are whole counts that wrap.
 fn from_zero_at(mut image: Tick, start: i32) -> Tick {
     image.counts = image.counts.wrapping_add(start);
-    image.setpoint.position.counts = image.setpoint.position.counts.wrapping_add(start);
+    image.reference_counts = image.reference_counts.wrapping_add(start);
     image
 }
 
-/// The same with the duty that the pins show: it has to be the one that was computed.
+/// The same with the duty that the pins show: it has to be the one that was computed. The status is the servo's, which
+/// the replay has not.
 const fn shown(image: Tick, bridge: &Bridge, closed_loop: &ClosedLoop) -> Tick {
-    Tick { duty: bridge.duty(closed_loop.controller.drive().mode()), ..image }
+    let Duty { compare, reverse } = bridge.duty(closed_loop.controller.drive().mode());
+    Tick { compare, reverse, status: 0, ..image }
 }

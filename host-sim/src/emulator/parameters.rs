@@ -1,12 +1,12 @@
 //! The parameter sector that a run's image finds.
 
-use stiction::parameters::{Device, Motion, ROOM};
-use stiction::position::Position;
+use stiction::parameters::{DeviceConfig, ROOM};
 use stiction::{Limits, Parameters};
 
 use crate::device;
 use crate::error::Error;
 use crate::experiment::RunPlan;
+use crate::target::from_start;
 
 /// From the first tick to arming, in ticks: time for the encoder to be shown where the joint is.
 const WAIT_TICKS: f32 = 3.0;
@@ -22,15 +22,8 @@ pub fn parameters(plan: &RunPlan, watched: bool) -> Result<Parameters, Error> {
     // The device calls the place zero in which it is armed. The host's joint rests there too, but its disc may already
     // be a count further.
     let start = plan.encoder()?.counts(0.0) as i32;
-    let shift = |position: &mut Position| position.counts = position.counts.wrapping_sub(start);
-    match &mut parameters.motion {
-        Motion::Hold | Motion::Ramp { .. } => {}
-        Motion::Step(to) => shift(to),
-        Motion::Trajectory { corners, .. } => {
-            corners.iter_mut().for_each(|corner| shift(&mut corner.position));
-        }
-    }
-    parameters.device = Device {
+    from_start(&mut parameters.motion, start);
+    parameters.device = DeviceConfig {
         autostart: true,
         autostart_delay: WAIT_TICKS * parameters.controller.sample_time,
         soft_start: 0.0,

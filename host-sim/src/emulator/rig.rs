@@ -25,6 +25,7 @@ use crate::device::joint::SimulatedJoint;
 use crate::device::simulated::Wires;
 use crate::error::Error;
 use crate::experiment::RunPlan;
+use crate::hardware::STM32F405;
 
 /// The log's buffer holds 1 KiB: more than the firmware says in this time.
 const DRAIN_EVERY_NS: u64 = 5_000_000;
@@ -228,8 +229,9 @@ impl Rig {
     /// The code of a duty; that of the nearest duty if it is of another program than that of the machine.
     fn code(&mut self, bridge: &Bridge) -> i16 {
         if bridge.top != self.drive.pwm_top() {
-            let config = DriveConfig { pwm_top: bridge.top, ..self.config };
-            if let Ok(drive) = Drive::new(&config) {
+            let pwm_hz = STM32F405.pwm_clock_hz / (2.0 * f32::from(bridge.top));
+            let config = DriveConfig { pwm_hz, ..self.config };
+            if let Ok(drive) = Drive::new(&config, &STM32F405) {
                 (self.config, self.drive) = (config, drive);
             }
         }

@@ -130,7 +130,7 @@ impl Emulation {
         let axis = plan.axis()?;
         match plan.machine.run.solver {
             Solver::Exact => {
-                let solver = ExactAxis::at_rest(&axis, plan.machine.sampling.sample_time_s);
+                let solver = ExactAxis::at_rest(&axis, plan.machine.sampling.sample_time_s());
                 self.run_with(plan, solver, ticks)
             }
             Solver::Rk4 => {

@@ -1,15 +1,13 @@
 //! From a machine's tables to the core's configuration and the models around it. Every value is checked here, once.
 
 use heapless::Vec as FixedVec;
-use stiction::compensator::{
-    DiscontinuousNonlinearProportionalGains, FeedforwardGains, Gains, MAX_TERMS, RateVariableIntegralGains,
-    ResetIntegralGains, ResetOffsetIntegralGains, SmoothRobustNonlinearGains,
-};
-use stiction::drive::{DriveConfig, PwmMode};
-use stiction::encoder::{CounterBits, Direction, Encoder};
+use stiction::compensator::{Gains, MAX_TERMS};
+use stiction::drive::DriveConfig;
+use stiction::encoder::Encoder;
 use stiction::pd::PdGains;
 use stiction::position::Position;
 use stiction::reference::{Corner, MAX_CORNERS, Reference, Step, Trajectory};
+use stiction::value::{About, Table};
 use stiction::velocity::MAX_WINDOW;
 use stiction::{Controller, ControllerConfig, Course, identification};
 use toml::Value;
@@ -19,13 +17,11 @@ use crate::closed_loop::{ClosedLoop, Delay};
 use crate::encoder::EncoderModel;
 use crate::error::{Error, rounded, shown};
 use crate::friction::{AddedFriction, Coulomb};
+use crate::hardware::STM32F405;
 use crate::identification::Ramp;
-use crate::limits::LimitsTable;
-use crate::machine::{self, LawName, Machine};
+use crate::machine::{self, LawName, Laws, Machine, PD};
 use crate::mechanism::RobotAxis;
-
-/// Clock of the STM32F405's TIM1, which makes the PWM: the host computes the same compare values as the board.
-const PWM_TIMER_HZ: f32 = 168e6;
+use crate::written::{AllGains, Written};
 
 /// Two positions that are this far apart still differ by less than 2^31 counts.
 const MAX_COUNTS: f64 = 1_073_741_823.0;
@@ -72,17 +68,17 @@ impl RunPlan {
     /// # Errors
     /// Names the key, what was found and what is allowed.
     pub fn encoder(&self) -> Result<EncoderModel, Error> {
-        let encoder = &self.machine.encoder;
-        self.above_zero("encoder.resolution_deg", encoder.resolution_deg)?;
-        self.check("encoder.phase", encoder.phase, (-1.0..=1.0).contains(&encoder.phase), || {
-            "a number from -1 to 1".into()
-        })?;
+        let written = &self.machine.encoder;
+        let core = written.core(Encoder::EXAMPLE);
+        let phase = written.extras.phase;
+        self.above_zero("encoder.resolution_deg", written.resolution_deg())?;
+        self.check("encoder.phase", phase, (-1.0..=1.0).contains(&phase), || "a number from -1 to 1".into())?;
         Ok(EncoderModel {
-            resolution: encoder.resolution_deg,
-            rounding: encoder.rounding,
-            phase: encoder.phase,
-            counter_bits: self.counter_bits()?,
-            direction: direction(encoder.direction),
+            resolution: written.resolution_deg(),
+            rounding: written.extras.rounding,
+            phase,
+            counter_bits: core.counter_bits,
+            direction: core.direction,
         })
     }
 
@@ -92,11 +88,11 @@ impl RunPlan {
     /// Names the key, what was found and what is allowed.
     pub fn controller(&self) -> Result<Controller, Error> {
         let name = self.controller.as_deref().unwrap_or_default();
-        let controller =
-            Controller::new(&self.controller_config()?).map_err(|error| self.explain(&error, name))?;
+        let config = self.controller_config()?;
+        let controller = Controller::new(&config, &STM32F405).map_err(|error| self.explain(&error))?;
         // Also those that none of the laws takes.
-        for (key, gain) in self.value_at(&["controller", name]).iter().flat_map(Value::as_table).flatten() {
-            if let Some(gain) = gain.as_float() {
+        for (key, _) in self.machine.controller.get(name).iter().flat_map(|table| table.iter()) {
+            if let Some(gain) = self.machine.controller.get(name).and_then(|table| table.number(key)) {
                 self.at_least_zero(&format!("controller.{name}.{key}"), gain)?;
             }
         }
@@ -110,25 +106,24 @@ impl RunPlan {
     pub fn controller_config(&self) -> Result<ControllerConfig, Error> {
         let machine = &self.machine;
         let name = self.controller.as_deref().unwrap_or_default();
-        let none = machine::Controller::default();
+        let none = Written::default();
         let table = machine.controller.get(name).unwrap_or(&none);
-        let window = machine.sampling.velocity_window;
-        if !(2..=MAX_WINDOW).contains(&window) {
+        // It may be negative, or too large for the core's type.
+        let window = machine.sampling.velocity_window();
+        if !(2..=MAX_WINDOW as i64).contains(&window) {
             let allowed = format!("a whole number from 2 to {MAX_WINDOW}");
             return Err(self.refuse("loop.velocity_window", &window.to_string(), &allowed));
         }
-        Ok(ControllerConfig {
-            sample_time: machine.sampling.sample_time_s as f32,
-            encoder: Encoder {
-                resolution: machine.encoder.resolution_deg as f32,
-                counter_bits: self.counter_bits()?,
-                direction: direction(machine.encoder.direction),
-            },
-            velocity_window: window,
-            pd: PdGains { kp: table.kp_v_per_deg as f32, kd: table.kd_v_per_deg_per_s as f32 },
+        let mut pd = PdGains { kp: 0.0, kd: 0.0 };
+        table.apply(PdGains::ABOUT, &mut pd);
+        let config = ControllerConfig {
+            encoder: machine.encoder.core(Encoder::EXAMPLE),
+            drive: machine.drive.core(DriveConfig::EXAMPLE),
+            pd,
             compensator: self.laws(name, table)?,
-            drive: self.drive()?,
-        })
+            ..ControllerConfig::EXAMPLE
+        };
+        Ok(machine.sampling.core(config))
     }
 
     /// The whole loop, ready to run.
@@ -145,11 +140,11 @@ impl RunPlan {
         self.above_zero("run.step_s", machine.run.step_s)?;
         let controller = self.controller()?;
         Ok(ClosedLoop {
-            reference: self.reference()?,
+            course: self.course()?,
             controller,
             encoder: self.encoder()?,
-            lsb_v: machine.drive.lsb_v,
-            sample_time_s: machine.sampling.sample_time_s,
+            lsb_v: machine.drive.lsb_v(),
+            sample_time_s: machine.sampling.sample_time_s(),
             delay,
             axis: self.axis()?,
         })
@@ -160,7 +155,7 @@ impl RunPlan {
     /// # Errors
     /// Names the duration if it is not a positive number of at most ten million samples.
     pub fn samples(&self) -> Result<u32, Error> {
-        let sample_time_s = self.machine.sampling.sample_time_s;
+        let sample_time_s = self.machine.sampling.sample_time_s();
         let duration_s = self.duration_s();
         let samples = (duration_s / sample_time_s).round();
         self.check("run.duration_s", duration_s, (1.0..=MAX_SAMPLES).contains(&samples), || {
@@ -177,7 +172,7 @@ impl RunPlan {
             Motion::Ramp(rate) => {
                 let hold_s = identification.as_ref().map_or(0.0, |ramps| ramps.hold_s);
                 // Up to the full scale, and down to its negative.
-                3.0 * drive.full_scale_v / rate + hold_s + AFTER_A_RAMP_S
+                3.0 * drive.full_scale_v() / rate + hold_s + AFTER_A_RAMP_S
             }
             Motion::Step(_) | Motion::Trajectory(_) => self.duration_s(),
         }
@@ -193,23 +188,23 @@ impl RunPlan {
             self.above_zero("run.duration_s", duration_s)?;
         }
         let hold_s = identification.as_ref().map_or(0.0, |ramps| ramps.hold_s);
-        let longest_s = MAX_RAMP_SAMPLES * sampling.sample_time_s;
+        let longest_s = MAX_RAMP_SAMPLES * sampling.sample_time_s();
         self.check("identification.hold_s", hold_s, (0.0..=longest_s).contains(&hold_s), || {
             format!("a number from 0 to {}", rounded(longest_s))
         })?;
-        let slowest = 3.0 * drive.full_scale_v / longest_s;
-        let fastest = drive.full_scale_v / sampling.sample_time_s;
+        let slowest = 3.0 * drive.full_scale_v() / longest_s;
+        let fastest = drive.full_scale_v() / sampling.sample_time_s();
         self.check(&self.asked_by, rate, (slowest..=fastest).contains(&rate), || {
             format!("a number from {} to {}", rounded(slowest), rounded(fastest))
         })?;
         let core = identification::Ramp::new(
             rate as f32,
             hold_s as f32,
-            sampling.sample_time_s as f32,
-            drive.full_scale_v as f32,
+            sampling.sample_time_s() as f32,
+            drive.full_scale_v() as f32,
         );
-        let core = core.map_err(|error| self.explain(&error, ""))?;
-        Ok(Ramp { core, rate, hold_s, sample_time_s: sampling.sample_time_s })
+        let core = core.map_err(|error| self.explain(&error))?;
+        Ok(Ramp { core, rate, hold_s, sample_time_s: sampling.sample_time_s() })
     }
 
     /// What the core runs.
@@ -243,10 +238,10 @@ impl RunPlan {
             Motion::Trajectory(trajectory) => {
                 let Machine { sampling, encoder, .. } = &*self.machine;
                 let (sample_time, resolution) =
-                    (sampling.sample_time_s as f32, encoder.resolution_deg as f32);
+                    (sampling.sample_time_s() as f32, encoder.resolution_deg() as f32);
                 Trajectory::new(&corners, trajectory.half_blend_s as f32, sample_time, resolution)
                     .map(Reference::Trajectory)
-                    .map_err(|error| self.explain(&error, ""))
+                    .map_err(|error| self.explain(&error))
             }
             Motion::Ramp(_) => Ok(Reference::Step(Step::default())),
         }
@@ -271,7 +266,7 @@ impl RunPlan {
     }
 
     fn position(&self, key: &str, deg: f64) -> Result<Position, Error> {
-        let resolution = self.machine.encoder.resolution_deg;
+        let resolution = self.machine.encoder.resolution_deg();
         self.check(key, deg, (deg / resolution).abs() <= MAX_COUNTS, || {
             let furthest = rounded(MAX_COUNTS * resolution);
             format!("a number from -{furthest} to {furthest}, 2^30 counts")
@@ -296,7 +291,7 @@ impl RunPlan {
             let allowed = format!("as many as in `corner_times_s` ({})", times.len());
             return entries(&positions_key, positions.len(), allowed);
         }
-        let (shortest_s, latest_s) = (0.5 * sampling.sample_time_s, MAX_SAMPLES * sampling.sample_time_s);
+        let (shortest_s, latest_s) = (0.5 * sampling.sample_time_s(), MAX_SAMPLES * sampling.sample_time_s());
         self.check(
             &key("half_blend_s"),
             half_blend_s,
@@ -315,7 +310,7 @@ impl RunPlan {
             })?;
             before_s = *time_s;
             corners.push(Corner {
-                tick: (time_s / sampling.sample_time_s).round() as u32,
+                tick: (time_s / sampling.sample_time_s()).round() as u32,
                 position: self.position(&format!("{positions_key}[{i}]"), *deg)?,
             });
         }
@@ -326,13 +321,18 @@ impl RunPlan {
         Ok(corners)
     }
 
-    fn laws(&self, name: &str, table: &machine::Controller) -> Result<FixedVec<Gains, MAX_TERMS>, Error> {
+    /// The laws of this run's controller; none for a ramp. What is wrong with them has been told before.
+    pub(crate) fn laws_in_use(&self) -> Vec<Gains> {
+        self.controller_config().map_or(vec![], |config| config.compensator.iter().copied().collect())
+    }
+
+    fn laws(&self, name: &str, table: &Written<AllGains, Laws>) -> Result<FixedVec<Gains, MAX_TERMS>, Error> {
         let key = format!("controller.{name}.laws");
         let origin = self.origin.of(&key);
-        let laws = match &table.laws {
+        let laws = match &table.extras.laws {
             Some(laws) => laws.clone(),
             None if name.is_empty() => vec![],
-            None => vec![law_called(name).ok_or_else(|| {
+            None => vec![LawName::find(name).ok_or_else(|| {
                 let why =
                     "a controller with a name of its own lists the laws that it adds to PD, as in [\"srnf\"]";
                 Error::Input(format!("{origin}: `{key}` is missing: {why}"))
@@ -342,119 +342,59 @@ impl RunPlan {
         if let Some((i, _)) = twice {
             return Err(Error::Input(format!("{origin}: `{key}[{i}]` names a law for the second time")));
         }
-        if laws.contains(&LawName::Ri) && laws.contains(&LawName::Rvi) {
-            let why = "only one of them is allowed, since both take `ki_v_per_deg_s`";
-            return Err(Error::Input(format!("{origin}: `{key}` has ri and rvi; {why}")));
+        if let Some((one, other, shared)) = sharing(&laws) {
+            let why = format!("only one of them is allowed, since both take `{shared}`");
+            return Err(Error::Input(format!("{origin}: `{key}` has {one} and {other}; {why}")));
+        }
+        if let Some(law) =
+            laws.iter().find(|law| law.0.is_some_and(|law| law.replaces_pd()) && laws.len() > 1)
+        {
+            let why = "it takes the place of PD, and stands alone";
+            return Err(Error::Input(format!("{origin}: `{key}` has {} and another law; {why}", law.name())));
         }
         let mut gains = FixedVec::new();
-        for law in laws {
-            let one = self.gains(name, table, law)?;
-            if let Some(one) = one
-                && gains.push(one).is_err()
-            {
-                let why = format!("allowed are {MAX_TERMS}, not counting pd");
+        for law in laws.iter().filter_map(|law| law.0) {
+            if gains.push(self.gains(name, table, law)?).is_err() {
+                let why = format!("allowed are {MAX_TERMS}, not counting {PD}");
                 return Err(Error::Input(format!("{origin}: `{key}` has too many entries; {why}")));
             }
         }
         Ok(gains)
     }
 
-    fn gains(&self, name: &str, table: &machine::Controller, law: LawName) -> Result<Option<Gains>, Error> {
-        let need = |key: &str, value: Option<f64>| {
-            value.map(|value| value as f32).ok_or_else(|| {
-                let key = format!("controller.{name}.{key}");
-                let origin = self.origin.of(&format!("controller.{name}.laws"));
-                let law = format!("{law:?}").to_lowercase();
-                Error::Input(format!("{origin}: `{key}` is missing; the law {law} needs it"))
-            })
-        };
-        Ok(Some(match law {
-            LawName::Pd => return Ok(None),
-            LawName::Ri => Gains::ResetIntegral(ResetIntegralGains {
-                ki: need("ki_v_per_deg_s", table.ki_v_per_deg_s)?,
-                theta_ri: need("theta_ri_deg", table.theta_ri_deg)?,
-            }),
-            LawName::Rvi => Gains::RateVariableIntegral(RateVariableIntegralGains {
-                ki: need("ki_v_per_deg_s", table.ki_v_per_deg_s)?,
-                gamma: need("gamma_deg2_per_s2", table.gamma_deg2_per_s2)?,
-            }),
-            LawName::Roi => Gains::ResetOffsetIntegral(ResetOffsetIntegralGains {
-                t_roi: need("t_roi_s", table.t_roi_s)?,
-                v_roi: need("v_roi_deg_per_s", table.v_roi_deg_per_s)?,
-            }),
-            LawName::Feedforward => Gains::Feedforward(FeedforwardGains {
-                v_slip: need("v_slip_v", table.v_slip_v)?,
-                v_ff: need("v_ff_deg_per_s", table.v_ff_deg_per_s)?,
-            }),
-            LawName::Dnpf => {
-                Gains::DiscontinuousNonlinearProportional(DiscontinuousNonlinearProportionalGains {
-                    theta_b: need("theta_b_deg", table.theta_b_deg)?,
-                })
-            }
-            LawName::Srnf => Gains::SmoothRobustNonlinear(SmoothRobustNonlinearGains {
-                v_ms: need("v_ms_v", table.v_ms_v)?,
-                alpha: need("alpha_per_deg", table.alpha_per_deg)?,
-            }),
-        }))
-    }
-
-    fn drive(&self) -> Result<DriveConfig, Error> {
-        let drive = &self.machine.drive;
-        // Below this the even top no longer fits 16 bits; above, fewer than 16 duties are left.
-        let (lowest, highest) = (1300.0, 5.25e6);
-        self.check("drive.pwm_hz", drive.pwm_hz, (lowest..=highest).contains(&drive.pwm_hz), || {
-            format!("a number from {lowest} to {highest}")
-        })?;
-        Ok(DriveConfig {
-            full_scale: drive.full_scale_v as f32,
-            lsb: drive.lsb_v as f32,
-            mode: match drive.mode {
-                machine::PwmMode::LockedAntiphase => PwmMode::LockedAntiphase,
-                machine::PwmMode::SignMagnitude => PwmMode::SignMagnitude,
-            },
-            pwm_top: DriveConfig::centre_aligned_top(PWM_TIMER_HZ, drive.pwm_hz as f32),
-        })
-    }
-
-    fn counter_bits(&self) -> Result<CounterBits, Error> {
-        match self.machine.encoder.counter_bits {
-            16 => Ok(CounterBits::Sixteen),
-            32 => Ok(CounterBits::ThirtyTwo),
-            other => Err(self.refuse("encoder.counter_bits", &other.to_string(), "16 or 32")),
+    /// The law with the gains of a table, each of which has to be there.
+    fn gains(&self, name: &str, table: &Written<AllGains, Laws>, mut law: Gains) -> Result<Gains, Error> {
+        let about = about_law(&law);
+        if let Some(gone) = about.iter().find(|about| table.number(about.name).is_none()) {
+            let key = format!("controller.{name}.{}", gone.name);
+            let (origin, law) = (self.origin.of(&format!("controller.{name}.laws")), law.name());
+            return Err(Error::Input(format!("{origin}: `{key}` is missing; the law {law} needs it")));
         }
+        table.apply(about, &mut law);
+        Ok(law)
     }
 
-    /// An error of the core with the table in front of its key, and the value as it was written.
-    pub(crate) fn explain(&self, error: &stiction::Error, controller: &str) -> Error {
-        let tables = match error.key {
-            "sample_time_s" | "velocity_window" => vec!["loop"],
-            "resolution_deg" => vec!["encoder"],
-            "full_scale_v" | "lsb_v" | "pwm_top" => vec!["drive"],
-            "corner_times_s" | "half_blend_s" => vec![self.asked_by.as_str()],
-            "autostart_delay_s"
-            | "soft_start_s"
-            | "dead_time_s"
-            | "nominal_supply_v"
-            | "supply_full_scale_v" => {
-                vec!["device"]
-            }
-            "hold_s" => vec!["identification"],
-            key if LimitsTable::KEYS.contains(&key) => vec!["limits"],
-            _ => vec!["controller", controller],
+    /// An error of the core with the value as it was written. The value's declaration says in which table it is.
+    pub(crate) fn explain(&self, error: &stiction::Error) -> Error {
+        let Some(about) = error.key.about() else { return Error::Input(error.to_string()) };
+        let controller = self.controller.as_deref().unwrap_or_default();
+        let path = match (about.table, about.name) {
+            ("controller", key) => format!("controller.{controller}.{key}"),
+            ("reference", _) => self.asked_by.clone(),
+            ("reference.trajectories", key) => format!("{}.{key}", self.asked_by),
+            ("identification", "ramp_rates_v_per_s") => self.asked_by.clone(),
+            (table, key) => format!("{table}.{key}"),
         };
-        let mut path = [&tables[..], &[error.key]].concat();
-        let mut written = self.value_at(&path).and_then(|value| value.as_float());
-        if let ("ramp_rates_v_per_s", Motion::Ramp(rate)) = (error.key, &self.motion) {
-            (path, written) = (vec![self.asked_by.as_str()], Some(*rate));
-        }
+        let written = match (about.name, &self.motion) {
+            ("ramp_rates_v_per_s", Motion::Ramp(rate)) => Some(*rate),
+            _ => self.value_at(&path.split('.').collect::<Vec<_>>()).and_then(|value| value.as_float()),
+        };
         let mut found = shown(error.found.into());
         if let Some(written) = written {
             let vanishes = error.found == 0.0 && written != 0.0;
             found = shown(written) + if vanishes { ", which is 0 in single precision" } else { "" };
         }
-        let text = error.to_string();
-        let allowed = text.split_once("; allowed is ").map_or(&*text, |(_, allowed)| allowed);
-        self.refuse(&path.join("."), &found, allowed)
+        self.refuse(&path, &found, &error.allowed.to_string())
     }
 
     /// A value of the machine by its key.
@@ -486,19 +426,22 @@ impl RunPlan {
     }
 }
 
-const fn direction(direction: machine::Direction) -> Direction {
-    match direction {
-        machine::Direction::Forward => Direction::Forward,
-        machine::Direction::Reverse => Direction::Reverse,
-    }
+/// The declarations of a law's gains.
+pub(crate) fn about_law(law: &Gains) -> &'static [About] {
+    let place = Gains::EXAMPLES.iter().position(|example| example.id() == law.id());
+    place.and_then(|place| Gains::ABOUT.get(place)).copied().unwrap_or_default()
 }
 
-/// The law that has a controller's name.
-fn law_called(name: &str) -> Option<LawName> {
-    use serde::Deserialize;
-    use serde::de::IntoDeserializer;
-    let name: serde::de::value::StrDeserializer<'_, serde::de::value::Error> = name.into_deserializer();
-    LawName::deserialize(name).ok()
+/// Two laws of a list that take the same key of a table, and that key.
+fn sharing(laws: &[LawName]) -> Option<(&'static str, &'static str, &'static str)> {
+    let all: Vec<Gains> = laws.iter().filter_map(|law| law.0).collect();
+    all.iter().enumerate().find_map(|(i, one)| {
+        all.iter().skip(i + 1).find_map(|other| {
+            let shares = |about: &&About| about_law(other).iter().any(|b| b.name == about.name);
+            let shared = about_law(one).iter().find(shares)?;
+            Some((one.name(), other.name(), shared.name))
+        })
+    })
 }
 
 /// A number of counts as whole counts and a fraction below one.

@@ -5,6 +5,7 @@ mod builtin;
 mod document;
 mod plan;
 
+pub(crate) use assemble::about_law;
 pub use assemble::position;
 pub use builtin::{Builtin, builtins, find};
 pub use document::{Document, Origin};

@@ -232,7 +232,7 @@ fn runs_of(machine: Machine, origin: &Origin, slug: &str, wanted: &[&str]) -> Re
 
 /// The names of the controllers to run, each of which has a table.
 fn controllers<'a>(machine: &'a Machine, origin: &Origin, wanted: &[&'a str]) -> Result<Vec<&'a str>, Error> {
-    let by_file = machine.sampling.controller.list().iter().map(String::as_str);
+    let by_file = machine.sampling.extras.list().iter().map(String::as_str);
     let names: Vec<&str> = if wanted.is_empty() { by_file.collect() } else { wanted.to_vec() };
     for (i, name) in names.iter().enumerate() {
         let known = machine.controller.contains_key(*name);
@@ -271,7 +271,7 @@ fn doubled(runs: &[RunPlan]) -> Option<&str> {
 fn affordable(origin: &Origin, runs: &[RunPlan]) -> Result<(), Error> {
     // The limits that are named are rounded, and a hair within the true ones.
     const WITHIN: f64 = 0.999;
-    let samples = |run: &RunPlan| run.longest_s() / run.machine.sampling.sample_time_s;
+    let samples = |run: &RunPlan| run.longest_s() / run.machine.sampling.sample_time_s();
     let (ramps, loops): (Vec<&RunPlan>, Vec<&RunPlan>) =
         runs.iter().partition(|run| matches!(run.motion, Motion::Ramp(_)));
     let total: f64 = loops.iter().map(|run| samples(run)).sum();
@@ -297,7 +297,7 @@ fn affordable(origin: &Origin, runs: &[RunPlan]) -> Result<(), Error> {
     }
     let by_steps = || runs.iter().filter(|run| run.machine.run.solver == Solver::Rk4);
     let steps = |run: &RunPlan| {
-        let sampling = run.machine.sampling.sample_time_s;
+        let sampling = run.machine.sampling.sample_time_s();
         samples(run) * (sampling / run.machine.run.step_s).ceil().max(1.0)
     };
     let total: f64 = by_steps().map(steps).sum();

@@ -24,6 +24,7 @@ pub fn json(experiment: &str, source: &str, results: &[LabResult]) -> serde_json
         cost: Cost { wall_s: result.wall.as_secs_f64(), derivative_evaluations: result.evaluations },
         unstable: result.diverged_at_s.is_some(),
         diverged_at_s: result.diverged_at_s,
+        fault: None,
     });
     object(experiment, source, runs.collect())
 }

@@ -6,7 +6,7 @@ use serde::Serialize;
 use serde_json::{Value, json};
 
 use crate::experiment::{Experiment, Motion, RunPlan};
-use crate::run::RunResult;
+use crate::run::{RunResult, Tripped};
 use crate::solver::EventKind;
 
 /// Raised when a key changes its meaning or goes away.
@@ -31,6 +31,9 @@ pub(crate) struct Run<'a, M> {
     pub cost: Cost,
     pub unstable: bool,
     pub diverged_at_s: Option<f64>,
+    /// Only there if a servo has tripped.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub fault: Option<Tripped>,
 }
 
 /// A change between sticking and slipping; bodies are counted from 1.
@@ -76,6 +79,7 @@ pub fn render(experiment: &Experiment, results: &[RunResult]) -> serde_json::Res
         },
         unstable: result.unstable,
         diverged_at_s: result.diverged_at_s,
+        fault: result.fault,
     });
     object(&experiment.name, &experiment.source, runs.collect())
 }
@@ -98,8 +102,8 @@ fn parameters(plan: &RunPlan) -> Value {
         "encoder": machine.encoder,
         "drive": machine.drive,
         "loop": {
-            "sample_time_s": machine.sampling.sample_time_s,
-            "velocity_window": machine.sampling.velocity_window,
+            "sample_time_s": machine.sampling.sample_time_s(),
+            "velocity_window": machine.sampling.velocity_window(),
             "controller": plan.controller,
         },
         "controller": controller,

@@ -3,7 +3,7 @@
 use comfy_table::{Cell, CellAlignment, ColumnConstraint, ContentArrangement, Table, presets};
 
 use crate::experiment::Motion;
-use crate::run::RunResult;
+use crate::run::{RunResult, Tripped};
 
 /// The width that a terminal is sure to have.
 const WIDTH: u16 = 80;
@@ -133,6 +133,9 @@ fn ramp_cells(result: &RunResult) -> Vec<String> {
 
 fn remark(result: &RunResult) -> Option<String> {
     let label = &result.plan.label;
+    if let Some(Tripped { code, name, time_s, .. }) = result.fault {
+        return Some(format!("{label}: fault {code} ({name}) at {time_s} s turned the output off"));
+    }
     match result.diverged_at_s {
         Some(time_s) => Some(format!("{label}: diverged, not finite at {time_s} s; the run ends there")),
         None if result.unstable => Some(format!("{label}: unstable")),

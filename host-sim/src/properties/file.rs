@@ -2,6 +2,7 @@
 
 use crate::device::machine_file::{read, render};
 use crate::experiment::Document;
+use crate::hardware::STM32F405;
 
 const NAME: &str = "joint.toml";
 
@@ -29,7 +30,7 @@ pub fn holds(text: &str) -> bool {
             return false;
         }
     };
-    assert!(parameters.prepare().is_ok(), "what a file says is valid");
+    assert!(parameters.prepare(&STM32F405).is_ok(), "what a file says is valid");
     // What is pulled from the device that it was pushed to.
     match render(&parameters, &machine.joint, NAME) {
         Ok(pulled) => assert_eq!(read(NAME, &pulled).ok().as_ref(), Some(&parameters), "{pulled}"),

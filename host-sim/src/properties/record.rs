@@ -4,6 +4,8 @@ use crc::{CRC_32_ISO_HDLC, Crc};
 use stiction::Parameters;
 use stiction::parameters::{FORMAT_VERSION, ROOM};
 
+use crate::hardware::STM32F405;
+
 const HEADER: usize = 20;
 
 /// The bytes as they are, and with a header that is right, so that the body is looked at. Returns whether either is a
@@ -33,7 +35,12 @@ fn with_header(version: u32, body: &[u8]) -> Vec<u8> {
 
 fn decoded(bytes: &[u8]) -> bool {
     let Ok((parameters, _)) = Parameters::decode(bytes) else { return false };
-    assert!(parameters.prepare().is_ok(), "what is decoded is valid");
+    assert_eq!(parameters.check(), Ok(()), "what is decoded is valid");
+    // A record does not know its board: whether the timer can make the frequency is seen when it is prepared.
+    if let Err(error) = parameters.prepare(&STM32F405) {
+        let pwm_hz = parameters.controller.drive.pwm_hz;
+        assert_eq!(STM32F405.pwm_top(pwm_hz), Err(error), "all else that a board needs is valid");
+    }
     let mut room = [0; ROOM];
     let record = parameters.encode(7, &mut room).map(<[u8]>::to_vec).unwrap_or_default();
     assert_eq!(Parameters::decode(&record).as_ref(), Ok(&(parameters.clone(), 7)), "and is the same again");

@@ -9,6 +9,7 @@ use stiction::store::Store;
 use stiction::{Fault, Parameters};
 
 use crate::flash::{SECTOR, SimulatedFlash};
+use crate::hardware::STM32F405;
 
 /// A device under a tester who looks at every tick.
 #[derive(Debug)]
@@ -31,7 +32,7 @@ impl Watched {
         let mut store = Store::new(SimulatedFlash::new(2), [0, SECTOR]);
         // Cannot fail: the flash is new.
         let _ = store.save(parameters);
-        let device = Some(Device::start(store, Boot::default()));
+        let device = Some(Device::start(store, Boot::default(), STM32F405));
         Self { device, deframer: Deframer::default(), counter: 0, armed: 0, moved: 0, faulted: 0 }
     }
 
@@ -45,7 +46,7 @@ impl Watched {
             && !fault.is_clearable()
             && let Some(device) = self.device.take()
         {
-            self.device = Some(Device::start(device.end(), Boot::default()));
+            self.device = Some(Device::start(device.end(), Boot::default(), STM32F405));
         }
     }
 
@@ -60,7 +61,7 @@ impl Watched {
                 may_clear |= request.is_ok_and(|request| {
                     matches!(
                         request.content,
-                        Request::Clear | Request::TakeParameters { .. } | Request::WriteLaw(_)
+                        Request::Clear | Request::TakeParameters { .. } | Request::Change { .. }
                     )
                 });
             }
@@ -89,18 +90,19 @@ impl Watched {
         let before = self.state();
         let Some(device) = &mut self.device else { return };
         let output = device.tick(Input { counter: self.counter, supply });
-        let Some(drive) = device.parameters().and_then(|p| Drive::new(&p.controller.drive).ok()) else {
+        let Some(drive) = device.parameters().and_then(|p| Drive::new(&p.controller.drive, &STM32F405).ok())
+        else {
             assert!(!output.enable, "without parameters nothing is driven");
             return;
         };
         // Off means off: neutral, whatever was said.
-        assert!(output.enable || output.duty == drive.duty(0));
+        assert!(output.enable || output.duty() == drive.duty(0));
         assert_eq!(output.enable, output.state == State::Armed);
         assert!(!output.enable || matches!(before, State::Armed | State::Stopped), "{before:?}");
-        assert!(output.tick.code.abs() <= drive.max_code() && output.duty.compare <= drive.pwm_top());
-        assert!(!output.enable || output.duty == drive.duty(output.tick.code));
+        assert!(output.tick.code.abs() <= drive.max_code() && output.duty().compare <= drive.pwm_top());
+        assert!(!output.enable || output.duty() == drive.duty(output.tick.code));
         self.armed += u64::from(output.enable);
-        self.moved += u64::from(output.enable && output.tick.setpoint.position.counts != 0);
+        self.moved += u64::from(output.enable && output.tick.reference_counts != 0);
         self.faulted += u64::from(matches!(output.state, State::Faulted(_)));
     }
 

@@ -8,10 +8,9 @@ use host_sim::emulator::powered::Held;
 use host_sim::emulator::rig::Sample;
 use host_sim::experiment::RunPlan;
 use stiction::link::{State, Status};
-use stiction::parameters::Motion;
 use stiction::position::Position;
 use stiction::reference::Corner;
-use stiction::{Fault, Tick};
+use stiction::{Fault, Motion, Tick};
 
 use crate::bench::firmware;
 use crate::common::plans;

@@ -7,7 +7,7 @@
 //! nothing is driven from then on, whatever is asked; and that arming again takes a cleared fault and a joint at rest.
 //! Once per fault: that a reset tells it again and drives nothing.
 //!
-//! What a monitor sees: all seven laws. What the board reports itself: PD alone, since no law has a part in it. What cannot
+//! What a monitor sees: all laws. What the board reports itself: PD alone, since no law has a part in it. What cannot
 //! happen is listed with its reason. `tests/device/matrix.rs` has the same in process.
 
 mod driven;
@@ -17,13 +17,17 @@ use host_sim::device::simulated::Wires;
 use host_sim::emulator::bench::Mishap;
 use host_sim::emulator::rig::Sample;
 use stiction::Fault;
+use stiction::compensator::Gains;
 use stiction::link::State;
 
 use crate::bench::MS;
 use driven::{Driven, SITUATIONS, Situation, sound};
 use rows::{Reported, Row, reported};
 
-const LAWS: [&str; 7] = ["pd", "ri", "rvi", "roi", "feedforward", "dnpf", "srnf"];
+/// Every controller by its name: plain PD, and each law by itself.
+fn laws() -> impl Iterator<Item = &'static str> {
+    std::iter::once("pd").chain(Gains::NAMES.iter().copied())
+}
 
 /// The control interrupt's budget of 900 instructions at 168 MHz, ns: from the read of the counter to the end.
 const INTERRUPT_NS: u64 = 5_400;
@@ -135,7 +139,7 @@ fn assert_rows(rows: &[&Row]) {
         for (situation, within) in SITUATIONS.into_iter().zip(row.within) {
             let Ok(within) = within else { continue };
             let mut slowest = 0;
-            for law in LAWS {
+            for law in laws() {
                 let name = format!("{} ({}), {law}, {situation:?}", row.fault.describe(), row.what);
                 driven.take(law, row.set);
                 driven.bring(situation);
@@ -152,7 +156,7 @@ fn assert_rows(rows: &[&Row]) {
                 }
                 assert_armed_again_only_as_it_should(&mut driven, &name);
             }
-            tell(row.fault, row.what, situation, LAWS.len(), &format!("{slowest} ticks"));
+            tell(row.fault, row.what, situation, laws().count(), &format!("{slowest} ticks"));
         }
     }
 }
@@ -188,7 +192,7 @@ fn memory_and_link() {
 fn a_reversed_encoder_is_seen_in_the_first_move_under_every_law() {
     let mut driven = Driven::boot();
     let mut slowest = 0;
-    for law in LAWS {
+    for law in laws() {
         driven.take(law, &[]);
         driven.act(|held| held.rewire(Wires::Swapped));
         driven.samples(10);
@@ -210,7 +214,7 @@ fn a_reversed_encoder_is_seen_in_the_first_move_under_every_law() {
         assert_armed_again_only_as_it_should(&mut driven, law);
     }
     let (fault, what) = (Fault::EncoderReversed, "swapped wires, a step of 5 deg");
-    tell(fault, what, Situation::Rest, LAWS.len(), &format!("{slowest} ticks"));
+    tell(fault, what, Situation::Rest, laws().count(), &format!("{slowest} ticks"));
 }
 
 fn assert_reported(situation: Situation) {
@@ -265,7 +269,7 @@ fn what_the_board_reports_at_full_effort() {
 #[test]
 fn no_fault_is_forgotten_by_the_matrix() {
     let reported = reported();
-    for fault in Fault::ALL {
+    for &fault in Fault::ALL {
         let in_a_row =
             ROWS.iter().any(|row| row.fault == fault) || reported.iter().any(|row| row.fault == fault);
         let elsewhere = ELSEWHERE.iter().any(|(other, _)| *other == fault);

@@ -24,9 +24,9 @@ mod path {
     use embedded_storage::nor_flash::{ErrorType, NorFlash, NorFlashErrorKind, ReadNorFlash};
     use stiction::deadline::Deadline;
     use stiction::link::{Kind, Machine, Refused, Session};
-    use stiction::servo::{Arming, Boot, Input, Output};
+    use stiction::servo::{Boot, Input, Output};
     use stiction::store::Store;
-    use stiction::{Fault, Parameters, Servo};
+    use stiction::{Course, Fault, Hardware, Parameters, Servo};
 
     unsafe extern "C" {
         fn the_control_path_can_panic() -> !;
@@ -72,6 +72,11 @@ mod path {
         }
     }
 
+    /// Any board.
+    fn hardware() -> Hardware {
+        black_box(Hardware { pwm_clock_hz: 168e6, supply_top: 4095 })
+    }
+
     /// What a session acts on.
     struct Parts {
         servo: Servo,
@@ -81,6 +86,10 @@ mod path {
     impl Machine for Parts {
         fn servo<R>(&mut self, act: impl FnOnce(&mut Servo) -> R) -> R {
             act(black_box(&mut self.servo))
+        }
+
+        fn hardware(&self) -> Hardware {
+            hardware()
         }
 
         fn save(&mut self, parameters: &Parameters) -> Result<(), Refused> {
@@ -116,7 +125,7 @@ mod path {
         let decoded = black_box(Parameters::decode(sector));
         let parameters = decoded.as_ref().map(|(parameters, _)| parameters).map_err(|error| *error);
         let boot: Boot = black_box(Boot::default());
-        let mut servo = black_box(Servo::new(parameters, boot));
+        let mut servo = black_box(Servo::new(parameters, boot, &hardware()));
         let mut deadline = black_box(Deadline::new(black_box(1)));
         loop {
             let in_time = deadline.enter(black_box(1));
@@ -128,7 +137,7 @@ mod path {
                 servo.fault(black_box(Fault::Overrun));
             }
             if black_box(false) {
-                let _ = black_box(servo.arm(black_box(Arming::Motion)));
+                let _ = black_box((servo.arm(), servo.arm_for_link(black_box(Course::default()))));
             }
             if black_box(false) {
                 let _ = black_box((servo.clear(), servo.hold()));

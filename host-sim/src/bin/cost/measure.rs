@@ -71,7 +71,7 @@ pub fn measure(image: &Path, yardstick: &Path) -> Result<Measured, Error> {
         if name == FEEDS
             && let Trace::Loop(moments) = &run.result.trace
         {
-            let resolution = plan.machine.encoder.resolution_deg;
+            let resolution = plan.machine.encoder.resolution_deg();
             samples.extend(moments.iter().map(|moment| {
                 [moment.reference_deg as f32, (f64::from(moment.tick.counts) * resolution) as f32]
             }));

@@ -5,8 +5,9 @@ use std::io::Write;
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
-use stiction::Parameters;
 use stiction::link::State;
+use stiction::value::Table;
+use stiction::{Limits, Parameters};
 
 use super::params::{keep, pulled};
 use crate::device::client::Client;
@@ -14,7 +15,6 @@ use crate::device::machine_file;
 use crate::device::wire::Wire;
 use crate::error::Error;
 use crate::experiment::Document;
-use crate::limits::LimitsTable;
 
 /// Lets a person edit the parameters, and pushes them if they have changed.
 ///
@@ -61,10 +61,10 @@ pub fn edit<W: Wire>(client: &mut Client<W>, machine: &str, save: bool) -> Resul
 fn understood(name: &str, text: &str) -> Result<Parameters, Error> {
     let parameters = machine_file::read(name, text)?;
     let document = Document::parse(name, text)?;
-    let gone = LimitsTable::KEYS.iter().find(|key| document.get(&format!("limits.{key}")).is_none());
-    if let Some(key) = gone {
+    let mut limits = Limits::ABOUT.iter().map(|about| format!("limits.{}", about.name));
+    if let Some(key) = limits.find(|key| document.get(key).is_none()) {
         let why = "a device does not know the joint that a threshold is derived from";
-        return Err(Error::Input(format!("{name}: `limits.{key}` is missing, and has to be there: {why}")));
+        return Err(Error::Input(format!("{name}: `{key}` is missing, and has to be there: {why}")));
     }
     Ok(parameters)
 }

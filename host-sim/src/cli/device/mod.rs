@@ -8,11 +8,12 @@ use std::io::{Write, stderr};
 use std::path::PathBuf;
 use std::time::Duration;
 
-use stiction::link::{State, Status, Term};
+use stiction::link::{State, Status};
 
 use super::print;
 use crate::device::client::Client;
 use crate::device::log::Log;
+use crate::device::signals::Signals;
 use crate::device::simulated::SimulatedDevice;
 use crate::device::wire::{SimulatedWire, Wire};
 use crate::device::words;
@@ -114,6 +115,9 @@ enum Action {
         /// Ticks from one sample to the next
         #[arg(long, value_name = "N", default_value_t = 1, value_parser = clap::value_parser!(u16).range(1..))]
         every: u16,
+        /// Further signals, a column each, by the names that the device announces
+        #[arg(long, value_name = "NAME", value_delimiter = ',')]
+        signals: Vec<String>,
     },
 }
 
@@ -207,13 +211,14 @@ fn with(action: &Action, machine: &str, wire: impl Wire) -> Result<(), Error> {
             let time = time("--for", *r#for)?;
             // Nothing is armed for a number that is none.
             let motion = client.step(*deg)?;
-            let mut samples = Log::default();
+            let signals = if log.is_some() { client.signals()? } else { vec![] };
+            let mut samples = Log::new(Signals::new(signals), &[])?;
             let status = then_off(&mut client, |client| {
                 if client.status()?.state != State::Armed {
                     arm(client)?;
                 }
                 if log.is_some() {
-                    client.subscribe(Log::TERMS, 1)?;
+                    client.subscribe(samples.mask(), 1)?;
                 }
                 client.move_along(motion)?;
                 let status = client.pass_armed(time)?;
@@ -247,15 +252,15 @@ fn with(action: &Action, machine: &str, wire: impl Wire) -> Result<(), Error> {
             let lines = faults.iter().map(|told| words::told(told, sample_time) + "\n");
             say(if faults.is_empty() { "no fault since power-on\n".into() } else { lines.collect() })
         }
-        Action::Log { file, r#for, every } => {
+        Action::Log { file, r#for, every, signals } => {
             let time = time("--for", *r#for)?;
-            client.subscribe(Log::TERMS, *every)?;
+            let mut samples = Log::new(Signals::new(client.signals()?), signals)?;
+            client.subscribe(samples.mask(), *every)?;
             let status = client.pass(time)?;
-            let mut samples = Log::default();
             while let Some(sample) = client.sample(Duration::ZERO)? {
                 samples.push(sample);
             }
-            client.subscribe(Term::Flags.bit(), 0)?;
+            client.subscribe(0, 0)?;
             write_whole(file, &samples.render(status.sample_time, status.resolution)?)?;
             say(format!("{}: {} samples\n", file.display(), samples.len()) + &lost(&client))
         }

@@ -9,7 +9,7 @@ use crate::report::evidence::Evidence;
 pub(super) fn hunting(evidence: &Evidence, name: &str, controller: &str) -> Option<Vec<f64>> {
     let of = |label: &String| {
         let run = evidence.run(name, label)?;
-        let resolution_deg = run.plan.machine.encoder.resolution_deg;
+        let resolution_deg = run.plan.machine.encoder.resolution_deg();
         Some(run.metrics.hunting_peak_to_peak_deg.unwrap_or(0.0) / resolution_deg)
     };
     steps(controller).iter().map(of).collect()
@@ -18,7 +18,7 @@ pub(super) fn hunting(evidence: &Evidence, name: &str, controller: &str) -> Opti
 /// Largest error in the second of two minutes, counts.
 fn worst_late(evidence: &Evidence, controller: &str) -> Option<Vec<f64>> {
     let of = |label: &String| {
-        let resolution_deg = evidence.run("long", label)?.plan.machine.encoder.resolution_deg;
+        let resolution_deg = evidence.run("long", label)?.plan.machine.encoder.resolution_deg();
         let late = evidence.moments("long", label)?.iter().filter(|m| m.time_s >= 60.0);
         Some(late.map(|m| m.error_deg().abs() / resolution_deg).fold(0.0, f64::max))
     };

@@ -16,11 +16,12 @@ use stiction::link::{State, Status};
 
 use super::PERHAPS_ARMED;
 use crate::device::client::Client;
+use crate::device::signals::Signals;
 use crate::device::wire::Wire;
 use crate::device::words;
 use crate::error::Error;
 use keys::Flow;
-use model::{TERMS, WINDOW_S, Watched};
+use model::{SIGNALS, WINDOW_S, Watched};
 
 /// A plot of this many samples has two for every dot of a wide terminal.
 const SAMPLES: f64 = 500.0;
@@ -54,12 +55,14 @@ pub fn on_a_terminal() -> Result<(), Error> {
 /// be reached.
 pub fn watch<W: Wire>(client: &mut Client<W>) -> Result<String, Error> {
     client.wire().real_time();
-    let ending = signals()?;
+    let ending = endings()?;
     let status = client.status()?;
     let version = client.identity().map_or(String::new(), |identity| identity.version.as_str().into());
     let name = format!("{}, firmware {version}", client.wire().name());
-    let mut watched = Watched::new(client.warning(), name, status);
-    let seen = client.subscribe(TERMS, every(&status));
+    let signals = Signals::new(client.signals()?);
+    let mask = signals.mask(SIGNALS);
+    let mut watched = Watched::new(client.warning(), name, signals, status);
+    let seen = client.subscribe(mask, every(&status));
     let seen = seen.and_then(|()| on_screen(client, &mut watched, &ending));
     match (seen, leave(client, &watched)) {
         (Ok(()), left) => {
@@ -73,7 +76,7 @@ pub fn watch<W: Wire>(client: &mut Client<W>) -> Result<String, Error> {
 }
 
 /// Set by what would end the program otherwise, with the terminal in disorder and the drive armed.
-fn signals() -> Result<Arc<AtomicBool>, Error> {
+fn endings() -> Result<Arc<AtomicBool>, Error> {
     let ending = Arc::new(AtomicBool::new(false));
     #[cfg(unix)]
     for signal in [signal_hook::consts::SIGTERM, signal_hook::consts::SIGHUP, signal_hook::consts::SIGINT] {
@@ -143,7 +146,7 @@ fn leave<W: Wire>(client: &mut Client<W>, watched: &Watched) -> Result<&'static 
         client.stop().map_err(|error| unheard(&error, watched))?;
     }
     // It is of no use to anybody any more, and does no harm.
-    let _ = client.subscribe(TERMS, 0);
+    let _ = client.subscribe(0, 0);
     let left = client.status().map_err(|error| unheard(&error, watched))?;
     Ok(match left.state {
         State::Armed => "STILL ARMED: it was so before, and not by this program; `stop` turns the output off",

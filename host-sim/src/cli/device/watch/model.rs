@@ -2,15 +2,29 @@
 
 use std::collections::VecDeque;
 
-use stiction::link::{Sample, State, Status, Term};
+use stiction::link::{Sample, State, Status};
 
-use crate::device::log::Log;
+use crate::device::signals::Signals;
 
 /// So much of the past is plotted, s.
 pub const WINDOW_S: f64 = 10.0;
 
-/// What has to be subscribed: what a log holds, and what a log has no column for.
-pub const TERMS: u16 = Log::TERMS | Term::Duty.bit() | Term::Flags.bit();
+/// What has to be subscribed.
+pub const SIGNALS: [&str; 13] = [
+    "counts",
+    "reference_counts",
+    "reference_fraction_counts",
+    "error_deg",
+    "velocity_deg_per_s",
+    "v_pd_v",
+    "v_c_v",
+    "v_v",
+    "v_applied_v",
+    "code",
+    "compare",
+    "reverse",
+    "status",
+];
 
 /// The terms of one tick, in a user's units.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -31,6 +45,8 @@ pub struct Moment {
     pub v_c: f64,
     /// V.
     pub v: f64,
+    /// What the joint gets, V.
+    pub v_applied: f64,
     /// Code of the drive.
     pub code: i32,
     /// Compare value, with its sign.
@@ -42,22 +58,23 @@ pub struct Moment {
 }
 
 impl Moment {
-    fn new(sample: &Sample, sample_time_s: f64, resolution_deg: f64) -> Self {
-        let whole = |term| sample.value(term).map_or(0, i32::from_le_bytes);
-        let real = |term| f64::from(sample.value(term).map_or(0.0, f32::from_le_bytes));
-        let flags = whole(Term::Flags) as u32;
-        let setpoint = f64::from(whole(Term::SetpointCounts)) + real(Term::SetpointFraction);
+    fn new(signals: &Signals, sample: &Sample, sample_time_s: f64, resolution_deg: f64) -> Self {
+        let value = |name| signals.number(sample, name);
+        let flags = value("status") as u32;
+        let reference = value("reference_counts") + value("reference_fraction_counts");
+        let compare = value("compare") as i32;
         Self {
             time_s: f64::from(sample.clock) * sample_time_s,
-            reference_deg: setpoint * resolution_deg,
-            position_deg: f64::from(whole(Term::Counts)) * resolution_deg,
-            error_deg: real(Term::Error),
-            velocity_deg_per_s: real(Term::Velocity),
-            v_pd: real(Term::Pd),
-            v_c: real(Term::Compensator),
-            v: real(Term::Output),
-            code: whole(Term::Code),
-            duty: whole(Term::Duty),
+            reference_deg: reference * resolution_deg,
+            position_deg: value("counts") * resolution_deg,
+            error_deg: value("error_deg"),
+            velocity_deg_per_s: value("velocity_deg_per_s"),
+            v_pd: value("v_pd_v"),
+            v_c: value("v_c_v"),
+            v: value("v_v"),
+            v_applied: value("v_applied_v"),
+            code: value("code") as i32,
+            duty: if value("reverse") == 0.0 { compare } else { -compare },
             armed: flags & 0xFF == 2,
             saturated: flags & (1 << 16) != 0,
         }
@@ -71,6 +88,8 @@ pub struct Watched {
     pub warning: Option<&'static str>,
     /// What it is, and its firmware.
     pub name: String,
+    /// What it can send.
+    pub signals: Signals,
     /// As last asked.
     pub status: Status,
     /// Of the last [`WINDOW_S`].
@@ -87,10 +106,11 @@ pub struct Watched {
 
 impl Watched {
     /// Before the first sample.
-    pub fn new(warning: Option<&'static str>, name: String, status: Status) -> Self {
+    pub fn new(warning: Option<&'static str>, name: String, signals: Signals, status: Status) -> Self {
         Self {
             warning,
             name,
+            signals,
             status,
             moments: VecDeque::new(),
             lost: 0,
@@ -103,7 +123,7 @@ impl Watched {
     /// Takes a sample, and forgets those that are too old.
     pub fn take(&mut self, sample: &Sample) {
         let Status { sample_time, resolution, .. } = self.status;
-        let moment = Moment::new(sample, sample_time.into(), resolution.into());
+        let moment = Moment::new(&self.signals, sample, sample_time.into(), resolution.into());
         // A device that was reset begins its time anew.
         if self.moments.back().is_some_and(|last| last.time_s > moment.time_s) {
             self.moments.clear();

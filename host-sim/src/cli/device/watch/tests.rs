@@ -8,9 +8,10 @@ use ratatui::style::Color;
 use stiction::link::{Sample, State, Status, Told};
 
 use super::keys::{Flow, press};
-use super::model::{Moment, TERMS, Watched};
+use super::model::{Moment, SIGNALS, Watched};
 use super::view::draw;
 use crate::device::client::Client;
+use crate::device::signals::Signals;
 use crate::device::simulated::SimulatedDevice;
 use crate::device::wire::{SIMULATED, SimulatedWire, Wire};
 use crate::error::Error;
@@ -34,20 +35,33 @@ fn status() -> Status {
     }
 }
 
-/// In the order of the terms: a set point of 5.005 deg, and `counts` of 0.01 deg.
+/// A set point of 5.005 deg, and `counts` of 0.01 deg; of 2.75 V the joint gets 2.5 V.
 fn sample(clock: u32, counts: i32, state: u32) -> Sample {
-    let reals = |values: [f32; 5]| values.into_iter().flat_map(f32::to_le_bytes).collect::<Vec<u8>>();
-    let mut values = 500i32.to_le_bytes().to_vec();
-    values.extend(reals([0.5, 0.0, 0.0, 0.0, 0.0]).into_iter().take(4));
-    values.extend(counts.to_le_bytes());
-    values.extend(reals([1.2345, -6.5, 2.5, 0.25, 2.75]));
-    values.extend([563i32, -2000].map(i32::to_le_bytes).concat());
-    values.extend((state | 1 << 16).to_le_bytes());
-    Sample { number: 0, clock, terms: TERMS, values: values.into_iter().collect() }
+    let value = |name| match name {
+        "counts" => counts as u32,
+        "reference_counts" => 500,
+        "reference_fraction_counts" => 0.5f32.to_bits(),
+        "error_deg" => 1.2345f32.to_bits(),
+        "velocity_deg_per_s" => (-6.5f32).to_bits(),
+        "v_pd_v" => 2.5f32.to_bits(),
+        "v_c_v" => 0.25f32.to_bits(),
+        "v_v" => 2.75f32.to_bits(),
+        "v_applied_v" => 2.5f32.to_bits(),
+        "code" => 563,
+        "compare" => 2000,
+        "reverse" => 1,
+        "status" => state | 1 << 16,
+        other => panic!("{other}"),
+    };
+    let signals = Signals::of_core();
+    let mask = signals.mask(SIGNALS);
+    let sent = signals.names().filter(|name| SIGNALS.contains(name));
+    let values = sent.flat_map(|name| value(name).to_le_bytes()).collect();
+    Sample { number: 0, clock, signals: mask, values }
 }
 
 fn watched(warning: Option<&'static str>, samples: impl IntoIterator<Item = Sample>) -> Watched {
-    let mut watched = Watched::new(warning, "the bench, firmware 1.2.3".into(), status());
+    let mut watched = Watched::new(warning, "the bench, firmware 1.2.3".into(), Signals::of_core(), status());
     samples.into_iter().for_each(|sample| watched.take(&sample));
     watched
 }
@@ -80,8 +94,9 @@ fn numbers_are_those_of_the_last_sample_in_a_users_units() {
     assert_eq!(words(&lines[2]), "reference 5.0050 deg v_PD 2.5000 V");
     assert_eq!(words(&lines[3]), "position 2.0000 deg v_c 0.2500 V");
     assert_eq!(words(&lines[4]), "error 1.2345 deg effort v 2.7500 V");
-    assert_eq!(words(&lines[5]), "velocity -6.500 deg/s code, duty 563, -2000");
-    assert_eq!(words(&lines[6]), "from power-on 2.0000 deg heat of 0.500 V for ever");
+    assert_eq!(words(&lines[5]), "velocity -6.500 deg/s applied 2.5000 V");
+    assert_eq!(words(&lines[6]), "from power-on 2.0000 deg code, duty 563, -2000");
+    assert_eq!(words(&lines[7]), "heat of 0.500 V for ever");
     assert!(lines[23].starts_with("q quit  s stop"));
 }
 
@@ -90,8 +105,8 @@ fn a_curve_is_where_its_values_are_and_nowhere_without_the_loop() {
     // Ten seconds: the reference at 5.005 deg, the position at 0 for the first half and at 2 deg from then on.
     let samples = (0..=500).map(|i| sample(4000 + 2 * i, if i < 250 { 0 } else { 200 }, 2));
     let buffer = drawn(&watched(None, samples), 80, 24);
-    // Of 15 rows of plots the upper 9 are for positions, from a tenth below the lowest to a tenth above the highest.
-    let row_of = |deg: f64| 8 + (9.0 * (1.0 - (deg + 0.5005) / 6.006)) as u16;
+    // Of 14 rows of plots the upper 9 are for positions, from a tenth below the lowest to a tenth above the highest.
+    let row_of = |deg: f64| 9 + (9.0 * (1.0 - (deg + 0.5005) / 6.006)) as u16;
     let reference = curve(&buffer, Color::Yellow);
     assert!(reference.len() > 60, "{}", reference.len());
     assert!(reference.iter().all(|at| at.1 == row_of(5.005)), "{reference:?}");
@@ -100,13 +115,19 @@ fn a_curve_is_where_its_values_are_and_nowhere_without_the_loop() {
     let right = position.iter().filter(|at| at.0 > 48);
     assert!(left.clone().count() > 25 && left.clone().all(|at| at.1 == row_of(0.0)), "{position:?}");
     assert!(right.clone().count() > 25 && right.clone().all(|at| at.1 == row_of(2.0)), "{position:?}");
-    // The effort is below.
-    assert!(curve(&buffer, Color::Green).iter().all(|at| at.1 > 16));
+    // The effort is below: what is asked for at the top, and what the joint gets of it at the bottom.
+    let [asked, applied] = [Color::Green, Color::Magenta].map(|color| curve(&buffer, color));
+    assert!(asked.len() > 60 && asked.iter().all(|at| at.1 == 18), "{asked:?}");
+    assert!(applied.len() > 60 && applied.iter().all(|at| at.1 == 20), "{applied:?}");
 
     // While the output is off, there is neither reference nor zero.
     let stopped = watched(None, (0..=500).map(|i| sample(4000 + 2 * i, 0, 1)));
     let buffer = drawn(&stopped, 80, 24);
-    assert!([Color::Yellow, Color::Cyan, Color::Green].iter().all(|color| curve(&buffer, *color).is_empty()));
+    assert!(
+        [Color::Yellow, Color::Cyan, Color::Green, Color::Magenta]
+            .iter()
+            .all(|color| curve(&buffer, *color).is_empty())
+    );
     assert!(row(&buffer, 3).contains("position                  - deg"), "{}", row(&buffer, 3));
 }
 
@@ -142,7 +163,8 @@ fn bench() -> (Watched, Client<SimulatedWire>) {
     let plan = Experiment::plan(&document, &["srnf".into()], &[]).unwrap().runs.remove(0);
     let mut client = Client::connect(SimulatedWire::new(SimulatedDevice::new(&plan).unwrap())).unwrap();
     let status = client.status().unwrap();
-    (Watched::new(client.warning(), "bench".into(), status), client)
+    let signals = Signals::new(client.signals().unwrap());
+    (Watched::new(client.warning(), "bench".into(), signals, status), client)
 }
 
 #[test]

@@ -25,6 +25,8 @@ const LEAST_SPAN_V: f64 = 0.1;
 const REFERENCE: Color = Color::Yellow;
 const POSITION: Color = Color::Cyan;
 const EFFORT: Color = Color::Green;
+/// What the joint gets of it.
+const APPLIED: Color = Color::Magenta;
 
 /// Draws it all.
 pub fn draw(frame: &mut Frame, watched: &Watched) {
@@ -36,7 +38,7 @@ pub fn draw(frame: &mut Frame, watched: &Watched) {
     let [title, state, numbers, note, plots, keys] = Layout::vertical([
         Constraint::Length(1),
         Constraint::Length(1),
-        Constraint::Length(5),
+        Constraint::Length(6),
         Constraint::Length(1),
         Constraint::Fill(1),
         Constraint::Length(1),
@@ -103,13 +105,15 @@ fn numbers_of(watched: &Watched) -> Vec<Line<'static>> {
         ("error", armed(now.error_deg, 4), "deg", Color::Reset),
         ("velocity", armed(now.velocity_deg_per_s, 3), "deg/s", Color::Reset),
         ("from power-on", format!("{deg:.4}"), "deg", Color::Reset),
+        ("heat of", format!("{:.3}", status.thermal_effort), "V for ever", Color::Reset),
     ];
     let right = [
         ("v_PD", armed(now.v_pd, 4), "V", Color::Reset),
         ("v_c", armed(now.v_c, 4), "V", Color::Reset),
         ("effort v", armed(now.v, 4), "V", EFFORT),
+        ("applied", armed(now.v_applied, 4), "V", APPLIED),
         ("code, duty", format!("{code}, {duty}"), "", Color::Reset),
-        ("heat of", format!("{:.3}", status.thermal_effort), "V for ever", Color::Reset),
+        ("", String::new(), "", Color::Reset),
     ];
     let rows = left.into_iter().zip(right);
     let entry = |(name, value, unit, color): (&'static str, String, &'static str, Color)| {
@@ -140,7 +144,14 @@ fn plots_of(frame: &mut Frame, watched: &Watched, area: Rect) {
     // The times are written once, under the lower plot.
     plot(frame, watched, &curves, ("deg", least), below == 0, position);
     if below > 0 {
-        plot(frame, watched, &[(EFFORT, |m| m.v)], ("V", LEAST_SPAN_V), true, effort);
+        plot(
+            frame,
+            watched,
+            &[(EFFORT, |m| m.v), (APPLIED, |m| m.v_applied)],
+            ("V", LEAST_SPAN_V),
+            true,
+            effort,
+        );
     }
 }
 

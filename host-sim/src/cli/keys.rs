@@ -1,0 +1,35 @@
+//! `stiction keys`.
+
+use super::print;
+use crate::error::Error;
+use crate::keys;
+
+#[derive(Debug, clap::Args)]
+pub struct Arguments {
+    /// Only this table, as in `limits` or `controller.srnf`
+    table: Option<String>,
+    /// Print a JSON schema, by which an editor completes and checks a file
+    #[arg(long, conflicts_with_all = ["table", "markdown"])]
+    schema: bool,
+    /// Print the page docs/parameters.md
+    #[arg(long, conflicts_with = "table")]
+    markdown: bool,
+    /// Print the table of docs/faults.md
+    #[arg(long, conflicts_with_all = ["table", "markdown", "schema"])]
+    faults: bool,
+}
+
+/// Shows them.
+pub fn keys(arguments: &Arguments) -> Result<(), Error> {
+    if arguments.schema {
+        let text = serde_json::to_string_pretty(&keys::schema());
+        return print(&(text.map_err(|error| Error::Input(error.to_string()))? + "\n"));
+    }
+    if arguments.faults {
+        return print(&keys::faults());
+    }
+    if arguments.markdown {
+        return print(&keys::markdown());
+    }
+    print(&keys::list(arguments.table.as_deref())?)
+}

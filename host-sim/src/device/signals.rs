@@ -1,0 +1,78 @@
+//! The signals of a device, as it announces them: this program has no table of its own.
+
+use stiction::link::{Announced, Sample};
+use stiction::signal::{Form, SIGNALS};
+
+use crate::error::{Error, suggestion_or_all};
+use crate::output::Cell;
+
+/// What a device can send of a tick.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Signals {
+    all: Vec<Announced>,
+}
+
+impl Signals {
+    /// Those that were announced, in the order of their places.
+    pub const fn new(all: Vec<Announced>) -> Self {
+        Self { all }
+    }
+
+    /// Those of every loop of this version of the core.
+    pub fn of_core() -> Self {
+        Self { all: SIGNALS.iter().map(|signal| Announced::from(*signal)).collect() }
+    }
+
+    /// Their names.
+    pub fn names(&self) -> impl Iterator<Item = &str> {
+        self.all.iter().map(|signal| signal.name.as_str())
+    }
+
+    /// The names of those that only the law in use has.
+    pub fn of_law(&self) -> impl Iterator<Item = &str> {
+        self.names().filter(|name| SIGNALS.iter().all(|signal| signal.name != *name))
+    }
+
+    /// The sum of 1 << place of some of them; what the device does not have is left out.
+    pub fn mask<'a>(&self, names: impl IntoIterator<Item = &'a str>) -> u64 {
+        names.into_iter().filter_map(|name| self.place(name)).fold(0, |mask, place| mask | 1 << place)
+    }
+
+    /// The value of a signal in a sample, as a number; zero if the sample does not have it.
+    pub fn number(&self, sample: &Sample, name: &str) -> f64 {
+        let Some(place) = self.place(name) else { return 0.0 };
+        let Some(bits) = sample.value(place) else { return 0.0 };
+        match self.all.get(place).map(|signal| signal.form) {
+            Some(Form::Number) => f64::from(f32::from_bits(bits)),
+            Some(Form::Whole) => f64::from(bits as i32),
+            Some(Form::Bits) | None => f64::from(bits),
+        }
+    }
+
+    /// The same as a cell of a file: a number in single precision, as the device has it.
+    pub fn cell(&self, sample: &Sample, name: &str) -> Cell {
+        let number = self.number(sample, name);
+        match self.place(name).and_then(|place| self.all.get(place)).map(|signal| signal.form) {
+            Some(Form::Number) => Cell::from(number as f32),
+            _ => Cell::from(number as i64),
+        }
+    }
+
+    /// Refuses a name that the device has not announced.
+    ///
+    /// # Errors
+    /// Names the nearest one.
+    pub fn check(&self, name: &str) -> Result<(), Error> {
+        match self.place(name) {
+            Some(_) => Ok(()),
+            None => {
+                let near = suggestion_or_all(name, self.names());
+                Err(Error::Input(format!("--signals {name}: the device has no signal `{name}`{near}")))
+            }
+        }
+    }
+
+    fn place(&self, name: &str) -> Option<usize> {
+        self.names().position(|known| known == name)
+    }
+}

@@ -1,0 +1,258 @@
+//! The keys of a machine's file: a schema for editors, a list for people, a page for docs/.
+//!
+//! All of it comes from the declarations: those of the core (`stiction::value`) and of the simulator's own tables
+//! ([`crate::machine`]).
+
+use serde_json::Value;
+use stiction::Fault;
+
+use crate::error::{Error, suggestion_or_all};
+use crate::machine::Machine;
+
+/// One key.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Row {
+    /// The table that it stands in.
+    pub table: String,
+    /// Its name in that table.
+    pub name: String,
+    /// What it may be.
+    pub allowed: String,
+    /// What it is if it is left out.
+    pub otherwise: String,
+    /// Its number in records and over the link; empty for what only the simulator knows.
+    pub number: String,
+    /// What it means.
+    pub text: String,
+}
+
+/// The JSON schema of a machine's file.
+pub fn schema() -> Value {
+    schemars::schema_for!(Machine).into()
+}
+
+/// Every key, in the order of the tables of a file.
+pub fn rows() -> Vec<Row> {
+    let schema = schema();
+    let mut rows = Vec::new();
+    walk(&schema, &schema, "", &mut rows);
+    rows
+}
+
+/// The keys of one table, or all of them, for people.
+///
+/// # Errors
+/// Names the nearest table if there is none of that name.
+pub fn list(table: Option<&str>) -> Result<String, Error> {
+    let rows = rows();
+    let tables = tables(&rows);
+    let is_wanted = |name: &str| table.is_none_or(|table| name == table || name == table_of(table));
+    if let Some(table) = table.filter(|_| !tables.iter().any(|name| is_wanted(name))) {
+        let near = suggestion_or_all(table, tables.iter().map(String::as_str));
+        return Err(Error::Input(format!("keys {table}: there is no such table{near}")));
+    }
+    let mut text = String::new();
+    for name in tables.iter().filter(|name| is_wanted(name)) {
+        text += &format!("[{name}]\n");
+        for row in rows.iter().filter(|row| row.table == *name) {
+            text += &format!("  {}\n      {}; {}\n", row.name, row.allowed, row.otherwise);
+            text += &wrapped(&row.text, 6);
+        }
+    }
+    Ok(text)
+}
+
+/// The page docs/parameters.md.
+pub fn markdown() -> String {
+    let rows = rows();
+    let mut page = String::from(
+        "# Parameters\n\nEvery key of a machine's file. This page is generated: `cargo sim keys --markdown` prints it, and a \
+         test holds it up\nto date. `stiction keys [TABLE]` shows the same in a terminal, `stiction keys --schema` a JSON schema \
+         for editors.\n\nThe *number* is that of the value in the record of the flash and over the link; keys without one are \
+         the simulator's own.\n",
+    );
+    for table in tables(&rows) {
+        page +=
+            &format!("\n## [{table}]\n\n| key | allowed | left out | number | |\n|---|---|---|---|---|\n");
+        for row in rows.iter().filter(|row| row.table == table) {
+            let number = if row.number.is_empty() { String::new() } else { format!("`{}`", row.number) };
+            let text = row.text.replace('|', "\\|");
+            page +=
+                &format!("| `{}` | {} | {} | {number} | {text} |\n", row.name, row.allowed, row.otherwise);
+        }
+    }
+    page
+}
+
+/// The table of docs/faults.md.
+pub fn faults() -> String {
+    let mut table = String::from(
+        "| code | fault | seen within | value | threshold | ends with |\n|---|---|---|---|---|---|\n",
+    );
+    for fault in Fault::ALL {
+        let value = match (fault.value(), fault.unit()) {
+            ("", _) => String::new(),
+            (value, unit) => format!("{value}, {unit}"),
+        };
+        let limits = fault.limits().iter().map(|key| format!("`{key}`")).collect::<Vec<_>>().join(", ");
+        let ends = match (fault.is_clearable(), fault.ends_with_parameters()) {
+            (true, _) => "`faults --clear`",
+            (false, true) => "valid parameters",
+            (false, false) => "a reset",
+        };
+        table += &format!(
+            "| {} | [{}](#{}) | {} | {value} | {limits} | {ends} |\n",
+            *fault as u8,
+            fault.describe(),
+            anchor(fault.section()),
+            fault.seen_within(),
+        );
+    }
+    table
+}
+
+/// What a heading is called in a link.
+fn anchor(heading: &str) -> String {
+    heading.to_lowercase().replace(' ', "-").replace(',', "")
+}
+
+fn tables(rows: &[Row]) -> Vec<String> {
+    let mut tables: Vec<String> = Vec::new();
+    for row in rows {
+        if !tables.contains(&row.table) {
+            tables.push(row.table.clone());
+        }
+    }
+    tables
+}
+
+/// `controller.srnf` is a table of the kind `controller.NAME`.
+fn table_of(table: &str) -> String {
+    match table.split_once('.') {
+        Some(("controller", _)) => "controller.NAME".into(),
+        None if table == "controller" => "controller.NAME".into(),
+        _ => table.into(),
+    }
+}
+
+/// The schema that a reference leads to.
+fn resolved<'a>(root: &'a Value, schema: &'a Value) -> &'a Value {
+    let target = schema.get("$ref").and_then(Value::as_str).and_then(|path| path.strip_prefix('#'));
+    target.and_then(|path| root.pointer(path)).unwrap_or(schema)
+}
+
+/// Of a value that may be left out, the schema of one that is there.
+fn present<'a>(root: &'a Value, schema: &'a Value) -> &'a Value {
+    let schema = resolved(root, schema);
+    let choices = schema.get("anyOf").and_then(Value::as_array);
+    let is_null = |choice: &&Value| choice.get("type").and_then(Value::as_str) == Some("null");
+    match choices {
+        Some(choices) if choices.iter().any(|choice| is_null(&choice)) => {
+            choices.iter().find(|choice| !is_null(choice)).map_or(schema, |choice| resolved(root, choice))
+        }
+        _ => schema,
+    }
+}
+
+fn walk(root: &Value, schema: &Value, table: &str, rows: &mut Vec<Row>) {
+    let Some(properties) = schema.get("properties").and_then(Value::as_object) else { return };
+    let required = schema.get("required").and_then(Value::as_array);
+    let is_required = |name: &str| required.is_some_and(|all| all.iter().any(|one| one == name));
+    let mut inner = Vec::new();
+    for (name, property) in properties {
+        let target = present(root, property);
+        let path = if table.is_empty() { name.clone() } else { format!("{table}.{name}") };
+        let item = target.get("items").map(|item| present(root, item));
+        if target.get("properties").is_some() {
+            inner.push((target, path));
+        } else if let Some(item) = item.filter(|item| item.get("properties").is_some()) {
+            inner.push((item, format!("[{path}]")));
+        } else if let Some(named) = target.get("additionalProperties").filter(|named| named.is_object())
+            && resolved(root, named).get("properties").is_some()
+        {
+            inner.push((resolved(root, named), format!("{path}.NAME")));
+        } else {
+            rows.push(row(root, table, name, property, is_required(name)));
+        }
+    }
+    for (schema, path) in inner {
+        walk(root, schema, &path, rows);
+    }
+}
+
+fn row(root: &Value, table: &str, name: &str, property: &Value, is_required: bool) -> Row {
+    let target = present(root, property);
+    let text = |key: &str| property.get(key).or_else(|| target.get(key)).and_then(Value::as_str);
+    let default = property.get("default").filter(|default| !default.is_null());
+    let otherwise = match default {
+        _ if is_required => "needed".to_owned(),
+        _ if property.get("x-derived").is_some() => "derived".to_owned(),
+        Some(Value::String(text)) if text.is_empty() => "empty".to_owned(),
+        Some(default) => shown(default),
+        None if text("x-laws").is_some() => format!("needed by {}", text("x-laws").unwrap_or_default()),
+        None => "none".to_owned(),
+    };
+    Row {
+        table: if table.is_empty() { "at the top".into() } else { table.to_owned() },
+        name: name.to_owned(),
+        allowed: allowed(root, target),
+        otherwise,
+        number: text("x-number").unwrap_or_default().to_owned(),
+        text: text("description").unwrap_or_default().split_whitespace().collect::<Vec<_>>().join(" "),
+    }
+}
+
+fn shown(value: &Value) -> String {
+    match value {
+        Value::String(text) => text.clone(),
+        Value::Number(number) => number.as_f64().map_or_else(|| number.to_string(), crate::error::shown),
+        _ => value.to_string(),
+    }
+}
+
+/// What a value may be, in words.
+fn allowed(root: &Value, schema: &Value) -> String {
+    if let Some(words) = schema.get("x-bounds").and_then(Value::as_str) {
+        return format!("a number {words}");
+    }
+    let words = |values: &Vec<Value>| values.iter().map(shown).collect::<Vec<_>>().join(" or ");
+    if let Some(values) = schema.get("enum").and_then(Value::as_array) {
+        return words(values);
+    }
+    if let Some(choices) = schema.get("oneOf").or_else(|| schema.get("anyOf")).and_then(Value::as_array) {
+        let constants: Vec<String> = choices.iter().filter_map(|one| one.get("const")).map(shown).collect();
+        let others: Vec<String> = choices.iter().map(|one| allowed(root, present(root, one))).collect();
+        return if constants.len() == choices.len() { constants } else { others }.join(" or ");
+    }
+    let limit = |key: &str| schema.get(key).map(shown);
+    let what = match schema.get("type").map(|kind| kind.as_str().or_else(|| kind.get(0)?.as_str())) {
+        Some(Some("integer")) => "a whole number",
+        Some(Some("boolean")) => return "true or false".into(),
+        Some(Some("string")) => return "a text".into(),
+        Some(Some("array")) => {
+            let item = schema.get("items").map_or("values".into(), |item| allowed(root, present(root, item)));
+            return format!("a list of: {item}");
+        }
+        Some(Some("object")) => return "a table".into(),
+        _ => "a number",
+    };
+    match (limit("minimum"), limit("exclusiveMinimum"), limit("maximum")) {
+        (Some(low), _, Some(high)) => format!("{what} from {low} to {high}"),
+        (_, Some(low), Some(high)) => format!("{what} above {low}, up to {high}"),
+        _ => what.into(),
+    }
+}
+
+/// A text in lines of at most 80 columns, indented.
+fn wrapped(text: &str, indent: usize) -> String {
+    let (mut lines, mut line) = (String::new(), String::new());
+    for word in text.split_whitespace() {
+        if !line.is_empty() && indent + line.len() + 1 + word.len() > 80 {
+            lines += &format!("{:indent$}{line}\n", "");
+            line.clear();
+        }
+        line += if line.is_empty() { "" } else { " " };
+        line += word;
+    }
+    lines + &format!("{:indent$}{line}\n", "")
+}

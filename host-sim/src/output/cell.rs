@@ -1,0 +1,42 @@
+//! A cell of a CSV file: tables whose columns are known at run time only.
+
+/// What stands in one cell.
+#[derive(Clone, Debug, PartialEq, serde::Serialize)]
+#[serde(untagged)]
+pub enum Cell {
+    /// Nothing.
+    None,
+    /// A number.
+    Double(f64),
+    /// A number in single precision, with no more digits than it has.
+    Single(f32),
+    /// A whole number.
+    Whole(i64),
+    /// `true` or `false`.
+    Flag(bool),
+    /// A name.
+    Text(String),
+}
+
+macro_rules! cells {
+    ($($Kind:ident $type:ty;)+) => {
+        $(impl From<$type> for Cell {
+            fn from(value: $type) -> Self {
+                Self::$Kind(value)
+            }
+        })+
+    };
+}
+
+cells! {
+    Double f64;
+    Single f32;
+    Whole i64;
+    Flag bool;
+}
+
+impl From<&str> for Cell {
+    fn from(text: &str) -> Self {
+        Self::Text(text.into())
+    }
+}

@@ -1,0 +1,132 @@
+//! What drives a joint, sample by sample: the bare control loop, or the servo around it.
+//!
+//! ```text
+//! counter -> Target::tick -> Tick (its code is what the bridge gets) -> the joint moves on -> counter
+//! ```
+//!
+//! [`ClosedLoop`](crate::closed_loop::ClosedLoop) steps either against the simulated joint. The flash image is the third
+//! target: there the emulated part keeps the time, so it has a harness of its own (`emulator/`).
+
+use stiction::encoder::EncoderState;
+use stiction::fault::Latched;
+use stiction::servo::{Boot, Input, State};
+use stiction::{Controller, Course, CourseState, Motion, Parameters, Reading, Servo, Tick};
+
+use crate::error::Error;
+use crate::hardware::STM32F405;
+
+/// Something that is given the encoder's counter and answers with a duty.
+pub trait Target {
+    /// One tick; none if there is nothing left to do.
+    fn tick(&mut self, counter: u32) -> Option<Tick>;
+}
+
+/// The control loop alone: no soft start, no monitors.
+#[derive(Clone, Debug)]
+pub struct BareLoop<'a> {
+    controller: &'a Controller,
+    course: &'a Course,
+    encoder: EncoderState,
+    /// Of the core.
+    pub state: CourseState,
+}
+
+impl<'a> BareLoop<'a> {
+    /// With the joint at rest at `counts`, where its counter reads `counter`.
+    pub fn new(controller: &'a Controller, course: &'a Course, counter: u32, counts: i32) -> Self {
+        let encoder = EncoderState::start(counter, counts);
+        Self { controller, course, encoder, state: CourseState::start(controller, counts) }
+    }
+}
+
+impl Target for BareLoop<'_> {
+    #[inline]
+    fn tick(&mut self, counter: u32) -> Option<Tick> {
+        let travel = self.controller.encoder().update(&mut self.encoder, counter);
+        let tick = self.course.tick(self.controller, &mut self.state, Reading::travel(travel));
+        let is_over = matches!(self.course, Course::Ramp(_)) && self.state.ramp().is_over();
+        (!is_over).then_some(tick)
+    }
+}
+
+/// The servo as a device runs it, with its soft start and all of its monitors, and a supply that is nominal.
+#[derive(Clone, Debug)]
+pub struct WatchedServo {
+    servo: Servo,
+    supply: u16,
+    /// Where it was armed, in the counts of the host; the servo calls it zero.
+    start: i32,
+    ticks: u32,
+    /// The last tick of the motion.
+    followed: Tick,
+    /// The fault that ended the motion, and the number of the tick in which it did.
+    pub fault: Option<(Latched, u32)>,
+}
+
+/// So many ticks of 0.1 ms are 50 ms and more: the servo has seen its joint at rest.
+const LONGEST_REST: u32 = 1000;
+
+impl WatchedServo {
+    /// Armed, with the joint at rest at `counts`, where its counter reads `counter`.
+    ///
+    /// # Errors
+    /// If the servo refuses to be armed.
+    pub fn new(mut parameters: Parameters, counter: u32, counts: i32) -> Result<Self, Error> {
+        parameters.device.autostart = false;
+        from_start(&mut parameters.motion, counts);
+        let device = &parameters.device;
+        let share = device.nominal_supply / device.supply_full_scale;
+        let supply = if share > 0.0 { share * f32::from(STM32F405.supply_top) } else { 0.0 } as u16;
+        let mut servo = Servo::new(Ok(&parameters), Boot::default(), &STM32F405);
+        for _ in 0..LONGEST_REST {
+            servo.tick(Input { counter, supply });
+            if servo.is_at_rest() {
+                break;
+            }
+        }
+        match servo.arm() {
+            Ok(()) => {
+                Ok(Self { servo, supply, start: counts, ticks: 0, followed: Tick::default(), fault: None })
+            }
+            Err(refusal) => Err(Error::Input(format!("the servo refuses to be armed: {refusal:?}"))),
+        }
+    }
+
+    /// What a ramp has found.
+    pub fn levels(&self) -> Option<stiction::servo::Levels> {
+        self.servo.levels()
+    }
+}
+
+impl Target for WatchedServo {
+    fn tick(&mut self, counter: u32) -> Option<Tick> {
+        let was_armed = self.servo.state() == State::Armed;
+        let mut tick = self.servo.tick(Input { counter, supply: self.supply }).tick;
+        if was_armed && let Some(latched) = self.servo.latched() {
+            self.fault = Some((latched, self.ticks));
+        }
+        self.ticks += 1;
+        tick.counts = tick.counts.wrapping_add(self.start);
+        tick.reference_counts = tick.reference_counts.wrapping_add(self.start);
+        if self.servo.state() == State::Armed {
+            self.followed = tick;
+        } else {
+            // What was asked for stays asked for, so that the error of a joint that was let go is seen.
+            tick.reference_counts = self.followed.reference_counts;
+            tick.reference_fraction = self.followed.reference_fraction;
+        }
+        Some(tick)
+    }
+}
+
+/// A motion in the zero that arming sets, of a joint that is armed at `start` counts.
+pub fn from_start(motion: &mut Motion, start: i32) {
+    let shift = |counts: &mut i32| *counts = counts.wrapping_sub(start);
+    match motion {
+        Motion::Hold | Motion::Ramp { .. } => {}
+        Motion::Step(to) => shift(&mut to.counts),
+        Motion::Trajectory { corners, .. } => {
+            corners.iter_mut().for_each(|corner| shift(&mut corner.position.counts));
+        }
+    }
+}

@@ -1,0 +1,38 @@
+//! What the core has to know of a board: the few figures of its timers and converters that turn a user's units into
+//! codes.
+
+use crate::error::{Allowed, Error};
+use crate::value::{Key, Table, key};
+
+/// The figures of a board.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Hardware {
+    /// Clock of the timer that makes the PWM, Hz.
+    pub pwm_clock_hz: f32,
+    /// Largest reading of the converter that measures the supply.
+    pub supply_top: u16,
+}
+
+const PWM_HZ: Key = key(crate::drive::DriveConfig::ABOUT, "pwm_hz");
+
+impl Hardware {
+    /// Compare value of full duty: the even timer top nearest to `pwm_hz` for a timer that counts up and down
+    /// (centre-aligned: one period is `2 top` clocks). Even, so that half duty is a whole number.
+    ///
+    /// # Errors
+    /// If the top does not fit 16 bits, or fewer than 16 duties a side are left.
+    ///
+    /// ```
+    /// let hardware = stiction::Hardware { pwm_clock_hz: 168e6, supply_top: 4095 };
+    /// assert_eq!(hardware.pwm_top(22e3), Ok(3818)); // 22.001 kHz
+    /// ```
+    pub fn pwm_top(&self, pwm_hz: f32) -> Result<u16, Error> {
+        // In whole hundreds, so that the message is one that a person reads.
+        let lowest = libm::ceilf(self.pwm_clock_hz / (4.0 * 32_767.0) / 100.0) * 100.0;
+        let allowed = Allowed::Between(lowest, self.pwm_clock_hz / 32.0);
+        if !allowed.includes(pwm_hz) {
+            return Err(Error { key: PWM_HZ, found: pwm_hz, allowed });
+        }
+        Ok((libm::roundf(self.pwm_clock_hz / (4.0 * pwm_hz)) as u16).clamp(1, 32_767) * 2)
+    }
+}

@@ -1,0 +1,318 @@
+//! What a joint is to do, in its stages.
+//!
+//! ```text
+//! a machine's file -> Motion (data: parameters, link) -> Course (prepared) -> Reference (set points of a closed loop)
+//!                                                                         -> Ramp      (efforts of an open one)
+//! ```
+//!
+//! A [`Motion`] is relative to where the joint was when it was armed; [`Motion::Hold`] is not: it stays where the joint
+//! is when the motion begins, at arming (which makes that place zero) as later.
+
+use heapless::Vec;
+use serde::{Deserialize, Serialize};
+
+use crate::controller::{Controller, ControllerConfig, ControllerState, Reading};
+use crate::error::{Allowed, Error, between};
+use crate::identification::{self, Ramp, RampState};
+use crate::position::Position;
+use crate::reference::{Corner, MAX_CORNERS, Reference, Step, Trajectory};
+use crate::signal::Tick;
+use crate::value::{About, Absent, Key, Kind, Unfit, Values};
+
+/// A motion as data.
+// The difference in size is a trajectory's corners: there is no heap to box them on.
+#[allow(clippy::large_enum_variant)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub enum Motion {
+    /// Stay where the joint is.
+    Hold,
+    /// A jump to a position, at the first tick.
+    Step(Position),
+    /// Through corners, blended for `half_blend` (s) on either side of each.
+    Trajectory {
+        /// Where the lines meet.
+        corners: Vec<Corner, MAX_CORNERS>,
+        /// Half the time of a blend, s.
+        half_blend: f32,
+    },
+    /// With the loop open, the effort rises until the joint moves and falls until it rests.
+    Ramp {
+        /// V/s.
+        rate: f32,
+        /// Time between the rise and the fall, s.
+        hold: f32,
+    },
+}
+
+/// A motion, ready to be run.
+#[allow(clippy::large_enum_variant)]
+#[derive(Clone, Debug, PartialEq)]
+pub enum Course {
+    /// The loop is closed; it has no end.
+    Follow(Reference),
+    /// The loop is open; it ends by itself.
+    Ramp(Ramp),
+}
+
+/// What is remembered from tick to tick.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct CourseState {
+    controller: ControllerState,
+    ramp: RampState,
+}
+
+const KIND: Key = Key(0x0600);
+const STEP_COUNTS: Key = Key(0x0601);
+const STEP_FRACTION: Key = Key(0x0602);
+const HALF_BLEND: Key = Key(0x0603);
+pub(crate) const RAMP_RATE: Key = identification::RATE;
+pub(crate) const RAMP_HOLD: Key = identification::HOLD;
+/// The first of four numbers of the first corner, of which three are used; those of the next corner follow.
+const CORNERS: u16 = 0x0700;
+
+/// The declarations, for hosts: a motion is not written like this in a machine's file, which may have many.
+pub(crate) const ABOUT: &[About] = &[
+    about(KIND, "reference", "motion", Kind::Whole, "0 hold, 1 step, 2 trajectory, 3 ramp."),
+    about(STEP_COUNTS, "reference", "steps_deg", Kind::Whole, "Where the step leads, whole counts."),
+    about(STEP_FRACTION, "reference", "steps_deg", Kind::Number, "The rest of it in [0, 1) counts."),
+    about(HALF_BLEND, "reference.trajectories", "half_blend_s", Kind::Number, "Half the time of a blend, s."),
+    about(RAMP_RATE, "identification", "ramp_rates_v_per_s", Kind::Number, "Rate of a ramp, V/s."),
+    about(RAMP_HOLD, "identification", "hold_s", Kind::Number, "Time between rise and fall of a ramp, s."),
+    about(Key(CORNERS), "reference.trajectories", "corner_times_s", Kind::Whole, "Time of a corner, ticks."),
+    about(
+        Key(CORNERS + 1),
+        "reference.trajectories",
+        "corner_positions_deg",
+        Kind::Whole,
+        "Position of a corner, whole counts.",
+    ),
+    about(
+        Key(CORNERS + 2),
+        "reference.trajectories",
+        "corner_positions_deg",
+        Kind::Number,
+        "The rest of it in [0, 1) counts.",
+    ),
+];
+
+const fn about(key: Key, table: &'static str, name: &'static str, kind: Kind, text: &'static str) -> About {
+    About { key, table, name, field: "", text, bounds: "", kind, absent: Absent::Needed }
+}
+
+/// A fraction in `[0, 1)`.
+const FRACTION: Allowed = Allowed::Between(0.0, 1.0 - f32::EPSILON / 2.0);
+
+impl Default for Course {
+    /// Staying at zero.
+    fn default() -> Self {
+        Self::Follow(Reference::Step(Step::default()))
+    }
+}
+
+impl Motion {
+    /// Validates the motion for a loop and prepares it. One that holds is prepared as staying at zero, which is where
+    /// arming begins; [`Servo::hold`](crate::Servo::hold) holds elsewhere.
+    ///
+    /// # Errors
+    /// Names the key.
+    pub fn course(&self, config: &ControllerConfig) -> Result<Course, Error> {
+        self.check(config)?;
+        let mut course = Course::default();
+        self.prepare(config, &mut course)?;
+        Ok(course)
+    }
+
+    /// Says what [`course`](Self::course) would.
+    pub(crate) fn check(&self, config: &ControllerConfig) -> Result<(), Error> {
+        let ControllerConfig { sample_time, encoder, drive, .. } = config;
+        self.validate()?;
+        match self {
+            Self::Hold | Self::Step(_) => Ok(()),
+            Self::Trajectory { corners, half_blend } => {
+                Trajectory::validate(corners, *half_blend, *sample_time, encoder.resolution)
+            }
+            Self::Ramp { rate, hold } => Ramp::new(*rate, *hold, *sample_time, drive.full_scale).map(|_| ()),
+        }
+    }
+
+    /// [`course`](Self::course) in place, of what has been validated: half a kilobyte is not copied.
+    #[inline(never)]
+    pub(crate) fn prepare(&self, config: &ControllerConfig, course: &mut Course) -> Result<(), Error> {
+        let ControllerConfig { sample_time, encoder, drive, .. } = config;
+        match self {
+            Self::Hold => *course = Course::default(),
+            Self::Step(to) => {
+                let step = Step { from: Position::default(), to: *to, at_tick: 0 };
+                *course = Course::Follow(Reference::Step(step));
+            }
+            Self::Trajectory { corners, half_blend } => {
+                *course = Course::Follow(Reference::Trajectory(Trajectory::EMPTY));
+                if let Course::Follow(Reference::Trajectory(trajectory)) = course {
+                    trajectory.set(corners, *half_blend, *sample_time, encoder.resolution);
+                }
+            }
+            Self::Ramp { rate, hold } => {
+                *course = Course::Ramp(Ramp::new(*rate, *hold, *sample_time, drive.full_scale)?);
+            }
+        }
+        Ok(())
+    }
+
+    /// Refuses a ramp that rises faster than the output's limit may after arming: the soft start would cut it, and
+    /// the levels that it finds would be those of another effort.
+    pub(crate) fn is_soft(&self, soft_start: f32, full_scale: f32) -> Result<(), Error> {
+        match self {
+            Self::Ramp { rate, .. } if soft_start > 0.0 => {
+                between(RAMP_RATE, *rate, 0.0, full_scale / soft_start)
+            }
+            _ => Ok(()),
+        }
+    }
+}
+
+/// Which number of a corner a value is, and of which corner.
+fn corner(key: Key) -> Option<(usize, u16)> {
+    let at = key.0.checked_sub(CORNERS)?;
+    let index = usize::from(at / 4);
+    (index < MAX_CORNERS && at % 4 < 3).then_some((index, at % 4))
+}
+
+/// The number under which a value is declared: that of the first corner for every corner.
+pub(crate) fn declared(key: Key) -> Key {
+    corner(key).map_or(key, |(_, part)| Key(CORNERS + part))
+}
+
+impl Values for Motion {
+    fn nth(&self, place: &mut usize) -> Option<(Key, Absent)> {
+        let (values, count) = match self {
+            Self::Hold => ([KIND; 3], 1),
+            Self::Step(_) => ([KIND, STEP_COUNTS, STEP_FRACTION], 3),
+            Self::Trajectory { .. } => ([KIND, HALF_BLEND, KIND], 2),
+            Self::Ramp { .. } => ([KIND, RAMP_RATE, RAMP_HOLD], 3),
+        };
+        if let Some(key) = values.get(*place).filter(|_| *place < count) {
+            return Some((*key, Absent::Needed));
+        }
+        *place -= count;
+        let Self::Trajectory { corners, .. } = self else { return None };
+        let (index, part) = (*place / 3, *place % 3);
+        if index < corners.len() {
+            return Some((Key(CORNERS + (4 * index + part) as u16), Absent::Needed));
+        }
+        *place -= 3 * corners.len();
+        None
+    }
+
+    fn get(&self, key: Key) -> Option<u32> {
+        let value = match (self, key) {
+            (Self::Hold, KIND) => 0,
+            (Self::Step(_), KIND) => 1,
+            (Self::Trajectory { .. }, KIND) => 2,
+            (Self::Ramp { .. }, KIND) => 3,
+            (Self::Step(to), STEP_COUNTS) => to.counts as u32,
+            (Self::Step(to), STEP_FRACTION) => to.fraction.to_bits(),
+            (Self::Trajectory { half_blend, .. }, HALF_BLEND) => half_blend.to_bits(),
+            (Self::Ramp { rate, .. }, RAMP_RATE) => rate.to_bits(),
+            (Self::Ramp { hold, .. }, RAMP_HOLD) => hold.to_bits(),
+            (Self::Trajectory { corners, .. }, _) => {
+                let (index, part) = corner(key)?;
+                let corner = corners.as_slice().get(index)?;
+                match part {
+                    0 => corner.tick,
+                    1 => corner.position.counts as u32,
+                    _ => corner.position.fraction.to_bits(),
+                }
+            }
+            _ => return None,
+        };
+        Some(value)
+    }
+
+    /// Times and rates are held against the loop, where that is known.
+    fn found(&self, key: Key) -> Option<(f32, Allowed)> {
+        let bits = self.get(key)?;
+        let part = corner(key).map(|(_, part)| part);
+        let is_whole = matches!(key, KIND | STEP_COUNTS) || part.is_some_and(|part| part < 2);
+        let is_fraction = key == STEP_FRACTION || part == Some(2);
+        let number = if is_whole { bits as i32 as f32 } else { f32::from_bits(bits) };
+        Some((number, if is_fraction { FRACTION } else { Allowed::Any }))
+    }
+
+    /// The kind comes first, and of each corner its time: each begins anew with the value before it.
+    fn set(&mut self, key: Key, bits: u32) -> Result<bool, Unfit> {
+        let number = f32::from_bits(bits);
+        let is_same_kind = key == KIND && self.get(KIND) == Some(bits);
+        match (&mut *self, key) {
+            (_, KIND) if is_same_kind => {}
+            (_, KIND) => {
+                *self = match bits {
+                    0 => Self::Hold,
+                    1 => Self::Step(Position::default()),
+                    2 => Self::Trajectory { corners: Vec::new(), half_blend: 0.0 },
+                    3 => Self::Ramp { rate: 0.0, hold: 0.0 },
+                    _ => return Err(Unfit),
+                }
+            }
+            (Self::Step(to), STEP_COUNTS) => to.counts = bits as i32,
+            (Self::Step(to), STEP_FRACTION) => to.fraction = number,
+            (Self::Trajectory { half_blend, .. }, HALF_BLEND) => *half_blend = number,
+            (Self::Ramp { rate, .. }, RAMP_RATE) => *rate = number,
+            (Self::Ramp { hold, .. }, RAMP_HOLD) => *hold = number,
+            (Self::Trajectory { corners, .. }, _) => {
+                let Some((index, part)) = corner(key) else { return Ok(false) };
+                if part == 0 && index == corners.len() {
+                    corners.push(Corner::default()).map_err(|_| Unfit)?;
+                }
+                let corner = corners.as_mut_slice().get_mut(index).ok_or(Unfit)?;
+                match part {
+                    0 => corner.tick = bits,
+                    1 => corner.position.counts = bits as i32,
+                    _ => corner.position.fraction = number,
+                }
+            }
+            _ => return Ok(false),
+        }
+        Ok(true)
+    }
+}
+
+impl Course {
+    /// One tick.
+    #[inline]
+    pub fn tick(&self, controller: &Controller, state: &mut CourseState, reading: Reading) -> Tick {
+        let CourseState { controller: remembered, ramp: progress } = state;
+        match self {
+            Self::Follow(reference) => controller.tick(remembered, reading, reference),
+            Self::Ramp(ramp) => {
+                controller.open_loop(remembered, reading, |counts| ramp.update(progress, counts))
+            }
+        }
+    }
+}
+
+impl CourseState {
+    /// A joint at rest in position `counts`.
+    pub fn start(controller: &Controller, counts: i32) -> Self {
+        Self { controller: controller.start(counts), ramp: RampState::start(counts) }
+    }
+
+    /// theta_a as of the last tick, counts.
+    pub const fn counts(&self) -> i32 {
+        self.controller.counts()
+    }
+
+    /// Another motion begins at the next tick; the loop goes on.
+    pub const fn begin_motion(&mut self) {
+        self.controller.begin_motion();
+    }
+
+    /// What a ramp remembers; at its start in any other course.
+    pub const fn ramp(&self) -> &RampState {
+        &self.ramp
+    }
+
+    /// The same, to be changed.
+    pub const fn ramp_mut(&mut self) -> &mut RampState {
+        &mut self.ramp
+    }
+}

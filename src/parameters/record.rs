@@ -1,0 +1,217 @@
+//! Parameters as a record, for the flash and for the link.
+//!
+//! ```text
+//! byte  0  magic "STIC"
+//!       4  format version   u32, little endian, as everything here
+//!       8  sequence         u32, the higher one of two valid records is the newer
+//!      12  length of body   u32
+//!      16  CRC-32 (ISO-HDLC) of bytes 4 to 15 and of the body
+//!      20  body             entries of 6 bytes: the value's number (u16) and its 32 bits
+//! ```
+//!
+//! Why this form: a value that a later version adds is one more entry, so the format stays. A record that lacks it
+//! gets its default, or what is derived from the rest; a firmware that does not know an entry refuses the record and
+//! names it ([`DecodeError::Unknown`]), since it cannot do what it does not understand.
+//!
+//! Guarantees: decoding is total. Any sequence of bytes either gives parameters of which every value has been
+//! validated, or says what is wrong. Records of the formats 1 to 3 are converted (`former.rs`). Does badly: an entry
+//! takes 6 bytes where 5 would do; a record has room for 338 of them.
+
+use super::{Parameters, former};
+use crate::error::Error;
+use crate::monitor::Limits;
+use crate::value::{Absent, Key, Table, Values};
+
+/// Of the body. 1: controller, motion, device, one after the other. 2: a motion may be a ramp. 3: limits after them.
+/// 4: entries.
+pub const FORMAT_VERSION: u32 = 4;
+
+/// Room that every record fits in, header and all: some hundred values are in use, and 338 fit.
+pub const ROOM: usize = 2048;
+
+const MAGIC: [u8; 4] = *b"STIC";
+pub(super) const HEADER: usize = 20;
+
+/// Number and bits.
+const ENTRY: usize = 6;
+
+/// Why there are no parameters.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum DecodeError {
+    /// The flash is erased: nothing has been written.
+    Blank,
+    /// Something else is written there, or a part of a record is missing.
+    NotParameters,
+    /// Of another format version.
+    Version(u32),
+    /// A bit has changed, or the record was not written to its end.
+    Checksum,
+    /// The checksum is right, but the body is not one of this format.
+    Malformed,
+    /// There is a value that this version does not know.
+    Unknown(Key),
+    /// A value that has to be there is not.
+    Missing(Key),
+    /// A value is not allowed.
+    Value(Error),
+}
+
+impl Parameters {
+    /// Writes a record, and returns the part of `buffer` that it fills; none if the buffer is too small, which
+    /// [`ROOM`] never is.
+    #[inline(never)]
+    pub fn encode<'a>(&self, sequence: u32, buffer: &'a mut [u8]) -> Option<&'a [u8]> {
+        let length = write(self, buffer.get_mut(HEADER..)?)?;
+        let record = buffer.get_mut(..HEADER + length)?;
+        let (header, body) = record.split_at_mut_checked(HEADER)?;
+        let fields = [FORMAT_VERSION, sequence, u32::try_from(length).ok()?];
+        for (bytes, field) in header.chunks_exact_mut(4).skip(1).zip(fields) {
+            bytes.copy_from_slice(&field.to_le_bytes());
+        }
+        let sum = checksum(header, body);
+        header.first_chunk_mut::<4>()?.copy_from_slice(&MAGIC);
+        header.last_chunk_mut::<4>()?.copy_from_slice(&sum.to_le_bytes());
+        Some(record)
+    }
+
+    /// Reads a record at the start of `bytes`, and returns it with its sequence number.
+    ///
+    /// # Errors
+    /// Says what is wrong with it.
+    pub fn decode(bytes: &[u8]) -> Result<(Self, u32), DecodeError> {
+        let (header, rest) = bytes.split_at_checked(HEADER).ok_or(DecodeError::NotParameters)?;
+        if header.iter().all(|&byte| byte == 0xFF) {
+            return Err(DecodeError::Blank);
+        }
+        if !header.starts_with(&MAGIC) {
+            return Err(DecodeError::NotParameters);
+        }
+        let [version, sequence, length, sum] = [4, 8, 12, 16].map(|at| word(header, at));
+        if !(1..=FORMAT_VERSION).contains(&version) {
+            return Err(DecodeError::Version(version));
+        }
+        let body = rest.get(..length as usize).ok_or(DecodeError::NotParameters)?;
+        if checksum(header, body) != sum {
+            return Err(DecodeError::Checksum);
+        }
+        let mut parameters = Self::EXAMPLE;
+        match version {
+            1 | 2 => former::read(body, false, &mut parameters)?,
+            3 => former::read(body, true, &mut parameters)?,
+            _ => parameters.read(body)?,
+        }
+        parameters.check().map_err(DecodeError::Value)?;
+        Ok((parameters, sequence))
+    }
+
+    /// Takes a whole body: what it lacks becomes its default, or is derived.
+    #[inline(never)]
+    fn read(&mut self, body: &[u8]) -> Result<(), DecodeError> {
+        take(self, body)?;
+        self.limits = Limits::derived(&self.controller, &self.device, 0.0);
+        // Once more, since some of the limits may be given.
+        take(self, body)?;
+        self.each(&mut |key, absent| match absent {
+            Absent::Needed if !has(body, key) => Err(DecodeError::Missing(key)),
+            _ => Ok(()),
+        })
+    }
+
+    /// Takes the entries of some values and leaves the others as they are in `before`: a law that only gets another
+    /// place keeps its gains, and one that nothing is said of keeps its place. A law that was not there before needs all
+    /// of its gains; nothing is validated yet.
+    ///
+    /// # Errors
+    /// Says which entry is wrong; some values may have changed then.
+    #[inline(never)]
+    pub fn change(&mut self, entries: &[u8], before: &Self) -> Result<(), DecodeError> {
+        take(self, entries)?;
+        // A law that is put in its place has the gains of the example, and those behind it are gone.
+        let _ = before.each(&mut |key, _| -> Result<(), ()> {
+            if let Some(bits) = before.get(key).filter(|_| self.get(key).is_some() && !has(entries, key)) {
+                // Fails only where there is no place before it any more.
+                let _ = self.set(key, bits);
+            }
+            Ok(())
+        });
+        self.each(&mut |key, absent| match absent {
+            Absent::Needed if before.get(key).is_none() && !has(entries, key) => {
+                Err(DecodeError::Missing(key))
+            }
+            _ => Ok(()),
+        })
+    }
+
+    /// The newest valid record of two sectors, and which one it is in.
+    ///
+    /// A record that was cut off while it was written gives way to the one before it; if there is none, the error is
+    /// that of the sector that holds something.
+    ///
+    /// # Errors
+    /// Says what is wrong if neither is valid.
+    pub fn newest(sectors: [&[u8]; 2]) -> Result<(Self, usize), DecodeError> {
+        let [first, second] = sectors.map(Self::decode);
+        Self::newer(first, second).map(|(parameters, _, which)| (parameters, which))
+    }
+
+    /// Of two that were decoded, the newer one with its sequence number and which of the two it is.
+    pub(crate) fn newer(
+        first: Result<(Self, u32), DecodeError>,
+        second: Result<(Self, u32), DecodeError>,
+    ) -> Result<(Self, u32, usize), DecodeError> {
+        match (first, second) {
+            (Ok((_, older)), Ok((second, newer))) if newer.wrapping_sub(older) as i32 > 0 => {
+                Ok((second, newer, 1))
+            }
+            (Ok((first, sequence)), _) => Ok((first, sequence, 0)),
+            (Err(_), Ok((second, sequence))) => Ok((second, sequence, 1)),
+            (Err(DecodeError::Blank), Err(error)) | (Err(error), Err(_)) => Err(error),
+        }
+    }
+}
+
+/// Writes the entries of some values, and returns how many bytes they take; none if there is no room.
+pub fn write(values: &impl Values, buffer: &mut [u8]) -> Option<usize> {
+    let mut length = 0;
+    let written = values.each(&mut |key, _| {
+        let bits = values.get(key).unwrap_or_default();
+        put(buffer, &mut length, key, bits).ok_or(())
+    });
+    written.is_ok().then_some(length)
+}
+
+/// Writes one entry at `length`, which grows by it; none if there is no room.
+pub fn put(buffer: &mut [u8], length: &mut usize, key: Key, bits: u32) -> Option<()> {
+    let entry = buffer.get_mut(*length..)?.first_chunk_mut::<ENTRY>()?;
+    let ([a, b], [c, d, e, f]) = (key.0.to_le_bytes(), bits.to_le_bytes());
+    *entry = [a, b, c, d, e, f];
+    *length += ENTRY;
+    Some(())
+}
+
+fn take(values: &mut impl Values, body: &[u8]) -> Result<(), DecodeError> {
+    let (entries, []) = body.as_chunks::<ENTRY>() else { return Err(DecodeError::Malformed) };
+    for &[a, b, c, d, e, f] in entries {
+        let key = Key(u16::from_le_bytes([a, b]));
+        match values.set(key, u32::from_le_bytes([c, d, e, f])) {
+            Ok(true) => {}
+            Ok(false) => return Err(DecodeError::Unknown(key)),
+            Err(_) => return Err(DecodeError::Malformed),
+        }
+    }
+    Ok(())
+}
+
+fn has(body: &[u8], key: Key) -> bool {
+    let (entries, _) = body.as_chunks::<ENTRY>();
+    entries.iter().any(|entry| entry.starts_with(&key.0.to_le_bytes()))
+}
+
+pub(super) fn checksum(header: &[u8], body: &[u8]) -> u32 {
+    crate::checksum::checksum(&[header.get(4..16).unwrap_or_default(), body])
+}
+
+fn word(header: &[u8], at: usize) -> u32 {
+    let bytes = header.get(at..).and_then(|rest| rest.first_chunk::<4>());
+    bytes.map_or(0, |bytes| u32::from_le_bytes(*bytes))
+}

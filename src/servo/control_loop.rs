@@ -1,0 +1,122 @@
+//! A joint's controller with all that a tick needs, made of parameters once.
+
+use super::control;
+use crate::controller::{Controller, Reading};
+use crate::error::Error;
+use crate::hardware::Hardware;
+use crate::monitor::{MonitorState, Monitors};
+use crate::motion::{Course, CourseState};
+use crate::parameters::Parameters;
+use crate::position::Position;
+use crate::signal::Tick;
+
+/// A joint's controller with what it needs to run, made of parameters ([`ControlLoop::prepare`]).
+#[derive(Clone, Debug)]
+pub struct ControlLoop {
+    pub(super) controller: Controller,
+    /// What is run: the motion of the parameters, until a link asks for another one. There is no room for both.
+    pub(super) course: Course,
+    /// A link has done so.
+    pub(super) replaced: bool,
+    pub(super) state: CourseState,
+    /// Where it was armed, counts since power-on.
+    pub(super) zero: i32,
+    pub(super) monitors: Monitors,
+    pub(super) watch: MonitorState,
+    /// Ticks from the first one to arming by itself.
+    pub(super) autostart: Option<u32>,
+}
+
+impl ControlLoop {
+    /// Validates parameters and prepares all that a tick needs, in its place: a loop is a kilobyte, and the stack of a
+    /// board has no room for two.
+    ///
+    /// # Errors
+    /// As [`Parameters::prepare`]; nothing is changed then.
+    pub fn prepare(
+        place: &mut Option<Self>,
+        parameters: &Parameters,
+        hardware: &Hardware,
+    ) -> Result<(), Error> {
+        parameters.check()?;
+        Self::begin_with(place, parameters, hardware)?;
+        match place {
+            Some(prepared) => parameters.motion.prepare(&parameters.controller, &mut prepared.course),
+            None => Ok(()),
+        }
+    }
+
+    /// All but the motion. A function of its own, so that what it needs of the stack is free again for the motion.
+    #[inline(never)]
+    fn begin_with(
+        place: &mut Option<Self>,
+        parameters: &Parameters,
+        hardware: &Hardware,
+    ) -> Result<(), Error> {
+        let Parameters { device, limits, controller: config, .. } = parameters;
+        let mut controller = Controller::new(config, hardware)?;
+        parameters.on_device(&mut controller, hardware);
+        *place = Some(Self {
+            controller,
+            course: Course::default(),
+            replaced: false,
+            state: CourseState::default(),
+            zero: 0,
+            monitors: Monitors::new(limits, config, device, hardware),
+            watch: MonitorState::default(),
+            autostart: device.autostart.then(|| parameters.in_ticks(device.autostart_delay)),
+        });
+        Ok(())
+    }
+
+    /// Begins at `position` (counts since power-on), which becomes zero: with what a link asks for, or with the motion
+    /// of the parameters.
+    pub(super) fn arm(&mut self, position: i32, by_link: Option<Course>) {
+        let is_watched = by_link.is_some();
+        if let Some(course) = by_link {
+            self.begin(course);
+        }
+        self.zero = position;
+        self.state = CourseState::start(&self.controller, 0);
+        self.watch = self.monitors.armed(&self.watch, is_watched);
+    }
+
+    /// Forgets what the law and the monitors remember, but for the heat, and for what a ramp has found.
+    pub(super) fn rest(&mut self) {
+        if !self.is_over() {
+            self.state = CourseState::default();
+        }
+        self.watch = self.monitors.armed(&self.watch, false);
+    }
+
+    /// What a link asks for instead of the motion of the parameters.
+    pub(super) fn begin(&mut self, course: Course) {
+        self.course = course;
+        self.replaced = true;
+        self.watch.listen();
+        self.state.begin_motion();
+    }
+
+    /// Whether a position in the zero of this arming is out of the range.
+    pub(super) const fn is_out_of_range(&self, position: Position) -> bool {
+        self.monitors.is_out_of_range(self.zero.wrapping_add(position.counts))
+    }
+
+    /// One tick with the joint at `position`, counts since power-on.
+    #[inline]
+    pub(super) fn tick(&mut self, position: i32, supply: u16) -> Tick {
+        let travel = position.wrapping_sub(self.zero).wrapping_sub(self.state.counts());
+        let tick = control(&self.course, &self.controller, &mut self.state, Reading { travel, supply });
+        if tick.saturated
+            && let Course::Ramp(_) = self.course
+        {
+            self.state.ramp_mut().abandon();
+        }
+        tick
+    }
+
+    /// Of a ramp only: a reference has no end.
+    pub(super) const fn is_over(&self) -> bool {
+        matches!(self.course, Course::Ramp(_)) && self.state.ramp().is_over()
+    }
+}

@@ -1,0 +1,388 @@
+//! How a configured value is declared: once, with everything that anybody asks of it.
+//!
+//! ```text
+//! number | name with unit | type | bounds | needed, default or derived | example | one sentence
+//! ```
+//!
+//! `table!` makes a struct of such declarations, and with it all that depends on them: the bounds
+//! that [`Values::validate`] checks, the entries of the flash record and of the link (by [`Key`]), and
+//! [`Table::ABOUT`], from which a host reads and writes a machine's TOML, lists the keys and makes the schema.
+//!
+//! A device knows a value by its number alone. The texts are in [`Table::ABOUT`], which only a host refers to, so the
+//! linker leaves them out of an image.
+
+use core::fmt;
+
+use serde::{Deserialize, Serialize};
+
+use crate::error::{Allowed, Error};
+
+/// The number of a value, in records and over the link. A number is never used for anything else afterwards.
+///
+/// The high byte is the table: 1 loop, 2 encoder, 3 drive, 4 PD, 5 list of laws, 6 motion, 7 corners, 8 device,
+/// 9 limits, and 16 plus the law's number for its gains.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
+pub struct Key(pub u16);
+
+/// What becomes of a value that nobody gives.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Absent {
+    /// It has to be given.
+    Needed,
+    /// It is that of the example.
+    Default,
+    /// It follows from other values; its sentence says how.
+    Derived,
+}
+
+/// The type of a value.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Kind {
+    /// A number with a fraction.
+    Number,
+    /// A whole number.
+    Whole,
+    /// True or false.
+    Flag,
+    /// One of these words.
+    Choice(&'static [&'static str]),
+}
+
+/// The declaration of a value, for hosts.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct About {
+    /// Its number.
+    pub key: Key,
+    /// The table of a machine's TOML file.
+    pub table: &'static str,
+    /// The key in that table, with its unit.
+    pub name: &'static str,
+    /// The field of the struct.
+    pub field: &'static str,
+    /// One sentence, as it stands in the source.
+    pub text: &'static str,
+    /// The bounds as they stand in the source.
+    pub bounds: &'static str,
+    /// The type.
+    pub kind: Kind,
+    /// What becomes of it if nobody gives it.
+    pub absent: Absent,
+}
+
+/// The bits are no value of the declared type.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Unfit;
+
+/// A type that a value may have. In a record, every one takes 32 bits.
+pub trait Scalar: Copy {
+    /// Its kind.
+    const KIND: Kind;
+
+    /// As bits.
+    fn bits(self) -> u32;
+
+    /// From bits.
+    ///
+    /// # Errors
+    /// If no value of the type has these bits.
+    fn from_bits(bits: u32) -> Result<Self, Unfit>;
+
+    /// As a number, to be held against bounds.
+    fn number(self) -> f32;
+}
+
+impl Scalar for f32 {
+    const KIND: Kind = Kind::Number;
+
+    fn bits(self) -> u32 {
+        self.to_bits()
+    }
+
+    fn from_bits(bits: u32) -> Result<Self, Unfit> {
+        Ok(Self::from_bits(bits))
+    }
+
+    fn number(self) -> f32 {
+        self
+    }
+}
+
+impl Scalar for u32 {
+    const KIND: Kind = Kind::Whole;
+
+    fn bits(self) -> u32 {
+        self
+    }
+
+    fn from_bits(bits: u32) -> Result<Self, Unfit> {
+        Ok(bits)
+    }
+
+    fn number(self) -> f32 {
+        self as f32
+    }
+}
+
+impl Scalar for bool {
+    const KIND: Kind = Kind::Flag;
+
+    fn bits(self) -> u32 {
+        self.into()
+    }
+
+    fn from_bits(bits: u32) -> Result<Self, Unfit> {
+        match bits {
+            0 => Ok(false),
+            1 => Ok(true),
+            _ => Err(Unfit),
+        }
+    }
+
+    fn number(self) -> f32 {
+        self.bits() as f32
+    }
+}
+
+/// Values that are reached by their numbers: those of one table, or of all tables of a whole.
+pub trait Values {
+    /// The value at a place among those that there are at present; `place` is lowered by their number if there are
+    /// not so many.
+    fn nth(&self, place: &mut usize) -> Option<(Key, Absent)>;
+
+    /// A value as bits, if it is one of these.
+    fn get(&self, key: Key) -> Option<u32>;
+
+    /// A value as a number, and what it may be beside the other values as they are at present.
+    fn found(&self, key: Key) -> Option<(f32, Allowed)>;
+
+    /// Gives a value its bits; whether it is one of these. Bounds are checked by [`validate`](Self::validate).
+    ///
+    /// # Errors
+    /// If the bits are no value of its type.
+    fn set(&mut self, key: Key, bits: u32) -> Result<bool, Unfit>;
+
+    /// Calls `f` with each value that there is at present, until one is an error.
+    ///
+    /// # Errors
+    /// The first one of `f`.
+    fn each<E>(&self, f: &mut impl FnMut(Key, Absent) -> Result<(), E>) -> Result<(), E> {
+        for place in 0..MAX_VALUES {
+            let Some((key, absent)) = self.nth(&mut { place }) else { break };
+            f(key, absent)?;
+        }
+        Ok(())
+    }
+
+    /// What a value may be, beside the other values as they are at present.
+    fn allowed(&self, key: Key) -> Option<Allowed> {
+        self.found(key).map(|(_, allowed)| allowed)
+    }
+
+    /// Refuses a value that is not within its bounds.
+    ///
+    /// # Errors
+    /// Names the first one.
+    fn validate(&self) -> Result<(), Error> {
+        self.each(&mut |key, _| match self.found(key) {
+            Some((found, allowed)) if !allowed.includes(found) => Err(Error { key, found, allowed }),
+            _ => Ok(()),
+        })
+    }
+}
+
+/// No whole has more values than a record has room for.
+const MAX_VALUES: usize = 1024;
+
+/// A table of a machine's file.
+pub trait Table: Values + Sized + 'static {
+    /// Every value as a typical machine has it; those with a default have that.
+    const EXAMPLE: Self;
+    /// The declarations, in the order of the numbers.
+    const ABOUT: &'static [About];
+}
+
+/// The number of the value that is the field `field`. For constants: a field that does not exist does not compile.
+pub const fn key(table: &[About], field: &str) -> Key {
+    let mut i = 0;
+    while i < table.len() {
+        if equal(table[i].field.as_bytes(), field.as_bytes()) {
+            return table[i].key;
+        }
+        i += 1;
+    }
+    assert!(false, "no value of this table has that name");
+    Key(0)
+}
+
+pub(crate) const fn equal(a: &[u8], b: &[u8]) -> bool {
+    let mut i = 0;
+    while i < a.len() && i < b.len() && a[i] == b[i] {
+        i += 1;
+    }
+    i == a.len() && i == b.len()
+}
+
+impl Key {
+    /// Its declaration, if this version knows it.
+    pub fn about(self) -> Option<&'static About> {
+        let key = crate::motion::declared(self);
+        crate::parameters::about().find(|about| about.key == key)
+    }
+}
+
+/// The key of a machine's file; a number that this version does not know is written as such.
+impl fmt::Display for Key {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self.about() {
+            Some(about) => f.write_str(about.name),
+            None => write!(f, "value {:#06x}", self.0),
+        }
+    }
+}
+
+/// Declares a table: a struct of configured values, and of other values that belong to it (`with`).
+///
+/// ```text
+/// table! {
+///     /// Documentation of the struct.
+///     pub struct Name (this) "table of the TOML file" {
+///         /// The sentence of the value.
+///         field: type = 0x0401 "name_with_unit", bounds, Needed(example);
+///     }
+///     with {
+///         /// Values of other tables.
+///         other: OtherTable,
+///     }
+/// }
+/// ```
+///
+/// `bounds` is an [`Allowed`], in which `this` is the struct. `Needed` may also be
+/// `Default` or `Derived`: see [`Absent`].
+macro_rules! table {
+    (
+        $(#[$meta:meta])*
+        $vis:vis struct $Table:ident ($this:ident) $table:literal {
+            $(
+                $(#[doc = $text:literal])+
+                $field:ident: $type:ty = $key:literal $name:literal, $bounds:expr, $absent:ident($example:expr);
+            )*
+        }
+        $(with {
+            $(
+                $(#[$other_meta:meta])*
+                $other:ident: $other_type:ty = $other_example:expr,
+            )+
+        })?
+    ) => {
+        $(#[$meta])*
+        $vis struct $Table {
+            $(
+                $(#[doc = $text])+
+                pub $field: $type,
+            )*
+            $($(
+                $(#[$other_meta])*
+                pub $other: $other_type,
+            )+)?
+        }
+
+        impl $crate::value::Values for $Table {
+            fn nth(
+                &self,
+                place: &mut usize,
+            ) -> Option<($crate::value::Key, $crate::value::Absent)> {
+                const OWN: &[($crate::value::Key, $crate::value::Absent)] =
+                    &[$(($crate::value::Key($key), $crate::value::Absent::$absent)),*];
+                if let Some(own) = OWN.get(*place) {
+                    return Some(*own);
+                }
+                *place -= OWN.len();
+                None $($(.or_else(|| $crate::value::Values::nth(&self.$other, place)))+)?
+            }
+
+            fn get(&self, key: $crate::value::Key) -> Option<u32> {
+                match key.0 {
+                    $($key => Some($crate::value::Scalar::bits(self.$field)),)*
+                    _ => None $($(.or_else(|| $crate::value::Values::get(&self.$other, key)))+)?,
+                }
+            }
+
+            fn found(&self, key: $crate::value::Key) -> Option<(f32, $crate::Allowed)> {
+                #[allow(unused_imports)]
+                use $crate::Allowed::*;
+                let $this = self;
+                // Most bounds are constants.
+                let _ = $this;
+                match key.0 {
+                    $($key => Some(($crate::value::Scalar::number(self.$field), $bounds)),)*
+                    _ => None $($(.or_else(|| $crate::value::Values::found(&$this.$other, key)))+)?,
+                }
+            }
+
+            fn set(&mut self, key: $crate::value::Key, bits: u32) -> Result<bool, $crate::value::Unfit> {
+                match key.0 {
+                    $($key => self.$field = $crate::value::Scalar::from_bits(bits)?,)*
+                    _ => return Ok(
+                        false $($(|| $crate::value::Values::set(&mut self.$other, key, bits)?)+)?
+                    ),
+                }
+                #[allow(unreachable_code)]
+                Ok(true)
+            }
+        }
+
+        impl $crate::value::Table for $Table {
+            const EXAMPLE: Self = Self {
+                $($field: $example,)*
+                $($($other: $other_example,)+)?
+            };
+            const ABOUT: &'static [$crate::value::About] = &[$($crate::value::About {
+                key: $crate::value::Key($key),
+                table: $table,
+                name: $name,
+                field: stringify!($field),
+                text: concat!($($text),+),
+                bounds: stringify!($bounds),
+                kind: <$type as $crate::value::Scalar>::KIND,
+                absent: $crate::value::Absent::$absent,
+            }),*];
+        }
+    };
+}
+
+/// Declares a value that is one of a few words.
+macro_rules! choice {
+    (
+        $(#[$meta:meta])*
+        $vis:vis enum $Choice:ident {
+            $($(#[$variant_meta:meta])* $variant:ident = $bits:literal $word:literal,)+
+        }
+    ) => {
+        $(#[$meta])*
+        #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+        $vis enum $Choice {
+            $($(#[$variant_meta])* $variant = $bits,)+
+        }
+
+        impl $crate::value::Scalar for $Choice {
+            const KIND: $crate::value::Kind = $crate::value::Kind::Choice(&[$($word),+]);
+
+            fn bits(self) -> u32 {
+                self as u32
+            }
+
+            fn from_bits(bits: u32) -> Result<Self, $crate::value::Unfit> {
+                match bits {
+                    $($bits => Ok(Self::$variant),)+
+                    _ => Err($crate::value::Unfit),
+                }
+            }
+
+            fn number(self) -> f32 {
+                self as u32 as f32
+            }
+        }
+    };
+}
+
+pub(crate) use {choice, table};
