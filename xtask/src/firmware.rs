@@ -3,8 +3,12 @@
 use std::fs;
 use std::path::PathBuf;
 
-use crate::job::{Job, cargo, root, target_dir};
+use crate::job::{Job, root, target_dir};
+use crate::simulator::Simulator;
 use crate::toolchain::{TARGET, Toolchain};
+
+/// How the image is optimised, and whatever is measured or proved beside it.
+pub const PROFILE: &str = "firmware";
 
 /// The binary's name.
 const IMAGE: &str = "stiction-firmware";
@@ -23,8 +27,13 @@ pub struct ParamsArguments {
 
 /// What cargo is told of the image. Without the package's name, the features of the host's programs would be unified
 /// with those of the image.
-pub fn arguments(command: &str) -> [&str; 8] {
-    [command, "--release", "--package", "stiction", "--bin", IMAGE, "--target", TARGET]
+pub fn arguments(command: &str) -> [&str; 9] {
+    [command, "--profile", PROFILE, "--package", "stiction", "--bin", IMAGE, "--target", TARGET]
+}
+
+/// Where cargo puts a program for the microcontroller.
+pub fn built(program: &str) -> PathBuf {
+    target_dir().join(TARGET).join(PROFILE).join(program)
 }
 
 /// Builds the image and puts it where people and tests look for it; returns the ELF file's path.
@@ -32,7 +41,7 @@ pub fn build() -> Result<PathBuf, String> {
     let toolchain = Toolchain::ready()?;
     println!("   compiler: {}", toolchain.describe());
     Job::new("Building the firmware").run(&mut toolchain.cargo(&arguments("build")))?;
-    let built = target_dir().join(TARGET).join("release").join(IMAGE);
+    let built = built(IMAGE);
     let image = fs::read(&built).map_err(|error| format!("cannot read {}: {error}", built.display()))?;
     let directory = target_dir().join("firmware");
     fs::create_dir_all(&directory)
@@ -62,11 +71,11 @@ pub fn params(arguments: &ParamsArguments) -> Result<(), String> {
     let here = std::env::current_dir().map_err(|error| format!("there is no current directory: {error}"))?;
     let file = here.join(&arguments.file);
     let file = if file.is_file() { file.into_os_string() } else { arguments.file.clone().into() };
-    let mut command =
-        cargo(&["run", "--quiet", "--release", "--package", "host-sim", "--bin", "stiction", "--", "params"]);
+    let mut command = Simulator::Host.command(&["params"]);
     command.current_dir(root()).arg(file).arg("--out").arg(here.join(out));
     for assignment in &arguments.set {
         command.args(["--set", assignment]);
     }
+    Simulator::Host.build()?;
     Job::new("Encoding the parameters").run(&mut command)
 }

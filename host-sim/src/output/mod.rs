@@ -7,5 +7,5 @@ pub mod json;
 pub mod series;
 pub mod table;
 
-pub use drawn::write_figures;
+pub use drawn::{prepare_figures, write_figures};
 pub use file::{prepare_directory, write_whole};
