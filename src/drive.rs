@@ -130,6 +130,7 @@ impl Drive {
     /// assert_eq!((drive.code(0.40), drive.code(-0.40)), (82, -82)); // 0.40016 V
     /// assert_eq!(drive.code(5.0), 1024);
     /// ```
+    #[cfg_attr(not(target_os = "none"), inline)]
     pub fn code(&self, v: f32) -> i16 {
         let scaled = v * self.codes_per_volt;
         // Conversion truncates towards zero and saturates; the difference is exact in that range.
@@ -149,6 +150,7 @@ impl Drive {
     /// assert_eq!(drive.duty(0), Duty { compare: 1909, reverse: false });
     /// assert_eq!(drive.duty(-1024), Duty { compare: 0, reverse: false });
     /// ```
+    #[cfg_attr(not(target_os = "none"), inline)]
     pub fn duty(&self, code: i16) -> Duty {
         let max = u32::from(self.max_code.unsigned_abs());
         let magnitude = u32::from(code.unsigned_abs()).min(max);

@@ -81,6 +81,7 @@ impl Encoder {
     /// assert_eq!(encoder.update(&mut state, 0xFFFF), 2); // two down, across zero
     /// assert_eq!(state.counts(), 102);
     /// ```
+    #[cfg_attr(not(target_os = "none"), inline)]
     pub fn update(&self, state: &mut EncoderState, counter: u32) -> i32 {
         let raw = counter.wrapping_sub(state.counter);
         let travel = match self.counter_bits {

@@ -39,6 +39,7 @@ impl PdGains {
     /// let pd = stiction::pd::PdGains { kp: 1.0, kd: 0.25 };
     /// assert_eq!(pd.update(2.0, -4.0), 1.0);
     /// ```
+    #[cfg_attr(not(target_os = "none"), inline)]
     pub fn update(&self, error: f32, velocity_error: f32) -> f32 {
         self.kp * error + self.kd * velocity_error
     }

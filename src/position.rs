@@ -23,6 +23,7 @@ impl Position {
     /// use stiction::position::Position;
     /// assert_eq!(Position::from_counts(-3).fraction, 0.0);
     /// ```
+    #[cfg_attr(not(target_os = "none"), inline)]
     pub const fn from_counts(counts: i32) -> Self {
         Self { counts, fraction: 0.0 }
     }
@@ -34,6 +35,7 @@ impl Position {
     /// let p = Position::from_counts(2_000_000_000).displaced(-0.25);
     /// assert_eq!((p.counts, p.fraction), (1_999_999_999, 0.75));
     /// ```
+    #[cfg_attr(not(target_os = "none"), inline)]
     pub fn displaced(self, displacement: f32) -> Self {
         let sum = self.fraction + displacement;
         let floor = floor(sum);
@@ -48,6 +50,7 @@ impl Position {
     }
 
     /// This position after `ticks` ticks at constant `rate`: exact to `ticks * 2^-32` counts, however long.
+    #[cfg_attr(not(target_os = "none"), inline)]
     pub fn advanced(self, rate: Rate, ticks: i32) -> Self {
         let travel = rate.0.wrapping_mul(i64::from(ticks));
         let counts = self.counts.wrapping_add((travel >> 32) as i32);
@@ -68,6 +71,7 @@ impl Position {
     /// let reference = Position { counts: i32::MIN, fraction: 0.5 };
     /// assert_eq!(reference.ahead_of(i32::MAX), 1.5);
     /// ```
+    #[cfg_attr(not(target_os = "none"), inline)]
     pub fn ahead_of(self, counts: i32) -> f32 {
         self.counts.wrapping_sub(counts) as f32 + self.fraction
     }
@@ -99,6 +103,7 @@ impl Rate {
     }
 
     /// In counts per tick.
+    #[cfg_attr(not(target_os = "none"), inline)]
     pub fn counts_per_tick(self) -> f32 {
         // Converted in halves: a 64-bit integer to float conversion is a library routine on the target.
         (self.0 >> 32) as i32 as f32 + ((self.0 as u32) >> 8) as f32 * (1.0 / 16_777_216.0)
@@ -107,6 +112,7 @@ impl Rate {
 
 /// The largest whole number that is not above `x`: as `libm::floorf`, but two instructions of the processor convert there
 /// and back.
+#[cfg_attr(not(target_os = "none"), inline)]
 fn floor(x: f32) -> f32 {
     // From 2^23 on every f32 is whole. What is not a number stays what it is.
     if x.abs() < 8_388_608.0 {
@@ -118,6 +124,7 @@ fn floor(x: f32) -> f32 {
 }
 
 /// A fraction in `[0, 1)` with 32 fractional bits.
+#[cfg_attr(not(target_os = "none"), inline)]
 fn q32(fraction: f32) -> i64 {
     i64::from((fraction * 4_294_967_296.0) as u32)
 }

@@ -66,6 +66,7 @@ impl Velocity {
     /// }
     /// assert_eq!(velocity.update(&mut state, 3), 6.0); // 3 counts of 0.5 deg each 0.25 s
     /// ```
+    #[cfg_attr(not(target_os = "none"), inline)]
     pub fn update(&self, state: &mut VelocityState, travel: i32) -> f32 {
         let mut carried = travel.clamp(-MAX_INCREMENT, MAX_INCREMENT);
         let mut sum = 0i32;

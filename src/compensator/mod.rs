@@ -147,6 +147,7 @@ impl Law {
     /// The law's part of v_c for one sample, V.
     ///
     /// A state that another law left behind is replaced, and the law contributes nothing in that tick.
+    #[cfg_attr(not(target_os = "none"), inline)]
     pub fn update(&self, state: &mut LawState, sample: &Sample) -> f32 {
         match (self, &mut *state) {
             (Self::ResetIntegral(law), LawState::ResetIntegral(state)) => law.update(state, sample),
@@ -203,6 +204,7 @@ impl Compensator {
     }
 
     /// v_c for one sample, V.
+    #[cfg_attr(not(target_os = "none"), inline)]
     pub fn update(&self, state: &mut CompensatorState, sample: &Sample) -> f32 {
         let mut v_c = 0.0;
         for (law, state) in self.terms.iter().zip(&mut state.terms) {

@@ -64,6 +64,7 @@ impl SmoothRobustNonlinear {
     /// let v_c = law.update(&Sample { error: 0.01, ..Sample::default() });
     /// assert!((v_c - 0.304_637_7).abs() < 1e-6); // 0.40 tanh 1
     /// ```
+    #[cfg_attr(not(target_os = "none"), inline)]
     pub fn update(&self, sample: &Sample) -> f32 {
         self.gains.v_ms * libm::tanhf(self.gains.alpha * sample.error)
     }

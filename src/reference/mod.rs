@@ -25,6 +25,7 @@ pub struct Setpoint {
 
 impl Setpoint {
     /// At rest at a position.
+    #[cfg_attr(not(target_os = "none"), inline)]
     pub const fn at_rest(position: Position) -> Self {
         Self { position, velocity: 0.0, acceleration: 0.0 }
     }
@@ -48,6 +49,7 @@ pub enum Reference {
 
 impl Reference {
     /// The set point `tick` ticks after the motion began.
+    #[cfg_attr(not(target_os = "none"), inline)]
     pub fn at(&self, tick: u32) -> Setpoint {
         match self {
             Self::Step(step) => step.at(tick),

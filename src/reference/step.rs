@@ -26,6 +26,7 @@ impl Step {
     /// let step = Step { from: Position::default(), to: Position::from_counts(2066), at_tick: 1 };
     /// assert_eq!((step.at(0).position.counts, step.at(1).position.counts), (0, 2066));
     /// ```
+    #[cfg_attr(not(target_os = "none"), inline)]
     pub const fn at(&self, tick: u32) -> Setpoint {
         Setpoint::at_rest(if tick < self.at_tick { self.from } else { self.to })
     }

@@ -159,6 +159,7 @@ impl Trajectory {
     /// assert_eq!(trajectory.at(10).position.ahead_of(0), 50.0);
     /// assert_eq!(trajectory.at(99).position.ahead_of(100), 0.0);
     /// ```
+    #[cfg_attr(not(target_os = "none"), inline)]
     pub fn at(&self, tick: u32) -> Setpoint {
         let Some(first) = self.blends.first() else { return Setpoint::default() };
         // Blends do not overlap: the last one that has begun, or the line after it.
