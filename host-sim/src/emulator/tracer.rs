@@ -190,7 +190,7 @@ mod tests {
     ];
 
     fn passage(arrivals: &[(u32, u64)]) -> Result<Passage, String> {
-        let code = code(0x100, &[("TIM3", &HANDLER), ("part", &PART)]);
+        let code = code(0x100, &[], &[("TIM3", &HANDLER), ("part", &PART)]);
         let handler = code.function("TIM3").map_err(|error| error.to_string())?;
         let route = Route {
             blocks: Blocks::below(&code, handler),

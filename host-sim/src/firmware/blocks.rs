@@ -136,9 +136,8 @@ fn leads_to(code: &Code, placed: &Placed) -> Vec<u32> {
 /// byte may be one too many, which leads to the table itself and so to no instruction.
 fn table(code: &Code, placed: &Placed) -> Vec<u32> {
     let wide = placed.halfwords.1 & HALFWORDS != 0;
-    let entries = code.data(placed.end()).flat_map(|halfword| match (wide, halfword.to_le_bytes()) {
-        (true, _) => vec![u32::from(halfword)],
-        (false, bytes) => bytes.into_iter().map(u32::from).collect(),
+    let entries = code.data(placed.end()).flat_map(|halfword| {
+        if wide { vec![u32::from(halfword)] } else { halfword.to_le_bytes().map(u32::from).to_vec() }
     });
     entries.map(|distance| placed.end() + 2 * distance).collect()
 }
@@ -146,4 +145,57 @@ fn table(code: &Code, placed: &Placed) -> Vec<u32> {
 /// How many instructions an `it` holds; nothing if it is none.
 const fn held_by_it(first: u16) -> Option<u32> {
     if first & 0xFF00 == 0xBF00 && first & 0xF != 0 { Some(4 - (first & 0xF).trailing_zeros()) } else { None }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::firmware::code::tests::code;
+
+    fn blocks(marks: &[(u32, bool)], function: &[u16]) -> Vec<(u32, u32, bool)> {
+        let code = code(0x100, marks, &[("f", function)]);
+        let blocks = Blocks::below(&code, code.function("f").unwrap());
+        blocks.all().map(|(begin, block)| (begin, block.instructions, block.returns)).collect()
+    }
+
+    #[test]
+    fn a_block_ends_at_a_branch_and_where_a_branch_leads() {
+        // adds; cbz to the last; adds; adds; bx lr
+        let found = blocks(&[], &[0x3001, 0xB108, 0x3001, 0x3001, 0x4770]);
+        assert_eq!(found, [(0x100, 2, false), (0x104, 2, false), (0x108, 1, true)]);
+    }
+
+    #[test]
+    fn a_return_that_it_holds_may_not_happen() {
+        // it eq; bxeq lr; adds; bx lr
+        let found = blocks(&[], &[0xBF08, 0x4770, 0x3001, 0x4770]);
+        assert_eq!(found, [(0x100, 2, false), (0x104, 2, true)]);
+        // ittt eq; movs; movs; movs; bx lr, which is no longer held
+        let found = blocks(&[], &[0xBF02, 0x2001, 0x2001, 0x2001, 0x4770]);
+        assert_eq!(found, [(0x100, 5, true)]);
+    }
+
+    #[test]
+    fn a_table_leads_to_each_of_its_entries() {
+        // tbb [pc, r0]; entries 2, 3 and 4, and a byte to align; then nop; bx lr; adds; bx lr
+        let function = [0xE8DF, 0xF000, 0x0302, 0x0004, 0xBF00, 0x4770, 0x3001, 0x4770];
+        let found = blocks(&[(0x100, true), (0x104, false), (0x108, true)], &function);
+        assert_eq!(found, [(0x100, 1, false), (0x108, 1, false), (0x10A, 1, true), (0x10C, 2, true)]);
+    }
+
+    #[test]
+    fn cycles_are_those_of_the_instructions_and_of_what_they_wait_for() {
+        // adds r1, r2, r3; ldr r0, [r1, #4]; bx lr
+        let code = code(0x100, &[], &[("f", &[0x18D1, 0x6848, 0x4770])]);
+        let blocks = Blocks::below(&code, code.function("f").unwrap());
+        assert_eq!(blocks.get(0x100).unwrap().cycles, Ok(1 + 1 + 2 + 1));
+    }
+
+    #[test]
+    fn a_block_with_an_unknown_instruction_has_no_cycles() {
+        // adds; svc; bx lr
+        let code = code(0x100, &[], &[("f", &[0x3001, 0xDF00, 0x4770])]);
+        let blocks = Blocks::below(&code, code.function("f").unwrap());
+        assert_eq!(blocks.get(0x100).unwrap().cycles.unwrap_err().first, 0xDF00);
+    }
 }

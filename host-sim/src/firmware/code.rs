@@ -280,11 +280,11 @@ impl Function {
 pub(crate) mod tests {
     use super::*;
 
-    /// Functions that lie one behind the other from an address on.
-    pub fn code(start: u32, functions: &[(&str, &[u16])]) -> Code {
+    /// Functions that lie one behind the other from an address on; `marks` say where code and data begin.
+    pub fn code(start: u32, marks: &[(u32, bool)], functions: &[(&str, &[u16])]) -> Code {
         let bytes: Vec<u8> =
             functions.iter().flat_map(|(_, code)| code.iter().flat_map(|half| half.to_le_bytes())).collect();
-        let text = Text { start, bytes, marks: BTreeMap::new() };
+        let text = Text { start, bytes, marks: marks.iter().copied().collect() };
         let (vectors, symbols) = (Vec::new(), BTreeMap::new());
         let mut all = Code { functions: BTreeMap::new(), vectors, symbols, text };
         let mut address = start;
