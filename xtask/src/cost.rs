@@ -40,7 +40,7 @@ pub fn measure(arguments: &Arguments) -> Result<(), String> {
         measuring.extend([option.into(), value]);
     }
     measuring.extend(arguments.bless.then(|| "--bless".into()));
-    run("Counting instructions in the emulator (half a minute on two cores)", &measuring)
+    run("Counting instructions and cycles in the emulator (a minute on two cores)", &measuring)
 }
 
 /// Runs `stiction-cost`. It is built with the features, and so from the very same parts, as the tests of the image.
