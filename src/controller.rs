@@ -11,7 +11,7 @@ use crate::output::{Applied, OutputStage, OutputState, Rise};
 use crate::pd::PdGains;
 use crate::position::Position;
 use crate::reference::{Reference, Setpoint};
-use crate::signal::Tick;
+use crate::signal::{MAX_LAW_SIGNALS, Tick};
 use crate::value::{Key, Table, Values, key, table};
 use crate::velocity::{Velocity, VelocityState};
 
@@ -173,8 +173,8 @@ impl Controller {
         let law = self.compensator.signals(&state.compensator);
         let asked = if non_finite { 0.0 } else { sum };
         let output = self.output.apply(&mut state.output, asked, reading.supply, Rise::Soft);
-        let tick = Tick { error, v_pd, v_c, law, ..Tick::default() };
-        finish(state, tick, counts, setpoint, velocity, output, non_finite)
+        let terms = Terms { error, v_pd, v_c, law };
+        record(state, &setpoint, velocity, &terms, &output, non_finite)
     }
 
     /// One tick with the loop open: `effort` gives the output (V) at a position in counts. The set point goes along
@@ -193,7 +193,7 @@ impl Controller {
         let non_finite = !effort.is_finite();
         let asked = if non_finite { 0.0 } else { effort };
         let output = self.output.apply(&mut state.output, asked, reading.supply, Rise::Own);
-        finish(state, Tick::default(), counts, setpoint, velocity, output, non_finite)
+        record(state, &setpoint, velocity, &Terms::default(), &output, non_finite)
     }
 
     /// Position and velocity after so much travel.
@@ -204,27 +204,39 @@ impl Controller {
     }
 }
 
-/// The tick's record; the next one is one later.
-#[inline]
-fn finish(
+/// What the loop has computed of a tick.
+#[derive(Default)]
+struct Terms {
+    error: f32,
+    v_pd: f32,
+    v_c: f32,
+    law: [f32; MAX_LAW_SIGNALS],
+}
+
+/// Writes down a tick; the next one is one later.
+// In one piece: a tick that is made of another one is copied word by word.
+#[inline(always)]
+fn record(
     state: &mut ControllerState,
-    tick: Tick,
-    counts: i32,
-    setpoint: Setpoint,
+    setpoint: &Setpoint,
     velocity: f32,
-    output: Applied,
+    terms: &Terms,
+    output: &Applied,
     non_finite: bool,
 ) -> Tick {
-    let number = state.tick;
-    state.tick = number.saturating_add(1);
+    let tick = state.tick;
+    state.tick = tick.saturating_add(1);
     Tick {
-        tick: number,
-        counts,
+        tick,
+        counts: state.counts,
         reference_counts: setpoint.position.counts,
         reference_fraction: setpoint.position.fraction,
         reference_velocity: setpoint.velocity,
         reference_acceleration: setpoint.acceleration,
+        error: terms.error,
         velocity,
+        v_pd: terms.v_pd,
+        v_c: terms.v_c,
         v: output.v,
         v_applied: output.v_applied,
         code: output.code,
@@ -232,6 +244,7 @@ fn finish(
         reverse: output.duty.reverse,
         saturated: output.saturated,
         non_finite,
-        ..tick
+        status: 0,
+        law: terms.law,
     }
 }

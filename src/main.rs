@@ -128,8 +128,8 @@ mod app {
 
     /// One tick of the loop.
     ///
-    /// Its budget is 900 instructions from entry to exit (docs/cost.md): a twentieth of the shortest sample time, if each
-    /// took one cycle. If it begins late or takes more than half the sample time, the output is turned off for good.
+    /// Its budget is 1300 instructions from entry to exit (docs/cost.md): a thirteenth of the shortest sample time, if each
+    /// took one cycle, and by the estimate there more than that. If it begins late or takes more than half the sample time, the output is turned off for good.
     #[task(binds = TIM3, priority = 3, local = [before, ticks], shared = [drive])]
     fn control(mut cx: control::Context) {
         let local = cx.local;
@@ -165,7 +165,7 @@ mod app {
     /// It has the control task's priority, so that neither interrupts the other. Above it, this task could run between
     /// the control task's decision to turn the outputs on and the writing of it, and a break input that is active only
     /// for an instant would leave them on for a whole tick. So it waits for the end of a control task, whose
-    /// budget is 900 instructions; of two that wait, it is the first (its interrupt has the lower number).
+    /// budget is 1300 instructions; of two that wait, it is the first (its interrupt has the lower number).
     #[task(binds = TIM1_BRK_TIM9, priority = 3)]
     fn outputs_broken(_: outputs_broken::Context) {
         bridge::off_now();

@@ -75,7 +75,8 @@ impl OutputStage {
     }
 
     /// What is applied for `asked` (V, finite) at a reading of the supply.
-    #[inline]
+    // Twice in the image, as the velocity is.
+    #[inline(always)]
     pub(crate) fn apply(&self, state: &mut OutputState, asked: f32, supply: u16, rise: Rise) -> Applied {
         let (v, mut saturated) = saturate(asked, self.full_scale);
         let (mut scaled, mut volts) = (v, self.lsb);

@@ -202,7 +202,7 @@ macro_rules! signals {
                 }
                 i += 1;
             }
-            assert!(false, "no signal has that name");
+            assert!(i < FIELDS.len(), "no signal has that name");
             i
         }
     };

@@ -7,7 +7,6 @@
 
 use std::iter::repeat_n;
 
-use host_sim::hardware::STM32F405;
 use proptest::collection::vec;
 use proptest::prelude::*;
 use stiction::drive::{Drive, DriveConfig, Duty, PwmMode};
@@ -15,6 +14,9 @@ use stiction::position::Position;
 use stiction::reference::{Corner, Reference, Setpoint, Step, Trajectory};
 use stiction::velocity::{MAX_WINDOW, Velocity, VelocityState};
 use stiction::{Error, Hardware};
+
+/// The figures of the board.
+const STM32F405: Hardware = Hardware { pwm_clock_hz: 168e6, supply_top: 4095 };
 
 /// Joint angle of one count, deg.
 const RESOLUTION: f32 = 0.00242;

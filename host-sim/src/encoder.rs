@@ -31,6 +31,7 @@ pub struct EncoderModel {
 
 impl EncoderModel {
     /// The true number of counts at a joint position (deg).
+    #[inline]
     pub fn counts(&self, position: f64) -> i64 {
         let counts = position / self.resolution + self.phase;
         // Conversion truncates: without SSE 4.1 `round` and `floor` are calls, and this is the simulator's inner loop.
@@ -45,6 +46,7 @@ impl EncoderModel {
     }
 
     /// What the hardware counter reads there.
+    #[inline]
     pub fn counter(&self, position: f64) -> u32 {
         let counts = self.counts(position);
         let counted = match self.direction {

@@ -42,6 +42,14 @@ pub enum Error {
     Figure(String),
 }
 
+/// What a program says of an option that needs a part which is not built in.
+#[cfg(not(all(feature = "emulator", feature = "figures", feature = "report", feature = "watch")))]
+pub fn not_built(option: &str, part: &str, feature: &str) -> Error {
+    let more = if feature == "emulator" { " --ignore-rust-version" } else { "" };
+    let command = format!("cargo build --package host-sim --features {feature}{more}");
+    Error::Input(format!("{option}: {part} not built into this program; build it with `{command}`"))
+}
+
 /// `; did you mean ...?` for the candidate that is nearest to what was typed, if any is near.
 pub fn suggestion<'a>(typed: &str, candidates: impl IntoIterator<Item = &'a str>) -> String {
     // 0.7 takes transposed, missing and doubled letters and a wrong unit at the end, not another word. A word of

@@ -30,6 +30,7 @@ pub mod mechanism;
 pub mod metrics;
 pub mod output;
 pub mod properties;
+#[cfg(feature = "report")]
 pub mod report;
 pub mod run;
 pub mod solver;

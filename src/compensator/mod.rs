@@ -296,6 +296,10 @@ pub const FIRST_LAW: Key = Key(0x0500);
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Compensator {
     terms: Vec<PreparedLaw, MAX_TERMS>,
+    /// The law takes the place of PD. Looked up once: a tick only asks.
+    replaces_pd: bool,
+    /// A law publishes signals of its own.
+    publishes: bool,
 }
 
 /// The states of a sum's terms.
@@ -312,7 +316,9 @@ impl Compensator {
             // Cannot fail: both vectors have the same capacity.
             let _ = terms.push(PreparedLaw::new(gains, around));
         }
-        Self { terms }
+        let replaces_pd = terms.first().is_some_and(PreparedLaw::replaces_pd);
+        let publishes = gains.iter().any(|gains| !gains.signals().is_empty());
+        Self { terms, replaces_pd, publishes }
     }
 
     /// The state that the sum starts from.
@@ -326,8 +332,8 @@ impl Compensator {
 
     /// Whether the law takes the place of PD.
     #[inline]
-    pub fn replaces_pd(&self) -> bool {
-        self.terms.first().is_some_and(PreparedLaw::replaces_pd)
+    pub const fn replaces_pd(&self) -> bool {
+        self.replaces_pd
     }
 
     /// v_c for one sample, V.
@@ -343,6 +349,9 @@ impl Compensator {
     /// What the first law that publishes anything publishes.
     #[inline]
     pub fn signals(&self, state: &CompensatorState) -> [f32; MAX_LAW_SIGNALS] {
+        if !self.publishes {
+            return [0.0; MAX_LAW_SIGNALS];
+        }
         let mut terms = self.terms.iter().zip(&state.terms);
         terms.find_map(|(law, state)| law.signals(state)).unwrap_or_default()
     }

@@ -2,7 +2,6 @@
 
 use std::iter::repeat_n;
 
-pub use host_sim::hardware::STM32F405;
 use proptest::collection::vec;
 use proptest::prelude::*;
 pub use stiction::compensator::{
@@ -16,7 +15,10 @@ pub use stiction::pd::PdGains;
 pub use stiction::position::Position;
 pub use stiction::reference::{Corner, Reference, Setpoint, Step, Trajectory};
 pub use stiction::value::{Key, Kind, Values};
-pub use stiction::{Controller, ControllerConfig, ControllerState, Reading, Tick};
+pub use stiction::{Controller, ControllerConfig, ControllerState, Hardware, Reading, Tick};
+
+/// The figures of the board that the thesis's loop runs on here.
+pub const STM32F405: Hardware = Hardware { pwm_clock_hz: 168e6, supply_top: 4095 };
 
 /// Joint angle of one count, deg.
 pub const RESOLUTION: f32 = 0.00242;

@@ -20,7 +20,7 @@ use crate::fixture::{parameters, plans, srnf};
 const TARGETS: [&str; 4] = ["frame", "session", "parameters", "machine"];
 
 fn folder(target: &str) -> PathBuf {
-    Path::new(env!("CARGO_MANIFEST_DIR")).join("fuzz/seeds").join(target)
+    Path::new(env!("CARGO_MANIFEST_DIR")).join("../fuzz/seeds").join(target)
 }
 
 fn message(number: u16, content: Request) -> Vec<u8> {

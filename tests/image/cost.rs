@@ -2,11 +2,15 @@
 
 use std::sync::Arc;
 
+use host_sim::emulator::FirmwareImage;
+use host_sim::emulator::metered::{EVERYTHING_ON, count};
 use host_sim::emulator::probe::{Points, TickCost};
+use host_sim::firmware::blocks::Blocks;
+use host_sim::firmware::budgets::INTERRUPT_INSTRUCTIONS;
 use host_sim::firmware::stack::Bound;
 use host_sim::firmware::{Code, routines};
 
-use crate::common::{emulation, image, plans};
+use crate::common::{image, plans};
 
 fn elf() -> Vec<u8> {
     std::fs::read(image()).unwrap()
@@ -28,29 +32,61 @@ fn without_sections_of(kind: u32, mut elf: Vec<u8>) -> Vec<u8> {
     elf
 }
 
+/// A second of SRNF, counted with this said beside what turns everything on.
+fn counted(set: &[&str]) -> (Vec<TickCost>, u32) {
+    let image = Arc::new(FirmwareImage::open(&image()).unwrap());
+    let points = Arc::new(Points::of(&code(&elf()).unwrap()).unwrap());
+    let keys = [&EVERYTHING_ON[..], &["run.duration_s=1"], set].concat();
+    let plans = plans("step-response", &["srnf"], &keys);
+    let probe = count(&image, &points, &plans[0]).unwrap();
+    (probe.ticks, probe.stack)
+}
+
 #[test]
 fn the_same_run_costs_the_same_in_every_tick() {
-    let run = || -> (Vec<TickCost>, u32) {
-        let mut emulation = emulation();
-        emulation.points = Some(Arc::new(Points::of(&code(&elf()).unwrap()).unwrap()));
-        let plans = plans("step-response", &["srnf"], &["run.duration_s=1"]);
-        let run = emulation.run_all(&plans[..1]).unwrap().remove(0);
-        let probe = run.probe.unwrap();
-        assert!(!probe.disturbed);
-        // 50 samples after the first; the last interrupt may be cut off.
-        assert!((50..=52).contains(&probe.ticks.len()), "{}", probe.ticks.len());
-        (probe.ticks, probe.stack)
-    };
-    let (ticks, stack) = run();
+    let (ticks, stack) = counted(&[]);
+    // 50 samples after the first, and the tick whose begin shows that the last of them is over.
+    assert_eq!(ticks.len(), 52);
     for tick in &ticks {
+        let TickCost { interrupt, core } = tick;
         // Servo, monitors, bridge and queue are more than a hundred instructions around the core's tick, and the whole is
         // within its budget.
-        assert!(tick.interrupt - tick.core > 100 && tick.core > 100, "{tick:?}");
-        assert!(tick.interrupt <= 900, "{tick:?}");
+        assert!(interrupt.instructions - core.instructions > 100 && core.instructions > 100, "{tick:?}");
+        assert!(interrupt.instructions <= INTERRUPT_INSTRUCTIONS, "{tick:?}");
+        // No instruction takes less than a cycle, and the mean of this code is well below three.
+        for cost in [interrupt, core] {
+            let cycles = cost.cycles;
+            assert!((cost.instructions..3 * cost.instructions).contains(&cycles.hits), "{tick:?}");
+            assert!((cycles.hits + 1..2 * cycles.hits).contains(&cycles.misses), "{tick:?}");
+        }
     }
     let bound = Bound::of(&code(&elf()).unwrap()).unwrap().total();
     assert!(stack > 1000 && stack <= bound, "{stack} bytes seen, {bound} at most");
-    assert_eq!((ticks, stack), run());
+    assert_eq!((ticks, stack), counted(&[]));
+}
+
+#[test]
+fn soft_start_and_supply_are_counted() {
+    let most = |set: &[&str]| counted(set).0.iter().map(|tick| tick.interrupt.instructions).max().unwrap();
+    let everything = most(&[]);
+    // Each alone takes some instructions away when it is off.
+    let without_supply = most(&["device.nominal_supply_v=0", "device.supply_full_scale_v=0"]);
+    let without_soft_start = most(&["device.soft_start_s=0"]);
+    assert!(without_supply + 10 < everything, "{without_supply} and {everything}");
+    assert!(without_soft_start + 5 < everything, "{without_soft_start} and {everything}");
+}
+
+#[test]
+fn every_instruction_below_the_control_interrupt_has_a_time_but_those_that_end_the_program() {
+    let code = code(&elf()).unwrap();
+    let blocks = Blocks::below(&code, code.function("TIM3").unwrap());
+    assert!(blocks.all().count() > 100);
+    for (address, block) in blocks.all() {
+        // udf, with any constant: where the compiler knows that nothing comes by.
+        let known = block.cycles.is_ok_and(|cycles| cycles >= block.instructions);
+        let ends = block.cycles.is_err_and(|unknown| unknown.first & 0xFF00 == 0xDE00);
+        assert!(known || ends, "{address:#x}: {block:?}");
+    }
 }
 
 #[test]

@@ -1,7 +1,8 @@
 //! Mishaps of the hardware: bridge off, the reason told, and no motion after.
 
 use host_sim::emulator::bench::Mishap;
-use host_sim::emulator::board::Fitted;
+use host_sim::emulator::board::{CLOCK_HZ, Fitted};
+use host_sim::firmware::budgets::INTERRUPT_INSTRUCTIONS;
 
 use crate::bench::{AT, MS, assert_off_after, bench, parameters};
 
@@ -26,9 +27,10 @@ fn the_break_input_turns_the_bridge_off_and_it_stays_off() {
 #[test]
 fn a_glitch_of_the_break_input_while_the_outputs_are_being_turned_on_is_not_lost() {
     let observed = bench(Some(&parameters()), Fitted::default(), &[(0, Mishap::BreakAtArming)]);
-    // The end of that control task: 900 instructions at 168 MHz.
+    // The end of that control task.
+    let control_ns = u64::from(INTERRUPT_INSTRUCTIONS) * 1_000_000_000 / CLOCK_HZ.get();
     for [from, until] in &observed.on_ns {
-        assert!(until - from < 6_000, "on at {:?}", observed.on_ns);
+        assert!(until - from < control_ns, "on at {:?}", observed.on_ns);
     }
     assert!(!observed.on_after(AT), "on at {:?}", observed.on_ns);
     assert!(observed.says("faulted: break input"), "{:?}", observed.log);

@@ -3,8 +3,8 @@
 use std::ffi::OsString;
 use std::fs;
 
-use crate::firmware;
-use crate::job::{Job, cargo, root, target_dir};
+use crate::firmware::{self, PROFILE};
+use crate::job::{Job, cargo, root};
 use crate::simulator::EMULATOR;
 use crate::toolchain::{TARGET, Toolchain};
 
@@ -23,9 +23,9 @@ pub struct Arguments {
 pub fn measure(arguments: &Arguments) -> Result<(), String> {
     let image = firmware::build()?;
     let toolchain = Toolchain::ready()?;
-    let build = ["build", "--release", "--package", YARDSTICK, "--target", TARGET];
+    let build = ["build", "--profile", PROFILE, "--package", YARDSTICK, "--target", TARGET];
     Job::new("Building the yardsticks").run(&mut toolchain.cargo(&build))?;
-    let built = target_dir().join(TARGET).join("release").join(YARDSTICK);
+    let built = firmware::built(YARDSTICK);
     let yardstick = image.with_file_name(YARDSTICK).with_extension("elf");
     fs::copy(&built, &yardstick)
         .map_err(|error| format!("cannot copy {} to {}: {error}", built.display(), yardstick.display()))?;
@@ -40,12 +40,12 @@ pub fn measure(arguments: &Arguments) -> Result<(), String> {
         measuring.extend([option.into(), value]);
     }
     measuring.extend(arguments.bless.then(|| "--bless".into()));
-    run("Counting instructions in the emulator (half a minute on two cores)", &measuring)
+    run("Counting instructions and cycles in the emulator (a minute on two cores)", &measuring)
 }
 
 /// Runs `stiction-cost`. It is built with the features, and so from the very same parts, as the tests of the image.
 pub fn run(what: &'static str, arguments: &[OsString]) -> Result<(), String> {
-    let mut command = cargo(&["run", "--quiet", "--bin", "stiction-cost"]);
+    let mut command = cargo(&["run", "--bin", "stiction-cost"]);
     command.args(EMULATOR).arg("--");
     Job::new(what).run(command.args(arguments))
 }

@@ -3,7 +3,7 @@
 use std::path::Path;
 
 use crate::firmware;
-use crate::job::Job;
+use crate::job::{Job, Times};
 use crate::simulator::Simulator;
 
 #[derive(Debug, clap::Args)]
@@ -28,28 +28,36 @@ const ONE_MOVE: [&str; 6] =
     ["--controller", "srnf", "--set", "reference.steps_deg=[5.0]", "--set", "run.duration_s=1"];
 
 pub fn demo(arguments: &Arguments) -> Result<(), String> {
-    let simulator = if arguments.host { Simulator::Host } else { Simulator::Emulator };
-    let image = if arguments.host { None } else { Some(firmware::build()?) };
-    simulator.build()?;
-    if let Some(image) = image {
-        in_the_image(simulator, &image)?;
-    }
-    Job::new("Seven controllers on the thesis's robot axis, simulated: three steps, two trajectories")
-        .run(&mut simulator.command(&["benchmark", "--plot", FIGURES]))?;
-    let drawing = Job::new("Drawing the other experiments of Chapter 3 and Appendix A.2");
-    drawing.announce();
-    for experiment in MORE {
-        drawing.run_silently(&mut simulator.command(&["run", experiment, "--plot", FIGURES]))?;
+    let mut times = Times::new();
+    // First what is built soonest. The build with the emulator adds to this one.
+    times.of("building the simulator", || Simulator::Host.build())?;
+    times.of("ranking seven controllers, and drawing", || {
+        Job::new("Seven controllers on the thesis's robot axis, simulated: three steps, two trajectories")
+            .run(&mut Simulator::Host.command(&["benchmark", "--plot", FIGURES]))
+    })?;
+    times.of("the other experiments, and drawing", || {
+        let drawing = Job::new("Drawing the other experiments of Chapter 3 and Appendix A.2");
+        drawing.announce();
+        MORE.iter().try_for_each(|experiment| {
+            drawing.run_silently(&mut Simulator::Host.command(&["run", experiment, "--plot", FIGURES]))
+        })
+    })?;
+    if !arguments.host {
+        let image = times.of("the compiler for the microcontroller, and the firmware", firmware::build)?;
+        times.of("building the simulator with the emulator", || Simulator::Emulator.build())?;
+        times.of("running the image", || in_the_image(&image))?;
     }
     println!("\nA figure for each result, as SVG and PNG: {FIGURES}");
     println!("The numbers behind them: `cargo sim list`, then `cargo sim run NAME`.");
+    times.print();
     Ok(())
 }
 
 /// The flash image against the joint. A run in which it does anything else than the core on this machine fails.
-fn in_the_image(simulator: Simulator, image: &Path) -> Result<(), String> {
+fn in_the_image(image: &Path) -> Result<(), String> {
     let run = || {
-        let mut run = simulator.command(&["run", "step-response", "--target", "emulator", "--image"]);
+        let mut run =
+            Simulator::Emulator.command(&["run", "step-response", "--target", "emulator", "--image"]);
         run.arg(image).args(AS_WE_READ_IT);
         run
     };

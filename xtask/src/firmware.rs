@@ -2,10 +2,17 @@
 
 use std::fs;
 use std::path::PathBuf;
+use std::process::Command;
 
-use crate::job::{Job, cargo, root, target_dir};
+use crate::job::{Job, root, target_dir};
+use crate::simulator::Simulator;
 use crate::toolchain::{TARGET, Toolchain};
 
+/// How the image is optimised, and whatever is measured or proved beside it.
+pub const PROFILE: &str = "firmware";
+
+/// The part as probe-rs calls it.
+const CHIP: &str = "STM32F405RGTx";
 /// The binary's name.
 const IMAGE: &str = "stiction-firmware";
 
@@ -23,16 +30,27 @@ pub struct ParamsArguments {
 
 /// What cargo is told of the image. Without the package's name, the features of the host's programs would be unified
 /// with those of the image.
-pub fn arguments(command: &str) -> [&str; 8] {
-    [command, "--release", "--package", "stiction", "--bin", IMAGE, "--target", TARGET]
+pub fn arguments(command: &str) -> [&str; 9] {
+    [command, "--profile", PROFILE, "--package", "stiction", "--bin", IMAGE, "--target", TARGET]
 }
+
+/// Where cargo puts a program for the microcontroller.
+pub fn built(program: &str) -> PathBuf {
+    target_dir().join(TARGET).join(PROFILE).join(program)
+}
+
+/// What the compiler is told of the image's own crate, and by that of the optimisation across all crates at the link.
+///
+/// The control path has been put together within the core's crate by then, so that it stays as fast as it is; everything
+/// else is no longer copied into each of its callers. `docs/cost.md` has what that buys, and what else was tried.
+const SMALL: [&str; 2] = ["-C", "llvm-args=-inline-threshold=25"];
 
 /// Builds the image and puts it where people and tests look for it; returns the ELF file's path.
 pub fn build() -> Result<PathBuf, String> {
     let toolchain = Toolchain::ready()?;
     println!("   compiler: {}", toolchain.describe());
-    Job::new("Building the firmware").run(&mut toolchain.cargo(&arguments("build")))?;
-    let built = target_dir().join(TARGET).join("release").join(IMAGE);
+    Job::new("Building the firmware").run(toolchain.cargo(&arguments("rustc")).arg("--").args(SMALL))?;
+    let built = built(IMAGE);
     let image = fs::read(&built).map_err(|error| format!("cannot read {}: {error}", built.display()))?;
     let directory = target_dir().join("firmware");
     fs::create_dir_all(&directory)
@@ -46,11 +64,11 @@ pub fn build() -> Result<PathBuf, String> {
     Ok(path("elf"))
 }
 
-/// Writes the image to a board and shows its log, by the runner of `.cargo/config.toml`.
+/// Writes the image to a board and shows its log: the very file that the emulator runs and the gates look through.
 pub fn flash() -> Result<(), String> {
-    let toolchain = Toolchain::ready()?;
+    let image = build()?;
     Job::new("Flashing the firmware (wants probe-rs: cargo install probe-rs-tools --locked)")
-        .run(&mut toolchain.cargo(&arguments("run")))
+        .run(Command::new("probe-rs").args(["run", "--chip", CHIP]).arg(image))
 }
 
 /// Encodes a machine's file. The simulator knows these files, so it does the work.
@@ -62,11 +80,11 @@ pub fn params(arguments: &ParamsArguments) -> Result<(), String> {
     let here = std::env::current_dir().map_err(|error| format!("there is no current directory: {error}"))?;
     let file = here.join(&arguments.file);
     let file = if file.is_file() { file.into_os_string() } else { arguments.file.clone().into() };
-    let mut command =
-        cargo(&["run", "--quiet", "--release", "--package", "host-sim", "--bin", "stiction", "--", "params"]);
+    let mut command = Simulator::Host.command(&["params"]);
     command.current_dir(root()).arg(file).arg("--out").arg(here.join(out));
     for assignment in &arguments.set {
         command.args(["--set", assignment]);
     }
+    Simulator::Host.build()?;
     Job::new("Encoding the parameters").run(&mut command)
 }

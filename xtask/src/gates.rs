@@ -4,9 +4,10 @@
 use std::fs;
 use std::process::Command;
 
-use crate::job::{Job, target_dir};
+use crate::cost;
+use crate::firmware::{self, PROFILE};
+use crate::job::Job;
 use crate::toolchain::{TARGET, Toolchain};
-use crate::{cost, firmware};
 
 const PROGRAM: &str = "no-panic";
 /// What its panic handler calls, and nobody defines.
@@ -25,7 +26,7 @@ pub fn pass() -> Result<(), String> {
 /// Links the control path and the link with a panic handler that cannot be linked, and then again with a panic in it.
 fn no_panic(toolchain: &Toolchain) -> Result<(), String> {
     let link = |more: &[&str]| -> Command {
-        let mut arguments = vec!["build", "--quiet", "--release", "--package", PROGRAM, "--target", TARGET];
+        let mut arguments = vec!["build", "--profile", PROFILE, "--package", PROGRAM, "--target", TARGET];
         arguments.extend(more);
         toolchain.cargo(&arguments)
     };
@@ -33,7 +34,7 @@ fn no_panic(toolchain: &Toolchain) -> Result<(), String> {
     Job::new(what).run(&mut link(&[])).map_err(|why| {
         format!("{why}: if the linker misses `{MISSING}`, something in the control path can panic")
     })?;
-    let built = target_dir().join(TARGET).join("release").join(PROGRAM);
+    let built = firmware::built(PROGRAM);
     let program = fs::read(&built).map_err(|error| format!("cannot read {}: {error}", built.display()))?;
     if !KEPT.iter().all(|name| program.windows(name.len()).any(|window| window == *name)) {
         return Err(format!(

@@ -2,6 +2,7 @@
 
 use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};
+use std::time::{Duration, Instant};
 
 /// A step that is announced before it runs.
 pub struct Job {
@@ -33,6 +34,39 @@ impl Job {
             Ok(status) if status.success() => Ok(()),
             Ok(status) => Err(format!("\"{}\" failed ({status})", self.what)),
             Err(error) => Err(format!("cannot start {}: {error}", command.get_program().display())),
+        }
+    }
+}
+
+/// How long the parts of a longer job took.
+pub struct Times {
+    begin: Instant,
+    parts: Vec<(&'static str, Duration)>,
+}
+
+impl Times {
+    pub fn new() -> Self {
+        Self { begin: Instant::now(), parts: Vec::new() }
+    }
+
+    /// Does a part of the job.
+    pub fn of<T>(
+        &mut self,
+        part: &'static str,
+        work: impl FnOnce() -> Result<T, String>,
+    ) -> Result<T, String> {
+        let begin = Instant::now();
+        let done = work();
+        self.parts.push((part, begin.elapsed()));
+        done
+    }
+
+    /// A line a part, and the whole.
+    pub fn print(&self) {
+        println!("\nIt took, without the building of xtask itself:");
+        let whole = ("all of it", self.begin.elapsed());
+        for (part, time) in self.parts.iter().chain([&whole]) {
+            println!("{:7.1} s  {part}", time.as_secs_f64());
         }
     }
 }

@@ -24,11 +24,13 @@ struct Arguments {
 
 #[derive(Debug, Subcommand)]
 enum Work {
-    /// Boot the firmware on an emulated microcontroller against the simulated joint, rank seven controllers, and draw
-    /// figures into target/demo
+    /// Rank seven controllers, draw figures into target/demo, and boot the firmware on an emulated microcontroller
+    /// against the simulated joint
     Demo(demo::Arguments),
     /// Everything that must pass before a change lands: format, lints, the firmware, tests, documentation
     Test,
+    /// Build the firmware, and compare every term of its ticks with the core on this machine, bit for bit
+    Image(test::ImageArguments),
     /// Find or install the compiler for the microcontroller
     Setup,
     /// Build the firmware: target/firmware/stiction-firmware.elf and .bin
@@ -49,6 +51,7 @@ fn main() -> ExitCode {
     let done = match Arguments::parse().job {
         Work::Demo(arguments) => demo::demo(&arguments),
         Work::Test => test::test(),
+        Work::Image(arguments) => test::image(&arguments),
         Work::Setup => setup(),
         Work::Firmware => firmware::build().map(|_| ()),
         Work::Flash => firmware::flash(),

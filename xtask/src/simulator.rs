@@ -7,9 +7,9 @@ use crate::job::{Job, cargo};
 /// Which build of it.
 #[derive(Clone, Copy, Debug)]
 pub enum Simulator {
-    /// Optimised, without the emulator.
+    /// As `cargo sim` builds it.
     Host,
-    /// With the emulator. Not optimised further: that build takes minutes, and the tests use the same one.
+    /// With the emulator. The tests use the same one.
     Emulator,
 }
 
@@ -19,7 +19,7 @@ pub const EMULATOR: [&str; 3] = ["--features", "emulator", "--ignore-rust-versio
 impl Simulator {
     fn options(self) -> &'static [&'static str] {
         match self {
-            Self::Host => &["--release"],
+            Self::Host => &[],
             Self::Emulator => &EMULATOR,
         }
     }
@@ -27,10 +27,10 @@ impl Simulator {
     /// Builds it, so that what follows begins at once.
     pub fn build(self) -> Result<(), String> {
         let job = match self {
-            Self::Host => Job::new("Building the simulator (optimised; a minute or two the first time)"),
-            Self::Emulator => Job::new("Building the simulator with the emulator (minutes, the first time)"),
+            Self::Host => Job::new("Building the simulator"),
+            Self::Emulator => Job::new("Building the simulator with the emulator"),
         };
-        let mut build = cargo(&["build", "--quiet", "--package", "host-sim", "--bin", "stiction"]);
+        let mut build = cargo(&["build", "--package", "host-sim", "--bin", "stiction"]);
         job.run(build.args(self.options()))
     }
 

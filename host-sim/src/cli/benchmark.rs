@@ -8,7 +8,7 @@ use crate::error::Error;
 use crate::experiment::Document;
 use crate::figure::figures;
 use crate::output::table::{self, number};
-use crate::output::{prepare_directory, write_figures};
+use crate::output::{prepare_figures, write_figures};
 
 #[derive(Debug, clap::Args)]
 pub struct Arguments {
@@ -28,7 +28,7 @@ pub fn rank(arguments: &Arguments) -> Result<(), Error> {
         None => vec![Document::open("step-response")?, Document::open("trajectory")?],
     };
     if let Some(directory) = &arguments.plot {
-        prepare_directory(directory)?;
+        prepare_figures(directory)?;
     }
     let ranked = benchmark(&documents)?;
     if let Some(directory) = &arguments.plot {

@@ -5,7 +5,7 @@ use std::path::PathBuf;
 use super::print;
 use crate::error::Error;
 use crate::figure::{NamedFigure, logged};
-use crate::output::{prepare_directory, series, write_figures};
+use crate::output::{prepare_figures, series, write_figures};
 
 #[derive(Debug, clap::Args)]
 pub struct Arguments {
@@ -30,7 +30,7 @@ pub fn plot(arguments: &Arguments) -> Result<(), Error> {
             logged::MOST
         )));
     }
-    prepare_directory(&arguments.out)?;
+    prepare_figures(&arguments.out)?;
     let stems = arguments.files.iter().map(|file| file.file_stem().unwrap_or_default().to_string_lossy());
     let stem = stems.collect::<Vec<_>>().join("-and-");
     write_figures(&arguments.out, &[NamedFigure { stem: stem.clone(), figure: logged::figure(&all) }])?;

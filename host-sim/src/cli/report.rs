@@ -2,9 +2,7 @@
 
 use std::path::PathBuf;
 
-use super::print;
 use crate::error::Error;
-use crate::report;
 
 #[derive(Debug, clap::Args)]
 pub struct Arguments {
@@ -13,10 +11,17 @@ pub struct Arguments {
     out: PathBuf,
 }
 
+#[cfg(not(feature = "report"))]
 pub fn report(arguments: &Arguments) -> Result<(), Error> {
-    let made = report::make(&arguments.out)?;
+    let option = format!("report in {}", arguments.out.display());
+    Err(crate::error::not_built(&option, "what makes it is", "report"))
+}
+
+#[cfg(feature = "report")]
+pub fn report(arguments: &Arguments) -> Result<(), Error> {
+    let made = crate::report::make(&arguments.out)?;
     let claims = made.claims;
-    print(&format!(
+    super::print(&format!(
         "{}\n{} figures beside it, as SVG and PNG. Of the thesis's claims {} hold, {} hold in\npart, {} do not, {} could \
          not be measured. All simulated; made in {:.1} s.\n",
         made.page.display(),

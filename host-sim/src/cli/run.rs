@@ -7,7 +7,7 @@ use crate::error::Error;
 use crate::experiment::{Document, Experiment};
 use crate::figure::figures;
 use crate::lab::{self, LabResult};
-use crate::output::{csv, json, prepare_directory, table, write_figures, write_whole};
+use crate::output::{csv, json, prepare_figures, table, write_figures, write_whole};
 
 #[derive(Debug, clap::Args)]
 pub struct Arguments {
@@ -61,7 +61,7 @@ pub fn run(arguments: &Arguments) -> Result<(), Error> {
         assignments.iter().filter_map(|a| a.split_once('=')).map(|(key, _)| key.trim().into()).collect();
     let experiment = Experiment::plan(&document, &arguments.controller, &fixed)?;
     if let Some(directory) = &arguments.plot {
-        prepare_directory(directory)?;
+        prepare_figures(directory)?;
     }
     let results = arguments.target.run(&experiment.runs)?;
     if let Some(path) = &arguments.csv {
@@ -108,7 +108,7 @@ impl Arguments {
         document.set(&assignments)?;
         let plans = lab::plan(&document)?;
         if let Some(directory) = &self.plot {
-            prepare_directory(directory)?;
+            prepare_figures(directory)?;
         }
         let (results, given_up) = told_apart(lab::run_all(&plans));
         if results.is_empty() {

@@ -111,8 +111,7 @@ impl TargetArguments {
 /// What an option of a build without the emulator says.
 #[cfg(not(feature = "emulator"))]
 pub fn not_built(option: &str) -> Error {
-    let command = "cargo build --release --package host-sim --features emulator --ignore-rust-version";
-    Error::Input(format!("{option}: the emulator is not built into this program; build it with `{command}`"))
+    crate::error::not_built(option, "the emulator is", "emulator")
 }
 
 /// Sets `interrupt` at the first Ctrl-C, and ends the program at the second one or if it is set already.

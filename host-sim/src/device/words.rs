@@ -35,7 +35,9 @@ pub fn refused(refused: &Refused) -> String {
             stiction::Error { key: *key, found: *found, allowed: *allowed }.to_string()
         }
         Refused::UnknownValue(key) => {
-            format!("its firmware does not know `{key}`: it is older than this program")
+            format!(
+                "it does not know `{key}`: a gain of a law that is not in use, or its firmware is older than this program"
+            )
         }
         Refused::MissingValue(key) => format!("`{key}` is missing in what it was sent"),
         Refused::Flash => "its flash failed; the parameters are in use, but not saved".into(),

@@ -21,12 +21,14 @@ pub mod joint;
 pub mod last_tick;
 pub mod lockstep;
 pub mod log;
+pub mod metered;
 pub mod parameters;
 pub mod powered;
 pub mod probe;
 pub mod rig;
 pub(crate) mod runs;
 pub mod spans;
+pub mod tracer;
 pub mod uart;
 pub mod yardstick;
 

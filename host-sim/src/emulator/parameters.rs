@@ -18,6 +18,18 @@ const WAIT_TICKS: f32 = 3.0;
 /// # Errors
 /// Names a value that is not allowed, or that the device would refuse.
 pub fn parameters(plan: &RunPlan, watched: bool) -> Result<Parameters, Error> {
+    let mut parameters = by_itself(plan)?;
+    parameters.device.soft_start = 0.0;
+    parameters.device.nominal_supply = 0.0;
+    if !watched {
+        parameters.limits = Limits::OFF;
+    }
+    device::validate(&parameters, plan)?;
+    Ok(parameters)
+}
+
+/// As a board would be told, but for the begin: by itself, and from zero.
+fn by_itself(plan: &RunPlan) -> Result<Parameters, Error> {
     let mut parameters = device::assembled(plan)?;
     // The device calls the place zero in which it is armed. The host's joint rests there too, but its disc may already
     // be a count further.
@@ -26,14 +38,8 @@ pub fn parameters(plan: &RunPlan, watched: bool) -> Result<Parameters, Error> {
     parameters.device = DeviceConfig {
         autostart: true,
         autostart_delay: WAIT_TICKS * parameters.controller.sample_time,
-        soft_start: 0.0,
-        nominal_supply: 0.0,
         ..parameters.device
     };
-    if !watched {
-        parameters.limits = Limits::OFF;
-    }
-    device::validate(&parameters, plan)?;
     Ok(parameters)
 }
 
@@ -42,7 +48,7 @@ pub fn parameters(plan: &RunPlan, watched: bool) -> Result<Parameters, Error> {
 /// # Errors
 /// As [`parameters`].
 pub fn blob(plan: &RunPlan) -> Result<Vec<u8>, Error> {
-    record(plan, false)
+    record(plan, &parameters(plan, false)?)
 }
 
 /// The same, watched by every monitor.
@@ -50,11 +56,21 @@ pub fn blob(plan: &RunPlan) -> Result<Vec<u8>, Error> {
 /// # Errors
 /// As [`parameters`].
 pub fn watched_blob(plan: &RunPlan) -> Result<Vec<u8>, Error> {
-    record(plan, true)
+    record(plan, &parameters(plan, true)?)
 }
 
-fn record(plan: &RunPlan, watched: bool) -> Result<Vec<u8>, Error> {
+/// The same, and with soft start and supply as the plan's file has them.
+///
+/// # Errors
+/// As [`parameters`].
+pub fn everything_on(plan: &RunPlan) -> Result<Vec<u8>, Error> {
+    let parameters = by_itself(plan)?;
+    device::validate(&parameters, plan)?;
+    record(plan, &parameters)
+}
+
+fn record(plan: &RunPlan, parameters: &Parameters) -> Result<Vec<u8>, Error> {
     let mut room = [0; ROOM];
-    let record = parameters(plan, watched)?.encode(1, &mut room).map(<[u8]>::to_vec);
+    let record = parameters.encode(1, &mut room).map(<[u8]>::to_vec);
     record.ok_or_else(|| Error::Input(format!("{}: the parameters do not fit {ROOM} bytes", plan.origin)))
 }

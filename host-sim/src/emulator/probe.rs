@@ -1,4 +1,4 @@
-//! Counts the instructions of a running image, and finds how deep its stack got.
+//! Counts the instructions of a running image, estimates their cycles, and finds how deep its stack got.
 //!
 //! A span begins before its first instruction and ends after its last. Instructions of anything that interrupts it would
 //! be counted as its own: the control interrupt has only the break input and the faults above it, and a run in which one
@@ -10,7 +10,9 @@ use std::sync::Arc;
 use rigless::emulator::{Error as HostError, Hit, Host, Watch};
 use rigless::soc::Width;
 
+use super::tracer::{Cycles, Passage, Route, Tracer};
 use crate::error::Error;
+use crate::firmware::blocks::Blocks;
 use crate::firmware::{Code, Function};
 
 /// What the stack is filled with before the first instruction. No address and no small number looks like it.
@@ -118,13 +120,22 @@ fn watch(host: &mut dyn Host, watches: impl Iterator<Item = Watch>) -> Result<()
     Ok(())
 }
 
-/// Instructions of one tick of the loop.
+/// What something has taken.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Cost {
+    /// Counted.
+    pub instructions: u32,
+    /// Estimated.
+    pub cycles: Cycles,
+}
+
+/// One tick of the loop.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct TickCost {
-    /// From the control interrupt's first instruction to its return, both included.
-    pub interrupt: u32,
+    /// From the control interrupt's first instruction to its return, both included; cycles with entry and exit.
+    pub interrupt: Cost,
     /// Of these, the core's: `Controller::tick` as a function, its return included, the call not.
-    pub core: u32,
+    pub core: Cost,
 }
 
 /// What to count in an image.
@@ -134,6 +145,7 @@ pub struct Points {
     core: Span,
     above: Vec<u64>,
     stack: Range<u64>,
+    route: Arc<Route>,
 }
 
 impl Points {
@@ -146,11 +158,20 @@ impl Points {
             ABOVE.iter().map(|name| Ok(code.function(name)?.address.into())).collect::<Result<_, Error>>()?;
         let end =
             code.symbol("_stack_end").ok_or_else(|| Error::Emulator("the image has no _stack_end".into()))?;
+        let (handler, core) = (code.function(HANDLER)?, code.function(CORE)?);
+        let calls = code.functions().flat_map(|caller| &caller.returns_to);
+        let route = Route {
+            blocks: Blocks::below(code, handler),
+            handler: handler.address..handler.address + handler.size,
+            part: core.address,
+            part_returns_to: calls.filter(|(_, to)| *to == core.address).map(|(after, _)| *after).collect(),
+        };
         Ok(Self {
-            handler: Span::handler(code.function(HANDLER)?)?,
-            core: Span::called(code, code.function(CORE)?)?,
+            handler: Span::handler(handler)?,
+            core: Span::called(code, core)?,
             above,
             stack: end.into()..code.stack_start().into(),
+            route: Arc::new(route),
         })
     }
 }
@@ -160,6 +181,7 @@ impl Points {
 pub struct Probe {
     handler: Counter,
     core: Counter,
+    tracer: Tracer,
     points: Arc<Points>,
     /// Every tick in which the core ran.
     pub ticks: Vec<TickCost>,
@@ -167,6 +189,8 @@ pub struct Probe {
     pub stack: u32,
     /// Whether something has interrupted the control interrupt.
     pub disturbed: bool,
+    /// Why there are no cycles.
+    pub trouble: Option<String>,
 }
 
 impl Probe {
@@ -175,10 +199,12 @@ impl Probe {
         Self {
             handler: Counter::new(points.handler.clone()),
             core: Counter::new(points.core.clone()),
+            tracer: Tracer::new(points.route.clone()),
             points,
             ticks: Vec::new(),
             stack: 0,
             disturbed: false,
+            trouble: None,
         }
     }
 
@@ -192,6 +218,8 @@ impl Probe {
         }
         self.handler.attach(host)?;
         self.core.attach(host)?;
+        let begins = self.points.route.blocks.begins();
+        watch(host, begins.map(|address| Watch::Instruction(address.into())))?;
         watch(host, self.points.above.iter().copied().map(Watch::Instruction))
     }
 
@@ -202,13 +230,24 @@ impl Probe {
             self.tick(interrupt);
         }
         self.core.hit(hit);
+        self.tracer.hit(hit);
     }
 
     fn tick(&mut self, interrupt: u32) {
         // Without a core's tick the loop is open, and the interrupt has little to do.
-        if let Some(core) = self.core.take() {
-            self.ticks.push(TickCost { interrupt, core });
+        let (Some(core), passage) = (self.core.take(), self.tracer.take()) else { return };
+        let Some(Passage { whole, part: Some(part), instructions }) = passage else {
+            let why = self.tracer.trouble.take();
+            self.trouble = self.trouble.take().or(why).or_else(|| Some("its way was not followed".into()));
+            return;
+        };
+        if instructions != interrupt {
+            let why =
+                format!("{interrupt} instructions of an interrupt, of which {instructions} were followed");
+            self.trouble.get_or_insert(why);
         }
+        let cost = |instructions, cycles| Cost { instructions, cycles };
+        self.ticks.push(TickCost { interrupt: cost(interrupt, whole), core: cost(core, part) });
     }
 
     /// After the last instruction.

@@ -3,14 +3,19 @@
 //! The types here say what to show; how it looks is settled once in `draw`, so
 //! every figure of a report has the same fonts, weights and dash patterns.
 
+#[cfg(feature = "figures")]
 mod draw;
+#[cfg(feature = "figures")]
 mod inline;
 pub mod logged;
+#[cfg(feature = "figures")]
 mod raster;
 mod results;
+#[cfg(feature = "figures")]
 mod shape;
-#[cfg(test)]
+#[cfg(all(test, feature = "figures"))]
 mod tests;
+#[cfg(feature = "figures")]
 mod thin;
 
 use std::fmt;
@@ -107,17 +112,20 @@ pub struct Figure {
 
 impl Figure {
     /// Draws the figure as an SVG document, 900 units wide.
+    #[cfg(feature = "figures")]
     pub fn to_svg(&self) -> Result<String, Error> {
         draw::svg(self, draw::Sheet::FILE)
     }
 
     /// Draws the figure as an element of an HTML page, without a title. Its names begin with `id`, which no other
     /// element of the page should have.
+    #[cfg(feature = "figures")]
     pub fn to_inline_svg(&self, id: &str) -> Result<String, Error> {
         Ok(inline::element(&draw::svg(self, draw::Sheet::inline(id))?, &self.title))
     }
 
     /// Draws the figure as a PNG file with `scale` pixels for each SVG unit.
+    #[cfg(feature = "figures")]
     pub fn to_png(&self, scale: f32) -> Result<Vec<u8>, Error> {
         raster::png(&self.to_svg()?, scale)
     }

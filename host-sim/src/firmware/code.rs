@@ -40,6 +40,46 @@ pub struct Code {
     functions: BTreeMap<u32, Function>,
     vectors: Vec<u32>,
     symbols: BTreeMap<String, u32>,
+    text: Text,
+}
+
+/// The section of machine code.
+#[derive(Clone, Debug)]
+struct Text {
+    start: u32,
+    bytes: Vec<u8>,
+    /// From each of these addresses on it is code, or data.
+    marks: BTreeMap<u32, bool>,
+}
+
+impl Text {
+    fn halfword(&self, address: u32) -> Option<u16> {
+        let offset = address.checked_sub(self.start)? as usize;
+        let pair = self.bytes.get(offset..offset + 2)?;
+        Some(u16::from_le_bytes(pair.try_into().ok()?))
+    }
+
+    fn is_code(&self, address: u32) -> bool {
+        self.marks.range(..=address).next_back().is_none_or(|(_, is_code)| *is_code)
+    }
+}
+
+/// An instruction where it lies.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Placed {
+    /// Its address.
+    pub address: u32,
+    /// Its two halfwords; the second one belongs to it only if it is a long one.
+    pub halfwords: (u16, u16),
+    /// What it does.
+    pub instruction: Instruction,
+}
+
+impl Placed {
+    /// Where the next one lies.
+    pub const fn end(&self) -> u32 {
+        self.address + self.instruction.size
+    }
 }
 
 impl Code {
@@ -81,18 +121,36 @@ impl Code {
         if marks.is_empty() || u64::from(covered) < text.size() * 9 / 10 {
             return Err(no("its symbols have been stripped, so nothing can be said of its functions"));
         }
-        let mut functions = BTreeMap::new();
+        let text = Text { start, bytes: bytes.to_vec(), marks };
+        let mut code = Self { functions: BTreeMap::new(), vectors, symbols, text };
         for (address, (size, name)) in sizes {
-            let at = |address: u32| {
-                let offset = address.checked_sub(start)? as usize;
-                let pair = bytes.get(offset..offset + 2)?;
-                Some(u16::from_le_bytes(pair.try_into().ok()?))
-            };
-            let is_code = |address| marks.range(..=address).next_back().is_none_or(|(_, is_code)| *is_code);
             let function = Function { name, address, size, stack: Some(0), ..Function::default() };
-            functions.insert(address, function.walk(at, is_code));
+            let function = code.instructions(&function).fold(function.clone(), Function::with);
+            code.functions.insert(address, function);
         }
-        Ok(Self { functions, vectors, symbols })
+        Ok(code)
+    }
+
+    /// A function's instructions in the order in which they lie.
+    pub fn instructions(&self, function: &Function) -> impl Iterator<Item = Placed> {
+        let (mut address, end) = (function.address, function.address + function.size);
+        std::iter::from_fn(move || {
+            while address < end && !self.text.is_code(address) {
+                address += 2;
+            }
+            let first = self.text.halfword(address).filter(|_| address < end)?;
+            let second = self.text.halfword(address + 2).unwrap_or(0);
+            let instruction = Instruction::decode(address, first, second);
+            let placed = Placed { address, halfwords: (first, second), instruction };
+            address = placed.end();
+            Some(placed)
+        })
+    }
+
+    /// The halfwords of the data that lie at an address, up to the next code.
+    pub fn data(&self, address: u32) -> impl Iterator<Item = u16> {
+        let data = (address..).step_by(2).take_while(|at| !self.text.is_code(*at));
+        data.map_while(|at| self.text.halfword(at))
     }
 
     /// Every function.
@@ -190,41 +248,55 @@ fn mangled(path: &str) -> String {
 }
 
 impl Function {
-    /// Reads the function's instructions.
-    fn walk(mut self, at: impl Fn(u32) -> Option<u16>, is_code: impl Fn(u32) -> bool) -> Self {
-        let end = self.address + self.size;
-        let mut address = self.address;
-        while address < end {
-            if !is_code(address) {
-                address += 2;
-                continue;
+    /// With what one more of its instructions does.
+    fn with(mut self, placed: Placed) -> Self {
+        let Placed { address, halfwords: (first, _), instruction } = placed;
+        match instruction.flow {
+            Flow::Call(target) => {
+                self.calls.insert(target);
+                self.returns_to.push((placed.end(), target));
             }
-            let Some(first) = at(address) else { break };
-            let instruction = Instruction::decode(address, first, at(address + 2).unwrap_or(0));
-            let next = address + instruction.size;
-            match instruction.flow {
-                Flow::Call(target) => {
-                    self.calls.insert(target);
-                    self.returns_to.push((next, target));
-                }
-                // To another function: a call that returns to this one's caller.
-                Flow::Branch(target) if !(self.address..end).contains(&target) => {
-                    self.calls.insert(target);
-                }
-                Flow::Return => self.returns.push(address),
-                Flow::CallRegister | Flow::JumpRegister => self.indirect.push(address),
-                Flow::Branch(_) | Flow::On => {}
+            // To another function: a call that returns to this one's caller.
+            Flow::Branch(target) if !(self.address..self.address + self.size).contains(&target) => {
+                self.calls.insert(target);
             }
-            if first == UNMASK {
-                self.unmasks.push(address);
-            }
-            self.stack = match instruction.stack {
-                Stack::Kept => self.stack,
-                Stack::Takes(bytes) => self.stack.map(|sum| sum + bytes),
-                Stack::Unknown => None,
-            };
-            address = next;
+            Flow::Return => self.returns.push(address),
+            Flow::CallRegister | Flow::JumpRegister => self.indirect.push(address),
+            Flow::Branch(_) | Flow::On => {}
         }
+        if first == UNMASK {
+            self.unmasks.push(address);
+        }
+        self.stack = match instruction.stack {
+            Stack::Kept => self.stack,
+            Stack::Takes(bytes) => self.stack.map(|sum| sum + bytes),
+            Stack::Unknown => None,
+        };
         self
+    }
+}
+
+#[cfg(test)]
+pub(crate) mod tests {
+    use super::*;
+
+    /// Functions that lie one behind the other from an address on; `marks` say where code and data begin.
+    pub fn code(start: u32, marks: &[(u32, bool)], functions: &[(&str, &[u16])]) -> Code {
+        let bytes: Vec<u8> =
+            functions.iter().flat_map(|(_, code)| code.iter().flat_map(|half| half.to_le_bytes())).collect();
+        let text = Text { start, bytes, marks: marks.iter().copied().collect() };
+        let (vectors, symbols) = (Vec::new(), BTreeMap::new());
+        let mut all = Code { functions: BTreeMap::new(), vectors, symbols, text };
+        let mut address = start;
+        for (name, code) in functions {
+            let size = 2 * code.len() as u32;
+            let function =
+                Function { name: (*name).to_owned(), address, size, stack: Some(0), ..Function::default() };
+            let function = all.instructions(&function).fold(function.clone(), Function::with);
+            all.symbols.insert(function.name.clone(), address);
+            all.functions.insert(address, function);
+            address += size;
+        }
+        all
     }
 }

@@ -2,19 +2,42 @@
 
 use std::path::Path;
 
+#[cfg(feature = "figures")]
 use rayon::prelude::*;
 
+use super::prepare_directory;
+#[cfg(feature = "figures")]
 use super::write_whole;
 use crate::error::Error;
 use crate::figure::NamedFigure;
 
+/// Makes the directory for figures: what would keep them from being written is found out before the work is done.
+///
+/// # Errors
+/// Names the path, or says that nothing here can draw.
+pub fn prepare_figures(directory: &Path) -> Result<(), Error> {
+    if cfg!(feature = "figures") { prepare_directory(directory) } else { write_figures(directory, &[]) }
+}
+
+/// Stands for the drawing of figures where it is not built in.
+///
+/// # Errors
+/// Always, with the command that builds it in.
+#[cfg(not(feature = "figures"))]
+pub fn write_figures(directory: &Path, _: &[NamedFigure]) -> Result<(), Error> {
+    let option = format!("figures in {}", directory.display());
+    Err(crate::error::not_built(&option, "what draws them is", "figures"))
+}
+
 /// Pixels of the PNG for each unit of the SVG: 1800 pixels wide, 300 to the inch on a six inch column.
+#[cfg(feature = "figures")]
 const SCALE: f32 = 2.0;
 
 /// Writes each figure as SVG and PNG into a directory. All are drawn before the first is written.
 ///
 /// # Errors
 /// Names the figure that could not be drawn, or the file that could not be written.
+#[cfg(feature = "figures")]
 pub fn write_figures(directory: &Path, figures: &[NamedFigure]) -> Result<(), Error> {
     let draw = |named: &NamedFigure| {
         let svg = named.figure.to_svg()?;

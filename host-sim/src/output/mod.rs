@@ -9,5 +9,5 @@ pub mod series;
 pub mod table;
 
 pub use cell::Cell;
-pub use drawn::write_figures;
+pub use drawn::{prepare_figures, write_figures};
 pub use file::{prepare_directory, write_whole};

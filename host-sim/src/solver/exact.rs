@@ -29,6 +29,7 @@ struct Decay {
 }
 
 impl Decay {
+    #[inline]
     fn over(duration_s: f64, lambda: f64) -> Self {
         let x = lambda * duration_s;
         // Below this the differences lose digits, and five terms of the series are exact: x^5/720 < 2e-18.
@@ -70,6 +71,7 @@ impl ExactAxis {
     }
 
     /// Time until an axis with deceleration `a` halts; negative or not a number if it never does.
+    #[inline]
     fn time_to_halt(&self, a: f64) -> f64 {
         let ratio = -self.velocity / a;
         if self.lambda * ratio < 1e-9 {
@@ -123,14 +125,17 @@ impl AxisSolver for ExactAxis {
         }
     }
 
+    #[inline]
     fn position(&self) -> f64 {
         self.position
     }
 
+    #[inline]
     fn velocity(&self) -> f64 {
         self.velocity
     }
 
+    #[inline]
     fn stuck(&self) -> bool {
         self.velocity == 0.0
     }

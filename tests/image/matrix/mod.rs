@@ -15,7 +15,9 @@ mod rows;
 
 use host_sim::device::simulated::Wires;
 use host_sim::emulator::bench::Mishap;
+use host_sim::emulator::board::CLOCK_HZ;
 use host_sim::emulator::rig::Sample;
+use host_sim::firmware::budgets::INTERRUPT_INSTRUCTIONS;
 use stiction::Fault;
 use stiction::compensator::Gains;
 use stiction::link::State;
@@ -29,8 +31,8 @@ fn laws() -> impl Iterator<Item = &'static str> {
     std::iter::once("pd").chain(Gains::NAMES.iter().copied())
 }
 
-/// The control interrupt's budget of 900 instructions at 168 MHz, ns: from the read of the counter to the end.
-const INTERRUPT_NS: u64 = 5_400;
+/// The control interrupt's budget, ns: from the read of the counter to the end, an instruction being a cycle here.
+const INTERRUPT_NS: u64 = INTERRUPT_INSTRUCTIONS as u64 * 1_000_000_000 / CLOCK_HZ.get();
 
 /// What a monitor sees.
 const ROWS: [&Row; 12] = [

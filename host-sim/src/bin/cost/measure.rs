@@ -1,7 +1,7 @@
-//! Runs the benchmark of section 3.3.1 on the image, and counts.
+//! Runs the benchmark of section 3.3.1 on the image, with everything on, and counts.
 //!
 //! The joint, gains and motions are those of the experiments `step-response` and `trajectory`: seven controllers, three
-//! steps and two trajectories. One key is not: `drive.pwm_hz`. Half of the emulator's time goes into a PWM of
+//! steps and two trajectories. Soft start and supply are those of [`metered`]. One more key is another: `drive.pwm_hz`. Half of the emulator's time goes into a PWM of
 //! 22 kHz, so it is 2 kHz here. No instruction of the control interrupt looks at that counter or depends on
 //! its top, and that is checked: each controller's 2.5 deg step is run again with the PWM of the file, and must take the
 //! same instructions in every tick. So is, by that, that a second run counts the same.
@@ -11,14 +11,13 @@ use std::sync::Arc;
 
 use host_sim::Error;
 use host_sim::benchmark::plain_runs;
-use host_sim::emulator::Emulation;
-use host_sim::emulator::probe::{Points, TickCost};
-use host_sim::emulator::yardstick;
+use host_sim::emulator::probe::{Points, Probe, TickCost};
+use host_sim::emulator::{FirmwareImage, metered, yardstick};
 use host_sim::experiment::{Document, RunPlan};
 use host_sim::firmware::Code;
 use host_sim::firmware::size::Size;
 use host_sim::firmware::stack::Bound;
-use host_sim::run::Trace;
+use host_sim::run::{Trace, run_all};
 
 /// The experiments of the benchmark.
 const EXPERIMENTS: [&str; 2] = ["step-response", "trajectory"];
@@ -47,47 +46,31 @@ pub struct Measured {
 
 /// Measures both images.
 pub fn measure(image: &Path, yardstick: &Path) -> Result<Measured, Error> {
-    let mut emulation = Emulation::new(Some(image))?;
-    let code = Code::read(image, &emulation.image().elf)?;
-    emulation.points = Some(Arc::new(Points::of(&code)?));
-    let size = Size::of(&emulation.image().elf)
-        .ok_or_else(|| Error::Emulator(format!("{}: its sections cannot be read", image.display())))?;
+    let image = Arc::new(FirmwareImage::open(image)?);
+    let code = Code::read(&image.path, &image.elf)?;
+    let points = Arc::new(Points::of(&code)?);
+    let size = Size::of(&image.elf)
+        .ok_or_else(|| Error::Emulator(format!("{}: its sections cannot be read", image.path.display())))?;
 
-    let fast: Vec<RunPlan> =
-        EXPERIMENTS.iter().map(|name| plans(name, &[FAST])).collect::<Result<Vec<_>, _>>()?.concat();
+    let fast = every_motion(&[&metered::EVERYTHING_ON[..], &[FAST]].concat())?;
     let (experiment, motion, short) = AGAIN;
-    let mut again = plans(experiment, &[short])?;
+    let mut again = plans(experiment, &[&metered::EVERYTHING_ON[..], &[short]].concat())?;
     again.retain(|plan| plan.label.ends_with(motion));
 
     let mut laws: Vec<(String, Vec<TickCost>)> = Vec::new();
-    let mut samples = Vec::new();
-    let mut painted = 0;
-    let mut by_label = Vec::new();
-    for run in emulation.run_all(&fast)? {
-        let plan = &run.result.plan;
-        let (ticks, stack) = counted(run.probe, &plan.label)?;
-        painted = painted.max(stack);
+    let probes = metered::count_all(&image, &points, &fast)?;
+    let repeated = metered::count_all(&image, &points, &again)?;
+    let painted = probes.iter().chain(&repeated).map(|probe| probe.stack).max().unwrap_or(0);
+    for (plan, Probe { ticks, .. }) in again.iter().zip(&repeated) {
+        let first = fast.iter().zip(&probes).find(|(known, _)| known.label == plan.label);
+        repeats(&plan.label, first.map_or(&[], |(_, probe)| &probe.ticks), ticks)?;
+    }
+    for (plan, Probe { ticks, .. }) in fast.iter().zip(probes) {
         let name = plan.controller.clone().unwrap_or_default();
-        if name == FEEDS
-            && let Trace::Loop(moments) = &run.result.trace
-        {
-            let resolution = plan.machine.encoder.resolution_deg();
-            samples.extend(moments.iter().map(|moment| {
-                [moment.reference_deg as f32, (f64::from(moment.tick.counts) * resolution) as f32]
-            }));
-        }
-        by_label.push((plan.label.clone(), ticks.clone()));
         match laws.iter_mut().find(|(known, _)| *known == name) {
             Some((_, all)) => all.extend(ticks),
             None => laws.push((name, ticks)),
         }
-    }
-    for run in emulation.run_all(&again)? {
-        let label = &run.result.plan.label;
-        let (second, stack) = counted(run.probe, label)?;
-        painted = painted.max(stack);
-        let first = by_label.iter().find(|(known, _)| known == label).map_or(&[][..], |(_, ticks)| ticks);
-        repeats(label, first, &second)?;
     }
 
     let elf = std::fs::read(yardstick).map_err(|source| Error::File {
@@ -95,7 +78,7 @@ pub fn measure(image: &Path, yardstick: &Path) -> Result<Measured, Error> {
         path: yardstick.into(),
         source,
     })?;
-    let counts = yardstick::count(yardstick, &elf, &samples)?;
+    let counts = yardstick::count(yardstick, &elf, &feed()?)?;
     let names = yardstick::STEPS.map(|(name, _)| name);
     Ok(Measured {
         laws,
@@ -118,17 +101,24 @@ fn plans(experiment: &str, set: &[&str]) -> Result<Vec<RunPlan>, Error> {
     plain_runs(&document)
 }
 
-fn counted(
-    probe: Option<host_sim::emulator::probe::Probe>,
-    label: &str,
-) -> Result<(Vec<TickCost>, u32), Error> {
-    match probe {
-        Some(probe) if probe.disturbed => {
-            Err(Error::Emulator(format!("{label}: the control interrupt was itself interrupted")))
-        }
-        Some(probe) if !probe.ticks.is_empty() => Ok((probe.ticks, probe.stack)),
-        _ => Err(Error::Emulator(format!("{label}: no tick was counted"))),
+/// The motions of every experiment.
+fn every_motion(set: &[&str]) -> Result<Vec<RunPlan>, Error> {
+    Ok(EXPERIMENTS.iter().map(|name| plans(name, set)).collect::<Result<Vec<_>, _>>()?.concat())
+}
+
+/// Set points and positions for the yardsticks, deg: those of the loop on the host.
+fn feed() -> Result<Vec<[f32; 2]>, Error> {
+    let mut plans = every_motion(&[])?;
+    plans.retain(|plan| plan.controller.as_deref() == Some(FEEDS));
+    let mut samples = Vec::new();
+    for run in run_all(&plans)? {
+        let Trace::Loop(moments) = &run.trace else { continue };
+        let resolution = run.plan.machine.encoder.resolution_deg();
+        samples.extend(moments.iter().map(|moment| {
+            [moment.reference_deg as f32, (f64::from(moment.tick.counts) * resolution) as f32]
+        }));
     }
+    Ok(samples)
 }
 
 /// The last tick of the shorter run may be cut off in its interrupt.

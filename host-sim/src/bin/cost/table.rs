@@ -1,24 +1,16 @@
 //! The table of costs, and the budgets that it has to keep.
 
 use host_sim::Error;
-use host_sim::emulator::probe::TickCost;
+use host_sim::emulator::board::CLOCK_HZ;
+use host_sim::emulator::probe::{Cost, TickCost};
+use host_sim::firmware::budgets::{
+    CONTROLLER_STATE_BYTES, CORE_INSTRUCTIONS, FLASH_BYTES, INTERRUPT_INSTRUCTIONS, LAW_STATE_BYTES,
+    RAM_BYTES,
+};
 use stiction::ControllerState;
 use stiction::compensator::{LawState, rate_variable_integral, reset_integral, reset_offset_integral};
 
 use crate::measure::Measured;
-
-/// Instructions of the core's tick.
-const CORE: u32 = 450;
-/// Instructions of the control interrupt.
-const INTERRUPT: u32 = 900;
-/// Bytes.
-const FLASH: u64 = 64 << 10;
-/// Bytes of variables and stack.
-const RAM: u64 = 16 << 10;
-/// Bytes of one law's state.
-const LAW_STATE: usize = 64;
-/// Bytes of a whole controller's.
-const CONTROLLER_STATE: usize = 256;
 
 /// The state of each law, bytes: the fields are numbers of 32 bits, so the host's sizes are the part's.
 fn state_of(law: &str) -> usize {
@@ -52,14 +44,16 @@ pub fn table(measured: &Measured, compiler: &str) -> String {
     let Measured { size, painted, bound, stack, .. } = measured;
     line(format!(
         "{:12} {:>7} {:>7} {:>7} {:>7} {:>7} {:>7} {:>5}",
-        "budget", "", "", CORE, "", "", INTERRUPT, LAW_STATE
+        "budget", "", "", CORE_INSTRUCTIONS, "", "", INTERRUPT_INSTRUCTIONS, LAW_STATE_BYTES
     ));
     line(String::new());
+    cycles(&measured.laws).into_iter().for_each(&mut line);
+    line(String::new());
     line("bytes           used  budget".into());
-    line(format!("flash        {:>7} {FLASH:>7}", size.flash));
+    line(format!("flash        {:>7} {FLASH_BYTES:>7}", size.flash));
     line(format!("code         {:>7}", size.code));
     line(format!(
-        "ram          {:>7} {RAM:>7}  variables {} and room for the stack {stack}",
+        "ram          {:>7} {RAM_BYTES:>7}  variables {} and room for the stack {stack}",
         ram(measured),
         size.variables
     ));
@@ -67,7 +61,7 @@ pub fn table(measured: &Measured, compiler: &str) -> String {
     line(format!("stack bound  {:>7} {stack:>7}", bound.total()));
     let (controller, law) = (size_of::<ControllerState>(), size_of::<LawState>());
     line(format!(
-        "state        {controller:>7} {CONTROLLER_STATE:>7}  of a controller; a law's place in it {law}"
+        "state        {controller:>7} {CONTROLLER_STATE_BYTES:>7}  of a controller; a law's place in it {law}"
     ));
     text
 }
@@ -82,18 +76,18 @@ pub fn within_budgets(measured: &Measured) -> Result<(), Error> {
     };
     for (name, ticks) in &measured.laws {
         let [core, interrupt] = columns(ticks).map(|counts| counts.into_iter().max().unwrap_or(0).into());
-        check(format!("{name}: instructions of the core's tick"), core, CORE.into());
-        check(format!("{name}: instructions of the interrupt"), interrupt, INTERRUPT.into());
-        check(format!("{name}: bytes of state"), state_of(name) as u64, LAW_STATE as u64);
+        check(format!("{name}: instructions of the core's tick"), core, CORE_INSTRUCTIONS.into());
+        check(format!("{name}: instructions of the interrupt"), interrupt, INTERRUPT_INSTRUCTIONS.into());
+        check(format!("{name}: bytes of state"), state_of(name) as u64, LAW_STATE_BYTES as u64);
     }
     check(
         "bytes of state of a controller".into(),
         size_of::<ControllerState>() as u64,
-        CONTROLLER_STATE as u64,
+        CONTROLLER_STATE_BYTES as u64,
     );
-    check("bytes of a law's place".into(), size_of::<LawState>() as u64, LAW_STATE as u64);
-    check("bytes of flash".into(), measured.size.flash, FLASH);
-    check("bytes of RAM".into(), ram(measured), RAM);
+    check("bytes of a law's place".into(), size_of::<LawState>() as u64, LAW_STATE_BYTES as u64);
+    check("bytes of flash".into(), measured.size.flash, FLASH_BYTES);
+    check("bytes of RAM".into(), ram(measured), RAM_BYTES);
     check("bytes of stack seen".into(), measured.painted.into(), measured.stack.into());
     check("bytes of stack at most".into(), measured.bound.total().into(), measured.stack.into());
     if over.is_empty() { Ok(()) } else { Err(Error::Emulator(format!("over budget: {}", over.join("; ")))) }
@@ -103,8 +97,37 @@ fn ram(measured: &Measured) -> u64 {
     measured.size.variables + u64::from(measured.stack)
 }
 
+/// The most cycles of any tick of each law, with every fetch served and with every jump's missed.
+fn cycles(laws: &[(String, Vec<TickCost>)]) -> Vec<String> {
+    let most = |ticks: &[TickCost], of: fn(&TickCost) -> u32| {
+        let cycles = ticks.iter().map(of).max().unwrap_or(0);
+        format!("{cycles:>6} {:>6.2}", f64::from(cycles) / CLOCK_HZ.get() as f64 * 1e6)
+    };
+    let heads = |texts: [&str; 3], width: usize| {
+        let [first, second, third] = texts;
+        format!("{first:12} {second:^width$}  {third:^width$}")
+    };
+    let kinds = format!("{:^13} {:^13}", "hits", "misses");
+    let units = format!("{:>6} {:>6} {:>6} {:>6}", "cycles", "us", "cycles", "us");
+    let mut lines = vec![
+        heads(["estimate,", "core", "whole interrupt"], 27),
+        heads(["worst tick", &kinds, &kinds], 27),
+        heads(["", &units, &units], 27),
+    ];
+    for (name, ticks) in laws {
+        let core = [most(ticks, |tick| tick.core.cycles.hits), most(ticks, |tick| tick.core.cycles.misses)];
+        let whole = [
+            most(ticks, |tick| tick.interrupt.cycles.hits),
+            most(ticks, |tick| tick.interrupt.cycles.misses),
+        ];
+        lines.push(format!("{name:12} {}  {}", core.join(" "), whole.join(" ")));
+    }
+    lines
+}
+
 fn columns(ticks: &[TickCost]) -> [Vec<u32>; 2] {
-    [ticks.iter().map(|tick| tick.core).collect(), ticks.iter().map(|tick| tick.interrupt).collect()]
+    let of = |cost: fn(&TickCost) -> Cost| ticks.iter().map(|tick| cost(tick).instructions).collect();
+    [of(|tick| tick.core), of(|tick| tick.interrupt)]
 }
 
 /// Least, mean and largest.

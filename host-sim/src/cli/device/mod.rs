@@ -2,6 +2,10 @@
 
 mod edit;
 mod params;
+#[cfg(feature = "watch")]
+mod watch;
+#[cfg(not(feature = "watch"))]
+#[path = "no_watch.rs"]
 mod watch;
 
 use std::io::{Write, stderr};

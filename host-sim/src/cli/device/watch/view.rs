@@ -147,7 +147,7 @@ fn plots_of(frame: &mut Frame, watched: &Watched, area: Rect) {
         plot(
             frame,
             watched,
-            &[(EFFORT, |m| m.v), (APPLIED, |m| m.v_applied)],
+            &[(APPLIED, |m| m.v_applied), (EFFORT, |m| m.v)],
             ("V", LEAST_SPAN_V),
             true,
             effort,

@@ -1,0 +1,1 @@
+//! Empty: see its Cargo.toml.

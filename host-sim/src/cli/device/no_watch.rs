@@ -1,0 +1,21 @@
+//! Stands for the live view in a program that is built without it.
+
+use crate::device::client::Client;
+use crate::device::wire::Wire;
+use crate::error::{Error, not_built};
+
+/// Refuses before anything is said to the device.
+///
+/// # Errors
+/// Always, with the command that builds the view in.
+pub fn on_a_terminal() -> Result<(), Error> {
+    Err(not_built("device watch", "the live view is", "watch"))
+}
+
+/// Never reached.
+///
+/// # Errors
+/// Always.
+pub fn watch<W: Wire>(_: &mut Client<W>) -> Result<String, Error> {
+    on_a_terminal().map(|()| String::new())
+}
