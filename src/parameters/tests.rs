@@ -88,7 +88,7 @@ fn former(laws: &[Gains], drive: DriveConfig, motion: Motion) -> Parameters {
 
 #[test]
 fn records_of_the_former_formats_are_read_as_they_were_meant() {
-    let [ri, rvi, roi, feedforward, dnpf, srnf] = *Gains::EXAMPLES else { unreachable!() };
+    let [ri, rvi, roi, feedforward, dnpf, srnf, ..] = *Gains::EXAMPLES else { unreachable!() };
     // PWM tops of 3818 and 4200 at 168 MHz.
     let drive = |mode, pwm_hz| DriveConfig { full_scale: 12.0, lsb: 0.0125, mode, pwm_hz };
     let antiphase = drive(PwmMode::LockedAntiphase, 168e6 / 7636.0);
