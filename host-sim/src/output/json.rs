@@ -1,4 +1,4 @@
-//! The JSON of `stiction run`: one object, keys as documented in the README.
+//! The JSON of `stiction run`: one object, keys as documented in docs/command-line.md.
 
 use std::borrow::Cow;
 

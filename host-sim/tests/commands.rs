@@ -1,0 +1,195 @@
+//! Every command that README.md and the pages of docs/ show. Those of `stiction` run here, page by page, in the order of
+//! the page; jobs and tests of cargo are looked up. Blind to what a command prints, and to what needs a board.
+#![cfg(unix)]
+#![allow(missing_docs, clippy::unwrap_used, clippy::panic)]
+
+use std::fs;
+use std::path::{Path, PathBuf};
+use std::process::{Command, Output};
+
+const STICTION: &str = env!("CARGO_BIN_EXE_stiction");
+
+/// Only the parser sees these.
+const PARSED_ONLY: [(&str, &str); 5] = [
+    (" --port", "needs a board"),
+    (" --emulator", "needs the firmware; tests/image/ runs the same"),
+    (" --target emulator", "needs the firmware; tests/image/ runs the same"),
+    (" watch", "needs a terminal; tests/port.rs has one"),
+    ("stiction report", "takes a quarter of a minute; tests/report.rs makes the page"),
+];
+
+/// What clap says of a command that a sentence names without its arguments.
+const INCOMPLETE: [&str; 2] = ["required arguments were not provided", "a value is required for"];
+
+/// What the text writes for something of the reader's.
+const PLACEHOLDERS: [(&str, &str); 10] = [
+    ("--port ...", "--port /dev/ttyUSB0"),
+    ("device ...", "device --simulated"),
+    ("--signals NAME,...", "--signals saturated"),
+    ("--signals NAME", "--signals saturated"),
+    ("--controller NAME[,NAME]", "--controller srnf"),
+    (" NAME", " step-response"),
+    ("FILE.csv", "run.csv"),
+    (" FILE", " file"),
+    (" DIR", " figures"),
+    ("[TABLE]", "limits"),
+];
+
+struct Shown {
+    command: String,
+    /// In a block, and so complete.
+    whole: bool,
+}
+
+fn root() -> PathBuf {
+    Path::new(env!("CARGO_MANIFEST_DIR")).join("..")
+}
+
+fn read(path: impl AsRef<Path>) -> String {
+    fs::read_to_string(root().join(path)).unwrap()
+}
+
+fn pages() -> Vec<String> {
+    let docs = fs::read_dir(root().join("docs")).unwrap();
+    let names = docs.map(|entry| format!("docs/{}", entry.unwrap().file_name().to_string_lossy()));
+    let mut pages: Vec<String> = names.filter(|name| name.ends_with(".md")).collect();
+    pages.extend(["README.md".into(), "ARCHITECTURE.md".into()]);
+    pages.sort();
+    pages
+}
+
+/// The commands of a page, in its order.
+fn shown(page: &str) -> Vec<Shown> {
+    let mut all = Vec::new();
+    for (i, part) in page.split("\n```").enumerate() {
+        if i % 2 == 0 {
+            // A code that a line breaks is one; a paragraph ends every one.
+            for paragraph in part.split("\n\n") {
+                let codes = paragraph.split('`').skip(1).step_by(2);
+                let joined = codes.map(|code| code.split_whitespace().collect::<Vec<_>>().join(" "));
+                all.extend(joined.map(|command| Shown { command, whole: false }));
+            }
+        } else if let Some(block) = part.strip_prefix('\n') {
+            let lines = block.replace("\\\n", " ");
+            let commands = lines.lines().map(|line| line.split(" # ").next().unwrap().trim().to_owned());
+            all.extend(commands.map(|command| Shown { command, whole: true }));
+        }
+    }
+    for Shown { command, .. } in &mut all {
+        while command.split_once(' ').is_some_and(|(first, _)| first.contains('=')) {
+            *command = command.split_once(' ').unwrap().1.to_owned();
+        }
+    }
+    all.retain(|Shown { command, .. }| command.starts_with("stiction ") || command.starts_with("cargo "));
+    all
+}
+
+/// The arguments that a command of the text gives to `stiction`, if it is one.
+fn of_stiction(command: &str) -> Option<String> {
+    let arguments = match command.split_once(" -- ") {
+        Some((cargo, arguments)) if cargo.starts_with("cargo run ") => arguments,
+        _ => command.strip_prefix("stiction ").or_else(|| command.strip_prefix("cargo sim "))?,
+    };
+    let begin = format!("stiction {arguments}");
+    Some(PLACEHOLDERS.iter().fold(begin, |text, (from, to)| text.replace(from, to)))
+}
+
+fn shell(directory: &Path, command: &str) -> Output {
+    let path = format!("{}:{}", directory.join("bin").display(), std::env::var("PATH").unwrap());
+    // An editor that changes nothing.
+    let surroundings = [("PATH", &*path), ("EDITOR", "true"), ("VISUAL", "true")];
+    Command::new("sh").args(["-c", command]).current_dir(directory).envs(surroundings).output().unwrap()
+}
+
+/// A place with the files that the pages take for granted.
+fn prepared() -> tempfile::TempDir {
+    let directory = tempfile::tempdir().unwrap();
+    for name in ["bin", "docs"] {
+        fs::create_dir(directory.path().join(name)).unwrap();
+    }
+    std::os::unix::fs::symlink(STICTION, directory.path().join("bin/stiction")).unwrap();
+    for command in [
+        "stiction show step-response > joint.toml",
+        "stiction run trajectory --controller srnf --csv run.csv",
+        "stiction device --simulated move 5 --for 3 --log move.csv",
+    ] {
+        assert!(shell(directory.path(), command).status.success(), "{command}");
+    }
+    directory
+}
+
+fn run(directory: &Path, command: &str, whole: bool) -> Result<(), String> {
+    let parsed_only = PARSED_ONLY.iter().any(|(part, _)| command.contains(part));
+    let done = shell(directory, &format!("{command}{}", if parsed_only { " --help" } else { "" }));
+    let said = String::from_utf8_lossy(&done.stderr).into_owned();
+    // Without a subcommand, clap answers with the help.
+    let is_named = INCOMPLETE.iter().any(|why| said.contains(why))
+        || said.contains("Usage:") && !said.contains("error:");
+    if done.status.success() || (!whole && is_named) { Ok(()) } else { Err(said) }
+}
+
+/// Whether cargo has what is asked of it: a job with its options, an alias, a test, a feature.
+fn look_up(command: &str) -> Result<(), String> {
+    let words: Vec<&str> = command.split_whitespace().skip(1).take_while(|word| *word != "--").collect();
+    let manifests = ["Cargo.toml", "host-sim/Cargo.toml", "tests/Cargo.toml"].map(read).concat();
+    let jobs: String =
+        fs::read_dir(root().join("xtask/src")).unwrap().map(|file| read(file.unwrap().path())).collect();
+    let work = jobs.split_once("enum Work {").unwrap().1.split("\n}").next().unwrap().to_lowercase();
+    for pair in words.windows(2) {
+        let found = match *pair {
+            ["xtask", job] => ['(', ','].iter().any(|end| work.contains(&format!("\n    {job}{end}"))),
+            ["--test" | "--bench" | "--bin" | "--package" | "-p", name] => {
+                let mut files = [".rs", "/main.rs"].iter().map(|end| format!("host-sim/tests/{name}{end}"));
+                manifests.contains(&format!("\nname = \"{name}\""))
+                    || files.any(|file| root().join(file).exists())
+            }
+            ["--features", name] => manifests.contains(&format!("\n{name} = [")),
+            [_, option] if words[0] == "xtask" && option.starts_with("--") => {
+                jobs.contains(&format!("\n    {}: ", option[2..].replace('-', "_")))
+            }
+            _ => true,
+        };
+        if !found {
+            return Err(format!("cargo does not know `{}`", pair.join(" ")));
+        }
+    }
+    let is_alias = read(".cargo/config.toml").contains(&format!("\n{} = ", words[0]));
+    if is_alias || ["test", "bench", "run"].contains(&words[0]) {
+        Ok(())
+    } else {
+        Err("no such alias".into())
+    }
+}
+
+#[test]
+fn every_command_that_a_page_shows_works() {
+    let (mut wrong, mut count) = (Vec::new(), 0);
+    for page in pages() {
+        let directory = prepared();
+        for Shown { command, whole } in shown(&read(&page)) {
+            count += 1;
+            let mut done =
+                of_stiction(&command).map_or(Ok(()), |filled| run(directory.path(), &filled, whole));
+            if command.starts_with("cargo ") {
+                done = done.and_then(|()| look_up(&command));
+            }
+            wrong.extend(done.err().map(|why| format!("{page}: `{command}`\n{why}")));
+        }
+    }
+    assert!(wrong.is_empty(), "{} of {count} commands fail:\n\n{}", wrong.len(), wrong.join("\n"));
+    assert!(count > 60, "only {count} commands were found");
+}
+
+#[test]
+fn the_readme_fits_a_screen_or_two_and_no_link_is_broken() {
+    let words = read("README.md").split_whitespace().count();
+    assert!(words <= 1300, "README.md has {words} words");
+    for page in pages() {
+        let text = read(&page);
+        for target in text.split("](").skip(1).map(|rest| rest.split(')').next().unwrap()) {
+            let (file, _) = target.split_once('#').unwrap_or((target, ""));
+            let found = root().join(&page).with_file_name(file);
+            assert!(file.is_empty() || file.starts_with("http") || found.exists(), "{page}: {target}");
+        }
+    }
+}
