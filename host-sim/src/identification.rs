@@ -19,7 +19,7 @@
 use stiction::Course;
 use stiction::identification::Found;
 
-use crate::closed_loop::{ClosedLoop, Moment};
+use crate::closed_loop::{ClosedLoop, Delay, Moment};
 use crate::mechanism::RobotAxis;
 use crate::solver::{AxisSolver, Event};
 use crate::target::BareLoop;
@@ -96,7 +96,9 @@ impl Ramp {
         let (counter, counts) = around.at_rest(solver);
         let course = Course::Ramp(self.core);
         let mut target = BareLoop::new(&around.controller, &course, counter, counts);
-        around.step(&mut target, solver, u32::MAX, |moment| on_moment(&moment.into()), on_event);
+        // The readings are of the effort of the same sample, here as in the image.
+        let at_once = ClosedLoop { delay: Delay::None, ..around.clone() };
+        at_once.step(&mut target, solver, u32::MAX, |moment| on_moment(&moment.into()), on_event);
         self.levels(&target.state.ramp().found(), &around.axis)
     }
 

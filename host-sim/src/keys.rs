@@ -5,6 +5,7 @@
 
 use serde_json::Value;
 use stiction::Fault;
+use stiction::compensator::{FIRST_LAW, Gains, MAX_TERMS};
 
 use crate::error::{Error, suggestion_or_all};
 use crate::machine::Machine;
@@ -81,8 +82,29 @@ pub fn markdown() -> String {
                 &format!("| `{}` | {} | {} | {number} | {text} |\n", row.name, row.allowed, row.otherwise);
         }
     }
+    page += "\n## Numbers without a key\n\nA record and the link also have the laws of the sum and the motion, which a file says \
+             in other ways.\n\n| number | |\n|---|---|\n";
+    let first = FIRST_LAW.0;
+    page += &format!(
+        "| `{first:#06x}` to `{:#06x}` | Which laws are added to PD, each once; 0: there is none, nor after it. {}. |\n",
+        first + MAX_TERMS as u16 - 1,
+        Gains::EXAMPLES
+            .iter()
+            .map(|law| format!("{} {}", law.id(), law.name()))
+            .collect::<Vec<_>>()
+            .join(", "),
+    );
+    let keyless = stiction::parameters::about().filter(|about| about.field.is_empty());
+    for about in keyless {
+        let number = about.key.0;
+        let next = if number >= CORNERS { "; that of the next corner is 4 higher" } else { "" };
+        page += &format!("| `{number:#06x}`{next} | {} |\n", about.text.trim());
+    }
     page
 }
+
+/// The number of the first value of a corner.
+const CORNERS: u16 = 0x0700;
 
 /// The table of docs/faults.md.
 pub fn faults() -> String {

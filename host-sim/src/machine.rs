@@ -49,10 +49,10 @@ pub struct Machine {
     /// Friction identification by ramps, instead of a reference.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub identification: Option<Identification>,
-    /// What only the controller board has; the simulator does not look at it.
+    /// What only the servo has; of the simulator, `--target servo` looks at it.
     #[serde(default)]
     pub device: Written<DeviceConfig>,
-    /// Thresholds of the board's faults; the simulator does not look at them, either.
+    /// Thresholds of the servo's faults; likewise.
     #[serde(default)]
     pub limits: Written<Limits>,
     /// How it is simulated.

@@ -57,7 +57,7 @@ pub struct WatchedServo {
     /// Where it was armed, in the counts of the host; the servo calls it zero.
     start: i32,
     ticks: u32,
-    /// The last tick of the motion.
+    /// The last tick.
     followed: Tick,
     /// The fault that ended the motion, and the number of the tick in which it did.
     pub fault: Option<(Latched, u32)>,
@@ -75,8 +75,10 @@ impl WatchedServo {
         parameters.device.autostart = false;
         from_start(&mut parameters.motion, counts);
         let device = &parameters.device;
+        // Without a nominal value, the middle of the converter's range.
         let share = device.nominal_supply / device.supply_full_scale;
-        let supply = if share > 0.0 { share * f32::from(STM32F405.supply_top) } else { 0.0 } as u16;
+        let share = if share > 0.0 { share } else { 0.5 };
+        let supply = (share * f32::from(STM32F405.supply_top)).round() as u16;
         let mut servo = Servo::new(Ok(&parameters), Boot::default(), &STM32F405);
         for _ in 0..LONGEST_REST {
             servo.tick(Input { counter, supply });
@@ -101,20 +103,23 @@ impl WatchedServo {
 impl Target for WatchedServo {
     fn tick(&mut self, counter: u32) -> Option<Tick> {
         let was_armed = self.servo.state() == State::Armed;
+        let before = self.servo.position();
         let mut tick = self.servo.tick(Input { counter, supply: self.supply }).tick;
         if was_armed && let Some(latched) = self.servo.latched() {
             self.fault = Some((latched, self.ticks));
         }
         self.ticks += 1;
-        tick.counts = tick.counts.wrapping_add(self.start);
-        tick.reference_counts = tick.reference_counts.wrapping_add(self.start);
-        if self.servo.state() == State::Armed {
-            self.followed = tick;
+        if was_armed {
+            tick.counts = tick.counts.wrapping_add(self.start);
+            tick.reference_counts = tick.reference_counts.wrapping_add(self.start);
         } else {
             // What was asked for stays asked for, so that the error of a joint that was let go is seen.
+            let travel = self.servo.position().wrapping_sub(before);
+            tick.counts = self.followed.counts.wrapping_add(travel);
             tick.reference_counts = self.followed.reference_counts;
             tick.reference_fraction = self.followed.reference_fraction;
         }
+        self.followed = tick;
         Some(tick)
     }
 }

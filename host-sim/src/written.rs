@@ -325,7 +325,11 @@ impl Visitor<'_> for WholeNumber {
     }
 
     fn visit_i64<E: de::Error>(self, whole: i64) -> Result<i64, E> {
-        Ok(whole)
+        // The core's whole numbers have 32 bits and no sign.
+        match u32::try_from(whole) {
+            Ok(_) => Ok(whole),
+            Err(_) => Err(E::invalid_value(de::Unexpected::Signed(whole), &self)),
+        }
     }
 }
 

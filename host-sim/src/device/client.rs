@@ -251,8 +251,11 @@ impl<W: Wire> Client<W> {
     /// Says why it was refused; nothing is taken then.
     pub fn change(&mut self, values: &[(Key, u32)]) -> Result<(), Error> {
         let (mut room, mut length) = ([0; CHUNK], 0);
+        // Which laws there are comes before their gains, as in a record.
+        let mut values = values.to_vec();
+        values.sort_unstable_by_key(|(key, _)| *key);
         for (key, bits) in values {
-            let put = record::put(&mut room, &mut length, *key, *bits);
+            let put = record::put(&mut room, &mut length, key, bits);
             put.ok_or_else(|| Error::Input("params: too many values for one change".into()))?;
         }
         let entries = room.iter().copied().take(length).collect();

@@ -1,6 +1,6 @@
 //! The signals of a device, as it announces them: this program has no table of its own.
 
-use stiction::link::{Announced, Sample};
+use stiction::link::{Announced, MAX_SIGNALS, Sample};
 use stiction::signal::{Form, SIGNALS};
 
 use crate::error::{Error, suggestion_or_all};
@@ -35,7 +35,8 @@ impl Signals {
 
     /// The sum of 1 << place of some of them; what the device does not have is left out.
     pub fn mask<'a>(&self, names: impl IntoIterator<Item = &'a str>) -> u64 {
-        names.into_iter().filter_map(|name| self.place(name)).fold(0, |mask, place| mask | 1 << place)
+        let places = names.into_iter().filter_map(|name| self.place(name));
+        places.filter(|place| *place < MAX_SIGNALS).fold(0, |mask, place| mask | 1 << place)
     }
 
     /// The value of a signal in a sample, as a number; zero if the sample does not have it.
