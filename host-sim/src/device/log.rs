@@ -8,6 +8,7 @@ use stiction::link::Sample;
 use super::signals::Signals;
 use crate::error::Error;
 use crate::output::Cell;
+use crate::output::csv::COLUMNS;
 
 /// What the columns of `stiction run --csv` are made of.
 const BASE: [&str; 9] = [
@@ -20,20 +21,6 @@ const BASE: [&str; 9] = [
     "v_c_v",
     "v_v",
     "code",
-];
-
-/// The columns that are always there, in their order.
-const COLUMNS: [&str; 10] = [
-    "time_s",
-    "reference_deg",
-    "position_deg",
-    "error_deg",
-    "velocity_deg_per_s",
-    "v_pd_v",
-    "v_c_v",
-    "v_v",
-    "code",
-    "stuck",
 ];
 
 /// What the joint got, which is not always what was asked for.
@@ -56,7 +43,7 @@ impl Log {
     /// Names a signal that the device does not have.
     pub fn new(signals: Signals, more: &[String]) -> Result<Self, Error> {
         more.iter().try_for_each(|name| signals.check(name))?;
-        let mut all: Vec<String> = vec![APPLIED.to_owned()];
+        let mut all: Vec<String> = vec![];
         for name in signals.of_law().map(str::to_owned).chain(more.iter().cloned()) {
             if !all.contains(&name) && !COLUMNS.contains(&name.as_str()) {
                 all.push(name);
@@ -67,7 +54,7 @@ impl Log {
 
     /// What has to be subscribed for these columns.
     pub fn mask(&self) -> u64 {
-        self.signals.mask(BASE.into_iter().chain(self.more.iter().map(String::as_str)))
+        self.signals.mask(BASE.into_iter().chain([APPLIED]).chain(self.more.iter().map(String::as_str)))
     }
 
     /// Adds one.
@@ -109,6 +96,7 @@ impl Log {
             ];
             row.extend(["error_deg", "velocity_deg_per_s", "v_pd_v", "v_c_v", "v_v", "code"].map(cell));
             row.push(Cell::from(value("velocity_deg_per_s") == 0.0));
+            row.push(cell(APPLIED));
             row.extend(self.more.iter().map(|name| cell(name)));
             writer.serialize(row).map_err(failed)?;
         }

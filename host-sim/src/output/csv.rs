@@ -3,8 +3,8 @@
 use super::cell::Cell;
 use crate::run::{RunResult, Trace};
 
-/// The columns that every script may rely on; further ones stand behind them.
-const COLUMNS: [&str; 11] = [
+/// The columns that every script may rely on, here and in the log of a device; further ones stand behind them.
+pub const COLUMNS: [&str; 11] = [
     "time_s",
     "reference_deg",
     "position_deg",
