@@ -13,7 +13,7 @@ use crate::position::Position;
 use crate::reference::{Reference, Setpoint};
 use crate::signal::{MAX_LAW_SIGNALS, Tick};
 use crate::value::{Key, Table, Values, key, table};
-use crate::velocity::{Velocity, VelocityState};
+use crate::velocity::{MAX_WINDOW, Velocity, VelocityState};
 
 table! {
     /// Everything that a controller is configured with, in a user's units.
@@ -35,6 +35,9 @@ table! {
         compensator: Vec<Gains, MAX_TERMS> = Vec::new(),
     }
 }
+
+/// The bound of `velocity_window`, which hosts show as it stands there.
+const _: () = assert!(MAX_WINDOW == 16);
 
 /// The number of the sample time.
 pub(crate) const SAMPLE_TIME: Key = key(ControllerConfig::ABOUT, "sample_time");
@@ -170,11 +173,14 @@ impl Controller {
         if non_finite {
             state.compensator = self.compensator.rest();
         }
-        let law = self.compensator.signals(&state.compensator);
         let asked = if non_finite { 0.0 } else { sum };
         let output = self.output.apply(&mut state.output, asked, reading.supply, Rise::Soft);
-        let terms = Terms { error, v_pd, v_c, law };
-        record(state, &setpoint, velocity, &terms, &output, non_finite)
+        let terms = Terms { error, v_pd, v_c };
+        let mut tick = record(state, &setpoint, velocity, &terms, &output, non_finite);
+        if let Some(law) = self.compensator.signals(&state.compensator) {
+            tick.law = law;
+        }
+        tick
     }
 
     /// One tick with the loop open: `effort` gives the output (V) at a position in counts. The set point goes along
@@ -210,7 +216,6 @@ struct Terms {
     error: f32,
     v_pd: f32,
     v_c: f32,
-    law: [f32; MAX_LAW_SIGNALS],
 }
 
 /// Writes down a tick; the next one is one later.
@@ -245,6 +250,6 @@ fn record(
         saturated: output.saturated,
         non_finite,
         status: 0,
-        law: terms.law,
+        law: [0.0; MAX_LAW_SIGNALS],
     }
 }

@@ -28,7 +28,7 @@ struct Parts<F> {
 impl<F: NorFlash> Device<F> {
     /// Power comes up: the parameters are read, and nothing moves.
     pub fn start(mut store: Store<F>, boot: Boot, hardware: Hardware) -> Self {
-        let found = store.load();
+        let found = store.load().and_then(|found| found.fits(&hardware).map(|()| found));
         let servo = Servo::new(found.as_ref().map_err(|error| *error), boot, &hardware);
         let session = Session::new(Kind::Simulated, found.ok());
         Self { session, parts: Parts { hardware, servo, store } }

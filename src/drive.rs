@@ -45,7 +45,8 @@ table! {
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Drive {
     codes_per_volt: f32,
-    max_code: i16,
+    /// Of an `i16`; 32 bits, since the processor has no other arithmetic.
+    max_code: i32,
     mode: PwmMode,
     pwm_top: u16,
 }
@@ -70,7 +71,7 @@ impl Drive {
         config.validate()?;
         Ok(Self {
             codes_per_volt: 1.0 / config.lsb,
-            max_code: max_code(config.full_scale / config.lsb),
+            max_code: max_code(config.full_scale / config.lsb).into(),
             mode: config.mode,
             pwm_top,
         })
@@ -85,7 +86,7 @@ impl Drive {
     /// assert_eq!(Drive::new(&config, &hardware).unwrap().max_code(), 250);
     /// ```
     pub const fn max_code(&self) -> i16 {
-        self.max_code
+        self.max_code as i16
     }
 
     /// How the code reaches the bridge.
@@ -109,13 +110,18 @@ impl Drive {
     /// assert_eq!(drive.code(5.0), 1024);
     /// ```
     pub fn code(&self, v: f32) -> i16 {
+        self.whole_code(v) as i16
+    }
+
+    /// The same as 32 bits.
+    #[inline]
+    pub(crate) fn whole_code(&self, v: f32) -> i32 {
         let scaled = v * self.codes_per_volt;
         // Conversion truncates towards zero and saturates; the difference is exact in that range.
         let whole = scaled as i32;
         let rest = scaled - whole as f32;
         let step = i32::from(rest >= 0.5) - i32::from(rest <= -0.5);
-        let max = i32::from(self.max_code);
-        whole.saturating_add(step).max(-max).min(max) as i16
+        whole.saturating_add(step).max(-self.max_code).min(self.max_code)
     }
 
     /// The PWM setting of a code.
@@ -130,8 +136,13 @@ impl Drive {
     /// assert_eq!(drive.duty(-1024), Duty { compare: 0, reverse: false });
     /// ```
     pub fn duty(&self, code: i16) -> Duty {
-        let max = u32::from(self.max_code.unsigned_abs());
-        let magnitude = u32::from(code.unsigned_abs()).min(max);
+        self.duty_of(i32::from(code).max(-self.max_code).min(self.max_code))
+    }
+
+    /// The PWM setting of a code that is no larger than the largest one.
+    #[inline]
+    pub(crate) fn duty_of(&self, code: i32) -> Duty {
+        let (max, magnitude) = (self.max_code.unsigned_abs(), code.unsigned_abs());
         let top = u32::from(self.pwm_top);
         match self.mode {
             PwmMode::LockedAntiphase => {

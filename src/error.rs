@@ -37,17 +37,20 @@ pub enum Allowed {
     Any,
     /// Later than the corner before by at least this many seconds, so that blends do not overlap.
     LaterBy(f32),
+    /// A law that the sum does not have yet; none beside one that replaces PD.
+    AnotherLaw,
 }
 
 impl Allowed {
     /// Whether a number belongs to it; NaN belongs to no range. A time is compared where the corners are known, so
-    /// none of these belongs to [`LaterBy`](Self::LaterBy).
+    /// none of these belongs to [`LaterBy`](Self::LaterBy); nor is a law that is refused one of
+    /// [`AnotherLaw`](Self::AnotherLaw).
     pub fn includes(self, found: f32) -> bool {
         match self {
             Self::Between(low, high) => found >= low && found <= high,
             Self::Above(low, high) => found > low && found <= high,
             Self::Any => true,
-            Self::LaterBy(_) => false,
+            Self::LaterBy(_) | Self::AnotherLaw => false,
         }
     }
 }
@@ -67,6 +70,7 @@ impl fmt::Display for Allowed {
             Self::LaterBy(gap) => {
                 write!(f, "a time at least {gap} s after the corner before (two half blends)")
             }
+            Self::AnotherLaw => f.write_str("each law once, and none beside one that replaces PD"),
         }
     }
 }

@@ -32,36 +32,36 @@ mod app {
     use stiction::{Fault, Servo};
     use stm32f4xx_hal::pac::Interrupt;
 
-    use crate::board::alive;
     use crate::board::bridge;
     use crate::board::clock;
-    use crate::board::drive::{Drive, TRIPPED};
+    use crate::board::control_task::{ControlTask, TRIPPED};
+    use crate::board::last_tick;
+    use crate::board::liveness;
     use crate::board::machine::BoardMachine;
-    use crate::board::published;
-    use crate::board::record::{self, Record};
-    use crate::board::seams::Watchdog;
+    use crate::board::retained::{self, RetainedFault};
     use crate::board::sectors::Sectors;
     use crate::board::setup::{self, Board};
+    use crate::board::traits::Watchdog;
     use crate::board::usart::Port;
     use crate::board::watchdog::Independent;
     use crate::board::{fatal, reset};
     use crate::report::Report;
 
     /// Ticks that log and telemetry may lag behind; beyond it, they miss some.
-    const QUEUE: usize = 16;
+    const OUTPUTS: usize = 16;
 
     /// Bytes of frames that wait for the wire: two of the longest answers, and a few samples.
     const WAITING: usize = 768;
 
     /// Bytes from the wire that wait for the link: the longest frame, which is answered before the next one is sent.
-    const INCOMING: usize = 256;
+    const FROM_WIRE: usize = 256;
 
     /// Bytes on their way to the wire. At half of it the link is asked for more, 0.3 ms before there are none.
-    const OUTGOING: usize = 64;
+    const TO_WIRE: usize = 64;
 
     #[shared]
     struct Shared {
-        drive: Drive,
+        control_task: ControlTask,
         session: &'static mut Session<WAITING>,
         watchdog: Independent,
     }
@@ -69,32 +69,32 @@ mod app {
     #[local]
     struct Local {
         before: State,
-        ticks: Producer<'static, Output>,
-        trace: Consumer<'static, Output>,
+        output_producer: Producer<'static, Output>,
+        output_consumer: Consumer<'static, Output>,
         report: Report,
         port: Port,
-        heard: Producer<'static, u8>,
-        incoming: Consumer<'static, u8>,
-        outgoing: Producer<'static, u8>,
-        said: Consumer<'static, u8>,
+        from_wire_producer: Producer<'static, u8>,
+        from_wire_consumer: Consumer<'static, u8>,
+        to_wire_producer: Producer<'static, u8>,
+        to_wire_consumer: Consumer<'static, u8>,
         timer_clock: u32,
         store: Store<Sectors>,
     }
 
     #[init(local = [
-        queue: Queue<Output, QUEUE> = Queue::new(),
+        outputs: Queue<Output, OUTPUTS> = Queue::new(),
         session: MaybeUninit<Session<WAITING>> = MaybeUninit::uninit(),
         servo: MaybeUninit<Servo> = MaybeUninit::uninit(),
-        from_wire: Queue<u8, INCOMING> = Queue::new(),
-        to_wire: Queue<u8, OUTGOING> = Queue::new(),
+        from_wire: Queue<u8, FROM_WIRE> = Queue::new(),
+        to_wire: Queue<u8, TO_WIRE> = Queue::new(),
     ])]
     fn init(cx: init::Context) -> (Shared, Local) {
-        let init::LocalResources { queue, session, servo, from_wire, to_wire, .. } = cx.local;
+        let init::LocalResources { outputs, session, servo, from_wire, to_wire, .. } = cx.local;
         let session = session.write(Session::new(Kind::Board, None));
-        let (ticks, trace) = queue.split();
-        let (heard, incoming) = from_wire.split();
-        let (outgoing, said) = to_wire.split();
-        let (told, was_armed) = record::take();
+        let (output_producer, output_consumer) = outputs.split();
+        let (from_wire_producer, from_wire_consumer) = from_wire.split();
+        let (to_wire_producer, to_wire_consumer) = to_wire.split();
+        let (told, was_armed) = retained::take();
         let cause = reset::Cause::take(&cx.device.RCC);
         let settings = setup::Settings::read();
         let fault = told.and_then(|record| record.fault()).or(cause.fault(was_armed));
@@ -111,11 +111,22 @@ mod app {
         let report = Report::new();
         report.banner(&board, cause, told.as_ref(), fault, &settings);
 
-        let Board { drive, watchdog, port, store, timer_clock, .. } = board;
-        let before = drive.servo.state();
-        let shared = Shared { drive, session, watchdog };
-        let local =
-            Local { before, ticks, trace, report, port, heard, incoming, outgoing, said, timer_clock, store };
+        let Board { control_task, watchdog, port, store, timer_clock, .. } = board;
+        let before = control_task.servo.state();
+        let shared = Shared { control_task, session, watchdog };
+        let local = Local {
+            before,
+            output_producer,
+            output_consumer,
+            report,
+            port,
+            from_wire_producer,
+            from_wire_consumer,
+            to_wire_producer,
+            to_wire_consumer,
+            timer_clock,
+            store,
+        };
         (shared, local)
     }
 
@@ -130,32 +141,32 @@ mod app {
     ///
     /// Its budget is 1300 instructions from entry to exit (docs/cost.md): a thirteenth of the shortest sample time, if each
     /// took one cycle, and by the estimate there more than that. If it begins late or takes more than half the sample time, the output is turned off for good.
-    #[task(binds = TIM3, priority = 3, local = [before, ticks], shared = [drive])]
+    #[task(binds = TIM3, priority = 3, local = [before, output_producer], shared = [control_task])]
     fn control(mut cx: control::Context) {
         let local = cx.local;
         // Nothing that shares it is above this task: the lock is there for the types.
-        cx.shared.drive.lock(|drive| {
-            drive.enter();
-            let output = drive.tick();
+        cx.shared.control_task.lock(|parts| {
+            parts.enter();
+            let output = parts.tick();
             if output.state != *local.before {
-                remember(output.state, drive.servo.latched());
+                remember(output.state, parts.servo.latched());
                 *local.before = output.state;
             }
-            published::publish(&output.tick);
+            last_tick::publish(&output.tick);
             // A full queue loses a line of the log and samples of the telemetry, nothing else.
-            let _ = local.ticks.enqueue(output);
+            let _ = local.output_producer.enqueue(output);
             rtic::pend(Interrupt::SPI2);
-            drive.leave();
+            parts.leave();
         });
     }
 
     /// Keeps for the next reset what this one must not forget.
     fn remember(state: State, latched: Option<Latched>) {
-        record::set_armed(state == State::Armed);
+        retained::set_armed(state == State::Armed);
         match latched {
-            Some(latched) => record::keep(Record::latched(&latched)),
+            Some(latched) => retained::keep(RetainedFault::latched(&latched)),
             // It has been cleared: the next reset shall not tell it again.
-            None => record::forget(),
+            None => retained::forget(),
         }
     }
 
@@ -172,29 +183,29 @@ mod app {
         bridge::silence_break();
         if clock::has_lost_crystal() {
             // The clocks are wrong from here on: begin anew on the internal oscillator, and tell it there.
-            fatal::stop(Record::of(Fault::ClockLost));
+            fatal::stop(RetainedFault::of(Fault::ClockLost));
         }
         TRIPPED.store(true, Ordering::Relaxed);
     }
 
     /// Moves a byte of the link each way. Below the control task, which it cannot hold up.
-    #[task(binds = USART1, priority = 2, local = [port, heard, said])]
+    #[task(binds = USART1, priority = 2, local = [port, from_wire_producer, to_wire_consumer])]
     fn wire(cx: wire::Context) {
         let local = cx.local;
         if let Some(byte) = local.port.receive() {
             // A full ring loses a byte, and with it its frame, which is said again.
-            let _ = local.heard.enqueue(byte);
+            let _ = local.from_wire_producer.enqueue(byte);
             // The end of a frame.
             if byte == 0 {
                 let _ = link::spawn();
             }
         }
-        let said = local.said;
+        let to_wire = local.to_wire_consumer;
         local.port.send(|| {
-            if said.len() == OUTGOING / 2 {
+            if to_wire.len() == TO_WIRE / 2 {
                 let _ = link::spawn();
             }
-            said.dequeue()
+            to_wire.dequeue()
         });
     }
 
@@ -207,7 +218,7 @@ mod app {
     /// task twenty.
     #[task(binds = SPI2, priority = 2, shared = [watchdog])]
     fn feed(mut cx: feed::Context) {
-        if alive::all_have_run() {
+        if liveness::all_have_run() {
             cx.shared.watchdog.lock(Watchdog::feed);
         }
         // If it is still busy it takes this tick, too.
@@ -215,51 +226,55 @@ mod app {
     }
 
     /// Log, trace, and the samples of the telemetry; then it is the link's turn.
-    #[task(priority = 1, local = [trace, report], shared = [drive, session])]
+    #[task(priority = 1, local = [output_consumer, report], shared = [control_task, session])]
     async fn report(mut cx: report::Context) {
         let local = cx.local;
-        while let Some(output) = local.trace.dequeue() {
+        while let Some(output) = local.output_consumer.dequeue() {
             let sample_time = cx.shared.session.lock(|session| {
                 session.tick(&output);
                 session.parameters().map(|parameters| parameters.controller.sample_time)
             });
             if local.report.tick(&output, sample_time.unwrap_or(1.0))
-                && let Some(levels) = cx.shared.drive.lock(|drive| drive.servo.levels())
+                && let Some(levels) = cx.shared.control_task.lock(|parts| parts.servo.levels())
             {
                 local.report.levels(&levels);
             }
         }
-        alive::REPORT.leave();
+        liveness::REPORT.has_run();
         let _ = link::spawn();
     }
 
     /// Hears what was said, does it, and answers: one frame, since that may take milliseconds. Before the next one, the log
     /// has its turn, and the watchdog with it.
-    #[task(priority = 1, local = [incoming, outgoing, timer_clock, store], shared = [drive, session, watchdog])]
+    #[task(
+        priority = 1,
+        local = [from_wire_consumer, to_wire_producer, timer_clock, store],
+        shared = [control_task, session, watchdog],
+    )]
     async fn link(cx: link::Context) {
-        let link::LocalResources { incoming, outgoing, timer_clock, store, .. } = cx.local;
-        let link::SharedResources { mut drive, mut session, mut watchdog, .. } = cx.shared;
-        let mut machine =
-            BoardMachine { drive: &mut drive, watchdog: &mut watchdog, clock: *timer_clock, store };
+        let link::LocalResources { from_wire_consumer, to_wire_producer, timer_clock, store, .. } = cx.local;
+        let link::SharedResources { mut control_task, mut session, mut watchdog, .. } = cx.shared;
+        let (control_task, watchdog) = (&mut control_task, &mut watchdog);
+        let mut machine = BoardMachine { control_task, watchdog, clock: *timer_clock, store };
         session.lock(|session| {
-            while let Some(byte) = incoming.dequeue() {
+            while let Some(byte) = from_wire_consumer.dequeue() {
                 session.receive(&[byte], &mut machine);
                 // The end of a frame.
                 if byte == 0 {
                     break;
                 }
             }
-            while outgoing.ready() {
+            while to_wire_producer.ready() {
                 let mut byte = [0];
                 if session.transmit(&mut byte) == 0 {
                     break;
                 }
-                let _ = outgoing.enqueue(byte[0]);
+                let _ = to_wire_producer.enqueue(byte[0]);
             }
         });
         rtic::pend(Interrupt::USART1);
-        alive::LINK.leave();
-        if incoming.ready() {
+        liveness::LINK.has_run();
+        if from_wire_consumer.ready() {
             let _ = report::spawn();
         }
     }

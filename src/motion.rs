@@ -15,7 +15,7 @@ use crate::controller::{Controller, ControllerConfig, ControllerState, Reading};
 use crate::error::{Allowed, Error, between};
 use crate::identification::{self, Ramp, RampState};
 use crate::position::Position;
-use crate::reference::{Corner, MAX_CORNERS, Reference, Step, Trajectory};
+use crate::reference::{CORNER_TIMES, Corner, HALF_BLEND, MAX_CORNERS, Reference, Step, Trajectory};
 use crate::signal::Tick;
 use crate::value::{About, Absent, Key, Kind, Unfit, Values};
 
@@ -64,11 +64,10 @@ pub struct CourseState {
 const KIND: Key = Key(0x0600);
 const STEP_COUNTS: Key = Key(0x0601);
 const STEP_FRACTION: Key = Key(0x0602);
-const HALF_BLEND: Key = Key(0x0603);
 pub(crate) const RAMP_RATE: Key = identification::RATE;
 pub(crate) const RAMP_HOLD: Key = identification::HOLD;
-/// The first of four numbers of the first corner, of which three are used; those of the next corner follow.
-const CORNERS: u16 = 0x0700;
+/// Where the numbers of the corners begin.
+const CORNERS: u16 = CORNER_TIMES.0;
 
 /// The declarations, for hosts: a motion is not written like this in a machine's file, which may have many.
 pub(crate) const ABOUT: &[About] = &[
@@ -238,7 +237,8 @@ impl Values for Motion {
         Some((number, if is_fraction { FRACTION } else { Allowed::Any }))
     }
 
-    /// The kind comes first, and of each corner its time: each begins anew with the value before it.
+    /// The kind has to come first, and of each corner its time: setting the kind forgets everything else of the motion,
+    /// and a corner's time adds the corner.
     fn set(&mut self, key: Key, bits: u32) -> Result<bool, Unfit> {
         let number = f32::from_bits(bits);
         let is_same_kind = key == KIND && self.get(KIND) == Some(bits);

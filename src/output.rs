@@ -27,8 +27,8 @@ pub struct OutputStage {
     nominal_supply: f32,
     /// Ticks of the soft start.
     soft_start: u32,
-    /// The largest code.
-    cap: i16,
+    /// The largest code that is let through.
+    cap: i32,
 }
 
 /// What the stage remembers from tick to tick.
@@ -66,7 +66,7 @@ pub(crate) enum Rise {
 impl OutputStage {
     /// At once, and whatever the supply.
     pub(crate) fn new(full_scale: f32, lsb: f32, drive: Drive) -> Self {
-        Self { full_scale, lsb, nominal_supply: 0.0, soft_start: 0, cap: drive.max_code(), drive }
+        Self { full_scale, lsb, nominal_supply: 0.0, soft_start: 0, cap: drive.max_code().into(), drive }
     }
 
     /// With a soft start of so many ticks, and scaled by a nominal supply in the converter's units (0: not scaled).
@@ -87,28 +87,28 @@ impl OutputStage {
             scaled = limited;
             volts /= ratio;
         }
-        let full = self.drive.code(scaled);
+        let full = self.drive.whole_code(scaled);
         let limit = match rise {
             Rise::Soft => self.soft_start_limit(state),
             Rise::Own => self.cap,
         };
         let code = full.max(-limit).min(limit);
         saturated |= code != full;
-        let v_applied = f32::from(code) * volts;
+        let v_applied = code as f32 * volts;
         (state.applied, state.saturated) = (v_applied, saturated);
-        Applied { v, v_applied, code, duty: self.drive.duty(code), saturated }
+        Applied { v, v_applied, code: code as i16, duty: self.drive.duty_of(code), saturated }
     }
 
     /// The largest code of this tick.
     #[inline]
-    fn soft_start_limit(&self, state: &mut OutputState) -> i16 {
+    fn soft_start_limit(&self, state: &mut OutputState) -> i32 {
         if state.elapsed >= self.soft_start {
             return self.cap;
         }
         // 10 s at 10 kHz, and 32 767 codes: the product fits.
-        let scaled = state.elapsed.wrapping_mul(u32::from(self.drive.max_code().unsigned_abs()));
+        let scaled = state.elapsed.wrapping_mul(self.drive.max_code().unsigned_abs().into());
         state.elapsed += 1;
-        (scaled.checked_div(self.soft_start).unwrap_or(0) as i16).min(self.cap)
+        (scaled.checked_div(self.soft_start).unwrap_or(0) as i32).min(self.cap)
     }
 }
 

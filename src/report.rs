@@ -9,8 +9,8 @@ use stiction::Fault;
 use stiction::parameters::DecodeError;
 use stiction::servo::{Levels, Output, State};
 
-use crate::board::record::Record;
 use crate::board::reset::Cause;
+use crate::board::retained::RetainedFault;
 use crate::board::setup::{Board, Settings};
 
 /// Lines of the trace a second.
@@ -35,7 +35,7 @@ impl Report {
         &self,
         board: &Board,
         cause: Cause,
-        told: Option<&Record>,
+        told: Option<&RetainedFault>,
         last: Option<Fault>,
         settings: &Settings,
     ) {
@@ -52,7 +52,7 @@ impl Report {
             }
             _ => {}
         }
-        if let Some(latched) = told.and_then(Record::as_latched).filter(|latched| latched.tick > 0) {
+        if let Some(latched) = told.and_then(RetainedFault::as_latched).filter(|latched| latched.tick > 0) {
             let (value, unit) = (latched.value, latched.fault.unit());
             if unit.is_empty() {
                 info!("it was at tick {=u32}", latched.tick);
@@ -128,7 +128,7 @@ fn refused(refusal: DecodeError) {
         DecodeError::Checksum => error!("the parameters are damaged (checksum): no motion"),
         DecodeError::Malformed => error!("the parameters are malformed: no motion"),
         DecodeError::Unknown(key) => {
-            error!("value {=u16:#06x} is not known to this firmware, which is older: no motion", key.0);
+            error!("value {=u16:#06x} is not known to this firmware: no motion", key.0);
         }
         DecodeError::Missing(key) => {
             error!("value {=u16:#06x} (docs/parameters.md) is missing: no motion", key.0);

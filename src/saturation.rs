@@ -1,12 +1,14 @@
 //! The limit of the controller's output.
 
 /// `v` limited to `[-limit, limit]`, and whether it had to be. `v` must not be NaN.
+#[inline]
 pub(crate) fn saturate(v: f32, limit: f32) -> (f32, bool) {
-    if v > limit {
-        (limit, true)
+    let limited = if v > limit {
+        limit
     } else if v < -limit {
-        (-limit, true)
+        -limit
     } else {
-        (v, false)
-    }
+        v
+    };
+    (limited, limited != v)
 }

@@ -33,6 +33,7 @@ use crate::controller::{Controller, Reading};
 use crate::drive::Duty;
 use crate::fault::{Fault, FaultLog, Latched};
 use crate::hardware::Hardware;
+use crate::identification::Ramp;
 use crate::monitor::Standstill;
 use crate::motion::{Course, CourseState};
 use crate::parameters::{DecodeError, Parameters};
@@ -277,25 +278,25 @@ impl Servo {
         if control_loop.replaced {
             return Err(Refusal::Replaced);
         }
-        self.start_loop(None);
+        self.start_loop(false);
         Ok(())
     }
 
-    /// Begins a course that a link asks for at the next tick: staying there, or a ramp. From then on, the silence of
-    /// that link is a fault. If the servo is armed already, only that changes; a ramp is refused then.
+    /// Begins at the next tick what a link asks for: a ramp, or else to stay there. From then on, the silence of that
+    /// link is a fault. If the servo is armed already, only that changes; a ramp is refused then.
     ///
     /// # Errors
     /// Says what is in the way.
-    pub fn arm_for_link(&mut self, course: Course) -> Result<(), Refusal> {
+    pub fn arm_for_link(&mut self, ramp: Option<Ramp>) -> Result<(), Refusal> {
         if let (State::Armed, Some(control_loop)) = (self.state, &mut self.control_loop) {
-            if let Course::Ramp(_) = course {
+            if ramp.is_some() {
                 return Err(Refusal::Armed);
             }
             control_loop.watch.listen();
             return Ok(());
         }
-        self.ready_to_arm()?;
-        self.start_loop(Some(course));
+        self.ready_to_arm()?.begin(ramp.map_or_else(Course::default, Course::Ramp));
+        self.start_loop(true);
         Ok(())
     }
 
@@ -322,9 +323,9 @@ impl Servo {
     }
 
     /// Closes the loop, or opens it for a ramp, where the joint is now.
-    fn start_loop(&mut self, course: Option<Course>) {
+    fn start_loop(&mut self, by_link: bool) {
         if let Some(control_loop) = &mut self.control_loop {
-            control_loop.arm(self.follower.seen.position, course);
+            control_loop.arm(self.follower.seen.position, by_link);
             self.state = State::Armed;
             self.countdown = None;
         }
@@ -341,8 +342,7 @@ impl Servo {
         }
     }
 
-    /// Takes other parameters, made into a joint, which end a fault that the old ones were. In its place is left what was
-    /// there before.
+    /// Takes a control loop that other parameters were made into, which ends a fault that the old ones were.
     ///
     /// # Errors
     /// Only while the output is off.
@@ -355,10 +355,13 @@ impl Servo {
             // What is warm stays warm; without it, a set of parameters would be the way around the thermal model.
             after.watch = after.monitors.taken_over(&before.watch, &before.monitors);
         }
+        // Not `take`, which would put a third kilobyte on the stack.
         core::mem::swap(&mut self.control_loop, control_loop);
         self.countdown = None;
         self.unsettle();
-        if let State::Faulted(Fault::NoParameters | Fault::BadParameters) = self.state {
+        if let State::Faulted(fault) = self.state
+            && fault.ends_with_parameters()
+        {
             self.state = State::Stopped;
             self.latched = None;
         }
@@ -377,7 +380,7 @@ impl Servo {
     /// # Errors
     /// Only while armed, and within the range of positions.
     pub fn follow(&mut self, reference: Reference) -> Result<(), Refusal> {
-        let control_loop = self.armed_joint()?;
+        let control_loop = self.armed_loop()?;
         let out = |position: Position| control_loop.is_out_of_range(position);
         let leads_out = match &reference {
             Reference::Step(step) => out(step.to),
@@ -395,7 +398,7 @@ impl Servo {
     /// # Errors
     /// Only while armed.
     pub fn hold(&mut self) -> Result<(), Refusal> {
-        let control_loop = self.armed_joint()?;
+        let control_loop = self.armed_loop()?;
         let here = Position::from_counts(control_loop.state.counts());
         control_loop.begin(Course::Follow(Reference::Step(Step { from: here, to: here, at_tick: 0 })));
         Ok(())
@@ -408,7 +411,7 @@ impl Servo {
         }
     }
 
-    fn armed_joint(&mut self) -> Result<&mut ControlLoop, Refusal> {
+    fn armed_loop(&mut self) -> Result<&mut ControlLoop, Refusal> {
         match (self.state, &mut self.control_loop) {
             // The loop is open, and what the ramp finds is that of an effort that nobody else changes.
             (State::Armed, Some(ControlLoop { course: Course::Ramp(_), .. })) => Err(Refusal::Armed),

@@ -190,7 +190,7 @@ pub trait Values {
     }
 }
 
-/// No whole has more values than a record has room for.
+/// An end for the loop over all values, well beyond what a record has room for (338).
 const MAX_VALUES: usize = 1024;
 
 /// A table of a machine's file.
@@ -225,7 +225,7 @@ pub(crate) const fn equal(a: &[u8], b: &[u8]) -> bool {
 impl Key {
     /// Its declaration, if this version knows it.
     pub fn about(self) -> Option<&'static About> {
-        let key = crate::motion::declared(self);
+        let key = crate::compensator::declared(crate::motion::declared(self));
         crate::parameters::about().find(|about| about.key == key)
     }
 }

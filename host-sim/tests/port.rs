@@ -100,7 +100,7 @@ fn run(manner: Manner, mut master: TTYPort, done: &AtomicBool) {
         turn = turn.wrapping_add(1);
         if let Manner::ArmedBy(file) = &manner
             && file.exists()
-            && simulated.device.servo().arm_for_link(Course::default()).is_ok()
+            && simulated.device.servo().arm_for_link(None).is_ok()
         {
             std::fs::rename(file, file.with_file_name("armed")).unwrap();
         }

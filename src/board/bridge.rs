@@ -17,7 +17,7 @@ use stm32f4xx_hal::pac;
 use stm32f4xx_hal::rcc::{Enable, Rcc, Reset};
 
 use super::HARDWARE;
-use super::seams::Bridge;
+use super::traits::Bridge;
 
 /// The pins of the bridge.
 pub struct Pins {

@@ -4,7 +4,7 @@ use stm32f4xx_hal::gpio::{Alternate, PA0, PA1};
 use stm32f4xx_hal::pac;
 use stm32f4xx_hal::rcc::{Enable, Rcc, Reset};
 
-use super::seams::Encoder;
+use super::traits::Encoder;
 
 /// The counter.
 pub struct Quadrature {

@@ -9,10 +9,10 @@ use stiction::Fault;
 use stm32f4xx_hal::pac;
 
 use super::bridge::off_now;
-use super::record::{Record, keep, set_armed};
+use super::retained::{RetainedFault, keep, set_armed};
 
 /// Ends this run of the program.
-pub fn stop(record: Record) -> ! {
+pub fn stop(record: RetainedFault) -> ! {
     off_for_good();
     keep(record);
     set_armed(false);
@@ -29,7 +29,7 @@ fn off_for_good() {
 #[panic_handler]
 fn panic(info: &PanicInfo) -> ! {
     off_for_good();
-    let mut record = Record::of(Fault::Panic);
+    let mut record = RetainedFault::of(Fault::Panic);
     if let Some(location) = info.location() {
         record = record.with_text(location.file()).at(location.line(), 0);
     }
@@ -41,7 +41,7 @@ unsafe fn HardFault(frame: &ExceptionFrame) -> ! {
     off_for_good();
     // SAFETY: reads a status register.
     let status = unsafe { (*SCB::PTR).cfsr.read() };
-    stop(Record::of(Fault::HardFault).at(frame.pc(), status))
+    stop(RetainedFault::of(Fault::HardFault).at(frame.pc(), status))
 }
 
 /// An exception or interrupt that nothing here enables. Told in place of a line: its number in the vector table.
@@ -49,7 +49,7 @@ unsafe fn HardFault(frame: &ExceptionFrame) -> ! {
 unsafe fn DefaultHandler(interrupt: i16) -> ! {
     off_for_good();
     let number = (interrupt + 16) as u32;
-    stop(Record::of(Fault::Panic).with_text("an exception without a handler").at(number, 0))
+    stop(RetainedFault::of(Fault::Panic).with_text("an exception without a handler").at(number, 0))
 }
 
 /// The clock security system: the crystal has stopped.
@@ -58,5 +58,5 @@ unsafe fn NonMaskableInt() {
     off_for_good();
     // SAFETY: acknowledges the only source of this exception.
     unsafe { (*pac::RCC::ptr()).cir().modify(|_, w| w.cssc().set_bit()) };
-    stop(Record::of(Fault::ClockLost))
+    stop(RetainedFault::of(Fault::ClockLost))
 }

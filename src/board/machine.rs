@@ -1,11 +1,11 @@
-//! What the link acts on: the drive, locked for as short as can be.
+//! What the link acts on: the control task's parts, locked for as short as can be.
 //!
-//! While the link holds it, the control task waits. Two requests hold it for long, counted in the image's code, with one cycle
-//! for each instruction:
+//! While the link holds them, the control task waits. Two requests hold them for long, counted in the image's code, with
+//! one cycle for each instruction:
 //!
-//! - another motion, also while armed: about 1300, 8 us. Two copies of half a KiB, 17 instructions for 16 bytes, are 1126 of
-//!   them;
-//! - the exchange of a control loop that has been prepared outside (`Servo::install`), with the output off: about 1100, 6.5 us.
+//! - another motion, also while armed: about 360, 2.1 us, of which two copies of half a KiB are 180;
+//! - the exchange of a control loop that has been prepared outside (`Servo::install`), with the output off: about 1250,
+//!   7.4 us, of which a swap of a KiB, 9 instructions for 8 bytes, is 1180.
 //!
 //! Everything else is less than 200: reading a status, arming, the registers of another PWM. The deadline allows a tick to
 //! begin a quarter of a period late, 25 us at 10 kHz.
@@ -17,16 +17,16 @@ use stiction::{Hardware, Parameters, Servo};
 
 use super::HARDWARE;
 use super::bridge;
-use super::drive::Drive;
-use super::seams::Watchdog;
+use super::control_task::ControlTask;
 use super::sectors::Sectors;
 use super::tick::Period;
+use super::traits::Watchdog;
 use super::watchdog::{CROSSING, Independent, Timeout};
 
 /// The shared parts of the board, as the link's task may lock them.
-pub struct BoardMachine<'a, D, W> {
+pub struct BoardMachine<'a, C, W> {
     /// Servo and bridge.
-    pub drive: &'a mut D,
+    pub control_task: &'a mut C,
     /// The watchdog, whose timeout follows the sample time.
     pub watchdog: &'a mut W,
     /// Clock of the timers on APB1, Hz.
@@ -35,7 +35,7 @@ pub struct BoardMachine<'a, D, W> {
     pub store: &'a mut Store<Sectors>,
 }
 
-impl<D: Mutex<T = Drive>, W: Mutex<T = Independent>> BoardMachine<'_, D, W> {
+impl<C: Mutex<T = ControlTask>, W: Mutex<T = Independent>> BoardMachine<'_, C, W> {
     /// Feeds the watchdog with another timeout, from which on it counts. Waits until those that were set before it, and it,
     /// have crossed to the oscillator; meanwhile the watchdog is fed, since the feeder's other tasks wait as well.
     fn feed_with(&mut self, timeout: Timeout) -> Result<(), Refused> {
@@ -59,16 +59,16 @@ impl<D: Mutex<T = Drive>, W: Mutex<T = Independent>> BoardMachine<'_, D, W> {
     }
 
     fn now(&mut self) -> u32 {
-        self.drive.lock(|drive| drive.stopwatch.now())
+        self.control_task.lock(|parts| parts.stopwatch.now())
     }
 }
 
-impl<D: Mutex<T = Drive>, W: Mutex<T = Independent>> Machine for BoardMachine<'_, D, W> {
+impl<C: Mutex<T = ControlTask>, W: Mutex<T = Independent>> Machine for BoardMachine<'_, C, W> {
     fn servo<R>(&mut self, act: impl FnOnce(&mut Servo) -> R) -> R {
-        self.drive.lock(|drive| {
-            drive.latch_break();
-            let done = act(drive.servo);
-            drive.mend();
+        self.control_task.lock(|parts| {
+            parts.latch_break();
+            let done = act(parts.servo);
+            parts.mend();
             done
         })
     }
@@ -82,12 +82,12 @@ impl<D: Mutex<T = Drive>, W: Mutex<T = Independent>> Machine for BoardMachine<'_
     #[inline(never)]
     fn save(&mut self, parameters: &Parameters) -> Result<(), Refused> {
         let saved = self.feed_with(Timeout::ERASE).and_then(|()| {
-            self.drive.lock(Drive::pause);
+            self.control_task.lock(ControlTask::pause);
             let saved = self.store.save(parameters);
-            self.drive.lock(|drive| {
-                drive.resume();
+            self.control_task.lock(|parts| {
+                parts.resume();
                 // What was seen of joint and supply is seconds old.
-                drive.servo.unsettle();
+                parts.servo.unsettle();
             });
             Ok(saved?)
         });
@@ -106,7 +106,7 @@ impl<D: Mutex<T = Drive>, W: Mutex<T = Independent>> Machine for BoardMachine<'_
             self.watchdog.lock(|watchdog| watchdog.set(before));
             return Err(refused);
         }
-        self.drive.lock(|drive| drive.reconfigure(&bridge, &period));
+        self.control_task.lock(|parts| parts.reconfigure(&bridge, &period));
         Ok(())
     }
 }

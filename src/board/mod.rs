@@ -1,25 +1,26 @@
 //! The STM32F405RG: everything that knows a register or a pin.
 //!
 //! `docs/wiring.md` has the pins. Each part is one module; what the control task needs of them is behind the traits of
-//! [`seams`], since embedded-hal has none for an encoder, a bridge or a watchdog.
+//! [`traits`], since embedded-hal has none for an encoder, a bridge or a watchdog.
 
-pub mod alive;
 pub mod bridge;
 pub mod clock;
-pub mod drive;
+pub mod control_task;
+mod copy;
 pub mod encoder;
 pub mod fatal;
+pub mod last_tick;
+pub mod liveness;
 pub mod machine;
 mod note;
-pub mod published;
-pub mod record;
 pub mod reset;
-pub mod seams;
+pub mod retained;
 pub mod sectors;
 pub mod setup;
 pub mod stopwatch;
 pub mod supply;
 pub mod tick;
+pub mod traits;
 pub mod usart;
 pub mod watchdog;
 

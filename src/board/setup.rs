@@ -13,7 +13,7 @@ use stm32f4xx_hal::prelude::*;
 
 use super::HARDWARE;
 use super::bridge::{self, Pins, TimerBridge};
-use super::drive::Drive;
+use super::control_task::ControlTask;
 use super::encoder::Quadrature;
 use super::sectors::{SLOTS, Sectors};
 use super::stopwatch::Stopwatch;
@@ -34,7 +34,7 @@ pub struct Settings {
 /// Every part, running; the outputs are off.
 pub struct Board {
     /// The servo and what a tick needs.
-    pub drive: Drive,
+    pub control_task: ControlTask,
     /// Fed by a task.
     pub watchdog: Independent,
     /// The wire of the link.
@@ -50,10 +50,16 @@ pub struct Board {
 }
 
 impl Settings {
-    /// Reads them.
+    /// Reads them, and refuses those that are not for this board.
     #[inline(never)]
     pub fn read() -> Self {
-        Self { found: sectors::read() }
+        let mut found = sectors::read();
+        if let Ok((parameters, _)) = &found
+            && let Err(error) = parameters.fits(&HARDWARE)
+        {
+            found = Err(error);
+        }
+        Self { found }
     }
 
     /// The parameters.
@@ -118,9 +124,9 @@ pub fn start(
     let servo = blank(place);
     servo.boot(settings.parameters(), boot(crystal), &HARDWARE);
     let deadline = Deadline::new(period.clocks);
-    let drive = Drive { servo, deadline, encoder, bridge, supply, timer, stopwatch, period };
+    let control_task = ControlTask { servo, deadline, encoder, bridge, supply, timer, stopwatch, period };
     let store = Store::new(Sectors::new(device.FLASH, core.SYST), SLOTS);
-    Board { drive, watchdog, port, store, crystal, clock, timer_clock }
+    Board { control_task, watchdog, port, store, crystal, clock, timer_clock }
 }
 
 /// A function of its own, so that what it needs of the stack is free again for what follows.

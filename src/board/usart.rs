@@ -4,7 +4,7 @@
 //! byte has to be taken before the next one is whole, 10.9 us later. The control task is above this interrupt and may
 //! hold it up for as long as it runs, which is its budget of 1300 instructions: 7.7 us, if each took one cycle. That
 //! alone fits; by the estimate in cycles (docs/cost.md), which nobody has measured, the longest ticks take up to 13.5 us,
-//! and do not. It does not fit either if the tick has fallen due while the link held the drive (up to 8 us,
+//! and do not. It does not fit either if the tick has fallen due while the link held the control task's parts (up to 8 us,
 //! [`super::machine`]) or the log wrote a line, which lock this interrupt out as well: then a byte may be lost. A byte
 //! that is lost all the same costs the frame that it belongs to, and a client says that again.
 //!

@@ -11,7 +11,7 @@
 //! ```
 //!
 //! It is fed only when every task that is watched has run since it was fed last: the control task, without which nobody
-//! wakes the feeder, and the link and the log below it ([`super::alive`]). Each is woken once a tick, so all have run within
+//! wakes the feeder, and the link and the log below it ([`super::liveness`]). Each is woken once a tick, so all have run within
 //! a tick or two of any instant.
 //!
 //! A new timeout is taken over by the first feed after it has crossed into the oscillator's domain, which takes up to
@@ -23,7 +23,7 @@
 
 use stm32f4xx_hal::pac;
 
-use super::seams::Watchdog;
+use super::traits::Watchdog;
 
 /// Control ticks that may be missed.
 const TICKS: f32 = 3.0;

@@ -31,7 +31,7 @@ pub use smooth_robust_nonlinear::{SmoothRobustNonlinear, SmoothRobustNonlinearGa
 use crate::error::Allowed;
 use crate::reference::Setpoint;
 use crate::signal::{LawSignal, MAX_LAW_SIGNALS};
-use crate::value::{About, Absent, Key, Table, Unfit, Values};
+use crate::value::{About, Absent, Key, Kind, Table, Unfit, Values};
 
 /// The largest number of laws in a sum.
 pub const MAX_TERMS: usize = 4;
@@ -292,6 +292,23 @@ laws! {
 /// The number of the first law of a sum; those of the others follow. Zero: there is no law, nor after it.
 pub const FIRST_LAW: Key = Key(0x0500);
 
+/// The declaration of all of these numbers, for hosts: a machine's file has the names of the laws.
+pub(crate) const ABOUT: &[About] = &[About {
+    key: FIRST_LAW,
+    table: "controller",
+    name: "laws",
+    field: "",
+    text: " Number of a law, in the order of the sum; 0: no more.",
+    bounds: "",
+    kind: Kind::Whole,
+    absent: Absent::Needed,
+}];
+
+/// The number under which a value is declared: that of the first law for the place of every law.
+pub(crate) fn declared(key: Key) -> Key {
+    term(key).map_or(key, |_| FIRST_LAW)
+}
+
 /// A sum of laws; the empty sum is plain PD.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Compensator {
@@ -348,12 +365,11 @@ impl Compensator {
 
     /// What the first law that publishes anything publishes.
     #[inline]
-    pub fn signals(&self, state: &CompensatorState) -> [f32; MAX_LAW_SIGNALS] {
+    pub fn signals(&self, state: &CompensatorState) -> Option<[f32; MAX_LAW_SIGNALS]> {
         if !self.publishes {
-            return [0.0; MAX_LAW_SIGNALS];
+            return None;
         }
-        let mut terms = self.terms.iter().zip(&state.terms);
-        terms.find_map(|(law, state)| law.signals(state)).unwrap_or_default()
+        self.terms.iter().zip(&state.terms).find_map(|(law, state)| law.signals(state))
     }
 }
 
@@ -380,7 +396,7 @@ impl Values for Vec<Gains, MAX_TERMS> {
         let Some(gains) = self.as_slice().get(term) else { return Some((0.0, Allowed::Any)) };
         let alone = gains.replaces_pd() && self.len() > 1;
         let twice = self.iter().take(term).any(|other| other.id() == gains.id());
-        let allowed = if alone || twice { Allowed::Between(0.0, 0.0) } else { Allowed::Any };
+        let allowed = if alone || twice { Allowed::AnotherLaw } else { Allowed::Any };
         Some((gains.id().into(), allowed))
     }
 

@@ -177,7 +177,7 @@ impl<const RING: usize> Session<RING> {
                 return machine.servo(nth).map(|fault| Reply::Fault(fault.into())).ok_or(Refused::NoSuch);
             }
             Request::Clear => machine.servo(Servo::clear)?,
-            Request::Arm => machine.servo(|servo| servo.arm_for_link(Course::default()))?,
+            Request::Arm => machine.servo(|servo| servo.arm_for_link(None))?,
             Request::Move(motion) => self.go(&motion, machine)?,
             Request::ReadParameters { offset } => return self.read(offset),
             Request::WriteParameters { offset, bytes } => {
@@ -198,7 +198,7 @@ impl<const RING: usize> Session<RING> {
             }
             Request::Identify { rate, hold } => {
                 let ramp = self.parameters.as_ref().ok_or(Refused::NoParameters)?.ramp(rate, hold)?;
-                machine.servo(|servo| servo.arm_for_link(Course::Ramp(ramp)))?;
+                machine.servo(|servo| servo.arm_for_link(Some(ramp)))?;
             }
             Request::ReadLevels => return Ok(Reply::Levels(machine.servo(|servo| servo.levels()))),
         }
@@ -228,7 +228,12 @@ impl<const RING: usize> Session<RING> {
     fn install(&mut self, parameters: Parameters, machine: &mut impl Machine) -> Result<(), Refused> {
         self.prepare_and_install(&parameters, machine)?;
         self.unsaved |= self.parameters.as_ref() != Some(&parameters);
+        let announced = self.law_signals();
         self.parameters = Some(parameters);
+        if self.law_signals() != announced {
+            // A place may be another signal's now: whoever wants it asks what it is, and subscribes anew.
+            self.subscription = Subscription::NONE;
+        }
         Ok(())
     }
 

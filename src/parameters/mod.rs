@@ -7,7 +7,7 @@
 mod former;
 pub mod record;
 
-use crate::compensator::Gains;
+use crate::compensator::{self, Gains};
 use crate::controller::{Controller, ControllerConfig, SAMPLE_TIME};
 use crate::drive::DriveConfig;
 use crate::encoder::Encoder;
@@ -71,6 +71,7 @@ pub fn tables() -> impl Iterator<Item = &'static [About]> {
         Encoder::ABOUT,
         DriveConfig::ABOUT,
         PdGains::ABOUT,
+        compensator::ABOUT,
         motion::ABOUT,
         DeviceConfig::ABOUT,
         Limits::ABOUT,
@@ -108,6 +109,14 @@ impl Parameters {
     /// A time in whole ticks.
     pub(crate) fn in_ticks(&self, s: f32) -> u32 {
         libm::roundf(s / self.controller.sample_time) as u32
+    }
+
+    /// Refuses a value that this board's timers cannot make: a record that is valid by itself may be another board's.
+    ///
+    /// # Errors
+    /// Names the value.
+    pub fn fits(&self, hardware: &Hardware) -> Result<(), DecodeError> {
+        hardware.pwm_top(self.controller.drive.pwm_hz).map(|_| ()).map_err(DecodeError::Value)
     }
 
     /// Refuses a value that is not within its bounds, and values that do not go together.

@@ -111,6 +111,7 @@ impl Parameters {
         self.limits = Limits::derived(&self.controller, &self.device, 0.0);
         // Once more, since some of the limits may be given.
         take(self, body)?;
+        read_back(self, body)?;
         self.each(&mut |key, absent| match absent {
             Absent::Needed if !has(body, key) => Err(DecodeError::Missing(key)),
             _ => Ok(()),
@@ -134,6 +135,7 @@ impl Parameters {
             }
             Ok(())
         });
+        read_back(self, entries)?;
         self.each(&mut |key, absent| match absent {
             Absent::Needed if before.get(key).is_none() && !has(entries, key) => {
                 Err(DecodeError::Missing(key))
@@ -187,6 +189,16 @@ pub fn put(buffer: &mut [u8], length: &mut usize, key: Key, bits: u32) -> Option
     *entry = [a, b, c, d, e, f];
     *length += ENTRY;
     Some(())
+}
+
+/// Refuses entries of which one has undone another: two of one value, or one that stands before the law or the corner
+/// that it belongs to.
+fn read_back(values: &impl Values, body: &[u8]) -> Result<(), DecodeError> {
+    let (entries, _) = body.as_chunks::<ENTRY>();
+    let is_kept = |&[a, b, c, d, e, f]: &[u8; ENTRY]| {
+        values.get(Key(u16::from_le_bytes([a, b]))) == Some(u32::from_le_bytes([c, d, e, f]))
+    };
+    if entries.iter().all(is_kept) { Ok(()) } else { Err(DecodeError::Malformed) }
 }
 
 fn take(values: &mut impl Values, body: &[u8]) -> Result<(), DecodeError> {

@@ -29,8 +29,11 @@ use crate::value::Key;
 /// The largest number of corners.
 pub const MAX_CORNERS: usize = 16;
 
-const HALF_BLEND: Key = Key(0x0603);
-const CORNER_TIMES: Key = Key(0x0700);
+/// The number of `half_blend_s`.
+pub(crate) const HALF_BLEND: Key = Key(0x0603);
+/// The number of the first corner's time: the first of four numbers of that corner, of which three are used; those of the
+/// next corner follow.
+pub(crate) const CORNER_TIMES: Key = Key(0x0700);
 
 /// Where two straight lines would meet.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]

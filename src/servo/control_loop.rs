@@ -1,4 +1,4 @@
-//! A joint's controller with all that a tick needs, made of parameters once.
+//! The control loop of a joint, made of parameters once: controller, course, monitors, and what each remembers.
 
 use super::control;
 use crate::controller::{Controller, Reading};
@@ -10,7 +10,7 @@ use crate::parameters::Parameters;
 use crate::position::Position;
 use crate::signal::Tick;
 
-/// A joint's controller with what it needs to run, made of parameters ([`ControlLoop::prepare`]).
+/// The control loop of a joint, made of parameters by [`ControlLoop::prepare`].
 #[derive(Clone, Debug)]
 pub struct ControlLoop {
     pub(super) controller: Controller,
@@ -69,16 +69,12 @@ impl ControlLoop {
         Ok(())
     }
 
-    /// Begins at `position` (counts since power-on), which becomes zero: with what a link asks for, or with the motion
-    /// of the parameters.
-    pub(super) fn arm(&mut self, position: i32, by_link: Option<Course>) {
-        let is_watched = by_link.is_some();
-        if let Some(course) = by_link {
-            self.begin(course);
-        }
+    /// Begins its course at `position` (counts since power-on), which becomes zero. If a link asked for it, the silence
+    /// of that link is watched.
+    pub(super) fn arm(&mut self, position: i32, by_link: bool) {
         self.zero = position;
         self.state = CourseState::start(&self.controller, 0);
-        self.watch = self.monitors.armed(&self.watch, is_watched);
+        self.watch = self.monitors.armed(&self.watch, by_link);
     }
 
     /// Forgets what the law and the monitors remember, but for the heat, and for what a ramp has found.

@@ -159,7 +159,7 @@ fn silence_is_a_fault_from_the_first_request_on_that_a_link_makes_of_a_servo_tha
         servo.follow(Reference::Step(Step { to: Position::from_counts(to), ..Step::default() }))
     }
     let takes_over: [Ask; 3] =
-        [|servo| servo.arm_for_link(Course::default()), |servo| servo.hold(), |servo| step(servo, 0)];
+        [|servo| servo.arm_for_link(None), |servo| servo.hold(), |servo| step(servo, 0)];
     let does_not: [Ask; 2] = [
         |servo| step(servo, 5_000),
         |servo| {

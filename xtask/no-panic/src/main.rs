@@ -137,7 +137,7 @@ mod path {
                 servo.fault(black_box(Fault::Overrun));
             }
             if black_box(false) {
-                let _ = black_box((servo.arm(), servo.arm_for_link(black_box(Course::default()))));
+                let _ = black_box((servo.arm(), servo.arm_for_link(black_box(None))));
             }
             if black_box(false) {
                 let _ = black_box((servo.clear(), servo.hold()));

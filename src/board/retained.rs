@@ -18,7 +18,7 @@ const ARMED: u32 = 0xA12E_D0DE;
 /// A fault and where it was.
 #[derive(Clone, Copy)]
 #[repr(C)]
-pub struct Record {
+pub struct RetainedFault {
     magic: u32,
     fault: u32,
     /// A panic's line, a hard fault's program counter, or the tick of any other fault.
@@ -32,7 +32,7 @@ pub struct Record {
 
 #[repr(C)]
 struct Memory {
-    record: Record,
+    fault: RetainedFault,
     armed: [u32; 2],
 }
 
@@ -41,10 +41,10 @@ struct Kept(UnsafeCell<MaybeUninit<Memory>>);
 // SAFETY: one core; written by the control task, and by handlers that never return to it.
 unsafe impl Sync for Kept {}
 
-#[unsafe(link_section = ".noinit.record")]
+#[unsafe(link_section = ".noinit.retained")]
 static KEPT: Kept = Kept(UnsafeCell::new(MaybeUninit::uninit()));
 
-impl Record {
+impl RetainedFault {
     /// A fault without a place.
     pub const fn of(fault: Fault) -> Self {
         Self { magic: MAGIC, fault: fault as u32, place: 0, status: 0, length: 0, text: [0; TEXT], check: 0 }
@@ -102,16 +102,16 @@ impl Record {
 }
 
 /// Keeps a record for the time after the next reset.
-pub fn keep(mut record: Record) {
+pub fn keep(mut record: RetainedFault) {
     record.check = record.sum();
     // SAFETY: within the static; see `Kept`.
-    unsafe { ptr::write_volatile(&raw mut (*memory()).record, record) };
+    unsafe { ptr::write_volatile(&raw mut (*memory()).fault, record) };
 }
 
 /// There is nothing to tell any more.
 pub fn forget() {
     // SAFETY: within the static; see `Kept`.
-    unsafe { ptr::write_volatile(&raw mut (*memory()).record.magic, 0) };
+    unsafe { ptr::write_volatile(&raw mut (*memory()).fault.magic, 0) };
 }
 
 /// Remembers whether the motor is driven.
@@ -122,11 +122,11 @@ pub fn set_armed(armed: bool) {
 }
 
 /// What was kept before this reset, and whether the motor was driven; forgets both.
-pub fn take() -> (Option<Record>, bool) {
+pub fn take() -> (Option<RetainedFault>, bool) {
     // SAFETY: within the static; any bits are a value of these types.
-    let Memory { record, armed } = unsafe { ptr::read_volatile(memory()) };
+    let Memory { fault: record, armed } = unsafe { ptr::read_volatile(memory()) };
     let known = record.magic == MAGIC && record.check == record.sum() && record.fault().is_some();
-    keep(Record { magic: 0, ..Record::of(Fault::Panic) });
+    keep(RetainedFault { magic: 0, ..RetainedFault::of(Fault::Panic) });
     set_armed(false);
     (known.then_some(record), armed == [ARMED, !ARMED])
 }

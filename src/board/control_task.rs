@@ -8,16 +8,16 @@ use stiction::{Fault, Servo};
 
 use super::bridge::{self, TimerBridge};
 use super::encoder::Quadrature;
-use super::seams::{Bridge, Encoder};
 use super::stopwatch::Stopwatch;
 use super::supply::Supply;
 use super::tick::{Period, TickTimer};
+use super::traits::{Bridge, Encoder};
 
-/// The bridge's driver pulled the break input: set by its interrupt, ended by [`Drive::mend`].
+/// The bridge's driver pulled the break input: set by its interrupt, ended by [`ControlTask::mend`].
 pub static TRIPPED: AtomicBool = AtomicBool::new(false);
 
 /// The servo and the parts of the chip that it works with.
-pub struct Drive {
+pub struct ControlTask {
     /// The state machine and its controller.
     pub servo: &'static mut Servo,
     /// Times the control task.
@@ -36,7 +36,7 @@ pub struct Drive {
     pub period: Period,
 }
 
-impl Drive {
+impl ControlTask {
     /// A tick begins.
     #[inline]
     pub fn enter(&mut self) {

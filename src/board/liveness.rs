@@ -1,0 +1,39 @@
+//! The liveness of the tasks that the watchdog watches: which of them have run since it was fed last.
+//!
+//! The control task is not among them: it wakes the feeder, so the feeder runs only if it has run.
+
+use core::sync::atomic::{AtomicBool, Ordering};
+
+/// The flag of one task.
+pub struct Liveness(AtomicBool);
+
+/// The flag of the link's task.
+pub static LINK: Liveness = Liveness(AtomicBool::new(false));
+/// The flag of the log's task.
+pub static REPORT: Liveness = Liveness(AtomicBool::new(false));
+
+impl Liveness {
+    /// The task tells that it has run to its end.
+    pub fn has_run(&self) {
+        self.0.store(true, Ordering::Relaxed);
+    }
+
+    fn is_set(&self) -> bool {
+        self.0.load(Ordering::Relaxed)
+    }
+
+    fn clear(&self) {
+        self.0.store(false, Ordering::Relaxed);
+    }
+}
+
+/// Whether all of them have run since this was last so; of the feeder only.
+pub fn all_have_run() -> bool {
+    let tasks = [&LINK, &REPORT];
+    let all = tasks.iter().all(|task| task.is_set());
+    if all {
+        // A flag that is set right now is lost: that task sets it again, a tick later.
+        tasks.iter().for_each(|task| task.clear());
+    }
+    all
+}
