@@ -2,7 +2,7 @@
 
 use heapless::Vec;
 
-use crate::compensator::{Compensator, CompensatorState, Gains, Loop, MAX_TERMS, Sample};
+use crate::compensator::{Compensator, CompensatorState, Gains, LawInput, Loop, MAX_TERMS};
 use crate::drive::{Drive, DriveConfig};
 use crate::encoder::Encoder;
 use crate::error::Error;
@@ -163,9 +163,9 @@ impl Controller {
         let v_pd = if replaces_pd { 0.0 } else { self.pd.update(error, velocity_error) };
         let OutputState { applied, saturated, .. } = state.output;
         let travel = reading.travel;
-        let sample =
-            Sample { counts, travel, setpoint, error, velocity, velocity_error, v_pd, applied, saturated };
-        let v_c = self.compensator.update(&mut state.compensator, &sample);
+        let input =
+            LawInput { counts, travel, setpoint, error, velocity, velocity_error, v_pd, applied, saturated };
+        let v_c = self.compensator.update(&mut state.compensator, &input);
 
         let sum = if replaces_pd { v_c } else { v_pd + v_c };
         // A law may hide an infinity (tanh, a comparison), so the set point is asked as well as the sum.

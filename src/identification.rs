@@ -59,7 +59,7 @@ pub struct Ramp {
 
 /// What has been found so far.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub struct Found {
+pub struct RampFindings {
     /// Rung of the first count of the motion; none: it did not move.
     pub stick: Option<u32>,
     /// Rung of the last count before rest; none: it did not rest.
@@ -81,7 +81,7 @@ pub struct RampState {
     counts: i32,
     /// Rung of the last count.
     counted_at: u32,
-    found: Found,
+    findings: RampFindings,
 }
 
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -136,15 +136,15 @@ impl Ramp {
         }
         match state.phase {
             Phase::Rising if distance >= MOVED => {
-                state.found.stick = state.found.stick.or(Some(state.rung));
+                state.findings.stick = state.findings.stick.or(Some(state.rung));
                 state.enter(Phase::Holding);
             }
             Phase::Rising if state.rung >= self.top => state.abandon(),
             Phase::Rising => state.rung += 1,
             Phase::Holding if state.elapsed < self.hold => {}
             Phase::Holding => state.enter(Phase::Falling),
-            Phase::Falling if state.elapsed.wrapping_sub(state.found.fall) > self.quiet => {
-                state.found.slip = Some(state.counted_at);
+            Phase::Falling if state.elapsed.wrapping_sub(state.findings.fall) > self.quiet => {
+                state.findings.slip = Some(state.counted_at);
                 state.end();
             }
             Phase::Falling if state.elapsed > self.longest_fall() => state.end(),
@@ -162,8 +162,8 @@ impl Ramp {
 impl RampState {
     /// A joint at rest at `counts`.
     pub const fn start(counts: i32) -> Self {
-        let found = Found { stick: None, slip: None, fall: 0 };
-        Self { phase: Phase::Rising, elapsed: 0, rung: 0, start: counts, counts, counted_at: 0, found }
+        let findings = RampFindings { stick: None, slip: None, fall: 0 };
+        Self { phase: Phase::Rising, elapsed: 0, rung: 0, start: counts, counts, counted_at: 0, findings }
     }
 
     /// Whether the ramp has ended; its effort is zero.
@@ -172,13 +172,13 @@ impl RampState {
     }
 
     /// What has been found so far.
-    pub const fn found(&self) -> Found {
-        self.found
+    pub const fn findings(&self) -> RampFindings {
+        self.findings
     }
 
     /// Ends the ramp without a level: the effort is not what was asked for.
     pub fn abandon(&mut self) {
-        self.found = Found::default();
+        self.findings = RampFindings::default();
         self.end();
     }
 
@@ -187,9 +187,9 @@ impl RampState {
         self.counted_at = self.rung;
         match self.phase {
             // A disc that was on an edge and is back has not moved.
-            Phase::Rising if distance == 0 => self.found.stick = None,
-            Phase::Rising if distance == 1 => self.found.stick = Some(self.rung),
-            Phase::Falling => self.found.fall = self.elapsed,
+            Phase::Rising if distance == 0 => self.findings.stick = None,
+            Phase::Rising if distance == 1 => self.findings.stick = Some(self.rung),
+            Phase::Falling => self.findings.fall = self.elapsed,
             _ => {}
         }
     }

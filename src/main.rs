@@ -106,7 +106,7 @@ mod app {
             Boot { fault: lasting.or(absent.map(Latched::from)).or(before) }
         });
         if let Ok(parameters) = settings.parameters() {
-            session.found(parameters);
+            session.use_saved(parameters);
         }
         let report = Report::new();
         report.banner(&board, cause, told.as_ref(), fault, &settings);

@@ -228,7 +228,7 @@ impl Values for Motion {
     }
 
     /// Times and rates are held against the loop, where that is known.
-    fn found(&self, key: Key) -> Option<(f32, Allowed)> {
+    fn with_bounds(&self, key: Key) -> Option<(f32, Allowed)> {
         let bits = self.get(key)?;
         let part = corner(key).map(|(_, part)| part);
         let is_whole = matches!(key, KIND | STEP_COUNTS) || part.is_some_and(|part| part < 2);

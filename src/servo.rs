@@ -189,7 +189,7 @@ impl Servo {
         let ControlLoop { course: Course::Ramp(ramp), state, .. } = self.control_loop.as_ref()? else {
             return None;
         };
-        let found = state.ramp().found();
+        let found = state.ramp().findings();
         let volts = |rung: Option<u32>| rung.map(|rung| ramp.volts(rung));
         state.ramp().is_over().then(|| Levels { stick: volts(found.stick), slip: volts(found.slip) })
     }

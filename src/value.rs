@@ -153,7 +153,7 @@ pub trait Values {
     fn get(&self, key: Key) -> Option<u32>;
 
     /// A value as a number, and what it may be beside the other values as they are at present.
-    fn found(&self, key: Key) -> Option<(f32, Allowed)>;
+    fn with_bounds(&self, key: Key) -> Option<(f32, Allowed)>;
 
     /// Gives a value its bits; whether it is one of these. Bounds are checked by [`validate`](Self::validate).
     ///
@@ -175,7 +175,7 @@ pub trait Values {
 
     /// What a value may be, beside the other values as they are at present.
     fn allowed(&self, key: Key) -> Option<Allowed> {
-        self.found(key).map(|(_, allowed)| allowed)
+        self.with_bounds(key).map(|(_, allowed)| allowed)
     }
 
     /// Refuses a value that is not within its bounds.
@@ -183,7 +183,7 @@ pub trait Values {
     /// # Errors
     /// Names the first one.
     fn validate(&self) -> Result<(), Error> {
-        self.each(&mut |key, _| match self.found(key) {
+        self.each(&mut |key, _| match self.with_bounds(key) {
             Some((found, allowed)) if !allowed.includes(found) => Err(Error { key, found, allowed }),
             _ => Ok(()),
         })
@@ -307,7 +307,7 @@ macro_rules! table {
                 }
             }
 
-            fn found(&self, key: $crate::value::Key) -> Option<(f32, $crate::Allowed)> {
+            fn with_bounds(&self, key: $crate::value::Key) -> Option<(f32, $crate::Allowed)> {
                 #[allow(unused_imports)]
                 use $crate::Allowed::*;
                 let $this = self;
@@ -315,7 +315,7 @@ macro_rules! table {
                 let _ = $this;
                 match key.0 {
                     $($key => Some(($crate::value::Scalar::number(self.$field), $bounds)),)*
-                    _ => None $($(.or_else(|| $crate::value::Values::found(&$this.$other, key)))+)?,
+                    _ => None $($(.or_else(|| $crate::value::Values::with_bounds(&$this.$other, key)))+)?,
                 }
             }
 

@@ -17,7 +17,7 @@
 //! makes before it halts.
 
 use stiction::Course;
-use stiction::identification::Found;
+use stiction::identification::RampFindings;
 
 use crate::closed_loop::{ClosedLoop, Delay, Moment};
 use crate::mechanism::RobotAxis;
@@ -99,11 +99,11 @@ impl Ramp {
         // The readings are of the effort of the same sample, here as in the image.
         let at_once = ClosedLoop { delay: Delay::None, ..around.clone() };
         at_once.step(&mut target, solver, u32::MAX, |moment| on_moment(&moment.into()), on_event);
-        self.levels(&target.state.ramp().found(), &around.axis)
+        self.levels(&target.state.ramp().findings(), &around.axis)
     }
 
     /// The levels behind what the core has found.
-    pub fn levels(&self, found: &Found, axis: &RobotAxis) -> Levels {
+    pub fn levels(&self, found: &RampFindings, axis: &RobotAxis) -> Levels {
         let tau = axis.time_constant_s();
         let volts = |rung: u32| f64::from(rung) * self.rate * self.sample_time_s;
         let slip_v = found.slip.map(volts);

@@ -16,7 +16,7 @@
 //! rounding of 0.40 V to 0.40016 V moves the axis. At the target it is a relay: it chatters at the sample rate
 //! within a count. No help in tracking, where the error is outside the band.
 
-use super::{Law, Loop, Sample};
+use super::{Law, LawInput, Loop};
 use crate::error::HUGE;
 use crate::value::table;
 
@@ -48,16 +48,16 @@ impl Law for DiscontinuousNonlinearProportional {
     ///
     /// ```
     /// use stiction::compensator::{
-    ///     DiscontinuousNonlinearProportional, DiscontinuousNonlinearProportionalGains, Law, Loop, Sample,
+    ///     DiscontinuousNonlinearProportional, DiscontinuousNonlinearProportionalGains, Law, Loop, LawInput,
     /// };
     /// let around = Loop { kp: 2.0, ..Loop::EXAMPLE };
     /// let gains = DiscontinuousNonlinearProportionalGains { theta_b: 0.5 };
     /// let law = DiscontinuousNonlinearProportional::new(&gains, &around);
-    /// let v_c = [-0.125, 0.0, 0.5, 0.625].map(|error| law.update(&mut (), &Sample { error, ..Sample::default() }));
+    /// let v_c = [-0.125, 0.0, 0.5, 0.625].map(|error| law.update(&mut (), &LawInput { error, ..LawInput::default() }));
     /// assert_eq!(v_c, [-0.75, 0.0, 0.0, 0.0]);
     /// ```
-    fn update(&self, (): &mut (), sample: &Sample) -> f32 {
-        let error = sample.error;
+    fn update(&self, (): &mut (), input: &LawInput) -> f32 {
+        let error = input.error;
         if error == 0.0 || error.abs() > self.theta_b {
             0.0
         } else {

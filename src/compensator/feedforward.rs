@@ -12,7 +12,7 @@
 //! loop, being outside of it. Tracks with an error of `(v_d + b theta_d' - v_slip) / Kp`. Does badly: nothing
 //! at rest, so the rest error is that of PD; `v_slip` must be identified, and an overestimate pushes.
 
-use super::{Law, Loop, Sample};
+use super::{Law, LawInput, Loop};
 use crate::error::HUGE;
 use crate::value::table;
 
@@ -44,20 +44,20 @@ impl Law for Feedforward {
     /// v_c for one sample, V.
     ///
     /// ```
-    /// use stiction::compensator::{Feedforward, FeedforwardGains, Law, Loop, Sample};
+    /// use stiction::compensator::{Feedforward, FeedforwardGains, Law, Loop, LawInput};
     /// use stiction::reference::Setpoint;
     /// let law = Feedforward::new(&FeedforwardGains { v_slip: 0.37, v_ff: 0.001 }, &Loop::EXAMPLE);
     /// let v_c = [-5.0, 0.001].map(|velocity| {
     ///     let setpoint = Setpoint { velocity, ..Setpoint::default() };
-    ///     law.update(&mut (), &Sample { setpoint, ..Sample::default() })
+    ///     law.update(&mut (), &LawInput { setpoint, ..LawInput::default() })
     /// });
     /// assert_eq!(v_c, [-0.37, 0.0]);
     /// ```
-    fn update(&self, (): &mut (), sample: &Sample) -> f32 {
+    fn update(&self, (): &mut (), input: &LawInput) -> f32 {
         let FeedforwardGains { v_slip, v_ff } = self.gains;
-        if sample.setpoint.velocity > v_ff {
+        if input.setpoint.velocity > v_ff {
             v_slip
-        } else if sample.setpoint.velocity < -v_ff {
+        } else if input.setpoint.velocity < -v_ff {
             -v_slip
         } else {
             0.0

@@ -38,7 +38,7 @@ pub const MAX_TERMS: usize = 4;
 
 /// What a law sees of one tick.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct Sample {
+pub struct LawInput {
     /// theta_a, counts.
     pub counts: i32,
     /// Travel since the last tick, counts.
@@ -96,7 +96,7 @@ pub trait Law: Sized {
     fn new(gains: &Self::Gains, around: &Loop) -> Self;
 
     /// v_c for one sample, V.
-    fn update(&self, state: &mut Self::State, sample: &Sample) -> f32;
+    fn update(&self, state: &mut Self::State, input: &LawInput) -> f32;
 
     /// The values of [`SIGNALS`](Self::SIGNALS) after an update.
     fn signals(&self, _: &Self::State) -> [f32; MAX_LAW_SIGNALS] {
@@ -212,9 +212,9 @@ macro_rules! laws {
                 }
             }
 
-            fn found(&self, key: Key) -> Option<(f32, Allowed)> {
+            fn with_bounds(&self, key: Key) -> Option<(f32, Allowed)> {
                 match self {
-                    $(Self::$Law(gains) => gains.found(key),)+
+                    $(Self::$Law(gains) => gains.with_bounds(key),)+
                 }
             }
 
@@ -250,9 +250,9 @@ macro_rules! laws {
             /// The law's part of v_c for one sample, V.
             ///
             /// A state that another law left behind is replaced, and the law contributes nothing in that tick.
-            pub fn update(&self, state: &mut LawState, sample: &Sample) -> f32 {
+            pub fn update(&self, state: &mut LawState, input: &LawInput) -> f32 {
                 match (self, &mut *state) {
-                    $((Self::$Law(law), LawState::$Law(state)) => law.update(state, sample),)+
+                    $((Self::$Law(law), LawState::$Law(state)) => law.update(state, input),)+
                     _ => {
                         *state = self.rest();
                         0.0
@@ -355,10 +355,10 @@ impl Compensator {
 
     /// v_c for one sample, V.
     #[inline]
-    pub fn update(&self, state: &mut CompensatorState, sample: &Sample) -> f32 {
+    pub fn update(&self, state: &mut CompensatorState, input: &LawInput) -> f32 {
         let mut v_c = 0.0;
         for (law, state) in self.terms.iter().zip(&mut state.terms) {
-            v_c += law.update(state, sample);
+            v_c += law.update(state, input);
         }
         v_c
     }
@@ -391,8 +391,8 @@ impl Values for Vec<Gains, MAX_TERMS> {
         }
     }
 
-    fn found(&self, key: Key) -> Option<(f32, Allowed)> {
-        let Some(term) = term(key) else { return self.iter().find_map(|gains| gains.found(key)) };
+    fn with_bounds(&self, key: Key) -> Option<(f32, Allowed)> {
+        let Some(term) = term(key) else { return self.iter().find_map(|gains| gains.with_bounds(key)) };
         let Some(gains) = self.as_slice().get(term) else { return Some((0.0, Allowed::Any)) };
         let alone = gains.replaces_pd() && self.len() > 1;
         let twice = self.iter().take(term).any(|other| other.id() == gains.id());

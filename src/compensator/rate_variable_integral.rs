@@ -16,7 +16,7 @@
 //! tracking error to the PD loop, since at constant velocity the integral has leaked away; and at rest it is an
 //! integrator with its hunting: simulated on the thesis's axis, 6 counts peak to peak where RI has 12.
 
-use super::{Law, Loop, Sample};
+use super::{Law, LawInput, Loop};
 use crate::error::HUGE;
 use crate::saturation::saturate;
 use crate::value::table;
@@ -66,19 +66,19 @@ impl Law for RateVariableIntegral {
     /// v_c for one sample, V.
     ///
     /// ```
-    /// use stiction::compensator::{Law, Loop, RateVariableIntegral, RateVariableIntegralGains, Sample};
+    /// use stiction::compensator::{Law, Loop, RateVariableIntegral, RateVariableIntegralGains, LawInput};
     /// use stiction::compensator::rate_variable_integral::State;
     /// let around = Loop::EXAMPLE;
     /// let gains = RateVariableIntegralGains { ki: 50.0, gamma: 0.25 };
     /// let law = RateVariableIntegral::new(&gains, &around);
     /// let mut state = State::default();
-    /// let at_rest = Sample { error: 0.5, ..Sample::default() };
+    /// let at_rest = LawInput { error: 0.5, ..LawInput::default() };
     /// assert_eq!(law.update(&mut state, &at_rest), 0.5);
-    /// assert_eq!(law.update(&mut state, &Sample { velocity: 0.5, ..at_rest }), 0.5); // (0.5 + 0.5) / 2
+    /// assert_eq!(law.update(&mut state, &LawInput { velocity: 0.5, ..at_rest }), 0.5); // (0.5 + 0.5) / 2
     /// ```
-    fn update(&self, state: &mut State, sample: &Sample) -> f32 {
-        let rate_factor = self.gamma_h / (self.gamma_h + sample.velocity * sample.velocity);
-        state.v_c = saturate((state.v_c + self.ki_h * sample.error) * rate_factor, self.full_scale).0;
+    fn update(&self, state: &mut State, input: &LawInput) -> f32 {
+        let rate_factor = self.gamma_h / (self.gamma_h + input.velocity * input.velocity);
+        state.v_c = saturate((state.v_c + self.ki_h * input.error) * rate_factor, self.full_scale).0;
         state.v_c
     }
 }

@@ -13,7 +13,7 @@
 //! Does badly: with static friction above dynamic it hunts around the target for ever, for every `Ki`
 //! (Armstrong and Amin, *Automatica* 32(5), 1996), with an amplitude that grows with their difference.
 
-use super::{Law, Loop, Sample};
+use super::{Law, LawInput, Loop};
 use crate::error::HUGE;
 use crate::saturation::saturate;
 use crate::value::table;
@@ -55,18 +55,18 @@ impl Law for ResetIntegral {
     /// v_c for one sample, V.
     ///
     /// ```
-    /// use stiction::compensator::{Law, Loop, ResetIntegral, ResetIntegralGains, Sample, reset_integral::State};
+    /// use stiction::compensator::{Law, Loop, ResetIntegral, ResetIntegralGains, LawInput, reset_integral::State};
     /// let around = Loop { sample_time: 0.25, ..Loop::EXAMPLE };
     /// let law = ResetIntegral::new(&ResetIntegralGains { ki: 4.0, theta_ri: 0.5 }, &around);
     /// let mut state = State::default();
-    /// let near = Sample { error: 0.5, ..Sample::default() };
+    /// let near = LawInput { error: 0.5, ..LawInput::default() };
     /// assert_eq!(law.update(&mut state, &near), 0.5);
     /// assert_eq!(law.update(&mut state, &near), 1.0);
-    /// assert_eq!(law.update(&mut state, &Sample { error: 0.6, ..near }), 0.0);
+    /// assert_eq!(law.update(&mut state, &LawInput { error: 0.6, ..near }), 0.0);
     /// ```
-    fn update(&self, state: &mut State, sample: &Sample) -> f32 {
-        state.v_c = if sample.error.abs() <= self.theta_ri {
-            saturate(state.v_c + self.ki_h * sample.error, self.full_scale).0
+    fn update(&self, state: &mut State, input: &LawInput) -> f32 {
+        state.v_c = if input.error.abs() <= self.theta_ri {
+            saturate(state.v_c + self.ki_h * input.error, self.full_scale).0
         } else {
             0.0
         };

@@ -16,7 +16,7 @@
 //! transient; |v_c| never exceeds the full scale. `V_roi = 0` switches it off. Does badly: at rest it is
 //! a slow integrator, and hunts by a few counts.
 
-use super::{Law, Loop, Sample};
+use super::{Law, LawInput, Loop};
 use crate::error::HUGE;
 use crate::saturation::saturate;
 use crate::value::table;
@@ -61,22 +61,22 @@ impl Law for ResetOffsetIntegral {
     /// v_c for one sample, V.
     ///
     /// ```
-    /// use stiction::compensator::{Law, Loop, ResetOffsetIntegral, ResetOffsetIntegralGains, Sample};
+    /// use stiction::compensator::{Law, Loop, ResetOffsetIntegral, ResetOffsetIntegralGains, LawInput};
     /// use stiction::compensator::reset_offset_integral::State;
     /// let around = Loop::EXAMPLE;
     /// let gains = ResetOffsetIntegralGains { t_roi: 0.04, v_roi: 2.33 };
     /// let law = ResetOffsetIntegral::new(&gains, &around);
     /// let mut state = State::default();
-    /// let sample = Sample { v_pd: 0.25, ..Sample::default() };
-    /// let v_c = [(); 6].map(|()| law.update(&mut state, &sample));
+    /// let input = LawInput { v_pd: 0.25, ..LawInput::default() };
+    /// let v_c = [(); 6].map(|()| law.update(&mut state, &input));
     /// assert_eq!(v_c, [0.0, 0.0, 0.25, 0.25, 0.5, 0.5]);
-    /// assert_eq!(law.update(&mut state, &Sample { velocity_error: 2.4, ..sample }), 0.0);
+    /// assert_eq!(law.update(&mut state, &LawInput { velocity_error: 2.4, ..input }), 0.0);
     /// ```
-    fn update(&self, state: &mut State, sample: &Sample) -> f32 {
-        if sample.velocity_error.abs() < self.v_roi {
+    fn update(&self, state: &mut State, input: &LawInput) -> f32 {
+        if input.velocity_error.abs() < self.v_roi {
             // Not only equal: the state may be that of a longer period.
             if state.elapsed >= self.period {
-                state.v_c = saturate(state.v_c + sample.v_pd, self.full_scale).0;
+                state.v_c = saturate(state.v_c + input.v_pd, self.full_scale).0;
                 state.elapsed = 0;
             }
             state.elapsed += 1;

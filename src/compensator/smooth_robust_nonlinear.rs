@@ -16,7 +16,7 @@
 //! near the target, so a delay or a coarse encoder makes it chatter; it does not adapt, and friction
 //! beyond `v_ms` is left to PD.
 
-use super::{Law, Loop, Sample};
+use super::{Law, LawInput, Loop};
 use crate::error::HUGE;
 use crate::value::table;
 
@@ -48,12 +48,12 @@ impl Law for SmoothRobustNonlinear {
     /// v_c for one sample, V.
     ///
     /// ```
-    /// use stiction::compensator::{Law, Loop, Sample, SmoothRobustNonlinear, SmoothRobustNonlinearGains};
+    /// use stiction::compensator::{Law, Loop, LawInput, SmoothRobustNonlinear, SmoothRobustNonlinearGains};
     /// let law = SmoothRobustNonlinear::new(&SmoothRobustNonlinearGains { v_ms: 0.40, alpha: 100.0 }, &Loop::EXAMPLE);
-    /// let v_c = law.update(&mut (), &Sample { error: 0.01, ..Sample::default() });
+    /// let v_c = law.update(&mut (), &LawInput { error: 0.01, ..LawInput::default() });
     /// assert!((v_c - 0.304_637_7).abs() < 1e-6); // 0.40 tanh 1
     /// ```
-    fn update(&self, (): &mut (), sample: &Sample) -> f32 {
-        self.gains.v_ms * libm::tanhf(self.gains.alpha * sample.error)
+    fn update(&self, (): &mut (), input: &LawInput) -> f32 {
+        self.gains.v_ms * libm::tanhf(self.gains.alpha * input.error)
     }
 }

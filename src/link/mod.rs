@@ -23,7 +23,7 @@ mod session;
 mod telemetry;
 
 pub use frame::{Deframer, Frame, MAX_FRAME, MAX_MESSAGE, encode};
-pub use reply::{Announced, Identity, Kind, Message, Refused, Reply, State, Status, Told};
+pub use reply::{Announced, Identity, Kind, Message, Refused, Reply, StateCode, Status, Told};
 pub use request::{Numbered, Request};
 pub use sample::{MAX_SIGNALS, Sample};
 pub use session::{Machine, Session, WAITING};

@@ -86,7 +86,7 @@ pub enum Kind {
 
 /// The state of a servo, as a client knows it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
-pub enum State {
+pub enum StateCode {
     /// Before the first tick.
     Boot,
     /// Output off.
@@ -101,7 +101,7 @@ pub enum State {
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Status {
     /// The state.
-    pub state: State,
+    pub state: StateCode,
     /// The latched fault; code zero if there is none.
     pub fault: Told,
     /// Faults since power-on.
@@ -235,7 +235,7 @@ impl From<SaveError> for Refused {
     }
 }
 
-impl From<servo::State> for State {
+impl From<servo::State> for StateCode {
     fn from(state: servo::State) -> Self {
         match state {
             servo::State::Boot => Self::Boot,

@@ -11,7 +11,7 @@ use heapless::String;
 
 use super::frame::{Deframer, Frame, encode};
 use super::outbox::{FOR_ANSWERS, Outbox};
-use super::reply::{Identity, Kind, Message, Refused, Reply, State, Status};
+use super::reply::{Identity, Kind, Message, Refused, Reply, StateCode, Status};
 use super::request::{Numbered, Request};
 use super::telemetry::Subscription;
 use super::{CHUNK, PROTOCOL};
@@ -59,8 +59,8 @@ pub struct Session<const RING: usize = WAITING> {
     greeted: Option<u32>,
     /// The last request that was answered, and the answer.
     last: Option<(u16, Frame)>,
-    /// A record in pieces.
-    pieces: [u8; ROOM],
+    /// The record that the client is transferring, as far as its bytes have come.
+    incoming: [u8; ROOM],
     subscription: Subscription,
     outbox: Outbox<RING>,
 }
@@ -75,14 +75,14 @@ impl<const RING: usize> Session<RING> {
             unsaved: false,
             greeted: None,
             last: None,
-            pieces: [0; ROOM],
+            incoming: [0; ROOM],
             subscription: Subscription::NONE,
             outbox: Outbox::new(),
         }
     }
 
     /// These are in use, and they are the saved ones.
-    pub fn found(&mut self, parameters: &Parameters) {
+    pub fn use_saved(&mut self, parameters: &Parameters) {
         self.parameters = Some(parameters.clone());
         self.unsaved = false;
     }
@@ -161,7 +161,7 @@ impl<const RING: usize> Session<RING> {
     fn greet(&mut self, protocol: u16, session: u32) -> Reply {
         self.greeted = (protocol == PROTOCOL).then_some(session);
         self.subscription = Subscription::default();
-        self.pieces = [0; ROOM];
+        self.incoming = [0; ROOM];
         let version = String::try_from(crate::VERSION).unwrap_or_default();
         Reply::Hello(Identity { protocol: PROTOCOL, kind: self.kind, version })
     }
@@ -182,7 +182,7 @@ impl<const RING: usize> Session<RING> {
             Request::ReadParameters { offset } => return self.read(offset),
             Request::WriteParameters { offset, bytes } => {
                 let offset = usize::from(offset);
-                let piece = self.pieces.get_mut(offset..offset + bytes.len()).ok_or(Refused::NoSuch)?;
+                let piece = self.incoming.get_mut(offset..offset + bytes.len()).ok_or(Refused::NoSuch)?;
                 piece.copy_from_slice(&bytes);
             }
             Request::TakeParameters { length } => self.take_parameters(length, machine)?,
@@ -209,7 +209,7 @@ impl<const RING: usize> Session<RING> {
     fn take_parameters(&mut self, length: u16, machine: &mut impl Machine) -> Result<(), Refused> {
         // At once: to decode and to prepare takes milliseconds, for which an armed loop's log would have to wait.
         machine.servo(|servo| refuse_if_armed(servo))?;
-        let record = self.pieces.get(..length.into()).ok_or(Refused::NoSuch)?;
+        let record = self.incoming.get(..length.into()).ok_or(Refused::NoSuch)?;
         let (parameters, _) = Parameters::decode(record)?;
         self.install(parameters, machine)
     }
@@ -297,7 +297,7 @@ impl<const RING: usize> Session<RING> {
         let controller = self.parameters.as_ref().map(|parameters| &parameters.controller);
         let (bad_frames, dropped, unsaved) = (self.deframer.bad(), self.outbox.dropped(), self.unsaved);
         machine.servo(|servo| Status {
-            state: State::from(servo.state()),
+            state: StateCode::from(servo.state()),
             fault: servo.latched().map(Into::into).unwrap_or_default(),
             faults: servo.log().count(),
             clock: servo.clock(),

@@ -114,7 +114,7 @@ fn integral_stops_at_the_full_scale_and_leaves_it_at_once() {
         let law = PreparedLaw::new(&law, &around);
         for sign in [1.0, -1.0] {
             let mut state = law.rest();
-            let sample = Sample { error: 0.45 * sign, ..Sample::default() };
+            let sample = LawInput { error: 0.45 * sign, ..LawInput::default() };
             for k in 1..=2000 {
                 let v_c = law.update(&mut state, &sample) * sign;
                 let integral = gain_v_per_deg * 0.45 * k as f32;
@@ -124,13 +124,13 @@ fn integral_stops_at_the_full_scale_and_leaves_it_at_once() {
                 );
             }
             assert_eq!(law.update(&mut state, &sample), 5.0 * sign);
-            let back = law.update(&mut state, &Sample { error: -0.01 * sign, ..sample });
+            let back = law.update(&mut state, &LawInput { error: -0.01 * sign, ..sample });
             assert!((back * sign - (5.0 - gain_v_per_deg * 0.01)).abs() < 1e-6, "{law:?}: {back}");
         }
     }
     let law = PreparedLaw::new(&ROI, &around);
     let mut state = law.rest();
-    let pushing = Sample { v_pd: 2.0, ..Sample::default() };
+    let pushing = LawInput { v_pd: 2.0, ..LawInput::default() };
     // Increments fall due after 7, 14 and 21 samples: 2 V, 4 V, and no more than the full scale.
     let v_c: Vec<_> = (0..=29).map(|_| law.update(&mut state, &pushing)).collect();
     assert_eq!([6, 7, 13, 14, 20, 21, 28].map(|k: usize| v_c[k]), [0.0, 2.0, 2.0, 4.0, 4.0, 5.0, 5.0]);
@@ -141,24 +141,24 @@ fn integral_stops_at_the_full_scale_and_leaves_it_at_once() {
 fn laws_switch_at_their_thresholds_and_not_beside_them() {
     let around = configured(0.17, &[]).around();
     for sign in [1.0, -1.0] {
-        let acts = |law: Gains, sample: Sample| {
+        let acts = |law: Gains, sample: LawInput| {
             let law = PreparedLaw::new(&law, &around);
             let mut state = law.rest();
             // ROI's first increment falls due after seven samples.
             (0..=7).map(|_| law.update(&mut state, &sample)).last() != Some(0.0)
         };
-        let error = |size: f32| Sample { error: size * sign, ..Sample::default() };
+        let error = |size: f32| LawInput { error: size * sign, ..LawInput::default() };
         assert_eq!([0.5f32, 0.5f32.next_up()].map(|e| acts(RI, error(e))), [true, false]);
         // At the threshold itself the equation gives zero from either side.
         assert_eq!([0f32, 0.39, 0.4, 0.41].map(|e| acts(DNPF, error(e))), [false, true, false, false]);
 
         let velocity_error =
-            |size: f32| Sample { velocity_error: size * sign, v_pd: 0.1, ..Sample::default() };
+            |size: f32| LawInput { velocity_error: size * sign, v_pd: 0.1, ..LawInput::default() };
         assert_eq!([2.33f32.next_down(), 2.33].map(|v| acts(ROI, velocity_error(v))), [true, false]);
 
         let reference = |size: f32| {
             let setpoint = Setpoint { velocity: size * sign, ..Setpoint::default() };
-            Sample { setpoint, ..Sample::default() }
+            LawInput { setpoint, ..LawInput::default() }
         };
         assert_eq!([0.001f32, 0.001f32.next_up()].map(|v| acts(FEEDFORWARD, reference(v))), [false, true]);
     }

@@ -6,8 +6,8 @@ use proptest::collection::vec;
 use proptest::prelude::*;
 pub use stiction::compensator::{
     Compensator, CompensatorState, DiscontinuousNonlinearProportionalGains, FeedforwardGains, Gains,
-    LawState, Loop, MAX_TERMS, PreparedLaw, RateVariableIntegralGains, ResetIntegralGains,
-    ResetOffsetIntegralGains, Sample, SmoothRobustNonlinearGains,
+    LawInput, LawState, Loop, MAX_TERMS, PreparedLaw, RateVariableIntegralGains, ResetIntegralGains,
+    ResetOffsetIntegralGains, SmoothRobustNonlinearGains,
 };
 pub use stiction::drive::{DriveConfig, Duty, PwmMode};
 pub use stiction::encoder::{CounterBits, Direction, Encoder, EncoderState};
@@ -133,14 +133,14 @@ pub fn near(reference: &Reference, lags: &[i32]) -> Vec<i32> {
     (0..).zip(lags).map(|(tick, lag)| reference.at(tick).position.counts.wrapping_add(*lag)).collect()
 }
 
-pub fn sample_of(tick: &Tick) -> Sample {
-    Sample {
+pub fn sample_of(tick: &Tick) -> LawInput {
+    LawInput {
         error: tick.error,
         velocity: tick.velocity,
         setpoint: tick.setpoint(),
         velocity_error: tick.reference_velocity - tick.velocity,
         v_pd: tick.v_pd,
-        ..Sample::default()
+        ..LawInput::default()
     }
 }
 

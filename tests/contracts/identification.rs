@@ -27,12 +27,12 @@ fn the_effort_rises_until_the_joint_moves_is_held_and_falls_until_it_rests() {
     let counts = |tick: u32| -7 + if tick < 100 { 0 } else { (tick.min(250) - 100) as i32 / 4 + 1 };
     let (state, efforts) = run(&ramp(), 10_000, counts);
     // The effort that has moved it is that of tick 99, the hundredth.
-    assert_eq!(state.found().stick, Some(100));
+    assert_eq!(state.findings().stick, Some(100));
     // Two counts are seen at tick 104, at rung 104. 50 ticks of hold, then it falls from tick 154 on: the last
     // count, at tick 248, follows 93 steps down.
     assert_eq!(efforts[104..=154], [ramp().volts(104); 51]);
     assert_eq!(efforts[155], ramp().volts(103));
-    assert_eq!((state.found().slip, state.found().fall), (Some(104 - 93), 94));
+    assert_eq!((state.findings().slip, state.findings().fall), (Some(104 - 93), 94));
     // Over a second without a count, and never below zero.
     assert_eq!(efforts.len(), 248 + 501 + 1);
     assert!(efforts.iter().all(|effort| *effort >= 0.0));
@@ -42,7 +42,7 @@ fn the_effort_rises_until_the_joint_moves_is_held_and_falls_until_it_rests() {
 #[test]
 fn a_joint_that_does_not_move_gets_the_full_scale_once() {
     let (state, efforts) = run(&ramp(), 10_000, |_| 3);
-    assert_eq!((state.found().stick, state.found().slip), (None, None));
+    assert_eq!((state.findings().stick, state.findings().slip), (None, None));
     assert_eq!(efforts.len(), 2001);
     assert_eq!((efforts[1999], efforts[2000]), (1.0, 0.0));
 }
@@ -50,7 +50,7 @@ fn a_joint_that_does_not_move_gets_the_full_scale_once() {
 #[test]
 fn a_joint_that_does_not_stop_ends_the_ramp_after_twice_its_longest_fall() {
     let (state, efforts) = run(&ramp(), 100_000, |tick| tick as i32);
-    assert_eq!((state.found().stick, state.found().slip), (Some(1), None));
+    assert_eq!((state.findings().stick, state.findings().slip), (Some(1), None));
     // Moved at tick 2, held for 50, then 2 x 2000 rungs and a second.
     assert_eq!(efforts.len(), 2 + 50 + 4000 + 500 + 1 + 1);
 }
@@ -60,7 +60,7 @@ fn a_disc_that_flickers_on_an_edge_has_not_moved() {
     let flicker = |tick: u32| i32::from(tick < 40 && tick % 2 == 1);
     let counts = |tick: u32| if tick < 200 { flicker(tick) } else { 5 };
     let (state, _) = run(&ramp(), 10_000, counts);
-    assert_eq!(state.found().stick, Some(200));
+    assert_eq!(state.findings().stick, Some(200));
 }
 
 #[test]
@@ -68,7 +68,10 @@ fn a_position_may_wrap_while_the_joint_moves() {
     let counts = |tick: u32| i32::MAX.wrapping_add(tick.saturating_sub(50).min(9) as i32);
     let (state, _) = run(&ramp(), 10_000, counts);
     // It halts before the effort falls.
-    assert_eq!((state.found().stick, state.found().slip, state.found().fall), (Some(51), Some(52), 0));
+    assert_eq!(
+        (state.findings().stick, state.findings().slip, state.findings().fall),
+        (Some(51), Some(52), 0)
+    );
 }
 
 #[test]

@@ -12,7 +12,7 @@ use host_sim::solver::ExactAxis;
 use stiction::compensator::{
     FIRST_LAW, Gains, ResetIntegralGains, ResetOffsetIntegralGains, SmoothRobustNonlinearGains,
 };
-use stiction::link::{Deframer, Message, Numbered, PROTOCOL, Refused, Reply, Request, State, encode};
+use stiction::link::{Deframer, Message, Numbered, PROTOCOL, Refused, Reply, Request, StateCode, encode};
 use stiction::parameters::DeviceConfig;
 use stiction::pd::PdGains;
 use stiction::position::Position;
@@ -68,15 +68,15 @@ fn refused(number: u16, why: Refused) -> Vec<(u16, Reply)> {
 #[test]
 fn a_client_arms_moves_and_stops_a_joint() {
     let mut client = client();
-    assert_eq!(client.status().unwrap().state, State::Stopped);
+    assert_eq!(client.status().unwrap().state, StateCode::Stopped);
     client.arm().unwrap();
     client.step_to(5.0).unwrap();
     let status = client.pass(Duration::from_secs(3)).unwrap();
-    assert_eq!((status.state, status.at_rest, status.unsaved), (State::Armed, true, false));
+    assert_eq!((status.state, status.at_rest, status.unsaved), (StateCode::Armed, true, false));
     let error = client.wire().simulated.position_deg() - 5.0;
     assert!(error.abs() < 0.01, "{error}");
     client.stop().unwrap();
-    assert_eq!(client.status().unwrap().state, State::Stopped);
+    assert_eq!(client.status().unwrap().state, StateCode::Stopped);
     assert_eq!(client.faults().unwrap(), []);
 }
 
@@ -95,7 +95,7 @@ fn a_hold_stops_the_joint_where_it_is() {
     assert!(at > 2.0 && at < 9.0, "{at}");
     // Where it was at the last tick, that is, up to 20 ms at 25 deg/s before.
     assert!((after - at).abs() < 0.5, "{at} {after}");
-    assert_eq!(client.status().unwrap().state, State::Armed);
+    assert_eq!(client.status().unwrap().state, StateCode::Armed);
 }
 
 #[test]
@@ -187,7 +187,7 @@ fn parameters_come_over_the_link_as_a_whole_or_not_at_all() {
     let good = srnf(&[]);
     client.set_parameters(&good).unwrap();
     let status = client.pass(Duration::from_millis(200)).unwrap();
-    assert_eq!((status.state, status.unsaved), (State::Stopped, true));
+    assert_eq!((status.state, status.unsaved), (StateCode::Stopped, true));
     assert_eq!(client.parameters().unwrap(), good);
 
     // One bad value: refused with its key, and everything is as it was.
@@ -276,7 +276,7 @@ fn values_are_changed_by_their_numbers_while_stopped_and_the_others_stay() {
     (expected.controller.pd.kp, expected.device.soft_start) = (2.0, 0.25);
     assert_eq!(client.parameters().unwrap(), expected);
     let status = client.status().unwrap();
-    assert_eq!((status.state, status.unsaved), (State::Stopped, true));
+    assert_eq!((status.state, status.unsaved), (StateCode::Stopped, true));
 
     // The loop runs with it: 1.5 deg under 2 V/deg.
     client.change(&[law(0, None)]).unwrap();
@@ -388,7 +388,7 @@ fn a_motion_of_the_parameters_that_holds_stays_where_the_joint_is_armed() {
     client.pass(Duration::from_secs(2)).unwrap();
     let after = client.wire().simulated.position_deg();
     assert!(at > 9.0 && (after - at).abs() < 1e-9, "{at} {after}");
-    assert_eq!(client.status().unwrap().state, State::Armed);
+    assert_eq!(client.status().unwrap().state, StateCode::Armed);
 }
 
 #[test]
@@ -519,7 +519,7 @@ fn a_move_says_where_and_not_how_far() {
 
 /// Lets a ramp run to its end.
 fn identified(client: &mut Client<SimulatedWire>) -> Option<Levels> {
-    while client.pass(Duration::from_secs(1)).unwrap().state == State::Armed {}
+    while client.pass(Duration::from_secs(1)).unwrap().state == StateCode::Armed {}
     client.levels().unwrap()
 }
 
@@ -537,7 +537,7 @@ fn a_ramp_over_the_link_finds_the_levels_of_the_experiment() {
         client.identify(ramp.rate as f32, ramp.hold_s as f32).unwrap();
         let found = identified(&mut client).unwrap();
         let status = client.status().unwrap();
-        assert_eq!((status.state, status.faults, status.at_rest), (State::Stopped, 0, true));
+        assert_eq!((status.state, status.faults, status.at_rest), (StateCode::Stopped, 0, true));
         // Levels are whole rungs: the same ones, and their volts to single precision.
         let rung_v = rate * around.sample_time_s;
         for (found, expected) in [(found.stick, expected.stick_v), (found.slip, expected.slip_v)] {
@@ -578,7 +578,7 @@ fn a_ramp_begins_like_arming_and_obeys_nothing_but_a_stop() {
     client.pass(Duration::from_secs(1)).unwrap();
     assert!(said(client.step_to(1.0).unwrap_err()).contains("`stop` first"));
     assert!(said(client.hold().unwrap_err()).contains("`stop` first"));
-    assert_eq!((client.levels().unwrap(), client.status().unwrap().state), (None, State::Armed));
+    assert_eq!((client.levels().unwrap(), client.status().unwrap().state), (None, StateCode::Armed));
     let found = identified(&mut client).unwrap();
     assert!(found.stick.is_some() && found.slip.is_some(), "{found:?}");
 

@@ -416,5 +416,5 @@ fn hidden_wind_up_at_standstill_is_a_warning_and_no_fault() {
     // A second after the 2 s, and an error that is a count more or less: 5 %.
     let time_s = f64::from(seen.unwrap()) * 0.02;
     assert!((2.8..3.2).contains(&time_s), "{time_s}");
-    assert_eq!(bench.client.status().unwrap().state, stiction::link::State::Armed);
+    assert_eq!(bench.client.status().unwrap().state, stiction::link::StateCode::Armed);
 }

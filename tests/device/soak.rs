@@ -5,7 +5,7 @@ use std::time::Duration;
 use host_sim::device::client::Client;
 use host_sim::device::simulated::SimulatedDevice;
 use host_sim::device::wire::SimulatedWire;
-use stiction::link::State;
+use stiction::link::StateCode;
 use stiction::signal::index;
 
 use crate::fixture::plans;
@@ -39,7 +39,7 @@ fn an_hour_of_moves_neither_drifts_nor_loses_a_sample_unreported() {
         }
     }
     let status = client.status().unwrap();
-    assert_eq!((status.state, status.faults, status.bad_frames, status.dropped), (State::Armed, 0, 0, 0));
+    assert_eq!((status.state, status.faults, status.bad_frames, status.dropped), (StateCode::Armed, 0, 0, 0));
     assert_eq!((client.lost(), u64::from(last.unwrap()) + 1), (0, samples));
     // One sample of ten ticks, 50 Hz: 18 000 in the hour, and those of the last moves.
     assert!((17_990..18_100).contains(&samples), "{samples}");

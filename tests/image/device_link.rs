@@ -13,7 +13,7 @@ use host_sim::device::wire::{SimulatedWire, Wire};
 use host_sim::emulator::bench::Mishap;
 use host_sim::experiment::RunPlan;
 use stiction::Fault;
-use stiction::link::{Kind, Sample, State};
+use stiction::link::{Kind, Sample, StateCode};
 
 use crate::bench::firmware;
 use crate::common::plans;
@@ -75,7 +75,7 @@ fn it_says_what_it_is_and_stops_at_once() {
     let identity = client.identity().unwrap();
     assert_eq!((identity.kind, &*identity.version), (Kind::Board, stiction::VERSION));
     assert_eq!(client.wire().warning(), Some("EMULATED DEVICE: no motor moves or stops."));
-    assert_eq!(client.status().unwrap().state, State::Stopped);
+    assert_eq!(client.status().unwrap().state, StateCode::Stopped);
     client.arm().unwrap();
     client.step_to(20.0).unwrap();
     client.pass(Duration::from_millis(400)).unwrap();
@@ -88,7 +88,7 @@ fn it_says_what_it_is_and_stops_at_once() {
     let on = powered.act(|held| held.spans().on_ns.last().map(|[_, until]| *until)).unwrap().unwrap();
     // A tick of 20 ms, and what the request takes on the wire.
     assert!((begin..begin + 21_000_000).contains(&on), "on until {on}, asked at {begin}");
-    assert_eq!(client.status().unwrap().state, State::Stopped);
+    assert_eq!(client.status().unwrap().state, StateCode::Stopped);
 }
 
 #[test]
@@ -121,7 +121,7 @@ fn a_stall_is_told_and_cleared_and_a_reset_ends_the_session() {
     assert!(client.arm().unwrap_err().to_string().contains("stall"));
     assert_eq!(client.faults().unwrap().len(), 1);
     client.clear().unwrap();
-    assert_eq!(client.status().unwrap().state, State::Stopped);
+    assert_eq!(client.status().unwrap().state, StateCode::Stopped);
     client.arm().unwrap();
     let powered = &mut client.wire().powered;
     // The one that was under way, and the first one armed.

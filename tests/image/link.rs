@@ -7,7 +7,7 @@ use std::sync::{Arc, Mutex};
 use host_sim::emulator::bench::{Mishap, Observed, converse};
 use host_sim::emulator::board::Fitted;
 use stiction::link::{
-    CHUNK, Deframer, Message, Numbered, PROTOCOL, Refused, Reply, Request, Sample, State, Status, encode,
+    CHUNK, Deframer, Message, Numbered, PROTOCOL, Refused, Reply, Request, Sample, StateCode, Status, encode,
 };
 use stiction::parameters::ROOM;
 use stiction::signal::{SIGNALS, index};
@@ -144,8 +144,8 @@ impl Talked {
     }
 }
 
-const fn faulted(fault: Fault) -> State {
-    State::Faulted(fault as u8)
+const fn faulted(fault: Fault) -> StateCode {
+    StateCode::Faulted(fault as u8)
 }
 
 #[test]
@@ -159,7 +159,10 @@ fn a_board_is_armed_and_stopped_by_commands_and_answers_within_a_millisecond() {
     let talked = script.run(Some(&record(&commanded(|_| {}))), &[], 1_500 * MS);
     talked.assert_done(arm);
     talked.assert_done(stop);
-    assert_eq!((talked.status(armed).state, talked.status(stopped).state), (State::Armed, State::Stopped));
+    assert_eq!(
+        (talked.status(armed).state, talked.status(stopped).state),
+        (StateCode::Armed, StateCode::Stopped)
+    );
     assert_eq!(talked.status(stopped).bad_frames, 0);
     let [[on, off]] = talked.observed.on_ns[..] else { panic!("{:?}", talked.observed.on_ns) };
     // Each takes effect in the next tick.
@@ -189,7 +192,7 @@ fn garbage_between_frames_costs_only_itself() {
     numbers.push(script.say(750 * MS, Request::Status));
     let talked = script.run(Some(&record(&commanded(|_| {}))), &[], 800 * MS);
     for number in &numbers {
-        assert_eq!(talked.status(*number).state, State::Stopped);
+        assert_eq!(talked.status(*number).state, StateCode::Stopped);
     }
     assert!(talked.status(numbers[numbers.len() - 1]).bad_frames > 50, "{:?}", talked.replies.last());
     assert!(talked.observed.resets.is_empty());
@@ -203,7 +206,7 @@ fn a_link_that_falls_silent_turns_the_bridge_off_with_its_code() {
     let after = script.say(1_500 * MS, Request::Status);
     let talked = script.run(Some(&record(&commanded(|_| {}))), &[], 1_600 * MS);
     talked.assert_done(arm);
-    assert_eq!(talked.status(last).state, State::Armed);
+    assert_eq!(talked.status(last).state, StateCode::Armed);
     // The last sign of life is at 700 ms; half a second in ticks of 20 ms, the one of the sign included or not.
     let off = talked.observed.off_at_ns().unwrap();
     assert!((1_180 * MS..1_241 * MS).contains(&off), "{off}");
@@ -239,9 +242,9 @@ fn without_valid_parameters_arming_is_refused_until_some_come_over_the_link() {
         assert_eq!((talked.status(still).state, talked.status(still).sample_time), (faulted(fault), 0.0));
         talked.assert_done(good);
         let status = talked.status(ready);
-        assert_eq!((status.state, status.unsaved, status.sample_time), (State::Stopped, true, 0.02));
+        assert_eq!((status.state, status.unsaved, status.sample_time), (StateCode::Stopped, true, 0.02));
         talked.assert_done(arm);
-        assert_eq!(talked.status(armed).state, State::Armed);
+        assert_eq!(talked.status(armed).state, StateCode::Armed);
         assert!(talked.observed.on_after(460 * MS) && talked.observed.on_ns[0][0] > 460 * MS);
     }
 }
@@ -260,7 +263,7 @@ fn other_parameters_set_sample_time_pwm_and_watchdog_anew() {
     let talked = script.run(Some(&record(&commanded(|_| {}))), &mishaps, 600 * MS);
     talked.assert_done(taken);
     talked.assert_done(arm);
-    assert_eq!((talked.status(armed).state, talked.status(armed).sample_time), (State::Armed, 0.001));
+    assert_eq!((talked.status(armed).state, talked.status(armed).sample_time), (StateCode::Armed, 0.001));
     let observed = &talked.observed;
     assert_eq!(observed.last.top, 4000);
     let late = |from: u64, until: u64, sample: u64| {
@@ -295,9 +298,9 @@ fn a_save_that_the_flash_does_not_keep_is_refused_and_harms_nothing() {
         talked.assert_done(taken);
         talked.assert_refused(save, Refused::Flash);
         let status = talked.status(after);
-        assert_eq!((status.state, status.fault.code, status.unsaved), (State::Stopped, 0, true));
+        assert_eq!((status.state, status.fault.code, status.unsaved), (StateCode::Stopped, 0, true));
         talked.assert_done(arm);
-        assert_eq!(talked.status(armed).state, State::Armed);
+        assert_eq!(talked.status(armed).state, StateCode::Armed);
         // The ticks stood still for the erase, for as long as it takes, and nothing was driven.
         let observed = &talked.observed;
         let gaps: Vec<u64> = observed.ticks_ns.windows(2).map(|pair| pair[1] - pair[0]).collect();
@@ -357,7 +360,7 @@ fn saves_and_other_parameters_in_one_burst_are_done_one_after_the_other() {
     }
     talked.assert_done(taken);
     let status = talked.status(after);
-    assert_eq!((status.state, status.sample_time), (State::Stopped, 0.02));
+    assert_eq!((status.state, status.sample_time), (StateCode::Stopped, 0.02));
     assert!(talked.observed.resets.is_empty(), "{:?}", talked.observed.resets);
     // Each was attempted, which takes a second.
     let at = |number| talked.replies.iter().find(|(_, of, _)| *of == number).map(|(at, ..)| *at).unwrap();
@@ -401,7 +404,7 @@ fn a_flood_of_requests_that_take_long_does_not_starve_the_watchdog() {
     assert!(answers.len() > 24, "{}", answers.len());
     assert!(answers.iter().all(|(.., reply)| *reply == Reply::Refused(Refused::Armed)), "{answers:?}");
     let status = talked.status(last);
-    assert_eq!((status.state, status.faults), (State::Armed, 0));
+    assert_eq!((status.state, status.faults), (StateCode::Armed, 0));
     assert!(talked.observed.on_after(690 * MS));
 }
 
@@ -427,9 +430,9 @@ fn the_break_input_can_be_cleared_and_trips_again() {
     assert_eq!(talked.status(pulled).state, broken);
     talked.assert_refused(refused, Refused::Faulted(Fault::BreakInput as u8));
     talked.assert_done(clear);
-    assert_eq!(talked.status(cleared).state, State::Stopped);
+    assert_eq!(talked.status(cleared).state, StateCode::Stopped);
     talked.assert_done(again);
-    assert_eq!(talked.status(armed).state, State::Armed);
+    assert_eq!(talked.status(armed).state, StateCode::Armed);
     assert_eq!(talked.status(second).state, broken);
     let [first, then] = talked.observed.on_ns[..] else { panic!("{:?}", talked.observed.on_ns) };
     assert!((300 * MS..301 * MS).contains(&first[1]), "{first:?}");
@@ -460,7 +463,7 @@ fn a_break_between_two_ticks_is_a_fault_though_a_request_comes_before_the_second
         talked.assert_done(number);
     }
     let status = talked.status(armed);
-    assert_eq!((status.state, status.faults), (State::Armed, 2));
+    assert_eq!((status.state, status.faults), (StateCode::Armed, 2));
     let [first, second, third] = talked.observed.on_ns[..] else { panic!("{:?}", talked.observed.on_ns) };
     assert!(first[1].abs_diff(305 * MS) < short && second[1].abs_diff(405 * MS) < short);
     assert!(second[0] > 360 * MS && third[0] > 407 * MS && talked.observed.on_after(480 * MS));
@@ -513,7 +516,7 @@ fn at_ten_kilohertz_the_loop_goes_on_whatever_the_link_is_asked() {
     }
     talked.assert_refused(refused, Refused::Armed);
     let status = talked.status(last);
-    assert_eq!((status.state, status.faults, status.sample_time), (State::Armed, 0, 0.0001));
+    assert_eq!((status.state, status.faults, status.sample_time), (StateCode::Armed, 0, 0.0001));
     assert!(status.dropped > 1_000, "{status:?}");
     assert!(talked.observed.resets.is_empty() && talked.observed.on_after(740 * MS));
     // Every sample that was due has a number, those that found no room among them.

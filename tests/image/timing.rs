@@ -8,7 +8,7 @@ use host_sim::device::emulated::EmulatedWire;
 use host_sim::emulator::FirmwareImage;
 use host_sim::emulator::bench::{Mishap, observe};
 use host_sim::emulator::board::Fitted;
-use stiction::link::State;
+use stiction::link::StateCode;
 
 use crate::bench::{AT, MS, UNTIL, assert_off_after, firmware, parameters};
 use crate::common::{image, plans};
@@ -51,7 +51,7 @@ fn a_tick_that_comes_too_early_is_no_overrun() {
         powered.act(|held| held.mishap(Mishap::TickEarly)).unwrap();
     }
     let status = client.pass(Duration::from_millis(200)).unwrap();
-    assert_eq!((status.state, status.faults), (State::Armed, 0));
+    assert_eq!((status.state, status.faults), (StateCode::Armed, 0));
     let position = f64::from(status.position) * f64::from(status.resolution);
     assert!((position - 2.5).abs() < 0.03, "{position}");
     // They did come: the board has counted more time than there was.

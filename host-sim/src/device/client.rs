@@ -25,7 +25,7 @@ use std::time::Duration;
 
 use stiction::link::{
     Announced, CHUNK, Deframer, Identity, Kind, Message, Numbered, PROTOCOL, Refused, Reply, Request, Sample,
-    State, Status, Told, encode,
+    StateCode, Status, Told, encode,
 };
 use stiction::parameters::{ROOM, record};
 use stiction::servo::Levels;
@@ -370,7 +370,7 @@ impl<W: Wire> Client<W> {
     /// # Errors
     /// If the device does not answer.
     pub fn pass_armed(&mut self, time: Duration) -> Result<Status, Error> {
-        self.pass_while(time, |status| status.state == State::Armed)
+        self.pass_while(time, |status| status.state == StateCode::Armed)
     }
 
     fn pass_while(&mut self, time: Duration, go_on: impl Fn(&Status) -> bool) -> Result<Status, Error> {

@@ -1,7 +1,7 @@
 //! What a device says, in words.
 
 use stiction::Fault;
-use stiction::link::{Refused, State, Status, Told};
+use stiction::link::{Refused, StateCode, Status, Told};
 use stiction::servo::Levels;
 
 /// Why a request was refused, and what to do.
@@ -65,12 +65,12 @@ pub fn told(told: &Told, sample_time: f32) -> String {
 }
 
 /// `armed`, `faulted`.
-pub const fn state(state: State) -> &'static str {
+pub const fn state(state: StateCode) -> &'static str {
     match state {
-        State::Boot => "boot",
-        State::Stopped => "stopped",
-        State::Armed => "armed",
-        State::Faulted(_) => "faulted",
+        StateCode::Boot => "boot",
+        StateCode::Stopped => "stopped",
+        StateCode::Armed => "armed",
+        StateCode::Faulted(_) => "faulted",
     }
 }
 

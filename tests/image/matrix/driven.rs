@@ -7,7 +7,7 @@ use host_sim::device::simulated::Wires;
 use host_sim::emulator::powered::Held;
 use host_sim::emulator::rig::Sample;
 use host_sim::experiment::RunPlan;
-use stiction::link::{State, Status};
+use stiction::link::{StateCode, Status};
 use stiction::position::Position;
 use stiction::reference::Corner;
 use stiction::{Fault, Motion, Tick};
@@ -120,7 +120,7 @@ impl Driven {
         self.client().status().unwrap()
     }
 
-    pub fn state(&mut self) -> State {
+    pub fn state(&mut self) -> StateCode {
         self.status().state
     }
 

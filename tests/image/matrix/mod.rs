@@ -20,7 +20,7 @@ use host_sim::emulator::rig::Sample;
 use host_sim::firmware::budgets::INTERRUPT_INSTRUCTIONS;
 use stiction::Fault;
 use stiction::compensator::Gains;
-use stiction::link::State;
+use stiction::link::StateCode;
 
 use crate::bench::MS;
 use driven::{Driven, SITUATIONS, Situation, sound};
@@ -113,7 +113,7 @@ fn assert_kept_across_a_reset(driven: &mut Driven, name: &str, fault: Fault) {
 fn assert_armed_again_only_as_it_should(driven: &mut Driven, name: &str) {
     driven.client().clear().unwrap();
     assert!(!driven.samples(2).bridge.is_on(), "{name}");
-    assert_eq!(driven.state(), State::Stopped, "{name}");
+    assert_eq!(driven.state(), StateCode::Stopped, "{name}");
     driven.act(|held| held.push(0.0, 5.0));
     driven.samples(2);
     assert!(driven.client().arm().unwrap_err().to_string().contains("at rest"), "{name}");

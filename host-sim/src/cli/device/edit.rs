@@ -5,7 +5,7 @@ use std::io::Write;
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
-use stiction::link::State;
+use stiction::link::StateCode;
 use stiction::value::Table;
 use stiction::{Limits, Parameters};
 
@@ -23,7 +23,7 @@ use crate::experiment::Document;
 pub fn edit<W: Wire>(client: &mut Client<W>, machine: &str, save: bool) -> Result<String, Error> {
     let editor = editor()?;
     // Before anybody has worked for nothing.
-    if client.status()?.state == State::Armed {
+    if client.status()?.state == StateCode::Armed {
         let why = "parameters are taken with the output off only; `stop` first";
         return Err(Error::Refused(format!("params edit: {} is armed: {why}", client.wire().name())));
     }

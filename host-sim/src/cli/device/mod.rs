@@ -12,7 +12,7 @@ use std::io::{Write, stderr};
 use std::path::PathBuf;
 use std::time::Duration;
 
-use stiction::link::{State, Status};
+use stiction::link::{StateCode, Status};
 
 use super::print;
 use crate::device::client::Client;
@@ -218,7 +218,7 @@ fn with(action: &Action, machine: &str, wire: impl Wire) -> Result<(), Error> {
             let signals = if log.is_some() { client.signals()? } else { vec![] };
             let mut samples = Log::new(Signals::new(signals), &[])?;
             let status = then_off(&mut client, |client| {
-                if client.status()?.state != State::Armed {
+                if client.status()?.state != StateCode::Armed {
                     arm(client)?;
                 }
                 if log.is_some() {
@@ -284,7 +284,7 @@ fn identify<W: Wire>(client: &mut Client<W>, rate: f32, hold: f32) -> Result<Str
     client.identify(rate, hold)?;
     let status = loop {
         let status = client.pass(Duration::from_secs(1))?;
-        if status.state != State::Armed {
+        if status.state != StateCode::Armed {
             break status;
         }
     };
@@ -317,12 +317,12 @@ fn then_off<W: Wire, T>(
 
 /// That the output went off at the end of a command and not before.
 const fn off(status: &Status) -> &'static str {
-    if matches!(status.state, State::Armed) { OFF } else { "" }
+    if matches!(status.state, StateCode::Armed) { OFF } else { "" }
 }
 
 /// An error if the loop was not closed for as long as was asked for.
 fn ended(what: &str, status: &Status) -> Result<(), Error> {
-    if status.state == State::Armed {
+    if status.state == StateCode::Armed {
         return Ok(());
     }
     Err(Error::Device(format!("{what}: ended by {} (docs/faults.md)", by(status))))

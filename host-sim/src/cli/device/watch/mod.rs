@@ -12,7 +12,7 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::{Duration, Instant};
 
 use ratatui::crossterm::event::{self, Event, KeyEventKind};
-use stiction::link::{State, Status};
+use stiction::link::{StateCode, Status};
 
 use super::PERHAPS_ARMED;
 use crate::device::client::Client;
@@ -136,7 +136,7 @@ fn on_screen<W: Wire>(
 
 /// A drive that is not armed any more was not armed by us the next time.
 const fn follow(watched: &mut Watched, status: Status) {
-    watched.armed_here &= matches!(status.state, State::Armed);
+    watched.armed_here &= matches!(status.state, StateCode::Armed);
     watched.status = status;
 }
 
@@ -149,9 +149,11 @@ fn leave<W: Wire>(client: &mut Client<W>, watched: &Watched) -> Result<&'static 
     let _ = client.subscribe(0, 0);
     let left = client.status().map_err(|error| unheard(&error, watched))?;
     Ok(match left.state {
-        State::Armed => "STILL ARMED: it was so before, and not by this program; `stop` turns the output off",
-        State::Faulted(_) => "left faulted: the output is off",
-        State::Stopped | State::Boot => "left stopped: the output is off",
+        StateCode::Armed => {
+            "STILL ARMED: it was so before, and not by this program; `stop` turns the output off"
+        }
+        StateCode::Faulted(_) => "left faulted: the output is off",
+        StateCode::Stopped | StateCode::Boot => "left stopped: the output is off",
     })
 }
 

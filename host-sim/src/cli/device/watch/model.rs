@@ -2,7 +2,7 @@
 
 use std::collections::VecDeque;
 
-use stiction::link::{Sample, State, Status};
+use stiction::link::{Sample, StateCode, Status};
 
 use crate::device::signals::Signals;
 
@@ -141,7 +141,7 @@ impl Watched {
 
     /// Whether it is armed, as far as was last heard.
     pub const fn is_armed(&self) -> bool {
-        matches!(self.status.state, State::Armed)
+        matches!(self.status.state, StateCode::Armed)
     }
 
     /// A term over time, in pieces of uninterrupted arming; time counts back from the last moment.

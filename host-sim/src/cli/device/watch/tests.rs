@@ -5,7 +5,7 @@ use ratatui::backend::TestBackend;
 use ratatui::buffer::Buffer;
 use ratatui::crossterm::event::{KeyCode, KeyEvent, KeyModifiers};
 use ratatui::style::Color;
-use stiction::link::{Sample, State, Status, Told};
+use stiction::link::{Sample, StateCode, Status, Told};
 
 use super::keys::{Flow, press};
 use super::model::{Moment, SIGNALS, Watched};
@@ -19,7 +19,7 @@ use crate::experiment::{Document, Experiment};
 
 fn status() -> Status {
     Status {
-        state: State::Armed,
+        state: StateCode::Armed,
         fault: Told::default(),
         faults: 0,
         clock: 5000,
@@ -143,7 +143,7 @@ fn only_the_last_ten_seconds_are_kept_and_a_reset_begins_anew() {
 #[test]
 fn the_warning_is_the_first_line_at_any_size() {
     let mut watched = watched(Some(SIMULATED), [sample(4995, 200, 2)]);
-    watched.status.state = State::Faulted(14);
+    watched.status.state = StateCode::Faulted(14);
     watched.status.fault = Told { code: 14, tick: 320, value: 0.805 };
     (watched.lost, watched.status.wound_up, watched.status.unsaved) = (3, true, true);
     for (columns, rows) in [(80, 24), (200, 60), (44, 12), (50, 3), (42, 1)] {
@@ -182,7 +182,7 @@ fn keys_arm_move_and_stop_the_device() {
     assert_eq!(keys("2\n", &mut watched, &mut client), Flow::Go);
     assert!(watched.note.contains("`arm` first"), "{}", watched.note);
     assert!(pass(&mut client).abs() < 1e-9);
-    assert_eq!(client.status().unwrap().state, State::Stopped);
+    assert_eq!(client.status().unwrap().state, StateCode::Stopped);
 
     keys("a", &mut watched, &mut client);
     assert!(watched.armed_here && watched.is_armed());
@@ -198,7 +198,7 @@ fn keys_arm_move_and_stop_the_device() {
 
     // Stop counts in the middle of a number, too, and forgets it.
     keys("3s", &mut watched, &mut client);
-    assert_eq!((watched.status.state, watched.entry.as_str()), (State::Stopped, ""));
+    assert_eq!((watched.status.state, watched.entry.as_str()), (StateCode::Stopped, ""));
     assert!(!client.wire().simulated.tick().enable);
     assert_eq!(keys("q", &mut watched, &mut client), Flow::Quit);
     let interrupt = KeyEvent::new(KeyCode::Char('c'), KeyModifiers::CONTROL);
@@ -219,8 +219,8 @@ fn with_control_or_alt_nothing_but_stop_is_done() {
     };
     for modifiers in [KeyModifiers::CONTROL, KeyModifiers::ALT] {
         let left = press_all("ahq5-.", modifiers, &mut watched, &mut client);
-        assert_eq!(left, (State::Stopped, String::new()), "{modifiers:?}");
-        assert_eq!((watched.armed_here, client.status().unwrap().state), (false, State::Stopped));
+        assert_eq!(left, (StateCode::Stopped, String::new()), "{modifiers:?}");
+        assert_eq!((watched.armed_here, client.status().unwrap().state), (false, StateCode::Stopped));
     }
     // With Caps Lock and with a modifier that is held: stop is stop.
     for (key, modifiers) in
@@ -228,10 +228,10 @@ fn with_control_or_alt_nothing_but_stop_is_done() {
     {
         client.pass(Duration::from_millis(200)).unwrap();
         let left = press_all("a", KeyModifiers::NONE, &mut watched, &mut client);
-        assert_eq!(left.0, State::Armed);
+        assert_eq!(left.0, StateCode::Armed);
         assert_eq!(
             press_all(&key.to_string(), modifiers, &mut watched, &mut client).0,
-            State::Stopped,
+            StateCode::Stopped,
             "{key}"
         );
     }
@@ -290,10 +290,10 @@ fn what_was_armed_here_is_stopped_on_leaving_and_what_was_not_is_told() {
     let (mut watched, mut client) = bench();
     press(KeyEvent::from(KeyCode::Char('a')), &mut watched, &mut client).unwrap();
     assert!(super::leave(&mut client, &watched).unwrap().contains("output is off"));
-    assert_eq!(client.status().unwrap().state, State::Stopped);
+    assert_eq!(client.status().unwrap().state, StateCode::Stopped);
     client.pass(Duration::from_millis(200)).unwrap();
     client.arm().unwrap();
     watched.armed_here = false;
     assert!(super::leave(&mut client, &watched).unwrap().starts_with("STILL ARMED"));
-    assert_eq!(client.status().unwrap().state, State::Armed);
+    assert_eq!(client.status().unwrap().state, StateCode::Armed);
 }

@@ -7,7 +7,7 @@ use ratatui::style::{Color, Modifier, Style};
 use ratatui::symbols::Marker;
 use ratatui::text::{Line, Span};
 use ratatui::widgets::{Axis, Chart, Dataset, GraphType, Paragraph};
-use stiction::link::State;
+use stiction::link::StateCode;
 
 use super::keys::KEYS;
 use super::model::{Moment, WINDOW_S, Watched};
@@ -65,9 +65,9 @@ fn title_of(watched: &Watched) -> Paragraph<'_> {
 fn state_of(watched: &Watched) -> Paragraph<'_> {
     let status = &watched.status;
     let color = match status.state {
-        State::Armed => Color::Green,
-        State::Faulted(_) => Color::Red,
-        State::Boot | State::Stopped => Color::Gray,
+        StateCode::Armed => Color::Green,
+        StateCode::Faulted(_) => Color::Red,
+        StateCode::Boot | StateCode::Stopped => Color::Gray,
     };
     let badge = Style::new().fg(Color::Black).bg(color).add_modifier(Modifier::BOLD);
     let mut line = vec![Span::styled(format!(" {} ", words::state(status.state).to_uppercase()), badge)];
