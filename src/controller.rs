@@ -1,4 +1,4 @@
-//! One tick, from the joint's travel to the drive's duty.
+//! The controller: one tick, from the joint's travel to the drive's duty.
 
 use heapless::Vec;
 
@@ -16,10 +16,11 @@ use crate::value::{Key, Table, Values, key, table};
 use crate::velocity::{MAX_WINDOW, Velocity, VelocityState};
 
 table! {
-    /// Everything that a controller is configured with, in a user's units.
+    /// The configuration of a controller, in a user's units.
     #[derive(Clone, Debug, PartialEq)]
     pub struct ControllerConfig (config) "loop" {
-        /// Time between samples, s. A device takes 0.0001 to 0.02, for which its timer and its deadline are made.
+        /// Time between samples, s. A device takes 0.0001 to 0.02, for which its timer and its
+        /// deadline are made.
         sample_time: f32 = 0x0101 "sample_time_s", Above(0.0, 1.0), Needed(0.02);
         /// Number of positions in the velocity regression; 5 in the thesis.
         velocity_window: u32 = 0x0102 "velocity_window", Between(2.0, 16.0), Default(5);
@@ -36,13 +37,13 @@ table! {
     }
 }
 
-/// The bound of `velocity_window`, which hosts show as it stands there.
+/// The bound of `velocity_window` is a literal, since hosts show it as it stands there.
 const _: () = assert!(MAX_WINDOW == 16);
 
-/// The number of the sample time.
+/// The number of the value `sample_time`.
 pub(crate) const SAMPLE_TIME: Key = key(ControllerConfig::ABOUT, "sample_time");
 
-/// A controller, ready to be used; shared by any number of joints of the same kind.
+/// A controller that is prepared for its ticks. Any number of joints of the same kind may share it.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Controller {
     encoder: Encoder,
@@ -52,35 +53,38 @@ pub struct Controller {
     output: OutputStage,
 }
 
-/// What one joint's controller remembers from tick to tick.
+/// The state of one joint's controller from tick to tick.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct ControllerState {
     counts: i32,
     velocity: VelocityState,
     compensator: CompensatorState,
     output: OutputState,
-    /// Ticks since the motion began; stops at its largest value, so that no motion ever begins anew by itself.
+    /// Ticks since the motion began. The count stops at its largest value, so that no motion ever
+    /// begins anew by itself.
     tick: u32,
 }
 
-/// What one tick is told of the joint.
+/// The readings that one tick of the controller is given.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Reading {
     /// Travel since the last tick, counts.
     pub travel: i32,
-    /// The converter's reading of the supply; without effect unless the output is scaled by it.
+    /// The converter's reading of the supply; without effect unless the output is scaled by the
+    /// supply.
     pub supply: u16,
 }
 
 impl Reading {
-    /// A joint that has travelled by so many counts; nothing is known of the supply.
+    /// Returns the reading of a joint that has travelled by so many counts, with a supply that is
+    /// not measured.
     pub const fn travel(travel: i32) -> Self {
         Self { travel, supply: 0 }
     }
 }
 
 impl ControllerConfig {
-    /// What the laws take from the loop.
+    /// Returns what the laws take from the loop.
     pub const fn around(&self) -> Loop {
         Loop {
             sample_time: self.sample_time,
@@ -93,12 +97,12 @@ impl ControllerConfig {
 }
 
 impl ControllerState {
-    /// theta_a as of the last tick, counts.
+    /// Returns theta_a as of the last tick, counts.
     pub const fn counts(&self) -> i32 {
         self.counts
     }
 
-    /// A motion begins at the next tick; everything else goes on.
+    /// Lets a motion begin at the next tick. Everything else goes on.
     pub const fn begin_motion(&mut self) {
         self.tick = 0;
     }
@@ -110,7 +114,8 @@ impl Controller {
     /// # Errors
     /// Names the first value that is not allowed.
     pub fn new(config: &ControllerConfig, hardware: &Hardware) -> Result<Self, Error> {
-        // First: of the PWM's frequency the board says more than its declaration.
+        // The drive comes first: the board knows narrower bounds of the PWM's frequency than its
+        // declaration.
         let drive = Drive::new(&config.drive, hardware)?;
         config.validate()?;
         let DriveConfig { full_scale, lsb, .. } = config.drive;
@@ -124,32 +129,33 @@ impl Controller {
         })
     }
 
-    /// With the soft start (ticks) and the nominal supply (the converter's units; 0: none) of a device.
+    /// Sets the soft start (ticks) and the nominal supply (the converter's units; 0: none) of a
+    /// device.
     pub(crate) fn on_device(&mut self, soft_start: u32, nominal_supply: f32) {
         self.output.on_device(soft_start, nominal_supply);
     }
 
-    /// A joint at rest in position `counts`; a motion begins.
+    /// Returns the state of a joint at rest in position `counts`, in which a motion begins.
     pub fn start(&self, counts: i32) -> ControllerState {
         ControllerState { counts, compensator: self.compensator.rest(), ..ControllerState::default() }
     }
 
-    /// The largest output, V.
+    /// Returns the largest output, V.
     pub const fn full_scale(&self) -> f32 {
         self.output.full_scale
     }
 
-    /// The encoder, to turn readings of its counter into travel.
+    /// Returns the encoder, which turns readings of its counter into travel.
     pub const fn encoder(&self) -> &Encoder {
         &self.encoder
     }
 
-    /// The drive, to convert codes.
+    /// Returns the drive, which converts codes.
     pub const fn drive(&self) -> &Drive {
         &self.output.drive
     }
 
-    /// One tick with the loop closed; the returned [`Tick::duty`] is to be applied at once.
+    /// Runs one tick with the loop closed. The returned [`Tick::duty`] is to be applied at once.
     #[inline]
     pub fn tick(&self, state: &mut ControllerState, reading: Reading, reference: &Reference) -> Tick {
         let velocity = self.observe(state, reading.travel);
@@ -168,7 +174,8 @@ impl Controller {
         let v_c = self.compensator.update(&mut state.compensator, &input);
 
         let sum = if replaces_pd { v_c } else { v_pd + v_c };
-        // A law may hide an infinity (tanh, a comparison), so the set point is asked as well as the sum.
+        // A law may hide an infinity (tanh, a comparison), so the set point is asked as well as the
+        // sum.
         let non_finite = !(sum.is_finite() && setpoint.is_finite());
         if non_finite {
             state.compensator = self.compensator.rest();
@@ -183,8 +190,8 @@ impl Controller {
         tick
     }
 
-    /// One tick with the loop open: `effort` gives the output (V) at a position in counts. The set point goes along
-    /// with the joint, so there is no error; the laws rest.
+    /// Runs one tick with the loop open: `effort` gives the output (V) at a position in counts. The
+    /// set point goes along with the joint, so there is no error. The laws rest.
     #[inline]
     pub fn open_loop(
         &self,
@@ -202,7 +209,7 @@ impl Controller {
         record(state, &setpoint, velocity, &Terms::default(), &output, non_finite)
     }
 
-    /// Position and velocity after so much travel.
+    /// Adds the travel (counts) to the position, and returns the velocity, deg/s.
     #[inline]
     fn observe(&self, state: &mut ControllerState, travel: i32) -> f32 {
         state.counts = state.counts.wrapping_add(travel);
@@ -210,7 +217,7 @@ impl Controller {
     }
 }
 
-/// What the loop has computed of a tick.
+/// The terms of a tick that only a closed loop computes.
 #[derive(Default)]
 struct Terms {
     error: f32,
@@ -218,8 +225,8 @@ struct Terms {
     v_c: f32,
 }
 
-/// Writes down a tick; the next one is one later.
-// In one piece: a tick that is made of another one is copied word by word.
+/// Returns the tick with all its signals, and counts it: the next one is one later.
+// The tick is made in one piece: one that is made of another one is copied word by word.
 #[inline(always)]
 fn record(
     state: &mut ControllerState,

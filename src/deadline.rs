@@ -1,10 +1,12 @@
-//! Whether the control task keeps its time.
+//! The deadline of the control task, which says whether it keeps its time.
 //!
-//! A free-running counter is read on entry and on exit; it must not stop while the processor sleeps. A tick is late if it begins more than a quarter of
-//! a period behind the one before, and long if it takes more than half a period. Both are overruns: a law whose
-//! constants depend on the sample time is then not the one that was configured. The counter may wrap.
+//! A free-running counter is read on entry and on exit; it must not stop while the processor
+//! sleeps. A tick is late if it begins more than a quarter of a period behind its time, which is a
+//! period after the tick before. A tick is long if it takes more than half a period. Both are
+//! overruns: the law's constants depend on the sample time, and that is then not the one that was
+//! configured. The counter may wrap.
 
-/// A deadline, in clocks of the counter.
+/// The deadline of a tick, in clocks of the counter.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Deadline {
     latest: u32,
@@ -13,12 +15,12 @@ pub struct Deadline {
 }
 
 impl Deadline {
-    /// For a tick of `period` clocks.
+    /// Makes the deadline of a tick of `period` clocks.
     pub const fn new(period: u32) -> Self {
         Self { latest: period.saturating_add(period / 4), longest: period / 2, entered: None }
     }
 
-    /// A tick begins at `clock`; whether it is in time.
+    /// Takes the begin of a tick at `clock`, and returns whether the tick is in time.
     ///
     /// ```
     /// let mut deadline = stiction::deadline::Deadline::new(1000);
@@ -32,7 +34,7 @@ impl Deadline {
         in_time
     }
 
-    /// The tick ends at `clock`; whether it was short enough.
+    /// Takes the end of the tick at `clock`, and returns whether the tick was short enough.
     ///
     /// ```
     /// let mut deadline = stiction::deadline::Deadline::new(1000);

@@ -1,7 +1,7 @@
-//! A whole device without a chip: bytes in, bytes out, and a tick.
+//! A whole device without a chip: it takes and gives bytes, and ticks.
 //!
-//! It is what a host runs as a simulated device, and what tests of the link, the faults and the parameters run. A board
-//! has the same parts, each in the task where it belongs.
+//! A host runs it as a simulated device, and tests of the link, the faults and the parameters run
+//! it. A board has the same parts, each in the task where it belongs.
 
 use embedded_storage::nor_flash::NorFlash;
 
@@ -11,7 +11,7 @@ use crate::parameters::Parameters;
 use crate::servo::{Boot, Input, Output, Servo};
 use crate::store::Store;
 
-/// Servo, link and parameter store.
+/// A device without a chip: servo, link and parameter store.
 #[derive(Debug)]
 pub struct Device<F> {
     session: Session,
@@ -26,7 +26,7 @@ struct Parts<F> {
 }
 
 impl<F: NorFlash> Device<F> {
-    /// Power comes up: the parameters are read, and nothing moves.
+    /// Starts a device as power-on does: the parameters are read, and nothing moves.
     pub fn start(mut store: Store<F>, boot: Boot, hardware: Hardware) -> Self {
         let found = store.load().and_then(|found| found.fits(&hardware).map(|()| found));
         let servo = Servo::new(found.as_ref().map_err(|error| *error), boot, &hardware);
@@ -44,24 +44,24 @@ impl<F: NorFlash> Device<F> {
         self.session.transmit(bytes)
     }
 
-    /// One tick of the sample time.
+    /// Runs one tick, which is due once a sample time.
     pub fn tick(&mut self, input: Input) -> Output {
         let output = self.parts.servo.tick(input);
         self.session.tick(&output);
         output
     }
 
-    /// The servo.
+    /// Returns the servo.
     pub const fn servo(&mut self) -> &mut Servo {
         &mut self.parts.servo
     }
 
-    /// The parameters in use.
+    /// Returns the parameters in use, if there are any.
     pub const fn parameters(&self) -> Option<&Parameters> {
         self.session.parameters()
     }
 
-    /// Power goes: only the flash is left.
+    /// Ends a device as power-off does: only the flash is left.
     pub fn end(self) -> Store<F> {
         self.parts.store
     }
@@ -80,7 +80,8 @@ impl<F: NorFlash> Machine for Parts<F> {
         Ok(self.store.save(parameters)?)
     }
 
-    /// There is no timer to set: whoever ticks asks for the [`parameters`](Device::parameters).
+    /// Does nothing: there is no timer to set, and whoever ticks asks for the
+    /// [`parameters`](Device::parameters).
     fn reconfigure(&mut self, _: &Parameters) -> Result<(), Refused> {
         Ok(())
     }

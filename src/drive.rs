@@ -1,4 +1,4 @@
-//! From volts to the drive's integer code, and from a code to a PWM compare value.
+//! The drive's conversions: from volts to its integer code, and from a code to a PWM compare value.
 //!
 //! ```text
 //! code    = round(v / lsb), half away from zero, within +-floor(full scale / lsb)
@@ -6,10 +6,11 @@
 //!         = round(|code| * top / max), half away from zero, and the direction   (sign-magnitude)
 //! ```
 //!
-//! The thesis's D/A has an LSB of 0.00488 V (10 V / 2048) and a full scale of 5 V (section 3.2): codes of
-//! +-1024. A PWM whose top equals the number of codes is the same thing configured otherwise. Both maps are odd,
-//! so a drive without offset error favours no direction. The quotient is computed as a product with
-//! the reciprocal of the LSB: at an exact half it may fall to the neighbouring code.
+//! The thesis's D/A has an LSB of 0.00488 V (10 V / 2048) and a full scale of 5 V (section 3.2):
+//! codes of +-1024. A PWM whose top equals the number of codes is the same thing configured
+//! otherwise. Both maps are odd, so a drive without offset error favours no direction. The quotient
+//! is computed as a product with the reciprocal of the LSB: at an exact half, the code may be the
+//! neighbouring one.
 
 use crate::error::{Error, HUGE};
 use crate::hardware::Hardware;
@@ -18,8 +19,8 @@ use crate::value::{Values, choice, table};
 choice! {
     /// How the code reaches the bridge.
     pub enum PwmMode {
-        /// Half duty is zero volts; one output and its complement. Also the form for an RC filter into an analog
-        /// servo amplifier.
+        /// Half duty is zero volts; one output and its complement. Also the form for an RC filter
+        /// into an analog servo amplifier.
         LockedAntiphase = 0 "locked-antiphase",
         /// The duty is the magnitude, a second pin the direction.
         SignMagnitude = 1 "sign-magnitude",
@@ -27,13 +28,14 @@ choice! {
 }
 
 table! {
-    /// A drive, in a user's units.
+    /// The configuration of a drive, in a user's units.
     #[derive(Clone, Copy, Debug, PartialEq)]
     pub struct DriveConfig (drive) "drive" {
         /// Largest output of the controller, V. It scales the duty: full duty is this output.
         full_scale: f32 = 0x0301 "full_scale_v", Above(0.0, HUGE), Needed(5.0);
         /// Volts of one code: one to 32767 codes a side.
-        lsb: f32 = 0x0302 "lsb_v", Above(drive.full_scale / 32_768.0, drive.full_scale), Needed(0.00488);
+        lsb: f32 =
+            0x0302 "lsb_v", Above(drive.full_scale / 32_768.0, drive.full_scale), Needed(0.00488);
         /// Frequency of the PWM, Hz. The board's timer sets its bounds: 1300 to 5250000 at 168 MHz.
         pwm_hz: f32 = 0x0303 "pwm_hz", Above(0.0, 1e9), Needed(22e3);
         /// How the code reaches the bridge.
@@ -41,23 +43,24 @@ table! {
     }
 }
 
-/// A drive, ready to be used.
+/// A drive that is prepared for its ticks.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Drive {
     codes_per_volt: f32,
-    /// Of an `i16`; 32 bits, since the processor has no other arithmetic.
+    /// The largest code. It fits an `i16` and has 32 bits, since the processor has no other
+    /// arithmetic.
     max_code: i32,
     mode: PwmMode,
     pwm_top: u16,
 }
 
-/// What the timer is given.
+/// The PWM setting that the timer is given.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 #[repr(C)]
 pub struct Duty {
     /// Compare value, from 0 to the top.
     pub compare: u16,
-    /// The direction pin (sign-magnitude only; false in locked antiphase).
+    /// Level of the direction pin (sign-magnitude only; false in locked antiphase).
     pub reverse: bool,
 }
 
@@ -77,7 +80,7 @@ impl Drive {
         })
     }
 
-    /// The largest code.
+    /// Returns the largest code.
     ///
     /// ```
     /// use stiction::{Hardware, drive::{Drive, DriveConfig}, value::Table};
@@ -89,22 +92,24 @@ impl Drive {
         self.max_code as i16
     }
 
-    /// How the code reaches the bridge.
+    /// Returns how the code reaches the bridge.
     pub const fn mode(&self) -> PwmMode {
         self.mode
     }
 
-    /// Compare value of full duty.
+    /// Returns the compare value of full duty.
     pub const fn pwm_top(&self) -> u16 {
         self.pwm_top
     }
 
-    /// The code of `v` volts: rounded half away from zero, within +-[`max_code`](Self::max_code).
+    /// Returns the code of `v` volts: rounded half away from zero, within
+    /// +-[`max_code`](Self::max_code).
     ///
     /// ```
     /// use stiction::{Hardware, drive::{Drive, DriveConfig, PwmMode}};
     /// let hardware = Hardware { pwm_clock_hz: 168e6, supply_top: 4095 };
-    /// let config = DriveConfig { full_scale: 5.0, lsb: 0.00488, pwm_hz: 22e3, mode: PwmMode::LockedAntiphase };
+    /// let mode = PwmMode::LockedAntiphase;
+    /// let config = DriveConfig { full_scale: 5.0, lsb: 0.00488, pwm_hz: 22e3, mode };
     /// let drive = Drive::new(&config, &hardware).unwrap();
     /// assert_eq!((drive.code(0.40), drive.code(-0.40)), (82, -82)); // 0.40016 V
     /// assert_eq!(drive.code(5.0), 1024);
@@ -113,7 +118,7 @@ impl Drive {
         self.whole_code(v) as i16
     }
 
-    /// The same as 32 bits.
+    /// Returns the code of `v` volts, as [`code`](Self::code) does, in 32 bits.
     #[inline]
     pub(crate) fn whole_code(&self, v: f32) -> i32 {
         let scaled = v * self.codes_per_volt;
@@ -124,12 +129,13 @@ impl Drive {
         whole.saturating_add(step).max(-self.max_code).min(self.max_code)
     }
 
-    /// The PWM setting of a code.
+    /// Returns the PWM setting of a code.
     ///
     /// ```
     /// use stiction::{Hardware, drive::{Drive, DriveConfig, Duty, PwmMode}};
     /// let hardware = Hardware { pwm_clock_hz: 168e6, supply_top: 4095 };
-    /// let config = DriveConfig { full_scale: 5.0, lsb: 0.00488, pwm_hz: 22e3, mode: PwmMode::LockedAntiphase };
+    /// let mode = PwmMode::LockedAntiphase;
+    /// let config = DriveConfig { full_scale: 5.0, lsb: 0.00488, pwm_hz: 22e3, mode };
     /// let drive = Drive::new(&config, &hardware).unwrap();
     /// assert_eq!(drive.pwm_top(), 3818);
     /// assert_eq!(drive.duty(0), Duty { compare: 1909, reverse: false });
@@ -139,7 +145,7 @@ impl Drive {
         self.duty_of(i32::from(code).max(-self.max_code).min(self.max_code))
     }
 
-    /// The PWM setting of a code that is no larger than the largest one.
+    /// Returns the PWM setting of a code that is no larger than the largest one.
     #[inline]
     pub(crate) fn duty_of(&self, code: i32) -> Duty {
         let (max, magnitude) = (self.max_code.unsigned_abs(), code.unsigned_abs());
@@ -158,15 +164,17 @@ impl Drive {
     }
 }
 
-/// The number of whole codes in `ratio`. A decimal full scale that is a multiple of a decimal LSB (1.0 and 0.004) may
-/// fall short of it by the rounding of three `f32`s, and would lose its last code.
+/// Returns the number of whole codes in `ratio`. A decimal full scale may be a multiple of a
+/// decimal LSB (1.0 and 0.004), and yet fall short of it by the rounding of three `f32`s: it would
+/// lose its last code.
 fn max_code(ratio: f32) -> i16 {
     let nearest = libm::roundf(ratio);
     let whole = if (ratio - nearest).abs() <= 1.5 * f32::EPSILON * ratio { nearest } else { ratio };
     whole as i16
 }
 
-/// `numerator / denominator`, rounded half up. Neither sum overflows: both factors of the numerator are 16 bits.
+/// Returns `numerator / denominator`, rounded half up. Neither sum overflows: both factors of the
+/// numerator are 16 bits.
 const fn rounded_ratio(numerator: u32, denominator: u32) -> u32 {
     match denominator {
         0 => 0,

@@ -1,8 +1,9 @@
-//! From a wrapping hardware counter to a position in counts.
+//! The encoder: from a wrapping hardware counter to a position in counts.
 //!
-//! The difference of two readings, taken modulo the counter's width and read as signed, is the travel between
-//! them as long as the joint moves less than half the counter's range in one tick (32 767 counts for 16 bits:
-//! 79 deg at 0.00242 deg). Everything is integer: nothing is rounded and nothing drifts.
+//! The difference of two readings, taken modulo the counter's width and read as signed, is the
+//! travel between them as long as the joint moves less than half the counter's range in one tick
+//! (32 767 counts for 16 bits: 79 deg at 0.00242 deg). Everything is integer: nothing is rounded
+//! and nothing drifts.
 
 use crate::error::HUGE;
 use crate::value::{Key, Table, choice, key, table};
@@ -40,30 +41,30 @@ table! {
     }
 }
 
-/// The number of the resolution.
+/// The number of the value `resolution_deg`.
 pub(crate) const RESOLUTION: Key = key(Encoder::ABOUT, "resolution");
 
-/// What is remembered from tick to tick.
+/// The state of the encoder from tick to tick.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct EncoderState {
     /// The last reading of the counter.
     counter: u32,
-    /// Position since the start, in counts.
+    /// Position since the start, counts.
     counts: i32,
 }
 
 impl EncoderState {
-    /// Starts with the counter at `counter` and calls that position `counts`.
+    /// Returns the state with the counter at `counter` in a position that is called `counts`.
     pub const fn start(counter: u32, counts: i32) -> Self {
         Self { counter, counts }
     }
 
-    /// The last reading of the counter.
+    /// Returns the last reading of the counter.
     pub const fn counter(&self) -> u32 {
         self.counter
     }
 
-    /// Position in counts. Wraps.
+    /// Returns the position in counts. It wraps.
     pub const fn counts(&self) -> i32 {
         self.counts
     }
@@ -74,8 +75,11 @@ impl Encoder {
     ///
     /// ```
     /// use stiction::encoder::{CounterBits, Direction, Encoder, EncoderState};
-    /// let encoder =
-    ///     Encoder { resolution: 0.00242, counter_bits: CounterBits::Sixteen, direction: Direction::Reverse };
+    /// let encoder = Encoder {
+    ///     resolution: 0.00242,
+    ///     counter_bits: CounterBits::Sixteen,
+    ///     direction: Direction::Reverse,
+    /// };
     /// let mut state = EncoderState::start(1, 100);
     /// assert_eq!(encoder.update(&mut state, 0xFFFF), 2); // two down, across zero
     /// assert_eq!(state.counts(), 102);

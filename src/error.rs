@@ -1,4 +1,4 @@
-//! Why a configuration was refused.
+//! The reasons why a configuration was refused.
 
 use core::fmt;
 
@@ -8,8 +8,8 @@ use crate::value::Key;
 
 /// A configured value that is not allowed.
 ///
-/// A device tells the number of the value. Where the texts are at hand, the message has the name that the value has in
-/// a machine's TOML file.
+/// A device tells the number of the value. Where the texts are at hand, the message has the name
+/// that the value has in a machine's TOML file.
 ///
 /// ```
 /// use stiction::{pd::PdGains, value::Values};
@@ -18,33 +18,35 @@ use crate::value::Key;
 /// ```
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Error {
-    /// Which value.
+    /// The number of the value.
     pub key: Key,
-    /// What was found.
+    /// The value that was found, as a number.
     pub found: f32,
-    /// What would have been taken.
+    /// The values that would have been taken.
     pub allowed: Allowed,
 }
 
 /// The set of values that are allowed.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub enum Allowed {
-    /// Both ends belong to it.
+    /// The numbers from the first to the second; both belong to the set.
     Between(f32, f32),
-    /// The lower end does not belong to it, the upper one does.
+    /// The numbers from the first to the second; the first does not belong to the set, the second
+    /// does.
     Above(f32, f32),
     /// Every value of the type.
     Any,
-    /// Later than the corner before by at least this many seconds, so that blends do not overlap.
+    /// The times that are later than that of the corner before by at least this many seconds, so
+    /// that blends do not overlap.
     LaterBy(f32),
-    /// A law that the sum does not have yet; none beside one that replaces PD.
+    /// The laws that the sum does not have yet; none beside a law that replaces PD.
     AnotherLaw,
 }
 
 impl Allowed {
-    /// Whether a number belongs to it; NaN belongs to no range. A time is compared where the corners are known, so
-    /// none of these belongs to [`LaterBy`](Self::LaterBy); nor is a law that is refused one of
-    /// [`AnotherLaw`](Self::AnotherLaw).
+    /// Returns whether a number belongs to the set; NaN belongs to no range. No number belongs to
+    /// [`LaterBy`](Self::LaterBy), since times are compared where the corners are known, and none
+    /// to [`AnotherLaw`](Self::AnotherLaw), which only tells of a law that is refused.
     pub fn includes(self, found: f32) -> bool {
         match self {
             Self::Between(low, high) => found >= low && found <= high,
@@ -77,16 +79,17 @@ impl fmt::Display for Allowed {
 
 impl core::error::Error for Error {}
 
-/// No gain, limit or length of a joint comes near it, and its square is still finite in `f32`.
+/// The bound of numbers that need no other: no gain, limit or length of a joint comes near it, and
+/// its square is still finite in `f32`.
 pub(crate) const HUGE: f32 = 1e6;
 
-/// Refuses what is not in `[low, high]`; NaN is in no range.
+/// Refuses a number that is not in `[low, high]`; NaN is in no range.
 pub(crate) fn between(key: Key, found: f32, low: f32, high: f32) -> Result<(), Error> {
     let allowed = Allowed::Between(low, high);
     if allowed.includes(found) { Ok(()) } else { Err(Error { key, found, allowed }) }
 }
 
-/// Refuses what is not in `(low, high]`; NaN is in no range.
+/// Refuses a number that is not in `(low, high]`; NaN is in no range.
 pub(crate) fn above(key: Key, found: f32, low: f32, high: f32) -> Result<(), Error> {
     let allowed = Allowed::Above(low, high);
     if allowed.includes(found) { Ok(()) } else { Err(Error { key, found, allowed }) }

@@ -1,6 +1,6 @@
-//! Why the servo refuses to move.
+//! The faults, which are the reasons why the servo refuses to move.
 //!
-//! `docs/faults.md` says of each what it means and what to check.
+//! `docs/faults.md` says of each fault what it means and what to check.
 
 use crate::monitor::Limits;
 use crate::value::{Key, Table, key};
@@ -8,16 +8,16 @@ use crate::value::{Key, Table, key};
 /// The number of faults that a servo remembers.
 pub const HISTORY: usize = 8;
 
-/// Declares the faults: `number Name "a few words", "its section in docs/faults.md", "value that trips it" "its unit",
-/// "seen within", what ends it, [limits]`.
+/// Declares the faults: `number Name "a few words", "its section in docs/faults.md", "value that
+/// trips it" "its unit", "seen within", what ends it, [limits]`.
 macro_rules! faults {
     ($($(#[doc = $text:literal])+ $code:literal $Fault:ident $words:literal, $section:literal,
         $value:literal $unit:literal, $within:literal, $end:ident, [$($limit:ident),*];)+) => {
-        /// A latched fault: the output stays off until it is cleared or the part is reset, and the reset after it says
-        /// why.
+        /// A latched fault: the output stays off until the fault is cleared or the part is reset.
+        /// The reset after it says why it was.
         ///
-        /// The number is what is kept in memory across a reset and what goes over the link; it never changes its
-        /// meaning.
+        /// The fault's number is kept in memory across a reset and goes over the link. It never
+        /// changes its meaning.
         #[derive(Clone, Copy, Debug, PartialEq, Eq)]
         #[repr(u8)]
         pub enum Fault {
@@ -25,59 +25,60 @@ macro_rules! faults {
         }
 
         impl Fault {
-            /// All of them.
+            /// Every fault, in the order of the numbers.
             pub const ALL: &'static [Self] = &[$(Self::$Fault),+];
 
-            /// A few words for a log.
+            /// Returns a few words for a log.
             pub const fn describe(self) -> &'static str {
                 match self {
                     $(Self::$Fault => $words,)+
                 }
             }
 
-            /// The unit of the value that tripped it; empty if there is no such value.
+            /// Returns the unit of the value that tripped the fault; empty if there is no such
+            /// value.
             pub const fn unit(self) -> &'static str {
                 match self {
                     $(Self::$Fault => $unit,)+
                 }
             }
 
-            /// What ends it.
+            /// Returns what ends the fault.
             const fn end(self) -> End {
                 match self {
                     $(Self::$Fault => End::$end,)+
                 }
             }
 
-            /// What it is, for hosts: the sentence of its declaration.
+            /// Returns what the fault is, for hosts: the sentence of its declaration.
             pub const fn text(self) -> &'static str {
                 match self {
                     $(Self::$Fault => concat!($($text),+),)+
                 }
             }
 
-            /// What value trips it, for hosts; empty if there is none.
+            /// Returns what value trips the fault, for hosts; empty if there is none.
             pub const fn value(self) -> &'static str {
                 match self {
                     $(Self::$Fault => $value,)+
                 }
             }
 
-            /// Its section in docs/faults.md, for hosts.
+            /// Returns the fault's section in docs/faults.md, for hosts.
             pub const fn section(self) -> &'static str {
                 match self {
                     $(Self::$Fault => $section,)+
                 }
             }
 
-            /// How soon it is seen, for hosts.
+            /// Returns how soon the fault is seen, for hosts.
             pub const fn seen_within(self) -> &'static str {
                 match self {
                     $(Self::$Fault => $within,)+
                 }
             }
 
-            /// Its thresholds, for hosts.
+            /// Returns the numbers of the fault's thresholds, for hosts.
             pub const fn limits(self) -> &'static [Key] {
                 match self {
                     $(Self::$Fault => const { &[$(key(Limits::ABOUT, stringify!($limit))),*] },)+
@@ -90,11 +91,12 @@ macro_rules! faults {
 /// What ends a fault.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum End {
-    /// A command.
+    /// A command ends the fault.
     Clear,
-    /// Valid parameters.
+    /// Valid parameters end the fault.
     Parameters,
-    /// A reset: without a crystal neither the tick nor the link keeps its time, and only a reset tries again.
+    /// A reset ends the fault: without a crystal neither the tick nor the link keeps its time, and
+    /// only a reset tries again.
     Reset,
 }
 
@@ -138,7 +140,8 @@ faults! {
     /// The encoder moved further in one tick than the joint can.
     13 EncoderJump "encoder jump", "13 Encoder jump",
         "travel" "deg", "its tick", Clear, [encoder_jump];
-    /// Effort beyond any friction, and the encoder does not count: the joint is blocked, or a wire is cut.
+    /// Effort beyond any friction, and the encoder does not count: the joint is blocked, or a wire
+    /// is cut.
     14 Stall "stall: effort, but no count", "14 Stall",
         "effort" "V", "`stall_s` of effort beyond `stall_v`", Clear, [stall_effort, stall_time];
     /// The first move went against the effort: encoder or motor is wired the wrong way around.
@@ -168,7 +171,7 @@ faults! {
 }
 
 impl Fault {
-    /// The fault of a number.
+    /// Returns the fault of a number, if there is one.
     ///
     /// ```
     /// use stiction::Fault;
@@ -179,25 +182,26 @@ impl Fault {
         Self::ALL.iter().copied().find(|fault| *fault as u8 == code)
     }
 
-    /// Whether a command can clear it. Missing and bad parameters end with good ones.
+    /// Returns whether a command can clear the fault. Missing and bad parameters end with good
+    /// ones.
     pub const fn is_clearable(self) -> bool {
         matches!(self.end(), End::Clear)
     }
 
-    /// Whether valid parameters end it.
+    /// Returns whether valid parameters end the fault.
     pub const fn ends_with_parameters(self) -> bool {
         matches!(self.end(), End::Parameters)
     }
 }
 
-/// A fault, when it was, and what tripped it.
+/// A fault that is latched, with its time and the value that tripped it.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Latched {
-    /// Which.
+    /// The fault.
     pub fault: Fault,
     /// Ticks from power-on to the fault.
     pub tick: u32,
-    /// What tripped it, in [`Fault::unit`]; zero if it has none.
+    /// Value that tripped the fault, in [`Fault::unit`]; zero if the fault has none.
     pub value: f32,
 }
 
@@ -207,16 +211,17 @@ impl From<Fault> for Latched {
     }
 }
 
-/// The last faults.
+/// The log of the last faults.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct FaultLog {
-    /// A ring: the fault number `n` of all that there were is at `n` modulo its length.
+    /// The last faults in a ring: the fault number `n` of all that there were is at `n` modulo its
+    /// length.
     entries: [Option<Latched>; HISTORY],
     count: u32,
 }
 
 impl FaultLog {
-    /// Adds one.
+    /// Adds a fault, in the place of the oldest one if the log is full.
     pub fn push(&mut self, latched: Latched) {
         if let Some(entry) = self.entries.get_mut(self.count as usize % HISTORY) {
             *entry = Some(latched);
@@ -224,13 +229,13 @@ impl FaultLog {
         self.count = self.count.saturating_add(1);
     }
 
-    /// Those that are remembered, the oldest first.
+    /// Returns the faults that are remembered, the oldest first.
     pub fn iter(&self) -> impl Iterator<Item = &Latched> {
         let oldest = self.count as usize % HISTORY;
         (0..HISTORY).filter_map(move |i| self.entries.get((oldest + i) % HISTORY)?.as_ref())
     }
 
-    /// How many there were, remembered or not.
+    /// Returns how many faults there were, remembered or not.
     pub const fn count(&self) -> u32 {
         self.count
     }

@@ -1,10 +1,10 @@
-//! What the core has to know of a board: the few figures of its timers and converters that turn a user's units into
-//! codes.
+//! The figures of a board that the core has to know: those of its timers and converters that turn a
+//! user's units into codes.
 
 use crate::error::{Allowed, Error};
 use crate::value::{Key, Table, key};
 
-/// The figures of a board.
+/// The figures of a board's timers and converters.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Hardware {
     /// Clock of the timer that makes the PWM, Hz.
@@ -16,18 +16,20 @@ pub struct Hardware {
 const PWM_HZ: Key = key(crate::drive::DriveConfig::ABOUT, "pwm_hz");
 
 impl Hardware {
-    /// Compare value of full duty: the even timer top nearest to `pwm_hz` for a timer that counts up and down
-    /// (centre-aligned: one period is `2 top` clocks). Even, so that half duty is a whole number.
+    /// Returns the compare value of full duty: the even timer top nearest to `pwm_hz`. The timer
+    /// counts up and down (centre-aligned: one period is `2 top` clocks). The top is even, so that
+    /// half duty is a whole number.
     ///
     /// # Errors
-    /// If the top does not fit 16 bits, or fewer than 16 duties a side are left.
+    /// Refuses a frequency whose top does not fit 16 bits, or that leaves fewer than 16 duties a
+    /// side.
     ///
     /// ```
     /// let hardware = stiction::Hardware { pwm_clock_hz: 168e6, supply_top: 4095 };
     /// assert_eq!(hardware.pwm_top(22e3), Ok(3818)); // 22.001 kHz
     /// ```
     pub fn pwm_top(&self, pwm_hz: f32) -> Result<u16, Error> {
-        // In whole hundreds, so that the message is one that a person reads.
+        // The bound is a whole hundred, so that a person can read the message.
         let lowest = libm::ceilf(self.pwm_clock_hz / (4.0 * 32_767.0) / 100.0) * 100.0;
         let allowed = Allowed::Between(lowest, self.pwm_clock_hz / 32.0);
         if !allowed.includes(pwm_hz) {

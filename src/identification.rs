@@ -1,4 +1,4 @@
-//! The friction levels of a joint, from a ramp of the effort (thesis section 3.2).
+//! The identification of a joint's friction levels, from a ramp of the effort (thesis section 3.2).
 //!
 //! ```text
 //! effort  ^            _____________
@@ -8,82 +8,89 @@
 //!         +----/---------------------------\----> ticks
 //! ```
 //!
-//! The effort rises by `r h` a tick (rate `r`, sample time `h`) until the joint has moved, is held, and falls as fast
-//! until the joint rests. The effort at the first count of the motion is the stick level, that at the last count
-//! before rest the slip level. No law runs meanwhile.
+//! The effort rises by `r h` a tick (rate `r`, sample time `h`) until the joint has moved. It is
+//! held, and then falls as fast until the joint rests. The stick level is the effort at the first
+//! count of the motion, the slip level that at the last count before rest. No law runs meanwhile.
 //!
-//! Why this form: an effort is a whole number of rungs times one constant, so that a ramp of hours is as exact as
-//! one of seconds; nothing is added up. A level is told as its rung, too.
+//! Why this form: an effort is a whole number of rungs times one constant, so that a ramp of hours
+//! is as exact as one of seconds; nothing is added up. A level is told as its rung, too.
 //!
-//! Guarantees: the effort is never negative, so the joint is not driven backwards before it is seen to rest. A ramp
-//! ends: without any level at the full scale, without a slip level when a joint without friction coasts for twice the
-//! time from the full scale to zero.
+//! Guarantees: the effort is never negative, so the joint is not driven backwards before it is seen
+//! to rest. A ramp ends. It ends without any level at the full scale, and without a slip level when
+//! a joint without friction coasts for twice the time from the full scale to zero.
 //!
-//! Does badly: both levels are late. The stick level is high by what the effort rises until a count is seen. The slip
-//! level is low by the lag of the joint's velocity, which only who knows its time constant can give back. And nothing
-//! bounds the travel: a joint with little viscous friction gathers speed for as long as the effort is held, and one
-//! whose encoder does not count gets the full scale before the ramp gives up.
+//! Does badly: both levels are late. The stick level is high by what the effort rises until a count
+//! is seen. The slip level is low by the lag of the joint's velocity, which only who knows its time
+//! constant can give back. And nothing bounds the travel: a joint with little viscous friction
+//! gathers speed for as long as the effort is held. A joint whose encoder does not count gets the
+//! full scale before the ramp gives up.
 
 use crate::error::{Error, between};
 use crate::value::Key;
 
-/// The numbers of a ramp's values.
+/// The number of a ramp's rate.
 pub(crate) const RATE: Key = Key(0x0604);
+/// The number of a ramp's hold.
 pub(crate) const HOLD: Key = Key(0x0605);
 
-/// So many counts from its rest, a joint has moved: one more than a disc that stands on an edge can flicker.
+/// Distance from its rest at which a joint has moved, counts: one more than a disc that stands on
+/// an edge can flicker.
 const MOVED: u32 = 2;
 
-/// Without a count for this long, a joint rests, s.
+/// Time without a count after which a joint rests, s.
 const QUIET: f32 = 1.0;
 
-/// Ticks of the longest ramp: up to the full scale, and down for twice as long. Some three weeks at 20 ms.
+/// The length of the longest ramp, ticks: up to the full scale, and down for twice as long. It is
+/// some three weeks at 20 ms.
 pub const MAX_TICKS: f32 = 1e8;
 
-/// Rounding of a limit that a host has computed in double precision must not refuse what it has taken.
+/// The rounding that is allowed of a limit, as a fraction of it: what a host has taken in double
+/// precision must not be refused.
 const ROUNDING: f32 = 1e-6;
 
-/// A ramp up to the motion and down to rest, ready to be run.
+/// A ramp up to the motion and down to rest, prepared for its ticks.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Ramp {
     /// Effort of a rung, V.
     rung: f32,
     full_scale: f32,
-    /// The first rung at the full scale.
+    /// Number of the first rung at the full scale.
     top: u32,
-    /// Ticks at constant effort.
+    /// Length of the time at constant effort, ticks.
     hold: u32,
-    /// Ticks without a count after which the joint rests.
+    /// Time without a count after which the joint rests, ticks.
     quiet: u32,
 }
 
-/// What has been found so far.
+/// The rungs of the friction levels that a ramp has found so far.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct RampFindings {
-    /// Rung of the first count of the motion; none: it did not move.
+    /// Rung of the first count of the motion; none: the joint did not move.
     pub stick: Option<u32>,
-    /// Rung of the last count before rest; none: it did not rest.
+    /// Rung of the last count before rest; none: the joint did not rest.
     pub slip: Option<u32>,
-    /// Ticks from the begin of the fall to that count.
+    /// Time from the begin of the fall to that last count, ticks.
     pub fall: u32,
 }
 
-/// What is remembered from tick to tick.
+/// The state of a ramp from tick to tick.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct RampState {
     phase: Phase,
-    /// Ticks since the phase began.
+    /// Time since the phase began, ticks.
     elapsed: u32,
-    /// The present effort.
+    /// Rung of the present effort.
     rung: u32,
-    /// Where the joint rested, and where it is.
+    /// Position in which the joint rested at the start, counts.
     start: i32,
+    /// Present position of the joint, counts.
     counts: i32,
     /// Rung of the last count.
     counted_at: u32,
     findings: RampFindings,
 }
 
+/// The phases of a ramp, in their order.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 enum Phase {
     #[default]
@@ -94,12 +101,12 @@ enum Phase {
 }
 
 impl Ramp {
-    /// A ramp of `rate` (V/s), held for `hold` (s) between rise and fall, for a loop of `sample_time` (s) whose
-    /// output is at most `full_scale` (V).
+    /// Prepares a ramp of `rate` (V/s), held for `hold` (s) between rise and fall, for a loop of
+    /// `sample_time` (s) whose output is at most `full_scale` (V).
     ///
     /// # Errors
-    /// Names `ramp_rates_v_per_s` unless the full scale is reached in one tick or more, and in a third of [`MAX_TICKS`]
-    /// or less; names `hold_s` unless it is from 0 to [`MAX_TICKS`].
+    /// Names `ramp_rates_v_per_s` unless the full scale is reached in one tick or more, and in a
+    /// third of [`MAX_TICKS`] or less; names `hold_s` unless it is from 0 to [`MAX_TICKS`].
     pub fn new(rate: f32, hold: f32, sample_time: f32, full_scale: f32) -> Result<Self, Error> {
         let longest = MAX_TICKS * sample_time;
         between(HOLD, hold, 0.0, longest * (1.0 + ROUNDING))?;
@@ -115,7 +122,7 @@ impl Ramp {
         })
     }
 
-    /// The effort of a rung, V.
+    /// Returns the effort of a rung, V.
     ///
     /// ```
     /// use stiction::identification::Ramp;
@@ -160,23 +167,23 @@ impl Ramp {
 }
 
 impl RampState {
-    /// A joint at rest at `counts`.
+    /// Returns the state of a ramp that begins with a joint at rest at `counts`.
     pub const fn start(counts: i32) -> Self {
         let findings = RampFindings { stick: None, slip: None, fall: 0 };
         Self { phase: Phase::Rising, elapsed: 0, rung: 0, start: counts, counts, counted_at: 0, findings }
     }
 
-    /// Whether the ramp has ended; its effort is zero.
+    /// Returns whether the ramp has ended. Its effort is zero then.
     pub const fn is_over(&self) -> bool {
         matches!(self.phase, Phase::Over)
     }
 
-    /// What has been found so far.
+    /// Returns what the ramp has found so far.
     pub const fn findings(&self) -> RampFindings {
         self.findings
     }
 
-    /// Ends the ramp without a level: the effort is not what was asked for.
+    /// Ends the ramp without a level, because the effort is not what was asked for.
     pub fn abandon(&mut self) {
         self.findings = RampFindings::default();
         self.end();

@@ -5,26 +5,30 @@
 //! ```text
 //! counter -> encoder -> velocity -+
 //!                                 v
-//! reference -----------------> error -> PD (eq. 28) -+-> saturation -> drive code -> PWM compare
+//! reference -----------------> error -> PD (eq. 28) -+-> output stage
 //!                                 |                  |
 //!                                 +-> compensator ---+      (eqs. 29-36, or a sum of them)
+//!
+//! output stage: saturation -> supply scaling -> saturation -> drive code
+//!                                            -> soft start and cap -> PWM compare
 //! ```
 //!
-//! [`Controller::tick`] is that diagram, and [`Tick`] holds every term of it. The same source is compiled for
-//! the microcontroller and for the host, and is written to give the same bits on both (shown for every term of every
-//! tick on an emulated microcontroller, not yet on a real one): `f32` arithmetic with one rounding per written
-//! operation, integers for positions and for time, and transcendental functions from [`libm`] on every platform.
+//! [`Controller::tick`] is that diagram, and [`Tick`] holds every term of it. The same source is
+//! compiled for the microcontroller and for the host. It is written to give the same bits on both:
+//! `f32` arithmetic with one rounding per written operation, integers for positions and for time,
+//! and transcendental functions from [`libm`] on every platform. That the bits are the same was
+//! shown for every term of every tick on an emulated microcontroller, not yet on a real one.
 //!
-//! [`Servo`] says when the output may be on, and owns the controller; [`Parameters`] are all that a device is
-//! told, and their form in its flash.
+//! [`Servo`] says when the output may be on, and owns the controller. [`Parameters`] are all that a
+//! device is told, and have a form in its flash.
 //!
-//! What the core promises: no heap, no panic, no `f64`, no `unsafe`, no loop without a bound that is known at
-//! compile time. Configuration ([`ControllerConfig`]) is validated once, by [`Controller::new`]; a tick validates
-//! nothing, and a term that is not finite gives zero output and [`Tick::non_finite`].
+//! The core has no heap, no panic, no `f64`, no `unsafe`, and no loop without a bound that is known
+//! at compile time. Configuration ([`ControllerConfig`]) is validated once, by [`Controller::new`].
+//! A tick validates nothing: a term that is not finite gives zero output and [`Tick::non_finite`].
 //!
-//! Units are degrees, degrees per second, seconds and volts of controller output. "The thesis" is *Modelling and
-//! Compensation of Stick-Slip Friction for Robot Arm Control* (M.Sc., University of Manitoba); gains carry its
-//! symbols.
+//! Units are degrees, degrees per second, seconds and volts of controller output. "The thesis" is
+//! *Modelling and Compensation of Stick-Slip Friction for Robot Arm Control* (M.Sc., University of
+//! Manitoba); gains carry its symbols.
 #![no_std]
 #![forbid(unsafe_code)]
 

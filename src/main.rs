@@ -1,9 +1,10 @@
 //! The firmware. On a host this program only says how to build it.
 //!
-//! RTIC 2: the control task owns the servo and has the highest priority; it is bounded, and its deadline is checked.
-//! Everything slow is async below it.
+//! RTIC 2: the control task owns the servo and has the highest priority; it is bounded, and its
+//! deadline is checked. Everything slow is async below it.
 #![cfg_attr(target_os = "none", no_std, no_main)]
-// Registers, the parameter sectors and the memory that survives a reset; each use says why it is sound.
+// Registers, the parameter sectors and the memory that survives a reset; each use says why it is
+// sound.
 #![cfg_attr(target_os = "none", allow(unsafe_code))]
 
 #[cfg(target_os = "none")]
@@ -53,10 +54,12 @@ mod app {
     /// Bytes of frames that wait for the wire: two of the longest answers, and a few samples.
     const WAITING: usize = 768;
 
-    /// Bytes from the wire that wait for the link: the longest frame, which is answered before the next one is sent.
+    /// Bytes from the wire that wait for the link: the longest frame, which is answered before the
+    /// next one is sent.
     const FROM_WIRE: usize = 256;
 
-    /// Bytes on their way to the wire. At half of it the link is asked for more, 0.3 ms before there are none.
+    /// Bytes on their way to the wire. At half of it the link is asked for more, 0.3 ms before
+    /// there are none.
     const TO_WIRE: usize = 64;
 
     #[shared]
@@ -139,8 +142,9 @@ mod app {
 
     /// One tick of the loop.
     ///
-    /// Its budget is 1300 instructions from entry to exit (docs/cost.md): a thirteenth of the shortest sample time, if each
-    /// took one cycle, and by the estimate there more than that. If it begins late or takes more than half the sample time, the output is turned off for good.
+    /// Its budget is 1300 instructions from entry to exit (docs/cost.md): a thirteenth of the
+    /// shortest sample time, if each took one cycle, and by the estimate there more than that. If
+    /// it begins late or takes more than half the sample time, the output is turned off for good.
     #[task(binds = TIM3, priority = 3, local = [before, output_producer], shared = [control_task])]
     fn control(mut cx: control::Context) {
         let local = cx.local;
@@ -170,19 +174,21 @@ mod app {
         }
     }
 
-    /// The outputs are off already, in hardware, because the bridge or the clock failed. What is left is the enable
-    /// pin, and to remember.
+    /// The outputs are off already, in hardware, because the bridge or the clock failed. What is
+    /// left is the enable pin, and to remember.
     ///
-    /// It has the control task's priority, so that neither interrupts the other. Above it, this task could run between
-    /// the control task's decision to turn the outputs on and the writing of it, and a break input that is active only
-    /// for an instant would leave them on for a whole tick. So it waits for the end of a control task, whose
-    /// budget is 1300 instructions; of two that wait, it is the first (its interrupt has the lower number).
+    /// It has the control task's priority, so that neither interrupts the other. Above it, this
+    /// task could run between the control task's decision to turn the outputs on and the writing of
+    /// it, and a break input that is active only for an instant would leave them on for a whole
+    /// tick. So it waits for the end of a control task, whose budget is 1300 instructions; of two
+    /// that wait, it is the first (its interrupt has the lower number).
     #[task(binds = TIM1_BRK_TIM9, priority = 3)]
     fn outputs_broken(_: outputs_broken::Context) {
         bridge::off_now();
         bridge::silence_break();
         if clock::has_lost_crystal() {
-            // The clocks are wrong from here on: begin anew on the internal oscillator, and tell it there.
+            // The clocks are wrong from here on: begin anew on the internal oscillator, and tell it
+            // there.
             fatal::stop(RetainedFault::of(Fault::ClockLost));
         }
         TRIPPED.store(true, Ordering::Relaxed);
@@ -213,9 +219,9 @@ mod app {
     #[task(binds = SysTick, priority = 2)]
     fn alarm(_: alarm::Context) {}
 
-    /// Runs only after a control tick, and only if nothing above hogs the processor. It wakes the log and by it the link, which
-    /// the control task has no time for: to pend an interrupt that nothing else uses takes it four instructions, to spawn a
-    /// task twenty.
+    /// Runs only after a control tick, and only if nothing above hogs the processor. It wakes the
+    /// log and by it the link, which the control task has no time for: to pend an interrupt that
+    /// nothing else uses takes it four instructions, to spawn a task twenty.
     #[task(binds = SPI2, priority = 2, shared = [watchdog])]
     fn feed(mut cx: feed::Context) {
         if liveness::all_have_run() {
@@ -244,8 +250,8 @@ mod app {
         let _ = link::spawn();
     }
 
-    /// Hears what was said, does it, and answers: one frame, since that may take milliseconds. Before the next one, the log
-    /// has its turn, and the watchdog with it.
+    /// Hears what was said, does it, and answers: one frame, since that may take milliseconds.
+    /// Before the next one, the log has its turn, and the watchdog with it.
     #[task(
         priority = 1,
         local = [from_wire_consumer, to_wire_producer, timer_clock, store],

@@ -1,12 +1,13 @@
-//! What a joint is to do, in its stages.
+//! A motion of the joint, from data to set points.
 //!
 //! ```text
-//! a machine's file -> Motion (data: parameters, link) -> Course (prepared) -> Reference (set points of a closed loop)
-//!                                                                         -> Ramp      (efforts of an open one)
+//! machine's file -> Motion (parameters, link) -> Course --> Reference   set points, loop closed
+//!                   data                         prepared +-> Ramp      efforts, loop open
 //! ```
 //!
-//! A [`Motion`] is relative to where the joint was when it was armed; [`Motion::Hold`] is not: it stays where the joint
-//! is when the motion begins, at arming (which makes that place zero) as later.
+//! The positions of a [`Motion`] count from the place where the joint was armed. [`Motion::Hold`]
+//! has no position: the joint stays where it is when the motion begins, at arming (which makes that
+//! place zero) as later.
 
 use heapless::Vec;
 use serde::{Deserialize, Serialize};
@@ -24,37 +25,37 @@ use crate::value::{About, Absent, Key, Kind, Unfit, Values};
 #[allow(clippy::large_enum_variant)]
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub enum Motion {
-    /// Stay where the joint is.
+    /// The joint stays where it is.
     Hold,
-    /// A jump to a position, at the first tick.
+    /// The set point jumps to a position at the first tick.
     Step(Position),
-    /// Through corners, blended for `half_blend` (s) on either side of each.
+    /// The joint goes through corners, blended for `half_blend` (s) on either side of each.
     Trajectory {
-        /// Where the lines meet.
+        /// Corners, in which the straight lines would meet.
         corners: Vec<Corner, MAX_CORNERS>,
         /// Half the time of a blend, s.
         half_blend: f32,
     },
-    /// With the loop open, the effort rises until the joint moves and falls until it rests.
+    /// The loop is open. The effort rises until the joint moves, and falls until it rests.
     Ramp {
-        /// V/s.
+        /// Rate of the effort, V/s.
         rate: f32,
-        /// Time between the rise and the fall, s.
+        /// Time between the rise and the fall of the effort, s.
         hold: f32,
     },
 }
 
-/// A motion, ready to be run.
+/// A motion that is prepared for a loop.
 #[allow(clippy::large_enum_variant)]
 #[derive(Clone, Debug, PartialEq)]
 pub enum Course {
-    /// The loop is closed; it has no end.
+    /// The loop is closed and follows a reference, which has no end.
     Follow(Reference),
-    /// The loop is open; it ends by itself.
+    /// The loop is open and applies a ramp, which ends by itself.
     Ramp(Ramp),
 }
 
-/// What is remembered from tick to tick.
+/// The state of a course from tick to tick.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct CourseState {
     controller: ControllerState,
@@ -66,10 +67,11 @@ const STEP_COUNTS: Key = Key(0x0601);
 const STEP_FRACTION: Key = Key(0x0602);
 pub(crate) const RAMP_RATE: Key = identification::RATE;
 pub(crate) const RAMP_HOLD: Key = identification::HOLD;
-/// Where the numbers of the corners begin.
+/// The number at which those of the corners begin.
 const CORNERS: u16 = CORNER_TIMES.0;
 
-/// The declarations, for hosts: a motion is not written like this in a machine's file, which may have many.
+/// The declarations of a motion's values, for hosts. A machine's file may have many motions, and
+/// does not write them like this.
 pub(crate) const ABOUT: &[About] = &[
     about(KIND, "reference", "motion", Kind::Whole, "0 hold, 1 step, 2 trajectory, 3 ramp."),
     about(STEP_COUNTS, "reference", "steps_deg", Kind::Whole, "Where the step leads, whole counts."),
@@ -98,22 +100,22 @@ const fn about(key: Key, table: &'static str, name: &'static str, kind: Kind, te
     About { key, table, name, field: "", text, bounds: "", kind, absent: Absent::Needed }
 }
 
-/// A fraction in `[0, 1)`.
+/// The range of a fraction, `[0, 1)`.
 const FRACTION: Allowed = Allowed::Between(0.0, 1.0 - f32::EPSILON / 2.0);
 
 impl Default for Course {
-    /// Staying at zero.
+    /// Returns a course that stays at zero.
     fn default() -> Self {
         Self::Follow(Reference::Step(Step::default()))
     }
 }
 
 impl Motion {
-    /// Validates the motion for a loop and prepares it. One that holds is prepared as staying at zero, which is where
-    /// arming begins; [`Servo::hold`](crate::Servo::hold) holds elsewhere.
+    /// Validates the motion for a loop and prepares it. [`Motion::Hold`] is prepared as staying at
+    /// zero, which is where arming begins; [`Servo::hold`](crate::Servo::hold) holds elsewhere.
     ///
     /// # Errors
-    /// Names the key.
+    /// Names the value that is not allowed.
     pub fn course(&self, config: &ControllerConfig) -> Result<Course, Error> {
         self.check(config)?;
         let mut course = Course::default();
@@ -121,7 +123,7 @@ impl Motion {
         Ok(course)
     }
 
-    /// Says what [`course`](Self::course) would.
+    /// Validates the motion as [`course`](Self::course) does, without preparing it.
     pub(crate) fn check(&self, config: &ControllerConfig) -> Result<(), Error> {
         let ControllerConfig { sample_time, encoder, drive, .. } = config;
         self.validate()?;
@@ -134,7 +136,8 @@ impl Motion {
         }
     }
 
-    /// [`course`](Self::course) in place, of what has been validated: half a kilobyte is not copied.
+    /// Prepares a motion that has been validated, in the place that is given, so that half a
+    /// kilobyte is not copied.
     #[inline(never)]
     pub(crate) fn prepare(&self, config: &ControllerConfig, course: &mut Course) -> Result<(), Error> {
         let ControllerConfig { sample_time, encoder, drive, .. } = config;
@@ -157,8 +160,8 @@ impl Motion {
         Ok(())
     }
 
-    /// Refuses a ramp that rises faster than the output's limit may after arming: the soft start would cut it, and
-    /// the levels that it finds would be those of another effort.
+    /// Refuses a ramp that rises faster than the output's limit may after arming. The soft start
+    /// would cut such a ramp, and it would find the levels of another effort.
     pub(crate) fn is_soft(&self, soft_start: f32, full_scale: f32) -> Result<(), Error> {
         match self {
             Self::Ramp { rate, .. } if soft_start > 0.0 => {
@@ -169,14 +172,15 @@ impl Motion {
     }
 }
 
-/// Which number of a corner a value is, and of which corner.
+/// Returns of which corner a value is, and which of that corner's numbers it is.
 fn corner(key: Key) -> Option<(usize, u16)> {
     let at = key.0.checked_sub(CORNERS)?;
     let index = usize::from(at / 4);
     (index < MAX_CORNERS && at % 4 < 3).then_some((index, at % 4))
 }
 
-/// The number under which a value is declared: that of the first corner for every corner.
+/// Returns the number under which a value is declared: for the values of every corner, those of the
+/// first.
 pub(crate) fn declared(key: Key) -> Key {
     corner(key).map_or(key, |(_, part)| Key(CORNERS + part))
 }
@@ -227,7 +231,7 @@ impl Values for Motion {
         Some(value)
     }
 
-    /// Times and rates are held against the loop, where that is known.
+    /// Knows no bounds of times and rates: [`Motion::check`] holds them against the loop.
     fn with_bounds(&self, key: Key) -> Option<(f32, Allowed)> {
         let bits = self.get(key)?;
         let part = corner(key).map(|(_, part)| part);
@@ -237,8 +241,8 @@ impl Values for Motion {
         Some((number, if is_fraction { FRACTION } else { Allowed::Any }))
     }
 
-    /// The kind has to come first, and of each corner its time: setting the kind forgets everything else of the motion,
-    /// and a corner's time adds the corner.
+    /// Sets a value of the motion. The kind has to come first, since setting it forgets everything
+    /// else. Of a corner, the time has to come first, since it adds the corner.
     fn set(&mut self, key: Key, bits: u32) -> Result<bool, Unfit> {
         let number = f32::from_bits(bits);
         let is_same_kind = key == KIND && self.get(KIND) == Some(bits);
@@ -277,7 +281,7 @@ impl Values for Motion {
 }
 
 impl Course {
-    /// One tick.
+    /// Runs one tick of the course.
     #[inline]
     pub fn tick(&self, controller: &Controller, state: &mut CourseState, reading: Reading) -> Tick {
         let CourseState { controller: remembered, ramp: progress } = state;
@@ -291,27 +295,28 @@ impl Course {
 }
 
 impl CourseState {
-    /// A joint at rest in position `counts`.
+    /// Returns the state of a joint at rest in position `counts`, before the first tick of the
+    /// course.
     pub fn start(controller: &Controller, counts: i32) -> Self {
         Self { controller: controller.start(counts), ramp: RampState::start(counts) }
     }
 
-    /// theta_a as of the last tick, counts.
+    /// Returns theta_a as of the last tick, counts.
     pub const fn counts(&self) -> i32 {
         self.controller.counts()
     }
 
-    /// Another motion begins at the next tick; the loop goes on.
+    /// Lets another motion begin at the next tick. The loop goes on.
     pub const fn begin_motion(&mut self) {
         self.controller.begin_motion();
     }
 
-    /// What a ramp remembers; at its start in any other course.
+    /// Returns the state of the ramp. In any other course, it stays as at a ramp's start.
     pub const fn ramp(&self) -> &RampState {
         &self.ramp
     }
 
-    /// The same, to be changed.
+    /// Returns the state of the ramp, to be changed.
     pub const fn ramp_mut(&mut self) -> &mut RampState {
         &mut self.ramp
     }

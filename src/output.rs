@@ -1,21 +1,24 @@
-//! The output stage: from what the loop asks for to what the bridge gets. There is one, whatever drives the joint.
+//! The output stage: from what the loop asks for to what the bridge gets. There is one stage,
+//! whatever drives the joint.
 //!
 //! ```text
 //! asked -> full scale -> supply scaling -> full scale -> code -> soft start and cap -> compare
 //!            v                                                       code                duty
 //! ```
 //!
-//! `v` is limited to the full scale. If the supply is measured and has a nominal value, the duty is scaled by nominal
-//! over measured, so that the motor gets the volts that it was asked for. After arming, the limit of the code rises
-//! in a straight line from zero to the largest (soft start). The cap limits it for good.
+//! `v` is limited to the full scale. If the supply is measured and has a nominal value, the duty is
+//! scaled by nominal over measured, so that the motor gets the volts that it was asked for. After
+//! arming, the limit of the code rises in a straight line from zero to the largest code (soft
+//! start). The cap limits the code for good.
 //!
-//! What is [applied](Applied::v_applied) is told in volts at the nominal supply: the code's volts, divided by that
-//! ratio. Without scaling it is the code's volts.
+//! The effort that is [applied](Applied::v_applied) is told in volts at the nominal supply: the
+//! code's volts, divided by the ratio of nominal to measured supply. Without scaling, it is the
+//! code's volts.
 
 use crate::drive::{Drive, Duty};
 use crate::saturation::saturate;
 
-/// From volts to the bridge.
+/// The output stage of a loop: it turns volts into the bridge's duty.
 #[derive(Clone, Debug, PartialEq)]
 pub struct OutputStage {
     /// Largest output, V.
@@ -25,57 +28,59 @@ pub struct OutputStage {
     pub(crate) drive: Drive,
     /// Nominal supply in the converter's units; 0: the duty is not scaled.
     nominal_supply: f32,
-    /// Ticks of the soft start.
+    /// Length of the soft start, ticks.
     soft_start: u32,
     /// The largest code that is let through.
     cap: i32,
 }
 
-/// What the stage remembers from tick to tick.
+/// The state of the output stage from tick to tick.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct OutputState {
     /// Ticks since arming, up to the end of the soft start.
     elapsed: u32,
-    /// What the joint has had since the last tick, V.
+    /// Effort that the joint has had since the last tick, V.
     pub(crate) applied: f32,
-    /// It was less than was asked for.
+    /// Whether that effort was less than was asked for.
     pub(crate) saturated: bool,
 }
 
-/// What the stage does with one effort.
+/// What the output stage makes of one effort.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub(crate) struct Applied {
-    /// Limited to the full scale, V.
+    /// The effort that was asked for, limited to the full scale, V.
     pub v: f32,
-    /// What the joint gets, V.
+    /// The effort that the joint gets, V at the nominal supply.
     pub v_applied: f32,
     pub code: i16,
     pub duty: Duty,
     pub saturated: bool,
 }
 
-/// Which limit of the code holds for an effort.
+/// The limit of the code that holds for an effort.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Rise {
-    /// That of the soft start.
+    /// The limit of the soft start, and the cap.
     Soft,
-    /// None but the cap: a ramp is its own soft start.
+    /// The cap alone: a ramp is its own soft start.
     Own,
 }
 
 impl OutputStage {
-    /// At once, and whatever the supply.
+    /// Makes a stage without a soft start, whose duty does not depend on the supply.
     pub(crate) fn new(full_scale: f32, lsb: f32, drive: Drive) -> Self {
         Self { full_scale, lsb, nominal_supply: 0.0, soft_start: 0, cap: drive.max_code().into(), drive }
     }
 
-    /// With a soft start of so many ticks, and scaled by a nominal supply in the converter's units (0: not scaled).
+    /// Sets a soft start (ticks) and the nominal supply by which the duty is scaled (the
+    /// converter's units; 0: the duty is not scaled).
     pub(crate) fn on_device(&mut self, soft_start: u32, nominal_supply: f32) {
         (self.soft_start, self.nominal_supply) = (soft_start, nominal_supply);
     }
 
-    /// What is applied for `asked` (V, finite) at a reading of the supply.
-    // Twice in the image, as the velocity is.
+    /// Returns what is applied for `asked` (V, finite) at a reading of the supply.
+    // The image has this code twice, for the closed loop and the open one, as it has the
+    // velocity's.
     #[inline(always)]
     pub(crate) fn apply(&self, state: &mut OutputState, asked: f32, supply: u16, rise: Rise) -> Applied {
         let (v, mut saturated) = saturate(asked, self.full_scale);
@@ -99,21 +104,21 @@ impl OutputStage {
         Applied { v, v_applied, code: code as i16, duty: self.drive.duty_of(code), saturated }
     }
 
-    /// The largest code of this tick.
+    /// Returns the largest code of this tick.
     #[inline]
     fn soft_start_limit(&self, state: &mut OutputState) -> i32 {
         if state.elapsed >= self.soft_start {
             return self.cap;
         }
-        // 10 s at 10 kHz, and 32 767 codes: the product fits.
+        // The product of 10 s at 10 kHz and 32 767 codes fits 32 bits.
         let scaled = state.elapsed.wrapping_mul(self.drive.max_code().unsigned_abs().into());
         state.elapsed += 1;
         (scaled.checked_div(self.soft_start).unwrap_or(0) as i32).min(self.cap)
     }
 }
 
-/// How much more duty the present supply needs, within a factor of two either way: a broken divider must not turn
-/// into full effort.
+/// Returns how much more duty the present supply needs, within a factor of two either way: a broken
+/// divider must not turn into full effort.
 fn supply_ratio(nominal: f32, measured: u16) -> f32 {
     (nominal / f32::from(measured.max(1))).clamp(0.5, 2.0)
 }
@@ -126,9 +131,9 @@ mod tests {
 
     /// A power of two: every product and quotient below is exact.
     const LSB: f32 = 1.0 / 256.0;
-    /// 5 V of it.
+    /// The code of 5 V.
     const MAX: i16 = 1280;
-    /// Readings of the supply.
+    /// The converter's reading of the nominal supply.
     const NOMINAL: u16 = 2048;
 
     fn stage(soft_start: u32, nominal: u16) -> OutputStage {
@@ -139,7 +144,7 @@ mod tests {
         stage
     }
 
-    /// One tick of a joint that has just been armed.
+    /// Runs one tick of a joint that has just been armed.
     fn once(stage: &OutputStage, asked: f32, supply: u16) -> Applied {
         stage.apply(&mut OutputState::default(), asked, supply, Rise::Soft)
     }

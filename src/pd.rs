@@ -6,10 +6,10 @@
 //! v_PD = Kp (theta_d - theta_a) + Kd (theta_d' - theta_a')
 //! ```
 //!
-//! Guarantees: on a joint with viscous friction alone, and with gains for which the sampled loop is stable, it comes to
-//! rest on target. Does badly: with stick
-//! friction it rests anywhere within `v_stick / Kp` of the target, for ever and with effort applied; at
-//! constant speed it trails by `(v_slip + b theta_d') / Kp`.
+//! Guarantees: on a joint with viscous friction alone, and with gains for which the sampled loop is
+//! stable, it comes to rest on target. Does badly: with stick friction it rests anywhere within
+//! `v_stick / Kp` of the target, for ever and with effort applied; at constant speed it trails by
+//! `(v_slip + b theta_d') / Kp`.
 
 use crate::error::HUGE;
 use crate::value::table;
@@ -26,7 +26,7 @@ table! {
 }
 
 impl PdGains {
-    /// v_PD in volts, of a position error (deg) and a velocity error (deg/s).
+    /// Returns v_PD in volts, of a position error (deg) and a velocity error (deg/s).
     ///
     /// ```
     /// let pd = stiction::pd::PdGains { kp: 1.0, kd: 0.25 };

@@ -1,23 +1,24 @@
 //! Positions that lose no precision far from zero.
 //!
-//! A position is a whole number of encoder counts (`i32`, wrapping) plus a fraction of a count in `[0, 1)`
-//! (`f32`). Two positions are subtracted as integers first, and only the small difference becomes a float: the
-//! error of a joint ten thousand turns from its origin is as exact as near zero, and the counter may wrap.
+//! A position is a whole number of encoder counts (`i32`, wrapping) plus a fraction of a count in
+//! `[0, 1)` (`f32`). Two positions are subtracted as integers first, and only the small difference
+//! becomes a float: the error of a joint ten thousand turns from its origin is as exact as near
+//! zero, and the counter may wrap.
 
 use serde::{Deserialize, Serialize};
 
-/// Joint position: `counts + fraction`, in encoder counts.
+/// The position of the joint: `counts + fraction`, in encoder counts.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[repr(C)]
 pub struct Position {
-    /// Whole counts. Wraps.
+    /// Whole counts of the position. They wrap.
     pub counts: i32,
-    /// The rest, in `[0, 1)` counts.
+    /// Fraction of a count beyond the whole ones, in `[0, 1)`.
     pub fraction: f32,
 }
 
 impl Position {
-    /// A position on a whole count.
+    /// Returns a position on a whole count.
     ///
     /// ```
     /// use stiction::position::Position;
@@ -27,7 +28,7 @@ impl Position {
         Self { counts, fraction: 0.0 }
     }
 
-    /// This position moved by `displacement` counts, whose rounding is that of `f32`.
+    /// Returns this position moved by `displacement` counts, whose rounding is that of `f32`.
     ///
     /// ```
     /// use stiction::position::Position;
@@ -47,13 +48,14 @@ impl Position {
         }
     }
 
-    /// This position after `ticks` ticks at constant `rate`: exact to `ticks * 2^-32` counts, however long.
+    /// Returns this position after `ticks` ticks at constant `rate`: exact to `ticks * 2^-32`
+    /// counts, however long.
     pub fn advanced(self, rate: Rate, ticks: i32) -> Self {
         let travel = rate.0.wrapping_mul(i64::from(ticks));
         let counts = self.counts.wrapping_add((travel >> 32) as i32);
         // The upper 24 bits of the fraction are exactly what an f32 below one can hold.
         let sum = self.fraction + ((travel as u32) >> 8) as f32 * (1.0 / 16_777_216.0);
-        // Two fractions: their sum is below two, and its whole part needs no rounding function.
+        // The sum of two fractions is below two, and its whole part needs no rounding function.
         if sum >= 1.0 {
             Self { counts: counts.wrapping_add(1), fraction: sum - 1.0 }
         } else {
@@ -61,7 +63,8 @@ impl Position {
         }
     }
 
-    /// How far this position lies ahead of `counts`, in counts: the wrapping integer difference plus the fraction.
+    /// Returns how far this position lies ahead of `counts`, in counts: the wrapping integer
+    /// difference plus the fraction.
     ///
     /// ```
     /// use stiction::position::Position;
@@ -73,16 +76,17 @@ impl Position {
     }
 }
 
-/// Constant speed in counts per tick, as a fixed-point number with 32 fractional bits.
+/// A constant speed in counts per tick, as a fixed-point number with 32 fractional bits.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Rate(i64);
 
 impl Rate {
-    /// At rest.
+    /// The rate of a joint at rest.
     pub const ZERO: Self = Self(0);
 
-    /// The rate that leads from one position to another in `ticks` ticks (at least one). Positions wrap: of the two ways
-    /// from one to the other it takes the shorter one, below 2^31 counts.
+    /// Returns the rate that leads from one position to another in `ticks` ticks (at least one).
+    /// Positions wrap: of the two ways from one to the other, the rate takes the shorter one, below
+    /// 2^31 counts.
     ///
     /// ```
     /// use stiction::position::{Position, Rate};
@@ -98,15 +102,16 @@ impl Rate {
         Self(difference / i64::from(ticks.max(1)))
     }
 
-    /// In counts per tick.
+    /// Returns the rate in counts per tick.
     pub fn counts_per_tick(self) -> f32 {
-        // Converted in halves: a 64-bit integer to float conversion is a library routine on the target.
+        // The halves are converted apart: a 64-bit integer to float conversion is a library routine
+        // on the target.
         (self.0 >> 32) as i32 as f32 + ((self.0 as u32) >> 8) as f32 * (1.0 / 16_777_216.0)
     }
 }
 
-/// The largest whole number that is not above `x`: as `libm::floorf`, but two instructions of the processor convert there
-/// and back.
+/// Returns the largest whole number that is not above `x`, as `libm::floorf` does. Two instructions
+/// of the processor convert there and back.
 fn floor(x: f32) -> f32 {
     // From 2^23 on every f32 is whole. What is not a number stays what it is.
     if x.abs() < 8_388_608.0 {
@@ -117,7 +122,7 @@ fn floor(x: f32) -> f32 {
     }
 }
 
-/// A fraction in `[0, 1)` with 32 fractional bits.
+/// Returns a fraction in `[0, 1)` as a fixed-point number with 32 fractional bits.
 fn q32(fraction: f32) -> i64 {
     i64::from((fraction * 4_294_967_296.0) as u32)
 }

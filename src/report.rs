@@ -1,7 +1,7 @@
 //! What the firmware says of itself, by defmt over RTT.
 //!
-//! While a line is written interrupts wait, the control task's too: a few microseconds, less than a tenth of the shortest
-//! sample time. Only this task writes, and only ten lines of trace a second.
+//! While a line is written interrupts wait, the control task's too: a few microseconds, less than a
+//! tenth of the shortest sample time. Only this task writes, and only ten lines of trace a second.
 
 use defmt::{error, info, warn};
 use defmt_rtt as _;

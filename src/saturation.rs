@@ -1,6 +1,6 @@
 //! The limit of the controller's output.
 
-/// `v` limited to `[-limit, limit]`, and whether it had to be. `v` must not be NaN.
+/// Returns `v` limited to `[-limit, limit]`, and whether it had to be limited. `v` must not be NaN.
 #[inline]
 pub(crate) fn saturate(v: f32, limit: f32) -> (f32, bool) {
     let limited = if v > limit {

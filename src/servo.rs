@@ -1,30 +1,33 @@
-//! When the joint may be driven: the state machine around the controller.
+//! The servo: the state machine around the control loop, which says when the joint may be driven.
 //!
 //! ```text
-//!             valid parameters            arm                  stop
-//!   Boot ------------------------> Stopped ----> Armed ------------------> Stopped
-//!     |                               |            |
-//!     +-------------------------------+------------+---- any fault ------> Faulted ----- clear ----> Stopped
+//!             valid parameters       arm            stop
+//!   Boot -------------------> Stopped ----> Armed ---------> Stopped
+//!     |                          |            |
+//!     +--------------------------+------------+- any fault -> Faulted -- clear -> Stopped
 //! ```
 //!
-//! Nothing is driven unless the state is [`State::Armed`]. A fault that is seen in a tick turns that tick's output
-//! off. The first one is latched with its time and the value that tripped it; later ones do not hide it. A part that
-//! comes out of a reset with a fault to tell ([`Boot`]) tells it and stays faulted: no reset that nobody asked for
-//! leads to a motion, and the reset after that one starts clean.
+//! The joint is driven only while the state is [`State::Armed`]. A fault that is seen in a tick
+//! turns that tick's output off. The first fault is latched with its time and the value that
+//! tripped it; later ones do not hide it. A part that comes out of a reset with a fault to tell
+//! ([`Boot`]) tells it and stays faulted: no reset that nobody asked for leads to a motion. The
+//! reset after that one starts clean.
 //!
-//! Arming needs the state stopped, a fault cleared if there was one, the joint at rest for 50 ms, and a supply, a
-//! position and a motor that would not trip at once. The position in which the joint is armed becomes its zero. It
-//! is armed by a command ([`Servo::arm`]), or by the servo itself, `autostart_delay` after the first tick, if the
-//! parameters say `autostart` (off by default) and nothing went wrong before; then the motion of the parameters begins
-//! with that tick.
+//! To be armed, the servo has to be stopped, with a fault cleared if there was one. The joint has
+//! to be at rest for 50 ms, and supply, position and motor must be such that no monitor would trip
+//! at once. The position in which the servo is armed becomes the joint's zero. A command arms the
+//! servo ([`Servo::arm`]). If the parameters say `autostart` (off by default) and nothing went
+//! wrong before, the servo arms itself, `autostart_delay` after the first tick. The motion of the
+//! parameters begins with the tick of arming.
 //!
-//! After arming, the limit of the output rises in a straight line from zero to the full scale (soft start): a wrong
-//! sign or a large first error shows as a slow pull and not as a jerk. The gains are those of the loop from the
-//! start; what is cut off is told as `saturated`.
+//! After arming, the limit of the output rises in a straight line from zero to the full scale (soft
+//! start): a wrong sign or a large first error shows as a slow pull and not as a jerk. The loop has
+//! its own gains from the start; what the limit cuts off is told as `saturated`.
 //!
-//! A ramp that identifies the friction is its own soft start, and no faster than the one that is configured. Nothing but
-//! a stop is obeyed while it runs, and it stops by itself when it is over. If the supply is too low for its effort it is
-//! over at once, without a level.
+//! A ramp that identifies the friction is its own soft start, and no faster than the one that is
+//! configured. While it runs, the servo obeys nothing but a stop. The ramp stops the servo by
+//! itself when it is over. If the supply is too low for its effort, it is over at once, without a
+//! level.
 
 mod control_loop;
 mod follower;
@@ -47,95 +50,99 @@ use serde::{Deserialize, Serialize};
 /// The state of a servo.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum State {
-    /// Before the first tick.
+    /// The servo has not had its first tick.
     Boot,
-    /// Ready, output off.
+    /// The output is off; the servo may be armed.
     Stopped,
-    /// The loop is closed.
+    /// The output is on: the loop is closed, or runs open for a ramp.
     Armed,
-    /// Output off until the fault is cleared, or the next reset.
+    /// The output is off until the fault is cleared, or until the next reset.
     Faulted(Fault),
 }
 
 /// How the part came out of its last reset.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Boot {
-    /// What went wrong before it; its time is that of the run in which it happened.
+    /// The fault that the part comes up with, if any; its time is that of the run in which it
+    /// happened.
     pub fault: Option<Latched>,
 }
 
-/// Why the servo does not do what it is told.
+/// The reason why the servo does not do what it is told.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Refusal {
-    /// Before the first tick.
+    /// The servo has not had its first tick.
     Booting,
     /// A fault is latched.
     Faulted(Fault),
     /// The fault cannot be cleared by a command.
     NotClearable(Fault),
-    /// Only while stopped.
+    /// The servo is armed, and does this only while it is stopped.
     Armed,
-    /// Only while armed.
+    /// The servo is not armed, and does this only while it is.
     NotArmed,
-    /// The joint has to be at rest.
+    /// The joint moves, and has to be at rest.
     Moving,
     /// Arming would end in this fault at once.
     WouldTrip(Fault),
     /// The motion leads out of the range of positions.
     OutOfRange,
-    /// A link has put another motion in the place of that of the parameters.
+    /// The motion of the parameters has given way to one that a link asked for.
     Replaced,
 }
 
-/// What one tick is given.
+/// The readings that one tick of the servo is given.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Input {
-    /// The encoder's counter.
+    /// The reading of the encoder's counter.
     pub counter: u32,
-    /// The converter's reading of the supply: for its monitor, and for an output that is scaled by it.
+    /// The converter's reading of the supply: for the supply's monitor, and for an output that is
+    /// scaled by the supply.
     pub supply: u16,
 }
 
-/// What one tick asks of the board.
+/// What one tick of the servo asks of the board.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Output {
-    /// The bridge may be on. If not, the duty is neutral.
+    /// Whether the bridge may be on. If not, the duty is neutral.
     pub enable: bool,
-    /// The state after this tick.
+    /// The servo's state after this tick.
     pub state: State,
-    /// Every signal; code and duty are those that are applied. Without a motion nothing but duty and status is set,
-    /// except in the tick that ends a ramp or in which a fault trips.
+    /// Every signal of the tick; code and duty are those that are applied. Without a motion only
+    /// duty and status are set, except in the tick that ends a ramp or in which a fault trips.
     pub tick: Tick,
     /// Ticks since power-on, this one included.
     pub clock: u32,
-    /// The compensator holds effort at standstill.
+    /// Whether the compensator holds effort at standstill.
     pub wound_up: bool,
 }
 
 impl Output {
-    /// What the timer is given.
+    /// Returns the PWM setting that the timer is given.
     pub const fn duty(&self) -> Duty {
         self.tick.duty()
     }
 }
 
-/// The friction levels that a ramp has found, V of effort; none: the joint did not move, or did not rest.
+/// The friction levels that a ramp has found, in volts of effort. A level is none if the joint did
+/// not move, or did not rest.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Levels {
-    /// At the first count of the motion.
+    /// Effort at the first count of the motion, V: the stick level.
     pub stick: Option<f32>,
-    /// At the last count before rest.
+    /// Effort at the last count before rest, V: the slip level.
     pub slip: Option<f32>,
 }
 
-/// The state machine. It owns the controller and its state; the board calls [`tick`](Self::tick).
+/// The state machine around the control loop, which it owns. The board calls [`tick`](Self::tick)
+/// once a sample time.
 #[derive(Clone, Debug)]
 pub struct Servo {
     control_loop: Option<ControlLoop>,
     state: State,
-    /// Ticks until it arms by itself; none: it does not.
+    /// Ticks until the servo arms itself; none: it does not.
     countdown: Option<u32>,
-    /// Ticks since power-on. Wraps: after five days at 10 kHz.
+    /// Ticks since power-on. Wraps, after five days at 10 kHz.
     clock: u32,
     follower: Follower,
     latched: Option<Latched>,
@@ -143,14 +150,14 @@ pub struct Servo {
 }
 
 impl Servo {
-    /// A servo of the parameters that were found.
+    /// Makes a servo of the parameters that were found, or of the reason why there are none.
     pub fn new(parameters: Result<&Parameters, DecodeError>, boot: Boot, hardware: &Hardware) -> Self {
         let mut servo = Self::blank();
         servo.boot(parameters, boot, hardware);
         servo
     }
 
-    /// One that knows nothing, to be [booted](Self::boot).
+    /// Returns a servo without parameters, which [`boot`](Self::boot) gives it.
     pub fn blank() -> Self {
         Self {
             control_loop: None,
@@ -163,7 +170,7 @@ impl Servo {
         }
     }
 
-    /// [`new`](Self::new) in the place of one that is blank.
+    /// Does what [`new`](Self::new) does, in the place of a blank servo.
     pub fn boot(&mut self, parameters: Result<&Parameters, DecodeError>, boot: Boot, hardware: &Hardware) {
         let prepared = parameters.and_then(|parameters| {
             ControlLoop::prepare(&mut self.control_loop, parameters, hardware).map_err(DecodeError::Value)
@@ -179,12 +186,12 @@ impl Servo {
         }
     }
 
-    /// The present state.
+    /// Returns the present state.
     pub const fn state(&self) -> State {
         self.state
     }
 
-    /// What the ramp has found, once it is over.
+    /// Returns the levels that the ramp has found, once it is over.
     pub fn levels(&self) -> Option<Levels> {
         let ControlLoop { course: Course::Ramp(ramp), state, .. } = self.control_loop.as_ref()? else {
             return None;
@@ -194,39 +201,39 @@ impl Servo {
         state.ramp().is_over().then(|| Levels { stick: volts(found.stick), slip: volts(found.slip) })
     }
 
-    /// The fault that is latched.
+    /// Returns the fault that is latched, if there is one.
     pub const fn latched(&self) -> Option<Latched> {
         self.latched
     }
 
-    /// The last faults.
+    /// Returns the last faults.
     pub const fn log(&self) -> &FaultLog {
         &self.log
     }
 
-    /// Ticks since power-on.
+    /// Returns the number of ticks since power-on.
     pub const fn clock(&self) -> u32 {
         self.clock
     }
 
-    /// Position since power-on, counts.
+    /// Returns the position since power-on, counts.
     pub const fn position(&self) -> i32 {
         self.follower.seen.position
     }
 
-    /// Whether the joint is at rest.
+    /// Returns whether the joint is at rest.
     pub fn is_at_rest(&self) -> bool {
         self.control_loop
             .as_ref()
             .is_some_and(|control_loop| control_loop.monitors.is_at_rest(&self.follower.seen))
     }
 
-    /// The compensator holds effort at standstill, which the motor turns into heat.
+    /// Returns whether the compensator holds effort at standstill, which the motor turns into heat.
     pub fn is_wound_up(&self) -> bool {
         self.control_loop.as_ref().is_some_and(|control_loop| control_loop.watch.warning())
     }
 
-    /// The effort that would heat the motor as much as it is, V.
+    /// Returns the steady effort that would heat the motor as much as it is heated, V.
     pub fn thermal_effort(&self) -> f32 {
         self.control_loop
             .as_ref()
@@ -238,7 +245,8 @@ impl Servo {
         self.latch(Latched { tick: self.clock, ..Latched::from(fault) });
     }
 
-    /// Latches a fault, unless there is one already. The next tick's output is off, and the law forgets.
+    /// Latches a fault, unless one is latched already. The next tick's output is off, and the loop
+    /// forgets its state.
     pub fn latch(&mut self, latched: Latched) {
         if matches!(self.state, State::Faulted(_)) {
             return;
@@ -252,10 +260,10 @@ impl Servo {
         }
     }
 
-    /// Clears the latched fault: the servo is stopped. Without one, nothing happens.
+    /// Clears the latched fault, which leaves the servo stopped. Without a fault, nothing happens.
     ///
     /// # Errors
-    /// If only valid parameters or a reset end the fault.
+    /// Refuses if only valid parameters or a reset end the fault.
     pub fn clear(&mut self) -> Result<(), Refusal> {
         let State::Faulted(fault) = self.state else { return Ok(()) };
         if !fault.is_clearable() || self.control_loop.is_none() {
@@ -266,7 +274,8 @@ impl Servo {
         Ok(())
     }
 
-    /// Begins the motion of the parameters at the next tick. If the servo is armed already, nothing happens.
+    /// Arms the servo: the motion of the parameters begins at the next tick. If the servo is armed
+    /// already, nothing happens.
     ///
     /// # Errors
     /// Says what is in the way.
@@ -282,8 +291,9 @@ impl Servo {
         Ok(())
     }
 
-    /// Begins at the next tick what a link asks for: a ramp, or else to stay there. From then on, the silence of that
-    /// link is a fault. If the servo is armed already, only that changes; a ramp is refused then.
+    /// Arms the servo for a link: at the next tick a ramp begins, or, without one, the joint holds
+    /// its place. From then on, the silence of that link is a fault. If the servo is armed already,
+    /// only the watch over the link begins; a ramp is refused then.
     ///
     /// # Errors
     /// Says what is in the way.
@@ -300,7 +310,7 @@ impl Servo {
         Ok(())
     }
 
-    /// What is to be armed, unless something is in the way.
+    /// Returns the control loop that is to be armed, unless something is in the way.
     fn ready_to_arm(&mut self) -> Result<&mut ControlLoop, Refusal> {
         match self.state {
             State::Boot => return Err(Refusal::Booting),
@@ -322,7 +332,7 @@ impl Servo {
         }
     }
 
-    /// Closes the loop, or opens it for a ramp, where the joint is now.
+    /// Starts the control loop where the joint is now: closed, or open for a ramp.
     fn start_loop(&mut self, by_link: bool) {
         if let Some(control_loop) = &mut self.control_loop {
             control_loop.arm(self.follower.seen.position, by_link);
@@ -331,7 +341,7 @@ impl Servo {
         }
     }
 
-    /// Opens the loop; a fault stays.
+    /// Turns the output off. A fault stays latched.
     pub fn stop(&mut self) {
         self.countdown = None;
         if matches!(self.state, State::Armed) {
@@ -342,17 +352,19 @@ impl Servo {
         }
     }
 
-    /// Takes a control loop that other parameters were made into, which ends a fault that the old ones were.
+    /// Takes a control loop that was made of other parameters. That ends a fault of the parameters
+    /// before them.
     ///
     /// # Errors
-    /// Only while the output is off.
+    /// Refuses while the servo is armed.
     pub fn install(&mut self, control_loop: &mut Option<ControlLoop>) -> Result<(), Refusal> {
         if matches!(self.state, State::Armed) {
             return Err(Refusal::Armed);
         }
         let Some(after) = control_loop else { return Ok(()) };
         if let Some(before) = &self.control_loop {
-            // What is warm stays warm; without it, a set of parameters would be the way around the thermal model.
+            // A motor that is warm stays warm. Otherwise, a set of parameters would be the way
+            // around the thermal model.
             after.watch = after.monitors.taken_over(&before.watch, &before.monitors);
         }
         // Not `take`, which would put a third kilobyte on the stack.
@@ -368,17 +380,19 @@ impl Servo {
         Ok(())
     }
 
-    /// Nothing is known of whether the joint is at rest: ticks have been missed. It has to rest anew before it is armed.
+    /// Forgets whether the joint is at rest, since ticks have been missed. The joint has to rest
+    /// anew before the servo is armed.
     pub fn unsettle(&mut self) {
         self.follower.standstill = Standstill::default();
         self.follower.seen.standstill = 0;
     }
 
-    /// The joint goes along another reference from the next tick on, in the zero that arming set. The loop goes on, and
-    /// the silence of the link that asked for it is a fault from then on.
+    /// Replaces the reference that the joint follows, from the next tick on, in the zero that
+    /// arming set. The loop goes on. From then on, the silence of the link that asked for it is a
+    /// fault.
     ///
     /// # Errors
-    /// Only while armed, and within the range of positions.
+    /// Refuses unless the servo is armed and the reference stays within the range of positions.
     pub fn follow(&mut self, reference: Reference) -> Result<(), Refusal> {
         let control_loop = self.armed_loop()?;
         let out = |position: Position| control_loop.is_out_of_range(position);
@@ -393,10 +407,11 @@ impl Servo {
         Ok(())
     }
 
-    /// The joint stops where it is and stays there; of the link's silence as above.
+    /// Stops the joint where it is and holds it there. From then on, the silence of the link that
+    /// asked for it is a fault.
     ///
     /// # Errors
-    /// Only while armed.
+    /// Refuses unless the servo is armed.
     pub fn hold(&mut self) -> Result<(), Refusal> {
         let control_loop = self.armed_loop()?;
         let here = Position::from_counts(control_loop.state.counts());
@@ -404,7 +419,7 @@ impl Servo {
         Ok(())
     }
 
-    /// The link gave a sign of life.
+    /// Takes a sign of life of the link.
     pub fn heard(&mut self) {
         if let Some(control_loop) = &mut self.control_loop {
             control_loop.watch.heard();
@@ -413,7 +428,7 @@ impl Servo {
 
     fn armed_loop(&mut self) -> Result<&mut ControlLoop, Refusal> {
         match (self.state, &mut self.control_loop) {
-            // The loop is open, and what the ramp finds is that of an effort that nobody else changes.
+            // The loop is open. The ramp finds the levels of an effort that nobody else changes.
             (State::Armed, Some(ControlLoop { course: Course::Ramp(_), .. })) => Err(Refusal::Armed),
             (State::Armed, Some(control_loop)) => Ok(control_loop),
             (State::Faulted(fault), _) => Err(Refusal::Faulted(fault)),
@@ -421,9 +436,9 @@ impl Servo {
         }
     }
 
-    /// One tick of the loop's sample time.
-    // Not inlined: the compiler would take the output apart where it is used, and copy the tick byte by byte, which
-    // costs as much as the whole rest of the interrupt.
+    /// Runs one tick, and returns what the board has to do. The board calls it once a sample time.
+    // Not inlined: the compiler would take the output apart where it is used, and copy the tick
+    // byte by byte. That costs as much as the whole rest of the interrupt.
     #[inline(never)]
     pub fn tick(&mut self, input: Input) -> Output {
         self.clock = self.clock.wrapping_add(1);
@@ -455,11 +470,11 @@ impl Servo {
         self.output(tick, true, wound_up)
     }
 
-    /// Transitions that need no command.
+    /// Makes the transitions that need no command.
     fn advance(&mut self) {
         match (self.state, self.countdown) {
             (State::Boot, _) => self.state = State::Stopped,
-            // A joint that is not at rest yet, or a supply that is not up, is waited for.
+            // If the joint is not at rest yet, or the supply is not up, the next tick tries again.
             (State::Stopped, Some(0)) => {
                 let _ = self.arm();
             }
@@ -472,7 +487,7 @@ impl Servo {
         self.control_loop.as_ref().map_or(Duty::default(), |running| running.controller.drive().duty(0))
     }
 
-    /// The output of a tick in which nothing is driven.
+    /// Returns the output of a tick in which nothing is driven.
     fn off(&self, tick: Tick) -> Output {
         let Duty { compare, reverse } = self.neutral();
         self.output(Tick { v_applied: 0.0, code: 0, compare, reverse, ..tick }, false, false)
@@ -486,7 +501,7 @@ impl Servo {
     }
 }
 
-/// The bits of [`Tick::status`].
+/// Returns the bits of [`Tick::status`].
 #[inline]
 fn status(state: State, enable: bool, saturated: bool, wound_up: bool) -> u32 {
     let (state, fault) = match state {
@@ -499,8 +514,8 @@ fn status(state: State, enable: bool, saturated: bool, wound_up: bool) -> u32 {
     state | fault << 8 | bit(saturated, 16) | bit(wound_up, 17) | bit(enable, 18)
 }
 
-/// The core's tick as a function of its own, so that `cargo xtask cost` can count its instructions in the flash image.
-/// The call costs a dozen of them.
+/// Runs the core's tick as a function of its own, so that `cargo xtask cost` can count its
+/// instructions in the flash image. The call costs a dozen of them.
 #[inline(never)]
 fn control(course: &Course, controller: &Controller, state: &mut CourseState, reading: Reading) -> Tick {
     course.tick(controller, state, reading)

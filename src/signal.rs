@@ -1,10 +1,11 @@
 //! The signals of a tick, declared once.
 //!
-//! The list makes [`Tick`], which the controller fills; from the same list a subscriber is told what there is
-//! ([`describe`]) and gets its values ([`value`]), a host writes columns and compares an image with itself.
+//! The list makes [`Tick`], which the controller fills. From the same list, a subscriber is told
+//! what signals there are ([`describe`]) and gets their values ([`value`]), and a host writes
+//! columns and compares an image with itself.
 //!
-//! A law publishes up to [`MAX_LAW_SIGNALS`] of its own, which follow those of the list. They are declared in the
-//! law's own file ([`Law::SIGNALS`](crate::compensator::Law::SIGNALS)).
+//! A law publishes up to [`MAX_LAW_SIGNALS`] signals of its own, which follow those of the list.
+//! They are declared in the law's own file ([`Law::SIGNALS`](crate::compensator::Law::SIGNALS)).
 
 use serde::{Deserialize, Serialize};
 
@@ -15,25 +16,25 @@ use crate::reference::Setpoint;
 /// The largest number of signals that a law publishes of itself.
 pub const MAX_LAW_SIGNALS: usize = 8;
 
-/// How the 32 bits of a value are read.
+/// How the 32 bits of a signal's value are read.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub enum Form {
-    /// As `f32`.
+    /// The bits are an `f32`.
     Number,
-    /// As `i32`.
+    /// The bits are an `i32`.
     Whole,
-    /// As `u32`; a flag is 0 or 1.
+    /// The bits are a `u32`; a flag is 0 or 1.
     Bits,
 }
 
-/// A signal, as it is announced.
+/// A signal of a tick: its name, its unit and how it is read.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Signal {
     /// The column's name, with its unit.
     pub name: &'static str,
     /// The unit alone; empty if there is none.
     pub unit: &'static str,
-    /// How its values are read.
+    /// How the signal's values are read.
     pub form: Form,
 }
 
@@ -48,13 +49,13 @@ pub struct LawSignal {
 
 /// A type that a signal may have.
 pub trait Value: Copy {
-    /// How its bits are read.
+    /// How the bits of a value of the type are read.
     const FORM: Form;
 
-    /// As 32 bits.
+    /// Returns the value's 32 bits.
     fn bits(self) -> u32;
 
-    /// From the lowest bits.
+    /// Makes a value of the lowest bits that the type has.
     fn from_bits(bits: u32) -> Self;
 }
 
@@ -149,22 +150,23 @@ macro_rules! signals {
                 $(#[$field_meta])*
                 pub $field: $type,
             )+
-            /// What the law publishes of itself.
+            /// The values of the signals that the law publishes of itself; the others are zero.
             pub law: [f32; MAX_LAW_SIGNALS],
         }
 
-        /// The signals of every loop, in their order.
+        /// The signals of every loop, in the order of their places.
         pub const SIGNALS: &[Signal] =
             &[$(Signal { name: $name, unit: $unit, form: <$type as Value>::FORM }),+];
 
-        /// Where each of [`SIGNALS`] and, after them, each of the law's own lies in a [`Tick`], in bytes, and how many
-        /// bytes it has.
+        /// The place of each of [`SIGNALS`] in a [`Tick`], bytes, and how many bytes the signal
+        /// has. The last entry is that of all signals of the law.
         pub const LAYOUT: &[(usize, usize)] = &[
             $((core::mem::offset_of!($Tick, $field), size_of::<$type>()),)+
             (core::mem::offset_of!($Tick, law), 4 * MAX_LAW_SIGNALS),
         ];
 
-        /// The value of a signal as bits, by its place in [`SIGNALS`]; the law's own follow.
+        /// Returns the value of a signal as bits, by its place in [`SIGNALS`]; the law's own
+        /// signals follow.
         pub fn value(tick: &$Tick, index: usize) -> Option<u32> {
             let mut i = 0;
             $(
@@ -176,7 +178,8 @@ macro_rules! signals {
             tick.law.get(index.checked_sub(i)?).map(|value| value.to_bits())
         }
 
-        /// Gives a signal its value, for those who read a tick from the memory of an image; see [`value`].
+        /// Gives a signal its value, for those who read a tick from the memory of an image; see
+        /// [`value`].
         pub fn set(tick: &mut $Tick, index: usize, bits: u32) {
             let mut i = 0;
             $(
@@ -191,8 +194,8 @@ macro_rules! signals {
             }
         }
 
-        /// The place of a signal in [`SIGNALS`] by its field. For constants: a field that does not exist does not
-        /// compile.
+        /// Returns the place of a signal in [`SIGNALS`] by its field. It is for constants: a field
+        /// that does not exist does not compile.
         pub const fn index(field: &str) -> usize {
             const FIELDS: &[&str] = &[$(stringify!($field)),+];
             let mut i = 0;
@@ -209,7 +212,8 @@ macro_rules! signals {
 }
 
 signals! {
-    /// Every signal of one tick. Laid out as in C: a host reads it from the memory of a running image.
+    /// The signals of one tick. The struct is laid out as in C: a host reads it from the memory of
+    /// a running image.
     pub struct Tick {
         /// Ticks since the motion began.
         tick: u32 = "tick", "";
@@ -233,7 +237,8 @@ signals! {
         v_c: f32 = "v_c_v", "V";
         /// Their sum, limited to the full scale, V: what the loop asks for.
         v: f32 = "v_v", "V";
-        /// What the joint gets from now on, V, at the nominal supply: `code` after scaling, soft start and cap.
+        /// What the joint gets from now on, V, at the nominal supply: `code` after scaling, soft
+        /// start and cap.
         v_applied: f32 = "v_applied_v", "V";
         /// The drive's code, as it is applied.
         code: i16 = "code", "";
@@ -245,27 +250,27 @@ signals! {
         saturated: bool = "saturated", "";
         /// A term was not a finite number: the output is zero and the compensator starts afresh.
         non_finite: bool = "non_finite", "";
-        /// The servo: bits 0 to 7 the state (0 boot, 1 stopped, 2 armed, 3 faulted), 8 to 15 the fault's code, 16
-        /// saturated, 17 wound up, 18 bridge on. Zero in a loop without a servo.
+        /// The servo: bits 0 to 7 the state (0 boot, 1 stopped, 2 armed, 3 faulted), 8 to 15 the
+        /// fault's code, 16 saturated, 17 wound up, 18 bridge on. Zero in a loop without a servo.
         status: u32 = "status", "";
     }
 }
 
 impl Tick {
-    /// theta_d and its derivatives.
+    /// Returns theta_d and its derivatives.
     pub const fn setpoint(&self) -> Setpoint {
         let position = Position { counts: self.reference_counts, fraction: self.reference_fraction };
         let (velocity, acceleration) = (self.reference_velocity, self.reference_acceleration);
         Setpoint { position, velocity, acceleration }
     }
 
-    /// The PWM setting.
+    /// Returns the PWM setting of the tick.
     pub const fn duty(&self) -> Duty {
         Duty { compare: self.compare, reverse: self.reverse }
     }
 }
 
-/// A signal by its place: those of every loop, then those of the law.
+/// Returns a signal by its place: those of every loop come first, then those of the law.
 pub fn describe(index: usize, law: &[LawSignal]) -> Option<Signal> {
     SIGNALS.get(index).copied().or_else(|| {
         let own = law.get(index.checked_sub(SIGNALS.len())?)?;

@@ -1,71 +1,74 @@
-//! Where the parameters are kept: two slots of NOR flash, written in turn.
+//! The store of the parameters: two slots of NOR flash, written in turn.
 //!
-//! Each slot is a sector of its own with one record of [`crate::parameters`] at its start: magic, version, sequence
-//! number, checksum. The valid record with the higher sequence number counts. To save, the *other* slot is erased,
-//! written and read back; the one that counts is never touched. So whenever the power goes, at a write or in the
-//! middle of an erase, either the old set or the new one is found whole: the new one counts from the moment on that
-//! its last word is there, since its checksum covers all of it.
+//! Each slot is a sector of its own with one record of [`crate::parameters`] at its start: magic,
+//! version, sequence number, checksum. The valid record with the higher sequence number counts. To
+//! save, the *other* slot is erased, written and read back; the one that counts is never touched.
+//! So whenever the power goes, at a write or in the middle of an erase, either the old set or the
+//! new one is found whole. The new one counts from the moment on that its last word is there, since
+//! its checksum covers all of it.
 //!
-//! Why not a log of changes: a set is written a few times in the life of a machine, and an erase of a 128 KiB sector
-//! takes as long whether it holds one record or hundreds.
+//! Why not a log of changes: a set is written a few times in the life of a machine, and an erase of
+//! a 128 KiB sector takes as long whether it holds one record or hundreds.
 //!
-//! On the STM32F405 the sectors are 10 and 11. There is one bank: while it is erased or written nothing can be fetched
-//! from it, so the program stands still, for an erase 1 to 4 s (data sheet). Therefore it is done only while the
-//! output is off, and the board lengthens the watchdog before it:
+//! On the STM32F405 the sectors are 10 and 11. There is one bank: while it is erased or written
+//! nothing can be fetched from it, so the program stands still, for an erase 1 to 4 s (data sheet).
+//! Therefore the store saves only while the output is off, and the board lengthens the watchdog's
+//! timeout before it:
 //!
 //! ```text
-//! counts  = 4 s * 47 kHz / 64 = 2938               (prescaler 64, fastest oscillator, slowest erase)
+//! counts  = 4 s * 47 kHz / 64 = 2938        (prescaler 64, fastest oscillator, slowest erase)
 //! timeout = 2938 * 64 / 47 kHz = 4.0 s   to   2938 * 64 / 17 kHz = 11.1 s
 //! ```
 //!
-//! Does badly: a word whose write was cut short may read one way today and another tomorrow. The record in which it
-//! lies is then refused by its checksum and the other slot counts, but no test of reading can tell such a word.
+//! Does badly: a word whose write was cut short may read one way today and another tomorrow. The
+//! record in which it lies is then refused by its checksum and the other slot counts, but no test
+//! of reading can tell such a word.
 
 use embedded_storage::nor_flash::NorFlash;
 
 use crate::parameters::{DecodeError, Parameters, ROOM};
 
-/// Larger write units than this are not provided for, bytes.
+/// The largest write unit of a flash that the store can write, bytes.
 const LARGEST_UNIT: usize = 64;
 
-/// Parameters in two sectors of a flash.
+/// A store of parameters in two sectors of a flash.
 #[derive(Clone, Debug)]
 pub struct Store<F> {
     flash: F,
     slots: [u32; 2],
 }
 
-/// Why parameters could not be saved.
+/// The reason why parameters could not be saved.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum SaveError {
     /// The flash refused to erase, write or read.
     Flash,
     /// What was read back is not what was written.
     Verify,
-    /// The record does not fit.
+    /// The record does not fit the room of a slot.
     TooLong,
 }
 
 impl<F: NorFlash> Store<F> {
-    /// A store in the sectors that begin at `slots`, bytes from the begin of the flash.
+    /// Makes a store in the sectors that begin at `slots`, bytes from the begin of the flash.
     pub const fn new(flash: F, slots: [u32; 2]) -> Self {
         Self { flash, slots }
     }
 
-    /// The parameters that count.
+    /// Returns the parameters that count.
     ///
     /// # Errors
-    /// Says what is wrong if neither slot has any; a flash that cannot be read holds none.
+    /// Says what is wrong if neither slot has parameters. A flash that cannot be read holds none.
     pub fn load(&mut self) -> Result<Parameters, DecodeError> {
         self.newest().map(|(parameters, ..)| parameters)
     }
 
     /// Makes these the parameters that count. They must have been validated.
     ///
-    /// Takes seconds and stops the program: only while the output is off.
+    /// To save takes seconds and stops the program, so the output has to be off.
     ///
     /// # Errors
-    /// If the flash fails. Those that counted before still do.
+    /// Says how the flash failed. The parameters that counted before still do.
     pub fn save(&mut self, parameters: &Parameters) -> Result<(), SaveError> {
         let (sequence, which) = match self.newest() {
             Ok((found, sequence, which)) => {
@@ -85,7 +88,7 @@ impl<F: NorFlash> Store<F> {
         }
     }
 
-    /// The flash, for those who share it.
+    /// Returns the flash, for those who share it.
     pub const fn flash(&mut self) -> &mut F {
         &mut self.flash
     }

@@ -1,15 +1,16 @@
-//! How a configured value is declared: once, with everything that anybody asks of it.
+//! The declaration of configured values: once, with everything that anybody asks of a value.
 //!
 //! ```text
 //! number | name with unit | type | bounds | needed, default or derived | example | one sentence
 //! ```
 //!
 //! `table!` makes a struct of such declarations, and with it all that depends on them: the bounds
-//! that [`Values::validate`] checks, the entries of the flash record and of the link (by [`Key`]), and
-//! [`Table::ABOUT`], from which a host reads and writes a machine's TOML, lists the keys and makes the schema.
+//! that [`Values::validate`] checks, the entries of the flash record and of the link (by [`Key`]),
+//! and [`Table::ABOUT`]. From the last, a host reads and writes a machine's TOML, lists the keys
+//! and makes the schema.
 //!
-//! A device knows a value by its number alone. The texts are in [`Table::ABOUT`], which only a host refers to, so the
-//! linker leaves them out of an image.
+//! A device knows a value by its number alone. The texts are in [`Table::ABOUT`], which only a host
+//! refers to, so the linker leaves them out of an image.
 
 use core::fmt;
 
@@ -17,21 +18,22 @@ use serde::{Deserialize, Serialize};
 
 use crate::error::{Allowed, Error};
 
-/// The number of a value, in records and over the link. A number is never used for anything else afterwards.
+/// The number of a value, in records and over the link. A number never becomes that of another
+/// value.
 ///
-/// The high byte is the table: 1 loop, 2 encoder, 3 drive, 4 PD, 5 list of laws, 6 motion, 7 corners, 8 device,
-/// 9 limits, and 16 plus the law's number for its gains.
+/// The high byte is the table: 1 loop, 2 encoder, 3 drive, 4 PD, 5 list of laws, 6 motion, 7
+/// corners, 8 device, 9 limits, and 16 plus the law's number for its gains.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
 pub struct Key(pub u16);
 
 /// What becomes of a value that nobody gives.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Absent {
-    /// It has to be given.
+    /// The value has to be given.
     Needed,
-    /// It is that of the example.
+    /// The value is that of the example.
     Default,
-    /// It follows from other values; its sentence says how.
+    /// The value follows from other values; its sentence says how.
     Derived,
 }
 
@@ -44,50 +46,50 @@ pub enum Kind {
     Whole,
     /// True or false.
     Flag,
-    /// One of these words.
+    /// One word of this list.
     Choice(&'static [&'static str]),
 }
 
 /// The declaration of a value, for hosts.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct About {
-    /// Its number.
+    /// The value's number.
     pub key: Key,
-    /// The table of a machine's TOML file.
+    /// The table of a machine's TOML file in which the value is.
     pub table: &'static str,
-    /// The key in that table, with its unit.
+    /// The value's key in that table, with its unit.
     pub name: &'static str,
-    /// The field of the struct.
+    /// The field of the struct that holds the value.
     pub field: &'static str,
-    /// One sentence, as it stands in the source.
+    /// The sentence that tells what the value is, as it stands in the source.
     pub text: &'static str,
-    /// The bounds as they stand in the source.
+    /// The value's bounds, as they stand in the source.
     pub bounds: &'static str,
-    /// The type.
+    /// The value's type.
     pub kind: Kind,
-    /// What becomes of it if nobody gives it.
+    /// What becomes of the value if nobody gives it.
     pub absent: Absent,
 }
 
-/// The bits are no value of the declared type.
+/// The refusal of bits that are no value of the declared type.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Unfit;
 
-/// A type that a value may have. In a record, every one takes 32 bits.
+/// A type that a value may have. In a record, a value of any type takes 32 bits.
 pub trait Scalar: Copy {
-    /// Its kind.
+    /// The kind of value that the type makes.
     const KIND: Kind;
 
-    /// As bits.
+    /// Returns the value's 32 bits.
     fn bits(self) -> u32;
 
-    /// From bits.
+    /// Makes a value of its 32 bits.
     ///
     /// # Errors
-    /// If no value of the type has these bits.
+    /// Refuses bits that no value of the type has.
     fn from_bits(bits: u32) -> Result<Self, Unfit>;
 
-    /// As a number, to be held against bounds.
+    /// Returns the value as a number, to be held against bounds.
     fn number(self) -> f32;
 }
 
@@ -143,28 +145,30 @@ impl Scalar for bool {
     }
 }
 
-/// Values that are reached by their numbers: those of one table, or of all tables of a whole.
+/// Values that are reached by their numbers: those of one table, or those of all tables of a whole.
 pub trait Values {
-    /// The value at a place among those that there are at present; `place` is lowered by their number if there are
-    /// not so many.
+    /// Returns the value at a place among those that there are at present. If there are fewer,
+    /// `place` is lowered by how many there are, so that the caller can go on with the next table.
     fn nth(&self, place: &mut usize) -> Option<(Key, Absent)>;
 
-    /// A value as bits, if it is one of these.
+    /// Returns a value as bits, if it is one of these.
     fn get(&self, key: Key) -> Option<u32>;
 
-    /// A value as a number, and what it may be beside the other values as they are at present.
+    /// Returns a value as a number, and what it may be beside the other values as they are at
+    /// present.
     fn with_bounds(&self, key: Key) -> Option<(f32, Allowed)>;
 
-    /// Gives a value its bits; whether it is one of these. Bounds are checked by [`validate`](Self::validate).
+    /// Gives a value its bits, and returns whether the value is one of these. Bounds are checked by
+    /// [`validate`](Self::validate).
     ///
     /// # Errors
-    /// If the bits are no value of its type.
+    /// Refuses bits that are no value of its type.
     fn set(&mut self, key: Key, bits: u32) -> Result<bool, Unfit>;
 
-    /// Calls `f` with each value that there is at present, until one is an error.
+    /// Calls `f` with each value that there is at present, until `f` returns an error.
     ///
     /// # Errors
-    /// The first one of `f`.
+    /// Returns the first error of `f`.
     fn each<E>(&self, f: &mut impl FnMut(Key, Absent) -> Result<(), E>) -> Result<(), E> {
         for place in 0..MAX_VALUES {
             let Some((key, absent)) = self.nth(&mut { place }) else { break };
@@ -173,7 +177,7 @@ pub trait Values {
         Ok(())
     }
 
-    /// What a value may be, beside the other values as they are at present.
+    /// Returns what a value may be, beside the other values as they are at present.
     fn allowed(&self, key: Key) -> Option<Allowed> {
         self.with_bounds(key).map(|(_, allowed)| allowed)
     }
@@ -181,7 +185,7 @@ pub trait Values {
     /// Refuses a value that is not within its bounds.
     ///
     /// # Errors
-    /// Names the first one.
+    /// Names the first such value.
     fn validate(&self) -> Result<(), Error> {
         self.each(&mut |key, _| match self.with_bounds(key) {
             Some((found, allowed)) if !allowed.includes(found) => Err(Error { key, found, allowed }),
@@ -190,18 +194,19 @@ pub trait Values {
     }
 }
 
-/// An end for the loop over all values, well beyond what a record has room for (338).
+/// The end of the loop over all values, well beyond what a record has room for (338).
 const MAX_VALUES: usize = 1024;
 
 /// A table of a machine's file.
 pub trait Table: Values + Sized + 'static {
-    /// Every value as a typical machine has it; those with a default have that.
+    /// Every value as a typical machine has it; a value with a default has the default.
     const EXAMPLE: Self;
     /// The declarations, in the order of the numbers.
     const ABOUT: &'static [About];
 }
 
-/// The number of the value that is the field `field`. For constants: a field that does not exist does not compile.
+/// Returns the number of the value that is the field `field`. It is for constants: a field that
+/// does not exist does not compile.
 pub const fn key(table: &[About], field: &str) -> Key {
     let mut i = 0;
     while i < table.len() {
@@ -223,14 +228,15 @@ pub(crate) const fn equal(a: &[u8], b: &[u8]) -> bool {
 }
 
 impl Key {
-    /// Its declaration, if this version knows it.
+    /// Returns the value's declaration, if this version knows the value.
     pub fn about(self) -> Option<&'static About> {
         let key = crate::compensator::declared(crate::motion::declared(self));
         crate::parameters::about().find(|about| about.key == key)
     }
 }
 
-/// The key of a machine's file; a number that this version does not know is written as such.
+/// Writes the value's key in a machine's file. A number that this version does not know is written
+/// as such.
 impl fmt::Display for Key {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self.about() {

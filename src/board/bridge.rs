@@ -1,11 +1,13 @@
 //! The bridge on TIM1: PA8 and its complement PB13, enable PB0, direction PB1, break input PB12.
 //!
-//! Centre-aligned: the counter runs up to the top and down again, so that a change of duty moves both edges and
-//! current is best sampled at the ends. The compare value is taken over where the counter turns, at either end; the
-//! direction pin changes at once, so that on a reversal the old magnitude has the new sign for half a period. Off means three
-//! things at once: both outputs at their inactive level (`OSSI`), the enable pin low, and a neutral duty in
-//! waiting. The break input is active low with a pull-up, which is what the open-drain fault output of a bridge driver
-//! wants; it turns the outputs off in hardware, without a clock, and they stay off. A wire that is cut goes unnoticed.
+//! Centre-aligned: the counter runs up to the top and down again, so that a change of duty moves
+//! both edges and current is best sampled at the ends. The compare value is taken over where the
+//! counter turns, at either end; the direction pin changes at once, so that on a reversal the old
+//! magnitude has the new sign for half a period. Off means three things at once: both outputs at
+//! their inactive level (`OSSI`), the enable pin low, and a neutral duty in waiting. The break
+//! input is active low with a pull-up, which is what the open-drain fault output of a bridge driver
+//! wants; it turns the outputs off in hardware, without a clock, and they stay off. A wire that is
+//! cut goes unnoticed.
 
 use core::convert::Infallible;
 
@@ -69,7 +71,8 @@ impl TimerBridge {
         let Settings { top, neutral, dead_time } = *settings;
         // Taken over where the counter turns, as the compare value is.
         self.pwm.timer.arr().write(|w| w.arr().set(top));
-        // Compare 0 would be full negative effort in locked antiphase, from the enabling of the outputs to the first tick.
+        // Compare 0 would be full negative effort in locked antiphase, from the enabling of the
+        // outputs to the first tick.
         self.off(neutral);
         (self.pwm.top, self.neutral) = (top, neutral);
         let timer = &self.pwm.timer;
@@ -158,7 +161,8 @@ impl Bridge for TimerBridge {
     }
 }
 
-/// `DTG` of RM0090: four ranges at 168 MHz, rounded up, since too short a dead time burns the bridge.
+/// `DTG` of RM0090: four ranges at 168 MHz, rounded up, since too short a dead time burns the
+/// bridge.
 fn dead_time_code(dead_time: f32) -> u8 {
     let clocks = libm::ceilf(dead_time * HARDWARE.pwm_clock_hz) as u32;
     let code = match clocks {
@@ -172,8 +176,8 @@ fn dead_time_code(dead_time: f32) -> u8 {
 
 /// Turns the bridge off from anywhere, whatever state the program is in.
 pub fn off_now() {
-    // SAFETY: one write to a set/reset register, which cannot disturb another pin, and one that only clears MOE;
-    // neither depends on anything that the program owns.
+    // SAFETY: one write to a set/reset register, which cannot disturb another pin, and one that
+    // only clears MOE; neither depends on anything that the program owns.
     unsafe {
         (*pac::GPIOB::ptr()).bsrr().write(|w| w.br0().set_bit());
         (*pac::TIM1::ptr()).bdtr().modify(|_, w| w.moe().disabled_idle());
@@ -182,7 +186,8 @@ pub fn off_now() {
 
 /// Silences the break interrupt: the input may stay active for ever, and its flag with it.
 pub fn silence_break() {
-    // SAFETY: this register is touched by the task of that interrupt, and by others that have locked it out.
+    // SAFETY: this register is touched by the task of that interrupt, and by others that have
+    // locked it out.
     unsafe { (*pac::TIM1::ptr()).dier().modify(|_, w| w.bie().clear_bit()) };
 }
 

@@ -1,8 +1,9 @@
 //! 168 MHz from the 8 MHz crystal, or 16 MHz from the internal oscillator if there is none.
 //!
-//! The HAL waits for the crystal for ever, so it is started here first, with a bounded wait. Once it runs, the clock
-//! security system watches it: if it stops, the part falls back to the internal oscillator, TIM1's break input turns
-//! the outputs off, and [`super::fatal`] tells it after a reset.
+//! The HAL waits for the crystal for ever, so it is started here first, with a bounded wait. Once
+//! it runs, the clock security system watches it: if it stops, the part falls back to the internal
+//! oscillator, TIM1's break input turns the outputs off, and [`super::fatal`] tells it after a
+//! reset.
 
 use core::sync::atomic::{AtomicBool, Ordering};
 
@@ -11,7 +12,8 @@ use stm32f4xx_hal::pac;
 use stm32f4xx_hal::prelude::*;
 use stm32f4xx_hal::rcc::{Config, Rcc};
 
-/// How long the crystal may take, in cycles of the internal 16 MHz: 50 ms. Data sheet: 2 ms, typically.
+/// How long the crystal may take, in cycles of the internal 16 MHz: 50 ms. Data sheet: 2 ms,
+/// typically.
 const PATIENCE: u32 = 16_000_000 / 20;
 
 /// How long the PLL may take: 1 ms. Data sheet: 300 us at most.
@@ -34,14 +36,16 @@ pub fn start(rcc: pac::RCC) -> (Rcc, bool) {
     (rcc, true)
 }
 
-/// Starts the crystal, and lets the PLL lock on it once: its ready flag alone counts pulses and can be wrong about
-/// one that dies again. What the HAL waits for afterwards has then been seen to happen.
+/// Starts the crystal, and lets the PLL lock on it once: its ready flag alone counts pulses and can
+/// be wrong about one that dies again. What the HAL waits for afterwards has then been seen to
+/// happen.
 fn crystal_runs(rcc: &pac::RCC) -> bool {
     rcc.cr().modify(|_, w| w.hseon().on());
     if !within(PATIENCE, || rcc.cr().read().hserdy().is_ready()) {
         return false;
     }
-    // SAFETY: 8 MHz / 8 * 192 is within the range of the oscillator in the PLL; nothing runs from it yet.
+    // SAFETY: 8 MHz / 8 * 192 is within the range of the oscillator in the PLL; nothing runs from
+    // it yet.
     rcc.pllcfgr()
         .write(|w| unsafe { w.pllsrc().hse().pllm().bits(8).plln().bits(192).pllp().div8().pllq().bits(4) });
     rcc.cr().modify(|_, w| w.pllon().on());

@@ -1,4 +1,5 @@
-//! What a tick needs of the board, in one piece: the control task owns it, and the link borrows it for an instant.
+//! What a tick needs of the board, in one piece: the control task owns it, and the link borrows it
+//! for an instant.
 
 use core::sync::atomic::{AtomicBool, Ordering};
 
@@ -13,7 +14,8 @@ use super::supply::Supply;
 use super::tick::{Period, TickTimer};
 use super::traits::{Bridge, Encoder};
 
-/// The bridge's driver pulled the break input: set by its interrupt, ended by [`ControlTask::mend`].
+/// The bridge's driver pulled the break input: set by its interrupt, ended by
+/// [`ControlTask::mend`].
 pub static TRIPPED: AtomicBool = AtomicBool::new(false);
 
 /// The servo and the parts of the chip that it works with.
@@ -48,7 +50,8 @@ impl ControlTask {
         self.latch_break();
     }
 
-    /// A pulse may be over before the next tick, and a request may come before it: whoever is first latches the fault.
+    /// A pulse may be over before the next tick, and a request may come before it: whoever is first
+    /// latches the fault.
     // Once in the image, not in everything that the link may ask of the servo.
     #[inline(never)]
     pub fn latch_break(&mut self) {
@@ -78,15 +81,16 @@ impl ControlTask {
         }
     }
 
-    /// Lets the break input trip again, once its fault has been cleared and the input has been let go. One that is still
-    /// pulled trips at once.
+    /// Lets the break input trip again, once its fault has been cleared and the input has been let
+    /// go. One that is still pulled trips at once.
     pub fn mend(&mut self) {
         if !TRIPPED.load(Ordering::Relaxed) || self.servo.state() == State::Faulted(Fault::BreakInput) {
             return;
         }
         if self.bridge.break_is_over() {
-            // The hardware has turned the outputs off, of which the bridge knows nothing if there was no tick since: it would
-            // not turn them on again for one that is armed before the next.
+            // The hardware has turned the outputs off, of which the bridge knows nothing if there
+            // was no tick since: it would not turn them on again for one that is armed before the
+            // next.
             self.bridge.rest();
             TRIPPED.store(false, Ordering::Relaxed);
             bridge::hear_break();
@@ -95,20 +99,23 @@ impl ControlTask {
         }
     }
 
-    /// Another sample time, PWM and dead time; the output is off. The next tick comes a whole sample time from now.
+    /// Another sample time, PWM and dead time; the output is off. The next tick comes a whole
+    /// sample time from now.
     pub fn reconfigure(&mut self, bridge: &bridge::Settings, period: &Period) {
         self.bridge.reconfigure(bridge);
         self.period = *period;
         self.resume();
     }
 
-    /// No more ticks, and the output off: a stop that was told since the last tick may not have reached the bridge yet.
+    /// No more ticks, and the output off: a stop that was told since the last tick may not have
+    /// reached the bridge yet.
     pub fn pause(&mut self) {
         self.bridge.rest();
         self.timer.stop();
     }
 
-    /// Ticks again; the next one comes a whole sample time from now, and has nothing to be late for.
+    /// Ticks again; the next one comes a whole sample time from now, and has nothing to be late
+    /// for.
     pub fn resume(&mut self) {
         self.timer.set(&self.period);
         self.deadline = Deadline::new(self.period.clocks);

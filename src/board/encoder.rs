@@ -12,8 +12,8 @@ pub struct Quadrature {
     _pins: (PA0<Alternate<1>>, PA1<Alternate<1>>),
 }
 
-/// `ICxF`: an edge counts when 8 samples at 84 MHz agree. Spikes of the bridge below 95 ns do not count; the encoder
-/// may give 5 million edges a second.
+/// `ICxF`: an edge counts when 8 samples at 84 MHz agree. Spikes of the bridge below 95 ns do not
+/// count; the encoder may give 5 million edges a second.
 const FILTER: u8 = 0b0011;
 
 impl Quadrature {

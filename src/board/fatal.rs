@@ -1,4 +1,5 @@
-//! When the program cannot go on: the bridge off first, then the reason kept, then a reset that tells it.
+//! When the program cannot go on: the bridge off first, then the reason kept, then a reset that
+//! tells it.
 
 use core::panic::PanicInfo;
 use core::sync::atomic::{Ordering, compiler_fence};
@@ -44,7 +45,8 @@ unsafe fn HardFault(frame: &ExceptionFrame) -> ! {
     stop(RetainedFault::of(Fault::HardFault).at(frame.pc(), status))
 }
 
-/// An exception or interrupt that nothing here enables. Told in place of a line: its number in the vector table.
+/// An exception or interrupt that nothing here enables. Told in place of a line: its number in the
+/// vector table.
 #[exception]
 unsafe fn DefaultHandler(interrupt: i16) -> ! {
     off_for_good();

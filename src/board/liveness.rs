@@ -1,4 +1,5 @@
-//! The liveness of the tasks that the watchdog watches: which of them have run since it was fed last.
+//! The liveness of the tasks that the watchdog watches: which of them have run since it was fed
+//! last.
 //!
 //! The control task is not among them: it wakes the feeder, so the feeder runs only if it has run.
 

@@ -1,14 +1,15 @@
 //! What the link acts on: the control task's parts, locked for as short as can be.
 //!
-//! While the link holds them, the control task waits. Two requests hold them for long, counted in the image's code, with
-//! one cycle for each instruction:
+//! While the link holds them, the control task waits. Two requests hold them for long, counted in
+//! the image's code, with one cycle for each instruction:
 //!
-//! - another motion, also while armed: about 360, 2.1 us, of which two copies of half a KiB are 180;
-//! - the exchange of a control loop that has been prepared outside (`Servo::install`), with the output off: about 1250,
-//!   7.4 us, of which a swap of a KiB, 9 instructions for 8 bytes, is 1180.
+//! - another motion, also while armed: about 360, 2.1 us, of which two copies of half a KiB are
+//!   180;
+//! - the exchange of a control loop that has been prepared outside (`Servo::install`), with the
+//!   output off: about 1250, 7.4 us, of which a swap of a KiB, 9 instructions for 8 bytes, is 1180.
 //!
-//! Everything else is less than 200: reading a status, arming, the registers of another PWM. The deadline allows a tick to
-//! begin a quarter of a period late, 25 us at 10 kHz.
+//! Everything else is less than 200: reading a status, arming, the registers of another PWM. The
+//! deadline allows a tick to begin a quarter of a period late, 25 us at 10 kHz.
 
 use rtic::Mutex;
 use stiction::link::{Machine, Refused};
@@ -36,8 +37,9 @@ pub struct BoardMachine<'a, C, W> {
 }
 
 impl<C: Mutex<T = ControlTask>, W: Mutex<T = Independent>> BoardMachine<'_, C, W> {
-    /// Feeds the watchdog with another timeout, from which on it counts. Waits until those that were set before it, and it,
-    /// have crossed to the oscillator; meanwhile the watchdog is fed, since the feeder's other tasks wait as well.
+    /// Feeds the watchdog with another timeout, from which on it counts. Waits until those that
+    /// were set before it, and it, have crossed to the oscillator; meanwhile the watchdog is fed,
+    /// since the feeder's other tasks wait as well.
     fn feed_with(&mut self, timeout: Timeout) -> Result<(), Refused> {
         let longest = (CROSSING * self.clock as f32) as u32;
         let begin = self.now();
@@ -77,8 +79,9 @@ impl<C: Mutex<T = ControlTask>, W: Mutex<T = Independent>> Machine for BoardMach
         HARDWARE
     }
 
-    /// The processor stands still for seconds: no ticks, nothing driven, a watchdog that waits. Nothing can arm meanwhile,
-    /// since neither a tick nor another request comes before the end. Whatever came over the wire meanwhile is lost.
+    /// The processor stands still for seconds: no ticks, nothing driven, a watchdog that waits.
+    /// Nothing can arm meanwhile, since neither a tick nor another request comes before the end.
+    /// Whatever came over the wire meanwhile is lost.
     #[inline(never)]
     fn save(&mut self, parameters: &Parameters) -> Result<(), Refused> {
         let saved = self.feed_with(Timeout::ERASE).and_then(|()| {

@@ -1,6 +1,7 @@
 //! What the image says of itself: an ELF note, which a host reads before it runs or flashes it.
 
-/// Name `stiction`, type 1; as description the core's version, the commit and the chip, each ended by a zero.
+/// Name `stiction`, type 1; as description the core's version, the commit and the chip, each ended
+/// by a zero.
 #[repr(C)]
 struct Note {
     name_size: u32,

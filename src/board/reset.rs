@@ -8,8 +8,8 @@ use stm32f4xx_hal::pac;
 pub enum Cause {
     /// Power came up.
     PowerOn,
-    /// The supply sagged below the brown-out level. Only parts whose option bytes enable that level tell it from
-    /// power-on.
+    /// The supply sagged below the brown-out level. Only parts whose option bytes enable that level
+    /// tell it from power-on.
     BrownOut,
     /// The independent watchdog.
     Watchdog,
@@ -26,7 +26,8 @@ impl Cause {
     pub fn take(rcc: &pac::RCC) -> Self {
         let flags = rcc.csr().read();
         rcc.csr().modify(|_, w| w.rmvf().clear());
-        // Every internal reset pulls the pin as well, and power-on sets the brown-out flag: the order decides.
+        // Every internal reset pulls the pin as well, and power-on sets the brown-out flag: the
+        // order decides.
         if flags.porrstf().is_reset() {
             Self::PowerOn
         } else if flags.borrstf().is_reset() {

@@ -1,7 +1,7 @@
 //! What is remembered across a reset: the last fault, and whether the motor was being driven.
 //!
-//! It lies in RAM that is neither zeroed nor initialised (`NOINIT` of memory.x). After power-on it is noise, which
-//! the check words tell from a record.
+//! It lies in RAM that is neither zeroed nor initialised (`NOINIT` of memory.x). After power-on it
+//! is noise, which the check words tell from a record.
 
 use core::cell::UnsafeCell;
 use core::mem::MaybeUninit;

@@ -1,9 +1,11 @@
 //! The parameter sectors: 10 and 11 of the flash, 128 KiB each.
 //!
-//! There is one bank: while a sector is erased or a word is written, nothing can be fetched, and the processor stands still
-//! with all its interrupts, for an erase 1 to 2 s at 32 bits of parallelism (data sheet; 4 s at 8). Who asks for one sees to
-//! it that nothing is driven, that no tick is due, and that the watchdog waits. The code does not have to lie in RAM for that: the
-//! processor stalls at its next fetch and goes on afterwards. Where a processor does not stall (an emulated one), it sleeps.
+//! There is one bank: while a sector is erased or a word is written, nothing can be fetched, and
+//! the processor stands still with all its interrupts, for an erase 1 to 2 s at 32 bits of
+//! parallelism (data sheet; 4 s at 8). Who asks for one sees to it that nothing is driven, that no
+//! tick is due, and that the watchdog waits. The code does not have to lie in RAM for that: the
+//! processor stalls at its next fetch and goes on afterwards. Where a processor does not stall (an
+//! emulated one), it sleeps.
 
 use core::ptr;
 
@@ -27,13 +29,15 @@ pub const SLOTS: [u32; 2] = [0, SECTOR as u32];
 /// In this order they unlock the control register (RM0090, 3.6.1).
 const KEYS: [u32; 2] = [0x4567_0123, 0xCDEF_89AB];
 
-/// Flags of the status register that something went wrong: operation, protection, alignment, parallelism, sequence.
+/// Flags of the status register that something went wrong: operation, protection, alignment,
+/// parallelism, sequence.
 const ERRORS: u32 = 0b1111_0010;
 
 /// The newest valid parameters, and the number of their sector.
 #[inline(never)]
 pub fn read() -> Result<(Parameters, u8), DecodeError> {
-    // SAFETY: flash that is always mapped, outside of the program (memory.x), and that nobody writes meanwhile.
+    // SAFETY: flash that is always mapped, outside of the program (memory.x), and that nobody
+    // writes meanwhile.
     let sector = |address: usize| unsafe { core::slice::from_raw_parts(address as *const u8, ROOM) };
     let (parameters, which) = Parameters::newest([sector(BEGIN), sector(BEGIN + SECTOR)])?;
     Ok((parameters, FIRST + which as u8))
@@ -60,7 +64,8 @@ impl Sectors {
         Self { registers, alarm }
     }
 
-    /// Does something with the control register unlocked; it is locked again afterwards, whatever comes of it.
+    /// Does something with the control register unlocked; it is locked again afterwards, whatever
+    /// comes of it.
     fn unlocked(
         &mut self,
         act: impl FnOnce(&pac::FLASH, &mut SYST) -> Result<(), Refused>,
@@ -79,8 +84,8 @@ impl Sectors {
         done
     }
 
-    /// Sleeps until the flash is ready, and looks now and then; the flash's own interrupt is not among those that the
-    /// register crate knows.
+    /// Sleeps until the flash is ready, and looks now and then; the flash's own interrupt is not
+    /// among those that the register crate knows.
     fn wait(registers: &pac::FLASH, alarm: &mut SYST) -> Result<(), Refused> {
         alarm.clear_current();
         alarm.enable_interrupt();
@@ -124,7 +129,8 @@ impl ReadNorFlash for Sectors {
     fn read(&mut self, offset: u32, bytes: &mut [u8]) -> Result<(), Refused> {
         check_read(self, offset, bytes.len()).map_err(Refused)?;
         for (byte, at) in bytes.iter_mut().zip(BEGIN + offset as usize..) {
-            // SAFETY: within the two sectors, which are always mapped. They change behind the compiler's back.
+            // SAFETY: within the two sectors, which are always mapped. They change behind the
+            // compiler's back.
             *byte = unsafe { ptr::read_volatile(at as *const u8) };
         }
         Ok(())
@@ -161,7 +167,8 @@ impl NorFlash for Sectors {
         self.unlocked(|registers, _| {
             registers.cr().write(|w| w.lock().clear_bit().pg().set_bit().psize().psize32());
             for (word, at) in bytes.as_chunks().0.iter().zip((BEGIN + offset as usize..).step_by(4)) {
-                // SAFETY: an aligned word within the two sectors, which hold nothing that the program refers to.
+                // SAFETY: an aligned word within the two sectors, which hold nothing that the
+                // program refers to.
                 unsafe { ptr::write_volatile(at as *mut u32, u32::from_le_bytes(*word)) };
                 // 16 us, for which the processor stands still anyway.
                 while registers.sr().read().bsy().bit_is_set() {}

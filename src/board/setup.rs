@@ -99,7 +99,8 @@ pub fn start(
     let b = device.GPIOB.split(&mut rcc);
     let c = device.GPIOC.split(&mut rcc);
     let pins = Pins {
-        // First of all: low from the moment on that it is an output. Before, a resistor of the board holds it.
+        // First of all: low from the moment on that it is an output. Before, a resistor of the
+        // board holds it.
         enable: b.pb0.into_push_pull_output_in_state(PinState::Low),
         direction: b.pb1.into_push_pull_output_in_state(PinState::Low),
         high: a.pa8.into_alternate(),

@@ -1,12 +1,14 @@
 //! A free-running counter for the control task's deadline: TIM5, 32 bits.
 //!
-//! The processor's own cycle counter would not do. It stands still while the processor sleeps, and that is what it does
-//! between two ticks: a tick that comes late would look as if it came early. A timer goes on.
+//! The processor's own cycle counter would not do. It stands still while the processor sleeps, and
+//! that is what it does between two ticks: a tick that comes late would look as if it came early. A
+//! timer goes on.
 
 use stm32f4xx_hal::pac;
 use stm32f4xx_hal::rcc::{Enable, Rcc, Reset};
 
-/// The counter, of the clock of the timers on APB1: 84 MHz, and the internal 16 MHz without a crystal.
+/// The counter, of the clock of the timers on APB1: 84 MHz, and the internal 16 MHz without a
+/// crystal.
 pub struct Stopwatch {
     timer: pac::TIM5,
 }

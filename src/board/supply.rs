@@ -18,7 +18,8 @@ impl Supply {
         pac::ADC1::enable(rcc);
         pac::ADC1::reset(rcc);
         // 84 MHz / 4: the converter takes 36 MHz at most.
-        // SAFETY: one field of the register that is common to the converters, none of which is used elsewhere.
+        // SAFETY: one field of the register that is common to the converters, none of which is
+        // used elsewhere.
         unsafe { (*pac::ADC_COMMON::ptr()).ccr().modify(|_, w| w.adcpre().div4()) };
         // 144 clocks are 7 us: enough for a divider of up to 50 kOhm.
         converter.smpr1().modify(|_, w| w.smp10().cycles144());

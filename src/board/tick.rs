@@ -60,8 +60,8 @@ impl TickTimer {
     }
 }
 
-/// The smallest prescaler that leaves 16 bits, and if one nearby divides the period exactly, that one: 20 ms is then
-/// 20 ms, not 6 ppm off.
+/// The smallest prescaler that leaves 16 bits, and if one nearby divides the period exactly, that
+/// one: 20 ms is then 20 ms, not 6 ppm off.
 fn divider(clocks: u32) -> u32 {
     let smallest = clocks / 65_536 + 1;
     (smallest..smallest + 32).find(|divider| clocks.is_multiple_of(*divider)).unwrap_or(smallest)

@@ -1,15 +1,18 @@
 //! The wire of the command link: USART1 on PA9 (out) and PA10 (in), 921 600 baud, 8N1.
 //!
-//! Bytes come and go by interrupt, one at a time; nothing waits for one. The receiver has no buffer but its register: a
-//! byte has to be taken before the next one is whole, 10.9 us later. The control task is above this interrupt and may
-//! hold it up for as long as it runs, which is its budget of 1300 instructions: 7.7 us, if each took one cycle. That
-//! alone fits; by the estimate in cycles (docs/cost.md), which nobody has measured, the longest ticks take up to 13.5 us,
-//! and do not. It does not fit either if the tick has fallen due while the link held the control task's parts (up to 8 us,
-//! [`super::machine`]) or the log wrote a line, which lock this interrupt out as well: then a byte may be lost. A byte
-//! that is lost all the same costs the frame that it belongs to, and a client says that again.
+//! Bytes come and go by interrupt, one at a time; nothing waits for one. The receiver has no buffer
+//! but its register: a byte has to be taken before the next one is whole, 10.9 us later. The
+//! control task is above this interrupt and may hold it up for as long as it runs, which is its
+//! budget of 1300 instructions: 7.7 us, if each took one cycle. That alone fits; by the estimate in
+//! cycles (docs/cost.md), which nobody has measured, the longest ticks take up to 13.5 us, and do
+//! not. It does not fit either if the tick has fallen due while the link held the control task's
+//! parts (up to 8 us, [`super::machine`]) or the log wrote a line, which lock this interrupt out as
+//! well: then a byte may be lost. A byte that is lost all the same costs the frame that it belongs
+//! to, and a client says that again.
 //!
-//! 84 MHz / 91 are 923 077 baud, 0.16 % too fast. Without a crystal, 16 MHz / 17 are 2.1 % too fast, and the oscillator's
-//! own error (1 %) comes on top: enough to ask such a board what is wrong with it, if the other end is exact.
+//! 84 MHz / 91 are 923 077 baud, 0.16 % too fast. Without a crystal, 16 MHz / 17 are 2.1 % too
+//! fast, and the oscillator's own error (1 %) comes on top: enough to ask such a board what is
+//! wrong with it, if the other end is exact.
 
 use stm32f4xx_hal::gpio::{Alternate, PA9, PA10};
 use stm32f4xx_hal::pac;
@@ -50,12 +53,14 @@ impl Port {
         if status.rxne().bit_is_clear() && status.ore().bit_is_clear() {
             return None;
         }
-        // Takes the byte and, after the status has been read, ends an overrun, which would else interrupt for ever.
+        // Takes the byte and, after the status has been read, ends an overrun, which would else
+        // interrupt for ever.
         let byte = self.registers.dr().read().dr().bits() as u8;
         status.rxne().bit_is_set().then_some(byte)
     }
 
-    /// Sends what `next` gives, if there is room for a byte; if there is nothing to send, it does not ask again.
+    /// Sends what `next` gives, if there is room for a byte; if there is nothing to send, it does
+    /// not ask again.
     #[inline]
     pub fn send(&mut self, next: impl FnOnce() -> Option<u8>) {
         if self.registers.sr().read().txe().bit_is_clear() {

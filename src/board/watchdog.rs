@@ -1,8 +1,9 @@
 //! The independent watchdog.
 //!
-//! Until it bites, a bridge keeps its last duty, so it waits no longer than it must: for three control ticks, and for
-//! 10 ms if they are shorter. Its clock, the LSI oscillator, has 32 kHz typically and 17 to 47 kHz within the data
-//! sheet's limits, so that the longest time is 47/17 of the shortest:
+//! Until it bites, a bridge keeps its last duty, so it waits no longer than it must: for three
+//! control ticks, and for 10 ms if they are shorter. Its clock, the LSI oscillator, has 32 kHz
+//! typically and 17 to 47 kHz within the data sheet's limits, so that the longest time is 47/17 of
+//! the shortest:
 //!
 //! ```text
 //! counts = shortest * 47 kHz / 4              (prescaler 4, fastest oscillator)
@@ -10,16 +11,18 @@
 //! sample time 1 ms (to 3.3 ms):  118 counts, 10 ms to  28 ms;  15 ms typically
 //! ```
 //!
-//! It is fed only when every task that is watched has run since it was fed last: the control task, without which nobody
-//! wakes the feeder, and the link and the log below it ([`super::liveness`]). Each is woken once a tick, so all have run within
-//! a tick or two of any instant.
+//! It is fed only when every task that is watched has run since it was fed last: the control task,
+//! without which nobody wakes the feeder, and the link and the log below it ([`super::liveness`]).
+//! Each is woken once a tick, so all have run within a tick or two of any instant.
 //!
-//! A new timeout is taken over by the first feed after it has crossed into the oscillator's domain, which takes up to
-//! [`CROSSING`] and is not waited for at the start. Until the first one it counts the reset value, 4096 * 4 clocks: 349 to 964 ms for the start,
-//! which takes some 55 ms at most. It keeps running while a debugger halts the core: a breakpoint must not leave the motor at
-//! its last duty.
+//! A new timeout is taken over by the first feed after it has crossed into the oscillator's domain,
+//! which takes up to [`CROSSING`] and is not waited for at the start. Until the first one it counts
+//! the reset value, 4096 * 4 clocks: 349 to 964 ms for the start, which takes some 55 ms at most.
+//! It keeps running while a debugger halts the core: a breakpoint must not leave the motor at its
+//! last duty.
 //!
-//! An erase of the flash holds up the processor for up to 4 s: [`Timeout::ERASE`] is what `stiction::store` derives for it.
+//! An erase of the flash holds up the processor for up to 4 s: [`Timeout::ERASE`] is what
+//! `stiction::store` derives for it.
 
 use stm32f4xx_hal::pac;
 
@@ -33,9 +36,10 @@ const SHORTEST: f32 = 0.010;
 
 /// How long to wait for a timeout to be set, s.
 ///
-/// A register takes up to five clocks of the oscillator to cross (RM0090, the status register), 0.3 ms. ST's own driver
-/// allows for clocks behind the prescaler instead, and so does this: six of 64 / 17 kHz are 23 ms, and one that is written
-/// while another is crossing waits for both. No real part has been seen to do either.
+/// A register takes up to five clocks of the oscillator to cross (RM0090, the status register), 0.3
+/// ms. ST's own driver allows for clocks behind the prescaler instead, and so does this: six of 64
+/// / 17 kHz are 23 ms, and one that is written while another is crossing waits for both. No real
+/// part has been seen to do either.
 pub const CROSSING: f32 = 0.050;
 
 /// The fastest oscillator, Hz.
@@ -59,7 +63,8 @@ impl Timeout {
     }
 
     const fn of(shortest: f32, shift: u8) -> Self {
-        // The counter counts one more than the reload value: rounding down does not make it too short.
+        // The counter counts one more than the reload value: rounding down does not make it too
+        // short.
         let counts = shortest * FASTEST / (4 << shift) as f32;
         Self { shift, counts: if counts < 4095.0 { counts as u16 } else { 4095 } }
     }

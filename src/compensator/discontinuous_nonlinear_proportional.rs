@@ -1,4 +1,5 @@
-//! Discontinuous nonlinear proportional feedback (DNPF): near the target, always enough to break away.
+//! Discontinuous nonlinear proportional feedback (DNPF): near the target, always enough to break
+//! away.
 //!
 //! Thesis eq. 33, after Southward, Radcliffe and MacCluer (eq. 33 prints theta_p for theta_b):
 //!
@@ -8,13 +9,14 @@
 //! theta_b = v_stick / Kp + epsilon                                              (eq. 34)
 //! ```
 //!
-//! Within `theta_b` the position term is thus replaced by the constant `Kp theta_b sgn(theta_e)`, which exceeds
-//! the static friction by `Kp epsilon`.
+//! Within `theta_b` the position term is thus replaced by the constant `Kp theta_b sgn(theta_e)`,
+//! which exceeds the static friction by `Kp epsilon`.
 //!
-//! Guarantees: |v_c| <= Kp theta_b. Does badly: `epsilon` is a knife edge. With `theta_b` below about
-//! `v_stick / Kp` the joint stops short; with the thesis's `theta_b` = 0.40 deg, epsilon is zero and only the D/A's
-//! rounding of 0.40 V to 0.40016 V moves the axis. At the target it is a relay: it chatters at the sample rate
-//! within a count. No help in tracking, where the error is outside the band.
+//! Guarantees: |v_c| <= Kp theta_b. Does badly: `epsilon` is a knife edge. With `theta_b` below
+//! about `v_stick / Kp` the joint stops short; with the thesis's `theta_b` = 0.40 deg, epsilon is
+//! zero and only the D/A's rounding of 0.40 V to 0.40016 V moves the axis. At the target it is a
+//! relay: it chatters at the sample rate within a count. No help in tracking, where the error is
+//! outside the band.
 
 use super::{Law, LawInput, Loop};
 use crate::error::HUGE;

@@ -1,4 +1,5 @@
-//! Slip friction feedforward: the dynamic friction, in the direction in which the joint should move.
+//! Slip friction feedforward: the dynamic friction, in the direction in which the joint should
+//! move.
 //!
 //! Thesis eq. 32:
 //!
@@ -7,10 +8,11 @@
 //!        = 0                       |theta_d'| <= V_ff
 //! ```
 //!
-//! Why this form: the reference velocity is free of noise, so the signal switches only where the motion does; a law
-//! on measured velocity chatters at standstill. Guarantees: bounded by `v_slip`; cannot destabilise the
-//! loop, being outside of it. Tracks with an error of `(v_d + b theta_d' - v_slip) / Kp`. Does badly: nothing
-//! at rest, so the rest error is that of PD; `v_slip` must be identified, and an overestimate pushes.
+//! Why this form: the reference velocity is free of noise, so the signal switches only where the
+//! motion does; a law on measured velocity chatters at standstill. Guarantees: bounded by `v_slip`;
+//! cannot destabilise the loop, being outside of it. Tracks with an error of `(v_d + b theta_d' -
+//! v_slip) / Kp`. Does badly: nothing at rest, so the rest error is that of PD; `v_slip` must be
+//! identified, and an overestimate pushes.
 
 use super::{Law, LawInput, Loop};
 use crate::error::HUGE;

@@ -1,14 +1,14 @@
 //! Friction compensators: the laws around the PD loop.
 //!
-//! Each law is one module that begins with its equation, and implements [`Law`]: its gains are what a user sets, in the
-//! thesis's units, and are declared as a table; the law itself is made of them once, for a sample
-//! time, and holds what a tick needs; its state is apart, `Copy`, and starts as its `Default`. The list at the end of
-//! this file registers them: [`Gains`], [`PreparedLaw`] and [`LawState`] are the closed sets of them, and a
-//! [`Compensator`] is a sum of up to [`MAX_TERMS`] laws (none: plain PD). One that [replaces](Law::REPLACES_PD) the PD
-//! loop stands alone.
+//! Each law is one module that begins with its equation, and implements [`Law`]: its gains are what
+//! a user sets, in the thesis's units, and are declared as a table; the law itself is made of them
+//! once, for a sample time, and holds what a tick needs; its state is apart, `Copy`, and starts as
+//! its `Default`. The list at the end of this file registers them: [`Gains`], [`PreparedLaw`] and
+//! [`LawState`] are the closed sets of them, and a [`Compensator`] is a sum of up to [`MAX_TERMS`]
+//! laws (none: plain PD). One that [replaces](Law::REPLACES_PD) the PD loop stands alone.
 //!
-//! Compensators switch on the error, on the reference velocity or on the velocity error. Only RVI uses measured
-//! velocity, squared: a law that switches on its sign chatters at standstill.
+//! Compensators switch on the error, on the reference velocity or on the velocity error. Only RVI
+//! uses measured velocity, squared: a law that switches on its sign chatters at standstill.
 
 pub mod discontinuous_nonlinear_proportional;
 pub mod feedforward;
@@ -53,7 +53,8 @@ pub struct LawInput {
     pub velocity_error: f32,
     /// Output of the PD loop, V; zero if the law replaces it.
     pub v_pd: f32,
-    /// The effort that the joint had since the last tick, V: after saturation, scaling and soft start.
+    /// The effort that the joint had since the last tick, V: after saturation, scaling and soft
+    /// start.
     pub applied: f32,
     /// That effort was less than was asked for.
     pub saturated: bool,
@@ -142,7 +143,8 @@ macro_rules! laws {
             /// Every law, with its gains as a typical machine has them.
             pub const EXAMPLES: &'static [Self] = &[$(Self::$Law(<$Law as Law>::Gains::EXAMPLE)),+];
 
-            /// The declarations of the gains of every law, in the order of [`EXAMPLES`](Self::EXAMPLES).
+            /// The declarations of the gains of every law, in the order of
+            /// [`EXAMPLES`](Self::EXAMPLES).
             pub const ABOUT: &'static [&'static [About]] = &[$(<$Law as Law>::Gains::ABOUT),+];
 
             /// The names of the laws in a machine's file, in the same order.
@@ -249,7 +251,8 @@ macro_rules! laws {
 
             /// The law's part of v_c for one sample, V.
             ///
-            /// A state that another law left behind is replaced, and the law contributes nothing in that tick.
+            /// A state that another law left behind is replaced, and the law contributes nothing in
+            /// that tick.
             pub fn update(&self, state: &mut LawState, input: &LawInput) -> f32 {
                 match (self, &mut *state) {
                     $((Self::$Law(law), LawState::$Law(state)) => law.update(state, input),)+
@@ -289,7 +292,8 @@ laws! {
     6 "srnf" SmoothRobustNonlinear;
 }
 
-/// The number of the first law of a sum; those of the others follow. Zero: there is no law, nor after it.
+/// The number of the first law of a sum; those of the others follow. Zero: there is no law, nor
+/// after it.
 pub const FIRST_LAW: Key = Key(0x0500);
 
 /// The declaration of all of these numbers, for hosts: a machine's file has the names of the laws.
@@ -373,8 +377,8 @@ impl Compensator {
     }
 }
 
-/// The laws of a sum as values: which they are, and their gains. A law is there once at most, and one that replaces PD
-/// stands alone.
+/// The laws of a sum as values: which they are, and their gains. A law is there once at most, and
+/// one that replaces PD stands alone.
 impl Values for Vec<Gains, MAX_TERMS> {
     fn nth(&self, place: &mut usize) -> Option<(Key, Absent)> {
         if *place < MAX_TERMS {

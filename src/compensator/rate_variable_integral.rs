@@ -6,15 +6,16 @@
 //! v_c(t) = [v_c(t - h) + Ki theta_e h] gamma_h / (gamma_h + theta_a'^2)
 //! ```
 //!
-//! The thesis gives `gamma` = 0.05 (deg/s)^2 for its loop of 20 ms (Table 17 prints it as beta). The factor multiplies
-//! the whole integral once a sample, so that its leak per second depends on the sample time; for small
-//! `theta_a'^2 / gamma` the leak per sample is `theta_a'^2 / gamma_h`, and `gamma_h = gamma (0.02 s) / h` keeps the
-//! leak per second that of the thesis.
+//! The thesis gives `gamma` = 0.05 (deg/s)^2 for its loop of 20 ms (Table 17 prints it as beta).
+//! The factor multiplies the whole integral once a sample, so that its leak per second depends on
+//! the sample time; for small `theta_a'^2 / gamma` the leak per sample is `theta_a'^2 / gamma_h`,
+//! and `gamma_h = gamma (0.02 s) / h` keeps the leak per second that of the thesis.
 //!
-//! Why this form: full integral action at rest, hence a high `Ki` without overshoot, and none at speed.
-//! Guarantees: |v_c| never exceeds the full scale; at rest, a plain integrator. Does badly: it leaves the
-//! tracking error to the PD loop, since at constant velocity the integral has leaked away; and at rest it is an
-//! integrator with its hunting: simulated on the thesis's axis, 6 counts peak to peak where RI has 12.
+//! Why this form: full integral action at rest, hence a high `Ki` without overshoot, and none at
+//! speed. Guarantees: |v_c| never exceeds the full scale; at rest, a plain integrator. Does badly:
+//! it leaves the tracking error to the PD loop, since at constant velocity the integral has leaked
+//! away; and at rest it is an integrator with its hunting: simulated on the thesis's axis, 6 counts
+//! peak to peak where RI has 12.
 
 use super::{Law, LawInput, Loop};
 use crate::error::HUGE;

@@ -7,14 +7,16 @@
 //!        = 0                        otherwise
 //! ```
 //!
-//! Printed, eq. 31 could also be read as a running delay. The text settles it: "the timer loop delays
-//! incrementing the compensation control signal until the desired time has elapsed" (section 3.1.3), and Fig. 32b
-//! shows steps. The comparison is strict, after "smaller than a certain value, V_roi". So the offset is held, and grows by one v_PD each `T_roi`, which is rounded to whole samples.
+//! Printed, eq. 31 could also be read as a running delay. The text settles it: "the timer loop
+//! delays incrementing the compensation control signal until the desired time has elapsed" (section
+//! 3.1.3), and Fig. 32b shows steps. The comparison is strict, after "smaller than a certain value,
+//! V_roi". So the offset is held, and grows by one v_PD each `T_roi`, which is rounded to whole
+//! samples.
 //!
-//! Why this form: what PD still applies when it has come to rest is a measure of what is missing. Guarantees: no
-//! mean error at constant velocity; dropped as soon as the velocity error is large, so no wind-up in a
-//! transient; |v_c| never exceeds the full scale. `V_roi = 0` switches it off. Does badly: at rest it is
-//! a slow integrator, and hunts by a few counts.
+//! Why this form: what PD still applies when it has come to rest is a measure of what is missing.
+//! Guarantees: no mean error at constant velocity; dropped as soon as the velocity error is large,
+//! so no wind-up in a transient; |v_c| never exceeds the full scale. `V_roi = 0` switches it off.
+//! Does badly: at rest it is a slow integrator, and hunts by a few counts.
 
 use super::{Law, LawInput, Loop};
 use crate::error::HUGE;

@@ -7,14 +7,15 @@
 //! v_ms   = v_stick + epsilon            (eq. 36)
 //! ```
 //!
-//! Why this form: a relay at the target (`alpha` to infinity) moves the joint for certain but bangs; the hyperbolic
-//! tangent gives the same effort beyond about `2 / alpha` and a finite slope, `v_ms alpha`, at zero. `alpha` = 100 /deg
-//! reaches 90 % of `v_ms` at 0.015 deg, six encoder counts of the thesis's robot.
+//! Why this form: a relay at the target (`alpha` to infinity) moves the joint for certain but
+//! bangs; the hyperbolic tangent gives the same effort beyond about `2 / alpha` and a finite slope,
+//! `v_ms alpha`, at zero. `alpha` = 100 /deg reaches 90 % of `v_ms` at 0.015 deg, six encoder
+//! counts of the thesis's robot.
 //!
-//! Guarantees: |v_c| <= v_ms, odd, no state. Tracks with the error that solves
-//! `Kp e + v_ms tanh(alpha e) = v_slip + b theta_d'`. Does badly: it adds `v_ms alpha` to the proportional gain
-//! near the target, so a delay or a coarse encoder makes it chatter; it does not adapt, and friction
-//! beyond `v_ms` is left to PD.
+//! Guarantees: |v_c| <= v_ms, odd, no state. Tracks with the error that solves `Kp e + v_ms
+//! tanh(alpha e) = v_slip + b theta_d'`. Does badly: it adds `v_ms alpha` to the proportional gain
+//! near the target, so a delay or a coarse encoder makes it chatter; it does not adapt, and
+//! friction beyond `v_ms` is left to PD.
 
 use super::{Law, LawInput, Loop};
 use crate::error::HUGE;

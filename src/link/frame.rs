@@ -4,11 +4,12 @@
 //! COBS( message | CRC-32 (ISO-HDLC, little endian) ) 0
 //! ```
 //!
-//! COBS (Cheshire and Baker 1999) leaves no zero byte in a frame, so that a zero always is its end: whatever was lost
-//! before, the next zero is a new beginning. Guarantees: total, bounded, no panic; garbage costs at most the frames
-//! that it touches; of the frames that were changed on the way, one in 2^32 passes for a whole one. A frame that is too
-//! long is thrown away up to its end. Does badly: what comes before the first zero spoils the first frame, so a client
-//! begins with a zero.
+//! COBS (Cheshire and Baker 1999) leaves no zero byte in a frame, so that a zero always is its end:
+//! whatever was lost before, the next zero is a new beginning. Guarantees: total, bounded, no
+//! panic; garbage costs at most the frames that it touches; of the frames that were changed on the
+//! way, one in 2^32 passes for a whole one. A frame that is too long is thrown away up to its end.
+//! Does badly: what comes before the first zero spoils the first frame, so a client begins with a
+//! zero.
 
 use cobs::{DecodeResult, DecoderState};
 use heapless::Vec;

@@ -49,7 +49,8 @@ pub enum Reply {
     },
     /// To [`Request::Signal`](super::Request::Signal).
     Signal(Announced),
-    /// To [`Request::ReadLevels`](super::Request::ReadLevels); none: it is not over, or was ended before, or there was no ramp.
+    /// To [`Request::ReadLevels`](super::Request::ReadLevels); none: it is not over, or was ended
+    /// before, or there was no ramp.
     Levels(Option<Levels>),
 }
 

@@ -22,7 +22,8 @@ pub enum Request {
     Hello {
         /// [`PROTOCOL`](super::PROTOCOL) of the client.
         protocol: u16,
-        /// Any number that the client has not used of late: the same one again is the same hello, come twice.
+        /// Any number that the client has not used of late: the same one again is the same hello,
+        /// come twice.
         session: u32,
     },
     /// Output off. Obeyed at all times, even from one who has not said hello.
@@ -38,8 +39,8 @@ pub enum Request {
     Clear,
     /// Close the loop where the joint is.
     Arm,
-    /// Move, while armed: to a position or through corners in the zero that arming has set, or stay where the joint is.
-    /// Never relative: the same move twice is the same as once.
+    /// Move, while armed: to a position or through corners in the zero that arming has set, or stay
+    /// where the joint is. Never relative: the same move twice is the same as once.
     Move(Motion),
     /// The parameters that are in use, as a record, from a byte on.
     ReadParameters {
@@ -61,12 +62,14 @@ pub enum Request {
     /// Keep the parameters that are in use across a reset.
     Save,
     /// Other values for some of the parameters, validated as a whole: entries as in
-    /// [`record`](crate::parameters::record). A law that was not there before needs all of its gains.
+    /// [`record`](crate::parameters::record). A law that was not there before needs all of its
+    /// gains.
     Change {
         /// The entries.
         entries: Vec<u8, CHUNK>,
     },
-    /// What is the signal of this place? The first one is 0, and after the last one there is no such.
+    /// What is the signal of this place? The first one is 0, and after the last one there is no
+    /// such.
     Signal {
         /// Which.
         index: u8,

@@ -1,11 +1,13 @@
 //! Who may say what, and what is answered.
 //!
-//! A session begins with a hello. Each request is answered once, with its own number. One that comes twice is not done
-//! twice: the answer is sent again. One that was overtaken by a later one is refused. Stop is obeyed at all times.
+//! A session begins with a hello. Each request is answered once, with its own number. One that
+//! comes twice is not done twice: the answer is sent again. One that was overtaken by a later one
+//! is refused. Stop is obeyed at all times.
 //!
-//! Answers and samples wait in a ring of bytes until the wire takes them. Samples leave room for answers; what finds
-//! none is dropped and counted, and the numbers of the samples show the gap. How long the ring is, is the owner's choice:
-//! a host takes [`WAITING`], a board what its RAM allows.
+//! Answers and samples wait in a ring of bytes until the wire takes them. Samples leave room for
+//! answers; what finds none is dropped and counted, and the numbers of the samples show the gap.
+//! How long the ring is, is the owner's choice: a host takes [`WAITING`], a board what its RAM
+//! allows.
 
 use heapless::String;
 
@@ -40,7 +42,8 @@ pub trait Machine {
     /// If the flash fails, or the watchdog that has to wait for it.
     fn save(&mut self, parameters: &Parameters) -> Result<(), Refused>;
 
-    /// Other parameters are about to be in use: their sample time, PWM and dead time. The output is off, and stays so.
+    /// Other parameters are about to be in use: their sample time, PWM and dead time. The output is
+    /// off, and stays so.
     ///
     /// # Errors
     /// If the watchdog cannot follow. All is as it was before then.
@@ -118,8 +121,8 @@ impl<const RING: usize> Session<RING> {
         self.parameters.as_ref()
     }
 
-    /// What follows is cut into functions that are not inlined, so that their frames follow each other on the stack and
-    /// do not add up: a board has little of it.
+    /// What follows is cut into functions that are not inlined, so that their frames follow each
+    /// other on the stack and do not add up: a board has little of it.
     #[inline(never)]
     fn take(&mut self, number: u16, request: Option<Request>, machine: &mut impl Machine) {
         let overtaken = |last: u16| (number.wrapping_sub(last) as i16) < 0;
@@ -148,7 +151,8 @@ impl<const RING: usize> Session<RING> {
         self.answer(number, content, true);
     }
 
-    /// Answers a request, and keeps the answer for one that comes twice if that is the last request there was.
+    /// Answers a request, and keeps the answer for one that comes twice if that is the last request
+    /// there was.
     #[inline(never)]
     fn answer(&mut self, number: u16, content: Reply, is_last: bool) {
         let answer = encode(&Message::Reply(Numbered { number, content }));
@@ -207,7 +211,8 @@ impl<const RING: usize> Session<RING> {
 
     #[inline(never)]
     fn take_parameters(&mut self, length: u16, machine: &mut impl Machine) -> Result<(), Refused> {
-        // At once: to decode and to prepare takes milliseconds, for which an armed loop's log would have to wait.
+        // At once: to decode and to prepare takes milliseconds, for which an armed loop's log would
+        // have to wait.
         machine.servo(|servo| refuse_if_armed(servo))?;
         let record = self.incoming.get(..length.into()).ok_or(Refused::NoSuch)?;
         let (parameters, _) = Parameters::decode(record)?;
@@ -231,13 +236,15 @@ impl<const RING: usize> Session<RING> {
         let announced = self.law_signals();
         self.parameters = Some(parameters);
         if self.law_signals() != announced {
-            // A place may be another signal's now: whoever wants it asks what it is, and subscribes anew.
+            // A place may be another signal's now: whoever wants it asks what it is, and subscribes
+            // anew.
             self.subscription = Subscription::NONE;
         }
         Ok(())
     }
 
-    /// The loop is prepared before the servo is locked. What can still be refused is so before anything is changed.
+    /// The loop is prepared before the servo is locked. What can still be refused is so before
+    /// anything is changed.
     #[inline(never)]
     fn prepare_and_install(
         &self,

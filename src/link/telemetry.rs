@@ -20,8 +20,8 @@ impl Subscription {
     /// Nothing is sent.
     pub const NONE: Self = Self { signals: 0, every: 0, next: None, number: 0 };
 
-    /// `signals` of every so many ticks, from the next one on; none if there are none, or one of them is not among the
-    /// first `known`.
+    /// `signals` of every so many ticks, from the next one on; none if there are none, or one of
+    /// them is not among the first `known`.
     pub fn new(signals: u64, every: u16, known: usize) -> Option<Self> {
         if every == 0 {
             return Some(Self::NONE);
@@ -30,7 +30,8 @@ impl Subscription {
         (signals != 0 && signals & unknown == 0).then_some(Self { signals, every, next: None, number: 0 })
     }
 
-    /// Takes a tick, and returns a sample if one is due. Ticks may be missing; samples that were due in them count, too.
+    /// Takes a tick, and returns a sample if one is due. Ticks may be missing; samples that were
+    /// due in them count, too.
     pub fn tick(&mut self, output: &Output) -> Option<Sample> {
         let every = u32::from(self.every);
         let since = output.clock.wrapping_sub(self.next.unwrap_or(output.clock));

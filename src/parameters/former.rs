@@ -1,14 +1,16 @@
-//! Records of the formats 1 to 3, which had their values one after the other in postcard, without numbers.
+//! The reader of records in the formats 1 to 3, which had their values one after the other in
+//! postcard, without numbers.
 //!
 //! ```text
 //! sample time, resolution, counter bits, direction, window, Kp, Kd,
 //! laws: how many, and of each which, and its gains; full scale, LSB, PWM mode, PWM top;
-//! motion: which, and its values; autostart, its delay, soft start, dead time, nominal supply, supply's full scale;
+//! motion: which, and its values;
+//! autostart, its delay, soft start, dead time, nominal supply, supply's full scale;
 //! in format 3, the fifteen limits
 //! ```
 //!
-//! The layout is history and does not follow the core any more: what is read is put under today's numbers. Formats 1 and
-//! 2 knew no limits and get those that can be derived.
+//! The layout is history and does not follow the core any more: what is read is put under today's
+//! numbers. Formats 1 and 2 knew no limits; their records get those that can be derived.
 
 use serde::Deserialize;
 
@@ -18,7 +20,7 @@ use crate::compensator::{FIRST_LAW, MAX_TERMS};
 use crate::monitor::Limits;
 use crate::value::{Key, Values};
 
-/// The numbers of the values of the formats' tables, in their order there.
+/// The values at the head of every former record, in their order there.
 const HEAD: [(Key, Type); 7] = [
     (Key(0x0101), Type::Number),
     (Key(0x0201), Type::Number),
@@ -28,6 +30,7 @@ const HEAD: [(Key, Type); 7] = [
     (Key(0x0401), Type::Number),
     (Key(0x0402), Type::Number),
 ];
+/// The values of the device, in their order in every former record.
 const DEVICE: [(Key, Type); 6] = [
     (Key(0x0801), Type::Flag),
     (Key(0x0802), Type::Number),
@@ -37,14 +40,14 @@ const DEVICE: [(Key, Type); 6] = [
     (Key(0x0806), Type::Number),
 ];
 
-/// The first limit; fourteen follow.
+/// The number of the first limit; fourteen follow.
 const FIRST_LIMIT: u16 = 0x0901;
 const LIMITS: u16 = 15;
 
-/// The timer that made the PWM of every board of that time was clocked at 168 MHz.
+/// Clock of the timer that made the PWM, Hz. It was 168 MHz on every board of that time.
 const PWM_CLOCK_HZ: f32 = 168e6;
 
-/// How a value was written.
+/// The type in which a value was written.
 #[derive(Clone, Copy)]
 enum Type {
     Number,
@@ -52,13 +55,14 @@ enum Type {
     Flag,
 }
 
-/// The bytes that are left, and the parameters that they are put into.
+/// A former record that is being read: the bytes that are left, and the parameters that they are
+/// put into.
 struct Former<'a> {
     body: &'a [u8],
     into: &'a mut Parameters,
 }
 
-/// Reads a body of a former format.
+/// Reads the body of a record in a former format.
 #[inline(never)]
 pub(super) fn read(body: &[u8], has_limits: bool, into: &mut Parameters) -> Result<(), DecodeError> {
     let mut former = Former { body, into };
@@ -110,7 +114,8 @@ impl<'a> Former<'a> {
         values.iter().try_for_each(|&(key, of)| self.value(key, of))
     }
 
-    /// Laws were numbered from zero, in the order of today's numbers, and DNPF alone has one gain.
+    /// Reads the laws. They were numbered from zero, in the order of today's numbers, and DNPF
+    /// alone has one gain.
     fn laws(&mut self) -> Result<(), DecodeError> {
         let count = self.next::<u32>()?;
         if count > MAX_TERMS as u32 {

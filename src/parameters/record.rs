@@ -1,4 +1,4 @@
-//! Parameters as a record, for the flash and for the link.
+//! The record of parameters, for the flash and for the link.
 //!
 //! ```text
 //! byte  0  magic "STIC"
@@ -9,56 +9,58 @@
 //!      20  body             entries of 6 bytes: the value's number (u16) and its 32 bits
 //! ```
 //!
-//! Why this form: a value that a later version adds is one more entry, so the format stays. A record that lacks it
-//! gets its default, or what is derived from the rest; a firmware that does not know an entry refuses the record and
-//! names it ([`DecodeError::Unknown`]), since it cannot do what it does not understand.
+//! Why this form: a value that a later version adds is one more entry, so the format stays. A
+//! record that lacks the value gets its default, or what is derived from the rest. A firmware that
+//! does not know an entry refuses the record and names the entry ([`DecodeError::Unknown`]), since
+//! it cannot do what it does not understand.
 //!
-//! Guarantees: decoding is total. Any sequence of bytes either gives parameters of which every value has been
-//! validated, or says what is wrong. Records of the formats 1 to 3 are converted (`former.rs`). Does badly: an entry
-//! takes 6 bytes where 5 would do; a record has room for 338 of them.
+//! Guarantees: decoding is total. Any sequence of bytes either gives parameters of which every
+//! value has been validated, or says what is wrong. Records of the formats 1 to 3 are converted
+//! (`former.rs`). Does badly: an entry takes 6 bytes where 5 would do; a record has room for 338 of
+//! them.
 
 use super::{Parameters, former};
 use crate::error::Error;
 use crate::monitor::Limits;
 use crate::value::{Absent, Key, Table, Values};
 
-/// Of the body. 1: controller, motion, device, one after the other. 2: a motion may be a ramp. 3: limits after them.
-/// 4: entries.
+/// The format version of the body. 1: controller, motion, device, one after the other. 2: a motion
+/// may be a ramp. 3: limits after them. 4: entries.
 pub const FORMAT_VERSION: u32 = 4;
 
-/// Room that every record fits in, header and all: some hundred values are in use, and 338 fit.
+/// Bytes in which every record fits, header and all: some hundred values are in use, and 338 fit.
 pub const ROOM: usize = 2048;
 
 const MAGIC: [u8; 4] = *b"STIC";
 pub(super) const HEADER: usize = 20;
 
-/// Number and bits.
+/// Bytes of an entry: a value's number and its bits.
 const ENTRY: usize = 6;
 
-/// Why there are no parameters.
+/// The reason why there are no parameters.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum DecodeError {
     /// The flash is erased: nothing has been written.
     Blank,
-    /// Something else is written there, or a part of a record is missing.
+    /// Something else than a record is written there, or a part of a record is missing.
     NotParameters,
-    /// Of another format version.
+    /// The record has this format version, which is unknown.
     Version(u32),
     /// A bit has changed, or the record was not written to its end.
     Checksum,
-    /// The checksum is right, but the body is not one of this format.
+    /// The checksum is right, but the body is not one of the record's format.
     Malformed,
-    /// There is a value that this version does not know.
+    /// The record has a value that this version does not know.
     Unknown(Key),
-    /// A value that has to be there is not.
+    /// The record lacks a value that has to be there.
     Missing(Key),
-    /// A value is not allowed.
+    /// A value of the record is not allowed.
     Value(Error),
 }
 
 impl Parameters {
-    /// Writes a record, and returns the part of `buffer` that it fills; none if the buffer is too small, which
-    /// [`ROOM`] never is.
+    /// Writes a record, and returns the part of `buffer` that the record fills; none if the buffer
+    /// is too small, which [`ROOM`] never is.
     #[inline(never)]
     pub fn encode<'a>(&self, sequence: u32, buffer: &'a mut [u8]) -> Option<&'a [u8]> {
         let length = write(self, buffer.get_mut(HEADER..)?)?;
@@ -74,10 +76,10 @@ impl Parameters {
         Some(record)
     }
 
-    /// Reads a record at the start of `bytes`, and returns it with its sequence number.
+    /// Reads a record at the start of `bytes`, and returns its parameters and its sequence number.
     ///
     /// # Errors
-    /// Says what is wrong with it.
+    /// Says what is wrong with the record.
     pub fn decode(bytes: &[u8]) -> Result<(Self, u32), DecodeError> {
         let (header, rest) = bytes.split_at_checked(HEADER).ok_or(DecodeError::NotParameters)?;
         if header.iter().all(|&byte| byte == 0xFF) {
@@ -104,12 +106,12 @@ impl Parameters {
         Ok((parameters, sequence))
     }
 
-    /// Takes a whole body: what it lacks becomes its default, or is derived.
+    /// Takes a whole body. A value that the body lacks becomes its default, or is derived.
     #[inline(never)]
     fn read(&mut self, body: &[u8]) -> Result<(), DecodeError> {
         take(self, body)?;
         self.limits = Limits::derived(&self.controller, &self.device, 0.0);
-        // Once more, since some of the limits may be given.
+        // The body is taken once more, since it may give some of the limits.
         take(self, body)?;
         read_back(self, body)?;
         self.each(&mut |key, absent| match absent {
@@ -118,19 +120,20 @@ impl Parameters {
         })
     }
 
-    /// Takes the entries of some values and leaves the others as they are in `before`: a law that only gets another
-    /// place keeps its gains, and one that nothing is said of keeps its place. A law that was not there before needs all
-    /// of its gains; nothing is validated yet.
+    /// Takes the entries of some values and leaves the others as they are in `before`. A law that
+    /// only gets another place keeps its gains, and one that nothing is said of keeps its place. A
+    /// law that was not there before needs all of its gains. Nothing is validated yet.
     ///
     /// # Errors
     /// Says which entry is wrong; some values may have changed then.
     #[inline(never)]
     pub fn change(&mut self, entries: &[u8], before: &Self) -> Result<(), DecodeError> {
         take(self, entries)?;
-        // A law that is put in its place has the gains of the example, and those behind it are gone.
+        // A law that is put in its place has the gains of the example, and those behind it are
+        // gone.
         let _ = before.each(&mut |key, _| -> Result<(), ()> {
             if let Some(bits) = before.get(key).filter(|_| self.get(key).is_some() && !has(entries, key)) {
-                // Fails only where there is no place before it any more.
+                // This fails only where there is no place before it any more.
                 let _ = self.set(key, bits);
             }
             Ok(())
@@ -144,10 +147,10 @@ impl Parameters {
         })
     }
 
-    /// The newest valid record of two sectors, and which one it is in.
+    /// Returns the newest valid record of two sectors, and in which of them it is.
     ///
-    /// A record that was cut off while it was written gives way to the one before it; if there is none, the error is
-    /// that of the sector that holds something.
+    /// A record that was cut off while it was written gives way to the one before it. If there is
+    /// none, the error is that of the sector that holds something.
     ///
     /// # Errors
     /// Says what is wrong if neither is valid.
@@ -156,7 +159,8 @@ impl Parameters {
         Self::newer(first, second).map(|(parameters, _, which)| (parameters, which))
     }
 
-    /// Of two that were decoded, the newer one with its sequence number and which of the two it is.
+    /// Returns the newer one of two records that were decoded, with its sequence number and which
+    /// of the two it is.
     pub(crate) fn newer(
         first: Result<(Self, u32), DecodeError>,
         second: Result<(Self, u32), DecodeError>,
@@ -172,7 +176,8 @@ impl Parameters {
     }
 }
 
-/// Writes the entries of some values, and returns how many bytes they take; none if there is no room.
+/// Writes the entries of some values, and returns how many bytes they take; none if there is no
+/// room.
 pub fn write(values: &impl Values, buffer: &mut [u8]) -> Option<usize> {
     let mut length = 0;
     let written = values.each(&mut |key, _| {
@@ -182,7 +187,8 @@ pub fn write(values: &impl Values, buffer: &mut [u8]) -> Option<usize> {
     written.is_ok().then_some(length)
 }
 
-/// Writes one entry at `length`, which grows by it; none if there is no room.
+/// Writes one entry at `length`, which grows by the entry's bytes; returns none if there is no
+/// room.
 pub fn put(buffer: &mut [u8], length: &mut usize, key: Key, bits: u32) -> Option<()> {
     let entry = buffer.get_mut(*length..)?.first_chunk_mut::<ENTRY>()?;
     let ([a, b], [c, d, e, f]) = (key.0.to_le_bytes(), bits.to_le_bytes());
@@ -191,8 +197,8 @@ pub fn put(buffer: &mut [u8], length: &mut usize, key: Key, bits: u32) -> Option
     Some(())
 }
 
-/// Refuses entries of which one has undone another: two of one value, or one that stands before the law or the corner
-/// that it belongs to.
+/// Refuses entries of which one has undone another: two entries of one value, or one that stands
+/// before the law or the corner that it belongs to.
 fn read_back(values: &impl Values, body: &[u8]) -> Result<(), DecodeError> {
     let (entries, _) = body.as_chunks::<ENTRY>();
     let is_kept = |&[a, b, c, d, e, f]: &[u8; ENTRY]| {

@@ -61,7 +61,7 @@ fn stored(hex: &str) -> Vec<u8, 512> {
     hex.as_bytes().chunks(2).map(|pair| digit(pair[0]) << 4 | digit(pair[1])).collect()
 }
 
-/// What was written, typed in again by hand.
+/// The parameters of those records, typed in again by hand.
 fn former(laws: &[Gains], drive: DriveConfig, motion: Motion) -> Parameters {
     let controller = ControllerConfig {
         sample_time: 0.001,
@@ -130,7 +130,7 @@ fn reseal(bytes: &mut [u8]) {
     bytes[16..20].copy_from_slice(&sum.to_le_bytes());
 }
 
-/// A record of entries with a good checksum.
+/// Makes a record of entries with a good checksum.
 fn record_of(body: &[u8]) -> Vec<u8, ROOM> {
     let mut bytes = Vec::new();
     for part in
@@ -210,7 +210,7 @@ fn entries_of_which_one_undoes_another_are_refused() {
     assert_eq!(changed(&[&kp, &law, &theta_ri]), Ok(()));
     assert_eq!(changed(&[&theta_ri, &none, &law]), Err(DecodeError::Malformed));
     assert_eq!(changed(&[&kp, &[0x01, 0x04, 0, 0, 0, 0]]), Err(DecodeError::Malformed));
-    // A whole record likewise: a corner before the kind of its motion.
+    // A whole record is refused for the same: a corner before the kind of its motion.
     let kind = body.chunks(6).position(|entry| entry.starts_with(&[0x00, 0x06])).unwrap();
     let mut turned = body.clone();
     turned[6 * kind..].rotate_left(6);

@@ -1,8 +1,8 @@
-//! A jump from one position to another.
+//! The step reference: a jump from one position to another.
 //!
-//! `theta_d(t) = from` before the tick of the step and `to` from that tick on; velocity and acceleration are zero
-//! throughout, so that nothing of the jump's impulse reaches the D term. The thesis does not say what its controller
-//! took for the derivative of a step; this is our reading.
+//! `theta_d(t) = from` before the tick of the step and `to` from that tick on. Velocity and
+//! acceleration are zero throughout, so that nothing of the jump's impulse reaches the D term. The
+//! thesis does not say what its controller took for the derivative of a step; this is our reading.
 
 use super::Setpoint;
 use crate::position::Position;
@@ -10,16 +10,16 @@ use crate::position::Position;
 /// A step reference.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Step {
-    /// Where it stands before.
+    /// Position of the set point before the step.
     pub from: Position,
-    /// Where it stands from then on.
+    /// Position of the set point from the step on.
     pub to: Position,
-    /// The first tick of the new position.
+    /// The first tick at which the set point has the new position.
     pub at_tick: u32,
 }
 
 impl Step {
-    /// The set point at a tick.
+    /// Returns the set point at a tick.
     ///
     /// ```
     /// use stiction::{position::Position, reference::Step};

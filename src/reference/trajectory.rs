@@ -1,8 +1,10 @@
-//! Linear segments with parabolic blends: Paul's method (R. P. Paul, *Robot Manipulators*, MIT Press 1981), which
-//! the thesis uses for its tracking benchmark (section 3.3.1, Fig. 25).
+//! The trajectory reference: linear segments with parabolic blends. It is Paul's method (R. P.
+//! Paul, *Robot Manipulators*, MIT Press 1981), which the thesis uses for its tracking benchmark
+//! (section 3.3.1, Fig. 25).
 //!
-//! Corners `(t_i, p_i)` are joined by straight lines of rate `r_i = (p_(i+1) - p_i) / (t_(i+1) - t_i)`, with rest
-//! before the first and after the last. Within the half blend time `tau` of a corner, with `s = t - t_i`:
+//! Corners `(t_i, p_i)` are joined by straight lines of rate `r_i = (p_(i+1) - p_i) / (t_(i+1) -
+//! t_i)`, with rest before the first and after the last. Within the half blend time `tau` of a
+//! corner, with `s = t - t_i`:
 //!
 //! ```text
 //! position     = p_i + r_(i-1) s + (r_i - r_(i-1)) (s + tau)^2 / (4 tau)
@@ -10,9 +12,10 @@
 //! acceleration = (r_i - r_(i-1)) / (2 tau)
 //! ```
 //!
-//! This is the parabola that meets both lines with their slopes: position and velocity are continuous. It does not
-//! pass through the corner but cuts it by `(r_i - r_(i-1)) tau / 4`. The thesis prints neither corner times nor blend
-//! times, and its Fig. 25 is not in its text: those of the experiment `trajectory` are our choice.
+//! This is the parabola that meets both lines with their slopes: position and velocity are
+//! continuous. It does not pass through the corner but cuts it by `(r_i - r_(i-1)) tau / 4`. The
+//! thesis prints neither corner times nor blend times, and its Fig. 25 is not in its text: those of
+//! the experiment `trajectory` are our choice.
 //!
 //! Does badly: the acceleration jumps at both ends of a blend, which excites a flexible joint.
 
@@ -29,16 +32,16 @@ use crate::value::Key;
 /// The largest number of corners.
 pub const MAX_CORNERS: usize = 16;
 
-/// The number of `half_blend_s`.
+/// The number of the value `half_blend_s`.
 pub(crate) const HALF_BLEND: Key = Key(0x0603);
-/// The number of the first corner's time: the first of four numbers of that corner, of which three are used; those of the
-/// next corner follow.
+/// The number of the first corner's time. It is the first of four numbers of that corner, of which
+/// three are used; those of the next corner follow.
 pub(crate) const CORNER_TIMES: Key = Key(0x0700);
 
-/// Where two straight lines would meet.
+/// A corner of a trajectory, in which two straight lines would meet.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Corner {
-    /// Time of the corner, in ticks.
+    /// Time of the corner, ticks.
     pub tick: u32,
     /// Position of the corner.
     pub position: Position,
@@ -50,10 +53,11 @@ struct Blend {
     corner: Corner,
     /// The first tick of the blend.
     from: u32,
-    /// The line that leads away from the corner.
+    /// Rate of the line that leads away from the corner.
     rate: Rate,
-    /// Its rate before the corner, and how much the rate changes there; counts per tick.
+    /// Rate before the corner, counts per tick.
     rate_before: f32,
+    /// Change of the rate at the corner, counts per tick.
     rate_change: f32,
 }
 
@@ -61,22 +65,22 @@ struct Blend {
 #[derive(Clone, Debug, PartialEq)]
 pub struct Trajectory {
     blends: Vec<Blend, MAX_CORNERS>,
-    /// Half the blend time, ticks; not necessarily whole.
+    /// Half the time of a blend, ticks; not necessarily whole.
     half_blend: f32,
-    /// Counts per tick to deg/s.
+    /// Factor from counts per tick to deg/s.
     velocity_scale: f32,
-    /// Counts per tick per tick to deg/s^2.
+    /// Factor from counts per tick per tick to deg/s^2.
     acceleration_scale: f32,
 }
 
 impl Trajectory {
-    /// Prepares the motion through `corners`, blended for `half_blend_s` on either side of each, for a loop with
-    /// `sample_time` (s) and an encoder of `resolution` (deg).
+    /// Prepares the motion through `corners`, blended for `half_blend_s` on either side of each,
+    /// for a loop with `sample_time` (s) and an encoder of `resolution` (deg).
     ///
     /// # Errors
-    /// Names `corner_times_s` unless there are 1 to [`MAX_CORNERS`] corners that follow each other by two half
-    /// blends or more, the first of them no earlier than half a blend; names `half_blend_s` unless it is at least
-    /// half a tick.
+    /// Names `corner_times_s` unless there are 1 to [`MAX_CORNERS`] corners that follow each other
+    /// by two half blends or more, the first of them no earlier than half a blend. Names
+    /// `half_blend_s` unless it is at least half a tick.
     pub fn new(
         corners: &[Corner],
         half_blend_s: f32,
@@ -89,10 +93,10 @@ impl Trajectory {
         Ok(trajectory)
     }
 
-    /// Says what [`new`](Self::new) would.
+    /// Validates a motion as [`new`](Self::new) does, without preparing it.
     ///
     /// # Errors
-    /// As [`new`](Self::new).
+    /// Names the same values as [`new`](Self::new).
     pub fn validate(
         corners: &[Corner],
         half_blend_s: f32,
@@ -124,11 +128,12 @@ impl Trajectory {
         Ok(())
     }
 
-    /// No motion at all, to be [set](Self::set).
+    /// A trajectory without corners, which [`set`](Self::set) gives it.
     pub(crate) const EMPTY: Self =
         Self { blends: Vec::new(), half_blend: 0.0, velocity_scale: 0.0, acceleration_scale: 0.0 };
 
-    /// [`new`](Self::new) in the place of an empty one, of what has been validated: half a kilobyte is not copied.
+    /// Prepares a motion that has been validated in the place of an empty one, so that half a
+    /// kilobyte is not copied.
     pub(crate) fn set(&mut self, corners: &[Corner], half_blend_s: f32, sample_time: f32, resolution: f32) {
         self.half_blend = half_blend_s / sample_time;
         self.velocity_scale = resolution / sample_time;
@@ -149,12 +154,12 @@ impl Trajectory {
         }
     }
 
-    /// The corners, in order.
+    /// Returns the corners, in their order.
     pub fn corners(&self) -> impl Iterator<Item = Corner> {
         self.blends.iter().map(|blend| blend.corner)
     }
 
-    /// The set point at a tick.
+    /// Returns the set point at a tick.
     ///
     /// ```
     /// use stiction::{position::Position, reference::{Corner, Trajectory}};
@@ -170,11 +175,12 @@ impl Trajectory {
     /// ```
     pub fn at(&self, tick: u32) -> Setpoint {
         let Some(first) = self.blends.first() else { return Setpoint::default() };
-        // Blends do not overlap: the last one that has begun, or the line after it.
+        // Blends do not overlap. The set point is in the last one that has begun, or on the line
+        // after it.
         let begun = self.blends.iter().take_while(|blend| blend.from <= tick).last();
         let Some(blend) = begun else { return Setpoint::at_rest(first.corner.position) };
         let since = match tick.checked_sub(blend.corner.tick) {
-            // Years after the last corner this still is after it.
+            // Years after the last corner, this still is after it.
             Some(after) => after.min(i32::MAX.unsigned_abs()) as i32,
             None => -((blend.corner.tick - tick).min(i32::MAX.unsigned_abs()) as i32),
         };

@@ -1,4 +1,5 @@
-//! The control loop of a joint, made of parameters once: controller, course, monitors, and what each remembers.
+//! The control loop of a joint: controller, course and monitors, which parameters make once, and
+//! what each of them remembers.
 
 use super::control;
 use crate::controller::{Controller, Reading};
@@ -14,25 +15,27 @@ use crate::signal::Tick;
 #[derive(Clone, Debug)]
 pub struct ControlLoop {
     pub(super) controller: Controller,
-    /// What is run: the motion of the parameters, until a link asks for another one. There is no room for both.
+    /// The course that is run: the motion of the parameters, until a link asks for another one.
+    /// There is no room for both.
     pub(super) course: Course,
-    /// A link has done so.
+    /// Whether a link has replaced the motion of the parameters.
     pub(super) replaced: bool,
     pub(super) state: CourseState,
-    /// Where it was armed, counts since power-on.
+    /// The position in which the loop was armed, counts since power-on.
     pub(super) zero: i32,
     pub(super) monitors: Monitors,
     pub(super) watch: MonitorState,
-    /// Ticks from the first one to arming by itself.
+    /// Ticks from the first one until the servo arms itself; none: it does not.
     pub(super) autostart: Option<u32>,
 }
 
 impl ControlLoop {
-    /// Validates parameters and prepares all that a tick needs, in its place: a loop is a kilobyte, and the stack of a
-    /// board has no room for two.
+    /// Validates parameters and prepares all that a tick needs, in the place that is given: a loop
+    /// is a kilobyte, and the stack of a board has no room for two.
     ///
     /// # Errors
-    /// As [`Parameters::prepare`]; nothing is changed then.
+    /// Names the first value that is not allowed, as [`Parameters::prepare`] does; nothing is
+    /// changed then.
     pub fn prepare(
         place: &mut Option<Self>,
         parameters: &Parameters,
@@ -46,7 +49,8 @@ impl ControlLoop {
         }
     }
 
-    /// All but the motion. A function of its own, so that what it needs of the stack is free again for the motion.
+    /// Prepares all but the motion. It is a function of its own, so that the stack that it needs is
+    /// free again for the motion.
     #[inline(never)]
     fn begin_with(
         place: &mut Option<Self>,
@@ -69,15 +73,16 @@ impl ControlLoop {
         Ok(())
     }
 
-    /// Begins its course at `position` (counts since power-on), which becomes zero. If a link asked for it, the silence
-    /// of that link is watched.
+    /// Begins the loop's course at `position` (counts since power-on), which becomes zero. If a
+    /// link asked for it, the silence of that link is watched.
     pub(super) fn arm(&mut self, position: i32, by_link: bool) {
         self.zero = position;
         self.state = CourseState::start(&self.controller, 0);
         self.watch = self.monitors.armed(&self.watch, by_link);
     }
 
-    /// Forgets what the law and the monitors remember, but for the heat, and for what a ramp has found.
+    /// Forgets the state of the law and of the monitors, but not the motor's heat, and not what a
+    /// ramp has found.
     pub(super) fn rest(&mut self) {
         if !self.is_over() {
             self.state = CourseState::default();
@@ -85,7 +90,7 @@ impl ControlLoop {
         self.watch = self.monitors.armed(&self.watch, false);
     }
 
-    /// What a link asks for instead of the motion of the parameters.
+    /// Replaces the motion of the parameters by the course that a link asks for.
     pub(super) fn begin(&mut self, course: Course) {
         self.course = course;
         self.replaced = true;
@@ -93,12 +98,12 @@ impl ControlLoop {
         self.state.begin_motion();
     }
 
-    /// Whether a position in the zero of this arming is out of the range.
+    /// Returns whether a position, counted from the zero of this arming, is out of the range.
     pub(super) const fn is_out_of_range(&self, position: Position) -> bool {
         self.monitors.is_out_of_range(self.zero.wrapping_add(position.counts))
     }
 
-    /// One tick with the joint at `position`, counts since power-on.
+    /// Runs one tick with the joint at `position`, counts since power-on.
     #[inline]
     pub(super) fn tick(&mut self, position: i32, supply: u16) -> Tick {
         let travel = position.wrapping_sub(self.zero).wrapping_sub(self.state.counts());
@@ -111,7 +116,7 @@ impl ControlLoop {
         tick
     }
 
-    /// Of a ramp only: a reference has no end.
+    /// Returns whether the course has ended. Only a ramp ends; a reference does not.
     pub(super) const fn is_over(&self) -> bool {
         matches!(self.course, Course::Ramp(_)) && self.state.ramp().is_over()
     }

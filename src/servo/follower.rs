@@ -1,13 +1,13 @@
-//! Where the joint is, whether or not the loop is closed.
+//! The follower of the joint: it knows where the joint is, whether or not the loop is closed.
 
 use super::Input;
 use crate::encoder::{Encoder, EncoderState};
 use crate::monitor::{Seen, Standstill};
 
-/// Where the joint is, armed or not.
+/// The position of the joint, its rest and the supply, as of the last tick, armed or not.
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct Follower {
-    /// From the first tick on.
+    /// The encoder's state; none before the first tick.
     pub encoder: Option<EncoderState>,
     pub standstill: Standstill,
     pub seen: Seen,

@@ -211,7 +211,8 @@ fn a_ramp_stops_by_itself_and_tells_its_levels() {
                 last = k;
                 break;
             }
-            // The soft start would allow 20 codes a tick: the ramp is below it, from its first tick on.
+            // The soft start would allow 20 codes a tick: the ramp is below it, from its first tick
+            // on.
             let rung = if k < 42 { k + 1 } else { 42u32.saturating_sub(k.saturating_sub(52)) };
             let v = rung as f32 * 0.005;
             assert!(
@@ -220,7 +221,8 @@ fn a_ramp_stops_by_itself_and_tells_its_levels() {
             );
             assert_eq!((output.tick.error, output.tick.v_pd, output.tick.saturated), (0.0, 0.0, false));
         }
-        // A count at tick 41 under the effort of tick 40; the last at tick 100, and a second without any.
+        // A count at tick 41 under the effort of tick 40; the last at tick 100, and a second
+        // without any.
         assert_eq!(last, 100 + 101);
         // It is at rung 42 - 47 by then: at zero, and held there.
         assert_eq!(servo.levels(), Some(Levels { stick: Some(41.0 * 0.005), slip: Some(0.0) }));
@@ -245,7 +247,8 @@ fn a_supply_too_low_for_the_effort_ends_a_ramp_without_levels() {
     let mut servo = ramp(device);
     (0..10).for_each(|_| assert!(!tick(&mut servo, 0).enable));
     assert_eq!(servo.arm(), Ok(()));
-    // Two thirds of the nominal supply: 3/2 of the effort, so that 5 V are asked for at 3.33 V, rung 667.
+    // Two thirds of the nominal supply: 3/2 of the effort, so that 5 V are asked for at 3.33 V,
+    // rung 667.
     let ticks = (0..2000).take_while(|_| servo.tick(Input { counter: 0, supply: 1365 }).enable).count();
     assert_eq!(ticks, 666);
     assert_eq!((servo.state(), servo.levels()), (State::Stopped, Some(Levels::default())));
