@@ -169,7 +169,7 @@ impl Emulation {
 /// What the joint's run comes to, as on the host.
 fn judged<S: AxisSolver>(plan: &RunPlan, joint: Joint<S>, begin: Instant) -> Result<RunResult, Error> {
     let evaluations = joint.solver.derivative_evaluations();
-    let found = joint.ramp().map(RampState::found).unwrap_or_default();
+    let found = joint.ramp().map(RampState::findings).unwrap_or_default();
     let Joint { trace, events, diverged_at_s, closed_loop, .. } = joint;
     let levels = match plan.motion {
         Motion::Ramp(rate) => plan.ramp(rate)?.levels(&found, &closed_loop.axis),
