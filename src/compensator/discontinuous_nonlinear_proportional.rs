@@ -13,10 +13,10 @@
 //! which exceeds the static friction by `Kp epsilon`.
 //!
 //! Guarantees: |v_c| <= Kp theta_b. Does badly: `epsilon` is a knife edge. With `theta_b` below
-//! about `v_stick / Kp` the joint stops short; with the thesis's `theta_b` = 0.40 deg, epsilon is
-//! zero and only the D/A's rounding of 0.40 V to 0.40016 V moves the axis. At the target it is a
-//! relay: it chatters at the sample rate within a count. No help in tracking, where the error is
-//! outside the band.
+//! about `v_stick / Kp` the joint stops short. With the thesis's `theta_b` = 0.40 deg, epsilon is
+//! zero, and only the D/A's rounding of 0.40 V to 0.40016 V moves the axis. At the target the law
+//! is a relay: it chatters at the sample rate within a count. It does not help in tracking, where
+//! the error is outside the band.
 
 use super::{Law, LawInput, Loop};
 use crate::error::HUGE;
@@ -31,7 +31,7 @@ table! {
     }
 }
 
-/// DNPF on a PD loop.
+/// The law DNPF, prepared for a PD loop.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct DiscontinuousNonlinearProportional {
     kp: f32,
@@ -46,16 +46,18 @@ impl Law for DiscontinuousNonlinearProportional {
         Self { kp: around.kp, theta_b: gains.theta_b }
     }
 
-    /// v_c for one sample, V.
+    /// Returns the law's v_c for one tick, V.
     ///
     /// ```
     /// use stiction::compensator::{
-    ///     DiscontinuousNonlinearProportional, DiscontinuousNonlinearProportionalGains, Law, Loop, LawInput,
+    ///     DiscontinuousNonlinearProportional, DiscontinuousNonlinearProportionalGains,
     /// };
+    /// use stiction::compensator::{Law, LawInput, Loop};
     /// let around = Loop { kp: 2.0, ..Loop::EXAMPLE };
     /// let gains = DiscontinuousNonlinearProportionalGains { theta_b: 0.5 };
     /// let law = DiscontinuousNonlinearProportional::new(&gains, &around);
-    /// let v_c = [-0.125, 0.0, 0.5, 0.625].map(|error| law.update(&mut (), &LawInput { error, ..LawInput::default() }));
+    /// let v_c = [-0.125, 0.0, 0.5, 0.625]
+    ///     .map(|error| law.update(&mut (), &LawInput { error, ..LawInput::default() }));
     /// assert_eq!(v_c, [-0.75, 0.0, 0.0, 0.0]);
     /// ```
     fn update(&self, (): &mut (), input: &LawInput) -> f32 {

@@ -11,8 +11,8 @@
 //! Why this form: the reference velocity is free of noise, so the signal switches only where the
 //! motion does; a law on measured velocity chatters at standstill. Guarantees: bounded by `v_slip`;
 //! cannot destabilise the loop, being outside of it. Tracks with an error of `(v_d + b theta_d' -
-//! v_slip) / Kp`. Does badly: nothing at rest, so the rest error is that of PD; `v_slip` must be
-//! identified, and an overestimate pushes.
+//! v_slip) / Kp`. Does badly: it gives nothing at rest, so the rest error is that of PD; `v_slip`
+//! must be identified, and an overestimate pushes.
 
 use super::{Law, LawInput, Loop};
 use crate::error::HUGE;
@@ -29,7 +29,7 @@ table! {
     }
 }
 
-/// The feedforward law.
+/// The feedforward law, prepared for its ticks.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Feedforward {
     gains: FeedforwardGains,
@@ -43,10 +43,10 @@ impl Law for Feedforward {
         Self { gains: *gains }
     }
 
-    /// v_c for one sample, V.
+    /// Returns the law's v_c for one tick, V.
     ///
     /// ```
-    /// use stiction::compensator::{Feedforward, FeedforwardGains, Law, Loop, LawInput};
+    /// use stiction::compensator::{Feedforward, FeedforwardGains, Law, LawInput, Loop};
     /// use stiction::reference::Setpoint;
     /// let law = Feedforward::new(&FeedforwardGains { v_slip: 0.37, v_ff: 0.001 }, &Loop::EXAMPLE);
     /// let v_c = [-5.0, 0.001].map(|velocity| {

@@ -1,11 +1,11 @@
-//! Friction compensators: the laws around the PD loop.
+//! The friction compensators: the laws around the PD loop.
 //!
-//! Each law is one module that begins with its equation, and implements [`Law`]: its gains are what
-//! a user sets, in the thesis's units, and are declared as a table; the law itself is made of them
-//! once, for a sample time, and holds what a tick needs; its state is apart, `Copy`, and starts as
-//! its `Default`. The list at the end of this file registers them: [`Gains`], [`PreparedLaw`] and
-//! [`LawState`] are the closed sets of them, and a [`Compensator`] is a sum of up to [`MAX_TERMS`]
-//! laws (none: plain PD). One that [replaces](Law::REPLACES_PD) the PD loop stands alone.
+//! Each law is one module that begins with its equation, and implements [`Law`]. Its gains are what
+//! a user sets, in the thesis's units, and are declared as a table. The law itself is made of them
+//! once, for a sample time, and holds what a tick needs. Its state is apart, `Copy`, and starts as
+//! its `Default`. The list at the end of this file registers the laws: [`Gains`], [`PreparedLaw`]
+//! and [`LawState`] are the closed sets of them. A [`Compensator`] is a sum of up to [`MAX_TERMS`]
+//! laws (none: plain PD). A law that [replaces](Law::REPLACES_PD) the PD loop stands alone.
 //!
 //! Compensators switch on the error, on the reference velocity or on the velocity error. Only RVI
 //! uses measured velocity, squared: a law that switches on its sign chatters at standstill.
@@ -36,31 +36,30 @@ use crate::value::{About, Absent, Key, Kind, Table, Unfit, Values};
 /// The largest number of laws in a sum.
 pub const MAX_TERMS: usize = 4;
 
-/// What a law sees of one tick.
+/// The input of a law: what it sees of one tick.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct LawInput {
-    /// theta_a, counts.
+    /// Position theta_a, counts.
     pub counts: i32,
     /// Travel since the last tick, counts.
     pub travel: i32,
-    /// theta_d and its derivatives.
+    /// Set point theta_d and its derivatives.
     pub setpoint: Setpoint,
-    /// theta_e = theta_d - theta_a, deg.
+    /// Error theta_e = theta_d - theta_a, deg.
     pub error: f32,
-    /// theta_a', measured, deg/s.
+    /// Measured velocity theta_a', deg/s.
     pub velocity: f32,
-    /// theta_d' - theta_a', deg/s.
+    /// Velocity error theta_d' - theta_a', deg/s.
     pub velocity_error: f32,
     /// Output of the PD loop, V; zero if the law replaces it.
     pub v_pd: f32,
-    /// The effort that the joint had since the last tick, V: after saturation, scaling and soft
-    /// start.
+    /// Effort that the joint had since the last tick, V: after saturation, scaling and soft start.
     pub applied: f32,
-    /// That effort was less than was asked for.
+    /// Whether that effort was less than was asked for.
     pub saturated: bool,
 }
 
-/// What the laws take from the loop around them.
+/// The loop around the laws: what they take from it.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Loop {
     /// Time between samples h, s.
@@ -69,53 +68,56 @@ pub struct Loop {
     pub resolution: f32,
     /// Largest output, V: no integral grows beyond it.
     pub full_scale: f32,
-    /// Volts of one code.
+    /// Effort of one code of the drive, V.
     pub lsb: f32,
     /// Proportional gain of the PD loop, V/deg.
     pub kp: f32,
 }
 
 impl Loop {
-    /// The thesis's loop: 20 ms, 0.00242 deg, 5 V in steps of 0.00488 V, Kp = 1 V/deg.
+    /// The loop of the thesis: 20 ms, 0.00242 deg, 5 V in steps of 0.00488 V, Kp = 1 V/deg.
     pub const EXAMPLE: Self =
         Self { sample_time: 0.02, resolution: 0.00242, full_scale: 5.0, lsb: 0.00488, kp: 1.0 };
 }
 
 /// A control law, made of its gains for a loop.
 pub trait Law: Sized {
-    /// What a user sets.
+    /// The law's gains, which a user sets.
     type Gains: Table + Copy;
-    /// What is remembered from tick to tick; its default is a joint at rest.
+    /// The law's state from tick to tick; its default is that of a joint at rest.
     type State: Copy + Default;
 
-    /// The law's output takes the place of PD's, and is not added to it.
+    /// Whether the law's output takes the place of PD's; otherwise it is added to it.
     const REPLACES_PD: bool = false;
-    /// What the law publishes of itself beside its output: at most [`MAX_LAW_SIGNALS`].
+    /// The signals that the law publishes of itself beside its output: at most [`MAX_LAW_SIGNALS`].
     const SIGNALS: &'static [LawSignal] = &[];
 
-    /// Prepares what a tick needs; the gains have been validated.
+    /// Prepares the law for a loop. The gains have been validated.
     fn new(gains: &Self::Gains, around: &Loop) -> Self;
 
-    /// v_c for one sample, V.
+    /// Returns the law's v_c for one tick, V.
     fn update(&self, state: &mut Self::State, input: &LawInput) -> f32;
 
-    /// The values of [`SIGNALS`](Self::SIGNALS) after an update.
+    /// Returns the values of [`SIGNALS`](Self::SIGNALS) after an update.
     fn signals(&self, _: &Self::State) -> [f32; MAX_LAW_SIGNALS] {
         [0.0; MAX_LAW_SIGNALS]
     }
 
-    /// The default of `overspeed_deg_per_s`, if the law says more about it than PD's gains do.
+    /// Returns the default of `overspeed_deg_per_s`, if the law says more about it than PD's gains
+    /// do.
     fn overspeed(_: &Self::Gains, _: &Loop) -> Option<f32> {
         None
     }
 
-    /// The default of `following_error_deg`, likewise.
+    /// Returns the default of `following_error_deg`, if the law says more about it than PD's gains
+    /// do.
     fn following_error(_: &Self::Gains, _: &Loop) -> Option<f32> {
         None
     }
 }
 
-/// Registers the laws: `number "name in a machine's file" Type "what it is"`.
+/// Registers the laws: a comment that says which law it is, then `number "name in a machine's file"
+/// Type;`.
 macro_rules! laws {
     ($($(#[$meta:meta])* $number:literal $name:literal $Law:ident;)+) => {
         /// The gains of one law.
@@ -124,16 +126,16 @@ macro_rules! laws {
             $($(#[$meta])* $Law(<$Law as Law>::Gains),)+
         }
 
-        /// A law, ready to be used.
+        /// A law that is prepared for a loop.
         #[derive(Clone, Copy, Debug, PartialEq)]
         pub enum PreparedLaw {
             $($(#[$meta])* $Law($Law),)+
         }
 
-        /// The state of one law.
+        /// The state of one law from tick to tick.
         #[derive(Clone, Copy, Debug, Default, PartialEq)]
         pub enum LawState {
-            /// Of no law.
+            /// The state of no law.
             #[default]
             None,
             $($(#[$meta])* $Law(<$Law as Law>::State),)+
@@ -147,17 +149,18 @@ macro_rules! laws {
             /// [`EXAMPLES`](Self::EXAMPLES).
             pub const ABOUT: &'static [&'static [About]] = &[$(<$Law as Law>::Gains::ABOUT),+];
 
-            /// The names of the laws in a machine's file, in the same order.
+            /// The names of the laws in a machine's file, in the order of
+            /// [`EXAMPLES`](Self::EXAMPLES).
             pub const NAMES: &'static [&'static str] = &[$($name),+];
 
-            /// The law's number in records.
+            /// Returns the law's number in records.
             pub const fn id(&self) -> u8 {
                 match self {
                     $(Self::$Law(_) => $number,)+
                 }
             }
 
-            /// The law of a number, with the gains of the example.
+            /// Returns the law of a number, with the gains of the example.
             pub const fn from_id(id: u32) -> Option<Self> {
                 match id {
                     $($number => Some(Self::$Law(<$Law as Law>::Gains::EXAMPLE)),)+
@@ -165,35 +168,35 @@ macro_rules! laws {
                 }
             }
 
-            /// The law's name in a machine's file.
+            /// Returns the law's name in a machine's file.
             pub const fn name(&self) -> &'static str {
                 match self {
                     $(Self::$Law(_) => $name,)+
                 }
             }
 
-            /// Whether the law takes the place of PD.
+            /// Returns whether the law takes the place of PD.
             pub const fn replaces_pd(&self) -> bool {
                 match self {
                     $(Self::$Law(_) => <$Law as Law>::REPLACES_PD,)+
                 }
             }
 
-            /// What the law publishes of itself.
+            /// Returns the signals that the law publishes of itself.
             pub const fn signals(&self) -> &'static [LawSignal] {
                 match self {
                     $(Self::$Law(_) => <$Law as Law>::SIGNALS,)+
                 }
             }
 
-            /// [`Law::overspeed`].
+            /// Returns the law's default of `overspeed_deg_per_s`; see [`Law::overspeed`].
             pub fn overspeed(&self, around: &Loop) -> Option<f32> {
                 match self {
                     $(Self::$Law(gains) => <$Law as Law>::overspeed(gains, around),)+
                 }
             }
 
-            /// [`Law::following_error`].
+            /// Returns the law's default of `following_error_deg`; see [`Law::following_error`].
             pub fn following_error(&self, around: &Loop) -> Option<f32> {
                 match self {
                     $(Self::$Law(gains) => <$Law as Law>::following_error(gains, around),)+
@@ -228,28 +231,28 @@ macro_rules! laws {
         }
 
         impl PreparedLaw {
-            /// Prepares the law for a loop; the gains have been validated.
+            /// Prepares the law for a loop. The gains have been validated.
             pub fn new(gains: &Gains, around: &Loop) -> Self {
                 match gains {
                     $(Gains::$Law(gains) => Self::$Law($Law::new(gains, around)),)+
                 }
             }
 
-            /// The state that the law starts from.
+            /// Returns the state that the law starts from.
             pub fn rest(&self) -> LawState {
                 match self {
                     $(Self::$Law(_) => LawState::$Law(Default::default()),)+
                 }
             }
 
-            /// Whether the law takes the place of PD.
+            /// Returns whether the law takes the place of PD.
             const fn replaces_pd(&self) -> bool {
                 match self {
                     $(Self::$Law(_) => <$Law as Law>::REPLACES_PD,)+
                 }
             }
 
-            /// The law's part of v_c for one sample, V.
+            /// Returns the law's part of v_c for one tick, V.
             ///
             /// A state that another law left behind is replaced, and the law contributes nothing in
             /// that tick.
@@ -263,7 +266,8 @@ macro_rules! laws {
                 }
             }
 
-            /// What the law publishes of itself after an update, if it does.
+            /// Returns the values of the signals that the law publishes of itself after an update,
+            /// if it publishes any.
             #[inline]
             fn signals(&self, state: &LawState) -> Option<[f32; MAX_LAW_SIGNALS]> {
                 match (self, state) {
@@ -292,11 +296,12 @@ laws! {
     6 "srnf" SmoothRobustNonlinear;
 }
 
-/// The number of the first law of a sum; those of the others follow. Zero: there is no law, nor
-/// after it.
+/// The number of the first law of a sum; those of the others follow. Zero says that there is no law
+/// there, nor after it.
 pub const FIRST_LAW: Key = Key(0x0500);
 
-/// The declaration of all of these numbers, for hosts: a machine's file has the names of the laws.
+/// The declaration of the numbers of a sum's laws, for hosts. A machine's file has the names of the
+/// laws.
 pub(crate) const ABOUT: &[About] = &[About {
     key: FIRST_LAW,
     table: "controller",
@@ -308,7 +313,8 @@ pub(crate) const ABOUT: &[About] = &[About {
     absent: Absent::Needed,
 }];
 
-/// The number under which a value is declared: that of the first law for the place of every law.
+/// Returns the number under which a value is declared: for the place of every law, that of the
+/// first.
 pub(crate) fn declared(key: Key) -> Key {
     term(key).map_or(key, |_| FIRST_LAW)
 }
@@ -317,20 +323,20 @@ pub(crate) fn declared(key: Key) -> Key {
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Compensator {
     terms: Vec<PreparedLaw, MAX_TERMS>,
-    /// The law takes the place of PD. Looked up once: a tick only asks.
+    /// Whether the law takes the place of PD. It is looked up once: a tick only asks.
     replaces_pd: bool,
-    /// A law publishes signals of its own.
+    /// Whether a law publishes signals of its own.
     publishes: bool,
 }
 
-/// The states of a sum's terms.
+/// The states of a sum's laws from tick to tick.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct CompensatorState {
     terms: [LawState; MAX_TERMS],
 }
 
 impl Compensator {
-    /// Prepares the sum for a loop; the gains have been validated.
+    /// Prepares the sum for a loop. The gains have been validated.
     pub fn new(gains: &Vec<Gains, MAX_TERMS>, around: &Loop) -> Self {
         let mut terms = Vec::new();
         for gains in gains {
@@ -342,7 +348,7 @@ impl Compensator {
         Self { terms, replaces_pd, publishes }
     }
 
-    /// The state that the sum starts from.
+    /// Returns the state that the sum starts from.
     pub fn rest(&self) -> CompensatorState {
         let mut state = CompensatorState::default();
         for (law, state) in self.terms.iter().zip(&mut state.terms) {
@@ -351,13 +357,13 @@ impl Compensator {
         state
     }
 
-    /// Whether the law takes the place of PD.
+    /// Returns whether the law takes the place of PD.
     #[inline]
     pub const fn replaces_pd(&self) -> bool {
         self.replaces_pd
     }
 
-    /// v_c for one sample, V.
+    /// Returns the sum's v_c for one tick, V.
     #[inline]
     pub fn update(&self, state: &mut CompensatorState, input: &LawInput) -> f32 {
         let mut v_c = 0.0;
@@ -367,7 +373,7 @@ impl Compensator {
         v_c
     }
 
-    /// What the first law that publishes anything publishes.
+    /// Returns the values of the signals of the first law that publishes any.
     #[inline]
     pub fn signals(&self, state: &CompensatorState) -> Option<[f32; MAX_LAW_SIGNALS]> {
         if !self.publishes {
@@ -377,8 +383,8 @@ impl Compensator {
     }
 }
 
-/// The laws of a sum as values: which they are, and their gains. A law is there once at most, and
-/// one that replaces PD stands alone.
+/// The laws of a sum as values: which laws they are, and their gains. A law is there once at most,
+/// and one that replaces PD stands alone.
 impl Values for Vec<Gains, MAX_TERMS> {
     fn nth(&self, place: &mut usize) -> Option<(Key, Absent)> {
         if *place < MAX_TERMS {
@@ -425,7 +431,7 @@ impl Values for Vec<Gains, MAX_TERMS> {
     }
 }
 
-/// Which term of a sum a value names.
+/// Returns the place in a sum that a value's number names.
 fn term(key: Key) -> Option<usize> {
     let term = usize::from(key.0.checked_sub(FIRST_LAW.0)?);
     (term < MAX_TERMS).then_some(term)

@@ -8,14 +8,14 @@
 //!
 //! The thesis gives `gamma` = 0.05 (deg/s)^2 for its loop of 20 ms (Table 17 prints it as beta).
 //! The factor multiplies the whole integral once a sample, so that its leak per second depends on
-//! the sample time; for small `theta_a'^2 / gamma` the leak per sample is `theta_a'^2 / gamma_h`,
+//! the sample time. For small `theta_a'^2 / gamma` the leak per sample is `theta_a'^2 / gamma_h`,
 //! and `gamma_h = gamma (0.02 s) / h` keeps the leak per second that of the thesis.
 //!
 //! Why this form: full integral action at rest, hence a high `Ki` without overshoot, and none at
-//! speed. Guarantees: |v_c| never exceeds the full scale; at rest, a plain integrator. Does badly:
-//! it leaves the tracking error to the PD loop, since at constant velocity the integral has leaked
-//! away; and at rest it is an integrator with its hunting: simulated on the thesis's axis, 6 counts
-//! peak to peak where RI has 12.
+//! speed. Guarantees: |v_c| never exceeds the full scale; at rest, the law is a plain integrator.
+//! Does badly: it leaves the tracking error to the PD loop, since at constant velocity the integral
+//! has leaked away. At rest it is an integrator with its hunting: simulated on the thesis's axis, 6
+//! counts peak to peak where RI has 12.
 
 use super::{Law, LawInput, Loop};
 use crate::error::HUGE;
@@ -36,7 +36,7 @@ table! {
     }
 }
 
-/// RVI for one sample time.
+/// The law RVI, prepared for one sample time.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct RateVariableIntegral {
     /// Ki h, V/deg.
@@ -46,7 +46,7 @@ pub struct RateVariableIntegral {
     full_scale: f32,
 }
 
-/// The integral.
+/// The integral of the law.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct State {
     v_c: f32,
@@ -64,10 +64,11 @@ impl Law for RateVariableIntegral {
         }
     }
 
-    /// v_c for one sample, V.
+    /// Returns the law's v_c for one tick, V.
     ///
     /// ```
-    /// use stiction::compensator::{Law, Loop, RateVariableIntegral, RateVariableIntegralGains, LawInput};
+    /// use stiction::compensator::{Law, LawInput, Loop};
+    /// use stiction::compensator::{RateVariableIntegral, RateVariableIntegralGains};
     /// use stiction::compensator::rate_variable_integral::State;
     /// let around = Loop::EXAMPLE;
     /// let gains = RateVariableIntegralGains { ki: 50.0, gamma: 0.25 };
@@ -75,7 +76,8 @@ impl Law for RateVariableIntegral {
     /// let mut state = State::default();
     /// let at_rest = LawInput { error: 0.5, ..LawInput::default() };
     /// assert_eq!(law.update(&mut state, &at_rest), 0.5);
-    /// assert_eq!(law.update(&mut state, &LawInput { velocity: 0.5, ..at_rest }), 0.5); // (0.5 + 0.5) / 2
+    /// let moving = LawInput { velocity: 0.5, ..at_rest };
+    /// assert_eq!(law.update(&mut state, &moving), 0.5); // (0.5 + 0.5) / 2
     /// ```
     fn update(&self, state: &mut State, input: &LawInput) -> f32 {
         let rate_factor = self.gamma_h / (self.gamma_h + input.velocity * input.velocity);

@@ -30,7 +30,7 @@ table! {
     }
 }
 
-/// RI for one sample time.
+/// The law RI, prepared for one sample time.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ResetIntegral {
     /// Ki h, V/deg.
@@ -39,7 +39,7 @@ pub struct ResetIntegral {
     full_scale: f32,
 }
 
-/// The integral.
+/// The integral of the law.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct State {
     v_c: f32,
@@ -53,10 +53,11 @@ impl Law for ResetIntegral {
         Self { ki_h: gains.ki * around.sample_time, theta_ri: gains.theta_ri, full_scale: around.full_scale }
     }
 
-    /// v_c for one sample, V.
+    /// Returns the law's v_c for one tick, V.
     ///
     /// ```
-    /// use stiction::compensator::{Law, Loop, ResetIntegral, ResetIntegralGains, LawInput, reset_integral::State};
+    /// use stiction::compensator::{Law, LawInput, Loop, ResetIntegral, ResetIntegralGains};
+    /// use stiction::compensator::reset_integral::State;
     /// let around = Loop { sample_time: 0.25, ..Loop::EXAMPLE };
     /// let law = ResetIntegral::new(&ResetIntegralGains { ki: 4.0, theta_ri: 0.5 }, &around);
     /// let mut state = State::default();

@@ -3,20 +3,22 @@
 //! Thesis eq. 31:
 //!
 //! ```text
-//! v_c(t) = v_c(t - T_roi) + v_PD    while |theta_d' - theta_a'| < V_roi, once each time T_roi has elapsed
+//! v_c(t) = v_c(t - T_roi) + v_PD    while |theta_d' - theta_a'| < V_roi,
+//!                                   once each time T_roi has elapsed
 //!        = 0                        otherwise
 //! ```
 //!
-//! Printed, eq. 31 could also be read as a running delay. The text settles it: "the timer loop
-//! delays incrementing the compensation control signal until the desired time has elapsed" (section
-//! 3.1.3), and Fig. 32b shows steps. The comparison is strict, after "smaller than a certain value,
-//! V_roi". So the offset is held, and grows by one v_PD each `T_roi`, which is rounded to whole
-//! samples.
+//! As it is printed, eq. 31 could also be read as a running delay. The text settles it: "the timer
+//! loop delays incrementing the compensation control signal until the desired time has elapsed"
+//! (section 3.1.3), and Fig. 32b shows steps. The comparison is strict, after "smaller than a
+//! certain value, V_roi". So the offset is held, and grows by one v_PD each `T_roi`, which is
+//! rounded to whole samples.
 //!
 //! Why this form: what PD still applies when it has come to rest is a measure of what is missing.
-//! Guarantees: no mean error at constant velocity; dropped as soon as the velocity error is large,
-//! so no wind-up in a transient; |v_c| never exceeds the full scale. `V_roi = 0` switches it off.
-//! Does badly: at rest it is a slow integrator, and hunts by a few counts.
+//! Guarantees: no mean error at constant velocity; the offset is dropped as soon as the velocity
+//! error is large, so it does not wind up in a transient; |v_c| never exceeds the full scale.
+//! `V_roi = 0` switches the law off. Does badly: at rest it is a slow integrator, and hunts by a
+//! few counts.
 
 use super::{Law, LawInput, Loop};
 use crate::error::HUGE;
@@ -34,16 +36,16 @@ table! {
     }
 }
 
-/// ROI for one sample time.
+/// The law ROI, prepared for one sample time.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ResetOffsetIntegral {
-    /// T_roi in ticks, at least one.
+    /// Time between increments T_roi, ticks, at least one.
     period: u32,
     v_roi: f32,
     full_scale: f32,
 }
 
-/// The offset and the timer.
+/// The offset of the law and its timer.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct State {
     v_c: f32,
@@ -60,10 +62,11 @@ impl Law for ResetOffsetIntegral {
         Self { period: period.max(1), v_roi: gains.v_roi, full_scale: around.full_scale }
     }
 
-    /// v_c for one sample, V.
+    /// Returns the law's v_c for one tick, V.
     ///
     /// ```
-    /// use stiction::compensator::{Law, Loop, ResetOffsetIntegral, ResetOffsetIntegralGains, LawInput};
+    /// use stiction::compensator::{Law, LawInput, Loop};
+    /// use stiction::compensator::{ResetOffsetIntegral, ResetOffsetIntegralGains};
     /// use stiction::compensator::reset_offset_integral::State;
     /// let around = Loop::EXAMPLE;
     /// let gains = ResetOffsetIntegralGains { t_roi: 0.04, v_roi: 2.33 };

@@ -14,7 +14,7 @@
 //!
 //! Guarantees: |v_c| <= v_ms, odd, no state. Tracks with the error that solves `Kp e + v_ms
 //! tanh(alpha e) = v_slip + b theta_d'`. Does badly: it adds `v_ms alpha` to the proportional gain
-//! near the target, so a delay or a coarse encoder makes it chatter; it does not adapt, and
+//! near the target, so a delay or a coarse encoder makes it chatter. It does not adapt, and
 //! friction beyond `v_ms` is left to PD.
 
 use super::{Law, LawInput, Loop};
@@ -32,7 +32,7 @@ table! {
     }
 }
 
-/// The SRNF law.
+/// The law SRNF, prepared for its ticks.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct SmoothRobustNonlinear {
     gains: SmoothRobustNonlinearGains,
@@ -46,11 +46,13 @@ impl Law for SmoothRobustNonlinear {
         Self { gains: *gains }
     }
 
-    /// v_c for one sample, V.
+    /// Returns the law's v_c for one tick, V.
     ///
     /// ```
-    /// use stiction::compensator::{Law, Loop, LawInput, SmoothRobustNonlinear, SmoothRobustNonlinearGains};
-    /// let law = SmoothRobustNonlinear::new(&SmoothRobustNonlinearGains { v_ms: 0.40, alpha: 100.0 }, &Loop::EXAMPLE);
+    /// use stiction::compensator::{Law, LawInput, Loop};
+    /// use stiction::compensator::{SmoothRobustNonlinear, SmoothRobustNonlinearGains};
+    /// let gains = SmoothRobustNonlinearGains { v_ms: 0.40, alpha: 100.0 };
+    /// let law = SmoothRobustNonlinear::new(&gains, &Loop::EXAMPLE);
     /// let v_c = law.update(&mut (), &LawInput { error: 0.01, ..LawInput::default() });
     /// assert!((v_c - 0.304_637_7).abs() < 1e-6); // 0.40 tanh 1
     /// ```

@@ -1,4 +1,4 @@
-//! Frames: where a message begins and ends, and whether it is whole.
+//! The frames of the link, which say where a message begins and ends, and whether it is whole.
 //!
 //! ```text
 //! COBS( message | CRC-32 (ISO-HDLC, little endian) ) 0
@@ -6,7 +6,7 @@
 //!
 //! COBS (Cheshire and Baker 1999) leaves no zero byte in a frame, so that a zero always is its end:
 //! whatever was lost before, the next zero is a new beginning. Guarantees: total, bounded, no
-//! panic; garbage costs at most the frames that it touches; of the frames that were changed on the
+//! panic. Garbage costs at most the frames that it touches. Of the frames that were changed on the
 //! way, one in 2^32 passes for a whole one. A frame that is too long is thrown away up to its end.
 //! Does badly: what comes before the first zero spoils the first frame, so a client begins with a
 //! zero.
@@ -25,16 +25,17 @@ pub const MAX_FRAME: usize = MAX_MESSAGE + CHECKSUM + 2;
 
 const CHECKSUM: usize = 4;
 
-/// A frame in the making.
+/// The bytes of a frame.
 pub type Frame = Vec<u8, MAX_FRAME>;
 
-/// Encodes a message; none if it is too long.
+/// Encodes a message as a frame; returns none if the message is too long.
 ///
 /// ```
 /// use stiction::link::{Deframer, encode};
 /// let frame = encode(&(7u8, 0u16)).unwrap();
 /// let mut deframer = Deframer::default();
-/// let messages: Vec<_> = frame.iter().filter_map(|&byte| deframer.push(byte).map(<[u8]>::to_vec)).collect();
+/// let message = |&byte: &u8| deframer.push(byte).map(<[u8]>::to_vec);
+/// let messages: Vec<_> = frame.iter().filter_map(message).collect();
 /// assert_eq!(messages, [[7, 0]]); // as postcard has them
 /// ```
 pub fn encode(message: &impl Serialize) -> Option<Frame> {
@@ -50,16 +51,17 @@ pub fn encode(message: &impl Serialize) -> Option<Frame> {
     Some(frame)
 }
 
-/// Finds the frames in a stream of bytes.
+/// A deframer, which finds the frames in a stream of bytes.
 #[derive(Debug)]
 pub struct Deframer {
     state: DecoderState,
     bytes: Vec<u8, { MAX_MESSAGE + CHECKSUM }>,
-    /// The bytes are a message that has been returned: the next byte begins another one.
+    /// Whether the bytes are a message that has been returned, so that the next byte begins another
+    /// one.
     complete: bool,
-    /// Until the next zero, nothing counts.
+    /// Whether the frame is broken, so that nothing counts until the next zero.
     broken: bool,
-    /// Something that was no whole frame.
+    /// Number of frames that were not whole.
     bad: u32,
 }
 
@@ -70,7 +72,7 @@ impl Default for Deframer {
 }
 
 impl Deframer {
-    /// Before the first byte.
+    /// Makes a deframer before its first byte.
     pub const fn new() -> Self {
         Self { state: DecoderState::Idle, bytes: Vec::new(), complete: false, broken: false, bad: 0 }
     }
@@ -96,7 +98,7 @@ impl Deframer {
                 None
             }
             Ok(DecodeResult::DataComplete) => self.complete(),
-            // It ended too early, at the zero: the next byte begins a frame.
+            // The frame ended too early, at the zero: the next byte begins a frame.
             Err(_) => {
                 self.bad = self.bad.saturating_add(1);
                 self.begin();
@@ -105,7 +107,7 @@ impl Deframer {
         }
     }
 
-    /// How many frames were not whole.
+    /// Returns how many frames were not whole.
     pub const fn bad(&self) -> u32 {
         self.bad
     }

@@ -6,14 +6,15 @@
 //! bytes <- frame <- reply  <------+---- telemetry <- ticks
 //! ```
 //!
-//! A client sends [`Request`]s in postcard, each with a number; the device answers each with one
-//! [`Reply`] of the same number. Beside that it sends [`Sample`]s to those who have subscribed.
+//! A client sends [`Request`]s in postcard, each with a number. The device answers each with one
+//! [`Reply`] of the same number, and sends [`Sample`]s to those who have subscribed.
 //! [`Request::Hello`] and [`Identity`] keep their form and their place in every version of the
 //! protocol: two that do not speak the same can always tell. Every request can be repeated: it says
 //! what shall be, not what shall change.
 //!
-//! Free of the chip and of any wire: a board moves bytes to and from its USART, a program on a host
-//! does the same in memory. Everything is bounded, and nothing that comes over the wire can panic.
+//! The link is free of the chip and of any wire: a board moves bytes to and from its USART, a
+//! program on a host does the same in memory. Everything is bounded, and nothing that comes over
+//! the wire can panic.
 
 mod frame;
 mod outbox;
@@ -29,8 +30,8 @@ pub use request::{Numbered, Request};
 pub use sample::{MAX_SIGNALS, Sample};
 pub use session::{Machine, Session, WAITING};
 
-/// Raised with every change of a message.
+/// The version of the protocol, which is raised with every change of a message.
 pub const PROTOCOL: u16 = 2;
 
-/// Bytes of a record in one message.
+/// The largest number of bytes of a record in one message.
 pub const CHUNK: usize = 128;

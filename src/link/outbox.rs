@@ -1,13 +1,13 @@
-//! Bytes of frames that wait for the wire.
+//! The outbox of a session: bytes of frames that wait for the wire.
 
 use heapless::Deque;
 
 use super::frame::{Frame, MAX_FRAME};
 
-/// Of an outbox, so many bytes are for answers alone: two of the longest.
+/// Bytes of an outbox that are for answers alone: two of the longest.
 pub(super) const FOR_ANSWERS: usize = 2 * MAX_FRAME;
 
-/// A ring of bytes.
+/// A ring of bytes that wait for the wire.
 #[derive(Debug)]
 pub(super) struct Outbox<const RING: usize> {
     waiting: Deque<u8, RING>,
@@ -15,12 +15,13 @@ pub(super) struct Outbox<const RING: usize> {
 }
 
 impl<const RING: usize> Outbox<RING> {
+    /// Makes an empty outbox.
     pub const fn new() -> Self {
         const { assert!(RING > FOR_ANSWERS, "no sample would ever find room") }
         Self { waiting: Deque::new(), dropped: 0 }
     }
 
-    /// Queues a frame if that leaves so much room.
+    /// Queues a frame if that leaves room for `leave` bytes; otherwise drops and counts it.
     #[inline(never)]
     pub fn put(&mut self, frame: Option<&Frame>, leave: usize) {
         let room = self.waiting.capacity() - self.waiting.len();
@@ -43,7 +44,7 @@ impl<const RING: usize> Outbox<RING> {
         count
     }
 
-    /// Frames that found no room.
+    /// Returns the number of frames that found no room.
     pub const fn dropped(&self) -> u32 {
         self.dropped
     }

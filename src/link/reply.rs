@@ -1,4 +1,4 @@
-//! What a device answers.
+//! The messages of a device: replies and samples.
 
 use heapless::{String, Vec};
 use serde::{Deserialize, Serialize};
@@ -13,70 +13,70 @@ use crate::signal::{self, Form};
 use crate::store::SaveError;
 use crate::value::Key;
 
-/// From the device.
-// As above.
+/// A message from the device.
+// The difference in size is that of the bytes that some carry: there is no heap to box them on.
 #[allow(clippy::large_enum_variant)]
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub enum Message {
-    /// An answer.
+    /// The answer to a request.
     Reply(Numbered<Reply>),
-    /// Terms of a tick.
+    /// Signals of a tick, which were subscribed.
     Sample(Sample),
 }
 
-/// An answer.
+/// An answer to a request.
 #[allow(clippy::large_enum_variant)]
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub enum Reply {
-    /// To a hello.
+    /// The answer to [`Request::Hello`](super::Request::Hello).
     Hello(Identity),
-    /// Not done, and why.
+    /// The request was not done, for this reason.
     Refused(Refused),
-    /// Done.
+    /// The request was done.
     Done,
-    /// To [`Request::Status`](super::Request::Status).
+    /// The answer to [`Request::Status`](super::Request::Status).
     Status(Status),
-    /// To [`Request::Fault`](super::Request::Fault).
+    /// The answer to [`Request::Fault`](super::Request::Fault).
     Fault(Told),
-    /// To [`Request::ReadParameters`](super::Request::ReadParameters).
+    /// The answer to [`Request::ReadParameters`](super::Request::ReadParameters).
     Parameters {
-        /// Length of the record.
+        /// Length of the whole record, bytes.
         length: u16,
-        /// From there on.
+        /// Place of the first byte in the record.
         offset: u16,
-        /// So much of it.
+        /// The record's bytes from that place on, as many as fit.
         bytes: Vec<u8, CHUNK>,
     },
-    /// To [`Request::Signal`](super::Request::Signal).
+    /// The answer to [`Request::Signal`](super::Request::Signal).
     Signal(Announced),
-    /// To [`Request::ReadLevels`](super::Request::ReadLevels); none: it is not over, or was ended
-    /// before, or there was no ramp.
+    /// The answer to [`Request::ReadLevels`](super::Request::ReadLevels). There are no levels if
+    /// the ramp is not over or was ended before, or if there was no ramp.
     Levels(Option<Levels>),
 }
 
 /// A signal, as a device announces it.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Announced {
-    /// Its name, with the unit.
+    /// The signal's name, with its unit.
     pub name: String<48>,
     /// The unit alone; empty if there is none.
     pub unit: String<16>,
-    /// How its values are read.
+    /// How the signal's values are read.
     pub form: Form,
 }
 
-/// Who answers.
+/// The identity of the device that answers.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Identity {
-    /// [`PROTOCOL`](super::PROTOCOL) of the device.
+    /// The device's version of the protocol, [`PROTOCOL`](super::PROTOCOL).
     pub protocol: u16,
-    /// What it is.
+    /// The kind of device.
     pub kind: Kind,
-    /// Version of its core.
+    /// The version of the device's core.
     pub version: String<16>,
 }
 
-/// What a device is.
+/// The kinds of devices.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub enum Kind {
     /// A microcontroller. It cannot tell that it is emulated; those who emulate it can.
@@ -85,27 +85,27 @@ pub enum Kind {
     Simulated,
 }
 
-/// The state of a servo, as a client knows it.
+/// The code of a servo's state on the wire, in which a fault is its number.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub enum StateCode {
-    /// Before the first tick.
+    /// The servo has not had its first tick.
     Boot,
-    /// Output off.
+    /// The output is off; the servo may be armed.
     Stopped,
-    /// The loop is closed.
+    /// The output is on: the loop is closed, or runs open for a ramp.
     Armed,
-    /// Output off until the fault of this code is cleared.
+    /// The output is off until the fault of this code is cleared.
     Faulted(u8),
 }
 
-/// How things stand.
+/// The status of a device.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Status {
-    /// The state.
+    /// The servo's state.
     pub state: StateCode,
-    /// The latched fault; code zero if there is none.
+    /// The latched fault; its code is zero if there is none.
     pub fault: Told,
-    /// Faults since power-on.
+    /// Number of faults since power-on.
     pub faults: u32,
     /// Ticks since power-on.
     pub clock: u32,
@@ -115,51 +115,51 @@ pub struct Status {
     pub position: i32,
     /// Angle of a count, deg; zero without parameters.
     pub resolution: f32,
-    /// The joint is at rest.
+    /// Whether the joint is at rest.
     pub at_rest: bool,
-    /// The compensator holds effort at standstill, which the motor turns into heat.
+    /// Whether the compensator holds effort at standstill, which the motor turns into heat.
     pub wound_up: bool,
-    /// An effort that would heat the motor as much as it is, V.
+    /// Steady effort that would heat the motor as much as it is heated, V.
     pub thermal_effort: f32,
-    /// The parameters in use are not the saved ones.
+    /// Whether the parameters in use are not the saved ones.
     pub unsaved: bool,
-    /// Frames that were not whole.
+    /// Number of frames that were not whole.
     pub bad_frames: u32,
-    /// Answers and samples that found no room on their way out.
+    /// Number of answers and samples that found no room on their way out.
     pub dropped: u32,
 }
 
 /// A fault, as a client is told of it.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Told {
-    /// [`crate::Fault`] as a number.
+    /// The number of the [`crate::Fault`].
     pub code: u8,
-    /// Ticks from power-on.
+    /// Ticks from power-on to the fault.
     pub tick: u32,
-    /// What tripped it, in the unit of the fault.
+    /// Value that tripped the fault, in the fault's unit.
     pub value: f32,
 }
 
-/// Why a request was not done.
+/// The reason why a request was not done.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub enum Refused {
     /// The frame is whole, but no request of this protocol.
     Unknown,
-    /// Hello comes first.
+    /// The client has not said hello, which comes first.
     SayHello,
     /// A later request has been answered already.
     OutOfOrder,
-    /// Before the first tick.
+    /// The servo has not had its first tick.
     Booting,
     /// The fault of this code is latched.
     Faulted(u8),
     /// The fault of this code ends with valid parameters or a reset.
     NotClearable(u8),
-    /// Only while the output is off.
+    /// The servo is armed, and does this only while the output is off.
     Armed,
-    /// Only while armed.
+    /// The servo is not armed, and does this only while it is.
     NotArmed,
-    /// The joint has to be at rest.
+    /// The joint moves, and has to be at rest.
     Moving,
     /// Arming would end in the fault of this code at once.
     WouldTrip(u8),
@@ -167,19 +167,19 @@ pub enum Refused {
     OutOfRange,
     /// There are no parameters.
     NoParameters,
-    /// There is no such fault, or no such byte of a record.
+    /// There is no such fault, signal or motion here, or no such byte of a record.
     NoSuch,
     /// The record is not whole, or not one of parameters.
     NotWhole,
-    /// The record has another version.
+    /// The record has this format version, which is unknown.
     Version(u32),
     /// A value is not allowed.
     Value {
-        /// Which value.
+        /// The number of the value.
         key: Key,
-        /// What was found.
+        /// The value that was found, as a number.
         found: f32,
-        /// What is allowed.
+        /// The values that are allowed.
         allowed: Allowed,
     },
     /// The record has a value that this firmware does not know.
@@ -203,7 +203,7 @@ impl From<servo::Refusal> for Refused {
             servo::Refusal::Moving => Self::Moving,
             servo::Refusal::WouldTrip(fault) => Self::WouldTrip(fault as u8),
             servo::Refusal::OutOfRange => Self::OutOfRange,
-            // Nothing that comes over a link asks for it.
+            // Nothing that comes over a link asks for the motion of the parameters.
             servo::Refusal::Replaced => Self::NoSuch,
         }
     }
@@ -254,7 +254,7 @@ impl From<crate::fault::Latched> for Told {
 }
 
 impl From<signal::Signal> for Announced {
-    /// Names and units are short; one that were not would be empty.
+    /// Announces a signal. Names and units are short; one that were not would be empty.
     fn from(signal: signal::Signal) -> Self {
         let name = String::try_from(signal.name).unwrap_or_default();
         let unit = String::try_from(signal.unit).unwrap_or_default();

@@ -1,4 +1,4 @@
-//! What a client says.
+//! The requests of a client.
 
 use heapless::Vec;
 use serde::{Deserialize, Serialize};
@@ -6,86 +6,87 @@ use serde::{Deserialize, Serialize};
 use super::CHUNK;
 use crate::motion::Motion;
 
-/// From the client.
+/// A request or a reply with its number.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Numbered<T> {
-    /// Counts up, and wraps.
+    /// Number of the request, which counts up and wraps. A reply has that of its request.
     pub number: u16,
-    /// What is said.
+    /// The request or the reply.
     pub content: T,
 }
 
-/// What a device is asked or told.
+/// A request: what a device is asked or told.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub enum Request {
-    /// Who are you? Begins a session: numbers start anew, and whatever was subscribed ends.
+    /// Who are you? The hello begins a session: numbers start anew, and whatever was subscribed
+    /// ends.
     Hello {
-        /// [`PROTOCOL`](super::PROTOCOL) of the client.
+        /// The client's version of the protocol, [`PROTOCOL`](super::PROTOCOL).
         protocol: u16,
-        /// Any number that the client has not used of late: the same one again is the same hello,
+        /// Any number that the client has not used of late. The same one again is the same hello,
         /// come twice.
         session: u32,
     },
-    /// Output off. Obeyed at all times, even from one who has not said hello.
+    /// Turn the output off. The device obeys at all times, even one who has not said hello.
     Stop,
-    /// What state are you in? Also a sign of life.
+    /// What state are you in? The request is also a sign of life.
     Status,
-    /// One of the faults that are remembered, the oldest is 0.
+    /// What was the fault of this place in the log?
     Fault {
-        /// Which.
+        /// Place of the fault; the oldest is 0.
         index: u8,
     },
-    /// The latched fault is seen to.
+    /// Clear the latched fault, which has been seen to.
     Clear,
     /// Close the loop where the joint is.
     Arm,
     /// Move, while armed: to a position or through corners in the zero that arming has set, or stay
-    /// where the joint is. Never relative: the same move twice is the same as once.
+    /// where the joint is. A motion is never relative: the same move twice is the same as once.
     Move(Motion),
-    /// The parameters that are in use, as a record, from a byte on.
+    /// What are the parameters that are in use? They are read as a record, from a byte on.
     ReadParameters {
-        /// First byte.
+        /// Place of the first byte in the record.
         offset: u16,
     },
-    /// A piece of a record; nothing is taken yet.
+    /// Here is a piece of a record. Nothing is taken yet.
     WriteParameters {
-        /// First byte.
+        /// Place of the first byte in the record.
         offset: u16,
-        /// The bytes.
+        /// The record's bytes from that place on.
         bytes: Vec<u8, CHUNK>,
     },
     /// All of the record has been written: validate it as a whole, and take it.
     TakeParameters {
-        /// Length of the record.
+        /// Length of the record, bytes.
         length: u16,
     },
     /// Keep the parameters that are in use across a reset.
     Save,
-    /// Other values for some of the parameters, validated as a whole: entries as in
-    /// [`record`](crate::parameters::record). A law that was not there before needs all of its
-    /// gains.
+    /// Take other values for some of the parameters, validated as a whole. A law that was not there
+    /// before needs all of its gains.
     Change {
-        /// The entries.
+        /// The values as entries of a [`record`](crate::parameters::record).
         entries: Vec<u8, CHUNK>,
     },
     /// What is the signal of this place? The first one is 0, and after the last one there is no
     /// such.
     Signal {
-        /// Which.
+        /// Place of the signal.
         index: u8,
     },
     /// Send these signals of every so many ticks; `every` 0 ends it.
     Subscribe {
-        /// A sum of 1 << place.
+        /// The signals to send: a sum of 1 << place.
         signals: u64,
         /// Ticks from one sample to the next.
         every: u16,
     },
-    /// Find the friction: arm, and run a ramp of the effort instead of the loop. Ends by itself.
+    /// Find the friction: arm, and run a ramp of the effort instead of the loop. The ramp ends by
+    /// itself.
     Identify {
-        /// V/s.
+        /// Rate of the effort, V/s.
         rate: f32,
-        /// Time between the rise and the fall, s.
+        /// Time between the rise and the fall of the effort, s.
         hold: f32,
     },
     /// What has the last ramp found?

@@ -1,30 +1,30 @@
-//! Signals of ticks, as they are sent to those who have subscribed.
+//! The samples of telemetry: signals of ticks, as they are sent to those who have subscribed.
 
 use heapless::Vec;
 use serde::{Deserialize, Serialize};
 
 use crate::signal::{MAX_LAW_SIGNALS, SIGNALS};
 
-/// Room for so many signals, 4 bytes each.
+/// The number of signals for which a sample has room, 4 bytes each.
 pub const MAX_SIGNALS: usize = 40;
 
 const _: () = assert!(SIGNALS.len() + MAX_LAW_SIGNALS <= MAX_SIGNALS, "a sample has no room for all signals");
 
-/// Signals of one tick.
+/// A sample of telemetry: signals of one tick.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Sample {
-    /// Counts every sample that was due: a gap says how many were lost.
+    /// Number of the sample. It counts every sample that was due: a gap says how many were lost.
     pub number: u32,
     /// Ticks since power-on.
     pub clock: u32,
-    /// Which signals: a sum of 1 << place.
+    /// The signals that the sample has: a sum of 1 << place.
     pub signals: u64,
-    /// Their values in ascending order of their places, four bytes each, little endian.
+    /// The signals' values in ascending order of their places, four bytes each, little endian.
     pub values: Vec<u8, { 4 * MAX_SIGNALS }>,
 }
 
 impl Sample {
-    /// The bits of a signal, by its place, if the sample has it.
+    /// Returns the bits of a signal, by its place, if the sample has the signal.
     ///
     /// ```
     /// use stiction::link::Sample;

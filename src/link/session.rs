@@ -1,13 +1,13 @@
-//! Who may say what, and what is answered.
+//! The session of a link: who may say what, and what is answered.
 //!
-//! A session begins with a hello. Each request is answered once, with its own number. One that
-//! comes twice is not done twice: the answer is sent again. One that was overtaken by a later one
-//! is refused. Stop is obeyed at all times.
+//! A session begins with a hello. Each request is answered once, with its own number. A request
+//! that comes twice is not done twice: its answer is sent again. A request that was overtaken by a
+//! later one is refused. Stop is obeyed at all times.
 //!
 //! Answers and samples wait in a ring of bytes until the wire takes them. Samples leave room for
-//! answers; what finds none is dropped and counted, and the numbers of the samples show the gap.
-//! How long the ring is, is the owner's choice: a host takes [`WAITING`], a board what its RAM
-//! allows.
+//! answers. What finds no room is dropped and counted, and the numbers of the samples show the gap.
+//! The owner of a session chooses how long the ring is: a host takes [`WAITING`], a board what its
+//! RAM allows.
 
 use heapless::String;
 
@@ -25,42 +25,45 @@ use crate::parameters::{Parameters, ROOM};
 use crate::servo::{self, ControlLoop, Output, Servo};
 use crate::signal::{self, LawSignal, SIGNALS};
 
-/// Bytes that wait for the wire, unless the owner of a session says otherwise.
+/// Length of the ring of bytes that wait for the wire, unless the owner of a session says
+/// otherwise.
 pub const WAITING: usize = 2048;
 
-/// What a session acts on. A board locks its servo for as short as it can; a host has it at hand.
+/// A machine: what a session acts on. A board locks its servo for as short as it can; a host has it
+/// at hand.
 pub trait Machine {
     /// Lets something act on the servo.
     fn servo<R>(&mut self, act: impl FnOnce(&mut Servo) -> R) -> R;
 
-    /// What it knows of its timers and converters.
+    /// Returns the figures of the machine's timers and converters.
     fn hardware(&self) -> Hardware;
 
-    /// Keeps parameters across a reset; the output is off.
+    /// Keeps parameters across a reset. The output is off.
     ///
     /// # Errors
-    /// If the flash fails, or the watchdog that has to wait for it.
+    /// Says whether the flash failed, or the watchdog that has to wait for it.
     fn save(&mut self, parameters: &Parameters) -> Result<(), Refused>;
 
-    /// Other parameters are about to be in use: their sample time, PWM and dead time. The output is
-    /// off, and stays so.
+    /// Prepares timers and watchdog for other parameters that are about to be in use: their sample
+    /// time, PWM and dead time. The output is off, and stays so.
     ///
     /// # Errors
-    /// If the watchdog cannot follow. All is as it was before then.
+    /// Says that the watchdog cannot follow. All is as it was before then.
     fn reconfigure(&mut self, parameters: &Parameters) -> Result<(), Refused>;
 }
 
-/// One end of a link.
+/// A session: the device's end of a link.
 #[derive(Debug)]
 pub struct Session<const RING: usize = WAITING> {
     kind: Kind,
     deframer: Deframer,
-    /// Those in use.
+    /// The parameters in use, if there are any.
     parameters: Option<Parameters>,
+    /// Whether those are not the saved ones.
     unsaved: bool,
-    /// By the client of this session.
+    /// The number of the session in which the client has said hello; none before the hello.
     greeted: Option<u32>,
-    /// The last request that was answered, and the answer.
+    /// The number of the last request that was answered, and the answer.
     last: Option<(u16, Frame)>,
     /// The record that the client is transferring, as far as its bytes have come.
     incoming: [u8; ROOM],
@@ -69,7 +72,7 @@ pub struct Session<const RING: usize = WAITING> {
 }
 
 impl<const RING: usize> Session<RING> {
-    /// Before the first byte; `parameters` are those in use.
+    /// Makes a session before its first byte. `parameters` are those in use.
     pub const fn new(kind: Kind, parameters: Option<Parameters>) -> Self {
         Self {
             kind,
@@ -84,7 +87,7 @@ impl<const RING: usize> Session<RING> {
         }
     }
 
-    /// These are in use, and they are the saved ones.
+    /// Takes the saved parameters as those in use.
     pub fn use_saved(&mut self, parameters: &Parameters) {
         self.parameters = Some(parameters.clone());
         self.unsaved = false;
@@ -103,7 +106,7 @@ impl<const RING: usize> Session<RING> {
         }
     }
 
-    /// Takes a tick's output, for those who have subscribed.
+    /// Takes a tick's output, and queues a sample of it if one is due.
     #[inline(never)]
     pub fn tick(&mut self, output: &Output) {
         let Some(sample) = self.subscription.tick(output) else { return };
@@ -116,11 +119,13 @@ impl<const RING: usize> Session<RING> {
         self.outbox.take(bytes)
     }
 
-    /// The parameters in use.
+    /// Returns the parameters in use, if there are any.
     pub const fn parameters(&self) -> Option<&Parameters> {
         self.parameters.as_ref()
     }
 
+    /// Does a request, or answers again one that comes twice.
+    ///
     /// What follows is cut into functions that are not inlined, so that their frames follow each
     /// other on the stack and do not add up: a board has little of it.
     #[inline(never)]
@@ -130,7 +135,7 @@ impl<const RING: usize> Session<RING> {
         match (&request, last) {
             (Some(Request::Stop), _) => {
                 machine.servo(Servo::stop);
-                // What was sent before the stop and comes after it shall not arm.
+                // A request that was sent before the stop and comes after it shall not arm.
                 return self.answer(number, Reply::Done, !last.is_some_and(overtaken));
             }
             (Some(Request::Hello { session, .. }), _) if self.greeted != Some(*session) => {}
@@ -151,8 +156,8 @@ impl<const RING: usize> Session<RING> {
         self.answer(number, content, true);
     }
 
-    /// Answers a request, and keeps the answer for one that comes twice if that is the last request
-    /// there was.
+    /// Answers a request. If it is the last request there was, the answer is kept, for a request
+    /// that comes twice.
     #[inline(never)]
     fn answer(&mut self, number: u16, content: Reply, is_last: bool) {
         let answer = encode(&Message::Reply(Numbered { number, content }));
@@ -211,8 +216,8 @@ impl<const RING: usize> Session<RING> {
 
     #[inline(never)]
     fn take_parameters(&mut self, length: u16, machine: &mut impl Machine) -> Result<(), Refused> {
-        // At once: to decode and to prepare takes milliseconds, for which an armed loop's log would
-        // have to wait.
+        // An armed servo refuses at once: to decode and to prepare takes milliseconds, for which an
+        // armed loop's log would have to wait.
         machine.servo(|servo| refuse_if_armed(servo))?;
         let record = self.incoming.get(..length.into()).ok_or(Refused::NoSuch)?;
         let (parameters, _) = Parameters::decode(record)?;
@@ -228,7 +233,7 @@ impl<const RING: usize> Session<RING> {
         self.install(parameters, machine)
     }
 
-    /// All of them or none: what is validated here is what is installed.
+    /// Installs all of the parameters or none: what is validated here is what is installed.
     #[inline(never)]
     fn install(&mut self, parameters: Parameters, machine: &mut impl Machine) -> Result<(), Refused> {
         self.prepare_and_install(&parameters, machine)?;
@@ -236,15 +241,15 @@ impl<const RING: usize> Session<RING> {
         let announced = self.law_signals();
         self.parameters = Some(parameters);
         if self.law_signals() != announced {
-            // A place may be another signal's now: whoever wants it asks what it is, and subscribes
-            // anew.
+            // A place may be another signal's now. A client that wants it asks what it is, and
+            // subscribes anew.
             self.subscription = Subscription::NONE;
         }
         Ok(())
     }
 
-    /// The loop is prepared before the servo is locked. What can still be refused is so before
-    /// anything is changed.
+    /// Prepares the control loop before the servo is locked, and installs it. What can still be
+    /// refused is refused before anything is changed.
     #[inline(never)]
     fn prepare_and_install(
         &self,
@@ -277,7 +282,7 @@ impl<const RING: usize> Session<RING> {
         }
         match motion.course(controller)? {
             Course::Follow(reference) => Ok(machine.servo(|servo| servo.follow(reference))?),
-            // It begins with arming: `Identify`.
+            // A ramp begins with arming, by `Identify`.
             Course::Ramp(_) => Err(Refused::NoSuch),
         }
     }
@@ -293,7 +298,7 @@ impl<const RING: usize> Session<RING> {
         Ok(Reply::Parameters { length: record.len() as u16, offset, bytes })
     }
 
-    /// What the law in use publishes of itself.
+    /// Returns the signals that the law in use publishes of itself.
     fn law_signals(&self) -> &'static [LawSignal] {
         let laws = self.parameters.iter().flat_map(|parameters| &parameters.controller.compensator);
         laws.map(Gains::signals).find(|signals| !signals.is_empty()).unwrap_or_default()
@@ -328,20 +333,21 @@ fn refuse_if_armed(servo: &Servo) -> Result<(), servo::Refusal> {
     }
 }
 
-/// For what takes longer than a tick with the output off: it does not arm by itself meanwhile.
+/// Turns autostart off, for what takes longer than a tick with the output off: the servo must not
+/// arm itself meanwhile. An armed servo refuses.
 fn keep_off(servo: &mut Servo) -> Result<(), servo::Refusal> {
     refuse_if_armed(servo)?;
     servo.stop();
     Ok(())
 }
 
-/// What timers and watchdog are set up with: sample time, PWM, dead time.
+/// Returns what timers and watchdog are set up with: sample time, PWM, dead time.
 const fn timing(parameters: &Parameters) -> (f32, &DriveConfig, f32) {
     let Parameters { controller, device, .. } = parameters;
     (controller.sample_time, &controller.drive, device.dead_time)
 }
 
-/// A request that takes up all of its bytes.
+/// Reads a request that takes up all of its bytes.
 #[inline(never)]
 fn request(bytes: &[u8]) -> Option<Request> {
     match postcard::take_from_bytes(bytes) {

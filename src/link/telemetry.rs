@@ -1,4 +1,4 @@
-//! Signals of ticks, for those who have subscribed.
+//! The telemetry: signals of ticks, for those who have subscribed.
 
 use heapless::Vec;
 
@@ -6,7 +6,7 @@ use super::sample::{MAX_SIGNALS, Sample};
 use crate::servo::Output;
 use crate::signal;
 
-/// What is sent, and how often.
+/// A subscription: which signals are sent, and how often.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Subscription {
     signals: u64,
@@ -17,11 +17,11 @@ pub struct Subscription {
 }
 
 impl Subscription {
-    /// Nothing is sent.
+    /// The subscription of a client that is sent nothing.
     pub const NONE: Self = Self { signals: 0, every: 0, next: None, number: 0 };
 
-    /// `signals` of every so many ticks, from the next one on; none if there are none, or one of
-    /// them is not among the first `known`.
+    /// Makes a subscription to `signals` of every so many ticks, from the next one on. There is
+    /// none if no signal is asked for, or if one of them is not among the first `known`.
     pub fn new(signals: u64, every: u16, known: usize) -> Option<Self> {
         if every == 0 {
             return Some(Self::NONE);
@@ -40,7 +40,7 @@ impl Subscription {
         if since > u32::MAX / 2 {
             return None;
         }
-        // Those that were due before this tick.
+        // The number grows by the samples that were due before this tick.
         self.number = self.number.wrapping_add(if is_due { due } else { due + 1 });
         let number = self.number;
         let ahead = if is_due { every } else { every - since % every };
