@@ -1,10 +1,10 @@
-//! The firmware. On a host this program only says how to build it.
+//! The firmware. On a host, this program only says how to build it.
 //!
-//! RTIC 2: the control task owns the servo and has the highest priority; it is bounded, and its
-//! deadline is checked. Everything slow is async below it.
+//! It is built on RTIC 2. The control task owns the servo and has the highest priority; it is
+//! bounded, and its deadline is checked. Everything slow is async below it.
 #![cfg_attr(target_os = "none", no_std, no_main)]
-// Registers, the parameter sectors and the memory that survives a reset; each use says why it is
-// sound.
+// Registers, the parameter sectors and the memory that survives a reset need unsafe code; each use
+// says why it is sound.
 #![cfg_attr(target_os = "none", allow(unsafe_code))]
 
 #[cfg(target_os = "none")]
@@ -48,7 +48,7 @@ mod app {
     use crate::board::{fatal, reset};
     use crate::report::Report;
 
-    /// Ticks that log and telemetry may lag behind; beyond it, they miss some.
+    /// Number of ticks that log and telemetry may lag behind; beyond it, they miss some.
     const OUTPUTS: usize = 16;
 
     /// Bytes of frames that wait for the wire: two of the longest answers, and a few samples.
@@ -58,7 +58,7 @@ mod app {
     /// next one is sent.
     const FROM_WIRE: usize = 256;
 
-    /// Bytes on their way to the wire. At half of it the link is asked for more, 0.3 ms before
+    /// Bytes on their way to the wire. At half of them the link is asked for more, 0.3 ms before
     /// there are none.
     const TO_WIRE: usize = 64;
 
@@ -140,15 +140,16 @@ mod app {
         }
     }
 
-    /// One tick of the loop.
+    /// Runs one tick of the loop.
     ///
-    /// Its budget is 1300 instructions from entry to exit (docs/cost.md): a thirteenth of the
-    /// shortest sample time, if each took one cycle, and by the estimate there more than that. If
-    /// it begins late or takes more than half the sample time, the output is turned off for good.
+    /// Its budget is 1300 instructions from entry to exit (docs/cost.md). That is a thirteenth of
+    /// the shortest sample time, if each took one cycle, and by the estimate there more than that.
+    /// If the task begins late or takes more than half the sample time, the output is turned off
+    /// for good.
     #[task(binds = TIM3, priority = 3, local = [before, output_producer], shared = [control_task])]
     fn control(mut cx: control::Context) {
         let local = cx.local;
-        // Nothing that shares it is above this task: the lock is there for the types.
+        // No task that shares the parts is above this one: the lock is there for the types.
         cx.shared.control_task.lock(|parts| {
             parts.enter();
             let output = parts.tick();
@@ -164,24 +165,24 @@ mod app {
         });
     }
 
-    /// Keeps for the next reset what this one must not forget.
+    /// Keeps, for the time after the next reset, whether the servo is armed and what is latched.
     fn remember(state: State, latched: Option<Latched>) {
         retained::set_armed(state == State::Armed);
         match latched {
             Some(latched) => retained::keep(RetainedFault::latched(&latched)),
-            // It has been cleared: the next reset shall not tell it again.
+            // The fault has been cleared: the next reset shall not tell it again.
             None => retained::forget(),
         }
     }
 
-    /// The outputs are off already, in hardware, because the bridge or the clock failed. What is
-    /// left is the enable pin, and to remember.
+    /// Deals with outputs that the hardware has turned off already, because the bridge or the clock
+    /// failed. What is left to do is to pull the enable pin low, and to remember.
     ///
-    /// It has the control task's priority, so that neither interrupts the other. Above it, this
-    /// task could run between the control task's decision to turn the outputs on and the writing of
-    /// it, and a break input that is active only for an instant would leave them on for a whole
-    /// tick. So it waits for the end of a control task, whose budget is 1300 instructions; of two
-    /// that wait, it is the first (its interrupt has the lower number).
+    /// This task has the control task's priority, so that neither interrupts the other. Above it,
+    /// this task could run between the control task's decision to turn the outputs on and the
+    /// writing of it. A break input that is active only for an instant would then leave them on for
+    /// a whole tick. So this task waits for the end of a control task, whose budget is 1300
+    /// instructions. Of two tasks that wait, it is the first (its interrupt has the lower number).
     #[task(binds = TIM1_BRK_TIM9, priority = 3)]
     fn outputs_broken(_: outputs_broken::Context) {
         bridge::off_now();
@@ -194,7 +195,8 @@ mod app {
         TRIPPED.store(true, Ordering::Relaxed);
     }
 
-    /// Moves a byte of the link each way. Below the control task, which it cannot hold up.
+    /// Moves a byte of the link each way. The task is below the control task, which it cannot hold
+    /// up.
     #[task(binds = USART1, priority = 2, local = [port, from_wire_producer, to_wire_consumer])]
     fn wire(cx: wire::Context) {
         let local = cx.local;
@@ -219,19 +221,20 @@ mod app {
     #[task(binds = SysTick, priority = 2)]
     fn alarm(_: alarm::Context) {}
 
-    /// Runs only after a control tick, and only if nothing above hogs the processor. It wakes the
-    /// log and by it the link, which the control task has no time for: to pend an interrupt that
-    /// nothing else uses takes it four instructions, to spawn a task twenty.
+    /// Feeds the watchdog. The task runs only after a control tick, and only if nothing above it
+    /// hogs the processor. It wakes the log and by it the link, which the control task has no time
+    /// for: to pend an interrupt that nothing else uses takes the control task four instructions,
+    /// to spawn a task twenty.
     #[task(binds = SPI2, priority = 2, shared = [watchdog])]
     fn feed(mut cx: feed::Context) {
         if liveness::all_have_run() {
             cx.shared.watchdog.lock(Watchdog::feed);
         }
-        // If it is still busy it takes this tick, too.
+        // If the log is still busy, it takes this tick, too.
         let _ = report::spawn();
     }
 
-    /// Log, trace, and the samples of the telemetry; then it is the link's turn.
+    /// Writes log and trace, and makes the samples of the telemetry. Then it is the link's turn.
     #[task(priority = 1, local = [output_consumer, report], shared = [control_task, session])]
     async fn report(mut cx: report::Context) {
         let local = cx.local;
@@ -250,8 +253,8 @@ mod app {
         let _ = link::spawn();
     }
 
-    /// Hears what was said, does it, and answers: one frame, since that may take milliseconds.
-    /// Before the next one, the log has its turn, and the watchdog with it.
+    /// Hears what was said, does it, and answers. It takes one frame, since that may take
+    /// milliseconds: before the next one, the log has its turn, and the watchdog with it.
     #[task(
         priority = 1,
         local = [from_wire_consumer, to_wire_producer, timer_clock, store],

@@ -1,7 +1,8 @@
-//! What the firmware says of itself, by defmt over RTT.
+//! The report: what the firmware says of itself, by defmt over RTT.
 //!
-//! While a line is written interrupts wait, the control task's too: a few microseconds, less than a
-//! tenth of the shortest sample time. Only this task writes, and only ten lines of trace a second.
+//! While a line is written, interrupts wait, the control task's too. They wait for a few
+//! microseconds, less than a tenth of the shortest sample time. Only this task writes, and only ten
+//! lines of trace a second.
 
 use defmt::{error, info, warn};
 use defmt_rtt as _;
@@ -13,10 +14,10 @@ use crate::board::reset::Cause;
 use crate::board::retained::RetainedFault;
 use crate::board::setup::{Board, Settings};
 
-/// Lines of the trace a second.
+/// Rate of the trace, lines a second.
 const TRACE_HZ: f32 = 10.0;
 
-/// Follows the servo and tells what is new.
+/// A report, which follows the servo and tells what is new.
 pub struct Report {
     state: State,
     /// Ticks from one line of the trace to the next.
@@ -25,12 +26,12 @@ pub struct Report {
 }
 
 impl Report {
-    /// A report of a loop that begins.
+    /// Makes the report of a loop that begins.
     pub const fn new() -> Self {
         Self { state: State::Boot, every: 1, ticks: 0 }
     }
 
-    /// The first lines after a reset.
+    /// Writes the first lines after a reset.
     pub fn banner(
         &self,
         board: &Board,
@@ -77,13 +78,14 @@ impl Report {
         }
     }
 
-    /// One tick of a loop with this sample time (s); whether it changed the state.
+    /// Takes one tick of a loop with this sample time (s), and returns whether the tick changed the
+    /// state.
     pub fn tick(&mut self, output: &Output, sample_time: f32) -> bool {
         let changed = output.state != self.state;
         if changed {
             self.state = output.state;
             self.ticks = 0;
-            // A link may have set another one meanwhile.
+            // A link may have set another sample time meanwhile.
             self.every = (libm::roundf(1.0 / (TRACE_HZ * sample_time)) as u32).max(1);
             match output.state {
                 State::Boot => info!("boot"),
@@ -108,7 +110,7 @@ impl Report {
         changed
     }
 
-    /// What a ramp has found.
+    /// Writes what a ramp has found.
     pub fn levels(&self, levels: &Levels) {
         match (levels.stick, levels.slip) {
             (Some(stick), Some(slip)) => info!("friction: stick {=f32} V, slip {=f32} V", stick, slip),
@@ -140,5 +142,5 @@ fn refused(refusal: DecodeError) {
     }
 }
 
-/// What this firmware reads.
+/// The newest format of parameters that this firmware reads.
 const FORMAT: u32 = stiction::parameters::FORMAT_VERSION;

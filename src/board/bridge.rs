@@ -1,13 +1,13 @@
 //! The bridge on TIM1: PA8 and its complement PB13, enable PB0, direction PB1, break input PB12.
 //!
-//! Centre-aligned: the counter runs up to the top and down again, so that a change of duty moves
-//! both edges and current is best sampled at the ends. The compare value is taken over where the
-//! counter turns, at either end; the direction pin changes at once, so that on a reversal the old
-//! magnitude has the new sign for half a period. Off means three things at once: both outputs at
-//! their inactive level (`OSSI`), the enable pin low, and a neutral duty in waiting. The break
-//! input is active low with a pull-up, which is what the open-drain fault output of a bridge driver
-//! wants; it turns the outputs off in hardware, without a clock, and they stay off. A wire that is
-//! cut goes unnoticed.
+//! The PWM is centre-aligned: the counter runs up to the top and down again, so that a change of
+//! duty moves both edges and current is best sampled at the ends. The compare value is taken over
+//! where the counter turns, at either end. The direction pin changes at once, so that on a reversal
+//! the old magnitude has the new sign for half a period. Off means three things at once: both
+//! outputs at their inactive level (`OSSI`), the enable pin low, and a neutral duty in waiting. The
+//! break input is active low with a pull-up, which is what the open-drain fault output of a bridge
+//! driver wants. It turns the outputs off in hardware, without a clock, and they stay off. A wire
+//! that is cut goes unnoticed.
 
 use core::convert::Infallible;
 
@@ -23,19 +23,19 @@ use super::traits::Bridge;
 
 /// The pins of the bridge.
 pub struct Pins {
-    /// PWM.
+    /// Output of the PWM.
     pub high: PA8<Alternate<1>>,
-    /// Its complement.
+    /// Complementary output of the PWM.
     pub low: PB13<Alternate<1>>,
-    /// Fault output of the bridge's driver.
+    /// Break input, from the fault output of the bridge's driver.
     pub fault: PB12<Alternate<1>>,
-    /// Turns the bridge on.
+    /// Enable output, which turns the bridge on.
     pub enable: PB0<Output<PushPull>>,
-    /// Sign, for a sign-magnitude bridge.
+    /// Direction output: the sign, for a sign-magnitude bridge.
     pub direction: PB1<Output<PushPull>>,
 }
 
-/// The PWM and the pins around it.
+/// The bridge: the PWM of TIM1 and the pins around it.
 pub struct TimerBridge {
     pwm: Pwm,
     pins: Pins,
@@ -43,14 +43,14 @@ pub struct TimerBridge {
     on: bool,
 }
 
-/// TIM1's first channel.
+/// The PWM on TIM1's first channel.
 pub struct Pwm {
     timer: pac::TIM1,
     top: u16,
 }
 
 impl TimerBridge {
-    /// Sets everything up with a neutral duty and the outputs off.
+    /// Sets the PWM and the pins up with a neutral duty and the outputs off.
     pub fn new(timer: pac::TIM1, pins: Pins, settings: &Settings, rcc: &mut Rcc) -> Self {
         pac::TIM1::enable(rcc);
         pac::TIM1::reset(rcc);
@@ -66,10 +66,10 @@ impl TimerBridge {
         bridge
     }
 
-    /// Another PWM and dead time, with a neutral duty and the outputs off.
+    /// Sets another PWM and dead time, with a neutral duty and the outputs off.
     pub fn reconfigure(&mut self, settings: &Settings) {
         let Settings { top, neutral, dead_time } = *settings;
-        // Taken over where the counter turns, as the compare value is.
+        // The top is taken over where the counter turns, as the compare value is.
         self.pwm.timer.arr().write(|w| w.arr().set(top));
         // Compare 0 would be full negative effort in locked antiphase, from the enabling of the
         // outputs to the first tick.
@@ -83,12 +83,13 @@ impl TimerBridge {
         timer.egr().write(|w| w.ug().set_bit());
     }
 
-    /// Outputs off, whatever the last tick has said.
+    /// Turns the outputs off, whatever the last tick has said.
     pub fn rest(&mut self) {
         self.off(self.neutral);
     }
 
-    /// Whether the break input has been let go. Its flag cannot be cleared while it is active.
+    /// Returns whether the break input has been let go. Its flag cannot be cleared while it is
+    /// active.
     pub fn break_is_over(&self) -> bool {
         let timer = &self.pwm.timer;
         timer.sr().write(|w| w.bif().clear_bit());
@@ -96,23 +97,24 @@ impl TimerBridge {
     }
 }
 
-/// What a bridge is set up with.
+/// The settings of a bridge.
 #[derive(Clone, Copy)]
 pub struct Settings {
     /// Compare value of full duty.
     pub top: u16,
-    /// No effort.
+    /// Duty of no effort.
     pub neutral: Duty,
-    /// Between the switching of complementary outputs, s.
+    /// Time between the switching of complementary outputs, s.
     pub dead_time: f32,
 }
 
 impl Settings {
-    /// For a part without parameters: 22 kHz that nobody will see.
+    /// The settings of a part without parameters: 22 kHz that nobody will see.
     pub const IDLE: Self =
         Self { top: 3818, neutral: Duty { compare: 1909, reverse: false }, dead_time: 1e-6 };
 
-    /// Of parameters, of which the drive has been validated with everything else.
+    /// Returns the settings that parameters ask for. The drive has been validated with everything
+    /// else.
     pub fn of(parameters: &Parameters) -> Self {
         let drive = &parameters.controller.drive;
         let neutral = Drive::new(drive, &HARDWARE).map_or(Self::IDLE.neutral, |drive| drive.duty(0));
@@ -161,8 +163,8 @@ impl Bridge for TimerBridge {
     }
 }
 
-/// `DTG` of RM0090: four ranges at 168 MHz, rounded up, since too short a dead time burns the
-/// bridge.
+/// Returns the code of a dead time (s), `DTG` of RM0090: four ranges at 168 MHz. It is rounded up,
+/// since too short a dead time burns the bridge.
 fn dead_time_code(dead_time: f32) -> u8 {
     let clocks = libm::ceilf(dead_time * HARDWARE.pwm_clock_hz) as u32;
     let code = match clocks {
@@ -191,7 +193,7 @@ pub fn silence_break() {
     unsafe { (*pac::TIM1::ptr()).dier().modify(|_, w| w.bie().clear_bit()) };
 }
 
-/// Lets the break interrupt come again; with its task locked out.
+/// Lets the break interrupt come again. Its task has to be locked out.
 pub fn hear_break() {
     // SAFETY: as above.
     unsafe { (*pac::TIM1::ptr()).dier().modify(|_, w| w.bie().set_bit()) };

@@ -1,9 +1,10 @@
-//! 168 MHz from the 8 MHz crystal, or 16 MHz from the internal oscillator if there is none.
+//! The clocks: 168 MHz from the 8 MHz crystal, or 16 MHz from the internal oscillator if there is
+//! none.
 //!
-//! The HAL waits for the crystal for ever, so it is started here first, with a bounded wait. Once
-//! it runs, the clock security system watches it: if it stops, the part falls back to the internal
-//! oscillator, TIM1's break input turns the outputs off, and [`super::fatal`] tells it after a
-//! reset.
+//! The HAL waits for the crystal for ever, so the crystal is started here first, with a bounded
+//! wait. Once it runs, the clock security system watches it. If it stops, the part falls back to
+//! the internal oscillator, TIM1's break input turns the outputs off, and [`super::fatal`] tells of
+//! it after a reset.
 
 use core::sync::atomic::{AtomicBool, Ordering};
 
@@ -12,17 +13,18 @@ use stm32f4xx_hal::pac;
 use stm32f4xx_hal::prelude::*;
 use stm32f4xx_hal::rcc::{Config, Rcc};
 
-/// How long the crystal may take, in cycles of the internal 16 MHz: 50 ms. Data sheet: 2 ms,
+/// Time that the crystal may take to start, cycles of the internal 16 MHz: 50 ms. Data sheet: 2 ms,
 /// typically.
 const PATIENCE: u32 = 16_000_000 / 20;
 
-/// How long the PLL may take: 1 ms. Data sheet: 300 us at most.
+/// Time that the PLL may take to lock, cycles of the internal 16 MHz: 1 ms. Data sheet: 300 us at
+/// most.
 const PLL_PATIENCE: u32 = 16_000;
 
-/// The part was started on the crystal.
+/// Whether the part was started on the crystal.
 static RAN: AtomicBool = AtomicBool::new(false);
 
-/// Sets up the clocks; the cycle counter must be running. Also says whether the crystal runs.
+/// Sets up the clocks, and returns whether the crystal runs. The cycle counter must be running.
 pub fn start(rcc: pac::RCC) -> (Rcc, bool) {
     let runs = crystal_runs(&rcc);
     if !runs {
@@ -36,9 +38,9 @@ pub fn start(rcc: pac::RCC) -> (Rcc, bool) {
     (rcc, true)
 }
 
-/// Starts the crystal, and lets the PLL lock on it once: its ready flag alone counts pulses and can
-/// be wrong about one that dies again. What the HAL waits for afterwards has then been seen to
-/// happen.
+/// Starts the crystal, lets the PLL lock on it once, and returns whether both went well. The ready
+/// flag alone counts pulses, and can be wrong about a crystal that dies again. What the HAL waits
+/// for afterwards has then been seen to happen.
 fn crystal_runs(rcc: &pac::RCC) -> bool {
     rcc.cr().modify(|_, w| w.hseon().on());
     if !within(PATIENCE, || rcc.cr().read().hserdy().is_ready()) {
@@ -54,7 +56,7 @@ fn crystal_runs(rcc: &pac::RCC) -> bool {
     locks && within(PLL_PATIENCE, || rcc.cr().read().pllrdy().is_not_ready())
 }
 
-/// Whether something happens within so many cycles.
+/// Returns whether something happens within so many cycles.
 fn within(cycles: u32, happens: impl Fn() -> bool) -> bool {
     let begin = DWT::cycle_count();
     while !happens() {
@@ -65,7 +67,8 @@ fn within(cycles: u32, happens: impl Fn() -> bool) -> bool {
     true
 }
 
-/// Whether the part was started on the crystal and has fallen back to the internal oscillator.
+/// Returns whether the part was started on the crystal and has fallen back to the internal
+/// oscillator.
 pub fn has_lost_crystal() -> bool {
     // SAFETY: reads a status register, which changes nothing.
     let rcc = unsafe { &*pac::RCC::ptr() };

@@ -1,5 +1,5 @@
-//! What a tick needs of the board, in one piece: the control task owns it, and the link borrows it
-//! for an instant.
+//! The parts of the control task: what a tick needs of the board, in one piece. The control task
+//! owns them, and the link borrows them for an instant.
 
 use core::sync::atomic::{AtomicBool, Ordering};
 
@@ -14,32 +14,32 @@ use super::supply::Supply;
 use super::tick::{Period, TickTimer};
 use super::traits::{Bridge, Encoder};
 
-/// The bridge's driver pulled the break input: set by its interrupt, ended by
-/// [`ControlTask::mend`].
+/// Whether the bridge's driver has pulled the break input. Its interrupt sets this, and
+/// [`ControlTask::mend`] ends it.
 pub static TRIPPED: AtomicBool = AtomicBool::new(false);
 
 /// The servo and the parts of the chip that it works with.
 pub struct ControlTask {
     /// The state machine and its controller.
     pub servo: &'static mut Servo,
-    /// Times the control task.
+    /// The deadline of the control task.
     pub deadline: Deadline,
-    /// The counter of edges.
+    /// The counter of the encoder's edges.
     pub encoder: Quadrature,
-    /// PWM and enable.
+    /// The bridge: PWM, direction and enable.
     pub bridge: TimerBridge,
-    /// Supply voltage.
+    /// The converter of the supply voltage.
     pub supply: Supply,
-    /// The control tick.
+    /// The timer of the control tick.
     pub timer: TickTimer,
-    /// The deadline's clock.
+    /// The clock of the deadline.
     pub stopwatch: Stopwatch,
-    /// From one tick to the next.
+    /// The time from one tick to the next.
     pub period: Period,
 }
 
 impl ControlTask {
-    /// A tick begins.
+    /// Begins a tick, and latches a fault if it is late.
     #[inline]
     pub fn enter(&mut self) {
         let in_time = self.deadline.enter(self.stopwatch.now());
@@ -50,9 +50,9 @@ impl ControlTask {
         self.latch_break();
     }
 
-    /// A pulse may be over before the next tick, and a request may come before it: whoever is first
-    /// latches the fault.
-    // Once in the image, not in everything that the link may ask of the servo.
+    /// Latches the fault of a break input that was pulled. A pulse may be over before the next
+    /// tick, and a request may come before it: whoever is first latches the fault.
+    // The image has this code once, not in everything that the link may ask of the servo.
     #[inline(never)]
     pub fn latch_break(&mut self) {
         if TRIPPED.load(Ordering::Relaxed) {
@@ -60,7 +60,7 @@ impl ControlTask {
         }
     }
 
-    /// From the encoder to the bridge.
+    /// Runs one tick of the servo, from the encoder to the bridge.
     #[inline]
     pub fn tick(&mut self) -> Output {
         let input = Input { counter: self.encoder.counter(), supply: self.supply.read() };
@@ -73,7 +73,7 @@ impl ControlTask {
         output
     }
 
-    /// It ends.
+    /// Ends a tick, and latches a fault if it took too long.
     #[inline]
     pub fn leave(&mut self) {
         if !self.deadline.leave(self.stopwatch.now()) {
@@ -82,15 +82,15 @@ impl ControlTask {
     }
 
     /// Lets the break input trip again, once its fault has been cleared and the input has been let
-    /// go. One that is still pulled trips at once.
+    /// go. An input that is still pulled trips at once.
     pub fn mend(&mut self) {
         if !TRIPPED.load(Ordering::Relaxed) || self.servo.state() == State::Faulted(Fault::BreakInput) {
             return;
         }
         if self.bridge.break_is_over() {
-            // The hardware has turned the outputs off, of which the bridge knows nothing if there
-            // was no tick since: it would not turn them on again for one that is armed before the
-            // next.
+            // The hardware has turned the outputs off. The bridge knows nothing of it if there was
+            // no tick since, and would not turn them on again for a servo that is armed before the
+            // next tick.
             self.bridge.rest();
             TRIPPED.store(false, Ordering::Relaxed);
             bridge::hear_break();
@@ -99,7 +99,7 @@ impl ControlTask {
         }
     }
 
-    /// Another sample time, PWM and dead time; the output is off. The next tick comes a whole
+    /// Takes another sample time, PWM and dead time. The output is off. The next tick comes a whole
     /// sample time from now.
     pub fn reconfigure(&mut self, bridge: &bridge::Settings, period: &Period) {
         self.bridge.reconfigure(bridge);
@@ -107,15 +107,15 @@ impl ControlTask {
         self.resume();
     }
 
-    /// No more ticks, and the output off: a stop that was told since the last tick may not have
-    /// reached the bridge yet.
+    /// Stops the ticks and turns the output off: a stop that was told since the last tick may not
+    /// have reached the bridge yet.
     pub fn pause(&mut self) {
         self.bridge.rest();
         self.timer.stop();
     }
 
-    /// Ticks again; the next one comes a whole sample time from now, and has nothing to be late
-    /// for.
+    /// Lets the ticks go on. The next one comes a whole sample time from now, and has nothing to be
+    /// late for.
     pub fn resume(&mut self) {
         self.timer.set(&self.period);
         self.deadline = Deadline::new(self.period.clocks);

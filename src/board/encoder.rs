@@ -1,4 +1,5 @@
-//! Quadrature on TIM2, PA0 and PA1: 32 bits, every edge counts, both directions.
+//! The encoder: quadrature on TIM2, PA0 and PA1. The counter has 32 bits, and every edge counts, in
+//! both directions.
 
 use stm32f4xx_hal::gpio::{Alternate, PA0, PA1};
 use stm32f4xx_hal::pac;
@@ -6,14 +7,14 @@ use stm32f4xx_hal::rcc::{Enable, Rcc, Reset};
 
 use super::traits::Encoder;
 
-/// The counter.
+/// The counter of the encoder's edges.
 pub struct Quadrature {
     timer: pac::TIM2,
     _pins: (PA0<Alternate<1>>, PA1<Alternate<1>>),
 }
 
-/// `ICxF`: an edge counts when 8 samples at 84 MHz agree. Spikes of the bridge below 95 ns do not
-/// count; the encoder may give 5 million edges a second.
+/// The input filter `ICxF`: an edge counts when 8 samples at 84 MHz agree. Spikes of the bridge
+/// below 95 ns do not count; the encoder may give 5 million edges a second.
 const FILTER: u8 = 0b0011;
 
 impl Quadrature {

@@ -1,5 +1,5 @@
-//! When the program cannot go on: the bridge off first, then the reason kept, then a reset that
-//! tells it.
+//! The end of a program that cannot go on: the bridge off first, then the reason kept, then a reset
+//! that tells it.
 
 use core::panic::PanicInfo;
 use core::sync::atomic::{Ordering, compiler_fence};
@@ -12,7 +12,7 @@ use stm32f4xx_hal::pac;
 use super::bridge::off_now;
 use super::retained::{RetainedFault, keep, set_armed};
 
-/// Ends this run of the program.
+/// Ends this run of the program: the bridge is off, the fault is kept, and the part is reset.
 pub fn stop(record: RetainedFault) -> ! {
     off_for_good();
     keep(record);
@@ -21,7 +21,7 @@ pub fn stop(record: RetainedFault) -> ! {
     SCB::sys_reset()
 }
 
-/// The bridge off, and no task that could turn it on again.
+/// Turns the bridge off, and lets no task run that could turn it on again.
 fn off_for_good() {
     cortex_m::interrupt::disable();
     off_now();
@@ -45,8 +45,8 @@ unsafe fn HardFault(frame: &ExceptionFrame) -> ! {
     stop(RetainedFault::of(Fault::HardFault).at(frame.pc(), status))
 }
 
-/// An exception or interrupt that nothing here enables. Told in place of a line: its number in the
-/// vector table.
+/// Stops at an exception or interrupt that nothing here enables. Its number in the vector table is
+/// told in place of a line.
 #[exception]
 unsafe fn DefaultHandler(interrupt: i16) -> ! {
     off_for_good();
@@ -54,7 +54,7 @@ unsafe fn DefaultHandler(interrupt: i16) -> ! {
     stop(RetainedFault::of(Fault::Panic).with_text("an exception without a handler").at(number, 0))
 }
 
-/// The clock security system: the crystal has stopped.
+/// Stops when the clock security system says that the crystal has stopped.
 #[exception]
 unsafe fn NonMaskableInt() {
     off_for_good();

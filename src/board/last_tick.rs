@@ -1,5 +1,5 @@
-//! The last tick, where somebody outside of the program can read it: a debugger, or an emulated
-//! board that compares it with the same core on a host, bit for bit.
+//! The last tick, where somebody outside of the program can read it. That is a debugger, or an
+//! emulated board that compares it with the same core on a host, bit for bit.
 
 use core::cell::UnsafeCell;
 use core::mem::MaybeUninit;
@@ -11,16 +11,16 @@ struct Published(UnsafeCell<MaybeUninit<Tick>>);
 // SAFETY: written by the control task only; nothing in the program reads it.
 unsafe impl Sync for Published {}
 
-/// Found by its name in the ELF file; the layout of [`Tick`] is that of C. Zero until the joint is
-/// armed.
+/// The last tick, found by its name in the ELF file. The layout of [`Tick`] is that of C. It is
+/// zero until the servo is armed.
 ///
 /// `#[used]` and a name for the outside say that somebody may read it, so plain writes to it stay.
-/// Volatile ones would first spill every term, for about twice the instructions.
+/// Volatile writes would first spill every term, for about twice the instructions.
 #[used]
 #[unsafe(no_mangle)]
 static STICTION_LAST_TICK: Published = Published(UnsafeCell::new(MaybeUninit::zeroed()));
 
-/// Leaves a tick there; of the control task only.
+/// Leaves a tick where it can be read. Only the control task may call this.
 #[inline]
 pub fn publish(tick: &Tick) {
     // SAFETY: within the static, and aligned as it is; see `Published`.

@@ -1,11 +1,12 @@
 //! The liveness of the tasks that the watchdog watches: which of them have run since it was fed
 //! last.
 //!
-//! The control task is not among them: it wakes the feeder, so the feeder runs only if it has run.
+//! The control task is not among them: it wakes the feeder, so the feeder runs only if the control
+//! task has run.
 
 use core::sync::atomic::{AtomicBool, Ordering};
 
-/// The flag of one task.
+/// The flag of one task, which says whether it has run.
 pub struct Liveness(AtomicBool);
 
 /// The flag of the link's task.
@@ -14,7 +15,7 @@ pub static LINK: Liveness = Liveness(AtomicBool::new(false));
 pub static REPORT: Liveness = Liveness(AtomicBool::new(false));
 
 impl Liveness {
-    /// The task tells that it has run to its end.
+    /// Notes that the task has run to its end.
     pub fn has_run(&self) {
         self.0.store(true, Ordering::Relaxed);
     }
@@ -28,7 +29,7 @@ impl Liveness {
     }
 }
 
-/// Whether all of them have run since this was last so; of the feeder only.
+/// Returns whether all of the tasks have run since this was last so. Only the feeder may call this.
 pub fn all_have_run() -> bool {
     let tasks = [&LINK, &REPORT];
     let all = tasks.iter().all(|task| task.is_set());

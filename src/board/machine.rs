@@ -1,15 +1,17 @@
-//! What the link acts on: the control task's parts, locked for as short as can be.
+//! The board as the machine that the link acts on: the control task's parts, locked for as short as
+//! can be.
 //!
-//! While the link holds them, the control task waits. Two requests hold them for long, counted in
-//! the image's code, with one cycle for each instruction:
+//! While the link holds them, the control task waits. Two requests hold them for long. Their
+//! instructions were counted in the image's code, and the times are those of one cycle for each:
 //!
-//! - another motion, also while armed: about 360, 2.1 us, of which two copies of half a KiB are
-//!   180;
+//! - another motion, also while armed: about 360 instructions, 2.1 us, of which two copies of half
+//!   a KiB are 180;
 //! - the exchange of a control loop that has been prepared outside (`Servo::install`), with the
-//!   output off: about 1250, 7.4 us, of which a swap of a KiB, 9 instructions for 8 bytes, is 1180.
+//!   output off: about 1250 instructions, 7.4 us, of which a swap of a KiB, 9 instructions for 8
+//!   bytes, is 1180.
 //!
-//! Everything else is less than 200: reading a status, arming, the registers of another PWM. The
-//! deadline allows a tick to begin a quarter of a period late, 25 us at 10 kHz.
+//! Everything else is less than 200 instructions: reading a status, arming, the registers of
+//! another PWM. The deadline allows a tick to begin a quarter of a period late, 25 us at 10 kHz.
 
 use rtic::Mutex;
 use stiction::link::{Machine, Refused};
@@ -26,7 +28,7 @@ use super::watchdog::{CROSSING, Independent, Timeout};
 
 /// The shared parts of the board, as the link's task may lock them.
 pub struct BoardMachine<'a, C, W> {
-    /// Servo and bridge.
+    /// The control task's parts.
     pub control_task: &'a mut C,
     /// The watchdog, whose timeout follows the sample time.
     pub watchdog: &'a mut W,
@@ -37,9 +39,9 @@ pub struct BoardMachine<'a, C, W> {
 }
 
 impl<C: Mutex<T = ControlTask>, W: Mutex<T = Independent>> BoardMachine<'_, C, W> {
-    /// Feeds the watchdog with another timeout, from which on it counts. Waits until those that
-    /// were set before it, and it, have crossed to the oscillator; meanwhile the watchdog is fed,
-    /// since the feeder's other tasks wait as well.
+    /// Feeds the watchdog with another timeout, which counts from the last of these feeds on. It
+    /// waits until this timeout and those that were set before it have crossed to the oscillator.
+    /// Meanwhile it feeds the watchdog, since the feeder's other tasks wait as well.
     fn feed_with(&mut self, timeout: Timeout) -> Result<(), Refused> {
         let longest = (CROSSING * self.clock as f32) as u32;
         let begin = self.now();
@@ -79,9 +81,9 @@ impl<C: Mutex<T = ControlTask>, W: Mutex<T = Independent>> Machine for BoardMach
         HARDWARE
     }
 
-    /// The processor stands still for seconds: no ticks, nothing driven, a watchdog that waits.
-    /// Nothing can arm meanwhile, since neither a tick nor another request comes before the end.
-    /// Whatever came over the wire meanwhile is lost.
+    /// Saves parameters while the processor stands still for seconds: no ticks, nothing driven, a
+    /// watchdog that waits. Nothing can arm meanwhile, since neither a tick nor another request
+    /// comes before the end. Whatever came over the wire meanwhile is lost.
     #[inline(never)]
     fn save(&mut self, parameters: &Parameters) -> Result<(), Refused> {
         let saved = self.feed_with(Timeout::ERASE).and_then(|()| {
@@ -94,7 +96,7 @@ impl<C: Mutex<T = ControlTask>, W: Mutex<T = Independent>> Machine for BoardMach
             });
             Ok(saved?)
         });
-        // If it does not come in time, each of the next feeds tries again.
+        // If the timeout is not taken over in time, each of the next feeds tries again.
         let restored = self.feed_with(Timeout::of_loop(parameters.controller.sample_time));
         saved.and(restored)
     }
@@ -103,7 +105,8 @@ impl<C: Mutex<T = ControlTask>, W: Mutex<T = Independent>> Machine for BoardMach
     fn reconfigure(&mut self, parameters: &Parameters) -> Result<(), Refused> {
         let sample_time = parameters.controller.sample_time;
         let (bridge, period) = (bridge::Settings::of(parameters), Period::new(sample_time, self.clock));
-        // First: the next tick, which lets the feeder run, may come later than the old timeout.
+        // The watchdog comes first: the next tick, which lets the feeder run, may come later than
+        // the old timeout.
         let before = self.watchdog.lock(|watchdog| watchdog.timeout());
         if let Err(refused) = self.feed_with(Timeout::of_loop(sample_time)) {
             self.watchdog.lock(|watchdog| watchdog.set(before));

@@ -1,4 +1,4 @@
-//! The STM32F405RG: everything that knows a register or a pin.
+//! The board with its STM32F405RG: everything that knows a register or a pin.
 //!
 //! `docs/wiring.md` has the pins. Each part is one module; what the control task needs of them is
 //! behind the traits of [`traits`], since embedded-hal has none for an encoder, a bridge or a
@@ -27,5 +27,6 @@ pub mod watchdog;
 
 use stiction::Hardware;
 
-/// TIM1 is clocked at 168 MHz (`clock.rs`), and the converter has 12 bits.
+/// The figures of this board: TIM1 is clocked at 168 MHz (`clock.rs`), and the converter has 12
+/// bits.
 pub const HARDWARE: Hardware = Hardware { pwm_clock_hz: 168e6, supply_top: 4095 };

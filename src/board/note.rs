@@ -1,7 +1,8 @@
-//! What the image says of itself: an ELF note, which a host reads before it runs or flashes it.
+//! The note of the image: what it says of itself, in an ELF note that a host reads before it runs
+//! or flashes the image.
 
-/// Name `stiction`, type 1; as description the core's version, the commit and the chip, each ended
-/// by a zero.
+/// An ELF note with the name `stiction` and type 1. Its description is the core's version, the
+/// commit and the chip, each ended by a zero.
 #[repr(C)]
 struct Note {
     name_size: u32,
@@ -13,7 +14,7 @@ struct Note {
 
 const TEXTS: &str = concat!(env!("CARGO_PKG_VERSION"), "\0", env!("STICTION_COMMIT"), "\0STM32F405\0");
 
-/// Notes are made of whole words.
+/// Size of the description, bytes. Notes are made of whole words.
 const SIZE: usize = TEXTS.len().next_multiple_of(4);
 
 const fn description() -> [u8; SIZE] {

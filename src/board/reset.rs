@@ -1,4 +1,4 @@
-//! Why the part was reset.
+//! The reset: why the part was reset.
 
 use stiction::Fault;
 use stm32f4xx_hal::pac;
@@ -11,18 +11,18 @@ pub enum Cause {
     /// The supply sagged below the brown-out level. Only parts whose option bytes enable that level
     /// tell it from power-on.
     BrownOut,
-    /// The independent watchdog.
+    /// The independent watchdog was not fed.
     Watchdog,
-    /// The program or a debugger.
+    /// The program or a debugger asked for the reset.
     Software,
-    /// The reset pin.
+    /// The reset pin was pulled.
     Pin,
-    /// None that this firmware uses.
+    /// The cause is none that this firmware uses.
     Other,
 }
 
 impl Cause {
-    /// Reads the flags and clears them for the next time.
+    /// Reads the cause from the flags, and clears them for the next time.
     pub fn take(rcc: &pac::RCC) -> Self {
         let flags = rcc.csr().read();
         rcc.csr().modify(|_, w| w.rmvf().clear());
@@ -43,7 +43,7 @@ impl Cause {
         }
     }
 
-    /// The fault that the cause is by itself, given whether the motor was being driven.
+    /// Returns the fault that the cause is by itself, given whether the motor was being driven.
     pub const fn fault(self, was_armed: bool) -> Option<Fault> {
         match self {
             Self::Watchdog => Some(Fault::Watchdog),
@@ -53,7 +53,7 @@ impl Cause {
         }
     }
 
-    /// A few words for a log.
+    /// Returns a few words for a log.
     pub const fn describe(self) -> &'static str {
         match self {
             Self::PowerOn => "power on",

@@ -1,4 +1,4 @@
-//! What is remembered across a reset: the last fault, and whether the motor was being driven.
+//! The memory across a reset: the last fault, and whether the motor was being driven.
 //!
 //! It lies in RAM that is neither zeroed nor initialised (`NOINIT` of memory.x). After power-on it
 //! is noise, which the check words tell from a record.
@@ -10,12 +10,12 @@ use core::ptr;
 use stiction::Fault;
 use stiction::fault::Latched;
 
-/// Room for the end of a source file's name.
+/// Bytes for the end of a source file's name.
 const TEXT: usize = 40;
 const MAGIC: u32 = 0x5354_4943;
 const ARMED: u32 = 0xA12E_D0DE;
 
-/// A fault and where it was.
+/// A fault that is kept across a reset, and where it was.
 #[derive(Clone, Copy)]
 #[repr(C)]
 pub struct RetainedFault {
@@ -45,17 +45,17 @@ unsafe impl Sync for Kept {}
 static KEPT: Kept = Kept(UnsafeCell::new(MaybeUninit::uninit()));
 
 impl RetainedFault {
-    /// A fault without a place.
+    /// Makes the record of a fault without a place.
     pub const fn of(fault: Fault) -> Self {
         Self { magic: MAGIC, fault: fault as u32, place: 0, status: 0, length: 0, text: [0; TEXT], check: 0 }
     }
 
-    /// One that the servo has latched.
+    /// Makes the record of a fault that the servo has latched.
     pub const fn latched(latched: &Latched) -> Self {
         Self::of(latched.fault).at(latched.tick, latched.value.to_bits())
     }
 
-    /// The same again after the reset.
+    /// Returns the fault again as the servo had latched it, after the reset.
     pub fn as_latched(&self) -> Option<Latched> {
         let fault = self.fault()?;
         Some(match fault {
@@ -65,7 +65,7 @@ impl RetainedFault {
         })
     }
 
-    /// With the end of a text, since that is where a path says most.
+    /// Adds the end of a text, since that is where a path says most.
     pub fn with_text(mut self, text: &str) -> Self {
         let bytes = text.as_bytes();
         let kept = bytes.get(bytes.len().saturating_sub(TEXT)..).unwrap_or(bytes);
@@ -76,19 +76,19 @@ impl RetainedFault {
         self
     }
 
-    /// With a place in the program and a status.
+    /// Adds a place in the program and a status.
     pub const fn at(mut self, place: u32, status: u32) -> Self {
         self.place = place;
         self.status = status;
         self
     }
 
-    /// Which fault.
+    /// Returns the fault; none if its number is unknown.
     pub fn fault(&self) -> Option<Fault> {
         Fault::from_code(self.fault as u8)
     }
 
-    /// The text, or nothing.
+    /// Returns the text; empty if there is none.
     pub fn text(&self) -> &str {
         let kept = self.text.get(..self.length as usize).unwrap_or_default();
         core::str::from_utf8(kept).unwrap_or_default()
@@ -108,7 +108,7 @@ pub fn keep(mut record: RetainedFault) {
     unsafe { ptr::write_volatile(&raw mut (*memory()).fault, record) };
 }
 
-/// There is nothing to tell any more.
+/// Forgets the record: there is nothing to tell any more.
 pub fn forget() {
     // SAFETY: within the static; see `Kept`.
     unsafe { ptr::write_volatile(&raw mut (*memory()).fault.magic, 0) };
@@ -121,7 +121,8 @@ pub fn set_armed(armed: bool) {
     unsafe { ptr::write_volatile(&raw mut (*memory()).armed, [word, !word]) };
 }
 
-/// What was kept before this reset, and whether the motor was driven; forgets both.
+/// Returns the fault that was kept before this reset and whether the motor was driven, and forgets
+/// both.
 pub fn take() -> (Option<RetainedFault>, bool) {
     // SAFETY: within the static; any bits are a value of these types.
     let Memory { fault: record, armed } = unsafe { ptr::read_volatile(memory()) };

@@ -1,11 +1,11 @@
 //! The parameter sectors: 10 and 11 of the flash, 128 KiB each.
 //!
 //! There is one bank: while a sector is erased or a word is written, nothing can be fetched, and
-//! the processor stands still with all its interrupts, for an erase 1 to 2 s at 32 bits of
+//! the processor stands still with all its interrupts. An erase takes 1 to 2 s at 32 bits of
 //! parallelism (data sheet; 4 s at 8). Who asks for one sees to it that nothing is driven, that no
 //! tick is due, and that the watchdog waits. The code does not have to lie in RAM for that: the
-//! processor stalls at its next fetch and goes on afterwards. Where a processor does not stall (an
-//! emulated one), it sleeps.
+//! processor stalls at its next fetch and goes on afterwards. A processor that does not stall (an
+//! emulated one) sleeps.
 
 use core::ptr;
 
@@ -18,22 +18,22 @@ use stiction::Parameters;
 use stiction::parameters::{DecodeError, ROOM};
 use stm32f4xx_hal::pac;
 
-/// Sector 10; 11 follows.
+/// Address of sector 10; sector 11 follows.
 const BEGIN: usize = 0x080C_0000;
 const SECTOR: usize = 128 * 1024;
 const FIRST: u8 = 10;
 
-/// Where the two slots of the store are.
+/// Places of the store's two slots, bytes from the begin of sector 10.
 pub const SLOTS: [u32; 2] = [0, SECTOR as u32];
 
-/// In this order they unlock the control register (RM0090, 3.6.1).
+/// The keys that unlock the control register, in this order (RM0090, 3.6.1).
 const KEYS: [u32; 2] = [0x4567_0123, 0xCDEF_89AB];
 
-/// Flags of the status register that something went wrong: operation, protection, alignment,
+/// Flags of the status register that tell of an error: operation, protection, alignment,
 /// parallelism, sequence.
 const ERRORS: u32 = 0b1111_0010;
 
-/// The newest valid parameters, and the number of their sector.
+/// Returns the newest valid parameters, and the number of their sector.
 #[inline(never)]
 pub fn read() -> Result<(Parameters, u8), DecodeError> {
     // SAFETY: flash that is always mapped, outside of the program (memory.x), and that nobody
@@ -43,28 +43,29 @@ pub fn read() -> Result<(Parameters, u8), DecodeError> {
     Ok((parameters, FIRST + which as u8))
 }
 
-/// How often a sleeper looks whether an erase is over, clocks of the processor: 10 ms at 168 MHz.
+/// Time after which a sleeper looks again whether an erase is over, clocks of the processor: 10 ms
+/// at 168 MHz.
 const LOOK_EVERY: u32 = 1_680_000;
 
-/// The two sectors, to be written.
+/// The two sectors of the flash, to be read and written.
 pub struct Sectors {
     registers: pac::FLASH,
     alarm: SYST,
 }
 
-/// The flash has refused.
+/// The error of a flash that has refused.
 #[derive(Debug)]
 pub struct Refused(NorFlashErrorKind);
 
 impl Sectors {
-    /// Of the flash's registers, and a timer that nothing else uses.
+    /// Makes the sectors of the flash's registers, and of a timer that nothing else uses.
     pub fn new(registers: pac::FLASH, mut alarm: SYST) -> Self {
         alarm.set_clock_source(SystClkSource::Core);
         alarm.set_reload(LOOK_EVERY);
         Self { registers, alarm }
     }
 
-    /// Does something with the control register unlocked; it is locked again afterwards, whatever
+    /// Does something with the control register unlocked. It is locked again afterwards, whatever
     /// comes of it.
     fn unlocked(
         &mut self,
@@ -76,15 +77,14 @@ impl Sectors {
                 registers.keyr().write(|w| w.key().set(key));
             }
         }
-        // Errors of before, which would be taken for errors of now.
-        // SAFETY: flags that are cleared by writing ones.
+        // Errors of before would be taken for errors of now.
         registers.sr().write(|w| unsafe { w.bits(ERRORS) });
         let done = act(registers, alarm);
         registers.cr().write(|w| w.lock().set_bit());
         done
     }
 
-    /// Sleeps until the flash is ready, and looks now and then; the flash's own interrupt is not
+    /// Sleeps until the flash is ready, and looks now and then. The flash's own interrupt is not
     /// among those that the register crate knows.
     fn wait(registers: &pac::FLASH, alarm: &mut SYST) -> Result<(), Refused> {
         alarm.clear_current();
@@ -105,7 +105,7 @@ impl Sectors {
         }
     }
 
-    /// What the data cache has of a sector that was erased is no longer so.
+    /// Empties the data cache: what it has of a sector that was erased is no longer so.
     fn forget(registers: &pac::FLASH) {
         registers.acr().modify(|_, w| w.dcen().clear_bit());
         registers.acr().modify(|_, w| w.dcrst().set_bit());
@@ -150,7 +150,6 @@ impl NorFlash for Sectors {
         for number in (from as usize / SECTOR..to as usize / SECTOR).map(|index| FIRST + index as u8) {
             self.unlocked(|registers, alarm| {
                 // What is not set here is as after a reset, and that is locked.
-                // SAFETY: the number of a sector that there is.
                 registers.cr().write(|w| unsafe {
                     w.lock().clear_bit().ser().set_bit().psize().psize32().snb().bits(number)
                 });
@@ -170,7 +169,7 @@ impl NorFlash for Sectors {
                 // SAFETY: an aligned word within the two sectors, which hold nothing that the
                 // program refers to.
                 unsafe { ptr::write_volatile(at as *mut u32, u32::from_le_bytes(*word)) };
-                // 16 us, for which the processor stands still anyway.
+                // A write takes 16 us, for which the processor stands still anyway.
                 while registers.sr().read().bsy().bit_is_set() {}
                 Self::outcome(registers)?;
             }

@@ -1,4 +1,5 @@
-//! Brings every part up, in the order in which nothing can move by accident.
+//! The setup of the board, which brings every part up, in the order in which nothing can move by
+//! accident.
 
 use core::mem::MaybeUninit;
 
@@ -23,25 +24,25 @@ use super::usart::Port;
 use super::watchdog::{Independent, Timeout};
 use super::{clock, sectors};
 
-/// Of a part without parameters, s.
+/// Sample time of a part without parameters, s.
 const IDLE_SAMPLE_TIME: f32 = 0.001;
 
-/// What the sectors say.
+/// The settings of the board: the parameters that the sectors hold, or why there are none.
 pub struct Settings {
     found: Result<(Parameters, u8), DecodeError>,
 }
 
-/// Every part, running; the outputs are off.
+/// The board with every part running and the outputs off.
 pub struct Board {
-    /// The servo and what a tick needs.
+    /// The servo and the parts that a tick needs.
     pub control_task: ControlTask,
-    /// Fed by a task.
+    /// The watchdog, which a task feeds.
     pub watchdog: Independent,
-    /// The wire of the link.
+    /// The port of the link's wire.
     pub port: Port,
-    /// Where parameters are saved.
+    /// The store in which parameters are saved.
     pub store: Store<Sectors>,
-    /// The crystal runs.
+    /// Whether the crystal runs.
     pub crystal: bool,
     /// Clock of the processor, Hz.
     pub clock: u32,
@@ -50,7 +51,7 @@ pub struct Board {
 }
 
 impl Settings {
-    /// Reads them, and refuses those that are not for this board.
+    /// Reads the parameters, and refuses those that are not for this board.
     #[inline(never)]
     pub fn read() -> Self {
         let mut found = sectors::read();
@@ -62,17 +63,17 @@ impl Settings {
         Self { found }
     }
 
-    /// The parameters.
+    /// Returns the parameters, or why there are none.
     pub fn parameters(&self) -> Result<&Parameters, DecodeError> {
         self.found.as_ref().map(|(parameters, _)| parameters).map_err(|error| *error)
     }
 
-    /// Number of the sector that they are in.
+    /// Returns the number of the sector that the parameters are in.
     pub fn sector(&self) -> Option<u8> {
         self.found.as_ref().ok().map(|(_, sector)| *sector)
     }
 
-    /// Time between ticks, s.
+    /// Returns the time between ticks, s.
     pub fn sample_time(&self) -> f32 {
         self.parameters().map_or(IDLE_SAMPLE_TIME, |parameters| parameters.controller.sample_time)
     }
@@ -82,7 +83,8 @@ impl Settings {
     }
 }
 
-/// Starts everything.
+/// Starts every part of the board. `boot` tells, given whether the crystal runs, how the part came
+/// out of its reset.
 pub fn start(
     device: pac::Peripherals,
     mut core: cortex_m::Peripherals,
@@ -99,8 +101,8 @@ pub fn start(
     let b = device.GPIOB.split(&mut rcc);
     let c = device.GPIOC.split(&mut rcc);
     let pins = Pins {
-        // First of all: low from the moment on that it is an output. Before, a resistor of the
-        // board holds it.
+        // The enable pin comes first of all: low from the moment on that it is an output. Before, a
+        // resistor of the board holds it.
         enable: b.pb0.into_push_pull_output_in_state(PinState::Low),
         direction: b.pb1.into_push_pull_output_in_state(PinState::Low),
         high: a.pa8.into_alternate(),
@@ -130,7 +132,8 @@ pub fn start(
     Board { control_task, watchdog, port, store, crystal, clock, timer_clock }
 }
 
-/// A function of its own, so that what it needs of the stack is free again for what follows.
+/// Puts a blank servo in its place. It is a function of its own, so that the stack that it needs is
+/// free again for what follows.
 #[inline(never)]
 fn blank(place: &'static mut MaybeUninit<Servo>) -> &'static mut Servo {
     place.write(Servo::blank())

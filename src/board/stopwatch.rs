@@ -1,20 +1,19 @@
-//! A free-running counter for the control task's deadline: TIM5, 32 bits.
+//! The stopwatch: a free-running counter for the control task's deadline, on TIM5, 32 bits.
 //!
 //! The processor's own cycle counter would not do. It stands still while the processor sleeps, and
-//! that is what it does between two ticks: a tick that comes late would look as if it came early. A
+//! the processor sleeps between two ticks: a tick that comes late would look as if it came early. A
 //! timer goes on.
 
 use stm32f4xx_hal::pac;
 use stm32f4xx_hal::rcc::{Enable, Rcc, Reset};
 
-/// The counter, of the clock of the timers on APB1: 84 MHz, and the internal 16 MHz without a
-/// crystal.
+/// A counter of the clock of the timers on APB1: 84 MHz, or the internal 16 MHz without a crystal.
 pub struct Stopwatch {
     timer: pac::TIM5,
 }
 
 impl Stopwatch {
-    /// Starts it at zero.
+    /// Starts the counter at zero.
     pub fn start(timer: pac::TIM5, rcc: &mut Rcc) -> Self {
         pac::TIM5::enable(rcc);
         pac::TIM5::reset(rcc);
@@ -23,7 +22,7 @@ impl Stopwatch {
         Self { timer }
     }
 
-    /// What it reads. Wraps after 51 s.
+    /// Returns the counter's reading, clocks. It wraps after 51 s.
     #[inline]
     pub fn now(&self) -> u32 {
         self.timer.cnt().read().bits()

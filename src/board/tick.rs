@@ -8,16 +8,16 @@ pub struct TickTimer {
     timer: pac::TIM3,
 }
 
-/// A sample time, as the timer counts it.
+/// The period of the ticks: a sample time, as the timer counts it.
 #[derive(Clone, Copy)]
 pub struct Period {
-    /// Clocks of the timers on APB1, the stopwatch's among them.
+    /// Length of the period, clocks of the timers on APB1, the stopwatch's among them.
     pub clocks: u32,
     divider: u32,
 }
 
 impl Period {
-    /// Of a sample time (s) at a clock (Hz).
+    /// Returns the period of a sample time (s) at a clock (Hz).
     pub fn new(sample_time: f32, clock: u32) -> Self {
         let clocks = libm::roundf(sample_time * clock as f32) as u32;
         Self { clocks, divider: divider(clocks) }
@@ -25,7 +25,7 @@ impl Period {
 }
 
 impl TickTimer {
-    /// Prepares a tick; the interrupt waits until the tasks run.
+    /// Starts the timer. Its interrupt waits until the tasks run.
     pub fn start(timer: pac::TIM3, period: &Period, rcc: &mut Rcc) -> Self {
         pac::TIM3::enable(rcc);
         pac::TIM3::reset(rcc);
@@ -35,7 +35,7 @@ impl TickTimer {
         this
     }
 
-    /// Begins a period, and more of the same length after it.
+    /// Begins a period, and lets more of the same length follow it.
     pub fn set(&mut self, period: &Period) {
         let Period { clocks, divider } = *period;
         let timer = &self.timer;
@@ -48,7 +48,7 @@ impl TickTimer {
         timer.cr1().write(|w| w.urs().counter_only().cen().enabled());
     }
 
-    /// No more ticks until the next [`set`](Self::set).
+    /// Stops the ticks until the next [`set`](Self::set).
     pub fn stop(&mut self) {
         self.timer.cr1().write(|w| w.urs().counter_only());
     }
@@ -60,8 +60,8 @@ impl TickTimer {
     }
 }
 
-/// The smallest prescaler that leaves 16 bits, and if one nearby divides the period exactly, that
-/// one: 20 ms is then 20 ms, not 6 ppm off.
+/// Returns the smallest prescaler that leaves 16 bits. If one nearby divides the period exactly, it
+/// returns that one: 20 ms is then 20 ms, not 6 ppm off.
 fn divider(clocks: u32) -> u32 {
     let smallest = clocks / 65_536 + 1;
     (smallest..smallest + 32).find(|divider| clocks.is_multiple_of(*divider)).unwrap_or(smallest)

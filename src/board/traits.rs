@@ -1,10 +1,11 @@
-//! What the control task needs of a board, where embedded-hal 1.0 has no trait for it.
+//! The traits of a board's parts that the control task needs, where embedded-hal 1.0 has none for
+//! them.
 
 use stiction::drive::Duty;
 
 /// A counter of encoder edges that runs by itself.
 pub trait Encoder {
-    /// What it reads now. Wraps.
+    /// Returns the counter's present reading, which wraps.
     fn counter(&self) -> u32;
 }
 
@@ -13,12 +14,12 @@ pub trait Bridge {
     /// Lets `duty` through, and turns the outputs on if they are off.
     fn drive(&mut self, duty: Duty);
 
-    /// Turns the outputs off; `neutral` is what they begin with when they are turned on again.
+    /// Turns the outputs off. They begin with `neutral` when they are turned on again.
     fn off(&mut self, neutral: Duty);
 }
 
-/// Resets the part unless it is fed in time.
+/// A watchdog, which resets the part unless it is fed in time.
 pub trait Watchdog {
-    /// The program is alive.
+    /// Feeds the watchdog: the program is alive.
     fn feed(&mut self);
 }

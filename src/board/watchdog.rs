@@ -1,9 +1,9 @@
 //! The independent watchdog.
 //!
-//! Until it bites, a bridge keeps its last duty, so it waits no longer than it must: for three
-//! control ticks, and for 10 ms if they are shorter. Its clock, the LSI oscillator, has 32 kHz
-//! typically and 17 to 47 kHz within the data sheet's limits, so that the longest time is 47/17 of
-//! the shortest:
+//! Until the watchdog bites, a bridge keeps its last duty, so it waits no longer than it must: for
+//! three control ticks, and for 10 ms if they are shorter. Its clock, the LSI oscillator, has 32
+//! kHz typically and 17 to 47 kHz within the data sheet's limits, so that the longest time is 47/17
+//! of the shortest:
 //!
 //! ```text
 //! counts = shortest * 47 kHz / 4              (prescaler 4, fastest oscillator)
@@ -11,53 +11,54 @@
 //! sample time 1 ms (to 3.3 ms):  118 counts, 10 ms to  28 ms;  15 ms typically
 //! ```
 //!
-//! It is fed only when every task that is watched has run since it was fed last: the control task,
-//! without which nobody wakes the feeder, and the link and the log below it ([`super::liveness`]).
-//! Each is woken once a tick, so all have run within a tick or two of any instant.
+//! The watchdog is fed only when every task that is watched has run since it was fed last: the
+//! control task, without which nobody wakes the feeder, and the link and the log below it
+//! ([`super::liveness`]). Each is woken once a tick, so all have run within a tick or two of any
+//! instant.
 //!
-//! A new timeout is taken over by the first feed after it has crossed into the oscillator's domain,
-//! which takes up to [`CROSSING`] and is not waited for at the start. Until the first one it counts
-//! the reset value, 4096 * 4 clocks: 349 to 964 ms for the start, which takes some 55 ms at most.
-//! It keeps running while a debugger halts the core: a breakpoint must not leave the motor at its
-//! last duty.
+//! A new timeout is taken over by the first feed after it has crossed into the oscillator's domain.
+//! That takes up to [`CROSSING`] and is not waited for at the start. Until the first one, the
+//! watchdog counts the reset value, 4096 * 4 clocks: 349 to 964 ms for the start, which takes some
+//! 55 ms at most. The watchdog keeps running while a debugger halts the core: a breakpoint must not
+//! leave the motor at its last duty.
 //!
-//! An erase of the flash holds up the processor for up to 4 s: [`Timeout::ERASE`] is what
+//! An erase of the flash holds up the processor for up to 4 s. [`Timeout::ERASE`] is what
 //! `stiction::store` derives for it.
 
 use stm32f4xx_hal::pac;
 
 use super::traits::Watchdog;
 
-/// Control ticks that may be missed.
+/// Number of control ticks that may be missed.
 const TICKS: f32 = 3.0;
 
 /// The shortest timeout, s: a hundred times what the log may hold up a tick.
 const SHORTEST: f32 = 0.010;
 
-/// How long to wait for a timeout to be set, s.
+/// The time to wait for a timeout to be set, s.
 ///
 /// A register takes up to five clocks of the oscillator to cross (RM0090, the status register), 0.3
 /// ms. ST's own driver allows for clocks behind the prescaler instead, and so does this: six of 64
-/// / 17 kHz are 23 ms, and one that is written while another is crossing waits for both. No real
+/// / 17 kHz are 23 ms. A timeout that is written while another is crossing waits for both. No real
 /// part has been seen to do either.
 pub const CROSSING: f32 = 0.050;
 
-/// The fastest oscillator, Hz.
+/// Frequency of the fastest oscillator, Hz.
 const FASTEST: f32 = 47e3;
 
-/// How long it waits, at least.
+/// A timeout of the watchdog: how long it waits, at least.
 #[derive(Clone, Copy, PartialEq, Eq)]
 pub struct Timeout {
-    /// The prescaler is 4 shifted by so much.
+    /// Bits by which 4 is shifted left to be the prescaler.
     shift: u8,
     counts: u16,
 }
 
 impl Timeout {
-    /// For the slowest erase of a sector.
+    /// The timeout for the slowest erase of a sector.
     pub const ERASE: Self = Self::of(4.0, 4);
 
-    /// Of a loop of `sample_time` (s, up to 20 ms).
+    /// Returns the timeout of a loop of `sample_time` (s, up to 20 ms).
     pub fn of_loop(sample_time: f32) -> Self {
         Self::of((TICKS * sample_time).max(SHORTEST), 0)
     }
@@ -70,16 +71,16 @@ impl Timeout {
     }
 }
 
-/// The watchdog, running.
+/// The independent watchdog, running.
 pub struct Independent {
     registers: pac::IWDG,
     timeout: Timeout,
-    /// Not yet written.
+    /// The timeout that is set but not yet written.
     next: Option<Timeout>,
 }
 
 impl Independent {
-    /// Starts it; nothing but a reset stops it.
+    /// Starts the watchdog. Nothing but a reset stops it.
     pub fn start(registers: pac::IWDG, timeout: Timeout) -> Self {
         registers.kr().write(|w| w.key().start());
         let mut this = Self { registers, timeout, next: None };
@@ -87,22 +88,23 @@ impl Independent {
         this
     }
 
-    /// The timeout that was set last, whether or not it counts yet.
+    /// Returns the timeout that was set last, whether or not it counts yet.
     pub fn timeout(&self) -> Timeout {
         self.next.unwrap_or(self.timeout)
     }
 
-    /// Another timeout, from one of the next feeds on.
+    /// Sets another timeout, which counts from one of the next feeds on.
     pub fn set(&mut self, timeout: Timeout) {
         self.next = (timeout != self.timeout).then_some(timeout);
     }
 
-    /// Whether the timeout that was set last counts from the next feed on.
+    /// Returns whether the timeout that was set last counts from the next feed on.
     pub fn is_set(&self) -> bool {
         self.next.is_none() && self.has_crossed()
     }
 
-    /// What was written before has arrived at the counter; until then, nothing else may be written.
+    /// Returns whether what was written before has arrived at the counter. Until then, nothing else
+    /// may be written.
     fn has_crossed(&self) -> bool {
         self.registers.sr().read().bits() == 0
     }
