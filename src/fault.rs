@@ -88,7 +88,7 @@ macro_rules! faults {
     };
 }
 
-/// What ends a fault.
+/// The way in which a fault ends.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum End {
     /// A command ends the fault.

@@ -45,7 +45,7 @@ pub struct OutputState {
     pub(crate) saturated: bool,
 }
 
-/// What the output stage makes of one effort.
+/// The result of the output stage: what it makes of one effort.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub(crate) struct Applied {
     /// The effort that was asked for, limited to the full scale, V.

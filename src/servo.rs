@@ -60,7 +60,7 @@ pub enum State {
     Faulted(Fault),
 }
 
-/// How the part came out of its last reset.
+/// The boot: how the part came out of its last reset.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Boot {
     /// The fault that the part comes up with, if any; its time is that of the run in which it
@@ -101,7 +101,7 @@ pub struct Input {
     pub supply: u16,
 }
 
-/// What one tick of the servo asks of the board.
+/// The output of one tick of the servo: what it asks of the board.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Output {
     /// Whether the bridge may be on. If not, the duty is neutral.

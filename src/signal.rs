@@ -16,7 +16,7 @@ use crate::reference::Setpoint;
 /// The largest number of signals that a law publishes of itself.
 pub const MAX_LAW_SIGNALS: usize = 8;
 
-/// How the 32 bits of a signal's value are read.
+/// The form of a signal's value: how its 32 bits are read.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub enum Form {
     /// The bits are an `f32`.
@@ -235,10 +235,10 @@ signals! {
         v_pd: f32 = "v_pd_v", "V";
         /// Output of the compensator, V.
         v_c: f32 = "v_c_v", "V";
-        /// Their sum, limited to the full scale, V: what the loop asks for.
+        /// Sum of `v_pd` and `v_c`, limited to the full scale, V: what the loop asks for.
         v: f32 = "v_v", "V";
-        /// What the joint gets from now on, V, at the nominal supply: `code` after scaling, soft
-        /// start and cap.
+        /// Effort that the joint gets from now on, V, at the nominal supply: `code` after scaling,
+        /// soft start and cap.
         v_applied: f32 = "v_applied_v", "V";
         /// The drive's code, as it is applied.
         code: i16 = "code", "";

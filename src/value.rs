@@ -26,7 +26,7 @@ use crate::error::{Allowed, Error};
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
 pub struct Key(pub u16);
 
-/// What becomes of a value that nobody gives.
+/// The fate of a value that nobody gives.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Absent {
     /// The value has to be given.
@@ -145,7 +145,8 @@ impl Scalar for bool {
     }
 }
 
-/// Values that are reached by their numbers: those of one table, or those of all tables of a whole.
+/// A set of values that are reached by their numbers: those of one table, or those of all tables of
+/// a whole.
 pub trait Values {
     /// Returns the value at a place among those that there are at present. If there are fewer,
     /// `place` is lowered by how many there are, so that the caller can go on with the next table.

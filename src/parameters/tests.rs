@@ -61,7 +61,7 @@ fn stored(hex: &str) -> Vec<u8, 512> {
     hex.as_bytes().chunks(2).map(|pair| digit(pair[0]) << 4 | digit(pair[1])).collect()
 }
 
-/// The parameters of those records, typed in again by hand.
+/// Returns the parameters of those records, typed in again by hand.
 fn former(laws: &[Gains], drive: DriveConfig, motion: Motion) -> Parameters {
     let controller = ControllerConfig {
         sample_time: 0.001,

@@ -40,7 +40,7 @@ fn tick(servo: &mut Servo, counter: u32) -> Output {
     servo.tick(Input { counter, supply: 2048 })
 }
 
-/// A joint at rest for long enough, at `counter`; armed.
+/// Returns an armed servo, whose joint has been at rest for long enough at `counter`.
 fn armed(device: DeviceConfig, counter: u32) -> Servo {
     let mut servo = servo(device);
     for _ in 0..10 {
@@ -184,14 +184,15 @@ fn silence_is_a_fault_from_the_first_request_on_that_a_link_makes_of_a_servo_tha
     }
 }
 
-/// 0.5 V/s at 10 ms, held for 0.1 s.
+/// Returns a ramp of 0.5 V/s at 10 ms, held for 0.1 s.
 fn ramp(device: DeviceConfig) -> Servo {
     let mut parameters = parameters(device);
     parameters.motion = Motion::Ramp { rate: 0.5, hold: 0.1 };
     Servo::new(Ok(&parameters), Boot::default(), &HARDWARE)
 }
 
-/// A joint that moves by a count a tick from the fortieth tick to the hundredth.
+/// Returns the counter of a joint that moves by a count a tick from the fortieth tick to the
+/// hundredth.
 fn moved(tick: u32) -> u32 {
     tick.clamp(40, 100)
 }
