@@ -271,7 +271,8 @@ macro_rules! table {
         $vis:vis struct $Table:ident ($this:ident) $table:literal {
             $(
                 $(#[doc = $text:literal])+
-                $field:ident: $type:ty = $key:literal $name:literal, $bounds:expr, $absent:ident($example:expr);
+                $field:ident: $type:ty =
+                    $key:literal $name:literal, $bounds:expr, $absent:ident($example:expr);
             )*
         }
         $(with {
@@ -322,11 +323,17 @@ macro_rules! table {
                 let _ = $this;
                 match key.0 {
                     $($key => Some(($crate::value::Scalar::number(self.$field), $bounds)),)*
-                    _ => None $($(.or_else(|| $crate::value::Values::with_bounds(&$this.$other, key)))+)?,
+                    _ => None $($(
+                        .or_else(|| $crate::value::Values::with_bounds(&$this.$other, key))
+                    )+)?,
                 }
             }
 
-            fn set(&mut self, key: $crate::value::Key, bits: u32) -> Result<bool, $crate::value::Unfit> {
+            fn set(
+                &mut self,
+                key: $crate::value::Key,
+                bits: u32,
+            ) -> Result<bool, $crate::value::Unfit> {
                 match key.0 {
                     $($key => self.$field = $crate::value::Scalar::from_bits(bits)?,)*
                     _ => return Ok(

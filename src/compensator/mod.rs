@@ -271,9 +271,10 @@ macro_rules! laws {
             #[inline]
             fn signals(&self, state: &LawState) -> Option<[f32; MAX_LAW_SIGNALS]> {
                 match (self, state) {
-                    $((Self::$Law(law), LawState::$Law(state)) if !<$Law as Law>::SIGNALS.is_empty() => {
-                        Some(law.signals(state))
-                    })+
+                    $(
+                        (Self::$Law(law), LawState::$Law(state))
+                            if !<$Law as Law>::SIGNALS.is_empty() => Some(law.signals(state)),
+                    )+
                     _ => None,
                 }
             }
