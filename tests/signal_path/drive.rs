@@ -1,4 +1,4 @@
-//! The drive: volts to a code, and a code to a compare value of the timer.
+//! The drive maps volts to a code, and a code to a compare value of the timer.
 
 use proptest::prelude::*;
 use stiction::drive::{Drive, DriveConfig, Duty, PwmMode};

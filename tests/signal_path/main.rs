@@ -1,10 +1,10 @@
-//! The parts that every law stands on: measured velocity, references and the drive's two maps. Each is
-//! held against a second way of computing it, in `f64` or in integers.
+//! The parts that every law stands on: measured velocity, references and the drive's two maps. Each
+//! is held against a second way of computing it, in `f64` or in integers.
 //!
-//! These tests run on the host only, and are blind to the motion itself: positions come from a list.
-//! So nothing here says how well a velocity that is measured so serves a loop, or whether a joint can
-//! follow a trajectory; nor what a timer makes of a compare value, or that a microcontroller computes
-//! the same bits.
+//! These tests run on the host only, and are blind to the motion itself: positions come from a
+//! list. So nothing here says how well a velocity that is measured so serves a loop, or whether a
+//! joint can follow a trajectory; nor what a timer makes of a compare value, or that a
+//! microcontroller computes the same bits.
 
 use proptest::prelude::ProptestConfig;
 

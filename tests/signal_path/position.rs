@@ -1,4 +1,4 @@
-//! Positions of counts and a fraction.
+//! Positions consist of counts and a fraction.
 
 use stiction::position::Position;
 

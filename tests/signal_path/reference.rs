@@ -1,4 +1,4 @@
-//! What a reference depends on.
+//! A reference depends on each of its parameters.
 
 use stiction::position::Position;
 use stiction::reference::{Corner, Reference, Setpoint, Step, Trajectory};

@@ -1,4 +1,4 @@
-//! Trajectories against the integral of their velocity.
+//! Trajectories are held against the integral of their velocity.
 
 use proptest::collection::vec;
 use proptest::prelude::*;
@@ -7,7 +7,8 @@ use stiction::reference::{Corner, Setpoint, Trajectory};
 
 use super::{HALF_ULP, RESOLUTION, SAMPLE_TIME, config};
 
-/// A trajectory in `f64`, counts and ticks: every corner adds a change of rate, spread evenly over its blend.
+/// A trajectory in `f64`, counts and ticks: every corner adds a change of rate, spread evenly over
+/// its blend.
 struct Profile {
     start: f64,
     changes: Vec<(f64, f64)>,
@@ -37,8 +38,8 @@ impl Profile {
         self.changes.iter().map(|&(tick, change)| change * part(t - tick)).sum()
     }
 
-    /// Position at every tick up to the last: the integral of the velocity by the trapezoidal rule, which makes no
-    /// error here because the velocity bends at whole and half ticks only.
+    /// Position at every tick up to the last: the integral of the velocity by the trapezoidal rule,
+    /// which makes no error here because the velocity bends at whole and half ticks only.
     fn positions(&self, last: u32) -> Vec<f64> {
         let mut position = self.start;
         let mut positions = vec![position];
@@ -66,7 +67,7 @@ fn corners(corners: &[(u32, Position)]) -> Vec<Corner> {
     corners.iter().map(|&(tick, position)| Corner { tick, position }).collect()
 }
 
-/// 50 deg and back at 5 deg/s: corners at 1, 11, 13 and 23 s.
+/// The thesis's corners, 50 deg and back at 5 deg/s, at 1, 11, 13 and 23 s.
 pub fn thesis() -> Vec<Corner> {
     corners(&[(50, degrees(0.0)), (550, degrees(50.0)), (650, degrees(50.0)), (1150, degrees(0.0))])
 }
@@ -98,7 +99,8 @@ fn thesis_profile_is_the_integral_of_its_velocity() {
 fn thesis_profile_passes_where_paul_says_and_rests_exactly() {
     let trajectory = Trajectory::new(&thesis(), 0.25, SAMPLE_TIME, RESOLUTION).unwrap();
     let degrees_at = |tick| far_from(0, trajectory.at(tick).position) * f64::from(RESOLUTION);
-    // A corner is cut by a quarter of the half blend at the full change of rate: 5 deg/s * 0.25 s / 4.
+    // A corner is cut by a quarter of the half blend at the full change of rate: 5 deg/s * 0.25 s /
+    // 4.
     for (tick, expected) in
         [(50, 0.3125), (300, 25.0), (550, 49.6875), (650, 49.6875), (900, 25.0), (1150, 0.3125)]
     {
@@ -116,7 +118,8 @@ fn thesis_profile_passes_where_paul_says_and_rests_exactly() {
     for moving in [38, 562, 638, 1162] {
         assert_ne!(trajectory.at(moving).velocity, 0.0, "tick {moving}");
     }
-    // No jump of position or velocity: what one tick adds is bounded by the acceleration of the blends.
+    // Neither position nor velocity jumps: the acceleration of the blends bounds what one tick
+    // adds.
     for tick in 1..1300 {
         let [before, here, after] = [tick - 1, tick, tick + 1].map(|tick| trajectory.at(tick));
         let bend = degrees_at(tick + 1) - 2.0 * degrees_at(tick) + degrees_at(tick - 1);
@@ -161,8 +164,8 @@ proptest! {
         let profile = Profile::new(&corners, half_blend, 0);
         let last = tick + half_blend as u32 + 5;
 
-        // `f32` holds the displacement within a blend, no more than three times its half length at the fastest
-        // rate; a line is a whole number of 2^-32 counts each tick.
+        // `f32` holds the displacement within a blend, no more than three times its half length at
+        // the fastest rate; a line is a whole number of 2^-32 counts each tick.
         let (_, fastest) = profile.changes.iter().fold((0.0, 0.0), |(rate, fastest), (_, change)| {
             (rate + change, f64::max(fastest, f64::abs(rate + change)))
         });
@@ -188,7 +191,8 @@ proptest! {
     }
 }
 
-/// A day at a third of a count each tick. A product in `f32` would be off by a sixteenth of a count.
+/// The line lasts a day at a third of a count each tick. A product in `f32` would be off by a
+/// sixteenth of a count.
 #[test]
 fn line_of_a_day_keeps_its_place_to_a_thousandth_of_a_count() {
     let day = 24 * 3600 * 50;
@@ -201,7 +205,8 @@ fn line_of_a_day_keeps_its_place_to_a_thousandth_of_a_count() {
     }
 }
 
-/// Ticks count on for years after a motion: it must not begin anew when a signed tick count would wrap.
+/// Ticks count on for years after a motion: it must not begin anew when a signed tick count would
+/// wrap.
 #[test]
 fn finished_motion_stays_finished_to_the_last_tick() {
     let corners = [(50, 0), (550, 20_661)]

@@ -1,4 +1,4 @@
-//! Measured velocity against the slope of the regression line.
+//! Measured velocity is held against the slope of the regression line.
 
 use std::iter::repeat_n;
 
@@ -8,10 +8,11 @@ use stiction::velocity::{MAX_WINDOW, Velocity, VelocityState};
 
 use super::{HALF_ULP, RESOLUTION, SAMPLE_TIME, config};
 
-/// Beyond this many counts per tick an increment is clamped.
+/// The bound, in counts per tick, at which an increment is clamped.
 const MAX_INCREMENT: i32 = 1 << 21;
 
-/// Slope of the regression line through equally spaced samples, by the textbook's two sums.
+/// Computes the slope of the regression line through equally spaced samples by the textbook's two
+/// sums.
 fn slope(samples: &[f64]) -> f64 {
     let n = samples.len() as f64;
     let mean_k = (n - 1.0) / 2.0;

@@ -1,4 +1,4 @@
-//! Input that is allowed, of which the motion is unstable, not finite or without an end.
+//! Allowed input may lead to a motion that is unstable, not finite or without an end.
 
 use std::fs;
 
@@ -26,7 +26,8 @@ fn an_unstable_run_is_reported_as_such_and_no_other() {
 
 #[test]
 fn a_run_whose_state_is_no_longer_finite_ends_and_says_when() {
-    // So much acceleration overflows within the first sample: at once in closed form, after some steps of RK4.
+    // So much acceleration overflows within the first sample, at once in closed form and after some
+    // steps of RK4.
     for (solver, gain) in [("exact", "1e308"), ("rk4", "1e300")] {
         let gain = format!("joint.gain_deg_per_s2_per_v={gain}");
         let directory = tempfile::tempdir().unwrap();
@@ -39,7 +40,7 @@ fn a_run_whose_state_is_no_longer_finite_ends_and_says_when() {
         };
         let table = String::from_utf8(with(&[]).stdout).unwrap();
         assert!(table.contains("pd/step-5.0: diverged") && table.contains("0.02 s"), "{solver}: {table}");
-        // Strict JSON has no NaN: this would not be read.
+        // Strict JSON has no NaN, so a report with one would not be read.
         let report: Value = serde_json::from_slice(&with(&["--json"]).stdout).unwrap();
         let run = &report["runs"][0];
         assert_eq!((run["diverged_at_s"].as_f64(), &run["unstable"]), (Some(0.02), &Value::Bool(true)));
@@ -51,7 +52,7 @@ fn a_run_whose_state_is_no_longer_finite_ends_and_says_when() {
     }
 }
 
-/// Neither friction nor viscosity: nothing ends its motion but the bound of the ramp.
+/// The joint has neither friction nor viscosity: nothing ends its motion but the bound of the ramp.
 #[test]
 fn a_ramp_on_a_joint_that_never_stops_ends_without_a_slip_level() {
     let set = [

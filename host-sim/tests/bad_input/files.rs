@@ -1,4 +1,4 @@
-//! Files of a machine: a wrong value, a text that is no TOML, and a file that is no text.
+//! A machine's file may have a wrong value, be no TOML, or be no text at all.
 
 use std::fs;
 
@@ -11,7 +11,8 @@ fn a_file_with_a_mistake_is_named_with_the_key() {
     const PATH: &str = "trajectory";
     const TIMES: &str = "[1.0, 11.0, 13.0, 23.0]";
     const PLACES: &str = "[0.0, 25.0, 25.0, 0.0]";
-    // Edits of a built-in experiment: what is replaced by what.
+    // Each case edits a built-in experiment: it names the text that is replaced, and what stands
+    // there instead.
     let cases: &[(&str, &str, &str, &[&str])] = &[
         (STEP, "title = \"Steps", "title = 3 # \"", &["`title` is 3; allowed is a text in quotes"]),
         (STEP, "kp_v_per_deg = 1.0", "kp_v_per_deg = nan", &["`controller.pd.kp_v_per_deg` is NaN"]),

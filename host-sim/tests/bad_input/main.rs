@@ -1,6 +1,6 @@
-//! What the command line answers to wrong input, on the built program: one sentence that names where
-//! the input came from, the key, what was found and what is allowed; exit code 2; nothing on the
-//! standard output, and no half-written file. These tests are blind to figures, and to what a
+//! What the command line answers to wrong input, on the built program: one sentence that names
+//! where the input came from, the key, what was found and what is allowed; exit code 2; nothing on
+//! the standard output, and no half-written file. These tests are blind to figures, and to what a
 //! directory's permissions forbid (tests may run as root).
 // The helpers of tests may panic like the tests themselves.
 #![allow(clippy::unwrap_used, clippy::panic)]
@@ -24,7 +24,7 @@ fn stiction(arguments: &[&str]) -> Command {
     command
 }
 
-/// Text of a built-in experiment.
+/// The text of a built-in experiment.
 fn shown(name: &str) -> String {
     String::from_utf8(stiction(&["show", name]).output().unwrap().stdout).unwrap()
 }

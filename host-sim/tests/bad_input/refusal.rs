@@ -1,10 +1,11 @@
-//! What every refusal has to look like.
+//! Checks how a refusal looks: one line, exit code 2, no jargon.
 
 use std::process::{Command, Output, Stdio};
 use std::thread::sleep;
 use std::time::{Duration, Instant};
 
-/// Words of the language that the program is written in, and of a program that has lost its head.
+/// Words of the language that the program is written in, and of a program that has lost its head. A
+/// user must not see them.
 const JARGON: [&str; 14] = [
     "f64",
     "u8",
@@ -22,7 +23,8 @@ const JARGON: [&str; 14] = [
     "panicked",
 ];
 
-/// What a command printed, which is little; one that takes longer than any mistake may take is stopped.
+/// Returns what a command printed, which is little. A command that takes longer than any mistake
+/// may take is stopped.
 pub fn answer(mut command: Command) -> Result<Output, String> {
     let mut child = command.stdout(Stdio::piped()).stderr(Stdio::piped()).spawn().unwrap();
     let begin = Instant::now();
@@ -36,7 +38,7 @@ pub fn answer(mut command: Command) -> Result<Output, String> {
     Ok(child.wait_with_output().unwrap())
 }
 
-/// Why a command was not refused as it should be.
+/// Says why a command was not refused as it should be, if so.
 pub fn complaint(command: Command, fragments: &[&str]) -> Option<String> {
     let output = match answer(command) {
         Ok(output) => output,
@@ -63,7 +65,7 @@ pub fn complaint(command: Command, fragments: &[&str]) -> Option<String> {
     Some(format!("{why}: {said}"))
 }
 
-/// Every case that is not refused as it should be, by its name.
+/// Names every case that is not refused as it should be.
 pub fn assert_all_refused<'a>(cases: impl IntoIterator<Item = (String, Command, Vec<&'a str>)>) {
     let complaints: Vec<String> = cases
         .into_iter()

@@ -182,7 +182,7 @@ fn values_at_the_edge_of_what_is_allowed_are_taken() {
         let said = String::from_utf8_lossy(&output.stderr);
         assert!(output.status.success() && said.is_empty(), "{assignment}: {said}");
     }
-    // Two keys that need each other, one after the other.
+    // Two keys that need each other may be set one after the other.
     let ramp = ["identification.hold_s=3", "identification.ramp_rates_v_per_s=[0.02]"];
     let both =
         json(&["run", "step-response", "--controller", "pd", "--json", "--set", ramp[0], "--set", ramp[1]]);

@@ -7,7 +7,7 @@ use super::stiction;
 fn a_run_that_would_take_for_ever_or_fill_the_memory_is_refused_before_it_begins() {
     let cases: &[(&[&str], &[&str])] = &[
         (&["step-response", "--set", "run.duration_s=1e300"], &["`run.duration_s` is 1e300", "to 200000"]),
-        // Allowed for one run, too much for all.
+        // So many samples are allowed for one run, but not for all.
         (
             &["step-response", "--set", "run.duration_s=150000"],
             &["is 150000", "28 runs", "1e7 samples in all"],

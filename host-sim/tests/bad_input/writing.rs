@@ -55,7 +55,7 @@ fn a_full_disk_is_reported_and_leaves_nothing_half_written() {
     let command = stiction(&["run", "step-response", "--controller", "pd", "--csv", "/dev/full"]);
     assert_eq!(complaint(command, &["cannot write /dev/full: No space left on device"]), None);
 
-    // A file that may not grow beyond 4 KiB, as on a disk that fills up while it is written.
+    // The file may not grow beyond 4 KiB, as on a disk that fills up while it is written.
     let directory = tempfile::tempdir().unwrap();
     let csv = directory.path().join("run.csv");
     let csv = csv.to_str().unwrap();

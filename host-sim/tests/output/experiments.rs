@@ -31,7 +31,7 @@ fn list_names_every_experiment_with_its_source() {
 #[test]
 fn a_shown_experiment_saved_as_a_file_runs_the_same() {
     let directory = tempfile::tempdir().unwrap();
-    // The name of a built-in experiment, where a file of that name must not be taken for it.
+    // The file has the name of a built-in experiment, for which it must not be taken.
     let path = directory.path().join("trajectory");
     for experiment in ["step-response", "high-gain", "srnf-added-friction", "friction-identification"] {
         fs::write(&path, stiction(&["show", experiment])).unwrap();

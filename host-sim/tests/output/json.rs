@@ -6,7 +6,7 @@ use serde_json::{Value, json};
 
 use super::{keys, number, run, runs};
 
-/// The documented names, and on which of steps, trajectories and ramps a metric applies.
+/// The documented metrics, and whether each applies to steps, trajectories and ramps.
 const METRICS: [(&str, [bool; 3]); 14] = [
     ("steady_state_error_deg", [true, true, false]),
     ("rest_error_counts", [true, true, false]),
@@ -64,7 +64,7 @@ fn json_of_a_run_has_the_documented_keys_and_no_others() {
 
 #[test]
 fn a_metric_is_null_exactly_where_it_does_not_apply() {
-    // Of SRNF, which settles and rests, and of ramps; hunting has its own test.
+    // The runs are of SRNF, which settles and rests, and of ramps; hunting has its own test.
     let experiments = [
         ("step-response", 3, 0),
         ("trajectory", 2, 1),
@@ -93,7 +93,8 @@ fn hunting_is_null_unless_a_step_turns_back_and_forth() {
         assert_eq!(both[0], both[1], "{}", run["label"]);
         both[0]
     };
-    // PD comes to rest and stays; RI hunts for ever (Armstrong and Amin); a trajectory is never judged.
+    // PD comes to rest and stays; RI hunts for ever (Armstrong and Amin); a trajectory is never
+    // judged.
     let step = ["reference.steps_deg=[5.0]", "run.duration_s=120"];
     let report = run(&["step-response", "--controller", "pd,ri", "--set", step[0], "--set", step[1]]);
     let of = |label: &str| runs(&report).iter().find(|run| run["label"] == label).map(hunting);

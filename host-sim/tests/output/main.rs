@@ -1,6 +1,6 @@
-//! What the command line prints and writes when all is well, on the built program: JSON, CSV, tables,
-//! labels, and the keys that a user sets. These tests are blind to figures, and to whether the numbers
-//! are right (that is for the tests of the plant).
+//! What the command line prints and writes when all is well, on the built program: JSON, CSV,
+//! tables, labels, and the keys that a user sets. These tests are blind to figures, and to whether
+//! the numbers are right (that is for the tests of the plant).
 // The helpers of tests may panic like the tests themselves.
 #![allow(clippy::unwrap_used, clippy::panic)]
 
@@ -16,7 +16,7 @@ mod own_file;
 mod runs;
 mod table;
 
-/// What the program prints; it must succeed, and say nothing else.
+/// Returns what the program prints. It must succeed, and say nothing on its standard error.
 fn stiction(arguments: &[&str]) -> String {
     let output = Command::new(env!("CARGO_BIN_EXE_stiction")).args(arguments).output().unwrap();
     let said = String::from_utf8_lossy(&output.stderr);

@@ -1,4 +1,4 @@
-//! A machine's file of a user, with a controller of their own.
+//! A user's own machine file has a controller of its own.
 
 use std::fs;
 
@@ -47,7 +47,8 @@ fn a_user_s_own_controller_adds_its_laws() {
         assert_eq!(cells[0], "5.0");
         cells[6].parse::<f64>().unwrap()
     };
-    // In motion the feedforward gives v_slip; SRNF some of its 0.05 V, more where the error is large.
+    // In motion the feedforward gives v_slip; SRNF some of its 0.05 V, more where the error is
+    // large.
     assert_eq!(v_c_at_5_s("\"feedforward\""), 0.37);
     assert_eq!(v_c_at_5_s("\"srnf\""), 0.05);
     assert_eq!(v_c_at_5_s(""), 0.0);

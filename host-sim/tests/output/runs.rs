@@ -1,10 +1,11 @@
-//! Which runs there are, in which order, and what `--controller`, `--set`, `--delay` and `--solver` do.
+//! Which runs there are, in which order, and what `--controller`, `--set`, `--delay` and `--solver`
+//! do.
 
 use stiction::compensator::Gains;
 
 use super::{labels, number, run, runs};
 
-/// Every controller of the thesis: plain PD, and each law by itself.
+/// Every controller by its name: plain PD, and each law by itself.
 fn controllers() -> Vec<&'static str> {
     [&["pd"], Gains::NAMES].concat()
 }
@@ -79,7 +80,7 @@ fn a_key_that_is_set_is_used_and_leaves_out_the_variants_that_set_it_otherwise()
         let last_s = run["events"].as_array().unwrap().last().map(|event| number(&event["time_s"]));
         assert!(last_s <= Some(24.5), "{}", run["label"]);
     }
-    // 5 is 5.0 to a variant.
+    // A variant takes 5 for 5.0.
     let whole = run(&["step-response", "--controller", "pd", "--set", "reference.steps_deg=[5]"]);
     assert_eq!(labels(&whole), ["pd/step-5.0", "pd/step-5.0/literal-si"]);
     let other = run(&["step-response", "--controller", "pd", "--set", "reference.steps_deg=[4]"]);
@@ -120,7 +121,7 @@ fn the_solver_that_was_asked_for_is_used_and_its_cost_is_counted() {
         (run["cost"]["derivative_evaluations"].as_u64().unwrap(), number(&run["metrics"]["rms_error_deg"]))
     };
     let ((exact, rms), (rk4, rms_by_steps)) = (solved("exact"), solved("rk4"));
-    // 10 s by steps of 1e-5 s, four evaluations each.
+    // RK4 solves 10 s by steps of 1e-5 s, with four evaluations each.
     assert_eq!((exact, rk4), (0, 4_000_000));
     assert!((rms - rms_by_steps).abs() < 1e-3 && rms != rms_by_steps, "{rms} and {rms_by_steps} deg");
 }

@@ -1,4 +1,4 @@
-//! What is at the far end of the pseudoterminal.
+//! The far end of the pseudoterminal: a board, or something that should not be there.
 
 use std::io::{Read, Write};
 use std::path::PathBuf;
@@ -19,19 +19,20 @@ use crate::program::{self, SPAWNING, pseudoterminal};
 
 #[derive(Clone, PartialEq, Eq)]
 pub enum Manner {
-    /// As it should be.
+    /// It answers as a board should.
     Sound,
-    /// The cable is pulled after so many ticks armed.
+    /// The cable is pulled after so many ticks in which it was armed.
     PulledWhileArmed(u32),
     /// It speaks a later version of the protocol.
     Later,
-    /// Another firmware that talks to people.
+    /// It has another firmware, which talks to people.
     Banner,
-    /// Another baud rate, say.
+    /// It sends noise, as another baud rate would.
     Garbage,
-    /// Nothing.
+    /// It says nothing.
     Silent,
-    /// It is armed by somebody else as soon as a file of this name is there, and says so by one called `armed` beside it.
+    /// Somebody else arms it as soon as a file of this name is there. It then says so by a file
+    /// called `armed` beside that.
     ArmedBy(PathBuf),
 }
 
@@ -39,7 +40,7 @@ pub struct Board {
     pub path: String,
     done: Arc<AtomicBool>,
     thread: Option<JoinHandle<()>>,
-    /// Kept open, so that the other end does not hang up between two programs.
+    /// This end is kept open, so that the other one does not hang up between two programs.
     _slave: TTYPort,
 }
 
@@ -65,8 +66,8 @@ impl Drop for Board {
     }
 }
 
-/// A device that has as much time as it needs on a busy machine: a tick for every turn of the loop, and a client that may
-/// be silent for long.
+/// Makes a device that has as much time as it needs on a busy machine. It ticks at every turn of
+/// the loop, and its client may be silent for long.
 fn simulated() -> SimulatedDevice {
     let mut document = Document::open("step-response").unwrap();
     document.set(&["limits.link_timeout_s=60".into()]).unwrap();

@@ -1,4 +1,4 @@
-//! The built program: how it is started, and what it is to say.
+//! Starts the built program, and checks what it says.
 
 use std::os::fd::AsRawFd;
 use std::process::{Command, Output, Stdio};
@@ -7,10 +7,11 @@ use std::sync::{Mutex, MutexGuard};
 use nix::fcntl::{FcntlArg, FdFlag, fcntl};
 use serialport::TTYPort;
 
-/// Held while a pseudoterminal is made, and while a program is started.
+/// A lock that is held while a pseudoterminal is made, and while a program is started.
 pub static SPAWNING: Mutex<()> = Mutex::new(());
 
-/// The two ends of a pseudoterminal. A program that inherited an end would keep it open, so none is started meanwhile.
+/// Makes a pseudoterminal, and returns its two ends. A program that inherited an end would keep it
+/// open, so none may start meanwhile.
 pub fn pseudoterminal(_spawning: &MutexGuard<()>) -> (TTYPort, TTYPort) {
     let (master, slave) = TTYPort::pair().unwrap();
     for fd in [master.as_raw_fd(), slave.as_raw_fd()] {
@@ -32,7 +33,8 @@ pub fn output(command: &mut Command) -> Output {
     child.wait_with_output().unwrap()
 }
 
-/// It went well: what was said, which begins with the warning that the device at the other end asks for.
+/// Returns what a program that went well said. It begins with the warning that the device at the
+/// other end asks for.
 pub fn told(output: &Output) -> String {
     let text = |bytes: &[u8]| String::from_utf8(bytes.to_vec()).unwrap();
     assert!(output.status.success(), "{}", text(&output.stderr));
@@ -41,7 +43,8 @@ pub fn told(output: &Output) -> String {
     said
 }
 
-/// It did not: one sentence, exit code 2, and where to read on.
+/// Returns the one sentence of a program that went wrong. It has exit code 2, and says where to
+/// read on.
 pub fn complaint(output: &Output) -> String {
     let said = String::from_utf8(output.stderr.clone()).unwrap();
     let sentence = said.lines().filter(|line| !line.starts_with("SIMULATED DEVICE")).collect::<Vec<_>>();

@@ -1,4 +1,4 @@
-//! What cannot be: a port that is none, a device of another kind, a request that is refused.
+//! A port may be none, a device may be of another kind, and a request may be refused.
 
 use std::process::Command;
 
@@ -76,7 +76,7 @@ fn what_the_device_or_the_file_refuses_is_told() {
     );
     let said = with("sample_time_s = 0.02", "sample_time_s = 0.05");
     assert!(said.contains("`loop.sample_time_s` is 0.05; allowed is a number from 0.0001 to 0.02"), "{said}");
-    // A ramp that the device itself refuses.
+    // The device itself refuses this ramp.
     let said = complaint(&board.device(&["identify", "--rate", "100"]));
     assert!(
         said.contains("refuses: `ramp_rates_v_per_s` is 100; allowed is a number from 0 to 10"),

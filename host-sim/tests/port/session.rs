@@ -1,4 +1,4 @@
-//! A board that is asked, moved, logged and configured, and a cable that is pulled.
+//! A board is asked, moved, logged and configured, and its cable is pulled.
 
 use crate::board::{Board, Manner};
 use crate::program::{complaint, told};

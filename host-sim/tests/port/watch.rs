@@ -11,8 +11,8 @@ use serialport::SerialPort;
 use crate::board::{Board, Manner};
 use crate::program::{SPAWNING, pseudoterminal, told};
 
-/// The view in a terminal of its own; what is typed, and what ends it. Returns what was on the screen, and how the
-/// terminal was left.
+/// Runs the view in a terminal of its own, types into it, and ends it once it shows what it should.
+/// Returns what was on the screen, and how the terminal was left.
 fn watched(board: &Board, typed: &[u8], seen: &str, end: impl Fn(u32)) -> (String, String) {
     let spawning = SPAWNING.lock().unwrap();
     let (mut master, slave) = pseudoterminal(&spawning);
@@ -36,7 +36,7 @@ fn watched(board: &Board, typed: &[u8], seen: &str, end: impl Fn(u32)) -> (Strin
     while child.try_wait().unwrap().is_none() {
         turns += 1;
         if turns == 5000 {
-            // It does not end, and this test shall.
+            // The view does not end, and this test shall.
             child.kill().unwrap();
         }
         let count = master.read(&mut bytes).unwrap_or(0);

@@ -9,7 +9,7 @@ use host_sim::device::wire::Wire;
 use super::ALL;
 use crate::fixture::plans;
 
-/// A wire of 921 600 baud: ten bits a byte, so many bytes in the time of a tick.
+/// A wire that carries so many bytes in the time of a tick: ten bits a byte at 921 600 baud.
 struct Metered {
     simulated: SimulatedDevice,
     bytes_per_tick: f64,
@@ -27,7 +27,7 @@ impl Wire for Metered {
         let mut taken = vec![];
         for _ in 0..ticks {
             self.simulated.tick();
-            // What the line could have carried while there was nothing to send is gone.
+            // The line does not make up for the time in which there was nothing to send.
             self.room = self.room.fract() + self.bytes_per_tick;
             let mut buffer = vec![0; self.room as usize];
             let count = self.simulated.device.transmit(&mut buffer);
@@ -58,7 +58,7 @@ fn the_wire_carries_every_signal_of_every_tick_at_1_khz_and_what_it_does_not_at_
         client.subscribe(ALL, 1).unwrap();
         client.pass(Duration::from_secs(10)).unwrap();
         let samples: Vec<_> = std::iter::from_fn(|| client.sample(Duration::ZERO).unwrap()).collect();
-        // Every gap is one that was counted.
+        // The client has counted every gap.
         let span = u64::from(samples[samples.len() - 1].number) + 1;
         assert_eq!(span, samples.len() as u64 + client.lost());
         (samples.len() as f64, client.lost() as f64, f64::from(client.status().unwrap().dropped))
@@ -66,7 +66,8 @@ fn the_wire_carries_every_signal_of_every_tick_at_1_khz_and_what_it_does_not_at_
     let (samples, lost, dropped) = every(1e-3);
     reliability!("baud", khz = 1, samples, lost);
     assert!(samples > 9_900.0 && lost == 0.0 && dropped == 0.0, "{samples} {lost}");
-    // A sample of 72 bytes of values takes 86 to 89 on the wire: 1036 to 1072 go through in a second, less the answers.
+    // A sample of 72 bytes of values takes 86 to 89 on the wire: 1036 to 1072 go through in a
+    // second, less the answers.
     let (samples, lost, dropped) = every(2e-4);
     reliability!("baud", khz = 5, samples, lost);
     assert!((10_200.0..10_720.0).contains(&samples), "{samples}");

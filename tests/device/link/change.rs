@@ -1,4 +1,5 @@
-//! Single values that are changed by their numbers in records, and the laws of a sum with their gains.
+//! Single values that are changed by their numbers in records, and the laws of a sum with their
+//! gains.
 
 use std::time::Duration;
 
@@ -22,7 +23,7 @@ fn gains(v_ms: f32, alpha: f32) -> Gains {
 const RI: Gains = Gains::ResetIntegral(ResetIntegralGains { ki: 3.0, theta_ri: 0.25 });
 const ROI: Gains = Gains::ResetOffsetIntegral(ResetOffsetIntegralGains { t_roi: 0.2, v_roi: 1.5 });
 
-/// Which law is in a place of the sum; zero is none.
+/// The value that puts a law in a place of the sum, by its number; zero is no law.
 fn law(place: u16, law: Option<Gains>) -> (Key, u32) {
     (Key(FIRST_LAW.0 + place), law.map_or(0, |law| law.id().into()))
 }
@@ -47,7 +48,7 @@ fn values_are_changed_by_their_numbers_while_stopped_and_the_others_stay() {
     let status = client.status().unwrap();
     assert_eq!((status.state, status.unsaved), (State::Stopped, true));
 
-    // The loop runs with it: 1.5 deg under 2 V/deg.
+    // The loop runs with the new gain: 1.5 deg under 2 V/deg.
     client.change(&[law(0, None)]).unwrap();
     client.pass(Duration::from_millis(200)).unwrap();
     client.arm().unwrap();
@@ -73,7 +74,7 @@ fn a_change_with_a_value_that_is_not_allowed_changes_nothing() {
             "`thermal_s` is 0; allowed is a number from 0.1 to 100",
         ),
         (vec![number(KP, 2.0), (Key(0x087F), 0)], "does not know `value 0x087f`"),
-        // A gain of a law that is not there.
+        // The gain belongs to a law that is not in use.
         (vec![number(KP, 2.0), number(KI, 1.0)], "does not know `ki_v_per_deg_s`"),
         (vec![number(KP, 2.0), law(1, Some(gains(0.4, 100.0)))], "is 6; allowed is"),
     ] {
@@ -97,7 +98,7 @@ fn a_law_is_replaced_by_its_number_with_all_of_its_gains() {
     assert_eq!(laws(&mut client), [gains(0.4, 100.0)]);
     client.change(&[law(0, Some(RI)), number(KI, 3.0), number(THETA_RI, 0.25)]).unwrap();
     assert_eq!(laws(&mut client), [RI]);
-    // One gain alone, and none of the others.
+    // One gain changes alone, and none of the others.
     client.change(&[number(THETA_RI, 0.5)]).unwrap();
     let wider = Gains::ResetIntegral(ResetIntegralGains { ki: 3.0, theta_ri: 0.5 });
     assert_eq!(laws(&mut client), [wider]);

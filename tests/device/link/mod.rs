@@ -18,7 +18,7 @@ mod repetition;
 mod session;
 mod telemetry;
 
-/// Every signal of a loop.
+/// The mask of every signal that a loop has.
 const ALL: u64 = (1 << SIGNALS.len()) - 1;
 
 fn simulated() -> SimulatedDevice {
@@ -40,7 +40,7 @@ fn hello(number: u16, session: u32) -> Vec<u8> {
     frame(number, Request::Hello { protocol: PROTOCOL, session })
 }
 
-/// What a device answers to bytes.
+/// Hands bytes to a device, and returns its answers.
 fn say(simulated: &mut SimulatedDevice, bytes: &[u8]) -> Vec<(u16, Reply)> {
     simulated.device.receive(bytes);
     let (mut deframer, mut buffer, mut replies) = (Deframer::default(), [0; 4096], vec![]);

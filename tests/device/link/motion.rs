@@ -33,10 +33,10 @@ fn a_hold_stops_the_joint_where_it_is() {
     client.hold().unwrap();
     client.pass(Duration::from_secs(3)).unwrap();
     let after = client.wire().simulated.position_deg();
-    // It was on its way, and a joint that is stopped from 20 deg/s overshoots by less than 0.46 (20 / 5.2) = 1.8 deg;
-    // then it comes back.
+    // The joint was on its way. When it is stopped from 20 deg/s, it overshoots by less than 0.46
+    // (20 / 5.2) = 1.8 deg, and then it comes back.
     assert!(at > 2.0 && at < 9.0, "{at}");
-    // Where it was at the last tick, that is, up to 20 ms at 25 deg/s before.
+    // It holds where it was at the last tick, up to 20 ms at 25 deg/s before.
     assert!((after - at).abs() < 0.5, "{at} {after}");
     assert_eq!(client.status().unwrap().state, State::Armed);
 }
@@ -72,7 +72,8 @@ fn a_move_that_holds_stays_where_the_joint_is_however_often_it_is_said() {
     }
 }
 
-/// One that the parameters have holds where the joint is armed, also far from where it was at power-on.
+/// A hold that the parameters have is where the joint is armed, also far from where it was at
+/// power-on.
 #[test]
 fn a_motion_of_the_parameters_that_holds_stays_where_the_joint_is_armed() {
     let mut client = client();

@@ -16,7 +16,7 @@ fn parameters_come_over_the_link_as_a_whole_or_not_at_all() {
     let plan = &plans("step-response", &["loop.controller=srnf", "reference.steps_deg=[5.0]"])[0];
     let simulated = SimulatedDevice::with(plan, blank(), Boot::default()).unwrap();
     let mut client = Client::connect(SimulatedWire::new(simulated)).unwrap();
-    // Without any: the fault is shown, and arming refused.
+    // Without parameters the fault is shown, and arming is refused.
     let message = client.arm().unwrap_err().to_string();
     assert!(message.contains("no parameters") && message.contains("docs/faults.md"), "{message}");
     assert!(client.clear().is_err());
@@ -27,21 +27,21 @@ fn parameters_come_over_the_link_as_a_whole_or_not_at_all() {
     assert_eq!((status.state, status.unsaved), (State::Stopped, true));
     assert_eq!(client.parameters().unwrap(), good);
 
-    // One bad value: refused with its key, and everything is as it was.
+    // One bad value is refused with its key, and everything is as it was.
     let mut bad = srnf(&["controller.srnf.kp_v_per_deg=2"]);
     bad.limits.thermal_time = -1.0;
     let message = client.set_parameters(&bad).unwrap_err().to_string();
     assert!(message.contains("`thermal_s` is -1; allowed is a number from 0.1 to 100"), "{message}");
     assert_eq!(client.parameters().unwrap(), good);
 
-    // A frequency that its timer cannot make.
+    // The timer of the device cannot make this frequency.
     let mut slow = srnf(&[]);
     slow.controller.drive.pwm_hz = 1000.0;
     let message = client.set_parameters(&slow).unwrap_err().to_string();
     assert!(message.contains("`pwm_hz` is 1000; allowed is a number from 1300 to 5250000"), "{message}");
     assert_eq!(client.parameters().unwrap(), good);
 
-    // While armed nothing is taken or saved.
+    // While the device is armed, nothing is taken or saved.
     client.arm().unwrap();
     assert!(client.set_parameters(&good).unwrap_err().to_string().contains("`stop` first"));
     assert!(client.save().unwrap_err().to_string().contains("`stop` first"));
@@ -50,7 +50,7 @@ fn parameters_come_over_the_link_as_a_whole_or_not_at_all() {
     assert!(!client.status().unwrap().unsaved);
 }
 
-/// A record that another board could run: it is decoded, and refused where the timer is known.
+/// Another board could run this record, so it is decoded; it is refused where the timer is known.
 #[test]
 fn a_device_whose_flash_asks_for_a_frequency_that_its_timer_cannot_make_is_faulted() {
     let plan = &plans("step-response", &["loop.controller=srnf"])[0];

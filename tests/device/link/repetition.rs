@@ -11,13 +11,13 @@ use stiction::servo::Boot;
 use super::{frame, hello, say, simulated};
 use crate::fixture::{blank, plans, srnf};
 
-/// Answers wait in a ring of 2 KiB. Those that a wire does not take in time are lost; the request is done all the same,
-/// and the client that says it again gets its answer.
+/// Answers wait in a ring of 2 KiB. An answer that finds no room there is lost. The request is done
+/// all the same, and a client that repeats it gets its answer.
 #[test]
 fn an_answer_that_found_no_room_comes_when_the_request_is_repeated() {
     let mut simulated = simulated();
     say(&mut simulated, &hello(1, 7));
-    // 14 answers of some 140 bytes each fill the ring; then, one that counts.
+    // 14 answers of some 140 bytes each fill the ring; then comes a request that counts.
     for number in 2..40 {
         simulated.device.receive(&frame(number, Request::ReadParameters { offset: 0 }));
     }
@@ -27,7 +27,7 @@ fn an_answer_that_found_no_room_comes_when_the_request_is_repeated() {
     let waited = simulated.device.transmit(&mut sink);
     assert!((1800..=2048).contains(&waited), "{waited}");
     simulated.device.servo().stop();
-    // The same number: the answer, and nothing done a second time.
+    // The same number brings the answer, and nothing is done a second time.
     assert_eq!(say(&mut simulated, &frame(40, Request::Arm)), [(40, Reply::Done)]);
     assert!(!simulated.tick().enable);
     let [(41, Reply::Status(status))] = &say(&mut simulated, &frame(41, Request::Status))[..] else {
@@ -110,6 +110,6 @@ fn a_device_without_parameters_is_waited_for_as_long_as_was_asked() {
     let begin = client.wire().now();
     client.pass(Duration::from_secs(10)).unwrap();
     let took = (client.wire().now() - begin).as_secs_f64();
-    // Asking for its status takes some, too.
+    // The requests for the status take some time, too.
     assert!((10.0..11.0).contains(&took), "{took}");
 }

@@ -23,10 +23,11 @@ fn a_request_that_comes_twice_is_done_once() {
     let arm = frame(2, Request::Arm);
     assert_eq!(say(&mut simulated, &arm), [(2, Reply::Done)]);
     simulated.device.servo().stop();
-    // The same answer, but it is not armed again.
+    // The answer is the same, but the device is not armed again.
     assert_eq!(say(&mut simulated, &arm), [(2, Reply::Done)]);
     assert!(!simulated.tick().enable);
-    // Nor does the hello, come twice, begin a new session in which old requests would count again.
+    // A hello that comes twice begins no new session either, in which old requests would count
+    // again.
     say(&mut simulated, &frame(3, Request::Status));
     say(&mut simulated, &hello(1, 7));
     assert_eq!(say(&mut simulated, &arm), refused(2, Refused::OutOfOrder));
@@ -55,7 +56,8 @@ fn garbage_costs_at_most_the_frame_that_it_touches() {
     let mut simulated = simulated();
     say(&mut simulated, &hello(1, 7));
     let mut number = 1;
-    // Every bit of a frame changed, every cut, and a frame of garbage that has no end: the next frame is whole.
+    // Every bit of a frame is changed, a frame is cut at every place, and a frame of garbage has no
+    // end. The next frame is whole each time.
     let length = status(2).len();
     for bit in 0..8 * length {
         let (mut broken, sound) = (status(number + 1), status(number + 2));
@@ -76,7 +78,7 @@ fn garbage_costs_at_most_the_frame_that_it_touches() {
     }
     let heard = numbers(&mut simulated, &[vec![0x55; 10_000], vec![0], status(number + 1)].concat());
     assert_eq!(heard, [number + 1]);
-    // Whole, but nothing that is known.
+    // The frame is whole, but the device does not know the request.
     let strange = encode(&(number + 2, 200u8)).unwrap();
     assert_eq!(say(&mut simulated, &strange), refused(number + 2, Refused::Unknown));
 }

@@ -27,7 +27,7 @@ fn a_device_announces_its_signals_with_names_and_units() {
         let found = &signals[index(place)];
         assert_eq!((&*found.name, &*found.unit, found.form), (name, unit, form), "{place}");
     }
-    // A name says its unit at its end, and none is there twice.
+    // A name ends with its unit, and no name is there twice.
     for (i, signal) in signals.iter().enumerate() {
         let written = match &*signal.unit {
             "deg" => "_deg",
@@ -53,7 +53,7 @@ fn a_signal_that_is_not_there_is_not_sent() {
     client.subscribe(ALL, 1).unwrap();
 }
 
-/// Everything that it knows of the signals is what the device has announced.
+/// The client knows of the signals only what the device has announced.
 #[test]
 fn a_client_without_a_table_logs_what_is_applied_by_its_name() {
     let mut client = client();
@@ -100,7 +100,7 @@ fn samples_are_numbered_and_have_the_signals_that_were_asked_for() {
     client.step_to(5.0).unwrap();
     client.pass(Duration::from_secs(1)).unwrap();
     let samples: Vec<_> = std::iter::from_fn(|| client.sample(Duration::ZERO).unwrap()).collect();
-    // One of five ticks of 20 ms.
+    // A sample comes every five ticks of 20 ms.
     assert!((9..=11).contains(&samples.len()), "{}", samples.len());
     assert_eq!(client.lost(), 0);
     for pair in samples.windows(2) {
@@ -109,7 +109,7 @@ fn samples_are_numbered_and_have_the_signals_that_were_asked_for() {
     let counts = |i: usize| samples[i].value(counts).unwrap() as i32;
     assert!(counts(samples.len() - 1) > counts(0) + 1000);
     assert_eq!(samples[2].value(index("error")), None);
-    // Armed, and the bridge is on.
+    // The device is armed, and the bridge is on.
     assert_eq!(samples[2].value(status).unwrap() & 0x4_00FF, 0x4_0002);
 }
 
@@ -129,7 +129,7 @@ fn samples_of_an_earlier_subscription_are_neither_kept_nor_missed_by_the_next_on
     let (signals, so_much) = (1 << index("counts"), Duration::from_millis(200));
     client.subscribe(signals, 1).unwrap();
     client.pass(so_much).unwrap();
-    // On their way when the next one is asked for.
+    // These samples are on their way when the next subscription is asked for.
     client.wire().simulated.ticks(5);
     client.subscribe(signals, 1).unwrap();
     client.pass(so_much).unwrap();

@@ -34,7 +34,7 @@ impl DeviceUnderTest {
         &mut self.client.wire().simulated
     }
 
-    /// Ticks with a client that is there.
+    /// Runs ticks with a client that is there.
     pub fn pass(&mut self, ticks: u32) -> Output {
         let mut output = self.simulated().tick();
         for _ in 1..ticks {
@@ -44,7 +44,7 @@ impl DeviceUnderTest {
         output
     }
 
-    /// Brings the joint into a situation; it has moved before.
+    /// Brings the joint into a situation, after a first move.
     pub fn bring(&mut self, situation: Situation) {
         self.client.arm().unwrap();
         self.client.step_to(3.0).unwrap();
@@ -68,7 +68,8 @@ impl DeviceUnderTest {
         assert_eq!((output.state, output.enable), (State::Armed, true), "{situation:?}");
     }
 
-    /// Nothing is driven, whatever is asked, and it is armed again only as it should be.
+    /// Checks that nothing is driven, whatever is asked, and that arming again takes what it
+    /// should.
     pub fn check_latched(&mut self, row: &str, fault: Fault, mend: fn(&mut SimulatedDevice)) {
         assert!(self.client.arm().is_err(), "{row}");
         assert!(self.client.step_to(1.0).is_err() && self.client.hold().is_err(), "{row}");
@@ -86,7 +87,7 @@ impl DeviceUnderTest {
             return;
         }
         self.client.clear().unwrap();
-        // Cleared is not armed; and a joint that moves is not armed.
+        // A cleared device is not armed, and a joint that moves cannot be armed.
         assert_eq!(self.pass(1).state, State::Stopped, "{row}");
         let position = self.simulated().position_deg();
         self.simulated().push(position, 5.0);
@@ -96,7 +97,7 @@ impl DeviceUnderTest {
         self.pass(10);
         self.client.arm().unwrap();
         let output = self.pass(1);
-        // The law has forgotten: on target, a fresh one has nothing to add.
+        // The law has forgotten its state: on target, a fresh law has nothing to add.
         let tick = &output.tick;
         assert_eq!((output.enable, tick.error, tick.v_c, tick.code), (true, 0.0, 0.0, 0), "{row}");
     }

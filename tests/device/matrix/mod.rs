@@ -1,7 +1,7 @@
-//! Every fault under every law: at rest, moving, saturated.
+//! The fault matrix: every fault under every law, at rest, moving and saturated.
 //!
-//! Each row says what is done to the joint or its board, and within how many ticks the device has to
-//! see it. A case asserts the fault's code, the bound, that the bridge is off in the tick of the
+//! Each row says what is done to the joint or its board, and within how many ticks the device has
+//! to see it. A case asserts the fault's code, the bound, that the bridge is off in the tick of the
 //! detection, that nothing is driven afterwards whatever is asked, and that arming again takes a
 //! cleared fault and a joint at rest. What cannot happen is listed with its reason.
 
@@ -18,11 +18,11 @@ mod rows;
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Situation {
-    /// On target after a step, the effort that it rests with applied.
+    /// The joint is on target after a step, under the effort that it rests with.
     Rest,
-    /// Along a line of 5 deg/s.
+    /// The joint follows a line of 5 deg/s.
     Moving,
-    /// At the full scale of the output, on the way to a far target.
+    /// The output is at its full scale, on the way to a far target.
     Saturated,
 }
 
@@ -51,7 +51,7 @@ fn every_fault_is_seen_in_time_and_turns_the_bridge_off_under_every_law() {
                     }
                     let output = device.simulated().tick();
                     if output.state != State::Armed {
-                        // In the same tick.
+                        // The bridge is off in the same tick.
                         assert_eq!((output.enable, output.duty()), (false, device.neutral), "{name}");
                         assert_eq!(output.state, State::Faulted(row.fault), "{name}, tick {tick}");
                         detected = Some(tick + 1);
@@ -98,8 +98,9 @@ fn no_fault_is_forgotten_by_the_matrix() {
 
 #[test]
 fn hidden_wind_up_at_standstill_is_a_warning_and_no_fault() {
-    // An integral that waits against friction just below the stall threshold: 0.4 V + 0.35 V. It grows by
-    // 4 V/(deg s) of 0.05 deg: past the 0.4 V of the warning after 2 s, to the breakaway after 3.5 s.
+    // An integral waits against friction just below the stall threshold: 0.4 V + 0.35 V. It grows
+    // by 4 V/(deg s) of 0.05 deg: past the 0.4 V of the warning after 2 s, to the breakaway after
+    // 3.5 s.
     let mut device = DeviceUnderTest::new("ri", &[]);
     device.client.arm().unwrap();
     device.simulated().brake_v = 0.35;
@@ -108,7 +109,7 @@ fn hidden_wind_up_at_standstill_is_a_warning_and_no_fault() {
         device.pass(1);
         device.client.status().unwrap().wound_up
     });
-    // A second after the 2 s, and an error that is a count more or less: 5 %.
+    // The warning comes a second after the 2 s. The error is a count more or less, which is 5 %.
     let time_s = f64::from(seen.unwrap()) * 0.02;
     assert!((2.8..3.2).contains(&time_s), "{time_s}");
     assert_eq!(device.client.status().unwrap().state, stiction::link::State::Armed);

@@ -1,4 +1,4 @@
-//! An encoder whose wires are swapped: before the first move, and on the way.
+//! The wires of the encoder are swapped, before the first move or on the way.
 
 use host_sim::device::simulated::Wires;
 use stiction::Fault;
@@ -8,7 +8,8 @@ use super::Situation::{Moving, Saturated};
 use super::device_under_test::DeviceUnderTest;
 use crate::fixture::laws;
 
-/// Swapped wires make the loop push away from the target: seen within the first hundredths of a degree.
+/// Swapped wires make the loop push away from the target. The monitor sees that within the first
+/// hundredths of a degree.
 #[test]
 fn a_reversed_encoder_is_seen_in_the_first_move_under_every_law() {
     let mut furthest = 0.0f64;
@@ -19,7 +20,8 @@ fn a_reversed_encoder_is_seen_in_the_first_move_under_every_law() {
         device.client.step_to(5.0).unwrap();
         let output = (0..60).map(|_| device.pass(1)).find(|output| output.state != State::Armed).unwrap();
         assert_eq!(output.state, State::Faulted(Fault::EncoderReversed), "{law}");
-        // Eight counts are 0.019 deg; a tick at the speed that it has by then is a little more.
+        // Eight counts are 0.019 deg; at the speed that the joint has by then, a tick is a little
+        // more.
         let travel = device.simulated().position_deg();
         assert!(travel > 0.015 && travel < 0.2, "{law}: {travel} deg");
         furthest = furthest.max(travel);
@@ -28,7 +30,7 @@ fn a_reversed_encoder_is_seen_in_the_first_move_under_every_law() {
     reliability!("reversed-at-first", travel_deg = format!("{furthest:.3}"));
 }
 
-/// Once the wiring has been proven, swapped wires are a loop that runs away.
+/// Once a move has proven the wiring, swapped wires make the loop run away.
 #[test]
 fn an_encoder_that_is_reversed_on_the_way_is_seen_before_it_has_gone_far() {
     for law in laws() {

@@ -3,7 +3,7 @@
 use host_sim::device::simulated::{SimulatedDevice, Wires};
 use stiction::Fault;
 
-/// What is done in every tick from the injection on.
+/// The cause of a fault, applied in every tick from the injection on.
 pub type Inject = fn(&mut SimulatedDevice, u32);
 
 pub struct Row {
@@ -12,9 +12,10 @@ pub struct Row {
     /// Keys that take the row's fault out of the shadow of those that would be seen earlier.
     pub set: &'static [&'static str],
     pub inject: Inject,
-    /// What makes it good again.
+    /// What ends the cause again.
     pub mend: fn(&mut SimulatedDevice),
-    /// Ticks from the injection to the detection, at least and at most, by situation; or why it cannot be.
+    /// Ticks from the injection to the detection, at least and at most, for each situation; or the
+    /// reason why the fault cannot be there.
     pub within: [Result<[u32; 2], &'static str>; 3],
 }
 
@@ -80,10 +81,10 @@ pub fn rows() -> Vec<Row> {
             },
             mend: sound,
             within: [
-                // 5 deg at 0.3 deg a tick, less what the joint gives way by itself.
+                // It takes 5 deg at 0.3 deg a tick, less what the joint gives way by itself.
                 Ok([8, 18]),
                 Ok([6, 18]),
-                // Also the way that it had gone since the jump.
+                // The way that the joint had gone since the jump counts, too.
                 Ok([8, 40]),
             ],
         },
@@ -98,7 +99,7 @@ pub fn rows() -> Vec<Row> {
             mend: sound,
             within: [
                 Err("a joint at rest has no speed; one that is thrown is not at rest: the next column"),
-                // Within the window of the regression.
+                // The velocity shows it within the window of the regression.
                 Ok([2, 6]),
                 Ok([2, 6]),
             ],
@@ -156,17 +157,17 @@ pub fn rows() -> Vec<Row> {
             set: &["limits.overspeed_deg_per_s=0", "limits.encoder_jump_deg=0"],
             inject: |_, _| {},
             mend: sound,
-            // 0.5 s of 20 ms; the last word was said in the tick before.
+            // That is 0.5 s of 20 ms; the last word was said in the tick before.
             within: all([26, 26]),
         },
     ]
 }
 
-/// Those that the board reports; the core has to obey at once.
+/// The faults that the board reports. The core has to obey at once.
 pub const FROM_THE_BOARD: [Fault; 5] =
     [Fault::Overrun, Fault::BreakInput, Fault::ClockLost, Fault::Panic, Fault::Watchdog];
 
-/// Why the others are in no row.
+/// The other faults, and why they are in no row.
 pub const ELSEWHERE: [(Fault, &str); 8] = [
     (Fault::NonFinite, "no parameters that are accepted lead there (src/servo/tests.rs)"),
     (
