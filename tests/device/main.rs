@@ -16,7 +16,7 @@ macro_rules! reliability {
     (@ $key:ident) => { $key };
 }
 
-mod chaos;
+mod encoder_faults;
 mod fixture;
 mod fuzz;
 mod link;

@@ -54,7 +54,7 @@ pub fn measure(arguments: &Arguments) -> Result<(), String> {
     test.args(EMULATOR);
     let messages = arguments.messages.to_string();
     test.args(["--", "--nocapture", "--test-threads=1"]).env("STICTION_FUZZ", &messages);
-    let mut figures = printed("Faults, chaos, power cuts, a soak and random messages", &mut test)?;
+    let mut figures = printed("Faults, bad encoders, power cuts, a soak and random messages", &mut test)?;
     if arguments.image {
         let image = crate::firmware::build()?;
         let mut test = cargo(&["test", "--test", "image"]);
