@@ -1,4 +1,4 @@
-//! Frames in any bytes.
+//! Looks for frames in any bytes.
 #![no_main]
 
 libfuzzer_sys::fuzz_target!(|bytes: &[u8]| {

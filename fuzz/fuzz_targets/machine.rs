@@ -1,4 +1,4 @@
-//! Machines in any text.
+//! Reads a machine's file from any text.
 #![no_main]
 
 libfuzzer_sys::fuzz_target!(|text: &str| {

@@ -1,4 +1,4 @@
-//! Records of parameters in any bytes.
+//! Decodes a record of parameters from any bytes.
 #![no_main]
 
 libfuzzer_sys::fuzz_target!(|bytes: &[u8]| {

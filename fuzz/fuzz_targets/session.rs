@@ -1,4 +1,4 @@
-//! Whole sessions, read from any bytes as a script.
+//! Runs whole sessions, whose script is read from any bytes.
 #![no_main]
 
 use std::sync::LazyLock;

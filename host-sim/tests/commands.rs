@@ -1,5 +1,6 @@
-//! Every command that README.md and the pages of docs/ show. Those of `stiction` run here, page by page, in the order of
-//! the page; jobs and tests of cargo are looked up. Blind to what a command prints, and to what needs a board.
+//! Every command that README.md and the pages of docs/ show works. Commands of `stiction` run here,
+//! page by page, in the order of the page; jobs and tests of cargo are looked up. These tests are
+//! blind to what a command prints, and to what needs a board.
 #![cfg(unix)]
 #![allow(missing_docs, clippy::unwrap_used, clippy::panic)]
 
@@ -9,7 +10,7 @@ use std::process::{Command, Output};
 
 const STICTION: &str = env!("CARGO_BIN_EXE_stiction");
 
-/// Only the parser sees these.
+/// Commands that only the parser sees, and why.
 const PARSED_ONLY: [(&str, &str); 5] = [
     (" --port", "needs a board"),
     (" --emulator", "needs the firmware; tests/image/ runs the same"),
@@ -18,10 +19,10 @@ const PARSED_ONLY: [(&str, &str); 5] = [
     ("stiction report", "takes a quarter of a minute; tests/report.rs makes the page"),
 ];
 
-/// What clap says of a command that a sentence names without its arguments.
+/// Complaints of clap about a command that a sentence names without its arguments.
 const INCOMPLETE: [&str; 2] = ["required arguments were not provided", "a value is required for"];
 
-/// What the text writes for something of the reader's.
+/// Words of the text that stand for something of the reader's.
 const PLACEHOLDERS: [(&str, &str); 10] = [
     ("--port ...", "--port /dev/ttyUSB0"),
     ("device ...", "device --simulated"),
@@ -37,7 +38,7 @@ const PLACEHOLDERS: [(&str, &str); 10] = [
 
 struct Shown {
     command: String,
-    /// In a block, and so complete.
+    /// Whether the command stands in a block, and so is complete.
     whole: bool,
 }
 
@@ -63,7 +64,7 @@ fn shown(page: &str) -> Vec<Shown> {
     let mut all = Vec::new();
     for (i, part) in page.split("\n```").enumerate() {
         if i % 2 == 0 {
-            // A code that a line breaks is one; a paragraph ends every one.
+            // A code may go on in the next line, but not in the next paragraph.
             for paragraph in part.split("\n\n") {
                 let codes = paragraph.split('`').skip(1).step_by(2);
                 let joined = codes.map(|code| code.split_whitespace().collect::<Vec<_>>().join(" "));
@@ -96,12 +97,12 @@ fn of_stiction(command: &str) -> Option<String> {
 
 fn shell(directory: &Path, command: &str) -> Output {
     let path = format!("{}:{}", directory.join("bin").display(), std::env::var("PATH").unwrap());
-    // An editor that changes nothing.
+    // This editor changes nothing.
     let surroundings = [("PATH", &*path), ("EDITOR", "true"), ("VISUAL", "true")];
     Command::new("sh").args(["-c", command]).current_dir(directory).envs(surroundings).output().unwrap()
 }
 
-/// A place with the files that the pages take for granted.
+/// Makes a directory with the files that the pages take for granted.
 fn prepared() -> tempfile::TempDir {
     let directory = tempfile::tempdir().unwrap();
     for name in ["bin", "docs"] {
@@ -128,7 +129,8 @@ fn run(directory: &Path, command: &str, whole: bool) -> Result<(), String> {
     if done.status.success() || (!whole && is_named) { Ok(()) } else { Err(said) }
 }
 
-/// Whether cargo has what is asked of it: a job with its options, an alias, a test, a feature.
+/// Checks that cargo has what a command asks of it: a job with its options, an alias, a test, a
+/// feature.
 fn look_up(command: &str) -> Result<(), String> {
     let words: Vec<&str> = command.split_whitespace().skip(1).take_while(|word| *word != "--").collect();
     let manifests = ["Cargo.toml", "host-sim/Cargo.toml", "tests/Cargo.toml"].map(read).concat();

@@ -1,5 +1,5 @@
-//! `stiction device` on the built program: what a simulated device does, that it says what it is, and what is answered to
-//! what cannot be done. Blind to real ports.
+//! `stiction device` on the built program: what a simulated device does, that it says what it is,
+//! and what it answers to requests that cannot be done. These tests are blind to real ports.
 #![allow(clippy::unwrap_used)]
 
 use std::process::{Command, Output};
@@ -47,7 +47,7 @@ fn every_output_of_a_simulated_device_says_so_first() {
         assert!(said.lines().all(|line| line.chars().count() <= 80), "{action:?}: {said}");
         assert!(text(&output.stderr).starts_with(SAYS_SO), "{action:?}");
     }
-    // And where it goes wrong, too.
+    // The warning is there where something goes wrong, too.
     let output = device(&["--simulated", "move", "1e300"]);
     assert_eq!((output.status.code(), text(&output.stdout)), (Some(2), String::new()));
     assert!(text(&output.stderr).starts_with(SAYS_SO));
@@ -77,7 +77,7 @@ fn a_move_arrives_and_its_log_has_the_columns_of_a_run() {
     ];
     assert_eq!(header, run);
     let rows: Vec<csv::StringRecord> = reader.records().map(Result::unwrap).collect();
-    // 3 s of 20 ms, and the ticks in which the last answer was waited for.
+    // These are 3 s of 20 ms, and the ticks in which the client waited for the last answer.
     assert!((149..=153).contains(&rows.len()), "{}", rows.len());
     let position: f64 = rows[rows.len() - 1][2].parse().unwrap();
     assert!((position + 2.5).abs() < 0.03, "{position}");
@@ -87,14 +87,15 @@ fn a_move_arrives_and_its_log_has_the_columns_of_a_run() {
 fn a_move_that_a_fault_ends_is_over_then_and_fails() {
     let directory = tempfile::tempdir().unwrap();
     let log = directory.path().join("move.csv");
-    // Beyond the largest step that SRNF takes within its limit of the speed.
+    // The step is beyond the largest one that SRNF takes within its limit of the speed.
     let output = device(&["--simulated", "move", "60", "--for", "60", "--log", log.to_str().unwrap()]);
     let (said, complaint) = (text(&output.stdout), text(&output.stderr));
     assert_eq!(output.status.code(), Some(2), "{said}");
     assert!(said.contains("state      faulted") && !said.contains("stopped: the output is off"), "{said}");
     let sentence = complaint.lines().last().unwrap();
     assert!(sentence.starts_with("stiction: move: ended by fault 17 (overspeed)"), "{sentence}");
-    // Not the 3000 rows of a minute: 60 deg at 50 deg/s and a status every 0.1 s.
+    // The log has not the 3000 rows of a minute, but those of 60 deg at 50 deg/s and a status every
+    // 0.1 s.
     let rows = csv::Reader::from_path(&log).unwrap().records().count();
     assert!((10..100).contains(&rows), "{rows}");
 }
@@ -149,9 +150,9 @@ fn a_pulled_file_is_one_that_run_takes() {
     let path = directory.path().join("device.toml");
     let path = path.to_str().unwrap();
     assert!(device(&["--simulated", "--controller", "rvi", "params", "pull", path]).status.success());
-    // In the file, too: it is of no board.
+    // The file says it, too: it is of no board.
     assert!(std::fs::read_to_string(path).unwrap().starts_with(&format!("# {SAYS_SO}\n")));
-    // It has one controller, which nobody has to name.
+    // The file has one controller, which nobody has to name.
     let output = device(&["--simulated", "--machine", path, "params", "show"]);
     assert!(text(&output.stdout).contains("[controller.rvi]"), "{}", text(&output.stderr));
     let run = |name: &str| {
@@ -168,7 +169,7 @@ fn a_pulled_file_is_one_that_run_takes() {
 mod edit {
     use super::*;
 
-    /// `params edit` with a command for an editor, and a folder of its own for what is kept.
+    /// Runs `params edit` with a command for an editor, and a folder of its own for what is kept.
     fn edit(editor: &str) -> (Output, tempfile::TempDir) {
         let directory = tempfile::tempdir().unwrap();
         let mut command = command(&["--simulated", "params", "edit", "--save"]);
@@ -194,7 +195,7 @@ mod edit {
         let (output, directory) = edit("true");
         assert!(text(&output.stdout).contains("nothing was changed, and nothing sent"));
         assert_eq!(kept(&directory), Vec::<String>::new());
-        // Its joint is none of the device's business.
+        // The joint is none of the device's business.
         let (output, _directory) = edit("sed -i 's/stick_v = 0.4/stick_v = 0.5/'");
         assert!(text(&output.stdout).contains("nothing that the device knows was changed"));
     }

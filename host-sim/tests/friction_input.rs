@@ -1,5 +1,6 @@
-//! What the command line answers to a friction experiment that cannot be: one sentence that names the key, what was
-//! found and what is allowed; exit code 2; nothing on the standard output.
+//! The command line answers to a friction experiment that cannot be with one sentence that names
+//! the key, what was found and what is allowed, with exit code 2, and with nothing on the standard
+//! output.
 #![allow(clippy::unwrap_used)]
 
 use std::process::{Command, Stdio};
@@ -7,7 +8,7 @@ use std::process::{Command, Stdio};
 use host_sim::experiment::Document;
 use host_sim::lab;
 
-/// Why an answer is not as it should be.
+/// Says why an answer is not as it should be, if so.
 fn complaint(arguments: &[&str], fragments: &[&str]) -> Option<String> {
     let output = Command::new(env!("CARGO_BIN_EXE_stiction"))
         .arg("run")
@@ -156,7 +157,7 @@ fn the_json_of_a_friction_run_is_what_scripts_rely_on() {
     assert_eq!((&first["body"], &first["kind"]), (&1.into(), &"break".into()));
     assert!((first["time_s"].as_f64().unwrap() - 1.25).abs() < 1e-9);
     assert_eq!(only["metrics"]["breaks"], serde_json::json!([7]));
-    // Closed form: V_o + sqrt(V_o^2 + ((F_s - F_d) / (m w))^2) with w = sqrt(K/m).
+    // The closed form is V_o + sqrt(V_o^2 + ((F_s - F_d) / (m w))^2) with w = sqrt(K/m).
     let expected = 0.002 + (0.002_f64.powi(2) + (0.05 / 0.1_f64 / 1000_f64.sqrt()).powi(2)).sqrt();
     let fastest = only["metrics"]["max_speed"][0].as_f64().unwrap();
     assert!((fastest / expected - 1.0).abs() < 1e-6, "{fastest}, not {expected}");
@@ -181,8 +182,8 @@ fn the_json_of_a_friction_run_is_what_scripts_rely_on() {
     assert_eq!(coupled["runs"][0]["label"], "karnopp-banded/rk4/neglected");
 }
 
-/// A table of the thesis: the unit that K_r has here and what it is to that of the table, then for each body p_o, F_d,
-/// F_s, K_r and a as printed.
+/// A table of the thesis. It has the unit that K_r has here and what it is to that of the table,
+/// then for each body p_o, F_d, F_s, K_r and a as printed.
 type Printed = (&'static str, &'static str, f64, &'static [[f64; 5]]);
 
 const PRINTED: [Printed; 5] = [
@@ -203,10 +204,11 @@ const PRINTED: [Printed; 5] = [
     ("square-wave", "n_per_m", 1.0, &[[1.0e-4, 0.6, 0.8, 6000.0, 0.33]]),
 ];
 
-/// One degree.
+/// One degree, rad.
 const DEG: f64 = std::f64::consts::PI / 180.0;
 
-/// Tables 2, 5, 8, 11 and 15. About the rules themselves 6 % is let pass, on both sides.
+/// The values are those of Tables 2, 5, 8, 11 and 15. The test lets 6 % pass on both sides of the
+/// rules themselves.
 #[test]
 fn parameters_of_the_reset_integrator_are_taken_as_the_tables_print_them_and_not_farther_from_the_rules() {
     for (experiment, unit, of_table, bodies) in PRINTED {
@@ -251,7 +253,8 @@ fn stiction(arguments: &[&str]) -> std::process::Output {
         .unwrap()
 }
 
-/// A step too long for the smooth friction, under which the block creeps from the start; the one that sticks does not mind.
+/// The step is too long for the smooth friction, under which the block creeps from the start. The
+/// block that sticks does not mind.
 #[test]
 fn a_run_that_is_given_up_takes_no_other_with_it() {
     let directory = tempfile::tempdir().unwrap();
@@ -284,7 +287,7 @@ fn a_run_that_is_given_up_takes_no_other_with_it() {
     let labels: Vec<_> = json["runs"].as_array().unwrap().iter().map(|run| run["label"].clone()).collect();
     assert_eq!(labels, ["karnopp/nonsmooth"]);
     assert!(std::fs::read_to_string(&csv).unwrap().lines().count() > 20);
-    // Nothing is left of one that stands alone.
+    // Of a run that stands alone nothing is left.
     let alone = stiction(&[&arguments[..4], &["run.friction=[\"tanh\"]"], &arguments[5..11]].concat());
     assert_eq!((alone.status.code(), alone.stdout.len()), (Some(1), 0));
     assert!(!String::from_utf8(alone.stderr).unwrap().contains("of 1"));
@@ -294,7 +297,8 @@ fn a_run_that_is_given_up_takes_no_other_with_it() {
 fn the_table_lists_the_first_events_within_80_columns_and_says_how_many_more_there_are() {
     let output = stiction(&["spring-mass", "--friction", "karnopp", "--set", "run.duration_s=10"]);
     let table = String::from_utf8(output.stdout).unwrap();
-    // Closed form: breaks from 1.25 s each 0.6073 s, sticks 0.1073 s later; 15 of each in 10 s.
+    // In closed form the block breaks from 1.25 s on each 0.6073 s and sticks 0.1073 s later: 15 of
+    // each in 10 s.
     for fragment in
         ["1.250000  1 break", "1.357304  1 stick", "5.501125  1 break", "and 15 more, --json has all"]
     {

@@ -1,4 +1,4 @@
-//! What `run --csv` and a device's `log` have written is read back and drawn.
+//! `stiction plot` reads back and draws what `run --csv` and a device's `log` have written.
 #![allow(missing_docs, clippy::unwrap_used, clippy::panic)]
 
 use std::path::{Path, PathBuf};

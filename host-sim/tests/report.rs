@@ -1,4 +1,5 @@
-//! `stiction report` as a person runs it: a page that stands alone, with every figure beside it.
+//! `stiction report` as a person runs it makes a page that stands alone, with every figure beside
+//! it.
 #![allow(clippy::unwrap_used)]
 
 use std::collections::BTreeSet;
@@ -10,7 +11,7 @@ fn results() -> BTreeSet<u32> {
     [5, 7, 9].into_iter().chain(11..=20).chain(26..=59).chain(61..=67).collect()
 }
 
-/// What comes after each `mark`, up to the next quotation mark or bracket.
+/// Finds what comes after each `mark`, up to the next quotation mark or bracket.
 fn after<'a>(text: &'a str, mark: &'a str) -> impl Iterator<Item = &'a str> {
     text.match_indices(mark).map(move |(at, _)| {
         let rest = &text[at + mark.len()..];
@@ -18,7 +19,7 @@ fn after<'a>(text: &'a str, mark: &'a str) -> impl Iterator<Item = &'a str> {
     })
 }
 
-/// References that a browser would follow to load something: none may leave the file.
+/// Finds the references that a browser would follow to load something. None may leave the file.
 fn loaded(text: &str) -> Vec<&str> {
     let marks = ["src=\"", "srcset=\"", "href=\"", "data=\"", "poster=\"", "url(", "@import ", "fetch("];
     marks.into_iter().flat_map(|mark| after(text, mark)).filter(|to| !to.starts_with('#')).collect()
@@ -42,7 +43,7 @@ fn the_report_stands_alone_and_has_every_figure_and_a_verdict_for_every_claim() 
     assert!(page.trim_end().ends_with("</html>"));
     assert_eq!(loaded(&page), Vec::<&str>::new());
 
-    // Each drawing twice, whole, and nothing else: no temporary file is left.
+    // Each drawing is there twice and whole, and nothing else is: no temporary file is left.
     let mut numbers = BTreeSet::new();
     let (mut svgs, mut pngs) = (BTreeSet::new(), BTreeSet::new());
     for entry in fs::read_dir(&out).unwrap() {
@@ -71,7 +72,7 @@ fn the_report_stands_alone_and_has_every_figure_and_a_verdict_for_every_claim() 
     assert_eq!(numbers, results());
     assert_eq!(svgs, pngs);
 
-    // As many verdicts as the command says there are, none without a measurement.
+    // There are as many verdicts as the command says, and none without a measurement.
     let rows: Vec<&str> = page.split("<tr class=\"claim\"").skip(1).collect();
     let said_of = |what: &str| {
         let before = said.split(what).next().unwrap();

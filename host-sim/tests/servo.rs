@@ -1,4 +1,4 @@
-//! `run --target servo`: the servo around the loop, on the host.
+//! `run --target servo` runs the servo around the loop, on the host.
 #![allow(missing_docs, clippy::unwrap_used, clippy::panic)]
 
 use host_sim::closed_loop::Moment;
@@ -23,7 +23,8 @@ fn moments(result: &RunResult) -> &[Moment] {
 #[test]
 fn without_a_soft_start_the_servo_does_what_the_bare_loop_does() {
     for controller in ["pd", "ri", "srnf"] {
-        // A disc that is a count further where the joint rests, so that the servo's zero is not the host's.
+        // The encoder's disc is a count further where the joint rests, so that the servo's zero is
+        // not the host's.
         let set = ["device.soft_start_s=0", "reference.steps_deg=[2.5]", "encoder.phase=-0.6"];
         let plan = plan("step-response", controller, &set);
         let (bare, servo) = (run(&plan).unwrap(), run_driven(&plan, Driven::ByServo).unwrap());
@@ -45,11 +46,11 @@ fn without_a_soft_start_the_servo_does_what_the_bare_loop_does() {
 fn a_soft_start_is_seen_in_what_is_applied_and_not_in_what_is_asked_for() {
     let plan = plan("step-response", "srnf", &["device.soft_start_s=0.5", "reference.steps_deg=[5.0]"]);
     let result = run_driven(&plan, Driven::ByServo).unwrap();
-    // As long as the loop asks for more than the limit: on the way it asks for less.
+    // This holds as long as the loop asks for more than the limit: on the way it asks for less.
     let limited: Vec<&Moment> = moments(&result).iter().take_while(|moment| moment.tick.saturated).collect();
     assert!(limited.len() > 10, "{}", limited.len());
     for (k, moment) in limited.into_iter().enumerate() {
-        // 5 V in 25 ticks of 20 ms, in steps of the D/A.
+        // The limit rises by 5 V in 25 ticks of 20 ms, in steps of the D/A.
         let limit_v = 0.2 * k as f64;
         assert!(moment.applied_v <= limit_v + 1e-9 && moment.applied_v > limit_v - 0.005, "{k}");
         assert!(f64::from(moment.tick.v) > limit_v, "{k}");
@@ -76,7 +77,7 @@ fn a_fault_turns_the_output_off_and_is_told_with_its_time() {
     assert!(before.tick.code != 0);
 }
 
-/// Its readings are of the effort of the same sample, in the simulator as in the image.
+/// The ramp's readings are of the effort of the same sample, in the simulator as in the image.
 #[test]
 fn a_ramp_has_no_delay() {
     let rate = "identification.ramp_rates_v_per_s=[0.05]";

@@ -1,4 +1,5 @@
-//! Whatever comes in: the output stays within the drive, and what is not finite never reaches it.
+//! Whatever comes in, the output stays within the drive, and no value that is not finite reaches
+//! it.
 
 use proptest::collection::vec;
 use proptest::prelude::*;
@@ -7,11 +8,13 @@ use stiction::Allowed;
 
 use super::fixture::*;
 
-/// References that are not finite: in the position, or, for hundreds of ticks, in the acceleration alone.
+/// References that are not finite in the position, or, for hundreds of ticks, in the acceleration
+/// alone.
 fn poisoned() -> impl Strategy<Value = Reference> {
     let poison = prop_oneof![Just(f32::NAN), Just(f32::INFINITY), Just(f32::NEG_INFINITY)];
     let step = poison.prop_map(|fraction| step_to(Position { counts: 0, fraction }));
-    // In a loop so fast that degrees per second squared are beyond an `f32`; a power of two, and exact.
+    // The loop is so fast that degrees per second squared are beyond an `f32`. Its time is a power
+    // of two, and exact.
     let sample_time = 0.5f32.powi(83);
     let corners = [corner(512, Position::from_counts(0)), corner(2048, Position::from_counts(1))];
     let violent = Trajectory::new(&corners, 512.0 * sample_time, sample_time, RESOLUTION);
@@ -19,7 +22,7 @@ fn poisoned() -> impl Strategy<Value = Reference> {
     prop_oneof![step, proptest::sample::select(violent)]
 }
 
-/// Every float from one to another (neither negative), each bit pattern as likely as the next.
+/// Draws floats from one to another (neither negative), each bit pattern as likely as the next.
 fn floats(low: f32, high: f32) -> impl Strategy<Value = f32> {
     (low.to_bits()..=high.to_bits()).prop_map(f32::from_bits)
 }
@@ -45,7 +48,7 @@ fn any_bits(kind: Kind, allowed: Allowed) -> BoxedStrategy<u32> {
     }
 }
 
-/// A law with any gains, as they are declared.
+/// Draws a law with any gains, as they are declared.
 fn any_gains(law: Gains) -> impl Strategy<Value = Gains> {
     let keys = keys(&law);
     let bits = |key: &Key| any_bits(key.about().unwrap().kind, law.allowed(*key).unwrap());
@@ -58,7 +61,7 @@ fn any_gains(law: Gains) -> impl Strategy<Value = Gains> {
     })
 }
 
-/// Up to four laws in any order, each of them once; one that replaces PD stands alone.
+/// Draws up to four laws in any order, each of them once; one that replaces PD stands alone.
 fn any_laws() -> impl Strategy<Value = Vec<Gains>> {
     let some = subsequence(Gains::EXAMPLES, 0..=MAX_TERMS).prop_shuffle();
     some.prop_flat_map(|laws| match laws.iter().find(|law| law.replaces_pd()) {
@@ -79,7 +82,7 @@ fn any_drive() -> impl Strategy<Value = DriveConfig> {
     })
 }
 
-/// Everything that validation lets pass.
+/// Draws any configuration that validation lets pass.
 fn any_config() -> impl Strategy<Value = ControllerConfig> {
     let counter_bits = prop_oneof![Just(CounterBits::Sixteen), Just(CounterBits::ThirtyTwo)];
     let direction = prop_oneof![Just(Direction::Forward), Just(Direction::Reverse)];
@@ -98,7 +101,7 @@ fn any_config() -> impl Strategy<Value = ControllerConfig> {
     )
 }
 
-/// Any counts at all, and any bit pattern for the fraction.
+/// Draws any counts at all, and any bit pattern for the fraction.
 fn any_position() -> impl Strategy<Value = Position> {
     let fraction = prop_oneof![
         4 => fraction(),
@@ -147,10 +150,11 @@ proptest! {
         let DriveConfig { full_scale, lsb, mode, pwm_hz } = config.drive;
         let pwm_top = STM32F405.pwm_top(pwm_hz).unwrap();
         let max_code = controller.drive().max_code();
-        // Two decimals that are rounded to `f32`: their quotient may be a whole number to 3e-7 only.
+        // Two decimals are rounded to `f32`, so their quotient may be a whole number to 3e-7 only.
         let reach = f64::from(full_scale) / f64::from(lsb);
         let unused = reach - f64::from(max_code);
-        // The quotient of two floats counts as whole when it is so to 3e-7, one and a half units in the last place.
+        // The quotient of two floats counts as whole when it is so to 3e-7, one and a half units in
+        // the last place.
         prop_assert!(unused >= -3e-7 * reach && unused < 1.0 + 3e-7 * reach, "{max_code} of {reach}");
         let mut joint = Joint::start(&controller, counter, counts);
         for travel in travels {
@@ -213,7 +217,8 @@ proptest! {
     }
 }
 
-/// A joint that moves one count in so short a sample that its velocity times the gain is beyond an `f32`.
+/// The joint moves one count in so short a sample that its velocity times the gain is beyond an
+/// `f32`.
 #[test]
 fn effort_beyond_a_float_gives_none() {
     let config = changed(&configured(1e6, &[SRNF]), |config| config.sample_time = 1e-36);

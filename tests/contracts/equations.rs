@@ -1,10 +1,11 @@
-//! Every term of a tick against the thesis's equations in `f64`, and the laws at their thresholds.
+//! Every term of a tick is held against the thesis's equations in `f64`, and the laws are tested at
+//! their thresholds.
 
 use proptest::prelude::*;
 
 use super::fixture::*;
 
-/// Thesis eqs. 29 to 35 in `f64`, from a tick's inputs.
+/// The laws by the thesis's eqs. 29 to 35 in `f64`, from a tick's inputs.
 struct Equation {
     gains: Gains,
     h: f64,
@@ -66,7 +67,8 @@ impl Equation {
     }
 }
 
-/// Volts by which `f32` may differ from `f64` after some hundred sums: a fiftieth of the drive's LSB.
+/// Volts by which `f32` may differ from `f64` after some hundred sums: a fiftieth of the drive's
+/// LSB.
 const ROUNDING_V: f64 = 1e-4;
 
 proptest! {
@@ -131,12 +133,13 @@ fn integral_stops_at_the_full_scale_and_leaves_it_at_once() {
     let law = PreparedLaw::new(&ROI, &around);
     let mut state = law.rest();
     let pushing = LawInput { v_pd: 2.0, ..LawInput::default() };
-    // Increments fall due after 7, 14 and 21 samples: 2 V, 4 V, and no more than the full scale.
+    // Increments fall due after 7, 14 and 21 samples, and give 2 V, 4 V, and no more than the full
+    // scale.
     let v_c: Vec<_> = (0..=29).map(|_| law.update(&mut state, &pushing)).collect();
     assert_eq!([6, 7, 13, 14, 20, 21, 28].map(|k: usize| v_c[k]), [0.0, 2.0, 2.0, 4.0, 4.0, 5.0, 5.0]);
 }
 
-/// Where the equations have a threshold they say to which side it belongs.
+/// An equation with a threshold says to which side it belongs.
 #[test]
 fn laws_switch_at_their_thresholds_and_not_beside_them() {
     let around = configured(0.17, &[]).around();

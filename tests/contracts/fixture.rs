@@ -1,4 +1,4 @@
-//! Plain PD and every law on it, references, and joints that keep near them.
+//! Controllers (plain PD and every law on it), references, and joints that keep near them.
 
 use std::iter::repeat_n;
 
@@ -29,7 +29,7 @@ pub const SAMPLE_TIME: f32 = 0.02;
 /// The largest gain, limit or length that is allowed.
 pub const LARGEST: f32 = 1e6;
 
-// The thesis's gains at 20 ms.
+// These are the thesis's gains at 20 ms.
 pub const RI: Gains = Gains::ResetIntegral(ResetIntegralGains { ki: 4.0, theta_ri: 0.5 });
 
 pub const RVI: Gains = Gains::RateVariableIntegral(RateVariableIntegralGains { ki: 150.0, gamma: 0.05 });
@@ -42,12 +42,13 @@ pub const DNPF: Gains =
     Gains::DiscontinuousNonlinearProportional(DiscontinuousNonlinearProportionalGains { theta_b: 0.40 });
 pub const SRNF: Gains = Gains::SmoothRobustNonlinear(SmoothRobustNonlinearGains { v_ms: 0.40, alpha: 100.0 });
 
-/// Every law with the thesis's derivative gain for it (Tables 17 and 18): 0.17, and 0.25 for SRNF.
+/// Every law with the thesis's derivative gain for it (Tables 17 and 18), V/(deg/s): 0.17, and 0.25
+/// for SRNF.
 pub fn laws() -> impl Iterator<Item = (&'static str, f32, Gains)> {
     Gains::EXAMPLES.iter().map(|&law| (law.name(), if law == SRNF { 0.25 } else { 0.17 }, law))
 }
 
-/// The thesis's loop with a derivative gain and a sum of laws.
+/// The configuration of the thesis's loop with a derivative gain and a sum of laws.
 pub fn configured(kd: f32, laws: &[Gains]) -> ControllerConfig {
     ControllerConfig {
         sample_time: SAMPLE_TIME,
@@ -63,7 +64,8 @@ pub fn configured(kd: f32, laws: &[Gains]) -> ControllerConfig {
     }
 }
 
-/// Every controller: plain PD, and each law by itself. With the laws of the thesis they are its seven.
+/// Every controller: plain PD, and each law by itself. With the laws of the thesis they are its
+/// seven.
 pub fn controllers() -> Vec<(&'static str, ControllerConfig)> {
     let plain = ("pd", configured(0.15, &[]));
     let laws = laws().map(|(name, kd, law)| (name, configured(kd, &[law])));
@@ -96,7 +98,7 @@ pub struct Joint<'a> {
 }
 
 impl<'a> Joint<'a> {
-    /// At rest at `counts`, where the counter reads `counter`.
+    /// Begins at rest at `counts`, where the counter reads `counter`.
     pub fn start(controller: &'a Controller, counter: u32, counts: i32) -> Self {
         let encoder = EncoderState::start(counter, counts);
         Self { controller, encoder, state: controller.start(counts) }
@@ -123,7 +125,7 @@ pub fn low_half(counts: i32) -> u32 {
     u32::from(counts as u16)
 }
 
-/// What reaches the bridge.
+/// The duty that reaches the bridge.
 pub fn outputs(ticks: &[Tick]) -> Vec<(i16, Duty)> {
     ticks.iter().map(|tick| (tick.code, tick.duty())).collect()
 }
@@ -144,7 +146,8 @@ pub fn sample_of(tick: &Tick) -> LawInput {
     }
 }
 
-/// How far a joint is from its reference, tick by tick, in counts: it rests, creeps and runs by turns.
+/// Draws how far a joint is from its reference, tick by tick, in counts: it rests, creeps and runs
+/// by turns.
 pub fn lags() -> impl Strategy<Value = Vec<i32>> {
     let stretch = (prop_oneof![Just(0), -2..=2, -60..=60], 1usize..20);
     (-400..=400, vec(stretch, 1..20)).prop_map(|(mut lag, stretches): (i32, Vec<(i32, usize)>)| {
@@ -159,7 +162,7 @@ pub fn lags() -> impl Strategy<Value = Vec<i32>> {
     })
 }
 
-/// A fraction that its complement to one represents without error, too.
+/// Draws a fraction whose complement to one is without error, too.
 pub fn fraction() -> impl Strategy<Value = f32> {
     prop_oneof![Just(0.0), (0u32..1 << 24).prop_map(|n| n as f32 / 16_777_216.0)]
 }
@@ -172,7 +175,8 @@ pub fn step_to(to: Position) -> Reference {
     Reference::Step(Step { to, ..Step::default() })
 }
 
-/// Corners of a trajectory whose every position is a whole number of 128ths of a count: `f32` rounds none of them.
+/// Corners of a trajectory whose every position is a whole number of 128ths of a count: `f32`
+/// rounds none of them.
 pub fn corners() -> impl Strategy<Value = Vec<Corner>> {
     let positions = vec((-300..=300i32).prop_map(|n| n * 16), 4);
     (positions, prop_oneof![Just(0.0), Just(0.5)]).prop_map(|(positions, fraction)| {

@@ -1,10 +1,11 @@
-//! What must not matter: a law without gain, the side, the sense of the encoder, the place of its origin.
+//! These must not matter: a law without gain, the side, the sense of the encoder, the place of its
+//! origin.
 
 use proptest::prelude::*;
 
 use super::fixture::*;
 
-/// Mirror image in the origin.
+/// The mirror image of a position in the origin.
 fn mirrored(position: Position) -> Position {
     let Position { counts, fraction } = position;
     if fraction == 0.0 {

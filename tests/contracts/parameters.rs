@@ -1,4 +1,4 @@
-//! No parameter does nothing, and no state is large.
+//! Every parameter has an effect, and no state is large.
 
 use std::mem::size_of;
 
@@ -6,8 +6,9 @@ use stiction::compensator::{FIRST_LAW, rate_variable_integral, reset_integral, r
 
 use super::fixture::*;
 
-/// A joint that wanders about a trajectory, always the same way: within half a degree for the most part, so that
-/// every threshold is crossed both ways, and once so far away that the drive saturates.
+/// A joint that wanders about a trajectory, always the same way: within half a degree for the most
+/// part, so that every threshold is crossed both ways, and once so far away that the drive
+/// saturates.
 fn excitation() -> (Reference, Vec<i32>) {
     let corners = [(50, 0), (300, 10_331), (350, 10_331), (600, 0)]
         .map(|(tick, counts)| corner(tick, Position::from_counts(counts)));
@@ -32,7 +33,7 @@ fn excitation() -> (Reference, Vec<i32>) {
     (reference, counts)
 }
 
-/// A twentieth more, or the next one of those that there are.
+/// Another value: a twentieth more, or the next one of those that there are.
 fn a_little_else(values: &impl Values, key: Key) -> u32 {
     let bits = values.get(key).unwrap();
     match key.about().unwrap().kind {
@@ -52,7 +53,7 @@ fn every_parameter_of_the_controller_changes_the_output() {
     // The gains of laws come next; which laws there are, is the list itself.
     let parameters: Vec<_> =
         keys(&configured(0.17, &[])).into_iter().filter(|key| *key < FIRST_LAW).collect();
-    // Loop 2, encoder 3, drive 4, PD 2.
+    // The loop has 2, the encoder 3, the drive 4, PD 2.
     assert_eq!(parameters.len(), 11);
     for (name, config) in controllers() {
         let unchanged = output(&config);
@@ -65,8 +66,8 @@ fn every_parameter_of_the_controller_changes_the_output() {
     }
 }
 
-/// For which a twentieth more is the same: a time of whole ticks, and a speed that the first blend passes in its first
-/// tick.
+/// Gains for which a twentieth more is the same, with a value that is not: a time of whole ticks,
+/// and a speed that the first blend passes in its first tick.
 const COARSE: [(&str, &str, f32); 2] = [("roi", "t_roi_s", 0.16), ("feedforward", "v_ff_deg_per_s", 0.2)];
 
 #[test]
@@ -90,7 +91,7 @@ fn every_gain_of_a_law_changes_the_output() {
     }
 }
 
-/// What a law takes from the loop around it, apart from what the loop does by itself.
+/// The values that a law takes from the loop around it, apart from what the loop does by itself.
 #[test]
 fn laws_depend_on_their_loop_where_their_equations_say_so() {
     let (reference, counts) = excitation();
@@ -110,7 +111,7 @@ fn laws_depend_on_their_loop_where_their_equations_say_so() {
         Loop { lsb: 1.05 * base.lsb, ..base },
     ];
     for (name, _, law) in laws() {
-        // Sample time, full scale, Kp, resolution, LSB.
+        // The columns are sample time, full scale, Kp, resolution and LSB.
         let expected = match name {
             "ri" | "rvi" | "roi" => [true, true, false, false, false],
             "feedforward" | "srnf" => [false; 5],
@@ -124,15 +125,16 @@ fn laws_depend_on_their_loop_where_their_equations_say_so() {
 
 #[test]
 fn states_are_small_enough_to_be_copied_in_a_tick() {
-    // What each remembers, without any padding: an integral, an integral, an offset and a timer.
+    // These are the sizes without any padding: an integral, an integral, an offset and a timer.
     assert_eq!(size_of::<reset_integral::State>(), 4);
     assert_eq!(size_of::<rate_variable_integral::State>(), 4);
     assert_eq!(size_of::<reset_offset_integral::State>(), 8);
-    // The largest of them and which it is.
+    // A sum has room for the largest of them, and for which it is.
     assert_eq!(size_of::<LawState>(), 12);
     assert_eq!(size_of::<CompensatorState>(), MAX_TERMS * 12);
-    // And the position, the velocity's fifteen increments, the tick, and three words of the output stage: the ticks of
-    // the soft start, what is applied, and whether that is less than was asked for.
+    // Besides these a controller has the position, the velocity's fifteen increments, the tick, and
+    // three words of the output stage: the ticks of the soft start, what is applied, and whether
+    // that is less than was asked for.
     assert_eq!(size_of::<ControllerState>(), 4 * (12 + 1 + 15 + 1 + 3));
     const { assert!(size_of::<LawState>() <= 64 && size_of::<ControllerState>() <= 256) };
 }

@@ -1,4 +1,4 @@
-//! Beginning anew.
+//! A controller that is reset begins anew.
 
 use std::iter::repeat_n;
 
@@ -31,8 +31,9 @@ proptest! {
         }
     }
 
-    /// At rest, where the velocity window holds zeros before and after, a reset takes away what the law had
-    /// gathered and nothing else. In motion the window has to fill again, and nothing is promised.
+    /// At rest, where the velocity window holds zeros before and after, a reset takes away what the
+    /// law had gathered and nothing else. In motion the window has to fill again, and nothing is
+    /// promised.
     #[test]
     fn reset_at_rest_takes_away_only_what_the_law_had_gathered(
         fraction in fraction(),

@@ -1,4 +1,4 @@
-//! Sums of laws.
+//! A sum of laws gives what its laws give.
 
 use proptest::prelude::*;
 use stiction::compensator::FIRST_LAW;
@@ -44,17 +44,19 @@ proptest! {
         for k in 0..counts.len() {
             let sum: f64 = parts.iter().map(|part| f64::from(part[k].v_c)).sum();
             for order in &orders {
-                // Three additions of numbers that stay below 16 V, each to half a unit in the last place.
+                // Three additions of numbers that stay below 16 V, each to half a unit in the last
+                // place.
                 let off = (f64::from(order[k].v_c) - sum).abs();
                 prop_assert!(off <= 3.0 * 5e-7, "{:?}, not {sum}", order[k]);
-                // Across an edge between two codes that is one code.
+                // Across an edge between two codes that makes a difference of one code.
                 prop_assert!((order[k].code - orders[0][k].code).abs() <= 1);
             }
         }
     }
 }
 
-/// What two of a law should do, nobody can say: integrate twice as fast, or each up to the full scale.
+/// What two of a law should do, nobody can say: integrate twice as fast, or each up to the full
+/// scale.
 #[test]
 fn a_law_may_not_be_there_twice() {
     for (name, _, law) in laws() {

@@ -1,11 +1,12 @@
-//! What is refused, and under which key.
+//! Validation: which values are refused, and under which key.
 
 use stiction::{Allowed, Error};
 
 use super::fixture::*;
 
-/// What is allowed for every number, as it is meant: the law whose gain it is, its name, and its bounds. Those of the
-/// drive's LSB and of its PWM come from elsewhere; they have a test of their own.
+/// What is meant to be allowed for every number: the law whose gain it is, its name, and its
+/// bounds. The bounds of the drive's LSB and of its PWM come from elsewhere, and have a test of
+/// their own.
 const BOUNDS: [(&str, &str, Allowed); 16] = [
     ("", "sample_time_s", Allowed::Above(0.0, 1.0)),
     ("", "resolution_deg", Allowed::Above(0.0, LARGEST)),
@@ -32,7 +33,7 @@ fn every_number_is_refused_just_outside_its_range_and_taken_at_its_ends() {
     let mut seen = 0;
     let plain = configured(0.17, &[]);
     let of_loop = keys(&plain).into_iter().map(|key| ("", key, plain.clone()));
-    // Laws are put second, behind one that is in order.
+    // A law stands second, behind one that is in order.
     let of_laws = laws().flat_map(|(name, _, law)| {
         let before = if law == SRNF { RI } else { SRNF };
         let sum = if law.replaces_pd() { vec![law] } else { vec![before, law] };
@@ -83,7 +84,7 @@ fn examples_of_the_laws_are_the_gains_of_the_thesis() {
     assert_eq!(Gains::EXAMPLES[..6], [RI, RVI, ROI, FEEDFORWARD, DNPF, SRNF]);
 }
 
-/// The name of the value that was refused.
+/// Returns the name of the value that was refused.
 fn name_of(error: Error) -> &'static str {
     error.key.about().unwrap().name
 }
@@ -99,7 +100,8 @@ fn drive_and_window_are_refused_just_outside_their_ranges() {
     for lsb in [(5f32 / 32_768.0).next_up(), 5.0] {
         assert_eq!(refused(&|config| config.drive.lsb = lsb), None, "{lsb}");
     }
-    // 168 MHz / 32 is the highest of which 16 duties are left; the lowest is a top of 16 bits, in whole hundreds.
+    // 168 MHz / 32 is the highest of which 16 duties are left; the lowest is a top of 16 bits, in
+    // whole hundreds.
     for hz in [f32::NAN, -22e3, 0.0, 1300f32.next_down(), 5.25e6f32.next_up(), 1e9f32.next_up()] {
         let config = changed(&configured(0.17, &[RI]), |config| config.drive.pwm_hz = hz);
         let error = Controller::new(&config, &STM32F405).unwrap_err();

@@ -1,4 +1,4 @@
-//! A machine of the thesis, as a device is told of it.
+//! The thesis's machine and its parameters, for tests of devices.
 
 use host_sim::device;
 use host_sim::experiment::{Document, Experiment, RunPlan};
@@ -15,7 +15,7 @@ pub fn laws() -> impl Iterator<Item = &'static str> {
     std::iter::once("pd").chain(Gains::NAMES.iter().copied())
 }
 
-/// All runs of an experiment, with keys set.
+/// Plans all runs of an experiment, with keys set.
 pub fn plans(name: &str, set: &[&str]) -> Vec<RunPlan> {
     let mut document = Document::open(name).unwrap();
     document.set(&set.iter().map(|text| (*text).to_owned()).collect::<Vec<_>>()).unwrap();
@@ -24,23 +24,23 @@ pub fn plans(name: &str, set: &[&str]) -> Vec<RunPlan> {
     Experiment::plan(&document, &[], &fixed).unwrap().runs
 }
 
-/// The parameters of a run.
+/// The parameters that a device needs for a run.
 pub fn parameters(plan: &RunPlan) -> Parameters {
     device::parameters(plan).unwrap()
 }
 
-/// SRNF on the thesis's robot.
+/// The parameters of SRNF on the thesis's robot, with keys set.
 pub fn srnf(set: &[&str]) -> Parameters {
     let set = [&["loop.controller=srnf", "reference.steps_deg=[5.0]"], set].concat();
     parameters(&plans("step-response", &set)[0])
 }
 
-/// An erased flash with its store.
+/// A store in an erased flash.
 pub fn blank() -> Store<SimulatedFlash> {
     Store::new(SimulatedFlash::new(2), SLOTS)
 }
 
-/// A store with parameters in it.
+/// A store that holds parameters.
 pub fn stored(parameters: &Parameters) -> Store<SimulatedFlash> {
     let mut store = blank();
     store.save(parameters).unwrap();

@@ -1,9 +1,8 @@
-//! Random bytes, random messages, random parameters: the properties of `host_sim::properties`, which the targets of
-//! `fuzz/` call as well, and the seeds that are kept there. The number of messages through the state machine is
-//! `STICTION_FUZZ` (the test run takes 100 000). Ten million: `cargo xtask reliability`.
-//!
-//! Blind to what a coverage-guided fuzzer would find behind a checksum: messages are made with a good one, bytes with
-//! mostly bad ones. That is what `fuzz/` is for.
+//! Random bytes, messages and parameters are given to the properties of `host_sim::properties`,
+//! which the targets of `fuzz/` call as well. `STICTION_FUZZ` is the number of messages through the
+//! state machine: 100 000 in a test run, ten million in `cargo xtask reliability`. These tests are
+//! blind to what a coverage-guided fuzzer would find behind a checksum: messages are made with a
+//! good one, bytes with mostly bad ones. `fuzz/` is for that.
 
 use host_sim::properties::session::Watched;
 use host_sim::properties::{file, frame, record, session};
@@ -19,7 +18,7 @@ use stiction::value::Key;
 
 use crate::fixture::srnf;
 
-/// Of everything random but the messages, in every test run.
+/// Cases of everything random but the messages, in every test run.
 const CASES: u32 = 2000;
 
 fn config(cases: u32) -> ProptestConfig {
@@ -31,7 +30,7 @@ proptest! {
 
     #[test]
     fn any_bytes_make_no_message_but_a_whole_one_and_cost_only_themselves(bytes in vec(any::<u8>(), 0..600)) {
-        // A checksum of 32 bits: one of 2^32 would pass.
+        // The checksum has 32 bits: one frame of 2^32 would pass.
         prop_assert_eq!(frame::holds(&bytes), 0);
     }
 
@@ -40,7 +39,7 @@ proptest! {
         record::holds(&bytes);
     }
 
-    /// With a good checksum over it, so that the body is looked at.
+    /// The record has a good checksum, so that its body is looked at.
     #[test]
     fn any_change_of_a_body_gives_valid_parameters_or_a_reason(
         changes in vec((20usize..ROOM, any::<u8>()), 1..4),
@@ -62,7 +61,7 @@ proptest! {
 proptest! {
     #![proptest_config(config(300))]
 
-    /// A machine's file with characters changed, lines doubled and lines left out.
+    /// The text is a machine's file with characters changed, lines doubled and lines left out.
     #[test]
     fn any_change_of_a_file_gives_a_machine_or_one_sentence(
         changes in vec((any::<prop::sample::Index>(), "[ -~]{0,3}", 0..3u8), 1..6),
@@ -81,7 +80,8 @@ proptest! {
     }
 }
 
-/// xorshift64 (Marsaglia 2003): ten million messages need no shrinking, but a seed.
+/// The random generator xorshift64 (Marsaglia 2003): ten million messages need no shrinking, but a
+/// seed.
 struct Random(u64);
 
 impl Random {
@@ -104,7 +104,7 @@ impl Random {
     }
 }
 
-/// Other gains, other laws, and now and then one value that may be anything.
+/// Makes other gains and other laws, and now and then one value that may be anything.
 fn entries(random: &mut Random) -> heapless::Vec<u8, CHUNK> {
     let srnf = SmoothRobustNonlinearGains { v_ms: random.real(), alpha: random.real() };
     let ri = ResetIntegralGains { ki: random.real(), theta_ri: random.real() };
@@ -142,7 +142,7 @@ fn request(random: &mut Random, record: &[u8]) -> Request {
         11 => Request::Signal { index: random.below(40) as u8 },
         12 => Request::Change { entries: entries(random) },
         13 => {
-            // Masks of every length, so that some are known as a whole.
+            // Masks have every length, so that the device knows some as a whole.
             let signals = random.next() >> random.below(64);
             Request::Subscribe { signals, every: random.below(20) as u16 }
         }
@@ -168,7 +168,7 @@ fn random_messages_never_arm_a_faulted_drive_nor_drive_it_out_of_its_limits() {
     for _ in 0..messages {
         watched.revive();
         let content = request(&mut random, &record);
-        // Mostly in order; some come twice, late or early.
+        // Most numbers are in order; some come twice, late or early.
         number = number.wrapping_add([1, 1, 1, 1, 0, 2, 0xFFFF, 7][random.below(8) as usize]);
         let mut frame = encode(&Numbered { number, content }).unwrap();
         if random.below(16) == 0 {
@@ -184,14 +184,14 @@ fn random_messages_never_arm_a_faulted_drive_nor_drive_it_out_of_its_limits() {
             }
             watched.tick(travel, random.next() as u16);
         }
-        // The wire takes most of it.
+        // The wire takes most of what is sent.
         if random.below(4) != 0 {
             watched.drain(512);
         }
     }
     let Watched { armed, moved, faulted, .. } = watched;
     reliability!("messages", messages, armed, moved, faulted, cases = CASES);
-    // It was worth looking.
+    // The random messages have reached what they are to test.
     assert!(
         armed > messages / 20 && faulted > messages / 20 && moved > messages / 50,
         "{armed} {moved} {faulted}"

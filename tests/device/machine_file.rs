@@ -1,4 +1,4 @@
-//! Parameters as a machine's file: what is pulled is what is pushed.
+//! Parameters as a machine's file: a file that is pulled says what was pushed.
 
 use host_sim::device::machine_file::{changes, read, render};
 use host_sim::experiment::{Document, builtins, position};
@@ -32,7 +32,8 @@ fn every_run_of_every_experiment_is_read_back_bit_for_bit() {
             runs += 1;
         }
     }
-    // All experiments, all controllers: step-response alone has 21 runs and 7 variants.
+    // These are all experiments and all controllers: step-response alone has 21 runs and 7
+    // variants.
     assert!(runs > 80, "{runs}");
 }
 
@@ -69,7 +70,7 @@ fn changes_are_named_by_their_keys() {
     let (before, after) = (srnf(&[]), srnf(&["controller.srnf.kp_v_per_deg=2", "limits.stall_v=1.5"]));
     let found = changes(&before, &after).unwrap();
     assert_eq!(changes(&before, &before).unwrap(), Vec::<String>::new());
-    // What is derived from Kp changes with it, and is told.
+    // A value that is derived from Kp changes with it, and is told.
     let expected = [
         "controller.srnf.kp_v_per_deg: 1.0 -> 2.0",
         "limits.stall_v: 0.8 -> 1.5",
@@ -87,7 +88,8 @@ fn names(law: &Gains) -> Vec<Key> {
     keys
 }
 
-/// Up to four laws with any gains, in any order. RI and RVI have a key in common: a file has one of them.
+/// Makes up to four laws with any gains, in any order. RI and RVI have a key in common, so a file
+/// has one of them.
 fn gains() -> impl Strategy<Value = Vec<Gains>> {
     let some = subsequence(Gains::EXAMPLES, 0..=4).prop_shuffle();
     (some, vec(0u32..100_000, 64)).prop_map(|(laws, numbers)| {
@@ -111,14 +113,14 @@ fn gains() -> impl Strategy<Value = Vec<Gains>> {
     })
 }
 
-/// Ticks between corners and degrees, as a file has them; a single one is a step.
+/// Makes corners of ticks and degrees, as a file has them; a single one is a step.
 fn motion() -> impl Strategy<Value = (Vec<(u32, f64)>, u32)> {
     (vec((1u32..2000, -1e4..1e4f64), 1..6), 1u32..50)
 }
 
-/// In the sample time of `machine`, below.
+/// A motion in the sample time of `machine`, below.
 fn asked((lines, blend): (Vec<(u32, f64)>, u32), resolution: f32) -> Motion {
-    // What a file says of it.
+    // This is the resolution as a file says it.
     let resolution_deg: f64 = resolution.to_string().parse().unwrap();
     let to = |deg: f64| position(deg / resolution_deg);
     if let [(_, deg)] = lines[..] {
@@ -132,7 +134,8 @@ fn asked((lines, blend): (Vec<(u32, f64)>, u32), resolution: f32) -> Motion {
     Motion::Trajectory { corners: corners.collect(), half_blend: blend as f32 * 0.005 }
 }
 
-/// Neither a step nowhere nor a way from nowhere to nowhere is one that a file may ask for.
+/// Whether a file may ask for the motion: neither a step nowhere nor a way from nowhere to nowhere
+/// is one.
 fn moves(motion: &Motion) -> bool {
     match motion {
         Motion::Step(to) => *to != Position::default(),

@@ -1,8 +1,10 @@
-//! The whole device without a chip: link, parameters, faults, around the simulated joint. Blind to the microcontroller,
-//! its flash, its timing and its wires, and to real friction.
+//! Tests of the whole device without a chip: link, parameters and faults, around the simulated
+//! joint. They are blind to the microcontroller, its flash, its timing and its wires, and to real
+//! friction.
 #![allow(clippy::unwrap_used)]
 
-/// A figure for `docs/reliability.md`: a name and what was found, as `cargo xtask reliability` reads it.
+/// Prints a figure for `docs/reliability.md`, a name and what was found, as `cargo xtask
+/// reliability` reads it.
 macro_rules! reliability {
     ($name:literal, $($key:ident $(= $value:expr)?),+ $(,)?) => {
         println!(
@@ -14,7 +16,7 @@ macro_rules! reliability {
     (@ $key:ident) => { $key };
 }
 
-mod chaos;
+mod encoder_faults;
 mod fixture;
 mod fuzz;
 mod link;

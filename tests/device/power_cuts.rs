@@ -1,4 +1,5 @@
-//! The power goes at every word write and every erase of a save: the old or the new set is found whole.
+//! The power goes at every word write and every erase of a save. Afterwards the store finds the old
+//! or the new set whole.
 
 use embedded_storage::nor_flash::NorFlash;
 use host_sim::flash::{Cut, Remains, SECTOR, SimulatedFlash};
@@ -7,7 +8,8 @@ use stiction::store::{SaveError, Store};
 
 use crate::fixture::{blank, parameters, plans, srnf, stored};
 
-/// What a cut may leave of a word or a sector: nothing, everything, and some patterns in between.
+/// Remains that a cut may leave of a word or a sector: nothing, everything, and some patterns in
+/// between.
 fn remains() -> impl Iterator<Item = Remains> {
     let some = (1..=6u64).map(|seed| Remains::Some(seed.wrapping_mul(0x9E37_79B9_7F4A_7C15)));
     [Remains::Untouched, Remains::Finished].into_iter().chain(some)
@@ -33,10 +35,10 @@ fn cut_at_each(
         match store.load() {
             Ok(found) if found == *new => news += 1,
             Ok(found) => assert_eq!(Some(&found), old, "{after} {remains:?}"),
-            // Only where there was nothing to lose.
+            // The store may be empty only if it was so before.
             Err(_) => assert_eq!(old, None, "{after} {remains:?}"),
         }
-        // Whatever was left there: it can be saved again.
+        // A save works again, whatever the cut has left.
         store.save(new).unwrap();
         assert_eq!(store.load().as_ref(), Ok(new));
     }
@@ -50,8 +52,8 @@ fn a_cut_at_any_write_or_erase_leaves_the_old_or_the_new_set_whole() {
     let mut all = (0, 0);
     for [old, new] in [[0, 1], [1, 2], [2, 3]].map(|pair| pair.map(|i: usize| &sets[i])) {
         let (cuts, news) = cut_at_each(&store, Some(old), new);
-        // An erase and the words of the record, eight remains each. The new set is found only if the last word was
-        // finished, or what is left of it happens to be the same.
+        // A save is an erase and the words of the record, with eight remains each. The new set is
+        // found only if the last word was finished, or what is left of it happens to be the same.
         let words = new.encode(0, &mut [0; ROOM]).unwrap().len().div_ceil(4) as u32;
         assert_eq!(cuts, 8 * (1 + words));
         assert!((1..=7).contains(&news), "{news} of {cuts}");
@@ -81,7 +83,7 @@ fn slots_are_written_in_turn_and_the_same_set_is_not_written_again() {
     assert_eq!(store.flash().operations(), writes);
     store.save(&second).unwrap();
     assert_eq!(store.load(), Ok(second.clone()));
-    // Only the second slot lost: the first set is still there.
+    // Only the second slot is lost: the first set is still there.
     let mut lost = store.clone();
     lost.flash().cut(Cut { after: 0, remains: Remains::Finished });
     let _ = NorFlash::erase(lost.flash(), SECTOR, 2 * SECTOR);
@@ -89,7 +91,8 @@ fn slots_are_written_in_turn_and_the_same_set_is_not_written_again() {
     assert_eq!(lost.load(), Ok(first));
 }
 
-/// What `cargo xtask params` makes and a probe writes is what a store reads, whatever was saved there before.
+/// `cargo xtask params` makes the sectors and a probe writes them. A store reads those, whatever
+/// was saved there before.
 #[test]
 fn what_a_probe_writes_over_both_sectors_counts_and_is_outlived() {
     let plan = &plans("step-response", &["loop.controller=srnf"])[0];

@@ -1,7 +1,7 @@
-//! The seeds of the fuzzer (`fuzz/seeds/TARGET/`): every one goes through the functions that the targets call.
-//!
-//! Those called `made-*` are made here, from real messages: `STICTION_SEEDS=write cargo test --test device seeds` renews
-//! them. The others are inputs that the fuzzer found and that were worth keeping.
+//! Every seed of the fuzzer (`fuzz/seeds/TARGET/`) goes through the function that its target calls.
+//! The seeds called `made-*` are made here, from real messages: `STICTION_SEEDS=write cargo test
+//! --test device seeds` renews them. The others are inputs that the fuzzer found and that were
+//! worth keeping.
 
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -27,11 +27,11 @@ fn message(number: u16, content: Request) -> Vec<u8> {
     postcard::to_slice(&Numbered { number, content }, &mut [0; 512]).unwrap().to_vec()
 }
 
-/// One request of every kind, in an order in which most are done.
+/// Makes one request of every kind, in an order in which the device does most of them.
 fn requests() -> Vec<Request> {
     let mut room = [0; ROOM];
     let record = srnf(&[]).encode(0, &mut room).unwrap().to_vec();
-    // Plain PD without gains.
+    // This is plain PD without gains.
     let mut entries = [0; CHUNK];
     let mut length = record::write(&PdGains::default(), &mut entries).unwrap();
     record::put(&mut entries, &mut length, FIRST_LAW, 0).unwrap();
@@ -65,7 +65,7 @@ fn requests() -> Vec<Request> {
     all
 }
 
-/// Every request in a frame of the script, with half a second after each.
+/// Writes every request as a frame of the script, with half a second after each.
 fn script() -> Vec<u8> {
     let rest = [b't', 25, 0];
     let said = requests().into_iter().zip(1..).flat_map(|(request, number)| {
@@ -77,7 +77,7 @@ fn script() -> Vec<u8> {
     rest.into_iter().chain(said).chain(*b"f\x05t\x0A\x01d\x40").collect()
 }
 
-/// Target, name, content.
+/// The seeds that are made here: target, name and content of each.
 fn made() -> Vec<(&'static str, &'static str, Vec<u8>)> {
     let frames = requests().into_iter().zip(1..);
     let frames = frames.flat_map(|(content, number)| encode(&Numbered { number, content }).unwrap());
@@ -126,6 +126,7 @@ fn every_seed_holds() {
             };
         }
     }
-    // Some of each kind get through: frames that are whole, moves that are made, records and files that are valid.
+    // Some seeds of each kind get through: whole frames, moves that are made, and valid records and
+    // files.
     assert!(worth[0] >= 18 && worth[1] >= 25 && worth[2] >= 3 && worth[3] >= 3, "{worth:?}");
 }

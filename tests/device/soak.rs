@@ -1,4 +1,4 @@
-//! A simulated hour of moves with a client that asks for this and that.
+//! A client moves the joint for a simulated hour, and asks for this and that meanwhile.
 
 use std::time::Duration;
 
@@ -32,7 +32,7 @@ fn an_hour_of_moves_neither_drifts_nor_loses_a_sample_unreported() {
         drift = drift.max((client.wire().simulated.position_deg() - target).abs());
         while let Some(sample) = client.sample(Duration::ZERO).unwrap() {
             samples += 1;
-            // Each one that is missing is one that is reported.
+            // Each sample that is missing is reported as lost.
             let expected: u32 = last.map_or(sample.number, |last: u32| last + 1);
             assert_eq!(sample.number, expected);
             last = Some(sample.number);
@@ -41,9 +41,9 @@ fn an_hour_of_moves_neither_drifts_nor_loses_a_sample_unreported() {
     let status = client.status().unwrap();
     assert_eq!((status.state, status.faults, status.bad_frames, status.dropped), (StateCode::Armed, 0, 0, 0));
     assert_eq!((client.lost(), u64::from(last.unwrap()) + 1), (0, samples));
-    // One sample of ten ticks, 50 Hz: 18 000 in the hour, and those of the last moves.
+    // A sample comes every ten ticks of 50 Hz: 18 000 in the hour, and those of the last moves.
     assert!((17_990..18_100).contains(&samples), "{samples}");
-    // As near after an hour as after a move: SRNF rests within ten counts.
+    // The joint is as near after an hour as after a move: SRNF rests within ten counts.
     assert!(drift < 10.0 * 0.00242 && moves > 800, "{drift} deg, {moves} moves");
     reliability!("soak", moves, samples, lost = client.lost(), worst_deg = format!("{drift:.4}"));
 }

@@ -20,9 +20,9 @@ fn run(plan: &RunPlan) -> (Output, f32) {
 
 #[test]
 fn no_default_threshold_stops_an_experiment() {
-    // With the soft start of the default and, as in the thesis, with none.
+    // The runs have the default's soft start and, as in the thesis, none.
     let (mut runs, mut tripped) = (0, Vec::new());
-    // The friction lab's have no drive.
+    // The experiments of the friction lab have no drive.
     let driven = builtins().iter().filter(|builtin| !Document::open(builtin.name).unwrap().is_lab());
     for (name, soft_start) in driven.flat_map(|b| [(b.name, "0.5"), (b.name, "0.0")]) {
         for plan in plans(name, &[&format!("device.soft_start_s={soft_start}")]) {
@@ -36,7 +36,8 @@ fn no_default_threshold_stops_an_experiment() {
             }
         }
     }
-    // Eq. 37 read in SI: an unstable loop between the limits of its output is what monitors are for.
+    // Eq. 37 read in SI is an unstable loop between the limits of its output, which monitors are to
+    // stop.
     let (literal, others): (Vec<_>, Vec<_>) = tripped.iter().partition(|line| line.contains("literal-si"));
     assert!(others.is_empty(), "{others:#?}");
     assert_eq!(literal.len(), 2 * laws().count(), "{literal:#?}");
@@ -56,7 +57,7 @@ fn a_blocked_joint_trips_the_same_thresholds() {
     }
 }
 
-/// Ticks until a fault, if there is one.
+/// Counts the ticks until a fault, if there is one.
 fn until_fault(plan: &RunPlan, ticks: u32) -> Option<(u32, Fault)> {
     let mut simulated = SimulatedDevice::new(plan).unwrap();
     simulated.ticks(10);
@@ -67,23 +68,25 @@ fn until_fault(plan: &RunPlan, ticks: u32) -> Option<(u32, Fault)> {
     })
 }
 
-/// The motor's speed without load, 5 V / 0.02 V s/deg, and the travel of a tick at a quarter more.
+/// Limits by the motor: its speed without load, 5 V / 0.02 V s/deg, and the travel of a tick at a
+/// quarter more.
 const NO_LOAD: [&str; 2] = ["limits.overspeed_deg_per_s=250", "limits.encoder_jump_deg=6.26"];
 
-/// A step by so many degrees under a law.
+/// Plans a step by so many degrees under a law.
 fn step(law: &str, deg: u32, set: &[&str]) -> RunPlan {
     let own = [format!("loop.controller={law}"), format!("reference.steps_deg=[{deg}.0]")];
     plans("step-response", &[&[own[0].as_str(), &own[1]], set].concat()).swap_remove(0)
 }
 
-/// The smallest step of whole degrees that trips, and what does.
+/// Finds the smallest step of whole degrees that trips, and its fault.
 fn first_trip(law: &str, set: &[&str]) -> (u32, Fault) {
     let trips = |deg: u32| until_fault(&step(law, deg, set), 500).map(|(_, fault)| (deg, fault));
     (5..=120).find_map(trips).unwrap()
 }
 
-/// The default limit of the speed is a promise of the loop's damping, not of the motor. It costs SRNF its largest steps,
-/// and the other laws none: theirs end in a following error before they are that fast.
+/// The default limit of the speed is a promise of the loop's damping, not of the motor. It costs
+/// SRNF its largest steps, and the other laws none: theirs end in a following error before they are
+/// that fast.
 #[test]
 fn the_default_speed_limit_costs_srnf_large_steps() {
     for law in laws() {
@@ -99,8 +102,9 @@ fn the_default_speed_limit_costs_srnf_large_steps() {
             free = free_deg - 1,
             free_fault = free_fault.describe()
         );
-        // Until the error is down to 5 V + Kd v, the effort is the full scale, and v^2 / (2 kappa 4.1 V) the way: under SRNF 50
-        // deg/s are reached by a step of 29 deg at the latest. The others overshoot by more than the following error first.
+        // Until the error is down to 5 V + Kd v, the effort is the full scale, and v^2 / (2 kappa
+        // 4.1 V) the way: under SRNF 50 deg/s are reached by a step of 29 deg at the latest. The
+        // others overshoot by more than the following error first.
         let (expected, by) =
             if law == "srnf" { (24..30, Fault::Overspeed) } else { (25..50, Fault::FollowingError) };
         assert!(expected.contains(&(deg - 1)) && fault == by, "{law}: {deg} {fault:?}");
@@ -110,8 +114,9 @@ fn the_default_speed_limit_costs_srnf_large_steps() {
     }
 }
 
-/// What the limit of the speed, and that of the encoder's jump which follows from it, buy: a loop that oscillates is off at
-/// once. The motor's own bound does not: no loop exceeds it, and some are not stopped by another monitor either.
+/// The limit of the speed, and that of the encoder's jump which follows from it, turn a loop that
+/// oscillates off at once. The motor's own bound does not: no loop exceeds it, and no other monitor
+/// stops some of them either.
 #[test]
 fn the_default_speed_limit_stops_an_unstable_loop_at_once() {
     let unstable = |limit: &str, set: &[&str]| {

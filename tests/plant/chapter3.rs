@@ -4,7 +4,7 @@
 //! Expected values are closed forms or the thesis's own words. Where a tail is chaotic (RI, RVI, ROI and DNPF at
 //! rest) only bounds are asserted, never a phase.
 
-use super::common::{labelled, moments, run};
+use super::common::{controllers, labelled, moments, run};
 use host_sim::run::RunResult;
 
 /// One count, deg.
@@ -302,7 +302,7 @@ fn high_gain_tracks_closer_and_only_dnpf_oscillates_violently_without_a_sample_o
 
 #[test]
 fn eq_37_read_in_si_is_an_unstable_loop_between_the_limits_of_the_output() {
-    for controller in ["pd", "ri", "rvi", "roi", "feedforward", "dnpf", "srnf"] {
+    for controller in controllers() {
         let results = run("step-response", controller, &[]);
         let literal = labelled(&results, &format!("{controller}/step-5.0/literal-si"));
         assert!(literal.unstable && literal.diverged_at_s.is_none());

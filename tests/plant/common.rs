@@ -2,6 +2,12 @@
 
 use host_sim::experiment::{Document, Experiment};
 use host_sim::run::{RunResult, Trace, run_all};
+use stiction::compensator::Gains;
+
+/// Every controller by its name: plain PD, and each law by itself.
+pub fn controllers() -> impl Iterator<Item = &'static str> {
+    std::iter::once("pd").chain(Gains::NAMES.iter().copied())
+}
 
 /// The results of an experiment with keys set as on the command line, under one controller.
 pub fn run(experiment: &str, controller: &str, set: &[&str]) -> Vec<RunResult> {

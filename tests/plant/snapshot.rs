@@ -10,7 +10,7 @@ use std::fmt::Write;
 fn controllers_by_references() {
     let mut table = String::from("run                             rest    rms  cruise  chatter   hunts\n");
     table += "                              counts    deg     deg      V/s  counts\n";
-    for controller in ["pd", "ri", "rvi", "roi", "feedforward", "dnpf", "srnf"] {
+    for controller in super::common::controllers() {
         for (experiment, duration) in
             [("step-response", "run.duration_s=120"), ("trajectory", "run.duration_s=26")]
         {

@@ -1,4 +1,5 @@
-//! Link arguments, for the microcontroller only: where the program begins, what else it holds, and nothing more, since it is never run.
+//! Gives link arguments for the microcontroller only: where the program begins and what else it
+//! holds. It needs nothing more, since it is never run.
 
 fn main() {
     println!("cargo:rerun-if-changed=build.rs");

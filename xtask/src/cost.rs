@@ -1,4 +1,5 @@
-//! What a tick costs. The simulator's program `stiction-cost` measures; here, the images are built for it.
+//! `cargo xtask cost` builds the images; the simulator's program `stiction-cost` measures what a
+//! tick costs.
 
 use std::ffi::OsString;
 use std::fs;
@@ -43,7 +44,8 @@ pub fn measure(arguments: &Arguments) -> Result<(), String> {
     run("Counting instructions and cycles in the emulator (a minute on two cores)", &measuring)
 }
 
-/// Runs `stiction-cost`. It is built with the features, and so from the very same parts, as the tests of the image.
+/// Runs `stiction-cost`. It is built with the features of the tests of the image, and so from the
+/// very same parts.
 pub fn run(what: &'static str, arguments: &[OsString]) -> Result<(), String> {
     let mut command = cargo(&["run", "--bin", "stiction-cost"]);
     command.args(EMULATOR).arg("--");

@@ -1,4 +1,4 @@
-//! `cargo xtask demo`: what the project does, in a few minutes.
+//! `cargo xtask demo` shows what the project does, in a few minutes.
 
 use std::path::Path;
 
@@ -13,7 +13,7 @@ pub struct Arguments {
     host: bool,
 }
 
-/// Where the figures go.
+/// The directory of the figures.
 const FIGURES: &str = "target/demo";
 
 /// The experiments that the benchmark does not run.
@@ -29,7 +29,7 @@ const ONE_MOVE: [&str; 6] =
 
 pub fn demo(arguments: &Arguments) -> Result<(), String> {
     let mut times = Times::new();
-    // First what is built soonest. The build with the emulator adds to this one.
+    // What is built soonest comes first. The build with the emulator adds to it.
     times.of("building the simulator", || Simulator::Host.build())?;
     times.of("ranking seven controllers, and drawing", || {
         Job::new("Seven controllers on the thesis's robot axis, simulated: three steps, two trajectories")
@@ -53,7 +53,8 @@ pub fn demo(arguments: &Arguments) -> Result<(), String> {
     Ok(())
 }
 
-/// The flash image against the joint. A run in which it does anything else than the core on this machine fails.
+/// Runs the flash image against the joint. A run in which the image does anything else than the
+/// core on this machine fails.
 fn in_the_image(image: &Path) -> Result<(), String> {
     let run = || {
         let mut run =

@@ -1,15 +1,17 @@
-//! What an image puts into the flash: the bytes that a programmer without ELF support writes at its start.
+//! Reads from an ELF file what goes into the flash: the bytes that a programmer without ELF support
+//! writes at its start.
 
-/// `PT_LOAD` of the ELF specification.
+/// The type of a segment that is loaded, `PT_LOAD` of the ELF specification.
 const LOAD: u32 = 1;
 
-/// Where the flash begins.
+/// The address at which the flash begins.
 const FLASH: u32 = 0x0800_0000;
 
-/// Largest gap that is filled: an image within the flash has none larger.
+/// Largest gap that is filled, bytes: an image within the flash has none larger.
 const FLASH_SIZE: u32 = 1 << 20;
 
-/// The loaded segments of a 32-bit little-endian ELF from the start of the flash on, gaps filled with 0xFF.
+/// Joins the loaded segments of a 32-bit little-endian ELF from the start of the flash on, and
+/// fills gaps with 0xFF.
 pub fn flash_contents(elf: &[u8]) -> Result<Vec<u8>, String> {
     let half = |at: usize| elf.get(at..at + 2).map(|b| usize::from(u16::from_le_bytes([b[0], b[1]])));
     let word = |at: usize| elf.get(at..at + 4).map(|b| u32::from_le_bytes([b[0], b[1], b[2], b[3]]));

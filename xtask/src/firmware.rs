@@ -1,4 +1,4 @@
-//! Building the image, and the parameters that go beside it.
+//! Builds the image, and the parameters that go beside it.
 
 use std::fs;
 use std::path::PathBuf;
@@ -8,10 +8,10 @@ use crate::job::{Job, root, target_dir};
 use crate::simulator::Simulator;
 use crate::toolchain::{TARGET, Toolchain};
 
-/// How the image is optimised, and whatever is measured or proved beside it.
+/// The profile of the image, and of whatever is measured or proved beside it.
 pub const PROFILE: &str = "firmware";
 
-/// The part as probe-rs calls it.
+/// The name that probe-rs gives the part.
 const CHIP: &str = "STM32F405RGTx";
 /// The binary's name.
 const IMAGE: &str = "stiction-firmware";
@@ -28,21 +28,23 @@ pub struct ParamsArguments {
     set: Vec<String>,
 }
 
-/// What cargo is told of the image. Without the package's name, the features of the host's programs would be unified
-/// with those of the image.
+/// The arguments that cargo gets for the image. Without the package's name, the features of the
+/// host's programs would be unified with those of the image.
 pub fn arguments(command: &str) -> [&str; 9] {
     [command, "--profile", PROFILE, "--package", "stiction", "--bin", IMAGE, "--target", TARGET]
 }
 
-/// Where cargo puts a program for the microcontroller.
+/// The path at which cargo puts a program for the microcontroller.
 pub fn built(program: &str) -> PathBuf {
     target_dir().join(TARGET).join(PROFILE).join(program)
 }
 
-/// What the compiler is told of the image's own crate, and by that of the optimisation across all crates at the link.
+/// The compiler's arguments for the image's own crate, which count for the optimisation across all
+/// crates at the link, too.
 ///
-/// The control path has been put together within the core's crate by then, so that it stays as fast as it is; everything
-/// else is no longer copied into each of its callers. `docs/cost.md` has what that buys, and what else was tried.
+/// The control path has been put together within the core's crate by then, so that it stays as fast
+/// as it is; everything else is no longer copied into each of its callers. `docs/cost.md` has what
+/// that buys, and what else was tried.
 const SMALL: [&str; 2] = ["-C", "llvm-args=-inline-threshold=25"];
 
 /// Builds the image and puts it where people and tests look for it; returns the ELF file's path.
@@ -64,7 +66,8 @@ pub fn build() -> Result<PathBuf, String> {
     Ok(path("elf"))
 }
 
-/// Writes the image to a board and shows its log: the very file that the emulator runs and the gates look through.
+/// Writes the image to a board and shows its log: the very file that the emulator runs and the
+/// gates look through.
 pub fn flash() -> Result<(), String> {
     let image = build()?;
     Job::new("Flashing the firmware (wants probe-rs: cargo install probe-rs-tools --locked)")

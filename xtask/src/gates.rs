@@ -1,5 +1,6 @@
-//! What must not be in the firmware. What can be read from the image, the simulator's program `stiction-cost` reads; that
-//! no panic is left in the control path, the linker shows here.
+//! `cargo xtask gates` shows what must not be in the firmware. The simulator's program
+//! `stiction-cost` reads what can be read from the image. Here the linker shows that no panic is
+//! left in the control path.
 
 use std::fs;
 use std::process::Command;
@@ -10,20 +11,21 @@ use crate::job::Job;
 use crate::toolchain::{TARGET, Toolchain};
 
 const PROGRAM: &str = "no-panic";
-/// What its panic handler calls, and nobody defines.
+/// The function that the proof's panic handler calls, and nobody defines.
 const MISSING: &str = "the_control_path_can_panic";
-/// The core's tick and the link's parser as both of Rust's manglings spell `stiction::servo::control` and
-/// `stiction::link::session::request`.
+/// The core's tick and the link's parser as both of Rust's manglings spell
+/// `stiction::servo::control` and `stiction::link::session::request`.
 const KEPT: [&[u8]; 2] = [b"8stiction5servo7control", b"8stiction4link7session7request"];
 
-/// Every gate.
+/// Runs every gate.
 pub fn pass() -> Result<(), String> {
     let image = firmware::build()?;
     no_panic(&Toolchain::ready()?)?;
     cost::run("Looking through the image", &["gates".into(), "--image".into(), image.into()])
 }
 
-/// Links the control path and the link with a panic handler that cannot be linked, and then again with a panic in it.
+/// Links the control path and the link with a panic handler that cannot be linked, and then again
+/// with a panic in it.
 fn no_panic(toolchain: &Toolchain) -> Result<(), String> {
     let link = |more: &[&str]| -> Command {
         let mut arguments = vec!["build", "--profile", PROFILE, "--package", PROGRAM, "--target", TARGET];

@@ -1,4 +1,4 @@
-//! Running a command and saying what it is for.
+//! Runs commands, and says what each is for.
 
 use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};
@@ -38,7 +38,7 @@ impl Job {
     }
 }
 
-/// How long the parts of a longer job took.
+/// The times that the parts of a longer job took.
 pub struct Times {
     begin: Instant,
     parts: Vec<(&'static str, Duration)>,
@@ -49,7 +49,7 @@ impl Times {
         Self { begin: Instant::now(), parts: Vec::new() }
     }
 
-    /// Does a part of the job.
+    /// Runs a part of the job, and notes its time.
     pub fn of<T>(
         &mut self,
         part: &'static str,
@@ -61,7 +61,7 @@ impl Times {
         done
     }
 
-    /// A line a part, and the whole.
+    /// Prints a line for each part, and one for the whole.
     pub fn print(&self) {
         println!("\nIt took, without the building of xtask itself:");
         let whole = ("all of it", self.begin.elapsed());
@@ -77,13 +77,13 @@ pub fn root() -> &'static Path {
     manifest.parent().unwrap_or(manifest)
 }
 
-/// Where cargo builds.
+/// The directory in which cargo builds.
 pub fn target_dir() -> PathBuf {
     // Joining an absolute path replaces the root.
     root().join(std::env::var_os("CARGO_TARGET_DIR").unwrap_or_else(|| "target".into()))
 }
 
-/// Cargo, in the root of the workspace wherever it was called from.
+/// A call of cargo, in the root of the workspace wherever this one was called from.
 pub fn cargo(arguments: &[&str]) -> Command {
     let mut command = Command::new(std::env::var_os("CARGO").unwrap_or_else(|| "cargo".into()));
     command.args(arguments).current_dir(root());

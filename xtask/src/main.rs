@@ -24,12 +24,14 @@ struct Arguments {
 
 #[derive(Debug, Subcommand)]
 enum Work {
-    /// Rank seven controllers, draw figures into target/demo, and boot the firmware on an emulated microcontroller
-    /// against the simulated joint
+    /// Rank seven controllers, draw figures into target/demo, and boot the firmware on an emulated
+    /// microcontroller against the simulated joint
     Demo(demo::Arguments),
-    /// Everything that must pass before a change lands: format, lints, the firmware, tests, documentation
+    /// Everything that must pass before a change lands: format, lints, the firmware, tests,
+    /// documentation
     Test,
-    /// Build the firmware, and compare every term of its ticks with the core on this machine, bit for bit
+    /// Build the firmware, and compare every term of its ticks with the core on this machine, bit
+    /// for bit
     Image(test::ImageArguments),
     /// Find or install the compiler for the microcontroller
     Setup,
@@ -37,9 +39,11 @@ enum Work {
     Firmware,
     /// Write the firmware to a board by probe-rs, and show its log
     Flash,
-    /// Count the instructions of a tick, and the bytes of flash, RAM, stack and state; compare with docs/cost.md
+    /// Count the instructions of a tick, and the bytes of flash, RAM, stack and state; compare with
+    /// docs/cost.md
     Cost(cost::Arguments),
-    /// Show that the control path cannot panic, the stack fits, and nothing computes floating point in software
+    /// Show that the control path cannot panic, the stack fits, and nothing computes floating point
+    /// in software
     Gates,
     /// Measure what docs/reliability.md says, and write it
     Reliability(reliability::Arguments),

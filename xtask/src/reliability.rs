@@ -1,7 +1,8 @@
-//! `cargo xtask reliability`: runs the tests that measure, and writes what they print into docs/reliability.md.
+//! `cargo xtask reliability` runs the tests that measure, and writes what they print into
+//! docs/reliability.md.
 //!
-//! A test prints a figure as `reliability: NAME | key=value | key=value`, on a line of its own, as often as it likes.
-//! The template's text stays as it is; of its lines
+//! A test prints a figure as `reliability: NAME | key=value | key=value`, on a line of its own, as
+//! often as it likes. The template's text stays as it is; of its lines
 //!
 //! ```text
 //! ... {{NAME.key}} ...          take the value of the only line of that name,
@@ -11,7 +12,8 @@
 //! {{!NAME}} ...                 only if there is none.
 //! ```
 //!
-//! A figure that no test prints is an error: nothing measured on that page is older than the last run.
+//! A figure that no test prints is an error: nothing measured on that page is older than the last
+//! run.
 
 use std::fs;
 use std::io::{BufRead, BufReader};
@@ -23,7 +25,8 @@ use crate::simulator::EMULATOR;
 const TEMPLATE: &str = "xtask/reliability.md";
 const PAGE: &str = "docs/reliability.md";
 
-/// What a line of a figure begins with. Behind libtest's own words, if the test is the only one of its thread.
+/// The begin of a figure's line. Libtest's own words stand before it if the test is the only one of
+/// its thread.
 const MARK: &str = "reliability: ";
 
 #[derive(Debug, clap::Args)]
@@ -31,26 +34,27 @@ pub struct Arguments {
     /// So many random messages through the state machine
     #[arg(long, value_name = "N", default_value_t = 10_000_000)]
     messages: u64,
-    /// Also the matrix of faults in the flash image: takes the emulator, and builds the firmware before
+    /// Also the matrix of faults in the flash image: takes the emulator, and builds the firmware
+    /// before
     #[arg(long)]
     image: bool,
 }
 
-/// A figure: its name, and what was found.
+/// A figure that a test printed: its name, and what was found.
 #[derive(Debug, PartialEq)]
 struct Figure {
     name: String,
     values: Vec<(String, String)>,
 }
 
-/// Measures, and writes the page.
+/// Runs the tests, and writes the page.
 pub fn measure(arguments: &Arguments) -> Result<(), String> {
-    // Built as all tests are.
+    // The features are those of all tests.
     let mut test = cargo(&["test", "--test", "device"]);
     test.args(EMULATOR);
     let messages = arguments.messages.to_string();
     test.args(["--", "--nocapture", "--test-threads=1"]).env("STICTION_FUZZ", &messages);
-    let mut figures = printed("Faults, chaos, power cuts, a soak and random messages", &mut test)?;
+    let mut figures = printed("Faults, bad encoders, power cuts, a soak and random messages", &mut test)?;
     if arguments.image {
         let image = crate::firmware::build()?;
         let mut test = cargo(&["test", "--test", "image"]);
@@ -105,7 +109,7 @@ fn filled(template: &str, figures: &[Figure]) -> Result<String, String> {
     Ok(page)
 }
 
-/// What becomes of a line.
+/// Fills a line of the template; it may become several, or none.
 fn lines(line: &str, figures: &[Figure]) -> Result<Vec<String>, String> {
     let tagged = |tag: &str| {
         let (name, rest) = line.strip_prefix("{{")?.strip_prefix(tag)?.split_once("}}")?;
@@ -161,7 +165,7 @@ fn replaced(line: &str, value: impl Fn(&str) -> Result<String, String>) -> Resul
     Ok(done + rest)
 }
 
-/// A large whole number in groups of three digits.
+/// Writes a large whole number in groups of three digits.
 fn grouped(value: &str) -> String {
     if value.len() < 5 || !value.bytes().all(|byte| byte.is_ascii_digit()) {
         return value.into();

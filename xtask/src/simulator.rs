@@ -1,19 +1,19 @@
-//! The command line `stiction`, as the demo runs it.
+//! Runs the command line `stiction` for the demo.
 
 use std::process::Command;
 
 use crate::job::{Job, cargo};
 
-/// Which build of it.
+/// A build of `stiction`.
 #[derive(Clone, Copy, Debug)]
 pub enum Simulator {
-    /// As `cargo sim` builds it.
+    /// The build of `cargo sim`.
     Host,
-    /// With the emulator. The tests use the same one.
+    /// The build with the emulator, which the tests use, too.
     Emulator,
 }
 
-/// The emulator declares a newer compiler than it needs.
+/// Cargo's arguments for the emulator, which declares a newer compiler than it needs.
 pub const EMULATOR: [&str; 3] = ["--features", "emulator", "--ignore-rust-version"];
 
 impl Simulator {
@@ -34,7 +34,7 @@ impl Simulator {
         job.run(build.args(self.options()))
     }
 
-    /// A call of it.
+    /// A call of `stiction`.
     pub fn command(self, arguments: &[&str]) -> Command {
         let mut command = cargo(&["run", "--quiet", "--package", "host-sim", "--bin", "stiction"]);
         command.args(self.options()).arg("--").args(arguments);

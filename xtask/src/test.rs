@@ -1,4 +1,4 @@
-//! `cargo xtask test`: everything that must pass before a change lands.
+//! `cargo xtask test` runs everything that must pass before a change lands.
 
 use crate::job::{Job, cargo};
 use crate::simulator::EMULATOR;
@@ -7,7 +7,7 @@ use crate::{cost, firmware, gates};
 
 const STRICT: [&str; 3] = ["--", "--deny", "warnings"];
 
-/// The verdict on an edit of the core, before all the others.
+/// The tests that judge an edit of the core; they run before all the others.
 const BIT_FOR_BIT: &str = "bit_for_bit";
 
 #[derive(Debug, clap::Args)]
@@ -16,7 +16,8 @@ pub struct ImageArguments {
     tests: Vec<String>,
 }
 
-/// Builds the image, and runs some of its tests. They are built with the simulator's own features, as `test` builds them.
+/// Builds the image, and runs some of its tests. They are built with the simulator's own features,
+/// as `test` builds them.
 pub fn image(arguments: &ImageArguments) -> Result<(), String> {
     let image = firmware::build()?;
     let mut test = cargo(&["test", "--package", "host-sim", "--package", "loop-tests", "--test", "image"]);
@@ -30,14 +31,15 @@ pub fn image(arguments: &ImageArguments) -> Result<(), String> {
 
 pub fn test() -> Result<(), String> {
     Job::new("Format").run(&mut cargo(&["fmt", "--all", "--check"]))?;
-    // With everything that can be built in: what stands for a part that is not is compiled with `bad_input` below.
+    // All that can be built in is built in. What stands for a part that is left out is compiled
+    // with `bad_input` below.
     Job::new("Lints").run(cargo(&["clippy", "--workspace", "--all-targets"]).args(EMULATOR).args(STRICT))?;
     let toolchain = Toolchain::ready()?;
     Job::new("Lints of the firmware").run(toolchain.cargo(&firmware::arguments("clippy")).args(STRICT))?;
     let image = firmware::build()?;
     Job::new("Tests, the image in the loop among them")
         .run(cargo(&["test", "--workspace"]).args(EMULATOR).env("STICTION_IMAGE", image))?;
-    // What only a program without them says.
+    // These are the sentences that only a program without those parts says.
     Job::new("Tests of the command line without emulator, live view, figures and report").run(&mut cargo(
         &["test", "--package", "host-sim", "--no-default-features", "--test", "bad_input"],
     ))?;

@@ -1,8 +1,9 @@
-//! The compiler for the microcontroller: an installed one, else rustup's, else Debian's.
+//! Finds the compiler for the microcontroller: an installed one, else rustup's, else Debian's.
 //!
-//! The user's default tool chain is never updated and never replaced. Debian's compiler has no library for the
-//! target, so that is built once from Debian's own sources and put beside the host's; rustup then knows the two as
-//! the tool chain `stiction`. A stamp with the compiler's version says whether that still holds.
+//! The user's default tool chain is never updated and never replaced. Debian's compiler has no
+//! library for the target, so that is built once from Debian's own sources and put beside the
+//! host's; rustup then knows the two as the tool chain `stiction`. A stamp with the compiler's
+//! version says whether that still holds.
 
 use std::ffi::{OsStr, OsString};
 use std::fs;
@@ -11,24 +12,24 @@ use std::process::Command;
 
 use crate::job::{Job, cargo, root, target_dir};
 
-/// Cortex-M4 with a single-precision unit.
+/// The target: a Cortex-M4 with a single-precision unit.
 pub const TARGET: &str = "thumbv7em-none-eabihf";
 
 /// The name under which rustup knows Debian's compiler.
 const LINKED: &str = "stiction";
 
-/// Debian's compiler, its sources, its linker and lints.
+/// Debian's packages of the compiler, its sources, its linker and lints.
 const PACKAGES: [&str; 7] =
     ["rustc-web", "cargo-web", "rust-web-src", "rust-web-clippy", "rustfmt-web", "rust-web-llvm", "lld-22"];
 
-/// Where Debian keeps the libraries of each target.
+/// The directory in which Debian keeps the libraries of each target.
 const RUSTLIB: &str = "/usr/lib/rustlib";
 
 /// A tool chain that can build for [`TARGET`].
 pub enum Toolchain {
-    /// The one that cargo uses here anyway.
+    /// The tool chain that cargo uses here anyway.
     Default,
-    /// Debian's.
+    /// The tool chain of Debian.
     Debian,
 }
 
@@ -42,7 +43,7 @@ impl Toolchain {
             return Ok(Self::Default);
         }
         if debian_is_built() {
-            // Without root: the one who installed it may have been another user of this machine.
+            // This needs no root: another user of this machine may have installed the packages.
             link()?;
             return Ok(Self::Debian);
         }
@@ -59,7 +60,7 @@ impl Toolchain {
         Ok(Self::Debian)
     }
 
-    /// One line for a person.
+    /// A line that tells a person which tool chain it is.
     pub const fn describe(&self) -> &'static str {
         match self {
             Self::Default => "the default tool chain",
@@ -76,12 +77,12 @@ impl Toolchain {
         text.map(|text| text.trim().to_owned())
     }
 
-    /// Cargo of this tool chain, in the root of the workspace.
+    /// A call of this tool chain's cargo, in the root of the workspace.
     pub fn cargo(&self, arguments: &[&str]) -> Command {
         match self {
             Self::Default => cargo(arguments),
             Self::Debian => {
-                // By its name: `$CARGO` is the default tool chain's.
+                // Cargo is called by its name: `$CARGO` is the default tool chain's.
                 let mut command = Command::new(if has_rustup() { "cargo" } else { "/usr/bin/cargo" });
                 command.args(arguments).current_dir(root());
                 command.env("RUSTUP_TOOLCHAIN", LINKED).env_remove("CARGO").env_remove("RUSTC");
@@ -110,7 +111,8 @@ fn has_rustup() -> bool {
     output(Command::new("rustup").arg("--version")).is_some()
 }
 
-/// A machine that sets `RUSTUP_AUTO_INSTALL` to 0 has said no.
+/// Whether rustup may install something. A machine that sets `RUSTUP_AUTO_INSTALL` to 0 has said
+/// no.
 fn rustup_may_install() -> bool {
     has_rustup() && std::env::var_os("RUSTUP_AUTO_INSTALL").is_none_or(|value| value != "0")
 }
@@ -162,7 +164,7 @@ fn install_debian() -> Result<(), String> {
     let version = debian_version().ok_or("/usr/bin/rustc does not start, though its package is installed")?;
     build_library(&version)?;
     name_linker(&version)?;
-    // Last: a run that was interrupted begins anew.
+    // The stamp comes last, so that a run that was interrupted begins anew.
     fs::write(stamp_file(), version).map_err(|error| cannot("write", &stamp_file(), &error))
 }
 
@@ -191,11 +193,12 @@ fn is_installed(package: &str) -> bool {
     status.is_some_and(|status| status.ends_with("ok installed"))
 }
 
-/// Builds `core` and `alloc` for the target in an empty crate, and puts them where the compiler looks for them.
+/// Builds `core` and `alloc` for the target in an empty crate, and puts them where the compiler
+/// looks for them.
 fn build_library(version: &str) -> Result<(), String> {
     let library = Path::new(RUSTLIB).join(TARGET).join("lib");
     if has_core(&Path::new(RUSTLIB).join(TARGET)) {
-        // Of another compiler, or of a run that was interrupted.
+        // What is there belongs to another compiler, or to a run that was interrupted.
         fs::remove_dir_all(&library).map_err(|error| cannot("remove", &library, &error))?;
     }
     let name = "stiction-empty";
@@ -238,13 +241,13 @@ fn build_library(version: &str) -> Result<(), String> {
     Ok(())
 }
 
-/// `1.96.0` of `rustc -vV`.
+/// The release in what `rustc -vV` prints, as in `1.96.0`.
 fn release_of(version: &str) -> &str {
     version.lines().find_map(|line| line.strip_prefix("release: ")).unwrap_or("unknown")
 }
 
-/// Puts `rust-lld` beside the compiler: `cargo-binutils` installs a proxy of the same name on the path that is no
-/// linker.
+/// Puts `rust-lld` beside the compiler: `cargo-binutils` installs a proxy of the same name on the
+/// path that is no linker.
 fn name_linker(version: &str) -> Result<(), String> {
     let host = version.lines().find_map(|line| line.strip_prefix("host: ")).ok_or("rustc names no host")?;
     let directory = Path::new(RUSTLIB).join(host).join("bin");
@@ -268,7 +271,7 @@ fn cannot(action: &str, path: &Path, error: &std::io::Error) -> String {
     format!("cannot {action} {}: {error}", path.display())
 }
 
-/// What a command prints, if it starts and succeeds.
+/// Returns what a command prints, if it starts and succeeds.
 fn output(command: &mut Command) -> Option<String> {
     let output = command.output().ok().filter(|output| output.status.success())?;
     String::from_utf8(output.stdout).ok()

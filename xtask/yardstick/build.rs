@@ -1,4 +1,4 @@
-//! Link arguments, for the microcontroller only. The memory is the firmware's own.
+//! Gives link arguments for the microcontroller only. The memory is the firmware's own.
 
 fn main() {
     println!("cargo:rerun-if-changed=build.rs");

@@ -19,7 +19,7 @@ pub struct Arguments {
     faults: bool,
 }
 
-/// Shows them.
+/// Shows the keys, or writes the page that was asked for.
 pub fn keys(arguments: &Arguments) -> Result<(), Error> {
     if arguments.schema {
         let text = serde_json::to_string_pretty(&keys::schema());

@@ -18,8 +18,8 @@ use clap::{Parser, Subcommand};
 
 use crate::error::Error;
 
-/// Position a joint in spite of stick-slip friction: simulate controllers around the firmware's own control core.
-/// Nothing here has been run on a motor yet.
+/// Position a joint in spite of stick-slip friction: simulate controllers around the firmware's own
+/// control core. Nothing here has been run on a motor yet.
 #[derive(Debug, Parser)]
 #[command(version, max_term_width = 80)]
 struct Arguments {
@@ -49,10 +49,11 @@ enum Command {
     Report(report::Arguments),
 }
 
-/// Nothing was wrong with what was asked for, but a solver did not get to the end of it.
+/// The exit code for a request that was in order, but to whose end a solver did not get.
 const GIVEN_UP: u8 = 1;
 
-/// What a shell reports of a program that was ended by Ctrl-C: 128 and the number of the signal.
+/// The exit code that a shell reports of a program that was ended by Ctrl-C: 128 and the number of
+/// the signal.
 const INTERRUPTED: u8 = 130;
 
 /// Runs the command line of this process.
@@ -77,7 +78,8 @@ pub fn main() -> ExitCode {
             // If even this cannot be written there is nobody to tell.
             let _ = writeln!(io::stderr(), "stiction: {error}");
             match error {
-                // Nothing was wrong with what was asked for: a script should see that its user wants no more.
+                // Nothing was wrong with what was asked for: a script should see that its user
+                // wants no more.
                 Error::Interrupted => ExitCode::from(INTERRUPTED),
                 Error::Run(_) => ExitCode::from(GIVEN_UP),
                 _ => ExitCode::from(2),

@@ -1,4 +1,4 @@
-//! A board on a serial port.
+//! The wire to a board on a serial port.
 
 use std::io::{ErrorKind, Read, Write};
 use std::path::Path;
@@ -9,10 +9,11 @@ use serialport::SerialPort;
 use super::wire::Wire;
 use crate::error::Error;
 
-/// Of the link, 8N1. Ten bits a byte: 92 bytes a millisecond.
+/// Bits per second of the link, 8N1. A byte takes ten bits, so a millisecond carries 92 bytes.
 pub const BAUD: u32 = 921_600;
 
-/// A frame is on the wire within 3 ms; a port that has no room for it after so long takes nothing any more.
+/// Time that a port has to take a frame. A frame is on the wire within 3 ms; a port that has no
+/// room for it after so long takes nothing any more.
 const TO_SEND: Duration = Duration::from_millis(200);
 
 /// An open port.
@@ -50,7 +51,7 @@ impl SerialWire {
 
 fn refusal(name: &str, error: &serialport::Error) -> String {
     let why = match error.kind() {
-        // The system's name for it on Unix; elsewhere also for a port that is not there.
+        // Unix says so of a port that is in use; other systems say it of a missing one, too.
         serialport::ErrorKind::NoDevice if cfg!(unix) => "another program has it open".into(),
         serialport::ErrorKind::NoDevice => "there is no such port, or another program has it open".into(),
         serialport::ErrorKind::Io(ErrorKind::NotFound) => "there is no such port".into(),
@@ -67,7 +68,7 @@ fn refusal(name: &str, error: &serialport::Error) -> String {
 
 impl Wire for SerialWire {
     fn send(&mut self, bytes: &[u8]) -> Result<(), Error> {
-        // No flush: it would wait for the last bit, for ever if the other end takes none.
+        // A flush would wait for the last bit, for ever if the other end takes none.
         let sent = self.port.set_timeout(TO_SEND).map_err(std::io::Error::from);
         sent.and_then(|()| self.port.write_all(bytes)).map_err(|error| self.gone(&error))
     }
@@ -99,7 +100,7 @@ impl Wire for SerialWire {
 mod tests {
     use super::*;
 
-    /// The one refusal that a test which may do everything cannot bring about.
+    /// A test that runs as root can open every port, so it makes this refusal up.
     #[test]
     fn a_port_that_may_not_be_opened_is_told_apart() {
         let forbidden = serialport::ErrorKind::Io(ErrorKind::PermissionDenied);

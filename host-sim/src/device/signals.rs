@@ -6,34 +6,35 @@ use stiction::signal::{Form, SIGNALS};
 use crate::error::{Error, suggestion_or_all};
 use crate::output::Cell;
 
-/// What a device can send of a tick.
+/// The signals of a tick that a device can send.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Signals {
     all: Vec<Announced>,
 }
 
 impl Signals {
-    /// Those that were announced, in the order of their places.
+    /// Takes the signals that a device has announced, in the order of their places.
     pub const fn new(all: Vec<Announced>) -> Self {
         Self { all }
     }
 
-    /// Those of every loop of this version of the core.
+    /// The signals that every loop of this version of the core has.
     pub fn of_core() -> Self {
         Self { all: SIGNALS.iter().map(|signal| Announced::from(*signal)).collect() }
     }
 
-    /// Their names.
+    /// The names of all signals, in the order of their places.
     pub fn names(&self) -> impl Iterator<Item = &str> {
         self.all.iter().map(|signal| signal.name.as_str())
     }
 
-    /// The names of those that only the law in use has.
+    /// The names of the signals that only the law in use has.
     pub fn of_law(&self) -> impl Iterator<Item = &str> {
         self.names().filter(|name| SIGNALS.iter().all(|signal| signal.name != *name))
     }
 
-    /// The sum of 1 << place of some of them; what the device does not have is left out.
+    /// The sum of 1 << place of the named signals. Names that the device does not have are left
+    /// out.
     pub fn mask<'a>(&self, names: impl IntoIterator<Item = &'a str>) -> u64 {
         let places = names.into_iter().filter_map(|name| self.place(name));
         places.filter(|place| *place < MAX_SIGNALS).fold(0, |mask, place| mask | 1 << place)
@@ -50,7 +51,8 @@ impl Signals {
         }
     }
 
-    /// The same as a cell of a file: a number in single precision, as the device has it.
+    /// The value of a signal in a sample, as a cell of a file. A number is in single precision, as
+    /// the device has it.
     pub fn cell(&self, sample: &Sample, name: &str) -> Cell {
         let number = self.number(sample, name);
         match self.place(name).and_then(|place| self.all.get(place)).map(|signal| signal.form) {
@@ -62,7 +64,7 @@ impl Signals {
     /// Refuses a name that the device has not announced.
     ///
     /// # Errors
-    /// Names the nearest one.
+    /// Names the nearest signal that there is.
     pub fn check(&self, name: &str) -> Result<(), Error> {
         match self.place(name) {
             Some(_) => Ok(()),

@@ -1,4 +1,4 @@
-//! What a client is wired to.
+//! The wire between a client and a device, and that of a simulated device.
 
 use std::collections::VecDeque;
 use std::sync::LazyLock;
@@ -9,7 +9,7 @@ use stiction::link::Refused;
 use super::simulated::SimulatedDevice;
 use crate::error::Error;
 
-/// Bytes to a device and back.
+/// A way for bytes to a device and back.
 pub trait Wire {
     /// Hands bytes to the device.
     ///
@@ -17,59 +17,63 @@ pub trait Wire {
     /// If the wire is gone.
     fn send(&mut self, bytes: &[u8]) -> Result<(), Error>;
 
-    /// Waits for bytes from the device, at most so long; none if nothing came.
+    /// Waits for bytes from the device for `at_most`, and returns none if nothing came.
     ///
     /// # Errors
     /// If the wire is gone.
     fn receive(&mut self, at_most: Duration) -> Result<Vec<u8>, Error>;
 
-    /// Time, as it passes on this wire: the host's, unless the device has its own that stands still while nobody waits.
+    /// The time that has passed on this wire. It is the host's, unless the device has a time of its
+    /// own that stands still while nobody waits.
     fn now(&self) -> Duration {
         static BEGIN: LazyLock<Instant> = LazyLock::new(Instant::now);
         BEGIN.elapsed()
     }
 
-    /// What is at the other end, for messages: `the simulated device`.
+    /// The name that messages give the other end, such as `the simulated device`.
     fn name(&self) -> String;
 
-    /// What is to be added to a refusal, where this device cannot do what a board can; nothing for most.
+    /// The words that follow a refusal if this device cannot do what a board can. Most devices need
+    /// none.
     fn excuse(&self, _: &Refused) -> &'static str {
         ""
     }
 
-    /// From now on time passes as on the wall, for a device that is watched. That of a board always does.
+    /// Makes time pass as on the wall from now on, for a device that is watched. That of a board
+    /// always does.
     fn real_time(&mut self) {}
 
-    /// What everything that is shown of it has to begin with; nothing for a board.
+    /// The warning that has to stand before whatever is shown of the device. A board needs none.
     fn warning(&self) -> Option<&'static str>;
 }
 
-/// A simulated device. Its time passes while the client waits for it, as fast as it can be computed, unless it is told
-/// to keep to the [`real_time`](Wire::real_time).
+/// The wire to a simulated device. Its time passes while the client waits for it, as fast as it can
+/// be computed, unless it is told to keep to the [`real_time`](Wire::real_time).
 #[derive(Debug)]
 pub struct SimulatedWire {
     /// The device and its joint.
     pub simulated: SimulatedDevice,
     out: VecDeque<u8>,
-    /// When the next tick is due on the wall.
+    /// The time on the wall at which the next tick is due.
     due: Option<Instant>,
 }
 
-/// A host that was away for longer has stopped the device's time as well.
+/// The longest absence of the host that the device catches up with. A host that was away for longer
+/// has stopped the device's time as well.
 pub(super) const AWAY: Duration = Duration::from_millis(200);
 
-/// Of every output of a simulated device.
+/// The warning that stands before every output of a simulated device.
 pub const SIMULATED: &str = "SIMULATED DEVICE: no motor moves or stops.";
 
 impl SimulatedWire {
-    /// Power is on, and the joint has been at rest for long enough to be armed.
+    /// Turns the power on, and lets the joint rest for long enough to be armed.
     pub fn new(mut simulated: SimulatedDevice) -> Self {
         let ticks = (0.1 / simulated.sample_time_s()).ceil() as u32;
         simulated.ticks(ticks.max(1));
         Self { simulated, out: VecDeque::new(), due: None }
     }
 
-    /// Ticks that are due on the wall; returns when the next one is.
+    /// Runs the ticks that are due on the wall, and returns when the next one is.
     fn catch_up(&mut self, due: Instant) -> Instant {
         let tick = Duration::from_secs_f64(self.simulated.sample_time_s());
         let (mut due, now) = (due, Instant::now());
@@ -119,7 +123,8 @@ impl Wire for SimulatedWire {
             }
             return Ok(self.out.drain(..).collect());
         }
-        // At least one, or time would stand still for a client that waits in steps shorter than a tick.
+        // At least one tick passes, or time would stand still for a client that waits in steps
+        // shorter than a tick.
         let ticks = (at_most.as_secs_f64() / self.simulated.sample_time_s() - 1e-6).ceil() as u32;
         for _ in 0..ticks {
             if !self.out.is_empty() {

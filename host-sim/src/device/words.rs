@@ -1,10 +1,10 @@
-//! What a device says, in words.
+//! Sentences for a person about what a device says.
 
 use stiction::Fault;
 use stiction::link::{Refused, StateCode, Status, Told};
 use stiction::servo::Levels;
 
-/// Why a request was refused, and what to do.
+/// Says why a request was refused, and what to do.
 pub fn refused(refused: &Refused) -> String {
     match refused {
         Refused::Unknown => "it does not know this request; its firmware is another".into(),
@@ -45,13 +45,14 @@ pub fn refused(refused: &Refused) -> String {
     }
 }
 
-/// A fault by its code.
+/// Names a fault by its code.
 pub fn name(code: u8) -> String {
     Fault::from_code(code)
         .map_or_else(|| format!("fault {code}"), |fault| format!("fault {code} ({})", fault.describe()))
 }
 
-/// `fault 14 (stall: effort, but no count), 0.805 V, 3.200 s after power-on`.
+/// Describes a fault with its value and time, as in `fault 14 (stall: effort, but no count), 0.805
+/// V, 3.200 s after power-on`.
 pub fn told(told: &Told, sample_time: f32) -> String {
     let value = match Fault::from_code(told.code).map(Fault::unit) {
         Some(unit) if !unit.is_empty() => format!(", {:.4} {unit}", told.value),
@@ -64,7 +65,7 @@ pub fn told(told: &Told, sample_time: f32) -> String {
     format!("{}{value}{when}", name(told.code))
 }
 
-/// `armed`, `faulted`.
+/// Names a state, as in `armed` or `faulted`.
 pub const fn state(state: StateCode) -> &'static str {
     match state {
         StateCode::Boot => "boot",
@@ -74,7 +75,7 @@ pub const fn state(state: StateCode) -> &'static str {
     }
 }
 
-/// A status in lines.
+/// Writes a status, one quantity a line.
 pub fn status(status: &Status) -> String {
     let mut lines = vec![format!("state      {}", state(status.state))];
     if status.fault.code != 0 {
@@ -97,7 +98,7 @@ pub fn status(status: &Status) -> String {
     lines.join("\n") + "\n"
 }
 
-/// What a ramp of `rate` (V/s) has found.
+/// Writes what a ramp of `rate` (V/s) has found.
 pub fn levels(levels: &Levels, rate: f32) -> String {
     let stick = match levels.stick {
         Some(v) => format!("stick      {v:.4} V: the effort at which the joint set out"),

@@ -1,6 +1,5 @@
-//! The command line with the emulator built in: what it answers when the image is missing, and when it is interrupted.
-//!
-//! Blind to Ctrl-C on other systems than Unix.
+//! What the command line with the emulator built in answers when the image is missing, and when it
+//! is interrupted. These tests are blind to Ctrl-C on other systems than Unix.
 
 #[cfg(unix)]
 use std::ffi::OsString;
@@ -11,7 +10,7 @@ use std::process::{Child, Command, Output, Stdio};
 use std::thread::sleep;
 use std::time::{Duration, Instant};
 
-/// Longer than any of this takes, by far; what takes longer hangs.
+/// A time by far longer than any of these commands takes; one that takes longer hangs.
 const PATIENCE: Duration = Duration::from_secs(120);
 
 fn stiction(directory: &Path, arguments: &[&str]) -> Command {
@@ -21,7 +20,7 @@ fn stiction(directory: &Path, arguments: &[&str]) -> Command {
     command
 }
 
-/// Waits for its end, and stops one that hangs.
+/// Waits for the end of a command, and stops one that hangs.
 fn end_of(mut child: Child) -> Output {
     let begin = Instant::now();
     while child.try_wait().unwrap().is_none() {
@@ -62,8 +61,8 @@ fn an_image_that_is_not_there_is_named_with_the_command_that_builds_it() {
     }
 }
 
-/// Set by `cargo xtask test`. A test that cannot find the image fails: one that is skipped looks like one that has
-/// passed.
+/// The path of the image, which `cargo xtask test` sets. A test that cannot find the image fails:
+/// one that is skipped looks like one that has passed.
 #[cfg(unix)]
 fn image() -> OsString {
     match std::env::var_os("STICTION_IMAGE") {
@@ -72,8 +71,8 @@ fn image() -> OsString {
     }
 }
 
-/// Presses Ctrl-C so many times, as soon as the first line of the firmware's log shows that the work, minutes of it,
-/// is under way. Checks the answer.
+/// Presses Ctrl-C so many times, as soon as the first line of the firmware's log shows that the
+/// work, minutes of it, is under way. Checks the answer.
 #[cfg(unix)]
 fn assert_ended_by(presses: usize) {
     let directory = tempfile::tempdir().unwrap();
@@ -90,7 +89,7 @@ fn assert_ended_by(presses: usize) {
         sleep(Duration::from_millis(5));
     }
     for _ in 0..presses {
-        // A second one may come after its end.
+        // A second Ctrl-C may come after the end of the program.
         Command::new("kill").args(["-INT", &child.id().to_string()]).stderr(Stdio::null()).status().unwrap();
     }
     let output = end_of(child);
@@ -116,7 +115,7 @@ fn ctrl_c_twice_ends_them_at_once() {
     assert_ended_by(2);
 }
 
-/// What every output of `stiction device --emulator` begins with.
+/// The warning with which every output of `stiction device --emulator` begins.
 #[cfg(unix)]
 const EMULATED: &str = "EMULATED DEVICE: no motor moves or stops.\n";
 
@@ -129,7 +128,8 @@ fn every_output_of_an_emulated_device_says_so_first() {
         &["status"],
         &["move", "1", "--for", "0.5", "--log", "move.csv"],
         &["params", "show"],
-        // And where it goes wrong: the flash of the emulator keeps nothing.
+        // The warning is there where something goes wrong, too: the flash of the emulator keeps
+        // nothing.
         &["params", "push", "step-response", "--controller", "pd", "--save"],
     ];
     for action in actions {

@@ -4,7 +4,8 @@
 #[cfg(feature = "emulator")]
 mod command_line;
 
-/// Stands for all of them in a build without the emulator, so that they are not left out in silence.
+/// Stands for all tests of the emulator in a build without it, so that they are not left out in
+/// silence.
 #[cfg(not(feature = "emulator"))]
 #[test]
 #[ignore = "the flash image in the loop: cargo xtask test"]

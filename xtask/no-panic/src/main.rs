@@ -1,13 +1,13 @@
 //! Shows by linking that the control path and the link cannot panic.
 //!
-//! The panic handler calls a function that nobody defines. If the optimiser can show that no panic is left, the handler
-//! goes, and its call with it, and the program links; if it cannot, the linker names the function. The program is
-//! never run, and on a host it only says what it is.
-//!
-//! The path: everything that the control interrupt calls in the core, and the set-up before it: a record is decoded, a
-//! servo made, armed, ticked, stopped; the deadline is entered and left. What the firmware adds around it is
-//! looked at in the image itself, by its calls (`cargo xtask gates`). The link: a session is given any byte and any
-//! tick, and parameters are saved in a flash that answers anything.
+//! The panic handler calls a function that nobody defines. If the optimiser can show that no panic
+//! is left, the handler goes, and its call with it, and the program links; if it cannot, the linker
+//! names the function. The program is never run, and on a host it only says what it is. The control
+//! path is everything that the control interrupt calls in the core, and the set-up before it: a
+//! record is decoded, a servo is made, armed, ticked and stopped, and the deadline is entered and
+//! left. `cargo xtask gates` looks at what the firmware adds around it in the image itself, by its
+//! calls. For the link, a session is given any byte and any tick, and parameters are saved in a
+//! flash that answers anything.
 #![cfg_attr(target_os = "none", no_std, no_main)]
 // Memory that the optimiser must not see through, and the function that is not there.
 #![cfg_attr(target_os = "none", allow(unsafe_code))]
@@ -34,7 +34,7 @@ mod path {
 
     #[panic_handler]
     fn panic(_: &core::panic::PanicInfo<'_>) -> ! {
-        // SAFETY: never runs: a program that holds this call cannot be linked.
+        // SAFETY: it never runs: a program that holds this call cannot be linked.
         unsafe { the_control_path_can_panic() }
     }
 
@@ -77,7 +77,7 @@ mod path {
         black_box(Hardware { pwm_clock_hz: 168e6, supply_top: 4095 })
     }
 
-    /// What a session acts on.
+    /// The machine that a session acts on.
     struct Parts {
         servo: Servo,
         store: Store<AnyFlash>,
@@ -120,7 +120,8 @@ mod path {
     /// Where the linker begins.
     #[unsafe(no_mangle)]
     extern "C" fn control_path() {
-        // The optimiser knows nothing of what goes through the black box, and must assume any value of it.
+        // The optimiser knows nothing of what goes through the black box, and must assume any value
+        // of it.
         let sector: &[u8] = black_box(&[0; 512]);
         let decoded = black_box(Parameters::decode(sector));
         let parameters = decoded.as_ref().map(|(parameters, _)| parameters).map_err(|error| *error);

@@ -1,9 +1,10 @@
-//! Two control steps that a reader may know, to be counted by `cargo xtask cost` as the core's tick is: the `pid` crate,
-//! and a textbook PD loop with a `tanh` of the error against friction. On a host this program only says so.
+//! Two control steps that a reader may know, to be counted by `cargo xtask cost` as the core's tick
+//! is: the `pid` crate, and a textbook PD loop with a `tanh` of the error against friction. On a
+//! host this program only says so.
 //!
-//! Both take the set point and the position in degrees and give volts. Neither has what the core's tick does besides:
-//! a counter that wraps, velocity by least squares, a reference that is computed, checks for finite numbers, a drive
-//! code and a compare value.
+//! Both take the set point and the position in degrees and give volts. Neither has what the core's
+//! tick does besides: a counter that wraps, velocity by least squares, a reference that is
+//! computed, checks for finite numbers, a drive code and a compare value.
 #![cfg_attr(target_os = "none", no_std, no_main)]
 // Memory that the emulator writes to and reads.
 #![cfg_attr(target_os = "none", allow(unsafe_code))]
@@ -21,7 +22,8 @@ mod steps {
     use cortex_m_rt::entry;
     use pid::Pid;
 
-    /// The gains of the thesis's SRNF, as far as there are any; the integral is the yardstick's own.
+    /// The gains of the thesis's SRNF, as far as there are any; the integral is the yardstick's
+    /// own.
     const KP: f32 = 1.0;
     const KI: f32 = 0.01;
     const KD_PER_TICK: f32 = 0.25 / 0.02;
@@ -37,7 +39,7 @@ mod steps {
 
     /// Set point and position, deg.
     static INPUT: Window = Window(UnsafeCell::new([0.0; 2]));
-    /// Of both steps, V.
+    /// Outputs of both steps, V.
     static OUTPUT: Window = Window(UnsafeCell::new([0.0; 2]));
 
     #[entry]

@@ -1,4 +1,4 @@
-//! What must not be in the firmware, read from the image that is flashed.
+//! The gates: what must not be in the firmware is looked for in the image that is flashed.
 
 use std::collections::BTreeSet;
 use std::fs;
@@ -12,13 +12,13 @@ use crate::measure::stack_room;
 
 /// The handlers on which the motion depends: the control interrupt and the break input.
 const CONTROL: [&str; 2] = ["TIM3", "TIM1_BRK_TIM9"];
-/// The other handlers that are above the tasks of log and link: a panic in them would stop the motion as well. SPI1, which
-/// runs those tasks, may: the log can panic.
+/// The other handlers that are above the tasks of log and link: a panic in them would stop the
+/// motion as well. SPI1, which runs those tasks, may panic: the log can.
 const ABOVE_TASKS: [&str; 3] = ["USART1", "SPI2", "SysTick"];
-/// Where every panic ends.
+/// The function in which every panic ends.
 const PANIC: &str = "rust_begin_unwind";
 
-/// Passes an image, or says why not.
+/// Passes an image, or says why it does not pass.
 pub fn pass(image: &Path) -> Result<(), Error> {
     let elf = fs::read(image).map_err(|source| Error::File { action: "read", path: image.into(), source })?;
     let code = Code::read(image, &elf)?;

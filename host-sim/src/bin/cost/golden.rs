@@ -7,7 +7,8 @@ use host_sim::Error;
 
 const FENCE: &str = "```text\n";
 const END: &str = "```\n";
-/// The flash holds the paths of the sources, so its size depends on where they lie: it has a budget, and is not compared.
+/// The line that is not compared. The flash holds the paths of the sources, so its size depends on
+/// where they lie; it has a budget instead.
 const NOT_COMPARED: &str = "flash ";
 const COMPILER: &str = "compiler ";
 

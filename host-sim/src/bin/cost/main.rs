@@ -1,5 +1,5 @@
-//! What the firmware costs, and what it must not contain: the work of `cargo xtask cost` and `cargo xtask gates`, which
-//! build the images that this program looks at.
+//! Measures what the firmware costs, and looks for what it must not contain. `cargo xtask cost` and
+//! `cargo xtask gates` build the images for this program and run it.
 
 mod gates;
 mod golden;

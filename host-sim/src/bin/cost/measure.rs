@@ -1,10 +1,12 @@
 //! Runs the benchmark of section 3.3.1 on the image, with everything on, and counts.
 //!
-//! The joint, gains and motions are those of the experiments `step-response` and `trajectory`: seven controllers, three
-//! steps and two trajectories. Soft start and supply are those of [`metered`]. One more key is another: `drive.pwm_hz`. Half of the emulator's time goes into a PWM of
-//! 22 kHz, so it is 2 kHz here. No instruction of the control interrupt looks at that counter or depends on
-//! its top, and that is checked: each controller's 2.5 deg step is run again with the PWM of the file, and must take the
-//! same instructions in every tick. So is, by that, that a second run counts the same.
+//! The joint, gains and motions are those of the experiments `step-response` and `trajectory`:
+//! seven controllers, three steps and two trajectories. Soft start and supply are those of
+//! [`metered`]. One more key differs, `drive.pwm_hz`: half of the emulator's time goes into a PWM
+//! of 22 kHz, so it is 2 kHz here. No instruction of the control interrupt looks at that counter or
+//! depends on its top, and that is checked: each controller's 2.5 deg step is run again with the
+//! PWM of the file, and must take the same instructions in every tick. That also checks that a
+//! second run counts the same.
 
 use std::path::Path;
 use std::sync::Arc;
@@ -22,25 +24,25 @@ use host_sim::run::{Trace, run_all};
 /// The experiments of the benchmark.
 const EXPERIMENTS: [&str; 2] = ["step-response", "trajectory"];
 const FAST: &str = "drive.pwm_hz=2000";
-/// What is run again.
+/// The step that is run again with the PWM of the file.
 const AGAIN: (&str, &str, &str) = ("step-response", "step-2.5", "run.duration_s=2");
-/// Whose set points and positions the yardsticks are given.
+/// The controller whose set points and positions the yardsticks are given.
 const FEEDS: &str = "srnf";
 
-/// Everything that was found.
+/// Everything that was measured.
 #[derive(Debug)]
 pub struct Measured {
     /// Every tick of each controller's runs, in the benchmark's order.
     pub laws: Vec<(String, Vec<TickCost>)>,
     /// Every call of each yardstick.
     pub yardsticks: Vec<(&'static str, Vec<u32>)>,
-    /// Of the image.
+    /// Sizes of the image.
     pub size: Size,
     /// Bytes of the stack that any run has written to.
     pub painted: u32,
-    /// Bytes that it could use at most.
+    /// Bytes that the stack could use at most.
     pub bound: Bound,
-    /// Bytes that are kept free for it.
+    /// Bytes that are kept free for the stack.
     pub stack: u32,
 }
 

@@ -12,7 +12,8 @@ use stiction::compensator::{LawState, rate_variable_integral, reset_integral, re
 
 use crate::measure::Measured;
 
-/// The state of each law, bytes: the fields are numbers of 32 bits, so the host's sizes are the part's.
+/// The size of each law's state, bytes. The fields are numbers of 32 bits, so the host's sizes are
+/// the part's.
 fn state_of(law: &str) -> usize {
     match law {
         "ri" => size_of::<reset_integral::State>(),
@@ -22,7 +23,7 @@ fn state_of(law: &str) -> usize {
     }
 }
 
-/// The table as text.
+/// Writes the table as text.
 pub fn table(measured: &Measured, compiler: &str) -> String {
     let mut text = format!("compiler {compiler}\n\n");
     let mut line = |line: String| {
@@ -66,7 +67,7 @@ pub fn table(measured: &Measured, compiler: &str) -> String {
     text
 }
 
-/// Refuses what is over its budget, all of it at once.
+/// Names everything that is over its budget.
 pub fn within_budgets(measured: &Measured) -> Result<(), Error> {
     let mut over = Vec::new();
     let mut check = |what: String, found: u64, budget: u64| {
@@ -130,7 +131,7 @@ fn columns(ticks: &[TickCost]) -> [Vec<u32>; 2] {
     [of(|tick| tick.core), of(|tick| tick.interrupt)]
 }
 
-/// Least, mean and largest.
+/// The least, the mean and the largest count.
 fn three(counts: &[u32]) -> String {
     let (min, max) = (counts.iter().min().unwrap_or(&0), counts.iter().max().unwrap_or(&0));
     let mean = counts.iter().map(|count| f64::from(*count)).sum::<f64>() / counts.len().max(1) as f64;

@@ -1,4 +1,5 @@
-//! `stiction device params edit`: the parameters in use as a text, changed by hand, and taken as a whole or not at all.
+//! `stiction device params edit` writes the parameters in use as a text. A person changes it, and
+//! the device takes it as a whole or not at all.
 
 use std::fs;
 use std::io::Write;
@@ -19,10 +20,10 @@ use crate::experiment::Document;
 /// Lets a person edit the parameters, and pushes them if they have changed.
 ///
 /// # Errors
-/// One sentence that says what is wrong, whether anything was sent, and where the text is kept.
+/// Says in one sentence what is wrong, whether anything was sent, and where the text is kept.
 pub fn edit<W: Wire>(client: &mut Client<W>, machine: &str, save: bool) -> Result<String, Error> {
     let editor = editor()?;
-    // Before anybody has worked for nothing.
+    // It says so before anybody has worked for nothing.
     if client.status()?.state == StateCode::Armed {
         let why = "parameters are taken with the output off only; `stop` first";
         return Err(Error::Refused(format!("params edit: {} is armed: {why}", client.wire().name())));
@@ -33,7 +34,7 @@ pub fn edit<W: Wire>(client: &mut Client<W>, machine: &str, save: bool) -> Resul
     let ran = run(&editor, &file);
     let edited = read(&file);
     if edited.as_ref().is_ok_and(|edited| *edited == text) {
-        // Best effort: it is a temporary file, and holds what the device has.
+        // Whether that works does not matter: the file is temporary, and holds what the device has.
         let _ = fs::remove_file(&file);
         return ran.map(|()| "nothing was changed, and nothing sent\n".into());
     }
@@ -56,8 +57,8 @@ pub fn edit<W: Wire>(client: &mut Client<W>, machine: &str, save: bool) -> Resul
     Ok(changes.join("\n") + "\n" + keep(client, save)?)
 }
 
-/// The parameters that the text says, with every limit: one that is left out would be derived from the friction of a
-/// joint that is lent from another machine.
+/// Reads the parameters from the text, which has to state every limit. One that is left out would
+/// be derived from the friction of a joint that is lent from another machine.
 fn understood(name: &str, text: &str) -> Result<Parameters, Error> {
     let parameters = machine_file::read(name, text)?;
     let document = Document::parse(name, text)?;
@@ -87,7 +88,8 @@ fn read(file: &Path) -> Result<String, Error> {
     fs::read_to_string(file).map_err(|source| Error::File { action: "read", path: file.to_owned(), source })
 }
 
-/// An editor is a command with its options, as in `code --wait`: the shell takes it apart.
+/// Runs the editor, which is a command with its options, as in `code --wait`. The shell takes it
+/// apart.
 fn run(editor: &str, file: &Path) -> Result<(), Error> {
     let mut command = if cfg!(unix) {
         let mut shell = Command::new("sh");

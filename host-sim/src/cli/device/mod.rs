@@ -30,7 +30,8 @@ pub struct Arguments {
     /// A board on a serial port
     #[arg(long, value_name = "DEV")]
     port: Option<PathBuf>,
-    /// The flash image on an emulated microcontroller, around the joint of --machine: no motor moves or stops
+    /// The flash image on an emulated microcontroller, around the joint of --machine: no motor
+    /// moves or stops
     #[arg(long)]
     emulator: bool,
     /// Emulator: the flash image [default: the one that cargo xtask firmware builds]
@@ -42,8 +43,8 @@ pub struct Arguments {
     /// Whose joint is simulated: a name from `stiction list`, or a machine's own TOML file
     #[arg(long, value_name = "NAME|FILE.toml", default_value = "step-response")]
     machine: String,
-    /// Which of its controllers the simulated device begins with [default: a file's own, and srnf of an experiment from
-    /// `stiction list`]
+    /// Which of its controllers the simulated device begins with [default: a file's own, and srnf
+    /// of an experiment from `stiction list`]
     #[arg(long, value_name = "NAME")]
     controller: Option<String>,
     #[command(subcommand)]
@@ -51,7 +52,8 @@ pub struct Arguments {
 }
 
 impl Arguments {
-    /// The controller that was asked for, or else SRNF of an experiment that has it; a file says its own.
+    /// The controller that was asked for; else SRNF, if a built-in experiment has it. A file says
+    /// its own.
     fn begins_with(&self) -> Option<&str> {
         const USUAL: &str = "srnf";
         let has_it = || {
@@ -177,7 +179,7 @@ fn first_run(machine: &str, controller: Option<&str>) -> Result<RunPlan, Error> 
 }
 
 fn with(action: &Action, machine: &str, wire: impl Wire) -> Result<(), Error> {
-    // Before anything can go wrong, and where errors are read.
+    // The warning comes before anything can go wrong, and where errors are read.
     let warned = wire.warning();
     warn(warned);
     let mut client = Client::connect(wire)?;
@@ -213,7 +215,7 @@ fn with(action: &Action, machine: &str, wire: impl Wire) -> Result<(), Error> {
         }
         Action::Move { deg, r#for, log } => {
             let time = time("--for", *r#for)?;
-            // Nothing is armed for a number that is none.
+            // The position is checked first, so that nothing is armed for a number that is none.
             let motion = client.step(*deg)?;
             let signals = if log.is_some() { client.signals()? } else { vec![] };
             let mut samples = Log::new(Signals::new(signals), &[])?;
@@ -226,7 +228,8 @@ fn with(action: &Action, machine: &str, wire: impl Wire) -> Result<(), Error> {
                 }
                 client.move_along(motion)?;
                 let status = client.pass_armed(time)?;
-                // Before the output goes off: a tick without the loop has neither zero nor position.
+                // The log ends before the output goes off: a tick without the loop has neither zero
+                // nor position.
                 while let Some(sample) = log.as_ref().and_then(|_| client.kept()) {
                     samples.push(sample);
                 }
@@ -271,7 +274,8 @@ fn with(action: &Action, machine: &str, wire: impl Wire) -> Result<(), Error> {
     }
 }
 
-/// A joint that was just stopped, or told other parameters, counts as at rest 50 ms later; that is waited for.
+/// Waits until the joint counts as at rest: that is 50 ms after it was stopped or was given other
+/// parameters.
 fn arm<W: Wire>(client: &mut Client<W>) -> Result<(), Error> {
     if !client.status()?.at_rest {
         client.pass(Duration::from_millis(100))?;
@@ -298,10 +302,11 @@ fn identify<W: Wire>(client: &mut Client<W>, rate: f32, hold: f32) -> Result<Str
 
 const OFF: &str = "stopped: the output is off\n";
 
-/// Of a drive that may not have heard a stop.
+/// The remark on a drive that may not have heard a stop.
 const PERHAPS_ARMED: &str = "it may be STILL ARMED: no stop was answered";
 
-/// Does what closes the loop, and turns the output off then, whatever has happened. An error says how the drive is left.
+/// Runs a command that closes the loop, and then turns the output off, whatever has happened. An
+/// error says how the drive is left.
 fn then_off<W: Wire, T>(
     client: &mut Client<W>,
     closed: impl FnOnce(&mut Client<W>) -> Result<T, Error>,
@@ -315,12 +320,12 @@ fn then_off<W: Wire, T>(
     }
 }
 
-/// That the output went off at the end of a command and not before.
+/// The words on the output, if the end of the command turned it off and nothing before.
 const fn off(status: &Status) -> &'static str {
     if matches!(status.state, StateCode::Armed) { OFF } else { "" }
 }
 
-/// An error if the loop was not closed for as long as was asked for.
+/// Refuses a status that says that the loop was not closed for as long as was asked for.
 fn ended(what: &str, status: &Status) -> Result<(), Error> {
     if status.state == StateCode::Armed {
         return Ok(());
@@ -343,7 +348,7 @@ fn lost<W: Wire>(client: &Client<W>) -> String {
 }
 
 fn time(option: &str, seconds: f64) -> Result<Duration, Error> {
-    // A day.
+    // The bound is a day.
     if !(0.0..=86_400.0).contains(&seconds) {
         return Err(Error::Input(format!("{option} {seconds}: allowed is a number from 0 to 86400")));
     }

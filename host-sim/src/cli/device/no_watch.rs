@@ -12,7 +12,7 @@ pub fn on_a_terminal() -> Result<(), Error> {
     Err(not_built("device watch", "the live view is", "watch"))
 }
 
-/// Never reached.
+/// Stands for the view, and is never reached.
 ///
 /// # Errors
 /// Always.

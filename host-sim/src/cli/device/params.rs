@@ -35,8 +35,8 @@ pub enum Params {
         #[arg(long)]
         save: bool,
     },
-    /// Write what is in use to a file: a machine's TOML, or, if its name does not end in .toml, the record of the
-    /// parameter sector
+    /// Write what is in use to a file: a machine's TOML, or, if its name does not end in .toml, the
+    /// record of the parameter sector
     Pull {
         /// Where to
         file: PathBuf,
@@ -45,7 +45,7 @@ pub enum Params {
     Save,
 }
 
-/// Does it; a pulled file has the joint of `machine`.
+/// Carries out the command. A pulled file has the joint of `machine`.
 pub fn params<W: Wire>(action: &Params, client: &mut Client<W>, machine: &str) -> Result<String, Error> {
     match action {
         Params::Show => machine_file::tables(&client.parameters()?),
@@ -82,8 +82,8 @@ pub fn keep<W: Wire>(client: &mut Client<W>, save: bool) -> Result<&'static str,
     Ok("in use until the next reset; `params save` keeps them\n")
 }
 
-/// Parameters of the device as a machine's file with the joint of `machine`, which begins with what the device is if it
-/// is no board.
+/// Writes parameters of the device as a machine's file with the joint of `machine`. If the device
+/// is no board, the file begins with what it is.
 pub fn pulled<W: Wire>(client: &Client<W>, found: &Parameters, machine: &str) -> Result<String, Error> {
     let joint = Document::open(machine)?.machine()?.joint;
     let warning = client.warning().map_or(String::new(), |warning| format!("# {warning}\n"));

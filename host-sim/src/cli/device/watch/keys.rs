@@ -1,4 +1,5 @@
-//! What keys do. Stop is always there; a position is typed and takes effect with Enter only.
+//! The keys of the view. The stop key always works; a position is typed and takes effect with Enter
+//! only.
 
 use ratatui::crossterm::event::{KeyCode, KeyEvent, KeyModifiers};
 
@@ -7,33 +8,33 @@ use crate::device::client::Client;
 use crate::device::wire::Wire;
 use crate::error::Error;
 
-/// Longer than any position that makes sense.
+/// Most characters of a position that is typed, more than any that makes sense has.
 const LONGEST_ENTRY: usize = 12;
 
-/// The keys, for the last line.
+/// The text of the last line, which names the keys.
 pub const KEYS: &str = "q quit  s stop  a arm  h hold  c clear fault  NUMBER Enter move to, deg";
 
-/// Whether to go on.
+/// Whether the view goes on.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Flow {
-    /// Yes.
+    /// The view goes on.
     Go,
-    /// No.
+    /// The view ends.
     Quit,
 }
 
 /// Does what a key asks for. What the device refuses is noted.
 ///
 /// # Errors
-/// If the device does not answer.
+/// Says that the device does not answer.
 pub fn press<W: Wire>(key: KeyEvent, watched: &mut Watched, client: &mut Client<W>) -> Result<Flow, Error> {
     let control = key.modifiers.contains(KeyModifiers::CONTROL);
     let plain = !key.modifiers.intersects(KeyModifiers::CONTROL | KeyModifiers::ALT);
     let done = match key.code {
         KeyCode::Char('c' | 'd') if control => return Ok(Flow::Quit),
-        // However it is pressed.
+        // The stop key works however it is pressed.
         KeyCode::Char('s' | 'S' | ' ') => client.stop().map(|()| "stopped: the output is off".to_owned()),
-        // What a terminal, a multiplexer or a slip of the hand sends: Ctrl-A is no arming.
+        // A terminal, a multiplexer or a slip of the hand sends these: Ctrl-A is no arming.
         KeyCode::Char(_) if !plain => return Ok(Flow::Go),
         KeyCode::Char('q') => return Ok(Flow::Quit),
         KeyCode::Char('a') => arm(watched, client),
@@ -65,7 +66,7 @@ pub fn press<W: Wire>(key: KeyEvent, watched: &mut Watched, client: &mut Client<
 
 fn arm<W: Wire>(watched: &mut Watched, client: &mut Client<W>) -> Result<String, Error> {
     let (before, armed_here) = (watched.is_armed(), watched.armed_here);
-    // Before it is answered: an answer that is lost does not disarm what was armed.
+    // This is noted before the answer: one that is lost does not disarm the drive.
     watched.armed_here |= !before;
     let answer = client.arm();
     if matches!(answer, Err(Error::Refused(_))) {
@@ -75,7 +76,8 @@ fn arm<W: Wire>(watched: &mut Watched, client: &mut Client<W>) -> Result<String,
     Ok(if before { "it is armed already" } else { "armed: here is zero" }.into())
 }
 
-/// A position is one in the zero of the arming: without one there is nothing to move in.
+/// Moves to the typed position, which counts from the zero of the arming: without that zero there
+/// is no place to move to.
 fn go<W: Wire>(watched: &Watched, client: &mut Client<W>) -> Result<String, Error> {
     let deg: f64 = watched
         .entry

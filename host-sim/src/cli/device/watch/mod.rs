@@ -1,4 +1,4 @@
-//! `stiction device ... watch`: a device, live, in a terminal.
+//! `stiction device ... watch` shows a device live in a terminal.
 
 mod keys;
 mod model;
@@ -23,23 +23,23 @@ use crate::error::Error;
 use keys::Flow;
 use model::{SIGNALS, WINDOW_S, Watched};
 
-/// A plot of this many samples has two for every dot of a wide terminal.
+/// Samples of a plot: two for every dot of a wide terminal.
 const SAMPLES: f64 = 500.0;
 
-/// How often it is drawn.
+/// Time between two drawings of the view.
 const DRAWN: Duration = Duration::from_millis(50);
 
-/// How often the device is asked for its status, which also says that somebody is there: five times within the default
-/// link timeout.
+/// Time between two requests for the status, which also say that somebody is there: a fifth of the
+/// default link timeout.
 const ASKED: Duration = Duration::from_millis(100);
 
-/// A key is seen within this.
+/// Time within which a key is seen.
 const SLICE: Duration = Duration::from_millis(20);
 
 /// Refuses a standard output that nobody can watch, before anything is said to the device.
 ///
 /// # Errors
-/// If input or output is no terminal.
+/// Says that input or output is no terminal.
 pub fn on_a_terminal() -> Result<(), Error> {
     if stdin().is_terminal() && stdout().is_terminal() {
         return Ok(());
@@ -48,11 +48,11 @@ pub fn on_a_terminal() -> Result<(), Error> {
     Err(Error::Input(format!("device watch: it needs a terminal to draw on and read keys from; {instead}")))
 }
 
-/// Watches until `q` or a signal that ends programs, and returns what is to be said then.
+/// Watches until `q` or a signal that ends programs, and returns the last words for the person.
 ///
 /// # Errors
-/// If the device does not answer any more, or the terminal fails; what was armed here is stopped all the same, if it can
-/// be reached.
+/// Says that the device does not answer any more, or that the terminal fails. What was armed here
+/// is stopped all the same, if it can be reached.
 pub fn watch<W: Wire>(client: &mut Client<W>) -> Result<String, Error> {
     client.wire().real_time();
     let ending = endings()?;
@@ -69,13 +69,14 @@ pub fn watch<W: Wire>(client: &mut Client<W>) -> Result<String, Error> {
             let left = left?;
             Ok(words::status(&client.status()?) + left + "\n")
         }
-        // What went wrong first is what is told.
+        // The first error is the one to tell.
         (Err(error), Ok(left)) => Err(Error::Device(format!("{error}; {left}"))),
         (Err(error), Err(_)) => Err(unheard(&error, &watched)),
     }
 }
 
-/// Set by what would end the program otherwise, with the terminal in disorder and the drive armed.
+/// A flag that signals set. They would otherwise end the program with the terminal in disorder and
+/// the drive armed.
 fn endings() -> Result<Arc<AtomicBool>, Error> {
     let ending = Arc::new(AtomicBool::new(false));
     #[cfg(unix)]
@@ -90,7 +91,7 @@ fn every(status: &Status) -> u16 {
     if sample_time_s > 0.0 { (WINDOW_S / sample_time_s / SAMPLES).clamp(1.0, 1000.0) as u16 } else { 1 }
 }
 
-/// Gives the terminal back, whatever happens; a panic does so by a hook.
+/// The terminal, which is given back whatever happens; in a panic a hook does so.
 struct Screen(ratatui::DefaultTerminal);
 
 impl Drop for Screen {
@@ -134,18 +135,18 @@ fn on_screen<W: Wire>(
     Ok(())
 }
 
-/// A drive that is not armed any more was not armed by us the next time.
+/// Forgets that this program has armed the drive, once it is not armed any more.
 const fn follow(watched: &mut Watched, status: Status) {
     watched.armed_here &= matches!(status.state, StateCode::Armed);
     watched.status = status;
 }
 
-/// Turns off what was armed here, and tells how the drive is left.
+/// Turns off a drive that was armed here, and tells how it is left.
 fn leave<W: Wire>(client: &mut Client<W>, watched: &Watched) -> Result<&'static str, Error> {
     if watched.armed_here {
         client.stop().map_err(|error| unheard(&error, watched))?;
     }
-    // It is of no use to anybody any more, and does no harm.
+    // The subscription is of no use to anybody any more. If ending it fails, it does no harm.
     let _ = client.subscribe(0, 0);
     let left = client.status().map_err(|error| unheard(&error, watched))?;
     Ok(match left.state {
@@ -157,7 +158,7 @@ fn leave<W: Wire>(client: &mut Client<W>, watched: &Watched) -> Result<&'static 
     })
 }
 
-/// Of a device that was not reached on leaving.
+/// The error on leaving a device that was not reached; it says if the drive may be armed.
 fn unheard(error: &Error, watched: &Watched) -> Error {
     let armed = watched.armed_here || watched.is_armed();
     Error::Device(if armed { format!("{error}; {PERHAPS_ARMED}") } else { error.to_string() })

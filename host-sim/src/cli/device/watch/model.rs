@@ -1,4 +1,4 @@
-//! What is known of a device that is watched, and for how long.
+//! What the view knows of the device, and for how long it keeps that.
 
 use std::collections::VecDeque;
 
@@ -6,10 +6,10 @@ use stiction::link::{Sample, StateCode, Status};
 
 use crate::device::signals::Signals;
 
-/// So much of the past is plotted, s.
+/// Length of the past that is plotted, s.
 pub const WINDOW_S: f64 = 10.0;
 
-/// What has to be subscribed.
+/// The signals that the view subscribes to.
 pub const SIGNALS: [&str; 13] = [
     "counts",
     "reference_counts",
@@ -29,7 +29,7 @@ pub const SIGNALS: [&str; 13] = [
 /// The terms of one tick, in a user's units.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Moment {
-    /// Device's time, s.
+    /// Time of the device, s.
     pub time_s: f64,
     /// theta_d in the zero of the arming, deg.
     pub reference_deg: f64,
@@ -51,9 +51,9 @@ pub struct Moment {
     pub code: i32,
     /// Compare value, with its sign.
     pub duty: i32,
-    /// The loop is closed; without it all of the above are zero.
+    /// Whether the loop is closed; otherwise all of the above are zero.
     pub armed: bool,
-    /// The output is at its limit.
+    /// Whether the output is at its limit.
     pub saturated: bool,
 }
 
@@ -84,28 +84,28 @@ impl Moment {
 /// A device that is watched.
 #[derive(Clone, Debug)]
 pub struct Watched {
-    /// What every view of it begins with; nothing for a board.
+    /// The warning with which every view begins; a board needs none.
     pub warning: Option<&'static str>,
-    /// What it is, and its firmware.
+    /// The name of the device, and its firmware.
     pub name: String,
-    /// What it can send.
+    /// The signals that the device can send.
     pub signals: Signals,
-    /// As last asked.
+    /// The answer to the last request for the status.
     pub status: Status,
-    /// Of the last [`WINDOW_S`].
+    /// The moments of the last [`WINDOW_S`].
     pub moments: VecDeque<Moment>,
     /// Samples that did not arrive.
     pub lost: u64,
-    /// This program has armed it.
+    /// Whether this program has armed the drive.
     pub armed_here: bool,
     /// A position that is being typed.
     pub entry: String,
-    /// What the last key did, or why it did nothing.
+    /// A sentence on what the last key did, or why it did nothing.
     pub note: String,
 }
 
 impl Watched {
-    /// Before the first sample.
+    /// Begins without a sample.
     pub fn new(warning: Option<&'static str>, name: String, signals: Signals, status: Status) -> Self {
         Self {
             warning,
@@ -139,12 +139,13 @@ impl Watched {
         self.moments.back().copied().unwrap_or_default()
     }
 
-    /// Whether it is armed, as far as was last heard.
+    /// Whether the drive is armed, as far as was last heard.
     pub const fn is_armed(&self) -> bool {
         matches!(self.status.state, StateCode::Armed)
     }
 
-    /// A term over time, in pieces of uninterrupted arming; time counts back from the last moment.
+    /// The curve of a term over time, in pieces of uninterrupted arming. Time counts back from the
+    /// last moment.
     pub fn curves(&self, term: impl Fn(&Moment) -> f64) -> Vec<Vec<(f64, f64)>> {
         let now_s = self.now().time_s;
         let moments: Vec<&Moment> = self.moments.iter().collect();

@@ -102,10 +102,12 @@ fn numbers_are_those_of_the_last_sample_in_a_users_units() {
 
 #[test]
 fn a_curve_is_where_its_values_are_and_nowhere_without_the_loop() {
-    // Ten seconds: the reference at 5.005 deg, the position at 0 for the first half and at 2 deg from then on.
+    // Ten seconds: the reference at 5.005 deg, the position at 0 for the first half and at 2 deg
+    // from then on.
     let samples = (0..=500).map(|i| sample(4000 + 2 * i, if i < 250 { 0 } else { 200 }, 2));
     let buffer = drawn(&watched(None, samples), 80, 24);
-    // Of 14 rows of plots the upper 9 are for positions, from a tenth below the lowest to a tenth above the highest.
+    // Of 14 rows of plots the upper 9 are for positions, from a tenth below the lowest to a tenth
+    // above the highest.
     let row_of = |deg: f64| 9 + (9.0 * (1.0 - (deg + 0.5005) / 6.006)) as u16;
     let reference = curve(&buffer, Color::Yellow);
     assert!(reference.len() > 60, "{}", reference.len());
@@ -115,7 +117,8 @@ fn a_curve_is_where_its_values_are_and_nowhere_without_the_loop() {
     let right = position.iter().filter(|at| at.0 > 48);
     assert!(left.clone().count() > 25 && left.clone().all(|at| at.1 == row_of(0.0)), "{position:?}");
     assert!(right.clone().count() > 25 && right.clone().all(|at| at.1 == row_of(2.0)), "{position:?}");
-    // The effort is below: what is asked for at the top, and what the joint gets of it at the bottom.
+    // The effort is below: what is asked for at the top, and what the joint gets of it at the
+    // bottom.
     let [asked, applied] = [Color::Green, Color::Magenta].map(|color| curve(&buffer, color));
     assert!(asked.len() > 60 && asked.iter().all(|at| at.1 == 18), "{asked:?}");
     assert!(applied.len() > 60 && applied.iter().all(|at| at.1 == 20), "{applied:?}");
@@ -158,7 +161,7 @@ fn the_warning_is_the_first_line_at_any_size() {
     }
 }
 
-fn bench() -> (Watched, Client<SimulatedWire>) {
+fn watched_device() -> (Watched, Client<SimulatedWire>) {
     let document = Document::open("step-response").unwrap();
     let plan = Experiment::plan(&document, &["srnf".into()], &[]).unwrap().runs.remove(0);
     let mut client = Client::connect(SimulatedWire::new(SimulatedDevice::new(&plan).unwrap())).unwrap();
@@ -169,7 +172,7 @@ fn bench() -> (Watched, Client<SimulatedWire>) {
 
 #[test]
 fn keys_arm_move_and_stop_the_device() {
-    let (mut watched, mut client) = bench();
+    let (mut watched, mut client) = watched_device();
     let keys = |text: &str, watched: &mut Watched, client: &mut Client<SimulatedWire>| {
         let codes = text.chars().map(|c| if c == '\n' { KeyCode::Enter } else { KeyCode::Char(c) });
         codes.map(|code| press(KeyEvent::from(code), watched, client).unwrap()).last().unwrap()
@@ -207,7 +210,7 @@ fn keys_arm_move_and_stop_the_device() {
 
 #[test]
 fn with_control_or_alt_nothing_but_stop_is_done() {
-    let (mut watched, mut client) = bench();
+    let (mut watched, mut client) = watched_device();
     let press_all = |codes: &str, modifiers, watched: &mut Watched, client: &mut Client<SimulatedWire>| {
         for code in codes.chars() {
             assert_eq!(
@@ -239,7 +242,7 @@ fn with_control_or_alt_nothing_but_stop_is_done() {
 
 #[test]
 fn a_device_that_falls_silent_while_armed_here_is_told_to_be_perhaps_still_armed() {
-    let (mut watched, mut client) = bench();
+    let (mut watched, mut client) = watched_device();
     // Refused: a joint that moves is not armed.
     client.wire().simulated.push(0.0, 20.0);
     client.pass(Duration::from_millis(40)).unwrap();
@@ -287,7 +290,7 @@ impl Wire for Cut {
 
 #[test]
 fn what_was_armed_here_is_stopped_on_leaving_and_what_was_not_is_told() {
-    let (mut watched, mut client) = bench();
+    let (mut watched, mut client) = watched_device();
     press(KeyEvent::from(KeyCode::Char('a')), &mut watched, &mut client).unwrap();
     assert!(super::leave(&mut client, &watched).unwrap().contains("output is off"));
     assert_eq!(client.status().unwrap().state, StateCode::Stopped);

@@ -1,5 +1,5 @@
-//! The view: numbers, a plot of position and reference, one of the effort. The first line is the warning of a device
-//! that is none, at any size.
+//! The view has numbers, a plot of position and reference, and one of the effort. For a device that
+//! is no board the first line is the warning, at any size of the terminal.
 
 use ratatui::Frame;
 use ratatui::layout::{Constraint, Layout, Rect};
@@ -13,24 +13,24 @@ use super::keys::KEYS;
 use super::model::{Moment, WINDOW_S, Watched};
 use crate::device::words;
 
-/// Rows below which a plot shows nothing that its numbers do not.
+/// Least height of a plot, rows; a lower one shows nothing that the numbers do not.
 const LEAST_PLOT: u16 = 5;
 
-/// Of the position: so many counts are never stretched over the whole height.
+/// Least span of the position, counts: noise is not stretched over the whole height.
 const LEAST_SPAN_COUNTS: f64 = 10.0;
 
-/// Of the effort, V.
+/// Least span of the effort, V.
 const LEAST_SPAN_V: f64 = 0.1;
 
 const REFERENCE: Color = Color::Yellow;
 const POSITION: Color = Color::Cyan;
 const EFFORT: Color = Color::Green;
-/// What the joint gets of it.
+/// The effort that the joint gets.
 const APPLIED: Color = Color::Magenta;
 
-/// Draws it all.
+/// Draws the whole view.
 pub fn draw(frame: &mut Frame, watched: &Watched) {
-    // Apart from the others, which have to give way where there is no room.
+    // The warning stands apart from the others, which give way where there is no room.
     let area = frame.area();
     let rows = u16::from(watched.warning.is_some()).min(area.height);
     let warning = Rect { height: rows, ..area };
@@ -93,7 +93,7 @@ fn state_of(watched: &Watched) -> Paragraph<'_> {
 fn numbers_of(watched: &Watched) -> Vec<Line<'static>> {
     let (now, status) = (watched.now(), &watched.status);
     let deg = f64::from(status.position) * f64::from(status.resolution);
-    // Unarmed, there is neither a zero nor an effort.
+    // A drive that is not armed has neither a zero nor an effort.
     let armed = |number: f64, decimals: usize| {
         if now.armed { format!("{number:.decimals$}") } else { "-".into() }
     };
@@ -176,7 +176,7 @@ fn plot(
         Dataset::default().marker(Marker::Braille).graph_type(GraphType::Line).style(style).data(piece)
     });
     let axis = Style::new().fg(Color::DarkGray);
-    // As wide for every plot, so that their times are below one another.
+    // The margin is the same for every plot, so that their times are below one another.
     let label = |value: f64| format!("{value:>9.3}");
     let [low, high] = bounds;
     let x = Axis::default().style(axis).bounds([-WINDOW_S, 0.0]);
@@ -186,7 +186,8 @@ fn plot(
     frame.render_widget(Chart::new(datasets.collect()).x_axis(x).y_axis(y), area);
 }
 
-/// From the lowest to the highest value and a tenth of that around them; never less than `least`.
+/// The range from the lowest to the highest value with a tenth of it around them, at least `least`
+/// wide.
 fn bounds(values: impl Iterator<Item = f64>, least: f64) -> [f64; 2] {
     let range = values.fold(None, |range: Option<[f64; 2]>, value| match range {
         None => Some([value; 2]),

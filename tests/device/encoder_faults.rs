@@ -1,7 +1,7 @@
-//! What an encoder does when it is not well: edges dropped, doubled, noisy, swapped, wires cut and reversed.
-//!
-//! What can be seen stops with its code within a stated time and travel. Slow loss of counts cannot: without an index
-//! nothing tells a lost count from a joint that has moved less. How far that leads is measured instead.
+//! An encoder that is not well drops, doubles or adds edges, or has its wires swapped, cut or
+//! reversed. What can be seen stops the joint with its code, within a stated time and travel. A
+//! slow loss of counts cannot be seen: without an index nothing tells a lost count from a joint
+//! that has moved less. The tests measure how far that leads instead.
 
 use host_sim::device::simulated::{SimulatedDevice, Wires};
 use stiction::Fault;
@@ -18,7 +18,7 @@ fn along(trajectory: &str) -> SimulatedDevice {
     simulated
 }
 
-/// xorshift64 (Marsaglia 2003).
+/// The random generator xorshift64 (Marsaglia 2003).
 fn random(state: &mut u64) -> f64 {
     *state ^= *state << 13;
     *state ^= *state >> 7;
@@ -26,8 +26,9 @@ fn random(state: &mut u64) -> f64 {
     (*state >> 11) as f64 / (1u64 << 53) as f64
 }
 
-/// Runs the 26 s of the thesis's trajectory out to 50 deg and back; each edge is spoiled with a probability, one way.
-/// Returns the true position at the end (it should be zero), the edges that were lost or gained, and the state.
+/// Runs the 26 s of the thesis's trajectory out to 50 deg and back. Each edge of one way is spoiled
+/// with a probability. Returns the true position at the end (it should be zero), the edges that
+/// were lost or gained, and the state.
 fn spoiled(rate: f64, sign: i32, both_ways: bool) -> (f64, i64, State) {
     let mut simulated = along("run.duration_s=26");
     let (mut seed, mut spoiled) = (0x5713_C710_u64 | 1, 0);
@@ -37,7 +38,7 @@ fn spoiled(rate: f64, sign: i32, both_ways: bool) -> (f64, i64, State) {
         let position = simulated.position_deg();
         let edges = ((position - before) / 0.00242).round();
         before = position;
-        // A dropped edge is one that counts less the way the joint goes, a doubled one more.
+        // A dropped edge counts less the way the joint goes, a doubled one counts more.
         let hit = (0..edges.abs() as u32).filter(|_| random(&mut seed) < rate).count() as i32;
         if both_ways || edges > 0.0 {
             simulated.jump(-sign * hit * edges.signum() as i32);
@@ -51,15 +52,17 @@ fn spoiled(rate: f64, sign: i32, both_ways: bool) -> (f64, i64, State) {
     (simulated.position_deg(), spoiled, state)
 }
 
-/// The joint is off by as much as was lost, and nobody knows. What is lost on the way out and on the way back cancels.
+/// The joint is off by as much as was lost, and nobody knows. A loss on the way out and one on the
+/// way back cancel.
 #[test]
 fn slow_loss_of_counts_is_not_seen_and_shifts_the_joint_by_what_was_lost() {
     for rate in [1e-4, 1e-3, 1e-2] {
         let (position, lost, state) = spoiled(rate, 1, false);
         reliability!("lost-edges", one_in = (1.0 / rate).round(), lost, error_deg = format!("{position:.3}"));
         assert_eq!(state, State::Armed);
-        // Out 50 deg are 20 661 edges. Where counts were lost on the way out, the joint went too far by them and came back to a
-        // place as far beyond zero; SRNF itself rests within ten counts.
+        // Out 50 deg are 20 661 edges. Where counts were lost on the way out, the joint went too
+        // far by them and came back to a place as far beyond zero; SRNF itself rests within ten
+        // counts.
         assert!(
             (position - lost as f64 * 0.00242).abs() < 10.0 * 0.00242,
             "{rate}: {position} deg, {lost} lost"
@@ -72,7 +75,8 @@ fn slow_loss_of_counts_is_not_seen_and_shifts_the_joint_by_what_was_lost() {
     assert!(state == State::Armed && position.abs() < 60.0 * 0.00242, "{position}");
 }
 
-/// Every edge doubled or dropped is a wrong resolution: the set point is reached, as the encoder has it.
+/// Every edge doubled or dropped is a wrong resolution: the set point is reached, as the encoder
+/// has it.
 #[test]
 fn doubled_edges_scale_the_motion_and_are_not_seen() {
     let (_, doubled, state) = spoiled(0.5, -1, true);
@@ -81,13 +85,15 @@ fn doubled_edges_scale_the_motion_and_are_not_seen() {
     assert_eq!(state, State::Armed);
 }
 
-/// Noise that counts up: the loop works against a motion that is none, as long as it is slow; a burst is a jump.
+/// Noise counts up. As long as it is slow, the loop works against a motion that is none; a burst is
+/// a jump.
 #[test]
 fn a_burst_of_noise_is_a_jump_in_its_tick() {
     let (unseen, seen) = (750, 1400);
     let mut simulated = along("run.duration_s=26");
     simulated.ticks(100);
-    // The limit of SRNF: 2 * 50 deg/s * 20 ms + 4 counts = 830 counts, and the joint moves 41 a tick.
+    // The limit of SRNF is 2 * 50 deg/s * 20 ms + 4 counts = 830 counts, and the joint moves 41
+    // counts a tick.
     simulated.jump(unseen);
     assert_eq!(simulated.tick().state, State::Armed);
     simulated.jump(seen);
@@ -98,7 +104,8 @@ fn a_burst_of_noise_is_a_jump_in_its_tick() {
     reliability!("burst", unseen, seen, limit = format!("{limit:.0}"));
 }
 
-/// On the way at 5 deg/s: the code, the time and the true travel until the bridge is off.
+/// The joint is on its way at 5 deg/s. The test bounds the time and the true travel until the
+/// bridge is off, and names the code.
 #[test]
 fn wires_that_are_cut_or_swapped_on_the_way_stop_the_joint_in_a_bounded_time_and_travel() {
     for (wires, faults, time_s, travel_deg) in [

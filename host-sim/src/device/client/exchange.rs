@@ -1,0 +1,129 @@
+//! One request and its answer, and what else comes meanwhile.
+
+use std::time::Duration;
+
+use stiction::link::{Message, Numbered, Refused, Reply, Request, encode};
+
+use super::Client;
+use crate::device::wire::Wire;
+use crate::device::words;
+use crate::error::Error;
+
+/// Time that a device has for an answer. It answers within milliseconds, but for a save.
+pub(super) const PATIENCE: Duration = Duration::from_millis(200);
+
+/// Time that a device has for a save: three times the longest that one takes (docs/link.md).
+const PATIENCE_TO_SAVE: Duration = Duration::from_secs(6);
+
+/// How often a request is sent before the device counts as silent.
+const TRIES: u32 = 3;
+
+/// How many bytes of what is not understood an error shows.
+const SHOWN: usize = 24;
+
+/// What has come since the last request. A device that is silent and one that talks otherwise need
+/// different advice.
+#[derive(Debug, Default)]
+pub(super) struct Heard {
+    /// The first bytes, at most [`SHOWN`].
+    begin: Vec<u8>,
+    /// A whole message was among them.
+    whole: bool,
+}
+
+impl<W: Wire> Client<W> {
+    /// Makes a request that is answered with nothing but that it is done.
+    pub(super) fn done(&mut self, what: &str, request: Request) -> Result<(), Error> {
+        match self.talk(request)? {
+            Reply::Done => Ok(()),
+            Reply::Refused(refused) => Err(self.refused(what, &refused)),
+            _ => Err(self.unexpected()),
+        }
+    }
+
+    /// Makes a request and returns its answer; a refusal is an error.
+    pub(super) fn ask(&mut self, request: Request) -> Result<Reply, Error> {
+        match self.talk(request)? {
+            Reply::Refused(refused) => Err(self.refused("device", &refused)),
+            reply => Ok(reply),
+        }
+    }
+
+    /// Sends a request until it is answered. Its number stays the same, so the device does it once.
+    pub(super) fn talk(&mut self, request: Request) -> Result<Reply, Error> {
+        self.number = self.number.wrapping_add(1);
+        let patience = if request == Request::Save { PATIENCE_TO_SAVE } else { PATIENCE };
+        let frame = encode(&Numbered { number: self.number, content: request });
+        let frame = frame.ok_or_else(|| Error::Device("the request is too long for a frame".into()))?;
+        self.heard = Heard::default();
+        for _ in 0..TRIES {
+            self.wire.send(&frame)?;
+            let mut left = patience;
+            while !left.is_zero() {
+                let slice = left.min(Duration::from_millis(20));
+                let started = self.wire.now();
+                let bytes = self.wire.receive(slice)?;
+                let took = self.wire.now() - started;
+                left = left.saturating_sub(took.max(Duration::from_micros(100)));
+                if bytes.is_empty() {
+                    left = left.saturating_sub(slice.saturating_sub(took));
+                }
+                if let Some(reply) = self.take(&bytes) {
+                    return Ok(reply);
+                }
+            }
+        }
+        let name = self.wire.name();
+        let Heard { begin, whole } = &self.heard;
+        Err(Error::Device(match (begin.is_empty(), whole) {
+            (true, _) => format!(
+                "{name} does not answer: is it powered, is it this firmware, and is it the right \
+                 port? (docs/link.md)"
+            ),
+            (false, true) => {
+                format!("{name} sends, but does not answer: its answers are lost (docs/link.md)")
+            }
+            (false, false) => format!(
+                "{name} sends what is no message of the link (\"{}\"): it has other firmware, or \
+                 another baud rate (docs/link.md)",
+                begin.escape_ascii()
+            ),
+        }))
+    }
+
+    /// Sorts the bytes that came: it keeps samples, and returns the answer to the last request.
+    pub(super) fn take(&mut self, bytes: &[u8]) -> Option<Reply> {
+        let mut reply = None;
+        let room = SHOWN - self.heard.begin.len();
+        self.heard.begin.extend(bytes.iter().take(room));
+        for &byte in bytes {
+            let Some(message) = self.deframer.push(byte) else { continue };
+            self.heard.whole = true;
+            match postcard::from_bytes(message) {
+                Ok(Message::Reply(Numbered { number, content })) if number == self.number => {
+                    self.subscription.answered();
+                    reply = Some(content);
+                }
+                Ok(Message::Sample(sample)) => self.subscription.push(sample),
+                // An answer that came late, or something that is not of this protocol.
+                Ok(Message::Reply(_)) | Err(_) => {}
+            }
+        }
+        reply
+    }
+
+    /// The error that says why the device refuses a request.
+    pub(super) fn refused(&self, what: &str, refused: &Refused) -> Error {
+        let (name, why, excuse) = (self.wire.name(), words::refused(refused), self.wire.excuse(refused));
+        let more = if why.contains("docs/") { "" } else { " (docs/link.md)" };
+        Error::Refused(format!("{what}: {name} refuses: {why}{excuse}{more}"))
+    }
+
+    /// The error that says that an answer belongs to another request.
+    pub(super) fn unexpected(&self) -> Error {
+        Error::Device(format!(
+            "{} gives an answer that does not fit the question (docs/link.md)",
+            self.wire.name()
+        ))
+    }
+}

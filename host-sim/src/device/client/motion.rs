@@ -1,0 +1,88 @@
+//! Requests that arm, move and stop the joint.
+
+use stiction::Motion;
+use stiction::link::{Reply, Request};
+use stiction::servo::Levels;
+
+use super::Client;
+use crate::device::wire::Wire;
+use crate::error::Error;
+
+impl<W: Wire> Client<W> {
+    /// Closes the loop where the joint is. From now on the device has to hear from the client within
+    /// its link timeout.
+    ///
+    /// # Errors
+    /// Says why the device refuses.
+    pub fn arm(&mut self) -> Result<(), Error> {
+        self.done("arm", Request::Arm)
+    }
+
+    /// Turns the output off.
+    ///
+    /// # Errors
+    /// Says that the device does not answer.
+    pub fn stop(&mut self) -> Result<(), Error> {
+        self.done("stop", Request::Stop)
+    }
+
+    /// Stops the joint where it is; the loop stays closed.
+    ///
+    /// # Errors
+    /// Says why the device refuses.
+    pub fn hold(&mut self) -> Result<(), Error> {
+        self.done("move", Request::Move(Motion::Hold))
+    }
+
+    /// Steps to a position (deg), counted from the zero that arming has set.
+    ///
+    /// # Errors
+    /// Says why the device refuses.
+    pub fn step_to(&mut self, deg: f64) -> Result<(), Error> {
+        let motion = self.step(deg)?;
+        self.move_along(motion)
+    }
+
+    /// Turns a step to a position (deg) into counts, for [`move_along`](Self::move_along).
+    ///
+    /// # Errors
+    /// Says that there is no such position.
+    pub fn step(&mut self, deg: f64) -> Result<Motion, Error> {
+        let resolution = f64::from(self.status()?.resolution);
+        let counts = deg / resolution;
+        // 2^30 counts, as for steps of a machine's file.
+        if !counts.is_finite() || counts.abs() > f64::from(1 << 30) {
+            return Err(Error::Input(format!("move {deg}: allowed is a position within 2^30 counts")));
+        }
+        Ok(Motion::Step(crate::experiment::position(counts)))
+    }
+
+    /// Begins a motion, whose positions are counted from the zero that arming has set.
+    ///
+    /// # Errors
+    /// Says why the device refuses.
+    pub fn move_along(&mut self, motion: Motion) -> Result<(), Error> {
+        self.done("move", Request::Move(motion))
+    }
+
+    /// Arms and begins a ramp of the effort, which rises by `rate` (V/s) until the joint moves, is held
+    /// for `hold` (s) and falls again. The ramp ends by itself, and [`levels`](Self::levels) says what
+    /// it has found. Meanwhile the device has to hear from the client within its link timeout.
+    ///
+    /// # Errors
+    /// Says why the device refuses.
+    pub fn identify(&mut self, rate: f32, hold: f32) -> Result<(), Error> {
+        self.done("identify", Request::Identify { rate, hold })
+    }
+
+    /// The efforts (V) that the last ramp has found; none before the ramp is over.
+    ///
+    /// # Errors
+    /// Says that the device does not answer.
+    pub fn levels(&mut self) -> Result<Option<Levels>, Error> {
+        match self.ask(Request::ReadLevels)? {
+            Reply::Levels(levels) => Ok(levels),
+            _ => Err(self.unexpected()),
+        }
+    }
+}

@@ -1,0 +1,91 @@
+//! The state and the faults of the device, and waiting without falling silent.
+
+use std::time::Duration;
+
+use stiction::link::{Refused, Reply, Request, StateCode, Status, Told};
+
+use super::Client;
+use super::exchange::PATIENCE;
+use crate::device::wire::Wire;
+use crate::error::Error;
+
+/// Longest silence of a client that waits: a fifth of the default link timeout.
+const SIGN_OF_LIFE: Duration = Duration::from_millis(100);
+
+impl<W: Wire> Client<W> {
+    /// Asks for the state of the device.
+    ///
+    /// # Errors
+    /// Says that the device does not answer.
+    pub fn status(&mut self) -> Result<Status, Error> {
+        match self.ask(Request::Status)? {
+            Reply::Status(status) => Ok(status),
+            _ => Err(self.unexpected()),
+        }
+    }
+
+    /// Asks for the faults that the device remembers, the oldest first.
+    ///
+    /// # Errors
+    /// Says that the device does not answer.
+    pub fn faults(&mut self) -> Result<Vec<Told>, Error> {
+        let mut faults = Vec::new();
+        for index in 0..stiction::fault::HISTORY as u8 {
+            match self.talk(Request::Fault { index })? {
+                Reply::Fault(told) => faults.push(told),
+                Reply::Refused(Refused::NoSuch) => break,
+                Reply::Refused(refused) => return Err(self.refused("faults", &refused)),
+                _ => return Err(self.unexpected()),
+            }
+        }
+        Ok(faults)
+    }
+
+    /// Clears the latched fault.
+    ///
+    /// # Errors
+    /// Says why the fault cannot be cleared.
+    pub fn clear(&mut self) -> Result<(), Error> {
+        self.done("faults --clear", Request::Clear)
+    }
+
+    /// Waits for so much time of the device, talks to it meanwhile, and keeps the samples that come.
+    ///
+    /// # Errors
+    /// Says that the device does not answer.
+    pub fn pass(&mut self, time: Duration) -> Result<Status, Error> {
+        self.pass_while(time, |_| true)
+    }
+
+    /// Waits as [`pass`](Self::pass) does, but no longer than the device is armed.
+    ///
+    /// # Errors
+    /// Says that the device does not answer.
+    pub fn pass_armed(&mut self, time: Duration) -> Result<Status, Error> {
+        self.pass_while(time, |status| status.state == StateCode::Armed)
+    }
+
+    fn pass_while(&mut self, time: Duration, go_on: impl Fn(&Status) -> bool) -> Result<Status, Error> {
+        let mut status = self.status()?;
+        let device_s = |status: &Status| f64::from(status.clock) * f64::from(status.sample_time);
+        let (begin, started) = (device_s(&status), self.wire.now());
+        loop {
+            let on_the_wire = self.wire.now() - started;
+            // The device's time counts, not the wire's: a simulated device has its own. A device
+            // without parameters has no time, and one whose clock stands still is not waited for
+            // for ever.
+            let passed = if status.sample_time > 0.0 && on_the_wire < 2 * time + PATIENCE {
+                device_s(&status) - begin
+            } else {
+                on_the_wire.as_secs_f64()
+            };
+            let left = time.as_secs_f64() - passed;
+            if left <= 0.0 || !go_on(&status) {
+                return Ok(status);
+            }
+            let bytes = self.wire.receive(SIGN_OF_LIFE.min(Duration::from_secs_f64(left.max(0.001))))?;
+            self.take(&bytes);
+            status = self.status()?;
+        }
+    }
+}

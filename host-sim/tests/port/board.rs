@@ -1,0 +1,120 @@
+//! The far end of the pseudoterminal: a board, or something that should not be there.
+
+use std::io::{Read, Write};
+use std::path::PathBuf;
+use std::process::Output;
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::thread::JoinHandle;
+use std::time::Duration;
+
+use host_sim::device::simulated::SimulatedDevice;
+use host_sim::experiment::{Document, Experiment};
+use serialport::{SerialPort, TTYPort};
+use stiction::Course;
+use stiction::link::{Identity, Kind, Message, Numbered, PROTOCOL, Reply, encode};
+use stiction::servo::State;
+
+use crate::program::{self, SPAWNING, pseudoterminal};
+
+#[derive(Clone, PartialEq, Eq)]
+pub enum Manner {
+    /// It answers as a board should.
+    Sound,
+    /// The cable is pulled after so many ticks in which it was armed.
+    PulledWhileArmed(u32),
+    /// It speaks a later version of the protocol.
+    Later,
+    /// It has another firmware, which talks to people.
+    Banner,
+    /// It sends noise, as another baud rate would.
+    Garbage,
+    /// It says nothing.
+    Silent,
+    /// Somebody else arms it as soon as a file of this name is there. It then says so by a file
+    /// called `armed` beside that.
+    ArmedBy(PathBuf),
+}
+
+pub struct Board {
+    pub path: String,
+    done: Arc<AtomicBool>,
+    thread: Option<JoinHandle<()>>,
+    /// This end is kept open, so that the other one does not hang up between two programs.
+    _slave: TTYPort,
+}
+
+impl Board {
+    pub fn new(manner: Manner) -> Self {
+        let (master, slave) = pseudoterminal(&SPAWNING.lock().unwrap());
+        let path = slave.name().unwrap();
+        let done = Arc::new(AtomicBool::new(false));
+        let ends = done.clone();
+        let thread = Some(std::thread::spawn(move || run(manner, master, &ends)));
+        Self { path, done, thread, _slave: slave }
+    }
+
+    pub fn device(&self, arguments: &[&str]) -> Output {
+        program::device(&[&["--port", &self.path], arguments].concat())
+    }
+}
+
+impl Drop for Board {
+    fn drop(&mut self) {
+        self.done.store(true, Ordering::Relaxed);
+        self.thread.take().map(JoinHandle::join).unwrap().unwrap();
+    }
+}
+
+/// Makes a device that has as much time as it needs on a busy machine. It ticks at every turn of
+/// the loop, and its client may be silent for long.
+fn simulated() -> SimulatedDevice {
+    let mut document = Document::open("step-response").unwrap();
+    document.set(&["limits.link_timeout_s=60".into()]).unwrap();
+    let plan = Experiment::plan(&document, &["srnf".into()], &[]).unwrap().runs.remove(0);
+    let mut simulated = SimulatedDevice::new(&plan).unwrap();
+    simulated.ticks(10);
+    simulated
+}
+
+fn run(manner: Manner, mut master: TTYPort, done: &AtomicBool) {
+    master.set_timeout(Duration::from_millis(1)).unwrap();
+    let (mut simulated, mut armed) = (simulated(), 0);
+    let (mut bytes, mut turn) = ([0; 512], 0u32);
+    while !done.load(Ordering::Relaxed) {
+        let count = master.read(&mut bytes).unwrap_or(0);
+        turn = turn.wrapping_add(1);
+        if let Manner::ArmedBy(file) = &manner
+            && file.exists()
+            && simulated.device.servo().arm_for_link(None).is_ok()
+        {
+            std::fs::rename(file, file.with_file_name("armed")).unwrap();
+        }
+        let said: Vec<u8> = match manner {
+            Manner::Sound | Manner::PulledWhileArmed(_) | Manner::ArmedBy(_) => {
+                simulated.device.receive(&bytes[..count]);
+                armed += u32::from(simulated.tick().state == State::Armed);
+                if matches!(manner, Manner::PulledWhileArmed(ticks) if armed > ticks) {
+                    return;
+                }
+                let count = simulated.device.transmit(&mut bytes);
+                bytes[..count].to_vec()
+            }
+            Manner::Later if count > 0 => {
+                let identity = Identity {
+                    protocol: PROTOCOL + 1,
+                    kind: Kind::Board,
+                    version: "9.8.7".try_into().unwrap(),
+                };
+                let reply = Numbered { number: 1, content: Reply::Hello(identity) };
+                encode(&Message::Reply(reply)).unwrap().to_vec()
+            }
+            Manner::Banner if turn.is_multiple_of(20) => b"ok T:21.3 /0.0\r\n".to_vec(),
+            Manner::Garbage if turn.is_multiple_of(5) => {
+                (0..40).map(|i| (turn.wrapping_mul(2_654_435_761) >> (i % 24)) as u8).collect()
+            }
+            _ => continue,
+        };
+        let _ = master.write_all(&said);
+    }
+}

@@ -1,0 +1,61 @@
+//! The command link around a whole device: each request is done once, and a garbled frame costs at
+//! most itself.
+
+use host_sim::device::client::Client;
+use host_sim::device::simulated::SimulatedDevice;
+use host_sim::device::wire::SimulatedWire;
+use stiction::link::{Deframer, Message, Numbered, PROTOCOL, Refused, Reply, Request, encode};
+use stiction::signal::SIGNALS;
+
+use crate::fixture::plans;
+
+mod bandwidth;
+mod change;
+mod motion;
+mod parameters;
+mod ramp;
+mod repetition;
+mod session;
+mod telemetry;
+
+/// The mask of every signal that a loop has.
+const ALL: u64 = (1 << SIGNALS.len()) - 1;
+
+fn simulated() -> SimulatedDevice {
+    let plan = &plans("step-response", &["loop.controller=srnf", "reference.steps_deg=[5.0]"])[0];
+    let mut simulated = SimulatedDevice::new(plan).unwrap();
+    simulated.ticks(10);
+    simulated
+}
+
+fn client() -> Client<SimulatedWire> {
+    Client::connect(SimulatedWire::new(simulated())).unwrap()
+}
+
+fn frame(number: u16, content: Request) -> Vec<u8> {
+    encode(&Numbered { number, content }).unwrap().to_vec()
+}
+
+fn hello(number: u16, session: u32) -> Vec<u8> {
+    frame(number, Request::Hello { protocol: PROTOCOL, session })
+}
+
+/// Hands bytes to a device, and returns its answers.
+fn say(simulated: &mut SimulatedDevice, bytes: &[u8]) -> Vec<(u16, Reply)> {
+    simulated.device.receive(bytes);
+    let (mut deframer, mut buffer, mut replies) = (Deframer::default(), [0; 4096], vec![]);
+    let count = simulated.device.transmit(&mut buffer);
+    for &byte in &buffer[..count] {
+        if let Some(message) = deframer.push(byte)
+            && let Message::Reply(Numbered { number, content }) = postcard::from_bytes(message).unwrap()
+        {
+            replies.push((number, content));
+        }
+    }
+    assert_eq!(deframer.bad(), 0);
+    replies
+}
+
+fn refused(number: u16, why: Refused) -> Vec<(u16, Reply)> {
+    vec![(number, Reply::Refused(why))]
+}

@@ -1,0 +1,52 @@
+//! The wires of the encoder are swapped, before the first move or on the way.
+
+use host_sim::device::simulated::Wires;
+use stiction::Fault;
+use stiction::servo::State;
+
+use super::Situation::{Moving, Saturated};
+use super::device_under_test::DeviceUnderTest;
+use crate::fixture::laws;
+
+/// Swapped wires make the loop push away from the target. The monitor sees that within the first
+/// hundredths of a degree.
+#[test]
+fn a_reversed_encoder_is_seen_in_the_first_move_under_every_law() {
+    let mut furthest = 0.0f64;
+    for law in laws() {
+        let mut device = DeviceUnderTest::new(law, &[]);
+        device.simulated().wires = Wires::Swapped;
+        device.client.arm().unwrap();
+        device.client.step_to(5.0).unwrap();
+        let output = (0..60).map(|_| device.pass(1)).find(|output| output.state != State::Armed).unwrap();
+        assert_eq!(output.state, State::Faulted(Fault::EncoderReversed), "{law}");
+        // Eight counts are 0.019 deg; at the speed that the joint has by then, a tick is a little
+        // more.
+        let travel = device.simulated().position_deg();
+        assert!(travel > 0.015 && travel < 0.2, "{law}: {travel} deg");
+        furthest = furthest.max(travel);
+        device.check_latched(law, Fault::EncoderReversed, |_| {});
+    }
+    reliability!("reversed-at-first", travel_deg = format!("{furthest:.3}"));
+}
+
+/// Once a move has proven the wiring, swapped wires make the loop run away.
+#[test]
+fn an_encoder_that_is_reversed_on_the_way_is_seen_before_it_has_gone_far() {
+    for law in laws() {
+        for situation in [Moving, Saturated] {
+            let mut device = DeviceUnderTest::new(law, &[]);
+            device.bring(situation);
+            let from = device.simulated().position_deg();
+            device.simulated().wires = Wires::Swapped;
+            let output = (0..200).map(|_| device.pass(1)).find(|output| output.state != State::Armed);
+            let State::Faulted(fault) = output.unwrap().state else { panic!() };
+            let runaway = [Fault::FollowingError, Fault::Overspeed, Fault::EncoderJump];
+            assert!(runaway.contains(&fault), "{law} {situation:?}: {fault:?}");
+            let travel = (device.simulated().position_deg() - from).abs();
+            let (fault, situation) = (fault.describe(), format!("{situation:?}").to_lowercase());
+            reliability!("reversed", law, situation, fault, travel_deg = format!("{travel:.1}"));
+            assert!(travel > 1.0 && travel < 60.0, "{law} {situation:?}: {travel}");
+        }
+    }
+}
