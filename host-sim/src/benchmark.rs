@@ -7,7 +7,7 @@
 use serde::Serialize;
 
 use crate::error::Error;
-use crate::experiment::{Document, Experiment, Motion, RunPlan};
+use crate::experiment::{Document, Experiment, RunPlan, Task};
 use crate::run::{RunResult, run_all};
 
 /// How long a step is watched for hunting.
@@ -57,7 +57,7 @@ pub fn benchmark(documents: &[Document]) -> Result<Benchmark, Error> {
         let mut document = document.clone();
         document.set(&[HUNTING_DURATION.into()])?;
         let mut steps = plain_runs(&document)?;
-        steps.retain(|plan| matches!(plan.motion, Motion::Step(_)));
+        steps.retain(|plan| matches!(plan.task, Task::Step(_)));
         watched.extend(run_all(&steps)?);
     }
     let all: Vec<&RunResult> = results.iter().flatten().collect();
@@ -84,7 +84,7 @@ pub fn plain_runs(document: &Document) -> Result<Vec<RunPlan>, Error> {
 
 fn score(controller: &str, results: &[&RunResult], watched: &[RunResult]) -> Score {
     let of = |result: &&RunResult| result.plan.controller.as_deref() == Some(controller);
-    let is_step = |result: &&RunResult| matches!(result.plan.motion, Motion::Step(_));
+    let is_step = |result: &&RunResult| matches!(result.plan.task, Task::Step(_));
     let steps: Vec<_> = results.iter().copied().filter(of).filter(is_step).collect();
     let trajectories: Vec<_> = results.iter().copied().filter(of).filter(|result| !is_step(result)).collect();
     let watched: Vec<_> = watched.iter().filter(of).collect();

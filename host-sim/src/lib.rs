@@ -11,6 +11,7 @@ pub mod benchmark;
 pub mod cli;
 pub mod closed_loop;
 pub mod device;
+pub mod document;
 #[cfg(feature = "emulator")]
 pub mod emulator;
 pub mod encoder;
@@ -33,6 +34,7 @@ pub mod properties;
 #[cfg(feature = "report")]
 pub mod report;
 pub mod run;
+pub mod setup;
 pub mod solver;
 pub mod target;
 pub mod written;

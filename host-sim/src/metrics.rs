@@ -6,6 +6,8 @@
 use serde::Serialize;
 
 use crate::closed_loop::Moment;
+use crate::experiment::Task;
+use crate::machine::Trajectory;
 
 /// A joint that is this near its target counts as settled, deg.
 const SETTLED_DEG: f64 = 0.05;
@@ -50,22 +52,9 @@ pub struct Metrics {
     pub slip_corrected_v: Option<f64>,
 }
 
-/// What the metrics need to know of the motion.
-#[derive(Clone, Debug, PartialEq)]
-pub enum Task {
-    /// A step of so many degrees.
-    Step(f64),
-    /// A trajectory with these corners.
-    Trajectory {
-        /// First blend's start to last blend's end, s.
-        motion_s: [f64; 2],
-        /// The window of the cruise error, s.
-        cruise_s: [f64; 2],
-    },
-}
-
 impl Metrics {
-    /// Of a run's moments (at least one).
+    /// The metrics of the moments of a run, of which there is at least one. What a ramp found is no
+    /// metric of moments.
     pub fn of(moments: &[Moment], task: &Task, resolution_deg: f64) -> Self {
         let (Some(first), Some(last)) = (moments.first(), moments.last()) else { return Self::default() };
         let last_second = within(moments, [last.time_s - 1.0, last.time_s]);
@@ -89,10 +78,11 @@ impl Metrics {
                 }
                 moments
             }
-            Task::Trajectory { motion_s, cruise_s } => {
-                metrics.cruise_error_deg = mean(errors(within(moments, *cruise_s)));
-                within(moments, *motion_s)
+            Task::Trajectory(trajectory) => {
+                metrics.cruise_error_deg = mean(errors(within(moments, cruise_s(trajectory))));
+                within(moments, motion_s(trajectory))
             }
+            Task::Ramp(_) => return Self::default(),
         };
         metrics.rms_error_deg = mean(errors(judged).map(|e| e * e)).map(f64::sqrt);
         metrics.max_error_deg = errors(judged).map(f64::abs).reduce(f64::max);
@@ -110,6 +100,21 @@ pub fn is_unstable(moments: &[Moment], span_deg: f64) -> bool {
         last_second.iter().filter(|m| m.tick.saturated).map(|m| m.tick.v.signum()).collect();
     let alternates = limits.windows(2).any(|pair| pair[0] != pair[1]);
     escaped || (2 * limits.len() > last_second.len() && alternates)
+}
+
+/// From the begin of the first blend of a trajectory to the end of the last one, s.
+fn motion_s(trajectory: &Trajectory) -> [f64; 2] {
+    let last = trajectory.corner_times_s.len().saturating_sub(1);
+    [corner_s(trajectory, 0) - trajectory.half_blend_s, corner_s(trajectory, last) + trajectory.half_blend_s]
+}
+
+/// The window of the cruise error, s.
+fn cruise_s(trajectory: &Trajectory) -> [f64; 2] {
+    [corner_s(trajectory, 0) + 2.0, corner_s(trajectory, 1) - 0.5]
+}
+
+fn corner_s(trajectory: &Trajectory, number: usize) -> f64 {
+    trajectory.corner_times_s.get(number).copied().unwrap_or(0.0)
 }
 
 /// The moments from one time to another, both included.

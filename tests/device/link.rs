@@ -7,7 +7,7 @@ use host_sim::device::log::Log;
 use host_sim::device::signals::Signals;
 use host_sim::device::simulated::SimulatedDevice;
 use host_sim::device::wire::{SimulatedWire, Wire};
-use host_sim::experiment::Motion as Asked;
+use host_sim::experiment::Task;
 use host_sim::solver::ExactAxis;
 use stiction::compensator::{
     FIRST_LAW, Gains, ResetIntegralGains, ResetOffsetIntegralGains, SmoothRobustNonlinearGains,
@@ -527,7 +527,7 @@ fn identified(client: &mut Client<SimulatedWire>) -> Option<Levels> {
 #[test]
 fn a_ramp_over_the_link_finds_the_levels_of_the_experiment() {
     for plan in plans("friction-identification", &[]) {
-        let Asked::Ramp(rate) = plan.motion else { panic!() };
+        let Task::Ramp(rate) = plan.task else { panic!() };
         let (ramp, around) = (plan.ramp(rate).unwrap(), plan.closed_loop().unwrap());
         let mut solver = ExactAxis::at_rest(&around.axis, around.sample_time_s);
         let expected = ramp.run(&mut solver, &around, |_| {}, |_| {});

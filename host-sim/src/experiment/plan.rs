@@ -5,9 +5,10 @@ use std::sync::Arc;
 
 use toml::{Table, Value};
 
-use super::document::{Document, Origin, within};
+use super::task::Task;
+use crate::document::{Document, Origin, within};
 use crate::error::{Error, rounded, shown, suggestion_or_all};
-use crate::machine::{Machine, Solver, Trajectory, Variant};
+use crate::machine::{Machine, Solver, Variant};
 
 /// The samples of all runs are held in memory at once: these are a gigabyte.
 pub(super) const MAX_SAMPLES: f64 = 1e7;
@@ -42,25 +43,14 @@ pub struct RunPlan {
     pub machine: Arc<Machine>,
     /// The controller's name; none for a ramp.
     pub controller: Option<String>,
-    /// What is asked of it.
-    pub motion: Motion,
+    /// What the joint is to do.
+    pub task: Task,
     /// The variant's slug, or nothing.
     pub variant: String,
 }
 
-/// What is asked of a joint in one run.
-#[derive(Clone, Debug, PartialEq)]
-pub enum Motion {
-    /// A jump by so many degrees.
-    Step(f64),
-    /// A motion through corners.
-    Trajectory(Trajectory),
-    /// An effort that rises until the joint moves and falls until it rests, V/s.
-    Ramp(f64),
-}
-
 impl RunPlan {
-    /// What sets this run apart from another of the same controller and motion: its variant, a sample of delay.
+    /// What sets this run apart from another of the same controller and task: its variant, a sample of delay.
     pub fn slugs(&self) -> Vec<&str> {
         slugs(&self.variant, &self.machine, self.controller.is_some())
     }
@@ -69,35 +59,6 @@ impl RunPlan {
 fn slugs<'a>(variant: &'a str, machine: &Machine, sampled: bool) -> Vec<&'a str> {
     let delayed = sampled && machine.run.delay_samples == 1;
     [variant, if delayed { "delay-1" } else { "" }].into_iter().filter(|slug| !slug.is_empty()).collect()
-}
-
-impl Motion {
-    /// `step-5.0`, `trajectory-2.5` (its speed in deg/s), `rate-0.001`.
-    pub fn slug(&self) -> String {
-        match self {
-            Self::Step(step) => format!("step-{}", short(*step)),
-            Self::Trajectory(trajectory) => format!("trajectory-{}", short(trajectory.speed())),
-            Self::Ramp(rate) => format!("rate-{rate}"),
-        }
-    }
-}
-
-impl Trajectory {
-    /// Speed of the first line that is not a rest, deg/s.
-    pub fn speed(&self) -> f64 {
-        let lines = self.corner_times_s.windows(2).zip(self.corner_positions_deg.windows(2));
-        lines.map(|(t, p)| ((p[1] - p[0]) / (t[1] - t[0])).abs()).find(|speed| *speed > 0.0).unwrap_or(0.0)
-    }
-}
-
-/// At least one digit behind the point, at most three; what would vanish like that is written with its exponent.
-fn short(number: f64) -> String {
-    if number != 0.0 && number.abs() < 5e-4 {
-        return format!("{number:e}");
-    }
-    let text = format!("{number:.3}");
-    let text = text.trim_end_matches('0');
-    if text.ends_with('.') { format!("{text}0") } else { text.into() }
 }
 
 impl Experiment {
@@ -185,19 +146,19 @@ fn same(a: &Value, b: &Value) -> bool {
 
 fn runs_of(machine: Machine, origin: &Origin, slug: &str, wanted: &[&str]) -> Result<Vec<RunPlan>, Error> {
     let machine = Arc::new(machine);
-    let steps = machine.reference.steps_deg.iter().copied().map(Motion::Step);
-    let trajectories = machine.reference.trajectories.iter().cloned().map(Motion::Trajectory);
-    let asked = |key: &'static str| move |(i, motion): (usize, Motion)| (format!("{key}[{i}]"), motion);
-    let motions: Vec<(String, Motion)> = steps
+    let steps = machine.reference.steps_deg.iter().copied().map(Task::Step);
+    let trajectories = machine.reference.trajectories.iter().cloned().map(Task::Trajectory);
+    let asked = |key: &'static str| move |(i, task): (usize, Task)| (format!("{key}[{i}]"), task);
+    let tasks: Vec<(String, Task)> = steps
         .enumerate()
         .map(asked("reference.steps_deg"))
         .chain(trajectories.enumerate().map(asked("reference.trajectories")))
         .collect();
     let mut runs = Vec::new();
-    let mut add = |controller: Option<&str>, asked_by: String, motion: Motion| {
+    let mut add = |controller: Option<&str>, asked_by: String, task: Task| {
         let driven_by = controller.unwrap_or("ramp");
-        let motion_slug = motion.slug();
-        let mut label = vec![driven_by, &motion_slug];
+        let task_slug = task.slug();
+        let mut label = vec![driven_by, &task_slug];
         label.extend(slugs(slug, &machine, controller.is_some()));
         runs.push(RunPlan {
             label: label.join("/"),
@@ -205,27 +166,26 @@ fn runs_of(machine: Machine, origin: &Origin, slug: &str, wanted: &[&str]) -> Re
             asked_by,
             machine: machine.clone(),
             controller: controller.map(str::to_owned),
-            motion,
+            task,
             variant: slug.into(),
         });
     };
     let names = controllers(&machine, origin, wanted)?;
-    if names.is_empty() && !motions.is_empty() {
+    if names.is_empty() && !tasks.is_empty() {
         let origin = origin.of("loop.controller");
         return Err(Error::Input(format!(
             "{origin}: `loop.controller` is empty; allowed is at least one name"
         )));
     }
     for name in names {
-        for (asked_by, motion) in &motions {
-            add(Some(name), asked_by.clone(), motion.clone());
+        for (asked_by, task) in &tasks {
+            add(Some(name), asked_by.clone(), task.clone());
         }
     }
     let rates = machine.identification.iter().flat_map(|ramps| &ramps.ramp_rates_v_per_s).copied();
-    for (asked_by, motion) in
-        rates.map(Motion::Ramp).enumerate().map(asked("identification.ramp_rates_v_per_s"))
+    for (asked_by, task) in rates.map(Task::Ramp).enumerate().map(asked("identification.ramp_rates_v_per_s"))
     {
-        add(None, asked_by, motion);
+        add(None, asked_by, task);
     }
     Ok(runs)
 }
@@ -273,7 +233,7 @@ fn affordable(origin: &Origin, runs: &[RunPlan]) -> Result<(), Error> {
     const WITHIN: f64 = 0.999;
     let samples = |run: &RunPlan| run.longest_s() / run.machine.sampling.sample_time_s();
     let (ramps, loops): (Vec<&RunPlan>, Vec<&RunPlan>) =
-        runs.iter().partition(|run| matches!(run.motion, Motion::Ramp(_)));
+        runs.iter().partition(|run| matches!(run.task, Task::Ramp(_)));
     let total: f64 = loops.iter().map(|run| samples(run)).sum();
     if total > MAX_SAMPLES {
         let longest_s = loops.iter().map(|run| run.longest_s()).fold(0.0, f64::max);

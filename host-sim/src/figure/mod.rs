@@ -5,6 +5,7 @@
 
 #[cfg(feature = "figures")]
 mod draw;
+mod files;
 #[cfg(feature = "figures")]
 mod inline;
 pub mod logged;
@@ -20,6 +21,7 @@ mod thin;
 
 use std::fmt;
 
+pub use files::{prepare_figures, write_figures};
 pub use results::{NamedFigure, figures};
 
 /// What a curve stands for; colour, weight and dashes follow from it.

@@ -3,8 +3,8 @@
 use std::path::Path;
 
 use super::run::LabResult;
-use super::setup::{FigureSource, Setup};
 use crate::figure::{Figure, Line, NamedFigure, Panel, Style};
+use crate::setup::{FigureSource, Setup};
 
 /// Roles of the bodies' curves.
 const BODIES: [Style; 3] = [Style::Primary, Style::Second, Style::Third];

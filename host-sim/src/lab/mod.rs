@@ -12,10 +12,9 @@ pub mod output;
 mod plan;
 mod recorder;
 mod run;
-mod setup;
 
+pub use crate::setup::{Kind, Model, Setup, SolverName};
 pub use figure::figures;
 pub use plan::{LabPlan, plan};
 pub use recorder::{Metrics, Row};
 pub use run::{LabResult, run, run_all};
-pub use setup::{Kind, Model, Setup, SolverName};

@@ -2,9 +2,9 @@
 
 use super::build::AnyMechanism;
 use super::plan::LabPlan;
-use super::setup::{Model, ModelTable, name_of};
 use crate::error::{Error, rounded, suggestion_or_all};
 use crate::friction::{Coulomb, Dahl, ElasticCoulomb, LuGre, MaxwellSlip, ResetIntegrator, Stribeck, Tanh};
+use crate::setup::{Model, ModelTable, name_of};
 
 const ABOVE_ZERO: &str = "a number above 0";
 const NOT_BELOW_ZERO: &str = "a number not below 0";

@@ -2,9 +2,9 @@
 
 use std::sync::Arc;
 
-use super::setup::{Model, Setup, SolverName, name_of};
+use crate::document::{Document, Origin};
 use crate::error::{Error, rounded, shown};
-use crate::experiment::{Document, Origin};
+use crate::setup::{Model, Setup, SolverName, name_of};
 use crate::solver::banded::Coupling;
 
 /// Steps of a fixed-step solver, and a guess at those of the exact one: minutes.

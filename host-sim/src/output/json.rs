@@ -5,7 +5,7 @@ use std::borrow::Cow;
 use serde::Serialize;
 use serde_json::{Value, json};
 
-use crate::experiment::{Experiment, Motion, RunPlan};
+use crate::experiment::{Experiment, RunPlan, Task};
 use crate::run::{RunResult, Tripped};
 use crate::solver::EventKind;
 
@@ -90,10 +90,10 @@ fn parameters(plan: &RunPlan) -> Value {
     let controller = plan.controller.as_ref().and_then(|name| machine.controller.get(name));
     let mut run = machine.run.clone();
     run.duration_s.get_or_insert(plan.duration_s());
-    let reference = match &plan.motion {
-        Motion::Step(step_deg) => json!({ "step_deg": step_deg }),
-        Motion::Trajectory(trajectory) => json!(trajectory),
-        Motion::Ramp(rate) => {
+    let reference = match &plan.task {
+        Task::Step(step_deg) => json!({ "step_deg": step_deg }),
+        Task::Trajectory(trajectory) => json!(trajectory),
+        Task::Ramp(rate) => {
             json!({ "ramp_rate_v_per_s": rate, "hold_s": machine.identification.as_ref().map(|ramps| ramps.hold_s) })
         }
     };

@@ -2,12 +2,10 @@
 
 mod cell;
 pub mod csv;
-mod drawn;
 mod file;
 pub mod json;
 pub mod series;
 pub mod table;
 
 pub use cell::Cell;
-pub use drawn::{prepare_figures, write_figures};
 pub use file::{prepare_directory, write_whole};

@@ -1,15 +1,15 @@
-//! Figures as files.
+//! Figures as files: SVG and PNG.
 
 use std::path::Path;
 
 #[cfg(feature = "figures")]
 use rayon::prelude::*;
 
-use super::prepare_directory;
-#[cfg(feature = "figures")]
-use super::write_whole;
+use super::NamedFigure;
 use crate::error::Error;
-use crate::figure::NamedFigure;
+use crate::output::prepare_directory;
+#[cfg(feature = "figures")]
+use crate::output::write_whole;
 
 /// Makes the directory for figures: what would keep them from being written is found out before the work is done.
 ///
@@ -47,8 +47,7 @@ pub fn write_figures(directory: &Path, figures: &[NamedFigure]) -> Result<(), Er
     let drawn: Vec<(String, Vec<u8>)> = figures
         .par_iter()
         .map(|named| {
-            draw(named)
-                .map_err(|error: crate::figure::Error| Error::Figure(format!("`{}`: {error}", named.stem)))
+            draw(named).map_err(|error: super::Error| Error::Figure(format!("`{}`: {error}", named.stem)))
         })
         .collect::<Result<_, _>>()?;
     for (named, (svg, png)) in figures.iter().zip(&drawn) {
