@@ -21,7 +21,7 @@ use diffsol::{NalgebraMat, OdeBuilder, OdeSolverMethod, OdeSolverStopReason};
 use host_sim::figure::{Figure, Line, Panel, Style};
 use host_sim::friction::Coulomb;
 use host_sim::mechanism::{Mechanism, Pendulum, Pull, SpringMass, TwoLinkArm};
-use host_sim::solver::located;
+use host_sim::solver::event_driven;
 use host_sim::solver::modes::{Mode, accelerations, decide};
 use host_sim::solver::state::BodyEvent;
 
@@ -81,7 +81,7 @@ fn arm() -> Case<2, TwoLinkArm> {
 
 fn exact<const N: usize, M: Mechanism<N>>(case: &Case<N, M>, tolerance: f64) -> Vec<f64> {
     let mut events: Vec<BodyEvent> = Vec::with_capacity(16);
-    located::run(&case.mechanism, &case.friction, tolerance, DURATION_S, &mut events).unwrap();
+    event_driven::run(&case.mechanism, &case.friction, tolerance, DURATION_S, &mut events).unwrap();
     events.iter().map(|event| event.time_s).collect()
 }
 

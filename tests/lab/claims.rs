@@ -5,7 +5,7 @@ use std::ops::Range;
 use host_sim::solver::EventKind::Break;
 use host_sim::solver::banded::{Banded, Coupling};
 use host_sim::solver::dynamics::{Dynamics, SingleValuedDynamics};
-use host_sim::solver::fixed;
+use host_sim::solver::fixed_step;
 use host_sim::solver::state::{BodyEvent, Observer, Sample};
 use host_sim::solver::step_doubling::{self, Accuracy};
 
@@ -33,7 +33,7 @@ fn both_models_climb_the_same_staircase() {
 
 fn stepped<D: Dynamics<2, 0>>(mut dynamics: D, step_s: f64) -> (Everything<2>, [f64; 2]) {
     let mut everything = Everything::default();
-    let finish = fixed::run(&mut dynamics, step_s, 5.0, &mut everything).unwrap();
+    let finish = fixed_step::run(&mut dynamics, step_s, 5.0, &mut everything).unwrap();
     (everything, finish.q)
 }
 

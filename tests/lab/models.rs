@@ -8,7 +8,7 @@ use host_sim::friction::{
 use host_sim::mechanism::{Mechanism, Terms};
 use host_sim::solver::dynamics::SingleValuedDynamics;
 use host_sim::solver::state::BodyEvent;
-use host_sim::solver::{fixed, nonsmooth};
+use host_sim::solver::{fixed_step, nonsmooth};
 
 use super::common::{SPRING_MASS, SPRING_MASS_LEVELS};
 
@@ -191,14 +191,14 @@ fn under_a_ripple_below_break_away_lugre_drifts_and_elastic_coulomb_does_not() {
     let expected = cycles * 1e-5 * -(1.0 - 0.81_f64).ln();
     let mut dynamics = SingleValuedDynamics { mechanism: &ripple, friction: [lugre] };
     let quiet = || -> Vec<BodyEvent> { Vec::new() };
-    let by_rates = fixed::run(&mut dynamics, h, duration_s, &mut quiet()).unwrap().q[0];
+    let by_rates = fixed_step::run(&mut dynamics, h, duration_s, &mut quiet()).unwrap().q[0];
     let by_steps = nonsmooth::run_implicit(&ripple, &[lugre], h, duration_s, &mut quiet()).unwrap().q[0];
     // Backward Euler's own error is of the order of the step.
     for (drift, tolerance) in [(by_rates, 5e-4), (by_steps, 5e-3)] {
         assert!((drift / expected - 1.0).abs() < tolerance, "{drift:e}, not {expected:e}");
     }
     let mut dynamics = SingleValuedDynamics { mechanism: &ripple, friction: [elastic] };
-    let by_rates = fixed::run(&mut dynamics, h, duration_s, &mut quiet()).unwrap().q[0];
+    let by_rates = fixed_step::run(&mut dynamics, h, duration_s, &mut quiet()).unwrap().q[0];
     let by_steps = nonsmooth::run_implicit(&ripple, &[elastic], h, duration_s, &mut quiet()).unwrap().q[0];
     for drift in [by_rates, by_steps] {
         assert!(drift.abs() < 1e-9, "{drift:e}");
@@ -222,7 +222,7 @@ fn tanh_creeps_under_a_load_at_the_closed_form_s_speed() {
         let expected = 1e-4 * f64::atanh(part);
         let mut dynamics = SingleValuedDynamics { mechanism: &load, friction: [model] };
         let mut quiet = Vec::<BodyEvent>::new();
-        let by_rates = fixed::run(&mut dynamics, 1e-5, 0.1, &mut quiet).unwrap().v[0];
+        let by_rates = fixed_step::run(&mut dynamics, 1e-5, 0.1, &mut quiet).unwrap().v[0];
         let by_steps = nonsmooth::run_implicit(&load, &[model], 1e-3, 0.1, &mut quiet).unwrap().v[0];
         for v in [by_rates, by_steps] {
             assert!((v / expected - 1.0).abs() < 1e-6, "{v:e}, not {expected:e}");

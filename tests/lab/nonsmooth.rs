@@ -7,7 +7,7 @@ use host_sim::friction::{
 use host_sim::mechanism::{Mechanism, Pendulum};
 use host_sim::solver::dynamics::SingleValuedDynamics;
 use host_sim::solver::state::{BodyEvent, Finish, Observer, Sample};
-use host_sim::solver::{fixed, located, nonsmooth};
+use host_sim::solver::{event_driven, fixed_step, nonsmooth};
 
 use super::common::{
     ARM, ARM_LEVELS, COUPLED, COUPLED_LEVELS, INDEPENDENT_LEVELS, PENDULUM, PENDULUM_LEVELS, SPRING_MASS,
@@ -135,7 +135,7 @@ fn with_stribeck_friction_the_error_falls_like_the_step_too() {
     let friction =
         [Stribeck { speed: 0.2, viscous: 0.05, ..Stribeck::by_rules(PENDULUM_LEVELS[0], 1e-5, 1.0) }];
     let mut events = quiet();
-    let reference = located::run(&PENDULUM, &friction, 1e-11, 5.0, &mut events).unwrap();
+    let reference = event_driven::run(&PENDULUM, &friction, 1e-11, 5.0, &mut events).unwrap();
     assert!(events.len() > 2 && reference.v == [0.0], "{events:?}");
     let order = order(1.25e-4, 4, |h| distance(&stepped(&PENDULUM, &friction, h, 5.0).1.q, &reference.q));
     assert!((0.9..1.1).contains(&order), "order {order}");
@@ -146,7 +146,7 @@ fn with_stribeck_friction_the_error_falls_like_the_step_too() {
 fn implicit_steps_of_every_model_converge_to_the_differential_equation() {
     fn of<const Z: usize, F: Implicit<Z> + Copy>(name: &str, friction: F, reference_s: f64) {
         let mut dynamics = SingleValuedDynamics { mechanism: &PENDULUM, friction: [friction] };
-        let reference = fixed::run(&mut dynamics, reference_s, 1.5, &mut quiet()).unwrap();
+        let reference = fixed_step::run(&mut dynamics, reference_s, 1.5, &mut quiet()).unwrap();
         let order = order(1e-3, 5, |h| {
             let end = nonsmooth::run_implicit(&PENDULUM, &[friction], h, 1.5, &mut quiet()).unwrap();
             distance(&end.q, &reference.q)

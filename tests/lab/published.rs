@@ -2,7 +2,7 @@
 
 use host_sim::mechanism::{Pull, SpringMass};
 use host_sim::solver::EventKind::{self, Break, Reverse, Stick};
-use host_sim::solver::located;
+use host_sim::solver::event_driven;
 
 use super::common::{
     ARM, ARM_LEVELS, Everything, PENDULUM, PENDULUM_LEVELS, SPRING_MASS, SPRING_MASS_LEVELS, assert_events,
@@ -105,7 +105,7 @@ fn the_arm_sticks_and_slips_as_the_simultaneous_decision_has_it() {
 #[test]
 fn at_the_start_joint_1_is_held_by_the_motion_of_joint_2() {
     let mut run = Everything::default();
-    located::run(&ARM, &ARM_LEVELS, 1e-10, 0.1, &mut run).unwrap();
+    event_driven::run(&ARM, &ARM_LEVELS, 1e-10, 0.1, &mut run).unwrap();
     let begun = run.samples.iter().rfind(|s| s.time_s == 0.0).unwrap();
     assert_eq!((begun.slip, begun.v, begun.a[0]), ([0, 1], [0.0; 2], 0.0));
     assert!((begun.friction[0] + 0.08).abs() < 1e-15 && begun.friction[1] == 0.06, "{begun:?}");

@@ -4,7 +4,7 @@ use host_sim::friction::ResetIntegrator;
 use host_sim::mechanism::Shape;
 use host_sim::solver::EventKind::{Break, Reverse, Stick};
 use host_sim::solver::dynamics::SingleValuedDynamics;
-use host_sim::solver::fixed;
+use host_sim::solver::fixed_step;
 use host_sim::solver::state::Sample;
 
 use super::common::{
@@ -32,7 +32,7 @@ fn the_peaks_are_uniform_and_known() {
     let located = peaks(&followed(&SPRING_MASS, &ON_SPRING, 5.0));
     let mut stepped = Everything::default();
     let mut dynamics = SingleValuedDynamics { mechanism: &SPRING_MASS, friction: ON_SPRING };
-    fixed::run(&mut dynamics, 1e-5, 5.0, &mut stepped).unwrap();
+    fixed_step::run(&mut dynamics, 1e-5, 5.0, &mut stepped).unwrap();
     let stepped = peaks(&stepped);
     // Six stays between seven breaks, the one before the first and the one after the last.
     assert!(located.len() >= 7 && stepped.len() >= 7, "{located:?} {stepped:?}");
@@ -95,7 +95,7 @@ fn static_friction_exceeds_dynamic_at_the_first_two_stops_with_karnopp_and_at_al
     let located = followed(&PENDULUM, &OF_PENDULUM, 5.0);
     let mut stepped = Everything::default();
     let mut dynamics = SingleValuedDynamics { mechanism: &PENDULUM, friction: OF_PENDULUM };
-    fixed::run(&mut dynamics, 5e-6, 5.0, &mut stepped).unwrap();
+    fixed_step::run(&mut dynamics, 5e-6, 5.0, &mut stepped).unwrap();
     for run in [located, stepped] {
         let stops: Vec<f64> = run.events.iter().filter(|e| e.kind == Stick).map(|e| e.time_s).collect();
         assert_eq!(stops.len(), 3, "{stops:?}");

@@ -7,7 +7,7 @@ use stiction::{Course, Motion, identification};
 use super::plan::{MAX_RAMP_SAMPLES, MAX_SAMPLES, RunPlan};
 use super::task::Task;
 use crate::error::{Error, rounded, shown};
-use crate::identification::Ramp;
+use crate::identification::RampTest;
 use crate::machine::{Machine, Trajectory};
 
 /// Two positions that are this far apart still differ by less than 2^31 counts.
@@ -34,7 +34,7 @@ impl RunPlan {
     ///
     /// # Errors
     /// Names the rate or the hold if the ramp would take no time or too long.
-    pub fn ramp(&self, rate: f64) -> Result<Ramp, Error> {
+    pub fn ramp(&self, rate: f64) -> Result<RampTest, Error> {
         let Machine { sampling, drive, identification, run, .. } = &*self.machine;
         if let Some(duration_s) = run.duration_s {
             self.above_zero("run.duration_s", duration_s)?;
@@ -56,7 +56,7 @@ impl RunPlan {
             drive.full_scale_v() as f32,
         );
         let core = core.map_err(|error| self.explain(&error))?;
-        Ok(Ramp { core, rate, hold_s, sample_time_s: sampling.sample_time_s() })
+        Ok(RampTest { core, rate, hold_s, sample_time_s: sampling.sample_time_s() })
     }
 
     /// The motion as a device is told it: in counts from where it is armed, in single precision.

@@ -16,7 +16,7 @@ use crate::solver::banded::Banded;
 use crate::solver::dynamics::{Dynamics, SingleValuedDynamics};
 use crate::solver::state::{BodyEvent, Finish, Observer};
 use crate::solver::step_doubling::Accuracy;
-use crate::solver::{Trouble, fixed, located, nonsmooth, pieces, step_doubling};
+use crate::solver::{Trouble, event_driven, fixed_step, nonsmooth, piecewise_smooth, step_doubling};
 
 /// Evaluations of `rk4-adaptive` before it is given up: minutes.
 const MAX_EVALUATIONS: u64 = 1_000_000_000;
@@ -128,7 +128,7 @@ impl<const N: usize, O: Observer<N>> Case<'_, N, O> {
                 nonsmooth::run(self.mechanism, friction, run.step_s, run.duration_s, self.observer)
             }
             // The others have been refused.
-            _ => located::run(self.mechanism, friction, run.tolerance, run.duration_s, self.observer),
+            _ => event_driven::run(self.mechanism, friction, run.tolerance, run.duration_s, self.observer),
         }
     }
 
@@ -149,7 +149,7 @@ impl<const N: usize, O: Observer<N>> Case<'_, N, O> {
         let run = &self.plan.setup.run;
         match run.solver {
             SolverName::Exact => {
-                pieces::run(self.mechanism, &friction, run.tolerance, run.duration_s, self.observer)
+                piecewise_smooth::run(self.mechanism, &friction, run.tolerance, run.duration_s, self.observer)
             }
             _ => {
                 let mut dynamics = SingleValuedDynamics { mechanism: self.mechanism, friction };
@@ -165,7 +165,7 @@ impl<const N: usize, O: Observer<N>> Case<'_, N, O> {
                 let accuracy = Accuracy { eps: run.eps, max_evaluations: MAX_EVALUATIONS };
                 step_doubling::run(dynamics, accuracy, run.duration_s, self.observer)
             }
-            _ => fixed::run(dynamics, run.step_s, run.duration_s, self.observer),
+            _ => fixed_step::run(dynamics, run.step_s, run.duration_s, self.observer),
         }
     }
 }

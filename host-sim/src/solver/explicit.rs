@@ -2,10 +2,10 @@
 // One index goes through several arrays of bodies at once.
 #![allow(clippy::needless_range_loop)]
 
-use super::between::state_between;
+use super::dense_output::state_between;
 use super::dynamics::{Dynamics, Rates};
 use super::state::{BodyEvent, Finish, Observer, Sample, State};
-use super::storm::Storm;
+use super::zeno_guard::ZenoGuard;
 use super::{EventKind, Trouble};
 
 /// The classical Runge-Kutta step of order 4 from a state whose rates are known. `last_s` is the last instant of the
@@ -35,7 +35,7 @@ pub(super) struct Progress<const N: usize, const Z: usize> {
     pub evaluations: u64,
     pub steps: u64,
     slip: [i8; N],
-    storm: Storm,
+    zeno_guard: ZenoGuard,
 }
 
 impl<const N: usize, const Z: usize> Progress<N, Z> {
@@ -43,8 +43,8 @@ impl<const N: usize, const Z: usize> Progress<N, Z> {
         let state = dynamics.start();
         let rates = dynamics.evaluate(0.0, &state);
         let slip = dynamics.slip(&state);
-        let storm = Storm::new(duration_s);
-        let progress = Self { t: 0.0, state, rates, evaluations: 1, steps: 0, slip, storm };
+        let zeno_guard = ZenoGuard::new(duration_s);
+        let progress = Self { t: 0.0, state, rates, evaluations: 1, steps: 0, slip, zeno_guard };
         progress.sample(observer);
         progress
     }
@@ -76,7 +76,7 @@ impl<const N: usize, const Z: usize> Progress<N, Z> {
                 _ => EventKind::Reverse,
             };
             observer.event(BodyEvent { time_s: t, body, kind });
-            self.storm.count(t).map_err(|what| self.trouble(what))?;
+            self.zeno_guard.count(t).map_err(|what| self.trouble(what))?;
         }
         self.slip = slip;
         self.sample(observer);

@@ -23,7 +23,7 @@ mod monotone;
 mod set_valued;
 
 use super::state::{BodyEvent, Finish, Observer, Sample};
-use super::storm::Storm;
+use super::zeno_guard::ZenoGuard;
 use super::{EventKind, Trouble};
 use crate::friction::{Implicit, SetValued};
 use crate::mechanism::Mechanism;
@@ -120,13 +120,14 @@ struct Run<'a, const N: usize, M: ?Sized, L, O> {
     slip: [i8; N],
     evaluations: u64,
     steps: u64,
-    storm: Storm,
+    zeno_guard: ZenoGuard,
 }
 
 impl<'a, const N: usize, M: Mechanism<N> + ?Sized, L: Law<N>, O: Observer<N>> Run<'a, N, M, L, O> {
     fn new(mechanism: &'a M, law: L, duration_s: f64, observer: &'a mut O) -> Self {
-        let (q, slip, storm) = (mechanism.start(), law.slip(), Storm::new(duration_s));
-        Self { mechanism, law, observer, t: 0.0, q, v: [0.0; N], slip, evaluations: 0, steps: 0, storm }
+        let (q, slip) = (mechanism.start(), law.slip());
+        let zeno_guard = ZenoGuard::new(duration_s);
+        Self { mechanism, law, observer, t: 0.0, q, v: [0.0; N], slip, evaluations: 0, steps: 0, zeno_guard }
     }
 
     fn finished(mut self, step_s: f64, duration_s: f64) -> Result<Finish<N>, Trouble> {
@@ -195,7 +196,7 @@ impl<'a, const N: usize, M: Mechanism<N> + ?Sized, L: Law<N>, O: Observer<N>> Ru
                 _ => EventKind::Reverse,
             };
             self.observer.event(BodyEvent { time_s: t_end, body, kind });
-            self.storm.count(t_end).map_err(|what| self.trouble(&what, step.h))?;
+            self.zeno_guard.count(t_end).map_err(|what| self.trouble(&what, step.h))?;
         }
         self.slip = slip;
         self.sample(a, friction);

@@ -4,7 +4,7 @@
 //! is taken as a polynomial through five values over a stretch that is halved until two more values agree with it.
 
 use super::super::modes::{Mode, accelerations};
-use super::super::roots::{Quartic, first_fall, slope, through, value};
+use super::super::roots::{Quartic, first_falling_zero, slope, through, value};
 use super::super::state::{Observer, Sample};
 use super::{BEYOND, Run, Trouble};
 use crate::friction::SetValued;
@@ -97,7 +97,7 @@ where
             for sign in [1_i8, -1] {
                 let mut left = reaction.map(|c| -f64::from(sign) * c);
                 left[0] += self.friction[body].stick();
-                if let Some(part) = first_fall(&left)
+                if let Some(part) = first_falling_zero(&left)
                     && first.is_none_or(|(earliest, ..)| part < earliest)
                 {
                     first = Some((part, body, sign));
