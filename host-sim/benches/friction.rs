@@ -1,13 +1,15 @@
-//! The exact solver of the friction lab against `diffsol`'s `tsit45` with root finding, on the thesis's one-dof
-//! spring-mass, one-dof and two-dof manipulators (Tables 1-2, 7-8, 10-11).
+//! The exact solver of the friction lab against `diffsol`'s `tsit45` with root finding, on the
+//! thesis's one-dof spring-mass, one-dof and two-dof manipulators (Tables 1-2, 7-8, 10-11).
 //!
-//! Both follow the same modes, decided by the same function at events; what differs is integration and root
-//! finding. `diffsol` keeps its problem from run to run and gets a new solver for each; its absolute tolerance is the
-//! relative one times the largest value of each component, which is what the exact solver's tolerance means. An error
-//! is the largest of those of the event times, against closed forms or an independent simulation, over 5 s.
+//! Both follow the same modes, decided by the same function at events; what differs is integration
+//! and root finding. `diffsol` keeps its problem from run to run and gets a new solver for each;
+//! its absolute tolerance is the relative one times the largest value of each component, which is
+//! what the exact solver's tolerance means. An error is the largest of those of the event times,
+//! against closed forms or an independent simulation, over 5 s.
 //!
-//! `cargo bench --ignore-rust-version --package host-sim --features diffsol --bench friction` prints the error of both at
-//! tolerances from 1e-4 to 1e-12 beside the time of a run, and draws them (work-precision) into `target/friction-bench`.
+//! `cargo bench --ignore-rust-version --package host-sim --features diffsol --bench friction`
+//! prints the error of both at tolerances from 1e-4 to 1e-12 beside the time of a run, and draws
+//! them (work-precision) into `target/friction-bench`.
 #![allow(missing_docs, clippy::unwrap_used)]
 
 use std::cell::Cell;

@@ -1,8 +1,9 @@
-//! The thesis's control benchmark (section 3.3.1) on one table: which controller does best on a joint.
+//! The thesis's control benchmark (section 3.3.1) on one table: which controller does best on a
+//! joint.
 //!
-//! Every controller takes the joint through the same steps and trajectories; each is judged by its worst run. Steps are
-//! run once as the file says and once for 120 s: hunting is slow, and a controller that looks at rest after 10 s
-//! may have been waiting for its integral.
+//! Every controller takes the joint through the same steps and trajectories; each is judged by its
+//! worst run. Steps are run once as the file says and once for 120 s: hunting is slow, and a
+//! controller that looks at rest after 10 s may have been waiting for its integral.
 
 use serde::Serialize;
 
@@ -30,7 +31,8 @@ pub struct Score {
     pub chatter_v_per_s: Option<f64>,
     /// Largest peak-to-peak of a step watched for 120 s; zero if none hunts.
     pub hunting_counts: Option<f64>,
-    /// Whether any of its runs is unstable or diverged: then its other values say little, and it is ranked last.
+    /// Whether any of its runs is unstable or diverged: then its other values say little, and it is
+    /// ranked last.
     pub unstable: bool,
     /// Mean of its places in the six columns: 1 is the best in every one.
     pub mean_place: f64,
@@ -45,7 +47,8 @@ pub struct Benchmark {
     pub results: Vec<Vec<RunResult>>,
 }
 
-/// Runs the benchmark on documents that name the same controllers; variants other than the plain one are left out.
+/// Runs the benchmark on documents that name the same controllers; variants other than the plain
+/// one are left out.
 ///
 /// # Errors
 /// Says what is wrong with a document.
@@ -108,8 +111,8 @@ fn score(controller: &str, results: &[&RunResult], watched: &[RunResult]) -> Sco
     }
 }
 
-/// Gives each row the mean of its places, and sorts by it. Equal values share the better place; a missing one is last,
-/// and so is every value of an unstable controller.
+/// Gives each row the mean of its places, and sorts by it. Equal values share the better place; a
+/// missing one is last, and so is every value of an unstable controller.
 fn rank(scores: &mut [Score]) {
     let columns: [fn(&Score) -> Option<f64>; 6] = [
         |score| score.rest_error_counts,
@@ -197,7 +200,8 @@ mod tests {
         assert_eq!(benchmark.results.iter().flatten().count(), 7 * 5);
         assert_eq!(benchmark.scores.first().unwrap().controller, "srnf");
         let pd = benchmark.scores.iter().find(|score| score.controller == "pd").unwrap();
-        // Section 3.3.2 and the closed forms: rests within Ts/Kp, never settles, does not hunt, trails by 0.48 deg.
+        // Section 3.3.2 and the closed forms: rests within Ts/Kp, never settles, does not hunt,
+        // trails by 0.48 deg.
         assert!((100.0..166.0).contains(&pd.rest_error_counts.unwrap()));
         assert_eq!((pd.settling_time_s, pd.hunting_counts), (None, Some(0.0)));
         assert!((0.43..0.50).contains(&pd.tracking_rms_deg.unwrap()));

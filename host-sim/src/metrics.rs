@@ -1,7 +1,7 @@
 //! What a run is judged by.
 //!
-//! Errors are the reference minus the *true* joint position, at the sampling instants. Keys are those of the
-//! JSON output; `None` is `null`.
+//! Errors are the reference minus the *true* joint position, at the sampling instants. Keys are
+//! those of the JSON output; `None` is `null`.
 
 use serde::Serialize;
 
@@ -12,8 +12,9 @@ use crate::machine::Trajectory;
 /// A joint that is this near its target counts as settled, deg.
 const SETTLED_DEG: f64 = 0.05;
 
-/// A turn counts as a reversal when the joint has come back by more than this, in counts. A stuck joint of the banded
-/// model coasts by up to 8e-4 counts in a sample of the thesis's axis: that is no motion.
+/// A turn counts as a reversal when the joint has come back by more than this, in counts. A stuck
+/// joint of the banded model coasts by up to 8e-4 counts in a sample of the thesis's axis: that is
+/// no motion.
 const REVERSAL_COUNTS: f64 = 0.01;
 
 /// Fewer reversals than these are a transient, not hunting.
@@ -90,8 +91,9 @@ impl Metrics {
     }
 }
 
-/// Whether a run is unstable: the error has exceeded ten times `span_deg` (the step, or how far a trajectory leads away
-/// from where the joint starts; zero: not asked), or the output is saturated with alternating sign for more than half of the last second.
+/// Whether a run is unstable: the error has exceeded ten times `span_deg` (the step, or how far a
+/// trajectory leads away from where the joint starts; zero: not asked), or the output is saturated
+/// with alternating sign for more than half of the last second.
 pub fn is_unstable(moments: &[Moment], span_deg: f64) -> bool {
     let Some(last) = moments.last() else { return false };
     let escaped = span_deg > 0.0 && moments.iter().any(|m| m.error_deg().abs() > 10.0 * span_deg);
@@ -162,7 +164,8 @@ fn settling_time(moments: &[Moment]) -> Option<f64> {
 
 /// Peak to peak (deg) and period (s), after `from_s`, of a joint that turns back and forth.
 fn hunting(moments: &[Moment], from_s: f64, resolution_deg: f64) -> Option<(f64, f64)> {
-    // Over the whole run: whether the first motion after `from_s` is a turn depends on the motion before it.
+    // Over the whole run: whether the first motion after `from_s` is a turn depends on the motion
+    // before it.
     let mut turns = reversals(moments, REVERSAL_COUNTS * resolution_deg);
     turns.retain(|turn_s| *turn_s >= from_s);
     if turns.len() < HUNTING_REVERSALS {
@@ -174,7 +177,8 @@ fn hunting(moments: &[Moment], from_s: f64, resolution_deg: f64) -> Option<(f64,
     Some((peak_to_peak, 2.0 * between))
 }
 
-/// When the joint began to move the other way: it had come back from its extreme by more than `hysteresis`.
+/// When the joint began to move the other way: it had come back from its extreme by more than
+/// `hysteresis`.
 fn reversals(moments: &[Moment], hysteresis: f64) -> Vec<f64> {
     let mut turns = Vec::new();
     let Some(first) = moments.first() else { return turns };

@@ -130,8 +130,8 @@ fn events_without_end_stop_every_solver_with_time_and_state() {
     told("nonsmooth", stepped.map(|_| ()), 0.39..0.41);
 }
 
-/// A force at rest that dips between the instants at which it is asked for its polynomial: there the polynomial reaches
-/// F_s, and the force does so only after the dip.
+/// A force at rest that dips between the instants at which it is asked for its polynomial: there
+/// the polynomial reaches F_s, and the force does so only after the dip.
 #[test]
 fn a_break_is_where_the_force_is_at_its_limit_and_not_where_a_polynomial_is() {
     let force = |t: f64| 0.1 + 0.3 * t - 0.3 * (-((t - 4.0 / 3.0) / 0.02).powi(2)).exp();
@@ -141,11 +141,16 @@ fn a_break_is_where_the_force_is_at_its_limit_and_not_where_a_polynomial_is() {
         if force(middle) < LEVELS[0].stick { low = middle } else { high = middle }
     }
     let events = exact(|t, _| force(t)).unwrap();
-    assert!((events[0].time_s - low).abs() < 1e-9 && low - 4.0 / 3.0 > 0.03, "{events:?}, not {low}");
+    assert!(
+        (events[0].time_s - low).abs() < 1e-9 && low - 4.0 / 3.0 > 0.03,
+        "{events:?}, not \
+        {low}"
+    );
 }
 
-/// Stribeck's curve falls five hundred thousand times a second here, where the ramp is slowest: a motion begins in nothing
-/// that the tolerance could tell. In the limit of that speed the friction is Coulomb's.
+/// Stribeck's curve falls five hundred thousand times a second here, where the ramp is slowest: a
+/// motion begins in nothing that the tolerance could tell. In the limit of that speed the friction
+/// is Coulomb's.
 #[test]
 fn a_steep_stribeck_curve_under_a_slow_ramp_goes_through() {
     let mechanism = SpringMass { pull: Pull::steady(1e-5), ..SPRING_MASS };
@@ -169,7 +174,8 @@ fn a_steep_stribeck_curve_under_a_slow_ramp_goes_through() {
 
 #[test]
 fn equal_static_and_dynamic_friction_break_away_once_and_stick_once() {
-    // A ramp and back: F = t up to 1 s, then 2 - t. Slip from 0.4 s; V = s^2/2 up to the top, zero where the areas agree.
+    // A ramp and back: F = t up to 1 s, then 2 - t. Slip from 0.4 s; V = s^2/2 up to the top, zero
+    // where the areas agree.
     let levels = [Coulomb { stick: 0.4, slip: 0.4 }];
     struct Ramp;
     impl Mechanism<1> for Ramp {

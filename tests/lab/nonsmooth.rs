@@ -1,5 +1,5 @@
-//! Time stepping without located events: against the exact solver, with its order of convergence measured, across
-//! events.
+//! Time stepping without located events: against the exact solver, with its order of convergence
+//! measured, across events.
 
 use host_sim::friction::{
     Coulomb, Dahl, ElasticCoulomb, Implicit, LuGre, MaxwellSlip, SetValued, Stribeck, Tanh,
@@ -63,7 +63,8 @@ fn the_error_falls_like_the_step_across_breaks_sticks_and_reversals() {
     of("independent blocks", &independent(), &INDEPENDENT_LEVELS, 0.7);
 }
 
-/// The coupled blocks break and stick within the same steps, and one reversal is a stick or not by a hair.
+/// The coupled blocks break and stick within the same steps, and one reversal is a stick or not by
+/// a hair.
 #[test]
 fn events_are_the_exact_solver_s_in_its_order() {
     fn of<const N: usize>(mechanism: &impl Mechanism<N>, levels: &[Coulomb; N], duration_s: f64) {
@@ -163,7 +164,8 @@ fn implicit_steps_of_every_model_converge_to_the_differential_equation() {
     of("maxwell-slip", MaxwellSlip::<4> { sliding, ..MaxwellSlip::by_rules(levels, range, mass) }, 1e-6);
 }
 
-/// With bristles a million times stiffer than an explicit step could follow, only Coulomb's friction is left.
+/// With bristles a million times stiffer than an explicit step could follow, only Coulomb's
+/// friction is left.
 #[test]
 fn no_bristle_is_too_stiff_for_a_step() {
     let levels = Coulomb { stick: 0.96, slip: 0.96 };

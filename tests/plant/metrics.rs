@@ -91,7 +91,8 @@ fn a_trajectory_is_judged_while_it_moves_and_cruises() {
         t if (7.0..=8.0).contains(&t) => -5.0,
         _ => -3.0,
     });
-    // Blends from 4 to 16 s; the cruise begins 2 s after the first corner and ends 0.5 s before the second.
+    // Blends from 4 to 16 s; the cruise begins 2 s after the first corner and ends 0.5 s before the
+    // second.
     let trajectory = Trajectory {
         corner_times_s: vec![5.0, 8.5, 15.0],
         corner_positions_deg: vec![0.0, 1.0, 1.0],

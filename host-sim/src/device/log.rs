@@ -1,7 +1,8 @@
-//! Samples as CSV, in the columns of `stiction run --csv`, as far as a device knows them, and in those of further signals.
+//! Samples as CSV, in the columns of `stiction run --csv`, as far as a device knows them, and in
+//! those of further signals.
 //!
-//! `position_deg` is that of the encoder, not the true one, and `stuck` is whether the regression says zero: a device
-//! sees no more.
+//! `position_deg` is that of the encoder, not the true one, and `stuck` is whether the regression
+//! says zero: a device sees no more.
 
 use stiction::link::Sample;
 
@@ -36,8 +37,8 @@ pub struct Log {
 }
 
 impl Log {
-    /// An empty log of a device's signals: the columns of a run, what was applied, the signals of the law in use, and
-    /// those in `more`.
+    /// An empty log of a device's signals: the columns of a run, what was applied, the signals of
+    /// the law in use, and those in `more`.
     ///
     /// # Errors
     /// Names a signal that the device does not have.

@@ -1,9 +1,11 @@
-//! Parameters of a device as a machine's file, so that they can be read, changed, pushed and simulated.
+//! Parameters of a device as a machine's file, so that they can be read, changed, pushed and
+//! simulated.
 //!
-//! The device's numbers are in single precision; a file has the shortest decimals that are read as the same ones.
-//! Guarantees: [`render`] gives a text that [`read`] turns into the same parameters, bit for bit, or says why there is
-//! none. Does badly: what no file can say (a motion that only holds, a ramp together with gains, a law twice) has no
-//! text. A device does not know its joint, so that of another machine has to be lent.
+//! The device's numbers are in single precision; a file has the shortest decimals that are read as
+//! the same ones. Guarantees: [`render`] gives a text that [`read`] turns into the same parameters,
+//! bit for bit, or says why there is none. Does badly: what no file can say (a motion that only
+//! holds, a ramp together with gains, a law twice) has no text. A device does not know its joint,
+//! so that of another machine has to be lent.
 
 use stiction::pd::PdGains;
 use stiction::position::Position;
@@ -47,7 +49,8 @@ pub fn render(parameters: &Parameters, joint: &Joint, whose: &str) -> Result<Str
         Err(error) => error.to_string().trim_start_matches([':', ' ']).to_owned(),
     };
     Err(Error::Device(format!(
-        "params: no machine's file says what this device runs ({why}); a name that does not end in .toml pulls its record"
+        "params: no machine's file says what this device runs ({why}); a name that does not end in \
+         .toml pulls its record"
     )))
 }
 

@@ -22,7 +22,8 @@ use crate::error::{Error, suggestion_or_all};
 use crate::machine::Machine;
 use crate::setup::Setup;
 
-/// A machine's file has a few kilobytes; a device or a recording that was given by mistake may have no end.
+/// A machine's file has a few kilobytes; a device or a recording that was given by mistake may have
+/// no end.
 const MAX_BYTES: u64 = 1 << 20;
 
 /// Longer names leave a table of 80 columns no room for its numbers.
@@ -40,8 +41,8 @@ pub struct Document {
 }
 
 impl Document {
-    /// Opens a built-in experiment by its name, or a file by its path (ending in `.toml` or holding a separator, or
-    /// any that exists and has no built-in's name).
+    /// Opens a built-in experiment by its name, or a file by its path (ending in `.toml` or holding
+    /// a separator, or any that exists and has no built-in's name).
     ///
     /// # Errors
     /// Says what is wrong with the name, the file or the TOML.
@@ -145,7 +146,8 @@ impl Document {
         })
     }
 
-    /// Names of controllers and variants become labels, parts of file names and the first column of tables.
+    /// Names of controllers and variants become labels, parts of file names and the first column of
+    /// tables.
     fn check_names(&self, machine: &Machine) -> Result<(), Error> {
         let allowed = |name: &str, also: &str| {
             let plain = |c: char| c.is_ascii_alphanumeric() || "-_".contains(c) || also.contains(c);

@@ -60,7 +60,8 @@ impl RunPlan {
         Ok(machine.sampling.core(config))
     }
 
-    /// The laws of this run's controller; none for a ramp. What is wrong with them has been told before.
+    /// The laws of this run's controller; none for a ramp. What is wrong with them has been told
+    /// before.
     pub(crate) fn laws_in_use(&self) -> Vec<Gains> {
         self.controller_config().map_or(vec![], |config| config.compensator.iter().copied().collect())
     }
@@ -72,14 +73,17 @@ impl RunPlan {
             Some(laws) => laws.clone(),
             None if name.is_empty() => vec![],
             None => vec![LawName::find(name).ok_or_else(|| {
-                let why =
-                    "a controller with a name of its own lists the laws that it adds to PD, as in [\"srnf\"]";
+                let why = "a controller with a name of its own lists the laws that it adds to PD, \
+                           as in [\"srnf\"]";
                 Error::Input(format!("{origin}: `{key}` is missing: {why}"))
             })?],
         };
         let twice = laws.iter().enumerate().find(|(i, law)| laws[..*i].contains(law));
         if let Some((i, _)) = twice {
-            return Err(Error::Input(format!("{origin}: `{key}[{i}]` names a law for the second time")));
+            return Err(Error::Input(format!(
+                "{origin}: `{key}[{i}]` names a law for the second \
+                time"
+            )));
         }
         if let Some((one, other, shared)) = sharing(&laws) {
             let why = format!("only one of them is allowed, since both take `{shared}`");

@@ -1,5 +1,5 @@
-//! What a controller board is told for a run: its parameters, validated as the board will do it, and
-//! the record of them for its flash.
+//! What a controller board is told for a run: its parameters, validated as the board will do it,
+//! and the record of them for its flash.
 
 use stiction::parameters::{DeviceConfig, ROOM};
 use stiction::{Limits, Parameters};
@@ -27,7 +27,8 @@ pub(crate) fn validate(parameters: &Parameters, plan: &RunPlan) -> Result<(), Er
     parameters.prepare(&STM32F405).map(|_| ()).map_err(|error| plan.explain(&error))
 }
 
-/// Everything that a board needs for this run, as it is written; only the loop and its motion are validated.
+/// Everything that a board needs for this run, as it is written; only the loop and its motion are
+/// validated.
 ///
 /// # Errors
 /// Names the key, what was found and what is allowed.
@@ -46,8 +47,9 @@ pub(crate) fn assembled(plan: &RunPlan) -> Result<Parameters, Error> {
 
 /// Both parameter sectors, each with the same record at its begin.
 ///
-/// What a board has saved since carries a sequence number that nobody here knows, and would win against a record that
-/// is written to one sector alone. Written over both, this is all that there is, and the next save follows it.
+/// What a board has saved since carries a sequence number that nobody here knows, and would win
+/// against a record that is written to one sector alone. Written over both, this is all that there
+/// is, and the next save follows it.
 ///
 /// # Errors
 /// As [`parameters()`].
@@ -123,7 +125,8 @@ mod tests {
         assert!(record(&rate("10"), "device.soft_start_s=0.5").is_ok());
         assert!(record(&rate("10.1"), "device.soft_start_s=0").is_ok());
         let message = record(&rate("10.1"), "device.soft_start_s=0.5").unwrap_err().to_string();
-        let expected = "`identification.ramp_rates_v_per_s[0]` is 10.1; allowed is a number from 0 to 10";
+        let expected = "`identification.ramp_rates_v_per_s[0]` is 10.1; allowed is a number from 0 \
+            to 10";
         assert!(message.contains(expected), "{message}");
     }
 }

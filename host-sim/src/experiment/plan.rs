@@ -50,7 +50,8 @@ pub struct RunPlan {
 }
 
 impl RunPlan {
-    /// What sets this run apart from another of the same controller and task: its variant, a sample of delay.
+    /// What sets this run apart from another of the same controller and task: its variant, a sample
+    /// of delay.
     pub fn slugs(&self) -> Vec<&str> {
         slugs(&self.variant, &self.machine, self.controller.is_some())
     }
@@ -62,13 +63,15 @@ fn slugs<'a>(variant: &'a str, machine: &Machine, sampled: bool) -> Vec<&'a str>
 }
 
 impl Experiment {
-    /// All runs of a document, for the controllers that are `wanted` or else those that the document names.
+    /// All runs of a document, for the controllers that are `wanted` or else those that the
+    /// document names.
     ///
-    /// `fixed` are keys that the user has set by hand: a variant that sets one of them otherwise is left out.
+    /// `fixed` are keys that the user has set by hand: a variant that sets one of them otherwise is
+    /// left out.
     ///
     /// # Errors
-    /// Names a controller that does not exist, a value that is not allowed in any of the runs, or a document without
-    /// anything to run.
+    /// Names a controller that does not exist, a value that is not allowed in any of the runs, or a
+    /// document without anything to run.
     pub fn plan(document: &Document, wanted: &[String], fixed: &[String]) -> Result<Self, Error> {
         let machine = document.machine()?;
         let wanted: Vec<&str> = wanted.iter().map(|name| name.trim()).collect();
@@ -83,7 +86,8 @@ impl Experiment {
             runs.extend(runs_of(machine, &origin, &variant.slug, &wanted)?);
         }
         if runs.is_empty() {
-            let all = "none of `reference.steps_deg`, `reference.trajectories`, `identification.ramp_rates_v_per_s`";
+            let all = "none of `reference.steps_deg`, `reference.trajectories`, \
+                `identification.ramp_rates_v_per_s`";
             let origin = document.origin.of("reference");
             return Err(Error::Input(format!(
                 "{origin}: there is nothing to run, because {all} has an entry"
@@ -207,7 +211,8 @@ fn controllers<'a>(machine: &'a Machine, origin: &Origin, wanted: &[&'a str]) ->
             (true, false) => {
                 let origin = origin.of("loop.controller");
                 format!(
-                    "{origin}: `loop.controller` names `{name}`, which has no table `[controller.{name}]`{near}"
+                    "{origin}: `loop.controller` names `{name}`, which has no table \
+                     `[controller.{name}]`{near}"
                 )
             }
             (false, true) => format!("--controller {}: `{name}` is there twice", wanted.join(",")),
@@ -239,7 +244,8 @@ fn affordable(origin: &Origin, runs: &[RunPlan]) -> Result<(), Error> {
         let longest_s = loops.iter().map(|run| run.longest_s()).fold(0.0, f64::max);
         let key = "run.duration_s";
         return Err(Error::Input(format!(
-            "{}: `{key}` is {}; allowed is a number up to {}: the {} runs may have {MAX_SAMPLES:e} samples in all",
+            "{}: `{key}` is {}; allowed is a number up to {}: the {} runs may have {MAX_SAMPLES:e} \
+             samples in all",
             origin.of(key),
             shown(longest_s),
             rounded(longest_s * MAX_SAMPLES / total * WITHIN),
@@ -250,7 +256,8 @@ fn affordable(origin: &Origin, runs: &[RunPlan]) -> Result<(), Error> {
     if total > MAX_RAMP_SAMPLES {
         let key = "identification.ramp_rates_v_per_s";
         return Err(Error::Input(format!(
-            "{}: the ramps of `{key}` may take {} samples; allowed are {MAX_RAMP_SAMPLES:e}: raise the rates",
+            "{}: the ramps of `{key}` may take {} samples; allowed are {MAX_RAMP_SAMPLES:e}: raise \
+             the rates",
             origin.of(key),
             rounded(total),
         )));
@@ -266,7 +273,8 @@ fn affordable(origin: &Origin, runs: &[RunPlan]) -> Result<(), Error> {
         let finest = by_steps().map(|run| run.machine.run.step_s).fold(f64::INFINITY, f64::min);
         let key = "run.step_s";
         return Err(Error::Input(format!(
-            "{}: `{key}` is {}; allowed is a number from {}: the {} s of all runs may take {MAX_STEPS:e} steps",
+            "{}: `{key}` is {}; allowed is a number from {}: the {} s of all runs may take \
+             {MAX_STEPS:e} steps",
             origin.of(key),
             shown(finest),
             rounded(total_s / MAX_STEPS / WITHIN),

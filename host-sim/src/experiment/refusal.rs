@@ -7,7 +7,8 @@ use super::task::Task;
 use crate::error::{Error, shown};
 
 impl RunPlan {
-    /// An error of the core with the value as it was written. The value's declaration says in which table it is.
+    /// An error of the core with the value as it was written. The value's declaration says in which
+    /// table it is.
     pub(crate) fn explain(&self, error: &stiction::Error) -> Error {
         let Some(about) = error.key.about() else { return Error::Input(error.to_string()) };
         let controller = self.controller.as_deref().unwrap_or_default();

@@ -41,7 +41,8 @@ impl Task {
     }
 }
 
-/// At least one digit behind the point, at most three; what would vanish like that is written with its exponent.
+/// At least one digit behind the point, at most three; what would vanish like that is written with
+/// its exponent.
 fn short(number: f64) -> String {
     if number != 0.0 && number.abs() < 5e-4 {
         return format!("{number:e}");

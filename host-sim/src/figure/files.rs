@@ -11,7 +11,8 @@ use crate::output::prepare_directory;
 #[cfg(feature = "figures")]
 use crate::output::write_whole;
 
-/// Makes the directory for figures: what would keep them from being written is found out before the work is done.
+/// Makes the directory for figures: what would keep them from being written is found out before the
+/// work is done.
 ///
 /// # Errors
 /// Names the path, or says that nothing here can draw.
@@ -29,7 +30,8 @@ pub fn write_figures(directory: &Path, _: &[NamedFigure]) -> Result<(), Error> {
     Err(crate::error::not_built(&option, "what draws them is", "figures"))
 }
 
-/// Pixels of the PNG for each unit of the SVG: 1800 pixels wide, 300 to the inch on a six inch column.
+/// Pixels of the PNG for each unit of the SVG: 1800 pixels wide, 300 to the inch on a six inch
+/// column.
 #[cfg(feature = "figures")]
 const SCALE: f32 = 2.0;
 

@@ -119,8 +119,8 @@ impl Figure {
         draw::svg(self, draw::Sheet::FILE)
     }
 
-    /// Draws the figure as an element of an HTML page, without a title. Its names begin with `id`, which no other
-    /// element of the page should have.
+    /// Draws the figure as an element of an HTML page, without a title. Its names begin with `id`,
+    /// which no other element of the page should have.
     #[cfg(feature = "figures")]
     pub fn to_inline_svg(&self, id: &str) -> Result<String, Error> {
         Ok(inline::element(&draw::svg(self, draw::Sheet::inline(id))?, &self.title))

@@ -1,8 +1,8 @@
 //! Which figures a set of runs makes, and what is in them.
 //!
-//! One figure for each result of the thesis's Figs. 26-59 and 63-67: displacements, errors and the breakdown of the
-//! control signal under each other. Where the thesis shows one result measured and simulated, this is one figure, and
-//! simulated.
+//! One figure for each result of the thesis's Figs. 26-59 and 63-67: displacements, errors and the
+//! breakdown of the control signal under each other. Where the thesis shows one result measured and
+//! simulated, this is one figure, and simulated.
 
 use std::path::Path;
 
@@ -28,8 +28,8 @@ pub struct NamedFigure {
     pub figure: Figure,
 }
 
-/// The figures of an experiment's results. `sources` tells which figures of the thesis they answer to; a run that
-/// diverged has none, since its last values fit no axis.
+/// The figures of an experiment's results. `sources` tells which figures of the thesis they answer
+/// to; a run that diverged has none, since its last values fit no axis.
 pub fn figures(experiment: &str, results: &[RunResult], sources: &[FigureSource]) -> Vec<NamedFigure> {
     let mut figures = Vec::new();
     // So that the figures of several experiments can lie in one directory.
@@ -141,7 +141,8 @@ fn errors(results: &[&RunResult]) -> Panel {
     Panel { y_range: widest(range), ..Panel::new("error (deg)", curves.collect()) }
 }
 
-/// v_PD, v_c and v of one run, each in its own panel: signals that chatter would hide each other in one.
+/// v_PD, v_c and v of one run, each in its own panel: signals that chatter would hide each other in
+/// one.
 fn breakdown(result: &RunResult, curve: &str) -> Vec<Panel> {
     type Signal = (&'static str, &'static str, Style, fn(&Moment) -> f64);
     let all: [Signal; 3] = [
@@ -188,8 +189,8 @@ fn points(result: &RunResult, of: impl Fn(&Moment) -> f64) -> Vec<(f64, f64)> {
     }
 }
 
-/// For a step: a symmetric range that shows what is left after the transient, at least `least` on either side. A
-/// trajectory has no transient that dwarfs the rest.
+/// For a step: a symmetric range that shows what is left after the transient, at least `least` on
+/// either side. A trajectory has no transient that dwarfs the rest.
 fn settled_range(result: &RunResult, of: impl Fn(&Moment) -> f64, least: f64) -> Option<(f64, f64)> {
     let (Task::Step(_), Trace::Loop(moments)) = (&result.plan.task, &result.trace) else { return None };
     let settled = moments.iter().filter(|m| m.time_s >= TRANSIENT_S).map(|m| of(m).abs());

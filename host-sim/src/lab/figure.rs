@@ -46,7 +46,10 @@ fn figure(result: &LabResult, setup: &Setup) -> Figure {
     ];
     let source = setup.figures.iter().find(|source| source.of == result.plan.model);
     let subtitle = match source {
-        Some(FigureSource { thesis, .. }) => format!("simulated; to compare with {thesis} of the thesis"),
+        Some(FigureSource { thesis, .. }) => format!(
+            "simulated; to compare with {thesis} of the \
+            thesis"
+        ),
         None => "simulated".into(),
     };
     let title = format!("{}: {}", setup.title, result.plan.label);

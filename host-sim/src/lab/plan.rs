@@ -38,7 +38,10 @@ pub fn plan(document: &Document) -> Result<Vec<LabPlan>, Error> {
     let models = &setup.run.friction;
     if models.is_empty() {
         let at = origin.of("run.friction");
-        return Err(Error::Input(format!("{at}: `run.friction` is empty; allowed is at least one model")));
+        return Err(Error::Input(format!(
+            "{at}: `run.friction` is empty; allowed is at least one \
+            model"
+        )));
     }
     let mut plans = Vec::new();
     for (i, model) in models.iter().enumerate() {
@@ -69,7 +72,8 @@ fn label(model: Model, setup: &Setup) -> String {
     label
 }
 
-/// What the file says, without the tables of other models, and with what it leaves to the defaults of `run`.
+/// What the file says, without the tables of other models, and with what it leaves to the defaults
+/// of `run`.
 fn parameters(document: &Document, model: Model, setup: &Setup) -> serde_json::Value {
     let table = |key: &str| serde_json::to_value(document.get(key)).unwrap_or_default();
     let (mut friction, own) = (table("friction"), name_of(&model));
@@ -99,20 +103,20 @@ impl LabPlan {
         };
         match (self.model, self.solver()) {
             (Model::Classical | Model::Karnopp | Model::Stribeck, Rk4 | Rk4Adaptive) => refuse(
-                "steps that locate nothing never meet the velocity zero at which it sticks; take `karnopp-banded`, or the \
-                 solver `exact` or `nonsmooth`",
+                "steps that locate nothing never meet the velocity zero at which it sticks; take \
+                 `karnopp-banded`, or the solver `exact` or `nonsmooth`",
             ),
             (Model::KarnoppBanded, Exact | Nonsmooth) => refuse(
-                "a body in its velocity band is neither at rest nor in motion, and there is no switch to locate; take \
-                 `karnopp`, or the solver `rk4` or `rk4-adaptive`",
+                "a body in its velocity band is neither at rest nor in motion, and there is no \
+                 switch to locate; take `karnopp`, or the solver `rk4` or `rk4-adaptive`",
             ),
             (Model::MaxwellSlip, Exact) => refuse(
-                "the rates of its elements jump where they begin to slip, and those instants are not located; take the \
-                 solver `nonsmooth`, `rk4` or `rk4-adaptive`",
+                "the rates of its elements jump where they begin to slip, and those instants are \
+                 not located; take the solver `nonsmooth`, `rk4` or `rk4-adaptive`",
             ),
             (Model::ResetIntegrator, Nonsmooth) => refuse(
-                "its friction drops at the end of its range, so that its implicit step has no single solution; take \
-                 the solver `exact`, `rk4` or `rk4-adaptive`",
+                "its friction drops at the end of its range, so that its implicit step has no single \
+                 solution; take the solver `exact`, `rk4` or `rk4-adaptive`",
             ),
             _ => Ok(()),
         }?;

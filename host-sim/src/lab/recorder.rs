@@ -7,8 +7,8 @@ use crate::mechanism::Mechanism;
 use crate::solver::EventKind;
 use crate::solver::state::{BodyEvent, Finish, Observer, Sample};
 
-/// Samples of a run that lie evenly; those on both sides of events come on top. The Reset Integrator's oscillation on
-/// the thesis's spring has a period of 13 ms in 5 s: 25 samples.
+/// Samples of a run that lie evenly; those on both sides of events come on top. The Reset
+/// Integrator's oscillation on the thesis's spring has a period of 13 ms in 5 s: 25 samples.
 pub const EVEN_SAMPLES: u64 = 10_000;
 
 /// Events of a run that are kept with their samples; a chattering run has more.

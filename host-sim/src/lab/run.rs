@@ -32,7 +32,8 @@ pub struct LabResult {
     pub events: Vec<BodyEvent>,
     /// What it is judged by.
     pub metrics: Metrics,
-    /// Wall time of the solver with its events: of a second run without samples, which would take most of the time.
+    /// Wall time of the solver with its events: of a second run without samples, which would take
+    /// most of the time.
     pub wall: Duration,
     /// How often the solver computed the accelerations.
     pub evaluations: u64,
@@ -40,8 +41,8 @@ pub struct LabResult {
     pub diverged_at_s: Option<f64>,
 }
 
-/// Runs all plans in parallel, with a progress bar on a terminal if it takes more than a moment: each by itself, so that
-/// one that a solver gives up takes no other with it.
+/// Runs all plans in parallel, with a progress bar on a terminal if it takes more than a moment:
+/// each by itself, so that one that a solver gives up takes no other with it.
 pub fn run_all(plans: &[LabPlan]) -> Vec<Result<LabResult, Error>> {
     let style = ProgressStyle::with_template("{bar:40} {percent} %, {eta} left");
     // Of each run the samples, and the same again for the run that is timed.

@@ -94,7 +94,8 @@ fn parameters(plan: &RunPlan) -> Value {
         Task::Step(step_deg) => json!({ "step_deg": step_deg }),
         Task::Trajectory(trajectory) => json!(trajectory),
         Task::Ramp(rate) => {
-            json!({ "ramp_rate_v_per_s": rate, "hold_s": machine.identification.as_ref().map(|ramps| ramps.hold_s) })
+            let hold_s = machine.identification.as_ref().map(|ramps| ramps.hold_s);
+            json!({ "ramp_rate_v_per_s": rate, "hold_s": hold_s })
         }
     };
     json!({

@@ -1,4 +1,5 @@
-//! What a run leaves behind: a table for people, JSON, CSV that can be read back; and files that are written whole or not at all.
+//! What a run leaves behind: a table for people, JSON, CSV that can be read back; and files that
+//! are written whole or not at all.
 
 mod cell;
 pub mod csv;

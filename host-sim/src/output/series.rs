@@ -44,7 +44,8 @@ const COLUMNS: [&str; 8] =
 /// The runs of a file.
 ///
 /// # Errors
-/// Names the file and the column or line that is not as `stiction run --csv` and `stiction device ... log` write it.
+/// Names the file and the column or line that is not as `stiction run --csv` and `stiction device
+/// ... log` write it.
 pub fn read(path: &Path) -> Result<Vec<Series>, Error> {
     let bytes =
         std::fs::read(path).map_err(|source| Error::File { action: "read", path: path.into(), source })?;
@@ -54,8 +55,8 @@ pub fn read(path: &Path) -> Result<Vec<Series>, Error> {
     let header = reader.headers().map_err(|error| refuse(error.to_string()))?;
     if let Some(missing) = COLUMNS.iter().find(|column| !header.iter().any(|found| found == **column)) {
         return Err(refuse(format!(
-            "there is no column `{missing}`; it has to be a file of `stiction run --csv` of a controller's run, or of \
-             `stiction device ... log`"
+            "there is no column `{missing}`; it has to be a file of `stiction run --csv` of a \
+             controller's run, or of `stiction device ... log`"
         )));
     }
     let stem = path.file_stem().unwrap_or_default().to_string_lossy().into_owned();
@@ -63,7 +64,15 @@ pub fn read(path: &Path) -> Result<Vec<Series>, Error> {
     for sample in reader.deserialize::<Sample>() {
         // The error names the line.
         let sample = sample.map_err(|error| refuse(error.to_string()))?;
-        let name = sample.label.as_ref().map_or_else(|| stem.clone(), |label| format!("{stem}, {label}"));
+        let name = sample.label.as_ref().map_or_else(
+            || stem.clone(),
+            |label| {
+                format!(
+                    "{stem}, \
+            {label}"
+                )
+            },
+        );
         match all.iter_mut().find(|series| series.name == name) {
             Some(series) => series.samples.push(sample),
             None => all.push(Series { name, samples: vec![sample] }),

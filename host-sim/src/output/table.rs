@@ -26,8 +26,8 @@ pub fn new(header: &[&str]) -> Table {
     table
 }
 
-/// The results of an experiment: a table for each kind of motion and each variant, and a line below for each run
-/// that went wrong.
+/// The results of an experiment: a table for each kind of motion and each variant, and a line below
+/// for each run that went wrong.
 pub fn render(results: &[RunResult]) -> String {
     type Kind = (fn(&Task) -> bool, &'static [&'static str], fn(&RunResult) -> Vec<String>);
     let kinds: [Kind; 3] = [
@@ -137,7 +137,10 @@ fn remark(result: &RunResult) -> Option<String> {
         return Some(format!("{label}: fault {code} ({name}) at {time_s} s turned the output off"));
     }
     match result.diverged_at_s {
-        Some(time_s) => Some(format!("{label}: diverged, not finite at {time_s} s; the run ends there")),
+        Some(time_s) => Some(format!(
+            "{label}: diverged, not finite at {time_s} s; the run ends \
+            there"
+        )),
         None if result.unstable => Some(format!("{label}: unstable")),
         None => None,
     }

@@ -18,7 +18,8 @@ impl<const N: usize> DenseOutput<N> {
     /// From positions, velocities and accelerations at both ends.
     pub fn new(h: f64, (q0, v0, a0): Instant<'_, N>, (q1, v1, a1): Instant<'_, N>) -> Self {
         let v = std::array::from_fn(|i| {
-            // Cubic Hermite from velocities and accelerations, and a fourth power that makes the way right.
+            // Cubic Hermite from velocities and accelerations, and a fourth power that makes the
+            // way right.
             let rise = v1[i] - v0[i];
             let (c2, c3) = (3.0 * rise - h * (2.0 * a0[i] + a1[i]), h * (a0[i] + a1[i]) - 2.0 * rise);
             let way = (q1[i] - q0[i]) / h - 0.5 * (v0[i] + v1[i]) - h * (a0[i] - a1[i]) / 12.0;

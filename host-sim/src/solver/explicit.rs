@@ -1,4 +1,5 @@
-//! What the two Runge-Kutta solvers of the thesis share: the classical step, and telling an observer of what was kept.
+//! What the two Runge-Kutta solvers of the thesis share: the classical step, and telling an
+//! observer of what was kept.
 // One index goes through several arrays of bodies at once.
 #![allow(clippy::needless_range_loop)]
 
@@ -8,8 +9,8 @@ use super::state::{BodyEvent, Finish, Observer, Sample, State};
 use super::zeno_guard::ZenoGuard;
 use super::{EventKind, Trouble};
 
-/// The classical Runge-Kutta step of order 4 from a state whose rates are known. `last_s` is the last instant of the
-/// smooth stretch that the step is in. Three evaluations.
+/// The classical Runge-Kutta step of order 4 from a state whose rates are known. `last_s` is the
+/// last instant of the smooth stretch that the step is in. Three evaluations.
 #[inline]
 pub fn classical<const N: usize, const Z: usize, D: Dynamics<N, Z>>(
     dynamics: &D,
@@ -49,8 +50,8 @@ impl<const N: usize, const Z: usize> Progress<N, Z> {
         progress
     }
 
-    /// Keeps a step up to `t`, in a smooth stretch whose last instant is `last_s`. Its events are at its end: nothing is
-    /// located.
+    /// Keeps a step up to `t`, in a smooth stretch whose last instant is `last_s`. Its events are
+    /// at its end: nothing is located.
     ///
     /// # Errors
     /// If events do not end: with time and state.
@@ -83,9 +84,9 @@ impl<const N: usize, const Z: usize> Progress<N, Z> {
         Ok(())
     }
 
-    /// What a reader sees of a long step, and of its end where the forces jump there. Of a step in which a body changes
-    /// between sticking and slipping, be it only on the way, nothing is known but its ends. Not counted: it is not for
-    /// the solution.
+    /// What a reader sees of a long step, and of its end where the forces jump there. Of a step in
+    /// which a body changes between sticking and slipping, be it only on the way, nothing is known
+    /// but its ends. Not counted: it is not for the solution.
     fn samples_between<D: Dynamics<N, Z>, O: Observer<N>>(
         &self,
         dynamics: &D,

@@ -11,9 +11,9 @@
 //! | [`fixed_step`], [`step_doubling`] | either, without event location | `rk4`, `rk4-adaptive` |
 //! | [`nonsmooth`] | either, by time stepping | `nonsmooth` |
 //!
-//! The first two of the friction lab locate events: a step of `dormand_prince.rs` is accepted by its
-//! error, its dense output is searched for the first zero of an event function, and the motion is
-//! integrated up to that. All solvers count their events by a guard against Zeno's.
+//! The first two of the friction lab locate events: a step of `dormand_prince.rs` is accepted by
+//! its error, its dense output is searched for the first zero of an event function, and the motion
+//! is integrated up to that. All solvers count their events by a guard against Zeno's.
 
 pub mod banded;
 mod dense_output;
@@ -61,7 +61,8 @@ pub enum EventKind {
 
 /// A moving axis whose input is constant over an interval.
 pub trait AxisSolver {
-    /// Moves the axis on by `duration_s` under the constant effort `v`, and reports events on the way.
+    /// Moves the axis on by `duration_s` under the constant effort `v`, and reports events on the
+    /// way.
     fn advance(
         &mut self,
         v: f64,

@@ -2,8 +2,8 @@
 //!
 //! It works as [`super::event_driven`] does, with the friction's own states among the unknowns: a
 //! pair of order 8(5,3) with error control, polynomials of the functions that end a piece, Newton's
-//! method on the integrated motion. A model without pieces is followed through its kinks by the error
-//! control alone, and its breaks and sticks are told at the ends of steps.
+//! method on the integrated motion. A model without pieces is followed through its kinks by the
+//! error control alone, and its breaks and sticks are told at the ends of steps.
 //!
 //! Does badly: stiff models. A bristle of `k` on a mass `m` takes a step each `1/sqrt(k/m)` or so,
 //! whatever the tolerance.
@@ -27,12 +27,14 @@ const MAX_STEPS: u64 = 2_000_000;
 /// largest value on the step.
 const LOCATION_TOLERANCE: f64 = 1e-12;
 
-/// What positions and velocities are measured by at rest where the friction has no deflection, in SI.
+/// What positions and velocities are measured by at rest where the friction has no deflection, in
+/// SI.
 const LEAST: f64 = 1e-9;
 
 /// Runs a mechanism with single-valued friction from rest.
 ///
-/// `tolerance` bounds each step's error, relative to the largest value that a coordinate, velocity or state has had.
+/// `tolerance` bounds each step's error, relative to the largest value that a coordinate, velocity
+/// or state has had.
 ///
 /// # Errors
 /// If steps underflow or events do not end: with time and state.
@@ -51,7 +53,8 @@ where
     let state = State { q: mechanism.start(), ..State::ZERO };
     let pieces = std::array::from_fn(|i| friction[i].piece(0.0, &state.z[i]));
     let z = std::array::from_fn(|i| friction[i].state_scale());
-    // A body that has not moved yet is measured by its friction's deflection, and by that in a second.
+    // A body that has not moved yet is measured by its friction's deflection, and by that in a
+    // second.
     let least = z.map(|scale: [f64; Z]| scale.iter().fold(LEAST, |least, z| least.max(*z)));
     let size = State { q: std::array::from_fn(|i| least[i].max(state.q[i].abs())), v: least, z };
     let now = rates_in(mechanism, friction, &pieces, 0.0, &state);
@@ -123,7 +126,8 @@ where
     F: SingleValued<Z>,
     O: Observer<N>,
 {
-    /// Rates anew, after a jump of the forces or another piece, and what they make of sticking and slipping.
+    /// Rates anew, after a jump of the forces or another piece, and what they make of sticking and
+    /// slipping.
     fn refresh(&mut self) -> Result<(), Trouble> {
         self.now = self.rates(self.t, &self.state.clone());
         self.tell()?;
@@ -200,7 +204,8 @@ where
         for body in 0..N {
             let (v, z) = (self.state.v[body], &self.state.z[body]);
             let slips = self.friction[body].slips(self.pieces[body], v, z);
-            // At the very instant at which a piece begins the velocity may be zero: it goes where the piece does.
+            // At the very instant at which a piece begins the velocity may be zero: it goes where
+            // the piece does.
             let way = if v == 0.0 { direction(self.now.rates.v[body]) } else { direction(v) };
             let slip = if slips { way } else { 0 };
             let kind = match (self.slip[body], slip) {

@@ -16,8 +16,9 @@ pub fn slope(p: &Quartic, x: f64) -> f64 {
     p[1] + x * (2.0 * p[2] + x * (3.0 * p[3] + x * 4.0 * p[4]))
 }
 
-/// The first place in [0, 1] where the polynomial falls from above zero to zero or below, dips between two of the
-/// places that are looked at included. A polynomial that starts at zero and rises has not fallen there.
+/// The first place in [0, 1] where the polynomial falls from above zero to zero or below, dips
+/// between two of the places that are looked at included. A polynomial that starts at zero and
+/// rises has not fallen there.
 pub fn first_falling_zero(p: &Quartic) -> Option<f64> {
     // Rounding may tilt a polynomial that starts at zero and level: it has to go on falling.
     if p[0] < 0.0 || (p[0] == 0.0 && p[1] < 0.0 && value(p, 1.0 / 64.0) < 0.0) {
@@ -43,8 +44,8 @@ pub fn first_falling_zero(p: &Quartic) -> Option<f64> {
     None
 }
 
-/// Where a function that is above zero on the left and not on the right changes; to a few units of the last place of a
-/// step of length one, which later refinement makes good.
+/// Where a function that is above zero on the left and not on the right changes; to a few units of
+/// the last place of a step of length one, which later refinement makes good.
 fn bisect(mut left: f64, mut right: f64, f: impl Fn(f64) -> f64) -> f64 {
     for _ in 0..40 {
         let middle = 0.5 * (left + right);

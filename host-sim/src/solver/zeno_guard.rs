@@ -40,7 +40,8 @@ impl ZenoGuard {
         if self.events > MOST_AT_ONE_INSTANT {
             let span_s = self.instant_s;
             return Err(format!(
-                "more than {MOST_AT_ONE_INSTANT} changes between sticking and slipping within {span_s:e} s"
+                "more than {MOST_AT_ONE_INSTANT} changes between sticking and slipping within \
+                 {span_s:e} s"
             ));
         }
         if self.in_all > MOST_IN_ALL {

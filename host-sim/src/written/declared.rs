@@ -53,8 +53,8 @@ macro_rules! declared {
 
 declared!(ControllerConfig, Encoder, DriveConfig, DeviceConfig, Limits);
 
-/// `[controller.NAME]`: the gains of PD and of every law. Those of PD have to be there; what else has to be depends on the
-/// laws that are listed.
+/// `[controller.NAME]`: the gains of PD and of every law. Those of PD have to be there; what else
+/// has to be depends on the laws that are listed.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct AllGains;
 

@@ -3,7 +3,8 @@
 //!
 //! The core declares each value once (`stiction::value`). Here a table of a TOML file is read by
 //! these declarations, and written by them: names, types, which values have to be there, and what
-//! the others are if they are left out. Bounds are the core's own, and checked when it is configured.
+//! the others are if they are left out. Bounds are the core's own, and checked when it is
+//! configured.
 
 mod declared;
 mod read;
@@ -147,7 +148,8 @@ impl<T: Table, E: Default> Written<T, E> {
         all
     }
 
-    /// The table in single precision, as the core has it; what is left out is its default, or as in `otherwise`.
+    /// The table in single precision, as the core has it; what is left out is its default, or as in
+    /// `otherwise`.
     pub fn core(&self, otherwise: T) -> T {
         let mut values = otherwise;
         self.apply(T::ABOUT, &mut values);

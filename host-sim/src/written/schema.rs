@@ -45,8 +45,8 @@ impl<T: Declared, E: Extras> JsonSchema for Written<T, E> {
     }
 }
 
-/// A value's type, bounds, default and sentence. Its number in records stands beside them under `x-number`, and bounds
-/// that depend on other values under `x-bounds`.
+/// A value's type, bounds, default and sentence. Its number in records stands beside them under
+/// `x-number`, and bounds that depend on other values under `x-bounds`.
 fn schema_of(about: &About, allowed: Option<Allowed>, otherwise: Option<Scalar>) -> Schema {
     let mut schema = match about.kind {
         Kind::Number => json_schema!({ "type": "number" }),
@@ -103,8 +103,8 @@ enum Bounds {
     Words(String),
 }
 
-/// The bounds of a declaration: the core's figures, but for an end that depends on another value. That
-/// one is the expression of the source in the names of the file.
+/// The bounds of a declaration: the core's figures, but for an end that depends on another value.
+/// That one is the expression of the source in the names of the file.
 fn bounds(about: &About, allowed: Option<Allowed>) -> Bounds {
     let (low, high, is_above) = match allowed {
         Some(Allowed::Between(low, high)) => (low, high, false),

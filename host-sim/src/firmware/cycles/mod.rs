@@ -1,14 +1,15 @@
 //! Cycles of one instruction on a Cortex-M4 with its floating-point unit, as the manual gives them.
 //!
-//! Source: Cortex-M4 Technical Reference Manual (Arm DDI 0439 and 100166), table 3-1 and the section on load/store
-//! timings, and the table of the floating-point unit's instructions. The counts hold for memory without wait states. Where
-//! the manual gives a range, the most is taken: 3 cycles to refill the pipeline (P is 1 to 3), 12 for a division (2 to 12),
-//! 2 for `cps` (1 or 2). What it says may save a cycle is left out: loads that follow each other, stores that the write
-//! buffer takes at once, a folded `it`, and integer instructions beside a long division of floats. An instruction whose
-//! condition does not hold counts as one that runs.
+//! Source: Cortex-M4 Technical Reference Manual (Arm DDI 0439 and 100166), table 3-1 and the
+//! section on load/store timings, and the table of the floating-point unit's instructions. The
+//! counts hold for memory without wait states. Where the manual gives a range, the most is taken: 3
+//! cycles to refill the pipeline (P is 1 to 3), 12 for a division (2 to 12), 2 for `cps` (1 or 2).
+//! What it says may save a cycle is left out: loads that follow each other, stores that the write
+//! buffer takes at once, a folded `it`, and integer instructions beside a long division of floats.
+//! An instruction whose condition does not hold counts as one that runs.
 //!
-//! Encodings: ARMv7-M Architecture Reference Manual (Arm DDI 0403), sections A5.2, A5.3, A6.4 to A6.7 and A7.7. One that is
-//! not in here has no time: it never counts as a single cycle.
+//! Encodings: ARMv7-M Architecture Reference Manual (Arm DDI 0403), sections A5.2, A5.3, A6.4 to
+//! A6.7 and A7.7. One that is not in here has no time: it never counts as a single cycle.
 
 mod float;
 mod processor;
@@ -29,11 +30,13 @@ const PC: u32 = 15;
 pub struct Timing {
     /// Cycles, without the refill after a jump.
     pub cycles: u32,
-    /// Registers that it computes: an address made of one of them in the next instruction waits a cycle.
+    /// Registers that it computes: an address made of one of them in the next instruction waits a
+    /// cycle.
     computes: u32,
     /// Registers that it forms an address of.
     addresses: u32,
-    /// Floating-point registers that it computes: an instruction that takes one of them right after waits a cycle.
+    /// Floating-point registers that it computes: an instruction that takes one of them right after
+    /// waits a cycle.
     float_computes: u64,
     /// Floating-point registers that it takes.
     float_takes: u64,

@@ -162,7 +162,8 @@ fn multiply_or_divide(first: u32, second: u32) -> Option<Timing> {
 fn single(first: u32, second: u32) -> Option<Timing> {
     let (base, loads, size) = (first & 0xF, first & 0x10 != 0, first >> 5 & 3);
     let signed = first & 0x100 != 0;
-    // Only loads of less than a word have a sign; a byte or a halfword into the program counter is a hint.
+    // Only loads of less than a word have a sign; a byte or a halfword into the program counter is
+    // a hint.
     let is_hint = loads && size != 2 && second >> 12 == PC;
     if size == 3 || is_hint || (signed && !(loads && size < 2)) {
         return None;

@@ -158,11 +158,13 @@ fn what_is_not_known_is_named_and_never_a_cycle() {
 #[test]
 fn an_address_that_was_just_computed_costs_a_cycle() {
     let waits = |one: u32, next: u32| of(one).unwrap().holds_up(&of(next).unwrap());
-    // adds r1, r2, r3 before ldr r0, [r1, #4]; before ldr.w r0, [r1, r2, lsl #2]; before strd r0, r1, [sp, #8].
+    // adds r1, r2, r3 before ldr r0, [r1, #4]; before ldr.w r0, [r1, r2, lsl #2]; before strd r0,
+    // r1, [sp, #8].
     assert_eq!(waits(0x18D1, 0x6848), 1);
     assert_eq!(waits(0x18D1, 0xF851_0022), 1);
     assert_eq!(waits(0x18D1, 0xE9CD_0102), 0);
-    // add sp, #16 before ldr r0, [sp, #8]; lsls r0, r1 before strb r0, [r1, r2], whose value is not an address.
+    // add sp, #16 before ldr r0, [sp, #8]; lsls r0, r1 before strb r0, [r1, r2], whose value is not
+    // an address.
     assert_eq!(waits(0xB004, 0x9802), 1);
     assert_eq!(waits(0x4088, 0x5488), 0);
     // What was loaded is not computed: ldr r0, [r1, #4] before ldr.w r8 and r0 of a list.
@@ -172,7 +174,8 @@ fn an_address_that_was_just_computed_costs_a_cycle() {
 #[test]
 fn a_float_that_was_just_computed_costs_a_cycle() {
     let waits = |one: u32, next: u32| of(one).unwrap().holds_up(&of(next).unwrap());
-    // vadd.f32 s0, s1, s2 before itself; before vabs.f32 s0, s1; before vmla.f32 s0, s1, s2, which adds to s0.
+    // vadd.f32 s0, s1, s2 before itself; before vabs.f32 s0, s1; before vmla.f32 s0, s1, s2, which
+    // adds to s0.
     assert_eq!(waits(0xEE30_0A81, 0xEE30_0A81), 0);
     assert_eq!(waits(0xEE30_0A81, 0xEEB0_0AE0), 0);
     assert_eq!(waits(0xEE30_0A81, 0xEE00_0A81), 1);

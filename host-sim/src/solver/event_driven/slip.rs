@@ -56,7 +56,8 @@ where
                 return self.arrive(t, &end, a, forces);
             };
             let Some((part, end, a, forces)) = self.locate(&switch, h) else {
-                // The polynomial saw what is not there, or not quite: it sees better in a shorter step.
+                // The polynomial saw what is not there, or not quite: it sees better in a shorter
+                // step.
                 h *= 0.5;
                 continue;
             };
@@ -154,7 +155,8 @@ where
         first
     }
 
-    /// Integrates up to a switch, and there: part of the step, state, accelerations, frictions. None if it is not found.
+    /// Integrates up to a switch, and there: part of the step, state, accelerations, frictions.
+    /// None if it is not found.
     #[allow(clippy::type_complexity)]
     fn locate(&mut self, switch: &Switch, h: f64) -> Option<(f64, State<N, 0>, [f64; N], [f64; N])> {
         let i = switch.body;
@@ -172,7 +174,8 @@ where
                 let limit = BEYOND * self.friction[i].stick();
                 (limit - f64::from(switch.breaks) * forces[i], limit)
             };
-            // Near zero on its way up is no halt: a motion that begins in nothing, over whose growth the polynomial swings.
+            // Near zero on its way up is no halt: a motion that begins in nothing, over whose
+            // growth the polynomial swings.
             if switch.breaks == 0
                 && left.abs() <= LOCATION_TOLERANCE * size
                 && f64::from(self.mode[i]) * a[i] > 0.0

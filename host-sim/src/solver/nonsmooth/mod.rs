@@ -1,21 +1,24 @@
-//! Time stepping without located events (`nonsmooth`): backward Euler, with the friction of all bodies at the end of the
-//! step found together with their velocities there.
+//! Time stepping without located events (`nonsmooth`): backward Euler, with the friction of all
+//! bodies at the end of the step found together with their velocities there.
 //!
 //! ```text
 //! q+ = q + h v+
 //! M(q+) (v+ - v) = h (f(t + h, q+, v+) - F+),    F+ in the friction law at v+
 //! ```
 //!
-//! For set-valued friction ([`run`]) and given f that is a convex problem whose minimiser is at rest in exactly v = 0;
-//! for friction with an internal state or a smoothed sign ([`run_implicit`]) an equation that is monotone in v+. f is
-//! brought to the end of the step by repetition; each pass is one evaluation, and a few do.
+//! For set-valued friction ([`run`]) and given f that is a convex problem whose minimiser is at
+//! rest in exactly v = 0; for friction with an internal state or a smoothed sign ([`run_implicit`])
+//! an equation that is monotone in v+. f is brought to the end of the step by repetition; each pass
+//! is one evaluation, and a few do.
 //!
-//! Guarantees: no step is too long for a friction's stiffness, and none is spent on events, however many there are.
-//! Errors fall like h, also across events; those are reported at the end of the step that they are in.
+//! Guarantees: no step is too long for a friction's stiffness, and none is spent on events, however
+//! many there are. Errors fall like h, also across events; those are reported at the end of the
+//! step that they are in.
 //!
-//! Does badly: accuracy, against the exact solver; the mechanism's own springs, whose period must be longer than about
-//! six steps; what is taken at the begin of the step. That is the speed in the level of friction, so that h must be
-//! well below `m v_s / (F_s - F_d)`, and for set-valued friction below `m / sigma2` as well.
+//! Does badly: accuracy, against the exact solver; the mechanism's own springs, whose period must
+//! be longer than about six steps; what is taken at the begin of the step. That is the speed in the
+//! level of friction, so that h must be well below `m v_s / (F_s - F_d)`, and for set-valued
+//! friction below `m / sigma2` as well.
 
 mod convex;
 mod implicit;
@@ -34,11 +37,12 @@ const MAX_PASSES: u32 = 60;
 /// When a pass has changed nothing: velocities, relative to what the step does to them.
 const SAME: f64 = 1e-12;
 
-/// Runs a mechanism with set-valued friction from rest, in steps of at most `step_s` that end at the corners of its
-/// drive.
+/// Runs a mechanism with set-valued friction from rest, in steps of at most `step_s` that end at
+/// the corners of its drive.
 ///
-/// Who is at rest breaks away above F_s; who moves has the friction of the speed at the begin of the step, so that the
-/// problem stays convex, and comes to rest if it cannot pass zero against F_s.
+/// Who is at rest breaks away above F_s; who moves has the friction of the speed at the begin of
+/// the step, so that the problem stays convex, and comes to rest if it cannot pass zero against
+/// F_s.
 ///
 /// # Errors
 /// If the mechanism's forces are too stiff for the step, or events do not end: with time and state.
