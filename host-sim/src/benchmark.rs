@@ -17,19 +17,19 @@ const HUNTING_DURATION: &str = "run.duration_s=120";
 /// One controller's row. `None`: it never settled, or nothing of that kind was run.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Score {
-    /// The controller.
+    /// The name of the controller.
     pub controller: String,
     /// Largest rest error of a step, counts.
     pub rest_error_counts: Option<f64>,
-    /// Largest overshoot of a step.
+    /// Largest overshoot of a step, deg.
     pub overshoot_deg: Option<f64>,
-    /// Longest settling of a step; `None` if any never settles.
+    /// Longest settling of a step, s; `None` if any never settles.
     pub settling_time_s: Option<f64>,
-    /// Largest rms error of a trajectory.
+    /// Largest rms error of a trajectory, deg.
     pub tracking_rms_deg: Option<f64>,
-    /// Largest total variation of the drive's output, steps and trajectories.
+    /// Largest total variation of the drive's output in steps and trajectories, V/s.
     pub chatter_v_per_s: Option<f64>,
-    /// Largest peak-to-peak of a step watched for 120 s; zero if none hunts.
+    /// Largest peak-to-peak of a step watched for 120 s, counts; zero if none hunts.
     pub hunting_counts: Option<f64>,
     /// Whether any of its runs is unstable or diverged: then its other values say little, and it is
     /// ranked last.

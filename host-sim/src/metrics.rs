@@ -20,42 +20,43 @@ const REVERSAL_COUNTS: f64 = 0.01;
 /// Fewer reversals than these are a transient, not hunting.
 const HUNTING_REVERSALS: usize = 4;
 
-/// Metrics of one run of the axis.
+/// The metrics of one run of the axis.
 #[derive(Clone, Debug, Default, PartialEq, Serialize)]
 pub struct Metrics {
-    /// Mean error of the last second.
+    /// Mean error of the last second, deg.
     pub steady_state_error_deg: Option<f64>,
     /// Error at the last sample, in counts.
     pub rest_error_counts: Option<f64>,
-    /// How far the joint went beyond a step's target.
+    /// How far the joint went beyond the target of a step, deg.
     pub overshoot_deg: Option<f64>,
-    /// From 10 % to 90 % of a step.
+    /// Time from 10 % to 90 % of a step, s.
     pub rise_time_s: Option<f64>,
-    /// After which a step stays within +-0.05 deg.
+    /// Time after which a step stays within +-0.05 deg, s.
     pub settling_time_s: Option<f64>,
-    /// Over a step's run; over a trajectory from the first blend's start to the last one's end.
+    /// Root mean square of the error, deg: over the run of a step, or from the begin of a
+    /// trajectory's first blend to the end of its last.
     pub rms_error_deg: Option<f64>,
-    /// As `rms_error_deg`.
+    /// Largest error over the same time as `rms_error_deg`, deg.
     pub max_error_deg: Option<f64>,
-    /// Mean from 2 s after the first corner to 0.5 s before the second.
+    /// Mean error from 2 s after the first corner to 0.5 s before the second, deg.
     pub cruise_error_deg: Option<f64>,
-    /// In the second half of a step's run.
+    /// Distance between the extremes in the second half of the run of a step that hunts, deg.
     pub hunting_peak_to_peak_deg: Option<f64>,
-    /// Twice the mean time between reversals.
+    /// Twice the mean time between reversals there, s.
     pub hunting_period_s: Option<f64>,
-    /// Total variation of the D/A's output, per second.
+    /// Total variation of the D/A's output per second, V/s.
     pub control_total_variation_v_per_s: Option<f64>,
-    /// Effort at which the joint broke away.
+    /// Effort at which the joint broke away, V.
     pub stick_v: Option<f64>,
-    /// Effort at which the joint stopped.
+    /// Effort at which the joint stopped, V.
     pub slip_v: Option<f64>,
-    /// The same without the axis's lag.
+    /// Effort at which the joint stopped, without the lag of the axis, V.
     pub slip_corrected_v: Option<f64>,
 }
 
 impl Metrics {
-    /// The metrics of the moments of a run, of which there is at least one. What a ramp found is no
-    /// metric of moments.
+    /// Judges the moments of a run, of which there is at least one. What a ramp found is no metric
+    /// of moments.
     pub fn of(moments: &[Moment], task: &Task, resolution_deg: f64) -> Self {
         let (Some(first), Some(last)) = (moments.first(), moments.last()) else { return Self::default() };
         let last_second = within(moments, [last.time_s - 1.0, last.time_s]);

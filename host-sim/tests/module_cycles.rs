@@ -4,6 +4,7 @@
 //! that its sources name by `crate::` or `super::`, whatever features are on, in tests as well.
 //! Comments may point anywhere. A method for a type of another room would be called from there
 //! without a path, so that it is refused, too. Blind to what a macro or a trait object brings in.
+#![allow(clippy::unwrap_used)]
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::Path;

@@ -21,7 +21,7 @@ use crate::written::{Written, single};
 /// Of a controller with several laws, or with one twice.
 const OF_SEVERAL: &str = "device";
 
-/// The parameters of the first run of a machine's file.
+/// Reads the parameters of the first run of a machine's file.
 ///
 /// # Errors
 /// Names the key, what was found and what is allowed.
@@ -32,7 +32,7 @@ pub fn read(name: &str, text: &str) -> Result<Parameters, Error> {
     super::parameters(&runs.swap_remove(0))
 }
 
-/// A machine's file of these parameters; `joint` is that of `whose`.
+/// Writes a machine's file of these parameters; `joint` is that of `whose`.
 ///
 /// # Errors
 /// If there is no file that is read as these parameters.
@@ -54,7 +54,7 @@ pub fn render(parameters: &Parameters, joint: &Joint, whose: &str) -> Result<Str
     )))
 }
 
-/// The tables that a device knows, for people.
+/// Writes the tables that a device knows, for people.
 ///
 /// # Errors
 /// If a number cannot be written.
@@ -62,7 +62,7 @@ pub fn tables(parameters: &Parameters) -> Result<String, Error> {
     toml::to_string(&known(parameters)?).map_err(|error| Error::Input(error.to_string()))
 }
 
-/// What is different in `after`: `controller.srnf.kp_v_per_deg: 1.0 -> 2.0`, a line each.
+/// Lists what is different in `after`: `controller.srnf.kp_v_per_deg: 1.0 -> 2.0`, a line each.
 ///
 /// # Errors
 /// If a number cannot be written.

@@ -35,7 +35,7 @@ const HOW_TO_SET: &str = "write it as table.key=value, as in run.duration_s=120"
 /// A parsed file, and where it came from.
 #[derive(Clone, Debug)]
 pub struct Document {
-    /// For messages.
+    /// Where it came from, for messages.
     pub origin: Origin,
     table: Table,
 }
@@ -98,7 +98,7 @@ impl Document {
         if self.is_lab() { self.setup().map(|_| ()) } else { self.machine().map(|_| ()) }
     }
 
-    /// The document with a variant's keys set.
+    /// Makes a copy of the document with the keys of a variant set.
     ///
     /// # Errors
     /// Names the variant.
@@ -113,14 +113,14 @@ impl Document {
         Ok(copy)
     }
 
-    /// What a key has been set to.
+    /// Finds the value of a key.
     pub fn get(&self, key: &str) -> Option<&Value> {
         let mut path = key.split('.');
         let first = self.table.get(path.next()?)?;
         path.try_fold(first, |value, part| value.get(part))
     }
 
-    /// The machine that the document describes.
+    /// Reads the machine that the document describes.
     ///
     /// # Errors
     /// Names the key, what was found and what is allowed.
@@ -130,7 +130,7 @@ impl Document {
         Ok(machine)
     }
 
-    /// The friction experiment that the document describes.
+    /// Reads the friction experiment that the document describes.
     ///
     /// # Errors
     /// Names the key, what was found and what is allowed.

@@ -7,16 +7,16 @@ use super::wording::brief;
 /// Where the values of a document came from, for messages.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Origin {
-    /// A built-in experiment's name or a file's path.
+    /// The name of a built-in experiment, or the path of a file.
     pub name: String,
-    /// Which variant of it, if any.
+    /// The variant of it, if any.
     pub(super) variant: Option<String>,
     /// What was set by hand, as typed.
     pub(super) set: Vec<String>,
 }
 
 impl Origin {
-    /// Who is to blame for the value of a key: what was set by hand, or else the file.
+    /// Names the source of a key's value: what was set by hand, or else the file.
     pub fn of(&self, key: &str) -> String {
         let set = |assignment: &&String| {
             let typed = assignment.split('=').next().unwrap_or_default().trim();

@@ -12,7 +12,7 @@ use crate::friction::{AddedFriction, Coulomb};
 use crate::mechanism::RobotAxis;
 
 impl RunPlan {
-    /// The joint.
+    /// Builds the model of the joint.
     ///
     /// # Errors
     /// Names the key, what was found and what is allowed.
@@ -45,7 +45,7 @@ impl RunPlan {
         })
     }
 
-    /// The encoder's disc.
+    /// Builds the model of the encoder's disc.
     ///
     /// # Errors
     /// Names the key, what was found and what is allowed.
@@ -64,7 +64,7 @@ impl RunPlan {
         })
     }
 
-    /// The whole loop, ready to run.
+    /// Builds the whole loop, ready to run.
     ///
     /// # Errors
     /// Names the key, what was found and what is allowed.
@@ -88,7 +88,7 @@ impl RunPlan {
         })
     }
 
-    /// How many samples the run has after its first.
+    /// Tells how many samples the run has after its first.
     ///
     /// # Errors
     /// Names the duration if it is not a positive number of at most ten million samples.

@@ -16,7 +16,7 @@ use crate::machine::{LawName, Laws, PD};
 use crate::written::{AllGains, Written};
 
 impl RunPlan {
-    /// The control core with this run's controller; with no controller, all gains are zero.
+    /// Builds the control core with this run's controller; with no controller, all gains are zero.
     ///
     /// # Errors
     /// Names the key, what was found and what is allowed.
@@ -33,7 +33,7 @@ impl RunPlan {
         Ok(controller)
     }
 
-    /// What the core is configured with, on the host as on a device.
+    /// Makes the configuration of the core, on the host as on a device.
     ///
     /// # Errors
     /// Names the key, what was found and what is allowed.

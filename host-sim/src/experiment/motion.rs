@@ -17,7 +17,7 @@ const MAX_COUNTS: f64 = 1_073_741_823.0;
 const AFTER_A_RAMP_S: f64 = 1.0;
 
 impl RunPlan {
-    /// The longest that the run can take, s.
+    /// Tells the longest time that the run can take, s.
     pub fn longest_s(&self) -> f64 {
         let Machine { drive, identification, .. } = &*self.machine;
         match self.task {
@@ -30,7 +30,7 @@ impl RunPlan {
         }
     }
 
-    /// A ramp of the effort.
+    /// Prepares a ramp of the effort at a rate, V/s.
     ///
     /// # Errors
     /// Names the rate or the hold if the ramp would take no time or too long.
@@ -59,7 +59,8 @@ impl RunPlan {
         Ok(RampTest { core, rate, hold_s, sample_time_s: sampling.sample_time_s() })
     }
 
-    /// The motion as a device is told it: in counts from where it is armed, in single precision.
+    /// Makes the motion as a device is told it: in counts from where it is armed, in single
+    /// precision.
     ///
     /// # Errors
     /// Names the key, what was found and what is allowed.
@@ -77,7 +78,7 @@ impl RunPlan {
         })
     }
 
-    /// The motion, prepared by the core for this run's loop.
+    /// Has the core prepare the motion for the loop of this run.
     ///
     /// # Errors
     /// Names the key, what was found and what is allowed.
@@ -86,7 +87,7 @@ impl RunPlan {
         motion.course(&self.controller_config()?).map_err(|error| self.explain(&error))
     }
 
-    /// How long a step or a trajectory is run: as the file says, or else by its kind.
+    /// Tells how long a step or a trajectory is run, s: as the file says, or else by its kind.
     pub fn duration_s(&self) -> f64 {
         let by_default = match &self.task {
             Task::Step(_) | Task::Ramp(_) => 10.0,
@@ -161,7 +162,7 @@ impl RunPlan {
     }
 }
 
-/// A number of counts as whole counts and a fraction below one.
+/// Splits a number of counts into whole counts and a fraction below one.
 pub fn position(counts: f64) -> Position {
     let whole = counts.floor();
     let fraction = (counts - whole) as f32;

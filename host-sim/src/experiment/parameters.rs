@@ -9,7 +9,7 @@ use crate::error::Error;
 use crate::flash::SECTOR;
 use crate::hardware::STM32F405;
 
-/// Everything that a board needs for this run, validated as the board will do it.
+/// Makes everything that a board needs for this run, validated as the board will do it.
 ///
 /// # Errors
 /// Names the key, what was found and what is allowed.
@@ -19,7 +19,7 @@ pub fn parameters(plan: &RunPlan) -> Result<Parameters, Error> {
     Ok(parameters)
 }
 
-/// Validates as a board will do it.
+/// Validates parameters as a board will do it.
 ///
 /// # Errors
 /// Names the key, what was found and what is allowed.
@@ -27,8 +27,8 @@ pub(crate) fn validate(parameters: &Parameters, plan: &RunPlan) -> Result<(), Er
     parameters.prepare(&STM32F405).map(|_| ()).map_err(|error| plan.explain(&error))
 }
 
-/// Everything that a board needs for this run, as it is written; only the loop and its motion are
-/// validated.
+/// Makes everything that a board needs for this run, as it is written; only the loop and its motion
+/// are validated.
 ///
 /// # Errors
 /// Names the key, what was found and what is allowed.
@@ -45,7 +45,7 @@ pub(crate) fn assembled(plan: &RunPlan) -> Result<Parameters, Error> {
     Ok(Parameters { controller, motion, device, limits })
 }
 
-/// Both parameter sectors, each with the same record at its begin.
+/// Makes both parameter sectors, each with the same record at its begin.
 ///
 /// What a board has saved since carries a sequence number that nobody here knows, and would win
 /// against a record that is written to one sector alone. Written over both, this is all that there
@@ -61,7 +61,7 @@ pub fn sectors(plan: &RunPlan) -> Result<Vec<u8>, Error> {
     Ok(bytes)
 }
 
-/// The record for a parameter sector, the first of its kind.
+/// Makes the record for a parameter sector, the first of its kind.
 ///
 /// # Errors
 /// As [`parameters()`].

@@ -19,33 +19,33 @@ pub(super) const MAX_RAMP_SAMPLES: f64 = 1e8;
 /// Steps of `rk4`, all runs together: some minutes.
 const MAX_STEPS: f64 = 1e10;
 
-/// A named set of runs.
+/// The runs that a machine's file asks for.
 #[derive(Clone, Debug)]
 pub struct Experiment {
-    /// A built-in name or a file's path.
+    /// The name of a built-in experiment, or the path of a file.
     pub name: String,
-    /// Where it comes from.
+    /// The table or section of the thesis that it comes from.
     pub source: String,
-    /// Its runs.
+    /// The runs, in the order of the file.
     pub runs: Vec<RunPlan>,
 }
 
-/// One run.
+/// One run: a machine, a controller of it, and what the joint is to do.
 #[derive(Clone, Debug)]
 pub struct RunPlan {
-    /// `srnf/step-5.0/test-2`.
+    /// The name of the run in all output, such as `srnf/step-5.0/test-2`.
     pub label: String,
-    /// Where its configuration came from, for messages.
+    /// The file and what was set by hand, for messages.
     pub origin: Origin,
     /// The key that asks for it, for messages: `reference.steps_deg[0]`.
     pub asked_by: String,
     /// The machine, with the variant's keys set.
     pub machine: Arc<Machine>,
-    /// The controller's name; none for a ramp.
+    /// The name of the controller; a ramp has none.
     pub controller: Option<String>,
     /// What the joint is to do.
     pub task: Task,
-    /// The variant's slug, or nothing.
+    /// The slug of the variant; empty for the runs as they stand.
     pub variant: String,
 }
 
@@ -63,7 +63,7 @@ fn slugs<'a>(variant: &'a str, machine: &Machine, sampled: bool) -> Vec<&'a str>
 }
 
 impl Experiment {
-    /// All runs of a document, for the controllers that are `wanted` or else those that the
+    /// Plans all runs of a document, for the controllers that are `wanted` or else those that the
     /// document names.
     ///
     /// `fixed` are keys that the user has set by hand: a variant that sets one of them otherwise is

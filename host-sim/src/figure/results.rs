@@ -22,7 +22,7 @@ const TRANSIENT_S: f64 = 1.0;
 /// A figure and the name of its file, without an ending.
 #[derive(Clone, Debug)]
 pub struct NamedFigure {
-    /// `step-response-srnf-steps`.
+    /// The name of the file, such as `step-response-srnf-steps`.
     pub stem: String,
     /// The figure.
     pub figure: Figure,

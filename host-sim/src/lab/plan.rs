@@ -13,22 +13,22 @@ const MAX_STEPS: f64 = 1e8;
 /// A shorter run would have samples that its time cannot tell apart.
 const SHORTEST_S: f64 = 1e-9;
 
-/// One run.
+/// One run of the friction lab.
 #[derive(Clone, Debug)]
 pub struct LabPlan {
-    /// `karnopp/exact`, `karnopp-banded/rk4/neglected`.
+    /// The name of the run in all output, such as `karnopp-banded/rk4/neglected`.
     pub label: String,
-    /// The friction.
+    /// The model of friction.
     pub model: Model,
-    /// The file.
+    /// The tables of the file.
     pub setup: Arc<Setup>,
-    /// Where it came from, for messages.
+    /// The file and what was set by hand, for messages.
     pub origin: Origin,
     /// The file's tables as this run uses them.
     pub parameters: serde_json::Value,
 }
 
-/// All runs of a document.
+/// Plans all runs of a document.
 ///
 /// # Errors
 /// Names the key, what was found and what is allowed.
@@ -86,7 +86,7 @@ fn parameters(document: &Document, model: Model, setup: &Setup) -> serde_json::V
 }
 
 impl LabPlan {
-    /// The solver.
+    /// Tells which solver runs it.
     pub fn solver(&self) -> SolverName {
         self.setup.run.solver
     }

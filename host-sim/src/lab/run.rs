@@ -24,13 +24,13 @@ const MAX_EVALUATIONS: u64 = 1_000_000_000;
 /// Everything that came out of a run.
 #[derive(Clone, Debug)]
 pub struct LabResult {
-    /// What was run.
+    /// The plan that was run.
     pub plan: LabPlan,
     /// Samples in order of time; at events one on either side.
     pub rows: Vec<Row>,
     /// Breaks, sticks and reversals, in order.
     pub events: Vec<BodyEvent>,
-    /// What it is judged by.
+    /// The metrics of the run.
     pub metrics: Metrics,
     /// Wall time of the solver with its events: of a second run without samples, which would take
     /// most of the time.

@@ -19,8 +19,8 @@ pub const COLUMNS: [&str; 11] = [
     "v_applied_v",
 ];
 
-/// The header, then a line a sample. Of several runs, each line begins with its run's label. What
-/// the laws publish of themselves stands behind the other columns.
+/// Writes the header, then a line a sample. Of several runs, each line begins with its run's label.
+/// What the laws publish of themselves stands behind the other columns.
 ///
 /// # Errors
 /// If a number cannot be written.

@@ -59,7 +59,7 @@ pub(crate) fn object<M: Serialize>(
     serde_json::to_string_pretty(&Report { schema: SCHEMA, experiment, source, runs })
 }
 
-/// The whole object, indented.
+/// Writes the whole object, indented.
 ///
 /// # Errors
 /// If a number cannot be written as JSON.

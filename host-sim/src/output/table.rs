@@ -8,7 +8,7 @@ use crate::run::{RunResult, Tripped};
 /// The width that a terminal is sure to have.
 const WIDTH: u16 = 80;
 
-/// A table with a header, the first column to the left and all others to the right.
+/// Makes a table with a header, the first column to the left and all others to the right.
 pub fn new(header: &[&str]) -> Table {
     let mut table = Table::new();
     table
@@ -66,7 +66,7 @@ fn row_name(result: &RunResult) -> String {
     format!("{driven_by}/{}", result.plan.task.slug())
 }
 
-/// A number with so many digits behind the point, or a dash.
+/// Writes a number with so many digits behind the point, or a dash.
 pub fn number(value: Option<f64>, digits: usize) -> String {
     value.map_or_else(
         || "-".into(),

@@ -12,21 +12,21 @@ use super::{Scalar, scalar};
 
 /// The declarations of a table of the file.
 pub trait Declared {
-    /// Every value that the table may have.
+    /// Lists every value that the table may have.
     fn about() -> Vec<&'static About>;
 
-    /// Whether a value has to be there.
+    /// Tells whether a value has to be there.
     fn needs(about: &About) -> bool {
         about.absent == Absent::Needed
     }
 
-    /// What a value is that is left out, if that does not depend on others.
+    /// Tells what a value is that is left out, if that does not depend on others.
     fn otherwise(about: &About) -> Option<Scalar>;
 
-    /// What a value may be beside the other values of the example.
+    /// Tells what a value may be beside the other values of the example.
     fn allowed(about: &About) -> Option<Allowed>;
 
-    /// The names of the laws that need a value.
+    /// Names the laws that need a value.
     fn laws(_: &About) -> Vec<&'static str> {
         vec![]
     }

@@ -26,10 +26,10 @@ pub use self::declared::{AllGains, Declared};
 
 /// Keys of a table that the core knows nothing of.
 pub trait Extras: Default {
-    /// Their names.
+    /// The names of the keys.
     const NAMES: &'static [&'static str] = &[];
 
-    /// Their schemas and sentences, in the order of their names.
+    /// Makes the schema and the sentence of each key, in the order of the names.
     fn schema(_: &mut SchemaGenerator) -> Vec<(Schema, &'static str)> {
         vec![]
     }
@@ -40,12 +40,12 @@ pub trait Extras: Default {
     /// If it is not of its type.
     fn take<'de, A: MapAccess<'de>>(&mut self, name: &str, map: &mut A) -> Result<(), A::Error>;
 
-    /// The name of one that has to be there and is not.
+    /// Names a key that has to be there and is not.
     fn missing(&self) -> Option<&'static str> {
         None
     }
 
-    /// Writes them.
+    /// Writes the keys.
     ///
     /// # Errors
     /// If a value cannot be written.
@@ -65,9 +65,9 @@ impl Extras for () {
 /// A value as it was written.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Scalar {
-    /// With a fraction.
+    /// A number with a fraction.
     Number(f64),
-    /// Whole.
+    /// A whole number.
     Whole(i64),
     /// True or false.
     Flag(bool),
@@ -79,7 +79,7 @@ pub enum Scalar {
 #[derive(Clone, Debug, PartialEq)]
 pub struct Written<T, E = ()> {
     values: BTreeMap<&'static str, Scalar>,
-    /// What the core knows nothing of.
+    /// The keys that the core knows nothing of.
     pub extras: E,
     of: PhantomData<T>,
 }
@@ -97,7 +97,7 @@ impl<T, E> Written<T, E> {
         Self { values: BTreeMap::new(), extras, of: PhantomData }
     }
 
-    /// A number, if it is written.
+    /// Finds a number, if it is written.
     pub fn number(&self, name: &str) -> Option<f64> {
         match self.values.get(name)? {
             Scalar::Number(number) => Some(*number),
@@ -111,7 +111,7 @@ impl<T, E> Written<T, E> {
         self.number(name).unwrap_or(f64::NAN)
     }
 
-    /// The values that are written.
+    /// Lists the values that are written.
     pub fn iter(&self) -> impl Iterator<Item = (&'static str, Scalar)> {
         self.values.iter().map(|(name, value)| (*name, *value))
     }
@@ -141,15 +141,15 @@ impl<T, E> Written<T, E> {
 }
 
 impl<T: Table, E: Default> Written<T, E> {
-    /// All values of a table, written out.
+    /// Writes out all values of a table.
     pub fn out(values: &T) -> Self {
         let mut all = Self::default();
         all.put(T::ABOUT, values);
         all
     }
 
-    /// The table in single precision, as the core has it; what is left out is its default, or as in
-    /// `otherwise`.
+    /// Makes the table in single precision, as the core has it; what is left out is its default, or
+    /// as in `otherwise`.
     pub fn core(&self, otherwise: T) -> T {
         let mut values = otherwise;
         self.apply(T::ABOUT, &mut values);
@@ -158,12 +158,12 @@ impl<T: Table, E: Default> Written<T, E> {
 }
 
 impl<E> Written<ControllerConfig, E> {
-    /// Time between samples, s.
+    /// Tells the time between samples, s.
     pub fn sample_time_s(&self) -> f64 {
         self.needed("sample_time_s")
     }
 
-    /// Positions in the velocity regression.
+    /// Tells how many positions the velocity regression takes.
     pub fn velocity_window(&self) -> i64 {
         match self.values.get("velocity_window") {
             Some(Scalar::Whole(whole)) => *whole,
@@ -173,25 +173,25 @@ impl<E> Written<ControllerConfig, E> {
 }
 
 impl<E> Written<Encoder, E> {
-    /// Joint angle of one count, deg.
+    /// Tells the joint angle of one count, deg.
     pub fn resolution_deg(&self) -> f64 {
         self.needed("resolution_deg")
     }
 }
 
 impl<E> Written<DriveConfig, E> {
-    /// Largest output, V.
+    /// Tells the largest output, V.
     pub fn full_scale_v(&self) -> f64 {
         self.needed("full_scale_v")
     }
 
-    /// Volts of one code.
+    /// Tells the volts of one code.
     pub fn lsb_v(&self) -> f64 {
         self.needed("lsb_v")
     }
 }
 
-/// The value of these bits, as a person would write it.
+/// Reads the value of these bits, as a person would write it.
 pub fn scalar(kind: Kind, bits: u32) -> Scalar {
     match kind {
         Kind::Number => Scalar::Number(single(f32::from_bits(bits))),
@@ -201,7 +201,7 @@ pub fn scalar(kind: Kind, bits: u32) -> Scalar {
     }
 }
 
-/// The shortest decimal that is read as this number in single precision.
+/// Finds the shortest decimal that is read as this number in single precision.
 pub fn single(value: f32) -> f64 {
     // Shortest by the standard library; a decimal, so that 0.02 is not 0.019999999552965164.
     value.to_string().parse().unwrap_or_else(|_| value.into())

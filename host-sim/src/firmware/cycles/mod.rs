@@ -59,7 +59,8 @@ impl fmt::Display for Unknown {
 }
 
 impl Timing {
-    /// Of the instruction that begins with `first`; `second` is only looked at if it is a long one.
+    /// Finds the timing of the instruction that begins with `first`; `second` is only looked at if
+    /// it is a long one.
     ///
     /// # Errors
     /// If its time is not known.
@@ -70,7 +71,7 @@ impl Timing {
         timing.ok_or(Unknown { first, second: long.then_some(second) })
     }
 
-    /// Cycles that `next`, right after it, waits for its results.
+    /// Counts the cycles that `next`, right after it, waits for its results.
     pub const fn holds_up(&self, next: &Self) -> u32 {
         (self.computes & next.addresses != 0) as u32 + (self.float_computes & next.float_takes != 0) as u32
     }
