@@ -1,8 +1,9 @@
 //! The simulated joint around the control core of [`stiction`].
 //!
-//! A machine's file ([`machine`]) is taken apart into runs ([`experiment`]); each run wires the
-//! core to an encoder, a D/A and an axis ([`closed_loop`]), whose motion between samples a solver
-//! finds ([`solver`]); what comes out is judged ([`metrics`]) and written ([`output`], [`figure`]).
+//! A file is opened as a [`document`]. That of a machine ([`machine`]) is taken apart into runs
+//! ([`experiment`]); each run wires the core to an encoder, a D/A and an axis ([`closed_loop`]),
+//! whose motion between samples a solver finds ([`solver`]); what comes out is judged ([`metrics`])
+//! and written ([`output`], [`figure`]).
 //!
 //! Apart from the control core there is the friction lab ([`lab`]): mechanisms, frictions and
 //! solvers that know nothing of each other.

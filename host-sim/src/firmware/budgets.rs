@@ -2,13 +2,9 @@
 
 /// Instructions of the core's tick under any law of the thesis, with all that can be turned on.
 ///
-/// 500 were meant. Soft start and scaling by the supply are a part of the core's tick since there
-/// is one output stage, and SRNF, whose hyperbolic tangent alone takes some 125, needs 536 with
-/// them; the other laws stay below 460. The law that is still to come, which computes more, is to
-/// have 1000.
-pub const CORE_INSTRUCTIONS: u32 = 550;
-/// Instructions of the whole control interrupt under any law of the thesis, with all that can be
-/// turned on.
+/// With the law that is still to come, which computes more: 1000.
+pub const CORE_INSTRUCTIONS: u32 = 500;
+/// Instructions of the whole control interrupt under any law of the thesis, with all that can be turned on.
 ///
 /// With the law that is still to come: 1900.
 pub const INTERRUPT_INSTRUCTIONS: u32 = 1300;
