@@ -1,12 +1,14 @@
 //! Closed-loop runs per second of the two solvers, and what RK4 gets wrong.
 //!
-//! The run is the thesis's 2.5 deg step, 2 s at 20 ms, under PD (which comes to rest) and under SRNF (whose steep
-//! tanh amplifies small differences). An error is the largest distance from the exact solver's joint at any
-//! sample; that one's own error is rounding (it is checked against closed forms in `tests/plant/axis.rs`).
+//! The run is the thesis's 2.5 deg step, 2 s at 20 ms, under PD (which comes to rest) and under
+//! SRNF (whose steep tanh amplifies small differences). An error is the largest distance from the
+//! exact solver's joint at any sample; that one's own error is rounding (it is checked against
+//! closed forms in `tests/plant/axis.rs`).
 //!
-//! RK4 runs with the thesis's velocity band at several steps, and with a band as narrow as each step allows: with
-//! decelerations of up to 27 deg/s^2 in these runs a narrower one would be jumped over. A coasting joint
-//! travels with the band's velocity, so the band, not the order of the method, decides the error.
+//! RK4 runs with the thesis's velocity band at several steps, and with a band as narrow as each
+//! step allows: with decelerations of up to 27 deg/s^2 in these runs a narrower one would be jumped
+//! over. A coasting joint travels with the band's velocity, so the band, not the order of the
+//! method, decides the error.
 #![allow(missing_docs, clippy::unwrap_used)]
 
 use std::hint::black_box;
@@ -52,7 +54,8 @@ fn closed_loop(criterion: &mut Criterion) {
             let rk4 = positions(&closed_loop, Rk4Axis::at_rest(&closed_loop.axis, band, step_s));
             let error = exact.iter().zip(&rk4).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max);
             println!(
-                "{controller}, RK4 of {step_s:e} s, band {band:e} deg/s: wrong by up to {error:.1e} deg"
+                "{controller}, RK4 of {step_s:e} s, band {band:e} deg/s: wrong by up to \
+                 {error:.1e} deg"
             );
         }
         let mut group = criterion.benchmark_group(format!("2.5 deg step, 2 s, {controller}"));

@@ -1,13 +1,15 @@
-//! The exact solver of the friction lab against `diffsol`'s `tsit45` with root finding, on the thesis's one-dof
-//! spring-mass, one-dof and two-dof manipulators (Tables 1-2, 7-8, 10-11).
+//! The exact solver of the friction lab against `diffsol`'s `tsit45` with root finding, on the
+//! thesis's one-dof spring-mass, one-dof and two-dof manipulators (Tables 1-2, 7-8, 10-11).
 //!
-//! Both follow the same modes, decided by the same function at events; what differs is integration and root
-//! finding. `diffsol` keeps its problem from run to run and gets a new solver for each; its absolute tolerance is the
-//! relative one times the largest value of each component, which is what the exact solver's tolerance means. An error
-//! is the largest of those of the event times, against closed forms or an independent simulation, over 5 s.
+//! Both follow the same modes, decided by the same function at events; what differs is integration
+//! and root finding. `diffsol` keeps its problem from run to run and gets a new solver for each;
+//! its absolute tolerance is the relative one times the largest value of each component, which is
+//! what the exact solver's tolerance means. An error is the largest of those of the event times,
+//! against closed forms or an independent simulation, over 5 s.
 //!
-//! `cargo bench --ignore-rust-version --package host-sim --features diffsol --bench friction` prints the error of both at
-//! tolerances from 1e-4 to 1e-12 beside the time of a run, and draws them (work-precision) into `target/friction-bench`.
+//! `cargo bench --ignore-rust-version --package host-sim --features diffsol --bench friction`
+//! prints the error of both at tolerances from 1e-4 to 1e-12 beside the time of a run, and draws
+//! them (work-precision) into `target/friction-bench`.
 #![allow(missing_docs, clippy::unwrap_used)]
 
 use std::cell::Cell;
@@ -21,7 +23,7 @@ use diffsol::{NalgebraMat, OdeBuilder, OdeSolverMethod, OdeSolverStopReason};
 use host_sim::figure::{Figure, Line, Panel, Style};
 use host_sim::friction::Coulomb;
 use host_sim::mechanism::{Mechanism, Pendulum, Pull, SpringMass, TwoLinkArm};
-use host_sim::solver::located;
+use host_sim::solver::event_driven;
 use host_sim::solver::modes::{Mode, accelerations, decide};
 use host_sim::solver::state::BodyEvent;
 
@@ -81,7 +83,7 @@ fn arm() -> Case<2, TwoLinkArm> {
 
 fn exact<const N: usize, M: Mechanism<N>>(case: &Case<N, M>, tolerance: f64) -> Vec<f64> {
     let mut events: Vec<BodyEvent> = Vec::with_capacity(16);
-    located::run(&case.mechanism, &case.friction, tolerance, DURATION_S, &mut events).unwrap();
+    event_driven::run(&case.mechanism, &case.friction, tolerance, DURATION_S, &mut events).unwrap();
     events.iter().map(|event| event.time_s).collect()
 }
 

@@ -1,13 +1,14 @@
-//! The thesis's control benchmark (section 3.3.1) on one table: which controller does best on a joint.
+//! The thesis's control benchmark (section 3.3.1) on one table: which controller does best on a
+//! joint.
 //!
-//! Every controller takes the joint through the same steps and trajectories; each is judged by its worst run. Steps are
-//! run once as the file says and once for 120 s: hunting is slow, and a controller that looks at rest after 10 s
-//! may have been waiting for its integral.
+//! Every controller takes the joint through the same steps and trajectories; each is judged by its
+//! worst run. Steps are run once as the file says and once for 120 s: hunting is slow, and a
+//! controller that looks at rest after 10 s may have been waiting for its integral.
 
 use serde::Serialize;
 
 use crate::error::Error;
-use crate::experiment::{Document, Experiment, Motion, RunPlan};
+use crate::experiment::{Document, Experiment, RunPlan, Task};
 use crate::run::{RunResult, run_all};
 
 /// How long a step is watched for hunting.
@@ -16,21 +17,22 @@ const HUNTING_DURATION: &str = "run.duration_s=120";
 /// One controller's row. `None`: it never settled, or nothing of that kind was run.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Score {
-    /// The controller.
+    /// The name of the controller.
     pub controller: String,
     /// Largest rest error of a step, counts.
     pub rest_error_counts: Option<f64>,
-    /// Largest overshoot of a step.
+    /// Largest overshoot of a step, deg.
     pub overshoot_deg: Option<f64>,
-    /// Longest settling of a step; `None` if any never settles.
+    /// Longest settling of a step, s; `None` if any never settles.
     pub settling_time_s: Option<f64>,
-    /// Largest rms error of a trajectory.
+    /// Largest rms error of a trajectory, deg.
     pub tracking_rms_deg: Option<f64>,
-    /// Largest total variation of the drive's output, steps and trajectories.
+    /// Largest total variation of the drive's output in steps and trajectories, V/s.
     pub chatter_v_per_s: Option<f64>,
-    /// Largest peak-to-peak of a step watched for 120 s; zero if none hunts.
+    /// Largest peak-to-peak of a step watched for 120 s, counts; zero if none hunts.
     pub hunting_counts: Option<f64>,
-    /// Whether any of its runs is unstable or diverged: then its other values say little, and it is ranked last.
+    /// Whether any of its runs is unstable or diverged: then its other values say little, and it is
+    /// ranked last.
     pub unstable: bool,
     /// Mean of its places in the six columns: 1 is the best in every one.
     pub mean_place: f64,
@@ -45,7 +47,8 @@ pub struct Benchmark {
     pub results: Vec<Vec<RunResult>>,
 }
 
-/// Runs the benchmark on documents that name the same controllers; variants other than the plain one are left out.
+/// Runs the benchmark on documents that name the same controllers; variants other than the plain
+/// one are left out.
 ///
 /// # Errors
 /// Says what is wrong with a document.
@@ -57,7 +60,7 @@ pub fn benchmark(documents: &[Document]) -> Result<Benchmark, Error> {
         let mut document = document.clone();
         document.set(&[HUNTING_DURATION.into()])?;
         let mut steps = plain_runs(&document)?;
-        steps.retain(|plan| matches!(plan.motion, Motion::Step(_)));
+        steps.retain(|plan| matches!(plan.task, Task::Step(_)));
         watched.extend(run_all(&steps)?);
     }
     let all: Vec<&RunResult> = results.iter().flatten().collect();
@@ -84,7 +87,7 @@ pub fn plain_runs(document: &Document) -> Result<Vec<RunPlan>, Error> {
 
 fn score(controller: &str, results: &[&RunResult], watched: &[RunResult]) -> Score {
     let of = |result: &&RunResult| result.plan.controller.as_deref() == Some(controller);
-    let is_step = |result: &&RunResult| matches!(result.plan.motion, Motion::Step(_));
+    let is_step = |result: &&RunResult| matches!(result.plan.task, Task::Step(_));
     let steps: Vec<_> = results.iter().copied().filter(of).filter(is_step).collect();
     let trajectories: Vec<_> = results.iter().copied().filter(of).filter(|result| !is_step(result)).collect();
     let watched: Vec<_> = watched.iter().filter(of).collect();
@@ -108,8 +111,8 @@ fn score(controller: &str, results: &[&RunResult], watched: &[RunResult]) -> Sco
     }
 }
 
-/// Gives each row the mean of its places, and sorts by it. Equal values share the better place; a missing one is last,
-/// and so is every value of an unstable controller.
+/// Gives each row the mean of its places, and sorts by it. Equal values share the better place; a
+/// missing one is last, and so is every value of an unstable controller.
 fn rank(scores: &mut [Score]) {
     let columns: [fn(&Score) -> Option<f64>; 6] = [
         |score| score.rest_error_counts,
@@ -197,7 +200,8 @@ mod tests {
         assert_eq!(benchmark.results.iter().flatten().count(), 7 * 5);
         assert_eq!(benchmark.scores.first().unwrap().controller, "srnf");
         let pd = benchmark.scores.iter().find(|score| score.controller == "pd").unwrap();
-        // Section 3.3.2 and the closed forms: rests within Ts/Kp, never settles, does not hunt, trails by 0.48 deg.
+        // Section 3.3.2 and the closed forms: rests within Ts/Kp, never settles, does not hunt,
+        // trails by 0.48 deg.
         assert!((100.0..166.0).contains(&pd.rest_error_counts.unwrap()));
         assert_eq!((pd.settling_time_s, pd.hunting_counts), (None, Some(0.0)));
         assert!((0.43..0.50).contains(&pd.tracking_rms_deg.unwrap()));

@@ -27,10 +27,10 @@ use crate::target::BareLoop;
 /// After so many time constants 1/(kappa b) at constant effort the velocity is steady to 1 %.
 pub const SETTLED: f64 = 5.0;
 
-/// A ramp up to the motion and down to rest.
+/// A ramp up to the motion and down to rest, with what its levels are read by.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Ramp {
-    /// What the core runs.
+pub struct RampTest {
+    /// The ramp that the core runs.
     pub core: stiction::identification::Ramp,
     /// V/s.
     pub rate: f64,
@@ -84,7 +84,7 @@ impl From<&Moment> for RampMoment {
     }
 }
 
-impl Ramp {
+impl RampTest {
     /// Runs the ramp on a joint at rest, with the encoder and the drive of `around`; no law runs.
     pub fn run<S: AxisSolver>(
         &self,

@@ -1,7 +1,7 @@
 //! The keys of a machine's file: a schema for editors, a list for people, a page for docs/.
 //!
-//! All of it comes from the declarations: those of the core (`stiction::value`) and of the simulator's own tables
-//! ([`crate::machine`]).
+//! All of it comes from the declarations: those of the core (`stiction::value`) and of the
+//! simulator's own tables ([`crate::machine`]).
 
 use serde_json::Value;
 use stiction::Fault;
@@ -67,14 +67,16 @@ pub fn list(table: Option<&str>) -> Result<String, Error> {
 pub fn markdown() -> String {
     let rows = rows();
     let mut page = String::from(
-        "# Parameters\n\nEvery key of a machine's file. This page is generated: `cargo sim keys --markdown` prints it, and a \
-         test holds it up\nto date. `stiction keys [TABLE]` shows the same in a terminal, `stiction keys --schema` a JSON schema \
-         for editors.\n\nThe *number* is that of the value in the record of the flash and over the link; keys without one are \
-         the simulator's own.\n",
+        "# Parameters\n\n\
+         Every key of a machine's file. This page is generated: `cargo sim keys --markdown` prints \
+         it, and a test holds it up\nto date. `stiction keys [TABLE]` shows the same in a terminal, \
+         `stiction keys --schema` a JSON schema for editors.\n\n\
+         The *number* is that of the value in the record of the flash and over the link; keys \
+         without one are the simulator's own.\n",
     );
     for table in tables(&rows) {
-        page +=
-            &format!("\n## [{table}]\n\n| key | allowed | left out | number | |\n|---|---|---|---|---|\n");
+        page += &format!("\n## [{table}]\n\n| key | allowed | left out | number | |\n");
+        page += "|---|---|---|---|---|\n";
         for row in rows.iter().filter(|row| row.table == table) {
             let number = if row.number.is_empty() { String::new() } else { format!("`{}`", row.number) };
             let text = row.text.replace('|', "\\|");
@@ -82,11 +84,13 @@ pub fn markdown() -> String {
                 &format!("| `{}` | {} | {} | {number} | {text} |\n", row.name, row.allowed, row.otherwise);
         }
     }
-    page += "\n## Numbers without a key\n\nA record and the link also have the laws of the sum and the motion, which a file says \
+    page += "\n## Numbers without a key\n\n\
+             A record and the link also have the laws of the sum and the motion, which a file says \
              in other ways.\n\n| number | |\n|---|---|\n";
     let first = FIRST_LAW.0;
     page += &format!(
-        "| `{first:#06x}` to `{:#06x}` | Which laws are added to PD, each once; 0: there is none, nor after it. {}. |\n",
+        "| `{first:#06x}` to `{:#06x}` | Which laws are added to PD, each once; 0: there is none, \
+         nor after it. {}. |\n",
         first + MAX_TERMS as u16 - 1,
         Gains::EXAMPLES
             .iter()
@@ -109,7 +113,8 @@ const CORNERS: u16 = 0x0700;
 /// The table of docs/faults.md.
 pub fn faults() -> String {
     let mut table = String::from(
-        "| code | fault | seen within | value | threshold | ends with |\n|---|---|---|---|---|---|\n",
+        "| code | fault | seen within | value | threshold | ends with \
+         |\n|---|---|---|---|---|---|\n",
     );
     for fault in Fault::ALL {
         let value = match (fault.value(), fault.unit()) {

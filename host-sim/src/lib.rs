@@ -1,16 +1,18 @@
 //! The simulated joint around the control core of [`stiction`].
 //!
-//! A machine's file ([`machine`]) is taken apart into runs ([`experiment`]); each run wires the core to an encoder, a
-//! D/A and an axis ([`closed_loop`]), whose motion between samples a solver finds ([`solver`]); what comes out
-//! is judged ([`metrics`]) and written ([`output`], [`figure`]).
+//! A file is opened as a [`document`]. That of a machine ([`machine`]) is taken apart into runs
+//! ([`experiment`]); each run wires the core to an encoder, a D/A and an axis ([`closed_loop`]),
+//! whose motion between samples a solver finds ([`solver`]); what comes out is judged ([`metrics`])
+//! and written ([`output`], [`figure`]).
 //!
-//! Apart from the control core there is the friction lab ([`lab`]): mechanisms, frictions and solvers that know
-//! nothing of each other.
+//! Apart from the control core there is the friction lab ([`lab`]): mechanisms, frictions and
+//! solvers that know nothing of each other.
 
 pub mod benchmark;
 pub mod cli;
 pub mod closed_loop;
 pub mod device;
+pub mod document;
 #[cfg(feature = "emulator")]
 pub mod emulator;
 pub mod encoder;
@@ -33,6 +35,7 @@ pub mod properties;
 #[cfg(feature = "report")]
 pub mod report;
 pub mod run;
+pub mod setup;
 pub mod solver;
 pub mod target;
 pub mod written;

@@ -1,7 +1,7 @@
 //! A machine's TOML: the joint, its encoder, its drive, its controllers, and what is asked of them.
 //!
-//! Every key carries its unit. A key that is not known is refused, and so is a value out of its range; only keys that
-//! have an obvious neutral value may be left out.
+//! Every key carries its unit. A key that is not known is refused, and so is a value out of its
+//! range; only keys that have an obvious neutral value may be left out.
 
 use std::borrow::Cow;
 use std::collections::BTreeMap;
@@ -67,7 +67,9 @@ pub struct Machine {
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct FigureSource {
-    /// A controller, a controller and its variant (`srnf/test-1`), or all variants in one figure (`pd/*`).
+    // One line of the schema.
+    #[doc = "A controller, a controller and its variant (`srnf/test-1`), or all variants in one \
+             figure (`pd/*`)."]
     pub of: String,
     /// "Figs. 38 and 58".
     pub thesis: String,
@@ -126,7 +128,8 @@ impl Extras for Disc {
 
     fn schema(generator: &mut SchemaGenerator) -> Vec<(Schema, &'static str)> {
         let rounding = "How a position between two counts is read (simulator only).";
-        let phase = "Place of the joint's zero between two counts, -1 to 1 counts (simulator only).";
+        let phase = "Place of the joint's zero between two counts, -1 to 1 counts (simulator \
+            only).";
         vec![
             (generator.subschema_for::<Option<Rounding>>(), rounding),
             (generator.subschema_for::<Option<f64>>(), phase),
@@ -203,7 +206,8 @@ impl Names {
     }
 }
 
-/// `laws` of `[controller.NAME]`: those whose sum is the compensator. Left out: the law that has the controller's name.
+/// `laws` of `[controller.NAME]`: those whose sum is the compensator. Left out: the law that has
+/// the controller's name.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Laws {
     /// Their names.
@@ -214,7 +218,8 @@ impl Extras for Laws {
     const NAMES: &'static [&'static str] = &["laws"];
 
     fn schema(generator: &mut SchemaGenerator) -> Vec<(Schema, &'static str)> {
-        let text = "Laws whose sum is added to PD. Left out: the law that has the controller's name.";
+        let text = "Laws whose sum is added to PD. Left out: the law that has the controller's \
+            name.";
         vec![(generator.subschema_for::<Option<Vec<LawName>>>(), text)]
     }
 
@@ -303,6 +308,14 @@ pub struct Trajectory {
     pub half_blend_s: f64,
 }
 
+impl Trajectory {
+    /// Speed of the first line that is not a rest, deg/s.
+    pub fn speed(&self) -> f64 {
+        let lines = self.corner_times_s.windows(2).zip(self.corner_positions_deg.windows(2));
+        lines.map(|(t, p)| ((p[1] - p[0]) / (t[1] - t[0])).abs()).find(|speed| *speed > 0.0).unwrap_or(0.0)
+    }
+}
+
 /// `[identification]`: ramps that find the two friction levels.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
@@ -317,7 +330,9 @@ pub struct Identification {
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(default, deny_unknown_fields)]
 pub struct Run {
-    /// Time that a run lasts, s. Left out: 10 s for a step, 3 s past the last corner for a trajectory.
+    // One line of the schema.
+    #[doc = "Time that a run lasts, s. Left out: 10 s for a step, 3 s past the last corner for a \
+             trajectory."]
     #[serde(skip_serializing_if = "Option::is_none")]
     pub duration_s: Option<f64>,
     /// Samples by which the output is late, 0 or 1.

@@ -1,71 +1,62 @@
 //! What a run is judged by.
 //!
-//! Errors are the reference minus the *true* joint position, at the sampling instants. Keys are those of the
-//! JSON output; `None` is `null`.
+//! Errors are the reference minus the *true* joint position, at the sampling instants. Keys are
+//! those of the JSON output; `None` is `null`.
 
 use serde::Serialize;
 
 use crate::closed_loop::Moment;
+use crate::experiment::Task;
+use crate::machine::Trajectory;
 
 /// A joint that is this near its target counts as settled, deg.
 const SETTLED_DEG: f64 = 0.05;
 
-/// A turn counts as a reversal when the joint has come back by more than this, in counts. A stuck joint of the banded
-/// model coasts by up to 8e-4 counts in a sample of the thesis's axis: that is no motion.
+/// A turn counts as a reversal when the joint has come back by more than this, in counts. A stuck
+/// joint of the banded model coasts by up to 8e-4 counts in a sample of the thesis's axis: that is
+/// no motion.
 const REVERSAL_COUNTS: f64 = 0.01;
 
 /// Fewer reversals than these are a transient, not hunting.
 const HUNTING_REVERSALS: usize = 4;
 
-/// Metrics of one run of the axis.
+/// The metrics of one run of the axis.
 #[derive(Clone, Debug, Default, PartialEq, Serialize)]
 pub struct Metrics {
-    /// Mean error of the last second.
+    /// Mean error of the last second, deg.
     pub steady_state_error_deg: Option<f64>,
     /// Error at the last sample, in counts.
     pub rest_error_counts: Option<f64>,
-    /// How far the joint went beyond a step's target.
+    /// How far the joint went beyond the target of a step, deg.
     pub overshoot_deg: Option<f64>,
-    /// From 10 % to 90 % of a step.
+    /// Time from 10 % to 90 % of a step, s.
     pub rise_time_s: Option<f64>,
-    /// After which a step stays within +-0.05 deg.
+    /// Time after which a step stays within +-0.05 deg, s.
     pub settling_time_s: Option<f64>,
-    /// Over a step's run; over a trajectory from the first blend's start to the last one's end.
+    /// Root mean square of the error, deg: over the run of a step, or from the begin of a
+    /// trajectory's first blend to the end of its last.
     pub rms_error_deg: Option<f64>,
-    /// As `rms_error_deg`.
+    /// Largest error over the same time as `rms_error_deg`, deg.
     pub max_error_deg: Option<f64>,
-    /// Mean from 2 s after the first corner to 0.5 s before the second.
+    /// Mean error from 2 s after the first corner to 0.5 s before the second, deg.
     pub cruise_error_deg: Option<f64>,
-    /// In the second half of a step's run.
+    /// Distance between the extremes in the second half of the run of a step that hunts, deg.
     pub hunting_peak_to_peak_deg: Option<f64>,
-    /// Twice the mean time between reversals.
+    /// Twice the mean time between reversals there, s.
     pub hunting_period_s: Option<f64>,
-    /// Total variation of the D/A's output, per second.
+    /// Total variation of the D/A's output per second, V/s.
     pub control_total_variation_v_per_s: Option<f64>,
-    /// Effort at which the joint broke away.
+    /// Effort at which the joint broke away, V.
     pub stick_v: Option<f64>,
-    /// Effort at which the joint stopped.
+    /// Effort at which the joint stopped, V.
     pub slip_v: Option<f64>,
-    /// The same without the axis's lag.
+    /// Effort at which the joint stopped, without the lag of the axis, V.
     pub slip_corrected_v: Option<f64>,
 }
 
-/// What the metrics need to know of the motion.
-#[derive(Clone, Debug, PartialEq)]
-pub enum Task {
-    /// A step of so many degrees.
-    Step(f64),
-    /// A trajectory with these corners.
-    Trajectory {
-        /// First blend's start to last blend's end, s.
-        motion_s: [f64; 2],
-        /// The window of the cruise error, s.
-        cruise_s: [f64; 2],
-    },
-}
-
 impl Metrics {
-    /// Of a run's moments (at least one).
+    /// Judges the moments of a run, of which there is at least one. What a ramp found is no metric
+    /// of moments.
     pub fn of(moments: &[Moment], task: &Task, resolution_deg: f64) -> Self {
         let (Some(first), Some(last)) = (moments.first(), moments.last()) else { return Self::default() };
         let last_second = within(moments, [last.time_s - 1.0, last.time_s]);
@@ -89,10 +80,11 @@ impl Metrics {
                 }
                 moments
             }
-            Task::Trajectory { motion_s, cruise_s } => {
-                metrics.cruise_error_deg = mean(errors(within(moments, *cruise_s)));
-                within(moments, *motion_s)
+            Task::Trajectory(trajectory) => {
+                metrics.cruise_error_deg = mean(errors(within(moments, cruise_s(trajectory))));
+                within(moments, motion_s(trajectory))
             }
+            Task::Ramp(_) => return Self::default(),
         };
         metrics.rms_error_deg = mean(errors(judged).map(|e| e * e)).map(f64::sqrt);
         metrics.max_error_deg = errors(judged).map(f64::abs).reduce(f64::max);
@@ -100,8 +92,9 @@ impl Metrics {
     }
 }
 
-/// Whether a run is unstable: the error has exceeded ten times `span_deg` (the step, or how far a trajectory leads away
-/// from where the joint starts; zero: not asked), or the output is saturated with alternating sign for more than half of the last second.
+/// Whether a run is unstable: the error has exceeded ten times `span_deg` (the step, or how far a
+/// trajectory leads away from where the joint starts; zero: not asked), or the output is saturated
+/// with alternating sign for more than half of the last second.
 pub fn is_unstable(moments: &[Moment], span_deg: f64) -> bool {
     let Some(last) = moments.last() else { return false };
     let escaped = span_deg > 0.0 && moments.iter().any(|m| m.error_deg().abs() > 10.0 * span_deg);
@@ -110,6 +103,21 @@ pub fn is_unstable(moments: &[Moment], span_deg: f64) -> bool {
         last_second.iter().filter(|m| m.tick.saturated).map(|m| m.tick.v.signum()).collect();
     let alternates = limits.windows(2).any(|pair| pair[0] != pair[1]);
     escaped || (2 * limits.len() > last_second.len() && alternates)
+}
+
+/// From the begin of the first blend of a trajectory to the end of the last one, s.
+fn motion_s(trajectory: &Trajectory) -> [f64; 2] {
+    let last = trajectory.corner_times_s.len().saturating_sub(1);
+    [corner_s(trajectory, 0) - trajectory.half_blend_s, corner_s(trajectory, last) + trajectory.half_blend_s]
+}
+
+/// The window of the cruise error, s.
+fn cruise_s(trajectory: &Trajectory) -> [f64; 2] {
+    [corner_s(trajectory, 0) + 2.0, corner_s(trajectory, 1) - 0.5]
+}
+
+fn corner_s(trajectory: &Trajectory, number: usize) -> f64 {
+    trajectory.corner_times_s.get(number).copied().unwrap_or(0.0)
 }
 
 /// The moments from one time to another, both included.
@@ -157,7 +165,8 @@ fn settling_time(moments: &[Moment]) -> Option<f64> {
 
 /// Peak to peak (deg) and period (s), after `from_s`, of a joint that turns back and forth.
 fn hunting(moments: &[Moment], from_s: f64, resolution_deg: f64) -> Option<(f64, f64)> {
-    // Over the whole run: whether the first motion after `from_s` is a turn depends on the motion before it.
+    // Over the whole run: whether the first motion after `from_s` is a turn depends on the motion
+    // before it.
     let mut turns = reversals(moments, REVERSAL_COUNTS * resolution_deg);
     turns.retain(|turn_s| *turn_s >= from_s);
     if turns.len() < HUNTING_REVERSALS {
@@ -169,7 +178,8 @@ fn hunting(moments: &[Moment], from_s: f64, resolution_deg: f64) -> Option<(f64,
     Some((peak_to_peak, 2.0 * between))
 }
 
-/// When the joint began to move the other way: it had come back from its extreme by more than `hysteresis`.
+/// When the joint began to move the other way: it had come back from its extreme by more than
+/// `hysteresis`.
 fn reversals(moments: &[Moment], hysteresis: f64) -> Vec<f64> {
     let mut turns = Vec::new();
     let Some(first) = moments.first() else { return turns };

@@ -6,12 +6,11 @@ use indicatif::{ParallelProgressIterator, ProgressBar, ProgressStyle};
 use rayon::prelude::*;
 
 use crate::closed_loop::{ClosedLoop, Moment};
-use crate::device;
 use crate::error::Error;
-use crate::experiment::{Motion, RunPlan};
+use crate::experiment::{RunPlan, Task, parameters};
 use crate::identification::{Levels, RampMoment};
 use crate::machine::Solver;
-use crate::metrics::{Metrics, Task, is_unstable};
+use crate::metrics::{Metrics, is_unstable};
 use crate::solver::{AxisSolver, Event, ExactAxis, Rk4Axis};
 use crate::target::WatchedServo;
 
@@ -125,7 +124,7 @@ fn run_with<S: AxisSolver>(plan: &RunPlan, driven: Driven, mut solver: S) -> Res
     if driven == Driven::ByServo {
         return run_servo(plan, &closed_loop, solver, begin);
     }
-    if let Motion::Ramp(rate) = plan.motion {
+    if let Task::Ramp(rate) = plan.task {
         let ramp = plan.ramp(rate)?;
         let mut moments = Vec::new();
         let on_moment = |moment: &RampMoment| moments.push(*moment);
@@ -148,12 +147,12 @@ fn run_servo<S: AxisSolver>(
     mut solver: S,
     begin: Instant,
 ) -> Result<RunResult, Error> {
-    if let Motion::Ramp(_) = plan.motion {
+    if let Task::Ramp(_) = plan.task {
         let why = "the servo runs ramps on a device: `stiction device ... identify`";
         return Err(Error::Input(format!("--target servo: {} is a ramp; {why}", plan.label)));
     }
     let (counter, counts) = closed_loop.at_rest(&solver);
-    let mut target = WatchedServo::new(device::parameters(plan)?, counter, counts)?;
+    let mut target = WatchedServo::new(parameters(plan)?, counter, counts)?;
     let (mut moments, mut events) = (Vec::new(), Vec::new());
     let diverged_at_s = closed_loop.step(
         &mut target,
@@ -183,8 +182,8 @@ impl RunResult {
         begin: Instant,
         derivative_evaluations: u64,
     ) -> Self {
-        let metrics = Metrics::of(&moments, &plan.task(), plan.machine.encoder.resolution_deg());
-        let unstable = diverged_at_s.is_some() || is_unstable(&moments, plan.span_deg());
+        let metrics = Metrics::of(&moments, &plan.task, plan.machine.encoder.resolution_deg());
+        let unstable = diverged_at_s.is_some() || is_unstable(&moments, plan.task.span_deg());
         Self {
             plan: plan.clone(),
             trace: Trace::Loop(moments),
@@ -218,47 +217,6 @@ impl RunResult {
             unstable: false,
             diverged_at_s: None,
             fault: None,
-        }
-    }
-}
-
-impl RunPlan {
-    /// Checks every value of the run without running it.
-    ///
-    /// # Errors
-    /// Names the key, what was found and what is allowed.
-    pub fn validate(&self) -> Result<(), Error> {
-        self.closed_loop()?;
-        match self.motion {
-            Motion::Ramp(rate) => self.ramp(rate).map(|_| ()),
-            Motion::Step(_) | Motion::Trajectory(_) => self.samples().map(|_| ()),
-        }
-    }
-
-    /// What the metrics need to know of the motion. A ramp has no reference and is judged otherwise.
-    fn task(&self) -> Task {
-        match &self.motion {
-            Motion::Step(step) => Task::Step(*step),
-            Motion::Ramp(_) => Task::Step(0.0),
-            Motion::Trajectory(trajectory) => {
-                let corner = |i: usize| trajectory.corner_times_s.get(i).copied().unwrap_or(0.0);
-                let last = corner(trajectory.corner_times_s.len().saturating_sub(1));
-                Task::Trajectory {
-                    motion_s: [corner(0) - trajectory.half_blend_s, last + trajectory.half_blend_s],
-                    cruise_s: [corner(0) + 2.0, corner(1) - 0.5],
-                }
-            }
-        }
-    }
-
-    /// Size of the step, or a trajectory's largest distance from where the joint starts (zero), deg.
-    fn span_deg(&self) -> f64 {
-        match &self.motion {
-            Motion::Step(step) => step.abs(),
-            Motion::Ramp(_) => 0.0,
-            Motion::Trajectory(trajectory) => {
-                trajectory.corner_positions_deg.iter().map(|deg| deg.abs()).fold(0.0, f64::max)
-            }
         }
     }
 }

@@ -1,7 +1,7 @@
 //! The thesis's experiments run armed with the default thresholds, and none of them trips.
 
 use host_sim::device::simulated::SimulatedDevice;
-use host_sim::experiment::{Document, Motion, RunPlan, builtins};
+use host_sim::experiment::{Document, RunPlan, Task, builtins};
 use stiction::Fault;
 use stiction::servo::{Output, State};
 
@@ -26,7 +26,7 @@ fn no_default_threshold_stops_an_experiment() {
     let driven = builtins().iter().filter(|builtin| !Document::open(builtin.name).unwrap().is_lab());
     for (name, soft_start) in driven.flat_map(|b| [(b.name, "0.5"), (b.name, "0.0")]) {
         for plan in plans(name, &[&format!("device.soft_start_s={soft_start}")]) {
-            if matches!(plan.motion, Motion::Ramp(_)) {
+            if matches!(plan.task, Task::Ramp(_)) {
                 continue;
             }
             let (output, value) = run(&plan);

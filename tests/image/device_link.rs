@@ -5,12 +5,12 @@ use std::time::Duration;
 
 use host_sim::device;
 use host_sim::device::client::Client;
-use host_sim::device::emulated::EmulatedWire;
 use host_sim::device::log::Log;
 use host_sim::device::signals::Signals;
 use host_sim::device::simulated::SimulatedDevice;
 use host_sim::device::wire::{SimulatedWire, Wire};
 use host_sim::emulator::bench::Mishap;
+use host_sim::emulator::wire::EmulatedWire;
 use host_sim::experiment::RunPlan;
 use stiction::Fault;
 use stiction::link::{Kind, Sample, StateCode};

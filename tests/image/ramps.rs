@@ -51,7 +51,7 @@ fn levels(said: &str) -> [f64; 2] {
 }
 
 fn rate_of(result: &RunResult) -> f64 {
-    let host_sim::experiment::Motion::Ramp(rate) = result.plan.motion else { panic!("no ramp") };
+    let host_sim::experiment::Task::Ramp(rate) = result.plan.task else { panic!("no ramp") };
     rate
 }
 

@@ -4,10 +4,10 @@ use std::sync::Arc;
 use std::time::Duration;
 
 use host_sim::device::client::Client;
-use host_sim::device::emulated::EmulatedWire;
 use host_sim::emulator::FirmwareImage;
 use host_sim::emulator::bench::{Mishap, observe};
 use host_sim::emulator::board::Fitted;
+use host_sim::emulator::wire::EmulatedWire;
 use stiction::link::StateCode;
 
 use crate::bench::{AT, MS, UNTIL, assert_off_after, firmware, parameters};

@@ -5,7 +5,7 @@ use std::ops::Range;
 use host_sim::solver::EventKind::Break;
 use host_sim::solver::banded::{Banded, Coupling};
 use host_sim::solver::dynamics::{Dynamics, SingleValuedDynamics};
-use host_sim::solver::fixed;
+use host_sim::solver::fixed_step;
 use host_sim::solver::state::{BodyEvent, Observer, Sample};
 use host_sim::solver::step_doubling::{self, Accuracy};
 
@@ -24,7 +24,8 @@ fn both_models_climb_the_same_staircase() {
     };
     let (reset, karnopp) = (breaks(&reset.events), breaks(&karnopp));
     assert_eq!((reset.len(), karnopp.len()), (7, 7));
-    // The bristle gives way by p_o, and springs back by a part of it at each stop: of the step, 1.2 mm, about a percent.
+    // The bristle gives way by p_o, and springs back by a part of it at each stop: of the step, 1.2
+    // mm, about a percent.
     for (reset, karnopp) in reset.windows(2).zip(karnopp.windows(2)) {
         let ratio = (reset[1] - reset[0]) / (karnopp[1] - karnopp[0]);
         assert!((0.98..1.02).contains(&ratio) && ratio != 1.0, "{ratio}");
@@ -33,7 +34,7 @@ fn both_models_climb_the_same_staircase() {
 
 fn stepped<D: Dynamics<2, 0>>(mut dynamics: D, step_s: f64) -> (Everything<2>, [f64; 2]) {
     let mut everything = Everything::default();
-    let finish = fixed::run(&mut dynamics, step_s, 5.0, &mut everything).unwrap();
+    let finish = fixed_step::run(&mut dynamics, step_s, 5.0, &mut everything).unwrap();
     (everything, finish.q)
 }
 
@@ -41,8 +42,9 @@ const fn bands(deg_per_s: f64) -> [f64; 2] {
     [deg_per_s * DEG; 2]
 }
 
-/// 2.2.2.2, Fig. 13: "Neglecting these coupled accelerations in the Karnopp model is invalid. The accelerations at
-/// approximately t = 1.25 seconds and t = 2.5 seconds ... when both joints are sticking".
+/// 2.2.2.2, Fig. 13: "Neglecting these coupled accelerations in the Karnopp model is invalid. The
+/// accelerations at approximately t = 1.25 seconds and t = 2.5 seconds ... when both joints are
+/// sticking".
 #[test]
 fn a_stuck_joint_is_accelerated_by_the_other_when_coupling_is_neglected() {
     let kicks = |coupling| {
@@ -63,7 +65,8 @@ fn a_stuck_joint_is_accelerated_by_the_other_when_coupling_is_neglected() {
     }
 }
 
-/// 2.2.2.2 expects the accelerations of the step before to be "more accurate than having no acceleration component".
+/// 2.2.2.2 expects the accelerations of the step before to be "more accurate than having no
+/// acceleration component".
 #[test]
 fn accelerations_of_the_step_before_are_not_more_accurate_than_none() {
     let right = [0.00449854385477193, 0.0252895664467873];
@@ -88,8 +91,8 @@ fn adaptive<const N: usize, const Z: usize, D: Dynamics<N, Z> + Clone, O: Observ
     step_doubling::run(&mut dynamics.clone(), accuracy, duration_s, observer).unwrap().evaluations
 }
 
-/// How often each friction is found on its other side while both joints are in their bands, if it has a part of its
-/// limits there.
+/// How often each friction is found on its other side while both joints are in their bands, if it
+/// has a part of its limits there.
 struct Sides {
     /// T_d and T_s.
     levels: [[f64; 2]; 2],
@@ -117,10 +120,11 @@ impl Observer<2> for Sides {
     fn event(&mut self, _: BodyEvent) {}
 }
 
-/// Fig. 14, 70 minutes on a workstation: D_v = 5.7e-3 deg/s, accelerations of the step before, eps = 2e-4. It ends, after
-/// hundreds of times the work of the simultaneous decision. The frictions "oscillate between the maximum values of stick
-/// friction ... switching back and forth from limit to limit"; they do switch from side to side, but at the level of
-/// slip, which a joint brings along into its band: of the switches at that level, few are between the limits at rest.
+/// Fig. 14, 70 minutes on a workstation: D_v = 5.7e-3 deg/s, accelerations of the step before, eps
+/// = 2e-4. It ends, after hundreds of times the work of the simultaneous decision. The frictions
+/// "oscillate between the maximum values of stick friction ... switching back and forth from limit
+/// to limit"; they do switch from side to side, but at the level of slip, which a joint brings
+/// along into its band: of the switches at that level, few are between the limits at rest.
 #[test]
 fn the_run_of_seventy_minutes_ends_and_its_frictions_switch_from_side_to_side() {
     let banded = |coupling| Banded::new(&ARM, ARM_LEVELS, bands(5.7e-3), coupling);
@@ -134,15 +138,16 @@ fn the_run_of_seventy_minutes_ends_and_its_frictions_switch_from_side_to_side() 
     assert!((0..2).all(|joint| stick[joint] < slip[joint] / 10), "{stick:?} of {slip:?}");
 }
 
-/// Tables 3, 6, 9, 12: seconds of a 486, here derivative evaluations, at several eps about the thesis's 2e-4, since how
-/// many steps a switch takes is a matter of luck. The Reset Integrator is the dearer one in three, by the printed ratio
-/// within a factor of two; on the arm with the thesis's own coupling and with the simultaneous decision. In Table 6 (the
-/// coupled blocks) the thesis has Karnopp dearer, 0.44 to 0.38 s; here it is the other way around at every eps, though
+/// Tables 3, 6, 9, 12: seconds of a 486, here derivative evaluations, at several eps about the
+/// thesis's 2e-4, since how many steps a switch takes is a matter of luck. The Reset Integrator is
+/// the dearer one in three, by the printed ratio within a factor of two; on the arm with the
+/// thesis's own coupling and with the simultaneous decision. In Table 6 (the coupled blocks) the
+/// thesis has Karnopp dearer, 0.44 to 0.38 s; here it is the other way around at every eps, though
 /// within that factor of two.
 ///
-/// It depends on the bound of `step_doubling`, by which a rejected step becomes no shorter than a tenth of it: without
-/// one (the book's first edition) the arm with neglected coupling chatters, and the order of Table 12 is not the thesis's at
-/// every eps.
+/// It depends on the bound of `step_doubling`, by which a rejected step becomes no shorter than a
+/// tenth of it: without one (the book's first edition) the arm with neglected coupling chatters,
+/// and the order of Table 12 is not the thesis's at every eps.
 #[test]
 fn the_reset_integrator_costs_more_than_karnopp() {
     const EPS: [f64; 5] = [1.6e-4, 1.8e-4, 2.0e-4, 2.2e-4, 2.4e-4];
@@ -158,7 +163,11 @@ fn the_reset_integrator_costs_more_than_karnopp() {
     }
     let about = |printed: f64| 0.5 * printed..2.0 * printed;
     let check = |table: &str, ratios: [f64; 5], range: Range<f64>| {
-        assert!(ratios.iter().all(|ratio| *ratio > 1.0 && range.contains(ratio)), "{table}: {ratios:?}");
+        assert!(
+            ratios.iter().all(|ratio| *ratio > 1.0 && range.contains(ratio)),
+            "{table}: \
+            {ratios:?}"
+        );
     };
     let simultaneous = Coupling::Simultaneous;
     let of_spring = ratios(

@@ -6,7 +6,7 @@ use host_sim::mechanism::{
     TwoLinkArm, Wave,
 };
 use host_sim::solver::state::{BodyEvent, Finish, Observer, Sample};
-use host_sim::solver::{EventKind, located, pieces};
+use host_sim::solver::{EventKind, event_driven, piecewise_smooth};
 
 /// Table 1.
 pub const SPRING_MASS: SpringMass = SpringMass { mass: 0.1, stiffness: 100.0, pull: Pull::steady(0.002) };
@@ -96,7 +96,7 @@ pub fn followed<const N: usize, M: Mechanism<N>>(
     duration_s: f64,
 ) -> Everything<N> {
     let mut everything = Everything::default();
-    pieces::run(mechanism, friction, 1e-10, duration_s, &mut everything).unwrap();
+    piecewise_smooth::run(mechanism, friction, 1e-10, duration_s, &mut everything).unwrap();
     everything
 }
 
@@ -108,7 +108,7 @@ pub fn exact<const N: usize, M: Mechanism<N>>(
     duration_s: f64,
 ) -> (Vec<BodyEvent>, Finish<N>) {
     let mut events = Vec::new();
-    let finish = located::run(mechanism, levels, tolerance, duration_s, &mut events).unwrap();
+    let finish = event_driven::run(mechanism, levels, tolerance, duration_s, &mut events).unwrap();
     (events, finish)
 }
 

@@ -1,6 +1,6 @@
-//! Every friction with an implicit step of its own on every built-in mechanism (`spring-mass-revisited` is
-//! `spring-mass` cut short): time stepping goes through to the end
-//! with steps of any length, and tends to what the solvers find that follow the differential equation.
+//! Every friction with an implicit step of its own on every built-in mechanism
+//! (`spring-mass-revisited` is `spring-mass` cut short): time stepping goes through to the end with
+//! steps of any length, and tends to what the solvers find that follow the differential equation.
 
 use host_sim::experiment::Document;
 use host_sim::lab::{self, LabResult};
@@ -35,8 +35,9 @@ fn apart(a: &LabResult, b: &LabResult) -> f64 {
     pairs.map(|(a, b)| (a - b).abs()).fold(0.0, f64::max)
 }
 
-/// Backward Euler is of first order: a tenth of the step leaves a tenth of the error. Twice that is let pass, since
-/// a step falls where it may about each break; and the reference is right to a hundred times its tolerance.
+/// Backward Euler is of first order: a tenth of the step leaves a tenth of the error. Twice that is
+/// let pass, since a step falls where it may about each break; and the reference is right to a
+/// hundred times its tolerance.
 #[test]
 fn steps_of_a_tenth_bring_every_model_on_every_mechanism_nearer_to_the_located_solution() {
     for experiment in EXPERIMENTS {
@@ -45,7 +46,8 @@ fn steps_of_a_tenth_bring_every_model_on_every_mechanism_nearer_to_the_located_s
             let stepped = |step_s: &str| {
                 apart(&run(experiment, model, "nonsmooth", &format!("run.step_s={step_s}")), &exact)
             };
-            // The first only has to come to its end: it is longer than the periods of some bristles.
+            // The first only has to come to its end: it is longer than the periods of some
+            // bristles.
             let errors = ["1e-3", "1e-4", "1e-5"].map(stepped);
             let rounding = 1e-7 * travel(&exact);
             assert!(
@@ -57,8 +59,9 @@ fn steps_of_a_tenth_bring_every_model_on_every_mechanism_nearer_to_the_located_s
     }
 }
 
-/// Its springs have no dampers: what rings on below the first element's limit, and when a ramp breaks it loose, depends on
-/// the phase. So only the size of the difference from Runge-Kutta steps is bounded, by a tenth of the travel.
+/// Its springs have no dampers: what rings on below the first element's limit, and when a ramp
+/// breaks it loose, depends on the phase. So only the size of the difference from Runge-Kutta steps
+/// is bounded, by a tenth of the travel.
 #[test]
 fn generalized_maxwell_slip_goes_through_on_every_mechanism() {
     for experiment in EXPERIMENTS {

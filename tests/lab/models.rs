@@ -8,7 +8,7 @@ use host_sim::friction::{
 use host_sim::mechanism::{Mechanism, Terms};
 use host_sim::solver::dynamics::SingleValuedDynamics;
 use host_sim::solver::state::BodyEvent;
-use host_sim::solver::{fixed, nonsmooth};
+use host_sim::solver::{fixed_step, nonsmooth};
 
 use super::common::{SPRING_MASS, SPRING_MASS_LEVELS};
 
@@ -78,8 +78,8 @@ fn dahl_s_friction_is_exponential_in_the_path_however_long_the_steps() {
     }
 }
 
-/// Between +-A the steady loop has its tips at F_c tanh(sigma0 A / F_c) and the area 4 F_c A - 4 F_c^2/sigma0
-/// tanh(sigma0 A / F_c).
+/// Between +-A the steady loop has its tips at F_c tanh(sigma0 A / F_c) and the area 4 F_c A - 4
+/// F_c^2/sigma0 tanh(sigma0 A / F_c).
 #[test]
 fn hysteresis_loops_have_the_closed_form_s_tips_and_area() {
     fn of(name: &str, friction: impl SingleValued<1>) {
@@ -99,7 +99,11 @@ fn hysteresis_loops_have_the_closed_form_s_tips_and_area() {
         let expected_tip = 0.2 * (stiffness * amplitude / 0.2_f64).tanh();
         let expected_area = 4.0 * 0.2 * amplitude - 4.0 * 0.2 / stiffness * expected_tip;
         assert!((tip / expected_tip - 1.0).abs() < 1e-5, "{name}: tip {tip}, not {expected_tip}");
-        assert!((area / expected_area - 1.0).abs() < 1e-5, "{name}: area {area:e}, not {expected_area:e}");
+        assert!(
+            (area / expected_area - 1.0).abs() < 1e-5,
+            "{name}: area {area:e}, not \
+            {expected_area:e}"
+        );
     }
     of("dahl", Dahl::by_rules(LEVELS, 1e-5, 0.1));
     // With one level and no damping LuGre's bristle is Dahl's.
@@ -122,7 +126,11 @@ fn in_steady_sliding_every_model_has_the_stribeck_curve() {
                     |_, force| last = force,
                 );
                 let expected = sign * curve.slip(speed);
-                assert!((last / expected - 1.0).abs() < 1e-6, "{name} at {speed}: {last}, not {expected}");
+                assert!(
+                    (last / expected - 1.0).abs() < 1e-6,
+                    "{name} at {speed}: {last}, not \
+                    {expected}"
+                );
             }
         }
     }
@@ -134,13 +142,17 @@ fn in_steady_sliding_every_model_has_the_stribeck_curve() {
     of("maxwell-slip", MaxwellSlip { sliding, ..maxwell }, &sliding);
 }
 
-/// Virgin curve sum min(k_i x, a_i F_s); after a reversal Masing's rule: the same curve, twice as large in both
-/// directions.
+/// Virgin curve sum min(k_i x, a_i F_s); after a reversal Masing's rule: the same curve, twice as
+/// large in both directions.
 #[test]
 fn maxwell_slip_follows_its_virgin_curve_and_masing_s_rule() {
     let model = MaxwellSlip::<4>::by_rules(LEVELS, 1e-5, 0.1);
     let virgin = |x: f64| -> f64 { (0..4).map(|i| (model.stiffness[i] * x).min(model.share[i] * 0.2)).sum() };
-    assert!((virgin(1e-5) - 0.2).abs() < 1e-15 && virgin(0.99e-5) < 0.2, "all slip at p_o, and not before");
+    assert!(
+        (virgin(1e-5) - 0.2).abs() < 1e-15 && virgin(0.99e-5) < 0.2,
+        "all slip at p_o, and not \
+        before"
+    );
     let top = 0.8e-5;
     let up = (0..=80).map(|i| f64::from(i) * 1e-7);
     let path: Vec<f64> =
@@ -178,8 +190,8 @@ impl Mechanism<1> for Ripple {
     }
 }
 
-/// Per cycle LuGre moves on by F_s/sigma0 ln(1/(1 - u^2)), u the peak over F_s; integrated from z' = V (1 - sgn(V) z
-/// sigma0/F_s).
+/// Per cycle LuGre moves on by F_s/sigma0 ln(1/(1 - u^2)), u the peak over F_s; integrated from z'
+/// = V (1 - sgn(V) z sigma0/F_s).
 #[test]
 fn under_a_ripple_below_break_away_lugre_drifts_and_elastic_coulomb_does_not() {
     let cycles = 10.0;
@@ -191,14 +203,14 @@ fn under_a_ripple_below_break_away_lugre_drifts_and_elastic_coulomb_does_not() {
     let expected = cycles * 1e-5 * -(1.0 - 0.81_f64).ln();
     let mut dynamics = SingleValuedDynamics { mechanism: &ripple, friction: [lugre] };
     let quiet = || -> Vec<BodyEvent> { Vec::new() };
-    let by_rates = fixed::run(&mut dynamics, h, duration_s, &mut quiet()).unwrap().q[0];
+    let by_rates = fixed_step::run(&mut dynamics, h, duration_s, &mut quiet()).unwrap().q[0];
     let by_steps = nonsmooth::run_implicit(&ripple, &[lugre], h, duration_s, &mut quiet()).unwrap().q[0];
     // Backward Euler's own error is of the order of the step.
     for (drift, tolerance) in [(by_rates, 5e-4), (by_steps, 5e-3)] {
         assert!((drift / expected - 1.0).abs() < tolerance, "{drift:e}, not {expected:e}");
     }
     let mut dynamics = SingleValuedDynamics { mechanism: &ripple, friction: [elastic] };
-    let by_rates = fixed::run(&mut dynamics, h, duration_s, &mut quiet()).unwrap().q[0];
+    let by_rates = fixed_step::run(&mut dynamics, h, duration_s, &mut quiet()).unwrap().q[0];
     let by_steps = nonsmooth::run_implicit(&ripple, &[elastic], h, duration_s, &mut quiet()).unwrap().q[0];
     for drift in [by_rates, by_steps] {
         assert!(drift.abs() < 1e-9, "{drift:e}");
@@ -222,7 +234,7 @@ fn tanh_creeps_under_a_load_at_the_closed_form_s_speed() {
         let expected = 1e-4 * f64::atanh(part);
         let mut dynamics = SingleValuedDynamics { mechanism: &load, friction: [model] };
         let mut quiet = Vec::<BodyEvent>::new();
-        let by_rates = fixed::run(&mut dynamics, 1e-5, 0.1, &mut quiet).unwrap().v[0];
+        let by_rates = fixed_step::run(&mut dynamics, 1e-5, 0.1, &mut quiet).unwrap().v[0];
         let by_steps = nonsmooth::run_implicit(&load, &[model], 1e-3, 0.1, &mut quiet).unwrap().v[0];
         for v in [by_rates, by_steps] {
             assert!((v / expected - 1.0).abs() < 1e-6, "{v:e}, not {expected:e}");
@@ -236,8 +248,8 @@ fn tanh_creeps_under_a_load_at_the_closed_form_s_speed() {
     assert!((at(0.02) - 0.2).abs() < 1e-9 && at(-0.02) == -at(0.02));
 }
 
-/// Within three per cent: LuGre's and Maxwell-slip's bristles already creep when they reach F_s, and g falls with that
-/// creep.
+/// Within three per cent: LuGre's and Maxwell-slip's bristles already creep when they reach F_s,
+/// and g falls with that creep.
 #[test]
 fn models_with_two_levels_break_away_at_the_upper_one() {
     fn of<const Z: usize>(name: &str, friction: impl Implicit<Z>) {

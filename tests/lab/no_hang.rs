@@ -5,7 +5,7 @@ use host_sim::mechanism::{Mechanism, Pull, SpringMass, Terms};
 use host_sim::solver::dynamics::{Dynamics, Rates, SingleValuedDynamics, direction};
 use host_sim::solver::state::{BodyEvent, State};
 use host_sim::solver::step_doubling::{self, Accuracy};
-use host_sim::solver::{Trouble, fixed, located, nonsmooth, pieces};
+use host_sim::solver::{Trouble, event_driven, fixed_step, nonsmooth, piecewise_smooth};
 
 use super::common::{SPRING_MASS, SPRING_MASS_LEVELS};
 
@@ -22,7 +22,7 @@ impl<F: Fn(f64, f64) -> f64> Mechanism<1> for Pushed<F> {
 
 fn exact(force: impl Fn(f64, f64) -> f64) -> Result<Vec<BodyEvent>, Trouble> {
     let mut events = Vec::new();
-    located::run(&Pushed(force), &LEVELS, 1e-8, 2.0, &mut events).map(|_| events)
+    event_driven::run(&Pushed(force), &LEVELS, 1e-8, 2.0, &mut events).map(|_| events)
 }
 
 #[test]
@@ -54,7 +54,7 @@ fn a_motion_that_leaves_in_finite_time_ends_there() {
 fn other_solvers_end_as_well() {
     let reset = ResetIntegrator::by_rules(LEVELS[0], 1e-5, 1.0);
     let broken = Pushed(|t: f64, _: f64| if t < 0.5 { 1.0 } else { f64::NAN });
-    let trouble = pieces::run(&broken, &[reset], 1e-8, 2.0, &mut Vec::new()).unwrap_err();
+    let trouble = piecewise_smooth::run(&broken, &[reset], 1e-8, 2.0, &mut Vec::new()).unwrap_err();
     assert!((trouble.time_s - 0.5).abs() < 1e-6, "{trouble}");
     let mut dynamics = SingleValuedDynamics { mechanism: &broken, friction: [reset] };
     let accuracy = Accuracy { eps: 2e-4, max_evaluations: 10_000_000 };
@@ -70,7 +70,7 @@ fn fixed_steps_end_where_the_state_is_no_longer_finite() {
     let ends = |at_s: Option<f64>| assert!((at_s.unwrap() - 0.5).abs() < 2.0 * h, "{at_s:?}");
     let mut dynamics =
         SingleValuedDynamics { mechanism: &broken, friction: [Tanh { levels: LEVELS[0], speed: 0.1 }] };
-    ends(fixed::run(&mut dynamics, h, 2.0, &mut Vec::new()).unwrap().diverged_at_s);
+    ends(fixed_step::run(&mut dynamics, h, 2.0, &mut Vec::new()).unwrap().diverged_at_s);
     ends(nonsmooth::run(&broken, &LEVELS, h, 2.0, &mut Vec::new()).unwrap().diverged_at_s);
     let dahl = [Dahl::by_rules(LEVELS[0], 1e-5, 1.0)];
     ends(nonsmooth::run_implicit(&broken, &dahl, h, 2.0, &mut Vec::new()).unwrap().diverged_at_s);
@@ -105,7 +105,7 @@ impl Dynamics<1, 0> for Swinging {
 
 /// In a run of 1e9 s an instant is a second.
 #[test]
-fn a_storm_of_events_ends_every_solver_with_time_and_state() {
+fn events_without_end_stop_every_solver_with_time_and_state() {
     let told = |solver: &str, run: Result<(), Trouble>, at_s: std::ops::Range<f64>| {
         let trouble = run.unwrap_err();
         let said = trouble.to_string();
@@ -120,7 +120,7 @@ fn a_storm_of_events_ends_every_solver_with_time_and_state() {
     };
     const LONG_S: f64 = 1e9;
     // 200 reversals at 2000 a second.
-    told("rk4", fixed::run(&mut Swinging, 1e-5, LONG_S, &mut Vec::new()).map(|_| ()), 0.09..0.11);
+    told("rk4", fixed_step::run(&mut Swinging, 1e-5, LONG_S, &mut Vec::new()).map(|_| ()), 0.09..0.11);
     let accuracy = Accuracy { eps: 1e-6, max_evaluations: 10_000_000 };
     let adaptive = step_doubling::run(&mut Swinging, accuracy, LONG_S, &mut Vec::new());
     told("rk4-adaptive", adaptive.map(|_| ()), 0.09..0.11);
@@ -130,8 +130,8 @@ fn a_storm_of_events_ends_every_solver_with_time_and_state() {
     told("nonsmooth", stepped.map(|_| ()), 0.39..0.41);
 }
 
-/// A force at rest that dips between the instants at which it is asked for its polynomial: there the polynomial reaches
-/// F_s, and the force does so only after the dip.
+/// A force at rest that dips between the instants at which it is asked for its polynomial: there
+/// the polynomial reaches F_s, and the force does so only after the dip.
 #[test]
 fn a_break_is_where_the_force_is_at_its_limit_and_not_where_a_polynomial_is() {
     let force = |t: f64| 0.1 + 0.3 * t - 0.3 * (-((t - 4.0 / 3.0) / 0.02).powi(2)).exp();
@@ -141,11 +141,16 @@ fn a_break_is_where_the_force_is_at_its_limit_and_not_where_a_polynomial_is() {
         if force(middle) < LEVELS[0].stick { low = middle } else { high = middle }
     }
     let events = exact(|t, _| force(t)).unwrap();
-    assert!((events[0].time_s - low).abs() < 1e-9 && low - 4.0 / 3.0 > 0.03, "{events:?}, not {low}");
+    assert!(
+        (events[0].time_s - low).abs() < 1e-9 && low - 4.0 / 3.0 > 0.03,
+        "{events:?}, not \
+        {low}"
+    );
 }
 
-/// Stribeck's curve falls five hundred thousand times a second here, where the ramp is slowest: a motion begins in nothing
-/// that the tolerance could tell. In the limit of that speed the friction is Coulomb's.
+/// Stribeck's curve falls five hundred thousand times a second here, where the ramp is slowest: a
+/// motion begins in nothing that the tolerance could tell. In the limit of that speed the friction
+/// is Coulomb's.
 #[test]
 fn a_steep_stribeck_curve_under_a_slow_ramp_goes_through() {
     let mechanism = SpringMass { pull: Pull::steady(1e-5), ..SPRING_MASS };
@@ -156,7 +161,7 @@ fn a_steep_stribeck_curve_under_a_slow_ramp_goes_through() {
         let friction = [Stribeck { speed, exponent, ..rule }];
         for tolerance in [1e-4, 1e-6, 1e-8] {
             let mut events = Vec::new();
-            located::run(&mechanism, &friction, tolerance, 750.0, &mut events).unwrap();
+            event_driven::run(&mechanism, &friction, tolerance, 750.0, &mut events).unwrap();
             assert_eq!(events.len(), expected.len(), "{speed}, {exponent}, {tolerance}: {events:?}");
             // A slip takes 0.1 s, the wait between two 100 s.
             for (found, expected) in events.iter().zip(&expected) {
@@ -169,7 +174,8 @@ fn a_steep_stribeck_curve_under_a_slow_ramp_goes_through() {
 
 #[test]
 fn equal_static_and_dynamic_friction_break_away_once_and_stick_once() {
-    // A ramp and back: F = t up to 1 s, then 2 - t. Slip from 0.4 s; V = s^2/2 up to the top, zero where the areas agree.
+    // A ramp and back: F = t up to 1 s, then 2 - t. Slip from 0.4 s; V = s^2/2 up to the top, zero
+    // where the areas agree.
     let levels = [Coulomb { stick: 0.4, slip: 0.4 }];
     struct Ramp;
     impl Mechanism<1> for Ramp {
@@ -181,7 +187,7 @@ fn equal_static_and_dynamic_friction_break_away_once_and_stick_once() {
         }
     }
     let mut events: Vec<BodyEvent> = Vec::new();
-    located::run(&Ramp, &levels, 1e-9, 3.0, &mut events).unwrap();
+    event_driven::run(&Ramp, &levels, 1e-9, 3.0, &mut events).unwrap();
     // V(1) = 0.18; then 0.18 + 0.6 u - u^2/2 = 0.
     let halt_s = 1.0 + 0.6 + (0.36_f64 + 0.36).sqrt();
     assert_eq!(events.len(), 2, "{events:?}");

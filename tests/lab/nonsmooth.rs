@@ -1,5 +1,5 @@
-//! Time stepping without located events: against the exact solver, with its order of convergence measured, across
-//! events.
+//! Time stepping without located events: against the exact solver, with its order of convergence
+//! measured, across events.
 
 use host_sim::friction::{
     Coulomb, Dahl, ElasticCoulomb, Implicit, LuGre, MaxwellSlip, SetValued, Stribeck, Tanh,
@@ -7,7 +7,7 @@ use host_sim::friction::{
 use host_sim::mechanism::{Mechanism, Pendulum};
 use host_sim::solver::dynamics::SingleValuedDynamics;
 use host_sim::solver::state::{BodyEvent, Finish, Observer, Sample};
-use host_sim::solver::{fixed, located, nonsmooth};
+use host_sim::solver::{event_driven, fixed_step, nonsmooth};
 
 use super::common::{
     ARM, ARM_LEVELS, COUPLED, COUPLED_LEVELS, INDEPENDENT_LEVELS, PENDULUM, PENDULUM_LEVELS, SPRING_MASS,
@@ -63,7 +63,8 @@ fn the_error_falls_like_the_step_across_breaks_sticks_and_reversals() {
     of("independent blocks", &independent(), &INDEPENDENT_LEVELS, 0.7);
 }
 
-/// The coupled blocks break and stick within the same steps, and one reversal is a stick or not by a hair.
+/// The coupled blocks break and stick within the same steps, and one reversal is a stick or not by
+/// a hair.
 #[test]
 fn events_are_the_exact_solver_s_in_its_order() {
     fn of<const N: usize>(mechanism: &impl Mechanism<N>, levels: &[Coulomb; N], duration_s: f64) {
@@ -135,7 +136,7 @@ fn with_stribeck_friction_the_error_falls_like_the_step_too() {
     let friction =
         [Stribeck { speed: 0.2, viscous: 0.05, ..Stribeck::by_rules(PENDULUM_LEVELS[0], 1e-5, 1.0) }];
     let mut events = quiet();
-    let reference = located::run(&PENDULUM, &friction, 1e-11, 5.0, &mut events).unwrap();
+    let reference = event_driven::run(&PENDULUM, &friction, 1e-11, 5.0, &mut events).unwrap();
     assert!(events.len() > 2 && reference.v == [0.0], "{events:?}");
     let order = order(1.25e-4, 4, |h| distance(&stepped(&PENDULUM, &friction, h, 5.0).1.q, &reference.q));
     assert!((0.9..1.1).contains(&order), "order {order}");
@@ -146,7 +147,7 @@ fn with_stribeck_friction_the_error_falls_like_the_step_too() {
 fn implicit_steps_of_every_model_converge_to_the_differential_equation() {
     fn of<const Z: usize, F: Implicit<Z> + Copy>(name: &str, friction: F, reference_s: f64) {
         let mut dynamics = SingleValuedDynamics { mechanism: &PENDULUM, friction: [friction] };
-        let reference = fixed::run(&mut dynamics, reference_s, 1.5, &mut quiet()).unwrap();
+        let reference = fixed_step::run(&mut dynamics, reference_s, 1.5, &mut quiet()).unwrap();
         let order = order(1e-3, 5, |h| {
             let end = nonsmooth::run_implicit(&PENDULUM, &[friction], h, 1.5, &mut quiet()).unwrap();
             distance(&end.q, &reference.q)
@@ -163,7 +164,8 @@ fn implicit_steps_of_every_model_converge_to_the_differential_equation() {
     of("maxwell-slip", MaxwellSlip::<4> { sliding, ..MaxwellSlip::by_rules(levels, range, mass) }, 1e-6);
 }
 
-/// With bristles a million times stiffer than an explicit step could follow, only Coulomb's friction is left.
+/// With bristles a million times stiffer than an explicit step could follow, only Coulomb's
+/// friction is left.
 #[test]
 fn no_bristle_is_too_stiff_for_a_step() {
     let levels = Coulomb { stick: 0.96, slip: 0.96 };

@@ -2,14 +2,15 @@
 
 use host_sim::mechanism::{Pull, SpringMass};
 use host_sim::solver::EventKind::{self, Break, Reverse, Stick};
-use host_sim::solver::located;
+use host_sim::solver::event_driven;
 
 use super::common::{
     ARM, ARM_LEVELS, Everything, PENDULUM, PENDULUM_LEVELS, SPRING_MASS, SPRING_MASS_LEVELS, assert_events,
     exact,
 };
 
-/// Closed form: stuck until K V_o t = F_s; then x = V_o (t - sin(w t)/w) + (F_s - F_d)/K (1 - cos(w t)), w = 31.6 rad/s.
+/// Closed form: stuck until K V_o t = F_s; then x = V_o (t - sin(w t)/w) + (F_s - F_d)/K (1 - cos(w
+/// t)), w = 31.6 rad/s.
 #[test]
 fn the_block_on_a_spring_climbs_the_closed_form_s_staircase() {
     let (events, finish) = exact(&SPRING_MASS, &SPRING_MASS_LEVELS, 1e-9, 5.0);
@@ -100,12 +101,12 @@ fn the_arm_sticks_and_slips_as_the_simultaneous_decision_has_it() {
     assert_eq!(finish.v, [0.0; 2]);
 }
 
-/// Both torques exceed their T_s, and yet joint 1 sticks: what joint 2 does as it slips holds it back, by T_1 - M_12/M_22
-/// (T_2 - T_d2) = 0.4 - 2 (0.3 - 0.06) N m.
+/// Both torques exceed their T_s, and yet joint 1 sticks: what joint 2 does as it slips holds it
+/// back, by T_1 - M_12/M_22 (T_2 - T_d2) = 0.4 - 2 (0.3 - 0.06) N m.
 #[test]
 fn at_the_start_joint_1_is_held_by_the_motion_of_joint_2() {
     let mut run = Everything::default();
-    located::run(&ARM, &ARM_LEVELS, 1e-10, 0.1, &mut run).unwrap();
+    event_driven::run(&ARM, &ARM_LEVELS, 1e-10, 0.1, &mut run).unwrap();
     let begun = run.samples.iter().rfind(|s| s.time_s == 0.0).unwrap();
     assert_eq!((begun.slip, begun.v, begun.a[0]), ([0, 1], [0.0; 2], 0.0));
     assert!((begun.friction[0] + 0.08).abs() < 1e-15 && begun.friction[1] == 0.06, "{begun:?}");

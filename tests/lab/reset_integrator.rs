@@ -1,10 +1,11 @@
-//! What the thesis says of the Reset Integrator's friction at rest: peaks that are uniform, above F_s, and at every stop.
+//! What the thesis says of the Reset Integrator's friction at rest: peaks that are uniform, above
+//! F_s, and at every stop.
 
 use host_sim::friction::ResetIntegrator;
 use host_sim::mechanism::Shape;
 use host_sim::solver::EventKind::{Break, Reverse, Stick};
 use host_sim::solver::dynamics::SingleValuedDynamics;
-use host_sim::solver::fixed;
+use host_sim::solver::fixed_step;
 use host_sim::solver::state::Sample;
 
 use super::common::{
@@ -22,8 +23,9 @@ fn peaks(run: &Everything<1>) -> Vec<f64> {
     stays.map(peak).collect()
 }
 
-/// Thesis section 2.2.1.1: in double precision the peaks are uniform. They are F_s + beta V, and V the steady creep of
-/// the two springs in a row, K V_o / (K + K_r (1 + a)), once the swing after the stick has died away.
+/// Thesis section 2.2.1.1: in double precision the peaks are uniform. They are F_s + beta V, and V
+/// the steady creep of the two springs in a row, K V_o / (K + K_r (1 + a)), once the swing after
+/// the stick has died away.
 #[test]
 fn the_peaks_are_uniform_and_known() {
     let [model] = ON_SPRING;
@@ -32,7 +34,7 @@ fn the_peaks_are_uniform_and_known() {
     let located = peaks(&followed(&SPRING_MASS, &ON_SPRING, 5.0));
     let mut stepped = Everything::default();
     let mut dynamics = SingleValuedDynamics { mechanism: &SPRING_MASS, friction: ON_SPRING };
-    fixed::run(&mut dynamics, 1e-5, 5.0, &mut stepped).unwrap();
+    fixed_step::run(&mut dynamics, 1e-5, 5.0, &mut stepped).unwrap();
     let stepped = peaks(&stepped);
     // Six stays between seven breaks, the one before the first and the one after the last.
     assert!(located.len() >= 7 && stepped.len() >= 7, "{located:?} {stepped:?}");
@@ -43,7 +45,8 @@ fn the_peaks_are_uniform_and_known() {
     }
 }
 
-/// Where a force that jumps to `load` breaks the bristle: a damped oscillator from rest, F at the first p = p_o.
+/// Where a force that jumps to `load` breaks the bristle: a damped oscillator from rest, F at the
+/// first p = p_o.
 fn peak_under_a_jump(friction: &ResetIntegrator, mass: f64, load: f64) -> f64 {
     let k = friction.stiffness * (1.0 + friction.gradient);
     let decay = friction.damping / (2.0 * mass);
@@ -60,8 +63,8 @@ fn peak_under_a_jump(friction: &ResetIntegrator, mass: f64, load: f64) -> f64 {
     k * friction.range + friction.damping * v
 }
 
-/// 2.3.2.1: "the combination of these two variables caused the resultant stick friction to be greater than the given stick
-/// friction value"; closed form.
+/// 2.3.2.1: "the combination of these two variables caused the resultant stick friction to be
+/// greater than the given stick friction value"; closed form.
 #[test]
 fn a_jump_of_force_takes_it_far_above_its_static_friction() {
     let run = followed(&block(Shape::Square), &OF_BLOCK, 1.0);
@@ -75,9 +78,10 @@ fn a_jump_of_force_takes_it_far_above_its_static_friction() {
     assert!((peak(&run.samples) / expected - 1.0).abs() < 1e-4, "{} not {expected}", peak(&run.samples));
 }
 
-/// 2.2.2.1: "static friction being greater than the dynamic friction only occurred on the first two instances where the
-/// manipulator entered the static region. The Reset Integrator on the other hand ... every time". Karnopp's turns take no
-/// time: there the torque would need more than T_s. The one stay at rest holds the weight against the torque.
+/// 2.2.2.1: "static friction being greater than the dynamic friction only occurred on the first two
+/// instances where the manipulator entered the static region. The Reset Integrator on the other
+/// hand ... every time". Karnopp's turns take no time: there the torque would need more than T_s.
+/// The one stay at rest holds the weight against the torque.
 #[test]
 fn static_friction_exceeds_dynamic_at_the_first_two_stops_with_karnopp_and_at_all_with_reset_integrator() {
     let (events, _) = exact(&PENDULUM, &PENDULUM_LEVELS, 1e-10, 5.0);
@@ -91,11 +95,12 @@ fn static_friction_exceeds_dynamic_at_the_first_two_stops_with_karnopp_and_at_al
         matches!(found[..], [(Reverse, a), (Reverse, b), (Stick, c)] if a > 1.2 && b > 1.2 && c < 0.96),
         "{found:?}"
     );
-    // The bristle is bent by p_o when it stops, and has T_s there: with steps that locate nothing, too.
+    // The bristle is bent by p_o when it stops, and has T_s there: with steps that locate nothing,
+    // too.
     let located = followed(&PENDULUM, &OF_PENDULUM, 5.0);
     let mut stepped = Everything::default();
     let mut dynamics = SingleValuedDynamics { mechanism: &PENDULUM, friction: OF_PENDULUM };
-    fixed::run(&mut dynamics, 5e-6, 5.0, &mut stepped).unwrap();
+    fixed_step::run(&mut dynamics, 5e-6, 5.0, &mut stepped).unwrap();
     for run in [located, stepped] {
         let stops: Vec<f64> = run.events.iter().filter(|e| e.kind == Stick).map(|e| e.time_s).collect();
         assert_eq!(stops.len(), 3, "{stops:?}");

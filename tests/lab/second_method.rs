@@ -1,8 +1,9 @@
-//! What no closed form gives: the exact solver against a second method, at a tolerance at least ten times tighter.
+//! What no closed form gives: the exact solver against a second method, at a tolerance at least ten
+//! times tighter.
 //!
-//! The second method knows nothing of the first one's files. Blocks on springs are linear while nobody switches: each
-//! scan of 10 us follows the Taylor series of order 30, whose remainder is rounding; switches are found by bisection on
-//! that series; who sticks comes from force balances
+//! The second method knows nothing of the first one's files. Blocks on springs are linear while
+//! nobody switches: each scan of 10 us follows the Taylor series of order 30, whose remainder is
+//! rounding; switches are found by bisection on that series; who sticks comes from force balances
 //! written out by hand. Blocks under waves follow parabolas and cubics.
 
 use host_sim::mechanism::{Mechanism, Shape};
@@ -12,7 +13,8 @@ use super::common::{
     BLOCK_LEVELS, COUPLED, COUPLED_LEVELS, INDEPENDENT_LEVELS, assert_events, block, exact, independent,
 };
 
-/// Under the square wave all motion is at constant acceleration: 1 s of (1 - 0.6) m/s^2, then 0.6 m/s^2 to the halt.
+/// Under the square wave all motion is at constant acceleration: 1 s of (1 - 0.6) m/s^2, then 0.6
+/// m/s^2 to the halt.
 #[test]
 fn the_square_wave_moves_the_block_along_parabolas() {
     let (events, finish) = exact(&block(Shape::Square), &BLOCK_LEVELS, 1e-10, 8.0);
@@ -28,8 +30,9 @@ fn the_square_wave_moves_the_block_along_parabolas() {
     assert!((there.q[0] - (0.5 * 0.4 + 0.5 * 0.4 * 0.4 / 0.6)).abs() < 1e-12);
 }
 
-/// Under the triangle wave the block breaks away at 0.8 N; with s the time since, V = 0.2 s + s^2/2 up to the peak of the
-/// wave at s = 0.2, then V = 0.06 + 0.4 u - u^2/2 with u since the peak, zero at u = 0.4 + sqrt(0.28).
+/// Under the triangle wave the block breaks away at 0.8 N; with s the time since, V = 0.2 s + s^2/2
+/// up to the peak of the wave at s = 0.2, then V = 0.06 + 0.4 u - u^2/2 with u since the peak, zero
+/// at u = 0.4 + sqrt(0.28).
 #[test]
 fn the_triangle_wave_moves_the_block_along_cubics() {
     let (events, finish) = exact(&block(Shape::Triangle), &BLOCK_LEVELS, 1e-10, 8.0);
@@ -104,8 +107,9 @@ impl TwoBlocks {
         }
     }
 
-    /// The state after `tau`, by a Taylor series of order 30: the motion is linear, so every derivative follows from the
-    /// two before it. `tau` is short against the periods, so that the series ends in rounding.
+    /// The state after `tau`, by a Taylor series of order 30: the motion is linear, so every
+    /// derivative follows from the two before it. `tau` is short against the periods, so that the
+    /// series ends in rounding.
     fn after(&self, t: f64, s: &Blocks, mode: [i32; 2], tau: f64) -> Blocks {
         // Derivatives of the far end.
         let drive = |n: usize| {
@@ -122,7 +126,8 @@ impl TwoBlocks {
         };
         let mut d = vec![[s[0], s[1]], [s[2], s[3]]];
         for n in 0..30 {
-            // The second derivative is Newton's law; higher ones are linear in the same way, without constants.
+            // The second derivative is Newton's law; higher ones are linear in the same way,
+            // without constants.
             let spring = self.stiffness[1] * (d[n][0] - d[n][1]);
             let f = [self.stiffness[0] * (drive(n) - d[n][0]) - spring, spring];
             let constant = |i: usize| if n == 0 { f64::from(mode[i]) * self.slip[i] } else { 0.0 };
@@ -160,7 +165,8 @@ impl TwoBlocks {
         )
     }
 
-    /// The mode at an instant; `still` tells which frictions are at zero velocity, `broken` which may not stick.
+    /// The mode at an instant; `still` tells which frictions are at zero velocity, `broken` which
+    /// may not stick.
     fn mode(&self, t: f64, s: &Blocks, still: [bool; 2], broken: [bool; 2]) -> [i32; 2] {
         let v = self.sliding(s);
         let choices = |i: usize| match still[i] {
@@ -286,7 +292,11 @@ fn coupled_blocks_do_what_their_taylor_series_do() {
     assert_events(&events, &expected, 1e-8);
     let (x, v) = (COUPLED.bodies(&finish.q), COUPLED.bodies(&finish.v));
     for (found, expected) in [x[0], x[1], v[0], v[1]].iter().zip(end) {
-        assert!((found - expected).abs() < 1e-7 * expected.abs().max(1e-3), "{finish:?}, not {end:?}");
+        assert!(
+            (found - expected).abs() < 1e-7 * expected.abs().max(1e-3),
+            "{finish:?}, not \
+            {end:?}"
+        );
     }
 }
 
@@ -297,6 +307,10 @@ fn independent_blocks_do_what_their_taylor_series_do() {
     assert!(expected.len() >= 10, "{expected:?}");
     assert_events(&events, &expected, 1e-8);
     for (found, expected) in finish.q.iter().chain(&finish.v).zip(end) {
-        assert!((found - expected).abs() < 1e-7 * expected.abs().max(1e-3), "{finish:?}, not {end:?}");
+        assert!(
+            (found - expected).abs() < 1e-7 * expected.abs().max(1e-3),
+            "{finish:?}, not \
+            {end:?}"
+        );
     }
 }

@@ -40,7 +40,8 @@ fn a_frictionless_axis_follows_its_analytic_response() {
 
 #[test]
 fn without_viscous_friction_the_axis_is_a_falling_stone() {
-    // The closed form must not divide by b: acceleration kappa (v - Td), and a halt after velocity / deceleration.
+    // The closed form must not divide by b: acceleration kappa (v - Td), and a halt after velocity
+    // / deceleration.
     let axis = axis(0.40, 0.38, 0.0);
     let mut solver = ExactAxis::at_rest(&axis, 0.02);
     advance(&mut solver, &axis, 1.38, 2.0);
@@ -54,7 +55,8 @@ fn without_viscous_friction_the_axis_is_a_falling_stone() {
 
 #[test]
 fn a_coasting_axis_halts_when_and_where_the_closed_form_says() {
-    // v = 0: t* = ln(1 + b velocity / Td) / (kappa b); the way is (velocity - kappa Td t*) / (kappa b).
+    // v = 0: t* = ln(1 + b velocity / Td) / (kappa b); the way is (velocity - kappa Td t*) / (kappa
+    // b).
     let axis = thesis_axis();
     for velocity in [1e-6, 0.1, 5.0, 300.0, -5.0] {
         let mut solver = ExactAxis::at_rest(&axis, 0.02).with_state(0.0, velocity);
@@ -64,7 +66,8 @@ fn a_coasting_axis_halts_when_and_where_the_closed_form_says() {
         let way = velocity.signum() * (velocity.abs() - 27.0 * 0.38 * halt_s) / lambda;
         assert_eq!(events.iter().map(|e| e.kind).collect::<Vec<_>>(), [EventKind::Stick]);
         assert!((events[0].time_s / halt_s - 1.0).abs() < 1e-9, "{velocity}: {events:?}, {halt_s}");
-        // The closed form of the way loses digits for small velocities, where it is velocity * t* / 2.
+        // The closed form of the way loses digits for small velocities, where it is velocity * t* /
+        // 2.
         let way = if velocity.abs() < 1e-3 { 0.5 * velocity * halt_s } else { way };
         assert!((solver.position() / way - 1.0).abs() < 1e-6, "{velocity}: {} {way}", solver.position());
         assert!(solver.stuck() && solver.velocity() == 0.0);
@@ -98,8 +101,8 @@ fn strong_reverse_effort_turns_the_axis_inside_one_sample() {
 
 #[test]
 fn halving_the_step_of_rk4_divides_its_error_by_sixteen() {
-    // In pure slip, where the right-hand side is smooth. The next term of the error is lambda h of the leading one:
-    // with lambda h from 0.13 down, ratios lie within a tenth of sixteen.
+    // In pure slip, where the right-hand side is smooth. The next term of the error is lambda h of
+    // the leading one: with lambda h from 0.13 down, ratios lie within a tenth of sixteen.
     let axis = thesis_axis();
     let mut exact = ExactAxis::at_rest(&axis, 4.0).with_state(0.0, 3.0);
     advance(&mut exact, &axis, 2.0, 4.0);
@@ -123,7 +126,8 @@ fn a_banded_stuck_axis_coasts_at_up_to_the_band() {
     let (entered, velocity) = (rk4.position(), rk4.velocity());
     assert!(rk4.stuck() && velocity > 0.0 && velocity <= 1e-3, "{velocity}");
     advance(&mut rk4, &axis, 0.2, 1.0);
-    // Eq. 1 balances the applied force only, so that viscous friction goes on braking: e^(-kappa b t).
+    // Eq. 1 balances the applied force only, so that viscous friction goes on braking: e^(-kappa b
+    // t).
     let coasted = velocity * (1.0 - (-0.54f64).exp()) / 0.54;
     assert!(((rk4.position() - entered) / coasted - 1.0).abs() < 1e-6);
 }
@@ -164,13 +168,15 @@ proptest! {
     ) {
         let axis = thesis_axis();
         let mut exact = ExactAxis::at_rest(&axis, 0.02).with_state(0.0, velocity);
-        // The largest deceleration is kappa (5 + Ts + b 20) = 157 deg/s^2: 1.6e-4 deg/s in a step of 1 us.
+        // The largest deceleration is kappa (5 + Ts + b 20) = 157 deg/s^2: 1.6e-4 deg/s in a step
+        // of 1 us.
         let mut rk4 = Rk4Axis::at_rest(&axis, 2e-4, 1e-6).with_state(0.0, velocity);
         for effort in [v, -v, 0.1] {
             advance(&mut exact, &axis, effort, 0.02);
             advance(&mut rk4, &axis, effort, 0.02);
         }
-        // Coasting through 60 ms at the band is 1.2e-5 deg, and as much again for where the band was entered.
+        // Coasting through 60 ms at the band is 1.2e-5 deg, and as much again for where the band
+        // was entered.
         prop_assert!((exact.position() - rk4.position()).abs() < 3e-5, "{} {}", exact.position(), rk4.position());
     }
 
@@ -191,7 +197,8 @@ proptest! {
             advance(&mut rk4, &axis, 0.0, duration_s);
             let now = (exact.velocity().abs(), rk4.velocity().abs());
             prop_assert!(now.0 <= speeds.0, "exact: {} after {}", now.0, speeds.0);
-            // A fixed step may overshoot zero once by what one step decelerates; from then on it chatters within.
+            // A fixed step may overshoot zero once by what one step decelerates; from then on it
+            // chatters within.
             let one_step = 27.0 * slip * 1e-3;
             prop_assert!(now.1 <= speeds.1.max(one_step), "rk4: {} after {}", now.1, speeds.1);
             speeds = now;

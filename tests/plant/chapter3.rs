@@ -1,8 +1,8 @@
-//! What Chapter 3 and Appendix A.2 of the thesis claim, and what our simulation makes of it. Blind to the
-//! microcontroller, to its timing, and to real friction.
+//! What Chapter 3 and Appendix A.2 of the thesis claim, and what our simulation makes of it. Blind
+//! to the microcontroller, to its timing, and to real friction.
 //!
-//! Expected values are closed forms or the thesis's own words. Where a tail is chaotic (RI, RVI, ROI and DNPF at
-//! rest) only bounds are asserted, never a phase.
+//! Expected values are closed forms or the thesis's own words. Where a tail is chaotic (RI, RVI,
+//! ROI and DNPF at rest) only bounds are asserted, never a phase.
 
 use super::common::{controllers, labelled, moments, run};
 use host_sim::run::RunResult;
@@ -32,7 +32,8 @@ fn worst_after(result: &RunResult, from_s: f64) -> f64 {
     errors.fold(0.0, f64::max)
 }
 
-/// The constant error at which the loop's effort balances the friction: Kp e + v_c(e) = friction, by bisection.
+/// The constant error at which the loop's effort balances the friction: Kp e + v_c(e) = friction,
+/// by bisection.
 fn balance(kp: f64, v_c: impl Fn(f64) -> f64, friction: f64) -> f64 {
     let (mut low, mut high) = (-1.0, 1.0);
     for _ in 0..60 {
@@ -61,20 +62,26 @@ fn every_controller_tracks_constant_velocity_with_the_error_of_its_closed_form()
         ] {
             let results = run("trajectory", controller, &[]);
             let error = cruise(&results, &format!("{controller}/trajectory-{speed:.1}"));
-            assert!((error - expected).abs() < tolerance, "{controller} at {speed}: {error}, not {expected}");
+            assert!(
+                (error - expected).abs() < tolerance,
+                "{controller} at {speed}: {error}, not \
+                {expected}"
+            );
         }
     }
 }
 
 #[test]
 fn pd_stops_short_and_trails_its_reference() {
-    // 3.3.2: "a nonzero equilibrium resulted": somewhere within Ts/Kp = 165 counts, and not within two.
+    // 3.3.2: "a nonzero equilibrium resulted": somewhere within Ts/Kp = 165 counts, and not within
+    // two.
     let results = run("step-response", "pd", &[]);
     for step in ["pd/step-5.0", "pd/step-2.5", "pd/step-1.0"] {
         assert!((2.0..166.0).contains(&rest_counts(&results, step)), "{step}");
         assert_eq!(labelled(&results, step).metrics.hunting_peak_to_peak_deg, None, "{step}");
     }
-    // The overshoot of the 5 deg step and what a sample of delay adds: from an independent simulation.
+    // The overshoot of the 5 deg step and what a sample of delay adds: from an independent
+    // simulation.
     let overshoot = |delay| run("step-response", "pd", &[delay])[0].metrics.overshoot_deg.unwrap();
     assert!((overshoot("run.delay_samples=0") - 0.57).abs() < 0.02);
     assert!((overshoot("run.delay_samples=1") - 0.83).abs() < 0.02);
@@ -100,8 +107,9 @@ fn reset_integral_hunts_for_ever_with_an_amplitude_that_grows_with_the_drop_of_f
         ["ri/step-5.0", "ri/step-2.5", "ri/step-1.0"]
             .map(|label| labelled(&results, label).metrics.hunting_peak_to_peak_deg)
     };
-    // A slip passes the balance of effort and friction, (Ts - Td)/Kp away, and without damping stops as far behind it:
-    // less than 2 (Ts - Td)/Kp with it, and more than the way to the balance.
+    // A slip passes the balance of effort and friction, (Ts - Td)/Kp away, and without damping
+    // stops as far behind it: less than 2 (Ts - Td)/Kp with it, and more than the way to the
+    // balance.
     let mut before = 0.0;
     for stick in [0.40, 0.44, 0.50] {
         let amplitudes = peak_to_peak(stick).map(Option::unwrap);
@@ -138,7 +146,8 @@ fn rate_variable_integral_removes_the_rest_error_but_not_the_tracking_error() {
 
 #[test]
 fn reset_offset_integral_steps_once_each_t_roi() {
-    // 3.3.5, Fig. 32b: "the stepping characteristic ... from the time interval T_roi", 7 samples of 20 ms.
+    // 3.3.5, Fig. 32b: "the stepping characteristic ... from the time interval T_roi", 7 samples of
+    // 20 ms.
     let results = run("step-response", "roi", &["reference.steps_deg=[1.0]"]);
     let moments = moments(&results[0]);
     let stuck_from = moments.iter().rposition(|m| m.velocity_deg_per_s.abs() > 2.0).unwrap_or(0) + 10;
@@ -187,7 +196,8 @@ fn feedforward_removes_the_tracking_error_but_not_the_rest_error() {
 
 #[test]
 fn dnpf_stops_short_below_a_knife_edge_and_chatters_above_it() {
-    // Within theta_b it applies Kp theta_b: below Ts the joint stays where PD leaves it, beyond the edge it comes in.
+    // Within theta_b it applies Kp theta_b: below Ts the joint stays where PD leaves it, beyond the
+    // edge it comes in.
     let short = run("step-response", "dnpf", &["controller.dnpf.theta_b_deg=0.375"]);
     let enough = run("step-response", "dnpf", &["controller.dnpf.theta_b_deg=0.39"]);
     for step in ["dnpf/step-5.0", "dnpf/step-1.0"] {
@@ -252,7 +262,8 @@ fn srnf_leaves_added_friction_uncompensated() {
         let error = cruise(&results, &format!("srnf/trajectory-2.5/added-{added}"));
         assert!((error - expected).abs() < CRUISE_TOLERANCE, "{added}: {error}, not {expected}");
     }
-    // At times: the error jumps between the two balances. One second after each change it has arrived.
+    // At times: the error jumps between the two balances. One second after each change it has
+    // arrived.
     let variable = labelled(&results, "srnf/trajectory-2.5/added-variable");
     let on = balance(1.0, law, SLIP_V + 0.2 + VISCOUS * 2.5);
     let off = balance(1.0, law, SLIP_V + VISCOUS * 2.5);
@@ -263,7 +274,11 @@ fn srnf_leaves_added_friction_uncompensated() {
             .map(|m| m.error_deg())
             .collect();
         let mean = errors.iter().sum::<f64>() / errors.len() as f64;
-        assert!((mean - expected).abs() < 2.0 * CRUISE_TOLERANCE, "{from_s} s: {mean}, not {expected}");
+        assert!(
+            (mean - expected).abs() < 2.0 * CRUISE_TOLERANCE,
+            "{from_s} s: {mean}, not \
+            {expected}"
+        );
     }
 }
 
@@ -279,7 +294,8 @@ fn high_gain_tracks_closer_and_only_dnpf_oscillates_violently_without_a_sample_o
         // At five times the gain; PD's error falls to a fifth, those of the others less.
         assert!(rms(&results, &label) < 0.5 * rms(&thesis, &label), "{controller}");
         let growth = rms(&results, &delayed) / rms(&results, &label);
-        // "Visibly noticeable": the error at least doubles, and the signal travels its whole range of 10 V each second.
+        // "Visibly noticeable": the error at least doubles, and the signal travels its whole range
+        // of 10 V each second.
         match controller {
             // PD's oscillation is one of the control signal only.
             "pd" => assert!(
@@ -320,11 +336,13 @@ fn ramps_find_both_friction_levels_to_the_converter_s_resolution() {
     let half_lsb = 0.00488 / 2.0;
     for result in &results {
         let metrics = &result.metrics;
-        let host_sim::experiment::Motion::Ramp(rate) = result.plan.motion else { panic!("not a ramp") };
-        // The joint moves half a count under kappa (Ts - Td) = 0.54 deg/s^2 in 67 ms at least, plus two samples.
+        let host_sim::experiment::Task::Ramp(rate) = result.plan.task else { panic!("not a ramp") };
+        // The joint moves half a count under kappa (Ts - Td) = 0.54 deg/s^2 in 67 ms at least, plus
+        // two samples.
         let late = metrics.stick_v.unwrap() - 0.40;
         assert!(late > -half_lsb && late < half_lsb + 0.11 * rate, "{}: {late}", result.plan.label);
-        // Without the correction the reading is low by nearly rate / (kappa b) = 1.85 s of the ramp.
+        // Without the correction the reading is low by nearly rate / (kappa b) = 1.85 s of the
+        // ramp.
         let slip = metrics.slip_corrected_v.unwrap();
         assert!((slip - SLIP_V).abs() < half_lsb, "{}: {slip}", result.plan.label);
         let lag_s = (slip - metrics.slip_v.unwrap()) / rate;

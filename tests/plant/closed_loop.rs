@@ -1,5 +1,5 @@
-//! The core around the simulated axis: order within a sample, converters, friction that changes, both solvers.
-//! Blind to the microcontroller.
+//! The core around the simulated axis: order within a sample, converters, friction that changes,
+//! both solvers. Blind to the microcontroller.
 
 use super::common::{moments, run};
 use host_sim::closed_loop::Moment;
@@ -15,7 +15,8 @@ fn positions(set: &[&str]) -> Vec<f64> {
 
 #[test]
 fn rk4_tends_to_the_exact_axis_as_step_and_band_shrink() {
-    // The band must not be jumped over: at most kappa (Ts + Td + b |velocity|) = 27 deg/s^2 times the step.
+    // The band must not be jumped over: at most kappa (Ts + Td + b |velocity|) = 27 deg/s^2 times
+    // the step.
     let exact = positions(&[]);
     let errors = [1e-4, 1e-5, 1e-6].map(|step_s: f64| {
         let band = format!("joint.friction.band_deg_per_s={}", 27.0 * step_s);
@@ -95,9 +96,9 @@ fn the_encoder_reads_edges_phase_wrap_and_sense() {
 
 #[test]
 fn the_thesis_s_claims_do_not_hang_on_a_detail_of_the_encoder() {
-    // SRNF rests where |e| + 0.40 tanh(100 |e|) is at most Ts = 0.40 V: within 0.0187 deg. The disc's details move it
-    // within that. Twice the LSB is read as "+-0.00242 deg"
-    // and "+-0.00488 V" taken by the word (section 3.2).
+    // SRNF rests where |e| + 0.40 tanh(100 |e|) is at most Ts = 0.40 V: within 0.0187 deg. The
+    // disc's details move it within that. Twice the LSB is read as "+-0.00242 deg" and "+-0.00488
+    // V" taken by the word (section 3.2).
     for set in [
         "encoder.rounding=floor",
         "encoder.phase=0.37",

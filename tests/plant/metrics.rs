@@ -1,7 +1,9 @@
 //! The metrics against signals whose values are known.
 
 use host_sim::closed_loop::Moment;
-use host_sim::metrics::{Metrics, Task, is_unstable};
+use host_sim::experiment::Task;
+use host_sim::machine::Trajectory;
+use host_sim::metrics::{Metrics, is_unstable};
 use stiction::Tick;
 
 const SAMPLE_S: f64 = 0.02;
@@ -89,8 +91,14 @@ fn a_trajectory_is_judged_while_it_moves_and_cruises() {
         t if (7.0..=8.0).contains(&t) => -5.0,
         _ => -3.0,
     });
-    let task = Task::Trajectory { motion_s: [4.0, 16.0], cruise_s: [7.0, 8.0] };
-    let metrics = Metrics::of(&moments, &task, COUNT);
+    // Blends from 4 to 16 s; the cruise begins 2 s after the first corner and ends 0.5 s before the
+    // second.
+    let trajectory = Trajectory {
+        corner_times_s: vec![5.0, 8.5, 15.0],
+        corner_positions_deg: vec![0.0, 1.0, 1.0],
+        half_blend_s: 1.0,
+    };
+    let metrics = Metrics::of(&moments, &Task::Trajectory(trajectory), COUNT);
     assert_eq!(metrics.cruise_error_deg, Some(5.0));
     assert_eq!(metrics.max_error_deg, Some(5.0));
     let rms = ((51.0 * 25.0 + 550.0 * 9.0) / 601.0f64).sqrt();

@@ -1,14 +1,19 @@
-//! Controllers by references in one table, reviewed like code: a change of behaviour shows as a change of this table.
+//! Controllers by references in one table, reviewed like code: a change of behaviour shows as a
+//! change of this table.
 //!
-//! It proves nothing by itself (the expected values are our own output) and is blind to whatever the other tests are
-//! blind to. The tails of RI, RVI, ROI and DNPF are chaotic: a change in rounding may move them, and then
-//! the question is whether the claims of `chapter3.rs` still hold. Accept a change with `INSTA_UPDATE=always`.
+//! It proves nothing by itself (the expected values are our own output) and is blind to whatever
+//! the other tests are blind to. The tails of RI, RVI, ROI and DNPF are chaotic: a change in
+//! rounding may move them, and then the question is whether the claims of `chapter3.rs` still hold.
+//! Accept a change with `INSTA_UPDATE=always`.
 
 use std::fmt::Write;
 
 #[test]
 fn controllers_by_references() {
-    let mut table = String::from("run                             rest    rms  cruise  chatter   hunts\n");
+    let mut table = String::from(
+        "run                             rest    rms  cruise  chatter   \
+        hunts\n",
+    );
     table += "                              counts    deg     deg      V/s  counts\n";
     for controller in super::common::controllers() {
         for (experiment, duration) in

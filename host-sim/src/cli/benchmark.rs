@@ -6,9 +6,8 @@ use super::print;
 use crate::benchmark::{Score, benchmark};
 use crate::error::Error;
 use crate::experiment::Document;
-use crate::figure::figures;
+use crate::figure::{figures, prepare_figures, write_figures};
 use crate::output::table::{self, number};
-use crate::output::{prepare_figures, write_figures};
 
 #[derive(Debug, clap::Args)]
 pub struct Arguments {

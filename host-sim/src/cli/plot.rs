@@ -4,8 +4,8 @@ use std::path::PathBuf;
 
 use super::print;
 use crate::error::Error;
-use crate::figure::{NamedFigure, logged};
-use crate::output::{prepare_figures, series, write_figures};
+use crate::figure::{NamedFigure, logged, prepare_figures, write_figures};
+use crate::output::series;
 
 #[derive(Debug, clap::Args)]
 pub struct Arguments {

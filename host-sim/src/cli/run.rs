@@ -5,9 +5,9 @@ use std::path::PathBuf;
 use super::{print, target};
 use crate::error::Error;
 use crate::experiment::{Document, Experiment};
-use crate::figure::figures;
+use crate::figure::{figures, prepare_figures, write_figures};
 use crate::lab::{self, LabResult};
-use crate::output::{csv, json, prepare_figures, table, write_figures, write_whole};
+use crate::output::{csv, json, table, write_whole};
 
 #[derive(Debug, clap::Args)]
 pub struct Arguments {

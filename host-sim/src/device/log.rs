@@ -1,7 +1,8 @@
-//! Samples as CSV, in the columns of `stiction run --csv`, as far as a device knows them, and in those of further signals.
+//! Samples as CSV, in the columns of `stiction run --csv`, as far as a device knows them, and in
+//! those of further signals.
 //!
-//! `position_deg` is that of the encoder, not the true one, and `stuck` is whether the regression says zero: a device
-//! sees no more.
+//! `position_deg` is that of the encoder, not the true one, and `stuck` is whether the regression
+//! says zero: a device sees no more.
 
 use stiction::link::Sample;
 
@@ -10,7 +11,7 @@ use crate::error::Error;
 use crate::output::Cell;
 use crate::output::csv::COLUMNS;
 
-/// What the columns of `stiction run --csv` are made of.
+/// The signals that the columns of `stiction run --csv` are made of.
 const BASE: [&str; 9] = [
     "counts",
     "reference_counts",
@@ -23,10 +24,10 @@ const BASE: [&str; 9] = [
     "code",
 ];
 
-/// What the joint got, which is not always what was asked for.
+/// The signal of what the joint got, which is not always what was asked for.
 const APPLIED: &str = "v_applied_v";
 
-/// The samples so far.
+/// The samples of a device so far, and the signals that they have.
 #[derive(Clone, Debug, Default)]
 pub struct Log {
     signals: Signals,
@@ -36,8 +37,8 @@ pub struct Log {
 }
 
 impl Log {
-    /// An empty log of a device's signals: the columns of a run, what was applied, the signals of the law in use, and
-    /// those in `more`.
+    /// Makes an empty log of a device's signals: the columns of a run, what was applied, the
+    /// signals of the law in use, and those in `more`.
     ///
     /// # Errors
     /// Names a signal that the device does not have.
@@ -52,27 +53,27 @@ impl Log {
         Ok(Self { signals, more: all, samples: Vec::new() })
     }
 
-    /// What has to be subscribed for these columns.
+    /// Tells which signals have to be subscribed for these columns.
     pub fn mask(&self) -> u64 {
         self.signals.mask(BASE.into_iter().chain([APPLIED]).chain(self.more.iter().map(String::as_str)))
     }
 
-    /// Adds one.
+    /// Adds a sample.
     pub fn push(&mut self, sample: Sample) {
         self.samples.push(sample);
     }
 
-    /// How many there are.
+    /// Counts the samples.
     pub const fn len(&self) -> usize {
         self.samples.len()
     }
 
-    /// Whether there are none.
+    /// Tells whether there is no sample.
     pub const fn is_empty(&self) -> bool {
         self.samples.is_empty()
     }
 
-    /// The file; time begins with the first sample.
+    /// Writes the file; its time begins with the first sample.
     ///
     /// # Errors
     /// If a number cannot be written.

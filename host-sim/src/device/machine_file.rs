@@ -1,9 +1,11 @@
-//! Parameters of a device as a machine's file, so that they can be read, changed, pushed and simulated.
+//! Parameters of a device as a machine's file, so that they can be read, changed, pushed and
+//! simulated.
 //!
-//! The device's numbers are in single precision; a file has the shortest decimals that are read as the same ones.
-//! Guarantees: [`render`] gives a text that [`read`] turns into the same parameters, bit for bit, or says why there is
-//! none. Does badly: what no file can say (a motion that only holds, a ramp together with gains, a law twice) has no
-//! text. A device does not know its joint, so that of another machine has to be lent.
+//! The device's numbers are in single precision; a file has the shortest decimals that are read as
+//! the same ones. Guarantees: [`render`] gives a text that [`read`] turns into the same parameters,
+//! bit for bit, or says why there is none. Does badly: what no file can say (a motion that only
+//! holds, a ramp together with gains, a law twice) has no text. A device does not know its joint,
+//! so that of another machine has to be lent.
 
 use stiction::pd::PdGains;
 use stiction::position::Position;
@@ -19,7 +21,7 @@ use crate::written::{Written, single};
 /// Of a controller with several laws, or with one twice.
 const OF_SEVERAL: &str = "device";
 
-/// The parameters of the first run of a machine's file.
+/// Reads the parameters of the first run of a machine's file.
 ///
 /// # Errors
 /// Names the key, what was found and what is allowed.
@@ -30,7 +32,7 @@ pub fn read(name: &str, text: &str) -> Result<Parameters, Error> {
     super::parameters(&runs.swap_remove(0))
 }
 
-/// A machine's file of these parameters; `joint` is that of `whose`.
+/// Writes a machine's file of these parameters; `joint` is that of `whose`.
 ///
 /// # Errors
 /// If there is no file that is read as these parameters.
@@ -47,11 +49,12 @@ pub fn render(parameters: &Parameters, joint: &Joint, whose: &str) -> Result<Str
         Err(error) => error.to_string().trim_start_matches([':', ' ']).to_owned(),
     };
     Err(Error::Device(format!(
-        "params: no machine's file says what this device runs ({why}); a name that does not end in .toml pulls its record"
+        "params: no machine's file says what this device runs ({why}); a name that does not end in \
+         .toml pulls its record"
     )))
 }
 
-/// The tables that a device knows, for people.
+/// Writes the tables that a device knows, for people.
 ///
 /// # Errors
 /// If a number cannot be written.
@@ -59,7 +62,7 @@ pub fn tables(parameters: &Parameters) -> Result<String, Error> {
     toml::to_string(&known(parameters)?).map_err(|error| Error::Input(error.to_string()))
 }
 
-/// What is different in `after`: `controller.srnf.kp_v_per_deg: 1.0 -> 2.0`, a line each.
+/// Lists what is different in `after`: `controller.srnf.kp_v_per_deg: 1.0 -> 2.0`, a line each.
 ///
 /// # Errors
 /// If a number cannot be written.

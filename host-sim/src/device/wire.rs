@@ -60,7 +60,7 @@ pub struct SimulatedWire {
 
 /// The longest absence of the host that the device catches up with. A host that was away for longer
 /// has stopped the device's time as well.
-pub(super) const AWAY: Duration = Duration::from_millis(200);
+pub(crate) const AWAY: Duration = Duration::from_millis(200);
 
 /// The warning that stands before every output of a simulated device.
 pub const SIMULATED: &str = "SIMULATED DEVICE: no motor moves or stops.";

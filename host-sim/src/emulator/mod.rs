@@ -30,6 +30,7 @@ pub(crate) mod runs;
 pub mod spans;
 pub mod tracer;
 pub mod uart;
+pub mod wire;
 pub mod yardstick;
 
 pub use compare::{Difference, first_difference};

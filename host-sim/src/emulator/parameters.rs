@@ -3,9 +3,8 @@
 use stiction::parameters::{DeviceConfig, ROOM};
 use stiction::{Limits, Parameters};
 
-use crate::device;
 use crate::error::Error;
-use crate::experiment::RunPlan;
+use crate::experiment::{RunPlan, assembled, validate};
 use crate::target::from_start;
 
 /// From the first tick to arming, in ticks: time for the encoder to be shown where the joint is.
@@ -24,13 +23,13 @@ pub fn parameters(plan: &RunPlan, watched: bool) -> Result<Parameters, Error> {
     if !watched {
         parameters.limits = Limits::OFF;
     }
-    device::validate(&parameters, plan)?;
+    validate(&parameters, plan)?;
     Ok(parameters)
 }
 
 /// As a board would be told, but for the begin: by itself, and from zero.
 fn by_itself(plan: &RunPlan) -> Result<Parameters, Error> {
-    let mut parameters = device::assembled(plan)?;
+    let mut parameters = assembled(plan)?;
     // The device calls the place zero in which it is armed. The host's joint rests there too, but its disc may already
     // be a count further.
     let start = plan.encoder()?.counts(0.0) as i32;
@@ -65,7 +64,7 @@ pub fn watched_blob(plan: &RunPlan) -> Result<Vec<u8>, Error> {
 /// As [`parameters`].
 pub fn everything_on(plan: &RunPlan) -> Result<Vec<u8>, Error> {
     let parameters = by_itself(plan)?;
-    device::validate(&parameters, plan)?;
+    validate(&parameters, plan)?;
     record(plan, &parameters)
 }
 

@@ -17,7 +17,7 @@ use super::log::{Listener, LogLine};
 use super::parameters;
 use super::probe::{Points, Probe};
 use crate::error::Error;
-use crate::experiment::{Motion, RunPlan};
+use crate::experiment::{RunPlan, Task};
 use crate::identification::Levels;
 use crate::machine::Solver;
 use crate::run::{RunResult, Trace};
@@ -171,9 +171,9 @@ fn judged<S: AxisSolver>(plan: &RunPlan, joint: Joint<S>, begin: Instant) -> Res
     let evaluations = joint.solver.derivative_evaluations();
     let found = joint.ramp().map(RampState::findings).unwrap_or_default();
     let Joint { trace, events, diverged_at_s, closed_loop, .. } = joint;
-    let levels = match plan.motion {
-        Motion::Ramp(rate) => plan.ramp(rate)?.levels(&found, &closed_loop.axis),
-        Motion::Step(_) | Motion::Trajectory(_) => Levels::default(),
+    let levels = match plan.task {
+        Task::Ramp(rate) => plan.ramp(rate)?.levels(&found, &closed_loop.axis),
+        Task::Step(_) | Task::Trajectory(_) => Levels::default(),
     };
     Ok(match trace {
         Trace::Ramp(moments) => RunResult::of_ramp(plan, levels, moments, events, begin, evaluations),
@@ -183,7 +183,7 @@ fn judged<S: AxisSolver>(plan: &RunPlan, joint: Joint<S>, begin: Instant) -> Res
 
 /// For the progress bar: of a ramp, as many as it takes to the joint's own friction and back.
 fn expected_ticks(plan: &RunPlan) -> Result<u64, Error> {
-    let Motion::Ramp(rate) = plan.motion else { return plan.samples().map(u64::from) };
+    let Task::Ramp(rate) = plan.task else { return plan.samples().map(u64::from) };
     let ramp = plan.ramp(rate)?;
     let seconds = 2.0 * plan.machine.joint.friction.stick_v / rate + ramp.hold_s;
     Ok((seconds / ramp.sample_time_s) as u64)

@@ -1,12 +1,25 @@
 //! Experiments: a machine's file, taken apart into runs.
+//!
+//! ```text
+//! Document -> Machine and its variants -> RunPlan: a controller and a Task -> models, Motion, Course
+//! ```
+//!
+//! A [`RunPlan`] is checked as a whole before anything is run, and answers with the models, the
+//! control core and the parameters of a board that the run needs.
 
 mod assemble;
-mod builtin;
-mod document;
+mod controller;
+mod motion;
+mod parameters;
 mod plan;
+mod refusal;
+mod task;
 
-pub(crate) use assemble::about_law;
-pub use assemble::position;
-pub use builtin::{Builtin, builtins, find};
-pub use document::{Document, Origin};
-pub use plan::{Experiment, Motion, RunPlan};
+pub(crate) use self::controller::about_law;
+pub use self::motion::position;
+#[cfg(feature = "emulator")]
+pub(crate) use self::parameters::{assembled, validate};
+pub use self::parameters::{parameters, record, sectors};
+pub use self::plan::{Experiment, RunPlan};
+pub use self::task::Task;
+pub use crate::document::{Builtin, Document, Origin, builtins, find};

@@ -5,9 +5,10 @@ use std::sync::Arc;
 
 use toml::{Table, Value};
 
-use super::document::{Document, Origin, within};
+use super::task::Task;
+use crate::document::{Document, Origin, within};
 use crate::error::{Error, rounded, shown, suggestion_or_all};
-use crate::machine::{Machine, Solver, Trajectory, Variant};
+use crate::machine::{Machine, Solver, Variant};
 
 /// The samples of all runs are held in memory at once: these are a gigabyte.
 pub(super) const MAX_SAMPLES: f64 = 1e7;
@@ -18,49 +19,39 @@ pub(super) const MAX_RAMP_SAMPLES: f64 = 1e8;
 /// Steps of `rk4`, all runs together: some minutes.
 const MAX_STEPS: f64 = 1e10;
 
-/// A named set of runs.
+/// The runs that a machine's file asks for.
 #[derive(Clone, Debug)]
 pub struct Experiment {
-    /// A built-in name or a file's path.
+    /// The name of a built-in experiment, or the path of a file.
     pub name: String,
-    /// Where it comes from.
+    /// The table or section of the thesis that it comes from.
     pub source: String,
-    /// Its runs.
+    /// The runs, in the order of the file.
     pub runs: Vec<RunPlan>,
 }
 
-/// One run.
+/// One run: a machine, a controller of it, and what the joint is to do.
 #[derive(Clone, Debug)]
 pub struct RunPlan {
-    /// `srnf/step-5.0/test-2`.
+    /// The name of the run in all output, such as `srnf/step-5.0/test-2`.
     pub label: String,
-    /// Where its configuration came from, for messages.
+    /// The file and what was set by hand, for messages.
     pub origin: Origin,
     /// The key that asks for it, for messages: `reference.steps_deg[0]`.
     pub asked_by: String,
     /// The machine, with the variant's keys set.
     pub machine: Arc<Machine>,
-    /// The controller's name; none for a ramp.
+    /// The name of the controller; a ramp has none.
     pub controller: Option<String>,
-    /// What is asked of it.
-    pub motion: Motion,
-    /// The variant's slug, or nothing.
+    /// What the joint is to do.
+    pub task: Task,
+    /// The slug of the variant; empty for the runs as they stand.
     pub variant: String,
 }
 
-/// What is asked of a joint in one run.
-#[derive(Clone, Debug, PartialEq)]
-pub enum Motion {
-    /// A jump by so many degrees.
-    Step(f64),
-    /// A motion through corners.
-    Trajectory(Trajectory),
-    /// An effort that rises until the joint moves and falls until it rests, V/s.
-    Ramp(f64),
-}
-
 impl RunPlan {
-    /// What sets this run apart from another of the same controller and motion: its variant, a sample of delay.
+    /// What sets this run apart from another of the same controller and task: its variant, a sample
+    /// of delay.
     pub fn slugs(&self) -> Vec<&str> {
         slugs(&self.variant, &self.machine, self.controller.is_some())
     }
@@ -71,43 +62,16 @@ fn slugs<'a>(variant: &'a str, machine: &Machine, sampled: bool) -> Vec<&'a str>
     [variant, if delayed { "delay-1" } else { "" }].into_iter().filter(|slug| !slug.is_empty()).collect()
 }
 
-impl Motion {
-    /// `step-5.0`, `trajectory-2.5` (its speed in deg/s), `rate-0.001`.
-    pub fn slug(&self) -> String {
-        match self {
-            Self::Step(step) => format!("step-{}", short(*step)),
-            Self::Trajectory(trajectory) => format!("trajectory-{}", short(trajectory.speed())),
-            Self::Ramp(rate) => format!("rate-{rate}"),
-        }
-    }
-}
-
-impl Trajectory {
-    /// Speed of the first line that is not a rest, deg/s.
-    pub fn speed(&self) -> f64 {
-        let lines = self.corner_times_s.windows(2).zip(self.corner_positions_deg.windows(2));
-        lines.map(|(t, p)| ((p[1] - p[0]) / (t[1] - t[0])).abs()).find(|speed| *speed > 0.0).unwrap_or(0.0)
-    }
-}
-
-/// At least one digit behind the point, at most three; what would vanish like that is written with its exponent.
-fn short(number: f64) -> String {
-    if number != 0.0 && number.abs() < 5e-4 {
-        return format!("{number:e}");
-    }
-    let text = format!("{number:.3}");
-    let text = text.trim_end_matches('0');
-    if text.ends_with('.') { format!("{text}0") } else { text.into() }
-}
-
 impl Experiment {
-    /// All runs of a document, for the controllers that are `wanted` or else those that the document names.
+    /// Plans all runs of a document, for the controllers that are `wanted` or else those that the
+    /// document names.
     ///
-    /// `fixed` are keys that the user has set by hand: a variant that sets one of them otherwise is left out.
+    /// `fixed` are keys that the user has set by hand: a variant that sets one of them otherwise is
+    /// left out.
     ///
     /// # Errors
-    /// Names a controller that does not exist, a value that is not allowed in any of the runs, or a document without
-    /// anything to run.
+    /// Names a controller that does not exist, a value that is not allowed in any of the runs, or a
+    /// document without anything to run.
     pub fn plan(document: &Document, wanted: &[String], fixed: &[String]) -> Result<Self, Error> {
         let machine = document.machine()?;
         let wanted: Vec<&str> = wanted.iter().map(|name| name.trim()).collect();
@@ -122,7 +86,8 @@ impl Experiment {
             runs.extend(runs_of(machine, &origin, &variant.slug, &wanted)?);
         }
         if runs.is_empty() {
-            let all = "none of `reference.steps_deg`, `reference.trajectories`, `identification.ramp_rates_v_per_s`";
+            let all = "none of `reference.steps_deg`, `reference.trajectories`, \
+                `identification.ramp_rates_v_per_s`";
             let origin = document.origin.of("reference");
             return Err(Error::Input(format!(
                 "{origin}: there is nothing to run, because {all} has an entry"
@@ -185,19 +150,19 @@ fn same(a: &Value, b: &Value) -> bool {
 
 fn runs_of(machine: Machine, origin: &Origin, slug: &str, wanted: &[&str]) -> Result<Vec<RunPlan>, Error> {
     let machine = Arc::new(machine);
-    let steps = machine.reference.steps_deg.iter().copied().map(Motion::Step);
-    let trajectories = machine.reference.trajectories.iter().cloned().map(Motion::Trajectory);
-    let asked = |key: &'static str| move |(i, motion): (usize, Motion)| (format!("{key}[{i}]"), motion);
-    let motions: Vec<(String, Motion)> = steps
+    let steps = machine.reference.steps_deg.iter().copied().map(Task::Step);
+    let trajectories = machine.reference.trajectories.iter().cloned().map(Task::Trajectory);
+    let asked = |key: &'static str| move |(i, task): (usize, Task)| (format!("{key}[{i}]"), task);
+    let tasks: Vec<(String, Task)> = steps
         .enumerate()
         .map(asked("reference.steps_deg"))
         .chain(trajectories.enumerate().map(asked("reference.trajectories")))
         .collect();
     let mut runs = Vec::new();
-    let mut add = |controller: Option<&str>, asked_by: String, motion: Motion| {
+    let mut add = |controller: Option<&str>, asked_by: String, task: Task| {
         let driven_by = controller.unwrap_or("ramp");
-        let motion_slug = motion.slug();
-        let mut label = vec![driven_by, &motion_slug];
+        let task_slug = task.slug();
+        let mut label = vec![driven_by, &task_slug];
         label.extend(slugs(slug, &machine, controller.is_some()));
         runs.push(RunPlan {
             label: label.join("/"),
@@ -205,27 +170,26 @@ fn runs_of(machine: Machine, origin: &Origin, slug: &str, wanted: &[&str]) -> Re
             asked_by,
             machine: machine.clone(),
             controller: controller.map(str::to_owned),
-            motion,
+            task,
             variant: slug.into(),
         });
     };
     let names = controllers(&machine, origin, wanted)?;
-    if names.is_empty() && !motions.is_empty() {
+    if names.is_empty() && !tasks.is_empty() {
         let origin = origin.of("loop.controller");
         return Err(Error::Input(format!(
             "{origin}: `loop.controller` is empty; allowed is at least one name"
         )));
     }
     for name in names {
-        for (asked_by, motion) in &motions {
-            add(Some(name), asked_by.clone(), motion.clone());
+        for (asked_by, task) in &tasks {
+            add(Some(name), asked_by.clone(), task.clone());
         }
     }
     let rates = machine.identification.iter().flat_map(|ramps| &ramps.ramp_rates_v_per_s).copied();
-    for (asked_by, motion) in
-        rates.map(Motion::Ramp).enumerate().map(asked("identification.ramp_rates_v_per_s"))
+    for (asked_by, task) in rates.map(Task::Ramp).enumerate().map(asked("identification.ramp_rates_v_per_s"))
     {
-        add(None, asked_by, motion);
+        add(None, asked_by, task);
     }
     Ok(runs)
 }
@@ -247,7 +211,8 @@ fn controllers<'a>(machine: &'a Machine, origin: &Origin, wanted: &[&'a str]) ->
             (true, false) => {
                 let origin = origin.of("loop.controller");
                 format!(
-                    "{origin}: `loop.controller` names `{name}`, which has no table `[controller.{name}]`{near}"
+                    "{origin}: `loop.controller` names `{name}`, which has no table \
+                     `[controller.{name}]`{near}"
                 )
             }
             (false, true) => format!("--controller {}: `{name}` is there twice", wanted.join(",")),
@@ -273,13 +238,14 @@ fn affordable(origin: &Origin, runs: &[RunPlan]) -> Result<(), Error> {
     const WITHIN: f64 = 0.999;
     let samples = |run: &RunPlan| run.longest_s() / run.machine.sampling.sample_time_s();
     let (ramps, loops): (Vec<&RunPlan>, Vec<&RunPlan>) =
-        runs.iter().partition(|run| matches!(run.motion, Motion::Ramp(_)));
+        runs.iter().partition(|run| matches!(run.task, Task::Ramp(_)));
     let total: f64 = loops.iter().map(|run| samples(run)).sum();
     if total > MAX_SAMPLES {
         let longest_s = loops.iter().map(|run| run.longest_s()).fold(0.0, f64::max);
         let key = "run.duration_s";
         return Err(Error::Input(format!(
-            "{}: `{key}` is {}; allowed is a number up to {}: the {} runs may have {MAX_SAMPLES:e} samples in all",
+            "{}: `{key}` is {}; allowed is a number up to {}: the {} runs may have {MAX_SAMPLES:e} \
+             samples in all",
             origin.of(key),
             shown(longest_s),
             rounded(longest_s * MAX_SAMPLES / total * WITHIN),
@@ -290,7 +256,8 @@ fn affordable(origin: &Origin, runs: &[RunPlan]) -> Result<(), Error> {
     if total > MAX_RAMP_SAMPLES {
         let key = "identification.ramp_rates_v_per_s";
         return Err(Error::Input(format!(
-            "{}: the ramps of `{key}` may take {} samples; allowed are {MAX_RAMP_SAMPLES:e}: raise the rates",
+            "{}: the ramps of `{key}` may take {} samples; allowed are {MAX_RAMP_SAMPLES:e}: raise \
+             the rates",
             origin.of(key),
             rounded(total),
         )));
@@ -306,7 +273,8 @@ fn affordable(origin: &Origin, runs: &[RunPlan]) -> Result<(), Error> {
         let finest = by_steps().map(|run| run.machine.run.step_s).fold(f64::INFINITY, f64::min);
         let key = "run.step_s";
         return Err(Error::Input(format!(
-            "{}: `{key}` is {}; allowed is a number from {}: the {} s of all runs may take {MAX_STEPS:e} steps",
+            "{}: `{key}` is {}; allowed is a number from {}: the {} s of all runs may take \
+             {MAX_STEPS:e} steps",
             origin.of(key),
             shown(finest),
             rounded(total_s / MAX_STEPS / WITHIN),

@@ -40,8 +40,8 @@ impl<'a> Sheet<'a> {
     /// A page of its own.
     pub const FILE: Sheet<'static> = Sheet { width: 900.0, header: 64.0, clip: "panel" };
 
-    /// A part of a text that has the title: narrow enough for its letters to be read on a telephone. The names are to
-    /// differ from those of all other figures of that text.
+    /// A part of a text that has the title: narrow enough for its letters to be read on a
+    /// telephone. The names are to differ from those of all other figures of that text.
     pub const fn inline(clip: &'a str) -> Self {
         Self { width: 560.0, header: 4.0, clip }
     }

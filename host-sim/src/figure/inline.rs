@@ -3,8 +3,9 @@
 /// Digits behind the point that a page needs: a hundredth of a unit is nothing to see.
 const DIGITS: usize = 2;
 
-/// The document scaled by the page and not by itself, without its background, and with its name for those who cannot
-/// see it. Numbers lose the digits that nobody sees, which are half of the document.
+/// The document scaled by the page and not by itself, without its background, and with its name for
+/// those who cannot see it. Numbers lose the digits that nobody sees, which are half of the
+/// document.
 pub(super) fn element(svg: &str, name: &str) -> String {
     let (head, body) = svg.split_once('>').unwrap_or(("", svg));
     let size = |key: &str| head.split(&format!("{key}=\"")).nth(1).and_then(|rest| rest.split('"').next());
@@ -55,7 +56,8 @@ mod tests {
     #[test]
     fn labels_keep_their_digits() {
         let svg = "<svg width=\"9\" height=\"4\"><text x=\"1.00001\">0.00242</text></svg>";
-        let expected = "<svg viewBox=\"0 0 9 4\" role=\"img\" aria-label=\"A &amp; B\"><text x=\"1\">0.00242</text></svg>";
+        let expected = "<svg viewBox=\"0 0 9 4\" role=\"img\" aria-label=\"A &amp; B\"><text \
+            x=\"1\">0.00242</text></svg>";
         assert_eq!(element(svg, "A & B"), expected);
     }
 

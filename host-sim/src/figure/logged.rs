@@ -1,4 +1,5 @@
-//! A figure of time series that were written before: logs of a device, runs, or one beside the other.
+//! A figure of time series that were written before: logs of a device, runs, or one beside the
+//! other.
 
 use super::{Figure, Line, Panel, Style};
 use crate::output::series::{Sample, Series};
@@ -9,8 +10,8 @@ const COMPARED: [Style; 3] = [Style::Primary, Style::Second, Style::Third];
 /// So many series fit one figure.
 pub const MOST: usize = COMPARED.len();
 
-/// Displacement, error and effort of up to [`MOST`] series over each other; of a single one, the parts of its effort as
-/// well.
+/// Displacement, error and effort of up to [`MOST`] series over each other; of a single one, the
+/// parts of its effort as well.
 pub fn figure(series: &[Series]) -> Figure {
     let curves = |of: fn(&Sample) -> Option<f64>| -> Vec<Line> {
         let shown = series.iter().zip(COMPARED);

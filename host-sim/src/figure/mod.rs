@@ -5,6 +5,7 @@
 
 #[cfg(feature = "figures")]
 mod draw;
+mod files;
 #[cfg(feature = "figures")]
 mod inline;
 pub mod logged;
@@ -20,6 +21,7 @@ mod thin;
 
 use std::fmt;
 
+pub use files::{prepare_figures, write_figures};
 pub use results::{NamedFigure, figures};
 
 /// What a curve stands for; colour, weight and dashes follow from it.
@@ -117,8 +119,8 @@ impl Figure {
         draw::svg(self, draw::Sheet::FILE)
     }
 
-    /// Draws the figure as an element of an HTML page, without a title. Its names begin with `id`, which no other
-    /// element of the page should have.
+    /// Draws the figure as an element of an HTML page, without a title. Its names begin with `id`,
+    /// which no other element of the page should have.
     #[cfg(feature = "figures")]
     pub fn to_inline_svg(&self, id: &str) -> Result<String, Error> {
         Ok(inline::element(&draw::svg(self, draw::Sheet::inline(id))?, &self.title))

@@ -1,14 +1,14 @@
 //! Which figures a set of runs makes, and what is in them.
 //!
-//! One figure for each result of the thesis's Figs. 26-59 and 63-67: displacements, errors and the breakdown of the
-//! control signal under each other. Where the thesis shows one result measured and simulated, this is one figure, and
-//! simulated.
+//! One figure for each result of the thesis's Figs. 26-59 and 63-67: displacements, errors and the
+//! breakdown of the control signal under each other. Where the thesis shows one result measured and
+//! simulated, this is one figure, and simulated.
 
 use std::path::Path;
 
 use super::{Figure, Line, Panel, Style};
 use crate::closed_loop::Moment;
-use crate::experiment::Motion;
+use crate::experiment::Task;
 use crate::identification::RampMoment;
 use crate::machine::FigureSource;
 use crate::run::{RunResult, Trace};
@@ -22,24 +22,24 @@ const TRANSIENT_S: f64 = 1.0;
 /// A figure and the name of its file, without an ending.
 #[derive(Clone, Debug)]
 pub struct NamedFigure {
-    /// `step-response-srnf-steps`.
+    /// The name of the file, such as `step-response-srnf-steps`.
     pub stem: String,
     /// The figure.
     pub figure: Figure,
 }
 
-/// The figures of an experiment's results. `sources` tells which figures of the thesis they answer to; a run that
-/// diverged has none, since its last values fit no axis.
+/// The figures of an experiment's results. `sources` tells which figures of the thesis they answer
+/// to; a run that diverged has none, since its last values fit no axis.
 pub fn figures(experiment: &str, results: &[RunResult], sources: &[FigureSource]) -> Vec<NamedFigure> {
     let mut figures = Vec::new();
     // So that the figures of several experiments can lie in one directory.
     let prefix = Path::new(experiment).file_stem().unwrap_or_default().to_string_lossy();
     for group in groups(results, sources) {
         let (ramps, loops): (Vec<_>, Vec<_>) =
-            group.results.iter().partition(|result| matches!(result.plan.motion, Motion::Ramp(_)));
+            group.results.iter().partition(|result| matches!(result.plan.task, Task::Ramp(_)));
         figures.extend(ramps.into_iter().filter_map(|result| ramp_figure(result, &prefix)));
         let (steps, trajectories): (Vec<_>, Vec<_>) =
-            loops.into_iter().partition(|result| matches!(result.plan.motion, Motion::Step(_)));
+            loops.into_iter().partition(|result| matches!(result.plan.task, Task::Step(_)));
         for (kind, results) in [("steps", steps), ("trajectories", trajectories)] {
             for (i, some) in results.chunks(COMPARED.len()).enumerate() {
                 let part = if i == 0 { String::new() } else { format!("-{}", i + 1) };
@@ -79,7 +79,7 @@ fn loop_figure(results: &[&RunResult], group: &Group, kind: &str) -> Figure {
     let mut panels = vec![displacements(results), errors(results)];
     let wanted = group.thesis.map(|source| source.breakdown.as_slice()).unwrap_or_default();
     for (i, result) in results.iter().enumerate() {
-        if wanted.contains(&result.plan.motion.slug()) || (wanted.is_empty() && i == 0) {
+        if wanted.contains(&result.plan.task.slug()) || (wanted.is_empty() && i == 0) {
             panels.extend(breakdown(result, &curve_name(result, results)));
         }
     }
@@ -141,7 +141,8 @@ fn errors(results: &[&RunResult]) -> Panel {
     Panel { y_range: widest(range), ..Panel::new("error (deg)", curves.collect()) }
 }
 
-/// v_PD, v_c and v of one run, each in its own panel: signals that chatter would hide each other in one.
+/// v_PD, v_c and v of one run, each in its own panel: signals that chatter would hide each other in
+/// one.
 fn breakdown(result: &RunResult, curve: &str) -> Vec<Panel> {
     type Signal = (&'static str, &'static str, Style, fn(&Moment) -> f64);
     let all: [Signal; 3] = [
@@ -164,7 +165,7 @@ fn breakdown(result: &RunResult, curve: &str) -> Vec<Panel> {
 fn ramp_figure(result: &RunResult, prefix: &str) -> Option<NamedFigure> {
     let Trace::Ramp(moments) = &result.trace else { return None };
     let series = |of: fn(&RampMoment) -> f64| moments.iter().map(|m| (m.time_s, of(m))).collect::<Vec<_>>();
-    let rate = result.plan.motion.slug();
+    let rate = result.plan.task.slug();
     let panels = vec![
         Panel::new("effort (V)", vec![Line::new("v", Style::Total, series(|m| m.v)).held()]),
         Panel::new(
@@ -188,10 +189,10 @@ fn points(result: &RunResult, of: impl Fn(&Moment) -> f64) -> Vec<(f64, f64)> {
     }
 }
 
-/// For a step: a symmetric range that shows what is left after the transient, at least `least` on either side. A
-/// trajectory has no transient that dwarfs the rest.
+/// For a step: a symmetric range that shows what is left after the transient, at least `least` on
+/// either side. A trajectory has no transient that dwarfs the rest.
 fn settled_range(result: &RunResult, of: impl Fn(&Moment) -> f64, least: f64) -> Option<(f64, f64)> {
-    let (Motion::Step(_), Trace::Loop(moments)) = (&result.plan.motion, &result.trace) else { return None };
+    let (Task::Step(_), Trace::Loop(moments)) = (&result.plan.task, &result.trace) else { return None };
     let settled = moments.iter().filter(|m| m.time_s >= TRANSIENT_S).map(|m| of(m).abs());
     let half = 1.25 * settled.filter(|value| value.is_finite()).fold(least, f64::max);
     Some((-half, half))
@@ -208,19 +209,19 @@ fn is_plain(result: &RunResult) -> bool {
 
 /// By its motion, or by its variant where only that differs.
 fn curve_name(result: &RunResult, among: &[&RunResult]) -> String {
-    let same_motion = among.iter().all(|other| other.plan.motion == result.plan.motion);
-    if same_motion && among.len() > 1 {
+    let same_task = among.iter().all(|other| other.plan.task == result.plan.task);
+    if same_task && among.len() > 1 {
         result.plan.slugs().into_iter().map(in_words).collect::<Vec<_>>().join(", ")
     } else {
-        motion_name(result)
+        task_name(result)
     }
 }
 
-fn motion_name(result: &RunResult) -> String {
-    let slug = result.plan.motion.slug();
-    match &result.plan.motion {
-        Motion::Step(_) => format!("{} deg", slug.trim_start_matches("step-")),
-        Motion::Trajectory(_) => format!("{} deg/s", slug.trim_start_matches("trajectory-")),
-        Motion::Ramp(_) => format!("{} V/s", slug.trim_start_matches("rate-")),
+fn task_name(result: &RunResult) -> String {
+    let slug = result.plan.task.slug();
+    match &result.plan.task {
+        Task::Step(_) => format!("{} deg", slug.trim_start_matches("step-")),
+        Task::Trajectory(_) => format!("{} deg/s", slug.trim_start_matches("trajectory-")),
+        Task::Ramp(_) => format!("{} V/s", slug.trim_start_matches("rate-")),
     }
 }

@@ -1,8 +1,9 @@
 //! Stretches of code that run from their begin to their end, each with its cycles.
 //!
-//! A block ends before an instruction that something jumps to, and after one that may go elsewhere: a branch, a call, a
-//! return, a jump by a table. Whoever watches a running image needs to see the begins only, and can tell by the number of
-//! instructions between two of them whether a begin is missing here.
+//! A block ends before an instruction that something jumps to, and after one that may go elsewhere:
+//! a branch, a call, a return, a jump by a table. Whoever watches a running image needs to see the
+//! begins only, and can tell by the number of instructions between two of them whether a begin is
+//! missing here.
 
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -24,8 +25,8 @@ pub struct Block {
     pub instructions: u32,
     /// Its last instruction returns, and on no condition.
     pub returns: bool,
-    /// Cycles from its first instruction to the end of its last, what they wait for each other included, and the refill
-    /// after a jump not; the encoding of one whose time is not known.
+    /// Cycles from its first instruction to the end of its last, what they wait for each other
+    /// included, and the refill after a jump not; the encoding of one whose time is not known.
     pub cycles: Result<u32, Unknown>,
     first: Timing,
     last: Timing,
@@ -132,8 +133,9 @@ fn leads_to(code: &Code, placed: &Placed) -> Vec<u32> {
     }
 }
 
-/// Where a table leads: its entries are distances in halfwords from its own begin, which follows the instruction. The last
-/// byte may be one too many, which leads to the table itself and so to no instruction.
+/// Where a table leads: its entries are distances in halfwords from its own begin, which follows
+/// the instruction. The last byte may be one too many, which leads to the table itself and so to no
+/// instruction.
 fn table(code: &Code, placed: &Placed) -> Vec<u32> {
     let wide = placed.halfwords.1 & HALFWORDS != 0;
     let entries = code.data(placed.end()).flat_map(|halfword| {

@@ -30,7 +30,8 @@ pub struct Function {
     pub indirect: Vec<u32>,
     /// Its instructions that let interrupts come (`cpsie i`).
     pub unmasks: Vec<u32>,
-    /// Bytes that it takes from the stack, all its instructions that take any added up; nothing if a register says so.
+    /// Bytes that it takes from the stack, all its instructions that take any added up; nothing if
+    /// a register says so.
     pub stack: Option<u32>,
 }
 
@@ -86,7 +87,8 @@ impl Code {
     /// Reads an ELF file; `path` is for messages.
     ///
     /// # Errors
-    /// If it is not an ELF file, or its symbols have been stripped: then nothing could be found, and nothing missed.
+    /// If it is not an ELF file, or its symbols have been stripped: then nothing could be found,
+    /// and nothing missed.
     pub fn read(path: &Path, elf: &[u8]) -> Result<Self, Error> {
         let no = |why: &str| Error::Emulator(format!("{}: {why}", path.display()));
         let file = object::File::parse(elf).map_err(|_| no("it is not an ELF file"))?;
@@ -215,8 +217,8 @@ impl Code {
         self.vectors.first().copied().unwrap_or(0)
     }
 
-    /// Everything that can run once a function runs, itself among it. Calls through registers lead nowhere here: they
-    /// are listed by [`indirect`](Self::indirect).
+    /// Everything that can run once a function runs, itself among it. Calls through registers lead
+    /// nowhere here: they are listed by [`indirect`](Self::indirect).
     pub fn reachable<'a>(&'a self, from: &'a Function) -> Vec<&'a Function> {
         let mut seen = BTreeSet::from([from.address]);
         let mut waiting = VecDeque::from([from]);
@@ -232,8 +234,8 @@ impl Code {
         found
     }
 
-    /// Functions with calls or jumps through a register, and whether any entry of the hardware leads to them by calls that
-    /// name their function.
+    /// Functions with calls or jumps through a register, and whether any entry of the hardware
+    /// leads to them by calls that name their function.
     pub fn indirect(&self) -> Vec<(&Function, bool)> {
         let reached: BTreeSet<u32> =
             self.entries().into_iter().flat_map(|entry| self.reachable(entry)).map(|f| f.address).collect();
@@ -280,7 +282,8 @@ impl Function {
 pub(crate) mod tests {
     use super::*;
 
-    /// Functions that lie one behind the other from an address on; `marks` say where code and data begin.
+    /// Functions that lie one behind the other from an address on; `marks` say where code and data
+    /// begin.
     pub fn code(start: u32, marks: &[(u32, bool)], functions: &[(&str, &[u16])]) -> Code {
         let bytes: Vec<u8> =
             functions.iter().flat_map(|(_, code)| code.iter().flat_map(|half| half.to_le_bytes())).collect();

@@ -1,5 +1,6 @@
-//! What can be said of a flash image without running it: its functions and who calls whom, the stack that this takes
-//! at most, the cycles of its instructions, the memory that it fills, and the routines that it must not have.
+//! What can be said of a flash image without running it: its functions and who calls whom, the
+//! stack that this takes at most, the cycles of its instructions, the memory that it fills, and the
+//! routines that it must not have.
 
 pub mod blocks;
 pub mod budgets;

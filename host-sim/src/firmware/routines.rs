@@ -1,12 +1,13 @@
 //! Routines that an image must not have: arithmetic that the processor has no instruction for.
 //!
-//! The Cortex-M4F computes in single precision. Everything else of floating point is a call into the compiler's runtime
-//! library, ten to a hundred times as slow, and nothing at the place of the call says so.
+//! The Cortex-M4F computes in single precision. Everything else of floating point is a call into
+//! the compiler's runtime library, ten to a hundred times as slow, and nothing at the place of the
+//! call says so.
 
 use super::code::Code;
 
-/// Names of the ARM run-time ABI (IHI 0043, tables 2 to 7) and of the compiler's library (`libgcc`'s manual, 4.2), in
-/// which `s` and `d` are single and double precision.
+/// Names of the ARM run-time ABI (IHI 0043, tables 2 to 7) and of the compiler's library
+/// (`libgcc`'s manual, 4.2), in which `s` and `d` are single and double precision.
 const PREFIXES: [&str; 4] = ["__aeabi_d", "__aeabi_f", "__aeabi_cd", "__aeabi_cf"];
 const CONVERSIONS: [&str; 8] = [
     "__aeabi_i2d",

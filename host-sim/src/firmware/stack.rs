@@ -1,26 +1,31 @@
 //! The deepest that the stack can get, by the calls that the code can make.
 //!
-//! There is one stack. The start runs with interrupts masked: RTIC masks them before it initialises anything, and the
-//! very last thing that its initialisation does is to unmask them, once and for good. So the deepest is one of two:
+//! There is one stack. The start runs with interrupts masked: RTIC masks them before it initialises
+//! anything, and the very last thing that its initialisation does is to unmask them, once and for
+//! good. So the deepest is one of two:
 //!
-//! - the longest chain of calls of the start, and on top of it the exceptions that no mask holds (NMI and hard fault);
-//! - what is left of the start when the interrupts are let in (its own frames, without those of what it has called), and on
-//!   top of it every interrupt and fault that has a handler of its own, each once, since none interrupts itself. That all of
-//!   them come at once, each at the deepest point of the one before, is more than can happen.
+//! - the longest chain of calls of the start, and on top of it the exceptions that no mask holds
+//!   (NMI and hard fault);
+//! - what is left of the start when the interrupts are let in (its own frames, without those of
+//!   what it has called), and on top of it every interrupt and fault that has a handler of its own,
+//!   each once, since none interrupts itself. That all of them come at once, each at the deepest
+//!   point of the one before, is more than can happen.
 //!
-//! That there is one instruction that unmasks, and that its function calls nothing after it, is read from the machine
-//! code; an image of which that is not true has no bound. That nothing unmasks by `msr` what it has not masked itself is
-//! how critical sections are written, and is not looked for.
+//! That there is one instruction that unmasks, and that its function calls nothing after it, is
+//! read from the machine code; an image of which that is not true has no bound. That nothing
+//! unmasks by `msr` what it has not masked itself is how critical sections are written, and is not
+//! looked for.
 //!
-//! The bytes of a function are the sum of all its instructions that take any, wherever they are: never less than the
-//! compiler's own figure, and more where a function has several ways in.
+//! The bytes of a function are the sum of all its instructions that take any, wherever they are:
+//! never less than the compiler's own figure, and more where a function has several ways in.
 
 use std::collections::BTreeMap;
 
 use super::code::{Code, Function};
 use crate::error::Error;
 
-/// What an exception pushes by itself: 26 words with the floating-point registers (ARMv7-M, B1.5.7), and one to align.
+/// What an exception pushes by itself: 26 words with the floating-point registers (ARMv7-M,
+/// B1.5.7), and one to align.
 const FRAME: u32 = 27 * 4;
 
 /// Exceptions that come through any mask.
@@ -31,7 +36,8 @@ const UNMASKABLE: [&str; 2] = ["NonMaskableInt", "HardFault"];
 pub struct Bound {
     /// What the start takes at most, with interrupts masked, and the exceptions that no mask holds.
     pub start: u32,
-    /// Each entry of the hardware with its own chain's bytes, its frame among them: what is left of the start first.
+    /// Each entry of the hardware with its own chain's bytes, its frame among them: what is left of
+    /// the start first.
     pub entries: Vec<(String, u32)>,
 }
 
@@ -39,8 +45,8 @@ impl Bound {
     /// Of an image.
     ///
     /// # Errors
-    /// If there is no bound: recursion, a stack pointer that a register moves, a call through a register, or a start that
-    /// does not end with the one instruction that lets interrupts in.
+    /// If there is no bound: recursion, a stack pointer that a register moves, a call through a
+    /// register, or a start that does not end with the one instruction that lets interrupts in.
     pub fn of(code: &Code) -> Result<Self, Error> {
         let reached = code.indirect().into_iter().filter(|(_, reached)| *reached);
         let reached: Vec<&str> = reached.map(|(function, _)| function.name.as_str()).collect();
@@ -88,7 +94,8 @@ fn last_unmasks(code: &Code) -> Result<&Function, Error> {
     let [(function, at)] = all[..] else {
         return no(format!("{} instructions let interrupts in, instead of one", all.len()));
     };
-    // What follows the instruction, up to the return, is at higher addresses: a loop back would unmask twice.
+    // What follows the instruction, up to the return, is at higher addresses: a loop back would
+    // unmask twice.
     let end = function.returns.iter().find(|address| **address > at);
     match end {
         Some(end) if !function.returns_to.iter().any(|(after, _)| (at..*end).contains(after)) => Ok(function),

@@ -1,4 +1,5 @@
-//! As much of the Thumb-2 instruction set as it takes to follow calls, returns and the stack pointer.
+//! As much of the Thumb-2 instruction set as it takes to follow calls, returns and the stack
+//! pointer.
 //!
 //! Encodings: ARMv7-M Architecture Reference Manual (ARM DDI 0403), sections A5.2, A5.3 and A7.7.
 
@@ -42,7 +43,8 @@ pub struct Instruction {
 }
 
 impl Instruction {
-    /// The instruction at `address` that begins with `first`; `second` is only looked at if it is a long one.
+    /// The instruction at `address` that begins with `first`; `second` is only looked at if it is a
+    /// long one.
     pub fn decode(address: u32, first: u16, second: u16) -> Self {
         // Prefixes 0b11101, 0b11110 and 0b11111 begin an instruction of two halfwords.
         if first < 0xE800 {

@@ -1,5 +1,5 @@
-//! Stick-slip friction with two levels: the classical model (thesis Fig. 1a), which Karnopp's model makes
-//! computable.
+//! Stick-slip friction with two levels: the classical model (thesis Fig. 1a), which Karnopp's model
+//! makes computable.
 //!
 //! ```text
 //! V = 0:   F_f = F_i              |F_i| <= F_s      (stuck)
@@ -7,8 +7,9 @@
 //! V != 0:  F_f = F_d sgn(V)                         (slipping)
 //! ```
 //!
-//! Thesis eq. 1, whose third row prints `F_s sgn(V)`: at the velocity where it is used V has no sign worth the name,
-//! and the friction opposes the applied force. Units are those of the mechanism (volts for the robot axis).
+//! Thesis eq. 1, whose third row prints `F_s sgn(V)`: at the velocity where it is used V has no
+//! sign worth the name, and the friction opposes the applied force. Units are those of the
+//! mechanism (volts for the robot axis).
 
 /// The two levels of stick-slip friction.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -36,7 +37,8 @@ impl super::SetValued for Coulomb {
     }
 }
 
-/// Friction that is added to a joint, all the time or at times: the wooden wedge of thesis section 3.3.8.2.
+/// Friction that is added to a joint, all the time or at times: the wooden wedge of thesis section
+/// 3.3.8.2.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct AddedFriction {
     /// Added to both levels.

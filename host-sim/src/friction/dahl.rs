@@ -4,15 +4,16 @@
 //! F_f = sigma0 z,    z' = V (1 - sgn(V) sigma0 z / F_c)
 //! ```
 //!
-//! Time can be divided out: friction is a function of the path. On a way without reversal it tends to `F_c sgn(V)`
-//! exponentially, over the distance `F_c/sigma0`; the implicit solver uses this form, exact however long the step:
+//! Time can be divided out: friction is a function of the path. On a way without reversal it tends
+//! to `F_c sgn(V)` exponentially, over the distance `F_c/sigma0`; the implicit solver uses this
+//! form, exact however long the step:
 //!
 //! ```text
 //! F+ = F_c sgn(V) + (F - F_c sgn(V)) exp(-sigma0 |dx| / F_c)
 //! ```
 //!
-//! Does badly: there is no F_s above F_c and so no stick-slip; a ripple below F_c makes the body drift
-//! ([`super::LuGre`] inherits it).
+//! Does badly: there is no F_s above F_c and so no stick-slip; a ripple below F_c makes the body
+//! drift ([`super::LuGre`] inherits it).
 
 use super::{Coulomb, Implicit, SingleValued};
 
@@ -29,7 +30,8 @@ pub struct Dahl {
 const SLIPPING: f64 = 0.99;
 
 impl Dahl {
-    /// `F_c = F_d`, and the stiffness of the Reset Integrator's spring at p_o. F_s has no place in it.
+    /// `F_c = F_d`, and the stiffness of the Reset Integrator's spring at p_o. F_s has no place in
+    /// it.
     pub fn by_rules(levels: Coulomb, range: f64, _mass: f64) -> Self {
         Self { stiffness: levels.slip / range, coulomb: levels.slip }
     }

@@ -1,5 +1,6 @@
-//! Elastic Coulomb friction (Kikuuwe, Takesue, Sano, Mochiyama and Fujimoto, IEEE Trans. Robotics 22(6), 2006): a
-//! damped spring whose far end slides as soon as, and only while, its force is at the limit.
+//! Elastic Coulomb friction (Kikuuwe, Takesue, Sano, Mochiyama and Fujimoto, IEEE Trans. Robotics
+//! 22(6), 2006): a damped spring whose far end slides as soon as, and only while, its force is at
+//! the limit.
 //!
 //! ```text
 //! F_f = clamp(K s + D V, -g(|V|), g(|V|)) + sigma2 V,    s' = (F_f - sigma2 V - K s) / D
@@ -11,11 +12,11 @@
 //! f = clamp(K (s + h V+) + D V+, -g, g),    s+ = (f + D s/h) / (K + D/h),    F+ = f + sigma2 V+
 //! ```
 //!
-//! The clamp is the paper's; the continuous form is the limit `h -> 0` of it, and g, which depends on velocity here,
-//! is [`super::Stribeck`]'s.
+//! The clamp is the paper's; the continuous form is the limit `h -> 0` of it, and g, which depends
+//! on velocity here, is [`super::Stribeck`]'s.
 //!
-//! Guarantees: no drift. Below its limit it is a spring and a damper and nothing else. Does badly: pre-sliding has no
-//! hysteresis beyond the damper's.
+//! Guarantees: no drift. Below its limit it is a spring and a damper and nothing else. Does badly:
+//! pre-sliding has no hysteresis beyond the damper's.
 
 use super::{Coulomb, Implicit, SingleValued, Stribeck, impedance};
 
@@ -31,7 +32,8 @@ pub struct ElasticCoulomb {
 }
 
 impl ElasticCoulomb {
-    /// The stiffness and damping of the Reset Integrator's spring (eqs. 4a-4c), and [`Stribeck::by_rules`].
+    /// The stiffness and damping of the Reset Integrator's spring (eqs. 4a-4c), and
+    /// [`Stribeck::by_rules`].
     pub fn by_rules(levels: Coulomb, range: f64, mass: f64) -> Self {
         let stiffness = levels.stick / range;
         let damping = std::f64::consts::FRAC_1_SQRT_2 * impedance(stiffness, mass);

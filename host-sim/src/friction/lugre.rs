@@ -1,23 +1,24 @@
-//! The LuGre model (Canudas de Wit, Olsson, Astrom and Lischinsky, IEEE Trans. Automatic Control 40(3), 1995): Dahl's
-//! bristle with a level that depends on velocity, and damping.
+//! The LuGre model (Canudas de Wit, Olsson, Astrom and Lischinsky, IEEE Trans. Automatic Control
+//! 40(3), 1995): Dahl's bristle with a level that depends on velocity, and damping.
 //!
 //! ```text
 //! F_f = sigma0 z + sigma1 z' + sigma2 V,    z' = V - sigma0 |V| z / g(|V|)
 //! ```
 //!
-//! with the Stribeck curve g of [`super::Stribeck`]. Implicit step of h, with |V| and g taken at its begin:
+//! with the Stribeck curve g of [`super::Stribeck`]. Implicit step of h, with |V| and g taken at
+//! its begin:
 //!
 //! ```text
 //! phi = 1/(1 + h sigma0 |V|/g),    z+ = phi (z + h V+),    F+ = sigma0 z+ + sigma1 (z+ - z)/h + sigma2 V+
 //! ```
 //!
-//! Guarantees: `sigma0 |z| <= F_s` once it was. Energy is never given, in terms of velocity in and force out, only if
-//! `sigma2 > sigma1 (F_s - F_d)/F_d` (Astrom and Canudas de Wit, IEEE Control Systems 28(6), 2008);
-//! [`LuGre::is_passive`] tells.
+//! Guarantees: `sigma0 |z| <= F_s` once it was. Energy is never given, in terms of velocity in and
+//! force out, only if `sigma2 > sigma1 (F_s - F_d)/F_d` (Astrom and Canudas de Wit, IEEE Control
+//! Systems 28(6), 2008); [`LuGre::is_passive`] tells.
 //!
-//! Does badly: under a ripple below F_s the body drifts; per cycle of a slow one between `u1 F_s` and `u2 F_s` (both
-//! of one sign) by `F_s/sigma0 ln((1 - u1^2)/(1 - u2^2))`. An explicit Euler step diverges at `h sigma0 |V|/g > 2`,
-//! and other explicit steps not much later.
+//! Does badly: under a ripple below F_s the body drifts; per cycle of a slow one between `u1 F_s`
+//! and `u2 F_s` (both of one sign) by `F_s/sigma0 ln((1 - u1^2)/(1 - u2^2))`. An explicit Euler
+//! step diverges at `h sigma0 |V|/g > 2`, and other explicit steps not much later.
 
 use super::{Coulomb, Implicit, SingleValued, Stribeck, impedance};
 
@@ -36,8 +37,8 @@ pub struct LuGre {
 const SLIPPING: f64 = 0.99;
 
 impl LuGre {
-    /// The stiffness and damping of the Reset Integrator's spring (eqs. 4a-4c), and [`Stribeck::by_rules`]. With F_s
-    /// above F_d this is not passive, as there is no viscous part.
+    /// The stiffness and damping of the Reset Integrator's spring (eqs. 4a-4c), and
+    /// [`Stribeck::by_rules`]. With F_s above F_d this is not passive, as there is no viscous part.
     pub fn by_rules(levels: Coulomb, range: f64, mass: f64) -> Self {
         let stiffness = levels.stick / range;
         let damping = std::f64::consts::FRAC_1_SQRT_2 * impedance(stiffness, mass);

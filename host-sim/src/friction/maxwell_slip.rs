@@ -1,5 +1,5 @@
-//! Generalized Maxwell-slip friction (Al-Bender, Lampaert and Swevers, IEEE Trans. Automatic Control 50(11), 2005): N
-//! springs side by side, each with a share of the load at which it slides.
+//! Generalized Maxwell-slip friction (Al-Bender, Lampaert and Swevers, IEEE Trans. Automatic
+//! Control 50(11), 2005): N springs side by side, each with a share of the load at which it slides.
 //!
 //! ```text
 //! F_f = sum F_i + sigma2 V,    sum a_i = 1
@@ -7,13 +7,14 @@
 //!      = C (a_i sgn(V) - F_i / g(|V|))     else                               (it slips)
 //! ```
 //!
-//! Guarantees: hysteresis with the memory of every reversal, without drift; the virgin curve from rest is `sum min(k_i
-//! x, a_i F_s)` as long as the motion is slow against v_s.
+//! Guarantees: hysteresis with the memory of every reversal, without drift; the virgin curve from
+//! rest is `sum min(k_i x, a_i F_s)` as long as the motion is slow against v_s.
 //!
-//! Does badly: an element that slips while the body slows down, and g rises, is taken as sticking as soon as it is
-//! below its share; the paper lets it slip until the velocity changes sign. That memory would be a state that jumps.
-//! Springs without dampers ring on below the first element's limit.
-//! The rates jump where an element begins to slip: fixed Runge-Kutta steps are of order one there.
+//! Does badly: an element that slips while the body slows down, and g rises, is taken as sticking
+//! as soon as it is below its share; the paper lets it slip until the velocity changes sign. That
+//! memory would be a state that jumps. Springs without dampers ring on below the first element's
+//! limit. The rates jump where an element begins to slip: fixed Runge-Kutta steps are of order one
+//! there.
 
 use super::{Coulomb, Implicit, SingleValued, Stribeck, impedance};
 
@@ -31,8 +32,9 @@ pub struct MaxwellSlip<const N: usize> {
 }
 
 impl<const N: usize> MaxwellSlip<N> {
-    /// Equal shares, of which the elements reach F_s at deflections evenly up to `range`: at `range` all slip. A
-    /// slipping element follows with the time constant of the Reset Integrator's spring, 1/omega.
+    /// Equal shares, of which the elements reach F_s at deflections evenly up to `range`: at
+    /// `range` all slip. A slipping element follows with the time constant of the Reset
+    /// Integrator's spring, 1/omega.
     pub fn by_rules(levels: Coulomb, range: f64, mass: f64) -> Self {
         let share = 1.0 / N as f64;
         let stiffness = std::array::from_fn(|i| share * levels.stick * N as f64 / (range * (i + 1) as f64));
@@ -75,8 +77,8 @@ impl<const N: usize> SingleValued<N> for MaxwellSlip<N> {
     }
 }
 
-/// g is taken at the begin of the step. An element above its share, as g has fallen, comes down by an implicit step of
-/// the law above.
+/// g is taken at the begin of the step. An element above its share, as g has fallen, comes down by
+/// an implicit step of the law above.
 impl<const N: usize> Implicit<N> for MaxwellSlip<N> {
     fn friction(&self, h: f64, v: f64, z: &[f64; N], v_end: f64) -> (f64, f64) {
         let viscous = self.sliding.viscous;

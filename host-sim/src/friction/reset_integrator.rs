@@ -1,5 +1,5 @@
-//! The Reset Integrator model (thesis section 2.1.2, Fig. 3): at rest a damped spring of deflection `p`, which ends at
-//! `p_o`.
+//! The Reset Integrator model (thesis section 2.1.2, Fig. 3): at rest a damped spring of deflection
+//! `p`, which ends at `p_o`.
 //!
 //! ```text
 //! p'  = 0    V > 0 and p >= p_o, or V < 0 and p <= -p_o          (eq. 2, whose values are missing in print)
@@ -8,15 +8,16 @@
 //!     = F_d sgn(p)                 p' = 0                        (eq. 5, K_r p at p = +-p_o)
 //! ```
 //!
-//! `p` must not overshoot: a solver that locates switches sets it to exactly `+-p_o`, others clamp it after each step,
-//! and the force in motion is F_d whatever rounding did to `p`.
+//! `p` must not overshoot: a solver that locates switches sets it to exactly `+-p_o`, others clamp
+//! it after each step, and the force in motion is F_d whatever rounding did to `p`.
 //!
-//! The force jumps: by `beta V` and from F_s to F_d where `p` reaches `p_o`, and from F_d back to F_s at the instant
-//! at which the body comes to rest. From there it swings about the force that holds the body, with damping ratio
-//! 0.354.
+//! The force jumps: by `beta V` and from F_s to F_d where `p` reaches `p_o`, and from F_d back to
+//! F_s at the instant at which the body comes to rest. From there it swings about the force that
+//! holds the body, with damping ratio 0.354.
 //!
-//! Does badly: the friction at rest exceeds F_s by `beta V` at break-away, little under slow ramps and much under blows
-//! (the thesis says so); and the spring is stiff: steps must be well below `sqrt(m / (K_r (1 + a)))`.
+//! Does badly: the friction at rest exceeds F_s by `beta V` at break-away, little under slow ramps
+//! and much under blows (the thesis says so); and the spring is stiff: steps must be well below
+//! `sqrt(m / (K_r (1 + a)))`.
 
 use super::{Coulomb, SingleValued};
 
@@ -36,8 +37,9 @@ pub struct ResetIntegrator {
 }
 
 impl ResetIntegrator {
-    /// With the parameters that the thesis derives from the levels, p_o and the mass (eqs. 4a-4c). 0.707 is half the
-    /// square root of two, of which eq. 12 makes a fraction of critical damping: `2 * 0.354`.
+    /// With the parameters that the thesis derives from the levels, p_o and the mass (eqs. 4a-4c).
+    /// 0.707 is half the square root of two, of which eq. 12 makes a fraction of critical damping:
+    /// `2 * 0.354`.
     pub fn by_rules(levels: Coulomb, range: f64, mass: f64) -> Self {
         let gradient = (levels.stick - levels.slip) / levels.slip;
         let stiffness = levels.slip / range;
@@ -110,7 +112,8 @@ impl SingleValued<1> for ResetIntegrator {
 mod tests {
     use super::*;
 
-    /// Tables 2, 8 (its beta in rad, 4.3 N m s/deg) and 15. The other tables' beta differ from eq. 4c by up to 46 %.
+    /// Tables 2, 8 (its beta in rad, 4.3 N m s/deg) and 15. The other tables' beta differ from eq.
+    /// 4c by up to 46 %.
     #[test]
     fn the_rules_give_the_thesis_s_tables() {
         let spring_mass = (Coulomb { stick: 0.25, slip: 0.20 }, 1e-5, 0.1);

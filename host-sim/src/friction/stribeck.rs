@@ -1,4 +1,5 @@
-//! Set-valued Stribeck friction: the level at rest falls to that of motion over a velocity, not at once.
+//! Set-valued Stribeck friction: the level at rest falls to that of motion over a velocity, not at
+//! once.
 //!
 //! ```text
 //! V = 0:   |F_f| <= F_s, whatever keeps the body at rest
@@ -6,11 +7,12 @@
 //! g(v) = F_d + (F_s - F_d) exp(-(v/v_s)^d)
 //! ```
 //!
-//! The curve g is shared by the models with an internal state ([`super::LuGre`], [`super::ElasticCoulomb`],
-//! [`super::MaxwellSlip`]), whose own friction tends to it in steady motion.
+//! The curve g is shared by the models with an internal state ([`super::LuGre`],
+//! [`super::ElasticCoulomb`], [`super::MaxwellSlip`]), whose own friction tends to it in steady
+//! motion.
 //!
-//! Friction that falls with velocity drives motion on: growth at the rate `(F_s - F_d)/(m v_s)` or so. A step must be
-//! well below the inverse of that.
+//! Friction that falls with velocity drives motion on: growth at the rate `(F_s - F_d)/(m v_s)` or
+//! so. A step must be well below the inverse of that.
 
 use super::{Coulomb, SetValued, bristle_speed};
 
@@ -28,8 +30,8 @@ pub struct Stribeck {
 }
 
 impl Stribeck {
-    /// With a v_s that is a tenth of the speed at which a bristle of `range` would throw the body, so that it is small
-    /// against the speeds of a stick-slip motion; exponent 2, no viscous part.
+    /// With a v_s that is a tenth of the speed at which a bristle of `range` would throw the body,
+    /// so that it is small against the speeds of a stick-slip motion; exponent 2, no viscous part.
     pub fn by_rules(levels: Coulomb, range: f64, mass: f64) -> Self {
         Self { levels, speed: 0.1 * bristle_speed(levels, range, mass), exponent: 2.0, viscous: 0.0 }
     }

@@ -1,16 +1,17 @@
-//! Friction smoothed by a hyperbolic tangent, so that it is a function of velocity alone: no rest, no switch.
+//! Friction smoothed by a hyperbolic tangent, so that it is a function of velocity alone: no rest,
+//! no switch.
 //!
 //! ```text
 //! F_f = F_d tanh(10 u) + (F_s - F_d) u exp((1 - u^2)/2),    u = V / v_b
 //! ```
 //!
-//! The thesis's idea of section 4.2 (its SRNF compensator has the same function). The second term is ours: it has its
-//! maximum of one at `u = 1`, so that friction peaks at F_s at the break-away speed v_b, up to `1 - tanh 10 = 4e-9`;
-//! without it nothing would stick and slip.
+//! The thesis's idea of section 4.2 (its SRNF compensator has the same function). The second term
+//! is ours: it has its maximum of one at `u = 1`, so that friction peaks at F_s at the break-away
+//! speed v_b, up to `1 - tanh 10 = 4e-9`; without it nothing would stick and slip.
 //!
-//! Does badly: a body under a load below F_s never rests, it creeps. With `F_s = F_d` and a load P at `v_b/10
-//! atanh(P/F_d)`. The smaller v_b, the less creep and the stiffer the equations: the velocity decays at the rate `(10
-//! F_d + 1.65 (F_s - F_d)) / (m v_b)` near zero.
+//! Does badly: a body under a load below F_s never rests, it creeps. With `F_s = F_d` and a load P
+//! at `v_b/10 atanh(P/F_d)`. The smaller v_b, the less creep and the stiffer the equations: the
+//! velocity decays at the rate `(10 F_d + 1.65 (F_s - F_d)) / (m v_b)` near zero.
 
 use super::{Coulomb, Implicit, SingleValued, bristle_speed};
 

@@ -1,12 +1,12 @@
 //! From a file's tables to a mechanism. Every value is checked here, once.
 
 use super::plan::LabPlan;
-use super::setup::Kind;
 use crate::error::Error;
 use crate::mechanism::{
     Block, CoupledBlocks, GRAVITY, IndependentBlocks, Mechanism, Pendulum, Pull, SpringMass, TwoBlocks,
     TwoLinkArm, Wave,
 };
+use crate::setup::Kind;
 
 /// A mechanism with so many coordinates.
 pub type Boxed<const N: usize> = Box<dyn Mechanism<N> + Send + Sync>;
@@ -172,7 +172,7 @@ impl LabPlan {
         ];
         match given.iter().find(|(_, given, wanted)| *given && !wanted) {
             Some((key, ..)) => {
-                let (key, kind) = (format!("mechanism.{key}"), super::setup::name_of(&kind));
+                let (key, kind) = (format!("mechanism.{key}"), crate::setup::name_of(&kind));
                 let at = self.origin.of(&key);
                 Err(Error::Input(format!(
                     "{at}: `{key}` has no meaning for a mechanism of the kind `{kind}`"

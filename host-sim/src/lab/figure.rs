@@ -3,8 +3,8 @@
 use std::path::Path;
 
 use super::run::LabResult;
-use super::setup::{FigureSource, Setup};
 use crate::figure::{Figure, Line, NamedFigure, Panel, Style};
+use crate::setup::{FigureSource, Setup};
 
 /// Roles of the bodies' curves.
 const BODIES: [Style; 3] = [Style::Primary, Style::Second, Style::Third];
@@ -46,7 +46,10 @@ fn figure(result: &LabResult, setup: &Setup) -> Figure {
     ];
     let source = setup.figures.iter().find(|source| source.of == result.plan.model);
     let subtitle = match source {
-        Some(FigureSource { thesis, .. }) => format!("simulated; to compare with {thesis} of the thesis"),
+        Some(FigureSource { thesis, .. }) => format!(
+            "simulated; to compare with {thesis} of the \
+            thesis"
+        ),
         None => "simulated".into(),
     };
     let title = format!("{}: {}", setup.title, result.plan.label);

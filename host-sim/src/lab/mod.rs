@@ -1,9 +1,9 @@
-//! The friction lab: a mechanism, frictions and a solver from a TOML file, run and judged (thesis Chapter 2 and
-//! Appendix A.1). In SI throughout.
+//! The friction lab: a mechanism, frictions and a solver from a TOML file, run and judged (thesis
+//! Chapter 2 and Appendix A.1). In SI throughout.
 //!
-//! [`Setup`] is the file, [`plan`] makes runs of it, [`run_all`] runs them; [`output`] and [`figures`] show them. A new
-//! mechanism for the command line is a variant of [`Kind`] and a line in `build.rs`; a new model one of [`Model`] and a
-//! line in `models.rs`.
+//! [`Setup`] is the file, [`plan`] makes runs of it, [`run_all`] runs them; [`output`] and
+//! [`figures`] show them. A new mechanism for the command line is a variant of [`Kind`] and a line
+//! in `build.rs`; a new model one of [`Model`] and a line in `models.rs`.
 
 mod build;
 mod figure;
@@ -12,10 +12,9 @@ pub mod output;
 mod plan;
 mod recorder;
 mod run;
-mod setup;
 
+pub use crate::setup::{Kind, Model, Setup, SolverName};
 pub use figure::figures;
 pub use plan::{LabPlan, plan};
 pub use recorder::{Metrics, Row};
 pub use run::{LabResult, run, run_all};
-pub use setup::{Kind, Model, Setup, SolverName};

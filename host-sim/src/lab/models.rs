@@ -2,9 +2,9 @@
 
 use super::build::AnyMechanism;
 use super::plan::LabPlan;
-use super::setup::{Model, ModelTable, name_of};
 use crate::error::{Error, rounded, suggestion_or_all};
 use crate::friction::{Coulomb, Dahl, ElasticCoulomb, LuGre, MaxwellSlip, ResetIntegrator, Stribeck, Tanh};
+use crate::setup::{Model, ModelTable, name_of};
 
 const ABOVE_ZERO: &str = "a number above 0";
 const NOT_BELOW_ZERO: &str = "a number not below 0";
@@ -26,12 +26,13 @@ fn keys_of(model: Model) -> &'static [&'static str] {
     }
 }
 
-/// How far a printed K_r or a may be from its rule, as a part of what the rule gives; by as much a run's friction at rest
-/// may then be off F_s. The thesis's tables have two digits: half a unit of the second is most at 1.05, where it is 1/21
-/// (4.8 %). It is counted as a part since a file is in radians where a table is in degrees, and rounding to digits does
-/// not keep through a conversion. The p_o in the rule is rounded, too: among the tables' 5.7e-4 deg is so the most, by
-/// 0.05 in 5.65 (0.9 %). Together 1.0476 * 1.0089 is less than 1.06. Table 11 comes closest: 1000 N m/deg, where F_d / p_o
-/// is 1053 (1047, if p_o is 1e-6 rad).
+/// How far a printed K_r or a may be from its rule, as a part of what the rule gives; by as much a
+/// run's friction at rest may then be off F_s. The thesis's tables have two digits: half a unit of
+/// the second is most at 1.05, where it is 1/21 (4.8 %). It is counted as a part since a file is in
+/// radians where a table is in degrees, and rounding to digits does not keep through a conversion.
+/// The p_o in the rule is rounded, too: among the tables' 5.7e-4 deg is so the most, by 0.05 in
+/// 5.65 (0.9 %). Together 1.0476 * 1.0089 is less than 1.06. Table 11 comes closest: 1000 N m/deg,
+/// where F_d / p_o is 1053 (1047, if p_o is 1e-6 rad).
 const ROUNDED: f64 = 0.06;
 
 /// A model whose parameters follow from F_s and F_d, p_o and a mass where they are left out.
@@ -88,8 +89,9 @@ impl LabPlan {
         Ok(friction)
     }
 
-    /// K_r p_o has to be F_d and K_r (1 + a) p_o to be F_s, or the run would have another friction than the file says.
-    /// beta is free: eq. 4c is a guideline, and two of the thesis's tables depart from it.
+    /// K_r p_o has to be F_d and K_r (1 + a) p_o to be F_s, or the run would have another friction
+    /// than the file says. beta is free: eq. 4c is a guideline, and two of the thesis's tables
+    /// depart from it.
     fn agree_with_the_levels<const N: usize>(&self, friction: &[ResetIntegrator; N]) -> Result<(), Error> {
         let rules = self.by_rules::<N, _>(ResetIntegrator::by_rules)?;
         let [stick, slip, range] =
@@ -237,7 +239,8 @@ impl LabPlan {
         own.clone().unwrap_or_default()
     }
 
-    /// A key that the model has no use for is a mistake, and so is one whose unit is that of another kind of mechanism.
+    /// A key that the model has no use for is a mistake, and so is one whose unit is that of
+    /// another kind of mechanism.
     fn only_own_keys_of_model(&self) -> Result<(), Error> {
         let turns = self.setup.mechanism.kind.turns();
         let own = name_of(&self.model);
@@ -249,7 +252,10 @@ impl LabPlan {
                 if !known.iter().any(|known| inner.split('_').next() == Some(known)) {
                     let key = format!("friction.{key}.{inner}");
                     let (at, near) = (self.origin.of(&key), suggestion_or_all(inner, known.iter().copied()));
-                    return Err(Error::Input(format!("{at}: `{key}` has no meaning for `{own}`{near}")));
+                    return Err(Error::Input(format!(
+                        "{at}: `{key}` has no meaning for \
+                        `{own}`{near}"
+                    )));
                 }
                 self.check_unit(&format!("friction.{key}.{inner}"), turns)?;
             }

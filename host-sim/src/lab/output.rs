@@ -3,8 +3,8 @@
 use std::borrow::Cow;
 
 use super::run::LabResult;
-use super::setup::name_of;
 use crate::output::json::{Cost, Event, Run, object};
+use crate::setup::name_of;
 use crate::solver::state::BodyEvent;
 
 /// The JSON of `stiction run`, indented.

@@ -2,9 +2,9 @@
 
 use std::sync::Arc;
 
-use super::setup::{Model, Setup, SolverName, name_of};
+use crate::document::{Document, Origin};
 use crate::error::{Error, rounded, shown};
-use crate::experiment::{Document, Origin};
+use crate::setup::{Model, Setup, SolverName, name_of};
 use crate::solver::banded::Coupling;
 
 /// Steps of a fixed-step solver, and a guess at those of the exact one: minutes.
@@ -13,22 +13,22 @@ const MAX_STEPS: f64 = 1e8;
 /// A shorter run would have samples that its time cannot tell apart.
 const SHORTEST_S: f64 = 1e-9;
 
-/// One run.
+/// One run of the friction lab.
 #[derive(Clone, Debug)]
 pub struct LabPlan {
-    /// `karnopp/exact`, `karnopp-banded/rk4/neglected`.
+    /// The name of the run in all output, such as `karnopp-banded/rk4/neglected`.
     pub label: String,
-    /// The friction.
+    /// The model of friction.
     pub model: Model,
-    /// The file.
+    /// The tables of the file.
     pub setup: Arc<Setup>,
-    /// Where it came from, for messages.
+    /// The file and what was set by hand, for messages.
     pub origin: Origin,
     /// The file's tables as this run uses them.
     pub parameters: serde_json::Value,
 }
 
-/// All runs of a document.
+/// Plans all runs of a document.
 ///
 /// # Errors
 /// Names the key, what was found and what is allowed.
@@ -38,7 +38,10 @@ pub fn plan(document: &Document) -> Result<Vec<LabPlan>, Error> {
     let models = &setup.run.friction;
     if models.is_empty() {
         let at = origin.of("run.friction");
-        return Err(Error::Input(format!("{at}: `run.friction` is empty; allowed is at least one model")));
+        return Err(Error::Input(format!(
+            "{at}: `run.friction` is empty; allowed is at least one \
+            model"
+        )));
     }
     let mut plans = Vec::new();
     for (i, model) in models.iter().enumerate() {
@@ -69,7 +72,8 @@ fn label(model: Model, setup: &Setup) -> String {
     label
 }
 
-/// What the file says, without the tables of other models, and with what it leaves to the defaults of `run`.
+/// What the file says, without the tables of other models, and with what it leaves to the defaults
+/// of `run`.
 fn parameters(document: &Document, model: Model, setup: &Setup) -> serde_json::Value {
     let table = |key: &str| serde_json::to_value(document.get(key)).unwrap_or_default();
     let (mut friction, own) = (table("friction"), name_of(&model));
@@ -82,7 +86,7 @@ fn parameters(document: &Document, model: Model, setup: &Setup) -> serde_json::V
 }
 
 impl LabPlan {
-    /// The solver.
+    /// Tells which solver runs it.
     pub fn solver(&self) -> SolverName {
         self.setup.run.solver
     }
@@ -99,20 +103,20 @@ impl LabPlan {
         };
         match (self.model, self.solver()) {
             (Model::Classical | Model::Karnopp | Model::Stribeck, Rk4 | Rk4Adaptive) => refuse(
-                "steps that locate nothing never meet the velocity zero at which it sticks; take `karnopp-banded`, or the \
-                 solver `exact` or `nonsmooth`",
+                "steps that locate nothing never meet the velocity zero at which it sticks; take \
+                 `karnopp-banded`, or the solver `exact` or `nonsmooth`",
             ),
             (Model::KarnoppBanded, Exact | Nonsmooth) => refuse(
-                "a body in its velocity band is neither at rest nor in motion, and there is no switch to locate; take \
-                 `karnopp`, or the solver `rk4` or `rk4-adaptive`",
+                "a body in its velocity band is neither at rest nor in motion, and there is no \
+                 switch to locate; take `karnopp`, or the solver `rk4` or `rk4-adaptive`",
             ),
             (Model::MaxwellSlip, Exact) => refuse(
-                "the rates of its elements jump where they begin to slip, and those instants are not located; take the \
-                 solver `nonsmooth`, `rk4` or `rk4-adaptive`",
+                "the rates of its elements jump where they begin to slip, and those instants are \
+                 not located; take the solver `nonsmooth`, `rk4` or `rk4-adaptive`",
             ),
             (Model::ResetIntegrator, Nonsmooth) => refuse(
-                "its friction drops at the end of its range, so that its implicit step has no single solution; take \
-                 the solver `exact`, `rk4` or `rk4-adaptive`",
+                "its friction drops at the end of its range, so that its implicit step has no single \
+                 solution; take the solver `exact`, `rk4` or `rk4-adaptive`",
             ),
             _ => Ok(()),
         }?;

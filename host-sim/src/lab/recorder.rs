@@ -7,8 +7,8 @@ use crate::mechanism::Mechanism;
 use crate::solver::EventKind;
 use crate::solver::state::{BodyEvent, Finish, Observer, Sample};
 
-/// Samples of a run that lie evenly; those on both sides of events come on top. The Reset Integrator's oscillation on
-/// the thesis's spring has a period of 13 ms in 5 s: 25 samples.
+/// Samples of a run that lie evenly; those on both sides of events come on top. The Reset
+/// Integrator's oscillation on the thesis's spring has a period of 13 ms in 5 s: 25 samples.
 pub const EVEN_SAMPLES: u64 = 10_000;
 
 /// Events of a run that are kept with their samples; a chattering run has more.
@@ -17,7 +17,7 @@ const MOST_ROWS: usize = 200_000;
 /// The bodies at one instant, m or rad, N or N m.
 #[derive(Clone, Debug)]
 pub struct Row {
-    /// When.
+    /// Time, s.
     pub time_s: f64,
     /// Positions of the bodies.
     pub position: Vec<f64>,
@@ -27,7 +27,7 @@ pub struct Row {
     pub acceleration: Vec<f64>,
     /// The force that friction and inertia balance, on each coordinate: the thesis's F_i.
     pub input: Vec<f64>,
-    /// Frictions.
+    /// Friction on each coordinate.
     pub friction: Vec<f64>,
     /// The first state of each friction, such as p of the Reset Integrator; zero without one.
     pub deflection: Vec<f64>,
@@ -38,15 +38,15 @@ pub struct Row {
 /// What a run is judged by; each an entry a body.
 #[derive(Clone, Debug, Default, PartialEq, Serialize)]
 pub struct Metrics {
-    /// Where it ends.
+    /// Position of each body at the end.
     pub final_position: Vec<f64>,
-    /// How it moves there.
+    /// Velocity of each body at the end.
     pub final_velocity: Vec<f64>,
-    /// Largest magnitude of the velocity.
+    /// Largest magnitude of the velocity of each body.
     pub max_speed: Vec<f64>,
-    /// Largest magnitude of the friction.
+    /// Largest magnitude of each friction.
     pub peak_friction: Vec<f64>,
-    /// How often it broke away.
+    /// How often each body broke away.
     pub breaks: Vec<u64>,
 }
 

@@ -8,15 +8,15 @@ use rayon::prelude::*;
 use super::build::AnyMechanism;
 use super::plan::LabPlan;
 use super::recorder::{EVEN_SAMPLES, Metrics, Recorder, Row};
-use super::setup::{Model, SolverName};
 use crate::error::Error;
 use crate::friction::{Implicit, SetValued, SingleValued};
 use crate::mechanism::Mechanism;
+use crate::setup::{Model, SolverName};
 use crate::solver::banded::Banded;
 use crate::solver::dynamics::{Dynamics, SingleValuedDynamics};
 use crate::solver::state::{BodyEvent, Finish, Observer};
 use crate::solver::step_doubling::Accuracy;
-use crate::solver::{Trouble, fixed, located, nonsmooth, pieces, step_doubling};
+use crate::solver::{Trouble, event_driven, fixed_step, nonsmooth, piecewise_smooth, step_doubling};
 
 /// Evaluations of `rk4-adaptive` before it is given up: minutes.
 const MAX_EVALUATIONS: u64 = 1_000_000_000;
@@ -24,15 +24,16 @@ const MAX_EVALUATIONS: u64 = 1_000_000_000;
 /// Everything that came out of a run.
 #[derive(Clone, Debug)]
 pub struct LabResult {
-    /// What was run.
+    /// The plan that was run.
     pub plan: LabPlan,
     /// Samples in order of time; at events one on either side.
     pub rows: Vec<Row>,
     /// Breaks, sticks and reversals, in order.
     pub events: Vec<BodyEvent>,
-    /// What it is judged by.
+    /// The metrics of the run.
     pub metrics: Metrics,
-    /// Wall time of the solver with its events: of a second run without samples, which would take most of the time.
+    /// Wall time of the solver with its events: of a second run without samples, which would take
+    /// most of the time.
     pub wall: Duration,
     /// How often the solver computed the accelerations.
     pub evaluations: u64,
@@ -40,8 +41,8 @@ pub struct LabResult {
     pub diverged_at_s: Option<f64>,
 }
 
-/// Runs all plans in parallel, with a progress bar on a terminal if it takes more than a moment: each by itself, so that
-/// one that a solver gives up takes no other with it.
+/// Runs all plans in parallel, with a progress bar on a terminal if it takes more than a moment:
+/// each by itself, so that one that a solver gives up takes no other with it.
 pub fn run_all(plans: &[LabPlan]) -> Vec<Result<LabResult, Error>> {
     let style = ProgressStyle::with_template("{bar:40} {percent} %, {eta} left");
     // Of each run the samples, and the same again for the run that is timed.
@@ -128,7 +129,7 @@ impl<const N: usize, O: Observer<N>> Case<'_, N, O> {
                 nonsmooth::run(self.mechanism, friction, run.step_s, run.duration_s, self.observer)
             }
             // The others have been refused.
-            _ => located::run(self.mechanism, friction, run.tolerance, run.duration_s, self.observer),
+            _ => event_driven::run(self.mechanism, friction, run.tolerance, run.duration_s, self.observer),
         }
     }
 
@@ -149,7 +150,7 @@ impl<const N: usize, O: Observer<N>> Case<'_, N, O> {
         let run = &self.plan.setup.run;
         match run.solver {
             SolverName::Exact => {
-                pieces::run(self.mechanism, &friction, run.tolerance, run.duration_s, self.observer)
+                piecewise_smooth::run(self.mechanism, &friction, run.tolerance, run.duration_s, self.observer)
             }
             _ => {
                 let mut dynamics = SingleValuedDynamics { mechanism: self.mechanism, friction };
@@ -165,7 +166,7 @@ impl<const N: usize, O: Observer<N>> Case<'_, N, O> {
                 let accuracy = Accuracy { eps: run.eps, max_evaluations: MAX_EVALUATIONS };
                 step_doubling::run(dynamics, accuracy, run.duration_s, self.observer)
             }
-            _ => fixed::run(dynamics, run.step_s, run.duration_s, self.observer),
+            _ => fixed_step::run(dynamics, run.step_s, run.duration_s, self.observer),
         }
     }
 }

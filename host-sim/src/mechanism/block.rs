@@ -1,4 +1,5 @@
-//! A block on a rough floor, pushed by a wave of force (thesis section 2.3): `m x'' = F_i(t) - F_f`.
+//! A block on a rough floor, pushed by a wave of force (thesis section 2.3): `m x'' = F_i(t) -
+//! F_f`.
 
 use super::drive::Wave;
 use super::{Mechanism, Terms};

@@ -77,14 +77,15 @@ impl Wave {
         }
     }
 
-    /// The first jump or bend after `t`, s; none any more where time is too coarse to tell quarters apart.
+    /// The first jump or bend after `t`, s; none any more where time is too coarse to tell quarters
+    /// apart.
     pub fn next_corner(&self, t: f64) -> f64 {
         let corner = self.begin_of(self.quarter(t).saturating_add(1));
         if corner > t { corner } else { f64::INFINITY }
     }
 
-    /// The quarter that `t` is in, counted from zero. Compared with the very instants that are named as corners, so
-    /// that rounding cannot put a corner into the quarter before it.
+    /// The quarter that `t` is in, counted from zero. Compared with the very instants that are
+    /// named as corners, so that rounding cannot put a corner into the quarter before it.
     fn quarter(&self, t: f64) -> u64 {
         let near = (4.0 * t / self.period_s) as u64;
         if t < self.begin_of(near) {
@@ -131,7 +132,8 @@ mod tests {
         }
     }
 
-    /// A solver asks for corners until there are none: each is later than the one before, wherever it stands.
+    /// A solver asks for corners until there are none: each is later than the one before, wherever
+    /// it stands.
     #[test]
     fn corners_go_on_or_end_but_never_stand_still() {
         for period_s in [f64::MIN_POSITIVE, 1e-300, 1e-9, 4.0, 1e300, f64::MAX] {

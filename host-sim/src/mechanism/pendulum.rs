@@ -4,8 +4,8 @@
 //! m l^2 theta'' = T - m g l sin(theta) - T_f
 //! ```
 //!
-//! Thesis eq. 15 omits gravity; the results that it describes need it (with it the first two turning points take more
-//! than `T_s`, and the third does not).
+//! Thesis eq. 15 omits gravity; the results that it describes need it (with it the first two
+//! turning points take more than `T_s`, and the third does not).
 
 use super::{Mechanism, Terms};
 

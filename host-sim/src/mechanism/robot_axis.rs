@@ -1,5 +1,5 @@
-//! The base axis of the thesis's robot: one rigid joint behind a current amplifier, with viscous and stick-slip
-//! friction, and no gravity.
+//! The base axis of the thesis's robot: one rigid joint behind a current amplifier, with viscous
+//! and stick-slip friction, and no gravity.
 //!
 //! Thesis eq. 37, in degrees, seconds and volts:
 //!
@@ -8,10 +8,11 @@
 //! kappa = n Kt Ka / J
 //! ```
 //!
-//! Table 20 gives `kappa` = 1800 * 0.10 * 3.0 / 20 = 27. Read in SI that is 27 rad/s^2 per volt, and the
-//! thesis's own loop is then unstable; read as 27 deg/s^2 per volt nearly every claim of Chapter 3 comes out. We use the
-//! latter; the former is the variant `literal-si` of the experiment `step-response`. `b` is already in volts per
-//! deg/s at the joint (eq. 26 and 37 print it once with and once without the gear ratio), and eq. 37 prints Kf for Kt.
+//! Table 20 gives `kappa` = 1800 * 0.10 * 3.0 / 20 = 27. Read in SI that is 27 rad/s^2 per volt,
+//! and the thesis's own loop is then unstable; read as 27 deg/s^2 per volt nearly every claim of
+//! Chapter 3 comes out. We use the latter; the former is the variant `literal-si` of the experiment
+//! `step-response`. `b` is already in volts per deg/s at the joint (eq. 26 and 37 print it once
+//! with and once without the gear ratio), and eq. 37 prints Kf for Kt.
 
 use crate::friction::{AddedFriction, Coulomb};
 

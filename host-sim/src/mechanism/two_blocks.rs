@@ -5,16 +5,17 @@
 //! m2 x2'' = K2 (x1 - x2) - F_2
 //! ```
 //!
-//! Coupled (thesis Fig. 6, eq. 14): the first friction acts between the blocks, on `V1 - V2`, so that its reaction drives
-//! block 2: `F_1 = F_f1`, `F_2 = F_f2 - F_f1`. In the coordinates `r = x1 - x2` and `x2` each friction has one of its own:
+//! Coupled (thesis Fig. 6, eq. 14): the first friction acts between the blocks, on `V1 - V2`, so
+//! that its reaction drives block 2: `F_1 = F_f1`, `F_2 = F_f2 - F_f1`. In the coordinates
+//! `r = x1 - x2` and `x2` each friction has one of its own:
 //!
 //! ```text
 //! [ m1   m1      ] [ r''  ]   [ f1      ]   [ F_f1 ]
 //! [ m1   m1 + m2 ] [ x2'' ] = [ f1 + f2 ] - [ F_f2 ]
 //! ```
 //!
-//! Independent (thesis Fig. 60, eq. 38): both frictions are those of the floor. The thesis prints `K_1 V_o t` for the drive
-//! in both equations; it is `K_1 x_in`, with `x_in` the integral of V_o.
+//! Independent (thesis Fig. 60, eq. 38): both frictions are those of the floor. The thesis prints
+//! `K_1 V_o t` for the drive in both equations; it is `K_1 x_in`, with `x_in` the integral of V_o.
 
 use super::drive::Pull;
 use super::{Mechanism, Terms};
@@ -38,7 +39,8 @@ impl TwoBlocks {
     }
 }
 
-/// Friction 1 between the blocks, friction 2 between block 2 and the floor; coordinates `x1 - x2` and `x2`.
+/// Friction 1 between the blocks, friction 2 between block 2 and the floor; coordinates `x1 - x2`
+/// and `x2`.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct CoupledBlocks(pub TwoBlocks);
 

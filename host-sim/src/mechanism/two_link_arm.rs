@@ -1,5 +1,5 @@
-//! Two links with their weights at their ends (thesis Fig. 10), hanging down at zero; the second angle is relative to the
-//! first link, so that each joint's friction acts on its own coordinate.
+//! Two links with their weights at their ends (thesis Fig. 10), hanging down at zero; the second
+//! angle is relative to the first link, so that each joint's friction acts on its own coordinate.
 //!
 //! Thesis eqs. 16 and 17, with `c2 = cos theta2`, `s2 = sin theta2`:
 //!

@@ -1,10 +1,10 @@
 //! A cell of a CSV file: tables whose columns are known at run time only.
 
-/// What stands in one cell.
+/// The content of one cell.
 #[derive(Clone, Debug, PartialEq, serde::Serialize)]
 #[serde(untagged)]
 pub enum Cell {
-    /// Nothing.
+    /// The cell is empty.
     None,
     /// A number.
     Double(f64),

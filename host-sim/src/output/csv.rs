@@ -3,7 +3,8 @@
 use super::cell::Cell;
 use crate::run::{RunResult, Trace};
 
-/// The columns that every script may rely on, here and in the log of a device; further ones stand behind them.
+/// The columns that every script may rely on, here and in the log of a device; further ones stand
+/// behind them.
 pub const COLUMNS: [&str; 11] = [
     "time_s",
     "reference_deg",
@@ -18,8 +19,8 @@ pub const COLUMNS: [&str; 11] = [
     "v_applied_v",
 ];
 
-/// The header, then a line a sample. Of several runs, each line begins with its run's label. What the laws publish of
-/// themselves stands behind the other columns.
+/// Writes the header, then a line a sample. Of several runs, each line begins with its run's label.
+/// What the laws publish of themselves stands behind the other columns.
 ///
 /// # Errors
 /// If a number cannot be written.
@@ -101,7 +102,8 @@ fn rows(trace: &Trace) -> Vec<Row> {
     }
 }
 
-/// Times are k h, which is not always the decimal that a reader expects: 11.2, not 11.200000000000001.
+/// Times are k h, which is not always the decimal that a reader expects: 11.2, not
+/// 11.200000000000001.
 fn to_the_nanosecond(time_s: f64) -> f64 {
     (time_s * 1e9).round() / 1e9
 }

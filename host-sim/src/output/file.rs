@@ -6,11 +6,12 @@ use std::path::Path;
 
 use crate::error::Error;
 
-/// Writes a file under its name only once all of it has been written. What is not a regular file (a pipe, a device)
-/// is written to directly.
+/// Writes a file under its name only once all of it has been written. What is not a regular file (a
+/// pipe, a device) is written to directly.
 ///
 /// # Errors
-/// Names the path; a pipe that was closed is an error of the output, as if it were the standard output.
+/// Names the path; a pipe that was closed is an error of the output, as if it were the standard
+/// output.
 pub fn write_whole(path: &Path, bytes: &[u8]) -> Result<(), Error> {
     let special = fs::metadata(path).is_ok_and(|found| !found.is_file());
     let written = if special { fs::write(path, bytes) } else { write_beside_and_rename(path, bytes) };
@@ -20,8 +21,8 @@ pub fn write_whole(path: &Path, bytes: &[u8]) -> Result<(), Error> {
     })
 }
 
-/// Makes a directory, and a file in it for a moment: a directory that cannot be written to is found out before
-/// the work is done.
+/// Makes a directory, and a file in it for a moment: a directory that cannot be written to is found
+/// out before the work is done.
 ///
 /// # Errors
 /// Names the path.
@@ -41,7 +42,8 @@ fn write_beside_and_rename(path: &Path, bytes: &[u8]) -> io::Result<()> {
     let path = fs::canonicalize(path).unwrap_or_else(|_| path.to_owned());
     let parent = path.parent().filter(|parent| !parent.as_os_str().is_empty());
     let mut builder = tempfile::Builder::new();
-    // A temporary file is private; the result should be like any other file that the user makes, umask and all.
+    // A temporary file is private; the result should be like any other file that the user makes,
+    // umask and all.
     #[cfg(unix)]
     builder.permissions(std::os::unix::fs::PermissionsExt::from_mode(0o666));
     let mut beside = builder.tempfile_in(parent.unwrap_or_else(|| Path::new(".")))?;

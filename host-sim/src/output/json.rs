@@ -5,7 +5,7 @@ use std::borrow::Cow;
 use serde::Serialize;
 use serde_json::{Value, json};
 
-use crate::experiment::{Experiment, Motion, RunPlan};
+use crate::experiment::{Experiment, RunPlan, Task};
 use crate::run::{RunResult, Tripped};
 use crate::solver::EventKind;
 
@@ -59,7 +59,7 @@ pub(crate) fn object<M: Serialize>(
     serde_json::to_string_pretty(&Report { schema: SCHEMA, experiment, source, runs })
 }
 
-/// The whole object, indented.
+/// Writes the whole object, indented.
 ///
 /// # Errors
 /// If a number cannot be written as JSON.
@@ -90,11 +90,12 @@ fn parameters(plan: &RunPlan) -> Value {
     let controller = plan.controller.as_ref().and_then(|name| machine.controller.get(name));
     let mut run = machine.run.clone();
     run.duration_s.get_or_insert(plan.duration_s());
-    let reference = match &plan.motion {
-        Motion::Step(step_deg) => json!({ "step_deg": step_deg }),
-        Motion::Trajectory(trajectory) => json!(trajectory),
-        Motion::Ramp(rate) => {
-            json!({ "ramp_rate_v_per_s": rate, "hold_s": machine.identification.as_ref().map(|ramps| ramps.hold_s) })
+    let reference = match &plan.task {
+        Task::Step(step_deg) => json!({ "step_deg": step_deg }),
+        Task::Trajectory(trajectory) => json!(trajectory),
+        Task::Ramp(rate) => {
+            let hold_s = machine.identification.as_ref().map(|ramps| ramps.hold_s);
+            json!({ "ramp_rate_v_per_s": rate, "hold_s": hold_s })
         }
     };
     json!({

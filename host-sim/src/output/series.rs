@@ -4,27 +4,27 @@ use std::path::Path;
 
 use crate::error::Error;
 
-/// One sample; what a ramp does not have is none.
+/// One sample of a run or a log; a ramp lacks the optional ones.
 #[derive(Clone, Debug, PartialEq, serde::Deserialize)]
 pub struct Sample {
-    /// Of which run, if the file holds several.
+    /// The label of the run, if the file holds several.
     #[serde(default)]
     label: Option<String>,
-    /// Since the begin of the run or log, s.
+    /// Time since the begin of the run or log, s.
     pub time_s: f64,
-    /// Set point.
+    /// Set point, deg.
     pub reference_deg: Option<f64>,
-    /// Of the joint in a run, of the encoder in a log.
+    /// Position of the joint in a run, of the encoder in a log, deg.
     pub position_deg: f64,
-    /// Reference minus position.
+    /// Reference minus position, deg.
     pub error_deg: Option<f64>,
-    /// Of the joint in a run, measured in a log.
+    /// Velocity of the joint in a run, the measured one in a log, deg/s.
     pub velocity_deg_per_s: f64,
-    /// PD's part of the effort.
+    /// PD's part of the effort, V.
     pub v_pd_v: Option<f64>,
-    /// The compensator's.
+    /// The compensator's part of the effort, V.
     pub v_c_v: Option<f64>,
-    /// Their sum, limited.
+    /// The sum of both, limited to the full scale, V.
     pub v_v: f64,
 }
 
@@ -33,18 +33,19 @@ pub struct Sample {
 pub struct Series {
     /// The file's name, and the run's label if the file holds several.
     pub name: String,
-    /// In the order of the file.
+    /// The samples in the order of the file.
     pub samples: Vec<Sample>,
 }
 
-/// What has to be there; other columns may be.
+/// The columns that a file has to have; it may have others.
 const COLUMNS: [&str; 8] =
     ["time_s", "reference_deg", "position_deg", "error_deg", "velocity_deg_per_s", "v_pd_v", "v_c_v", "v_v"];
 
-/// The runs of a file.
+/// Reads the runs of a file.
 ///
 /// # Errors
-/// Names the file and the column or line that is not as `stiction run --csv` and `stiction device ... log` write it.
+/// Names the file and the column or line that is not as `stiction run --csv` and `stiction device
+/// ... log` write it.
 pub fn read(path: &Path) -> Result<Vec<Series>, Error> {
     let bytes =
         std::fs::read(path).map_err(|source| Error::File { action: "read", path: path.into(), source })?;
@@ -54,8 +55,8 @@ pub fn read(path: &Path) -> Result<Vec<Series>, Error> {
     let header = reader.headers().map_err(|error| refuse(error.to_string()))?;
     if let Some(missing) = COLUMNS.iter().find(|column| !header.iter().any(|found| found == **column)) {
         return Err(refuse(format!(
-            "there is no column `{missing}`; it has to be a file of `stiction run --csv` of a controller's run, or of \
-             `stiction device ... log`"
+            "there is no column `{missing}`; it has to be a file of `stiction run --csv` of a \
+             controller's run, or of `stiction device ... log`"
         )));
     }
     let stem = path.file_stem().unwrap_or_default().to_string_lossy().into_owned();
@@ -63,7 +64,15 @@ pub fn read(path: &Path) -> Result<Vec<Series>, Error> {
     for sample in reader.deserialize::<Sample>() {
         // The error names the line.
         let sample = sample.map_err(|error| refuse(error.to_string()))?;
-        let name = sample.label.as_ref().map_or_else(|| stem.clone(), |label| format!("{stem}, {label}"));
+        let name = sample.label.as_ref().map_or_else(
+            || stem.clone(),
+            |label| {
+                format!(
+                    "{stem}, \
+            {label}"
+                )
+            },
+        );
         match all.iter_mut().find(|series| series.name == name) {
             Some(series) => series.samples.push(sample),
             None => all.push(Series { name, samples: vec![sample] }),

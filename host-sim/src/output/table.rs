@@ -2,13 +2,13 @@
 
 use comfy_table::{Cell, CellAlignment, ColumnConstraint, ContentArrangement, Table, presets};
 
-use crate::experiment::Motion;
+use crate::experiment::Task;
 use crate::run::{RunResult, Tripped};
 
 /// The width that a terminal is sure to have.
 const WIDTH: u16 = 80;
 
-/// A table with a header, the first column to the left and all others to the right.
+/// Makes a table with a header, the first column to the left and all others to the right.
 pub fn new(header: &[&str]) -> Table {
     let mut table = Table::new();
     table
@@ -26,18 +26,18 @@ pub fn new(header: &[&str]) -> Table {
     table
 }
 
-/// The results of an experiment: a table for each kind of motion and each variant, and a line below for each run
-/// that went wrong.
+/// The results of an experiment: a table for each kind of motion and each variant, and a line below
+/// for each run that went wrong.
 pub fn render(results: &[RunResult]) -> String {
-    type Kind = (fn(&Motion) -> bool, &'static [&'static str], fn(&RunResult) -> Vec<String>);
+    type Kind = (fn(&Task) -> bool, &'static [&'static str], fn(&RunResult) -> Vec<String>);
     let kinds: [Kind; 3] = [
-        (|motion| matches!(motion, Motion::Step(_)), STEP_COLUMNS, step_cells),
-        (|motion| matches!(motion, Motion::Trajectory(_)), TRAJECTORY_COLUMNS, trajectory_cells),
-        (|motion| matches!(motion, Motion::Ramp(_)), RAMP_COLUMNS, ramp_cells),
+        (|task| matches!(task, Task::Step(_)), STEP_COLUMNS, step_cells),
+        (|task| matches!(task, Task::Trajectory(_)), TRAJECTORY_COLUMNS, trajectory_cells),
+        (|task| matches!(task, Task::Ramp(_)), RAMP_COLUMNS, ramp_cells),
     ];
     let mut parts = Vec::new();
     for (is_kind, columns, cells) in kinds {
-        let of_kind: Vec<&RunResult> = results.iter().filter(|r| is_kind(&r.plan.motion)).collect();
+        let of_kind: Vec<&RunResult> = results.iter().filter(|r| is_kind(&r.plan.task)).collect();
         if of_kind.is_empty() {
             continue;
         }
@@ -63,10 +63,10 @@ pub fn render(results: &[RunResult]) -> String {
 /// Without the slugs, which stand in a line above those of their runs.
 fn row_name(result: &RunResult) -> String {
     let driven_by = result.plan.controller.as_deref().unwrap_or("ramp");
-    format!("{driven_by}/{}", result.plan.motion.slug())
+    format!("{driven_by}/{}", result.plan.task.slug())
 }
 
-/// A number with so many digits behind the point, or a dash.
+/// Writes a number with so many digits behind the point, or a dash.
 pub fn number(value: Option<f64>, digits: usize) -> String {
     value.map_or_else(
         || "-".into(),
@@ -137,7 +137,10 @@ fn remark(result: &RunResult) -> Option<String> {
         return Some(format!("{label}: fault {code} ({name}) at {time_s} s turned the output off"));
     }
     match result.diverged_at_s {
-        Some(time_s) => Some(format!("{label}: diverged, not finite at {time_s} s; the run ends there")),
+        Some(time_s) => Some(format!(
+            "{label}: diverged, not finite at {time_s} s; the run ends \
+            there"
+        )),
         None if result.unstable => Some(format!("{label}: unstable")),
         None => None,
     }

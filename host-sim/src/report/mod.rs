@@ -1,8 +1,9 @@
-//! The thesis as one page: its figures and tables beside ours, its misprints, and its claims judged by what is measured
-//! when the page is made.
+//! The thesis as one page: its figures and tables beside ours, its misprints, and its claims judged
+//! by what is measured when the page is made.
 //!
-//! `runs` says what is run, `evidence` runs it, `claims` measure and judge, `figures` draw, `tables` look up what
-//! is used; texts are data in `host-sim/report/`, and `page` puts all of it into their template.
+//! `runs` says what is run, `evidence` runs it, `claims` measure and judge, `figures` draw,
+//! `tables` look up what is used; texts are data in `host-sim/report/`, and `page` puts all of it
+//! into their template.
 
 mod claims;
 mod content;
@@ -42,7 +43,8 @@ pub struct Made {
     pub wall: Duration,
 }
 
-/// Makes the report in a directory: `index.html`, which needs nothing else, and its figures as files.
+/// Makes the report in a directory: `index.html`, which needs nothing else, and its figures as
+/// files.
 ///
 /// # Errors
 /// Says what could not be written, or names a drawing or a table's row that has nothing to show.

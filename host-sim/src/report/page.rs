@@ -180,11 +180,15 @@ fn figure<'a>((text, drawings): (&'a FigureText, &'a Vec<DrawingView>)) -> Figur
     let note = match (text.robot.first(), simulated.first()) {
         (None, _) => "Simulated, as in the thesis.".into(),
         (Some(robot), None) => {
-            format!("Simulated. The thesis measured Fig. {robot} on its robot; nothing here ran on one.")
+            format!(
+                "Simulated. The thesis measured Fig. {robot} on its robot; nothing here ran on \
+                one."
+            )
         }
         (Some(robot), Some(simulated)) => {
             format!(
-                "Simulated, as Fig. {simulated}. The thesis measured Fig. {robot} on its robot; nothing here ran on one."
+                "Simulated, as Fig. {simulated}. The thesis measured Fig. {robot} on its robot; \
+                 nothing here ran on one."
             )
         }
     };

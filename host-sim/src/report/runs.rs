@@ -26,8 +26,8 @@ pub struct LabRun {
     pub set: &'static [&'static str],
 }
 
-/// eps of the runs whose work is counted: the thesis's first, then some about it. How many steps a switch takes is a matter
-/// of luck, so that a single run says little.
+/// eps of the runs whose work is counted: the thesis's first, then some about it. How many steps a
+/// switch takes is a matter of luck, so that a single run says little.
 pub const EPS: [&str; 5] = ["2e-4", "1.6e-4", "1.8e-4", "2.2e-4", "2.4e-4"];
 
 impl LabRun {
@@ -128,8 +128,8 @@ pub const LAB: &[LabRun] = &[
         "rk4-adaptive",
         &["run.coupling=previous-step", "friction.karnopp-banded.band_rad_per_s=[9.948e-5, 9.948e-5]"],
     ),
-    // In short steps: step doubling is fooled at the band's edge, where the stages of a long step, now on this side of
-    // the band and now on that, add up to nothing.
+    // In short steps: step doubling is fooled at the band's edge, where the stages of a long step,
+    // now on this side of the band and now on that, add up to nothing.
     lab("square/banded", "square-wave", "karnopp-banded", "rk4", &[]),
     lab(
         "square/narrow",

@@ -1,4 +1,5 @@
-//! The thesis's tables with what is used here, looked up in the built-in experiments and in the runs.
+//! The thesis's tables with what is used here, looked up in the built-in experiments and in the
+//! runs.
 
 use serde::Serialize;
 use toml::Value;

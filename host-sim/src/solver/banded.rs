@@ -6,14 +6,16 @@
 //!     = F_s sgn(F_i)        |V| <= D_v and |F_i| >  F_s        (eq. 1, whose third row prints sgn(V))
 //! ```
 //!
-//! Inside the band friction balances the applied force and V is *not* set to zero: the body coasts at up to `D_v`
-//! (section 2.3.1.2 says so). The solution tends to the exact one with `D_v`, under ramps of force only like its root.
+//! Inside the band friction balances the applied force and V is *not* set to zero: the body coasts
+//! at up to `D_v` (section 2.3.1.2 says so). The solution tends to the exact one with `D_v`, under
+//! ramps of force only like its root.
 //!
-//! With several bodies the force that friction must balance depends on what the others do. Three ways ([`Coupling`]):
-//! decide all bodies in their bands at once; or as if each other body in its band did not accelerate (eqs. 18-21,
-//! with the limit on the required value and `D_1`, `D_2` for the `D_11`, `D_22` that eq. 20 has in brackets);
-//! or with all accelerations of the step before (eqs. 22-25). The last as printed: the joint's own acceleration is among
-//! them, so that the last acceleration is kept up and not cancelled.
+//! With several bodies the force that friction must balance depends on what the others do. Three
+//! ways ([`Coupling`]): decide all bodies in their bands at once; or as if each other body in its
+//! band did not accelerate (eqs. 18-21, with the limit on the required value and `D_1`, `D_2` for
+//! the `D_11`, `D_22` that eq. 20 has in brackets); or with all accelerations of the step before
+//! (eqs. 22-25). The last as printed: the joint's own acceleration is among them, so that the last
+//! acceleration is kept up and not cancelled.
 
 use super::dynamics::{Dynamics, Rates, direction};
 use super::linear::solve;
@@ -87,8 +89,8 @@ impl<'a, const N: usize, M: Mechanism<N> + ?Sized> Banded<'a, N, M> {
         })
     }
 
-    /// The frictions of all bodies at rest, each within F_s and, where it is at F_s, against its acceleration: the one
-    /// solution of a convex problem, found among the `3^n` modes.
+    /// The frictions of all bodies at rest, each within F_s and, where it is at F_s, against its
+    /// acceleration: the one solution of a convex problem, found among the `3^n` modes.
     fn at_once(&self, terms: &Terms<N>, known: &[f64; N], rests: &[bool; N]) -> [f64; N] {
         let count = rests.iter().filter(|rests| **rests).count();
         let mut best = (f64::INFINITY, *known);

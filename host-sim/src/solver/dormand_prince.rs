@@ -1,8 +1,8 @@
 //! One step of the Runge-Kutta pair of order 8(5,3) by Dormand and Prince, with twelve stages.
 //!
-//! Prince and Dormand, J. Comput. Appl. Math. 7 (1981), in the form of Hairer, Norsett and Wanner, *Solving Ordinary
-//! Differential Equations I*, section II.10, whose error estimate combines one of order 5 and one of order 3. Orders
-//! and the sums of the rows are tested below.
+//! Prince and Dormand, J. Comput. Appl. Math. 7 (1981), in the form of Hairer, Norsett and Wanner,
+//! *Solving Ordinary Differential Equations I*, section II.10, whose error estimate combines one of
+//! order 5 and one of order 3. Orders and the sums of the rows are tested below.
 
 use super::state::State;
 
@@ -100,7 +100,8 @@ const E5: [(usize, f64); 8] = [
 /// What the embedded result of order 3 has instead of `B`.
 const B3: [(usize, f64); 3] = [(0, 0.2440944881889764), (8, 0.7338466882816118), (11, 0.022058823529411766)];
 
-/// How often a step evaluates the rates: those at its begin are given, those at its end are left to the caller.
+/// How often a step evaluates the rates: those at its begin are given, those at its end are left to
+/// the caller.
 pub const EVALUATIONS: u64 = 11;
 
 /// A step that was tried.
@@ -126,8 +127,8 @@ fn sum<const N: usize, const Z: usize, const T: usize>(
     out
 }
 
-/// A step of length `h` from `from`, whose rates are `first`. `scale` is what an error of each component is measured
-/// by. The rates at the end are not evaluated.
+/// A step of length `h` from `from`, whose rates are `first`. `scale` is what an error of each
+/// component is measured by. The rates at the end are not evaluated.
 #[inline]
 pub fn step<const N: usize, const Z: usize>(
     mut rates: impl FnMut(f64, &State<N, Z>) -> State<N, Z>,
@@ -191,8 +192,8 @@ mod tests {
 
     #[test]
     fn the_error_falls_with_the_eighth_power_of_the_step() {
-        // x'' = -sin x - t x' has all the terms that a wrong weight would show in; halving the step must cost eight
-        // binary digits of the error.
+        // x'' = -sin x - t x' has all the terms that a wrong weight would show in; halving the step
+        // must cost eight binary digits of the error.
         let rates = |t: f64, s: &State<1, 0>| State { q: s.v, v: [-s.q[0].sin() - t * s.v[0]], z: [[]] };
         let scale = State { q: [1.0], v: [1.0], z: [[]] };
         let end = |steps: u32| {

@@ -8,12 +8,13 @@
 //! position(t) = position_0 + velocity_0 phi1(t) + a phi2(t)        phi2 = (t - phi1) / lambda
 //! ```
 //!
-//! It comes to a halt at `t* = ln(1 - lambda velocity_0 / a) / lambda`. There it sticks if `|v| <= F_s`, and turns
-//! otherwise. A stuck axis has velocity exactly zero and does not creep. This form has no division by `b`: as
-//! `lambda` goes to zero it goes to `t` and `t^2/2`, that of an axis without viscous friction.
+//! It comes to a halt at `t* = ln(1 - lambda velocity_0 / a) / lambda`. There it sticks if `|v| <=
+//! F_s`, and turns otherwise. A stuck axis has velocity exactly zero and does not creep. This form
+//! has no division by `b`: as `lambda` goes to zero it goes to `t` and `t^2/2`, that of an axis
+//! without viscous friction.
 //!
-//! Guarantees: exact to rounding, whatever the sample time; every switch inside a sample is found. Does badly: nothing
-//! but this one mechanism.
+//! Guarantees: exact to rounding, whatever the sample time; every switch inside a sample is found.
+//! Does badly: nothing but this one mechanism.
 
 use super::{AxisSolver, Event, EventKind};
 use crate::friction::Coulomb;
@@ -32,7 +33,8 @@ impl Decay {
     #[inline]
     fn over(duration_s: f64, lambda: f64) -> Self {
         let x = lambda * duration_s;
-        // Below this the differences lose digits, and five terms of the series are exact: x^5/720 < 2e-18.
+        // Below this the differences lose digits, and five terms of the series are exact: x^5/720 <
+        // 2e-18.
         if x < 1e-3 {
             let phi1 =
                 duration_s * (1.0 + x * (-1.0 / 2.0 + x * (1.0 / 6.0 + x * (-1.0 / 24.0 + x / 120.0))));
@@ -85,7 +87,8 @@ impl ExactAxis {
 impl AxisSolver for ExactAxis {
     fn advance(&mut self, v: f64, duration_s: f64, friction: &Coulomb, on: &mut impl FnMut(Event)) {
         let mut remaining = duration_s;
-        // Slip, halt, slip the other way: a constant effort allows no more than one halt and one break.
+        // Slip, halt, slip the other way: a constant effort allows no more than one halt and one
+        // break.
         for _ in 0..3 {
             let mut direction = self.velocity.signum();
             if self.velocity == 0.0 {
@@ -110,7 +113,8 @@ impl AxisSolver for ExactAxis {
                 self.velocity = velocity;
                 return;
             }
-            // Without a deceleration a velocity can only have decayed to nothing: that takes all the time there is.
+            // Without a deceleration a velocity can only have decayed to nothing: that takes all
+            // the time there is.
             let halt = self.time_to_halt(a);
             let halt = if halt.is_finite() { halt.max(0.0).min(remaining) } else { remaining };
             let to_halt = Decay::over(halt, self.lambda);

@@ -1,15 +1,16 @@
-//! What the two Runge-Kutta solvers of the thesis share: the classical step, and telling an observer of what was kept.
+//! What the two Runge-Kutta solvers of the thesis share: the classical step, and telling an
+//! observer of what was kept.
 // One index goes through several arrays of bodies at once.
 #![allow(clippy::needless_range_loop)]
 
-use super::between::state_between;
+use super::dense_output::state_between;
 use super::dynamics::{Dynamics, Rates};
 use super::state::{BodyEvent, Finish, Observer, Sample, State};
-use super::storm::Storm;
+use super::zeno_guard::ZenoGuard;
 use super::{EventKind, Trouble};
 
-/// The classical Runge-Kutta step of order 4 from a state whose rates are known. `last_s` is the last instant of the
-/// smooth stretch that the step is in. Three evaluations.
+/// The classical Runge-Kutta step of order 4 from a state whose rates are known. `last_s` is the
+/// last instant of the smooth stretch that the step is in. Three evaluations.
 #[inline]
 pub fn classical<const N: usize, const Z: usize, D: Dynamics<N, Z>>(
     dynamics: &D,
@@ -35,7 +36,7 @@ pub(super) struct Progress<const N: usize, const Z: usize> {
     pub evaluations: u64,
     pub steps: u64,
     slip: [i8; N],
-    storm: Storm,
+    zeno_guard: ZenoGuard,
 }
 
 impl<const N: usize, const Z: usize> Progress<N, Z> {
@@ -43,14 +44,14 @@ impl<const N: usize, const Z: usize> Progress<N, Z> {
         let state = dynamics.start();
         let rates = dynamics.evaluate(0.0, &state);
         let slip = dynamics.slip(&state);
-        let storm = Storm::new(duration_s);
-        let progress = Self { t: 0.0, state, rates, evaluations: 1, steps: 0, slip, storm };
+        let zeno_guard = ZenoGuard::new(duration_s);
+        let progress = Self { t: 0.0, state, rates, evaluations: 1, steps: 0, slip, zeno_guard };
         progress.sample(observer);
         progress
     }
 
-    /// Keeps a step up to `t`, in a smooth stretch whose last instant is `last_s`. Its events are at its end: nothing is
-    /// located.
+    /// Keeps a step up to `t`, in a smooth stretch whose last instant is `last_s`. Its events are
+    /// at its end: nothing is located.
     ///
     /// # Errors
     /// If events do not end: with time and state.
@@ -76,16 +77,16 @@ impl<const N: usize, const Z: usize> Progress<N, Z> {
                 _ => EventKind::Reverse,
             };
             observer.event(BodyEvent { time_s: t, body, kind });
-            self.storm.count(t).map_err(|what| self.trouble(what))?;
+            self.zeno_guard.count(t).map_err(|what| self.trouble(what))?;
         }
         self.slip = slip;
         self.sample(observer);
         Ok(())
     }
 
-    /// What a reader sees of a long step, and of its end where the forces jump there. Of a step in which a body changes
-    /// between sticking and slipping, be it only on the way, nothing is known but its ends. Not counted: it is not for
-    /// the solution.
+    /// What a reader sees of a long step, and of its end where the forces jump there. Of a step in
+    /// which a body changes between sticking and slipping, be it only on the way, nothing is known
+    /// but its ends. Not counted: it is not for the solution.
     fn samples_between<D: Dynamics<N, Z>, O: Observer<N>>(
         &self,
         dynamics: &D,

@@ -1,26 +1,38 @@
 //! Solvers: how the motion of a mechanism is found.
 //!
-//! Of the robot's axis: [`ExactAxis`], [`Rk4Axis`]. Of any mechanism of the friction lab: [`located`] and [`pieces`]
-//! (`exact`), [`fixed`] (`rk4`), [`step_doubling`] (`rk4-adaptive`), [`nonsmooth`].
+//! A body with friction is a hybrid system: it has discrete modes (stick, slip one way or the
+//! other), a smooth motion in each, and events at which the mode changes.
+//!
+//! | solver | of | name for users |
+//! |---|---|---|
+//! | [`ExactAxis`], [`Rk4Axis`] | the robot's axis | `exact`, `rk4` |
+//! | [`event_driven`] | set-valued friction | `exact` |
+//! | [`piecewise_smooth`] | single-valued friction | `exact` |
+//! | [`fixed_step`], [`step_doubling`] | either, without event location | `rk4`, `rk4-adaptive` |
+//! | [`nonsmooth`] | either, by time stepping | `nonsmooth` |
+//!
+//! The first two of the friction lab locate events: a step of `dormand_prince.rs` is accepted by
+//! its error, its dense output is searched for the first zero of an event function, and the motion
+//! is integrated up to that. All solvers count their events by a guard against Zeno's.
 
 pub mod banded;
-mod between;
+mod dense_output;
 mod dormand_prince;
 pub mod dynamics;
+pub mod event_driven;
 mod exact;
 mod explicit;
-pub mod fixed;
+pub mod fixed_step;
 mod linear;
-pub mod located;
 pub mod modes;
 pub mod nonsmooth;
-pub mod pieces;
+pub mod piecewise_smooth;
 mod rk4;
 mod roots;
 pub mod state;
 pub mod step_doubling;
-mod storm;
 mod trouble;
+mod zeno_guard;
 
 pub use exact::ExactAxis;
 pub use rk4::Rk4Axis;
@@ -49,7 +61,8 @@ pub enum EventKind {
 
 /// A moving axis whose input is constant over an interval.
 pub trait AxisSolver {
-    /// Moves the axis on by `duration_s` under the constant effort `v`, and reports events on the way.
+    /// Moves the axis on by `duration_s` under the constant effort `v`, and reports events on the
+    /// way.
     fn advance(
         &mut self,
         v: f64,

@@ -1,16 +1,17 @@
 //! Who sticks and who slips: decided for all bodies at once.
 //!
-//! A body at zero velocity sticks, or slips one way or the other; one in motion slips the way it moves. A choice for all
-//! bodies (a mode) is consistent if
+//! A body at zero velocity sticks, or slips one way or the other; one in motion slips the way it
+//! moves. A choice for all bodies (a mode) is consistent if
 //!
-//! - each stuck body needs no more than its largest friction at rest, with the accelerations that the *others* have in
-//!   this mode, and
+//! - each stuck body needs no more than its largest friction at rest, with the accelerations that
+//!   the *others* have in this mode, and
 //! - each body that starts to slip accelerates the way it slips, against its friction in motion.
 //!
-//! Deciding body by body gets this wrong: at the start of the thesis's two-link arm both torques exceed their `T_s`,
-//! and the only consistent mode is joint 1 *stuck* with joint 2 slipping. There are `3^n` modes for `n` bodies at rest,
-//! each a small linear system; they are all tried. With `F_s > F_d` several may be consistent: the one with the most
-//! bodies stuck is taken, as a body at rest stays there if it can.
+//! Deciding body by body gets this wrong: at the start of the thesis's two-link arm both torques
+//! exceed their `T_s`, and the only consistent mode is joint 1 *stuck* with joint 2 slipping. There
+//! are `3^n` modes for `n` bodies at rest, each a small linear system; they are all tried. With
+//! `F_s > F_d` several may be consistent: the one with the most bodies stuck is taken, as a body at
+//! rest stays there if it can.
 
 use super::linear::solve;
 use crate::friction::SetValued;
@@ -34,7 +35,8 @@ pub fn accelerations<const N: usize, F: SetValued>(
         let sign = f64::from(mode[i]);
         held[i] = mode[i] == 0;
         if !held[i] {
-            // Inside a step that turns a body around, friction is continued from the side it came from.
+            // Inside a step that turns a body around, friction is continued from the side it came
+            // from.
             forces[i] = sign * friction[i].slip((sign * v[i]).max(0.0));
             net[i] -= forces[i];
         }
@@ -48,8 +50,9 @@ pub fn accelerations<const N: usize, F: SetValued>(
     (a, forces)
 }
 
-/// The consistent mode with the most bodies stuck, or none if there is none. A body whose entry in `breaking` is not
-/// zero has just reached its largest friction: it slips that way or against it, but does not stick.
+/// The consistent mode with the most bodies stuck, or none if there is none. A body whose entry in
+/// `breaking` is not zero has just reached its largest friction: it slips that way or against it,
+/// but does not stick.
 pub fn decide<const N: usize, F: SetValued>(
     terms: &Terms<N>,
     friction: &[F; N],

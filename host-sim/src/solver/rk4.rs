@@ -1,4 +1,5 @@
-//! The thesis's own method: fourth-order Runge-Kutta with a fixed step, and Karnopp's friction with a velocity band.
+//! The thesis's own method: fourth-order Runge-Kutta with a fixed step, and Karnopp's friction with
+//! a velocity band.
 //!
 //! ```text
 //! F_f = F_d sgn(V)          |V| >  D_v
@@ -6,12 +7,13 @@
 //!     = F_s sgn(F_i)        |V| <= D_v and |F_i| >  F_s        (eq. 1, whose third row prints sgn(V))
 //! ```
 //!
-//! with the axis's velocity V and, for the input force F_i, its effort v in volts. Inside the band the velocity is
-//! *not* set to zero: a "stuck" axis coasts at up to `D_v` (section 2.3.1.2).
+//! with the axis's velocity V and, for the input force F_i, its effort v in volts. Inside the band
+//! the velocity is *not* set to zero: a "stuck" axis coasts at up to `D_v` (section 2.3.1.2).
 //!
-//! Does badly: a step that crosses the band (width 2e-4 deg/s in Table 21) does not see it, and the stuck axis
-//! creeps; with an acceleration of `kappa (F_s + F_d)` = 21 deg/s^2 the band is passed in 10 us. Use steps of 10 us or
-//! less, or the exact solver. The error falls with the step only down to what the band leaves.
+//! Does badly: a step that crosses the band (width 2e-4 deg/s in Table 21) does not see it, and the
+//! stuck axis creeps; with an acceleration of `kappa (F_s + F_d)` = 21 deg/s^2 the band is passed
+//! in 10 us. Use steps of 10 us or less, or the exact solver. The error falls with the step only
+//! down to what the band leaves.
 
 use super::{AxisSolver, Event, EventKind};
 use crate::friction::Coulomb;
@@ -31,7 +33,8 @@ pub struct Rk4Axis {
 }
 
 impl Rk4Axis {
-    /// The axis at rest at zero, with steps of at most `step_s` and the static velocity range `band` D_v, deg/s.
+    /// The axis at rest at zero, with steps of at most `step_s` and the static velocity range
+    /// `band` D_v, deg/s.
     pub fn at_rest(axis: &RobotAxis, band: f64, step_s: f64) -> Self {
         Self {
             gain: axis.gain,

@@ -16,9 +16,10 @@ pub fn slope(p: &Quartic, x: f64) -> f64 {
     p[1] + x * (2.0 * p[2] + x * (3.0 * p[3] + x * 4.0 * p[4]))
 }
 
-/// The first place in [0, 1] where the polynomial falls from above zero to zero or below, dips between two of the
-/// places that are looked at included. A polynomial that starts at zero and rises has not fallen there.
-pub fn first_fall(p: &Quartic) -> Option<f64> {
+/// The first place in [0, 1] where the polynomial falls from above zero to zero or below, dips
+/// between two of the places that are looked at included. A polynomial that starts at zero and
+/// rises has not fallen there.
+pub fn first_falling_zero(p: &Quartic) -> Option<f64> {
     // Rounding may tilt a polynomial that starts at zero and level: it has to go on falling.
     if p[0] < 0.0 || (p[0] == 0.0 && p[1] < 0.0 && value(p, 1.0 / 64.0) < 0.0) {
         return Some(0.0);
@@ -43,8 +44,8 @@ pub fn first_fall(p: &Quartic) -> Option<f64> {
     None
 }
 
-/// Where a function that is above zero on the left and not on the right changes; to a few units of the last place of a
-/// step of length one, which later refinement makes good.
+/// Where a function that is above zero on the left and not on the right changes; to a few units of
+/// the last place of a step of length one, which later refinement makes good.
 fn bisect(mut left: f64, mut right: f64, f: impl Fn(f64) -> f64) -> f64 {
     for _ in 0..40 {
         let middle = 0.5 * (left + right);
@@ -83,13 +84,13 @@ mod tests {
     #[test]
     fn the_first_fall_is_found_and_only_that() {
         // (x - 0.3)(x - 0.32): a dip between two places; (x - 0.3)^2 + 1e-6 does not reach zero.
-        let near = |p: &Quartic, x: f64| first_fall(p).is_some_and(|found| (found - x).abs() < 1e-9);
+        let near = |p: &Quartic, x: f64| first_falling_zero(p).is_some_and(|found| (found - x).abs() < 1e-9);
         assert!(near(&[0.096, -0.62, 1.0, 0.0, 0.0], 0.3));
-        assert_eq!(first_fall(&[0.090001, -0.6, 1.0, 0.0, 0.0]), None);
+        assert_eq!(first_falling_zero(&[0.090001, -0.6, 1.0, 0.0, 0.0]), None);
         assert!(near(&[1.0, -2.0, 0.0, 0.0, 0.0], 0.5));
-        assert_eq!(first_fall(&[0.0, 1.0, 0.0, 0.0, 0.0]), None);
-        assert_eq!(first_fall(&[0.0, -1.0, 5.0, 0.0, 0.0]), Some(0.0));
-        assert_eq!(first_fall(&[0.0, -1e-17, 5.0, 0.0, 0.0]), None);
+        assert_eq!(first_falling_zero(&[0.0, 1.0, 0.0, 0.0, 0.0]), None);
+        assert_eq!(first_falling_zero(&[0.0, -1.0, 5.0, 0.0, 0.0]), Some(0.0));
+        assert_eq!(first_falling_zero(&[0.0, -1e-17, 5.0, 0.0, 0.0]), None);
         assert!(near(&[0.0, 1.0, -2.0, 0.0, 0.0], 0.5));
     }
 }

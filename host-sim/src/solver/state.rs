@@ -2,7 +2,8 @@
 
 use super::EventKind;
 
-/// Coordinates, their velocities, and `Z` internal states of each friction; also the rates of all these.
+/// Coordinates, their velocities, and `Z` internal states of each friction; also the rates of all
+/// these.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct State<const N: usize, const Z: usize> {
     /// Coordinates.
@@ -95,7 +96,8 @@ pub trait Observer<const N: usize> {
     /// Whether [`Self::sample`] is to be called at all.
     const SAMPLES: bool = true;
 
-    /// The next instant at which a sample is wanted, s; samples come at steps and on both sides of events as well.
+    /// The next instant at which a sample is wanted, s; samples come at steps and on both sides of
+    /// events as well.
     fn next_sample_s(&self) -> f64 {
         f64::INFINITY
     }

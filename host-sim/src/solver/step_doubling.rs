@@ -1,5 +1,6 @@
-//! The classical Runge-Kutta method with a variable step (`rk4-adaptive`), the thesis's own: each step is done once whole and
-//! once in two halves, and the difference decides (Press et al., *Numerical Recipes*, section 16.2: `rkqc`).
+//! The classical Runge-Kutta method with a variable step (`rk4-adaptive`), the thesis's own: each
+//! step is done once whole and once in two halves, and the difference decides (Press et al.,
+//! *Numerical Recipes*, section 16.2: `rkqc`).
 //!
 //! ```text
 //! error = max |y_halves - y_whole| / (eps (|y| + |h y'| + floor))
@@ -8,8 +9,8 @@
 //! y     = y_halves + (y_halves - y_whole) / 15
 //! ```
 //!
-//! The book has no floor, and then a body at rest never breaks away: its velocity and acceleration are zero at the begin
-//! of that step, and no error is small against them.
+//! The book has no floor, and then a body at rest never breaks away: its velocity and acceleration
+//! are zero at the begin of that step, and no error is small against them.
 
 use super::Trouble;
 use super::dynamics::Dynamics;
@@ -25,11 +26,12 @@ pub struct Accuracy {
     pub max_evaluations: u64,
 }
 
-/// What positions and velocities are measured by near zero, in SI: the size of the thesis's own D_v and p_o.
+/// What positions and velocities are measured by near zero, in SI: the size of the thesis's own D_v
+/// and p_o.
 pub const FLOOR: f64 = 1e-5;
 
-/// A step that was not kept becomes no shorter than this part of it at once: far from a switch, the error of a step over it
-/// says little about the one that is right.
+/// A step that was not kept becomes no shorter than this part of it at once: far from a switch, the
+/// error of a step over it says little about the one that is right.
 const LEAST_SHRINK: f64 = 0.1;
 
 /// The floor of coordinates and velocities.

@@ -11,7 +11,6 @@ use std::time::Duration;
 use host_sim::device::simulated::SimulatedDevice;
 use host_sim::experiment::{Document, Experiment};
 use serialport::{SerialPort, TTYPort};
-use stiction::Course;
 use stiction::link::{Identity, Kind, Message, Numbered, PROTOCOL, Reply, encode};
 use stiction::servo::State;
 

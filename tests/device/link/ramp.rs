@@ -4,7 +4,7 @@ use std::time::Duration;
 
 use host_sim::device::client::Client;
 use host_sim::device::wire::SimulatedWire;
-use host_sim::experiment::Motion as Asked;
+use host_sim::experiment::Task;
 use host_sim::solver::ExactAxis;
 use stiction::Fault;
 use stiction::link::StateCode;
@@ -24,7 +24,7 @@ fn identified(client: &mut Client<SimulatedWire>) -> Option<Levels> {
 #[test]
 fn a_ramp_over_the_link_finds_the_levels_of_the_experiment() {
     for plan in plans("friction-identification", &[]) {
-        let Asked::Ramp(rate) = plan.motion else { panic!() };
+        let Task::Ramp(rate) = plan.task else { panic!() };
         let (ramp, around) = (plan.ramp(rate).unwrap(), plan.closed_loop().unwrap());
         let mut solver = ExactAxis::at_rest(&around.axis, around.sample_time_s);
         let expected = ramp.run(&mut solver, &around, |_| {}, |_| {});

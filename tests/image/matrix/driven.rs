@@ -1,11 +1,11 @@
 //! A board with the simulated joint on its pins and a client on its USART, in the situations that a fault may come in.
 
 use host_sim::device::client::Client;
-use host_sim::device::emulated::EmulatedWire;
 use host_sim::device::parameters;
 use host_sim::device::simulated::Wires;
 use host_sim::emulator::powered::Held;
 use host_sim::emulator::rig::Sample;
+use host_sim::emulator::wire::EmulatedWire;
 use host_sim::experiment::RunPlan;
 use stiction::link::{StateCode, Status};
 use stiction::position::Position;

@@ -43,7 +43,8 @@ pub(super) const CLAIMS: &[Claim] = &[
     },
     Claim {
         source: "Section 2.2.1.1",
-        says: "In double precision the Reset Integrator's friction peaks are uniform each time the block sticks.",
+        says: "In double precision the Reset Integrator's friction peaks are uniform each time the \
+            block sticks.",
         quantity: "largest by smallest peak within 20 ms of the six sticks",
         measure: |e| {
             let peaks = after_stops(e, "spring/ri", 0.02)?;
@@ -56,7 +57,8 @@ pub(super) const CLAIMS: &[Claim] = &[
     Claim {
         source: "Section 2.2.1.1",
         says: "In single precision they are not.",
-        quantity: "largest by smallest of the six peaks, Runge-Kutta steps of 0.1 ms in single precision",
+        quantity: "largest by smallest of the six peaks, Runge-Kutta steps of 0.1 ms in single \
+            precision",
         measure: |_| Some(vec![precision::unevenness()[0]]),
         holds: Above(1.001),
         remark: "The same program in double precision is within 1e-5 of even.",
@@ -64,7 +66,8 @@ pub(super) const CLAIMS: &[Claim] = &[
     Claim {
         source: "Section 2.2.1.1",
         says: "The oscillations at rest dissipate quickly.",
-        quantity: "time from each stop until the friction stays within 5 % of F_s of the spring's force, by the stay at rest",
+        quantity: "time from each stop until the friction stays within 5 % of F_s of the spring's \
+            force, by the stay at rest",
         measure: |e| Some(largest(swings(e, "spring/ri")?)),
         holds: Below(0.2),
         remark: "",
@@ -84,14 +87,16 @@ pub(super) const CLAIMS: &[Claim] = &[
     Claim {
         source: "Section 2.2.1.1",
         says: "More damping beta raises the Reset Integrator's peaks, less lowers them.",
-        quantity: "largest friction with beta = 60 by that with 30, and with 30 by that with 15 N s/m",
+        quantity: "largest friction with beta = 60 by that with 30, and with 30 by that with 15 N \
+            s/m",
         measure: |e| {
             let peak = |name| Some(*e.lab(name)?.metrics.peak_friction.first()?);
             let middle = peak("spring/ri")?;
             Some(vec![peak("spring/ri-damped-more")? / middle, middle / peak("spring/ri-damped-less")?])
         },
         holds: Above(1.01),
-        remark: "At a stop p-dot is zero and the friction K_r (1 + a) p_o = F_s: beta does not enter.",
+        remark: "At a stop p-dot is zero and the friction K_r (1 + a) p_o = F_s: beta does not \
+            enter.",
     },
     Claim {
         source: "Section 2.4",
@@ -115,7 +120,8 @@ pub(super) const CLAIMS: &[Claim] = &[
     Claim {
         source: "Section 2.2.1.2",
         says: "Karnopp's computing time on two blocks is that on one (printed: 0.44 s both).",
-        quantity: "derivative evaluations by those on one block: eps = 2e-4, 1.6e-4, 1.8e-4, 2.2e-4, 2.4e-4",
+        quantity: "derivative evaluations by those on one block: eps = 2e-4, 1.6e-4, 1.8e-4, \
+            2.2e-4, 2.4e-4",
         measure: |e| work(e, "blocks/banded-work", "spring/banded-work"),
         holds: Between(0.9, 1.1),
         remark: "For a tenth of the simulated time: 0.5 s, not 5 s.",
@@ -130,7 +136,8 @@ pub(super) const CLAIMS: &[Claim] = &[
     },
     Claim {
         source: "Section 2.2.2.1, Fig. 9a",
-        says: "With Karnopp's model the pendulum's static friction exceeds the dynamic one at its first two stops only.",
+        says: "With Karnopp's model the pendulum's static friction exceeds the dynamic one at its \
+            first two stops only.",
         quantity: "stops that ask for more than T_d to be held: from the first on, and in all",
         measure: |e| {
             let held = held_at_stops(e, "pendulum/karnopp")?;
@@ -184,7 +191,8 @@ pub(super) const CLAIMS: &[Claim] = &[
     Claim {
         source: "Section 2.2.2.2, Fig. 13",
         says: "They do so at about 1.25 s and at about 2.5 s.",
-        quantity: "largest acceleration while both are within D_v, within 0.1 s of 1.25 s and of 2.5 s (rad/s\u{b2})",
+        quantity: "largest acceleration while both are within D_v, within 0.1 s of 1.25 s and of \
+            2.5 s (rad/s\u{b2})",
         measure: |e| {
             let result = e.lab("arm/banded-work")?;
             let kick = |at_s: f64| {
@@ -200,18 +208,21 @@ pub(super) const CLAIMS: &[Claim] = &[
     Claim {
         source: "Section 2.2.2.2",
         says: "Accelerations of the previous step (eqs. 22-25) are more accurate than none.",
-        quantity: "miss of the final angles from the exact ones, by that of eqs. 18-21 at the same D_v",
+        quantity: "miss of the final angles from the exact ones, by that of eqs. 18-21 at the same \
+            D_v",
         measure: |e| {
             let miss = |name| miss(e, name, "arm/karnopp");
             Some(vec![miss("arm/previous-step")? / miss("arm/wide-neglected")?])
         },
         holds: Below(1.0),
-        remark: "As printed they keep up the joint's own last acceleration instead of cancelling it.",
+        remark: "As printed they keep up the joint's own last acceleration instead of cancelling \
+            it.",
     },
     Claim {
         source: "Section 2.2.2.2, Fig. 14",
         says: "With eqs. 22-25 the result changes slightly.",
-        quantity: "largest difference of the angles from those with eqs. 18-21, by the largest excursion: links 1 and 2",
+        quantity: "largest difference of the angles from those with eqs. 18-21, by the largest \
+            excursion: links 1 and 2",
         measure: |e| apart(e, "arm/wide-neglected", "arm/previous-step"),
         holds: Between(0.001, 0.1),
         remark: "",
@@ -219,7 +230,8 @@ pub(super) const CLAIMS: &[Claim] = &[
     Claim {
         source: "Section 2.2.2.2, Fig. 14",
         says: "With eqs. 22-25 the stick frictions switch back and forth.",
-        quantity: "changes of sign, of at least T_d either way, among the samples with both joints within D_v: joints 1 and 2",
+        quantity: "changes of sign, of at least T_d either way, among the samples with both joints \
+            within D_v: joints 1 and 2",
         measure: |e| changes_of_side(e, "arm/previous-step", "slip"),
         holds: Above(10.0),
         remark: "",
@@ -227,10 +239,12 @@ pub(super) const CLAIMS: &[Claim] = &[
     Claim {
         source: "Section 2.2.2.2, Fig. 14",
         says: "With eqs. 22-25 the stick frictions switch between their maximum values.",
-        quantity: "changes of sign, of at least T_s either way, among the samples with both joints within D_v",
+        quantity: "changes of sign, of at least T_s either way, among the samples with both joints \
+            within D_v",
         measure: |e| changes_of_side(e, "arm/previous-step", "stick"),
         holds: Above(10.0),
-        remark: "A joint that comes into its band keeps its acceleration up, and so the friction it had: near T_d, not T_s.",
+        remark: "A joint that comes into its band keeps its acceleration up, and so the friction \
+            it had: near T_d, not T_s.",
     },
     Claim {
         source: "Section 2.2.2.2, Fig. 14",
@@ -242,8 +256,10 @@ pub(super) const CLAIMS: &[Claim] = &[
     },
     Claim {
         source: "Table 3",
-        says: "One block on a spring: the Reset Integrator takes about twice as long (printed: 2.25).",
-        quantity: "its derivative evaluations by those of banded Karnopp: eps = 2e-4, 1.6e-4, 1.8e-4, 2.2e-4, 2.4e-4",
+        says: "One block on a spring: the Reset Integrator takes about twice as long (printed: \
+            2.25).",
+        quantity: "its derivative evaluations by those of banded Karnopp: eps = 2e-4, 1.6e-4, \
+            1.8e-4, 2.2e-4, 2.4e-4",
         measure: |e| work(e, "spring/ri-work", "spring/banded-work"),
         holds: Between(1.5, 3.0),
         remark: "",
@@ -251,15 +267,18 @@ pub(super) const CLAIMS: &[Claim] = &[
     Claim {
         source: "Table 6",
         says: "Two blocks: the Reset Integrator is the faster one (printed: 0.86).",
-        quantity: "its derivative evaluations by those of banded Karnopp: eps = 2e-4, 1.6e-4, 1.8e-4, 2.2e-4, 2.4e-4",
+        quantity: "its derivative evaluations by those of banded Karnopp: eps = 2e-4, 1.6e-4, \
+            1.8e-4, 2.2e-4, 2.4e-4",
         measure: |e| work(e, "blocks/ri-work", "blocks/banded-work"),
         holds: Below(1.0),
-        remark: "It depends on the details of the step control, of which the thesis tells only eps.",
+        remark: "It depends on the details of the step control, of which the thesis tells only \
+            eps.",
     },
     Claim {
         source: "Table 9",
         says: "Pendulum: the Reset Integrator is slower (printed: 2.75).",
-        quantity: "its derivative evaluations by those of banded Karnopp: eps = 2e-4, 1.6e-4, 1.8e-4, 2.2e-4, 2.4e-4",
+        quantity: "its derivative evaluations by those of banded Karnopp: eps = 2e-4, 1.6e-4, \
+            1.8e-4, 2.2e-4, 2.4e-4",
         measure: |e| work(e, "pendulum/ri-work", "pendulum/banded-work"),
         holds: Above(1.0),
         remark: "",
@@ -267,10 +286,12 @@ pub(super) const CLAIMS: &[Claim] = &[
     Claim {
         source: "Table 12",
         says: "Two links: the Reset Integrator is slower (printed: 3.15).",
-        quantity: "its derivative evaluations by those of banded Karnopp with eqs. 18-21, at the same eps",
+        quantity: "its derivative evaluations by those of banded Karnopp with eqs. 18-21, at the \
+            same eps",
         measure: |e| work(e, "arm/ri-work", "arm/banded-work"),
         holds: Above(1.0),
-        remark: "If a step that fails may shrink to any part of itself at once, eqs. 18-21 chatter about the band's edge at most of these eps, and then cost a hundred times as much.",
+        remark: "If a step that fails may shrink to any part of itself at once, eqs. 18-21 chatter \
+            about the band's edge at most of these eps, and then cost a hundred times as much.",
     },
     Claim {
         source: "Table 12",
@@ -283,7 +304,8 @@ pub(super) const CLAIMS: &[Claim] = &[
     Claim {
         source: "Section 2.4",
         says: "The Reset Integrator can be as much as three times slower for the manipulators.",
-        quantity: "its derivative evaluations by those of banded Karnopp, the most of five eps: pendulum, two links (eqs. 18-21)",
+        quantity: "its derivative evaluations by those of banded Karnopp, the most of five eps: \
+            pendulum, two links (eqs. 18-21)",
         measure: |e| {
             let most = |of, by| Some(largest(work(e, of, by)?));
             Some(

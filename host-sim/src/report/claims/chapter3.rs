@@ -92,7 +92,8 @@ pub(super) const AXIS: &[Claim] = &[
     },
     Claim {
         source: "Eq. 37, Table 20",
-        says: "With the parameters in SI units, 27 rad/s\u{b2} per volt, the controllers of Table 17 position the axis.",
+        says: "With the parameters in SI units, 27 rad/s\u{b2} per volt, the controllers of Table \
+            17 position the axis.",
         quantity: "controllers, of seven, whose 5 deg step is unstable",
         measure: |e| {
             let runs = e.axis("step-response").iter().filter(|run| run.plan.variant == "literal-si");
@@ -103,7 +104,8 @@ pub(super) const AXIS: &[Claim] = &[
     },
     Claim {
         source: "Eq. 37, Table 20",
-        says: "With the inertia in N m per deg/s\u{b2}, 27 deg/s\u{b2} per volt, the controllers do.",
+        says: "With the inertia in N m per deg/s\u{b2}, 27 deg/s\u{b2} per volt, the controllers \
+            do.",
         quantity: "unstable runs of the seven controllers, steps and trajectories",
         measure: |e| {
             let runs = e.axis("step-response").iter().chain(e.axis("trajectory"));
@@ -134,7 +136,8 @@ pub(super) const AXIS: &[Claim] = &[
     },
     Claim {
         source: "Section 3.3.2",
-        says: "PD's tracking error and control signal are slightly larger at 5 than at 2.5 deg/s, by viscous friction.",
+        says: "PD's tracking error and control signal are slightly larger at 5 than at 2.5 deg/s, \
+            by viscous friction.",
         quantity: "cruise error at 5 by that at 2.5 deg/s; closed form 1.116",
         measure: |e| {
             let errors = cruise(e, "pd")?;
@@ -156,7 +159,8 @@ pub(super) const AXIS: &[Claim] = &[
     Claim {
         source: "Section 3.3.2",
         says: "The control signal at high gain is quite oscillatory.",
-        quantity: "PD, 5 deg/s: total variation of the output, high gain by Table 17's, without and with a sample of delay",
+        quantity: "PD, 5 deg/s: total variation of the output, high gain by Table 17's, without \
+            and with a sample of delay",
         measure: |e| {
             let of = |values: Option<Vec<f64>>| values?.first().copied();
             let plain = of(low(e, |m| m.control_total_variation_v_per_s))?;
@@ -168,7 +172,8 @@ pub(super) const AXIS: &[Claim] = &[
     },
     Claim {
         source: "Section 3.4.1",
-        says: "The simulated PD steps show the same: each rests elsewhere when stick-slip friction is significant.",
+        says: "The simulated PD steps show the same: each rests elsewhere when stick-slip friction \
+            is significant.",
         quantity: "difference of any two of the three signed errors at rest (counts)",
         measure: |e| {
             let labels = ["pd/step-5.0", "pd/step-2.5", "pd/step-1.0"];
@@ -204,7 +209,8 @@ pub(super) const CONCLUSIONS: &[Claim] = &[
     Claim {
         source: "Appendix A.2",
         says: "At high gain the oscillations are visible in the displacement: they are violent.",
-        quantity: "5 deg/s at high gain, total variation of the output (V/s): PD, RI, ROI, DNPF, SRNF",
+        quantity: "5 deg/s at high gain, total variation of the output (V/s): PD, RI, ROI, DNPF, \
+            SRNF",
         measure: |e| high(e, "", |m| m.control_total_variation_v_per_s),
         holds: Above(10.0),
         remark: "Without a sample of computation delay.",

@@ -64,7 +64,8 @@ pub(super) const INTEGRALS: &[Claim] = &[
     },
     Claim {
         source: "Section 3.3.3",
-        says: "The integral does not wind down fast enough once stick friction is overcome: it overshoots the more, the larger the drop.",
+        says: "The integral does not wind down fast enough once stick friction is overcome: it \
+            overshoots the more, the larger the drop.",
         quantity: "peak to peak with Ts = 0.50 V by that with 0.40 V",
         measure: |e| ratios(hunting(e, "ri-larger-drop", "ri"), hunting(e, "long", "ri")),
         holds: Above(1.5),
@@ -95,7 +96,8 @@ pub(super) const INTEGRALS: &[Claim] = &[
     Claim {
         source: "Section 3.3.3",
         says: "Too high an integral gain makes regulating oscillate.",
-        quantity: "peak to peak in the second minute with Ki = 40 by that with 4 V/(deg s): 5, 2.5 and 1 deg step",
+        quantity: "peak to peak in the second minute with Ki = 40 by that with 4 V/(deg s): 5, 2.5 \
+            and 1 deg step",
         measure: |e| ratios(hunting(e, "ri-fast-step", "ri"), hunting(e, "long", "ri")),
         holds: Above(2.0),
         remark: "",

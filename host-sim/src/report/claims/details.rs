@@ -24,7 +24,8 @@ pub(super) const CLAIMS: &[Claim] = &[
     },
     Claim {
         source: "Section 2.3.1.2",
-        says: "The block's largest velocity under the triangle wave is slightly larger than 0.1 m/s.",
+        says: "The block's largest velocity under the triangle wave is slightly larger than 0.1 \
+            m/s.",
         quantity: "largest speed (m/s)",
         measure: |e| Some(vec![*e.lab("triangle/karnopp")?.metrics.max_speed.first()?]),
         holds: Between(0.1, 0.15),
@@ -48,7 +49,8 @@ pub(super) const CLAIMS: &[Claim] = &[
     },
     Claim {
         source: "Section 2.3.2.1, Fig. 18",
-        says: "On sticking the friction starts with a spike and oscillates about zero before it settles.",
+        says: "On sticking the friction starts with a spike and oscillates about zero before it \
+            settles.",
         quantity: "smallest friction within 0.1 s of the first stick, by F_s",
         measure: |e| {
             let result = e.lab("square/ri")?;
@@ -96,7 +98,8 @@ pub(super) const CLAIMS: &[Claim] = &[
     Claim {
         source: "Section 2.3.1.1",
         says: "A smaller D_v makes the block rest less long, and creep less while it does.",
-        quantity: "with D_v = 0.0001 m/s by that with 0.001: time within the band, speed at 8 s (steps of 10 \u{b5}s)",
+        quantity: "with D_v = 0.0001 m/s by that with 0.001: time within the band, speed at 8 s \
+            (steps of 10 \u{b5}s)",
         measure: |e| {
             let rest = |name| {
                 let result = e.lab(name)?;
@@ -112,7 +115,8 @@ pub(super) const CLAIMS: &[Claim] = &[
     },
     Claim {
         source: "Section 2.3.2.2, Fig. 19",
-        says: "Under the triangle wave the Reset Integrator's friction follows the force accurately until it breaks away.",
+        says: "Under the triangle wave the Reset Integrator's friction follows the force \
+            accurately until it breaks away.",
         quantity: "largest difference of friction and force before the first break, by F_s",
         measure: |e| {
             let result = e.lab("triangle/ri")?;
@@ -127,7 +131,8 @@ pub(super) const CLAIMS: &[Claim] = &[
     Claim {
         source: "Section 2.3.2.2, Fig. 19",
         says: "Its transition from slip to stick is less smooth than that from stick to slip.",
-        quantity: "largest jump of the friction within 20 ms of the first stick, by that of the first break",
+        quantity: "largest jump of the friction within 20 ms of the first stick, by that of the \
+            first break",
         measure: |e| {
             let result = e.lab("triangle/ri")?;
             let range = |kind| {

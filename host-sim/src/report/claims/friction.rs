@@ -100,8 +100,8 @@ pub(super) fn accelerations_at_rest(evidence: &Evidence, name: &str) -> Option<V
     Some((0..result.metrics.breaks.len()).map(of).collect())
 }
 
-/// How often each friction is found on its other side, of the samples in which all bodies are in their bands and it has
-/// the size of a level (`stick` or `slip`) at least.
+/// How often each friction is found on its other side, of the samples in which all bodies are in
+/// their bands and it has the size of a level (`stick` or `slip`) at least.
 pub(super) fn changes_of_side(evidence: &Evidence, name: &str, level: &str) -> Option<Vec<f64>> {
     let result = evidence.lab(name)?;
     let levels = levels(result, level);
@@ -122,8 +122,8 @@ pub(super) fn miss(evidence: &Evidence, name: &str, from: &str) -> Option<f64> {
     Some(pairs.map(|(a, b)| (a - b).powi(2)).sum::<f64>().sqrt())
 }
 
-/// How long a body's friction swings after each stop, until it stays within 5 % of F_s of the force that it holds, as a
-/// part of the stay at rest; of stays that end within the run.
+/// How long a body's friction swings after each stop, until it stays within 5 % of F_s of the force
+/// that it holds, as a part of the stay at rest; of stays that end within the run.
 pub(super) fn swings(evidence: &Evidence, name: &str) -> Option<Vec<f64>> {
     let result = evidence.lab(name)?;
     let margin = 0.05 * levels(result, "stick").first()?;

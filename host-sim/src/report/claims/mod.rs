@@ -1,7 +1,7 @@
 //! What the thesis says, what we measure, and whether it holds.
 //!
-//! A claim names its source, a quantity, how that is measured in the runs of the report and a criterion. The
-//! verdict follows from the measurement; nothing here says what it is to be.
+//! A claim names its source, a quantity, how that is measured in the runs of the report and a
+//! criterion. The verdict follows from the measurement; nothing here says what it is to be.
 
 mod chapter2;
 mod chapter3;

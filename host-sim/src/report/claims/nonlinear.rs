@@ -61,7 +61,8 @@ pub(super) const CLAIMS: &[Claim] = &[
         quantity: "error at rest (counts)",
         measure: |e| rest(e, "dnpf").map(|all| all.into_iter().take(1).collect()),
         holds: Above(2.0),
-        remark: "On our joint theta_b = 0.40 V/Kp just overcomes Ts = 0.40 V: the D/A rounds it to 0.40016 V.",
+        remark: "On our joint theta_b = 0.40 V/Kp just overcomes Ts = 0.40 V: the D/A rounds it to \
+            0.40016 V.",
     },
     Claim {
         source: "Section 3.3.7",

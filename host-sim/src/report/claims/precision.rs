@@ -1,5 +1,6 @@
-//! The Reset Integrator on the spring-mass in single and in double precision (thesis section 2.2.1.1): the same
-//! program twice, classical Runge-Kutta steps, Tables 1 and 2. Everywhere else the friction lab computes in `f64`.
+//! The Reset Integrator on the spring-mass in single and in double precision (thesis section
+//! 2.2.1.1): the same program twice, classical Runge-Kutta steps, Tables 1 and 2. Everywhere else
+//! the friction lab computes in `f64`.
 
 /// The largest friction within 20 ms of each time that the block comes to rest.
 macro_rules! peaks {
@@ -71,14 +72,15 @@ pub(super) fn unevenness() -> [f64; 2] {
 mod tests {
     use super::*;
 
-    /// Six stops in 5 s, by the closed form of the staircase; each begins at F_s, less what the bristle gives back in the
-    /// step in which it stops: h |v'| beta with |v'| = 2 (F_s - F_d) / m.
+    /// Six stops in 5 s, by the closed form of the staircase; each begins at F_s, less what the
+    /// bristle gives back in the step in which it stops: h |v'| beta with |v'| = 2 (F_s - F_d) / m.
     ///
-    /// How much of that is lost depends on where in its step a stop falls. In double precision that is nearly the same
-    /// place each time, since a slip begins at the end of a step: with up to h K V_o more than F_s, and the closed form
-    /// of its length, 2/w (pi - atan u) with u = (F_s - F_d) w / (K V_o), falls by 2 h / (1 + u^2) with that. In single
-    /// precision it is a matter of chance: at rest x creeps by 8e-10 m a step, less than two units of its last place
-    /// (4.7e-10 m from 4 mm up), so that rounding moves a break by whole steps.
+    /// How much of that is lost depends on where in its step a stop falls. In double precision that
+    /// is nearly the same place each time, since a slip begins at the end of a step: with up to h K
+    /// V_o more than F_s, and the closed form of its length, 2/w (pi - atan u) with u = (F_s - F_d)
+    /// w / (K V_o), falls by 2 h / (1 + u^2) with that. In single precision it is a matter of
+    /// chance: at rest x creeps by 8e-10 m a step, less than two units of its last place (4.7e-10 m
+    /// from 4 mm up), so that rounding moves a break by whole steps.
     #[test]
     fn peaks_are_uniform_in_double_precision_and_not_in_single() {
         let most_lost = 1e-4 * (2.0 * 0.05 / 0.1) * 30.0;
@@ -90,7 +92,8 @@ mod tests {
         let u = 0.05 * (100.0_f64 / 0.1).sqrt() / (100.0 * 0.002);
         let of_a_step = 2.0 / (1.0 + u * u);
         assert!(double < 1.0 + of_a_step * most_lost / (0.25 - most_lost), "{double}");
-        // Six places by chance are all within three tenths of a step once in ninety: 6 * 0.3^5 - 5 * 0.3^6 = 0.011.
+        // Six places by chance are all within three tenths of a step once in ninety:
+        // 6 * 0.3^5 - 5 * 0.3^6 = 0.011.
         assert!(single > 1.0 + 0.3 * most_lost / 0.25, "{single}");
     }
 }

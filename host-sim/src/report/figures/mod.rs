@@ -16,7 +16,8 @@ const AXIS: [&str; 5] =
 
 /// One drawing of a figure.
 pub struct Drawing {
-    /// Name of its files, without an ending: `figure-26-46`, and `figure-26-46-b` for a second drawing.
+    /// Name of its files, without an ending: `figure-26-46`, and `figure-26-46-b` for a second
+    /// drawing.
     pub stem: String,
     /// What to draw.
     pub figure: Figure,

@@ -4,16 +4,16 @@
 //! minimise  1/2 v' M v - p' v + sum_i L_i |v_i|
 //! ```
 //!
-//! Its condition is `p - M v` in `L_i Sgn(v_i)`: momenta p, impulses of friction of at most L_i = h F_i. Coordinate
-//! descent,
+//! Its condition is `p - M v` in `L_i Sgn(v_i)`: momenta p, impulses of friction of at most L_i = h
+//! F_i. Coordinate descent,
 //!
 //! ```text
 //! v_i = soft(p_i - sum_(j != i) M_ij v_j, L_i) / M_ii,    soft(x, L) = sgn(x) max(|x| - L, 0)
 //! ```
 //!
-//! converges for every M that is symmetric and positive definite, with strong coupling slowly (by a factor of 0.8 a
-//! sweep for the thesis's arm). But who sticks and who slips is settled long before; so the linear system of that mode
-//! is tried first, and its solution is exact.
+//! converges for every M that is symmetric and positive definite, with strong coupling slowly (by a
+//! factor of 0.8 a sweep for the thesis's arm). But who sticks and who slips is settled long
+//! before; so the linear system of that mode is tried first, and its solution is exact.
 
 use super::super::linear::solve;
 use super::super::modes::Mode;
@@ -105,7 +105,11 @@ mod tests {
             assert_eq!((found, far), (consistent[0], consistent[0]));
             stuck[found.iter().filter(|v| **v == 0.0).count()] += 1;
         }
-        assert!(stuck.iter().all(|count| *count > 0), "every number of stuck bodies was tried: {stuck:?}");
+        assert!(
+            stuck.iter().all(|count| *count > 0),
+            "every number of stuck bodies was tried: \
+            {stuck:?}"
+        );
     }
 
     /// The minimiser has no better neighbour: a check that knows nothing of modes.

@@ -1,21 +1,24 @@
-//! Time stepping without located events (`nonsmooth`): backward Euler, with the friction of all bodies at the end of the
-//! step found together with their velocities there.
+//! Time stepping without located events (`nonsmooth`): backward Euler, with the friction of all
+//! bodies at the end of the step found together with their velocities there.
 //!
 //! ```text
 //! q+ = q + h v+
 //! M(q+) (v+ - v) = h (f(t + h, q+, v+) - F+),    F+ in the friction law at v+
 //! ```
 //!
-//! For set-valued friction ([`run`]) and given f that is a convex problem whose minimiser is at rest in exactly v = 0;
-//! for friction with an internal state or a smoothed sign ([`run_implicit`]) an equation that is monotone in v+. f is
-//! brought to the end of the step by repetition; each pass is one evaluation, and a few do.
+//! For set-valued friction ([`run`]) and given f that is a convex problem whose minimiser is at
+//! rest in exactly v = 0; for friction with an internal state or a smoothed sign ([`run_implicit`])
+//! an equation that is monotone in v+. f is brought to the end of the step by repetition; each pass
+//! is one evaluation, and a few do.
 //!
-//! Guarantees: no step is too long for a friction's stiffness, and none is spent on events, however many there are.
-//! Errors fall like h, also across events; those are reported at the end of the step that they are in.
+//! Guarantees: no step is too long for a friction's stiffness, and none is spent on events, however
+//! many there are. Errors fall like h, also across events; those are reported at the end of the
+//! step that they are in.
 //!
-//! Does badly: accuracy, against the exact solver; the mechanism's own springs, whose period must be longer than about
-//! six steps; what is taken at the begin of the step. That is the speed in the level of friction, so that h must be
-//! well below `m v_s / (F_s - F_d)`, and for set-valued friction below `m / sigma2` as well.
+//! Does badly: accuracy, against the exact solver; the mechanism's own springs, whose period must
+//! be longer than about six steps; what is taken at the begin of the step. That is the speed in the
+//! level of friction, so that h must be well below `m v_s / (F_s - F_d)`, and for set-valued
+//! friction below `m / sigma2` as well.
 
 mod convex;
 mod implicit;
@@ -23,7 +26,7 @@ mod monotone;
 mod set_valued;
 
 use super::state::{BodyEvent, Finish, Observer, Sample};
-use super::storm::Storm;
+use super::zeno_guard::ZenoGuard;
 use super::{EventKind, Trouble};
 use crate::friction::{Implicit, SetValued};
 use crate::mechanism::Mechanism;
@@ -34,11 +37,12 @@ const MAX_PASSES: u32 = 60;
 /// When a pass has changed nothing: velocities, relative to what the step does to them.
 const SAME: f64 = 1e-12;
 
-/// Runs a mechanism with set-valued friction from rest, in steps of at most `step_s` that end at the corners of its
-/// drive.
+/// Runs a mechanism with set-valued friction from rest, in steps of at most `step_s` that end at
+/// the corners of its drive.
 ///
-/// Who is at rest breaks away above F_s; who moves has the friction of the speed at the begin of the step, so that the
-/// problem stays convex, and comes to rest if it cannot pass zero against F_s.
+/// Who is at rest breaks away above F_s; who moves has the friction of the speed at the begin of
+/// the step, so that the problem stays convex, and comes to rest if it cannot pass zero against
+/// F_s.
 ///
 /// # Errors
 /// If the mechanism's forces are too stiff for the step, or events do not end: with time and state.
@@ -120,13 +124,14 @@ struct Run<'a, const N: usize, M: ?Sized, L, O> {
     slip: [i8; N],
     evaluations: u64,
     steps: u64,
-    storm: Storm,
+    zeno_guard: ZenoGuard,
 }
 
 impl<'a, const N: usize, M: Mechanism<N> + ?Sized, L: Law<N>, O: Observer<N>> Run<'a, N, M, L, O> {
     fn new(mechanism: &'a M, law: L, duration_s: f64, observer: &'a mut O) -> Self {
-        let (q, slip, storm) = (mechanism.start(), law.slip(), Storm::new(duration_s));
-        Self { mechanism, law, observer, t: 0.0, q, v: [0.0; N], slip, evaluations: 0, steps: 0, storm }
+        let (q, slip) = (mechanism.start(), law.slip());
+        let zeno_guard = ZenoGuard::new(duration_s);
+        Self { mechanism, law, observer, t: 0.0, q, v: [0.0; N], slip, evaluations: 0, steps: 0, zeno_guard }
     }
 
     fn finished(mut self, step_s: f64, duration_s: f64) -> Result<Finish<N>, Trouble> {
@@ -195,7 +200,7 @@ impl<'a, const N: usize, M: Mechanism<N> + ?Sized, L: Law<N>, O: Observer<N>> Ru
                 _ => EventKind::Reverse,
             };
             self.observer.event(BodyEvent { time_s: t_end, body, kind });
-            self.storm.count(t_end).map_err(|what| self.trouble(&what, step.h))?;
+            self.zeno_guard.count(t_end).map_err(|what| self.trouble(&what, step.h))?;
         }
         self.slip = slip;
         self.sample(a, friction);

@@ -1,14 +1,17 @@
-//! The equation of a step whose frictions are functions of the velocities at its end, each never falling:
+//! The equation of a step whose frictions are functions of the velocities at its end, each never
+//! falling:
 //!
 //! ```text
 //! M v + h F(v) = p
 //! ```
 //!
-//! It has one solution. Newton's method finds it in a few turns where the frictions are nearly linear; across their
-//! kinks it may cycle. Then a sweep of coordinate descent, which always comes closer, is done between: one body at a
-//! time, the others fixed, which is the same equation in one unknown with a bracket around its solution.
+//! It has one solution. Newton's method finds it in a few turns where the frictions are nearly
+//! linear; across their kinks it may cycle. Then a sweep of coordinate descent, which always comes
+//! closer, is done between: one body at a time, the others fixed, which is the same equation in one
+//! unknown with a bracket around its solution.
 //!
-//! Guarantees: each body's momentum is right to rounding, or the step has no solution here. Nothing less is taken.
+//! Guarantees: each body's momentum is right to rounding, or the step has no solution here. Nothing
+//! less is taken.
 
 use super::super::linear::solve as solve_linear;
 use super::dot;
@@ -16,10 +19,10 @@ use super::dot;
 /// Turns before it is given up.
 const MAX_TURNS: u32 = 1000;
 
-/// Rounding of a residual, relative to the sum of what it is computed from: some forty units of the last place, of which
-/// the products and sums of a row and the friction's own formula take a few each. If it always had the same sign it would
-/// add up to 1e-14/h of the momenta a second, 1e-9 with steps of 10 us, where the method's own error, of the order of h,
-/// is 1e-5.
+/// Rounding of a residual, relative to the sum of what it is computed from: some forty units of the
+/// last place, of which the products and sums of a row and the friction's own formula take a few
+/// each. If it always had the same sign it would add up to 1e-14/h of the momenta a second, 1e-9
+/// with steps of 10 us, where the method's own error, of the order of h, is 1e-5.
 const ROUNDING: f64 = 1e-14;
 
 /// A friction in the equation.
@@ -50,7 +53,8 @@ pub fn solve<const N: usize>(
         let reaction = law(i, v[i]);
         momentum[i].abs() + inertia + h * (reaction.force.abs() + reaction.scale)
     };
-    // By how much the friction differs between the doubles next to v, kinks included: the solution may be between them.
+    // By how much the friction differs between the doubles next to v, kinks included: the solution
+    // may be between them.
     let between = |i: usize, v: f64| h * (law(i, v.next_up()).force - law(i, v.next_down()).force);
     let size = |r: &[f64; N]| -> f64 { (0..N).map(|i| r[i] * r[i] / mass[i][i]).sum() };
     let mut v = *guess;
@@ -88,8 +92,8 @@ pub fn solve<const N: usize>(
     None
 }
 
-/// The solution of `mass v + h F(v) = momentum`. As the left side grows at least like `mass v`, it is no farther from
-/// any v than the residual there over the mass.
+/// The solution of `mass v + h F(v) = momentum`. As the left side grows at least like `mass v`, it
+/// is no farther from any v than the residual there over the mass.
 fn alone(mass: f64, momentum: f64, h: f64, law: impl Fn(f64) -> Reaction, guess: f64) -> f64 {
     let mut v = guess;
     let (mut low, mut high) = (f64::NEG_INFINITY, f64::INFINITY);
@@ -117,7 +121,8 @@ fn alone(mass: f64, momentum: f64, h: f64, law: impl Fn(f64) -> Reaction, guess:
 mod tests {
     use super::*;
 
-    /// Steep steps, far apart from each other and strongly coupled: Newton alone cycles between their flanks.
+    /// Steep steps, far apart from each other and strongly coupled: Newton alone cycles between
+    /// their flanks.
     #[test]
     fn steep_steps_are_solved_to_rounding() {
         let mass = [[5.0, 2.0], [2.0, 1.0]];
@@ -131,15 +136,16 @@ mod tests {
             let v = solve(&mass, &momentum, 1.0, law, &guess).unwrap();
             for i in 0..2 {
                 let left = momentum[i] - dot(&mass[i], &v) - law(i, v[i]).force;
-                // Two doubles with one between them are 2.78e-17 apart at v = 0.1: 2.78e-8 on a slope of 1e9. The
-                // rounding of the rest is less than 1e-12.
+                // Two doubles with one between them are 2.78e-17 apart at v = 0.1: 2.78e-8 on a
+                // slope of 1e9. The rounding of the rest is less than 1e-12.
                 assert!(left.abs() < 2.8e-8, "{v:?} leaves {left:e} for {i}");
             }
         }
     }
 
-    /// Free up to v = 0.1, steep from there: the doubles on both sides of the solution leave something, 5e-9 the one on
-    /// the flat side, where by its slope none should be left, and 1.39e-8 less than that the other.
+    /// Free up to v = 0.1, steep from there: the doubles on both sides of the solution leave
+    /// something, 5e-9 the one on the flat side, where by its slope none should be left, and
+    /// 1.39e-8 less than that the other.
     #[test]
     fn a_solution_at_a_kink_between_two_doubles_is_one_of_the_two() {
         let law = |_, v: f64| {

@@ -5,8 +5,8 @@ use super::super::modes::Mode;
 use super::{Step, convex, dot};
 use crate::friction::SetValued;
 
-/// What is known of a body in a step. A body at rest may start, one that moves may be held or start, and that is all:
-/// a step is decided after finitely many changes.
+/// What is known of a body in a step. A body at rest may start, one that moves may be held or
+/// start, and that is all: a step is decided after finitely many changes.
 #[derive(Clone, Copy, Debug, PartialEq)]
 enum Body {
     /// At rest: friction up to F_s.
@@ -46,8 +46,9 @@ impl<'a, const N: usize, F: SetValued> Law<'a, N, F> {
         std::array::from_fn(|i| h * self.limit(i))
     }
 
-    /// Whether body `i`, which has come to zero velocity, would stay there: 0, or the way it would go. Asked of a step
-    /// in which it is at rest from the begin, as its own deceleration drives the others.
+    /// Whether body `i`, which has come to zero velocity, would stay there: 0, or the way it would
+    /// go. Asked of a step in which it is at rest from the begin, as its own deceleration drives
+    /// the others.
     fn leaves(&self, step: &Step<N>, i: usize, guess: &[f64; N]) -> Option<i8> {
         let momentum = std::array::from_fn(|j| step.momentum[j] - step.mass[j][i] * step.v[i]);
         let mut limits = self.impulses(step.h);

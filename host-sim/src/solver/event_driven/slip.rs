@@ -1,16 +1,16 @@
 //! While at least one body slips: a step, and the first switch in it.
 
-use super::super::between::Between;
+use super::super::dense_output::DenseOutput;
 use super::super::dormand_prince::{Attempt, EVALUATIONS, growth, step};
 use super::super::modes::{Mode, accelerations};
-use super::super::roots::{Quartic, first_fall, slope, through};
+use super::super::roots::{Quartic, first_falling_zero, slope, through};
 use super::super::state::{Observer, Sample, State};
 use super::{BEYOND, Run, Trouble};
 use crate::friction::SetValued;
 use crate::mechanism::Mechanism;
 
 /// A velocity is zero, a reaction at its limit, if off by no more than this part of its size.
-const LOCATED: f64 = 1e-12;
+const LOCATION_TOLERANCE: f64 = 1e-12;
 
 /// Something that happens inside a step.
 #[derive(Clone, Copy, Debug)]
@@ -46,7 +46,7 @@ where
             }
             let end = attempt.end;
             let (a, forces) = self.instant(self.t + h, &end.q, &end.v);
-            let between = Between::new(h, (&self.q, &self.v, &self.a), (&end.q, &end.v, &a));
+            let between = DenseOutput::new(h, (&self.q, &self.v, &self.a), (&end.q, &end.v, &a));
             let Some(switch) = self.first_switch(&between, &forces) else {
                 // A step that an end or a switch cut short says nothing about a longer one.
                 let next = h * growth(attempt.error);
@@ -56,11 +56,12 @@ where
                 return self.arrive(t, &end, a, forces);
             };
             let Some((part, end, a, forces)) = self.locate(&switch, h) else {
-                // The polynomial saw what is not there, or not quite: it sees better in a shorter step.
+                // The polynomial saw what is not there, or not quite: it sees better in a shorter
+                // step.
                 h *= 0.5;
                 continue;
             };
-            let between = Between::new(part * h, (&self.q, &self.v, &self.a), (&end.q, &end.v, &a));
+            let between = DenseOutput::new(part * h, (&self.q, &self.v, &self.a), (&end.q, &end.v, &a));
             let t = self.t + part * h;
             self.samples_between(&between, t);
             self.arrive(t, &end, a, forces)?;
@@ -73,7 +74,7 @@ where
             for i in 0..N {
                 let ahead = f64::from(self.mode[i]);
                 if self.mode[i] != 0
-                    && ahead * self.v[i] <= LOCATED * self.size_v[i]
+                    && ahead * self.v[i] <= LOCATION_TOLERANCE * self.size_v[i]
                     && ahead * self.a[i] < 0.0
                 {
                     self.v[i] = 0.0;
@@ -121,10 +122,10 @@ where
     }
 
     /// The first switch in a step, as its polynomials see it.
-    fn first_switch(&mut self, between: &Between<N>, forces_at_end: &[f64; N]) -> Option<Switch> {
+    fn first_switch(&mut self, between: &DenseOutput<N>, forces_at_end: &[f64; N]) -> Option<Switch> {
         let mut first: Option<Switch> = None;
         let mut consider = |body: usize, breaks: i8, left: Quartic| {
-            if let Some(part) = first_fall(&left)
+            if let Some(part) = first_falling_zero(&left)
                 && first.is_none_or(|first| part < first.part)
             {
                 first = Some(Switch { part, body, breaks, left });
@@ -154,7 +155,8 @@ where
         first
     }
 
-    /// Integrates up to a switch, and there: part of the step, state, accelerations, frictions. None if it is not found.
+    /// Integrates up to a switch, and there: part of the step, state, accelerations, frictions.
+    /// None if it is not found.
     #[allow(clippy::type_complexity)]
     fn locate(&mut self, switch: &Switch, h: f64) -> Option<(f64, State<N, 0>, [f64; N], [f64; N])> {
         let i = switch.body;
@@ -172,11 +174,15 @@ where
                 let limit = BEYOND * self.friction[i].stick();
                 (limit - f64::from(switch.breaks) * forces[i], limit)
             };
-            // Near zero on its way up is no halt: a motion that begins in nothing, over whose growth the polynomial swings.
-            if switch.breaks == 0 && left.abs() <= LOCATED * size && f64::from(self.mode[i]) * a[i] > 0.0 {
+            // Near zero on its way up is no halt: a motion that begins in nothing, over whose
+            // growth the polynomial swings.
+            if switch.breaks == 0
+                && left.abs() <= LOCATION_TOLERANCE * size
+                && f64::from(self.mode[i]) * a[i] > 0.0
+            {
                 return None;
             }
-            if left.abs() <= LOCATED * size {
+            if left.abs() <= LOCATION_TOLERANCE * size {
                 return Some((part, end, a, forces));
             }
             let steep = slope(&switch.left, part);
@@ -191,7 +197,7 @@ where
         None
     }
 
-    fn samples_between(&mut self, between: &Between<N>, until_s: f64) {
+    fn samples_between(&mut self, between: &DenseOutput<N>, until_s: f64) {
         if !O::SAMPLES {
             return;
         }

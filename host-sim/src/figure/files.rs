@@ -1,17 +1,18 @@
-//! Figures as files.
+//! Figures as files: SVG and PNG.
 
 use std::path::Path;
 
 #[cfg(feature = "figures")]
 use rayon::prelude::*;
 
-use super::prepare_directory;
-#[cfg(feature = "figures")]
-use super::write_whole;
+use super::NamedFigure;
 use crate::error::Error;
-use crate::figure::NamedFigure;
+use crate::output::prepare_directory;
+#[cfg(feature = "figures")]
+use crate::output::write_whole;
 
-/// Makes the directory for figures: what would keep them from being written is found out before the work is done.
+/// Makes the directory for figures: what would keep them from being written is found out before the
+/// work is done.
 ///
 /// # Errors
 /// Names the path, or says that nothing here can draw.
@@ -29,7 +30,8 @@ pub fn write_figures(directory: &Path, _: &[NamedFigure]) -> Result<(), Error> {
     Err(crate::error::not_built(&option, "what draws them is", "figures"))
 }
 
-/// Pixels of the PNG for each unit of the SVG: 1800 pixels wide, 300 to the inch on a six inch column.
+/// Pixels of the PNG for each unit of the SVG: 1800 pixels wide, 300 to the inch on a six inch
+/// column.
 #[cfg(feature = "figures")]
 const SCALE: f32 = 2.0;
 
@@ -47,8 +49,7 @@ pub fn write_figures(directory: &Path, figures: &[NamedFigure]) -> Result<(), Er
     let drawn: Vec<(String, Vec<u8>)> = figures
         .par_iter()
         .map(|named| {
-            draw(named)
-                .map_err(|error: crate::figure::Error| Error::Figure(format!("`{}`: {error}", named.stem)))
+            draw(named).map_err(|error: super::Error| Error::Figure(format!("`{}`: {error}", named.stem)))
         })
         .collect::<Result<_, _>>()?;
     for (named, (svg, png)) in figures.iter().zip(&drawn) {

@@ -1,21 +1,22 @@
 //! While all bodies stick: when does the first reaction reach its limit?
 //!
-//! Positions stay, velocities are zero, so each reaction is a function of time alone: the force on its coordinate. It
-//! is taken as a polynomial through five values over a stretch that is halved until two more values agree with it.
+//! Positions stay, velocities are zero, so each reaction is a function of time alone: the force on
+//! its coordinate. It is taken as a polynomial through five values over a stretch that is halved
+//! until two more values agree with it.
 
 use super::super::modes::{Mode, accelerations};
-use super::super::roots::{Quartic, first_fall, slope, through, value};
+use super::super::roots::{Quartic, first_falling_zero, slope, through, value};
 use super::super::state::{Observer, Sample};
 use super::{BEYOND, Run, Trouble};
 use crate::friction::SetValued;
 use crate::mechanism::Mechanism;
 
-/// How far polynomial and force may differ, as a part of the largest friction at rest, where the limit is far: it only
-/// has to see that.
+/// How far polynomial and force may differ, as a part of the largest friction at rest, where the
+/// limit is far: it only has to see that.
 const AGREEMENT: f64 = 1e-4;
 
-/// From this part of the limit on, the polynomial decides whether a body breaks away at all, and has to be as good as
-/// the answer: a hundredth of the tolerance.
+/// From this part of the limit on, the polynomial decides whether a body breaks away at all, and
+/// has to be as good as the answer: a hundredth of the tolerance.
 const NEAR: f64 = 0.99;
 
 /// Points of a stretch at which a polynomial is looked at for [`NEAR`].
@@ -35,15 +36,22 @@ where
             let to_end = stretch >= end_s - self.t;
             stretch = stretch.min(end_s - self.t);
             let Some(reactions) = self.reactions(stretch) else {
-                stretch =
-                    self.shorter(stretch, "the force on bodies at rest jumps where no corner is named")?;
+                stretch = self.shorter(
+                    stretch,
+                    "the force on bodies at rest jumps where no corner is \
+                        named",
+                )?;
                 continue;
             };
             if let Some((part, body, sign)) = self.first_break(&reactions) {
                 let Some(broken_s) = self.locate_break(&reactions[body], part, stretch, body, sign) else {
-                    // The polynomial saw what is not there, or not quite: it sees better in a shorter stretch.
-                    stretch =
-                        self.shorter(stretch, "the instant at which a body breaks away is not found")?;
+                    // The polynomial saw what is not there, or not quite: it sees better in a
+                    // shorter stretch.
+                    stretch = self.shorter(
+                        stretch,
+                        "the instant at which a body breaks away is not \
+                            found",
+                    )?;
                     continue;
                 };
                 self.wait(broken_s);
@@ -97,7 +105,7 @@ where
             for sign in [1_i8, -1] {
                 let mut left = reaction.map(|c| -f64::from(sign) * c);
                 left[0] += self.friction[body].stick();
-                if let Some(part) = first_fall(&left)
+                if let Some(part) = first_falling_zero(&left)
                     && first.is_none_or(|(earliest, ..)| part < earliest)
                 {
                     first = Some((part, body, sign));
@@ -107,8 +115,9 @@ where
         first
     }
 
-    /// The instant at which the force itself reaches the limit: by Newton with the polynomial's slope, between instants
-    /// at which it is known to be below and above. None if the force is not where the polynomial has it.
+    /// The instant at which the force itself reaches the limit: by Newton with the polynomial's
+    /// slope, between instants at which it is known to be below and above. None if the force is not
+    /// where the polynomial has it.
     fn locate_break(
         &mut self,
         reaction: &Quartic,

@@ -1,19 +1,21 @@
-//! The exact solver for single-valued friction: smooth pieces, whose ends are located.
+//! Event-driven integration with single-valued friction, which is smooth piece by piece.
 //!
-//! As [`super::located`], with the friction's own states among the unknowns: a pair of order 8(5,3) with error control,
-//! polynomials of the functions that end a piece, Newton's method on the integrated motion. A model without pieces is
-//! followed through its kinks by the error control alone, and its breaks and sticks are told at the ends of steps.
+//! It works as [`super::event_driven`] does, with the friction's own states among the unknowns: a
+//! pair of order 8(5,3) with error control, polynomials of the functions that end a piece, Newton's
+//! method on the integrated motion. A model without pieces is followed through its kinks by the
+//! error control alone, and its breaks and sticks are told at the ends of steps.
 //!
-//! Does badly: stiff models (a bristle of `k` on a mass `m` takes a step each `1/sqrt(k/m)` or so, whatever the tolerance).
+//! Does badly: stiff models. A bristle of `k` on a mass `m` takes a step each `1/sqrt(k/m)` or so,
+//! whatever the tolerance.
 // One index goes through several arrays of bodies at once.
 #![allow(clippy::needless_range_loop)]
 
-use super::between::state_between;
+use super::dense_output::state_between;
 use super::dormand_prince::{EVALUATIONS, growth, step};
 use super::dynamics::{Rates, direction, rates_in};
-use super::roots::{Quartic, first_fall, slope, through};
+use super::roots::{Quartic, first_falling_zero, slope, through};
 use super::state::{BodyEvent, Finish, Observer, Sample, State};
-use super::storm::Storm;
+use super::zeno_guard::ZenoGuard;
 use super::{EventKind, Trouble};
 use crate::friction::SingleValued;
 use crate::mechanism::Mechanism;
@@ -21,15 +23,18 @@ use crate::mechanism::Mechanism;
 /// Steps before a run is given up: half a minute of work.
 const MAX_STEPS: u64 = 2_000_000;
 
-/// What ends a piece is zero if off by no more than this part of its largest value on the step.
-const LOCATED: f64 = 1e-12;
+/// The event function of a piece counts as zero if it is off by no more than this part of its
+/// largest value on the step.
+const LOCATION_TOLERANCE: f64 = 1e-12;
 
-/// What positions and velocities are measured by at rest where the friction has no deflection, in SI.
+/// What positions and velocities are measured by at rest where the friction has no deflection, in
+/// SI.
 const LEAST: f64 = 1e-9;
 
 /// Runs a mechanism with single-valued friction from rest.
 ///
-/// `tolerance` bounds each step's error, relative to the largest value that a coordinate, velocity or state has had.
+/// `tolerance` bounds each step's error, relative to the largest value that a coordinate, velocity
+/// or state has had.
 ///
 /// # Errors
 /// If steps underflow or events do not end: with time and state.
@@ -48,7 +53,8 @@ where
     let state = State { q: mechanism.start(), ..State::ZERO };
     let pieces = std::array::from_fn(|i| friction[i].piece(0.0, &state.z[i]));
     let z = std::array::from_fn(|i| friction[i].state_scale());
-    // A body that has not moved yet is measured by its friction's deflection, and by that in a second.
+    // A body that has not moved yet is measured by its friction's deflection, and by that in a
+    // second.
     let least = z.map(|scale: [f64; Z]| scale.iter().fold(LEAST, |least, z| least.max(*z)));
     let size = State { q: std::array::from_fn(|i| least[i].max(state.q[i].abs())), v: least, z };
     let now = rates_in(mechanism, friction, &pieces, 0.0, &state);
@@ -67,7 +73,7 @@ where
         last_s: duration_s,
         evaluations: 1,
         steps: 0,
-        storm: Storm::new(duration_s),
+        zeno_guard: ZenoGuard::new(duration_s),
     };
     while run.t < duration_s && run.state.is_finite() {
         let corner_s = mechanism.next_corner(run.t);
@@ -101,7 +107,7 @@ struct Run<'a, const N: usize, const Z: usize, M: ?Sized, F, O> {
     last_s: f64,
     evaluations: u64,
     steps: u64,
-    storm: Storm,
+    zeno_guard: ZenoGuard,
 }
 
 /// The end of a piece inside a step.
@@ -120,7 +126,8 @@ where
     F: SingleValued<Z>,
     O: Observer<N>,
 {
-    /// Rates anew, after a jump of the forces or another piece, and what they make of sticking and slipping.
+    /// Rates anew, after a jump of the forces or another piece, and what they make of sticking and
+    /// slipping.
     fn refresh(&mut self) -> Result<(), Trouble> {
         self.now = self.rates(self.t, &self.state.clone());
         self.tell()?;
@@ -171,7 +178,7 @@ where
             };
             self.arrive(self.t + part * h, part * h, end, then)?;
             let i = found.body;
-            if self.state.v[i].abs() <= LOCATED * self.size.v[i] {
+            if self.state.v[i].abs() <= LOCATION_TOLERANCE * self.size.v[i] {
                 self.state.v[i] = 0.0;
             }
             let v = self.state.v[i];
@@ -197,7 +204,8 @@ where
         for body in 0..N {
             let (v, z) = (self.state.v[body], &self.state.z[body]);
             let slips = self.friction[body].slips(self.pieces[body], v, z);
-            // At the very instant at which a piece begins the velocity may be zero: it goes where the piece does.
+            // At the very instant at which a piece begins the velocity may be zero: it goes where
+            // the piece does.
             let way = if v == 0.0 { direction(self.now.rates.v[body]) } else { direction(v) };
             let slip = if slips { way } else { 0 };
             let kind = match (self.slip[body], slip) {
@@ -208,7 +216,7 @@ where
             };
             self.slip[body] = slip;
             self.observer.event(BodyEvent { time_s: self.t, body, kind });
-            self.storm.count(self.t).map_err(|what| self.trouble(&what))?;
+            self.zeno_guard.count(self.t).map_err(|what| self.trouble(&what))?;
         }
         Ok(())
     }
@@ -226,7 +234,7 @@ where
                     continue;
                 }
                 let left = through(&values);
-                if let Some(part) = first_fall(&left)
+                if let Some(part) = first_falling_zero(&left)
                     && first.is_none_or(|first| part < first.part)
                 {
                     let size = values.iter().fold(0.0_f64, |size, x| size.max(x.abs()));
@@ -245,7 +253,7 @@ where
             let i = found.body;
             let left = self.friction[i].ends(self.pieces[i], end.v[i], &end.z[i])[found.number];
             let steep = slope(&found.left, part);
-            if left.abs() <= LOCATED * found.size || (part == 0.0 && steep <= 0.0) {
+            if left.abs() <= LOCATION_TOLERANCE * found.size || (part == 0.0 && steep <= 0.0) {
                 let then = self.rates(self.t + part * h, &end);
                 return Some((part, end, then));
             }

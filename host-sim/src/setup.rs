@@ -1,5 +1,5 @@
-//! The file of a friction experiment. Every key carries its unit; where a mechanism turns, `_n` reads `_nm`, `_m` reads
-//! `_rad`.
+//! The file of a friction experiment. Every key carries its unit; where a mechanism turns, `_n`
+//! reads `_nm`, `_m` reads `_rad`.
 
 use serde::{Deserialize, Serialize};
 
@@ -229,8 +229,8 @@ pub enum Model {
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum SolverName {
-    /// Error-controlled. Of set-valued friction and the Reset Integrator every switch is located; the other models have
-    /// none that is sharp, and their events are told at the ends of steps.
+    /// Error-controlled. Of set-valued friction and the Reset Integrator every switch is located;
+    /// the other models have none that is sharp, and their events are told at the ends of steps.
     #[default]
     Exact,
     /// Fixed step.

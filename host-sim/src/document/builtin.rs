@@ -2,12 +2,12 @@
 
 use crate::error::{Error, suggestion};
 
-/// A built-in experiment.
+/// An experiment of the thesis that is part of the program.
 #[derive(Clone, Copy, Debug)]
 pub struct Builtin {
-    /// Its name on the command line.
+    /// The name of the experiment on the command line.
     pub name: &'static str,
-    /// Its file.
+    /// The text of its file.
     pub toml: &'static str,
 }
 
@@ -17,7 +17,7 @@ macro_rules! builtin {
     };
 }
 
-/// Every built-in experiment, in the thesis's order.
+/// Lists every built-in experiment, in the thesis's order.
 pub const fn builtins() -> &'static [Builtin] {
     &[
         builtin!("spring-mass"),
@@ -38,7 +38,7 @@ pub const fn builtins() -> &'static [Builtin] {
     ]
 }
 
-/// A built-in experiment by its name.
+/// Finds a built-in experiment by its name.
 ///
 /// # Errors
 /// Names the nearest one.

@@ -1,8 +1,8 @@
 //! The flash image on the emulated board, around the joint of a machine's file, at the other end of its own USART.
 //!
 //! Time passes while the client waits, and at no other time, so that every session is the same to the instruction. It is
-//! that of a lockstep ([`Rig`](crate::emulator::rig)): the joint does what it does around a
-//! [simulated device](super::simulated), to the bit, if what is asked of both is asked between the same two ticks. What is
+//! that of a lockstep ([`Rig`](super::rig)): the joint does what it does around a
+//! [simulated device](crate::device::simulated), to the bit, if what is asked of both is asked between the same two ticks. What is
 //! between is real: the wire's 11 us a byte, and the instructions that the firmware takes to answer.
 
 use std::path::{Path, PathBuf};
@@ -12,13 +12,13 @@ use std::time::{Duration, Instant};
 use stiction::link::Refused;
 use stiction::parameters::ROOM;
 
-use super::wire::{AWAY, Wire};
-use crate::emulator::FirmwareImage;
-use crate::emulator::board::Fitted;
-use crate::emulator::powered::Powered;
-use crate::emulator::runs::DEFAULT_IMAGE;
+use super::FirmwareImage;
+use super::board::Fitted;
+use super::powered::Powered;
+use super::runs::DEFAULT_IMAGE;
+use crate::device::wire::{AWAY, Wire};
 use crate::error::Error;
-use crate::experiment::RunPlan;
+use crate::experiment::{RunPlan, parameters};
 
 /// Of every output of an emulated device.
 pub const EMULATED: &str = "EMULATED DEVICE: no motor moves or stops.";
@@ -55,7 +55,7 @@ impl EmulatedWire {
     /// # Errors
     /// Names a value of the plan that is not allowed.
     pub fn with(image: &Arc<FirmwareImage>, plan: &RunPlan) -> Result<Self, Error> {
-        let mut parameters = super::parameters(plan)?;
+        let mut parameters = parameters(plan)?;
         parameters.device.autostart = false;
         let mut room = [0; ROOM];
         let record = parameters.encode(1, &mut room).unwrap_or_default();

@@ -1,10 +1,12 @@
 //! The classical Runge-Kutta method with a fixed step (`rk4`).
 //!
-//! Steps are split evenly between the corners of the mechanism's drive. Nothing else is located: a switch of friction
-//! is noticed at the end of the step in which it happens, and the step's order is lost there.
+//! Steps are split evenly between the corners of the mechanism's drive. Nothing else is located: a
+//! switch of friction is noticed at the end of the step in which it happens, and the step's order
+//! is lost there.
 //!
-//! Does badly: Karnopp's band must be wider than what a step does to a velocity, or the body jumps over it and creeps; the
-//! Reset Integrator wants steps of 1e-4 s (springs) or 1e-5 s (arms) to be stable.
+//! Does badly: Karnopp's band must be wider than what a step does to a velocity, or the body jumps
+//! over it and creeps; the Reset Integrator wants steps of 1e-4 s (springs) or 1e-5 s (arms) to be
+//! stable.
 
 use super::Trouble;
 use super::dynamics::Dynamics;
@@ -14,7 +16,8 @@ use super::state::{Finish, Observer};
 /// Runs a differential equation for `duration_s` with steps of at most `step_s`.
 ///
 /// # Errors
-/// If events do not end: with time and state. A state that is no longer finite ends the run, and is no error.
+/// If events do not end: with time and state. A state that is no longer finite ends the run, and is
+/// no error.
 pub fn run<const N: usize, const Z: usize, D: Dynamics<N, Z>, O: Observer<N>>(
     dynamics: &mut D,
     step_s: f64,

@@ -1,4 +1,4 @@
-//! A step seen from inside: polynomials between its two ends.
+//! Dense output: the motion inside of a step, as polynomials between its two ends.
 // One index goes through several arrays of bodies at once.
 #![allow(clippy::needless_range_loop)]
 
@@ -6,7 +6,7 @@ use super::roots::{Quartic, value};
 use super::state::State;
 
 /// A step between its two ends, in parts of its length.
-pub struct Between<const N: usize> {
+pub struct DenseOutput<const N: usize> {
     /// Length of the step.
     pub h: f64,
     q0: [f64; N],
@@ -14,11 +14,12 @@ pub struct Between<const N: usize> {
     pub v: [Quartic; N],
 }
 
-impl<const N: usize> Between<N> {
+impl<const N: usize> DenseOutput<N> {
     /// From positions, velocities and accelerations at both ends.
     pub fn new(h: f64, (q0, v0, a0): Instant<'_, N>, (q1, v1, a1): Instant<'_, N>) -> Self {
         let v = std::array::from_fn(|i| {
-            // Cubic Hermite from velocities and accelerations, and a fourth power that makes the way right.
+            // Cubic Hermite from velocities and accelerations, and a fourth power that makes the
+            // way right.
             let rise = v1[i] - v0[i];
             let (c2, c3) = (3.0 * rise - h * (2.0 * a0[i] + a1[i]), h * (a0[i] + a1[i]) - 2.0 * rise);
             let way = (q1[i] - q0[i]) / h - 0.5 * (v0[i] + v1[i]) - h * (a0[i] - a1[i]) / 12.0;
@@ -53,7 +54,7 @@ pub fn state_between<const N: usize, const Z: usize>(
     part: f64,
 ) -> State<N, Z> {
     let begin = (&from.q, &from.v, &from_rates.v);
-    let (q, v) = Between::new(h, begin, (&to.q, &to.v, &to_rates.v)).at(part);
+    let (q, v) = DenseOutput::new(h, begin, (&to.q, &to.v, &to_rates.v)).at(part);
     let mut z = from.z;
     for i in 0..N {
         for j in 0..Z {

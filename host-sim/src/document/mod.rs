@@ -1,6 +1,13 @@
-//! A machine's or friction experiment's TOML as text: reading it, setting keys in it, and saying what is wrong with it.
+//! A machine's or friction experiment's TOML as text: reading it, setting keys in it, and saying
+//! what is wrong with it.
+//!
+//! What its tables mean stands in [`crate::machine`] and [`crate::setup`]; what is run of them, in
+//! [`crate::experiment`] and [`crate::lab`].
 
-use std::fmt;
+mod builtin;
+mod origin;
+mod wording;
+
 use std::fs::File;
 use std::io::{self, Read};
 use std::path::Path;
@@ -8,12 +15,15 @@ use std::path::Path;
 use serde::de::DeserializeOwned;
 use toml::{Table, Value};
 
-use super::builtin;
+pub use self::builtin::{Builtin, builtins, find};
+pub use self::origin::{Origin, within};
+use self::wording::{brief, refused, syntax};
 use crate::error::{Error, suggestion_or_all};
-use crate::lab::Setup;
 use crate::machine::Machine;
+use crate::setup::Setup;
 
-/// A machine's file has a few kilobytes; a device or a recording that was given by mistake may have no end.
+/// A machine's file has a few kilobytes; a device or a recording that was given by mistake may have
+/// no end.
 const MAX_BYTES: u64 = 1 << 20;
 
 /// Longer names leave a table of 80 columns no room for its numbers.
@@ -25,25 +35,14 @@ const HOW_TO_SET: &str = "write it as table.key=value, as in run.duration_s=120"
 /// A parsed file, and where it came from.
 #[derive(Clone, Debug)]
 pub struct Document {
-    /// For messages.
+    /// Where it came from, for messages.
     pub origin: Origin,
     table: Table,
 }
 
-/// Where the values of a document came from, for messages.
-#[derive(Clone, Debug, PartialEq, Eq)]
-pub struct Origin {
-    /// A built-in experiment's name or a file's path.
-    pub name: String,
-    /// Which variant of it, if any.
-    variant: Option<String>,
-    /// What was set by hand, as typed.
-    set: Vec<String>,
-}
-
 impl Document {
-    /// Opens a built-in experiment by its name, or a file by its path (ending in `.toml` or holding a separator, or
-    /// any that exists and has no built-in's name).
+    /// Opens a built-in experiment by its name, or a file by its path (ending in `.toml` or holding
+    /// a separator, or any that exists and has no built-in's name).
     ///
     /// # Errors
     /// Says what is wrong with the name, the file or the TOML.
@@ -99,7 +98,7 @@ impl Document {
         if self.is_lab() { self.setup().map(|_| ()) } else { self.machine().map(|_| ()) }
     }
 
-    /// The document with a variant's keys set.
+    /// Makes a copy of the document with the keys of a variant set.
     ///
     /// # Errors
     /// Names the variant.
@@ -114,14 +113,14 @@ impl Document {
         Ok(copy)
     }
 
-    /// What a key has been set to.
+    /// Finds the value of a key.
     pub fn get(&self, key: &str) -> Option<&Value> {
         let mut path = key.split('.');
         let first = self.table.get(path.next()?)?;
         path.try_fold(first, |value, part| value.get(part))
     }
 
-    /// The machine that the document describes.
+    /// Reads the machine that the document describes.
     ///
     /// # Errors
     /// Names the key, what was found and what is allowed.
@@ -131,7 +130,7 @@ impl Document {
         Ok(machine)
     }
 
-    /// The friction experiment that the document describes.
+    /// Reads the friction experiment that the document describes.
     ///
     /// # Errors
     /// Names the key, what was found and what is allowed.
@@ -142,12 +141,13 @@ impl Document {
     fn read<T: DeserializeOwned>(&self) -> Result<T, Error> {
         serde_path_to_error::deserialize(Value::Table(self.table.clone())).map_err(|error| {
             let path = error.path().to_string();
-            let what = self.explain(&path, error.inner().message());
+            let what = refused(&path, self.at(&path), error.inner().message());
             Error::Input(format!("{}: {what}", self.origin.of(&path)))
         })
     }
 
-    /// Names of controllers and variants become labels, parts of file names and the first column of tables.
+    /// Names of controllers and variants become labels, parts of file names and the first column of
+    /// tables.
     fn check_names(&self, machine: &Machine) -> Result<(), Error> {
         let allowed = |name: &str, also: &str| {
             let plain = |c: char| c.is_ascii_alphanumeric() || "-_".contains(c) || also.contains(c);
@@ -205,82 +205,6 @@ impl Document {
             value => value.get(step),
         })
     }
-
-    /// What serde found wrong at a path, in one sentence.
-    fn explain(&self, path: &str, message: &str) -> String {
-        let message = one_line(message);
-        let parent = path.rsplit_once('.').map_or("", |(parent, _)| parent);
-        let inside = |table: &str, key: &str| match table {
-            "" => key.to_owned(),
-            table => format!("{table}.{key}"),
-        };
-        // Names between back quotes: the one that was typed, then those that serde would have taken.
-        let mut quoted = message.split('`').skip(1).step_by(2);
-        if message.starts_with("unknown field") {
-            let typed = quoted.next().unwrap_or_default();
-            return format!("unknown key `{}`{}", inside(parent, typed), suggestion_or_all(typed, quoted));
-        }
-        if message.starts_with("duplicate field") {
-            let twice = inside(if path == "." { "" } else { path }, quoted.next().unwrap_or_default());
-            return format!("`{twice}` is there in two units");
-        }
-        if message.starts_with("missing field") {
-            let key = inside(if path == "." { "" } else { path }, quoted.next().unwrap_or_default());
-            const TABLES: [&str; 8] =
-                ["joint", "joint.friction", "encoder", "drive", "loop", "controller", "friction", "run"];
-            let is_table = TABLES.contains(&&*key);
-            return if is_table {
-                format!("the table `[{key}]` is missing")
-            } else {
-                format!("`{key}` is missing")
-            };
-        }
-        let found = self.at(path).map_or_else(|| "not what it should be".into(), describe);
-        if message.starts_with("unknown variant") {
-            let typed = quoted.next().unwrap_or_default();
-            format!("`{path}` is {found}{}", suggestion_or_all(typed, quoted))
-        } else if message.starts_with("invalid length") {
-            let entries = self.at(path).and_then(Value::as_array).map_or(0, Vec::len);
-            format!("`{path}` has {entries} entries; allowed are 2")
-        } else {
-            let expected = message.rsplit_once("expected ").map_or(&*message, |(_, expected)| expected);
-            format!("`{path}` is {found}; allowed is {}", in_words(path, expected))
-        }
-    }
-}
-
-impl Origin {
-    /// Who is to blame for the value of a key: what was set by hand, or else the file.
-    pub fn of(&self, key: &str) -> String {
-        let set = |assignment: &&String| {
-            let typed = assignment.split('=').next().unwrap_or_default().trim();
-            within(key, typed) || within(typed, key)
-        };
-        match self.set.iter().rfind(set) {
-            Some(assignment) => format!("--set {}", brief(assignment)),
-            None => {
-                // A key of the file that no longer goes with one that was set.
-                let with = if self.set.is_empty() { "" } else { " with" };
-                let set: String = self.set.iter().map(|set| format!(" --set {}", brief(set))).collect();
-                format!("{self}{with}{set}")
-            }
-        }
-    }
-}
-
-impl fmt::Display for Origin {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.write_str(&self.name)?;
-        match &self.variant {
-            Some(variant) => write!(f, ", variant {variant}"),
-            None => Ok(()),
-        }
-    }
-}
-
-/// Whether a key is a table or a list itself or something in it.
-pub fn within(key: &str, table: &str) -> bool {
-    key.strip_prefix(table).is_some_and(|rest| rest.is_empty() || rest.starts_with(['.', '[']))
 }
 
 fn read(path: &Path) -> Result<String, Error> {
@@ -292,27 +216,6 @@ fn read(path: &Path) -> Result<String, Error> {
         return Err(fail(io::Error::other("it is larger than 1 MiB, which no machine's file is")));
     }
     String::from_utf8(bytes).map_err(|_| fail(io::Error::other("it is not text (UTF-8)")))
-}
-
-/// The line and what is wrong there.
-fn syntax(text: &str, error: &toml::de::Error) -> (usize, String) {
-    let span = error.span().unwrap_or_default();
-    let line = 1 + text.bytes().take(span.start).filter(|byte| *byte == b'\n').count();
-    let message = one_line(error.message());
-    let (head, expected) = message.split_once(", expected ").unwrap_or((&message, ""));
-    let what = match head {
-        "duplicate key" => format!("`{}` is there twice", text.get(span).unwrap_or_default()),
-        "string values must be quoted" => "a value is missing or lacks its quotes".into(),
-        "invalid basic string" if expected == "`\"`" => "a text lacks its closing quote".into(),
-        "invalid float" => "a number is malformed".into(),
-        "recursion limit" => "it is nested too deeply".into(),
-        _ if head.starts_with("cannot recurse") => "it is nested too deeply".into(),
-        _ if head.starts_with("invalid type: integer") => "a whole number has too many digits".into(),
-        // What the parser would have taken is a term of its grammar, unless it is a character.
-        _ if expected.starts_with('`') => message,
-        _ => head.into(),
-    };
-    (line, what)
 }
 
 /// A TOML value; a bare word is a string, so that `run.solver=rk4` needs no quotes inside quotes.
@@ -330,44 +233,4 @@ fn parse_value(text: &str) -> Result<Value, String> {
         return Ok(Value::String(text.into()));
     }
     Err(format!("{text:?} is neither a number, a word, a quoted text nor a list"))
-}
-
-fn describe(value: &Value) -> String {
-    match value {
-        Value::String(text) => format!("{:?}", brief(text)),
-        // With its point, which sets it apart from a whole number.
-        Value::Float(number) => format!("{number:?}"),
-        Value::Array(_) => brief(&value.to_string()),
-        Value::Table(_) => "a table".into(),
-        Value::Integer(_) | Value::Boolean(_) | Value::Datetime(_) => value.to_string(),
-    }
-}
-
-/// What serde expected, in words.
-fn in_words<'a>(path: &str, expected: &'a str) -> &'a str {
-    match (path, expected) {
-        ("encoder.counter_bits", _) => "the whole number 16 or 32",
-        ("run.delay_samples", _) => "the whole number 0 or 1",
-        ("loop.velocity_window", _) => "a whole number from 2 to 16",
-        (_, "f64") => "a number",
-        (_, "a sequence") => "a list in square brackets",
-        (_, "a string" | "string only") => "a text in quotes",
-        (_, "a map") => "a table",
-        _ if expected.starts_with("struct ") => "a table",
-        _ => expected,
-    }
-}
-
-/// In one line, and not at length: a list may be a page.
-fn brief(text: &str) -> String {
-    const LONGEST: usize = 60;
-    let text = one_line(text);
-    match text.char_indices().nth(LONGEST) {
-        Some((end, _)) => format!("{}...", &text[..end]),
-        None => text,
-    }
-}
-
-fn one_line(text: &str) -> String {
-    text.split_whitespace().collect::<Vec<_>>().join(" ")
 }

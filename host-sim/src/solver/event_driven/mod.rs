@@ -1,15 +1,18 @@
-//! The exact solver of the friction lab: set-valued friction with every switch located.
+//! Event-driven integration with set-valued friction: every change of mode is located.
 //!
-//! While nobody switches the motion is smooth. A pair of order 8(5,3) (`dormand_prince.rs`) follows it with an error
-//! control that is relative to the largest value each coordinate has had. After each step the velocities of slipping
-//! bodies and the reactions of stuck ones are looked at *inside* the step, as polynomials; the first that reaches its
-//! limit is located by integrating up to it, again and again (Newton). There all bodies at rest are decided
-//! anew, and at once ([`super::modes`]). A stuck body has velocity exactly zero. While all stick nothing is
-//! integrated: only the reactions are followed in time.
+//! While no body changes its mode the motion is smooth. A pair of order 8(5,3)
+//! (`dormand_prince.rs`) follows it with an error control that is relative to the largest value
+//! that each coordinate has had. After each step the event functions, which are the velocities of
+//! slipping bodies and the reactions of stuck ones, are looked at *inside* the step, as
+//! polynomials. The first that reaches its limit is located by integrating up to it, again and
+//! again (Newton). There all bodies at rest are decided anew, and at once ([`super::modes`]). A
+//! stuck body has velocity exactly zero. While all stick nothing is integrated: only the reactions
+//! are followed in time.
 //!
-//! Guarantees: crossings in order, also several in one step; a time that is right to about the tolerance; an end within
-//! bounded work, if need be with a [`Trouble`]. Does badly: two crossings nearer to each other than a sixty-fourth of a
-//! step or so, which vanish together; stiff mechanisms, whose steps are as short as stability wants.
+//! Guarantees: crossings in order, also several in one step; a time that is right to about the
+//! tolerance; an end within bounded work, if need be with a [`Trouble`]. Does badly: two crossings
+//! nearer to each other than a sixty-fourth of a step or so, which vanish together; stiff
+//! mechanisms, whose steps are as short as stability wants.
 // One index goes through several arrays of bodies at once.
 #![allow(clippy::needless_range_loop)]
 
@@ -19,7 +22,7 @@ mod slip;
 use super::linear::solve;
 use super::modes::{Mode, accelerations, decide};
 use super::state::{BodyEvent, Finish, Observer, Sample};
-use super::storm::Storm;
+use super::zeno_guard::ZenoGuard;
 use super::{EventKind, Trouble};
 use crate::friction::SetValued;
 use crate::mechanism::{Mechanism, Terms};
@@ -32,7 +35,8 @@ const BEYOND: f64 = 1.0 + 4e-12;
 
 /// Runs a mechanism with set-valued friction from rest.
 ///
-/// `tolerance` bounds each step's error, relative to the largest value that a coordinate (or velocity) has had.
+/// `tolerance` bounds each step's error, relative to the largest value that a coordinate (or
+/// velocity) has had.
 ///
 /// # Errors
 /// If no mode is consistent, steps underflow or events do not end: with time and state.
@@ -50,8 +54,8 @@ where
 {
     let start = mechanism.start();
     let mass = mechanism.terms(0.0, &start, &[0.0; N]).mass;
-    // What F_s gives a body in a microsecond: a motion that begins without acceleration (F_s = F_d, or Stribeck's
-    // curve) is measured by it, since by itself it is nothing.
+    // What F_s gives a body in a microsecond: a motion that begins without acceleration (F_s = F_d,
+    // or Stribeck's curve) is measured by it, since by itself it is nothing.
     let kick: [f64; N] = std::array::from_fn(|i| 1e-6 * friction[i].stick() / mass[i][i]);
     let mut run = Run {
         mechanism,
@@ -71,7 +75,7 @@ where
         last_s: duration_s,
         evaluations: 1,
         steps: 0,
-        storm: Storm::new(duration_s),
+        zeno_guard: ZenoGuard::new(duration_s),
     };
     run.follow()?;
     Ok(Finish {
@@ -105,7 +109,7 @@ struct Run<'a, const N: usize, M: ?Sized, F, O> {
     last_s: f64,
     evaluations: u64,
     steps: u64,
-    storm: Storm,
+    zeno_guard: ZenoGuard,
 }
 
 impl<const N: usize, M, F, O> Run<'_, N, M, F, O>
@@ -148,7 +152,8 @@ where
         let (q, v) = (self.q, self.v);
         let terms = self.terms(self.t, &q, &v);
         let decided = decide(&terms, self.friction, &self.v, &breaking)
-            // Only rounding can keep a body that reached its limit from being decided: then it may stay.
+            // Only rounding can keep a body that reached its limit from being decided: then it may
+            // stay.
             .or_else(|| decide(&terms, self.friction, &self.v, &[0; N]));
         let Some(mode) = decided else {
             return Err(self.trouble("no choice of sticking and slipping bodies is consistent"));
@@ -162,7 +167,7 @@ where
                 _ => EventKind::Reverse,
             };
             self.observer.event(BodyEvent { time_s: self.t, body: i, kind });
-            self.storm.count(self.t).map_err(|what| self.trouble(&what))?;
+            self.zeno_guard.count(self.t).map_err(|what| self.trouble(&what))?;
         }
         self.mode = mode;
         (self.a, self.forces) = accelerations(&terms, self.friction, &self.v, &self.mode);
@@ -182,7 +187,8 @@ where
         Trouble::new(what, self.t, &self.q, &self.v)
     }
 
-    /// At the very instant at which a body breaks away or turns around its friction is F_s (thesis eq. 1, row 3).
+    /// At the very instant at which a body breaks away or turns around its friction is F_s (thesis
+    /// eq. 1, row 3).
     fn sample_limits(&mut self, terms: &Terms<N>, next: &Mode<N>) {
         if !O::SAMPLES || *next == self.mode {
             return;

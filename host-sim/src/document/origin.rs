@@ -1,0 +1,50 @@
+//! Who gave a value: the file, a variant of it, or a hand on the command line.
+
+use std::fmt;
+
+use super::wording::brief;
+
+/// Where the values of a document came from, for messages.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Origin {
+    /// The name of a built-in experiment, or the path of a file.
+    pub name: String,
+    /// The variant of it, if any.
+    pub(super) variant: Option<String>,
+    /// What was set by hand, as typed.
+    pub(super) set: Vec<String>,
+}
+
+impl Origin {
+    /// Names the source of a key's value: what was set by hand, or else the file.
+    pub fn of(&self, key: &str) -> String {
+        let set = |assignment: &&String| {
+            let typed = assignment.split('=').next().unwrap_or_default().trim();
+            within(key, typed) || within(typed, key)
+        };
+        match self.set.iter().rfind(set) {
+            Some(assignment) => format!("--set {}", brief(assignment)),
+            None => {
+                // A key of the file that no longer goes with one that was set.
+                let with = if self.set.is_empty() { "" } else { " with" };
+                let set: String = self.set.iter().map(|set| format!(" --set {}", brief(set))).collect();
+                format!("{self}{with}{set}")
+            }
+        }
+    }
+}
+
+impl fmt::Display for Origin {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(&self.name)?;
+        match &self.variant {
+            Some(variant) => write!(f, ", variant {variant}"),
+            None => Ok(()),
+        }
+    }
+}
+
+/// Whether a key is a table or a list itself or something in it.
+pub fn within(key: &str, table: &str) -> bool {
+    key.strip_prefix(table).is_some_and(|rest| rest.is_empty() || rest.starts_with(['.', '[']))
+}

@@ -1,0 +1,174 @@
+//! From a run's task to the core's motion, and to the course that the core makes of it.
+
+use stiction::position::Position;
+use stiction::reference::{Corner, MAX_CORNERS};
+use stiction::{Course, Motion, identification};
+
+use super::plan::{MAX_RAMP_SAMPLES, MAX_SAMPLES, RunPlan};
+use super::task::Task;
+use crate::error::{Error, rounded, shown};
+use crate::identification::RampTest;
+use crate::machine::{Machine, Trajectory};
+
+/// Two positions that are this far apart still differ by less than 2^31 counts.
+const MAX_COUNTS: f64 = 1_073_741_823.0;
+
+/// So long after the last count a ramp is over.
+const AFTER_A_RAMP_S: f64 = 1.0;
+
+impl RunPlan {
+    /// Tells the longest time that the run can take, s.
+    pub fn longest_s(&self) -> f64 {
+        let Machine { drive, identification, .. } = &*self.machine;
+        match self.task {
+            Task::Ramp(rate) => {
+                let hold_s = identification.as_ref().map_or(0.0, |ramps| ramps.hold_s);
+                // Up to the full scale, and down to its negative.
+                3.0 * drive.full_scale_v() / rate + hold_s + AFTER_A_RAMP_S
+            }
+            Task::Step(_) | Task::Trajectory(_) => self.duration_s(),
+        }
+    }
+
+    /// Prepares a ramp of the effort at a rate, V/s.
+    ///
+    /// # Errors
+    /// Names the rate or the hold if the ramp would take no time or too long.
+    pub fn ramp(&self, rate: f64) -> Result<RampTest, Error> {
+        let Machine { sampling, drive, identification, run, .. } = &*self.machine;
+        if let Some(duration_s) = run.duration_s {
+            self.above_zero("run.duration_s", duration_s)?;
+        }
+        let hold_s = identification.as_ref().map_or(0.0, |ramps| ramps.hold_s);
+        let longest_s = MAX_RAMP_SAMPLES * sampling.sample_time_s();
+        self.check("identification.hold_s", hold_s, (0.0..=longest_s).contains(&hold_s), || {
+            format!("a number from 0 to {}", rounded(longest_s))
+        })?;
+        let slowest = 3.0 * drive.full_scale_v() / longest_s;
+        let fastest = drive.full_scale_v() / sampling.sample_time_s();
+        self.check(&self.asked_by, rate, (slowest..=fastest).contains(&rate), || {
+            format!("a number from {} to {}", rounded(slowest), rounded(fastest))
+        })?;
+        let core = identification::Ramp::new(
+            rate as f32,
+            hold_s as f32,
+            sampling.sample_time_s() as f32,
+            drive.full_scale_v() as f32,
+        );
+        let core = core.map_err(|error| self.explain(&error))?;
+        Ok(RampTest { core, rate, hold_s, sample_time_s: sampling.sample_time_s() })
+    }
+
+    /// Makes the motion as a device is told it: in counts from where it is armed, in single
+    /// precision.
+    ///
+    /// # Errors
+    /// Names the key, what was found and what is allowed.
+    pub fn motion(&self) -> Result<Motion, Error> {
+        Ok(match &self.task {
+            Task::Step(deg) => Motion::Step(self.target(*deg)?),
+            Task::Trajectory(trajectory) => Motion::Trajectory {
+                corners: self.corners(trajectory)?.into_iter().collect(),
+                half_blend: trajectory.half_blend_s as f32,
+            },
+            Task::Ramp(rate) => {
+                let ramp = self.ramp(*rate)?;
+                Motion::Ramp { rate: ramp.rate as f32, hold: ramp.hold_s as f32 }
+            }
+        })
+    }
+
+    /// Has the core prepare the motion for the loop of this run.
+    ///
+    /// # Errors
+    /// Names the key, what was found and what is allowed.
+    pub fn course(&self) -> Result<Course, Error> {
+        let motion = self.motion()?;
+        motion.course(&self.controller_config()?).map_err(|error| self.explain(&error))
+    }
+
+    /// Tells how long a step or a trajectory is run, s: as the file says, or else by its kind.
+    pub fn duration_s(&self) -> f64 {
+        let by_default = match &self.task {
+            Task::Step(_) | Task::Ramp(_) => 10.0,
+            Task::Trajectory(trajectory) => trajectory.corner_times_s.last().copied().unwrap_or(0.0) + 3.0,
+        };
+        self.machine.run.duration_s.unwrap_or(by_default)
+    }
+
+    /// Where a step leads.
+    fn target(&self, deg: f64) -> Result<Position, Error> {
+        let position = self.position(&self.asked_by, deg)?;
+        if deg == 0.0 {
+            return Err(self.refuse(&self.asked_by, "0", "a step other than 0"));
+        }
+        Ok(position)
+    }
+
+    fn position(&self, key: &str, deg: f64) -> Result<Position, Error> {
+        let resolution = self.machine.encoder.resolution_deg();
+        self.check(key, deg, (deg / resolution).abs() <= MAX_COUNTS, || {
+            let furthest = rounded(MAX_COUNTS * resolution);
+            format!("a number from -{furthest} to {furthest}, 2^30 counts")
+        })?;
+        Ok(position(deg / resolution))
+    }
+
+    fn corners(&self, trajectory: &Trajectory) -> Result<Vec<Corner>, Error> {
+        let sampling = &self.machine.sampling;
+        let (times, positions) = (&trajectory.corner_times_s, &trajectory.corner_positions_deg);
+        let half_blend_s = trajectory.half_blend_s;
+        let key = |key: &str| format!("{}.{key}", self.asked_by);
+        let (times_key, positions_key) = (key("corner_times_s"), key("corner_positions_deg"));
+        let entries = |key: &str, found: usize, allowed: String| {
+            let origin = self.origin.of(key);
+            Err(Error::Input(format!("{origin}: `{key}` has {found} entries; allowed are {allowed}")))
+        };
+        if !(2..=MAX_CORNERS).contains(&times.len()) {
+            return entries(&times_key, times.len(), format!("2 to {MAX_CORNERS}"));
+        }
+        if positions.len() != times.len() {
+            let allowed = format!("as many as in `corner_times_s` ({})", times.len());
+            return entries(&positions_key, positions.len(), allowed);
+        }
+        let (shortest_s, latest_s) = (0.5 * sampling.sample_time_s(), MAX_SAMPLES * sampling.sample_time_s());
+        self.check(
+            &key("half_blend_s"),
+            half_blend_s,
+            (shortest_s..=latest_s).contains(&half_blend_s),
+            || format!("a number from {} (half a sample) to {}", shown(shortest_s), rounded(latest_s)),
+        )?;
+        let mut corners = Vec::new();
+        let mut before_s = -half_blend_s;
+        for (i, (time_s, deg)) in times.iter().zip(positions).enumerate() {
+            let earliest_s = before_s + 2.0 * half_blend_s;
+            // Sums of decimals differ in the last digit from the decimal that was written.
+            let in_order = (earliest_s * (1.0 - 1e-9)..=latest_s).contains(time_s);
+            self.check(&format!("{times_key}[{i}]"), *time_s, in_order, || {
+                let why = if i == 0 { "half a blend" } else { "two half blends after the corner before" };
+                format!("a number from {} ({why}) to {}", rounded(earliest_s), rounded(latest_s))
+            })?;
+            before_s = *time_s;
+            corners.push(Corner {
+                tick: (time_s / sampling.sample_time_s()).round() as u32,
+                position: self.position(&format!("{positions_key}[{i}]"), *deg)?,
+            });
+        }
+        if positions.windows(2).all(|pair| pair[0] == pair[1]) {
+            let found = format!("{} throughout", shown(positions[0]));
+            return Err(self.refuse(&positions_key, &found, "a motion from one position to another"));
+        }
+        Ok(corners)
+    }
+}
+
+/// Splits a number of counts into whole counts and a fraction below one.
+pub fn position(counts: f64) -> Position {
+    let whole = counts.floor();
+    let fraction = (counts - whole) as f32;
+    if fraction < 1.0 {
+        Position { counts: whole as i32, fraction }
+    } else {
+        Position::from_counts(whole as i32 + 1)
+    }
+}

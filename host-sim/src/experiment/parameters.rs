@@ -1,0 +1,132 @@
+//! What a controller board is told for a run: its parameters, validated as the board will do it,
+//! and the record of them for its flash.
+
+use stiction::parameters::{DeviceConfig, ROOM};
+use stiction::{Limits, Parameters};
+
+use super::plan::RunPlan;
+use crate::error::Error;
+use crate::flash::SECTOR;
+use crate::hardware::STM32F405;
+
+/// Makes everything that a board needs for this run, validated as the board will do it.
+///
+/// # Errors
+/// Names the key, what was found and what is allowed.
+pub fn parameters(plan: &RunPlan) -> Result<Parameters, Error> {
+    let parameters = assembled(plan)?;
+    validate(&parameters, plan)?;
+    Ok(parameters)
+}
+
+/// Validates parameters as a board will do it.
+///
+/// # Errors
+/// Names the key, what was found and what is allowed.
+pub(crate) fn validate(parameters: &Parameters, plan: &RunPlan) -> Result<(), Error> {
+    parameters.prepare(&STM32F405).map(|_| ()).map_err(|error| plan.explain(&error))
+}
+
+/// Makes everything that a board needs for this run, as it is written; only the loop and its motion
+/// are validated.
+///
+/// # Errors
+/// Names the key, what was found and what is allowed.
+pub(crate) fn assembled(plan: &RunPlan) -> Result<Parameters, Error> {
+    // The loop as it is simulated.
+    plan.closed_loop()?;
+    let motion = plan.motion()?;
+    let device = plan.machine.device.core(DeviceConfig::CAUTIOUS);
+    let controller = plan.controller_config()?;
+    // The breakaway effort is that of the joint that the file describes.
+    let friction = &plan.machine.joint.friction;
+    let breakaway = friction.stick_v + friction.added_v.max(0.0);
+    let limits = plan.machine.limits.core(Limits::derived(&controller, &device, breakaway as f32));
+    Ok(Parameters { controller, motion, device, limits })
+}
+
+/// Makes both parameter sectors, each with the same record at its begin.
+///
+/// What a board has saved since carries a sequence number that nobody here knows, and would win
+/// against a record that is written to one sector alone. Written over both, this is all that there
+/// is, and the next save follows it.
+///
+/// # Errors
+/// As [`parameters()`].
+pub fn sectors(plan: &RunPlan) -> Result<Vec<u8>, Error> {
+    let record = record(plan)?;
+    let mut bytes = record.clone();
+    bytes.resize(SECTOR as usize, 0xFF);
+    bytes.extend(record);
+    Ok(bytes)
+}
+
+/// Makes the record for a parameter sector, the first of its kind.
+///
+/// # Errors
+/// As [`parameters()`].
+pub fn record(plan: &RunPlan) -> Result<Vec<u8>, Error> {
+    let mut room = [0; ROOM];
+    let parameters = parameters(plan)?;
+    let record = parameters.encode(1, &mut room).map(<[u8]>::to_vec);
+    record.ok_or_else(|| Error::Input(format!("{}: does not fit {ROOM} bytes", plan.origin)))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::document::Document;
+    use crate::experiment::Experiment;
+
+    fn plan(name: &str, set: &[&str]) -> Result<RunPlan, Error> {
+        let mut document = Document::open(name)?;
+        document.set(&set.iter().map(|text| (*text).to_owned()).collect::<Vec<_>>())?;
+        Ok(Experiment::plan(&document, &[], &[])?.runs.remove(0))
+    }
+
+    #[test]
+    fn a_board_builds_the_same_controller_and_course() {
+        for name in ["step-response", "trajectory", "srnf-robustness", "friction-identification"] {
+            let plan = plan(name, &[]).unwrap();
+            let closed_loop = plan.closed_loop().unwrap();
+            let (found, sequence) = Parameters::decode(&record(&plan).unwrap()).unwrap();
+            assert_eq!(sequence, 1);
+            assert!(!found.device.autostart && found.device.soft_start > 0.0);
+            // What only a device has, lies in the output stage: nothing of it is left.
+            let device = DeviceConfig { soft_start: 0.0, nominal_supply: 0.0, ..found.device };
+            let at_once = Parameters { device, ..found };
+            let expected = (closed_loop.controller, plan.course().unwrap());
+            assert_eq!(at_once.prepare(&STM32F405).unwrap(), expected, "{name}");
+        }
+    }
+
+    #[test]
+    fn a_wrong_value_names_its_key() {
+        let refusals = [
+            ("device.dead_time_s=1", "`device.dead_time_s` is 1;"),
+            ("device.nominal_supply_v=24", "`device.nominal_supply_v` is 24;"),
+            ("loop.sample_time_s=0.05", "`loop.sample_time_s` is 0.05;"),
+            ("device.autostrat=true", "unknown key `device.autostrat`; did you mean `autostart`?"),
+        ];
+        for (set, expected) in refusals {
+            let message =
+                plan("step-response", &[set]).and_then(|plan| record(&plan)).unwrap_err().to_string();
+            assert!(message.contains(expected), "{message}");
+        }
+    }
+
+    #[test]
+    fn a_ramp_is_no_steeper_than_the_soft_start() {
+        let rate = |rate: &str| format!("identification.ramp_rates_v_per_s=[{rate}]");
+        let record = |rate: &str, soft_start: &str| {
+            let set = [rate, soft_start];
+            plan("friction-identification", &set).and_then(|plan| record(&plan))
+        };
+        assert!(record(&rate("10"), "device.soft_start_s=0.5").is_ok());
+        assert!(record(&rate("10.1"), "device.soft_start_s=0").is_ok());
+        let message = record(&rate("10.1"), "device.soft_start_s=0.5").unwrap_err().to_string();
+        let expected = "`identification.ramp_rates_v_per_s[0]` is 10.1; allowed is a number from 0 \
+            to 10";
+        assert!(message.contains(expected), "{message}");
+    }
+}

@@ -1,0 +1,134 @@
+//! Reading a table by its declarations, in serde's own words where it is refused.
+
+use std::fmt;
+use std::marker::PhantomData;
+
+use serde::de::{self, DeserializeSeed, MapAccess, Visitor};
+use serde::{Deserialize, Deserializer};
+use stiction::value::Kind;
+
+use super::{Declared, Extras, Scalar, Written};
+
+/// Reads the key of a table, and refuses one that is not known.
+struct Name<'a>(&'a [&'static str]);
+
+impl<'de> DeserializeSeed<'de> for Name<'_> {
+    type Value = &'static str;
+
+    fn deserialize<D: Deserializer<'de>>(self, deserializer: D) -> Result<&'static str, D::Error> {
+        deserializer.deserialize_identifier(self)
+    }
+}
+
+impl Visitor<'_> for Name<'_> {
+    type Value = &'static str;
+
+    fn expecting(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str("a key")
+    }
+
+    fn visit_str<E: de::Error>(self, typed: &str) -> Result<&'static str, E> {
+        self.0.iter().find(|name| **name == typed).copied().ok_or_else(|| {
+            let known: Vec<String> = self.0.iter().map(|name| format!("`{name}`")).collect();
+            // In serde's own words, which the reader of a file understands.
+            E::custom(format!("unknown field `{typed}`, expected one of {}", known.join(", ")))
+        })
+    }
+}
+
+/// Reads a value of a declared type.
+struct Value(Kind);
+
+impl<'de> DeserializeSeed<'de> for Value {
+    type Value = Scalar;
+
+    fn deserialize<D: Deserializer<'de>>(self, deserializer: D) -> Result<Scalar, D::Error> {
+        match self.0 {
+            Kind::Number => f64::deserialize(deserializer).map(Scalar::Number),
+            Kind::Whole => deserializer.deserialize_i64(WholeNumber).map(Scalar::Whole),
+            Kind::Flag => bool::deserialize(deserializer).map(Scalar::Flag),
+            Kind::Choice(words) => deserializer.deserialize_any(Choice(words)),
+        }
+    }
+}
+
+/// A float is not whole, even if it has no fraction: that is a slip of the hand.
+struct WholeNumber;
+
+impl Visitor<'_> for WholeNumber {
+    type Value = i64;
+
+    fn expecting(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str("a whole number")
+    }
+
+    fn visit_i64<E: de::Error>(self, whole: i64) -> Result<i64, E> {
+        // The core's whole numbers have 32 bits and no sign.
+        match u32::try_from(whole) {
+            Ok(_) => Ok(whole),
+            Err(_) => Err(E::invalid_value(de::Unexpected::Signed(whole), &self)),
+        }
+    }
+}
+
+/// One of a few words; those that are numbers are written as such.
+struct Choice(&'static [&'static str]);
+
+impl Choice {
+    fn find<E: de::Error>(&self, typed: &str) -> Result<Scalar, E> {
+        let place = self.0.iter().position(|word| *word == typed);
+        place.map(Scalar::Choice).ok_or_else(|| E::unknown_variant(typed, self.0))
+    }
+}
+
+impl Visitor<'_> for Choice {
+    type Value = Scalar;
+
+    fn expecting(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str("one of the words")
+    }
+
+    fn visit_str<E: de::Error>(self, typed: &str) -> Result<Scalar, E> {
+        self.find(typed)
+    }
+
+    fn visit_i64<E: de::Error>(self, typed: i64) -> Result<Scalar, E> {
+        self.find(&typed.to_string())
+    }
+}
+
+impl<'de, T: Declared, E: Extras> Deserialize<'de> for Written<T, E> {
+    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+        deserializer.deserialize_map(TableVisitor(PhantomData))
+    }
+}
+
+struct TableVisitor<T, E>(PhantomData<(T, E)>);
+
+impl<'de, T: Declared, E: Extras> Visitor<'de> for TableVisitor<T, E> {
+    type Value = Written<T, E>;
+
+    fn expecting(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str("a map")
+    }
+
+    fn visit_map<A: MapAccess<'de>>(self, mut map: A) -> Result<Written<T, E>, A::Error> {
+        let declared = T::about();
+        let names: Vec<&'static str> =
+            declared.iter().map(|about| about.name).chain(E::NAMES.iter().copied()).collect();
+        let mut table = Written::<T, E>::default();
+        while let Some(name) = map.next_key_seed(Name(&names))? {
+            match declared.iter().find(|about| about.name == name) {
+                Some(about) => {
+                    table.values.insert(name, map.next_value_seed(Value(about.kind))?);
+                }
+                None => table.extras.take(name, &mut map)?,
+            }
+        }
+        let gone = declared.iter().find(|about| T::needs(about) && !table.values.contains_key(about.name));
+        match gone.map(|about| about.name).or_else(|| table.extras.missing()) {
+            Some(name) => Err(de::Error::missing_field(name)),
+            None => Ok(table),
+        }
+    }
+}

@@ -1,0 +1,31 @@
+//! Writing a table by its declarations, with what is left out as its default.
+
+use serde::ser::SerializeMap;
+use serde::{Serialize, Serializer};
+use stiction::value::Kind;
+
+use super::{Declared, Extras, Scalar, Written};
+
+impl<T: Declared, E: Extras> Serialize for Written<T, E> {
+    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        let mut map = serializer.serialize_map(None)?;
+        for about in T::about() {
+            let value = self.values.get(about.name).copied().or_else(|| T::otherwise(about));
+            match (value, about.kind) {
+                (Some(Scalar::Number(number)), _) => map.serialize_entry(about.name, &number)?,
+                (Some(Scalar::Whole(whole)), _) => map.serialize_entry(about.name, &whole)?,
+                (Some(Scalar::Flag(flag)), _) => map.serialize_entry(about.name, &flag)?,
+                (Some(Scalar::Choice(place)), Kind::Choice(words)) => {
+                    let word = words.get(place).copied().unwrap_or_default();
+                    match word.parse::<i64>() {
+                        Ok(whole) => map.serialize_entry(about.name, &whole)?,
+                        Err(_) => map.serialize_entry(about.name, word)?,
+                    }
+                }
+                _ => {}
+            }
+        }
+        self.extras.write(&mut map)?;
+        map.end()
+    }
+}
