@@ -23,7 +23,7 @@ table! {
         /// deadline are made.
         sample_time: f32 = 0x0101 "sample_time_s", Above(0.0, 1.0), Needed(0.02);
         /// Number of positions in the velocity regression; 5 in the thesis.
-        velocity_window: u32 = 0x0102 "velocity_window", Between(2.0, 16.0), Default(5);
+        velocity_window: u32 = 0x0102 "velocity_window", Between(2.0, MAX_WINDOW as f32), Default(5);
     }
     with {
         /// The encoder.
@@ -36,9 +36,6 @@ table! {
         compensator: Vec<Gains, MAX_TERMS> = Vec::new(),
     }
 }
-
-/// The bound of `velocity_window` is a literal, since hosts show it as it stands there.
-const _: () = assert!(MAX_WINDOW == 16);
 
 /// The number of the value `sample_time`.
 pub(crate) const SAMPLE_TIME: Key = key(ControllerConfig::ABOUT, "sample_time");
