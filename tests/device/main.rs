@@ -15,6 +15,7 @@ macro_rules! reliability {
 }
 
 mod chaos;
+mod dead_encoder;
 mod fixture;
 mod fuzz;
 mod link;
