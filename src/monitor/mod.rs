@@ -164,7 +164,7 @@ impl Monitors {
     /// A tick without output.
     pub fn idle(&self, state: &mut MonitorState, seen: &Seen) {
         self.thermal.check(&mut state.thermal, 0);
-        self.impulse.see(&mut state.impulse, seen.standstill);
+        self.impulse.see(&mut state.impulse, seen.position);
         state.code = 0;
         state.warning = false;
     }
@@ -189,7 +189,7 @@ impl Monitors {
             return trip(Fault::FollowingError, deg(error));
         }
         let stalls = self.stall.check(&mut state.stall, tick.code, seen.standstill);
-        if self.impulse.check(&mut state.impulse, tick.code, seen.standstill) || stalls {
+        if self.impulse.check(&mut state.impulse, tick.code, seen.position, seen.travel) || stalls {
             return trip(Fault::Stall, f32::from(tick.code) * self.units.code);
         }
         if self.position.check(seen.position) {
