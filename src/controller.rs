@@ -115,14 +115,13 @@ impl Controller {
         // declaration.
         let drive = Drive::new(&config.drive, hardware)?;
         config.validate()?;
-        let DriveConfig { full_scale, lsb, .. } = config.drive;
         let velocity = Velocity::new(config.velocity_window, config.encoder.resolution, config.sample_time);
         Ok(Self {
             encoder: config.encoder,
             velocity,
             pd: config.pd,
             compensator: Compensator::new(&config.compensator, &config.around()),
-            output: OutputStage::new(full_scale, lsb, drive),
+            output: OutputStage::new(&config.drive, drive),
         })
     }
 

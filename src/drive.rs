@@ -31,7 +31,8 @@ table! {
     /// The configuration of a drive, in a user's units.
     #[derive(Clone, Copy, Debug, PartialEq)]
     pub struct DriveConfig (drive) "drive" {
-        /// Largest output of the controller, V. It scales the duty: full duty is this output.
+        /// Largest output of the controller, V. It scales the duty and does not limit it: full duty is
+        /// this output.
         full_scale: f32 = 0x0301 "full_scale_v", Above(0.0, HUGE), Needed(5.0);
         /// Volts of one code: one to 32767 codes a side.
         lsb: f32 =
@@ -40,6 +41,8 @@ table! {
         pwm_hz: f32 = 0x0303 "pwm_hz", Above(0.0, 1e9), Needed(22e3);
         /// How the code reaches the bridge.
         mode: PwmMode = 0x0304 "mode", Any, Needed(PwmMode::LockedAntiphase);
+        /// Largest share of the full duty that the output stage lets through: what the motor bears of the supply.
+        duty_max: f32 = 0x0305 "duty_max", Above(0.0, 1.0), Default(1.0);
     }
 }
 
@@ -109,7 +112,7 @@ impl Drive {
     /// use stiction::{Hardware, drive::{Drive, DriveConfig, PwmMode}};
     /// let hardware = Hardware { pwm_clock_hz: 168e6, supply_top: 4095 };
     /// let mode = PwmMode::LockedAntiphase;
-    /// let config = DriveConfig { full_scale: 5.0, lsb: 0.00488, pwm_hz: 22e3, mode };
+    /// let config = DriveConfig { full_scale: 5.0, lsb: 0.00488, pwm_hz: 22e3, mode, duty_max: 1.0 };
     /// let drive = Drive::new(&config, &hardware).unwrap();
     /// assert_eq!((drive.code(0.40), drive.code(-0.40)), (82, -82)); // 0.40016 V
     /// assert_eq!(drive.code(5.0), 1024);
@@ -135,7 +138,7 @@ impl Drive {
     /// use stiction::{Hardware, drive::{Drive, DriveConfig, Duty, PwmMode}};
     /// let hardware = Hardware { pwm_clock_hz: 168e6, supply_top: 4095 };
     /// let mode = PwmMode::LockedAntiphase;
-    /// let config = DriveConfig { full_scale: 5.0, lsb: 0.00488, pwm_hz: 22e3, mode };
+    /// let config = DriveConfig { full_scale: 5.0, lsb: 0.00488, pwm_hz: 22e3, mode, duty_max: 1.0 };
     /// let drive = Drive::new(&config, &hardware).unwrap();
     /// assert_eq!(drive.pwm_top(), 3818);
     /// assert_eq!(drive.duty(0), Duty { compare: 1909, reverse: false });

@@ -15,7 +15,7 @@
 //! code's volts, divided by the ratio of nominal to measured supply. Without scaling, it is the
 //! code's volts.
 
-use crate::drive::{Drive, Duty};
+use crate::drive::{Drive, DriveConfig, Duty};
 use crate::saturation::saturate;
 
 /// The output stage of a loop: it turns volts into the bridge's duty.
@@ -68,8 +68,12 @@ pub(crate) enum Rise {
 
 impl OutputStage {
     /// Makes a stage without a soft start, whose duty does not depend on the supply.
-    pub(crate) fn new(full_scale: f32, lsb: f32, drive: Drive) -> Self {
-        Self { full_scale, lsb, nominal_supply: 0.0, soft_start: 0, cap: drive.max_code().into(), drive }
+    pub(crate) fn new(config: &DriveConfig, drive: Drive) -> Self {
+        let &DriveConfig { full_scale, lsb, duty_max, .. } = config;
+        // Towards zero: the cap is never more than what was asked for. A share of less than a code
+        // lets nothing through.
+        let cap = (duty_max * f32::from(drive.max_code())) as i32;
+        Self { full_scale, lsb, nominal_supply: 0.0, soft_start: 0, cap, drive }
     }
 
     /// Sets a soft start (ticks) and the nominal supply by which the duty is scaled (the
@@ -126,7 +130,7 @@ fn supply_ratio(nominal: f32, measured: u16) -> f32 {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::drive::{DriveConfig, PwmMode};
+    use crate::drive::PwmMode;
     use crate::hardware::Hardware;
 
     /// A power of two: every product and quotient below is exact.
@@ -137,9 +141,15 @@ mod tests {
     const NOMINAL: u16 = 2048;
 
     fn stage(soft_start: u32, nominal: u16) -> OutputStage {
-        let config = DriveConfig { full_scale: 5.0, lsb: LSB, pwm_hz: 22e3, mode: PwmMode::LockedAntiphase };
+        let config = DriveConfig {
+            full_scale: 5.0,
+            lsb: LSB,
+            pwm_hz: 22e3,
+            mode: PwmMode::LockedAntiphase,
+            duty_max: 1.0,
+        };
         let drive = Drive::new(&config, &Hardware { pwm_clock_hz: 168e6, supply_top: 4095 }).unwrap();
-        let mut stage = OutputStage::new(config.full_scale, config.lsb, drive);
+        let mut stage = OutputStage::new(&config, drive);
         stage.on_device(soft_start, f32::from(nominal));
         stage
     }

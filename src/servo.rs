@@ -448,7 +448,7 @@ impl Servo {
         self.advance();
         let (State::Armed, Some(control_loop)) = (self.state, &mut self.control_loop) else {
             if let Some(control_loop) = &mut self.control_loop {
-                control_loop.monitors.idle(&mut control_loop.watch);
+                control_loop.monitors.idle(&mut control_loop.watch, &self.follower.seen);
             }
             return self.off(Tick::default());
         };

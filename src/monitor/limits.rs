@@ -5,6 +5,15 @@ use crate::error::HUGE;
 use crate::parameters::DeviceConfig;
 use crate::value::{Table, table};
 
+/// The largest error where Kp is zero and says nothing of it: a turn, deg.
+const TURN: f32 = 360.0;
+
+/// Where Kd is zero, the overspeed is the following error in this time, s: that of Kd = 0.15 s Kp, the thesis's ratio.
+const UNDAMPED: f32 = 0.06;
+
+/// The impulse without a count is the breakaway effort for this time, s.
+const IMPULSE_TIME: f32 = 0.5;
+
 /// The longest time of a monitor, s: its ticks and their sums stay far within 32 bits.
 const LONGEST: f32 = 600.0;
 
@@ -27,10 +36,10 @@ table! {
         /// standstill allows; from rest a joint goes where it is pushed.
         reversal: f32 = 0x0904 "reversal_deg", Between(0.0, HUGE), Derived(0.019_36);
         /// Error beyond a jump of the set point, deg. Derived: full scale / Kp; beyond it more error gives no more
-        /// effort.
+        /// effort. Without Kp, a turn.
         following_error: f32 = 0x0905 "following_error_deg", Between(0.0, HUGE), Derived(5.0);
         /// Measured speed, deg/s. Derived: 2.5 full scale / Kd, never below 16 counts a tick: the damping alone would
-        /// take two and a half times the output. On the thesis's joint a step of 25 deg passes under every law, and an
+        /// take two and a half times the output. Without Kd, that of Kd = 0.15 s Kp. On the thesis's joint a step of 25 deg passes under every law, and an
         /// unstable loop is seen within a second; at half as much again, or at the motor's speed without load, some
         /// are not.
         overspeed: f32 = 0x0906 "overspeed_deg_per_s", Between(0.0, HUGE), Derived(83.333_336);
@@ -56,6 +65,12 @@ table! {
         wind_up_effort: f32 = 0x090E "wind_up_v", Between(0.0, HUGE), Derived(0.4);
         /// How long the compensator has to hold that effort, s.
         wind_up_time: f32 = 0x090F "wind_up_s", Between(0.0, LONGEST), Default(1.0);
+        /// Effort that starts the joint, V. Derived: half of `stall_v`. More of it without a count adds up to
+        /// `stall_impulse_vs`.
+        breakaway_effort: f32 = 0x0910 "breakaway_v", Between(0.0, HUGE), Derived(0.4);
+        /// Effort beyond `breakaway_v` times its time, added up until a count comes, V s. Derived: `breakaway_v` for half
+        /// a second.
+        stall_impulse: f32 = 0x0911 "stall_impulse_vs", Between(0.0, HUGE), Derived(0.2);
     }
 }
 
@@ -77,6 +92,8 @@ impl Limits {
         link_timeout: 0.0,
         wind_up_effort: 0.0,
         wind_up_time: 1.0,
+        breakaway_effort: 0.0,
+        stall_impulse: 0.0,
     };
 
     /// What can be derived from the loop itself, for machines that say nothing of it; the sentence of each limit says
@@ -86,20 +103,18 @@ impl Limits {
         let around = controller.around();
         let (full_scale, count, sample_time) = (around.full_scale, around.resolution, around.sample_time);
         let laws = &controller.compensator;
-        let of_pd = match controller.pd.kd {
-            kd if kd > 0.0 => (2.5 * full_scale / kd).max(16.0 * count / sample_time).min(HUGE),
-            _ => 0.0,
-        };
-        let overspeed = laws.iter().find_map(|law| law.overspeed(&around)).unwrap_or(of_pd);
-        let encoder_jump = match overspeed {
-            0.0 => 0.0,
-            speed => (2.0 * speed * sample_time + 4.0 * count).min(HUGE),
-        };
         let of_pd = match controller.pd.kp {
             kp if kp > 0.0 => (full_scale / kp).min(HUGE),
-            _ => 0.0,
+            _ => TURN,
         };
         let following_error = laws.iter().find_map(|law| law.following_error(&around)).unwrap_or(of_pd);
+        let of_pd = match controller.pd.kd {
+            kd if kd > 0.0 => 2.5 * full_scale / kd,
+            _ => following_error / UNDAMPED,
+        };
+        let of_pd = of_pd.max(16.0 * count / sample_time).min(HUGE);
+        let overspeed = laws.iter().find_map(|law| law.overspeed(&around)).unwrap_or(of_pd);
+        let encoder_jump = (2.0 * overspeed * sample_time + 4.0 * count).min(HUGE);
         let stall_effort = match breakaway {
             v if v > 0.0 => (2.0 * v).min(full_scale),
             _ => 0.5 * full_scale,
@@ -114,6 +129,8 @@ impl Limits {
             supply_max: 1.3 * device.nominal_supply,
             continuous_effort: 0.75 * full_scale,
             wind_up_effort: 0.5 * stall_effort,
+            breakaway_effort: 0.5 * stall_effort,
+            stall_impulse: 0.5 * stall_effort * IMPULSE_TIME,
             ..Self::EXAMPLE
         }
     }

@@ -15,6 +15,7 @@ mod overspeed;
 mod position_limits;
 mod reversal;
 mod stall;
+mod stall_impulse;
 mod standstill;
 mod supply;
 mod thermal;
@@ -36,6 +37,7 @@ use overspeed::Overspeed;
 use position_limits::PositionLimits;
 use reversal::{Reversal, ReversalState};
 use stall::{Stall, StallState};
+use stall_impulse::{StallImpulse, StallImpulseState};
 use supply::{Supply, SupplyState};
 use thermal::{Thermal, ThermalState};
 use wind_up::WindUp;
@@ -53,6 +55,7 @@ pub(crate) struct Monitors {
     reversal: Reversal,
     following: FollowingError,
     stall: Stall,
+    impulse: StallImpulse,
     position: PositionLimits,
     supply: Supply,
     thermal: Thermal,
@@ -60,7 +63,7 @@ pub(crate) struct Monitors {
     wind_up: WindUp,
 }
 
-/// What they remember. The heat stays from one arming to the next.
+/// What they remember. The heat stays from one arming to the next, and so does the impulse without a count.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub(crate) struct MonitorState {
     /// What was applied since the last tick.
@@ -68,6 +71,7 @@ pub(crate) struct MonitorState {
     reversal: ReversalState,
     following: FollowingState,
     stall: StallState,
+    impulse: StallImpulseState,
     supply: SupplyState,
     thermal: ThermalState,
     link: LinkState,
@@ -115,6 +119,7 @@ impl Monitors {
             reversal: Reversal::new(limits, &units),
             following: FollowingError::new(limits, &units),
             stall: Stall::new(limits, &units),
+            impulse: StallImpulse::new(limits, &units),
             position: PositionLimits::new(limits, &units),
             supply: Supply::new(limits, &units),
             thermal: Thermal::new(limits, &units),
@@ -146,7 +151,8 @@ impl Monitors {
 
     /// The state that arming begins with.
     pub fn armed(&self, before: &MonitorState, by_link: bool) -> MonitorState {
-        MonitorState { thermal: before.thermal, link: LinkState::watch(by_link), ..MonitorState::default() }
+        let MonitorState { thermal, impulse, .. } = *before;
+        MonitorState { thermal, impulse, link: LinkState::watch(by_link), ..MonitorState::default() }
     }
 
     /// The state after other parameters were taken: the winding stays warm, whatever the code of a volt.
@@ -156,8 +162,9 @@ impl Monitors {
     }
 
     /// A tick without output.
-    pub fn idle(&self, state: &mut MonitorState) {
+    pub fn idle(&self, state: &mut MonitorState, seen: &Seen) {
         self.thermal.check(&mut state.thermal, 0);
+        self.impulse.see(&mut state.impulse, seen.position);
         state.code = 0;
         state.warning = false;
     }
@@ -177,11 +184,12 @@ impl Monitors {
         if let Some(travel) = self.reversal.check(&mut state.reversal, before, seen.travel) {
             return trip(Fault::EncoderReversed, deg(travel));
         }
-        let setpoint = tick.reference_counts;
-        if let Some(error) = self.following.check(&mut state.following, setpoint, tick.counts) {
+        let (setpoint, speed) = (tick.reference_counts, tick.reference_velocity);
+        if let Some(error) = self.following.check(&mut state.following, setpoint, speed, tick.counts) {
             return trip(Fault::FollowingError, deg(error));
         }
-        if self.stall.check(&mut state.stall, tick.code, seen.standstill) {
+        let stalls = self.stall.check(&mut state.stall, tick.code, seen.standstill);
+        if self.impulse.check(&mut state.impulse, tick.code, seen.position, seen.travel) || stalls {
             return trip(Fault::Stall, f32::from(tick.code) * self.units.code);
         }
         if self.position.check(seen.position) {

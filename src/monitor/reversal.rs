@@ -1,7 +1,7 @@
 //! Encoder or motor wired the wrong way around: the first move after arming goes against the effort.
 //!
 //! A joint that was at rest (arming requires it) goes where it is pushed. While the effort has one sign and is at
-//! least half of the stall threshold (the breakaway effort, by default), the travel with it is summed up. So many
+//! least the breakaway effort, the travel with it is summed up. So many
 //! counts with the effort prove the wiring until the next arming; as many against it trip. A joint that is still
 //! coasting from an effort the other way does not count until it has stopped.
 //!
@@ -32,7 +32,7 @@ impl Reversal {
     pub fn new(limits: &Limits, units: &Units) -> Self {
         let saturated = |units: u32| i32::try_from(units).unwrap_or(i32::MAX);
         Self {
-            code: saturated(Units::threshold(0.5 * limits.stall_effort, units.code)),
+            code: saturated(Units::threshold(limits.breakaway_effort, units.code)),
             counts: saturated(Units::threshold(limits.reversal, units.count)),
         }
     }

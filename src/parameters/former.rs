@@ -80,6 +80,10 @@ pub(super) fn read(body: &[u8], has_limits: bool, into: &mut Parameters) -> Resu
         for key in (FIRST_LIMIT..).take(LIMITS.into()).map(Key) {
             former.value(key, Type::Number)?;
         }
+        let Parameters { controller, device, limits, .. } = &mut *former.into;
+        let derived = Limits::derived(controller, device, 0.5 * limits.stall_effort);
+        limits.breakaway_effort = derived.breakaway_effort;
+        limits.stall_impulse = derived.stall_impulse;
     } else {
         let limits = Limits::derived(&former.into.controller, &former.into.device, 0.0);
         former.into.limits = limits;

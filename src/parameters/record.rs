@@ -22,7 +22,7 @@
 use super::{Parameters, former};
 use crate::error::Error;
 use crate::monitor::Limits;
-use crate::value::{Absent, Key, Table, Values};
+use crate::value::{Absent, Key, Table, Values, key};
 
 /// The format version of the body. 1: controller, motion, device, one after the other. 2: a motion
 /// may be a ramp. 3: limits after them. 4: entries.
@@ -30,6 +30,9 @@ pub const FORMAT_VERSION: u32 = 4;
 
 /// Bytes in which every record fits, header and all: some hundred values are in use, and 338 fit.
 pub const ROOM: usize = 2048;
+
+/// The number of `stall_v`.
+const STALL_EFFORT: Key = key(Limits::ABOUT, "stall_effort");
 
 const MAGIC: [u8; 4] = *b"STIC";
 pub(super) const HEADER: usize = 20;
@@ -110,7 +113,9 @@ impl Parameters {
     #[inline(never)]
     fn read(&mut self, body: &[u8]) -> Result<(), DecodeError> {
         take(self, body)?;
-        self.limits = Limits::derived(&self.controller, &self.device, 0.0);
+        // What starts the joint is half of the stall threshold, if that is given.
+        let breakaway = if has(body, STALL_EFFORT) { 0.5 * self.limits.stall_effort } else { 0.0 };
+        self.limits = Limits::derived(&self.controller, &self.device, breakaway);
         // The body is taken once more, since it may give some of the limits.
         take(self, body)?;
         read_back(self, body)?;

@@ -21,7 +21,13 @@ fn example() -> Parameters {
         velocity_window: 5,
         pd: PdGains { kp: 1.0, kd: 0.25 },
         compensator: Gains::EXAMPLES.iter().copied().take(4).collect(),
-        drive: DriveConfig { full_scale: 5.0, lsb: 0.00488, mode: PwmMode::SignMagnitude, pwm_hz: 1300.0 },
+        drive: DriveConfig {
+            full_scale: 5.0,
+            lsb: 0.00488,
+            mode: PwmMode::SignMagnitude,
+            pwm_hz: 1300.0,
+            duty_max: 1.0,
+        },
     };
     let corner = |k: u32| Corner { tick: 1000 * k, position: Position { counts: i32::MIN, fraction: 0.5 } };
     let motion =
@@ -91,7 +97,7 @@ fn former(laws: &[Gains], drive: DriveConfig, motion: Motion) -> Parameters {
 fn records_of_the_former_formats_are_read_as_they_were_meant() {
     let [ri, rvi, roi, feedforward, dnpf, srnf, ..] = *Gains::EXAMPLES else { unreachable!() };
     // PWM tops of 3818 and 4200 at 168 MHz.
-    let drive = |mode, pwm_hz| DriveConfig { full_scale: 12.0, lsb: 0.0125, mode, pwm_hz };
+    let drive = |mode, pwm_hz| DriveConfig { full_scale: 12.0, lsb: 0.0125, mode, pwm_hz, duty_max: 1.0 };
     let antiphase = drive(PwmMode::LockedAntiphase, 168e6 / 7636.0);
     let step = Motion::Step(Position { counts: -2066, fraction: 0.125 });
     let first = former(&[rvi, feedforward], antiphase, step);

@@ -14,7 +14,13 @@ const HARDWARE: Hardware = Hardware { pwm_clock_hz: 168e6, supply_top: 4095 };
 const NEUTRAL: Duty = Duty { compare: 1909, reverse: false };
 
 fn parameters(device: DeviceConfig) -> Parameters {
-    let drive = DriveConfig { full_scale: 5.0, lsb: 0.00488, mode: PwmMode::LockedAntiphase, pwm_hz: 22e3 };
+    let drive = DriveConfig {
+        full_scale: 5.0,
+        lsb: 0.00488,
+        mode: PwmMode::LockedAntiphase,
+        pwm_hz: 22e3,
+        duty_max: 1.0,
+    };
     let encoder =
         Encoder { resolution: 0.01, counter_bits: CounterBits::ThirtyTwo, direction: Direction::Forward };
     let controller = ControllerConfig {

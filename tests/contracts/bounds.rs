@@ -72,12 +72,16 @@ fn any_laws() -> impl Strategy<Value = Vec<Gains>> {
 
 fn any_drive() -> impl Strategy<Value = DriveConfig> {
     let mode = prop_oneof![Just(PwmMode::LockedAntiphase), Just(PwmMode::SignMagnitude)];
-    (any_positive(LARGEST), mode, floats(1300.0, 5.25e6)).prop_flat_map(|(full_scale, mode, pwm_hz)| {
+    // Often the whole duty, as most machines have it.
+    let duty_max = prop_oneof![Just(1.0), floats(f32::MIN_POSITIVE, 1.0)];
+    let drive = (any_positive(LARGEST), mode, floats(1300.0, 5.25e6), duty_max);
+    drive.prop_flat_map(|(full_scale, mode, pwm_hz, duty_max)| {
         floats((full_scale / 32_768.0).next_up(), full_scale).prop_map(move |lsb| DriveConfig {
             full_scale,
             lsb,
             mode,
             pwm_hz,
+            duty_max,
         })
     })
 }
@@ -147,9 +151,10 @@ proptest! {
         travels in vec(prop_oneof![any::<i32>(), -300..=300, Just(0)], 1..40),
     ) {
         let controller = Controller::new(&config, &STM32F405).unwrap();
-        let DriveConfig { full_scale, lsb, mode, pwm_hz } = config.drive;
+        let DriveConfig { full_scale, lsb, mode, pwm_hz, duty_max } = config.drive;
         let pwm_top = STM32F405.pwm_top(pwm_hz).unwrap();
         let max_code = controller.drive().max_code();
+        let cap = (f64::from(duty_max) * f64::from(max_code)).floor() as i16;
         // Two decimals are rounded to `f32`, so their quotient may be a whole number to 3e-7 only.
         let reach = f64::from(full_scale) / f64::from(lsb);
         let unused = reach - f64::from(max_code);
@@ -162,12 +167,14 @@ proptest! {
             let tick = joint.tick(counter, &reference);
             let sum = tick.v_pd + tick.v_c;
             prop_assert_eq!(tick.non_finite, !(sum.is_finite() && tick.setpoint().is_finite()));
-            let (v, saturated) = match tick.non_finite {
+            let (v, limited) = match tick.non_finite {
                 true => (0.0, false),
                 false => (sum.clamp(-full_scale, full_scale), sum.abs() > full_scale),
             };
-            prop_assert_eq!((tick.v, tick.saturated), (v, saturated), "{:?}", tick);
-            prop_assert_eq!(tick.code, controller.drive().code(v), "{:?}", tick);
+            let code = controller.drive().code(v);
+            let capped = code.clamp(-cap, cap);
+            prop_assert_eq!((tick.v, tick.saturated), (v, limited || capped != code), "{:?}", tick);
+            prop_assert_eq!(tick.code, capped, "{:?}", tick);
             prop_assert_eq!(tick.v_applied, f32::from(tick.code) * lsb, "{:?}", tick);
             prop_assert_eq!(tick.duty(), controller.drive().duty(tick.code), "{:?}", tick);
             prop_assert!(tick.code.abs() <= max_code && tick.compare <= pwm_top, "{tick:?}");

@@ -60,7 +60,13 @@ pub fn configured(kd: f32, laws: &[Gains]) -> ControllerConfig {
         velocity_window: 5,
         pd: PdGains { kp: 1.0, kd },
         compensator: laws.iter().copied().collect(),
-        drive: DriveConfig { full_scale: 5.0, lsb: 0.00488, mode: PwmMode::LockedAntiphase, pwm_hz: 22e3 },
+        drive: DriveConfig {
+            full_scale: 5.0,
+            lsb: 0.00488,
+            mode: PwmMode::LockedAntiphase,
+            pwm_hz: 22e3,
+            duty_max: 1.0,
+        },
     }
 }
 

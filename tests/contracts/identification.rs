@@ -69,7 +69,10 @@ fn a_position_may_wrap_while_the_joint_moves() {
     let counts = |tick: u32| i32::MAX.wrapping_add(tick.saturating_sub(50).min(9) as i32);
     let (state, _) = run(&ramp(), 10_000, counts);
     // The joint halts before the effort falls.
-    assert_eq!((state.findings().stick, state.findings().slip, state.findings().fall), (Some(51), Some(52), 0));
+    assert_eq!(
+        (state.findings().stick, state.findings().slip, state.findings().fall),
+        (Some(51), Some(52), 0)
+    );
 }
 
 #[test]

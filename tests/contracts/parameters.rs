@@ -33,11 +33,15 @@ fn excitation() -> (Reference, Vec<i32>) {
     (reference, counts)
 }
 
-/// Another value: a twentieth more, or the next one of those that there are.
+/// Another value: a twentieth more, or less where more is not allowed, or the next one of those
+/// that there are.
 fn a_little_else(values: &impl Values, key: Key) -> u32 {
     let bits = values.get(key).unwrap();
     match key.about().unwrap().kind {
-        Kind::Number => (1.05 * f32::from_bits(bits)).to_bits(),
+        Kind::Number => {
+            let (found, allowed) = values.with_bounds(key).unwrap();
+            (found * if allowed.includes(1.05 * found) { 1.05 } else { 0.95 }).to_bits()
+        }
         Kind::Whole => bits + 1,
         Kind::Flag => 1 - bits,
         Kind::Choice(words) => (bits + 1) % words.len() as u32,
@@ -53,8 +57,8 @@ fn every_parameter_of_the_controller_changes_the_output() {
     // The gains of laws come next; which laws there are, is the list itself.
     let parameters: Vec<_> =
         keys(&configured(0.17, &[])).into_iter().filter(|key| *key < FIRST_LAW).collect();
-    // The loop has 2, the encoder 3, the drive 4, PD 2.
-    assert_eq!(parameters.len(), 11);
+    // The loop has 2, the encoder 3, the drive 5, PD 2.
+    assert_eq!(parameters.len(), 12);
     for (name, config) in controllers() {
         let unchanged = output(&config);
         assert_eq!(output(&config), unchanged);

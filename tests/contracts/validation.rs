@@ -7,7 +7,7 @@ use super::fixture::*;
 /// What is meant to be allowed for every number: the law whose gain it is, its name, and its
 /// bounds. The bounds of the drive's LSB and of its PWM come from elsewhere, and have a test of
 /// their own.
-const BOUNDS: [(&str, &str, Allowed); 16] = [
+const BOUNDS: [(&str, &str, Allowed); 17] = [
     ("", "sample_time_s", Allowed::Above(0.0, 1.0)),
     ("", "resolution_deg", Allowed::Above(0.0, LARGEST)),
     ("", "full_scale_v", Allowed::Above(0.0, LARGEST)),
@@ -18,6 +18,7 @@ const BOUNDS: [(&str, &str, Allowed); 16] = [
     ("rvi", "ki_v_per_deg_s", Allowed::Between(0.0, LARGEST)),
     ("rvi", "gamma_deg2_per_s2", Allowed::Above(0.0, LARGEST)),
     ("roi", "t_roi_s", Allowed::Between(0.0, LARGEST)),
+    ("", "duty_max", Allowed::Above(0.0, 1.0)),
     ("roi", "v_roi_deg_per_s", Allowed::Between(0.0, LARGEST)),
     ("feedforward", "v_slip_v", Allowed::Between(0.0, LARGEST)),
     ("feedforward", "v_ff_deg_per_s", Allowed::Between(0.0, LARGEST)),

@@ -164,6 +164,7 @@ fn machine() -> impl Strategy<Value = Parameters> {
                 lsb: full_scale / (2.0 + 30_000.0 * n[3]),
                 mode: if flags[2] { PwmMode::LockedAntiphase } else { PwmMode::SignMagnitude },
                 pwm_hz,
+                duty_max: 1.0 - n[26],
             };
             (config.pd.kp, config.pd.kd) = (10.0 * n[4], n[5]);
             config.compensator = gains.into_iter().collect();
@@ -192,6 +193,8 @@ fn machine() -> impl Strategy<Value = Parameters> {
                 link_timeout: 600.0 * n[23],
                 wind_up_effort: n[24],
                 wind_up_time: n[25],
+                breakaway_effort: n[27],
+                stall_impulse: n[28],
             };
             machine
         },

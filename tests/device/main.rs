@@ -16,6 +16,7 @@ macro_rules! reliability {
     (@ $key:ident) => { $key };
 }
 
+mod dead_encoder;
 mod encoder_faults;
 mod fixture;
 mod fuzz;

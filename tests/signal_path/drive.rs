@@ -15,7 +15,7 @@ const TIMER: Hardware = Hardware { pwm_clock_hz: 4.0 * 32_767.0 * 100.0, supply_
 /// A drive whose timer has this top.
 fn drive(full_scale: f32, lsb: f32, mode: PwmMode, top: u16) -> Result<Drive, Error> {
     let pwm_hz = TIMER.pwm_clock_hz / (2.0 * f32::from(top));
-    let drive = Drive::new(&DriveConfig { full_scale, lsb, mode, pwm_hz }, &TIMER)?;
+    let drive = Drive::new(&DriveConfig { full_scale, lsb, mode, pwm_hz, duty_max: 1.0 }, &TIMER)?;
     assert_eq!(drive.pwm_top(), top);
     Ok(drive)
 }

@@ -1,0 +1,90 @@
+//! Effort beyond the breakaway, and the encoder does not count: the more effort, the sooner.
+//!
+//! ```text
+//! excess   = |effort| - breakaway        while that is positive; no less than breakaway/8, no more than breakaway
+//! impulse += excess h
+//! impulse  = 0                           when the encoder shows that it lives
+//! ```
+//!
+//! Trips when the impulse exceeds its limit: an inverse-time characteristic with a shortest and a longest time. By default
+//! the limit is the breakaway effort for half a second. So twice the breakaway trips after 0.5 s, and the least effort
+//! beyond it after 4 s. More than twice is for [`super::stall`].
+//!
+//! The impulse is added up across pauses, pulses, changes of sign and arming. Only counts clear it, and not every count: one
+//! wire that is cut lets the other flicker between two neighbouring counts. The encoder lives if the joint is two counts
+//! from where it was when it lived last. It also lives if it counts with an effort whose sign has turned since then: so
+//! does a joint that hunts across the edge of a count (DNPF at its set point). A trip starts it anew. Effort within the breakaway is never added, so that a law may hold a joint at
+//! rest for ever. An integral that waits for a joint whose friction is a half above `breakaway_v` is let wait.
+//!
+//! This sees a dead encoder under SRNF, which asks for the breakaway effort and little more. Does badly: a joint that
+//! moves needs less effort than the breakaway to keep moving. An encoder that dies while the joint moves, under an effort
+//! between the two levels of friction, is not seen. A joint with more friction than `breakaway_v` says trips while it
+//! rests under such an effort: from here it looks the same.
+
+use super::limits::{Limits, Units};
+
+/// The longest time is so many times the shortest.
+const LONGEST: u32 = 8;
+
+/// Impulse without a count against its limit.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct StallImpulse {
+    /// The largest code that is within the breakaway. It is the largest excess, too.
+    breakaway: u32,
+    /// Codes times ticks.
+    most: u32,
+}
+
+/// Codes times ticks beyond the breakaway since the last count.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub(super) struct StallImpulseState {
+    sum: u32,
+    /// Where the joint was when the encoder last showed that it lives, counts.
+    anchor: i32,
+    /// Sign of the last effort beyond the breakaway; zero: there was none yet.
+    sign: i8,
+    /// The sign has turned since then.
+    turned: bool,
+}
+
+impl StallImpulse {
+    pub fn new(limits: &Limits, units: &Units) -> Self {
+        let most = match limits.breakaway_effort {
+            v if v > 0.0 => Units::threshold(limits.stall_impulse, units.code * units.tick),
+            _ => u32::MAX,
+        };
+        // Towards zero: the largest code that is no more than the breakaway.
+        Self { breakaway: (limits.breakaway_effort / units.code) as u32, most }
+    }
+
+    /// Takes the position of the joint (counts), armed or not.
+    #[inline]
+    pub const fn see(&self, state: &mut StallImpulseState, position: i32) {
+        if position.wrapping_sub(state.anchor).unsigned_abs() > 1 {
+            *state = StallImpulseState { sum: 0, anchor: position, turned: false, ..*state };
+        }
+    }
+
+    /// Takes the code that is about to be applied, the position (counts) and what it has travelled since the last tick.
+    #[inline]
+    pub fn check(&self, state: &mut StallImpulseState, code: i16, position: i32, travel: i32) -> bool {
+        self.see(state, position);
+        if state.turned && travel.signum() == i32::from(state.sign) {
+            *state = StallImpulseState { sum: 0, anchor: position, turned: false, ..*state };
+        }
+        let size = u32::from(code.unsigned_abs());
+        if size <= self.breakaway {
+            return false;
+        }
+        let sign = if code > 0 { 1 } else { -1 };
+        state.turned |= state.sign == -sign;
+        state.sign = sign;
+        let excess = (size - self.breakaway).max(self.breakaway / LONGEST).min(self.breakaway).max(1);
+        state.sum = state.sum.saturating_add(excess);
+        let trips = state.sum > self.most;
+        if trips {
+            state.sum = 0;
+        }
+        trips
+    }
+}
