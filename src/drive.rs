@@ -31,8 +31,8 @@ table! {
     /// The configuration of a drive, in a user's units.
     #[derive(Clone, Copy, Debug, PartialEq)]
     pub struct DriveConfig (drive) "drive" {
-        /// Largest output of the controller, V. It scales the duty and does not limit it: full duty is
-        /// this output.
+        /// Largest output of the controller, V. It scales the duty and does not limit it: full duty
+        /// is this output.
         full_scale: f32 = 0x0301 "full_scale_v", Above(0.0, HUGE), Needed(5.0);
         /// Volts of one code: one to 32767 codes a side.
         lsb: f32 =
@@ -41,7 +41,8 @@ table! {
         pwm_hz: f32 = 0x0303 "pwm_hz", Above(0.0, 1e9), Needed(22e3);
         /// How the code reaches the bridge.
         mode: PwmMode = 0x0304 "mode", Any, Needed(PwmMode::LockedAntiphase);
-        /// Largest share of the full duty that the output stage lets through: what the motor bears of the supply.
+        /// Largest share of the full duty that the output stage lets through: what the motor bears
+        /// of the supply.
         duty_max: f32 = 0x0305 "duty_max", Above(0.0, 1.0), Default(1.0);
     }
 }

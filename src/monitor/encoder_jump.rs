@@ -1,7 +1,7 @@
 //! Travel in one tick that no motor could make: noise on the encoder's lines, a loose connector.
 //!
-//! Detected in the tick in which it is read. Does badly: a jump below the threshold passes for motion, and shifts the
-//! position for good.
+//! Detected in the tick in which it is read. Does badly: a jump below the threshold passes for
+//! motion, and shifts the position for good.
 
 use super::limits::{Limits, Units};
 

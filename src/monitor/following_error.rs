@@ -1,19 +1,22 @@
 //! The joint does not follow its set point, or runs away from it.
 //!
-//! The error may be as large as the limit. A set point that jumps makes room: until the error has been within half of the
-//! limit again, it may be larger by the size of the jump. So a step of any size passes, one that is just as large as the
-//! limit, too, and a joint that runs the other way does not.
+//! The error may be as large as the limit. A set point that jumps makes room: until the error has
+//! been within half of the limit again, it may be larger by the size of the jump. So a step of any
+//! size passes, one that is just as large as the limit, too, and a joint that runs the other way
+//! does not.
 //!
 //! ```text
 //! jump  = |set point - set point before - velocity h|     beyond half of the limit; less is none
 //! room += jump, never beyond the present error            0 once the error is within half of the limit
 //! ```
 //!
-//! What the set point travels at its own velocity is no jump. However fast a trajectory is, its error has the limit and no
-//! more. Jumps in a row add up, so that a joint that stays behind each of a row of steps trips in the end only if it runs
-//! away; it is the joint's travel against them that is bounded.
+//! What the set point travels at its own velocity is no jump. However fast a trajectory is, its
+//! error has the limit and no more. Jumps in a row add up, so that a joint that stays behind each
+//! of a row of steps trips in the end only if it runs away; it is the joint's travel against them
+//! that is bounded.
 //!
-//! Does badly: a joint that never sets out on a step does not trip this; [`super::stall`] is for that.
+//! Does badly: a joint that never sets out on a step does not trip this; [`super::stall`] is for
+//! that.
 
 use super::limits::{Limits, Units};
 
@@ -41,8 +44,8 @@ impl FollowingError {
         }
     }
 
-    /// Takes set point (counts), its velocity (deg/s) and the position (counts) of a tick; returns the error (counts) if
-    /// it is too large.
+    /// Takes set point (counts), its velocity (deg/s) and the position (counts) of a tick; returns
+    /// the error (counts) if it is too large.
     #[inline]
     pub fn check(
         &self,

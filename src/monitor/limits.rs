@@ -8,7 +8,8 @@ use crate::value::{Table, table};
 /// The largest error where Kp is zero and says nothing of it: a turn, deg.
 const TURN: f32 = 360.0;
 
-/// Where Kd is zero, the overspeed is the following error in this time, s: that of Kd = 0.15 s Kp, the thesis's ratio.
+/// Where Kd is zero, the overspeed is the following error in this time, s: that of Kd = 0.15 s Kp,
+/// the thesis's ratio.
 const UNDAMPED: f32 = 0.06;
 
 /// The impulse without a count is the breakaway effort for this time, s.
@@ -20,30 +21,33 @@ const LONGEST: f32 = 600.0;
 table! {
     /// Thresholds in a user's units. Zero turns a monitor off; nothing else does.
     ///
-    /// The examples are those of the thesis's loop under PD (5 V, Kp 1 V/deg, Kd 0.15 V s/deg, 20 ms).
+    /// The examples are those of the thesis's loop under PD (5 V, Kp 1 V/deg, Kd 0.15 V s/deg, 20
+    /// ms).
     #[derive(Clone, Copy, Debug, PartialEq)]
     pub struct Limits (limits) "limits" {
-        /// Travel in one tick, deg. Derived: that of a tick at twice the overspeed, and 4 counts; no motor
-        /// accelerates like that.
+        /// Travel in one tick, deg. Derived: that of a tick at twice the overspeed, and 4 counts;
+        /// no motor accelerates like that.
         encoder_jump: f32 = 0x0901 "encoder_jump_deg", Between(0.0, HUGE), Derived(3.343_013);
-        /// Effort beyond any friction, V. Derived: twice the breakaway effort, or half of the full scale if that is
-        /// not known. PD rests with less than the breakaway effort for ever; twice that moves a free joint by a
-        /// count within a tick.
+        /// Effort beyond any friction, V. Derived: twice the breakaway effort, or half of the full
+        /// scale if that is not known. PD rests with less than the breakaway effort for ever; twice
+        /// that moves a free joint by a count within a tick.
         stall_effort: f32 = 0x0902 "stall_v", Between(0.0, HUGE), Derived(0.8);
         /// Time without a count under that effort, s.
         stall_time: f32 = 0x0903 "stall_s", Between(0.0, LONGEST), Default(0.2);
-        /// Travel against the effort in the first move after arming, deg. Derived: 8 counts, twice the noise that
-        /// standstill allows; from rest a joint goes where it is pushed.
+        /// Travel against the effort in the first move after arming, deg. Derived: 8 counts, twice
+        /// the noise that standstill allows; from rest a joint goes where it is pushed.
         reversal: f32 = 0x0904 "reversal_deg", Between(0.0, HUGE), Derived(0.019_36);
-        /// Error beyond a jump of the set point, deg. Derived: full scale / Kp; beyond it more error gives no more
-        /// effort. Without Kp, a turn.
+        /// Error beyond a jump of the set point, deg. Derived: full scale / Kp; beyond it more
+        /// error gives no more effort. Without Kp, a turn.
         following_error: f32 = 0x0905 "following_error_deg", Between(0.0, HUGE), Derived(5.0);
-        /// Measured speed, deg/s. Derived: 2.5 full scale / Kd, never below 16 counts a tick: the damping alone would
-        /// take two and a half times the output. Without Kd, that of Kd = 0.15 s Kp. On the thesis's joint a step of 25 deg passes under every law, and an
-        /// unstable loop is seen within a second; at half as much again, or at the motor's speed without load, some
-        /// are not.
+        /// Measured speed, deg/s. Derived: 2.5 full scale / Kd, never below 16 counts a tick: the
+        /// damping alone would take two and a half times the output. Without Kd, that of Kd = 0.15
+        /// s Kp. On the thesis's joint a step of 25 deg passes under every law, and an unstable
+        /// loop is seen within a second; at half as much again, or at the motor's speed without
+        /// load, some are not.
         overspeed: f32 = 0x0906 "overspeed_deg_per_s", Between(0.0, HUGE), Derived(83.333_336);
-        /// Lowest position, deg from where the joint stood at power-on. Both limits zero: there are none.
+        /// Lowest position, deg from where the joint stood at power-on. Both limits zero: there are
+        /// none.
         position_min: f32 = 0x0907 "position_min_deg", Between(-HUGE, HUGE), Default(0.0);
         /// Highest position, deg, not below `position_min_deg`.
         position_max: f32 = 0x0908 "position_max_deg", Between(limits.position_min, HUGE), Default(0.0);
@@ -51,25 +55,26 @@ table! {
         supply_min: f32 = 0x0909 "supply_min_v", Between(0.0, HUGE), Derived(0.0);
         /// Highest supply, V. Derived: 1.3 of the nominal supply.
         supply_max: f32 = 0x090A "supply_max_v", Between(0.0, HUGE), Derived(0.0);
-        /// Effort that the motor bears for ever, V. Derived: three quarters of the full scale, which lets the full
-        /// scale through for 8.3 s; the thesis's most violent oscillation heats like 0.7 of it. The motor's data sheet
-        /// knows better.
+        /// Effort that the motor bears for ever, V. Derived: three quarters of the full scale,
+        /// which lets the full scale through for 8.3 s; the thesis's most violent oscillation heats
+        /// like 0.7 of it. The motor's data sheet knows better.
         continuous_effort: f32 = 0x090B "continuous_v", Between(0.0, HUGE), Derived(3.75);
-        /// Time constant of the motor's winding, s. Slower windings would change by less than a rounding in a tick of
-        /// 0.1 ms.
+        /// Time constant of the motor's winding, s. Slower windings would change by less than a
+        /// rounding in a tick of 0.1 ms.
         thermal_time: f32 = 0x090C "thermal_s", Between(0.1, 100.0), Default(10.0);
-        /// Silence of the link that armed the servo, s: five polls of a client that polls ten times a second.
+        /// Silence of the link that armed the servo, s: five polls of a client that polls ten times
+        /// a second.
         link_timeout: f32 = 0x090D "link_timeout_s", Between(0.0, LONGEST), Default(0.5);
-        /// Effort of the compensator at standstill that is reported, V. Derived: half of `stall_v`, the breakaway
-        /// effort.
+        /// Effort of the compensator at standstill that is reported, V. Derived: half of `stall_v`,
+        /// the breakaway effort.
         wind_up_effort: f32 = 0x090E "wind_up_v", Between(0.0, HUGE), Derived(0.4);
         /// How long the compensator has to hold that effort, s.
         wind_up_time: f32 = 0x090F "wind_up_s", Between(0.0, LONGEST), Default(1.0);
-        /// Effort that starts the joint, V. Derived: half of `stall_v`. More of it without a count adds up to
-        /// `stall_impulse_vs`.
+        /// Effort that starts the joint, V. Derived: half of `stall_v`. More of it without a count
+        /// adds up to `stall_impulse_vs`.
         breakaway_effort: f32 = 0x0910 "breakaway_v", Between(0.0, HUGE), Derived(0.4);
-        /// Effort beyond `breakaway_v` times its time, added up until a count comes, V s. Derived: `breakaway_v` for half
-        /// a second.
+        /// Effort beyond `breakaway_v` times its time, added up until a count comes, V s. Derived:
+        /// `breakaway_v` for half a second.
         stall_impulse: f32 = 0x0911 "stall_impulse_vs", Between(0.0, HUGE), Derived(0.2);
     }
 }
@@ -96,9 +101,9 @@ impl Limits {
         stall_impulse: 0.0,
     };
 
-    /// What can be derived from the loop itself, for machines that say nothing of it; the sentence of each limit says
-    /// how and why. `breakaway` is the effort that starts the joint (V), or zero if it is not known. A law may say more
-    /// about its speed and its error than PD's gains do.
+    /// What can be derived from the loop itself, for machines that say nothing of it; the sentence
+    /// of each limit says how and why. `breakaway` is the effort that starts the joint (V), or zero
+    /// if it is not known. A law may say more about its speed and its error than PD's gains do.
     pub fn derived(controller: &ControllerConfig, device: &DeviceConfig, breakaway: f32) -> Self {
         let around = controller.around();
         let (full_scale, count, sample_time) = (around.full_scale, around.resolution, around.sample_time);

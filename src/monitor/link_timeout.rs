@@ -1,6 +1,7 @@
 //! The link that armed or moved the servo has fallen silent: a cable pulled, a host that hangs.
 //!
-//! On as soon as a link has armed, or has moved what had armed by itself, until the servo is stopped. Any frame that is whole counts as a sign of life.
+//! On as soon as a link has armed, or has moved what had armed by itself, until the servo is
+//! stopped. Any frame that is whole counts as a sign of life.
 
 use super::limits::{Limits, Units};
 

@@ -1,11 +1,12 @@
 //! Monitors: what turns the bridge off, in the tick in which it is seen.
 //!
-//! Each is one module: what it looks at, how soon, and what it does badly. [`Limits`] are their thresholds in a user's
-//! units; the monitors are made of them once, in counts, codes and ticks, so that a tick compares integers. What
-//! is seen first in this order is told: a jump of the encoder is a following error, too.
+//! Each is one module: what it looks at, how soon, and what it does badly. [`Limits`] are their
+//! thresholds in a user's units; the monitors are made of them once, in counts, codes and ticks, so
+//! that a tick compares integers. What is seen first in this order is told: a jump of the encoder
+//! is a following error, too.
 //!
-//! Faults that are not seen in a tick (clock, watchdog, panic, overrun, break input) come from the board, and
-//! [`Fault::NonFinite`] from the controller.
+//! Faults that are not seen in a tick (clock, watchdog, panic, overrun, break input) come from the
+//! board, and [`Fault::NonFinite`] from the controller.
 
 mod encoder_jump;
 mod following_error;
@@ -63,7 +64,8 @@ pub(crate) struct Monitors {
     wind_up: WindUp,
 }
 
-/// What they remember. The heat stays from one arming to the next, and so does the impulse without a count.
+/// What they remember. The heat stays from one arming to the next, and so does the impulse without
+/// a count.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub(crate) struct MonitorState {
     /// What was applied since the last tick.
@@ -155,7 +157,8 @@ impl Monitors {
         MonitorState { thermal, impulse, link: LinkState::watch(by_link), ..MonitorState::default() }
     }
 
-    /// The state after other parameters were taken: the winding stays warm, whatever the code of a volt.
+    /// The state after other parameters were taken: the winding stays warm, whatever the code of a
+    /// volt.
     pub fn taken_over(&self, before: &MonitorState, monitors: &Self) -> MonitorState {
         let thermal = before.thermal.scaled(monitors.units.code / self.units.code);
         MonitorState { thermal, ..MonitorState::default() }

@@ -1,7 +1,8 @@
 //! The range of positions, counted from where the joint stood at power-on.
 //!
-//! Arming anew shifts the zero of the controller, not this one: otherwise a joint could be walked out of its range in
-//! steps. Does badly: without an index or a homing switch the range is only as good as the place of power-on.
+//! Arming anew shifts the zero of the controller, not this one: otherwise a joint could be walked
+//! out of its range in steps. Does badly: without an index or a homing switch the range is only as
+//! good as the place of power-on.
 
 use super::limits::{Limits, Units};
 

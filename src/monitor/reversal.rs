@@ -1,12 +1,14 @@
-//! Encoder or motor wired the wrong way around: the first move after arming goes against the effort.
+//! Encoder or motor wired the wrong way around: the first move after arming goes against the
+//! effort.
 //!
-//! A joint that was at rest (arming requires it) goes where it is pushed. While the effort has one sign and is at
-//! least the breakaway effort, the travel with it is summed up. So many
-//! counts with the effort prove the wiring until the next arming; as many against it trip. A joint that is still
-//! coasting from an effort the other way does not count until it has stopped.
+//! A joint that was at rest (arming requires it) goes where it is pushed. While the effort has one
+//! sign and is at least the breakaway effort, the travel with it is summed up. So many counts with
+//! the effort prove the wiring until the next arming; as many against it trip. A joint that is
+//! still coasting from an effort the other way does not count until it has stopped.
 //!
-//! Does badly: once proven, a connector that is turned while the joint moves is left to following error and
-//! overspeed. A load that pulls harder than the motor in the first move looks like a wrong wire.
+//! Does badly: once proven, a connector that is turned while the joint moves is left to following
+//! error and overspeed. A load that pulls harder than the motor in the first move looks like a
+//! wrong wire.
 
 use super::limits::{Limits, Units};
 
@@ -37,8 +39,8 @@ impl Reversal {
         }
     }
 
-    /// Takes the travel of this tick and the code that was applied meanwhile; returns the travel against it if that is
-    /// too much.
+    /// Takes the travel of this tick and the code that was applied meanwhile; returns the travel
+    /// against it if that is too much.
     #[inline]
     pub fn check(&self, state: &mut ReversalState, code: i16, travel: i32) -> Option<i32> {
         if state.proven {

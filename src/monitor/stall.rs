@@ -1,9 +1,10 @@
 //! Effort beyond any friction, and the encoder does not count.
 //!
-//! Trips when the effort has had one sign and at least the size of the threshold, and the joint has stood still
-//! ([`super::Standstill`]), both for the stated time. PD rests with effort applied for ever, so the threshold lies
-//! above the breakaway effort: by default twice that. A blocked joint, a cut encoder wire (one or both), a motor that
-//! is not connected and a bridge that does not drive look alike from here.
+//! Trips when the effort has had one sign and at least the size of the threshold, and the joint has
+//! stood still ([`super::Standstill`]), both for the stated time. PD rests with effort applied for
+//! ever, so the threshold lies above the breakaway effort: by default twice that. A blocked joint,
+//! a cut encoder wire (one or both), a motor that is not connected and a bridge that does not drive
+//! look alike from here.
 //!
 //! Does badly: a cut wire under less effort than the threshold looks like rest.
 

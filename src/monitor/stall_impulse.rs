@@ -6,20 +6,24 @@
 //! impulse  = 0                           when the encoder shows that it lives
 //! ```
 //!
-//! Trips when the impulse exceeds its limit: an inverse-time characteristic with a shortest and a longest time. By default
-//! the limit is the breakaway effort for half a second. So twice the breakaway trips after 0.5 s, and the least effort
-//! beyond it after 4 s. More than twice is for [`super::stall`].
+//! Trips when the impulse exceeds its limit: an inverse-time characteristic with a shortest and a
+//! longest time. By default the limit is the breakaway effort for half a second. So twice the
+//! breakaway trips after 0.5 s, and the least effort beyond it after 4 s. More than twice is for
+//! [`super::stall`].
 //!
-//! The impulse is added up across pauses, pulses, changes of sign and arming. Only counts clear it, and not every count: one
-//! wire that is cut lets the other flicker between two neighbouring counts. The encoder lives if the joint is two counts
-//! from where it was when it lived last. It also lives if it counts with an effort whose sign has turned since then: so
-//! does a joint that hunts across the edge of a count (DNPF at its set point). A trip starts it anew. Effort within the breakaway is never added, so that a law may hold a joint at
-//! rest for ever. An integral that waits for a joint whose friction is a half above `breakaway_v` is let wait.
+//! The impulse is added up across pauses, pulses, changes of sign and arming. Only counts clear it,
+//! and not every count: one wire that is cut lets the other flicker between two neighbouring
+//! counts. The encoder lives if the joint is two counts from where it was when it lived last. It
+//! also lives if it counts with an effort whose sign has turned since then: so does a joint that
+//! hunts across the edge of a count (DNPF at its set point). A trip starts it anew. Effort within
+//! the breakaway is never added, so that a law may hold a joint at rest for ever. An integral that
+//! waits for a joint whose friction is a half above `breakaway_v` is let wait.
 //!
-//! This sees a dead encoder under SRNF, which asks for the breakaway effort and little more. Does badly: a joint that
-//! moves needs less effort than the breakaway to keep moving. An encoder that dies while the joint moves, under an effort
-//! between the two levels of friction, is not seen. A joint with more friction than `breakaway_v` says trips while it
-//! rests under such an effort: from here it looks the same.
+//! This sees a dead encoder under SRNF, which asks for the breakaway effort and little more. Does
+//! badly: a joint that moves needs less effort than the breakaway to keep moving. An encoder that
+//! dies while the joint moves, under an effort between the two levels of friction, is not seen. A
+//! joint with more friction than `breakaway_v` says trips while it rests under such an effort: from
+//! here it looks the same.
 
 use super::limits::{Limits, Units};
 
@@ -65,7 +69,8 @@ impl StallImpulse {
         }
     }
 
-    /// Takes the code that is about to be applied, the position (counts) and what it has travelled since the last tick.
+    /// Takes the code that is about to be applied, the position (counts) and what it has travelled
+    /// since the last tick.
     #[inline]
     pub fn check(&self, state: &mut StallImpulseState, code: i16, position: i32, travel: i32) -> bool {
         self.see(state, position);

@@ -1,8 +1,8 @@
 //! How long the joint has stood still.
 //!
-//! It stands still while its position stays within two counts of where it was: an encoder on an edge, or one with a
-//! wire cut, flickers by one. Slow creep is no standstill, however slow, because it leaves the band in the end; for
-//! how long it may look like one is up to those who ask.
+//! It stands still while its position stays within two counts of where it was: an encoder on an
+//! edge, or one with a wire cut, flickers by one. Slow creep is no standstill, however slow,
+//! because it leaves the band in the end; for how long it may look like one is up to those who ask.
 
 /// Half the band, counts.
 const BAND: u32 = 2;
@@ -15,7 +15,8 @@ pub struct Standstill {
 }
 
 impl Standstill {
-    /// Takes the position of a tick (counts), and returns for how many ticks the joint has stood still.
+    /// Takes the position of a tick (counts), and returns for how many ticks the joint has stood
+    /// still.
     ///
     /// ```
     /// let mut standstill = stiction::monitor::Standstill::default();

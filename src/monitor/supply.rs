@@ -1,4 +1,5 @@
-//! The supply of the bridge, too low (a cable, a fuse, a battery) or too high (a braking motor, a wrong adapter).
+//! The supply of the bridge, too low (a cable, a fuse, a battery) or too high (a braking motor, a
+//! wrong adapter).
 //!
 //! Three readings in a row trip it: the dip of a single one is that of a commutation.
 

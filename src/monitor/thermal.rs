@@ -1,12 +1,14 @@
-//! A thermal model of the motor's winding: the square of the effort through a first-order lag (I2t).
+//! A thermal model of the motor's winding: the square of the effort through a first-order lag
+//! (I2t).
 //!
 //! ```text
 //! heat += (effort^2 - heat) h / tau          trips when heat > continuous^2
 //! ```
 //!
-//! Full effort `V` from cold trips after `tau ln(1 / (1 - (continuous / V)^2))`. The winding cools while the bridge is
-//! off and stays warm when the servo is armed again. Does badly: it knows neither the motor nor the room; a reset
-//! forgets the heat; on a bridge that gives a voltage, the effort is the current of a motor that stands still.
+//! Full effort `V` from cold trips after `tau ln(1 / (1 - (continuous / V)^2))`. The winding cools
+//! while the bridge is off and stays warm when the servo is armed again. Does badly: it knows
+//! neither the motor nor the room; a reset forgets the heat; on a bridge that gives a voltage, the
+//! effort is the current of a motor that stands still.
 
 use super::limits::{Limits, Units};
 

@@ -1,7 +1,7 @@
 //! An encoder that is dead: how far the joint goes before the servo lets it go, under every law.
 //!
-//! Both wires are cut, so that the counter stands still whatever the joint does. The servo has the limits that are derived
-//! for the thesis's robot (0.4 V start it, 0.38 V keep it moving).
+//! Both wires are cut, so that the counter stands still whatever the joint does. The servo has the
+//! limits that are derived for the thesis's robot (0.4 V start it, 0.38 V keep it moving).
 
 use host_sim::device::simulated::{SimulatedDevice, Wires};
 use stiction::Fault;
@@ -34,7 +34,8 @@ fn step(device: &mut SimulatedDevice, to_deg: f64) {
     device.device.servo().follow(Reference::Step(step)).unwrap();
 }
 
-/// Lets a minute pass, or less if the servo is no longer armed; says whether it is and the last output.
+/// Lets a minute pass, or less if the servo is no longer armed; says whether it is and the last
+/// output.
 fn a_minute(device: &mut SimulatedDevice) -> (bool, Output) {
     let mut output = device.tick();
     for _ in 0..MINUTE {
@@ -47,8 +48,8 @@ fn a_minute(device: &mut SimulatedDevice) -> (bool, Output) {
     (output.state == State::Armed, output)
 }
 
-/// Where a joint at rest is after `ticks` ticks under a constant effort (V) that starts it, deg, in closed form: Table 1 of
-/// the thesis has kappa 27 deg/s^2 per V, b 0.02 V s/deg, T_d 0.38 V.
+/// Where a joint at rest is after `ticks` ticks under a constant effort (V) that starts it, deg, in
+/// closed form: Table 1 of the thesis has kappa 27 deg/s^2 per V, b 0.02 V s/deg, T_d 0.38 V.
 fn pushed(effort: f64, ticks: f64) -> f64 {
     let (kappa, b, slip) = (27.0, 0.02, 0.38);
     let (time, tau) = (0.02 * ticks, 1.0 / (kappa * b));
@@ -71,8 +72,8 @@ fn an_encoder_that_is_dead_from_rest_is_seen_under_every_law_and_error() {
                 continue;
             }
             assert_eq!(output.state, State::Faulted(Fault::Stall), "{law}, {error} deg");
-            // Up to an eighth beyond 0.4 V trips after 4 s, and no effort takes longer; more leads less far, since it is
-            // seen sooner. 8 deg, and a tick of coasting.
+            // Up to an eighth beyond 0.4 V trips after 4 s, and no effort takes longer; more leads
+            // less far, since it is seen sooner. 8 deg, and a tick of coasting.
             assert!(travel < pushed(0.45, 203.0), "{law}, {error} deg: {travel} deg");
         }
     }
@@ -80,15 +81,16 @@ fn an_encoder_that_is_dead_from_rest_is_seen_under_every_law_and_error() {
 
 #[test]
 fn a_constant_effort_leads_as_far_as_its_impulse_says() {
-    // 0.4 V for every error within 0.4 deg, a code more than 0.4 V when it is rounded; and under SRNF 0.4 V and the error,
-    // for its tanh is 1 by then.
+    // 0.4 V for every error within 0.4 deg, a code more than 0.4 V when it is rounded; and under
+    // SRNF 0.4 V and the error, for its tanh is 1 by then.
     for (law, error, effort) in [("dnpf", 0.2, 0.4), ("srnf", 0.1, 0.5), ("srnf", 0.2, 0.6)] {
         let mut device = armed(law);
         device.wires = Wires::Cut;
         step(&mut device, error);
         let (is_armed, _) = a_minute(&mut device);
         let code: f64 = (effort / 0.00488f64).round();
-        // In codes; an eighth of 81 is 10. The tick that trips is not applied, but the joint coasts in it.
+        // In codes; an eighth of 81 is 10. The tick that trips is not applied, but the joint coasts
+        // in it.
         let ticks = (0.2 / (0.00488 * 0.02) / (code - 81.0).max(10.0)).floor();
         let travel = device.position_deg();
         // The soft start takes a part of the first two.
