@@ -5,7 +5,6 @@
 pub mod client;
 #[cfg(feature = "emulator")]
 pub mod emulated;
-pub mod joint;
 pub mod log;
 pub mod machine_file;
 pub mod port;

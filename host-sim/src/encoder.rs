@@ -14,6 +14,20 @@ pub enum Rounding {
     Floor,
 }
 
+/// The wires of the encoder.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Wires {
+    /// As they should be.
+    #[default]
+    Sound,
+    /// Both cut: the counter stands.
+    Cut,
+    /// One cut: the other one's edges count up and down by turns.
+    OneCut,
+    /// The two exchanged.
+    Swapped,
+}
+
 /// Model of an incremental encoder: `counter = round(position / resolution + phase)`, wrapped.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct EncoderModel {

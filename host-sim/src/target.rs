@@ -1,11 +1,12 @@
-//! What drives a joint, sample by sample: the bare control loop, or the servo around it.
+//! What drives a plant, sample by sample: the bare control loop, the servo around it, or the flash
+//! image.
 //!
 //! ```text
-//! counter -> Target::tick -> Tick (its code is what the bridge gets) -> the joint moves on -> counter
+//! counter -> Target::tick -> Tick (its code is what the bridge gets) -> the plant moves on -> counter
 //! ```
 //!
-//! [`ClosedLoop`](crate::closed_loop::ClosedLoop) steps either against the simulated joint. The flash image is the third
-//! target: there the emulated part keeps the time, so it has a harness of its own (`emulator/`).
+//! [`ClosedLoop`](crate::closed_loop::ClosedLoop) steps each of them against a
+//! [`Plant`](crate::plant::Plant). The flash image in lockstep is `emulator/side_by_side.rs`.
 
 use stiction::encoder::EncoderState;
 use stiction::fault::Latched;
@@ -37,14 +38,21 @@ impl<'a> BareLoop<'a> {
         let encoder = EncoderState::start(counter, counts);
         Self { controller, course, encoder, state: CourseState::start(controller, counts) }
     }
+
+    /// One tick, and whether it was one more than a ramp has.
+    #[inline]
+    pub fn follow(&mut self, counter: u32) -> (Tick, bool) {
+        let travel = self.controller.encoder().update(&mut self.encoder, counter);
+        let tick = self.course.tick(self.controller, &mut self.state, Reading::travel(travel));
+        let is_over = matches!(self.course, Course::Ramp(_)) && self.state.ramp().is_over();
+        (tick, is_over)
+    }
 }
 
 impl Target for BareLoop<'_> {
     #[inline]
     fn tick(&mut self, counter: u32) -> Option<Tick> {
-        let travel = self.controller.encoder().update(&mut self.encoder, counter);
-        let tick = self.course.tick(self.controller, &mut self.state, Reading::travel(travel));
-        let is_over = matches!(self.course, Course::Ramp(_)) && self.state.ramp().is_over();
+        let (tick, is_over) = self.follow(counter);
         (!is_over).then_some(tick)
     }
 }
