@@ -3,8 +3,6 @@
 //! What a controller board is told: `[device]` of a machine's file, and the record of the whole machine for its flash.
 
 pub mod client;
-#[cfg(feature = "emulator")]
-pub mod emulated;
 pub mod log;
 pub mod machine_file;
 pub mod port;

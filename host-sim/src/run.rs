@@ -216,15 +216,6 @@ impl Trace {
             Self::Ramp(moments) => moments.push(moment.into()),
         }
     }
-
-    /// How many instants there are.
-    #[cfg(feature = "emulator")]
-    pub(crate) const fn len(&self) -> usize {
-        match self {
-            Self::Loop(moments) => moments.len(),
-            Self::Ramp(moments) => moments.len(),
-        }
-    }
 }
 
 impl RunResult {

@@ -196,9 +196,9 @@ const ELSEWHERE: [(Fault, &str); 8] = [
     (Fault::NonFinite, "no parameters that are accepted lead there (src/servo/tests.rs)"),
     (Fault::NoParameters, "only at boot: parameters cannot go while it is armed (tests/device/link.rs)"),
     (Fault::BadParameters, "the same"),
-    (Fault::ClockAbsent, "only at boot; tests/image/mishaps.rs"),
+    (Fault::ClockAbsent, "only at boot; tests/image/hardware_faults.rs"),
     (Fault::BrownOut, "the part is reset: nothing runs that could detect it"),
-    (Fault::ResetWhileArmed, "told after the reset; tests/image/mishaps.rs"),
+    (Fault::ResetWhileArmed, "told after the reset; tests/image/hardware_faults.rs"),
     (Fault::HardFault, "the part is reset"),
     (Fault::EncoderReversed, "only in the first move: a test of its own, below"),
 ];

@@ -3,7 +3,7 @@
 use std::sync::Arc;
 
 use host_sim::emulator::FirmwareImage;
-use host_sim::emulator::metered::{EVERYTHING_ON, count};
+use host_sim::emulator::counted::{EVERYTHING_ON, count};
 use host_sim::emulator::probe::{Points, TickCost};
 use host_sim::firmware::blocks::Blocks;
 use host_sim::firmware::budgets::INTERRUPT_INSTRUCTIONS;

@@ -3,37 +3,21 @@
 //! The image gets the parameters of one plan, and the core beside it is that of another. What has to be found is
 //! what two runs on the host differ in first.
 
-use std::sync::Arc;
+use std::sync::atomic::AtomicU32;
 
-use host_sim::emulator::board::Fitted;
-use host_sim::emulator::in_the_loop::{Setup, run};
-use host_sim::emulator::joint::Joint;
 use host_sim::emulator::parameters::blob;
 use host_sim::emulator::{Difference, FirmwareImage, first_difference};
 use host_sim::experiment::RunPlan;
 use host_sim::run::{RunResult, Trace, run_all};
-use host_sim::solver::ExactAxis;
 use stiction::Tick;
 
-use crate::common::{image, plans};
+use crate::common::{emulation, image, plans};
 
 /// Runs the image with the parameters of one plan beside the core of another.
-fn refusal(told: &RunPlan, replayed: &RunPlan, free_running: bool) -> String {
-    let setup = Setup {
-        label: "a run".into(),
-        image: Arc::new(FirmwareImage::open(&image()).unwrap()),
-        parameters: blob(told).unwrap(),
-        fitted: Fitted::default(),
-        free_running,
-        listener: None,
-        ticks: Arc::default(),
-        interrupt: Arc::default(),
-        points: None,
-    };
-    let solver = ExactAxis::at_rest(&replayed.axis().unwrap(), replayed.machine.sampling.sample_time_s());
-    let (around, course) = (replayed.closed_loop().unwrap(), replayed.course().unwrap());
-    let joint = Joint::new(around, course, solver, replayed.samples().unwrap());
-    match run(&setup, joint) {
+fn refusal(told: &RunPlan, beside: &RunPlan, free_running: bool) -> String {
+    let mut emulation = emulation();
+    emulation.free_running = free_running;
+    match emulation.run_told(blob(told).unwrap(), beside, &AtomicU32::default()) {
         Ok(_) => panic!("nothing was found"),
         Err(error) => error.to_string(),
     }

@@ -7,8 +7,6 @@
 #[cfg(feature = "emulator")]
 mod bad_input;
 #[cfg(feature = "emulator")]
-mod bench;
-#[cfg(feature = "emulator")]
 mod bit_for_bit;
 #[cfg(feature = "emulator")]
 mod common;
@@ -21,13 +19,15 @@ mod device_link;
 #[cfg(feature = "emulator")]
 mod differences;
 #[cfg(feature = "emulator")]
+mod fault_injection;
+#[cfg(feature = "emulator")]
 mod free_running;
+#[cfg(feature = "emulator")]
+mod hardware_faults;
 #[cfg(feature = "emulator")]
 mod link;
 #[cfg(feature = "emulator")]
 mod matrix;
-#[cfg(feature = "emulator")]
-mod mishaps;
 #[cfg(feature = "emulator")]
 mod parameters;
 #[cfg(feature = "emulator")]

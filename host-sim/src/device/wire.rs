@@ -56,7 +56,7 @@ pub struct SimulatedWire {
 }
 
 /// A host that was away for longer has stopped the device's time as well.
-pub(super) const AWAY: Duration = Duration::from_millis(200);
+pub(crate) const AWAY: Duration = Duration::from_millis(200);
 
 /// Of every output of a simulated device.
 pub const SIMULATED: &str = "SIMULATED DEVICE: no motor moves or stops.";

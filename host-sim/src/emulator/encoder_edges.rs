@@ -11,7 +11,7 @@ use rigless::soc::stm32f427::peripherals::tim::Channel;
 use rigless::time::VirtualNanos;
 
 use super::board::{EmulatedBoard, Port};
-use crate::device::simulated::Wires;
+use crate::encoder::Wires;
 
 /// TIM2, by its place in the part's table of general-purpose timers.
 const TIM2: usize = 0;

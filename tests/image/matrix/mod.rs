@@ -13,16 +13,16 @@
 mod driven;
 mod rows;
 
-use host_sim::device::simulated::Wires;
-use host_sim::emulator::bench::Mishap;
 use host_sim::emulator::board::CLOCK_HZ;
-use host_sim::emulator::rig::Sample;
+use host_sim::emulator::coupling::Sample;
+use host_sim::emulator::fault_injection::Injection;
+use host_sim::encoder::Wires;
 use host_sim::firmware::budgets::INTERRUPT_INSTRUCTIONS;
 use stiction::Fault;
 use stiction::compensator::Gains;
 use stiction::link::State;
 
-use crate::bench::MS;
+use crate::fault_injection::MS;
 use driven::{Driven, SITUATIONS, Situation, sound};
 use rows::{Reported, Row, reported};
 
@@ -52,9 +52,9 @@ const ROWS: [&Row; 12] = [
 
 /// Why the others are in no row.
 const ELSEWHERE: [(Fault, &str); 4] = [
-    (Fault::NoParameters, "only at boot: tests/image/mishaps.rs"),
-    (Fault::BadParameters, "only at boot: tests/image/mishaps.rs"),
-    (Fault::ClockAbsent, "only at boot: tests/image/mishaps.rs"),
+    (Fault::NoParameters, "only at boot: tests/image/hardware_faults.rs"),
+    (Fault::BadParameters, "only at boot: tests/image/hardware_faults.rs"),
+    (Fault::ClockAbsent, "only at boot: tests/image/hardware_faults.rs"),
     (Fault::EncoderReversed, "only in the first move: a test of its own, below"),
 ];
 
@@ -62,7 +62,7 @@ const ELSEWHERE: [(Fault, &str); 4] = [
 fn seen(row: &Row, driven: &mut Driven, name: &str, [least, most]: [u32; 2]) -> (u32, Sample) {
     let inject = row.inject;
     for tick in 0..most {
-        driven.act(move |held| inject(held, tick));
+        driven.act(move |halted| inject(halted, tick));
         // A client that is there.
         if row.fault != Fault::LinkTimeout && tick % 10 == 5 {
             driven.status();
@@ -93,12 +93,12 @@ fn assert_latched(driven: &mut Driven, name: &str, (fault, value): (Fault, [f32;
 /// The reset after a fault tells it and drives nothing.
 fn assert_kept_across_a_reset(driven: &mut Driven, name: &str, fault: Fault) {
     let (off, _) = driven.off_and_now();
-    driven.act(|held| {
-        sound(held);
-        held.push(0.0, 0.0);
+    driven.act(|halted| {
+        sound(halted);
+        halted.push(0.0, 0.0);
     });
     driven.samples(2);
-    driven.act(|held| held.mishap(Mishap::Reset));
+    driven.act(|halted| halted.inject(Injection::Reset));
     driven.wait(200 * MS);
     driven.connect_anew();
     assert_eq!(driven.status().fault.code, fault as u8, "{name}");
@@ -114,10 +114,10 @@ fn assert_armed_again_only_as_it_should(driven: &mut Driven, name: &str) {
     driven.client().clear().unwrap();
     assert!(!driven.samples(2).bridge.is_on(), "{name}");
     assert_eq!(driven.state(), State::Stopped, "{name}");
-    driven.act(|held| held.push(0.0, 5.0));
+    driven.act(|halted| halted.push(0.0, 5.0));
     driven.samples(2);
     assert!(driven.client().arm().unwrap_err().to_string().contains("at rest"), "{name}");
-    driven.act(|held| held.push(0.0, 0.0));
+    driven.act(|halted| halted.push(0.0, 0.0));
     driven.samples(10);
     driven.client().arm().unwrap();
     // The one that was under way, and an armed one.
@@ -196,12 +196,12 @@ fn a_reversed_encoder_is_seen_in_the_first_move_under_every_law() {
     let mut slowest = 0;
     for law in laws() {
         driven.take(law, &[]);
-        driven.act(|held| held.rewire(Wires::Swapped));
+        driven.act(|halted| halted.rewire(Wires::Swapped));
         driven.samples(10);
         driven.client().arm().unwrap();
         driven.client().step_to(5.0).unwrap();
         driven.samples(1);
-        let from = driven.act(|held| held.rig.joint.position_deg());
+        let from = driven.act(|halted| halted.plant().position_deg());
         let off = (1..=20).find_map(|tick| {
             let sample = driven.samples(1);
             (!sample.bridge.is_on()).then_some((tick, sample))
@@ -209,7 +209,7 @@ fn a_reversed_encoder_is_seen_in_the_first_move_under_every_law() {
         let (ticks, off) = off.unwrap();
         slowest = slowest.max(ticks);
         // Eight counts are 0.019 deg; a tick at the speed that it has by then is a little more.
-        let travel = driven.act(|held| held.rig.joint.position_deg()) - from;
+        let travel = driven.act(|halted| halted.plant().position_deg()) - from;
         assert!((0.01..0.2).contains(&travel), "{law}: {travel}");
         assert_latched(&mut driven, law, (Fault::EncoderReversed, [0.019, 0.2]), off);
         driven.take(law, &[]);
@@ -221,15 +221,15 @@ fn a_reversed_encoder_is_seen_in_the_first_move_under_every_law() {
 
 fn assert_reported(situation: Situation) {
     let mut driven = Driven::boot();
-    for Reported { fault, mishaps, limit } in reported() {
+    for Reported { fault, injections, limit } in reported() {
         let name = format!("{}, {situation:?}", fault.describe());
         driven.take("pd", &[]);
         driven.bring(situation);
         let (_, begin) = driven.off_and_now();
-        for (at, mishap) in mishaps {
+        for (at, injection) in injections {
             let (_, now) = driven.off_and_now();
             driven.wait(begin + at - now);
-            driven.act(move |held| held.mishap(mishap));
+            driven.act(move |halted| halted.inject(injection));
         }
         let (_, now) = driven.off_and_now();
         driven.wait(begin + 400 * MS - now);

@@ -1,10 +1,11 @@
 //! Runs the benchmark of section 3.3.1 on the image, with everything on, and counts.
 //!
-//! The joint, gains and motions are those of the experiments `step-response` and `trajectory`: seven controllers, three
-//! steps and two trajectories. Soft start and supply are those of [`metered`]. One more key is another: `drive.pwm_hz`. Half of the emulator's time goes into a PWM of
-//! 22 kHz, so it is 2 kHz here. No instruction of the control interrupt looks at that counter or depends on
-//! its top, and that is checked: each controller's 2.5 deg step is run again with the PWM of the file, and must take the
-//! same instructions in every tick. So is, by that, that a second run counts the same.
+//! The joint, gains and motions are those of the experiments `step-response` and `trajectory`: seven
+//! controllers, three steps and two trajectories. Soft start and supply are those of [`counted`]. One
+//! more key is another: `drive.pwm_hz`. Half of the emulator's time goes into a PWM of 22 kHz, so it is
+//! 2 kHz here. No instruction of the control interrupt looks at that counter or depends on its top, and
+//! that is checked: each controller's 2.5 deg step is run again with the PWM of the file, and must take
+//! the same instructions in every tick. So is, by that, that a second run counts the same.
 
 use std::path::Path;
 use std::sync::Arc;
@@ -12,7 +13,7 @@ use std::sync::Arc;
 use host_sim::Error;
 use host_sim::benchmark::plain_runs;
 use host_sim::emulator::probe::{Points, Probe, TickCost};
-use host_sim::emulator::{FirmwareImage, metered, yardstick};
+use host_sim::emulator::{FirmwareImage, counted, yardstick};
 use host_sim::experiment::{Document, RunPlan};
 use host_sim::firmware::Code;
 use host_sim::firmware::size::Size;
@@ -52,14 +53,14 @@ pub fn measure(image: &Path, yardstick: &Path) -> Result<Measured, Error> {
     let size = Size::of(&image.elf)
         .ok_or_else(|| Error::Emulator(format!("{}: its sections cannot be read", image.path.display())))?;
 
-    let fast = every_motion(&[&metered::EVERYTHING_ON[..], &[FAST]].concat())?;
+    let fast = every_motion(&[&counted::EVERYTHING_ON[..], &[FAST]].concat())?;
     let (experiment, motion, short) = AGAIN;
-    let mut again = plans(experiment, &[&metered::EVERYTHING_ON[..], &[short]].concat())?;
+    let mut again = plans(experiment, &[&counted::EVERYTHING_ON[..], &[short]].concat())?;
     again.retain(|plan| plan.label.ends_with(motion));
 
     let mut laws: Vec<(String, Vec<TickCost>)> = Vec::new();
-    let probes = metered::count_all(&image, &points, &fast)?;
-    let repeated = metered::count_all(&image, &points, &again)?;
+    let probes = counted::count_all(&image, &points, &fast)?;
+    let repeated = counted::count_all(&image, &points, &again)?;
     let painted = probes.iter().chain(&repeated).map(|probe| probe.stack).max().unwrap_or(0);
     for (plan, Probe { ticks, .. }) in again.iter().zip(&repeated) {
         let first = fast.iter().zip(&probes).find(|(known, _)| known.label == plan.label);

@@ -162,7 +162,7 @@ fn emulated(_: &Arguments) -> Result<(), Error> {
 
 #[cfg(feature = "emulator")]
 fn emulated(arguments: &Arguments) -> Result<(), Error> {
-    use crate::device::emulated::EmulatedWire;
+    use crate::emulator::wire::EmulatedWire;
 
     let plan = first_run(&arguments.machine, arguments.begins_with())?;
     with(&arguments.action, &arguments.machine, EmulatedWire::new(arguments.image.as_deref(), &plan)?)
