@@ -1,8 +1,8 @@
 //! The control core around a simulated axis.
 //!
-//! Order within a sample, as in the thesis (section 3.2): read the encoder, regress including this reading, compute,
-//! output at once. With one sample of computation delay the output waits for the next sample. Between
-//! samples the D/A holds its value.
+//! Order within a sample, as in the thesis (section 3.2): read the encoder, regress including this
+//! reading, compute, output at once. With one sample of computation delay the output waits for the
+//! next sample. Between samples the D/A holds its value.
 
 use stiction::{Controller, Course, Tick};
 
@@ -65,10 +65,11 @@ impl ClosedLoop {
         Plant::new(solver, self.axis.clone(), self.encoder, scale, self.delay)
     }
 
-    /// Runs the bare loop from rest for `samples` samples after the first, and shows every instant and
-    /// every event.
+    /// Runs the bare loop from rest for `samples` samples after the first, and shows every instant
+    /// and every event.
     ///
-    /// Returns the time at which a state was no longer finite, if that happened; the run ends there.
+    /// Returns the time at which a state was no longer finite, if that happened; the run ends
+    /// there.
     pub fn run<S: AxisSolver>(
         &self,
         solver: &mut S,

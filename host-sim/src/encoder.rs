@@ -48,7 +48,8 @@ impl EncoderModel {
     #[inline]
     pub fn counts(&self, position: f64) -> i64 {
         let counts = position / self.resolution + self.phase;
-        // Conversion truncates: without SSE 4.1 `round` and `floor` are calls, and this is the simulator's inner loop.
+        // Conversion truncates: without SSE 4.1 `round` and `floor` are calls, and this is the
+        // simulator's inner loop.
         let whole = counts as i64;
         let rest = counts - whole as f64;
         match self.rounding {

@@ -1,12 +1,12 @@
-//! Friction levels from ramps (thesis section 3.2), on the simulated axis. The ramp is the core's own
-//! ([`stiction::identification`]), with its encoder and its drive.
+//! Friction levels from ramps (thesis section 3.2), on the simulated axis. The ramp is the core's
+//! own ([`stiction::identification`]), with its encoder and its drive.
 //!
-//! Readings are of the effort asked for; what the D/A holds lies within half an LSB of it, on either
-//! side. Known biases: *Stick*: the effort goes on rising until a count has been seen; the reading is
-//! high by the rate times that delay, and goes to the truth as the rate goes to zero. *Slip*: the
-//! joint stops later than the effort passes the dynamic friction, because its velocity lags by the
-//! time constant `tau = 1/(kappa b)`. With the velocity steady at the begin of the ramp and `t` since
-//! then,
+//! Readings are of the effort asked for; what the D/A holds lies within half an LSB of it, on
+//! either side. Known biases: *Stick*: the effort goes on rising until a count has been seen; the
+//! reading is high by the rate times that delay, and goes to the truth as the rate goes to zero.
+//! *Slip*: the joint stops later than the effort passes the dynamic friction, because its velocity
+//! lags by the time constant `tau = 1/(kappa b)`. With the velocity steady at the begin of the ramp
+//! and `t` since then,
 //!
 //! ```text
 //! velocity = [v(t) - v_slip + r tau (1 - e^(-t/tau))] / b
@@ -42,8 +42,8 @@ pub struct Ramp {
     pub sample_time_s: f64,
 }
 
-/// What a ramp found. `None`: the joint never moved, or never stopped; corrected: its velocity was not
-/// steady before the fall.
+/// What a ramp found. `None`: the joint never moved, or never stopped; corrected: its velocity was
+/// not steady before the fall.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Levels {
     /// Effort at the first count of the motion, V.

@@ -6,18 +6,16 @@
 use stiction::encoder::Direction;
 
 use crate::encoder::EncoderModel;
-use crate::error::Error;
-use crate::experiment::RunPlan;
 use crate::mechanism::RobotAxis;
 use crate::solver::{AxisSolver, Event, ExactAxis};
 
 /// Whether an output takes effect at its own sample or at the next one.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Delay {
-    /// At once.
+    /// The output takes effect at its own sample.
     #[default]
     None,
-    /// One sample later.
+    /// The output takes effect one sample later.
     OneSample,
 }
 
@@ -29,7 +27,7 @@ pub struct DelayLine {
 }
 
 impl DelayLine {
-    /// A line that has held zero so far.
+    /// Makes a line that has held zero so far.
     pub const fn new(delay: Delay) -> Self {
         Self { delay, before: 0 }
     }
@@ -47,9 +45,9 @@ impl DelayLine {
 /// A joint that is moved sample by sample. `S` finds its motion between two samples.
 #[derive(Clone, Debug)]
 pub struct Plant<S> {
-    /// Position and velocity of the joint.
+    /// The solver has the position and the velocity of the joint.
     pub solver: S,
-    /// Friction on top of the machine's own, V: a hand on the joint, a hard stop.
+    /// A hand on the joint or a hard stop adds this friction to the machine's own, V.
     pub brake_v: f64,
     axis: RobotAxis,
     encoder: EncoderModel,
@@ -62,21 +60,6 @@ pub struct Plant<S> {
 }
 
 impl Plant<ExactAxis> {
-    /// The joint of a plan, at rest at zero, solved in closed form.
-    ///
-    /// # Errors
-    /// Names a value that is not allowed.
-    pub fn at_rest(plan: &RunPlan) -> Result<Self, Error> {
-        let (axis, encoder) = (plan.axis()?, plan.encoder()?);
-        let sample_time_s = plan.machine.sampling.sample_time_s();
-        let delay = match plan.machine.run.delay_samples {
-            1 => Delay::OneSample,
-            _ => Delay::None,
-        };
-        let solver = ExactAxis::at_rest(&axis, sample_time_s);
-        Ok(Self::new(solver, axis, encoder, [plan.machine.drive.lsb_v(), sample_time_s], delay))
-    }
-
     /// Puts the joint somewhere (deg, deg/s), by hand.
     pub fn push(&mut self, position_deg: f64, velocity_deg_per_s: f64) {
         self.solver = self.solver.clone().with_state(position_deg, velocity_deg_per_s);
@@ -84,8 +67,8 @@ impl Plant<ExactAxis> {
 }
 
 impl<S: AxisSolver> Plant<S> {
-    /// An axis with its encoder; `lsb_v` are the volts of one code, `sample_time_s` is the time from
-    /// one sample to the next.
+    /// An axis with its encoder; `lsb_v` are the volts of one code, `sample_time_s` is the time
+    /// from one sample to the next.
     pub const fn new(
         solver: S,
         axis: RobotAxis,
@@ -97,18 +80,18 @@ impl<S: AxisSolver> Plant<S> {
         Self { solver, brake_v: 0.0, axis, encoder, lsb_v, sample_time_s, delay, samples: 0, time_s: 0.0 }
     }
 
-    /// What a counter with sound wires reads.
+    /// Reads the counter, as sound wires show it.
     #[inline]
     pub fn counter(&self) -> u32 {
         self.encoder.counter(self.position_deg())
     }
 
-    /// Where the disc is, in counts of a counter that does not wrap.
+    /// Tells where the disc is, in counts of a counter that does not wrap.
     pub fn disc(&self) -> i64 {
         self.disc_at(self.position_deg())
     }
 
-    /// Where the disc is when the joint is at a position (deg).
+    /// Tells where the disc is when the joint is at a position (deg).
     fn disc_at(&self, position_deg: f64) -> i64 {
         let counts = self.encoder.counts(position_deg);
         match self.encoder.direction {
@@ -117,35 +100,35 @@ impl<S: AxisSolver> Plant<S> {
         }
     }
 
-    /// Position in counts, in the sense of the joint.
+    /// Gives the position in counts, in the sense of the joint.
     pub fn counts(&self) -> i32 {
         self.encoder.counts(self.position_deg()) as i32
     }
 
-    /// True position of the joint, deg.
+    /// Gives the true position of the joint, deg.
     #[inline]
     pub fn position_deg(&self) -> f64 {
         self.solver.position()
     }
 
-    /// True velocity of the joint, deg/s.
+    /// Gives the true velocity of the joint, deg/s.
     #[inline]
     pub fn velocity_deg_per_s(&self) -> f64 {
         self.solver.velocity()
     }
 
-    /// Whether position and velocity are numbers.
+    /// Says whether position and velocity are finite.
     #[inline]
     pub fn is_finite(&self) -> bool {
         self.position_deg().is_finite() && self.velocity_deg_per_s().is_finite()
     }
 
-    /// Time from one sample to the next, s.
+    /// Gives the time from one sample to the next, s.
     pub const fn sample_time_s(&self) -> f64 {
         self.sample_time_s
     }
 
-    /// The effort of a code, V.
+    /// Gives the effort of a code, V.
     pub fn volts(&self, code: i16) -> f64 {
         f64::from(code) * self.lsb_v
     }
@@ -176,7 +159,7 @@ impl<S: AxisSolver> Plant<S> {
         }
     }
 
-    /// The same from a time (s) that the caller keeps.
+    /// Does the same from a time (s) that the caller keeps.
     #[inline]
     pub fn hold_from(&mut self, effort_v: f64, span_s: [f64; 2], on_event: &mut impl FnMut(Event)) {
         hold(&mut self.solver, &self.axis, [effort_v, self.brake_v], span_s, on_event);
@@ -184,7 +167,8 @@ impl<S: AxisSolver> Plant<S> {
 }
 
 impl<S: AxisSolver + Clone> Plant<S> {
-    /// Where the disc will be after an effort (V) has been held for a time: its begin and length, s.
+    /// Where the disc will be after an effort (V) has been held for a time: its begin and length,
+    /// s.
     pub fn disc_after(&self, effort_v: f64, span_s: [f64; 2]) -> i64 {
         let mut ahead = self.solver.clone();
         hold(&mut ahead, &self.axis, [effort_v, self.brake_v], span_s, &mut |_| {});
@@ -201,8 +185,8 @@ fn hold(
     [time_s, duration_s]: [f64; 2],
     on_event: &mut impl FnMut(Event),
 ) {
-    // A change closer to a sample than this is at the sample: k h is not always the decimal that was
-    // written.
+    // A change closer to a sample than this is at the sample: k h is not always the decimal that
+    // was written.
     const SAME_TIME_S: f64 = 1e-9;
     let end_s = time_s + duration_s;
     let mut from_s = time_s;

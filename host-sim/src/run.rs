@@ -150,7 +150,8 @@ fn run_with<S: AxisSolver>(plan: &RunPlan, driven: Driven, solver: S) -> Result<
 #[derive(Debug)]
 pub(crate) struct Recording<'a> {
     plan: &'a RunPlan,
-    /// What is stepped. The readings of a ramp are of the effort of the same sample: it has no delay.
+    /// What is stepped. The readings of a ramp are of the effort of the same sample: it has no
+    /// delay.
     pub closed_loop: ClosedLoop,
     /// Samples after the first; a ramp ends by itself.
     pub samples: u32,
@@ -280,7 +281,8 @@ impl RunPlan {
         }
     }
 
-    /// What the metrics need to know of the motion. A ramp has no reference and is judged otherwise.
+    /// What the metrics need to know of the motion. A ramp has no reference and is judged
+    /// otherwise.
     fn task(&self) -> Task {
         match &self.motion {
             Motion::Step(step) => Task::Step(*step),
@@ -296,7 +298,8 @@ impl RunPlan {
         }
     }
 
-    /// Size of the step, or a trajectory's largest distance from where the joint starts (zero), deg.
+    /// Size of the step, or a trajectory's largest distance from where the joint starts (zero),
+    /// deg.
     fn span_deg(&self) -> f64 {
         match &self.motion {
             Motion::Step(step) => step.abs(),

@@ -2,7 +2,7 @@
 //! image.
 //!
 //! ```text
-//! counter -> Target::tick -> Tick (its code is what the bridge gets) -> the plant moves on -> counter
+//! counter -> Target::tick -> Tick (its code goes to the bridge) -> the plant moves on -> counter
 //! ```
 //!
 //! [`ClosedLoop`](crate::closed_loop::ClosedLoop) steps each of them against a
@@ -57,7 +57,8 @@ impl Target for BareLoop<'_> {
     }
 }
 
-/// The servo as a device runs it, with its soft start and all of its monitors, and a supply that is nominal.
+/// The servo as a device runs it, with its soft start and all of its monitors, and a supply that is
+/// nominal.
 #[derive(Clone, Debug)]
 pub struct WatchedServo {
     servo: Servo,
@@ -121,7 +122,8 @@ impl Target for WatchedServo {
             tick.counts = tick.counts.wrapping_add(self.start);
             tick.reference_counts = tick.reference_counts.wrapping_add(self.start);
         } else {
-            // What was asked for stays asked for, so that the error of a joint that was let go is seen.
+            // What was asked for stays asked for, so that the error of a joint that was let go is
+            // seen.
             let travel = self.servo.position().wrapping_sub(before);
             tick.counts = self.followed.counts.wrapping_add(travel);
             tick.reference_counts = self.followed.reference_counts;

@@ -42,7 +42,8 @@ fn added_friction_and_wrong_gains() {
     for name in ["step-added-friction", "srnf-added-friction", "srnf-robustness"] {
         same_on_both(&plans(name, &[], &[]));
     }
-    // Five times the gain, with and without a sample of delay: the first blend and two seconds of the first flank.
+    // Five times the gain, with and without a sample of delay: the first blend and two seconds of
+    // the first flank.
     same_on_both(&plans("high-gain", &[], &["run.duration_s=3"]));
 }
 

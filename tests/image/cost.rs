@@ -49,8 +49,8 @@ fn the_same_run_costs_the_same_in_every_tick() {
     assert_eq!(ticks.len(), 52);
     for tick in &ticks {
         let TickCost { interrupt, core } = tick;
-        // Servo, monitors, bridge and queue are more than a hundred instructions around the core's tick, and the whole is
-        // within its budget.
+        // Servo, monitors, bridge and queue are more than a hundred instructions around the core's
+        // tick, and the whole is within its budget.
         assert!(interrupt.instructions - core.instructions > 100 && core.instructions > 100, "{tick:?}");
         assert!(interrupt.instructions <= INTERRUPT_INSTRUCTIONS, "{tick:?}");
         // No instruction takes less than a cycle, and the mean of this code is well below three.
@@ -67,8 +67,8 @@ fn the_same_run_costs_the_same_in_every_tick() {
 
 #[test]
 fn soft_start_and_supply_are_counted() {
-    // Both are a part of the core's tick. Of the least tick: the others depend on how the joint moves, which is not the
-    // same without them.
+    // Both are a part of the core's tick. Of the least tick: the others depend on how the joint
+    // moves, which is not the same without them.
     let least = |set: &[&str]| counted(set).0.iter().map(|tick| tick.core.instructions).min().unwrap();
     let everything = least(&[]);
     // Each alone takes some instructions away when it is off.

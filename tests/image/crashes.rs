@@ -1,7 +1,8 @@
-//! The program stops doing its work while the motor is driven. The image is the product's own, to the byte, but for one
-//! test that says so; what goes wrong is done to the part around it.
+//! The program stops doing its work while the motor is driven. The image is the product's own, to
+//! the byte, but for one test that says so; what goes wrong is done to the part around it.
 //!
-//! Blind to what a real part does in the same distress: a RAM that forgets, a bus that hangs, a supply that sags slowly.
+//! Blind to what a real part does in the same distress: a RAM that forgets, a bus that hangs, a
+//! supply that sags slowly.
 
 use std::sync::Arc;
 
@@ -41,8 +42,9 @@ fn assert_off_before_the_reset(observed: &Observed) {
     assert!(off < reset.at.0, "off at {off}, reset at {}", reset.at.0);
 }
 
-/// The watchdog that nobody feeds any more: the reset comes when `watchdog.rs` says, counted from the last time that it
-/// was fed, which is a tick before `AT` at most, or so many later. The bridge is off from then on.
+/// The watchdog that nobody feeds any more: the reset comes when `watchdog.rs` says, counted from
+/// the last time that it was fed, which is a tick before `AT` at most, or so many later. The bridge
+/// is off from then on.
 fn assert_starved(sample_time_ms: u64, lsi_hz: u64, injection: Injection, later: u64) {
     let parameters = parameters_with(&[&format!("loop.sample_time_s={}e-3", sample_time_ms)]);
     let fitted = Fitted { lsi_hz, ..Fitted::default() };
@@ -77,8 +79,9 @@ fn a_processor_that_stands_still_is_ended_by_the_watchdog() {
 
 #[test]
 fn a_link_that_never_ends_is_ended_by_the_watchdog_though_the_control_task_goes_on() {
-    // The ring of bytes from the wire begins with two words, where it is read and where it is written. One that is written
-    // beyond its end is never read to its end, and without a zero in it no frame ends, either.
+    // The ring of bytes from the wire begins with two words, where it is read and where it is
+    // written. One that is written beyond its end is never read to its end, and without a zero in
+    // it no frame ends, either.
     let [(ring, size)] = firmware().variable("from_wire")[..] else { panic!("the ring is not found") };
     let endless = Injection::Corrupts { address: ring + 4, length: size - 4, to: 0xFF };
     for sample_time_ms in [20, 1] {
@@ -89,7 +92,8 @@ fn a_link_that_never_ends_is_ended_by_the_watchdog_though_the_control_task_goes_
 
 #[test]
 fn a_panic_turns_the_bridge_off_and_is_told() {
-    // The logger's own lock looks taken: its next line, within a tenth of a second, panics with all interrupts masked.
+    // The logger's own lock looks taken: its next line, within a tenth of a second, panics with all
+    // interrupts masked.
     let lock = firmware().variable("RTT_ENCODER");
     assert!(!lock.is_empty());
     let injections: Vec<_> = lock
@@ -115,7 +119,8 @@ fn a_hard_fault_turns_the_bridge_off_and_is_told() {
 
 #[test]
 fn an_exception_without_a_handler_is_told() {
-    // A copy of the image whose task of the log makes a supervisor call (11 in the vector table), at each start.
+    // A copy of the image whose task of the log makes a supervisor call (11 in the vector table),
+    // at each start.
     let path = image();
     let supervisor_call = [0x00, 0xDF];
     let image = FirmwareImage::parse(&path, patched(|_| function("SPI1"), &supervisor_call)).unwrap();
@@ -127,7 +132,8 @@ fn an_exception_without_a_handler_is_told() {
 
 #[test]
 fn an_overrun_is_latched_and_a_short_stall_is_not_one() {
-    // 30 ms: at least one tick of 20 ms begins more than a quarter of a period late, and the watchdog does not mind yet.
+    // 30 ms: at least one tick of 20 ms begins more than a quarter of a period late, and the
+    // watchdog does not mind yet.
     let stall = |ms: u64| crash(&[(AT, Injection::CoreStalls), (AT + ms * MS, Injection::CoreGoesOn)]);
     let observed = stall(30);
     assert!(observed.resets.is_empty(), "{:?}", observed.resets);

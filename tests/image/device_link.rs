@@ -1,5 +1,5 @@
-//! A client of the image on the emulated board, through the board's own USART: the same answers, and the same motion to
-//! the bit, as of a device that is simulated in process.
+//! A client of the image on the emulated board, through the board's own USART: the same answers,
+//! and the same motion to the bit, as of a device that is simulated in process.
 
 use std::time::Duration;
 

@@ -1,7 +1,7 @@
 //! A difference between image and core is found, in whatever term it is, and shown with both ticks.
 //!
-//! The image gets the parameters of one plan, and the core beside it is that of another. What has to be found is
-//! what two runs on the host differ in first.
+//! The image gets the parameters of one plan, and the core beside it is that of another. What has
+//! to be found is what two runs on the host differ in first.
 
 use std::sync::atomic::AtomicU32;
 
@@ -61,7 +61,8 @@ fn same_pins(host: &Tick, image: &Tick) -> bool {
 
 #[test]
 fn the_last_bit_of_a_gain_is_seen_in_a_term_that_no_pin_shows() {
-    // One unit in the last place of a single-precision 0.15, and of 1: neither moves the output by a code at once.
+    // One unit in the last place of a single-precision 0.15, and of 1: neither moves the output by
+    // a code at once.
     for (key, value, bit) in [(KD, 0.15f32, 1), (KP, 1.0, 1)] {
         let next = f32::from_bits(value.to_bits() + bit);
         let host = plan("step-response", "pd", &["run.duration_s=1", &format!("{key}={value}")]);
@@ -77,8 +78,9 @@ fn the_last_bit_of_a_gain_is_seen_in_a_term_that_no_pin_shows() {
 
 #[test]
 fn a_term_that_no_law_uses_is_compared_as_well() {
-    // Feedforward of acceleration does not exist, so the acceleration of the blend changes nothing at the first tick of
-    // it but itself and the set point; with gains of zero nothing at all is on the pins.
+    // Feedforward of acceleration does not exist, so the acceleration of the blend changes nothing
+    // at the first tick of it but itself and the set point; with gains of zero nothing at all is on
+    // the pins.
     let gains = ["controller.pd.kp_v_per_deg=0", "controller.pd.kd_v_per_deg_per_s=0"];
     let with = |half_blend: &str| {
         let corners = "corner_times_s = [0.5, 2.0], corner_positions_deg = [0.0, 1.0]";

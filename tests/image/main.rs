@@ -1,4 +1,5 @@
-//! The flash image in the loop: the very bytes that are flashed, on the emulated part, against the simulated joint.
+//! The flash image in the loop: the very bytes that are flashed, on the emulated part, against the
+//! simulated joint.
 //!
 //! Blind to cycle timing, wait states, the flash's contents, pins and silicon.
 // The helpers of tests may panic like the tests themselves.
@@ -37,7 +38,8 @@ mod stuck;
 #[cfg(feature = "emulator")]
 mod timing;
 
-/// Stands for all of them in a build without the emulator, so that they are not left out in silence.
+/// Stands for all of them in a build without the emulator, so that they are not left out in
+/// silence.
 #[cfg(not(feature = "emulator"))]
 #[test]
 #[ignore = "the flash image in the loop: cargo xtask test"]

@@ -1,5 +1,5 @@
-//! What a device is told beyond its loop, and which of two records it believes: the image does it on
-//! its own pins.
+//! What a device is told beyond its loop, and which of two records it believes: the image does it
+//! on its own pins.
 //!
 //! The joint is blocked, so that PD's effort stays where the first error puts it: Kp = 1 V/deg.
 

@@ -1,11 +1,13 @@
-//! The ramp that identifies friction, run by the image: the same efforts, counts and levels as on the host.
+//! The ramp that identifies friction, run by the image: the same efforts, counts and levels as on
+//! the host.
 
 use host_sim::output::json;
 use host_sim::run::{RunResult, Trace, run_all};
 
 use crate::common::{emulation, experiment};
 
-/// Two seconds up at the faster rate, and long enough at constant effort for the lag to be corrected.
+/// Two seconds up at the faster rate, and long enough at constant effort for the lag to be
+/// corrected.
 const FAST: [&str; 2] = ["identification.ramp_rates_v_per_s=[0.1, 0.2]", "identification.hold_s=9.5"];
 
 fn trace(result: &RunResult) -> &[host_sim::identification::RampMoment] {

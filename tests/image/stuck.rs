@@ -1,4 +1,5 @@
-//! A part that does not get anywhere ends its run: with the register that it polls, or with its last words.
+//! A part that does not get anywhere ends its run: with the register that it polls, or with its
+//! last words.
 
 use std::fs;
 
@@ -63,7 +64,8 @@ fn a_loop_around_nothing_ends_as_well() {
 
 #[test]
 fn a_control_task_that_polls_in_mid_move_is_ended_within_a_tick() {
-    // SRNF's hyperbolic tangent needs the exponential near the target only: the joint has been on its way for a while.
+    // SRNF's hyperbolic tangent needs the exponential near the target only: the joint has been on
+    // its way for a while.
     let error = with_code(|_| function("expm1f"), &POLL_RCC_CR, "srnf", 10);
     // Its duty is still that of the tick before, or the tick is missed.
     assert!(error.contains("tick") && !error.contains("not turned its bridge on"), "{error}");

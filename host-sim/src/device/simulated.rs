@@ -1,4 +1,5 @@
-//! A simulated device: the core of the firmware around the joint of a machine's file. No motor moves or stops.
+//! A simulated device: the core of the firmware around the joint of a machine's file. No motor
+//! moves or stops.
 
 use stiction::Device;
 use stiction::link::Kind;
@@ -37,8 +38,8 @@ pub struct SimulatedDevice {
 }
 
 impl SimulatedDevice {
-    /// Power comes up: the joint of a run is at rest at zero, and the flash holds what the run says, with nothing that
-    /// starts by itself.
+    /// Power comes up: the joint of a run is at rest at zero, and the flash holds what the run
+    /// says, with nothing that starts by itself.
     ///
     /// # Errors
     /// Names a value that is not allowed.
@@ -56,7 +57,7 @@ impl SimulatedDevice {
     /// # Errors
     /// Names a value that is not allowed.
     pub fn with(plan: &RunPlan, store: Store<SimulatedFlash>, boot: Boot) -> Result<Self, Error> {
-        let plant = Plant::at_rest(plan)?;
+        let plant = plan.plant()?;
         let counter = plant.counter();
         Ok(Self {
             device: Device::start(store, boot, STM32F405),

@@ -1,30 +1,25 @@
 //! A board that is on, halted between two instructions until somebody lets time pass.
 //!
-//! The emulator runs in a thread of its own and waits at every order's end for the next one, so that
-//! whoever has the board decides when time passes, and every run is the same to the instruction. An
-//! order costs some microseconds, and a sample of 20 ms some fifty milliseconds.
+//! The emulator runs in a thread of its own and waits at every order's end for the next one, so
+//! that whoever has the board decides when time passes, and every run is the same to the
+//! instruction. An order costs some microseconds, and a sample of 20 ms some fifty milliseconds.
 
-use std::sync::Arc;
-use std::sync::atomic::AtomicBool;
 use std::sync::mpsc::{Receiver, SyncSender, channel, sync_channel};
 use std::thread::JoinHandle;
 
 use rigless::emulator::{Error as HostError, Host, Start, Stop};
-use rigless::image::Image;
 use rigless::session::{Reset, Session};
 use rigless::soc::Width;
 use rigless::time::VirtualNanos;
 use stiction::Tick;
 
-use super::board::{EmulatedBoard, Fitted};
+use super::board::EmulatedBoard;
 use super::coupling::{Coupling, Sample};
-use super::harness::{Harness, Partner};
-use super::image::FirmwareImage;
+use super::harness::Harness;
 use super::last_tick;
 use super::lockstep::Lockstep;
-use super::log::Listener;
 use super::plant_interface::{DrivenPlant, nanoseconds};
-use super::probe::Points;
+use super::setup::Setup;
 use super::uart::Uart;
 use crate::encoder::Wires;
 use crate::error::Error;
@@ -32,18 +27,11 @@ use crate::experiment::RunPlan;
 use crate::plant::Plant;
 use crate::solver::ExactAxis;
 
-/// Where the parameters lie: sectors 10 and 11 of the flash.
-const SECTORS_AT: [u64; 2] = [0x080C_0000, 0x080E_0000];
-/// Read-only words that the maker has put there: unique identifier (12 bytes), and the flash's size.
-const FACTORY_AT: u64 = 0x1FFF_7A10;
-/// The log's buffer holds 1 KiB: more than the firmware says in this time.
-const DRAIN_EVERY_NS: u64 = 5_000_000;
-
-/// A board with the joint of a plan, in lockstep.
+/// The joint of a plan, in lockstep with a board.
 pub type PlantInLockstep = Lockstep<DrivenPlant>;
 
 impl PlantInLockstep {
-    /// The joint of a plan, at rest.
+    /// Couples the joint of a plan, at rest.
     ///
     /// # Errors
     /// Names a value that is not allowed.
@@ -53,72 +41,9 @@ impl PlantInLockstep {
     }
 }
 
-/// What is powered on.
-pub struct Setup {
-    /// What the run is called, in messages and beside its log.
-    pub label: String,
-    /// The program.
-    pub image: Arc<FirmwareImage>,
-    /// The contents of the two parameter sectors; one without any is erased.
-    pub records: [Option<Vec<u8>>; 2],
-    /// What is soldered on.
-    pub fitted: Fitted,
-    /// Gets each line of the log at once.
-    pub listener: Option<Listener>,
-    /// What to count.
-    pub points: Option<Arc<Points>>,
-    /// Who is at the other end of the command link, and is asked every 50 us.
-    pub partner: Option<Partner>,
-    /// How often the log is read, ns.
-    pub drain_every_ns: u64,
-    /// A part that polls a register and does little else ends the run.
-    pub is_guarded: bool,
-    /// Ends the run when it is set.
-    pub interrupt: Arc<AtomicBool>,
-}
-
-impl Setup {
-    /// A whole board with an image, and with a record in the first sector.
-    pub fn new(label: &str, image: &Arc<FirmwareImage>, record: Vec<u8>) -> Self {
-        Self {
-            label: label.into(),
-            image: image.clone(),
-            records: [Some(record), None],
-            fitted: Fitted::default(),
-            listener: None,
-            points: None,
-            partner: None,
-            drain_every_ns: DRAIN_EVERY_NS,
-            is_guarded: true,
-            interrupt: Arc::default(),
-        }
-    }
-
-    /// What a part finds in its flash: the program, the two parameter sectors, and what the maker has
-    /// written.
-    fn flash(&self) -> Result<Vec<Image>, String> {
-        let image = &self.image;
-        let mut factory = b"stiction sim".to_vec();
-        factory.resize(18, 0);
-        // 1024 KiB.
-        factory.extend(1024u16.to_le_bytes());
-        let record = |(record, at): (&Option<Vec<u8>>, u64)| {
-            record.as_ref().map(|record| Image::new("parameters".as_ref(), record.clone(), Some(at)))
-        };
-        [
-            Image::new(&image.path, image.elf.clone(), None),
-            Image::new("identity".as_ref(), factory, Some(FACTORY_AT)),
-        ]
-        .into_iter()
-        .chain(self.records.iter().zip(SECTORS_AT).filter_map(record))
-        .collect::<Result<_, _>>()
-        .map_err(|error| error.to_string())
-    }
-}
-
-/// A board with power.
+/// A board under test has power, and waits for orders.
 pub struct BoardUnderTest<C = PlantInLockstep> {
-    /// The far end of its command link.
+    /// This is the far end of its command link.
     pub uart: Uart,
     /// None when it is over.
     orders: Option<SyncSender<Order<C>>>,
@@ -126,26 +51,26 @@ pub struct BoardUnderTest<C = PlantInLockstep> {
     thread: Option<JoinHandle<Result<Left<C>, Error>>>,
 }
 
-/// What is left of a board without power.
+/// This is left of a board without power.
 #[derive(Debug)]
 pub struct Left<C> {
-    /// What has been seen, and what was on the pins.
+    /// The harness has what was seen, and what was on the pins.
     pub harness: Harness<C>,
-    /// When the part was reset, and by what.
+    /// The part was reset at these times, by these causes.
     pub resets: Vec<Reset>,
-    /// Instructions from power-on to the end.
+    /// The part ran so many instructions from power-on to the end.
     pub instructions: u64,
 }
 
-/// What the board is told while it is halted.
+/// An order is what the board is told while it is halted.
 pub enum Order<C> {
-    /// Something is done to it.
+    /// Do this to the board; no time passes.
     Act(Box<dyn for<'a> FnOnce(&mut Halted<'a, C>) + Send>),
-    /// Time passes.
+    /// Let time pass.
     Until(Until),
 }
 
-/// Until when time passes.
+/// Time passes until something has come.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Until {
     /// So many samples have been seen since power-on.
@@ -163,9 +88,9 @@ pub enum Until {
     },
 }
 
-/// The board between two instructions.
+/// The board is halted between two instructions.
 pub struct Halted<'a, C = PlantInLockstep> {
-    /// What has been seen, and what is on the pins.
+    /// The harness has what has been seen, and what is on the pins.
     pub harness: &'a mut Harness<C>,
     pub(super) session: &'a mut Session<EmulatedBoard>,
     pub(super) host: &'a mut dyn Host,
@@ -173,7 +98,7 @@ pub struct Halted<'a, C = PlantInLockstep> {
 }
 
 impl<C: Coupling> BoardUnderTest<C> {
-    /// Power comes up.
+    /// Turns the power on.
     ///
     /// # Errors
     /// If the image cannot be placed.
@@ -206,8 +131,8 @@ impl<C: Coupling> BoardUnderTest<C> {
         Ok(Self { uart, orders: Some(orders), answers, thread: Some(thread) })
     }
 
-    /// Lets so many samples pass, and returns the last one. Time stands still at the instant at which
-    /// the plant has got what is on the bridge.
+    /// Lets so many samples pass, and returns the last one. Time stands still at the instant at
+    /// which the plant has got what is on the bridge.
     ///
     /// # Errors
     /// If the image cannot go on.
@@ -235,7 +160,7 @@ impl<C: Coupling> BoardUnderTest<C> {
         self.until(Until::Frame(now + at_most_ns))
     }
 
-    /// Lets time pass.
+    /// Lets time pass until something has come.
     ///
     /// # Errors
     /// If the image cannot go on.
@@ -257,7 +182,7 @@ impl<C: Coupling> BoardUnderTest<C> {
         result.recv().map_err(|_| gone())
     }
 
-    /// Power goes.
+    /// Turns the power off.
     ///
     /// # Errors
     /// If something had gone wrong before.
@@ -302,22 +227,22 @@ fn gone() -> Error {
 }
 
 impl<C> Halted<'_, C> {
-    /// Time since power-on, ns.
+    /// Gives the time since power-on, ns.
     pub const fn now(&self) -> u64 {
         self.stop.at.0
     }
 
-    /// Registers and pins.
+    /// Gives access to registers and pins.
     pub fn board(&mut self) -> &mut EmulatedBoard {
         self.session.board_mut()
     }
 
-    /// When the part was reset, and by what.
+    /// Tells when the part was reset, and by what.
     pub fn resets(&self) -> &[Reset] {
         self.session.resets()
     }
 
-    /// What the image computed in its last tick.
+    /// Reads what the image computed in its last tick.
     ///
     /// # Errors
     /// If the emulator refuses to read its own memory.
@@ -325,7 +250,7 @@ impl<C> Halted<'_, C> {
         last_tick::read(self.host, self.harness.image.last_tick).map_err(refused)
     }
 
-    /// Words of the RAM.
+    /// Reads words of the RAM.
     ///
     /// # Errors
     /// If there is none.
@@ -344,22 +269,22 @@ impl<C> Halted<'_, C> {
 }
 
 impl Halted<'_> {
-    /// The joint.
+    /// Gives access to the joint.
     pub const fn plant(&mut self) -> &mut Plant<ExactAxis> {
         &mut self.harness.coupling.plant.plant
     }
 
-    /// Something happens to the encoder's wires.
+    /// Cuts, swaps or mends the encoder's wires.
     pub fn rewire(&mut self, wires: Wires) {
         self.harness.coupling.rewire(wires, self.session.board_mut(), self.stop.at);
     }
 
-    /// Noise on the encoder's wires: so many edges more before the next tick.
+    /// Puts noise on the encoder's wires: so many edges more before the next tick.
     pub fn jump(&mut self, counts: i32) {
         self.harness.coupling.jump(counts, self.stop.at);
     }
 
-    /// The joint is put somewhere, by hand.
+    /// Puts the joint somewhere, by hand.
     pub fn push(&mut self, position_deg: f64, velocity_deg_per_s: f64) {
         self.plant().push(position_deg, velocity_deg_per_s);
         self.harness.coupling.replan(self.stop.at);

@@ -42,7 +42,8 @@ impl Difference {
     }
 }
 
-/// Finds the first tick that is not the same to the bit. Two runs that end at different ticks differ there.
+/// Finds the first tick that is not the same to the bit. Two runs that end at different ticks
+/// differ there.
 pub fn first_difference(host: &[Moment], image: &[Moment]) -> Option<Difference> {
     (0..host.len().max(image.len())).find_map(|index| {
         let tick = |moments: &[Moment]| moments.get(index).map(|moment| moment.tick);
@@ -55,7 +56,8 @@ pub fn first_difference(host: &[Moment], image: &[Moment]) -> Option<Difference>
     })
 }
 
-/// Whether every term of two ticks has the same bits; `==` would take -0 for 0 and refuse equal NaNs.
+/// Whether every term of two ticks has the same bits; `==` would take -0 for 0 and refuse equal
+/// NaNs.
 pub fn same_bits(a: &Tick, b: &Tick) -> bool {
     bits(a) == bits(b)
 }

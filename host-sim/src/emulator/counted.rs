@@ -1,29 +1,31 @@
-//! Runs that are counted, with everything on that a device may be told to do in a tick: every monitor,
-//! the soft start, and an output that is scaled by the supply.
+//! Runs that are counted, with everything on that a device may be told to do in a tick: every
+//! monitor, the soft start, and an output that is scaled by the supply.
 //!
-//! No core runs beside them, since the host's loop has neither soft start nor supply: the joint follows
-//! what the bridge does. That the image computes what the core does is shown elsewhere, with both off.
+//! No core runs beside them, since the host's loop has neither soft start nor supply: the joint
+//! follows what the bridge does. That the image computes what the core does is shown elsewhere,
+//! with both off.
 
 use std::sync::Arc;
 
 use rayon::prelude::*;
 
 use super::board::Fitted;
-use super::board_under_test::{BoardUnderTest, Left, PlantInLockstep, Setup, Until};
+use super::board_under_test::{BoardUnderTest, Left, PlantInLockstep, Until};
 use super::image::FirmwareImage;
 use super::parameters;
 use super::probe::{Points, Probe};
+use super::setup::Setup;
 use crate::error::Error;
 use crate::experiment::RunPlan;
 
-/// What turns on what the benchmark's files leave off. The soft start takes most of a step's motion with
-/// it, and the supply is a tenth below the nominal one, so that every output is scaled.
+/// What turns on what the benchmark's files leave off. The soft start takes most of a step's motion
+/// with it, and the supply is a tenth below the nominal one, so that every output is scaled.
 pub const EVERYTHING_ON: [&str; 3] =
     ["device.soft_start_s=2", "device.nominal_supply_v=12", "device.supply_full_scale_v=24"];
 /// On the pin, mV: of 3300 mV that stand for 24 V, those of 10.8 V.
 const SUPPLY_PIN_MV: u32 = 1485;
-/// From power-on to the first sample of the motion: a second of boot and of waiting for a joint at rest
-/// is plenty, ns.
+/// From power-on to the first sample of the motion: a second of boot and of waiting for a joint at
+/// rest is plenty, ns.
 const BOOT_NS: u64 = 1_000_000_000;
 
 /// Counts all plans, as many at once as there are cores. Each is to be made with [`EVERYTHING_ON`].

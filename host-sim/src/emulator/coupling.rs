@@ -1,9 +1,10 @@
 //! How plant and part are coupled: in [lockstep](super::lockstep) or
-//! [free-running](super::free_running). What both have in common is how a sample is seen from outside.
+//! [free-running](super::free_running). What both have in common is how a sample is seen from
+//! outside.
 //!
 //! ```text
-//! counter read       duty taken                        counter read, or else a sample without a tick
-//! |------ h/4 -------|---------------- 5 h/4 ----------|
+//! counter read       duty taken                   counter read, or else a sample without a tick
+//! |------ h/4 -------|------------- 5 h/4 --------|
 //! ```
 //!
 //! A sample without a tick (the part boots, hangs, or has lost its clock) passes as well, half a
@@ -14,35 +15,35 @@ use rigless::time::VirtualNanos;
 use super::board::EmulatedBoard;
 use super::bridge::Bridge;
 
-/// A sample, as far as it can be seen from outside.
+/// A sample is what can be seen from outside of one passage of the control task.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Sample {
-    /// When it began, ns since power-on.
+    /// The sample began at this time, ns since power-on.
     pub at_ns: u64,
-    /// Which control tick since the last reset began it, the first being 1; none: there was none.
+    /// This control tick since the last reset began it, the first being 1. None: it had no tick.
     pub clock: Option<u32>,
-    /// What the image has read from the encoder's counter.
+    /// The image has read this from the encoder's counter.
     pub counter: u32,
-    /// Where the encoder's disc was shown to be at that instant, in counts.
+    /// The encoder's wires showed the disc here at that instant, in counts.
     pub shown: i64,
-    /// The bridge after it.
+    /// The bridge is in this state after it.
     pub bridge: Bridge,
-    /// What the bridge stands for, as a code of the drive; zero if it is off.
+    /// The bridge stands for this code of the drive; zero if it is off.
     pub code: i16,
 }
 
-/// The samples of an image.
+/// The samples of an image, one after the other.
 #[derive(Clone, Copy, Debug)]
 pub struct Sampling {
     /// The last sample. Its bridge is that of the one before until the duty is taken.
     pub sample: Sample,
-    /// Samples whose duty has been taken.
+    /// So many samples have had their duty taken.
     pub samples: u64,
-    /// Time between two samples, ns: as planned until the part has set its timer.
+    /// The time between two samples is this, ns: as planned until the part has set its timer.
     pub period_ns: u64,
-    /// When the duty of this sample is taken.
+    /// The duty of this sample is taken at this time.
     pub due: VirtualNanos,
-    /// When the sample began.
+    /// The sample began at this time.
     pub begun: VirtualNanos,
     /// The control tick has read the counter, and its duty has not been taken.
     pub is_open: bool,
@@ -55,7 +56,7 @@ pub struct Sampling {
 }
 
 impl Sampling {
-    /// Of an image that is about to start and should tick so often, ns.
+    /// Makes the sampling of an image that is about to start and should tick so often, ns.
     pub fn new(period_ns: u64) -> Self {
         Self {
             sample: Sample::default(),
@@ -70,7 +71,7 @@ impl Sampling {
         }
     }
 
-    /// The image has read the counter; whether this begins a tick.
+    /// Takes a read of the counter, and says whether it begins a tick.
     pub fn read(&mut self, board: &mut EmulatedBoard, counter: u32, shown: i64, at: VirtualNanos) -> bool {
         let period_ns = board.tick_period_ns(at).unwrap_or(self.period_ns);
         // Several reads of one tick are one tick; the first is the latch.
@@ -88,7 +89,7 @@ impl Sampling {
         true
     }
 
-    /// The duty of a sample is taken now.
+    /// Takes the duty of a sample.
     pub fn take(&mut self, bridge: Bridge, code: i16) {
         if !std::mem::take(&mut self.is_open) {
             self.begun = VirtualNanos(self.begun.0 + self.period_ns);
@@ -99,30 +100,30 @@ impl Sampling {
         self.due = VirtualNanos(self.begun.0 + 3 * self.period_ns / 2);
     }
 
-    /// The part has been reset.
+    /// Counts anew after a reset of the part.
     pub const fn reset(&mut self) {
         self.clock = 0;
         self.read = None;
     }
 }
 
-/// A way to couple plant and part.
+/// A coupling moves the plant as the part's time goes on, and shows the part its encoder.
 pub trait Coupling: Send + std::fmt::Debug + 'static {
-    /// The samples so far.
+    /// Gives the samples so far.
     fn sampling(&self) -> &Sampling;
 
-    /// The image has read the encoder's counter.
+    /// Takes a read of the encoder's counter by the image.
     fn counter_read(&mut self, board: &mut EmulatedBoard, counter: u32, at: VirtualNanos);
 
-    /// The image has written the duty.
+    /// Takes a duty that the image has written.
     fn duty_written(&mut self, _board: &mut EmulatedBoard, _at: VirtualNanos) {}
 
-    /// The next instant at which [`act`](Self::act) has something to do.
+    /// Tells the next instant at which [`act`](Self::act) has something to do.
     fn next(&self) -> VirtualNanos;
 
-    /// That instant has come.
+    /// Does what is due.
     fn act(&mut self, board: &mut EmulatedBoard, at: VirtualNanos);
 
-    /// The part has been reset: it has forgotten what is on its pins.
+    /// Shows a part what is on its pins after a reset, which has made it forget.
     fn reset(&mut self, board: &mut EmulatedBoard, at: VirtualNanos);
 }

@@ -32,7 +32,8 @@ impl EncoderEdges {
         self.counts
     }
 
-    /// Moves the disc by one count towards `target`, and shows the edge to the part. Nothing to do if it is there.
+    /// Moves the disc by one count towards `target`, and shows the edge to the part. Nothing to do
+    /// if it is there.
     pub fn step_towards(&mut self, target: i64, board: &mut EmulatedBoard, at: VirtualNanos) {
         let before = self.pins();
         self.counts += (target - self.counts).signum();

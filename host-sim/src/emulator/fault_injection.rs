@@ -1,8 +1,8 @@
-//! Fault injection: what is done to a board around the unmodified image, at its time, and what bridge
-//! and log do about it.
+//! Fault injection: what is done to a board around the unmodified image, at its time, and what
+//! bridge and log do about it.
 //!
-//! [`observe`] and [`converse`] have a board with a blocked joint. A board with a joint that moves has
-//! its faults injected by whoever has the board.
+//! [`observe`] and [`converse`] have a board with a blocked joint. A board with a joint that moves
+//! has its faults injected by whoever has the board.
 
 use std::sync::Arc;
 
@@ -10,13 +10,14 @@ use rigless::session::Reset;
 use rigless::soc::Width;
 
 use super::board::Fitted;
-use super::board_under_test::{BoardUnderTest, Halted, Left, Setup, Until};
+use super::board_under_test::{BoardUnderTest, Halted, Left, Until};
 use super::bridge::Bridge;
-use super::harness::{Harness, Partner};
+use super::harness::Harness;
 use super::image::FirmwareImage;
 use super::lockstep::Lockstep;
 use super::log::LogLine;
 use super::plant_interface::FreeDisc;
+use super::setup::{Partner, Setup};
 use super::spans::Spans;
 use crate::error::Error;
 
@@ -40,8 +41,8 @@ pub enum Injection {
     /// The reset pin is pulled.
     Reset,
     /// The supply sags below the brown-out level and comes back at once: a reset with that level's
-    /// flag, as on a part whose option bytes enable it. The emulator has no such level of its own. The
-    /// RAM stays as it is.
+    /// flag, as on a part whose option bytes enable it. The emulator has no such level of its own.
+    /// The RAM stays as it is.
     BrownOut,
     /// The timer of the control tick stops counting.
     TickStops,
@@ -68,42 +69,42 @@ pub enum Injection {
     },
 }
 
-/// What has been seen of a board.
+/// This has been seen of a board.
 #[derive(Clone, Debug)]
 pub struct Observed {
-    /// Spans of time in which the bridge was on, ns since power-on, to the instruction.
+    /// The bridge was on in these spans of time, ns since power-on, to the instruction.
     pub on_ns: Vec<[u64; 2]>,
-    /// The bridge when it was last seen on.
+    /// The bridge was in this state when it was last seen on.
     pub last: Bridge,
-    /// The compare values that it was on with, each with the time at which it came, ns.
+    /// It was on with these compare values, each with the time at which it came, ns.
     pub compares: Vec<(u64, u16)>,
-    /// When the encoder was read, ns since power-on: early in each control tick.
+    /// The image read the encoder at these times, ns since power-on: early in each control tick.
     pub ticks_ns: Vec<u64>,
-    /// Everything that was logged.
+    /// The firmware logged these lines.
     pub log: Vec<LogLine>,
-    /// When the part was reset, and by what.
+    /// The part was reset at these times, by these causes.
     pub resets: Vec<Reset>,
 }
 
 impl Observed {
-    /// Whether the bridge was on at any time after `at_ns`.
+    /// Says whether the bridge was on at any time after `at_ns`.
     pub fn on_after(&self, at_ns: u64) -> bool {
         self.on_ns.iter().any(|[_, until]| *until > at_ns)
     }
 
-    /// When the bridge was turned off for the last time; nothing if it was never on.
+    /// Tells when the bridge was turned off for the last time; nothing if it was never on.
     pub fn off_at_ns(&self) -> Option<u64> {
         self.on_ns.last().map(|[_, until]| *until)
     }
 
-    /// Whether a line of the log holds `text`.
+    /// Says whether a line of the log holds `text`.
     pub fn says(&self, text: &str) -> bool {
         self.log.iter().any(|line| line.text.contains(text))
     }
 }
 
-/// Powers a board until `until_ns`, and injects each fault at its time (ns, in order). `records` are the
-/// contents of the two parameter sectors, 10 and 11; one without any is erased.
+/// Powers a board until `until_ns`, and injects each fault at its time (ns, in order). `records`
+/// are the contents of the two parameter sectors, 10 and 11; one without any is erased.
 ///
 /// # Errors
 /// If the image cannot be placed.
@@ -117,7 +118,7 @@ pub fn observe(
     powered(image, records, fitted, faults, until_ns, None)
 }
 
-/// The same with somebody at the other end of the command link, who is asked every 50 us.
+/// Does the same with somebody at the other end of the command link, who is asked every 50 us.
 ///
 /// # Errors
 /// If the image cannot be placed.

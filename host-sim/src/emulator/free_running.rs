@@ -1,8 +1,9 @@
 //! Free-running: edges and PWM at their own times.
 //!
-//! The plant moves all the time, under the effort that is on the bridge at that instant. An edge comes
-//! when the joint crosses it. A duty takes effect at the PWM's next turn, up or down, where the timer
-//! loads what has been written; the ripple within a period is not simulated, only its mean.
+//! The plant moves all the time, under the effort that is on the bridge at that instant. An edge
+//! comes when the joint crosses it. A duty takes effect at the PWM's next turn, up or down, where
+//! the timer loads what has been written; the ripple within a period is not simulated, only its
+//! mean.
 
 use rigless::time::{NO_DEADLINE, VirtualNanos};
 
@@ -19,22 +20,23 @@ const TIM1_CNT: u64 = 0x4001_0024;
 const TIM1_ARR: u64 = 0x4001_002C;
 /// The timer counts down.
 const DIR: u32 = 1 << 4;
-/// An edge is looked for no further ahead than this, so that a joint that turns back within it loses
-/// no more than the flicker of one count.
+/// An edge is looked for no further ahead than this, so that a joint that turns back within it
+/// loses no more than the flicker of one count.
 const HORIZON_NS: u64 = 500_000;
 /// How exactly an edge is located.
 const EDGE_NS: u64 = 5;
 
-/// The loop with its own times.
+/// In free-running the plant moves whenever the part's time goes on.
 #[derive(Debug)]
 pub struct FreeRunning<S> {
-    /// The joint.
+    /// The joint moves under what is on the bridge.
     pub plant: Plant<S>,
-    /// The joint when the image has read the counter last.
+    /// The joint was in this state when the image last read the counter.
     pub at_tick: S,
-    /// Breaks, sticks and reversals so far.
+    /// The joint has had these breaks, sticks and reversals so far.
     pub events: Vec<Event>,
-    /// From each read of the counter to the instant at which the duty of that tick takes effect, ns.
+    /// From each read of the counter to the instant at which the duty of that tick takes effect,
+    /// ns.
     pub latencies_ns: Vec<u64>,
     stage: PowerStage,
     sampling: Sampling,
@@ -49,7 +51,7 @@ pub struct FreeRunning<S> {
 }
 
 impl<S: AxisSolver + Clone> FreeRunning<S> {
-    /// With a part that should sample so often, ns.
+    /// Couples a plant with a part that should sample so often, ns.
     pub fn new(plant: Plant<S>, stage: PowerStage, period_ns: u64) -> Self {
         Self {
             at_tick: plant.solver.clone(),

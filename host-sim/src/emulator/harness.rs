@@ -12,13 +12,14 @@ use rigless::session::Session;
 use rigless::time::{NO_DEADLINE, VirtualNanos};
 
 use super::board::EmulatedBoard;
-use super::board_under_test::{Halted, Order, Setup, Until};
+use super::board_under_test::{Halted, Order, Until};
 use super::bridge::Bridge;
 use super::coupling::Coupling;
 use super::guard::Guard;
 use super::image::FirmwareImage;
 use super::log::Log;
 use super::probe::Probe;
+use super::setup::{Partner, Setup};
 use super::spans::Spans;
 use super::uart::Uart;
 
@@ -27,25 +28,21 @@ const TIM1_CCR1: u64 = 0x4001_0034;
 /// How often a partner is asked, ns.
 const PARTNER_EVERY_NS: u64 = 50_000;
 
-/// Somebody at the other end of the command link: is told the time (ns) and what the board has sent
-/// since it was last asked, and says what is sent to the board.
-pub type Partner = Box<dyn FnMut(u64, &[u8]) -> Vec<u8> + Send>;
-
-/// What has been seen of a part so far, and who says how it goes on.
+/// The harness has what has been seen of a part, and does what it is told.
 pub struct Harness<C> {
-    /// What is on the pins.
+    /// The coupling moves what is on the pins.
     pub coupling: C,
-    /// When the bridge was on.
+    /// The bridge was on in these spans of time.
     pub spans: Spans,
-    /// When the encoder was read, ns since power-on: early in each control tick.
+    /// The image read the encoder at these times, ns since power-on: early in each control tick.
     pub ticks_ns: Vec<u64>,
-    /// What the firmware has said.
+    /// The firmware has said this so far.
     pub log: Log,
-    /// What is counted.
+    /// The probe counts instructions, if that was asked for.
     pub probe: Option<Probe>,
-    /// The program.
+    /// The part runs this program.
     pub image: Arc<FirmwareImage>,
-    /// Why it cannot go on.
+    /// The run cannot go on, for this reason.
     pub failed: Option<String>,
     /// The break input is pulled as soon as the bridge is about to be driven, and let go at once.
     pub breaks_at_arming: bool,
@@ -63,7 +60,7 @@ pub struct Harness<C> {
 }
 
 impl<C: Coupling> Harness<C> {
-    /// Around a part that is about to start.
+    /// Puts a harness around a part that is about to start.
     pub fn new(setup: Setup, coupling: C, uart: Uart, ends: (Receiver<Order<C>>, Sender<()>)) -> Self {
         Self {
             coupling,

@@ -1,7 +1,7 @@
 //! The flash image: is it one, for this chip, and of this core?
 //!
-//! The firmware carries an ELF note, section `.note.stiction`: name `stiction`, type 1, and as its description three
-//! texts that end in a zero byte each: version of the core, commit, chip.
+//! The firmware carries an ELF note, section `.note.stiction`: name `stiction`, type 1, and as its
+//! description three texts that end in a zero byte each: version of the core, commit, chip.
 
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -86,7 +86,8 @@ impl FirmwareImage {
         let section = file.section_by_name(SECTION).and_then(|section| section.data().ok());
         let note = section.and_then(Note::parse).ok_or_else(|| {
             no(format!(
-                "it has no note of this project (section {SECTION}), so it is another program; {BUILD}"
+                "it has no note of this project (section {SECTION}), so it is another program; \
+                 {BUILD}"
             ))
         })?;
         if note.chip != CHIP {
@@ -98,8 +99,8 @@ impl FirmwareImage {
         if note.version != VERSION {
             let Note { version, commit, .. } = &note;
             return Err(no(format!(
-                "it holds version {version} of the core (commit {commit}), and this program version {VERSION}; {BUILD} \
-                 from the same sources"
+                "it holds version {version} of the core (commit {commit}), and this program version \
+                 {VERSION}; {BUILD} from the same sources"
             )));
         }
         let rtt = file
@@ -115,8 +116,8 @@ impl FirmwareImage {
             _ => {
                 let symbol = last_tick::SYMBOL;
                 return Err(no(format!(
-                    "it does not keep its last tick (symbol {symbol}) as this program knows it; {BUILD} from the same \
-                     sources"
+                    "it does not keep its last tick (symbol {symbol}) as this program knows it; \
+                     {BUILD} from the same sources"
                 )));
             }
         };
@@ -129,8 +130,8 @@ impl FirmwareImage {
         Ok(Self { path: path.into(), note, formats, rtt, last_tick, elf })
     }
 
-    /// Where the parts of a variable lie, first address and size: the compiler may have taken it apart. `name` is a
-    /// piece of its mangled name.
+    /// Where the parts of a variable lie, first address and size: the compiler may have taken it
+    /// apart. `name` is a piece of its mangled name.
     pub fn variable(&self, name: &str) -> Vec<(u64, u64)> {
         self.symbols(name, object::SymbolKind::Data)
     }

@@ -5,10 +5,10 @@
 //! |------ h/4 -------|---- edges -----|---- 0.1 h -----|
 //! ```
 //!
-//! The duty that a tick has put out is taken a quarter of a sample later and holds from the tick on.
-//! The plant is then moved by a whole sample at once, and the edges that lead to its new position are
-//! shown before the next tick. Does badly: a bridge that goes off within a sample is off for the joint
-//! from the next sample on.
+//! The duty that a tick has put out is taken a quarter of a sample later and holds from the tick
+//! on. The plant is then moved by a whole sample at once, and the edges that lead to its new
+//! position are shown before the next tick. Does badly: a bridge that goes off within a sample is
+//! off for the joint from the next sample on.
 
 use rigless::time::{NO_DEADLINE, VirtualNanos};
 
@@ -22,10 +22,10 @@ use crate::encoder::Wires;
 /// Between two edges, at least: the filter of the firmware's inputs passes 95 ns.
 const SHORTEST_NS: u64 = 100;
 
-/// The loop in lockstep.
+/// In lockstep the plant waits for the part, sample by sample.
 #[derive(Debug)]
 pub struct Lockstep<P> {
-    /// What is on the pins.
+    /// The plant interface is what is on the pins.
     pub plant: P,
     sampling: Sampling,
     encoder: EncoderEdges,
@@ -36,7 +36,7 @@ pub struct Lockstep<P> {
 }
 
 impl<P: PlantInterface> Lockstep<P> {
-    /// With a part that should sample so often, ns.
+    /// Couples a plant with a part that should sample so often, ns.
     pub fn new(plant: P, period_ns: u64) -> Self {
         Self {
             plant,
@@ -48,13 +48,13 @@ impl<P: PlantInterface> Lockstep<P> {
         }
     }
 
-    /// Noise on the encoder's wires: so many edges more before the next tick.
+    /// Puts noise on the encoder's wires: so many edges more before the next tick.
     pub fn jump(&mut self, counts: i32, at: VirtualNanos) {
         self.noise += i64::from(counts);
         self.replan(at);
     }
 
-    /// Something happens to the encoder's wires.
+    /// Cuts, swaps or mends the encoder's wires.
     pub fn rewire(&mut self, wires: Wires, board: &mut EmulatedBoard, at: VirtualNanos) {
         self.encoder.rewire(wires, board, at);
     }
@@ -64,8 +64,8 @@ impl<P: PlantInterface> Lockstep<P> {
         self.plant.disc() + self.noise
     }
 
-    /// Plans the edges from where the disc is shown to be to where it is, up to 0.9 of the sample. To
-    /// be called when the plant has moved.
+    /// Plans the edges from where the disc is shown to be to where it is, up to 0.9 of the sample.
+    /// To be called when the plant has moved.
     pub fn replan(&mut self, now: VirtualNanos) {
         if self.sampling.is_open {
             return;

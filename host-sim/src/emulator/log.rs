@@ -1,6 +1,7 @@
 //! The firmware's log: drained from its RTT buffer as a probe does it, and decoded at once.
 //!
-//! The first up-channel's descriptor follows the identifier (16 bytes) and two counts (4 bytes each):
+//! The first up-channel's descriptor follows the identifier (16 bytes) and two counts (4 bytes
+//! each):
 //!
 //! ```text
 //! offset   24    28      32    36     40
@@ -41,7 +42,8 @@ impl std::fmt::Display for LogLine {
     }
 }
 
-/// Somebody who wants each line as soon as it is there, with the label of the run that it comes from.
+/// Somebody who wants each line as soon as it is there, with the label of the run that it comes
+/// from.
 pub type Listener = Arc<dyn Fn(&str, &LogLine) + Send + Sync>;
 
 /// A log that is being read.

@@ -11,9 +11,10 @@ use crate::target::from_start;
 /// From the first tick to arming, in ticks: time for the encoder to be shown where the joint is.
 const WAIT_TICKS: f32 = 3.0;
 
-/// What the device is told so that it does what the host does: to begin by itself, at once with its full
-/// scale, and to leave the duty alone. The rest is as a board would be told, but for the monitors'
-/// thresholds: the simulator goes on whatever happens to the joint, and so shall the image.
+/// What the device is told so that it does what the host does: to begin by itself, at once with its
+/// full scale, and to leave the duty alone. The rest is as a board would be told, but for the
+/// monitors' thresholds: the simulator goes on whatever happens to the joint, and so shall the
+/// image.
 ///
 /// # Errors
 /// Names a value that is not allowed, or that the device would refuse.
@@ -29,8 +30,8 @@ pub fn parameters(plan: &RunPlan) -> Result<Parameters, Error> {
 /// As a board would be told, but for the begin: by itself, and from zero.
 fn by_itself(plan: &RunPlan) -> Result<Parameters, Error> {
     let mut parameters = device::assembled(plan)?;
-    // The device calls the place zero in which it is armed. The host's joint rests there too, but its
-    // disc may already be a count further.
+    // The device calls the place zero in which it is armed. The host's joint rests there too, but
+    // its disc may already be a count further.
     let start = plan.encoder()?.counts(0.0) as i32;
     from_start(&mut parameters.motion, start);
     parameters.device = DeviceConfig {

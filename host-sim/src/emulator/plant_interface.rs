@@ -1,5 +1,5 @@
-//! What an emulated board has on its pins in lockstep: a plant that its bridge drives, or a disc that
-//! somebody else turns.
+//! What an emulated board has on its pins in lockstep: a plant that its bridge drives, or a disc
+//! that somebody else turns.
 
 use stiction::drive::{Drive, DriveConfig};
 
@@ -10,16 +10,16 @@ use crate::hardware::STM32F405;
 use crate::plant::Plant;
 use crate::solver::ExactAxis;
 
-/// What the encoder shows and the bridge drives.
+/// A plant interface is what the encoder shows and the bridge drives.
 pub trait PlantInterface: Send + std::fmt::Debug + 'static {
-    /// Where the disc is, in counts.
+    /// Tells where the disc is, in counts.
     fn disc(&self) -> i64;
 
-    /// Has what is on the bridge for a sample, and gives the code that it stands for.
+    /// Moves on by a sample under what is on the bridge, and gives the code that it stands for.
     fn hold(&mut self, bridge: &Bridge, period_ns: u64) -> i16;
 }
 
-/// A disc that the bridge does not move. Whoever has the board turns it, or it stays where it is.
+/// A free disc is not moved by the bridge: whoever has the board turns it, or it stays, in counts.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct FreeDisc(pub i64);
 
@@ -33,7 +33,7 @@ impl PlantInterface for FreeDisc {
     }
 }
 
-/// The power stage behind the bridge: what a duty stands for.
+/// The power stage behind the bridge knows what a duty stands for.
 #[derive(Clone, Copy, Debug)]
 pub struct PowerStage {
     config: DriveConfig,
@@ -41,7 +41,7 @@ pub struct PowerStage {
 }
 
 impl PowerStage {
-    /// That of a plan.
+    /// Makes the power stage of a plan.
     ///
     /// # Errors
     /// Names a value that is not allowed.
@@ -50,8 +50,8 @@ impl PowerStage {
         Ok(Self { config, drive: *plan.closed_loop()?.controller.drive() })
     }
 
-    /// The code of what is on the bridge; `near` if that gives the same duty, and zero if it is off.
-    /// A duty of another program than the plan's has the code of the nearest duty.
+    /// The code of what is on the bridge; `near` if that gives the same duty, and zero if it is
+    /// off. A duty of another program than the plan's has the code of the nearest duty.
     pub fn code(&mut self, bridge: &Bridge, near: i16) -> i16 {
         if !bridge.is_on() {
             return 0;
@@ -68,22 +68,22 @@ impl PowerStage {
     }
 }
 
-/// The joint of a plan behind the bridge.
+/// The joint of a plan is driven by the bridge.
 #[derive(Debug)]
 pub struct DrivenPlant {
-    /// The joint.
+    /// The joint has an encoder and an amplifier.
     pub plant: Plant<ExactAxis>,
     stage: PowerStage,
     code: i16,
 }
 
 impl DrivenPlant {
-    /// At rest at zero.
+    /// Makes one that is at rest at zero.
     ///
     /// # Errors
     /// Names a value that is not allowed.
     pub fn at_rest(plan: &RunPlan) -> Result<Self, Error> {
-        Ok(Self { plant: Plant::at_rest(plan)?, stage: PowerStage::of(plan)?, code: 0 })
+        Ok(Self { plant: plan.plant()?, stage: PowerStage::of(plan)?, code: 0 })
     }
 }
 
@@ -102,7 +102,7 @@ impl PlantInterface for DrivenPlant {
     }
 }
 
-/// Whole nanoseconds.
+/// Rounds a time to whole nanoseconds.
 pub fn nanoseconds(seconds: f64) -> u64 {
     (seconds * 1e9).round() as u64
 }

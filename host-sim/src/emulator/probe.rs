@@ -1,8 +1,9 @@
-//! Counts the instructions of a running image, estimates their cycles, and finds how deep its stack got.
+//! Counts the instructions of a running image, estimates their cycles, and finds how deep its stack
+//! got.
 //!
-//! A span begins before its first instruction and ends after its last. Instructions of anything that interrupts it would
-//! be counted as its own: the control interrupt has only the break input and the faults above it, and a run in which one
-//! of them comes is refused.
+//! A span begins before its first instruction and ends after its last. Instructions of anything
+//! that interrupts it would be counted as its own: the control interrupt has only the break input
+//! and the faults above it, and a run in which one of them comes is refused.
 
 use std::ops::Range;
 use std::sync::Arc;
@@ -15,7 +16,8 @@ use crate::error::Error;
 use crate::firmware::blocks::Blocks;
 use crate::firmware::{Code, Function};
 
-/// What the stack is filled with before the first instruction. No address and no small number looks like it.
+/// What the stack is filled with before the first instruction. No address and no small number looks
+/// like it.
 const PAINT: u64 = 0xA5C3_96E1;
 
 /// The control interrupt.
@@ -132,7 +134,8 @@ pub struct Cost {
 /// One tick of the loop.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct TickCost {
-    /// From the control interrupt's first instruction to its return, both included; cycles with entry and exit.
+    /// From the control interrupt's first instruction to its return, both included; cycles with
+    /// entry and exit.
     pub interrupt: Cost,
     /// Of these, the core's: `Controller::tick` as a function, its return included, the call not.
     pub core: Cost,

@@ -8,11 +8,11 @@ use std::time::Duration;
 use indicatif::{ProgressBar, ProgressStyle};
 use rayon::prelude::*;
 
-use super::board_under_test::Setup;
 use super::image::FirmwareImage;
 use super::log::{Listener, LogLine};
 use super::parameters;
 use super::plant_interface::PowerStage;
+use super::setup::Setup;
 use super::side_by_side::{Ran, in_free_running, in_lockstep};
 use crate::error::Error;
 use crate::experiment::{Motion, RunPlan};
@@ -27,15 +27,15 @@ pub(crate) const DEFAULT_IMAGE: &str = "target/firmware/stiction-firmware.elf";
 #[derive(Clone)]
 pub struct Emulation {
     image: Arc<FirmwareImage>,
-    /// Edges and PWM at their own times.
+    /// Edges and PWM have their own times.
     pub free_running: bool,
-    /// Gets each line of each run's log at once.
+    /// The listener gets each line of each run's log at once.
     pub listener: Option<Listener>,
-    /// Ends all runs when it is set.
+    /// All runs end when this is set.
     pub interrupt: Arc<AtomicBool>,
 }
 
-/// From the read of the counter to the instant at which the duty takes effect.
+/// The latency is the time from the read of the counter to the effect of the duty.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Latency {
     /// us.
@@ -55,13 +55,13 @@ impl Latency {
 /// One run on the emulated part.
 #[derive(Clone, Debug)]
 pub struct EmulatedRun {
-    /// The same as of a run on the host.
+    /// The result is the same as of a run on the host.
     pub result: RunResult,
-    /// What the firmware said.
+    /// The firmware said this.
     pub log: Vec<LogLine>,
     /// Of a free-running run.
     pub latency: Option<Latency>,
-    /// Instructions from power-on to the end.
+    /// The part ran so many instructions from power-on to the end.
     pub instructions: u64,
 }
 
@@ -76,7 +76,7 @@ impl Emulation {
         Ok(Self { image, free_running: false, listener: None, interrupt: Arc::default() })
     }
 
-    /// The image that runs.
+    /// Gives the image that runs.
     pub fn image(&self) -> &FirmwareImage {
         &self.image
     }
@@ -123,7 +123,7 @@ impl Emulation {
         self.run_told(parameters::blob(plan)?, plan, ticks)
     }
 
-    /// The same with another record in the image's flash than that of the plan.
+    /// Does the same with another record in the image's flash than that of the plan.
     ///
     /// # Errors
     /// As [`run_all`](Self::run_all).

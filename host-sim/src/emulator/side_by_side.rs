@@ -1,8 +1,9 @@
 //! Image and core side by side: every tick of both, compared bit for bit.
 //!
-//! The plant is driven by what the image puts out, never by what the core says it should have: the core
-//! is there to find a difference, in any term, at the tick where it happens. In lockstep the two are a
-//! [`Target`] like any other. In free-running the part keeps the time, and the host follows.
+//! The plant is driven by what the image puts out, never by what the core says it should have: the
+//! core is there to find a difference, in any term, at the tick where it happens. In lockstep the
+//! two are a [`Target`] like any other. In free-running the part keeps the time, and the host
+//! follows.
 
 use std::sync::Arc;
 use std::sync::atomic::{AtomicU32, Ordering};
@@ -14,7 +15,7 @@ use stiction::drive::Duty;
 use stiction::encoder::CounterBits;
 use stiction::identification::Found;
 
-use super::board_under_test::{BoardUnderTest, Left, Setup};
+use super::board_under_test::{BoardUnderTest, Left};
 use super::compare::{Difference, same_bits};
 use super::coupling::{Coupling, Sample};
 use super::encoder_edges::EncoderEdges;
@@ -24,6 +25,7 @@ use super::image::FirmwareImage;
 use super::lockstep::Lockstep;
 use super::log::LogLine;
 use super::plant_interface::{FreeDisc, PowerStage, nanoseconds};
+use super::setup::Setup;
 use crate::closed_loop::ClosedLoop;
 use crate::error::Error;
 use crate::plant::DelayLine;
@@ -180,9 +182,9 @@ impl<'a> Beside<'a> {
                 format!("it has turned its bridge off at {time_s} s")
             });
         }
-        // Positions as the host counts them: exact, since they are whole counts that wrap. The duty is
-        // that of the pins: it has to be the one that was computed. The status is the servo's, which
-        // the bare loop has not.
+        // Positions as the host counts them: exact, since they are whole counts that wrap. The duty
+        // is that of the pins: it has to be the one that was computed. The status is the servo's,
+        // which the bare loop has not.
         let Duty { compare, reverse } = bridge.duty(self.closed_loop.controller.drive().mode());
         let image = Tick {
             counts: seen.image.counts.wrapping_add(self.start),
@@ -240,8 +242,9 @@ impl SideBySide<'_> {
             if counter != disc as u32 {
                 let (time_s, found) = (self.beside.time_s(), counter as i32);
                 return misbehaves(format!(
-                    "its encoder counter reads {found} at {time_s} s, and the disc is at {disc}: the \
-                     edges come faster than its input filter passes them, or the wires are swapped"
+                    "its encoder counter reads {found} at {time_s} s, and the disc is at {disc}: \
+                     the edges come faster than its input filter passes them, or the wires are \
+                     swapped"
                 ));
             }
         }
@@ -279,8 +282,8 @@ pub(super) struct Ran<S> {
     pub found: Found,
     /// What the firmware said.
     pub log: Vec<LogLine>,
-    /// Of a free-running run: from each read of the counter to the instant at which the duty of that
-    /// tick takes effect, ns.
+    /// Of a free-running run: from each read of the counter to the instant at which the duty of
+    /// that tick takes effect, ns.
     pub latencies_ns: Vec<u64>,
     /// Instructions from power-on to the end.
     pub instructions: u64,
@@ -290,7 +293,8 @@ pub(super) struct Ran<S> {
 /// counts ticks along for whoever shows progress.
 ///
 /// # Errors
-/// If the image cannot be placed, gets stuck, turns its bridge off, or does not do what the core does.
+/// If the image cannot be placed, gets stuck, turns its bridge off, or does not do what the core
+/// does.
 pub(super) fn in_lockstep<S: AxisSolver>(
     setup: Setup,
     recording: &mut Recording<'_>,
@@ -400,8 +404,8 @@ impl Explanation {
         let why = match ran {
             Ok(found) => return Ok((found, board.off()?)),
             Err(Stopped::Board(error)) => return Err(error),
-            // The one cause that is nobody's mistake in the code: an image of other sources of the same
-            // version.
+            // The one cause that is nobody's mistake in the code: an image of other sources of the
+            // same version.
             Err(Stopped::Differs(difference)) => {
                 let commit = &self.image.note.commit;
                 format!("the image is of commit {commit}; {}", difference.to_string().trim_end())

@@ -1,7 +1,8 @@
 //! Adds up the cycles of what an image runs, block by block.
 //!
-//! The emulator says where it arrives, and how many instructions it has run until then. If that is another number than the
-//! block before has, the way between the two is not known, and the estimate is refused.
+//! The emulator says where it arrives, and how many instructions it has run until then. If that is
+//! another number than the block before has, the way between the two is not known, and the estimate
+//! is refused.
 
 use std::ops::{Add, AddAssign, Range, Sub};
 use std::sync::Arc;
@@ -11,14 +12,16 @@ use rigless::emulator::Hit;
 use crate::firmware::blocks::Blocks;
 use crate::firmware::cycles::REFILL;
 
-/// Wait states of the flash at 168 MHz and 3.3 V (RM0090, section 3.5.1): what a fetch waits that the accelerator does not
-/// serve.
+/// Wait states of the flash at 168 MHz and 3.3 V (RM0090, section 3.5.1): what a fetch waits that
+/// the accelerator does not serve.
 pub const WAIT_STATES: u32 = 5;
 
-/// From the request to the handler's first instruction: 12 cycles, and 17 for the floating-point registers, whether they
-/// are saved at once or at the handler's first instruction that needs them (Cortex-M4 manual, on interrupt latency).
+/// From the request to the handler's first instruction: 12 cycles, and 17 for the floating-point
+/// registers, whether they are saved at once or at the handler's first instruction that needs them
+/// (Cortex-M4 manual, on interrupt latency).
 const ENTRY: u32 = 12 + 17;
-/// From the handler's return to the instruction that was interrupted: 10, and 17 again. The return's own refill is in it.
+/// From the handler's return to the instruction that was interrupted: 10, and 17 again. The
+/// return's own refill is in it.
 const EXIT: u32 = 10 + 17;
 
 /// Cycles, as estimated.
@@ -77,7 +80,8 @@ pub struct Route {
 pub struct Passage {
     /// From the request to the instruction that was interrupted.
     pub whole: Cycles,
-    /// Of these, the function's: from its first instruction to its return, which is included. None if it did not run.
+    /// Of these, the function's: from its first instruction to its return, which is included. None
+    /// if it did not run.
     pub part: Option<Cycles>,
     /// Instructions from the handler's first one to its return, both included.
     pub instructions: u32,

@@ -1,11 +1,11 @@
-//! The flash image on the emulated board, around the joint of a machine's file, at the other end of its
-//! own USART.
+//! The flash image on the emulated board, around the joint of a machine's file, at the other end of
+//! its own USART.
 //!
-//! Time passes while the client waits, and at no other time, so that every session is the same to the
-//! instruction. It is that of a [lockstep](super::lockstep): the joint does what it does around a
-//! [simulated device](crate::device::simulated), to the bit, if what is asked of both is asked between
-//! the same two ticks. What is between is real: the wire's 11 us a byte, and the instructions that the
-//! firmware takes to answer.
+//! Time passes while the client waits, and at no other time, so that every session is the same to
+//! the instruction. It is that of a [lockstep](super::lockstep): the joint does what it does around
+//! a [simulated device](crate::device::simulated), to the bit, if what is asked of both is asked
+//! between the same two ticks. What is between is real: the wire's 11 us a byte, and the
+//! instructions that the firmware takes to answer.
 
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
@@ -15,8 +15,9 @@ use stiction::link::Refused;
 use stiction::parameters::ROOM;
 
 use super::FirmwareImage;
-use super::board_under_test::{BoardUnderTest, PlantInLockstep, Setup};
+use super::board_under_test::{BoardUnderTest, PlantInLockstep};
 use super::runs::DEFAULT_IMAGE;
+use super::setup::Setup;
 use crate::device;
 use crate::device::wire::{AWAY, Wire};
 use crate::error::Error;
@@ -25,17 +26,18 @@ use crate::experiment::RunPlan;
 /// Of every output of an emulated device.
 pub const EMULATED: &str = "EMULATED DEVICE: no motor moves or stops.";
 
-/// By then a sound image has ticked, ns: a crystal that does not start is waited for for 50 ms, and a
-/// tick is 20 ms at most.
+/// By then a sound image has ticked, ns: a crystal that does not start is waited for for 50 ms, and
+/// a tick is 20 ms at most.
 const BOOT_NS: u64 = 200_000_000;
 
-/// How far the board's time may fall behind that on the wall before it is let go on: an instant to the eye.
+/// How far the board's time may fall behind that on the wall before it is let go on: an instant to
+/// the eye.
 const STEP: Duration = Duration::from_millis(5);
 
-/// The far end of an emulated board's USART.
+/// The far end of an emulated board's USART is a wire for a client.
 #[derive(Debug)]
 pub struct EmulatedWire {
-    /// The board and its joint.
+    /// The board has the joint of a plan on its pins.
     pub board: BoardUnderTest,
     now: Duration,
     /// A moment on the wall, and the board's time at it, from which on the two keep pace.
@@ -43,9 +45,9 @@ pub struct EmulatedWire {
 }
 
 impl EmulatedWire {
-    /// With the image at `path`, or else the one that `cargo xtask firmware` builds, and what the plan
-    /// says in its flash, with nothing that starts by itself. Power is on, and the joint has been at
-    /// rest for long enough to be armed.
+    /// With the image at `path`, or else the one that `cargo xtask firmware` builds, and what the
+    /// plan says in its flash, with nothing that starts by itself. Power is on, and the joint has
+    /// been at rest for long enough to be armed.
     ///
     /// # Errors
     /// Says what the image is not, or names a value of the plan that is not allowed.
@@ -54,7 +56,7 @@ impl EmulatedWire {
         Self::with(&Arc::new(FirmwareImage::open(&path)?), plan)
     }
 
-    /// The same with an image that has been read.
+    /// Does the same with an image that has been read.
     ///
     /// # Errors
     /// Names a value of the plan that is not allowed.

@@ -1,4 +1,5 @@
-//! Control steps that are not ours, counted as ours are: the image of `xtask/yardstick`, which runs nothing else.
+//! Control steps that are not ours, counted as ours are: the image of `xtask/yardstick`, which runs
+//! nothing else.
 
 use std::collections::VecDeque;
 use std::path::Path;
@@ -23,7 +24,8 @@ const LOOK_EVERY_NS: u64 = 1_000_000;
 /// A step takes well under a microsecond: twenty times as long is a hang, ns a sample.
 const LIMIT_NS: u64 = 20_000;
 
-/// Instructions of each call of each step, fed with the set points and positions in `samples` (deg).
+/// Instructions of each call of each step, fed with the set points and positions in `samples`
+/// (deg).
 ///
 /// # Errors
 /// If the image is not that of the yardsticks, or hangs.

@@ -4,6 +4,7 @@ mod assemble;
 mod builtin;
 mod document;
 mod plan;
+mod plant;
 
 pub(crate) use assemble::about_law;
 pub use assemble::position;

@@ -64,7 +64,8 @@ fn a_link_that_falls_silent_turns_the_bridge_off_with_its_code() {
     let talked = script.run(Some(&record(&commanded(|_| {}))), &[], 1_600 * MS);
     talked.assert_done(arm);
     assert_eq!(talked.status(last).state, State::Armed);
-    // The last sign of life is at 700 ms; half a second in ticks of 20 ms, the one of the sign included or not.
+    // The last sign of life is at 700 ms; half a second in ticks of 20 ms, the one of the sign
+    // included or not.
     let off = talked.observed.off_at_ns().unwrap();
     assert!((1_180 * MS..1_241 * MS).contains(&off), "{off}");
     let status = talked.status(after);
@@ -82,8 +83,8 @@ fn a_flood_of_requests_that_take_long_does_not_starve_the_watchdog() {
     // As many as find room.
     let while_off = script.burst(300 * MS, (0..24).map(|_| take()));
     let arm = script.say(450 * MS, Request::Arm);
-    // 40 ms of the wire, without a pause in which the log would have its turn: with the fastest oscillator, the watchdog
-    // waits for 10. What finds no room is not answered.
+    // 40 ms of the wire, without a pause in which the log would have its turn: with the fastest
+    // oscillator, the watchdog waits for 10. What finds no room is not answered.
     let armed = script.burst(500 * MS, (0..400).map(|_| take()));
     let last = script.status(600 * MS..700 * MS);
     let fitted = Fitted { lsi_hz: 47_000, ..Fitted::default() };

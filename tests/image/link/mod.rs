@@ -1,4 +1,5 @@
-//! The command link on the image's own USART: a script of requests, each at its time, and the answers.
+//! The command link on the image's own USART: a script of requests, each at its time, and the
+//! answers.
 //!
 //! The joint is blocked: what is looked at are the answers, and the bridge.
 
@@ -35,7 +36,8 @@ fn record(parameters: &Parameters) -> Vec<u8> {
     parameters.encode(1, &mut [0; ROOM]).unwrap().to_vec()
 }
 
-/// What a client says, each at its time (ns), numbered in this order from 1 on: the first is a hello.
+/// What a client says, each at its time (ns), numbered in this order from 1 on: the first is a
+/// hello.
 struct Script {
     says: Vec<(u64, Vec<u8>)>,
     number: u16,

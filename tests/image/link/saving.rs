@@ -9,8 +9,9 @@ use crate::fault_injection::MS;
 
 #[test]
 fn a_save_that_the_flash_does_not_keep_is_refused_and_harms_nothing() {
-    // The emulated flash says that it has erased and written, and is as it was before. The slowest oscillator and the
-    // fastest: with the watchdog of the loop, 60 ms, none of them would live through an erase.
+    // The emulated flash says that it has erased and written, and is as it was before. The slowest
+    // oscillator and the fastest: with the watchdog of the loop, 60 ms, none of them would live
+    // through an erase.
     for lsi_hz in [17_000, 47_000] {
         let other = commanded(|parameters| parameters.limits.link_timeout = 0.6);
         let mut script = Script::new();

@@ -1,4 +1,5 @@
-//! A board with the simulated joint on its pins and a client on its USART, in the situations that a fault may come in.
+//! A board with the simulated joint on its pins and a client on its USART, in the situations that a
+//! fault may come in.
 
 use host_sim::device::client::Client;
 use host_sim::device::parameters;
@@ -75,7 +76,8 @@ impl Driven {
         self.samples(10);
     }
 
-    /// Brings the joint into a situation; it has moved before. Time stands still between two ticks, nearer to the first.
+    /// Brings the joint into a situation; it has moved before. Time stands still between two ticks,
+    /// nearer to the first.
     pub fn bring(&mut self, situation: Situation) {
         self.client().arm().unwrap();
         self.client().step_to(1.0).unwrap();

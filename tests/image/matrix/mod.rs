@@ -1,14 +1,16 @@
-//! The faults that the emulated board's hardware can have, under the laws, at rest, moving, saturated: the image finds them
-//! on its own pins, and a client on its USART sees to them.
+//! The faults that the emulated board's hardware can have, under the laws, at rest, moving,
+//! saturated: the image finds them on its own pins, and a client on its USART sees to them.
 //!
-//! Each row says what is done to the joint, its wires or the board, and within how many ticks it has to be seen. Asserted
-//! are the code, the tick and the value, as told over the link and as kept for the time after a reset; that the bridge (MOE
-//! and enable pin) goes off in the very tick of the detection, before the budget of that interrupt is used up; that
-//! nothing is driven from then on, whatever is asked; and that arming again takes a cleared fault and a joint at rest.
-//! Once per fault: that a reset tells it again and drives nothing.
+//! Each row says what is done to the joint, its wires or the board, and within how many ticks it
+//! has to be seen. Asserted are the code, the tick and the value, as told over the link and as kept
+//! for the time after a reset; that the bridge (MOE and enable pin) goes off in the very tick of
+//! the detection, before the budget of that interrupt is used up; that nothing is driven from then
+//! on, whatever is asked; and that arming again takes a cleared fault and a joint at rest. Once per
+//! fault: that a reset tells it again and drives nothing.
 //!
-//! What a monitor sees: all laws. What the board reports itself: PD alone, since no law has a part in it. What cannot
-//! happen is listed with its reason. `tests/device/matrix.rs` has the same in process.
+//! What a monitor sees: all laws. What the board reports itself: PD alone, since no law has a part
+//! in it. What cannot happen is listed with its reason. `tests/device/matrix.rs` has the same in
+//! process.
 
 mod driven;
 mod rows;
@@ -31,7 +33,8 @@ fn laws() -> impl Iterator<Item = &'static str> {
     std::iter::once("pd").chain(Gains::NAMES.iter().copied())
 }
 
-/// The control interrupt's budget, ns: from the read of the counter to the end, an instruction being a cycle here.
+/// The control interrupt's budget, ns: from the read of the counter to the end, an instruction
+/// being a cycle here.
 const INTERRUPT_NS: u64 = INTERRUPT_INSTRUCTIONS as u64 * 1_000_000_000 / CLOCK_HZ.get();
 
 /// What a monitor sees.
@@ -76,7 +79,8 @@ fn seen(row: &Row, driven: &mut Driven, name: &str, [least, most]: [u32; 2]) -> 
     panic!("{name}: not seen within {most} ticks");
 }
 
-/// Told and kept is what tripped in the tick that has turned the bridge off, and nothing is driven, whatever is asked.
+/// Told and kept is what tripped in the tick that has turned the bridge off, and nothing is driven,
+/// whatever is asked.
 fn assert_latched(driven: &mut Driven, name: &str, (fault, value): (Fault, [f32; 2]), sample: Sample) {
     let (kept, told) = (driven.kept(), driven.status().fault);
     assert_eq!((kept.fault, Some(kept.tick)), (Some(fault), sample.clock), "{name}");
@@ -109,7 +113,8 @@ fn assert_kept_across_a_reset(driven: &mut Driven, name: &str, fault: Fault) {
     assert!(driven.log().contains(&last), "{name}: {:?}", driven.log());
 }
 
-/// Cleared is not armed, a joint that moves is not armed, and one at rest begins with a law that has forgotten.
+/// Cleared is not armed, a joint that moves is not armed, and one at rest begins with a law that
+/// has forgotten.
 fn assert_armed_again_only_as_it_should(driven: &mut Driven, name: &str) {
     driven.client().clear().unwrap();
     assert!(!driven.samples(2).bridge.is_on(), "{name}");
@@ -130,7 +135,8 @@ fn assert_armed_again_only_as_it_should(driven: &mut Driven, name: &str) {
 fn tell(fault: Fault, what: &str, situation: Situation, cases: usize, slowest: &str) {
     let (fault, situation) = (fault.describe(), format!("{situation:?}").to_lowercase());
     println!(
-        "reliability: image | fault={fault} | what={what} | situation={situation} | cases={cases} | slowest={slowest}"
+        "reliability: image | fault={fault} | what={what} | situation={situation} | \
+         cases={cases} | slowest={slowest}"
     );
 }
 
@@ -189,7 +195,8 @@ fn memory_and_link() {
     assert_rows(&[&rows::NON_FINITE, &rows::SILENCE]);
 }
 
-/// Swapped wires make the loop push away from the target: seen within the first hundredths of a degree.
+/// Swapped wires make the loop push away from the target: seen within the first hundredths of a
+/// degree.
 #[test]
 fn a_reversed_encoder_is_seen_in_the_first_move_under_every_law() {
     let mut driven = Driven::boot();

@@ -17,7 +17,8 @@ pub struct Row {
     pub set: &'static [&'static str],
     /// What is done in every tick from the injection on.
     pub inject: fn(&mut Halted<'_>, u32),
-    /// Ticks from the injection to the detection, at least and at most, by situation; or why it cannot be.
+    /// Ticks from the injection to the detection, at least and at most, by situation; or why it
+    /// cannot be.
     pub within: [Result<[u32; 2], &'static str>; 3],
     /// What the value that tripped it may be, without its sign.
     pub value: [f32; 2],
@@ -186,7 +187,8 @@ pub const NON_FINITE: Row = Row {
 /// Kd of PD, of SRNF, and of the other laws, V s/deg.
 const KD: [f32; 3] = [0.15, 0.25, 0.17];
 
-/// No parameters that are accepted lead to a value that is not finite, so the servo's own copy of a gain is changed.
+/// No parameters that are accepted lead to a value that is not finite, so the servo's own copy of a
+/// gain is changed.
 fn spoil_gain(halted: &mut Halted<'_>) {
     let mut spoiled = 0;
     for (address, length) in crate::fault_injection::firmware().variable("_servo") {
@@ -243,7 +245,8 @@ pub fn reported() -> Vec<Reported> {
         row(Fault::Panic, &lock, 120 * MS),
         row(Fault::ResetWhileArmed, &[(0, Injection::Reset)], 0),
         row(Fault::BrownOut, &[(0, Injection::BrownOut)], 0),
-        // In hardware; the clock security system takes a few cycles. The last one: the crystal is gone for good.
+        // In hardware; the clock security system takes a few cycles. The last one: the crystal is
+        // gone for good.
         row(Fault::ClockLost, &[(0, Injection::CrystalLost)], 100),
     ]
 }

@@ -1,11 +1,12 @@
 //! Runs the benchmark of section 3.3.1 on the image, with everything on, and counts.
 //!
-//! The joint, gains and motions are those of the experiments `step-response` and `trajectory`: seven
-//! controllers, three steps and two trajectories. Soft start and supply are those of [`counted`]. One
-//! more key is another: `drive.pwm_hz`. Half of the emulator's time goes into a PWM of 22 kHz, so it is
-//! 2 kHz here. No instruction of the control interrupt looks at that counter or depends on its top, and
-//! that is checked: each controller's 2.5 deg step is run again with the PWM of the file, and must take
-//! the same instructions in every tick. So is, by that, that a second run counts the same.
+//! The joint, gains and motions are those of the experiments `step-response` and `trajectory`:
+//! seven controllers, three steps and two trajectories. Soft start and supply are those of
+//! [`counted`]. One more key is another: `drive.pwm_hz`. Half of the emulator's time goes into a
+//! PWM of 22 kHz, so it is 2 kHz here. No instruction of the control interrupt looks at that
+//! counter or depends on its top, and that is checked: each controller's 2.5 deg step is run again
+//! with the PWM of the file, and must take the same instructions in every tick. So is, by that,
+//! that a second run counts the same.
 
 use std::path::Path;
 use std::sync::Arc;
