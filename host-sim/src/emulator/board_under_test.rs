@@ -62,10 +62,13 @@ pub struct Left<C> {
     pub instructions: u64,
 }
 
+/// Something that is done to a halted board.
+pub type Act<C> = Box<dyn for<'a> FnOnce(&mut Halted<'a, C>) + Send>;
+
 /// An order is what the board is told while it is halted.
 pub enum Order<C> {
     /// Do this to the board; no time passes.
-    Act(Box<dyn for<'a> FnOnce(&mut Halted<'a, C>) + Send>),
+    Act(Act<C>),
     /// Let time pass.
     Until(Until),
 }
