@@ -115,7 +115,8 @@ impl Controller {
         // declaration.
         let drive = Drive::new(&config.drive, hardware)?;
         config.validate()?;
-        let velocity = Velocity::new(config.velocity_window, config.encoder.resolution, config.sample_time);
+        let velocity =
+            Velocity::new(config.velocity_window, config.encoder.resolution, config.sample_time);
         Ok(Self {
             encoder: config.encoder,
             velocity,
@@ -133,7 +134,11 @@ impl Controller {
 
     /// Returns the state of a joint at rest in position `counts`, in which a motion begins.
     pub fn start(&self, counts: i32) -> ControllerState {
-        ControllerState { counts, compensator: self.compensator.rest(), ..ControllerState::default() }
+        ControllerState {
+            counts,
+            compensator: self.compensator.rest(),
+            ..ControllerState::default()
+        }
     }
 
     /// Returns the largest output, V.
@@ -153,7 +158,12 @@ impl Controller {
 
     /// Runs one tick with the loop closed. The returned [`Tick::duty`] is to be applied at once.
     #[inline]
-    pub fn tick(&self, state: &mut ControllerState, reading: Reading, reference: &Reference) -> Tick {
+    pub fn tick(
+        &self,
+        state: &mut ControllerState,
+        reading: Reading,
+        reference: &Reference,
+    ) -> Tick {
         let velocity = self.observe(state, reading.travel);
         let counts = state.counts;
         let setpoint = reference.at(state.tick);
@@ -165,8 +175,17 @@ impl Controller {
         let v_pd = if replaces_pd { 0.0 } else { self.pd.update(error, velocity_error) };
         let OutputState { applied, saturated, .. } = state.output;
         let travel = reading.travel;
-        let input =
-            LawInput { counts, travel, setpoint, error, velocity, velocity_error, v_pd, applied, saturated };
+        let input = LawInput {
+            counts,
+            travel,
+            setpoint,
+            error,
+            velocity,
+            velocity_error,
+            v_pd,
+            applied,
+            saturated,
+        };
         let v_c = self.compensator.update(&mut state.compensator, &input);
 
         let sum = if replaces_pd { v_c } else { v_pd + v_c };

@@ -170,7 +170,15 @@ impl RampState {
     /// Returns the state of a ramp that begins with a joint at rest at `counts`.
     pub const fn start(counts: i32) -> Self {
         let findings = RampFindings { stick: None, slip: None, fall: 0 };
-        Self { phase: Phase::Rising, elapsed: 0, rung: 0, start: counts, counts, counted_at: 0, findings }
+        Self {
+            phase: Phase::Rising,
+            elapsed: 0,
+            rung: 0,
+            start: counts,
+            counts,
+            counted_at: 0,
+            findings,
+        }
     }
 
     /// Returns whether the ramp has ended. Its effort is zero then.

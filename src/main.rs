@@ -261,7 +261,9 @@ mod app {
         shared = [control_task, session, watchdog],
     )]
     async fn link(cx: link::Context) {
-        let link::LocalResources { from_wire_consumer, to_wire_producer, timer_clock, store, .. } = cx.local;
+        let link::LocalResources {
+            from_wire_consumer, to_wire_producer, timer_clock, store, ..
+        } = cx.local;
         let link::SharedResources { mut control_task, mut session, mut watchdog, .. } = cx.shared;
         let (control_task, watchdog) = (&mut control_task, &mut watchdog);
         let mut machine = BoardMachine { control_task, watchdog, clock: *timer_clock, store };

@@ -16,7 +16,9 @@ use crate::controller::{Controller, ControllerConfig, ControllerState, Reading};
 use crate::error::{Allowed, Error, between};
 use crate::identification::{self, Ramp, RampState};
 use crate::position::Position;
-use crate::reference::{CORNER_TIMES, Corner, HALF_BLEND, MAX_CORNERS, Reference, Step, Trajectory};
+use crate::reference::{
+    CORNER_TIMES, Corner, HALF_BLEND, MAX_CORNERS, Reference, Step, Trajectory,
+};
 use crate::signal::Tick;
 use crate::value::{About, Absent, Key, Kind, Unfit, Values};
 
@@ -74,12 +76,42 @@ const CORNERS: u16 = CORNER_TIMES.0;
 /// does not write them like this.
 pub(crate) const ABOUT: &[About] = &[
     about(KIND, "reference", "motion", Kind::Whole, "0 hold, 1 step, 2 trajectory, 3 ramp."),
-    about(STEP_COUNTS, "reference", "steps_deg", Kind::Whole, "Where the step leads, whole counts."),
-    about(STEP_FRACTION, "reference", "steps_deg", Kind::Number, "The rest of it in [0, 1) counts."),
-    about(HALF_BLEND, "reference.trajectories", "half_blend_s", Kind::Number, "Half the time of a blend, s."),
+    about(
+        STEP_COUNTS,
+        "reference",
+        "steps_deg",
+        Kind::Whole,
+        "Where the step leads, whole counts.",
+    ),
+    about(
+        STEP_FRACTION,
+        "reference",
+        "steps_deg",
+        Kind::Number,
+        "The rest of it in [0, 1) counts.",
+    ),
+    about(
+        HALF_BLEND,
+        "reference.trajectories",
+        "half_blend_s",
+        Kind::Number,
+        "Half the time of a blend, s.",
+    ),
     about(RAMP_RATE, "identification", "ramp_rates_v_per_s", Kind::Number, "Rate of a ramp, V/s."),
-    about(RAMP_HOLD, "identification", "hold_s", Kind::Number, "Time between rise and fall of a ramp, s."),
-    about(Key(CORNERS), "reference.trajectories", "corner_times_s", Kind::Whole, "Time of a corner, ticks."),
+    about(
+        RAMP_HOLD,
+        "identification",
+        "hold_s",
+        Kind::Number,
+        "Time between rise and fall of a ramp, s.",
+    ),
+    about(
+        Key(CORNERS),
+        "reference.trajectories",
+        "corner_times_s",
+        Kind::Whole,
+        "Time of a corner, ticks.",
+    ),
     about(
         Key(CORNERS + 1),
         "reference.trajectories",
@@ -96,7 +128,13 @@ pub(crate) const ABOUT: &[About] = &[
     ),
 ];
 
-const fn about(key: Key, table: &'static str, name: &'static str, kind: Kind, text: &'static str) -> About {
+const fn about(
+    key: Key,
+    table: &'static str,
+    name: &'static str,
+    kind: Kind,
+    text: &'static str,
+) -> About {
     About { key, table, name, field: "", text, bounds: "", kind, absent: Absent::Needed }
 }
 
@@ -132,14 +170,20 @@ impl Motion {
             Self::Trajectory { corners, half_blend } => {
                 Trajectory::validate(corners, *half_blend, *sample_time, encoder.resolution)
             }
-            Self::Ramp { rate, hold } => Ramp::new(*rate, *hold, *sample_time, drive.full_scale).map(|_| ()),
+            Self::Ramp { rate, hold } => {
+                Ramp::new(*rate, *hold, *sample_time, drive.full_scale).map(|_| ())
+            }
         }
     }
 
     /// Prepares a motion that has been validated, in the place that is given, so that half a
     /// kilobyte is not copied.
     #[inline(never)]
-    pub(crate) fn prepare(&self, config: &ControllerConfig, course: &mut Course) -> Result<(), Error> {
+    pub(crate) fn prepare(
+        &self,
+        config: &ControllerConfig,
+        course: &mut Course,
+    ) -> Result<(), Error> {
         let ControllerConfig { sample_time, encoder, drive, .. } = config;
         match self {
             Self::Hold => *course = Course::default(),

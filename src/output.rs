@@ -86,7 +86,13 @@ impl OutputStage {
     // The image has this code twice, for the closed loop and the open one, as it has the
     // velocity's.
     #[inline(always)]
-    pub(crate) fn apply(&self, state: &mut OutputState, asked: f32, supply: u16, rise: Rise) -> Applied {
+    pub(crate) fn apply(
+        &self,
+        state: &mut OutputState,
+        asked: f32,
+        supply: u16,
+        rise: Rise,
+    ) -> Applied {
         let (v, mut saturated) = saturate(asked, self.full_scale);
         let (mut scaled, mut volts) = (v, self.lsb);
         if self.nominal_supply > 0.0 {
@@ -148,7 +154,8 @@ mod tests {
             mode: PwmMode::LockedAntiphase,
             duty_max: 1.0,
         };
-        let drive = Drive::new(&config, &Hardware { pwm_clock_hz: 168e6, supply_top: 4095 }).unwrap();
+        let drive =
+            Drive::new(&config, &Hardware { pwm_clock_hz: 168e6, supply_top: 4095 }).unwrap();
         let mut stage = OutputStage::new(&config, drive);
         stage.on_device(soft_start, f32::from(nominal));
         stage
@@ -177,7 +184,8 @@ mod tests {
                 saturated: k.abs() > 5000,
             };
             assert_eq!(found, expected, "{asked} V");
-            let remembered = OutputState { elapsed: 0, applied: found.v_applied, saturated: found.saturated };
+            let remembered =
+                OutputState { elapsed: 0, applied: found.v_applied, saturated: found.saturated };
             assert_eq!(state, remembered, "{asked} V");
         }
     }
@@ -189,11 +197,19 @@ mod tests {
             let full = (asked.clamp(-5.0, 5.0) / LSB) as i16;
             for tick in 0..20i16 {
                 // Of 7 ticks, rounded down: 0, 182, 365, 548, 731, 914, 1097, and all of it.
-                let limit = if tick < 7 { (i32::from(MAX) * i32::from(tick) / 7) as i16 } else { MAX };
+                let limit =
+                    if tick < 7 { (i32::from(MAX) * i32::from(tick) / 7) as i16 } else { MAX };
                 let code = full.signum() * full.abs().min(limit);
                 let found = stage.apply(&mut state, asked, 0, Rise::Soft);
-                assert_eq!((found.code, found.duty), (code, stage.drive.duty(code)), "{asked} V, {tick}");
-                assert_eq!((found.v, found.v_applied), (asked.clamp(-5.0, 5.0), f32::from(code) * LSB));
+                assert_eq!(
+                    (found.code, found.duty),
+                    (code, stage.drive.duty(code)),
+                    "{asked} V, {tick}"
+                );
+                assert_eq!(
+                    (found.v, found.v_applied),
+                    (asked.clamp(-5.0, 5.0), f32::from(code) * LSB)
+                );
                 assert_eq!(found.saturated, asked.abs() > 5.0 || code != full, "{asked} V, {tick}");
                 assert_eq!((state.applied, state.saturated), (found.v_applied, found.saturated));
             }
@@ -218,9 +234,12 @@ mod tests {
         for asked in [0.5, 1.25, 2.5, -0.5, -1.25, -2.5] {
             let code = (asked / LSB) as i16;
             // 6 V, 12 V and 24 V of a nominal supply of 12 V.
-            for (supply, scaled) in [(NOMINAL / 2, 2 * code), (NOMINAL, code), (2 * NOMINAL, code / 2)] {
+            for (supply, scaled) in
+                [(NOMINAL / 2, 2 * code), (NOMINAL, code), (2 * NOMINAL, code / 2)]
+            {
                 let duty = stage.drive.duty(scaled);
-                let expected = Applied { v: asked, v_applied: asked, code: scaled, duty, saturated: false };
+                let expected =
+                    Applied { v: asked, v_applied: asked, code: scaled, duty, saturated: false };
                 assert_eq!(once(&stage, asked, supply), expected, "{asked} V at {supply}");
             }
         }
@@ -231,7 +250,9 @@ mod tests {
         let stage = stage(0, NOMINAL);
         for asked in [1.0, -1.0f32] {
             let code = (asked / LSB) as i16;
-            for (supply, scaled) in [(0, 2 * code), (1, 2 * code), (4095, 128), (u16::MAX, code / 2)] {
+            for (supply, scaled) in
+                [(0, 2 * code), (1, 2 * code), (4095, 128), (u16::MAX, code / 2)]
+            {
                 let found = once(&stage, asked, supply);
                 // The highest reading of the converter is 4095, not quite twice the nominal one.
                 assert_eq!(found.code, scaled.abs() * code.signum(), "{supply}");
@@ -259,7 +280,8 @@ mod tests {
     fn the_soft_start_limits_the_code_after_it_was_scaled() {
         for sign in [1.0, -1.0] {
             let (stage, mut state) = (stage(2, NOMINAL), OutputState::default());
-            let found = [(); 3].map(|()| stage.apply(&mut state, sign * 2.0, NOMINAL / 2, Rise::Soft));
+            let found =
+                [(); 3].map(|()| stage.apply(&mut state, sign * 2.0, NOMINAL / 2, Rise::Soft));
             // 4 V at the bridge, which are 2 V of the nominal supply's.
             let codes = [0, 640, 1024].map(|code| (sign * f32::from(code as i16)) as i16);
             assert_eq!(found.map(|found| found.code), codes);

@@ -43,7 +43,11 @@ impl Report {
         let source = if board.crystal { "crystal" } else { "internal oscillator, crystal absent" };
         info!("stiction {=str} ({=str}) on STM32F405", stiction::VERSION, env!("STICTION_COMMIT"));
         info!("clock {=u32} Hz from {=str}", board.clock, source);
-        info!("reset by {=str}; last fault: {=str}", cause.describe(), last.map_or("none", Fault::describe));
+        info!(
+            "reset by {=str}; last fault: {=str}",
+            cause.describe(),
+            last.map_or("none", Fault::describe)
+        );
         match told.map(|record| (record.fault(), record)) {
             Some((Some(Fault::Panic), record)) => {
                 error!("panic in {=str}, line {=u32}", record.text(), record.place);
@@ -53,7 +57,9 @@ impl Report {
             }
             _ => {}
         }
-        if let Some(latched) = told.and_then(RetainedFault::as_latched).filter(|latched| latched.tick > 0) {
+        if let Some(latched) =
+            told.and_then(RetainedFault::as_latched).filter(|latched| latched.tick > 0)
+        {
             let (value, unit) = (latched.value, latched.fault.unit());
             if unit.is_empty() {
                 info!("it was at tick {=u32}", latched.tick);
@@ -64,14 +70,18 @@ impl Report {
         match settings.parameters() {
             Ok(parameters) => {
                 let sector = settings.sector().unwrap_or_default();
-                let (sample_time, pwm) = (settings.sample_time(), parameters.controller.drive.pwm_hz);
+                let (sample_time, pwm) =
+                    (settings.sample_time(), parameters.controller.drive.pwm_hz);
                 info!(
                     "parameters of sector {=u8}: sample time {=f32} s, PWM {=f32} Hz",
                     sector, sample_time, pwm
                 );
                 if parameters.device.autostart {
                     let delay = parameters.device.autostart_delay;
-                    warn!("autostart: arms by itself after {=f32} s unless there is a fault", delay);
+                    warn!(
+                        "autostart: arms by itself after {=f32} s unless there is a fault",
+                        delay
+                    );
                 }
             }
             Err(error) => refused(error),
@@ -92,7 +102,11 @@ impl Report {
                 State::Stopped => info!("stopped"),
                 State::Armed => info!("armed"),
                 State::Faulted(fault) => {
-                    error!("faulted: {=str} (code {=u8}); no motion", fault.describe(), fault as u8);
+                    error!(
+                        "faulted: {=str} (code {=u8}); no motion",
+                        fault.describe(),
+                        fault as u8
+                    );
                 }
             }
         }
@@ -113,8 +127,12 @@ impl Report {
     /// Writes what a ramp has found.
     pub fn levels(&self, levels: &Levels) {
         match (levels.stick, levels.slip) {
-            (Some(stick), Some(slip)) => info!("friction: stick {=f32} V, slip {=f32} V", stick, slip),
-            (Some(stick), None) => warn!("friction: stick {=f32} V; the joint did not come to rest", stick),
+            (Some(stick), Some(slip)) => {
+                info!("friction: stick {=f32} V, slip {=f32} V", stick, slip)
+            }
+            (Some(stick), None) => {
+                warn!("friction: stick {=f32} V; the joint did not come to rest", stick)
+            }
             (None, _) => warn!("friction: the joint did not move"),
         }
     }
@@ -122,8 +140,12 @@ impl Report {
 
 fn refused(refusal: DecodeError) {
     match refusal {
-        DecodeError::Blank => error!("no parameters: no motion; `cargo xtask params FILE.toml` makes them"),
-        DecodeError::NotParameters => error!("the parameter sectors hold something else: no motion"),
+        DecodeError::Blank => {
+            error!("no parameters: no motion; `cargo xtask params FILE.toml` makes them")
+        }
+        DecodeError::NotParameters => {
+            error!("the parameter sectors hold something else: no motion")
+        }
         DecodeError::Version(found) => {
             error!("the parameters have format {=u32}, not {=u32}: no motion", found, FORMAT);
         }
@@ -137,7 +159,10 @@ fn refused(refusal: DecodeError) {
         }
         DecodeError::Value(error) => {
             let (number, found) = (error.key.0, error.found);
-            error!("value {=u16:#06x} (docs/parameters.md) is {=f32}, not allowed: no motion", number, found);
+            error!(
+                "value {=u16:#06x} (docs/parameters.md) is {=f32}, not allowed: no motion",
+                number, found
+            );
         }
     }
 }

@@ -151,7 +151,11 @@ pub struct Servo {
 
 impl Servo {
     /// Makes a servo of the parameters that were found, or of the reason why there are none.
-    pub fn new(parameters: Result<&Parameters, DecodeError>, boot: Boot, hardware: &Hardware) -> Self {
+    pub fn new(
+        parameters: Result<&Parameters, DecodeError>,
+        boot: Boot,
+        hardware: &Hardware,
+    ) -> Self {
         let mut servo = Self::blank();
         servo.boot(parameters, boot, hardware);
         servo
@@ -171,9 +175,15 @@ impl Servo {
     }
 
     /// Does what [`new`](Self::new) does, in the place of a blank servo.
-    pub fn boot(&mut self, parameters: Result<&Parameters, DecodeError>, boot: Boot, hardware: &Hardware) {
+    pub fn boot(
+        &mut self,
+        parameters: Result<&Parameters, DecodeError>,
+        boot: Boot,
+        hardware: &Hardware,
+    ) {
         let prepared = parameters.and_then(|parameters| {
-            ControlLoop::prepare(&mut self.control_loop, parameters, hardware).map_err(DecodeError::Value)
+            ControlLoop::prepare(&mut self.control_loop, parameters, hardware)
+                .map_err(DecodeError::Value)
         });
         self.countdown = self.control_loop.as_ref().and_then(|control_loop| control_loop.autostart);
         let refused = match prepared {
@@ -193,12 +203,16 @@ impl Servo {
 
     /// Returns the levels that the ramp has found, once it is over.
     pub fn levels(&self) -> Option<Levels> {
-        let ControlLoop { course: Course::Ramp(ramp), state, .. } = self.control_loop.as_ref()? else {
+        let ControlLoop { course: Course::Ramp(ramp), state, .. } = self.control_loop.as_ref()?
+        else {
             return None;
         };
         let found = state.ramp().findings();
         let volts = |rung: Option<u32>| rung.map(|rung| ramp.volts(rung));
-        state.ramp().is_over().then(|| Levels { stick: volts(found.stick), slip: volts(found.slip) })
+        state
+            .ramp()
+            .is_over()
+            .then(|| Levels { stick: volts(found.stick), slip: volts(found.slip) })
     }
 
     /// Returns the fault that is latched, if there is one.
@@ -398,7 +412,9 @@ impl Servo {
         let out = |position: Position| control_loop.is_out_of_range(position);
         let leads_out = match &reference {
             Reference::Step(step) => out(step.to),
-            Reference::Trajectory(trajectory) => trajectory.corners().any(|corner| out(corner.position)),
+            Reference::Trajectory(trajectory) => {
+                trajectory.corners().any(|corner| out(corner.position))
+            }
         };
         if leads_out {
             return Err(Refusal::OutOfRange);
@@ -415,7 +431,11 @@ impl Servo {
     pub fn hold(&mut self) -> Result<(), Refusal> {
         let control_loop = self.armed_loop()?;
         let here = Position::from_counts(control_loop.state.counts());
-        control_loop.begin(Course::Follow(Reference::Step(Step { from: here, to: here, at_tick: 0 })));
+        control_loop.begin(Course::Follow(Reference::Step(Step {
+            from: here,
+            to: here,
+            at_tick: 0,
+        })));
         Ok(())
     }
 
@@ -429,7 +449,9 @@ impl Servo {
     fn armed_loop(&mut self) -> Result<&mut ControlLoop, Refusal> {
         match (self.state, &mut self.control_loop) {
             // The loop is open. The ramp finds the levels of an effort that nobody else changes.
-            (State::Armed, Some(ControlLoop { course: Course::Ramp(_), .. })) => Err(Refusal::Armed),
+            (State::Armed, Some(ControlLoop { course: Course::Ramp(_), .. })) => {
+                Err(Refusal::Armed)
+            }
             (State::Armed, Some(control_loop)) => Ok(control_loop),
             (State::Faulted(fault), _) => Err(Refusal::Faulted(fault)),
             _ => Err(Refusal::NotArmed),
@@ -458,7 +480,9 @@ impl Servo {
             self.fault(Fault::NonFinite);
             return self.off(tick);
         }
-        if let Some(trip) = control_loop.monitors.check(&mut control_loop.watch, seen, &tick, input.supply) {
+        if let Some(trip) =
+            control_loop.monitors.check(&mut control_loop.watch, seen, &tick, input.supply)
+        {
             self.latch(Latched { fault: trip.fault, tick: self.clock, value: trip.value });
             return self.off(tick);
         }
@@ -484,7 +508,9 @@ impl Servo {
     }
 
     fn neutral(&self) -> Duty {
-        self.control_loop.as_ref().map_or(Duty::default(), |running| running.controller.drive().duty(0))
+        self.control_loop
+            .as_ref()
+            .map_or(Duty::default(), |running| running.controller.drive().duty(0))
     }
 
     /// Returns the output of a tick in which nothing is driven.
@@ -517,7 +543,12 @@ fn status(state: State, enable: bool, saturated: bool, wound_up: bool) -> u32 {
 /// Runs the core's tick as a function of its own, so that `cargo xtask cost` can count its
 /// instructions in the flash image. The call costs a dozen of them.
 #[inline(never)]
-fn control(course: &Course, controller: &Controller, state: &mut CourseState, reading: Reading) -> Tick {
+fn control(
+    course: &Course,
+    controller: &Controller,
+    state: &mut CourseState,
+    reading: Reading,
+) -> Tick {
     course.tick(controller, state, reading)
 }
 

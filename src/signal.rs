@@ -259,7 +259,8 @@ signals! {
 impl Tick {
     /// Returns theta_d and its derivatives.
     pub const fn setpoint(&self) -> Setpoint {
-        let position = Position { counts: self.reference_counts, fraction: self.reference_fraction };
+        let position =
+            Position { counts: self.reference_counts, fraction: self.reference_fraction };
         let (velocity, acceleration) = (self.reference_velocity, self.reference_acceleration);
         Setpoint { position, velocity, acceleration }
     }

@@ -94,7 +94,12 @@ impl<F: NorFlash> Store<F> {
     }
 
     #[inline(never)]
-    fn write(&mut self, slot: u32, sequence: u32, parameters: &Parameters) -> Result<(), SaveError> {
+    fn write(
+        &mut self,
+        slot: u32,
+        sequence: u32,
+        parameters: &Parameters,
+    ) -> Result<(), SaveError> {
         // The room is erased flash beyond the record, so that a unit can be written to its end.
         let mut room = [0xFF; ROOM];
         let length = parameters.encode(sequence, &mut room).ok_or(SaveError::TooLong)?.len();

@@ -189,7 +189,9 @@ pub trait Values {
     /// Names the first such value.
     fn validate(&self) -> Result<(), Error> {
         self.each(&mut |key, _| match self.with_bounds(key) {
-            Some((found, allowed)) if !allowed.includes(found) => Err(Error { key, found, allowed }),
+            Some((found, allowed)) if !allowed.includes(found) => {
+                Err(Error { key, found, allowed })
+            }
             _ => Ok(()),
         })
     }

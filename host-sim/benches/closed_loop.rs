@@ -62,14 +62,20 @@ fn closed_loop(criterion: &mut Criterion) {
         group.throughput(Throughput::Elements(1));
         group.bench_function("exact", |bencher| {
             bencher.iter(|| {
-                rest_error(black_box(&closed_loop), ExactAxis::at_rest(&closed_loop.axis, sample_time_s))
+                rest_error(
+                    black_box(&closed_loop),
+                    ExactAxis::at_rest(&closed_loop.axis, sample_time_s),
+                )
             });
         });
         group.sample_size(10);
         for (step_s, band) in RK4 {
             group.bench_function(format!("rk4 {step_s:e} s, {band:e} deg/s"), |bencher| {
                 bencher.iter(|| {
-                    rest_error(black_box(&closed_loop), Rk4Axis::at_rest(&closed_loop.axis, band, step_s))
+                    rest_error(
+                        black_box(&closed_loop),
+                        Rk4Axis::at_rest(&closed_loop.axis, band, step_s),
+                    )
                 });
             });
         }

@@ -65,7 +65,12 @@ fn pendulum() -> Case<1, Pendulum> {
 fn arm() -> Case<2, TwoLinkArm> {
     Case {
         name: "manipulator-2dof",
-        mechanism: TwoLinkArm { mass: [1.0; 2], length: [1.0; 2], torque: [0.4, 0.3], start: [0.0; 2] },
+        mechanism: TwoLinkArm {
+            mass: [1.0; 2],
+            length: [1.0; 2],
+            torque: [0.4, 0.3],
+            start: [0.0; 2],
+        },
         friction: [Coulomb { stick: 0.10, slip: 0.08 }, Coulomb { stick: 0.075, slip: 0.06 }],
         times_s: vec![
             0.0,
@@ -109,8 +114,9 @@ fn tsit45<const N: usize, M: Mechanism<N> + Copy + 'static>(
         let (q, v) = split(x);
         let mode = in_roots.get();
         // Reactions of stuck bodies cost an evaluation; velocities do not.
-        let reactions =
-            mode.contains(&0).then(|| accelerations(&mechanism.terms(t, &q, &v), &friction, &v, &mode).1);
+        let reactions = mode
+            .contains(&0)
+            .then(|| accelerations(&mechanism.terms(t, &q, &v), &friction, &v, &mode).1);
         for i in 0..N {
             let reaction = reactions.map_or(0.0, |r| r[i]);
             y[i] = match mode[i] {
@@ -139,7 +145,8 @@ fn tsit45<const N: usize, M: Mechanism<N> + Copy + 'static>(
         .unwrap();
     move || {
         let mut times_s = Vec::with_capacity(16);
-        let first = decide(&mechanism.terms(0.0, &start, &[0.0; N]), &friction, &[0.0; N], &[0; N]).unwrap();
+        let first = decide(&mechanism.terms(0.0, &start, &[0.0; N]), &friction, &[0.0; N], &[0; N])
+            .unwrap();
         times_s.extend(first.iter().filter(|sign| **sign != 0).map(|_| 0.0));
         mode.set(first);
         let mut solver = problem.tsit45().unwrap();
@@ -194,13 +201,17 @@ fn microseconds(run: impl Fn() -> Vec<f64>) -> f64 {
     (0..5).map(|_| best(100)).fold(f64::INFINITY, f64::min)
 }
 
-fn compare<const N: usize, M: Mechanism<N> + Copy + 'static>(criterion: &mut Criterion, case: &Case<N, M>) {
+fn compare<const N: usize, M: Mechanism<N> + Copy + 'static>(
+    criterion: &mut Criterion,
+    case: &Case<N, M>,
+) {
     let mut curves: [Vec<(f64, f64)>; 2] = Default::default();
     println!("{}: tolerance, exact: us, error s; tsit45: us, error s", case.name);
     for exponent in 4..=12 {
         let tolerance = 10f64.powi(-exponent);
         let other = tsit45(case, tolerance);
-        let errors = [worst(&exact(case, tolerance), &case.times_s), worst(&other(), &case.times_s)];
+        let errors =
+            [worst(&exact(case, tolerance), &case.times_s), worst(&other(), &case.times_s)];
         let times = [microseconds(|| exact(case, tolerance)), microseconds(&other)];
         println!(
             "  1e-{exponent:02}  {:8.2} {:8.1e}   {:8.2} {:8.1e}",

@@ -70,7 +70,8 @@ pub fn benchmark(documents: &[Document]) -> Result<Benchmark, Error> {
             controllers.push(name.clone());
         }
     }
-    let mut scores: Vec<Score> = controllers.iter().map(|name| score(name, &all, &watched)).collect();
+    let mut scores: Vec<Score> =
+        controllers.iter().map(|name| score(name, &all, &watched)).collect();
     rank(&mut scores);
     Ok(Benchmark { scores, results })
 }
@@ -89,18 +90,25 @@ fn score(controller: &str, results: &[&RunResult], watched: &[RunResult]) -> Sco
     let of = |result: &&RunResult| result.plan.controller.as_deref() == Some(controller);
     let is_step = |result: &&RunResult| matches!(result.plan.task, Task::Step(_));
     let steps: Vec<_> = results.iter().copied().filter(of).filter(is_step).collect();
-    let trajectories: Vec<_> = results.iter().copied().filter(of).filter(|result| !is_step(result)).collect();
+    let trajectories: Vec<_> =
+        results.iter().copied().filter(of).filter(|result| !is_step(result)).collect();
     let watched: Vec<_> = watched.iter().filter(of).collect();
     let largest = |values: &mut dyn Iterator<Item = Option<f64>>| values.flatten().reduce(f64::max);
     let settles = steps.iter().all(|result| result.metrics.settling_time_s.is_some());
     Score {
         controller: controller.into(),
-        rest_error_counts: largest(&mut steps.iter().map(|r| r.metrics.rest_error_counts.map(f64::abs))),
+        rest_error_counts: largest(
+            &mut steps.iter().map(|r| r.metrics.rest_error_counts.map(f64::abs)),
+        ),
         overshoot_deg: largest(&mut steps.iter().map(|r| r.metrics.overshoot_deg)),
-        settling_time_s: largest(&mut steps.iter().map(|r| r.metrics.settling_time_s)).filter(|_| settles),
+        settling_time_s: largest(&mut steps.iter().map(|r| r.metrics.settling_time_s))
+            .filter(|_| settles),
         tracking_rms_deg: largest(&mut trajectories.iter().map(|r| r.metrics.rms_error_deg)),
         chatter_v_per_s: largest(
-            &mut steps.iter().chain(&trajectories).map(|r| r.metrics.control_total_variation_v_per_s),
+            &mut steps
+                .iter()
+                .chain(&trajectories)
+                .map(|r| r.metrics.control_total_variation_v_per_s),
         ),
         hunting_counts: largest(&mut watched.iter().map(|r| {
             let resolution_deg = r.plan.machine.encoder.resolution_deg();
@@ -129,7 +137,8 @@ fn rank(scores: &mut [Score]) {
         .iter()
         .map(|score| {
             let better = |column| {
-                scores.iter().filter(|other| value(other, column) < value(score, column)).count() as f64
+                scores.iter().filter(|other| value(other, column) < value(score, column)).count()
+                    as f64
             };
             columns.iter().map(|column| 1.0 + better(*column)).sum::<f64>() / columns.len() as f64
         })

@@ -1,25 +1,17 @@
 //! The control core around a simulated axis.
 //!
-//! Order within a sample, as in the thesis (section 3.2): read the encoder, regress including this reading, compute,
-//! output at once. With one sample of computation delay the output waits for the next sample. Between
-//! samples the D/A holds its value.
+//! Order within a sample, as in the thesis (section 3.2): read the encoder, regress including this
+//! reading, compute, output at once. With one sample of computation delay the output waits for the
+//! next sample. Between samples the D/A holds its value.
 
 use stiction::{Controller, Course, Tick};
 
 use crate::encoder::EncoderModel;
 use crate::mechanism::RobotAxis;
+pub use crate::plant::Delay;
+use crate::plant::Plant;
 use crate::solver::{AxisSolver, Event};
 use crate::target::{BareLoop, Target};
-
-/// Whether an output takes effect at its own sample or at the next one.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub enum Delay {
-    /// At once.
-    #[default]
-    None,
-    /// One sample later.
-    OneSample,
-}
 
 /// A controller wired to an axis.
 #[derive(Clone, Debug)]
@@ -67,9 +59,17 @@ impl Moment {
 }
 
 impl ClosedLoop {
-    /// Runs the bare loop from rest for `samples` samples after the first, and shows every instant and every event.
+    /// The plant of the loop, moved by `solver`.
+    pub fn plant<S: AxisSolver>(&self, solver: S) -> Plant<S> {
+        let scale = [self.lsb_v, self.sample_time_s];
+        Plant::new(solver, self.axis.clone(), self.encoder, scale, self.delay)
+    }
+
+    /// Runs the bare loop from rest for `samples` samples after the first, and shows every instant
+    /// and every event.
     ///
-    /// Returns the time at which a state was no longer finite, if that happened; the run ends there.
+    /// Returns the time at which a state was no longer finite, if that happened; the run ends
+    /// there.
     pub fn run<S: AxisSolver>(
         &self,
         solver: &mut S,
@@ -77,89 +77,56 @@ impl ClosedLoop {
         on_moment: impl FnMut(&Moment),
         on_event: impl FnMut(Event),
     ) -> Option<f64> {
-        let (counter, counts) = self.at_rest(solver);
+        let mut plant = self.plant(solver);
+        let (counter, counts) = (plant.counter(), plant.counts());
         let mut target = BareLoop::new(&self.controller, &self.course, counter, counts);
-        self.step(&mut target, solver, samples, on_moment, on_event)
+        self.step(&mut target, &mut plant, samples, on_moment, on_event)
     }
 
-    /// What the counter reads, and the counts that it stands for.
-    pub fn at_rest(&self, solver: &impl AxisSolver) -> (u32, i32) {
-        let position = solver.position();
-        (self.encoder.counter(position), self.encoder.counts(position) as i32)
-    }
-
-    /// Steps a target against the joint, as [`run`](Self::run), or until the target has ended.
+    /// Steps a target against a plant, as [`run`](Self::run), or until the target has ended.
     #[inline]
     pub fn step<S: AxisSolver>(
         &self,
         target: &mut impl Target,
-        solver: &mut S,
+        plant: &mut Plant<S>,
         samples: u32,
         mut on_moment: impl FnMut(&Moment),
         mut on_event: impl FnMut(Event),
     ) -> Option<f64> {
-        let mut previous_code = 0;
         for k in 0..=samples {
             let time_s = f64::from(k) * self.sample_time_s;
-            let (position, velocity) = (solver.position(), solver.velocity());
-            if !(position.is_finite() && velocity.is_finite()) {
+            if !plant.is_finite() {
                 return Some(time_s);
             }
-            let Some(tick) = target.tick(self.encoder.counter(position)) else { break };
-            let code = match self.delay {
-                Delay::None => tick.code,
-                Delay::OneSample => std::mem::replace(&mut previous_code, tick.code),
-            };
-            let moment = self.moment(time_s, tick, code, solver);
-            on_moment(&moment);
+            let Some(tick) = target.tick(plant.counter()) else { break };
+            let effort_v = plant.put_out(tick.code);
+            on_moment(&self.moment(time_s, tick, effort_v, &plant.solver));
             if k < samples {
-                hold(solver, &self.axis, moment.applied_v, [time_s, self.sample_time_s], &mut on_event);
+                plant.hold(effort_v, self.sample_time_s, &mut on_event);
             }
         }
         None
     }
 
-    /// The loop at the instant of a tick, with `code` on the D/A from now on.
+    /// The loop at the instant of a tick, with this effort on the D/A from now on, V.
     #[inline]
-    pub(crate) fn moment(&self, time_s: f64, tick: Tick, code: i16, solver: &impl AxisSolver) -> Moment {
+    pub(crate) fn moment(
+        &self,
+        time_s: f64,
+        tick: Tick,
+        applied_v: f64,
+        joint: &impl AxisSolver,
+    ) -> Moment {
         let setpoint = tick.setpoint().position;
         Moment {
             time_s,
             tick,
             reference_deg: (f64::from(setpoint.counts) + f64::from(setpoint.fraction))
                 * self.encoder.resolution,
-            position_deg: solver.position(),
-            velocity_deg_per_s: solver.velocity(),
-            applied_v: f64::from(code) * self.lsb_v,
-            stuck: solver.stuck(),
+            position_deg: joint.position(),
+            velocity_deg_per_s: joint.velocity(),
+            applied_v,
+            stuck: joint.stuck(),
         }
     }
-}
-
-/// Moves an axis on under a held effort; the time is split where the friction changes.
-#[inline]
-pub fn hold(
-    solver: &mut impl AxisSolver,
-    axis: &RobotAxis,
-    v: f64,
-    [time_s, duration_s]: [f64; 2],
-    on_event: &mut impl FnMut(Event),
-) {
-    // A change closer to a sample than this is at the sample: k h is not always the decimal that was written.
-    const SAME_TIME_S: f64 = 1e-9;
-    let end_s = time_s + duration_s;
-    let mut from_s = time_s;
-    let mut stretch = |from_s: f64, duration_s: f64| {
-        // In the middle, so that no rounding of the ends decides on which side of a change it is.
-        let friction = axis.friction_at(from_s + 0.5 * duration_s);
-        solver.advance(v, duration_s, &friction, &mut |event| {
-            on_event(Event { time_s: from_s + event.time_s, ..event });
-        });
-    };
-    while let Some(change_s) = axis.added.next_change(from_s + SAME_TIME_S, end_s - SAME_TIME_S) {
-        stretch(from_s, change_s - from_s);
-        from_s = change_s;
-    }
-    // The whole sample in the usual case, to the bit: the solver knows that interval.
-    stretch(from_s, if from_s == time_s { duration_s } else { end_s - from_s });
 }

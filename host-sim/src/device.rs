@@ -2,7 +2,6 @@
 //! for a run stands in [`crate::experiment`].
 
 pub mod client;
-pub mod joint;
 pub mod log;
 pub mod machine_file;
 pub mod port;

@@ -4,7 +4,9 @@ use serde::{Deserialize, Serialize};
 use stiction::encoder::{CounterBits, Direction};
 
 /// How a position between two counts is read.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, schemars::JsonSchema)]
+#[derive(
+    Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, schemars::JsonSchema,
+)]
 #[serde(rename_all = "lowercase")]
 pub enum Rounding {
     /// To the nearest count.
@@ -12,6 +14,20 @@ pub enum Rounding {
     Nearest,
     /// Down: a count begins at its edge.
     Floor,
+}
+
+/// The wires of the encoder.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Wires {
+    /// As they should be.
+    #[default]
+    Sound,
+    /// Both cut: the counter stands.
+    Cut,
+    /// One cut: the other one's edges count up and down by turns.
+    OneCut,
+    /// The two exchanged.
+    Swapped,
 }
 
 /// Model of an incremental encoder: `counter = round(position / resolution + phase)`, wrapped.
@@ -34,7 +50,8 @@ impl EncoderModel {
     #[inline]
     pub fn counts(&self, position: f64) -> i64 {
         let counts = position / self.resolution + self.phase;
-        // Conversion truncates: without SSE 4.1 `round` and `floor` are calls, and this is the simulator's inner loop.
+        // Conversion truncates: without SSE 4.1 `round` and `floor` are calls, and this is the
+        // simulator's inner loop.
         let whole = counts as i64;
         let rest = counts - whole as f64;
         match self.rounding {

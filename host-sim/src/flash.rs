@@ -45,7 +45,12 @@ pub struct SimulatedFlash {
 impl SimulatedFlash {
     /// Erased, of so many sectors.
     pub fn new(sectors: u32) -> Self {
-        Self { bytes: vec![0xFF; (sectors * SECTOR) as usize], cut: None, dead: false, operations: 0 }
+        Self {
+            bytes: vec![0xFF; (sectors * SECTOR) as usize],
+            cut: None,
+            dead: false,
+            operations: 0,
+        }
     }
 
     /// Lets the power go at some time.

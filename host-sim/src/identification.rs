@@ -1,20 +1,22 @@
-//! Friction levels from ramps (thesis section 3.2), on the simulated axis. The ramp is the core's own
-//! ([`stiction::identification`]), with its encoder and its drive.
+//! Friction levels from ramps (thesis section 3.2), on the simulated axis. The ramp is the core's
+//! own ([`stiction::identification`]), with its encoder and its drive.
 //!
-//! Readings are of the effort asked for; what the D/A holds lies within half an LSB of it, on either side. Known biases:
-//! *Stick*: the effort goes on rising until a count has been seen; the reading is high by the rate times that
-//! delay, and goes to the truth as the rate goes to zero. *Slip*: the joint stops later than the
-//! effort passes the dynamic friction, because its velocity lags by the time constant `tau = 1/(kappa b)`. With the
-//! velocity steady at the begin of the ramp and `t` since then,
+//! Readings are of the effort asked for; what the D/A holds lies within half an LSB of it, on
+//! either side. Known biases: *Stick*: the effort goes on rising until a count has been seen; the
+//! reading is high by the rate times that delay, and goes to the truth as the rate goes to zero.
+//! *Slip*: the joint stops later than the effort passes the dynamic friction, because its velocity
+//! lags by the time constant `tau = 1/(kappa b)`. With the velocity steady at the begin of the ramp
+//! and `t` since then,
 //!
 //! ```text
 //! velocity = [v(t) - v_slip + r tau (1 - e^(-t/tau))] / b
 //! ```
 //!
-//! so the effort at the halt reads low by `r tau (1 - e^(-t/tau))`, which the corrected value gives back. The term
-//! needs `kappa b`, and no friction. Before it, the effort must have been held long enough for the velocity to be steady
-//! ([`SETTLED`] time constants); without viscous friction it never is, and there is no corrected value. What is left is the D/A's LSB, and the counts that a creeping joint no longer
-//! makes before it halts.
+//! so the effort at the halt reads low by `r tau (1 - e^(-t/tau))`, which the corrected value gives
+//! back. The term needs `kappa b`, and no friction. Before it, the effort must have been held long
+//! enough for the velocity to be steady ([`SETTLED`] time constants); without viscous friction it
+//! never is, and there is no corrected value. What is left is the D/A's LSB, and the counts that a
+//! creeping joint no longer makes before it halts.
 
 use stiction::Course;
 use stiction::identification::RampFindings;
@@ -40,7 +42,8 @@ pub struct RampTest {
     pub sample_time_s: f64,
 }
 
-/// What a ramp found. `None`: the joint never moved, or never stopped; corrected: its velocity was not steady before the fall.
+/// What a ramp found. `None`: the joint never moved, or never stopped; corrected: its velocity was
+/// not steady before the fall.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Levels {
     /// Effort at the first count of the motion, V.
@@ -93,12 +96,19 @@ impl RampTest {
         mut on_moment: impl FnMut(&RampMoment),
         on_event: impl FnMut(Event),
     ) -> Levels {
-        let (counter, counts) = around.at_rest(solver);
-        let course = Course::Ramp(self.core);
-        let mut target = BareLoop::new(&around.controller, &course, counter, counts);
         // The readings are of the effort of the same sample, here as in the image.
         let at_once = ClosedLoop { delay: Delay::None, ..around.clone() };
-        at_once.step(&mut target, solver, u32::MAX, |moment| on_moment(&moment.into()), on_event);
+        let mut plant = at_once.plant(solver);
+        let course = Course::Ramp(self.core);
+        let (counter, counts) = (plant.counter(), plant.counts());
+        let mut target = BareLoop::new(&around.controller, &course, counter, counts);
+        at_once.step(
+            &mut target,
+            &mut plant,
+            u32::MAX,
+            |moment| on_moment(&moment.into()),
+            on_event,
+        );
         self.levels(&target.state.ramp().findings(), &around.axis)
     }
 

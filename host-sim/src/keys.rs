@@ -78,10 +78,13 @@ pub fn markdown() -> String {
         page += &format!("\n## [{table}]\n\n| key | allowed | left out | number | |\n");
         page += "|---|---|---|---|---|\n";
         for row in rows.iter().filter(|row| row.table == table) {
-            let number = if row.number.is_empty() { String::new() } else { format!("`{}`", row.number) };
+            let number =
+                if row.number.is_empty() { String::new() } else { format!("`{}`", row.number) };
             let text = row.text.replace('|', "\\|");
-            page +=
-                &format!("| `{}` | {} | {} | {number} | {text} |\n", row.name, row.allowed, row.otherwise);
+            page += &format!(
+                "| `{}` | {} | {} | {number} | {text} |\n",
+                row.name, row.allowed, row.otherwise
+            );
         }
     }
     page += "\n## Numbers without a key\n\n\
@@ -121,7 +124,8 @@ pub fn faults() -> String {
             ("", _) => String::new(),
             (value, unit) => format!("{value}, {unit}"),
         };
-        let limits = fault.limits().iter().map(|key| format!("`{key}`")).collect::<Vec<_>>().join(", ");
+        let limits =
+            fault.limits().iter().map(|key| format!("`{key}`")).collect::<Vec<_>>().join(", ");
         let ends = match (fault.is_clearable(), fault.ends_with_parameters()) {
             (true, _) => "`faults --clear`",
             (false, true) => "valid parameters",
@@ -174,9 +178,10 @@ fn present<'a>(root: &'a Value, schema: &'a Value) -> &'a Value {
     let choices = schema.get("anyOf").and_then(Value::as_array);
     let is_null = |choice: &&Value| choice.get("type").and_then(Value::as_str) == Some("null");
     match choices {
-        Some(choices) if choices.iter().any(|choice| is_null(&choice)) => {
-            choices.iter().find(|choice| !is_null(choice)).map_or(schema, |choice| resolved(root, choice))
-        }
+        Some(choices) if choices.iter().any(|choice| is_null(&choice)) => choices
+            .iter()
+            .find(|choice| !is_null(choice))
+            .map_or(schema, |choice| resolved(root, choice)),
         _ => schema,
     }
 }
@@ -194,7 +199,8 @@ fn walk(root: &Value, schema: &Value, table: &str, rows: &mut Vec<Row>) {
             inner.push((target, path));
         } else if let Some(item) = item.filter(|item| item.get("properties").is_some()) {
             inner.push((item, format!("[{path}]")));
-        } else if let Some(named) = target.get("additionalProperties").filter(|named| named.is_object())
+        } else if let Some(named) =
+            target.get("additionalProperties").filter(|named| named.is_object())
             && resolved(root, named).get("properties").is_some()
         {
             inner.push((resolved(root, named), format!("{path}.NAME")));
@@ -216,7 +222,9 @@ fn row(root: &Value, table: &str, name: &str, property: &Value, is_required: boo
         _ if property.get("x-derived").is_some() => "derived".to_owned(),
         Some(Value::String(text)) if text.is_empty() => "empty".to_owned(),
         Some(default) => shown(default),
-        None if text("x-laws").is_some() => format!("needed by {}", text("x-laws").unwrap_or_default()),
+        None if text("x-laws").is_some() => {
+            format!("needed by {}", text("x-laws").unwrap_or_default())
+        }
         None => "none".to_owned(),
     };
     Row {
@@ -225,14 +233,20 @@ fn row(root: &Value, table: &str, name: &str, property: &Value, is_required: boo
         allowed: allowed(root, target),
         otherwise,
         number: text("x-number").unwrap_or_default().to_owned(),
-        text: text("description").unwrap_or_default().split_whitespace().collect::<Vec<_>>().join(" "),
+        text: text("description")
+            .unwrap_or_default()
+            .split_whitespace()
+            .collect::<Vec<_>>()
+            .join(" "),
     }
 }
 
 fn shown(value: &Value) -> String {
     match value {
         Value::String(text) => text.clone(),
-        Value::Number(number) => number.as_f64().map_or_else(|| number.to_string(), crate::error::shown),
+        Value::Number(number) => {
+            number.as_f64().map_or_else(|| number.to_string(), crate::error::shown)
+        }
         _ => value.to_string(),
     }
 }
@@ -246,18 +260,25 @@ fn allowed(root: &Value, schema: &Value) -> String {
     if let Some(values) = schema.get("enum").and_then(Value::as_array) {
         return words(values);
     }
-    if let Some(choices) = schema.get("oneOf").or_else(|| schema.get("anyOf")).and_then(Value::as_array) {
-        let constants: Vec<String> = choices.iter().filter_map(|one| one.get("const")).map(shown).collect();
-        let others: Vec<String> = choices.iter().map(|one| allowed(root, present(root, one))).collect();
+    if let Some(choices) =
+        schema.get("oneOf").or_else(|| schema.get("anyOf")).and_then(Value::as_array)
+    {
+        let constants: Vec<String> =
+            choices.iter().filter_map(|one| one.get("const")).map(shown).collect();
+        let others: Vec<String> =
+            choices.iter().map(|one| allowed(root, present(root, one))).collect();
         return if constants.len() == choices.len() { constants } else { others }.join(" or ");
     }
     let limit = |key: &str| schema.get(key).map(shown);
-    let what = match schema.get("type").map(|kind| kind.as_str().or_else(|| kind.get(0)?.as_str())) {
+    let what = match schema.get("type").map(|kind| kind.as_str().or_else(|| kind.get(0)?.as_str()))
+    {
         Some(Some("integer")) => "a whole number",
         Some(Some("boolean")) => return "true or false".into(),
         Some(Some("string")) => return "a text".into(),
         Some(Some("array")) => {
-            let item = schema.get("items").map_or("values".into(), |item| allowed(root, present(root, item)));
+            let item = schema
+                .get("items")
+                .map_or("values".into(), |item| allowed(root, present(root, item)));
             return format!("a list of: {item}");
         }
         Some(Some("object")) => return "a table".into(),

@@ -31,6 +31,7 @@ pub mod machine;
 pub mod mechanism;
 pub mod metrics;
 pub mod output;
+pub mod plant;
 pub mod properties;
 #[cfg(feature = "report")]
 pub mod report;

@@ -312,7 +312,10 @@ impl Trajectory {
     /// Speed of the first line that is not a rest, deg/s.
     pub fn speed(&self) -> f64 {
         let lines = self.corner_times_s.windows(2).zip(self.corner_positions_deg.windows(2));
-        lines.map(|(t, p)| ((p[1] - p[0]) / (t[1] - t[0])).abs()).find(|speed| *speed > 0.0).unwrap_or(0.0)
+        lines
+            .map(|(t, p)| ((p[1] - p[0]) / (t[1] - t[0])).abs())
+            .find(|speed| *speed > 0.0)
+            .unwrap_or(0.0)
     }
 }
 

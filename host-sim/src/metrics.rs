@@ -58,7 +58,9 @@ impl Metrics {
     /// Judges the moments of a run, of which there is at least one. What a ramp found is no metric
     /// of moments.
     pub fn of(moments: &[Moment], task: &Task, resolution_deg: f64) -> Self {
-        let (Some(first), Some(last)) = (moments.first(), moments.last()) else { return Self::default() };
+        let (Some(first), Some(last)) = (moments.first(), moments.last()) else {
+            return Self::default();
+        };
         let last_second = within(moments, [last.time_s - 1.0, last.time_s]);
         let mut metrics = Self {
             steady_state_error_deg: mean(errors(last_second)),
@@ -108,7 +110,10 @@ pub fn is_unstable(moments: &[Moment], span_deg: f64) -> bool {
 /// From the begin of the first blend of a trajectory to the end of the last one, s.
 fn motion_s(trajectory: &Trajectory) -> [f64; 2] {
     let last = trajectory.corner_times_s.len().saturating_sub(1);
-    [corner_s(trajectory, 0) - trajectory.half_blend_s, corner_s(trajectory, last) + trajectory.half_blend_s]
+    [
+        corner_s(trajectory, 0) - trajectory.half_blend_s,
+        corner_s(trajectory, last) + trajectory.half_blend_s,
+    ]
 }
 
 /// The window of the cruise error, s.
@@ -140,7 +145,8 @@ fn mean(values: impl Iterator<Item = f64>) -> Option<f64> {
 
 fn variation_per_s(moments: &[Moment]) -> Option<f64> {
     let duration_s = moments.last()?.time_s - moments.first()?.time_s;
-    let variation: f64 = moments.windows(2).map(|pair| (pair[1].applied_v - pair[0].applied_v).abs()).sum();
+    let variation: f64 =
+        moments.windows(2).map(|pair| (pair[1].applied_v - pair[0].applied_v).abs()).sum();
     (duration_s > 0.0).then(|| variation / duration_s)
 }
 

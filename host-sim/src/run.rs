@@ -4,6 +4,8 @@ use std::time::{Duration, Instant};
 
 use indicatif::{ParallelProgressIterator, ProgressBar, ProgressStyle};
 use rayon::prelude::*;
+use stiction::Course;
+use stiction::identification::RampFindings;
 
 use crate::closed_loop::{ClosedLoop, Moment};
 use crate::error::Error;
@@ -11,8 +13,9 @@ use crate::experiment::{RunPlan, Task, parameters};
 use crate::identification::{Levels, RampMoment};
 use crate::machine::Solver;
 use crate::metrics::{Metrics, is_unstable};
+use crate::plant::{Delay, Plant};
 use crate::solver::{AxisSolver, Event, ExactAxis, Rk4Axis};
-use crate::target::WatchedServo;
+use crate::target::{BareLoop, Target, WatchedServo};
 
 /// Everything that came out of a run.
 #[derive(Clone, Debug)]
@@ -88,7 +91,8 @@ pub fn run_all_driven(plans: &[RunPlan], driven: Driven) -> Result<Vec<RunResult
     let style = ProgressStyle::with_template("{bar:40} {pos}/{len} runs, {eta} left");
     let bar = ProgressBar::new(plans.len() as u64);
     let bar = style.map_or_else(|_| ProgressBar::hidden(), |style| bar.with_style(style));
-    let results = plans.par_iter().progress_with(bar.clone()).map(|plan| run_driven(plan, driven)).collect();
+    let results =
+        plans.par_iter().progress_with(bar.clone()).map(|plan| run_driven(plan, driven)).collect();
     bar.finish_and_clear();
     results
 }
@@ -117,64 +121,125 @@ pub fn run_driven(plan: &RunPlan, driven: Driven) -> Result<RunResult, Error> {
     }
 }
 
-fn run_with<S: AxisSolver>(plan: &RunPlan, driven: Driven, mut solver: S) -> Result<RunResult, Error> {
-    let begin = Instant::now();
-    let mut events = Vec::new();
-    let closed_loop = plan.closed_loop()?;
+fn run_with<S: AxisSolver>(plan: &RunPlan, driven: Driven, solver: S) -> Result<RunResult, Error> {
+    let mut recording = Recording::new(plan)?;
+    let mut plant = recording.closed_loop.plant(solver);
+    let (counter, counts) = (plant.counter(), plant.counts());
     if driven == Driven::ByServo {
-        return run_servo(plan, &closed_loop, solver, begin);
+        if let Task::Ramp(_) = plan.task {
+            let why = "the servo runs ramps on a device: `stiction device ... identify`";
+            return Err(Error::Input(format!("--target servo: {} is a ramp; {why}", plan.label)));
+        }
+        let mut target = WatchedServo::new(parameters(plan)?, counter, counts)?;
+        recording.step(&mut target, &mut plant);
+        let fault = target.fault.map(|(latched, tick)| Tripped {
+            code: latched.fault as u8,
+            name: latched.fault.describe(),
+            time_s: f64::from(tick) * plant.sample_time_s(),
+            value: latched.value,
+        });
+        return Ok(RunResult {
+            fault,
+            ..recording.judged(&plant.solver, &RampFindings::default())?
+        });
     }
-    if let Task::Ramp(rate) = plan.task {
-        let ramp = plan.ramp(rate)?;
-        let mut moments = Vec::new();
-        let on_moment = |moment: &RampMoment| moments.push(*moment);
-        let levels = ramp.run(&mut solver, &closed_loop, on_moment, |event| events.push(event));
-        let evaluations = solver.derivative_evaluations();
-        return Ok(RunResult::of_ramp(plan, levels, moments, events, begin, evaluations));
-    }
-    let samples = plan.samples()?;
-    let mut moments = Vec::with_capacity(samples as usize + 1);
-    let diverged_at_s =
-        closed_loop.run(&mut solver, samples, |moment| moments.push(*moment), |event| events.push(event));
-    let evaluations = solver.derivative_evaluations();
-    Ok(RunResult::of_loop(plan, moments, events, diverged_at_s, begin, evaluations))
+    let ClosedLoop { controller, course, .. } = recording.closed_loop.clone();
+    let mut target = BareLoop::new(&controller, &course, counter, counts);
+    recording.step(&mut target, &mut plant);
+    recording.judged(&plant.solver, &target.state.ramp().findings())
 }
 
-/// The same motion by the servo, as a device with these parameters runs it.
-fn run_servo<S: AxisSolver>(
-    plan: &RunPlan,
-    closed_loop: &ClosedLoop,
-    mut solver: S,
+/// A run as it is recorded, whatever drives the joint.
+#[derive(Debug)]
+pub(crate) struct Recording<'a> {
+    plan: &'a RunPlan,
+    /// What is stepped. The readings of a ramp are of the effort of the same sample: it has no
+    /// delay.
+    pub closed_loop: ClosedLoop,
+    /// Samples after the first; a ramp ends by itself.
+    pub samples: u32,
+    /// Every instant so far.
+    pub trace: Trace,
+    /// Breaks, sticks and reversals so far.
+    pub events: Vec<Event>,
+    /// When a state was no longer finite.
+    pub diverged_at_s: Option<f64>,
     begin: Instant,
-) -> Result<RunResult, Error> {
-    if let Task::Ramp(_) = plan.task {
-        let why = "the servo runs ramps on a device: `stiction device ... identify`";
-        return Err(Error::Input(format!("--target servo: {} is a ramp; {why}", plan.label)));
+}
+
+impl<'a> Recording<'a> {
+    /// Nothing so far.
+    ///
+    /// # Errors
+    /// Names a value of the plan that is not allowed.
+    pub fn new(plan: &'a RunPlan) -> Result<Self, Error> {
+        let begin = Instant::now();
+        let mut closed_loop = plan.closed_loop()?;
+        let (samples, trace) = if let Course::Ramp(_) = closed_loop.course {
+            closed_loop.delay = Delay::None;
+            (u32::MAX, Trace::Ramp(Vec::new()))
+        } else {
+            let samples = plan.samples()?;
+            (samples, Trace::Loop(Vec::with_capacity(samples as usize + 1)))
+        };
+        Ok(Self {
+            plan,
+            closed_loop,
+            samples,
+            trace,
+            events: Vec::new(),
+            diverged_at_s: None,
+            begin,
+        })
     }
-    let (counter, counts) = closed_loop.at_rest(&solver);
-    let mut target = WatchedServo::new(parameters(plan)?, counter, counts)?;
-    let (mut moments, mut events) = (Vec::new(), Vec::new());
-    let diverged_at_s = closed_loop.step(
-        &mut target,
-        &mut solver,
-        plan.samples()?,
-        |moment| moments.push(*moment),
-        |event| events.push(event),
-    );
-    let evaluations = solver.derivative_evaluations();
-    let fault = target.fault.map(|(latched, tick)| Tripped {
-        code: latched.fault as u8,
-        name: latched.fault.describe(),
-        time_s: f64::from(tick) * closed_loop.sample_time_s,
-        value: latched.value,
-    });
-    let result = RunResult::of_loop(plan, moments, events, diverged_at_s, begin, evaluations);
-    Ok(RunResult { fault, ..result })
+
+    /// Steps a target against a plant, to the end.
+    pub fn step<S: AxisSolver>(&mut self, target: &mut impl Target, plant: &mut Plant<S>) {
+        let Self { closed_loop, samples, trace, events, .. } = self;
+        let on_moment = |moment: &Moment| trace.push(moment);
+        self.diverged_at_s =
+            closed_loop.step(target, plant, *samples, on_moment, |event| events.push(event));
+    }
+
+    /// What the run comes to; `found` is what a ramp has found.
+    ///
+    /// # Errors
+    /// Names a value of the plan that is not allowed.
+    pub fn judged(
+        self,
+        solver: &impl AxisSolver,
+        found: &RampFindings,
+    ) -> Result<RunResult, Error> {
+        let Self { plan, closed_loop, trace, events, diverged_at_s, begin, .. } = self;
+        let evaluations = solver.derivative_evaluations();
+        let levels = match plan.task {
+            Task::Ramp(rate) => plan.ramp(rate)?.levels(found, &closed_loop.axis),
+            Task::Step(_) | Task::Trajectory(_) => Levels::default(),
+        };
+        Ok(match trace {
+            Trace::Ramp(moments) => {
+                RunResult::of_ramp(plan, levels, moments, events, begin, evaluations)
+            }
+            Trace::Loop(moments) => {
+                RunResult::of_loop(plan, moments, events, diverged_at_s, begin, evaluations)
+            }
+        })
+    }
+}
+
+impl Trace {
+    /// One more instant.
+    pub(crate) fn push(&mut self, moment: &Moment) {
+        match self {
+            Self::Loop(moments) => moments.push(*moment),
+            Self::Ramp(moments) => moments.push(moment.into()),
+        }
+    }
 }
 
 impl RunResult {
     /// Judges what a closed loop did that was started at `begin`.
-    pub(crate) fn of_loop(
+    fn of_loop(
         plan: &RunPlan,
         moments: Vec<Moment>,
         events: Vec<Event>,
@@ -198,7 +263,7 @@ impl RunResult {
     }
 
     /// Tells what a ramp found that was started at `begin`.
-    pub(crate) fn of_ramp(
+    fn of_ramp(
         plan: &RunPlan,
         levels: Levels,
         moments: Vec<RampMoment>,

@@ -1,11 +1,12 @@
-//! What drives a joint, sample by sample: the bare control loop, or the servo around it.
+//! What drives a plant, sample by sample: the bare control loop, the servo around it, or the flash
+//! image.
 //!
 //! ```text
-//! counter -> Target::tick -> Tick (its code is what the bridge gets) -> the joint moves on -> counter
+//! counter -> Target::tick -> Tick (its code goes to the bridge) -> the plant moves on -> counter
 //! ```
 //!
-//! [`ClosedLoop`](crate::closed_loop::ClosedLoop) steps either against the simulated joint. The flash image is the third
-//! target: there the emulated part keeps the time, so it has a harness of its own (`emulator/`).
+//! [`ClosedLoop`](crate::closed_loop::ClosedLoop) steps each of them against a
+//! [`Plant`](crate::plant::Plant). The flash image in lockstep is `emulator/side_by_side.rs`.
 
 use stiction::encoder::EncoderState;
 use stiction::fault::Latched;
@@ -37,19 +38,27 @@ impl<'a> BareLoop<'a> {
         let encoder = EncoderState::start(counter, counts);
         Self { controller, course, encoder, state: CourseState::start(controller, counts) }
     }
+
+    /// One tick, and whether it was one more than a ramp has.
+    #[inline]
+    pub fn follow(&mut self, counter: u32) -> (Tick, bool) {
+        let travel = self.controller.encoder().update(&mut self.encoder, counter);
+        let tick = self.course.tick(self.controller, &mut self.state, Reading::travel(travel));
+        let is_over = matches!(self.course, Course::Ramp(_)) && self.state.ramp().is_over();
+        (tick, is_over)
+    }
 }
 
 impl Target for BareLoop<'_> {
     #[inline]
     fn tick(&mut self, counter: u32) -> Option<Tick> {
-        let travel = self.controller.encoder().update(&mut self.encoder, counter);
-        let tick = self.course.tick(self.controller, &mut self.state, Reading::travel(travel));
-        let is_over = matches!(self.course, Course::Ramp(_)) && self.state.ramp().is_over();
+        let (tick, is_over) = self.follow(counter);
         (!is_over).then_some(tick)
     }
 }
 
-/// The servo as a device runs it, with its soft start and all of its monitors, and a supply that is nominal.
+/// The servo as a device runs it, with its soft start and all of its monitors, and a supply that is
+/// nominal.
 #[derive(Clone, Debug)]
 pub struct WatchedServo {
     servo: Servo,
@@ -87,10 +96,17 @@ impl WatchedServo {
             }
         }
         match servo.arm() {
-            Ok(()) => {
-                Ok(Self { servo, supply, start: counts, ticks: 0, followed: Tick::default(), fault: None })
+            Ok(()) => Ok(Self {
+                servo,
+                supply,
+                start: counts,
+                ticks: 0,
+                followed: Tick::default(),
+                fault: None,
+            }),
+            Err(refusal) => {
+                Err(Error::Input(format!("the servo refuses to be armed: {refusal:?}")))
             }
-            Err(refusal) => Err(Error::Input(format!("the servo refuses to be armed: {refusal:?}"))),
         }
     }
 
@@ -113,7 +129,8 @@ impl Target for WatchedServo {
             tick.counts = tick.counts.wrapping_add(self.start);
             tick.reference_counts = tick.reference_counts.wrapping_add(self.start);
         } else {
-            // What was asked for stays asked for, so that the error of a joint that was let go is seen.
+            // What was asked for stays asked for, so that the error of a joint that was let go is
+            // seen.
             let travel = self.servo.position().wrapping_sub(before);
             tick.counts = self.followed.counts.wrapping_add(travel);
             tick.reference_counts = self.followed.reference_counts;

@@ -67,12 +67,14 @@ fn shown(page: &str) -> Vec<Shown> {
             // A code may go on in the next line, but not in the next paragraph.
             for paragraph in part.split("\n\n") {
                 let codes = paragraph.split('`').skip(1).step_by(2);
-                let joined = codes.map(|code| code.split_whitespace().collect::<Vec<_>>().join(" "));
+                let joined =
+                    codes.map(|code| code.split_whitespace().collect::<Vec<_>>().join(" "));
                 all.extend(joined.map(|command| Shown { command, whole: false }));
             }
         } else if let Some(block) = part.strip_prefix('\n') {
             let lines = block.replace("\\\n", " ");
-            let commands = lines.lines().map(|line| line.split(" # ").next().unwrap().trim().to_owned());
+            let commands =
+                lines.lines().map(|line| line.split(" # ").next().unwrap().trim().to_owned());
             all.extend(commands.map(|command| Shown { command, whole: true }));
         }
     }
@@ -81,7 +83,9 @@ fn shown(page: &str) -> Vec<Shown> {
             *command = command.split_once(' ').unwrap().1.to_owned();
         }
     }
-    all.retain(|Shown { command, .. }| command.starts_with("stiction ") || command.starts_with("cargo "));
+    all.retain(|Shown { command, .. }| {
+        command.starts_with("stiction ") || command.starts_with("cargo ")
+    });
     all
 }
 
@@ -99,7 +103,12 @@ fn shell(directory: &Path, command: &str) -> Output {
     let path = format!("{}:{}", directory.join("bin").display(), std::env::var("PATH").unwrap());
     // This editor changes nothing.
     let surroundings = [("PATH", &*path), ("EDITOR", "true"), ("VISUAL", "true")];
-    Command::new("sh").args(["-c", command]).current_dir(directory).envs(surroundings).output().unwrap()
+    Command::new("sh")
+        .args(["-c", command])
+        .current_dir(directory)
+        .envs(surroundings)
+        .output()
+        .unwrap()
 }
 
 /// Makes a directory with the files that the pages take for granted.
@@ -132,16 +141,23 @@ fn run(directory: &Path, command: &str, whole: bool) -> Result<(), String> {
 /// Checks that cargo has what a command asks of it: a job with its options, an alias, a test, a
 /// feature.
 fn look_up(command: &str) -> Result<(), String> {
-    let words: Vec<&str> = command.split_whitespace().skip(1).take_while(|word| *word != "--").collect();
+    let words: Vec<&str> =
+        command.split_whitespace().skip(1).take_while(|word| *word != "--").collect();
     let manifests = ["Cargo.toml", "host-sim/Cargo.toml", "tests/Cargo.toml"].map(read).concat();
-    let jobs: String =
-        fs::read_dir(root().join("xtask/src")).unwrap().map(|file| read(file.unwrap().path())).collect();
-    let work = jobs.split_once("enum Work {").unwrap().1.split("\n}").next().unwrap().to_lowercase();
+    let jobs: String = fs::read_dir(root().join("xtask/src"))
+        .unwrap()
+        .map(|file| read(file.unwrap().path()))
+        .collect();
+    let work =
+        jobs.split_once("enum Work {").unwrap().1.split("\n}").next().unwrap().to_lowercase();
     for pair in words.windows(2) {
         let found = match *pair {
-            ["xtask", job] => ['(', ','].iter().any(|end| work.contains(&format!("\n    {job}{end}"))),
+            ["xtask", job] => {
+                ['(', ','].iter().any(|end| work.contains(&format!("\n    {job}{end}")))
+            }
             ["--test" | "--bench" | "--bin" | "--package" | "-p", name] => {
-                let mut files = [".rs", "/main.rs"].iter().map(|end| format!("host-sim/tests/{name}{end}"));
+                let mut files =
+                    [".rs", "/main.rs"].iter().map(|end| format!("host-sim/tests/{name}{end}"));
                 manifests.contains(&format!("\nname = \"{name}\""))
                     || files.any(|file| root().join(file).exists())
             }
@@ -170,8 +186,8 @@ fn every_command_that_a_page_shows_works() {
         let directory = prepared();
         for Shown { command, whole } in shown(&read(&page)) {
             count += 1;
-            let mut done =
-                of_stiction(&command).map_or(Ok(()), |filled| run(directory.path(), &filled, whole));
+            let mut done = of_stiction(&command)
+                .map_or(Ok(()), |filled| run(directory.path(), &filled, whole));
             if command.starts_with("cargo ") {
                 done = done.and_then(|()| look_up(&command));
             }
@@ -191,7 +207,10 @@ fn the_readme_fits_a_screen_or_two_and_no_link_is_broken() {
         for target in text.split("](").skip(1).map(|rest| rest.split(')').next().unwrap()) {
             let (file, _) = target.split_once('#').unwrap_or((target, ""));
             let found = root().join(&page).with_file_name(file);
-            assert!(file.is_empty() || file.starts_with("http") || found.exists(), "{page}: {target}");
+            assert!(
+                file.is_empty() || file.starts_with("http") || found.exists(),
+                "{page}: {target}"
+            );
         }
     }
 }

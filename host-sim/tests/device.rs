@@ -57,7 +57,8 @@ fn every_output_of_a_simulated_device_says_so_first() {
 fn a_move_arrives_and_its_log_has_the_columns_of_a_run() {
     let directory = tempfile::tempdir().unwrap();
     let log = directory.path().join("move.csv");
-    let output = device(&["--simulated", "move", "-2.5", "--for", "3", "--log", log.to_str().unwrap()]);
+    let output =
+        device(&["--simulated", "move", "-2.5", "--for", "3", "--log", log.to_str().unwrap()]);
     let said = text(&output.stdout);
     assert!(said.contains("state      armed") && said.contains("the output is off"), "{said}");
     let mut reader = csv::Reader::from_path(&log).unwrap();
@@ -88,10 +89,14 @@ fn a_move_that_a_fault_ends_is_over_then_and_fails() {
     let directory = tempfile::tempdir().unwrap();
     let log = directory.path().join("move.csv");
     // The step is beyond the largest one that SRNF takes within its limit of the speed.
-    let output = device(&["--simulated", "move", "60", "--for", "60", "--log", log.to_str().unwrap()]);
+    let output =
+        device(&["--simulated", "move", "60", "--for", "60", "--log", log.to_str().unwrap()]);
     let (said, complaint) = (text(&output.stdout), text(&output.stderr));
     assert_eq!(output.status.code(), Some(2), "{said}");
-    assert!(said.contains("state      faulted") && !said.contains("stopped: the output is off"), "{said}");
+    assert!(
+        said.contains("state      faulted") && !said.contains("stopped: the output is off"),
+        "{said}"
+    );
     let sentence = complaint.lines().last().unwrap();
     assert!(sentence.starts_with("stiction: move: ended by fault 17 (overspeed)"), "{sentence}");
     // The log has not the 3000 rows of a minute, but those of 60 deg at 50 deg/s and a status every
@@ -107,7 +112,10 @@ fn what_cannot_be_done_is_one_sentence_and_exit_code_2() {
         (&["status"], &["exactly one of --port DEV, --emulator and --simulated"]),
         (&["--simulated", "--port", "/dev/null", "status"], &["exactly one of"]),
         (&["--simulated", "--image", "x.elf", "status"], &["--image needs --emulator"]),
-        (&["--port", "/dev/does-not-exist", "status"], &["--port /dev/does-not-exist", "no such port"]),
+        (
+            &["--port", "/dev/does-not-exist", "status"],
+            &["--port /dev/does-not-exist", "no such port"],
+        ),
         (&["--simulated", "--machine", "nope", "status"], &["nope"]),
         (&["--simulated", "--controller", "srn", "status"], &["`srn`", "did you mean `srnf`?"]),
         (&["--simulated", "watch"], &["device watch: it needs a terminal"]),
@@ -115,18 +123,28 @@ fn what_cannot_be_done_is_one_sentence_and_exit_code_2() {
     let of_a_device: &[(&[&str], &[&str])] = &[
         (&["--simulated", "move", "nan"], &["allowed is a position within 2^30 counts"]),
         (&["--simulated", "arm", "--for", "-1"], &["--for -1", "0 to 86400"]),
-        (&["--simulated", "identify", "--rate", "nan"], &["`ramp_rates_v_per_s` is NaN", "docs/link.md"]),
+        (
+            &["--simulated", "identify", "--rate", "nan"],
+            &["`ramp_rates_v_per_s` is NaN", "docs/link.md"],
+        ),
         (&["--simulated", "params", "edit"], &["set VISUAL or EDITOR"]),
     ];
-    let of = |cases: &'static [(&[&str], &[&str])], begin| cases.iter().map(move |case| (case, begin));
+    let of =
+        |cases: &'static [(&[&str], &[&str])], begin| cases.iter().map(move |case| (case, begin));
     let warning = format!("{SAYS_SO}\n");
-    for ((arguments, fragments), begin) in of(before_it_is_there, "").chain(of(of_a_device, &warning)) {
+    for ((arguments, fragments), begin) in
+        of(before_it_is_there, "").chain(of(of_a_device, &warning))
+    {
         let output = device(arguments);
         let said = text(&output.stderr);
         assert!(said.starts_with(begin), "{arguments:?}: {said}");
         let said = &said[begin.len()..];
         assert!(!said.contains(SAYS_SO), "{arguments:?}: {said}");
-        assert_eq!((output.status.code(), text(&output.stdout)), (Some(2), String::new()), "{arguments:?}");
+        assert_eq!(
+            (output.status.code(), text(&output.stdout)),
+            (Some(2), String::new()),
+            "{arguments:?}"
+        );
         assert_eq!(said.trim_end().lines().count(), 1, "{arguments:?}: {said}");
         for fragment in *fragments {
             assert!(said.contains(fragment), "{arguments:?}: {said}");
@@ -149,7 +167,9 @@ fn a_pulled_file_is_one_that_run_takes() {
     let directory = tempfile::tempdir().unwrap();
     let path = directory.path().join("device.toml");
     let path = path.to_str().unwrap();
-    assert!(device(&["--simulated", "--controller", "rvi", "params", "pull", path]).status.success());
+    assert!(
+        device(&["--simulated", "--controller", "rvi", "params", "pull", path]).status.success()
+    );
     // The file says it, too: it is of no board.
     assert!(std::fs::read_to_string(path).unwrap().starts_with(&format!("# {SAYS_SO}\n")));
     // The file has one controller, which nobody has to name.
@@ -157,7 +177,8 @@ fn a_pulled_file_is_one_that_run_takes() {
     assert!(text(&output.stdout).contains("[controller.rvi]"), "{}", text(&output.stderr));
     let run = |name: &str| {
         let mut stiction = Command::new(env!("CARGO_BIN_EXE_stiction"));
-        let output = stiction.args(["run", name, "--controller", "rvi", "--json"]).output().unwrap();
+        let output =
+            stiction.args(["run", name, "--controller", "rvi", "--json"]).output().unwrap();
         let json: serde_json::Value = serde_json::from_slice(&output.stdout).unwrap();
         json["runs"][0]["metrics"].clone()
     };
@@ -173,7 +194,8 @@ mod edit {
     fn edit(editor: &str) -> (Output, tempfile::TempDir) {
         let directory = tempfile::tempdir().unwrap();
         let mut command = command(&["--simulated", "params", "edit", "--save"]);
-        let output = command.env("EDITOR", editor).env("TMPDIR", directory.path()).output().unwrap();
+        let output =
+            command.env("EDITOR", editor).env("TMPDIR", directory.path()).output().unwrap();
         (output, directory)
     }
 
@@ -186,7 +208,10 @@ mod edit {
     fn what_was_changed_is_shown_and_taken_as_a_whole() {
         let (output, directory) = edit("sed -i 's/kp_v_per_deg = 1.0/kp_v_per_deg = 2/'");
         let said = text(&output.stdout);
-        assert!(said.contains("controller.srnf.kp_v_per_deg: 1.0 -> 2.0\nin use and saved"), "{said}");
+        assert!(
+            said.contains("controller.srnf.kp_v_per_deg: 1.0 -> 2.0\nin use and saved"),
+            "{said}"
+        );
         assert_eq!(kept(&directory), Vec::<String>::new());
     }
 
@@ -204,7 +229,10 @@ mod edit {
     fn an_editor_that_is_not_there_leaves_nothing_behind() {
         let (output, directory) = edit("/does/not/exist");
         let said = text(&output.stderr);
-        assert!(said.contains("the editor `/does/not/exist` ended with") && !said.contains("kept"), "{said}");
+        assert!(
+            said.contains("the editor `/does/not/exist` ended with") && !said.contains("kept"),
+            "{said}"
+        );
         assert_eq!((output.status.code(), kept(&directory)), (Some(2), vec![]));
     }
 
@@ -222,7 +250,11 @@ mod edit {
                 "stall_vv",
             ),
             ("sed -i '/stall_v/d'", "`limits.stall_v` is missing, and has to be there", "stall_s"),
-            ("sed -i 's/thermal_s = 10.0/thermal_s = 1e9/'", "`limits.thermal_s` is 1000000000;", "1e9"),
+            (
+                "sed -i 's/thermal_s = 10.0/thermal_s = 1e9/'",
+                "`limits.thermal_s` is 1000000000;",
+                "1e9",
+            ),
             ("sh -c 'echo 1 > \"$0\"; exit 3'", "ended with exit status: 3", "1"),
         ] {
             let (output, directory) = edit(editor);

@@ -35,10 +35,16 @@ fn what_cannot_be_is_refused_in_one_sentence() {
         (set("mechanism.mass_kg=[-0.1]"), &["is -0.1", "above 0"]),
         (set("mechanism.mass_kg=[nan]"), &["is NaN", "above 0"]),
         (set("mechanism.mass_kg=[0.1, 0.1]"), &["a list of 2", "a list of 1"]),
-        (set("mechanism.stiffness_n_per_m=[0.0]"), &["`mechanism.stiffness_n_per_m[0]` is 0", "above 0"]),
+        (
+            set("mechanism.stiffness_n_per_m=[0.0]"),
+            &["`mechanism.stiffness_n_per_m[0]` is 0", "above 0"],
+        ),
         (set("mechanism.stiffness_n_per_m=[-100]"), &["is -100", "above 0"]),
         (set("mechanism.length_m=[1.0]"), &["`mechanism.length_m` has no meaning", "spring-mass"]),
-        (set("friction.stick_n=[0.1]"), &["`friction.stick_n[0]` is 0.1", "not below", "friction.slip_n"]),
+        (
+            set("friction.stick_n=[0.1]"),
+            &["`friction.stick_n[0]` is 0.1", "not below", "friction.slip_n"],
+        ),
         (
             set("friction.stick_n=[0.3]"),
             &[
@@ -50,7 +56,11 @@ fn what_cannot_be_is_refused_in_one_sentence() {
         ),
         (
             set("friction.slip_n=[0.18]"),
-            &["`friction.reset-integrator.stiffness_n_per_m[0]` is 20000", "18000", "`friction.slip_n`"],
+            &[
+                "`friction.reset-integrator.stiffness_n_per_m[0]` is 20000",
+                "18000",
+                "`friction.slip_n`",
+            ],
         ),
         (
             set("friction.range_m=[2e-5]"),
@@ -112,7 +122,15 @@ fn what_cannot_be_is_refused_in_one_sentence() {
             &["`reset-integrator` does not go with", "because"],
         ),
         (
-            vec!["spring-mass", "--friction", "karnopp-banded", "--solver", "rk4", "--coupling", "neglected"],
+            vec![
+                "spring-mass",
+                "--friction",
+                "karnopp-banded",
+                "--solver",
+                "rk4",
+                "--coupling",
+                "neglected",
+            ],
             &["`neglected` does not go with", "one body"],
         ),
         (
@@ -133,7 +151,10 @@ fn what_cannot_be_is_refused_in_one_sentence() {
         ),
         (vec!["spring-mass", "--controller", "pd"], &["--controller", "has none"]),
         (vec!["spring-mass", "--delay", "1"], &["--delay", "has none"]),
-        (vec!["step-response", "--friction", "karnopp"], &["--friction karnopp", "friction experiments"]),
+        (
+            vec!["step-response", "--friction", "karnopp"],
+            &["--friction karnopp", "friction experiments"],
+        ),
     ];
     let complaints: Vec<String> =
         cases.iter().filter_map(|(arguments, fragments)| complaint(arguments, fragments)).collect();
@@ -143,8 +164,11 @@ fn what_cannot_be_is_refused_in_one_sentence() {
 #[test]
 fn the_json_of_a_friction_run_is_what_scripts_rely_on() {
     let run = |arguments: &[&str]| -> serde_json::Value {
-        let output =
-            Command::new(env!("CARGO_BIN_EXE_stiction")).arg("run").args(arguments).output().unwrap();
+        let output = Command::new(env!("CARGO_BIN_EXE_stiction"))
+            .arg("run")
+            .args(arguments)
+            .output()
+            .unwrap();
         assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
         serde_json::from_slice(&output.stdout).unwrap()
     };
@@ -152,7 +176,10 @@ fn the_json_of_a_friction_run_is_what_scripts_rely_on() {
     assert_eq!((&json["schema"], &json["experiment"]), (&1.into(), &"spring-mass".into()));
     let [only] = &json["runs"].as_array().unwrap()[..] else { unreachable!() };
     assert_eq!(only["label"], "karnopp/exact");
-    assert_eq!((&only["unstable"], &only["diverged_at_s"]), (&false.into(), &serde_json::Value::Null));
+    assert_eq!(
+        (&only["unstable"], &only["diverged_at_s"]),
+        (&false.into(), &serde_json::Value::Null)
+    );
     let first = &only["events"][0];
     assert_eq!((&first["body"], &first["kind"]), (&1.into(), &"break".into()));
     assert!((first["time_s"].as_f64().unwrap() - 1.25).abs() < 1e-9);
@@ -165,7 +192,8 @@ fn the_json_of_a_friction_run_is_what_scripts_rely_on() {
     assert!(only["cost"]["derivative_evaluations"].as_u64().unwrap() > 100);
     assert!(only["cost"]["wall_s"].as_f64().unwrap() > 0.0);
     let both = run(&["manipulator-2dof", "--json"]);
-    let labels: Vec<_> = both["runs"].as_array().unwrap().iter().map(|run| run["label"].clone()).collect();
+    let labels: Vec<_> =
+        both["runs"].as_array().unwrap().iter().map(|run| run["label"].clone()).collect();
     assert_eq!(labels, ["karnopp/exact", "reset-integrator/exact"]);
     let coupled = run(&[
         "manipulator-2dof",
@@ -210,9 +238,11 @@ const DEG: f64 = std::f64::consts::PI / 180.0;
 /// The values are those of Tables 2, 5, 8, 11 and 15. The test lets 6 % pass on both sides of the
 /// rules themselves.
 #[test]
-fn parameters_of_the_reset_integrator_are_taken_as_the_tables_print_them_and_not_farther_from_the_rules() {
+fn parameters_of_the_reset_integrator_are_taken_as_the_tables_print_them_and_not_farther_from_the_rules()
+ {
     for (experiment, unit, of_table, bodies) in PRINTED {
-        let column = |value: &dyn Fn(&[f64; 5]) -> f64| bodies.iter().map(value).collect::<Vec<_>>();
+        let column =
+            |value: &dyn Fn(&[f64; 5]) -> f64| bodies.iter().map(value).collect::<Vec<_>>();
         let taken = |key: &str, values: &[f64]| {
             let mut document = Document::open(experiment).unwrap();
             let set = format!("friction.reset-integrator.{key}={values:?}");
@@ -225,7 +255,11 @@ fn parameters_of_the_reset_integrator_are_taken_as_the_tables_print_them_and_not
                 column(&|[.., k, _]| k / of_table),
                 column(&|[range, slip, ..]| slip / (range * of_table)),
             ),
-            ("gradient".into(), column(&|[.., a]| *a), column(&|[_, slip, stick, ..]| (stick - slip) / slip)),
+            (
+                "gradient".into(),
+                column(&|[.., a]| *a),
+                column(&|[_, slip, stick, ..]| (stick - slip) / slip),
+            ),
         ] {
             assert!(taken(&key, &printed), "{experiment}: {key} = {printed:?} is refused");
             for (part, right) in [(0.939, false), (0.941, true), (1.059, true), (1.061, false)] {
@@ -278,17 +312,22 @@ fn a_run_that_is_given_up_takes_no_other_with_it() {
     let output = stiction(&arguments);
     let said = String::from_utf8(output.stderr).unwrap();
     assert_eq!((output.status.code(), said.lines().count()), (Some(1), 1), "{said}");
-    for fragment in
-        ["1 of 2 runs was given up", "tanh/nonsmooth", "too long for the springs", " s, in the state q = ["]
-    {
+    for fragment in [
+        "1 of 2 runs was given up",
+        "tanh/nonsmooth",
+        "too long for the springs",
+        " s, in the state q = [",
+    ] {
         assert!(said.contains(fragment), "lacks {fragment}: {said}");
     }
     let json: serde_json::Value = serde_json::from_slice(&output.stdout).unwrap();
-    let labels: Vec<_> = json["runs"].as_array().unwrap().iter().map(|run| run["label"].clone()).collect();
+    let labels: Vec<_> =
+        json["runs"].as_array().unwrap().iter().map(|run| run["label"].clone()).collect();
     assert_eq!(labels, ["karnopp/nonsmooth"]);
     assert!(std::fs::read_to_string(&csv).unwrap().lines().count() > 20);
     // Of a run that stands alone nothing is left.
-    let alone = stiction(&[&arguments[..4], &["run.friction=[\"tanh\"]"], &arguments[5..11]].concat());
+    let alone =
+        stiction(&[&arguments[..4], &["run.friction=[\"tanh\"]"], &arguments[5..11]].concat());
     assert_eq!((alone.status.code(), alone.stdout.len()), (Some(1), 0));
     assert!(!String::from_utf8(alone.stderr).unwrap().contains("of 1"));
 }
@@ -299,9 +338,12 @@ fn the_table_lists_the_first_events_within_80_columns_and_says_how_many_more_the
     let table = String::from_utf8(output.stdout).unwrap();
     // In closed form the block breaks from 1.25 s on each 0.6073 s and sticks 0.1073 s later: 15 of
     // each in 10 s.
-    for fragment in
-        ["1.250000  1 break", "1.357304  1 stick", "5.501125  1 break", "and 15 more, --json has all"]
-    {
+    for fragment in [
+        "1.250000  1 break",
+        "1.357304  1 stick",
+        "5.501125  1 break",
+        "and 15 more, --json has all",
+    ] {
         assert!(table.contains(fragment), "lacks {fragment}:\n{table}");
     }
     assert!(table.lines().all(|line| line.chars().count() <= 80), "{table}");

@@ -71,15 +71,24 @@ fn the_schema_knows_every_key_of_the_built_in_machines() {
                     ("controller", Some(gains)) => {
                         gains.keys().map(|gain| ("controller.NAME".to_owned(), gain)).collect()
                     }
-                    (_, Some(deeper)) => deeper.keys().map(|one| (format!("{table}.{key}"), one)).collect(),
-                    _ if value.as_array().is_some_and(|list| list.iter().all(toml::Value::is_table)) => {
+                    (_, Some(deeper)) => {
+                        deeper.keys().map(|one| (format!("{table}.{key}"), one)).collect()
+                    }
+                    _ if value
+                        .as_array()
+                        .is_some_and(|list| list.iter().all(toml::Value::is_table)) =>
+                    {
                         vec![]
                     }
                     _ => vec![(table.clone(), key)],
                 };
                 for (table, key) in entries {
                     seen += 1;
-                    assert!(known.contains(&(table.clone(), key.clone())), "{}: {table}.{key}", builtin.name);
+                    assert!(
+                        known.contains(&(table.clone(), key.clone())),
+                        "{}: {table}.{key}",
+                        builtin.name
+                    );
                 }
             }
         }

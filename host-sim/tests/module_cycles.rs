@@ -32,13 +32,17 @@ fn no_room_has_methods_for_a_type_of_another() {
 fn a_circle_is_found_whichever_way_it_is_written() {
     let lib = "pub mod a;\nmod b;\nmod c;\nmod d;";
     let of = |inner: &str| {
-        let files = [("a.rs", "use crate::b::B;"), ("b/mod.rs", "use crate::c;"), ("c/inner.rs", inner)];
+        let files =
+            [("a.rs", "use crate::b::B;"), ("b/mod.rs", "use crate::c;"), ("c/inner.rs", inner)];
         let files = files.into_iter().chain([("lib.rs", lib), ("d.rs", "crate::a::A")]);
         graph(&files.map(|(path, text)| (path.to_owned(), without_comments(text))).collect())
     };
     for inner in ["use crate::a::A;", "fn f() { super::super::a::f() }", "crate::d::D"] {
         let found = circle(&of(inner)).unwrap_or_default();
-        assert!(["a", "b", "c"].iter().all(|room| found.iter().any(|name| name == room)), "{found:?}");
+        assert!(
+            ["a", "b", "c"].iter().all(|room| found.iter().any(|name| name == room)),
+            "{found:?}"
+        );
     }
     for inner in ["// crate::a", "use super::a::A;", "use crate::c::a::A;", "crate::another::A"] {
         assert_eq!(circle(&of(inner)), None, "{inner}");
@@ -98,12 +102,16 @@ fn graph(sources: &Sources) -> Graph {
     for (path, text) in sources {
         let module = module(path);
         let Some(named) = graph.get_mut(module[0]) else { continue };
-        assert!(!text.contains("crate::{"), "{path}: one `use` for each room, so that this test sees them");
+        assert!(
+            !text.contains("crate::{"),
+            "{path}: one `use` for each room, so that this test sees them"
+        );
         let absolute = text.split("crate::").skip(1).map(word);
         // Inside of `mod tests` this is one level too many: then the name is one of the room itself.
         let up = "super::".repeat(module.len());
         let relative = text.split(&up).skip(1).map(word);
-        let others = absolute.chain(relative).filter(|name| rooms.contains(*name) && *name != module[0]);
+        let others =
+            absolute.chain(relative).filter(|name| rooms.contains(*name) && *name != module[0]);
         named.extend(others.map(str::to_owned));
     }
     graph
@@ -139,12 +147,15 @@ fn foreign_methods(sources: &Sources) -> Vec<String> {
     let mut types = BTreeSet::new();
     for (path, text) in sources {
         for keyword in ["struct ", "enum ", "trait "] {
-            types.extend(text.split(keyword).skip(1).map(|rest| (room(path), word(rest).to_owned())));
+            types.extend(
+                text.split(keyword).skip(1).map(|rest| (room(path), word(rest).to_owned())),
+            );
         }
     }
     let mut foreign = Vec::new();
     for (path, text) in sources {
-        for line in text.lines().filter(|line| line.starts_with("impl") && !line.contains(" for ")) {
+        for line in text.lines().filter(|line| line.starts_with("impl") && !line.contains(" for "))
+        {
             let name = word(after_generics(line.trim_start_matches("impl")).trim_start());
             if !types.contains(&(room(path), name.to_owned())) {
                 foreign.push(format!("{name} in {path}"));

@@ -41,7 +41,8 @@ fn every_term_of_every_sample_is_read_as_it_was_written() {
                 (moment.position_deg, Some(moment.error_deg()))
             );
             assert_eq!(sample.velocity_deg_per_s, moment.velocity_deg_per_s);
-            let parts = [sample.v_pd_v.unwrap(), sample.v_c_v.unwrap(), sample.v_v].map(|v| v as f32);
+            let parts =
+                [sample.v_pd_v.unwrap(), sample.v_c_v.unwrap(), sample.v_v].map(|v| v as f32);
             assert_eq!(parts, [moment.tick.v_pd, moment.tick.v_c, moment.tick.v]);
         }
     }
@@ -51,12 +52,24 @@ fn every_term_of_every_sample_is_read_as_it_was_written() {
 fn a_log_is_drawn_over_the_run_that_it_repeats_and_a_ramp_without_a_reference() {
     let directory = tempfile::tempdir().unwrap();
     let out = directory.path();
-    let step =
-        ["run", "step-response", "--controller", "srnf", "--set", "reference.steps_deg=[2.5]", "--csv"];
+    let step = [
+        "run",
+        "step-response",
+        "--controller",
+        "srnf",
+        "--set",
+        "reference.steps_deg=[2.5]",
+        "--csv",
+    ];
     let run = written(out, "run.csv", &step);
     let log = written(out, "log.csv", &["device", "--simulated", "move", "2.5", "--log"]);
-    let ramp =
-        ["run", "friction-identification", "--set", "identification.ramp_rates_v_per_s=[0.01]", "--csv"];
+    let ramp = [
+        "run",
+        "friction-identification",
+        "--set",
+        "identification.ramp_rates_v_per_s=[0.01]",
+        "--csv",
+    ];
     let ramp = written(out, "ramp.csv", &ramp);
     for (files, stem, panels) in [
         (&[&run, &log][..], "run-and-log", ["error (deg)", "v (V)"]),
@@ -81,8 +94,7 @@ fn what_cannot_be_drawn_is_one_sentence_that_names_the_file() {
     let lab = written(out, "lab.csv", &["run", "spring-mass", "--friction", "karnopp", "--csv"]);
     let many = written(out, "many.csv", &["run", "step-response", "--csv"]);
     let bad = out.join("bad.csv");
-    let row =
-        "time_s,reference_deg,position_deg,error_deg,velocity_deg_per_s,v_pd_v,v_c_v,v_v\n0,1,2,3,4,5,6,x\n";
+    let row = "time_s,reference_deg,position_deg,error_deg,velocity_deg_per_s,v_pd_v,v_c_v,v_v\n0,1,2,3,4,5,6,x\n";
     std::fs::write(&bad, row).unwrap();
     let empty = out.join("empty.csv");
     std::fs::write(&empty, row.lines().next().unwrap()).unwrap();

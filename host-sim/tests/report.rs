@@ -21,7 +21,8 @@ fn after<'a>(text: &'a str, mark: &'a str) -> impl Iterator<Item = &'a str> {
 
 /// Finds the references that a browser would follow to load something. None may leave the file.
 fn loaded(text: &str) -> Vec<&str> {
-    let marks = ["src=\"", "srcset=\"", "href=\"", "data=\"", "poster=\"", "url(", "@import ", "fetch("];
+    let marks =
+        ["src=\"", "srcset=\"", "href=\"", "data=\"", "poster=\"", "url(", "@import ", "fetch("];
     marks.into_iter().flat_map(|mark| after(text, mark)).filter(|to| !to.starts_with('#')).collect()
 }
 

@@ -44,10 +44,12 @@ fn without_a_soft_start_the_servo_does_what_the_bare_loop_does() {
 
 #[test]
 fn a_soft_start_is_seen_in_what_is_applied_and_not_in_what_is_asked_for() {
-    let plan = plan("step-response", "srnf", &["device.soft_start_s=0.5", "reference.steps_deg=[5.0]"]);
+    let plan =
+        plan("step-response", "srnf", &["device.soft_start_s=0.5", "reference.steps_deg=[5.0]"]);
     let result = run_driven(&plan, Driven::ByServo).unwrap();
     // This holds as long as the loop asks for more than the limit: on the way it asks for less.
-    let limited: Vec<&Moment> = moments(&result).iter().take_while(|moment| moment.tick.saturated).collect();
+    let limited: Vec<&Moment> =
+        moments(&result).iter().take_while(|moment| moment.tick.saturated).collect();
     assert!(limited.len() > 10, "{}", limited.len());
     for (k, moment) in limited.into_iter().enumerate() {
         // The limit rises by 5 V in 25 ticks of 20 ms, in steps of the D/A.

@@ -78,7 +78,16 @@ impl TimerBridge {
         let timer = &self.pwm.timer;
         let dead_time = dead_time_code(dead_time);
         timer.bdtr().write(|w| {
-            w.dtg().set(dead_time).ossi().idle_level().ossr().idle_level().bke().enabled().bkp().clear_bit()
+            w.dtg()
+                .set(dead_time)
+                .ossi()
+                .idle_level()
+                .ossr()
+                .idle_level()
+                .bke()
+                .enabled()
+                .bkp()
+                .clear_bit()
         });
         timer.egr().write(|w| w.ug().set_bit());
     }
@@ -117,7 +126,8 @@ impl Settings {
     /// else.
     pub fn of(parameters: &Parameters) -> Self {
         let drive = &parameters.controller.drive;
-        let neutral = Drive::new(drive, &HARDWARE).map_or(Self::IDLE.neutral, |drive| drive.duty(0));
+        let neutral =
+            Drive::new(drive, &HARDWARE).map_or(Self::IDLE.neutral, |drive| drive.duty(0));
         Self {
             top: HARDWARE.pwm_top(drive.pwm_hz).unwrap_or(Self::IDLE.top),
             neutral,

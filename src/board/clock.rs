@@ -48,8 +48,9 @@ fn crystal_runs(rcc: &pac::RCC) -> bool {
     }
     // SAFETY: 8 MHz / 8 * 192 is within the range of the oscillator in the PLL; nothing runs from
     // it yet.
-    rcc.pllcfgr()
-        .write(|w| unsafe { w.pllsrc().hse().pllm().bits(8).plln().bits(192).pllp().div8().pllq().bits(4) });
+    rcc.pllcfgr().write(|w| unsafe {
+        w.pllsrc().hse().pllm().bits(8).plln().bits(192).pllp().div8().pllq().bits(4)
+    });
     rcc.cr().modify(|_, w| w.pllon().on());
     let locks = within(PLL_PATIENCE, || rcc.cr().read().pllrdy().is_ready());
     rcc.cr().modify(|_, w| w.pllon().off());

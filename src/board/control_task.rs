@@ -84,7 +84,9 @@ impl ControlTask {
     /// Lets the break input trip again, once its fault has been cleared and the input has been let
     /// go. An input that is still pulled trips at once.
     pub fn mend(&mut self) {
-        if !TRIPPED.load(Ordering::Relaxed) || self.servo.state() == State::Faulted(Fault::BreakInput) {
+        if !TRIPPED.load(Ordering::Relaxed)
+            || self.servo.state() == State::Faulted(Fault::BreakInput)
+        {
             return;
         }
         if self.bridge.break_is_over() {

@@ -19,11 +19,18 @@ const FILTER: u8 = 0b0011;
 
 impl Quadrature {
     /// Starts counting at zero.
-    pub fn start(timer: pac::TIM2, a: PA0<Alternate<1>>, b: PA1<Alternate<1>>, rcc: &mut Rcc) -> Self {
+    pub fn start(
+        timer: pac::TIM2,
+        a: PA0<Alternate<1>>,
+        b: PA1<Alternate<1>>,
+        rcc: &mut Rcc,
+    ) -> Self {
         pac::TIM2::enable(rcc);
         pac::TIM2::reset(rcc);
         timer.arr().write(|w| w.set(u32::MAX));
-        timer.ccmr1_input().write(|w| w.cc1s().ti1().ic1f().set(FILTER).cc2s().ti2().ic2f().set(FILTER));
+        timer
+            .ccmr1_input()
+            .write(|w| w.cc1s().ti1().ic1f().set(FILTER).cc2s().ti2().ic2f().set(FILTER));
         timer.smcr().write(|w| w.sms().encoder_mode_3());
         timer.cr1().write(|w| w.cen().enabled());
         Self { timer, _pins: (a, b) }

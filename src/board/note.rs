@@ -12,7 +12,8 @@ struct Note {
     description: [u8; SIZE],
 }
 
-const TEXTS: &str = concat!(env!("CARGO_PKG_VERSION"), "\0", env!("STICTION_COMMIT"), "\0STM32F405\0");
+const TEXTS: &str =
+    concat!(env!("CARGO_PKG_VERSION"), "\0", env!("STICTION_COMMIT"), "\0STM32F405\0");
 
 /// Size of the description, bytes. Notes are made of whole words.
 const SIZE: usize = TEXTS.len().next_multiple_of(4);

@@ -47,7 +47,15 @@ static KEPT: Kept = Kept(UnsafeCell::new(MaybeUninit::uninit()));
 impl RetainedFault {
     /// Makes the record of a fault without a place.
     pub const fn of(fault: Fault) -> Self {
-        Self { magic: MAGIC, fault: fault as u32, place: 0, status: 0, length: 0, text: [0; TEXT], check: 0 }
+        Self {
+            magic: MAGIC,
+            fault: fault as u32,
+            place: 0,
+            status: 0,
+            length: 0,
+            text: [0; TEXT],
+            check: 0,
+        }
     }
 
     /// Makes the record of a fault that the servo has latched.

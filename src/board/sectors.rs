@@ -12,7 +12,8 @@ use core::ptr;
 use cortex_m::peripheral::SYST;
 use cortex_m::peripheral::syst::SystClkSource;
 use embedded_storage::nor_flash::{
-    ErrorType, NorFlash, NorFlashError, NorFlashErrorKind, ReadNorFlash, check_erase, check_read, check_write,
+    ErrorType, NorFlash, NorFlashError, NorFlashErrorKind, ReadNorFlash, check_erase, check_read,
+    check_write,
 };
 use stiction::Parameters;
 use stiction::parameters::{DecodeError, ROOM};
@@ -38,7 +39,8 @@ const ERRORS: u32 = 0b1111_0010;
 pub fn read() -> Result<(Parameters, u8), DecodeError> {
     // SAFETY: flash that is always mapped, outside of the program (memory.x), and that nobody
     // writes meanwhile.
-    let sector = |address: usize| unsafe { core::slice::from_raw_parts(address as *const u8, ROOM) };
+    let sector =
+        |address: usize| unsafe { core::slice::from_raw_parts(address as *const u8, ROOM) };
     let (parameters, which) = Parameters::newest([sector(BEGIN), sector(BEGIN + SECTOR)])?;
     Ok((parameters, FIRST + which as u8))
 }
@@ -147,7 +149,9 @@ impl NorFlash for Sectors {
 
     fn erase(&mut self, from: u32, to: u32) -> Result<(), Refused> {
         check_erase(self, from, to).map_err(Refused)?;
-        for number in (from as usize / SECTOR..to as usize / SECTOR).map(|index| FIRST + index as u8) {
+        for number in
+            (from as usize / SECTOR..to as usize / SECTOR).map(|index| FIRST + index as u8)
+        {
             self.unlocked(|registers, alarm| {
                 // What is not set here is as after a reset, and that is locked.
                 registers.cr().write(|w| unsafe {
@@ -165,7 +169,8 @@ impl NorFlash for Sectors {
         check_write(self, offset, bytes.len()).map_err(Refused)?;
         self.unlocked(|registers, _| {
             registers.cr().write(|w| w.lock().clear_bit().pg().set_bit().psize().psize32());
-            for (word, at) in bytes.as_chunks().0.iter().zip((BEGIN + offset as usize..).step_by(4)) {
+            for (word, at) in bytes.as_chunks().0.iter().zip((BEGIN + offset as usize..).step_by(4))
+            {
                 // SAFETY: an aligned word within the two sectors, which hold nothing that the
                 // program refers to.
                 unsafe { ptr::write_volatile(at as *mut u32, u32::from_le_bytes(*word)) };

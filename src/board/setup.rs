@@ -127,7 +127,8 @@ pub fn start(
     let servo = blank(place);
     servo.boot(settings.parameters(), boot(crystal), &HARDWARE);
     let deadline = Deadline::new(period.clocks);
-    let control_task = ControlTask { servo, deadline, encoder, bridge, supply, timer, stopwatch, period };
+    let control_task =
+        ControlTask { servo, deadline, encoder, bridge, supply, timer, stopwatch, period };
     let store = Store::new(Sectors::new(device.FLASH, core.SYST), SLOTS);
     Board { control_task, watchdog, port, store, crystal, clock, timer_clock }
 }

@@ -41,7 +41,9 @@ impl Port {
         let divider = (clock + BAUD / 2) / BAUD;
         // SAFETY: any value is one that the divider takes.
         registers.brr().write(|w| unsafe { w.bits(divider as u16) });
-        registers.cr1().write(|w| w.ue().enabled().te().enabled().re().enabled().rxneie().enabled());
+        registers
+            .cr1()
+            .write(|w| w.ue().enabled().te().enabled().re().enabled().rxneie().enabled());
         Self { registers, _pins: (out, into) }
     }
 

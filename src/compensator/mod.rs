@@ -403,7 +403,9 @@ impl Values for Vec<Gains, MAX_TERMS> {
     }
 
     fn with_bounds(&self, key: Key) -> Option<(f32, Allowed)> {
-        let Some(term) = term(key) else { return self.iter().find_map(|gains| gains.with_bounds(key)) };
+        let Some(term) = term(key) else {
+            return self.iter().find_map(|gains| gains.with_bounds(key));
+        };
         let Some(gains) = self.as_slice().get(term) else { return Some((0.0, Allowed::Any)) };
         let alone = gains.replaces_pd() && self.len() > 1;
         let twice = self.iter().take(term).any(|other| other.id() == gains.id());

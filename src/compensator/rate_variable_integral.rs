@@ -81,7 +81,8 @@ impl Law for RateVariableIntegral {
     /// ```
     fn update(&self, state: &mut State, input: &LawInput) -> f32 {
         let rate_factor = self.gamma_h / (self.gamma_h + input.velocity * input.velocity);
-        state.v_c = saturate((state.v_c + self.ki_h * input.error) * rate_factor, self.full_scale).0;
+        state.v_c =
+            saturate((state.v_c + self.ki_h * input.error) * rate_factor, self.full_scale).0;
         state.v_c
     }
 }

@@ -50,7 +50,11 @@ impl Law for ResetIntegral {
     type State = State;
 
     fn new(gains: &ResetIntegralGains, around: &Loop) -> Self {
-        Self { ki_h: gains.ki * around.sample_time, theta_ri: gains.theta_ri, full_scale: around.full_scale }
+        Self {
+            ki_h: gains.ki * around.sample_time,
+            theta_ri: gains.theta_ri,
+            full_scale: around.full_scale,
+        }
     }
 
     /// Returns the law's v_c for one tick, V.

@@ -74,7 +74,13 @@ impl Default for Deframer {
 impl Deframer {
     /// Makes a deframer before its first byte.
     pub const fn new() -> Self {
-        Self { state: DecoderState::Idle, bytes: Vec::new(), complete: false, broken: false, bad: 0 }
+        Self {
+            state: DecoderState::Idle,
+            bytes: Vec::new(),
+            complete: false,
+            broken: false,
+            bad: 0,
+        }
     }
 
     /// Takes a byte, and returns the message that it completes.
@@ -122,7 +128,9 @@ impl Deframer {
     fn complete(&mut self) -> Option<&[u8]> {
         self.complete = true;
         match self.bytes.split_last_chunk::<CHECKSUM>() {
-            Some((message, sum)) if checksum(&[message]) == u32::from_le_bytes(*sum) => Some(message),
+            Some((message, sum)) if checksum(&[message]) == u32::from_le_bytes(*sum) => {
+                Some(message)
+            }
             _ => {
                 self.bad = self.bad.saturating_add(1);
                 None

@@ -8,7 +8,8 @@ use crate::signal::{MAX_LAW_SIGNALS, SIGNALS};
 /// The number of signals for which a sample has room, 4 bytes each.
 pub const MAX_SIGNALS: usize = 40;
 
-const _: () = assert!(SIGNALS.len() + MAX_LAW_SIGNALS <= MAX_SIGNALS, "a sample has no room for all signals");
+const _: () =
+    assert!(SIGNALS.len() + MAX_LAW_SIGNALS <= MAX_SIGNALS, "a sample has no room for all signals");
 
 /// A sample of telemetry: signals of one tick.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]

@@ -183,7 +183,10 @@ impl<const RING: usize> Session<RING> {
             Request::Status => return Ok(Reply::Status(self.status(machine))),
             Request::Fault { index } => {
                 let nth = |servo: &mut Servo| servo.log().iter().nth(index.into()).copied();
-                return machine.servo(nth).map(|fault| Reply::Fault(fault.into())).ok_or(Refused::NoSuch);
+                return machine
+                    .servo(nth)
+                    .map(|fault| Reply::Fault(fault.into()))
+                    .ok_or(Refused::NoSuch);
             }
             Request::Clear => machine.servo(Servo::clear)?,
             Request::Arm => machine.servo(|servo| servo.arm_for_link(None))?,
@@ -191,22 +194,26 @@ impl<const RING: usize> Session<RING> {
             Request::ReadParameters { offset } => return self.read(offset),
             Request::WriteParameters { offset, bytes } => {
                 let offset = usize::from(offset);
-                let piece = self.incoming.get_mut(offset..offset + bytes.len()).ok_or(Refused::NoSuch)?;
+                let piece =
+                    self.incoming.get_mut(offset..offset + bytes.len()).ok_or(Refused::NoSuch)?;
                 piece.copy_from_slice(&bytes);
             }
             Request::TakeParameters { length } => self.take_parameters(length, machine)?,
             Request::Save => self.save(machine)?,
             Request::Change { entries } => self.change(&entries, machine)?,
             Request::Signal { index } => {
-                let signal = signal::describe(index.into(), self.law_signals()).ok_or(Refused::NoSuch)?;
+                let signal =
+                    signal::describe(index.into(), self.law_signals()).ok_or(Refused::NoSuch)?;
                 return Ok(Reply::Signal(signal.into()));
             }
             Request::Subscribe { signals, every } => {
                 let known = SIGNALS.len() + self.law_signals().len();
-                self.subscription = Subscription::new(signals, every, known).ok_or(Refused::NoSuch)?;
+                self.subscription =
+                    Subscription::new(signals, every, known).ok_or(Refused::NoSuch)?;
             }
             Request::Identify { rate, hold } => {
-                let ramp = self.parameters.as_ref().ok_or(Refused::NoParameters)?.ramp(rate, hold)?;
+                let ramp =
+                    self.parameters.as_ref().ok_or(Refused::NoParameters)?.ramp(rate, hold)?;
                 machine.servo(|servo| servo.arm_for_link(Some(ramp)))?;
             }
             Request::ReadLevels => return Ok(Reply::Levels(machine.servo(|servo| servo.levels()))),
@@ -235,7 +242,11 @@ impl<const RING: usize> Session<RING> {
 
     /// Installs all of the parameters or none: what is validated here is what is installed.
     #[inline(never)]
-    fn install(&mut self, parameters: Parameters, machine: &mut impl Machine) -> Result<(), Refused> {
+    fn install(
+        &mut self,
+        parameters: Parameters,
+        machine: &mut impl Machine,
+    ) -> Result<(), Refused> {
         self.prepare_and_install(&parameters, machine)?;
         self.unsaved |= self.parameters.as_ref() != Some(&parameters);
         let announced = self.law_signals();
@@ -307,7 +318,8 @@ impl<const RING: usize> Session<RING> {
     #[inline(never)]
     fn status(&self, machine: &mut impl Machine) -> Status {
         let controller = self.parameters.as_ref().map(|parameters| &parameters.controller);
-        let (bad_frames, dropped, unsaved) = (self.deframer.bad(), self.outbox.dropped(), self.unsaved);
+        let (bad_frames, dropped, unsaved) =
+            (self.deframer.bad(), self.outbox.dropped(), self.unsaved);
         machine.servo(|servo| Status {
             state: StateCode::from(servo.state()),
             fault: servo.latched().map(Into::into).unwrap_or_default(),

@@ -27,7 +27,12 @@ impl Subscription {
             return Some(Self::NONE);
         }
         let unknown = u64::MAX.checked_shl(known as u32).unwrap_or(0);
-        (signals != 0 && signals & unknown == 0).then_some(Self { signals, every, next: None, number: 0 })
+        (signals != 0 && signals & unknown == 0).then_some(Self {
+            signals,
+            every,
+            next: None,
+            number: 0,
+        })
     }
 
     /// Takes a tick, and returns a sample if one is due. Ticks may be missing; samples that were

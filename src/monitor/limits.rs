@@ -106,13 +106,15 @@ impl Limits {
     /// if it is not known. A law may say more about its speed and its error than PD's gains do.
     pub fn derived(controller: &ControllerConfig, device: &DeviceConfig, breakaway: f32) -> Self {
         let around = controller.around();
-        let (full_scale, count, sample_time) = (around.full_scale, around.resolution, around.sample_time);
+        let (full_scale, count, sample_time) =
+            (around.full_scale, around.resolution, around.sample_time);
         let laws = &controller.compensator;
         let of_pd = match controller.pd.kp {
             kp if kp > 0.0 => (full_scale / kp).min(HUGE),
             _ => TURN,
         };
-        let following_error = laws.iter().find_map(|law| law.following_error(&around)).unwrap_or(of_pd);
+        let following_error =
+            laws.iter().find_map(|law| law.following_error(&around)).unwrap_or(of_pd);
         let of_pd = match controller.pd.kd {
             kd if kd > 0.0 => 2.5 * full_scale / kd,
             _ => following_error / UNDAMPED,

@@ -154,7 +154,12 @@ impl Monitors {
     /// The state that arming begins with.
     pub fn armed(&self, before: &MonitorState, by_link: bool) -> MonitorState {
         let MonitorState { thermal, impulse, .. } = *before;
-        MonitorState { thermal, impulse, link: LinkState::watch(by_link), ..MonitorState::default() }
+        MonitorState {
+            thermal,
+            impulse,
+            link: LinkState::watch(by_link),
+            ..MonitorState::default()
+        }
     }
 
     /// The state after other parameters were taken: the winding stays warm, whatever the code of a
@@ -174,7 +179,13 @@ impl Monitors {
 
     /// One tick with output: `tick` has the code that is about to be applied.
     #[inline]
-    pub fn check(&self, state: &mut MonitorState, seen: &Seen, tick: &Tick, supply: u16) -> Option<Trip> {
+    pub fn check(
+        &self,
+        state: &mut MonitorState,
+        seen: &Seen,
+        tick: &Tick,
+        supply: u16,
+    ) -> Option<Trip> {
         let before = core::mem::replace(&mut state.code, tick.code);
         let deg = |counts: i32| counts as f32 * self.units.count;
         let trip = |fault, value| Some(Trip { fault, value });
@@ -188,7 +199,9 @@ impl Monitors {
             return trip(Fault::EncoderReversed, deg(travel));
         }
         let (setpoint, speed) = (tick.reference_counts, tick.reference_velocity);
-        if let Some(error) = self.following.check(&mut state.following, setpoint, speed, tick.counts) {
+        if let Some(error) =
+            self.following.check(&mut state.following, setpoint, speed, tick.counts)
+        {
             return trip(Fault::FollowingError, deg(error));
         }
         let stalls = self.stall.check(&mut state.stall, tick.code, seen.standstill);

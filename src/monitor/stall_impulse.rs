@@ -72,7 +72,13 @@ impl StallImpulse {
     /// Takes the code that is about to be applied, the position (counts) and what it has travelled
     /// since the last tick.
     #[inline]
-    pub fn check(&self, state: &mut StallImpulseState, code: i16, position: i32, travel: i32) -> bool {
+    pub fn check(
+        &self,
+        state: &mut StallImpulseState,
+        code: i16,
+        position: i32,
+        travel: i32,
+    ) -> bool {
         self.see(state, position);
         if state.turned && travel.signum() == i32::from(state.sign) {
             *state = StallImpulseState { sum: 0, anchor: position, turned: false, ..*state };
@@ -84,7 +90,8 @@ impl StallImpulse {
         let sign = if code > 0 { 1 } else { -1 };
         state.turned |= state.sign == -sign;
         state.sign = sign;
-        let excess = (size - self.breakaway).max(self.breakaway / LONGEST).min(self.breakaway).max(1);
+        let excess =
+            (size - self.breakaway).max(self.breakaway / LONGEST).min(self.breakaway).max(1);
         state.sum = state.sum.saturating_add(excess);
         let trips = state.sum > self.most;
         if trips {

@@ -28,7 +28,10 @@ impl Supply {
             unit if unit > 0.0 && v > 0.0 => libm::roundf(v / unit) as u16,
             _ => off,
         };
-        Self { lowest: reading(limits.supply_min, 0), highest: reading(limits.supply_max, u16::MAX) }
+        Self {
+            lowest: reading(limits.supply_min, 0),
+            highest: reading(limits.supply_max, u16::MAX),
+        }
     }
 
     /// Which way a reading is out of the range.

@@ -64,7 +64,11 @@ struct Former<'a> {
 
 /// Reads the body of a record in a former format.
 #[inline(never)]
-pub(super) fn read(body: &[u8], has_limits: bool, into: &mut Parameters) -> Result<(), DecodeError> {
+pub(super) fn read(
+    body: &[u8],
+    has_limits: bool,
+    into: &mut Parameters,
+) -> Result<(), DecodeError> {
     let mut former = Former { body, into };
     former.values(&HEAD)?;
     former.laws()?;
@@ -93,7 +97,8 @@ pub(super) fn read(body: &[u8], has_limits: bool, into: &mut Parameters) -> Resu
 
 impl<'a> Former<'a> {
     fn next<T: Deserialize<'a>>(&mut self) -> Result<T, DecodeError> {
-        let (value, rest) = postcard::take_from_bytes(self.body).map_err(|_| DecodeError::Malformed)?;
+        let (value, rest) =
+            postcard::take_from_bytes(self.body).map_err(|_| DecodeError::Malformed)?;
         self.body = rest;
         Ok(value)
     }

@@ -103,7 +103,9 @@ impl Parameters {
     pub(crate) fn on_device(&self, controller: &mut Controller, hardware: &Hardware) {
         let DeviceConfig { soft_start, nominal_supply, supply_full_scale, .. } = self.device;
         let nominal = match supply_full_scale {
-            full_scale if full_scale > 0.0 => nominal_supply / full_scale * f32::from(hardware.supply_top),
+            full_scale if full_scale > 0.0 => {
+                nominal_supply / full_scale * f32::from(hardware.supply_top)
+            }
             _ => 0.0,
         };
         controller.on_device(self.in_ticks(soft_start), nominal);

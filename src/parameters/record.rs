@@ -137,7 +137,9 @@ impl Parameters {
         // A law that is put in its place has the gains of the example, and those behind it are
         // gone.
         let _ = before.each(&mut |key, _| -> Result<(), ()> {
-            if let Some(bits) = before.get(key).filter(|_| self.get(key).is_some() && !has(entries, key)) {
+            if let Some(bits) =
+                before.get(key).filter(|_| self.get(key).is_some() && !has(entries, key))
+            {
                 // This fails only where there is no place before it any more.
                 let _ = self.set(key, bits);
             }

@@ -29,9 +29,12 @@ fn example() -> Parameters {
             duty_max: 1.0,
         },
     };
-    let corner = |k: u32| Corner { tick: 1000 * k, position: Position { counts: i32::MIN, fraction: 0.5 } };
-    let motion =
-        Motion::Trajectory { corners: (1..=MAX_CORNERS as u32).map(corner).collect(), half_blend: 0.25 };
+    let corner =
+        |k: u32| Corner { tick: 1000 * k, position: Position { counts: i32::MIN, fraction: 0.5 } };
+    let motion = Motion::Trajectory {
+        corners: (1..=MAX_CORNERS as u32).map(corner).collect(),
+        half_blend: 0.25,
+    };
     let limits = Limits::derived(&controller, &DeviceConfig::CAUTIOUS, 0.4);
     Parameters { controller, motion, device: DeviceConfig::CAUTIOUS, limits }
 }
@@ -97,7 +100,8 @@ fn former(laws: &[Gains], drive: DriveConfig, motion: Motion) -> Parameters {
 fn records_of_the_former_formats_are_read_as_they_were_meant() {
     let [ri, rvi, roi, feedforward, dnpf, srnf, ..] = *Gains::EXAMPLES else { unreachable!() };
     // PWM tops of 3818 and 4200 at 168 MHz.
-    let drive = |mode, pwm_hz| DriveConfig { full_scale: 12.0, lsb: 0.0125, mode, pwm_hz, duty_max: 1.0 };
+    let drive =
+        |mode, pwm_hz| DriveConfig { full_scale: 12.0, lsb: 0.0125, mode, pwm_hz, duty_max: 1.0 };
     let antiphase = drive(PwmMode::LockedAntiphase, 168e6 / 7636.0);
     let step = Motion::Step(Position { counts: -2066, fraction: 0.125 });
     let first = former(&[rvi, feedforward], antiphase, step);
@@ -139,9 +143,14 @@ fn reseal(bytes: &mut [u8]) {
 /// Makes a record of entries with a good checksum.
 fn record_of(body: &[u8]) -> Vec<u8, ROOM> {
     let mut bytes = Vec::new();
-    for part in
-        [&b"STIC"[..], &4u32.to_le_bytes(), &[0; 4], &(body.len() as u32).to_le_bytes(), &[0; 4], body]
-    {
+    for part in [
+        &b"STIC"[..],
+        &4u32.to_le_bytes(),
+        &[0; 4],
+        &(body.len() as u32).to_le_bytes(),
+        &[0; 4],
+        body,
+    ] {
         bytes.extend_from_slice(part).unwrap();
     }
     reseal(&mut bytes);
@@ -156,8 +165,10 @@ fn body_of(parameters: &Parameters) -> Vec<u8, ROOM> {
 
 #[test]
 fn a_value_that_a_record_lacks_is_its_default_or_derived_or_named() {
-    let example =
-        Parameters { device: DeviceConfig { soft_start: 0.1, ..DeviceConfig::CAUTIOUS }, ..example() };
+    let example = Parameters {
+        device: DeviceConfig { soft_start: 0.1, ..DeviceConfig::CAUTIOUS },
+        ..example()
+    };
     let body = body_of(&example);
     let without = |key: Key| {
         let entries = body.chunks(6).filter(|entry| !entry.starts_with(&key.0.to_le_bytes()));
@@ -233,7 +244,9 @@ fn a_record_that_is_valid_may_not_fit_a_board() {
     assert_eq!(parameters.fits(&board), Ok(()));
     parameters.controller.drive.pwm_hz = 1299.0;
     assert_eq!(parameters.validate(), Ok(()));
-    assert!(matches!(parameters.fits(&board), Err(DecodeError::Value(error)) if name(error.key) == "pwm_hz"));
+    assert!(
+        matches!(parameters.fits(&board), Err(DecodeError::Value(error)) if name(error.key) == "pwm_hz")
+    );
 }
 
 #[test]
@@ -305,7 +318,10 @@ fn a_bad_value_with_a_good_checksum_names_its_key() {
     assert_eq!(refused(|p| p.device.nominal_supply = 1.0), "nominal_supply_v");
     assert_eq!(refused(|p| p.limits.overspeed = -1.0), "overspeed_deg_per_s");
     assert_eq!(refused(|p| p.limits.position_max = -1.0), "position_max_deg");
-    assert_eq!(refused(|p| p.motion = Motion::Step(Position { counts: 0, fraction: 1.0 })), "steps_deg");
+    assert_eq!(
+        refused(|p| p.motion = Motion::Step(Position { counts: 0, fraction: 1.0 })),
+        "steps_deg"
+    );
     assert_eq!(refused(|p| p.controller.drive.lsb = f32::INFINITY), "lsb_v");
 }
 

@@ -134,16 +134,24 @@ impl Trajectory {
 
     /// Prepares a motion that has been validated in the place of an empty one, so that half a
     /// kilobyte is not copied.
-    pub(crate) fn set(&mut self, corners: &[Corner], half_blend_s: f32, sample_time: f32, resolution: f32) {
+    pub(crate) fn set(
+        &mut self,
+        corners: &[Corner],
+        half_blend_s: f32,
+        sample_time: f32,
+        resolution: f32,
+    ) {
         self.half_blend = half_blend_s / sample_time;
         self.velocity_scale = resolution / sample_time;
         self.acceleration_scale = self.velocity_scale / sample_time;
         let mut rate_before = 0.0;
         for (i, &corner) in corners.iter().enumerate() {
             let rate = match corners.get(i + 1) {
-                Some(next) => {
-                    Rate::between(corner.position, next.position, next.tick.saturating_sub(corner.tick))
-                }
+                Some(next) => Rate::between(
+                    corner.position,
+                    next.position,
+                    next.tick.saturating_sub(corner.tick),
+                ),
                 None => Rate::ZERO,
             };
             let rate_change = rate.counts_per_tick() - rate_before;

@@ -44,7 +44,9 @@ impl ControlLoop {
         parameters.check()?;
         Self::begin_with(place, parameters, hardware)?;
         match place {
-            Some(prepared) => parameters.motion.prepare(&parameters.controller, &mut prepared.course),
+            Some(prepared) => {
+                parameters.motion.prepare(&parameters.controller, &mut prepared.course)
+            }
             None => Ok(()),
         }
     }
@@ -107,7 +109,8 @@ impl ControlLoop {
     #[inline]
     pub(super) fn tick(&mut self, position: i32, supply: u16) -> Tick {
         let travel = position.wrapping_sub(self.zero).wrapping_sub(self.state.counts());
-        let tick = control(&self.course, &self.controller, &mut self.state, Reading { travel, supply });
+        let tick =
+            control(&self.course, &self.controller, &mut self.state, Reading { travel, supply });
         if tick.saturated
             && let Course::Ramp(_) = self.course
         {

@@ -17,7 +17,8 @@ pub(super) struct Follower {
 impl Follower {
     #[inline]
     pub fn update(&mut self, encoder: &Encoder, input: Input) {
-        let state = self.encoder.get_or_insert(EncoderState::start(input.counter, self.seen.position));
+        let state =
+            self.encoder.get_or_insert(EncoderState::start(input.counter, self.seen.position));
         let travel = encoder.update(state, input.counter);
         let position = state.counts();
         self.seen = Seen { travel, position, standstill: self.standstill.update(position) };

@@ -21,8 +21,11 @@ fn parameters(device: DeviceConfig) -> Parameters {
         pwm_hz: 22e3,
         duty_max: 1.0,
     };
-    let encoder =
-        Encoder { resolution: 0.01, counter_bits: CounterBits::ThirtyTwo, direction: Direction::Forward };
+    let encoder = Encoder {
+        resolution: 0.01,
+        counter_bits: CounterBits::ThirtyTwo,
+        direction: Direction::Forward,
+    };
     let controller = ControllerConfig {
         sample_time: 0.01,
         encoder,
@@ -31,7 +34,12 @@ fn parameters(device: DeviceConfig) -> Parameters {
         compensator: heapless::Vec::new(),
         drive,
     };
-    Parameters { controller, motion: Motion::Step(Position::from_counts(250)), device, limits: Limits::OFF }
+    Parameters {
+        controller,
+        motion: Motion::Step(Position::from_counts(250)),
+        device,
+        limits: Limits::OFF,
+    }
 }
 
 fn servo(device: DeviceConfig) -> Servo {
@@ -96,7 +104,10 @@ fn the_first_fault_is_latched() {
         servo.stop();
         assert_eq!(servo.arm(), Err(Refusal::Faulted(fault)));
         let output = tick(&mut servo, 0);
-        assert_eq!((output.state, output.enable, output.duty()), (State::Faulted(fault), false, NEUTRAL));
+        assert_eq!(
+            (output.state, output.enable, output.duty()),
+            (State::Faulted(fault), false, NEUTRAL)
+        );
     }
 }
 
@@ -214,7 +225,10 @@ fn a_ramp_stops_by_itself_and_tells_its_levels() {
         for k in 0.. {
             let output = tick(&mut servo, moved(k));
             if !output.enable {
-                assert_eq!((output.state, output.duty(), output.tick.code), (State::Stopped, NEUTRAL, 0));
+                assert_eq!(
+                    (output.state, output.duty(), output.tick.code),
+                    (State::Stopped, NEUTRAL, 0)
+                );
                 last = k;
                 break;
             }
@@ -226,7 +240,10 @@ fn a_ramp_stops_by_itself_and_tells_its_levels() {
                 (output.tick.v - v).abs() < 1e-6 && output.tick.code == (v / 0.00488 + 0.5) as i16,
                 "{k}"
             );
-            assert_eq!((output.tick.error, output.tick.v_pd, output.tick.saturated), (0.0, 0.0, false));
+            assert_eq!(
+                (output.tick.error, output.tick.v_pd, output.tick.saturated),
+                (0.0, 0.0, false)
+            );
         }
         // A count at tick 41 under the effort of tick 40; the last at tick 100, and a second
         // without any.
@@ -256,7 +273,8 @@ fn a_supply_too_low_for_the_effort_ends_a_ramp_without_levels() {
     assert_eq!(servo.arm(), Ok(()));
     // Two thirds of the nominal supply: 3/2 of the effort, so that 5 V are asked for at 3.33 V,
     // rung 667.
-    let ticks = (0..2000).take_while(|_| servo.tick(Input { counter: 0, supply: 1365 }).enable).count();
+    let ticks =
+        (0..2000).take_while(|_| servo.tick(Input { counter: 0, supply: 1365 }).enable).count();
     assert_eq!(ticks, 666);
     assert_eq!((servo.state(), servo.levels()), (State::Stopped, Some(Levels::default())));
 }

@@ -40,7 +40,9 @@ fn any_bits(kind: Kind, allowed: Allowed) -> BoxedStrategy<u32> {
     match (kind, allowed) {
         (Kind::Number, Allowed::Between(0.0, LARGEST)) => any_gain().prop_map(f32::to_bits).boxed(),
         (Kind::Number, Allowed::Between(low, high)) => (low..=high).prop_map(f32::to_bits).boxed(),
-        (Kind::Number, Allowed::Above(0.0, high)) => any_positive(high).prop_map(f32::to_bits).boxed(),
+        (Kind::Number, Allowed::Above(0.0, high)) => {
+            any_positive(high).prop_map(f32::to_bits).boxed()
+        }
         (Kind::Whole, Allowed::Between(low, high)) => (low as u32..=high as u32).boxed(),
         (Kind::Flag, _) => (0u32..=1).boxed(),
         (Kind::Choice(words), _) => (0..words.len() as u32).boxed(),
@@ -90,8 +92,9 @@ fn any_drive() -> impl Strategy<Value = DriveConfig> {
 fn any_config() -> impl Strategy<Value = ControllerConfig> {
     let counter_bits = prop_oneof![Just(CounterBits::Sixteen), Just(CounterBits::ThirtyTwo)];
     let direction = prop_oneof![Just(Direction::Forward), Just(Direction::Reverse)];
-    let encoder = (any_positive(LARGEST), counter_bits, direction)
-        .prop_map(|(resolution, counter_bits, direction)| Encoder { resolution, counter_bits, direction });
+    let encoder = (any_positive(LARGEST), counter_bits, direction).prop_map(
+        |(resolution, counter_bits, direction)| Encoder { resolution, counter_bits, direction },
+    );
     let pd = (any_gain(), any_gain()).prop_map(|(kp, kd)| PdGains { kp, kd });
     (any_positive(1.0), encoder, 2u32..=16, pd, any_laws(), any_drive()).prop_map(
         |(sample_time, encoder, velocity_window, pd, laws, drive)| ControllerConfig {

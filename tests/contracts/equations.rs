@@ -49,9 +49,9 @@ impl Equation {
                 let speed = tick.reference_velocity;
                 if speed.abs() > v_ff { f64::from(v_slip) * f64::from(speed.signum()) } else { 0.0 }
             }
-            Gains::DiscontinuousNonlinearProportional(DiscontinuousNonlinearProportionalGains {
-                theta_b,
-            }) => {
+            Gains::DiscontinuousNonlinearProportional(
+                DiscontinuousNonlinearProportionalGains { theta_b },
+            ) => {
                 if tick.error.abs() > theta_b || tick.error == 0.0 {
                     0.0
                 } else {
@@ -136,7 +136,10 @@ fn integral_stops_at_the_full_scale_and_leaves_it_at_once() {
     // Increments fall due after 7, 14 and 21 samples, and give 2 V, 4 V, and no more than the full
     // scale.
     let v_c: Vec<_> = (0..=29).map(|_| law.update(&mut state, &pushing)).collect();
-    assert_eq!([6, 7, 13, 14, 20, 21, 28].map(|k: usize| v_c[k]), [0.0, 2.0, 2.0, 4.0, 4.0, 5.0, 5.0]);
+    assert_eq!(
+        [6, 7, 13, 14, 20, 21, 28].map(|k: usize| v_c[k]),
+        [0.0, 2.0, 2.0, 4.0, 4.0, 5.0, 5.0]
+    );
 }
 
 /// An equation with a threshold says to which side it belongs.
@@ -153,16 +156,25 @@ fn laws_switch_at_their_thresholds_and_not_beside_them() {
         let error = |size: f32| LawInput { error: size * sign, ..LawInput::default() };
         assert_eq!([0.5f32, 0.5f32.next_up()].map(|e| acts(RI, error(e))), [true, false]);
         // At the threshold itself the equation gives zero from either side.
-        assert_eq!([0f32, 0.39, 0.4, 0.41].map(|e| acts(DNPF, error(e))), [false, true, false, false]);
+        assert_eq!(
+            [0f32, 0.39, 0.4, 0.41].map(|e| acts(DNPF, error(e))),
+            [false, true, false, false]
+        );
 
         let velocity_error =
             |size: f32| LawInput { velocity_error: size * sign, v_pd: 0.1, ..LawInput::default() };
-        assert_eq!([2.33f32.next_down(), 2.33].map(|v| acts(ROI, velocity_error(v))), [true, false]);
+        assert_eq!(
+            [2.33f32.next_down(), 2.33].map(|v| acts(ROI, velocity_error(v))),
+            [true, false]
+        );
 
         let reference = |size: f32| {
             let setpoint = Setpoint { velocity: size * sign, ..Setpoint::default() };
             LawInput { setpoint, ..LawInput::default() }
         };
-        assert_eq!([0.001f32, 0.001f32.next_up()].map(|v| acts(FEEDFORWARD, reference(v))), [false, true]);
+        assert_eq!(
+            [0.001f32, 0.001f32.next_up()].map(|v| acts(FEEDFORWARD, reference(v))),
+            [false, true]
+        );
     }
 }

@@ -5,9 +5,9 @@ use std::iter::repeat_n;
 use proptest::collection::vec;
 use proptest::prelude::*;
 pub use stiction::compensator::{
-    Compensator, CompensatorState, DiscontinuousNonlinearProportionalGains, FeedforwardGains, Gains,
-    LawInput, LawState, Loop, MAX_TERMS, PreparedLaw, RateVariableIntegralGains, ResetIntegralGains,
-    ResetOffsetIntegralGains, SmoothRobustNonlinearGains,
+    Compensator, CompensatorState, DiscontinuousNonlinearProportionalGains, FeedforwardGains,
+    Gains, LawInput, LawState, Loop, MAX_TERMS, PreparedLaw, RateVariableIntegralGains,
+    ResetIntegralGains, ResetOffsetIntegralGains, SmoothRobustNonlinearGains,
 };
 pub use stiction::drive::{DriveConfig, Duty, PwmMode};
 pub use stiction::encoder::{CounterBits, Direction, Encoder, EncoderState};
@@ -32,15 +32,20 @@ pub const LARGEST: f32 = 1e6;
 // These are the thesis's gains at 20 ms.
 pub const RI: Gains = Gains::ResetIntegral(ResetIntegralGains { ki: 4.0, theta_ri: 0.5 });
 
-pub const RVI: Gains = Gains::RateVariableIntegral(RateVariableIntegralGains { ki: 150.0, gamma: 0.05 });
+pub const RVI: Gains =
+    Gains::RateVariableIntegral(RateVariableIntegralGains { ki: 150.0, gamma: 0.05 });
 
-pub const ROI: Gains = Gains::ResetOffsetIntegral(ResetOffsetIntegralGains { t_roi: 0.14, v_roi: 2.33 });
+pub const ROI: Gains =
+    Gains::ResetOffsetIntegral(ResetOffsetIntegralGains { t_roi: 0.14, v_roi: 2.33 });
 
 pub const FEEDFORWARD: Gains = Gains::Feedforward(FeedforwardGains { v_slip: 0.37, v_ff: 0.001 });
 
 pub const DNPF: Gains =
-    Gains::DiscontinuousNonlinearProportional(DiscontinuousNonlinearProportionalGains { theta_b: 0.40 });
-pub const SRNF: Gains = Gains::SmoothRobustNonlinear(SmoothRobustNonlinearGains { v_ms: 0.40, alpha: 100.0 });
+    Gains::DiscontinuousNonlinearProportional(DiscontinuousNonlinearProportionalGains {
+        theta_b: 0.40,
+    });
+pub const SRNF: Gains =
+    Gains::SmoothRobustNonlinear(SmoothRobustNonlinearGains { v_ms: 0.40, alpha: 100.0 });
 
 /// Every law with the thesis's derivative gain for it (Tables 17 and 18), V/(deg/s): 0.17, and 0.25
 /// for SRNF.
@@ -78,7 +83,10 @@ pub fn controllers() -> Vec<(&'static str, ControllerConfig)> {
     std::iter::once(plain).chain(laws).collect()
 }
 
-pub fn changed(base: &ControllerConfig, change: impl FnOnce(&mut ControllerConfig)) -> ControllerConfig {
+pub fn changed(
+    base: &ControllerConfig,
+    change: impl FnOnce(&mut ControllerConfig),
+) -> ControllerConfig {
     let mut config = base.clone();
     change(&mut config);
     config
@@ -138,7 +146,10 @@ pub fn outputs(ticks: &[Tick]) -> Vec<(i16, Duty)> {
 
 /// Positions of a joint that keeps near its reference.
 pub fn near(reference: &Reference, lags: &[i32]) -> Vec<i32> {
-    (0..).zip(lags).map(|(tick, lag)| reference.at(tick).position.counts.wrapping_add(*lag)).collect()
+    (0..)
+        .zip(lags)
+        .map(|(tick, lag)| reference.at(tick).position.counts.wrapping_add(*lag))
+        .collect()
 }
 
 pub fn sample_of(tick: &Tick) -> LawInput {
@@ -157,7 +168,8 @@ pub fn sample_of(tick: &Tick) -> LawInput {
 pub fn lags() -> impl Strategy<Value = Vec<i32>> {
     let stretch = (prop_oneof![Just(0), -2..=2, -60..=60], 1usize..20);
     (-400..=400, vec(stretch, 1..20)).prop_map(|(mut lag, stretches): (i32, Vec<(i32, usize)>)| {
-        let increments = stretches.into_iter().flat_map(|(increment, ticks)| repeat_n(increment, ticks));
+        let increments =
+            stretches.into_iter().flat_map(|(increment, ticks)| repeat_n(increment, ticks));
         std::iter::once(0)
             .chain(increments)
             .map(|increment| {
@@ -208,7 +220,10 @@ pub fn through(corners: &[Corner], half_blend_s: f32) -> Reference {
 pub const HALF_BLEND_S: f32 = 8.0 * SAMPLE_TIME;
 
 pub fn reference() -> impl Strategy<Value = Reference> {
-    prop_oneof![place().prop_map(step_to), corners().prop_map(|corners| through(&corners, HALF_BLEND_S))]
+    prop_oneof![
+        place().prop_map(step_to),
+        corners().prop_map(|corners| through(&corners, HALF_BLEND_S))
+    ]
 }
 
 pub fn config() -> ProptestConfig {

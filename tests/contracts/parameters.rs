@@ -2,7 +2,9 @@
 
 use std::mem::size_of;
 
-use stiction::compensator::{FIRST_LAW, rate_variable_integral, reset_integral, reset_offset_integral};
+use stiction::compensator::{
+    FIRST_LAW, rate_variable_integral, reset_integral, reset_offset_integral,
+};
 
 use super::fixture::*;
 
@@ -72,7 +74,8 @@ fn every_parameter_of_the_controller_changes_the_output() {
 
 /// Gains for which a twentieth more is the same, with a value that is not: a time of whole ticks,
 /// and a speed that the first blend passes in its first tick.
-const COARSE: [(&str, &str, f32); 2] = [("roi", "t_roi_s", 0.16), ("feedforward", "v_ff_deg_per_s", 0.2)];
+const COARSE: [(&str, &str, f32); 2] =
+    [("roi", "t_roi_s", 0.16), ("feedforward", "v_ff_deg_per_s", 0.2)];
 
 #[test]
 fn every_gain_of_a_law_changes_the_output() {
@@ -85,9 +88,11 @@ fn every_gain_of_a_law_changes_the_output() {
     for (name, _, law) in laws() {
         assert_ne!(output(&[law]), pd, "{name} does nothing");
         for key in keys(&law) {
-            let coarse =
-                COARSE.iter().find(|(of, gain, _)| (*of, *gain) == (name, key.about().unwrap().name));
-            let bits = coarse.map_or_else(|| a_little_else(&law, key), |(_, _, value)| value.to_bits());
+            let coarse = COARSE
+                .iter()
+                .find(|(of, gain, _)| (*of, *gain) == (name, key.about().unwrap().name));
+            let bits =
+                coarse.map_or_else(|| a_little_else(&law, key), |(_, _, value)| value.to_bits());
             let mut changed = law;
             assert_eq!(changed.set(key, bits), Ok(true));
             assert_ne!(output(&[law]), output(&[changed]), "{law:?} is the same as {changed:?}");

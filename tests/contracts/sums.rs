@@ -61,13 +61,19 @@ proptest! {
 fn a_law_may_not_be_there_twice() {
     for (name, _, law) in laws() {
         let before = if law == SRNF { RI } else { SRNF };
-        for (laws, place) in [(vec![law, law], 1), (vec![before, law, law], 2), (vec![law, before, law], 2)] {
+        for (laws, place) in
+            [(vec![law, law], 1), (vec![before, law, law], 2), (vec![law, before, law], 2)]
+        {
             if law.replaces_pd() {
                 continue;
             }
             let error = Controller::new(&configured(0.17, &laws), &STM32F405).unwrap_err();
             let id = f32::from(law.id());
-            assert_eq!((error.key, error.found), (Key(FIRST_LAW.0 + place), id), "{name}: {laws:?}");
+            assert_eq!(
+                (error.key, error.found),
+                (Key(FIRST_LAW.0 + place), id),
+                "{name}: {laws:?}"
+            );
         }
     }
 }

@@ -49,7 +49,8 @@ fn every_number_is_refused_just_outside_its_range_and_taken_at_its_ends() {
         }
         seen += 1;
         let meant = BOUNDS.iter().find(|(of, value, _)| (*of, *value) == (law, name));
-        let (_, _, allowed) = *meant.unwrap_or_else(|| panic!("{law} {name}: say above what is allowed"));
+        let (_, _, allowed) =
+            *meant.unwrap_or_else(|| panic!("{law} {name}: say above what is allowed"));
         let with = |x: f32| {
             let mut config = base.clone();
             assert_eq!(config.set(key, x.to_bits()), Ok(true));
@@ -67,8 +68,14 @@ fn every_number_is_refused_just_outside_its_range_and_taken_at_its_ends() {
             with(smallest).is_ok() && with(largest).is_ok(),
             "{law} `{name}` is refused at the ends of its range"
         );
-        let outside =
-            [f32::NAN, f32::INFINITY, f32::NEG_INFINITY, -1.0, smallest.next_down(), largest.next_up()];
+        let outside = [
+            f32::NAN,
+            f32::INFINITY,
+            f32::NEG_INFINITY,
+            -1.0,
+            smallest.next_down(),
+            largest.next_up(),
+        ];
         // A step down from zero is the smallest negative number, one from that is zero.
         for x in outside.into_iter().filter(|x| !allowed.includes(*x)) {
             let error = with(x).expect_err(name);
@@ -106,13 +113,21 @@ fn drive_and_window_are_refused_just_outside_their_ranges() {
     for hz in [f32::NAN, -22e3, 0.0, 1300f32.next_down(), 5.25e6f32.next_up(), 1e9f32.next_up()] {
         let config = changed(&configured(0.17, &[RI]), |config| config.drive.pwm_hz = hz);
         let error = Controller::new(&config, &STM32F405).unwrap_err();
-        assert_eq!((name_of(error), error.allowed), ("pwm_hz", Allowed::Between(1300.0, 5.25e6)), "{hz}");
+        assert_eq!(
+            (name_of(error), error.allowed),
+            ("pwm_hz", Allowed::Between(1300.0, 5.25e6)),
+            "{hz}"
+        );
     }
     for hz in [1300.0, 5.25e6] {
         assert_eq!(refused(&|config| config.drive.pwm_hz = hz), None, "{hz}");
     }
     for window in [0, 1, 17, u32::MAX] {
-        assert_eq!(refused(&|config| config.velocity_window = window), Some("velocity_window"), "{window}");
+        assert_eq!(
+            refused(&|config| config.velocity_window = window),
+            Some("velocity_window"),
+            "{window}"
+        );
     }
     for window in [2, 16] {
         assert_eq!(refused(&|config| config.velocity_window = window), None, "{window}");
@@ -146,7 +161,11 @@ fn trajectory_is_refused_unless_its_blends_have_room() {
     };
     assert_eq!(key_of(0.01, SAMPLE_TIME, RESOLUTION), None);
     for half_blend_s in [f32::NAN, -0.25, 0.0, (0.5 * SAMPLE_TIME).next_down(), f32::INFINITY] {
-        assert_eq!(key_of(half_blend_s, SAMPLE_TIME, RESOLUTION), Some("half_blend_s"), "{half_blend_s}");
+        assert_eq!(
+            key_of(half_blend_s, SAMPLE_TIME, RESOLUTION),
+            Some("half_blend_s"),
+            "{half_blend_s}"
+        );
     }
     for sample_time in [f32::NAN, -0.02, 0.0, 1f32.next_up()] {
         assert_eq!(key_of(0.25, sample_time, RESOLUTION), Some("sample_time_s"), "{sample_time}");

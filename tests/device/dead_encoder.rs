@@ -68,7 +68,11 @@ fn an_encoder_that_is_dead_from_rest_is_seen_under_every_law_and_error() {
             if is_armed {
                 // The law asks for less than starts the joint, and may do so for ever.
                 assert!(travel == 0.0, "{law}, {error} deg: armed after {travel} deg");
-                assert!(output.tick.v_applied.abs() <= 0.4, "{law}, {error} deg: {:?}", output.tick);
+                assert!(
+                    output.tick.v_applied.abs() <= 0.4,
+                    "{law}, {error} deg: {:?}",
+                    output.tick
+                );
                 continue;
             }
             assert_eq!(output.state, State::Faulted(Fault::Stall), "{law}, {error} deg");

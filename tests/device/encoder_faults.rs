@@ -58,7 +58,12 @@ fn spoiled(rate: f64, sign: i32, both_ways: bool) -> (f64, i64, State) {
 fn slow_loss_of_counts_is_not_seen_and_shifts_the_joint_by_what_was_lost() {
     for rate in [1e-4, 1e-3, 1e-2] {
         let (position, lost, state) = spoiled(rate, 1, false);
-        reliability!("lost-edges", one_in = (1.0 / rate).round(), lost, error_deg = format!("{position:.3}"));
+        reliability!(
+            "lost-edges",
+            one_in = (1.0 / rate).round(),
+            lost,
+            error_deg = format!("{position:.3}")
+        );
         assert_eq!(state, State::Armed);
         // Out 50 deg are 20 661 edges. Where counts were lost on the way out, the joint went too
         // far by them and came back to a place as far beyond zero; SRNF itself rests within ten
@@ -68,7 +73,10 @@ fn slow_loss_of_counts_is_not_seen_and_shifts_the_joint_by_what_was_lost() {
             "{rate}: {position} deg, {lost} lost"
         );
         let expected = 20_661.0 * rate;
-        assert!((lost as f64 - expected).abs() < 5.0 * expected.sqrt() + 1.0, "{lost} of {expected}");
+        assert!(
+            (lost as f64 - expected).abs() < 5.0 * expected.sqrt() + 1.0,
+            "{lost} of {expected}"
+        );
     }
     let (position, lost, state) = spoiled(1e-2, 1, true);
     reliability!("lost-both-ways", one_in = 100, lost, error_deg = format!("{position:.3}"));
@@ -117,8 +125,10 @@ fn wires_that_are_cut_or_swapped_on_the_way_stop_the_joint_in_a_bounded_time_and
         simulated.ticks(200);
         let from = simulated.position_deg();
         simulated.wires = wires;
-        let (ticks, state) =
-            (1..200).map(|k| (k, simulated.tick().state)).find(|(_, s)| *s != State::Armed).unwrap();
+        let (ticks, state) = (1..200)
+            .map(|k| (k, simulated.tick().state))
+            .find(|(_, s)| *s != State::Armed)
+            .unwrap();
         let (time, travel) = (f64::from(ticks) * 0.02, (simulated.position_deg() - from).abs());
         let State::Faulted(fault) = state else { panic!("{state:?}") };
         let what = match wires {

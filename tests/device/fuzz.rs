@@ -109,7 +109,8 @@ fn entries(random: &mut Random) -> heapless::Vec<u8, CHUNK> {
     let srnf = SmoothRobustNonlinearGains { v_ms: random.real(), alpha: random.real() };
     let ri = ResetIntegralGains { ki: random.real(), theta_ri: random.real() };
     let one = [Gains::SmoothRobustNonlinear(srnf), Gains::ResetIntegral(ri)];
-    let laws: heapless::Vec<_, MAX_TERMS> = one.into_iter().take(random.below(3) as usize).collect();
+    let laws: heapless::Vec<_, MAX_TERMS> =
+        one.into_iter().take(random.below(3) as usize).collect();
     let pd = PdGains { kp: random.real(), kd: random.real() };
     let mut room = [0; CHUNK];
     let mut length = form::write(&pd, &mut room).unwrap();

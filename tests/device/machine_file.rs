@@ -67,7 +67,8 @@ fn what_no_file_can_say_is_refused_and_not_changed() {
 
 #[test]
 fn changes_are_named_by_their_keys() {
-    let (before, after) = (srnf(&[]), srnf(&["controller.srnf.kp_v_per_deg=2", "limits.stall_v=1.5"]));
+    let (before, after) =
+        (srnf(&[]), srnf(&["controller.srnf.kp_v_per_deg=2", "limits.stall_v=1.5"]));
     let found = changes(&before, &after).unwrap();
     assert_eq!(changes(&before, &before).unwrap(), Vec::<String>::new());
     // A value that is derived from Kp changes with it, and is told.
@@ -157,7 +158,8 @@ fn machine() -> impl Strategy<Value = Parameters> {
             config.encoder.resolution = 1e-4 + n[1];
             config.encoder.counter_bits =
                 if flags[0] { CounterBits::Sixteen } else { CounterBits::ThirtyTwo };
-            config.encoder.direction = if flags[1] { Direction::Forward } else { Direction::Reverse };
+            config.encoder.direction =
+                if flags[1] { Direction::Forward } else { Direction::Reverse };
             let full_scale = 0.1 + 50.0 * n[2];
             config.drive = DriveConfig {
                 full_scale,

@@ -26,7 +26,9 @@ fn cut_at_each(
     whole.save(new).unwrap();
     let operations = whole.flash().operations();
     let (mut cuts, mut news) = (0, 0);
-    for (after, remains) in (0..operations).flat_map(|after| remains().map(move |remains| (after, remains))) {
+    for (after, remains) in
+        (0..operations).flat_map(|after| remains().map(move |remains| (after, remains)))
+    {
         let mut store = before.clone();
         store.flash().cut(Cut { after, remains });
         assert_eq!(store.save(new), Err(SaveError::Flash), "{after} {remains:?}");
@@ -47,7 +49,8 @@ fn cut_at_each(
 
 #[test]
 fn a_cut_at_any_write_or_erase_leaves_the_old_or_the_new_set_whole() {
-    let sets = [1.0, 2.0, 3.0, 4.0].map(|kp| srnf(&[&format!("controller.srnf.kp_v_per_deg={kp}")]));
+    let sets =
+        [1.0, 2.0, 3.0, 4.0].map(|kp| srnf(&[&format!("controller.srnf.kp_v_per_deg={kp}")]));
     let mut store = stored(&sets[0]);
     let mut all = (0, 0);
     for [old, new] in [[0, 1], [1, 2], [2, 3]].map(|pair| pair.map(|i: usize| &sets[i])) {

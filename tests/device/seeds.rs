@@ -80,10 +80,12 @@ fn script() -> Vec<u8> {
 /// The seeds that are made here: target, name and content of each.
 fn made() -> Vec<(&'static str, &'static str, Vec<u8>)> {
     let frames = requests().into_iter().zip(1..);
-    let frames = frames.flat_map(|(content, number)| encode(&Numbered { number, content }).unwrap());
+    let frames =
+        frames.flat_map(|(content, number)| encode(&Numbered { number, content }).unwrap());
     let ramp = &plans("friction-identification", &[])[0];
     let trajectory = &plans("trajectory", &[])[0];
-    let record = |parameters: &stiction::Parameters| parameters.encode(1, &mut [0; ROOM]).unwrap().to_vec();
+    let record =
+        |parameters: &stiction::Parameters| parameters.encode(1, &mut [0; ROOM]).unwrap().to_vec();
     let toml = |name| host_sim::experiment::find(name).unwrap().toml.as_bytes().to_vec();
     vec![
         ("frame", "made-requests", frames.collect()),

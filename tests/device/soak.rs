@@ -13,7 +13,8 @@ use crate::fixture::plans;
 #[test]
 fn an_hour_of_moves_neither_drifts_nor_loses_a_sample_unreported() {
     let plan = &plans("step-response", &["loop.controller=srnf", "reference.steps_deg=[5.0]"])[0];
-    let mut client = Client::connect(SimulatedWire::new(SimulatedDevice::new(plan).unwrap())).unwrap();
+    let mut client =
+        Client::connect(SimulatedWire::new(SimulatedDevice::new(plan).unwrap())).unwrap();
     let signals = 1 << index("counts") | 1 << index("status");
     client.arm().unwrap();
     client.subscribe(signals, 10).unwrap();
@@ -39,7 +40,10 @@ fn an_hour_of_moves_neither_drifts_nor_loses_a_sample_unreported() {
         }
     }
     let status = client.status().unwrap();
-    assert_eq!((status.state, status.faults, status.bad_frames, status.dropped), (StateCode::Armed, 0, 0, 0));
+    assert_eq!(
+        (status.state, status.faults, status.bad_frames, status.dropped),
+        (StateCode::Armed, 0, 0, 0)
+    );
     assert_eq!((client.lost(), u64::from(last.unwrap()) + 1), (0, samples));
     // A sample comes every ten ticks of 50 Hz: 18 000 in the hour, and those of the last moves.
     assert!((17_990..18_100).contains(&samples), "{samples}");

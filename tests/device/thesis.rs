@@ -23,7 +23,8 @@ fn no_default_threshold_stops_an_experiment() {
     // The runs have the default's soft start and, as in the thesis, none.
     let (mut runs, mut tripped) = (0, Vec::new());
     // The experiments of the friction lab have no drive.
-    let driven = builtins().iter().filter(|builtin| !Document::open(builtin.name).unwrap().is_lab());
+    let driven =
+        builtins().iter().filter(|builtin| !Document::open(builtin.name).unwrap().is_lab());
     for (name, soft_start) in driven.flat_map(|b| [(b.name, "0.5"), (b.name, "0.0")]) {
         for plan in plans(name, &[&format!("device.soft_start_s={soft_start}")]) {
             if matches!(plan.task, Task::Ramp(_)) {
@@ -38,7 +39,8 @@ fn no_default_threshold_stops_an_experiment() {
     }
     // Eq. 37 read in SI is an unstable loop between the limits of its output, which monitors are to
     // stop.
-    let (literal, others): (Vec<_>, Vec<_>) = tripped.iter().partition(|line| line.contains("literal-si"));
+    let (literal, others): (Vec<_>, Vec<_>) =
+        tripped.iter().partition(|line| line.contains("literal-si"));
     assert!(others.is_empty(), "{others:#?}");
     assert_eq!(literal.len(), 2 * laws().count(), "{literal:#?}");
     assert!(runs > 100, "{runs}");
@@ -105,12 +107,18 @@ fn the_default_speed_limit_costs_srnf_large_steps() {
         // Until the error is down to 5 V + Kd v, the effort is the full scale, and v^2 / (2 kappa
         // 4.1 V) the way: under SRNF 50 deg/s are reached by a step of 29 deg at the latest. The
         // others overshoot by more than the following error first.
-        let (expected, by) =
-            if law == "srnf" { (24..30, Fault::Overspeed) } else { (25..50, Fault::FollowingError) };
+        let (expected, by) = if law == "srnf" {
+            (24..30, Fault::Overspeed)
+        } else {
+            (25..50, Fault::FollowingError)
+        };
         assert!(expected.contains(&(deg - 1)) && fault == by, "{law}: {deg} {fault:?}");
         // The bound of the motor costs no step of any law.
         assert_eq!(free_fault, Fault::FollowingError, "{law}: {free_deg}");
-        assert!(if law == "srnf" { free_deg > deg } else { free_deg == deg }, "{law}: {deg}, {free_deg}");
+        assert!(
+            if law == "srnf" { free_deg > deg } else { free_deg == deg },
+            "{law}: {deg}, {free_deg}"
+        );
     }
 }
 
@@ -126,7 +134,8 @@ fn the_default_speed_limit_stops_an_unstable_loop_at_once() {
         let found: Vec<_> = all.map(|plan| until_fault(&plan, 500)).collect();
         let (loops, faults) = (found.len(), found.iter().flatten().map(|(_, fault)| *fault));
         let by = |monitor| faults.clone().filter(|fault| *fault == monitor).count();
-        let (speed, jump, seen) = (by(Fault::Overspeed), by(Fault::EncoderJump), faults.clone().count());
+        let (speed, jump, seen) =
+            (by(Fault::Overspeed), by(Fault::EncoderJump), faults.clone().count());
         let slowest = found.iter().flatten().map(|(tick, _)| *tick).max();
         let slowest_s = slowest.map_or(0.0, |tick| f64::from(tick) * 0.02);
         let (others, time_s) = (seen - speed - jump, format!("{slowest_s:.2}"));
@@ -145,5 +154,8 @@ fn the_default_speed_limit_stops_an_unstable_loop_at_once() {
         "{speed} + {jump} of {loops}, {slowest_s} s"
     );
     let (loops, [speed, jump, others], _) = unstable("no-load speed", &NO_LOAD);
-    assert!(loops == all && speed + jump == 0 && others < all, "{speed} + {jump}, {others} of {loops}");
+    assert!(
+        loops == all && speed + jump == 0 && others < all,
+        "{speed} + {jump}, {others} of {loops}"
+    );
 }

@@ -16,8 +16,12 @@ fn refusal(path: &Path) -> String {
 fn patched(name: &str, from: &[u8], to: &[u8]) -> String {
     assert_eq!(from.len(), to.len());
     let mut bytes = fs::read(image()).unwrap();
-    let places: Vec<usize> =
-        bytes.windows(from.len()).enumerate().filter(|(_, w)| *w == from).map(|(at, _)| at).collect();
+    let places: Vec<usize> = bytes
+        .windows(from.len())
+        .enumerate()
+        .filter(|(_, w)| *w == from)
+        .map(|(at, _)| at)
+        .collect();
     assert!(!places.is_empty(), "the image does not hold {from:?}");
     for at in places {
         bytes[at..at + to.len()].copy_from_slice(to);
@@ -31,8 +35,14 @@ fn patched(name: &str, from: &[u8], to: &[u8]) -> String {
 #[test]
 fn a_missing_file_a_text_and_a_program_of_this_machine() {
     let missing = refusal(Path::new("no/such/image"));
-    assert!(missing.contains("no/such/image") && missing.contains("cargo xtask firmware"), "{missing}");
-    assert!(refusal(&Path::new(env!("CARGO_MANIFEST_DIR")).join("Cargo.toml")).contains("not an ELF file"));
+    assert!(
+        missing.contains("no/such/image") && missing.contains("cargo xtask firmware"),
+        "{missing}"
+    );
+    assert!(
+        refusal(&Path::new(env!("CARGO_MANIFEST_DIR")).join("Cargo.toml"))
+            .contains("not an ELF file")
+    );
     let own = refusal(&std::env::current_exe().unwrap());
     assert!(own.contains("Cortex-M4") || own.contains("not an ELF file"), "{own}");
 }
@@ -50,7 +60,10 @@ fn another_chip_and_another_core() {
 #[test]
 fn an_image_that_does_not_keep_its_ticks() {
     let other = patched("ticks", b"\0STICTION_LAST_TICK\0", b"\0STICTION_LOST_TICK\0");
-    assert!(other.contains("STICTION_LAST_TICK") && other.contains("cargo xtask firmware"), "{other}");
+    assert!(
+        other.contains("STICTION_LAST_TICK") && other.contains("cargo xtask firmware"),
+        "{other}"
+    );
 }
 
 #[test]

@@ -8,14 +8,20 @@ use crate::common::{emulation, plans};
 
 fn assert_same(host: &RunResult, image: &RunResult) {
     let label = &host.plan.label;
-    let (Trace::Loop(a), Trace::Loop(b)) = (&host.trace, &image.trace) else { panic!("{label} is a ramp") };
+    let (Trace::Loop(a), Trace::Loop(b)) = (&host.trace, &image.trace) else {
+        panic!("{label} is a ramp")
+    };
     if let Some(difference) = first_difference(a, b) {
         panic!("{label}: {difference}");
     }
     assert_eq!(a, b, "{label}: the joint's own motion");
     assert_eq!(host.events, image.events, "{label}");
     assert_eq!(host.metrics, image.metrics, "{label}");
-    assert_eq!((host.unstable, host.diverged_at_s), (image.unstable, image.diverged_at_s), "{label}");
+    assert_eq!(
+        (host.unstable, host.diverged_at_s),
+        (image.unstable, image.diverged_at_s),
+        "{label}"
+    );
 }
 
 fn same_on_both(plans: &[RunPlan]) {
@@ -42,7 +48,8 @@ fn added_friction_and_wrong_gains() {
     for name in ["step-added-friction", "srnf-added-friction", "srnf-robustness"] {
         same_on_both(&plans(name, &[], &[]));
     }
-    // Five times the gain, with and without a sample of delay: the first blend and two seconds of the first flank.
+    // Five times the gain, with and without a sample of delay: the first blend and two seconds of
+    // the first flank.
     same_on_both(&plans("high-gain", &[], &["run.duration_s=3"]));
 }
 
@@ -63,7 +70,11 @@ fn a_disc_that_counts_down_and_one_that_does_not_rest_at_zero() {
 #[test]
 fn a_sample_of_delay_and_a_millisecond_of_sample_time() {
     same_on_both(&plans("step-response", &["srnf"], &["run.duration_s=2", "run.delay_samples=1"]));
-    same_on_both(&plans("step-response", &["pd", "srnf"], &["run.duration_s=1", "loop.sample_time_s=0.001"]));
+    same_on_both(&plans(
+        "step-response",
+        &["pd", "srnf"],
+        &["run.duration_s=1", "loop.sample_time_s=0.001"],
+    ));
 }
 
 #[test]
@@ -95,8 +106,14 @@ fn rk4_moves_the_joint_as_well() {
 #[test]
 fn the_same_run_takes_the_same_instructions() {
     let plans = plans("step-response", &["srnf"], &["run.duration_s=1"]);
-    let instructions =
-        || emulation().run_all(&plans).unwrap().into_iter().map(|run| run.instructions).collect::<Vec<_>>();
+    let instructions = || {
+        emulation()
+            .run_all(&plans)
+            .unwrap()
+            .into_iter()
+            .map(|run| run.instructions)
+            .collect::<Vec<_>>()
+    };
     let first = instructions();
     assert!(first.iter().all(|count| *count > 0));
     assert_eq!(first, instructions());

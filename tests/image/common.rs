@@ -8,13 +8,14 @@ use host_sim::experiment::{Document, Experiment, RunPlan};
 /// Set by `cargo xtask test`.
 const IMAGE: &str = "STICTION_IMAGE";
 
-/// The image's path. A test that cannot find it fails: one that is skipped looks like one that has passed.
+/// The image's path. A test that cannot find it fails: one that is skipped looks like one that has
+/// passed.
 pub fn image() -> PathBuf {
     match std::env::var_os(IMAGE) {
         Some(path) => path.into(),
         None => panic!(
-            "{IMAGE} does not name a flash image: run `cargo xtask test`, or `cargo xtask firmware` and then this with \
-             {IMAGE}=<the file that it leaves>"
+            "{IMAGE} does not name a flash image: run `cargo xtask test`, or `cargo xtask firmware` \
+             and then this with {IMAGE}=<the file that it leaves>"
         ),
     }
 }

@@ -3,7 +3,7 @@
 use std::sync::Arc;
 
 use host_sim::emulator::FirmwareImage;
-use host_sim::emulator::metered::{EVERYTHING_ON, count};
+use host_sim::emulator::counted::{EVERYTHING_ON, count};
 use host_sim::emulator::probe::{Points, TickCost};
 use host_sim::firmware::blocks::Blocks;
 use host_sim::firmware::budgets::INTERRUPT_INSTRUCTIONS;
@@ -49,9 +49,12 @@ fn the_same_run_costs_the_same_in_every_tick() {
     assert_eq!(ticks.len(), 52);
     for tick in &ticks {
         let TickCost { interrupt, core } = tick;
-        // Servo, monitors, bridge and queue are more than a hundred instructions around the core's tick, and the whole is
-        // within its budget.
-        assert!(interrupt.instructions - core.instructions > 100 && core.instructions > 100, "{tick:?}");
+        // Servo, monitors, bridge and queue are more than a hundred instructions around the core's
+        // tick, and the whole is within its budget.
+        assert!(
+            interrupt.instructions - core.instructions > 100 && core.instructions > 100,
+            "{tick:?}"
+        );
         assert!(interrupt.instructions <= INTERRUPT_INSTRUCTIONS, "{tick:?}");
         // No instruction takes less than a cycle, and the mean of this code is well below three.
         for cost in [interrupt, core] {
@@ -67,9 +70,10 @@ fn the_same_run_costs_the_same_in_every_tick() {
 
 #[test]
 fn soft_start_and_supply_are_counted() {
-    // Both are a part of the core's tick. Of the least tick: the others depend on how the joint moves, which is not the
-    // same without them.
-    let least = |set: &[&str]| counted(set).0.iter().map(|tick| tick.core.instructions).min().unwrap();
+    // Both are a part of the core's tick. Of the least tick: the others depend on how the joint
+    // moves, which is not the same without them.
+    let least =
+        |set: &[&str]| counted(set).0.iter().map(|tick| tick.core.instructions).min().unwrap();
     let everything = least(&[]);
     // Each alone takes some instructions away when it is off.
     let without_supply = least(&["device.nominal_supply_v=0", "device.supply_full_scale_v=0"]);

@@ -1,16 +1,19 @@
-//! The program stops doing its work while the motor is driven. The image is the product's own, to the byte, but for one
-//! test that says so; what goes wrong is done to the part around it.
+//! The program stops doing its work while the motor is driven. The image is the product's own, to
+//! the byte, but for one test that says so; what goes wrong is done to the part around it.
 //!
-//! Blind to what a real part does in the same distress: a RAM that forgets, a bus that hangs, a supply that sags slowly.
+//! Blind to what a real part does in the same distress: a RAM that forgets, a bus that hangs, a
+//! supply that sags slowly.
 
 use std::sync::Arc;
 
 use host_sim::emulator::FirmwareImage;
-use host_sim::emulator::bench::{Mishap, Observed, observe};
 use host_sim::emulator::board::Fitted;
+use host_sim::emulator::fault_injection::{Injection, Observed, observe};
 
-use crate::bench::{AT, MS, UNTIL, assert_off_after, bench, firmware, parameters, parameters_with};
 use crate::common::image;
+use crate::fault_injection::{
+    AT, MS, UNTIL, assert_off_after, firmware, inject, parameters, parameters_with,
+};
 use crate::stuck::{function, patched};
 
 /// One instruction at 168 MHz, rounded up.
@@ -20,8 +23,8 @@ const TIM2_CNT: u64 = 0x4000_0024;
 /// Data sheet, the oscillator of the watchdog: slowest, typical, fastest, Hz.
 const LSI_HZ: [u64; 3] = [17_000, 32_000, 47_000];
 
-fn crash(mishaps: &[(u64, Mishap)]) -> Observed {
-    let observed = bench(Some(&parameters()), Fitted::default(), mishaps);
+fn crash(injections: &[(u64, Injection)]) -> Observed {
+    let observed = inject(Some(&parameters()), Fitted::default(), injections);
     assert_driven_before(&observed);
     observed
 }
@@ -39,13 +42,14 @@ fn assert_off_before_the_reset(observed: &Observed) {
     assert!(off < reset.at.0, "off at {off}, reset at {}", reset.at.0);
 }
 
-/// The watchdog that nobody feeds any more: the reset comes when `watchdog.rs` says, counted from the last time that it
-/// was fed, which is a tick before `AT` at most, or so many later. The bridge is off from then on.
-fn assert_starved(sample_time_ms: u64, lsi_hz: u64, mishap: Mishap, later: u64) {
+/// The watchdog that nobody feeds any more: the reset comes when `watchdog.rs` says, counted from
+/// the last time that it was fed, which is a tick before `AT` at most, or so many later. The bridge
+/// is off from then on.
+fn assert_starved(sample_time_ms: u64, lsi_hz: u64, injection: Injection, later: u64) {
     let parameters = parameters_with(&[&format!("loop.sample_time_s={}e-3", sample_time_ms)]);
     let fitted = Fitted { lsi_hz, ..Fitted::default() };
-    let observed = bench(Some(&parameters), fitted, &[(AT, mishap)]);
-    let case = format!("{mishap:?}, {sample_time_ms} ms, {lsi_hz} Hz");
+    let observed = inject(Some(&parameters), fitted, &[(AT, injection)]);
+    let case = format!("{injection:?}, {sample_time_ms} ms, {lsi_hz} Hz");
     assert_driven_before(&observed);
     let [reset] = observed.resets[..] else { panic!("{case}: resets {:?}", observed.resets) };
     let shortest_ms = (3 * sample_time_ms).max(10);
@@ -62,23 +66,26 @@ fn assert_starved(sample_time_ms: u64, lsi_hz: u64, mishap: Mishap, later: u64) 
 fn a_tick_that_stops_is_ended_by_the_watchdog() {
     for sample_time_ms in [20, 1] {
         for lsi_hz in LSI_HZ {
-            assert_starved(sample_time_ms, lsi_hz, Mishap::TickStops, 0);
+            assert_starved(sample_time_ms, lsi_hz, Injection::TickStops, 0);
         }
     }
 }
 
 #[test]
 fn a_processor_that_stands_still_is_ended_by_the_watchdog() {
-    assert_starved(20, LSI_HZ[1], Mishap::CoreStalls, 0);
-    assert_starved(1, LSI_HZ[1], Mishap::CoreStalls, 0);
+    assert_starved(20, LSI_HZ[1], Injection::CoreStalls, 0);
+    assert_starved(1, LSI_HZ[1], Injection::CoreStalls, 0);
 }
 
 #[test]
 fn a_link_that_never_ends_is_ended_by_the_watchdog_though_the_control_task_goes_on() {
-    // The ring of bytes from the wire begins with two words, where it is read and where it is written. One that is written
-    // beyond its end is never read to its end, and without a zero in it no frame ends, either.
-    let [(ring, size)] = firmware().variable("from_wire")[..] else { panic!("the ring is not found") };
-    let endless = Mishap::Corrupts { address: ring + 4, length: size - 4, to: 0xFF };
+    // The ring of bytes from the wire begins with two words, where it is read and where it is
+    // written. One that is written beyond its end is never read to its end, and without a zero in
+    // it no frame ends, either.
+    let [(ring, size)] = firmware().variable("from_wire")[..] else {
+        panic!("the ring is not found")
+    };
+    let endless = Injection::Corrupts { address: ring + 4, length: size - 4, to: 0xFF };
     for sample_time_ms in [20, 1] {
         // Fed by the next tick once more, since link and log have run after the one before.
         assert_starved(sample_time_ms, LSI_HZ[1], endless, 1);
@@ -87,12 +94,15 @@ fn a_link_that_never_ends_is_ended_by_the_watchdog_though_the_control_task_goes_
 
 #[test]
 fn a_panic_turns_the_bridge_off_and_is_told() {
-    // The logger's own lock looks taken: its next line, within a tenth of a second, panics with all interrupts masked.
+    // The logger's own lock looks taken: its next line, within a tenth of a second, panics with all
+    // interrupts masked.
     let lock = firmware().variable("RTT_ENCODER");
     assert!(!lock.is_empty());
-    let mishaps: Vec<_> =
-        lock.into_iter().map(|(address, length)| (AT, Mishap::Corrupts { address, length, to: 1 })).collect();
-    let observed = crash(&mishaps);
+    let injections: Vec<_> = lock
+        .into_iter()
+        .map(|(address, length)| (AT, Injection::Corrupts { address, length, to: 1 }))
+        .collect();
+    let observed = crash(&injections);
     assert_off_after(&observed, AT, 120 * MS);
     assert_off_before_the_reset(&observed);
     assert!(observed.says("panic in") && observed.says("line"), "{:?}", observed.log);
@@ -101,30 +111,42 @@ fn a_panic_turns_the_bridge_off_and_is_told() {
 
 #[test]
 fn a_hard_fault_turns_the_bridge_off_and_is_told() {
-    let observed = crash(&[(AT, Mishap::BusError { address: TIM2_CNT })]);
+    let observed = crash(&[(AT, Injection::BusError { address: TIM2_CNT })]);
     assert_off_after(&observed, AT, 20 * MS);
     assert_off_before_the_reset(&observed);
     // CFSR: a precise data bus error with a valid address.
-    assert!(observed.says("hard fault at 0x80") && observed.says("status 0x8200"), "{:?}", observed.log);
+    assert!(
+        observed.says("hard fault at 0x80") && observed.says("status 0x8200"),
+        "{:?}",
+        observed.log
+    );
     assert!(observed.says("faulted: hard fault"), "{:?}", observed.log);
 }
 
 #[test]
 fn an_exception_without_a_handler_is_told() {
-    // A copy of the image whose task of the log makes a supervisor call (11 in the vector table), at each start.
+    // A copy of the image whose task of the log makes a supervisor call (11 in the vector table),
+    // at each start.
     let path = image();
     let supervisor_call = [0x00, 0xDF];
-    let image = FirmwareImage::parse(&path, patched(|_| function("SPI1"), &supervisor_call)).unwrap();
+    let image =
+        FirmwareImage::parse(&path, patched(|_| function("SPI1"), &supervisor_call)).unwrap();
     let records = [Some(&parameters()[..]), None];
     let observed = observe(&Arc::new(image), records, Fitted::default(), &[], 100 * MS).unwrap();
-    assert!(observed.says("panic in an exception without a handler, line 11"), "{:?}", observed.log);
+    assert!(
+        observed.says("panic in an exception without a handler, line 11"),
+        "{:?}",
+        observed.log
+    );
     assert!(observed.resets.len() > 1 && observed.on_ns.is_empty(), "{observed:?}");
 }
 
 #[test]
 fn an_overrun_is_latched_and_a_short_stall_is_not_one() {
-    // 30 ms: at least one tick of 20 ms begins more than a quarter of a period late, and the watchdog does not mind yet.
-    let stall = |ms: u64| crash(&[(AT, Mishap::CoreStalls), (AT + ms * MS, Mishap::CoreGoesOn)]);
+    // 30 ms: at least one tick of 20 ms begins more than a quarter of a period late, and the
+    // watchdog does not mind yet.
+    let stall =
+        |ms: u64| crash(&[(AT, Injection::CoreStalls), (AT + ms * MS, Injection::CoreGoesOn)]);
     let observed = stall(30);
     assert!(observed.resets.is_empty(), "{:?}", observed.resets);
     assert_off_after(&observed, AT + 30 * MS, MS);
@@ -139,13 +161,13 @@ fn a_brown_out_is_told_whether_or_not_the_memory_survives() {
     let forgets: Vec<_> = firmware()
         .variable("KEPT")
         .into_iter()
-        .map(|(address, length)| (AT, Mishap::Corrupts { address, length, to: 0xA5 }))
+        .map(|(address, length)| (AT, Injection::Corrupts { address, length, to: 0xA5 }))
         .collect();
     assert!(!forgets.is_empty());
     for after in [Vec::new(), forgets] {
-        let mut mishaps = vec![(AT, Mishap::BrownOut)];
-        mishaps.extend(after);
-        let observed = crash(&mishaps);
+        let mut injections = vec![(AT, Injection::BrownOut)];
+        injections.extend(after);
+        let observed = crash(&injections);
         // The part can be stopped between two instructions only.
         assert_off_after(&observed, AT, AN_INSTRUCTION_NS);
         assert!(observed.says("reset by brown-out"), "{:?}", observed.log);
@@ -155,9 +177,16 @@ fn a_brown_out_is_told_whether_or_not_the_memory_survives() {
 
 #[test]
 fn the_reset_after_a_crash_that_was_told_starts_clean() {
-    let observed = crash(&[(AT, Mishap::BusError { address: TIM2_CNT }), (AT + 300 * MS, Mishap::Reset)]);
+    let observed = crash(&[
+        (AT, Injection::BusError { address: TIM2_CNT }),
+        (AT + 300 * MS, Injection::Reset),
+    ]);
     assert_eq!(observed.resets.len(), 2, "{:?}", observed.resets);
     // On, off between the hard fault and the button, and on again.
     assert_eq!(observed.on_ns.len(), 2, "{observed:#?}");
-    assert!(observed.on_ns[1][0] > AT + 300 * MS && observed.on_after(UNTIL - MS), "{:?}", observed.on_ns);
+    assert!(
+        observed.on_ns[1][0] > AT + 300 * MS && observed.on_after(UNTIL - MS),
+        "{:?}",
+        observed.on_ns
+    );
 }

@@ -1,5 +1,5 @@
-//! A client of the image on the emulated board, through the board's own USART: the same answers, and the same motion to
-//! the bit, as of a device that is simulated in process.
+//! A client of the image on the emulated board, through the board's own USART: the same answers,
+//! and the same motion to the bit, as of a device that is simulated in process.
 
 use std::time::Duration;
 
@@ -9,14 +9,14 @@ use host_sim::device::log::Log;
 use host_sim::device::signals::Signals;
 use host_sim::device::simulated::SimulatedDevice;
 use host_sim::device::wire::{SimulatedWire, Wire};
-use host_sim::emulator::bench::Mishap;
+use host_sim::emulator::fault_injection::Injection;
 use host_sim::emulator::wire::EmulatedWire;
 use host_sim::experiment::RunPlan;
 use stiction::Fault;
 use stiction::link::{Kind, Sample, StateCode};
 
-use crate::bench::firmware;
 use crate::common::plans;
+use crate::fault_injection::firmware;
 
 fn plan(law: &str, set: &[&str]) -> RunPlan {
     plans("step-response", &[law], &[&["drive.pwm_hz=2000"], set].concat()).remove(0)
@@ -53,7 +53,10 @@ fn a_move_is_that_of_the_simulated_device_to_the_bit() {
         assert_eq!(signals, announced, "{law}");
         // 3 s of 20 ms, and the tick in which the last answer was waited for.
         let count = here.len().min(there.len());
-        assert!((150..=152).contains(&count) && here.len().abs_diff(there.len()) <= 1, "{law}: {count}");
+        assert!(
+            (150..=152).contains(&count) && here.len().abs_diff(there.len()) <= 1,
+            "{law}: {count}"
+        );
         let since = there[0].clock - here[0].clock;
         for (here, there) in here.iter().zip(&there) {
             let there = Sample { clock: there.clock - since, ..there.clone() };
@@ -79,13 +82,16 @@ fn it_says_what_it_is_and_stops_at_once() {
     client.arm().unwrap();
     client.step_to(20.0).unwrap();
     client.pass(Duration::from_millis(400)).unwrap();
-    let powered = &mut client.wire().powered;
-    assert!(powered.samples(1).unwrap().bridge.is_on());
-    let begin = powered.act(|held| held.now()).unwrap();
+    let board = &mut client.wire().board;
+    assert!(board.samples(1).unwrap().bridge.is_on());
+    let begin = board.act(|halted| halted.now()).unwrap();
     client.stop().unwrap();
-    let powered = &mut client.wire().powered;
-    powered.samples(2).unwrap();
-    let on = powered.act(|held| held.spans().on_ns.last().map(|[_, until]| *until)).unwrap().unwrap();
+    let board = &mut client.wire().board;
+    board.samples(2).unwrap();
+    let on = board
+        .act(|halted| halted.harness.spans.on_ns.last().map(|[_, until]| *until))
+        .unwrap()
+        .unwrap();
     // A tick of 20 ms, and what the request takes on the wire.
     assert!((begin..begin + 21_000_000).contains(&on), "on until {on}, asked at {begin}");
     assert_eq!(client.status().unwrap().state, StateCode::Stopped);
@@ -114,7 +120,7 @@ fn parameters_go_there_and_back_but_not_into_its_flash() {
 fn a_stall_is_told_and_cleared_and_a_reset_ends_the_session() {
     let mut client = emulated(&plan("pd", &[]));
     client.arm().unwrap();
-    client.wire().powered.act(|held| held.rig.brake_v = 100.0).unwrap();
+    client.wire().board.act(|halted| halted.plant().brake_v = 100.0).unwrap();
     client.step_to(4.0).unwrap();
     let status = client.pass(Duration::from_millis(1_500)).unwrap();
     assert_eq!(status.fault.code, Fault::Stall as u8);
@@ -123,11 +129,11 @@ fn a_stall_is_told_and_cleared_and_a_reset_ends_the_session() {
     client.clear().unwrap();
     assert_eq!(client.status().unwrap().state, StateCode::Stopped);
     client.arm().unwrap();
-    let powered = &mut client.wire().powered;
+    let board = &mut client.wire().board;
     // The one that was under way, and the first one armed.
-    assert!(powered.samples(2).unwrap().bridge.is_on());
-    powered.act(|held| held.mishap(Mishap::Reset)).unwrap();
-    powered.pass(100_000_000).unwrap();
+    assert!(board.samples(2).unwrap().bridge.is_on());
+    board.act(|halted| halted.inject(Injection::Reset)).unwrap();
+    board.pass(100_000_000).unwrap();
     let refusal = client.status().unwrap_err().to_string();
     assert!(refusal.contains("it was reset meanwhile"), "{refusal}");
     // Not the fault before, which has been cleared.

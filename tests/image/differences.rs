@@ -1,39 +1,23 @@
 //! A difference between image and core is found, in whatever term it is, and shown with both ticks.
 //!
-//! The image gets the parameters of one plan, and the core beside it is that of another. What has to be found is
-//! what two runs on the host differ in first.
+//! The image gets the parameters of one plan, and the core beside it is that of another. What has
+//! to be found is what two runs on the host differ in first.
 
-use std::sync::Arc;
+use std::sync::atomic::AtomicU32;
 
-use host_sim::emulator::board::Fitted;
-use host_sim::emulator::in_the_loop::{Setup, run};
-use host_sim::emulator::joint::Joint;
 use host_sim::emulator::parameters::blob;
 use host_sim::emulator::{Difference, FirmwareImage, first_difference};
 use host_sim::experiment::RunPlan;
 use host_sim::run::{RunResult, Trace, run_all};
-use host_sim::solver::ExactAxis;
 use stiction::Tick;
 
-use crate::common::{image, plans};
+use crate::common::{emulation, image, plans};
 
 /// Runs the image with the parameters of one plan beside the core of another.
-fn refusal(told: &RunPlan, replayed: &RunPlan, free_running: bool) -> String {
-    let setup = Setup {
-        label: "a run".into(),
-        image: Arc::new(FirmwareImage::open(&image()).unwrap()),
-        parameters: blob(told).unwrap(),
-        fitted: Fitted::default(),
-        free_running,
-        listener: None,
-        ticks: Arc::default(),
-        interrupt: Arc::default(),
-        points: None,
-    };
-    let solver = ExactAxis::at_rest(&replayed.axis().unwrap(), replayed.machine.sampling.sample_time_s());
-    let (around, course) = (replayed.closed_loop().unwrap(), replayed.course().unwrap());
-    let joint = Joint::new(around, course, solver, replayed.samples().unwrap());
-    match run(&setup, joint) {
+fn refusal(told: &RunPlan, beside: &RunPlan, free_running: bool) -> String {
+    let mut emulation = emulation();
+    emulation.free_running = free_running;
+    match emulation.run_told(blob(told).unwrap(), beside, &AtomicU32::default()) {
         Ok(_) => panic!("nothing was found"),
         Err(error) => error.to_string(),
     }
@@ -77,11 +61,16 @@ fn same_pins(host: &Tick, image: &Tick) -> bool {
 
 #[test]
 fn the_last_bit_of_a_gain_is_seen_in_a_term_that_no_pin_shows() {
-    // One unit in the last place of a single-precision 0.15, and of 1: neither moves the output by a code at once.
+    // One unit in the last place of a single-precision 0.15, and of 1: neither moves the output by
+    // a code at once.
     for (key, value, bit) in [(KD, 0.15f32, 1), (KP, 1.0, 1)] {
         let next = f32::from_bits(value.to_bits() + bit);
         let host = plan("step-response", "pd", &["run.duration_s=1", &format!("{key}={value}")]);
-        let image = plan("step-response", "pd", &["run.duration_s=1", &format!("{key}={}", f64::from(next))]);
+        let image = plan(
+            "step-response",
+            "pd",
+            &["run.duration_s=1", &format!("{key}={}", f64::from(next))],
+        );
         let difference = expected(&image, &host);
         let (a, b) = (difference.host.unwrap(), difference.image.unwrap());
         assert!(same_pins(&a, &b) && a.v_pd.to_bits() != b.v_pd.to_bits(), "{difference}");
@@ -93,12 +82,14 @@ fn the_last_bit_of_a_gain_is_seen_in_a_term_that_no_pin_shows() {
 
 #[test]
 fn a_term_that_no_law_uses_is_compared_as_well() {
-    // Feedforward of acceleration does not exist, so the acceleration of the blend changes nothing at the first tick of
-    // it but itself and the set point; with gains of zero nothing at all is on the pins.
+    // Feedforward of acceleration does not exist, so the acceleration of the blend changes nothing
+    // at the first tick of it but itself and the set point; with gains of zero nothing at all is on
+    // the pins.
     let gains = ["controller.pd.kp_v_per_deg=0", "controller.pd.kd_v_per_deg_per_s=0"];
     let with = |half_blend: &str| {
         let corners = "corner_times_s = [0.5, 2.0], corner_positions_deg = [0.0, 1.0]";
-        let trajectory = format!("reference.trajectories=[{{ {corners}, half_blend_s = {half_blend} }}]");
+        let trajectory =
+            format!("reference.trajectories=[{{ {corners}, half_blend_s = {half_blend} }}]");
         plan("trajectory", "pd", &[gains[0], gains[1], &trajectory])
     };
     let (host, image) = (with("0.25"), with("0.24"));
@@ -112,7 +103,8 @@ fn a_term_that_no_law_uses_is_compared_as_well() {
 #[test]
 fn a_difference_that_the_pins_show_is_found_in_either_mode() {
     let host = plan("step-response", "pd", &["run.duration_s=1"]);
-    let image = plan("step-response", "pd", &["run.duration_s=1", "controller.pd.kp_v_per_deg=0.9"]);
+    let image =
+        plan("step-response", "pd", &["run.duration_s=1", "controller.pd.kp_v_per_deg=0.9"]);
     let difference = expected(&image, &host);
     assert!(!same_pins(&difference.host.unwrap(), &difference.image.unwrap()));
     for free_running in [false, true] {
@@ -130,7 +122,8 @@ fn the_last_bit_of_a_gain_is_seen_in_free_running_too() {
     let message = refusal(&image, &host, true);
     let ticks: Vec<&str> = message.lines().filter(|line| line.contains("Tick {")).collect();
     assert_eq!(ticks.len(), 2, "{message}");
-    let terms = |line: &str| line.trim_start_matches("  host  ").trim_start_matches("  image ").to_owned();
+    let terms =
+        |line: &str| line.trim_start_matches("  host  ").trim_start_matches("  image ").to_owned();
     assert_ne!(terms(ticks[0]), terms(ticks[1]), "{message}");
     assert!(message.contains("differ from tick"), "{message}");
 }

@@ -1,5 +1,5 @@
-//! Free-running: edges and PWM at their own times. That the duties are those of the core, fed with the counts that the
-//! image has read, is checked in every run.
+//! Free-running: edges and PWM at their own times. That the duties are those of the core, fed with
+//! the counts that the image has read, is checked in every run.
 
 use host_sim::run::{Trace, run_all};
 
@@ -40,8 +40,9 @@ fn the_latency_is_that_of_the_pwm() {
     }
 }
 
-/// Compares every controller's metrics with those of lockstep. That the replay agrees needs no line here: a run in which
-/// it does not fails by itself. The PWM is a slow one, a twelfth of the product's, for more latency.
+/// Compares every controller's metrics with those of lockstep. That the replay agrees needs no line
+/// here: a run in which it does not fails by itself. The PWM is a slow one, a twelfth of the
+/// product's, for more latency.
 fn assert_near_lockstep(name: &str, set: &[&str]) {
     let mut plans = plans(name, &[], &[&["drive.pwm_hz=2000"], set].concat());
     plans.retain(|plan| plan.variant.is_empty());
@@ -53,10 +54,12 @@ fn assert_near_lockstep(name: &str, set: &[&str]) {
         // Half a period of the PWM, and the tick itself.
         assert!(latency_s < 250e-6 + 10e-6, "{}: latency {latency_s} s", plan.label);
         let Trace::Loop(moments) = &free.result.trace else { panic!("{} is a ramp", plan.label) };
-        let speed = moments.iter().map(|moment| moment.velocity_deg_per_s.abs()).fold(0.0, f64::max);
+        let speed =
+            moments.iter().map(|moment| moment.velocity_deg_per_s.abs()).fold(0.0, f64::max);
         let (sample_s, count) =
             (plan.machine.sampling.sample_time_s(), plan.machine.encoder.resolution_deg());
-        // An effort that comes so much later finds the joint so much further, and the encoder tells it to a count.
+        // An effort that comes so much later finds the joint so much further, and the encoder tells
+        // it to a count.
         let late = speed * latency_s + count;
         // A compensator that is switched by a threshold may be switched a whole sample later.
         let smooth = matches!(plan.controller.as_deref(), Some("pd" | "feedforward" | "srnf"));

@@ -1,4 +1,5 @@
-//! The flash image in the loop: the very bytes that are flashed, on the emulated part, against the simulated joint.
+//! The flash image in the loop: the very bytes that are flashed, on the emulated part, against the
+//! simulated joint.
 //!
 //! Blind to cycle timing, wait states, the flash's contents, pins and silicon.
 // The helpers of tests may panic like the tests themselves.
@@ -6,8 +7,6 @@
 
 #[cfg(feature = "emulator")]
 mod bad_input;
-#[cfg(feature = "emulator")]
-mod bench;
 #[cfg(feature = "emulator")]
 mod bit_for_bit;
 #[cfg(feature = "emulator")]
@@ -21,13 +20,15 @@ mod device_link;
 #[cfg(feature = "emulator")]
 mod differences;
 #[cfg(feature = "emulator")]
+mod fault_injection;
+#[cfg(feature = "emulator")]
 mod free_running;
+#[cfg(feature = "emulator")]
+mod hardware_faults;
 #[cfg(feature = "emulator")]
 mod link;
 #[cfg(feature = "emulator")]
 mod matrix;
-#[cfg(feature = "emulator")]
-mod mishaps;
 #[cfg(feature = "emulator")]
 mod parameters;
 #[cfg(feature = "emulator")]
@@ -37,7 +38,8 @@ mod stuck;
 #[cfg(feature = "emulator")]
 mod timing;
 
-/// Stands for all of them in a build without the emulator, so that they are not left out in silence.
+/// Stands for all of them in a build without the emulator, so that they are not left out in
+/// silence.
 #[cfg(not(feature = "emulator"))]
 #[test]
 #[ignore = "the flash image in the loop: cargo xtask test"]

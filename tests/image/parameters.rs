@@ -1,13 +1,14 @@
-//! What a device is told beyond its loop, and which of two records it believes: the image does it on its own pins.
+//! What a device is told beyond its loop, and which of two records it believes: the image does it
+//! on its own pins.
 //!
-//! The joint of the bench is blocked, so that PD's effort stays where the first error puts it: Kp = 1 V/deg.
+//! The joint is blocked, so that PD's effort stays where the first error puts it: Kp = 1 V/deg.
 
-use host_sim::emulator::bench::{Observed, observe};
 use host_sim::emulator::board::Fitted;
+use host_sim::emulator::fault_injection::{Observed, observe};
 use stiction::Parameters;
 use stiction::parameters::ROOM;
 
-use crate::bench::{MS, UNTIL, assert_off_after, bench, firmware, parameters_with};
+use crate::fault_injection::{MS, UNTIL, assert_off_after, firmware, inject, parameters_with};
 
 const SAMPLE_NS: u64 = 20 * MS;
 /// Half of the PWM's top at 22 kHz: 168 MHz / (4 * 22 kHz).
@@ -41,7 +42,7 @@ fn a_lower_supply_is_made_up_for_by_more_duty() {
             parameters.device.nominal_supply = nominal_supply;
             parameters.device.supply_full_scale = 24.0;
         });
-        only_swing(&bench(Some(&record), Fitted { supply_pin_mv, ..Fitted::default() }, &[]))
+        only_swing(&inject(Some(&record), Fitted { supply_pin_mv, ..Fitted::default() }, &[]))
     };
     // The pin's 3.3 V are 24 V: 12 V, and a tenth less.
     assert_eq!(swing_at(1650, 12.0), swing(1.0));
@@ -55,7 +56,7 @@ fn a_lower_supply_is_made_up_for_by_more_duty() {
 fn the_soft_start_lets_the_duty_rise_in_a_straight_line() {
     // An error that asks for the full scale from the first tick on.
     let record = record(1, 5.0, |parameters| parameters.device.soft_start = 0.5);
-    let observed = bench(Some(&record), Fitted::default(), &[]);
+    let observed = inject(Some(&record), Fitted::default(), &[]);
     let begin = observed.on_ns[0][0];
     // 25 ticks from nothing to everything.
     assert!((25..=26).contains(&observed.compares.len()), "{observed:?}");
@@ -77,7 +78,7 @@ fn a_blocked_joint_is_a_stall() {
             parameters.limits.stall_effort = stall_effort;
             parameters.limits.stall_time = 0.2;
         });
-        bench(Some(&record), Fitted::default(), &[])
+        inject(Some(&record), Fitted::default(), &[])
     };
     let observed = with(2.0);
     let [[from, until]] = observed.on_ns[..] else { panic!("{observed:?}") };

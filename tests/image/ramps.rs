@@ -1,12 +1,15 @@
-//! The ramp that identifies friction, run by the image: the same efforts, counts and levels as on the host.
+//! The ramp that identifies friction, run by the image: the same efforts, counts and levels as on
+//! the host.
 
 use host_sim::output::json;
 use host_sim::run::{RunResult, Trace, run_all};
 
 use crate::common::{emulation, experiment};
 
-/// Two seconds up at the faster rate, and long enough at constant effort for the lag to be corrected.
-const FAST: [&str; 2] = ["identification.ramp_rates_v_per_s=[0.1, 0.2]", "identification.hold_s=9.5"];
+/// Two seconds up at the faster rate, and long enough at constant effort for the lag to be
+/// corrected.
+const FAST: [&str; 2] =
+    ["identification.ramp_rates_v_per_s=[0.1, 0.2]", "identification.hold_s=9.5"];
 
 fn trace(result: &RunResult) -> &[host_sim::identification::RampMoment] {
     let Trace::Ramp(moments) = &result.trace else { panic!("{} is no ramp", result.plan.label) };
@@ -15,7 +18,8 @@ fn trace(result: &RunResult) -> &[host_sim::identification::RampMoment] {
 
 #[test]
 fn host_and_image_find_the_same_levels_by_the_same_ramp() {
-    let backwards = ["encoder.direction=\"reverse\"", "encoder.phase=0.7", "drive.mode=sign-magnitude"];
+    let backwards =
+        ["encoder.direction=\"reverse\"", "encoder.phase=0.7", "drive.mode=sign-magnitude"];
     for set in [FAST.to_vec(), [&FAST[..], &backwards].concat()] {
         let experiment = experiment("friction-identification", &[], &set);
         let host = run_all(&experiment.runs).unwrap();
@@ -77,7 +81,10 @@ fn a_joint_that_the_full_scale_does_not_move_has_no_levels() {
     let host = run_all(&experiment.runs).unwrap();
     let runs = emulation().run_all(&experiment.runs).unwrap();
     assert_eq!(host[0].metrics.stick_v, None);
-    assert_eq!((trace(&host[0]), &host[0].metrics), (trace(&runs[0].result), &runs[0].result.metrics));
+    assert_eq!(
+        (trace(&host[0]), &host[0].metrics),
+        (trace(&runs[0].result), &runs[0].result.metrics)
+    );
     assert_eq!(trace(&host[0]).last().map(|moment| moment.code), Some(1024));
     assert!(runs[0].log.iter().any(|line| line.text.contains("did not move")), "{:?}", runs[0].log);
 }

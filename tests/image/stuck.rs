@@ -1,4 +1,5 @@
-//! A part that does not get anywhere ends its run: with the register that it polls, or with its last words.
+//! A part that does not get anywhere ends its run: with the register that it polls, or with its
+//! last words.
 
 use std::fs;
 
@@ -7,7 +8,8 @@ use host_sim::emulator::{Emulation, FirmwareImage};
 use crate::common::{image, plans};
 
 /// ldr r0, [pc, #4]; ldr r1, [r0]; b to the second; nop; the address of RCC_CR.
-const POLL_RCC_CR: [u8; 12] = [0x01, 0x48, 0x01, 0x68, 0xFD, 0xE7, 0x00, 0xBF, 0x00, 0x38, 0x02, 0x40];
+const POLL_RCC_CR: [u8; 12] =
+    [0x01, 0x48, 0x01, 0x68, 0xFD, 0xE7, 0x00, 0xBF, 0x00, 0x38, 0x02, 0x40];
 
 /// The image with other instructions at an address; `at` gets the ELF file.
 pub fn patched(at: impl Fn(&[u8]) -> u32, code: &[u8]) -> Vec<u8> {
@@ -21,7 +23,9 @@ pub fn patched(at: impl Fn(&[u8]) -> u32, code: &[u8]) -> Vec<u8> {
         .map(|i| table + i * size)
         .find_map(|at| {
             let (offset, address, length) = (word(at + 4), word(at + 8), word(at + 16));
-            (address..address + length).contains(&code_at).then(|| (offset + code_at - address) as usize)
+            (address..address + length)
+                .contains(&code_at)
+                .then(|| (offset + code_at - address) as usize)
         })
         .unwrap();
     bytes[place..place + code.len()].copy_from_slice(code);
@@ -58,12 +62,16 @@ fn a_loop_around_one_register_is_named() {
 #[test]
 fn a_loop_around_nothing_ends_as_well() {
     let error = with_code(entry, &[0xFE, 0xE7], "pd", 1);
-    assert!(error.contains("not turned its bridge on") && error.contains("logged nothing"), "{error}");
+    assert!(
+        error.contains("not turned its bridge on") && error.contains("logged nothing"),
+        "{error}"
+    );
 }
 
 #[test]
 fn a_control_task_that_polls_in_mid_move_is_ended_within_a_tick() {
-    // SRNF's hyperbolic tangent needs the exponential near the target only: the joint has been on its way for a while.
+    // SRNF's hyperbolic tangent needs the exponential near the target only: the joint has been on
+    // its way for a while.
     let error = with_code(|_| function("expm1f"), &POLL_RCC_CR, "srnf", 10);
     // Its duty is still that of the tick before, or the tick is missed.
     assert!(error.contains("tick") && !error.contains("not turned its bridge on"), "{error}");
@@ -73,5 +81,8 @@ fn a_control_task_that_polls_in_mid_move_is_ended_within_a_tick() {
 fn a_task_that_polls_below_a_healthy_control_task_is_named() {
     // The dispatcher of the log: control and watchdog go on above it, and the motor with them.
     let error = with_code(|_| function("SPI1"), &POLL_RCC_CR, "pd", 10);
-    assert!(error.contains("stuck") && error.contains("0x40023800") && error.contains("(SPI1)"), "{error}");
+    assert!(
+        error.contains("stuck") && error.contains("0x40023800") && error.contains("(SPI1)"),
+        "{error}"
+    );
 }

@@ -5,13 +5,13 @@ use std::time::Duration;
 
 use host_sim::device::client::Client;
 use host_sim::emulator::FirmwareImage;
-use host_sim::emulator::bench::{Mishap, observe};
 use host_sim::emulator::board::Fitted;
+use host_sim::emulator::fault_injection::{Injection, observe};
 use host_sim::emulator::wire::EmulatedWire;
 use stiction::link::StateCode;
 
-use crate::bench::{AT, MS, UNTIL, assert_off_after, firmware, parameters};
 use crate::common::{image, plans};
+use crate::fault_injection::{AT, MS, UNTIL, assert_off_after, firmware, parameters};
 use crate::stuck::{function, patched};
 
 /// A branch to itself.
@@ -21,10 +21,11 @@ const FOR_EVER: [u8; 2] = [0xFE, 0xE7];
 fn a_task_that_hogs_the_processor_above_the_control_task_is_ended_by_the_watchdog() {
     // A copy of the image whose break task, which the control task cannot interrupt, never ends.
     let path = image();
-    let hog = FirmwareImage::parse(&path, patched(|_| function("TIM1_BRK_TIM9"), &FOR_EVER)).unwrap();
+    let hog =
+        FirmwareImage::parse(&path, patched(|_| function("TIM1_BRK_TIM9"), &FOR_EVER)).unwrap();
     let records = [Some(&parameters()[..]), None];
-    let mishaps = [(AT, Mishap::Break), (AT + MS, Mishap::BreakReleased)];
-    let observed = observe(&Arc::new(hog), records, Fitted::default(), &mishaps, UNTIL).unwrap();
+    let injections = [(AT, Injection::Break), (AT + MS, Injection::BreakReleased)];
+    let observed = observe(&Arc::new(hog), records, Fitted::default(), &injections, UNTIL).unwrap();
     // The hardware has turned the outputs off by then; the enable pin waits for the reset.
     assert_off_after(&observed, AT, MS / 10);
     let [reset] = observed.resets[..] else { panic!("{:?}", observed.resets) };
@@ -35,20 +36,22 @@ fn a_task_that_hogs_the_processor_above_the_control_task_is_ended_by_the_watchdo
 
 #[test]
 fn a_tick_that_comes_too_early_is_no_overrun() {
-    // Nothing looks for it: a tick is late or it is not (`src/deadline.rs`), and a timer is not early by itself.
+    // Nothing looks for it: a tick is late or it is not (`src/deadline.rs`), and a timer is not
+    // early by itself.
     let plan = plans("step-response", &["srnf"], &["drive.pwm_hz=2000"]).remove(0);
     let mut client = Client::connect(EmulatedWire::with(&firmware(), &plan).unwrap()).unwrap();
     client.arm().unwrap();
     client.step_to(2.5).unwrap();
-    let now = |client: &mut Client<EmulatedWire>| client.wire().powered.act(|held| held.now()).unwrap();
+    let now =
+        |client: &mut Client<EmulatedWire>| client.wire().board.act(|halted| halted.now()).unwrap();
     let (begin, before) = (now(&mut client), client.status().unwrap().clock);
     for _ in 0..10 {
         client.pass(Duration::from_millis(200)).unwrap();
-        let powered = &mut client.wire().powered;
+        let board = &mut client.wire().board;
         // 5 ms after the tick, and 7 more: 8 ms before its time.
-        powered.samples(1).unwrap();
-        powered.pass(7 * MS).unwrap();
-        powered.act(|held| held.mishap(Mishap::TickEarly)).unwrap();
+        board.samples(1).unwrap();
+        board.pass(7 * MS).unwrap();
+        board.act(|halted| halted.inject(Injection::TickEarly)).unwrap();
     }
     let status = client.pass(Duration::from_millis(200)).unwrap();
     assert_eq!((status.state, status.faults), (StateCode::Armed, 0));

@@ -10,8 +10,8 @@ use host_sim::solver::state::{BodyEvent, Observer, Sample};
 use host_sim::solver::step_doubling::{self, Accuracy};
 
 use super::common::{
-    ARM, ARM_LEVELS, COUPLED, COUPLED_LEVELS, DEG, Everything, OF_ARM, OF_COUPLED, OF_PENDULUM, ON_SPRING,
-    PENDULUM, PENDULUM_LEVELS, SPRING_MASS, SPRING_MASS_LEVELS, exact, followed,
+    ARM, ARM_LEVELS, COUPLED, COUPLED_LEVELS, DEG, Everything, OF_ARM, OF_COUPLED, OF_PENDULUM,
+    ON_SPRING, PENDULUM, PENDULUM_LEVELS, SPRING_MASS, SPRING_MASS_LEVELS, exact, followed,
 };
 
 /// 2.2.1.1: "both models exhibit the same staircase behaviour".
@@ -55,7 +55,8 @@ fn a_stuck_joint_is_accelerated_by_the_other_when_coupling_is_neglected() {
     let (right, neglected) = (kicks(Coupling::Simultaneous), kicks(Coupling::Neglected));
     // Joint 1 turns around there, and joint 2 sticks.
     for around_s in [1.25, 2.56] {
-        let near = |times_s: &[f64]| times_s.iter().filter(|t| (**t - around_s).abs() < 0.02).count();
+        let near =
+            |times_s: &[f64]| times_s.iter().filter(|t| (**t - around_s).abs() < 0.02).count();
         assert!(
             near(&right) == 0 && near(&neglected) > 0,
             "{around_s}: {} {}",
@@ -158,7 +159,8 @@ fn the_reset_integrator_costs_more_than_karnopp() {
     ) -> [f64; 5] {
         let quiet = &mut Vec::new();
         EPS.map(|eps| {
-            adaptive(reset, eps, duration_s, quiet) as f64 / adaptive(karnopp, eps, duration_s, quiet) as f64
+            adaptive(reset, eps, duration_s, quiet) as f64
+                / adaptive(karnopp, eps, duration_s, quiet) as f64
         })
     }
     let about = |printed: f64| 0.5 * printed..2.0 * printed;

@@ -2,14 +2,15 @@
 
 use host_sim::friction::{Coulomb, ResetIntegrator};
 use host_sim::mechanism::{
-    Block, CoupledBlocks, IndependentBlocks, Mechanism, Pendulum, Pull, Shape, SpringMass, TwoBlocks,
-    TwoLinkArm, Wave,
+    Block, CoupledBlocks, IndependentBlocks, Mechanism, Pendulum, Pull, Shape, SpringMass,
+    TwoBlocks, TwoLinkArm, Wave,
 };
 use host_sim::solver::state::{BodyEvent, Finish, Observer, Sample};
 use host_sim::solver::{EventKind, event_driven, piecewise_smooth};
 
 /// Table 1.
-pub const SPRING_MASS: SpringMass = SpringMass { mass: 0.1, stiffness: 100.0, pull: Pull::steady(0.002) };
+pub const SPRING_MASS: SpringMass =
+    SpringMass { mass: 0.1, stiffness: 100.0, pull: Pull::steady(0.002) };
 pub const SPRING_MASS_LEVELS: [Coulomb; 1] = [Coulomb { stick: 0.25, slip: 0.20 }];
 
 /// Table 4.
@@ -59,14 +60,16 @@ const fn reset_integrator(
 }
 
 /// The Reset Integrator of Tables 2, 5, 8, 11 and 15.
-pub const ON_SPRING: [ResetIntegrator; 1] = [reset_integrator(SPRING_MASS_LEVELS[0], 1e-5, 2e4, 30.0, 0.25)];
+pub const ON_SPRING: [ResetIntegrator; 1] =
+    [reset_integrator(SPRING_MASS_LEVELS[0], 1e-5, 2e4, 30.0, 0.25)];
 pub const OF_PENDULUM: [ResetIntegrator; 1] =
     [reset_integrator(PENDULUM_LEVELS[0], 5.7e-4 * DEG, 0.96 / (5.7e-4 * DEG), 246.0, 0.25)];
 pub const OF_ARM: [ResetIntegrator; 2] = [
     reset_integrator(ARM_LEVELS[0], 5.7e-5 * DEG, 0.08 / (5.7e-5 * DEG), 217.7, 0.25),
     reset_integrator(ARM_LEVELS[1], 5.7e-5 * DEG, 0.06 / (5.7e-5 * DEG), 189.1, 0.25),
 ];
-pub const OF_BLOCK: [ResetIntegrator; 1] = [reset_integrator(BLOCK_LEVELS[0], 1e-4, 6000.0, 55.0, 1.0 / 3.0)];
+pub const OF_BLOCK: [ResetIntegrator; 1] =
+    [reset_integrator(BLOCK_LEVELS[0], 1e-4, 6000.0, 55.0, 1.0 / 3.0)];
 pub const OF_COUPLED: [ResetIntegrator; 2] = [
     reset_integrator(COUPLED_LEVELS[0], 1e-5, 1e4, 40.0, 0.5),
     reset_integrator(COUPLED_LEVELS[1], 1e-5, 2e4, 40.0, 0.5),

@@ -17,7 +17,8 @@ const EXPERIMENTS: [&str; 7] = [
 
 fn run(experiment: &str, model: &str, solver: &str, more: &str) -> LabResult {
     let mut document = Document::open(experiment).unwrap();
-    let set = [format!("run.friction=[{model:?}]"), format!("run.solver={solver}"), more.to_owned()];
+    let set =
+        [format!("run.friction=[{model:?}]"), format!("run.solver={solver}"), more.to_owned()];
     document.set(&set).unwrap();
     let [plan] = &lab::plan(&document).unwrap()[..] else { panic!("one run") };
     lab::run(plan).unwrap_or_else(|error| panic!("{error}"))
@@ -67,7 +68,8 @@ fn generalized_maxwell_slip_goes_through_on_every_mechanism() {
     for experiment in EXPERIMENTS {
         let reference = run(experiment, "maxwell-slip", "rk4", "run.step_s=1e-5");
         for (step_s, bound) in [("1e-3", f64::INFINITY), ("1e-5", 0.1)] {
-            let stepped = run(experiment, "maxwell-slip", "nonsmooth", &format!("run.step_s={step_s}"));
+            let stepped =
+                run(experiment, "maxwell-slip", "nonsmooth", &format!("run.step_s={step_s}"));
             let part = apart(&stepped, &reference) / travel(&reference);
             assert!(part < bound, "{experiment}, {step_s}: {part}");
         }

@@ -3,7 +3,8 @@
 use std::f64::consts::PI;
 
 use host_sim::friction::{
-    Coulomb, Dahl, ElasticCoulomb, Implicit, LuGre, MaxwellSlip, SetValued, SingleValued, Stribeck, Tanh,
+    Coulomb, Dahl, ElasticCoulomb, Implicit, LuGre, MaxwellSlip, SetValued, SingleValued, Stribeck,
+    Tanh,
 };
 use host_sim::mechanism::{Mechanism, Terms};
 use host_sim::solver::dynamics::SingleValuedDynamics;
@@ -30,7 +31,9 @@ fn along<const Z: usize>(
         let second = friction.rate(0, v[1], &plus(z, 0.5 * h, &first));
         let third = friction.rate(0, v[1], &plus(z, 0.5 * h, &second));
         let fourth = friction.rate(0, v[2], &plus(z, h, &third));
-        let mean = std::array::from_fn(|i| (first[i] + 2.0 * second[i] + 2.0 * third[i] + fourth[i]) / 6.0);
+        let mean = std::array::from_fn(|i| {
+            (first[i] + 2.0 * second[i] + 2.0 * third[i] + fourth[i]) / 6.0
+        });
         *z = plus(z, h, &mean);
         friction.settle(z);
         each(t + h, friction.force(0, v[2], z));
@@ -38,7 +41,11 @@ fn along<const Z: usize>(
 }
 
 /// Friction along a path in steps, by the model's implicit step.
-fn stepped_along<const Z: usize>(friction: &impl Implicit<Z>, z: &mut [f64; Z], path: &[f64]) -> Vec<f64> {
+fn stepped_along<const Z: usize>(
+    friction: &impl Implicit<Z>,
+    z: &mut [f64; Z],
+    path: &[f64],
+) -> Vec<f64> {
     let mut v = 0.0;
     let step = |pair: &[f64]| {
         let v_end = pair[1] - pair[0];
@@ -57,7 +64,8 @@ fn dahl_s_friction_is_exponential_in_the_path_however_long_the_steps() {
     let dahl = Dahl::by_rules(LEVELS, 1e-5, 0.1);
     let closed = |x: f64| 0.2 * (1.0 - (-x / 1e-5_f64).exp());
     for steps in [1, 3, 100] {
-        let path: Vec<f64> = (0..=steps).map(|i| 2.5e-5 * f64::from(i) / f64::from(steps)).collect();
+        let path: Vec<f64> =
+            (0..=steps).map(|i| 2.5e-5 * f64::from(i) / f64::from(steps)).collect();
         let forces = stepped_along(&dahl, &mut [0.0], &path);
         for (force, x) in forces.iter().zip(&path[1..]) {
             assert!((force - closed(*x)).abs() < 1e-14, "{force} at {x}");
@@ -147,7 +155,9 @@ fn in_steady_sliding_every_model_has_the_stribeck_curve() {
 #[test]
 fn maxwell_slip_follows_its_virgin_curve_and_masing_s_rule() {
     let model = MaxwellSlip::<4>::by_rules(LEVELS, 1e-5, 0.1);
-    let virgin = |x: f64| -> f64 { (0..4).map(|i| (model.stiffness[i] * x).min(model.share[i] * 0.2)).sum() };
+    let virgin = |x: f64| -> f64 {
+        (0..4).map(|i| (model.stiffness[i] * x).min(model.share[i] * 0.2)).sum()
+    };
     assert!(
         (virgin(1e-5) - 0.2).abs() < 1e-15 && virgin(0.99e-5) < 0.2,
         "all slip at p_o, and not \
@@ -186,7 +196,10 @@ struct Ripple {
 
 impl Mechanism<1> for Ripple {
     fn terms(&self, t: f64, _: &[f64; 1], _: &[f64; 1]) -> Terms<1> {
-        Terms { mass: [[0.1]], force: [0.5 * self.peak * (1.0 - (2.0 * PI * t / self.period_s).cos())] }
+        Terms {
+            mass: [[0.1]],
+            force: [0.5 * self.peak * (1.0 - (2.0 * PI * t / self.period_s).cos())],
+        }
     }
 }
 
@@ -204,14 +217,16 @@ fn under_a_ripple_below_break_away_lugre_drifts_and_elastic_coulomb_does_not() {
     let mut dynamics = SingleValuedDynamics { mechanism: &ripple, friction: [lugre] };
     let quiet = || -> Vec<BodyEvent> { Vec::new() };
     let by_rates = fixed_step::run(&mut dynamics, h, duration_s, &mut quiet()).unwrap().q[0];
-    let by_steps = nonsmooth::run_implicit(&ripple, &[lugre], h, duration_s, &mut quiet()).unwrap().q[0];
+    let by_steps =
+        nonsmooth::run_implicit(&ripple, &[lugre], h, duration_s, &mut quiet()).unwrap().q[0];
     // Backward Euler's own error is of the order of the step.
     for (drift, tolerance) in [(by_rates, 5e-4), (by_steps, 5e-3)] {
         assert!((drift / expected - 1.0).abs() < tolerance, "{drift:e}, not {expected:e}");
     }
     let mut dynamics = SingleValuedDynamics { mechanism: &ripple, friction: [elastic] };
     let by_rates = fixed_step::run(&mut dynamics, h, duration_s, &mut quiet()).unwrap().q[0];
-    let by_steps = nonsmooth::run_implicit(&ripple, &[elastic], h, duration_s, &mut quiet()).unwrap().q[0];
+    let by_steps =
+        nonsmooth::run_implicit(&ripple, &[elastic], h, duration_s, &mut quiet()).unwrap().q[0];
     for drift in [by_rates, by_steps] {
         assert!(drift.abs() < 1e-9, "{drift:e}");
     }
@@ -235,7 +250,8 @@ fn tanh_creeps_under_a_load_at_the_closed_form_s_speed() {
         let mut dynamics = SingleValuedDynamics { mechanism: &load, friction: [model] };
         let mut quiet = Vec::<BodyEvent>::new();
         let by_rates = fixed_step::run(&mut dynamics, 1e-5, 0.1, &mut quiet).unwrap().v[0];
-        let by_steps = nonsmooth::run_implicit(&load, &[model], 1e-3, 0.1, &mut quiet).unwrap().v[0];
+        let by_steps =
+            nonsmooth::run_implicit(&load, &[model], 1e-3, 0.1, &mut quiet).unwrap().v[0];
         for v in [by_rates, by_steps] {
             assert!((v / expected - 1.0).abs() < 1e-6, "{v:e}, not {expected:e}");
         }

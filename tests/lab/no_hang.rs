@@ -68,8 +68,10 @@ fn fixed_steps_end_where_the_state_is_no_longer_finite() {
     let broken = Pushed(|t: f64, _: f64| if t < 0.5 { 1.0 } else { f64::NAN });
     let h = 1e-3;
     let ends = |at_s: Option<f64>| assert!((at_s.unwrap() - 0.5).abs() < 2.0 * h, "{at_s:?}");
-    let mut dynamics =
-        SingleValuedDynamics { mechanism: &broken, friction: [Tanh { levels: LEVELS[0], speed: 0.1 }] };
+    let mut dynamics = SingleValuedDynamics {
+        mechanism: &broken,
+        friction: [Tanh { levels: LEVELS[0], speed: 0.1 }],
+    };
     ends(fixed_step::run(&mut dynamics, h, 2.0, &mut Vec::new()).unwrap().diverged_at_s);
     ends(nonsmooth::run(&broken, &LEVELS, h, 2.0, &mut Vec::new()).unwrap().diverged_at_s);
     let dahl = [Dahl::by_rules(LEVELS[0], 1e-5, 1.0)];
@@ -120,7 +122,11 @@ fn events_without_end_stop_every_solver_with_time_and_state() {
     };
     const LONG_S: f64 = 1e9;
     // 200 reversals at 2000 a second.
-    told("rk4", fixed_step::run(&mut Swinging, 1e-5, LONG_S, &mut Vec::new()).map(|_| ()), 0.09..0.11);
+    told(
+        "rk4",
+        fixed_step::run(&mut Swinging, 1e-5, LONG_S, &mut Vec::new()).map(|_| ()),
+        0.09..0.11,
+    );
     let accuracy = Accuracy { eps: 1e-6, max_evaluations: 10_000_000 };
     let adaptive = step_doubling::run(&mut Swinging, accuracy, LONG_S, &mut Vec::new());
     told("rk4-adaptive", adaptive.map(|_| ()), 0.09..0.11);
@@ -162,10 +168,15 @@ fn a_steep_stribeck_curve_under_a_slow_ramp_goes_through() {
         for tolerance in [1e-4, 1e-6, 1e-8] {
             let mut events = Vec::new();
             event_driven::run(&mechanism, &friction, tolerance, 750.0, &mut events).unwrap();
-            assert_eq!(events.len(), expected.len(), "{speed}, {exponent}, {tolerance}: {events:?}");
+            assert_eq!(
+                events.len(),
+                expected.len(),
+                "{speed}, {exponent}, {tolerance}: {events:?}"
+            );
             // A slip takes 0.1 s, the wait between two 100 s.
             for (found, expected) in events.iter().zip(&expected) {
-                let near = (found.time_s - expected.time_s).abs() < 0.05 && found.kind == expected.kind;
+                let near =
+                    (found.time_s - expected.time_s).abs() < 0.05 && found.kind == expected.kind;
                 assert!(near, "{speed}, {exponent}, {tolerance}: {found:?}, not {expected:?}");
             }
         }
@@ -191,5 +202,8 @@ fn equal_static_and_dynamic_friction_break_away_once_and_stick_once() {
     // V(1) = 0.18; then 0.18 + 0.6 u - u^2/2 = 0.
     let halt_s = 1.0 + 0.6 + (0.36_f64 + 0.36).sqrt();
     assert_eq!(events.len(), 2, "{events:?}");
-    assert!((events[0].time_s - 0.4).abs() < 1e-9 && (events[1].time_s - halt_s).abs() < 1e-8, "{events:?}");
+    assert!(
+        (events[0].time_s - 0.4).abs() < 1e-9 && (events[1].time_s - halt_s).abs() < 1e-8,
+        "{events:?}"
+    );
 }

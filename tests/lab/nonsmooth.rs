@@ -10,8 +10,8 @@ use host_sim::solver::state::{BodyEvent, Finish, Observer, Sample};
 use host_sim::solver::{event_driven, fixed_step, nonsmooth};
 
 use super::common::{
-    ARM, ARM_LEVELS, COUPLED, COUPLED_LEVELS, INDEPENDENT_LEVELS, PENDULUM, PENDULUM_LEVELS, SPRING_MASS,
-    SPRING_MASS_LEVELS, exact, independent,
+    ARM, ARM_LEVELS, COUPLED, COUPLED_LEVELS, INDEPENDENT_LEVELS, PENDULUM, PENDULUM_LEVELS,
+    SPRING_MASS, SPRING_MASS_LEVELS, exact, independent,
 };
 
 /// Nobody listens.
@@ -32,8 +32,10 @@ fn stepped<const N: usize, M: Mechanism<N>, F: SetValued>(
 
 /// The slope of log error over log step, by least squares over steps of `first_s` and its halves.
 fn order(first_s: f64, halvings: i32, error: impl Fn(f64) -> f64) -> f64 {
-    let points: Vec<(f64, f64)> =
-        (0..=halvings).map(|i| first_s * 0.5_f64.powi(i)).map(|h| (h.ln(), error(h).ln())).collect();
+    let points: Vec<(f64, f64)> = (0..=halvings)
+        .map(|i| first_s * 0.5_f64.powi(i))
+        .map(|h| (h.ln(), error(h).ln()))
+        .collect();
     let n = points.len() as f64;
     let mean = points.iter().fold((0.0, 0.0), |sum, p| (sum.0 + p.0 / n, sum.1 + p.1 / n));
     let (mut above, mut below) = (0.0, 0.0);
@@ -50,10 +52,16 @@ fn distance<const N: usize>(a: &[f64; N], b: &[f64; N]) -> f64 {
 
 #[test]
 fn the_error_falls_like_the_step_across_breaks_sticks_and_reversals() {
-    fn of<const N: usize>(name: &str, mechanism: &impl Mechanism<N>, levels: &[Coulomb; N], duration_s: f64) {
+    fn of<const N: usize>(
+        name: &str,
+        mechanism: &impl Mechanism<N>,
+        levels: &[Coulomb; N],
+        duration_s: f64,
+    ) {
         let (_, reference) = exact(mechanism, levels, 1e-11, duration_s);
-        let order =
-            order(1.25e-4, 4, |h| distance(&stepped(mechanism, levels, h, duration_s).1.q, &reference.q));
+        let order = order(1.25e-4, 4, |h| {
+            distance(&stepped(mechanism, levels, h, duration_s).1.q, &reference.q)
+        });
         assert!((0.9..1.1).contains(&order), "{name}: order {order}");
     }
     of("spring and mass", &SPRING_MASS, &SPRING_MASS_LEVELS, 4.5);
@@ -106,7 +114,8 @@ impl<const N: usize> Observer<N> for Trace<N> {
 
 #[test]
 fn set_valued_stribeck_friction_rests_at_exactly_zero() {
-    let friction = [Stribeck { speed: 2e-3, ..Stribeck::by_rules(SPRING_MASS_LEVELS[0], 1e-5, 0.1) }];
+    let friction =
+        [Stribeck { speed: 2e-3, ..Stribeck::by_rules(SPRING_MASS_LEVELS[0], 1e-5, 0.1) }];
     let mut trace = Trace(Vec::new());
     nonsmooth::run(&SPRING_MASS, &friction, 1e-4, 3.0, &mut trace).unwrap();
     let (mut stuck, mut slipping) = (0, 0);
@@ -116,12 +125,18 @@ fn set_valued_stribeck_friction_rests_at_exactly_zero() {
             (0, 0) => {
                 let spring = SPRING_MASS.terms(sample.time_s, &sample.q, &[0.0]).force[0];
                 assert!(sample.v == [0.0] && sample.a == [0.0], "{sample:?}");
-                assert!((sample.friction[0] - spring).abs() < 1e-14 && spring.abs() <= 0.25, "{sample:?}");
+                assert!(
+                    (sample.friction[0] - spring).abs() < 1e-14 && spring.abs() <= 0.25,
+                    "{sample:?}"
+                );
                 stuck += 1;
             }
             (_, 1) => {
                 assert!(sample.v[0] > 0.0, "{sample:?}");
-                assert!(sample.friction[0] > 0.2 - 1e-12 && sample.friction[0] < 0.25 + 1e-12, "{sample:?}");
+                assert!(
+                    sample.friction[0] > 0.2 - 1e-12 && sample.friction[0] < 0.25 + 1e-12,
+                    "{sample:?}"
+                );
                 slipping += 1;
             }
             // In the step in which it comes to rest.
@@ -133,12 +148,16 @@ fn set_valued_stribeck_friction_rests_at_exactly_zero() {
 
 #[test]
 fn with_stribeck_friction_the_error_falls_like_the_step_too() {
-    let friction =
-        [Stribeck { speed: 0.2, viscous: 0.05, ..Stribeck::by_rules(PENDULUM_LEVELS[0], 1e-5, 1.0) }];
+    let friction = [Stribeck {
+        speed: 0.2,
+        viscous: 0.05,
+        ..Stribeck::by_rules(PENDULUM_LEVELS[0], 1e-5, 1.0)
+    }];
     let mut events = quiet();
     let reference = event_driven::run(&PENDULUM, &friction, 1e-11, 5.0, &mut events).unwrap();
     assert!(events.len() > 2 && reference.v == [0.0], "{events:?}");
-    let order = order(1.25e-4, 4, |h| distance(&stepped(&PENDULUM, &friction, h, 5.0).1.q, &reference.q));
+    let order =
+        order(1.25e-4, 4, |h| distance(&stepped(&PENDULUM, &friction, h, 5.0).1.q, &reference.q));
     assert!((0.9..1.1).contains(&order), "order {order}");
 }
 
@@ -149,7 +168,8 @@ fn implicit_steps_of_every_model_converge_to_the_differential_equation() {
         let mut dynamics = SingleValuedDynamics { mechanism: &PENDULUM, friction: [friction] };
         let reference = fixed_step::run(&mut dynamics, reference_s, 1.5, &mut quiet()).unwrap();
         let order = order(1e-3, 5, |h| {
-            let end = nonsmooth::run_implicit(&PENDULUM, &[friction], h, 1.5, &mut quiet()).unwrap();
+            let end =
+                nonsmooth::run_implicit(&PENDULUM, &[friction], h, 1.5, &mut quiet()).unwrap();
             distance(&end.q, &reference.q)
         });
         assert!((0.85..1.15).contains(&order), "{name}: order {order}");
@@ -159,9 +179,17 @@ fn implicit_steps_of_every_model_converge_to_the_differential_equation() {
     of("tanh", Tanh { levels, speed: 0.1 }, 2e-5);
     of("dahl", Dahl::by_rules(levels, range, mass), 2e-5);
     of("lugre", LuGre { sliding, ..LuGre::by_rules(levels, range, mass) }, 2e-5);
-    of("elastic-coulomb", ElasticCoulomb { sliding, ..ElasticCoulomb::by_rules(levels, range, mass) }, 2e-5);
+    of(
+        "elastic-coulomb",
+        ElasticCoulomb { sliding, ..ElasticCoulomb::by_rules(levels, range, mass) },
+        2e-5,
+    );
     // Its rates jump, which leaves Runge-Kutta steps an order of one as well.
-    of("maxwell-slip", MaxwellSlip::<4> { sliding, ..MaxwellSlip::by_rules(levels, range, mass) }, 1e-6);
+    of(
+        "maxwell-slip",
+        MaxwellSlip::<4> { sliding, ..MaxwellSlip::by_rules(levels, range, mass) },
+        1e-6,
+    );
 }
 
 /// With bristles a million times stiffer than an explicit step could follow, only Coulomb's
@@ -172,7 +200,12 @@ fn no_bristle_is_too_stiff_for_a_step() {
     let (h, range) = (1e-4, 1e-9);
     let (_, expected) = stepped(&PENDULUM, &[levels], h, 5.0);
     assert!(expected.v == [0.0]);
-    fn of<const Z: usize, F: Implicit<Z>>(friction: F, expected: &Finish<1>, h: f64, pendulum: &Pendulum) {
+    fn of<const Z: usize, F: Implicit<Z>>(
+        friction: F,
+        expected: &Finish<1>,
+        h: f64,
+        pendulum: &Pendulum,
+    ) {
         let end = nonsmooth::run_implicit(pendulum, &[friction], h, 5.0, &mut quiet()).unwrap();
         assert!((end.q[0] - expected.q[0]).abs() < 1e-4 && end.v[0].abs() < 1e-6, "{end:?}");
     }
@@ -185,7 +218,11 @@ fn no_bristle_is_too_stiff_for_a_step() {
 
 #[test]
 fn a_step_too_long_for_the_springs_ends_with_time_and_state() {
-    let trouble =
-        nonsmooth::run(&SPRING_MASS, &SPRING_MASS_LEVELS, 0.05, 5.0, &mut quiet()).unwrap_err().to_string();
-    assert!(trouble.contains("too long for the springs") && trouble.contains("q = [0.0]"), "{trouble}");
+    let trouble = nonsmooth::run(&SPRING_MASS, &SPRING_MASS_LEVELS, 0.05, 5.0, &mut quiet())
+        .unwrap_err()
+        .to_string();
+    assert!(
+        trouble.contains("too long for the springs") && trouble.contains("q = [0.0]"),
+        "{trouble}"
+    );
 }

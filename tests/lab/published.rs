@@ -5,8 +5,8 @@ use host_sim::solver::EventKind::{self, Break, Reverse, Stick};
 use host_sim::solver::event_driven;
 
 use super::common::{
-    ARM, ARM_LEVELS, Everything, PENDULUM, PENDULUM_LEVELS, SPRING_MASS, SPRING_MASS_LEVELS, assert_events,
-    exact,
+    ARM, ARM_LEVELS, Everything, PENDULUM, PENDULUM_LEVELS, SPRING_MASS, SPRING_MASS_LEVELS,
+    assert_events, exact,
 };
 
 /// Closed form: stuck until K V_o t = F_s; then x = V_o (t - sin(w t)/w) + (F_s - F_d)/K (1 - cos(w
@@ -24,7 +24,8 @@ fn the_block_on_a_spring_climbs_the_closed_form_s_staircase() {
     assert_events(&events, &expected, 1e-8);
     // The height of a step, by a run that ends on it.
     for step in 1..=6_u32 {
-        let (_, stuck) = exact(&SPRING_MASS, &SPRING_MASS_LEVELS, 1e-9, 0.95 + f64::from(step) * period_s);
+        let (_, stuck) =
+            exact(&SPRING_MASS, &SPRING_MASS_LEVELS, 1e-9, 0.95 + f64::from(step) * period_s);
         let height = f64::from(step) * 1.21460724193531e-3;
         assert!((stuck.q[0] / height - 1.0).abs() < 1e-7 && stuck.v[0] == 0.0, "{step}: {stuck:?}");
     }
@@ -33,7 +34,8 @@ fn the_block_on_a_spring_climbs_the_closed_form_s_staircase() {
 
 /// Stuck until `(1 + d) sin(w t) = 1`, and for ever if `d` is negative, however little is missing.
 #[test]
-fn a_force_that_only_just_reaches_the_limit_breaks_the_block_loose_and_one_that_does_not_never_does() {
+fn a_force_that_only_just_reaches_the_limit_breaks_the_block_loose_and_one_that_does_not_never_does()
+ {
     for frequency in [0.7, 3.0, 8.0, 20.0] {
         for over in [-5e-5, -1e-6, 1e-6, 5e-5_f64] {
             let speed = 0.0025 * (1.0 + over) * frequency;

@@ -9,8 +9,8 @@ use host_sim::solver::fixed_step;
 use host_sim::solver::state::Sample;
 
 use super::common::{
-    Everything, OF_BLOCK, OF_PENDULUM, ON_SPRING, PENDULUM, PENDULUM_LEVELS, SPRING_MASS, block, exact,
-    followed,
+    Everything, OF_BLOCK, OF_PENDULUM, ON_SPRING, PENDULUM, PENDULUM_LEVELS, SPRING_MASS, block,
+    exact, followed,
 };
 
 fn peak<const N: usize>(samples: &[Sample<N>]) -> f64 {
@@ -52,14 +52,16 @@ fn peak_under_a_jump(friction: &ResetIntegrator, mass: f64, load: f64) -> f64 {
     let decay = friction.damping / (2.0 * mass);
     let omega = (k / mass - decay * decay).sqrt();
     let p = |t: f64| {
-        load / k * (1.0 - (-decay * t).exp() * ((omega * t).cos() + decay / omega * (omega * t).sin()))
+        load / k
+            * (1.0 - (-decay * t).exp() * ((omega * t).cos() + decay / omega * (omega * t).sin()))
     };
     let (mut low, mut high) = (0.0, std::f64::consts::PI / omega);
     for _ in 0..80 {
         let middle = 0.5 * (low + high);
         if p(middle) < friction.range { low = middle } else { high = middle }
     }
-    let v = load / k * (-decay * low).exp() * (decay * decay + omega * omega) / omega * (omega * low).sin();
+    let v = load / k * (-decay * low).exp() * (decay * decay + omega * omega) / omega
+        * (omega * low).sin();
     k * friction.range + friction.damping * v
 }
 
@@ -70,12 +72,20 @@ fn a_jump_of_force_takes_it_far_above_its_static_friction() {
     let run = followed(&block(Shape::Square), &OF_BLOCK, 1.0);
     let expected = peak_under_a_jump(&OF_BLOCK[0], 1.0, 1.0);
     assert!(expected > 1.4 * 0.8);
-    assert!((peak(&run.samples) / expected - 1.0).abs() < 1e-7, "{} not {expected}", peak(&run.samples));
+    assert!(
+        (peak(&run.samples) / expected - 1.0).abs() < 1e-7,
+        "{} not {expected}",
+        peak(&run.samples)
+    );
     // The pendulum's gravity has nothing to say within 5.7e-4 deg.
     let run = followed(&PENDULUM, &OF_PENDULUM, 0.5);
     let expected = peak_under_a_jump(&OF_PENDULUM[0], 1.0, 6.0);
     assert!(expected > 2.5 * 1.2);
-    assert!((peak(&run.samples) / expected - 1.0).abs() < 1e-4, "{} not {expected}", peak(&run.samples));
+    assert!(
+        (peak(&run.samples) / expected - 1.0).abs() < 1e-4,
+        "{} not {expected}",
+        peak(&run.samples)
+    );
 }
 
 /// 2.2.2.1: "static friction being greater than the dynamic friction only occurred on the first two
@@ -83,7 +93,8 @@ fn a_jump_of_force_takes_it_far_above_its_static_friction() {
 /// hand ... every time". Karnopp's turns take no time: there the torque would need more than T_s.
 /// The one stay at rest holds the weight against the torque.
 #[test]
-fn static_friction_exceeds_dynamic_at_the_first_two_stops_with_karnopp_and_at_all_with_reset_integrator() {
+fn static_friction_exceeds_dynamic_at_the_first_two_stops_with_karnopp_and_at_all_with_reset_integrator()
+ {
     let (events, _) = exact(&PENDULUM, &PENDULUM_LEVELS, 1e-10, 5.0);
     let stops: Vec<_> = events.iter().filter(|e| e.kind != Break).collect();
     let applied = |time_s: f64| {
@@ -102,7 +113,8 @@ fn static_friction_exceeds_dynamic_at_the_first_two_stops_with_karnopp_and_at_al
     let mut dynamics = SingleValuedDynamics { mechanism: &PENDULUM, friction: OF_PENDULUM };
     fixed_step::run(&mut dynamics, 5e-6, 5.0, &mut stepped).unwrap();
     for run in [located, stepped] {
-        let stops: Vec<f64> = run.events.iter().filter(|e| e.kind == Stick).map(|e| e.time_s).collect();
+        let stops: Vec<f64> =
+            run.events.iter().filter(|e| e.kind == Stick).map(|e| e.time_s).collect();
         assert_eq!(stops.len(), 3, "{stops:?}");
         for stop_s in stops {
             let near: Vec<_> =

@@ -10,7 +10,8 @@ use host_sim::mechanism::{Mechanism, Shape};
 use host_sim::solver::EventKind::{self, Break, Reverse, Stick};
 
 use super::common::{
-    BLOCK_LEVELS, COUPLED, COUPLED_LEVELS, INDEPENDENT_LEVELS, assert_events, block, exact, independent,
+    BLOCK_LEVELS, COUPLED, COUPLED_LEVELS, INDEPENDENT_LEVELS, assert_events, block, exact,
+    independent,
 };
 
 /// Under the square wave all motion is at constant acceleration: 1 s of (1 - 0.6) m/s^2, then 0.6
@@ -68,7 +69,11 @@ struct TwoBlocks {
 
 impl TwoBlocks {
     fn x_in(&self, t: f64) -> f64 {
-        if self.omega > 0.0 { self.pull * (self.omega * t).sin() } else { self.pull * t.min(self.until_s) }
+        if self.omega > 0.0 {
+            self.pull * (self.omega * t).sin()
+        } else {
+            self.pull * t.min(self.until_s)
+        }
     }
 
     /// Accelerations of both blocks from Newton's law with given frictions on coordinates.
@@ -101,9 +106,10 @@ impl TwoBlocks {
                 ([a, a], [f[0] - m1 * a, dynamic(1)])
             }
             (false, true) => ([(f[0] - dynamic(0)) / m1, 0.0], [dynamic(0), f[1] + dynamic(0)]),
-            (false, false) => {
-                ([(f[0] - dynamic(0)) / m1, (f[1] + dynamic(0) - dynamic(1)) / m2], [dynamic(0), dynamic(1)])
-            }
+            (false, false) => (
+                [(f[0] - dynamic(0)) / m1, (f[1] + dynamic(0) - dynamic(1)) / m2],
+                [dynamic(0), dynamic(1)],
+            ),
         }
     }
 
@@ -140,7 +146,9 @@ impl TwoBlocks {
                 (true, true, true) => [0.0, 0.0],
                 (true, true, false) => [(f[0] + f[1] - constant(1)) / (m1 + m2); 2],
                 (true, false, true) => [(f[0] - constant(0)) / m1, 0.0],
-                (true, false, false) => [(f[0] - constant(0)) / m1, (f[1] + constant(0) - constant(1)) / m2],
+                (true, false, false) => {
+                    [(f[0] - constant(0)) / m1, (f[1] + constant(0) - constant(1)) / m2]
+                }
             };
             d.push(a);
         }
@@ -158,11 +166,9 @@ impl TwoBlocks {
     /// What must stay above zero in a mode.
     fn margins(&self, t: f64, s: &Blocks, mode: [i32; 2]) -> [f64; 2] {
         let ((_, r), v) = (self.newton(t, s, mode), self.sliding(s));
-        std::array::from_fn(
-            |i| {
-                if mode[i] == 0 { self.stick[i] - r[i].abs() } else { f64::from(mode[i]) * v[i] }
-            },
-        )
+        std::array::from_fn(|i| {
+            if mode[i] == 0 { self.stick[i] - r[i].abs() } else { f64::from(mode[i]) * v[i] }
+        })
     }
 
     /// The mode at an instant; `still` tells which frictions are at zero velocity, `broken` which
@@ -223,7 +229,11 @@ impl TwoBlocks {
             for _ in 0..60 {
                 let middle = 0.5 * (low + high);
                 let there = self.after(t, &s, mode, middle);
-                if self.margins(t + middle, &there, mode)[i] > 0.0 { low = middle } else { high = middle }
+                if self.margins(t + middle, &there, mode)[i] > 0.0 {
+                    low = middle
+                } else {
+                    high = middle
+                }
             }
             s = self.after(t, &s, mode, high);
             t += high;

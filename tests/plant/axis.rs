@@ -6,7 +6,12 @@ use host_sim::solver::{AxisSolver, Event, EventKind, ExactAxis, Rk4Axis};
 use proptest::prelude::*;
 
 fn axis(stick: f64, slip: f64, viscous: f64) -> RobotAxis {
-    RobotAxis { gain: 27.0, viscous, friction: Coulomb { stick, slip }, added: AddedFriction::default() }
+    RobotAxis {
+        gain: 27.0,
+        viscous,
+        friction: Coulomb { stick, slip },
+        added: AddedFriction::default(),
+    }
 }
 
 fn thesis_axis() -> RobotAxis {
@@ -33,8 +38,16 @@ fn a_frictionless_axis_follows_its_analytic_response() {
         let decayed = 1.0 - (-lambda * 7.0f64).exp();
         let velocity = v / axis.viscous * decayed;
         let position = v / axis.viscous * (7.0 - decayed / lambda);
-        assert!((solver.velocity() / velocity - 1.0).abs() < 1e-12, "{pieces} pieces: {}", solver.velocity());
-        assert!((solver.position() / position - 1.0).abs() < 1e-12, "{pieces} pieces: {}", solver.position());
+        assert!(
+            (solver.velocity() / velocity - 1.0).abs() < 1e-12,
+            "{pieces} pieces: {}",
+            solver.velocity()
+        );
+        assert!(
+            (solver.position() / position - 1.0).abs() < 1e-12,
+            "{pieces} pieces: {}",
+            solver.position()
+        );
     }
 }
 
@@ -69,7 +82,11 @@ fn a_coasting_axis_halts_when_and_where_the_closed_form_says() {
         // The closed form of the way loses digits for small velocities, where it is velocity * t* /
         // 2.
         let way = if velocity.abs() < 1e-3 { 0.5 * velocity * halt_s } else { way };
-        assert!((solver.position() / way - 1.0).abs() < 1e-6, "{velocity}: {} {way}", solver.position());
+        assert!(
+            (solver.position() / way - 1.0).abs() < 1e-6,
+            "{velocity}: {} {way}",
+            solver.position()
+        );
         assert!(solver.stuck() && solver.velocity() == 0.0);
     }
 }
@@ -96,7 +113,11 @@ fn strong_reverse_effort_turns_the_axis_inside_one_sample() {
     assert_eq!(events.iter().map(|e| e.kind).collect::<Vec<_>>(), [EventKind::Reverse]);
     assert!((events[0].time_s - 1.0 / (27.0 * (4.38 + 0.01))).abs() < 1e-6, "{events:?}");
     let left_s = 0.02 - events[0].time_s;
-    assert!((solver.velocity() / (-27.0 * 3.62 * left_s) - 1.0).abs() < 0.004, "{}", solver.velocity());
+    assert!(
+        (solver.velocity() / (-27.0 * 3.62 * left_s) - 1.0).abs() < 0.004,
+        "{}",
+        solver.velocity()
+    );
 }
 
 #[test]

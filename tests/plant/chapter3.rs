@@ -28,7 +28,8 @@ fn chatter(results: &[RunResult], label: &str) -> f64 {
 
 /// The largest error from a time on, in counts.
 fn worst_after(result: &RunResult, from_s: f64) -> f64 {
-    let errors = moments(result).iter().filter(|m| m.time_s >= from_s).map(|m| m.error_deg().abs() / COUNT);
+    let errors =
+        moments(result).iter().filter(|m| m.time_s >= from_s).map(|m| m.error_deg().abs() / COUNT);
     errors.fold(0.0, f64::max)
 }
 
@@ -124,7 +125,8 @@ fn reset_integral_hunts_for_ever_with_an_amplitude_that_grows_with_the_drop_of_f
 
 #[test]
 fn without_a_drop_of_friction_reset_integral_does_not_hunt_in_ten_minutes_either() {
-    let results = run("step-response", "ri", &["joint.friction.stick_v=0.38", "run.duration_s=600"]);
+    let results =
+        run("step-response", "ri", &["joint.friction.stick_v=0.38", "run.duration_s=600"]);
     assert!(results.iter().take(3).all(|result| result.metrics.hunting_peak_to_peak_deg.is_none()));
 }
 
@@ -150,7 +152,8 @@ fn reset_offset_integral_steps_once_each_t_roi() {
     // 20 ms.
     let results = run("step-response", "roi", &["reference.steps_deg=[1.0]"]);
     let moments = moments(&results[0]);
-    let stuck_from = moments.iter().rposition(|m| m.velocity_deg_per_s.abs() > 2.0).unwrap_or(0) + 10;
+    let stuck_from =
+        moments.iter().rposition(|m| m.velocity_deg_per_s.abs() > 2.0).unwrap_or(0) + 10;
     let changes: Vec<usize> =
         (stuck_from..200).filter(|&k| moments[k].tick.v_c != moments[k - 1].tick.v_c).collect();
     assert!(changes.len() >= 5, "{changes:?}");
@@ -233,7 +236,9 @@ fn srnf_with_its_parameters_off_does_what_table_18_says() {
     let thesis = run("trajectory", "srnf", &[]);
     for speed in [5.0, 2.5] {
         let slipping = SLIP_V + VISCOUS * speed;
-        for (test, v_ms, alpha) in [(1, 0.5, 100.0), (2, 0.2, 100.0), (3, 0.4, 300.0), (4, 0.4, 5.0f64)] {
+        for (test, v_ms, alpha) in
+            [(1, 0.5, 100.0), (2, 0.2, 100.0), (3, 0.4, 300.0), (4, 0.4, 5.0f64)]
+        {
             let expected = balance(1.0, |e| v_ms * (alpha * e).tanh(), slipping);
             let label = format!("srnf/trajectory-{speed:.1}/test-{test}");
             let error = cruise(&tests, &label);
@@ -289,8 +294,9 @@ fn high_gain_tracks_closer_and_only_dnpf_oscillates_violently_without_a_sample_o
         let label = format!("{controller}/trajectory-5.0");
         let delayed = format!("{label}/delay-1");
         let thesis = run("trajectory", controller, &[]);
-        let rms =
-            |results: &[RunResult], label: &str| labelled(results, label).metrics.rms_error_deg.unwrap();
+        let rms = |results: &[RunResult], label: &str| {
+            labelled(results, label).metrics.rms_error_deg.unwrap()
+        };
         // At five times the gain; PD's error falls to a fifth, those of the others less.
         assert!(rms(&results, &label) < 0.5 * rms(&thesis, &label), "{controller}");
         let growth = rms(&results, &delayed) / rms(&results, &label);
@@ -299,7 +305,8 @@ fn high_gain_tracks_closer_and_only_dnpf_oscillates_violently_without_a_sample_o
         match controller {
             // PD's oscillation is one of the control signal only.
             "pd" => assert!(
-                (1.0..2.0).contains(&growth) && chatter(&results, &delayed) > 3.0 * chatter(&results, &label)
+                (1.0..2.0).contains(&growth)
+                    && chatter(&results, &delayed) > 3.0 * chatter(&results, &label)
             ),
             // DNPF bangs without a delay as well.
             "dnpf" => assert!(growth > 2.0 && chatter(&results, &label) > 10.0, "{growth}"),
@@ -325,7 +332,10 @@ fn eq_37_read_in_si_is_an_unstable_loop_between_the_limits_of_the_output() {
         // It does not blow up, but saturates and limit-cycles, PD at 7 Hz.
         let period = literal.metrics.hunting_period_s.unwrap();
         assert!((0.1..0.25).contains(&period), "{controller}: {period} s");
-        assert!(results.iter().filter(|r| r.plan.variant.is_empty()).all(|r| !r.unstable), "{controller}");
+        assert!(
+            results.iter().filter(|r| r.plan.variant.is_empty()).all(|r| !r.unstable),
+            "{controller}"
+        );
     }
 }
 

@@ -62,7 +62,11 @@ fn friction_that_changes_inside_a_sample_is_met_there() {
     let moved = moments(&results[0]).iter().find(|m| m.position_deg > 0.0).unwrap();
     assert!((moved.time_s - 3.02).abs() < 1e-9);
     let expected = 0.5 * 27.0 * (92.0 * 0.00488 - 0.38) * 0.013f64.powi(2);
-    assert!((moved.position_deg / expected - 1.0).abs() < 0.01, "{} {expected}", moved.position_deg);
+    assert!(
+        (moved.position_deg / expected - 1.0).abs() < 0.01,
+        "{} {expected}",
+        moved.position_deg
+    );
 }
 
 #[test]
@@ -85,7 +89,11 @@ fn the_encoder_reads_edges_phase_wrap_and_sense() {
         (0.5, 1, 1),
         (0.74, 1, 1),
     ] {
-        assert_eq!((near.counts(position), floor.counts(position)), (nearest, floored), "{position}");
+        assert_eq!(
+            (near.counts(position), floor.counts(position)),
+            (nearest, floored),
+            "{position}"
+        );
     }
     let shifted = encoder(Rounding::Floor, 0.75, CounterBits::ThirtyTwo, Direction::Forward);
     assert_eq!((shifted.counts(0.12), shifted.counts(0.125), shifted.counts(-0.38)), (0, 1, -1));

@@ -67,7 +67,8 @@ fn a_response_that_stops_at_a_half_has_no_rise_time() {
 #[test]
 fn hunting_has_the_amplitude_and_period_of_its_sine() {
     let hunting = |amplitude: f64, period_s: f64| {
-        let moments = motion(120.0, 0.0, |t| amplitude * (std::f64::consts::TAU * t / period_s).sin());
+        let moments =
+            motion(120.0, 0.0, |t| amplitude * (std::f64::consts::TAU * t / period_s).sin());
         let metrics = Metrics::of(&moments, &Task::Step(1.0), COUNT);
         metrics.hunting_peak_to_peak_deg.zip(metrics.hunting_period_s)
     };
@@ -103,7 +104,10 @@ fn a_trajectory_is_judged_while_it_moves_and_cruises() {
     assert_eq!(metrics.max_error_deg, Some(5.0));
     let rms = ((51.0 * 25.0 + 550.0 * 9.0) / 601.0f64).sqrt();
     assert!((metrics.rms_error_deg.unwrap() / rms - 1.0).abs() < 1e-12);
-    assert_eq!((metrics.overshoot_deg, metrics.rise_time_s, metrics.settling_time_s), (None, None, None));
+    assert_eq!(
+        (metrics.overshoot_deg, metrics.rise_time_s, metrics.settling_time_s),
+        (None, None, None)
+    );
 }
 
 #[test]

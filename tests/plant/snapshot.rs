@@ -24,7 +24,9 @@ fn controllers_by_references() {
                     continue;
                 }
                 let m = &result.metrics;
-                let cell = |value: Option<f64>, digits| value.map_or("-".into(), |v| format!("{v:.digits$}"));
+                let cell = |value: Option<f64>, digits| {
+                    value.map_or("-".into(), |v| format!("{v:.digits$}"))
+                };
                 writeln!(
                     table,
                     "{:28}{:>8}{:>7}{:>8}{:>9}{:>8}",

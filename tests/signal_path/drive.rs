@@ -29,9 +29,14 @@ fn pwm_top_is_the_even_one_nearest_to_the_frequency() {
         let off = (f64::from(top) - exact).abs();
         assert!(top.is_multiple_of(2) && off <= 1.0 + 1e-6 * exact, "{hz} Hz: {top}, {exact}");
     }
-    assert_eq!([1300.0, 22e3, 5.25e6].map(|hz| STM32F405.pwm_top(hz)), [Ok(64_616), Ok(3818), Ok(16)]);
+    assert_eq!(
+        [1300.0, 22e3, 5.25e6].map(|hz| STM32F405.pwm_top(hz)),
+        [Ok(64_616), Ok(3818), Ok(16)]
+    );
     assert_eq!(TIMER.pwm_top(100.0), Ok(65_534));
-    for (hardware, hz) in [(STM32F405, 1299.0), (STM32F405, 5.26e6), (TIMER, 99.9), (TIMER, f32::NAN)] {
+    for (hardware, hz) in
+        [(STM32F405, 1299.0), (STM32F405, 5.26e6), (TIMER, 99.9), (TIMER, f32::NAN)]
+    {
         let error = hardware.pwm_top(hz).unwrap_err();
         assert_eq!(error.key.to_string(), "pwm_hz", "{hz} Hz");
     }

@@ -19,14 +19,15 @@ impl Profile {
     /// Positions are taken relative to the counts of `origin`.
     fn new(corners: &[Corner], half_blend: f64, origin: i32) -> Self {
         let place = |corner: &Corner| {
-            f64::from(corner.position.counts.wrapping_sub(origin)) + f64::from(corner.position.fraction)
+            f64::from(corner.position.counts.wrapping_sub(origin))
+                + f64::from(corner.position.fraction)
         };
         let mut rate = 0.0;
         let mut changes = Vec::new();
         for (i, corner) in corners.iter().enumerate() {
-            let next = corners
-                .get(i + 1)
-                .map_or(0.0, |next| (place(next) - place(corner)) / f64::from(next.tick - corner.tick));
+            let next = corners.get(i + 1).map_or(0.0, |next| {
+                (place(next) - place(corner)) / f64::from(next.tick - corner.tick)
+            });
             changes.push((f64::from(corner.tick), next - rate));
             rate = next;
         }
@@ -34,7 +35,8 @@ impl Profile {
     }
 
     fn velocity(&self, t: f64) -> f64 {
-        let part = |since: f64| ((since + self.half_blend) / (2.0 * self.half_blend)).clamp(0.0, 1.0);
+        let part =
+            |since: f64| ((since + self.half_blend) / (2.0 * self.half_blend)).clamp(0.0, 1.0);
         self.changes.iter().map(|&(tick, change)| change * part(t - tick)).sum()
     }
 
@@ -84,7 +86,10 @@ fn thesis_profile_is_the_integral_of_its_velocity() {
         let error = far_from(0, setpoint.position) - position;
         assert!(error.abs() < 1e-4, "{error} counts at tick {tick}");
         let velocity = profile.velocity(f64::from(tick)) * to_deg_per_s;
-        assert!((f64::from(setpoint.velocity) - velocity).abs() < 1e-6, "{setpoint:?} at tick {tick}");
+        assert!(
+            (f64::from(setpoint.velocity) - velocity).abs() < 1e-6,
+            "{setpoint:?} at tick {tick}"
+        );
         // The blends begin and end half way between two ticks: 37.5, 62.5, ...
         let acceleration = match tick {
             38..=62 | 1138..=1162 => 10.0,
@@ -196,12 +201,17 @@ proptest! {
 #[test]
 fn line_of_a_day_keeps_its_place_to_a_thousandth_of_a_count() {
     let day = 24 * 3600 * 50;
-    let corners =
-        corners(&[(50, Position::from_counts(0)), (50 + day, Position::from_counts(day as i32 / 3))]);
+    let corners = corners(&[
+        (50, Position::from_counts(0)),
+        (50 + day, Position::from_counts(day as i32 / 3)),
+    ]);
     let trajectory = Trajectory::new(&corners, 0.25, SAMPLE_TIME, RESOLUTION).unwrap();
     for k in (1000..day - 1000).step_by(997) {
         let error = far_from(0, trajectory.at(50 + k).position) - f64::from(k) / 3.0;
-        assert!(error.abs() <= f64::from(k) / 4_294_967_296.0 + HALF_ULP, "{error} counts after {k} ticks");
+        assert!(
+            error.abs() <= f64::from(k) / 4_294_967_296.0 + HALF_ULP,
+            "{error} counts after {k} ticks"
+        );
     }
 }
 
@@ -214,7 +224,11 @@ fn finished_motion_stays_finished_to_the_last_tick() {
     let trajectory = Trajectory::new(&corners, 0.25, 0.02, 0.00242).unwrap();
     for tick in [563, 1 << 31, (1 << 31) + 563, u32::MAX] {
         let setpoint = trajectory.at(tick);
-        assert_eq!((setpoint.position, setpoint.velocity), (Position::from_counts(20_661), 0.0), "{tick}");
+        assert_eq!(
+            (setpoint.position, setpoint.velocity),
+            (Position::from_counts(20_661), 0.0),
+            "{tick}"
+        );
     }
 }
 
@@ -222,8 +236,10 @@ fn finished_motion_stays_finished_to_the_last_tick() {
 #[test]
 fn corners_may_touch_exactly_however_late_they_are() {
     let taken = |ticks: &[u32], half_blend_s| {
-        let corners: Vec<_> =
-            ticks.iter().map(|&tick| Corner { tick, position: Position::from_counts(tick as i32) }).collect();
+        let corners: Vec<_> = ticks
+            .iter()
+            .map(|&tick| Corner { tick, position: Position::from_counts(tick as i32) })
+            .collect();
         Trajectory::new(&corners, half_blend_s, 0.02, 0.00242).is_ok()
     };
     assert!(taken(&[15, 45], 0.3) && !taken(&[14, 45], 0.3) && !taken(&[15, 44], 0.3));

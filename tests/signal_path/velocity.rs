@@ -73,7 +73,11 @@ fn velocity_is_clamped_before_it_could_overflow() {
                 .unwrap()
         };
         let bound = f64::from(MAX_INCREMENT) * f64::from(RESOLUTION) / f64::from(SAMPLE_TIME);
-        assert!((f64::from(steady(i32::MAX)) / bound - 1.0).abs() < 1e-6, "{window}: {}", steady(i32::MAX));
+        assert!(
+            (f64::from(steady(i32::MAX)) / bound - 1.0).abs() < 1e-6,
+            "{window}: {}",
+            steady(i32::MAX)
+        );
         assert_eq!(steady(i32::MIN), -steady(i32::MAX), "{window}");
         assert_eq!(steady(MAX_INCREMENT + 1), steady(MAX_INCREMENT), "{window}");
         assert_eq!(steady(-MAX_INCREMENT - 1), steady(-MAX_INCREMENT), "{window}");

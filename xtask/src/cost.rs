@@ -28,8 +28,9 @@ pub fn measure(arguments: &Arguments) -> Result<(), String> {
     Job::new("Building the yardsticks").run(&mut toolchain.cargo(&build))?;
     let built = firmware::built(YARDSTICK);
     let yardstick = image.with_file_name(YARDSTICK).with_extension("elf");
-    fs::copy(&built, &yardstick)
-        .map_err(|error| format!("cannot copy {} to {}: {error}", built.display(), yardstick.display()))?;
+    fs::copy(&built, &yardstick).map_err(|error| {
+        format!("cannot copy {} to {}: {error}", built.display(), yardstick.display())
+    })?;
     let compiler = toolchain.version().ok_or("the compiler does not say its version")?;
     let mut measuring: Vec<OsString> = vec!["cost".into()];
     for (option, value) in [

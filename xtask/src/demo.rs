@@ -17,8 +17,13 @@ pub struct Arguments {
 const FIGURES: &str = "target/demo";
 
 /// The experiments that the benchmark does not run.
-const MORE: [&str; 5] =
-    ["step-added-friction", "srnf-robustness", "srnf-added-friction", "high-gain", "friction-identification"];
+const MORE: [&str; 5] = [
+    "step-added-friction",
+    "srnf-robustness",
+    "srnf-added-friction",
+    "high-gain",
+    "friction-identification",
+];
 
 /// Leaves out the reading of the gain in SI, which is a variant of this experiment.
 const AS_WE_READ_IT: [&str; 2] = ["--set", "joint.gain_deg_per_s2_per_v=27"];
@@ -39,11 +44,13 @@ pub fn demo(arguments: &Arguments) -> Result<(), String> {
         let drawing = Job::new("Drawing the other experiments of Chapter 3 and Appendix A.2");
         drawing.announce();
         MORE.iter().try_for_each(|experiment| {
-            drawing.run_silently(&mut Simulator::Host.command(&["run", experiment, "--plot", FIGURES]))
+            drawing
+                .run_silently(&mut Simulator::Host.command(&["run", experiment, "--plot", FIGURES]))
         })
     })?;
     if !arguments.host {
-        let image = times.of("the compiler for the microcontroller, and the firmware", firmware::build)?;
+        let image =
+            times.of("the compiler for the microcontroller, and the firmware", firmware::build)?;
         times.of("building the simulator with the emulator", || Simulator::Emulator.build())?;
         times.of("running the image", || in_the_image(&image))?;
     }
@@ -57,8 +64,13 @@ pub fn demo(arguments: &Arguments) -> Result<(), String> {
 /// core on this machine fails.
 fn in_the_image(image: &Path) -> Result<(), String> {
     let run = || {
-        let mut run =
-            Simulator::Emulator.command(&["run", "step-response", "--target", "emulator", "--image"]);
+        let mut run = Simulator::Emulator.command(&[
+            "run",
+            "step-response",
+            "--target",
+            "emulator",
+            "--image",
+        ]);
         run.arg(image).args(AS_WE_READ_IT);
         run
     };
@@ -66,8 +78,12 @@ fn in_the_image(image: &Path) -> Result<(), String> {
         "The firmware boots on an emulated microcontroller and moves the simulated joint by 5 degrees; its log:",
     )
     .run(run().args(ONE_MOVE).arg("--log"))?;
-    Job::new("The thesis's controllers in that image, bit for bit what the core does on this machine")
-        .run(&mut run())?;
-    println!("   (the emulated part counts instructions, not cycles; nothing here has run on hardware)");
+    Job::new(
+        "The thesis's controllers in that image, bit for bit what the core does on this machine",
+    )
+    .run(&mut run())?;
+    println!(
+        "   (the emulated part counts instructions, not cycles; nothing here has run on hardware)"
+    );
     Ok(())
 }

@@ -13,8 +13,10 @@ const FLASH_SIZE: u32 = 1 << 20;
 /// Joins the loaded segments of a 32-bit little-endian ELF from the start of the flash on, and
 /// fills gaps with 0xFF.
 pub fn flash_contents(elf: &[u8]) -> Result<Vec<u8>, String> {
-    let half = |at: usize| elf.get(at..at + 2).map(|b| usize::from(u16::from_le_bytes([b[0], b[1]])));
-    let word = |at: usize| elf.get(at..at + 4).map(|b| u32::from_le_bytes([b[0], b[1], b[2], b[3]]));
+    let half =
+        |at: usize| elf.get(at..at + 2).map(|b| usize::from(u16::from_le_bytes([b[0], b[1]])));
+    let word =
+        |at: usize| elf.get(at..at + 4).map(|b| u32::from_le_bytes([b[0], b[1], b[2], b[3]]));
     let short = || "the image is not a whole 32-bit ELF file".to_owned();
     if !elf.starts_with(b"\x7fELF\x01\x01") {
         return Err(short());
@@ -25,12 +27,15 @@ pub fn flash_contents(elf: &[u8]) -> Result<Vec<u8>, String> {
     for i in 0..count {
         let header = table + i * size;
         let field = |at: usize| word(header + at).ok_or_else(short);
-        let (kind, from, address, length) = (field(0)?, field(4)? as usize, field(12)?, field(16)? as usize);
+        let (kind, from, address, length) =
+            (field(0)?, field(4)? as usize, field(12)?, field(16)? as usize);
         if kind != LOAD || length == 0 {
             continue;
         }
         let at = address.checked_sub(FLASH).filter(|at| *at < FLASH_SIZE);
-        let at = at.ok_or_else(|| format!("the image loads to {address:#x}, outside of the flash"))? as usize;
+        let at = at
+            .ok_or_else(|| format!("the image loads to {address:#x}, outside of the flash"))?
+            as usize;
         let bytes = elf.get(from..from + length).ok_or_else(short)?;
         if flash.len() < at + length {
             flash.resize(at + length, 0xFF);

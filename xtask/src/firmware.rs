@@ -51,16 +51,19 @@ const SMALL: [&str; 2] = ["-C", "llvm-args=-inline-threshold=25"];
 pub fn build() -> Result<PathBuf, String> {
     let toolchain = Toolchain::ready()?;
     println!("   compiler: {}", toolchain.describe());
-    Job::new("Building the firmware").run(toolchain.cargo(&arguments("rustc")).arg("--").args(SMALL))?;
+    Job::new("Building the firmware")
+        .run(toolchain.cargo(&arguments("rustc")).arg("--").args(SMALL))?;
     let built = built(IMAGE);
-    let image = fs::read(&built).map_err(|error| format!("cannot read {}: {error}", built.display()))?;
+    let image =
+        fs::read(&built).map_err(|error| format!("cannot read {}: {error}", built.display()))?;
     let directory = target_dir().join("firmware");
     fs::create_dir_all(&directory)
         .map_err(|error| format!("cannot make {}: {error}", directory.display()))?;
     let flash = crate::elf::flash_contents(&image)?;
     let path = |extension| directory.join(IMAGE).with_extension(extension);
     for (path, bytes) in [(path("elf"), &image), (path("bin"), &flash)] {
-        fs::write(&path, bytes).map_err(|error| format!("cannot write {}: {error}", path.display()))?;
+        fs::write(&path, bytes)
+            .map_err(|error| format!("cannot write {}: {error}", path.display()))?;
         println!("{} ({} bytes)", path.display(), bytes.len());
     }
     Ok(path("elf"))
@@ -80,7 +83,8 @@ pub fn params(arguments: &ParamsArguments) -> Result<(), String> {
         let stem = PathBuf::from(&arguments.file).file_stem().unwrap_or_default().to_owned();
         target_dir().join("firmware").join(stem).with_extension("params")
     });
-    let here = std::env::current_dir().map_err(|error| format!("there is no current directory: {error}"))?;
+    let here = std::env::current_dir()
+        .map_err(|error| format!("there is no current directory: {error}"))?;
     let file = here.join(&arguments.file);
     let file = if file.is_file() { file.into_os_string() } else { arguments.file.clone().into() };
     let mut command = Simulator::Host.command(&["params"]);

@@ -28,7 +28,8 @@ pub fn pass() -> Result<(), String> {
 /// with a panic in it.
 fn no_panic(toolchain: &Toolchain) -> Result<(), String> {
     let link = |more: &[&str]| -> Command {
-        let mut arguments = vec!["build", "--profile", PROFILE, "--package", PROGRAM, "--target", TARGET];
+        let mut arguments =
+            vec!["build", "--profile", PROFILE, "--package", PROGRAM, "--target", TARGET];
         arguments.extend(more);
         toolchain.cargo(&arguments)
     };
@@ -37,7 +38,8 @@ fn no_panic(toolchain: &Toolchain) -> Result<(), String> {
         format!("{why}: if the linker misses `{MISSING}`, something in the control path can panic")
     })?;
     let built = firmware::built(PROGRAM);
-    let program = fs::read(&built).map_err(|error| format!("cannot read {}: {error}", built.display()))?;
+    let program =
+        fs::read(&built).map_err(|error| format!("cannot read {}: {error}", built.display()))?;
     if !KEPT.iter().all(|name| program.windows(name.len()).any(|window| window == *name)) {
         return Err(format!(
             "{}: the linker has dropped the control path or the link, so this shows nothing",

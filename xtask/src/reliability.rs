@@ -54,15 +54,18 @@ pub fn measure(arguments: &Arguments) -> Result<(), String> {
     test.args(EMULATOR);
     let messages = arguments.messages.to_string();
     test.args(["--", "--nocapture", "--test-threads=1"]).env("STICTION_FUZZ", &messages);
-    let mut figures = printed("Faults, bad encoders, power cuts, a soak and random messages", &mut test)?;
+    let mut figures =
+        printed("Faults, bad encoders, power cuts, a soak and random messages", &mut test)?;
     if arguments.image {
         let image = crate::firmware::build()?;
         let mut test = cargo(&["test", "--test", "image"]);
         test.args(EMULATOR).args(["matrix", "--", "--nocapture", "--test-threads=1"]);
-        figures.extend(printed("The matrix in the flash image", test.env("STICTION_IMAGE", image))?);
+        figures
+            .extend(printed("The matrix in the flash image", test.env("STICTION_IMAGE", image))?);
     }
     let template = root().join(TEMPLATE);
-    let text = fs::read_to_string(&template).map_err(|error| format!("cannot read {TEMPLATE}: {error}"))?;
+    let text = fs::read_to_string(&template)
+        .map_err(|error| format!("cannot read {TEMPLATE}: {error}"))?;
     let page = filled(&text, &figures)?;
     fs::write(root().join(PAGE), page).map_err(|error| format!("cannot write {PAGE}: {error}"))?;
     println!("{PAGE}: {} figures", figures.len());
@@ -74,11 +77,17 @@ pub fn measure(arguments: &Arguments) -> Result<(), String> {
 
 fn printed(what: &'static str, command: &mut std::process::Command) -> Result<Vec<Figure>, String> {
     Job::new(what).announce();
-    let mut child =
-        command.stdout(Stdio::piped()).spawn().map_err(|error| format!("cannot start cargo: {error}"))?;
+    let mut child = command
+        .stdout(Stdio::piped())
+        .spawn()
+        .map_err(|error| format!("cannot start cargo: {error}"))?;
     let mut figures = Vec::new();
-    for line in
-        child.stdout.take().into_iter().flat_map(|out| BufReader::new(out).lines()).map_while(Result::ok)
+    for line in child
+        .stdout
+        .take()
+        .into_iter()
+        .flat_map(|out| BufReader::new(out).lines())
+        .map_while(Result::ok)
     {
         println!("{line}");
         figures.extend(figure(&line));
@@ -94,7 +103,9 @@ fn figure(line: &str) -> Option<Figure> {
     let (_, told) = line.split_once(MARK)?;
     let mut parts = told.split(" | ");
     let name = parts.next()?.trim().to_owned();
-    let pair = |part: &str| part.split_once('=').map(|(key, value)| (key.trim().into(), value.trim().into()));
+    let pair = |part: &str| {
+        part.split_once('=').map(|(key, value)| (key.trim().into(), value.trim().into()))
+    };
     Some(Figure { name, values: parts.filter_map(pair).collect() })
 }
 
@@ -115,7 +126,8 @@ fn lines(line: &str, figures: &[Figure]) -> Result<Vec<String>, String> {
         let (name, rest) = line.strip_prefix("{{")?.strip_prefix(tag)?.split_once("}}")?;
         Some((name, rest))
     };
-    let named = |name: &str| figures.iter().filter(|figure| figure.name == name).collect::<Vec<_>>();
+    let named =
+        |name: &str| figures.iter().filter(|figure| figure.name == name).collect::<Vec<_>>();
     if let Some((name, rest)) = tagged("*") {
         return named(name).into_iter().map(|figure| of_one(rest, figure)).collect();
     }
@@ -132,13 +144,15 @@ fn lines(line: &str, figures: &[Figure]) -> Result<Vec<String>, String> {
         _ => line,
     };
     let value = |place: &str| {
-        let (name, key) =
-            place.split_once('.').ok_or(format!("{TEMPLATE}: `{{{{{place}}}}}` names no figure"))?;
+        let (name, key) = place
+            .split_once('.')
+            .ok_or(format!("{TEMPLATE}: `{{{{{place}}}}}` names no figure"))?;
         match &named(name)[..] {
             [only] => of(only, key),
-            all => {
-                Err(format!("{TEMPLATE}: `{{{{{place}}}}}`: {} tests have printed `{MARK}{name}`", all.len()))
-            }
+            all => Err(format!(
+                "{TEMPLATE}: `{{{{{place}}}}}`: {} tests have printed `{MARK}{name}`",
+                all.len()
+            )),
         }
     };
     replaced(rest, value).map(|line| vec![line])
@@ -149,7 +163,8 @@ fn of_one(line: &str, figure: &Figure) -> Result<String, String> {
 }
 
 fn of(figure: &Figure, key: &str) -> Result<String, String> {
-    let found = figure.values.iter().find(|(other, _)| other == key).map(|(_, value)| grouped(value));
+    let found =
+        figure.values.iter().find(|(other, _)| other == key).map(|(_, value)| grouped(value));
     found.ok_or_else(|| format!("{TEMPLATE}: `{MARK}{}` has no `{key}`", figure.name))
 }
 
@@ -157,7 +172,8 @@ fn replaced(line: &str, value: impl Fn(&str) -> Result<String, String>) -> Resul
     let mut done = String::new();
     let mut rest = line;
     while let Some((before, tail)) = rest.split_once("{{") {
-        let (place, after) = tail.split_once("}}").ok_or(format!("{TEMPLATE}: a `{{{{` without its end"))?;
+        let (place, after) =
+            tail.split_once("}}").ok_or(format!("{TEMPLATE}: a `{{{{` without its end"))?;
         done.push_str(before);
         done.push_str(&value(place)?);
         rest = after;
@@ -191,11 +207,11 @@ mod tests {
             "reliability: wires | what=swapped | s=0.3",
         ];
         let figures: Vec<Figure> = told.iter().filter_map(|line| figure(line)).collect();
-        let template =
-            "{{soak.moves}} moves\n{{#wires}}| {{what}} | {{s}} |\n{{?image}}with\n{{!image}}without";
+        let template = "{{soak.moves}} moves\n{{#wires}}| {{what}} | {{s}} |\n{{?image}}with\n{{!image}}without";
         let page = "12 345 moves\n| cut | 0.2 |\n| swapped | 0.3 |\nwithout\n";
         assert_eq!(filled(template, &figures).as_deref(), Ok(page));
-        let missing = ["{{soak.days}}", "{{none.x}}", "{{wires.s}}", "{{#none}}| {{x}} |", "{{x", "{{x}}"];
+        let missing =
+            ["{{soak.days}}", "{{none.x}}", "{{wires.s}}", "{{#none}}| {{x}} |", "{{x", "{{x}}"];
         for line in missing {
             assert!(filled(line, &figures).is_err(), "{line}");
         }

@@ -20,7 +20,8 @@ pub struct ImageArguments {
 /// as `test` builds them.
 pub fn image(arguments: &ImageArguments) -> Result<(), String> {
     let image = firmware::build()?;
-    let mut test = cargo(&["test", "--package", "host-sim", "--package", "loop-tests", "--test", "image"]);
+    let mut test =
+        cargo(&["test", "--package", "host-sim", "--package", "loop-tests", "--test", "image"]);
     test.args(EMULATOR).arg("--").env("STICTION_IMAGE", image);
     match &arguments.tests[..] {
         [] => test.arg(BIT_FOR_BIT),
@@ -33,19 +34,30 @@ pub fn test() -> Result<(), String> {
     Job::new("Format").run(&mut cargo(&["fmt", "--all", "--check"]))?;
     // All that can be built in is built in. What stands for a part that is left out is compiled
     // with `bad_input` below.
-    Job::new("Lints").run(cargo(&["clippy", "--workspace", "--all-targets"]).args(EMULATOR).args(STRICT))?;
+    Job::new("Lints")
+        .run(cargo(&["clippy", "--workspace", "--all-targets"]).args(EMULATOR).args(STRICT))?;
     let toolchain = Toolchain::ready()?;
-    Job::new("Lints of the firmware").run(toolchain.cargo(&firmware::arguments("clippy")).args(STRICT))?;
+    Job::new("Lints of the firmware")
+        .run(toolchain.cargo(&firmware::arguments("clippy")).args(STRICT))?;
     let image = firmware::build()?;
     Job::new("Tests, the image in the loop among them")
         .run(cargo(&["test", "--workspace"]).args(EMULATOR).env("STICTION_IMAGE", image))?;
     // These are the sentences that only a program without those parts says.
-    Job::new("Tests of the command line without emulator, live view, figures and report").run(&mut cargo(
-        &["test", "--package", "host-sim", "--no-default-features", "--test", "bad_input"],
-    ))?;
+    Job::new("Tests of the command line without emulator, live view, figures and report").run(
+        &mut cargo(&[
+            "test",
+            "--package",
+            "host-sim",
+            "--no-default-features",
+            "--test",
+            "bad_input",
+        ]),
+    )?;
     gates::pass()?;
     cost::measure(&cost::Arguments::default())?;
     Job::new("Documentation").run(
-        cargo(&["doc", "--workspace", "--no-deps"]).args(EMULATOR).env("RUSTDOCFLAGS", "--deny warnings"),
+        cargo(&["doc", "--workspace", "--no-deps"])
+            .args(EMULATOR)
+            .env("RUSTDOCFLAGS", "--deny warnings"),
     )
 }

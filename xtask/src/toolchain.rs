@@ -19,8 +19,15 @@ pub const TARGET: &str = "thumbv7em-none-eabihf";
 const LINKED: &str = "stiction";
 
 /// Debian's packages of the compiler, its sources, its linker and lints.
-const PACKAGES: [&str; 7] =
-    ["rustc-web", "cargo-web", "rust-web-src", "rust-web-clippy", "rustfmt-web", "rust-web-llvm", "lld-22"];
+const PACKAGES: [&str; 7] = [
+    "rustc-web",
+    "cargo-web",
+    "rust-web-src",
+    "rust-web-clippy",
+    "rustfmt-web",
+    "rust-web-llvm",
+    "lld-22",
+];
 
 /// The directory in which Debian keeps the libraries of each target.
 const RUSTLIB: &str = "/usr/lib/rustlib";
@@ -71,7 +78,9 @@ impl Toolchain {
     /// The compiler's own words about its version, as in `rustc 1.96.0 (ac68faa20 2026-05-28)`.
     pub fn version(&self) -> Option<String> {
         let text = match self {
-            Self::Default => output(Command::new(default_rustc()).arg("--version").current_dir(root())),
+            Self::Default => {
+                output(Command::new(default_rustc()).arg("--version").current_dir(root()))
+            }
             Self::Debian => output(Command::new("/usr/bin/rustc").arg("--version")),
         };
         text.map(|text| text.trim().to_owned())
@@ -83,7 +92,8 @@ impl Toolchain {
             Self::Default => cargo(arguments),
             Self::Debian => {
                 // Cargo is called by its name: `$CARGO` is the default tool chain's.
-                let mut command = Command::new(if has_rustup() { "cargo" } else { "/usr/bin/cargo" });
+                let mut command =
+                    Command::new(if has_rustup() { "cargo" } else { "/usr/bin/cargo" });
                 command.args(arguments).current_dir(root());
                 command.env("RUSTUP_TOOLCHAIN", LINKED).env_remove("CARGO").env_remove("RUSTC");
                 command
@@ -99,7 +109,9 @@ fn default_rustc() -> OsString {
 fn default_has_target() -> bool {
     let mut rustc = Command::new(default_rustc());
     let sysroot = output(rustc.args(["--print", "sysroot"]).current_dir(root()));
-    sysroot.is_some_and(|sysroot| has_core(&Path::new(sysroot.trim()).join("lib/rustlib").join(TARGET)))
+    sysroot.is_some_and(|sysroot| {
+        has_core(&Path::new(sysroot.trim()).join("lib/rustlib").join(TARGET))
+    })
 }
 
 fn has_core(target: &Path) -> bool {
@@ -144,12 +156,8 @@ fn link() -> Result<(), String> {
     if is_linked() {
         return Ok(());
     }
-    Job::new("Making Debian's compiler known to rustup as `stiction`").run(Command::new("rustup").args([
-        "toolchain",
-        "link",
-        LINKED,
-        "/usr",
-    ]))
+    Job::new("Making Debian's compiler known to rustup as `stiction`")
+        .run(Command::new("rustup").args(["toolchain", "link", LINKED, "/usr"]))
 }
 
 fn install_debian() -> Result<(), String> {
@@ -161,7 +169,8 @@ fn install_debian() -> Result<(), String> {
         ));
     }
     install_packages()?;
-    let version = debian_version().ok_or("/usr/bin/rustc does not start, though its package is installed")?;
+    let version =
+        debian_version().ok_or("/usr/bin/rustc does not start, though its package is installed")?;
     build_library(&version)?;
     name_linker(&version)?;
     // The stamp comes last, so that a run that was interrupted begins anew.
@@ -173,7 +182,8 @@ fn is_root() -> bool {
 }
 
 fn install_packages() -> Result<(), String> {
-    let missing: Vec<&str> = PACKAGES.into_iter().filter(|package| !is_installed(package)).collect();
+    let missing: Vec<&str> =
+        PACKAGES.into_iter().filter(|package| !is_installed(package)).collect();
     if missing.is_empty() {
         return Ok(());
     }
@@ -189,7 +199,8 @@ fn install_packages() -> Result<(), String> {
 }
 
 fn is_installed(package: &str) -> bool {
-    let status = output(Command::new("dpkg-query").args(["--show", "--showformat=${Status}", package]));
+    let status =
+        output(Command::new("dpkg-query").args(["--show", "--showformat=${Status}", package]));
     status.is_some_and(|status| status.ends_with("ok installed"))
 }
 
@@ -235,7 +246,8 @@ fn build_library(version: &str) -> Result<(), String> {
         let is_library = file.extension() == Some(OsStr::new("rlib"));
         let file_name = file.file_name().unwrap_or_default();
         if is_library && !file_name.to_string_lossy().starts_with("libstiction") {
-            fs::copy(&file, library.join(file_name)).map_err(|error| cannot("copy", &file, &error))?;
+            fs::copy(&file, library.join(file_name))
+                .map_err(|error| cannot("copy", &file, &error))?;
         }
     }
     Ok(())
@@ -249,14 +261,18 @@ fn release_of(version: &str) -> &str {
 /// Puts `rust-lld` beside the compiler: `cargo-binutils` installs a proxy of the same name on the
 /// path that is no linker.
 fn name_linker(version: &str) -> Result<(), String> {
-    let host = version.lines().find_map(|line| line.strip_prefix("host: ")).ok_or("rustc names no host")?;
+    let host = version
+        .lines()
+        .find_map(|line| line.strip_prefix("host: "))
+        .ok_or("rustc names no host")?;
     let directory = Path::new(RUSTLIB).join(host).join("bin");
     let linker = directory.join("rust-lld");
     if linker.exists() {
         return Ok(());
     }
     make_dir(&directory)?;
-    std::os::unix::fs::symlink("/usr/bin/lld-22", &linker).map_err(|error| cannot("link", &linker, &error))
+    std::os::unix::fs::symlink("/usr/bin/lld-22", &linker)
+        .map_err(|error| cannot("link", &linker, &error))
 }
 
 fn make_dir(path: &Path) -> Result<(), String> {

@@ -32,7 +32,10 @@ pub fn rank(arguments: &Arguments) -> Result<(), Error> {
     let ranked = benchmark(&documents)?;
     if let Some(directory) = &arguments.plot {
         for (document, results) in documents.iter().zip(&ranked.results) {
-            write_figures(directory, &figures(&document.origin.name, results, &document.machine()?.figures))?;
+            write_figures(
+                directory,
+                &figures(&document.origin.name, results, &document.machine()?.figures),
+            )?;
         }
     }
     if arguments.json {
@@ -79,6 +82,7 @@ Each value is the worst of the controller's runs, all simulated. Settled: within
 0.05 deg and staying. Ranked by the mean of the places in the six columns, all
 of equal weight; \"-\": no run of that kind.";
     let unstable = scores.iter().filter(|score| score.unstable);
-    let remarks = unstable.map(|score| format!("{}: unstable, and ranked last\n", score.controller));
+    let remarks =
+        unstable.map(|score| format!("{}: unstable, and ranked last\n", score.controller));
     format!("{}\n\n{legend}\n{}", table.trim_fmt(), remarks.collect::<String>())
 }

@@ -32,8 +32,12 @@ pub struct Arguments {
 pub fn params(arguments: &Arguments) -> Result<(), Error> {
     let mut document = Document::open(&arguments.experiment)?;
     document.set(&arguments.set)?;
-    let fixed: Vec<String> =
-        arguments.set.iter().filter_map(|a| a.split_once('=')).map(|(key, _)| key.trim().into()).collect();
+    let fixed: Vec<String> = arguments
+        .set
+        .iter()
+        .filter_map(|a| a.split_once('='))
+        .map(|(key, _)| key.trim().into())
+        .collect();
     let controllers: Vec<String> = arguments.controller.iter().cloned().collect();
     let experiment = Experiment::plan(&document, &controllers, &fixed)?;
     let Some(plan) = experiment.runs.first() else { return Ok(()) };

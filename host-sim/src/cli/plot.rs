@@ -31,9 +31,13 @@ pub fn plot(arguments: &Arguments) -> Result<(), Error> {
         )));
     }
     prepare_figures(&arguments.out)?;
-    let stems = arguments.files.iter().map(|file| file.file_stem().unwrap_or_default().to_string_lossy());
+    let stems =
+        arguments.files.iter().map(|file| file.file_stem().unwrap_or_default().to_string_lossy());
     let stem = stems.collect::<Vec<_>>().join("-and-");
-    write_figures(&arguments.out, &[NamedFigure { stem: stem.clone(), figure: logged::figure(&all) }])?;
+    write_figures(
+        &arguments.out,
+        &[NamedFigure { stem: stem.clone(), figure: logged::figure(&all) }],
+    )?;
     let path = arguments.out.join(stem);
     print(&format!("{}.svg and .png\n", path.display()))
 }

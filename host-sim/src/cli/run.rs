@@ -49,16 +49,23 @@ pub fn run(arguments: &Arguments) -> Result<(), Error> {
     if document.is_lab() {
         return arguments.run_lab(document);
     }
-    for (option, given) in [("--friction", &arguments.friction), ("--coupling", &arguments.coupling)] {
+    for (option, given) in
+        [("--friction", &arguments.friction), ("--coupling", &arguments.coupling)]
+    {
         if let Some(first) = given.first() {
             let why = format!("{} positions a joint, whose friction is Karnopp's", document.origin);
-            return Err(Error::Input(format!("{option} {first} belongs to friction experiments; {why}")));
+            return Err(Error::Input(format!(
+                "{option} {first} belongs to friction experiments; {why}"
+            )));
         }
     }
     let assignments = arguments.assignments();
     document.set(&assignments)?;
-    let fixed: Vec<String> =
-        assignments.iter().filter_map(|a| a.split_once('=')).map(|(key, _)| key.trim().into()).collect();
+    let fixed: Vec<String> = assignments
+        .iter()
+        .filter_map(|a| a.split_once('='))
+        .map(|(key, _)| key.trim().into())
+        .collect();
     let experiment = Experiment::plan(&document, &arguments.controller, &fixed)?;
     if let Some(directory) = &arguments.plot {
         prepare_figures(directory)?;
@@ -73,7 +80,8 @@ pub fn run(arguments: &Arguments) -> Result<(), Error> {
         write_figures(directory, &figures)?;
     }
     if arguments.json {
-        let text = json::render(&experiment, &results).map_err(|error| Error::Input(error.to_string()))?;
+        let text =
+            json::render(&experiment, &results).map_err(|error| Error::Input(error.to_string()))?;
         print(&(text + "\n"))
     } else {
         print(&table::render(&results))
@@ -98,7 +106,10 @@ impl Arguments {
         ] {
             if given.len() > 1 {
                 let names = given.join(",");
-                return Err(Error::Input(format!("{option} {names} names {}; {what}", given.len())));
+                return Err(Error::Input(format!(
+                    "{option} {names} names {}; {what}",
+                    given.len()
+                )));
             }
         }
         let friction = self.friction.iter().map(|model| format!("run.friction=[{model:?}]"));
@@ -115,7 +126,8 @@ impl Arguments {
             return given_up;
         }
         if let Some(path) = &self.csv {
-            let text = lab::output::csv(&results).map_err(|error| Error::Input(error.to_string()))?;
+            let text =
+                lab::output::csv(&results).map_err(|error| Error::Input(error.to_string()))?;
             write_whole(path, &text)?;
         }
         let setup = document.setup()?;

@@ -55,7 +55,8 @@ impl Log {
 
     /// Tells which signals have to be subscribed for these columns.
     pub fn mask(&self) -> u64 {
-        self.signals.mask(BASE.into_iter().chain([APPLIED]).chain(self.more.iter().map(String::as_str)))
+        self.signals
+            .mask(BASE.into_iter().chain([APPLIED]).chain(self.more.iter().map(String::as_str)))
     }
 
     /// Adds a sample.
@@ -95,7 +96,9 @@ impl Log {
                 Cell::from(reference * resolution),
                 Cell::from(value("counts") * resolution),
             ];
-            row.extend(["error_deg", "velocity_deg_per_s", "v_pd_v", "v_c_v", "v_v", "code"].map(cell));
+            row.extend(
+                ["error_deg", "velocity_deg_per_s", "v_pd_v", "v_c_v", "v_v", "code"].map(cell),
+            );
             row.push(Cell::from(value("velocity_deg_per_s") == 0.0));
             row.push(cell(APPLIED));
             row.extend(self.more.iter().map(|name| cell(name)));

@@ -77,7 +77,8 @@ pub fn changes(before: &Parameters, after: &Parameters) -> Result<Vec<String>, E
     let none = || "none".to_owned();
     let changed = new.iter().filter_map(|(key, value)| {
         let was = find(&old, key);
-        (was.as_ref() != Some(value)).then(|| format!("{key}: {} -> {value}", was.unwrap_or_else(none)))
+        (was.as_ref() != Some(value))
+            .then(|| format!("{key}: {} -> {value}", was.unwrap_or_else(none)))
     });
     let gone = old.iter().filter(|(key, _)| find(&new, key).is_none());
     Ok(changed.chain(gone.map(|(key, was)| format!("{key}: {was} -> none"))).collect())
@@ -96,7 +97,8 @@ fn flatten(path: &str, value: &Value, into: &mut Vec<(String, String)>) {
 }
 
 fn known(parameters: &Parameters) -> Result<Table, Error> {
-    let mut table = Table::try_from(of(parameters)).map_err(|error| Error::Input(error.to_string()))?;
+    let mut table =
+        Table::try_from(of(parameters)).map_err(|error| Error::Input(error.to_string()))?;
     for simulated in ["title", "source", "joint", "run"] {
         table.remove(simulated);
     }
@@ -120,9 +122,11 @@ fn of(parameters: &Parameters) -> Machine {
     gains.put(PdGains::ABOUT, &config.pd);
     config.compensator.iter().for_each(|law| gains.put(about_law(law), law));
     let encoder = Written::out(&config.encoder);
-    let mut sampling = Written::with(machine::Wanted { controller: Some(Names::One(name.clone())) });
+    let mut sampling =
+        Written::with(machine::Wanted { controller: Some(Names::One(name.clone())) });
     sampling.put(ControllerConfig::ABOUT, config);
-    let (reference, identification) = asked(motion, encoder.resolution_deg(), sampling.sample_time_s());
+    let (reference, identification) =
+        asked(motion, encoder.resolution_deg(), sampling.sample_time_s());
     Machine {
         title: "Parameters of a device".into(),
         source: String::new(),
@@ -151,7 +155,11 @@ fn of(parameters: &Parameters) -> Machine {
     }
 }
 
-fn asked(motion: &Motion, resolution_deg: f64, sample_time_s: f64) -> (Reference, Option<Identification>) {
+fn asked(
+    motion: &Motion,
+    resolution_deg: f64,
+    sample_time_s: f64,
+) -> (Reference, Option<Identification>) {
     let deg = |position: &Position| degrees(position, resolution_deg);
     let mut reference = Reference::default();
     match motion {
@@ -170,7 +178,10 @@ fn asked(motion: &Motion, resolution_deg: f64, sample_time_s: f64) -> (Reference
         }
         Motion::Ramp { rate, hold } => {
             let rates = vec![single(*rate)];
-            return (reference, Some(Identification { ramp_rates_v_per_s: rates, hold_s: single(*hold) }));
+            return (
+                reference,
+                Some(Identification { ramp_rates_v_per_s: rates, hold_s: single(*hold) }),
+            );
         }
     }
     (reference, None)

@@ -53,7 +53,9 @@ fn refusal(name: &str, error: &serialport::Error) -> String {
     let why = match error.kind() {
         // Unix says so of a port that is in use; other systems say it of a missing one, too.
         serialport::ErrorKind::NoDevice if cfg!(unix) => "another program has it open".into(),
-        serialport::ErrorKind::NoDevice => "there is no such port, or another program has it open".into(),
+        serialport::ErrorKind::NoDevice => {
+            "there is no such port, or another program has it open".into()
+        }
         serialport::ErrorKind::Io(ErrorKind::NotFound) => "there is no such port".into(),
         serialport::ErrorKind::Io(ErrorKind::PermissionDenied) => {
             "you may not open it (on Linux: the group of the port, often dialout)".into()
@@ -82,7 +84,9 @@ impl Wire for SerialWire {
         match self.port.read(&mut buffer) {
             Ok(0) => Err(self.gone(&ErrorKind::UnexpectedEof.into())),
             Ok(count) => Ok(buffer.iter().take(count).copied().collect()),
-            Err(error) if matches!(error.kind(), ErrorKind::TimedOut | ErrorKind::Interrupted) => Ok(vec![]),
+            Err(error) if matches!(error.kind(), ErrorKind::TimedOut | ErrorKind::Interrupted) => {
+                Ok(vec![])
+            }
             Err(error) => Err(self.gone(&error)),
         }
     }

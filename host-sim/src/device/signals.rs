@@ -70,7 +70,9 @@ impl Signals {
             Some(_) => Ok(()),
             None => {
                 let near = suggestion_or_all(name, self.names());
-                Err(Error::Input(format!("--signals {name}: the device has no signal `{name}`{near}")))
+                Err(Error::Input(format!(
+                    "--signals {name}: the device has no signal `{name}`{near}"
+                )))
             }
         }
     }

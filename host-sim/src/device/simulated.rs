@@ -1,35 +1,24 @@
-//! A simulated device: the core of the firmware around the joint of a machine's file. No motor moves or stops.
+//! A simulated device: the core of the firmware around the joint of a machine's file. No motor
+//! moves or stops.
 
 use stiction::Device;
 use stiction::link::Kind;
 use stiction::servo::{Boot, Input, Output};
 use stiction::store::Store;
 
-use super::joint::SimulatedJoint;
+pub use crate::encoder::Wires;
 use crate::error::Error;
 use crate::experiment::RunPlan;
 use crate::flash::{SECTOR, SimulatedFlash};
 use crate::hardware::STM32F405;
+use crate::plant::Plant;
+use crate::solver::ExactAxis;
 
 /// Where the parameters lie in the flash.
 const SLOTS: [u32; 2] = [0, SECTOR];
 
 /// The converter's reading of a supply in the middle of its range.
 const SUPPLY: u16 = 2048;
-
-/// The wires of the encoder.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub enum Wires {
-    /// As they should be.
-    #[default]
-    Sound,
-    /// Both cut: the counter stands.
-    Cut,
-    /// One cut: the other one's edges count up and down by turns.
-    OneCut,
-    /// The two exchanged.
-    Swapped,
-}
 
 /// The device, its joint, and what is wrong with them.
 #[derive(Debug)]
@@ -42,15 +31,15 @@ pub struct SimulatedDevice {
     pub supply: u16,
     /// Friction on top of the machine's own, V: a hand on the joint, a hard stop.
     pub brake_v: f64,
-    joint: SimulatedJoint,
+    plant: Plant<ExactAxis>,
     /// What the counter reads, and what it would read with sound wires.
     counter: u32,
     sound: u32,
 }
 
 impl SimulatedDevice {
-    /// Power comes up: the joint of a run is at rest at zero, and the flash holds what the run says, with nothing that
-    /// starts by itself.
+    /// Power comes up: the joint of a run is at rest at zero, and the flash holds what the run
+    /// says, with nothing that starts by itself.
     ///
     /// # Errors
     /// Names a value that is not allowed.
@@ -68,14 +57,14 @@ impl SimulatedDevice {
     /// # Errors
     /// Names a value that is not allowed.
     pub fn with(plan: &RunPlan, store: Store<SimulatedFlash>, boot: Boot) -> Result<Self, Error> {
-        let joint = SimulatedJoint::new(plan)?;
-        let counter = joint.counter();
+        let plant = plan.plant()?;
+        let counter = plant.counter();
         Ok(Self {
             device: Device::start(store, boot, STM32F405),
             wires: Wires::Sound,
             supply: SUPPLY,
             brake_v: 0.0,
-            joint,
+            plant,
             counter,
             sound: counter,
         })
@@ -83,7 +72,7 @@ impl SimulatedDevice {
 
     /// One tick: the encoder is read, the core computes, and the joint moves on until the next one.
     pub fn tick(&mut self) -> Output {
-        let sound = self.joint.counter();
+        let sound = self.plant.counter();
         let edges = sound.wrapping_sub(std::mem::replace(&mut self.sound, sound));
         let flicker = edges & 1;
         self.counter = match self.wires {
@@ -93,7 +82,9 @@ impl SimulatedDevice {
             Wires::Swapped => self.counter.wrapping_sub(edges),
         };
         let output = self.device.tick(Input { counter: self.counter, supply: self.supply });
-        self.joint.hold(output.tick.code, output.enable, self.brake_v, self.joint.sample_time_s());
+        self.plant.brake_v = self.brake_v;
+        let sample_time_s = self.plant.sample_time_s();
+        self.plant.put_out_and_hold(output.tick.code, output.enable, sample_time_s);
         output
     }
 
@@ -113,22 +104,22 @@ impl SimulatedDevice {
 
     /// True position of the joint, deg.
     pub fn position_deg(&self) -> f64 {
-        self.joint.position_deg()
+        self.plant.position_deg()
     }
 
     /// True velocity of the joint, deg/s.
     pub fn velocity_deg_per_s(&self) -> f64 {
-        self.joint.velocity_deg_per_s()
+        self.plant.velocity_deg_per_s()
     }
 
     /// The joint is put somewhere, by hand.
     pub fn push(&mut self, position_deg: f64, velocity_deg_per_s: f64) {
-        self.joint.push(position_deg, velocity_deg_per_s);
+        self.plant.push(position_deg, velocity_deg_per_s);
     }
 
     /// Time between ticks, s.
     pub const fn sample_time_s(&self) -> f64 {
-        self.joint.sample_time_s()
+        self.plant.sample_time_s()
     }
 
     /// What it says it is.

@@ -23,7 +23,9 @@ pub fn refused(refused: &Refused) -> String {
         Refused::Armed => "only with the output off; `stop` first".into(),
         Refused::NotArmed => "only while armed; `arm` first".into(),
         Refused::Moving => "the joint has to be at rest for 50 ms".into(),
-        Refused::WouldTrip(code) => format!("it would end in {} at once (docs/faults.md)", name(*code)),
+        Refused::WouldTrip(code) => {
+            format!("it would end in {} at once (docs/faults.md)", name(*code))
+        }
         Refused::OutOfRange => {
             "the motion leads out of `limits.position_min_deg` to `limits.position_max_deg`".into()
         }
@@ -41,14 +43,18 @@ pub fn refused(refused: &Refused) -> String {
         }
         Refused::MissingValue(key) => format!("`{key}` is missing in what it was sent"),
         Refused::Flash => "its flash failed; the parameters are in use, but not saved".into(),
-        Refused::Watchdog => "its watchdog did not take over another timeout in time; say it again".into(),
+        Refused::Watchdog => {
+            "its watchdog did not take over another timeout in time; say it again".into()
+        }
     }
 }
 
 /// Names a fault by its code.
 pub fn name(code: u8) -> String {
-    Fault::from_code(code)
-        .map_or_else(|| format!("fault {code}"), |fault| format!("fault {code} ({})", fault.describe()))
+    Fault::from_code(code).map_or_else(
+        || format!("fault {code}"),
+        |fault| format!("fault {code} ({})", fault.describe()),
+    )
 }
 
 /// Describes a fault with its value and time, as in `fault 14 (stall: effort, but no count), 0.805
@@ -83,10 +89,15 @@ pub fn status(status: &Status) -> String {
     }
     let position = f64::from(status.position) * f64::from(status.resolution);
     let rest = if status.at_rest { "at rest" } else { "moving" };
-    lines.push(format!("position   {position:.4} deg since power-on ({} counts), {rest}", status.position));
+    lines.push(format!(
+        "position   {position:.4} deg since power-on ({} counts), {rest}",
+        status.position
+    ));
     lines.push(format!("heat       that of {:.3} V for ever", status.thermal_effort));
     if status.wound_up {
-        lines.push("warning    the compensator holds effort at standstill: the motor gets warm".into());
+        lines.push(
+            "warning    the compensator holds effort at standstill: the motor gets warm".into(),
+        );
     }
     if status.unsaved {
         lines.push("warning    the parameters in use are not saved: `params save`".into());
@@ -94,7 +105,10 @@ pub fn status(status: &Status) -> String {
     let time_s = f64::from(status.clock) * f64::from(status.sample_time);
     lines.push(format!("on for     {time_s:.2} s, {} ticks", status.clock));
     lines.push(format!("faults     {} since power-on", status.faults));
-    lines.push(format!("link       {} bad frames, {} messages dropped", status.bad_frames, status.dropped));
+    lines.push(format!(
+        "link       {} bad frames, {} messages dropped",
+        status.bad_frames, status.dropped
+    ));
     lines.join("\n") + "\n"
 }
 
@@ -109,5 +123,7 @@ pub fn levels(levels: &Levels, rate: f32) -> String {
         (None, Some(_)) => "slip       not found: the joint did not come to rest".into(),
         (None, None) => "slip       not found".into(),
     };
-    format!("{stick}\n{slip}\nrate       {rate} V/s; a slower ramp reads stick lower and slip higher\n")
+    format!(
+        "{stick}\n{slip}\nrate       {rate} V/s; a slower ramp reads stick lower and slip higher\n"
+    )
 }

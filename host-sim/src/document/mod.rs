@@ -50,7 +50,9 @@ impl Document {
         let looks_like_a_file = name.ends_with(".toml") || name.contains(std::path::MAIN_SEPARATOR);
         let text = match builtin::find(name) {
             Ok(builtin) => builtin.toml.into(),
-            Err(unknown) if !looks_like_a_file && !Path::new(name).is_file() => return Err(unknown),
+            Err(unknown) if !looks_like_a_file && !Path::new(name).is_file() => {
+                return Err(unknown);
+            }
             Err(_) => read(Path::new(name))?,
         };
         let document = Self::parse(name, &text)?;
@@ -77,9 +79,8 @@ impl Document {
     pub fn set(&mut self, assignments: &[String]) -> Result<(), Error> {
         for assignment in assignments {
             let done = match assignment.split_once('=') {
-                Some((key, value)) => {
-                    parse_value(value.trim()).and_then(|value| self.put(key.trim(), value, HOW_TO_SET))
-                }
+                Some((key, value)) => parse_value(value.trim())
+                    .and_then(|value| self.put(key.trim(), value, HOW_TO_SET)),
                 None => Err(HOW_TO_SET.into()),
             };
             done.map_err(|why| Error::Input(format!("--set {}: {why}", brief(assignment))))?;
@@ -158,7 +159,9 @@ impl Document {
             let allowed = format!("allowed are up to {LONGEST_NAME} letters, digits, {allowed}");
             Err(Error::Input(format!("{origin}: {what} is {name:?}; {allowed}")))
         };
-        if let Some(name) = machine.controller.keys().find(|name| name.is_empty() || !allowed(name, "")) {
+        if let Some(name) =
+            machine.controller.keys().find(|name| name.is_empty() || !allowed(name, ""))
+        {
             return refuse("the name of a controller", name, "`-` and `_`, and at least one");
         }
         match machine.variant.iter().find(|variant| !allowed(&variant.slug, ".")) {

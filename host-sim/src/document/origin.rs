@@ -27,7 +27,8 @@ impl Origin {
             None => {
                 // A key of the file that no longer goes with one that was set.
                 let with = if self.set.is_empty() { "" } else { " with" };
-                let set: String = self.set.iter().map(|set| format!(" --set {}", brief(set))).collect();
+                let set: String =
+                    self.set.iter().map(|set| format!(" --set {}", brief(set))).collect();
                 format!("{self}{with}{set}")
             }
         }

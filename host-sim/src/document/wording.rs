@@ -16,7 +16,11 @@ pub fn refused(path: &str, at: Option<&Value>, message: &str) -> String {
     let mut quoted = message.split('`').skip(1).step_by(2);
     if message.starts_with("unknown field") {
         let typed = quoted.next().unwrap_or_default();
-        return format!("unknown key `{}`{}", inside(parent, typed), suggestion_or_all(typed, quoted));
+        return format!(
+            "unknown key `{}`{}",
+            inside(parent, typed),
+            suggestion_or_all(typed, quoted)
+        );
     }
     if message.starts_with("duplicate field") {
         let twice = inside(if path == "." { "" } else { path }, quoted.next().unwrap_or_default());
@@ -24,8 +28,16 @@ pub fn refused(path: &str, at: Option<&Value>, message: &str) -> String {
     }
     if message.starts_with("missing field") {
         let key = inside(if path == "." { "" } else { path }, quoted.next().unwrap_or_default());
-        const TABLES: [&str; 8] =
-            ["joint", "joint.friction", "encoder", "drive", "loop", "controller", "friction", "run"];
+        const TABLES: [&str; 8] = [
+            "joint",
+            "joint.friction",
+            "encoder",
+            "drive",
+            "loop",
+            "controller",
+            "friction",
+            "run",
+        ];
         let is_table = TABLES.contains(&&*key);
         return if is_table {
             format!("the table `[{key}]` is missing")
@@ -59,7 +71,9 @@ pub fn syntax(text: &str, error: &toml::de::Error) -> (usize, String) {
         "invalid float" => "a number is malformed".into(),
         "recursion limit" => "it is nested too deeply".into(),
         _ if head.starts_with("cannot recurse") => "it is nested too deeply".into(),
-        _ if head.starts_with("invalid type: integer") => "a whole number has too many digits".into(),
+        _ if head.starts_with("invalid type: integer") => {
+            "a whole number has too many digits".into()
+        }
         // What the parser would have taken is a term of its grammar, unless it is a character.
         _ if expected.starts_with('`') => message,
         _ => head.into(),

@@ -1,8 +1,9 @@
 //! The board: the microcontroller, its crystal, its supply, and what is on its pins.
 //!
-//! The emulated part is an STM32F427. All that the firmware uses of the STM32F405 is in it, at the same addresses; what
-//! it has beyond that the firmware does not know of. An instruction takes one cycle of 168 MHz: there are no wait
-//! states, so times measured here are counts of instructions and say nothing about cycles.
+//! The emulated part is an STM32F427. All that the firmware uses of the STM32F405 is in it, at the
+//! same addresses; what it has beyond that the firmware does not know of. An instruction takes one
+//! cycle of 168 MHz: there are no wait states, so times measured here are counts of instructions
+//! and say nothing about cycles.
 
 use std::num::{NonZeroU32, NonZeroU64};
 
@@ -117,7 +118,8 @@ impl EmulatedBoard {
         Pin::new(pin).is_some_and(|pin| port.level(pin, registers) == Level::High)
     }
 
-    /// Pulls the break input of TIM1 low, as the fault output of a bridge's driver does, or lets go of it.
+    /// Pulls the break input of TIM1 low, as the fault output of a bridge's driver does, or lets go
+    /// of it.
     pub fn drive_break(&mut self, at: VirtualNanos, active: bool) {
         self.breaks = active;
         let level = if active { Level::Low } else { Level::High };
@@ -133,7 +135,8 @@ impl EmulatedBoard {
         }
     }
 
-    /// To be called after a reset of the part: the emulated one forgets the level of its break input.
+    /// To be called after a reset of the part: the emulated one forgets the level of its break
+    /// input.
     pub fn reconnect(&mut self, at: VirtualNanos) {
         self.drive_break(at, self.breaks);
     }
@@ -183,8 +186,8 @@ impl EmulatedBoard {
         }
     }
 
-    /// To be called whenever the models have acted: an oscillator without a crystal never says that it is ready, and the
-    /// model's would, as soon as its start-up time is over.
+    /// To be called whenever the models have acted: an oscillator without a crystal never says that
+    /// it is ready, and the model's would, as soon as its start-up time is over.
     pub fn settle(&mut self) {
         if self.crystal {
             return;

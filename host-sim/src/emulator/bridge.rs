@@ -1,6 +1,7 @@
 //! What the bridge makes of TIM1's outputs and the two pins beside them.
 //!
-//! Centre-aligned outputs are read from the registers, not from the pins: 44 000 edges a second would say the same.
+//! Centre-aligned outputs are read from the registers, not from the pins: 44 000 edges a second
+//! would say the same.
 
 use rigless::soc::stm32f427::generated::tim1::Register;
 use stiction::drive::{Drive, Duty, PwmMode};
@@ -37,7 +38,8 @@ impl Bridge {
         let enable = board.is_high(Port::B, ENABLE_PIN);
         let reverse = board.is_high(Port::B, DIRECTION_PIN);
         let (_, registers) = board.mcu.advanced_timer(TIM1);
-        let driven = registers.get(Register::Bdtr) & MOE != 0 && registers.get(Register::Ccer) & CC1E != 0;
+        let driven =
+            registers.get(Register::Bdtr) & MOE != 0 && registers.get(Register::Ccer) & CC1E != 0;
         Self {
             compare: registers.get(Register::Ccr1) as u16,
             top: registers.get(Register::Arr) as u16,
@@ -59,7 +61,8 @@ impl Bridge {
     }
 }
 
-/// The code that a duty stands for: `near` if that gives the same duty, else the smallest that does.
+/// The code that a duty stands for: `near` if that gives the same duty, else the smallest that
+/// does.
 pub fn code_of(duty: Duty, drive: &Drive, near: i16) -> Option<i16> {
     let max = drive.max_code();
     std::iter::once(near).chain(-max..=max).find(|code| drive.duty(*code) == duty)

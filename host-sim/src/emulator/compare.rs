@@ -42,7 +42,8 @@ impl Difference {
     }
 }
 
-/// Finds the first tick that is not the same to the bit. Two runs that end at different ticks differ there.
+/// Finds the first tick that is not the same to the bit. Two runs that end at different ticks
+/// differ there.
 pub fn first_difference(host: &[Moment], image: &[Moment]) -> Option<Difference> {
     (0..host.len().max(image.len())).find_map(|index| {
         let tick = |moments: &[Moment]| moments.get(index).map(|moment| moment.tick);
@@ -55,7 +56,8 @@ pub fn first_difference(host: &[Moment], image: &[Moment]) -> Option<Difference>
     })
 }
 
-/// Whether every term of two ticks has the same bits; `==` would take -0 for 0 and refuse equal NaNs.
+/// Whether every term of two ticks has the same bits; `==` would take -0 for 0 and refuse equal
+/// NaNs.
 pub fn same_bits(a: &Tick, b: &Tick) -> bool {
     bits(a) == bits(b)
 }
@@ -83,13 +85,15 @@ mod tests {
 
     #[test]
     fn equal_runs_have_no_difference() {
-        let run = [moment(Tick::default()), moment(Tick { tick: 1, v: f32::NAN, ..Tick::default() })];
+        let run =
+            [moment(Tick::default()), moment(Tick { tick: 1, v: f32::NAN, ..Tick::default() })];
         assert_eq!(first_difference(&run, &run), None);
     }
 
     #[test]
     fn the_first_different_tick_is_shown_with_both_sides() {
-        let host: Vec<Moment> = (0..5).map(|tick| moment(Tick { tick, ..Tick::default() })).collect();
+        let host: Vec<Moment> =
+            (0..5).map(|tick| moment(Tick { tick, ..Tick::default() })).collect();
         let mut image = host.clone();
         image[3].tick.code = 7;
         image[4].tick.code = 8;

@@ -11,7 +11,7 @@ use rigless::soc::stm32f427::peripherals::tim::Channel;
 use rigless::time::VirtualNanos;
 
 use super::board::{EmulatedBoard, Port};
-use crate::device::simulated::Wires;
+use crate::encoder::Wires;
 
 /// TIM2, by its place in the part's table of general-purpose timers.
 const TIM2: usize = 0;
@@ -32,7 +32,8 @@ impl EncoderEdges {
         self.counts
     }
 
-    /// Moves the disc by one count towards `target`, and shows the edge to the part. Nothing to do if it is there.
+    /// Moves the disc by one count towards `target`, and shows the edge to the part. Nothing to do
+    /// if it is there.
     pub fn step_towards(&mut self, target: i64, board: &mut EmulatedBoard, at: VirtualNanos) {
         let before = self.pins();
         self.counts += (target - self.counts).signum();

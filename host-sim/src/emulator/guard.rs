@@ -1,7 +1,8 @@
 //! Ends the run of a part that does not get anywhere.
 //!
-//! Virtual time goes on whatever the firmware does, so a limit in virtual time always comes. But an endless loop around
-//! one register costs half a minute of wall time for each second of it: that is found by its accesses.
+//! Virtual time goes on whatever the firmware does, so a limit in virtual time always comes. But an
+//! endless loop around one register costs half a minute of wall time for each second of it: that is
+//! found by its accesses.
 
 use rigless::emulator::{Access, AccessKind};
 use rigless::time::VirtualNanos;
@@ -15,9 +16,9 @@ const POLLING_LIMIT: u32 = 16_000_000;
 
 /// What a part has done of late.
 ///
-/// The register that is polled is found by a majority vote (Boyer and Moore 1981): one that is read more often than
-/// everything else happens together wins, however often a control task interrupts the loop around it. A part that
-/// sleeps between its tasks has no such register.
+/// The register that is polled is found by a majority vote (Boyer and Moore 1981): one that is read
+/// more often than everything else happens together wins, however often a control task interrupts
+/// the loop around it. A part that sleeps between its tasks has no such register.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Guard {
     /// Address of a register, and of the instruction that reads it.
@@ -48,12 +49,14 @@ impl Guard {
     pub fn polling(&self, image: &FirmwareImage) -> Option<String> {
         let (register, code) = self.polled?;
         let place = code.map_or_else(String::new, |code| {
-            let function = image.function_at(code).map(|name| format!(" ({name})")).unwrap_or_default();
+            let function =
+                image.function_at(code).map(|name| format!(" ({name})")).unwrap_or_default();
             format!(" by the instruction at {code:#010x}{function}")
         });
         let count = POLLING_LIMIT / 1_000_000;
         Some(format!(
-            "it is stuck: the register at {register:#010x} is read{place} {count} million times, and little else happens"
+            "it is stuck: the register at {register:#010x} is read{place} {count} million times, and \
+             little else happens"
         ))
     }
 

@@ -1,7 +1,7 @@
 //! The flash image: is it one, for this chip, and of this core?
 //!
-//! The firmware carries an ELF note, section `.note.stiction`: name `stiction`, type 1, and as its description three
-//! texts that end in a zero byte each: version of the core, commit, chip.
+//! The firmware carries an ELF note, section `.note.stiction`: name `stiction`, type 1, and as its
+//! description three texts that end in a zero byte each: version of the core, commit, chip.
 
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -76,7 +76,8 @@ impl FirmwareImage {
     /// As [`open`](Self::open).
     pub fn parse(path: &Path, elf: Vec<u8>) -> Result<Self, Error> {
         let no = |why: String| refuse(path, &why);
-        let file = object::File::parse(&*elf).map_err(|_| no(format!("it is not an ELF file; {BUILD}")))?;
+        let file = object::File::parse(&*elf)
+            .map_err(|_| no(format!("it is not an ELF file; {BUILD}")))?;
         if file.architecture() != Architecture::Arm || file.is_64() || !file.is_little_endian() {
             let found = file.architecture();
             return Err(no(format!(
@@ -86,7 +87,8 @@ impl FirmwareImage {
         let section = file.section_by_name(SECTION).and_then(|section| section.data().ok());
         let note = section.and_then(Note::parse).ok_or_else(|| {
             no(format!(
-                "it has no note of this project (section {SECTION}), so it is another program; {BUILD}"
+                "it has no note of this project (section {SECTION}), so it is another program; \
+                 {BUILD}"
             ))
         })?;
         if note.chip != CHIP {
@@ -98,8 +100,8 @@ impl FirmwareImage {
         if note.version != VERSION {
             let Note { version, commit, .. } = &note;
             return Err(no(format!(
-                "it holds version {version} of the core (commit {commit}), and this program version {VERSION}; {BUILD} \
-                 from the same sources"
+                "it holds version {version} of the core (commit {commit}), and this program version \
+                 {VERSION}; {BUILD} from the same sources"
             )));
         }
         let rtt = file
@@ -115,35 +117,42 @@ impl FirmwareImage {
             _ => {
                 let symbol = last_tick::SYMBOL;
                 return Err(no(format!(
-                    "it does not keep its last tick (symbol {symbol}) as this program knows it; {BUILD} from the same \
-                     sources"
+                    "it does not keep its last tick (symbol {symbol}) as this program knows it; \
+                     {BUILD} from the same sources"
                 )));
             }
         };
         let formats = Table::parse(&elf)
             .map_err(|why| no(format!("its log cannot be decoded: {why}")))?
-            .ok_or_else(|| no(format!("it has no section .defmt, so its log cannot be decoded; {BUILD}")))?;
+            .ok_or_else(|| {
+                no(format!("it has no section .defmt, so its log cannot be decoded; {BUILD}"))
+            })?;
         if formats.encoding() != Encoding::Rzcobs {
             return Err(no(format!("its log is in another encoding than rzcobs; {BUILD}")));
         }
         Ok(Self { path: path.into(), note, formats, rtt, last_tick, elf })
     }
 
-    /// Where the parts of a variable lie, first address and size: the compiler may have taken it apart. `name` is a
-    /// piece of its mangled name.
+    /// Where the parts of a variable lie, first address and size: the compiler may have taken it
+    /// apart. `name` is a piece of its mangled name.
     pub fn variable(&self, name: &str) -> Vec<(u64, u64)> {
         self.symbols(name, object::SymbolKind::Data)
     }
 
     /// Where the functions begin whose mangled names hold `name`.
     pub fn functions(&self, name: &str) -> Vec<u64> {
-        self.symbols(name, object::SymbolKind::Text).into_iter().map(|(address, _)| address & !1).collect()
+        self.symbols(name, object::SymbolKind::Text)
+            .into_iter()
+            .map(|(address, _)| address & !1)
+            .collect()
     }
 
     fn symbols(&self, name: &str, kind: object::SymbolKind) -> Vec<(u64, u64)> {
         let Ok(file) = object::File::parse(&*self.elf) else { return Vec::new() };
         file.symbols()
-            .filter(|symbol| symbol.kind() == kind && symbol.name().is_ok_and(|found| found.contains(name)))
+            .filter(|symbol| {
+                symbol.kind() == kind && symbol.name().is_ok_and(|found| found.contains(name))
+            })
             .map(|symbol| (symbol.address(), symbol.size()))
             .collect()
     }
@@ -154,7 +163,8 @@ impl FirmwareImage {
         let function = file.symbols().find(|symbol| {
             // The lowest bit of a function's address says that it is Thumb code.
             let start = symbol.address() & !1;
-            symbol.kind() == object::SymbolKind::Text && (start..start + symbol.size()).contains(&address)
+            symbol.kind() == object::SymbolKind::Text
+                && (start..start + symbol.size()).contains(&address)
         })?;
         Some(function.name().ok()?.to_owned())
     }
@@ -173,8 +183,9 @@ impl Note {
         }
         let from = 12 + name_size.next_multiple_of(4);
         let description = section.get(from..from.checked_add(size)?)?;
-        let mut texts =
-            description.split(|byte| *byte == 0).map(|text| String::from_utf8_lossy(text).trim().to_owned());
+        let mut texts = description
+            .split(|byte| *byte == 0)
+            .map(|text| String::from_utf8_lossy(text).trim().to_owned());
         Some(Self { version: texts.next()?, commit: texts.next()?, chip: texts.next()? })
     }
 }
@@ -200,8 +211,10 @@ mod tests {
 
     #[test]
     fn a_note_says_version_commit_and_chip() {
-        let found = Note::parse(&note(b"stiction\0", 1, "0.1.0\0abc1234\0STM32F405\0\0\0")).unwrap();
-        let expected = Note { version: "0.1.0".into(), commit: "abc1234".into(), chip: "STM32F405".into() };
+        let found =
+            Note::parse(&note(b"stiction\0", 1, "0.1.0\0abc1234\0STM32F405\0\0\0")).unwrap();
+        let expected =
+            Note { version: "0.1.0".into(), commit: "abc1234".into(), chip: "STM32F405".into() };
         assert_eq!(found, expected);
     }
 
@@ -220,8 +233,12 @@ mod tests {
     #[test]
     fn what_is_no_image_is_refused_with_the_command_that_builds_one() {
         let missing = FirmwareImage::open(Path::new("no/such/file")).unwrap_err().to_string();
-        assert!(missing.contains("no/such/file") && missing.contains("cargo xtask firmware"), "{missing}");
-        let text = FirmwareImage::parse(Path::new("a.txt"), b"hello".to_vec()).unwrap_err().to_string();
+        assert!(
+            missing.contains("no/such/file") && missing.contains("cargo xtask firmware"),
+            "{missing}"
+        );
+        let text =
+            FirmwareImage::parse(Path::new("a.txt"), b"hello".to_vec()).unwrap_err().to_string();
         assert!(text.contains("not an ELF"), "{text}");
         let own = std::env::current_exe().unwrap();
         let host = FirmwareImage::open(&own).unwrap_err().to_string();

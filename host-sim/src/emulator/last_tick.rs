@@ -1,8 +1,9 @@
 //! The image's own [`Tick`], out of its memory.
 //!
-//! The firmware leaves every tick in a static of its own, for debuggers and for this (`src/board/published.rs`). Its
-//! address and size come from the ELF file's symbols; where each term lies in it is told by the type itself, which is
-//! laid out as in C and has no pointers or words of the processor's size: it is the same on both sides.
+//! The firmware leaves every tick in a static of its own, for debuggers and for this
+//! (`src/board/published.rs`). Its address and size come from the ELF file's symbols; where each
+//! term lies in it is told by the type itself, which is laid out as in C and has no pointers or
+//! words of the processor's size: it is the same on both sides.
 
 #[cfg(test)]
 use std::mem::offset_of;
@@ -21,8 +22,8 @@ pub const SIZE: usize = size_of::<Tick>();
 const WORD: usize = 4;
 const _: () = assert!(SIZE.is_multiple_of(WORD));
 
-/// Reads the last tick of the image. Nothing in the image runs meanwhile; the caller sees to it that its control task has
-/// left the tick.
+/// Reads the last tick of the image. Nothing in the image runs meanwhile; the caller sees to it
+/// that its control task has left the tick.
 ///
 /// # Errors
 /// If the emulator refuses to read its own memory.

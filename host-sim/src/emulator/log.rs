@@ -1,6 +1,7 @@
 //! The firmware's log: drained from its RTT buffer as a probe does it, and decoded at once.
 //!
-//! The first up-channel's descriptor follows the identifier (16 bytes) and two counts (4 bytes each):
+//! The first up-channel's descriptor follows the identifier (16 bytes) and two counts (4 bytes
+//! each):
 //!
 //! ```text
 //! offset   24    28      32    36     40
@@ -41,7 +42,8 @@ impl std::fmt::Display for LogLine {
     }
 }
 
-/// Somebody who wants each line as soon as it is there, with the label of the run that it comes from.
+/// Somebody who wants each line as soon as it is there, with the label of the run that it comes
+/// from.
 pub type Listener = Arc<dyn Fn(&str, &LogLine) + Send + Sync>;
 
 /// A log that is being read.
@@ -66,7 +68,14 @@ impl std::fmt::Debug for Log {
 impl Log {
     /// The log of an image that is about to start.
     pub fn new(image: Arc<FirmwareImage>, label: &str, listener: Option<Listener>) -> Self {
-        Self { image, label: label.into(), listener, rest: Vec::new(), lines: Vec::new(), malformed: 0 }
+        Self {
+            image,
+            label: label.into(),
+            listener,
+            rest: Vec::new(),
+            lines: Vec::new(),
+            malformed: 0,
+        }
     }
 
     /// Reads what the firmware has written since, and tells the target that it has been read.
@@ -82,7 +91,8 @@ impl Log {
             }
         }
         let mut word = |offset: u64| host.read(block + offset, Width::W32);
-        let (buffer, size, write, mut read) = (word(BUFFER)?, word(SIZE)?, word(WRITE)?, word(READ)?);
+        let (buffer, size, write, mut read) =
+            (word(BUFFER)?, word(SIZE)?, word(WRITE)?, word(READ)?);
         if size == 0 || size > LARGEST || write >= size || read >= size || write == read {
             return Ok(());
         }

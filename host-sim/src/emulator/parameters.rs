@@ -10,19 +10,18 @@ use crate::target::from_start;
 /// From the first tick to arming, in ticks: time for the encoder to be shown where the joint is.
 const WAIT_TICKS: f32 = 3.0;
 
-/// What the device is told so that it does what the host does: to begin by itself, at once with its full scale, and
-/// to leave the duty alone. The rest is as a board would be told, but for the monitors' thresholds: the simulator goes
-/// on whatever happens to the joint, and so shall the image, unless it is `watched`.
+/// What the device is told so that it does what the host does: to begin by itself, at once with its
+/// full scale, and to leave the duty alone. The rest is as a board would be told, but for the
+/// monitors' thresholds: the simulator goes on whatever happens to the joint, and so shall the
+/// image.
 ///
 /// # Errors
 /// Names a value that is not allowed, or that the device would refuse.
-pub fn parameters(plan: &RunPlan, watched: bool) -> Result<Parameters, Error> {
+pub fn parameters(plan: &RunPlan) -> Result<Parameters, Error> {
     let mut parameters = by_itself(plan)?;
     parameters.device.soft_start = 0.0;
     parameters.device.nominal_supply = 0.0;
-    if !watched {
-        parameters.limits = Limits::OFF;
-    }
+    parameters.limits = Limits::OFF;
     validate(&parameters, plan)?;
     Ok(parameters)
 }
@@ -30,8 +29,8 @@ pub fn parameters(plan: &RunPlan, watched: bool) -> Result<Parameters, Error> {
 /// As a board would be told, but for the begin: by itself, and from zero.
 fn by_itself(plan: &RunPlan) -> Result<Parameters, Error> {
     let mut parameters = assembled(plan)?;
-    // The device calls the place zero in which it is armed. The host's joint rests there too, but its disc may already
-    // be a count further.
+    // The device calls the place zero in which it is armed. The host's joint rests there too, but
+    // its disc may already be a count further.
     let start = plan.encoder()?.counts(0.0) as i32;
     from_start(&mut parameters.motion, start);
     parameters.device = DeviceConfig {
@@ -42,23 +41,15 @@ fn by_itself(plan: &RunPlan) -> Result<Parameters, Error> {
     Ok(parameters)
 }
 
-/// The same as the bytes of the sector, not watched.
+/// The same as the bytes of the sector.
 ///
 /// # Errors
 /// As [`parameters`].
 pub fn blob(plan: &RunPlan) -> Result<Vec<u8>, Error> {
-    record(plan, &parameters(plan, false)?)
+    record(plan, &parameters(plan)?)
 }
 
-/// The same, watched by every monitor.
-///
-/// # Errors
-/// As [`parameters`].
-pub fn watched_blob(plan: &RunPlan) -> Result<Vec<u8>, Error> {
-    record(plan, &parameters(plan, true)?)
-}
-
-/// The same, and with soft start and supply as the plan's file has them.
+/// The same, watched by every monitor, and with soft start and supply as the plan's file has them.
 ///
 /// # Errors
 /// As [`parameters`].
@@ -71,5 +62,7 @@ pub fn everything_on(plan: &RunPlan) -> Result<Vec<u8>, Error> {
 fn record(plan: &RunPlan, parameters: &Parameters) -> Result<Vec<u8>, Error> {
     let mut room = [0; ROOM];
     let record = parameters.encode(1, &mut room).map(<[u8]>::to_vec);
-    record.ok_or_else(|| Error::Input(format!("{}: the parameters do not fit {ROOM} bytes", plan.origin)))
+    record.ok_or_else(|| {
+        Error::Input(format!("{}: the parameters do not fit {ROOM} bytes", plan.origin))
+    })
 }

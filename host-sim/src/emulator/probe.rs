@@ -1,8 +1,9 @@
-//! Counts the instructions of a running image, estimates their cycles, and finds how deep its stack got.
+//! Counts the instructions of a running image, estimates their cycles, and finds how deep its stack
+//! got.
 //!
-//! A span begins before its first instruction and ends after its last. Instructions of anything that interrupts it would
-//! be counted as its own: the control interrupt has only the break input and the faults above it, and a run in which one
-//! of them comes is refused.
+//! A span begins before its first instruction and ends after its last. Instructions of anything
+//! that interrupts it would be counted as its own: the control interrupt has only the break input
+//! and the faults above it, and a run in which one of them comes is refused.
 
 use std::ops::Range;
 use std::sync::Arc;
@@ -15,7 +16,8 @@ use crate::error::Error;
 use crate::firmware::blocks::Blocks;
 use crate::firmware::{Code, Function};
 
-/// What the stack is filled with before the first instruction. No address and no small number looks like it.
+/// What the stack is filled with before the first instruction. No address and no small number looks
+/// like it.
 const PAINT: u64 = 0xA5C3_96E1;
 
 /// The control interrupt.
@@ -132,7 +134,8 @@ pub struct Cost {
 /// One tick of the loop.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct TickCost {
-    /// From the control interrupt's first instruction to its return, both included; cycles with entry and exit.
+    /// From the control interrupt's first instruction to its return, both included; cycles with
+    /// entry and exit.
     pub interrupt: Cost,
     /// Of these, the core's: `Controller::tick` as a function, its return included, the call not.
     pub core: Cost,
@@ -154,17 +157,23 @@ impl Points {
     /// # Errors
     /// If a function that is to be counted is not in the image.
     pub fn of(code: &Code) -> Result<Self, Error> {
-        let above =
-            ABOVE.iter().map(|name| Ok(code.function(name)?.address.into())).collect::<Result<_, Error>>()?;
-        let end =
-            code.symbol("_stack_end").ok_or_else(|| Error::Emulator("the image has no _stack_end".into()))?;
+        let above = ABOVE
+            .iter()
+            .map(|name| Ok(code.function(name)?.address.into()))
+            .collect::<Result<_, Error>>()?;
+        let end = code
+            .symbol("_stack_end")
+            .ok_or_else(|| Error::Emulator("the image has no _stack_end".into()))?;
         let (handler, core) = (code.function(HANDLER)?, code.function(CORE)?);
         let calls = code.functions().flat_map(|caller| &caller.returns_to);
         let route = Route {
             blocks: Blocks::below(code, handler),
             handler: handler.address..handler.address + handler.size,
             part: core.address,
-            part_returns_to: calls.filter(|(_, to)| *to == core.address).map(|(after, _)| *after).collect(),
+            part_returns_to: calls
+                .filter(|(_, to)| *to == core.address)
+                .map(|(after, _)| *after)
+                .collect(),
         };
         Ok(Self {
             handler: Span::handler(handler)?,
@@ -238,12 +247,14 @@ impl Probe {
         let (Some(core), passage) = (self.core.take(), self.tracer.take()) else { return };
         let Some(Passage { whole, part: Some(part), instructions }) = passage else {
             let why = self.tracer.trouble.take();
-            self.trouble = self.trouble.take().or(why).or_else(|| Some("its way was not followed".into()));
+            self.trouble =
+                self.trouble.take().or(why).or_else(|| Some("its way was not followed".into()));
             return;
         };
         if instructions != interrupt {
-            let why =
-                format!("{interrupt} instructions of an interrupt, of which {instructions} were followed");
+            let why = format!(
+                "{interrupt} instructions of an interrupt, of which {instructions} were followed"
+            );
             self.trouble.get_or_insert(why);
         }
         let cost = |instructions, cycles| Cost { instructions, cycles };

@@ -3,24 +3,21 @@
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, AtomicU32, Ordering};
-use std::time::{Duration, Instant};
+use std::time::Duration;
 
 use indicatif::{ProgressBar, ProgressStyle};
 use rayon::prelude::*;
-use stiction::identification::RampState;
 
-use super::board::Fitted;
 use super::image::FirmwareImage;
-use super::in_the_loop::{Ran, Setup, run};
-use super::joint::Joint;
 use super::log::{Listener, LogLine};
 use super::parameters;
-use super::probe::{Points, Probe};
+use super::plant_interface::PowerStage;
+use super::setup::Setup;
+use super::side_by_side::{Ran, in_free_running, in_lockstep};
 use crate::error::Error;
 use crate::experiment::{RunPlan, Task};
-use crate::identification::Levels;
 use crate::machine::Solver;
-use crate::run::{RunResult, Trace};
+use crate::run::{Recording, RunResult};
 use crate::solver::{AxisSolver, ExactAxis, Rk4Axis};
 
 /// Where `cargo xtask firmware` leaves the image.
@@ -30,17 +27,15 @@ pub(crate) const DEFAULT_IMAGE: &str = "target/firmware/stiction-firmware.elf";
 #[derive(Clone)]
 pub struct Emulation {
     image: Arc<FirmwareImage>,
-    /// Edges and PWM at their own times.
+    /// Edges and PWM have their own times.
     pub free_running: bool,
-    /// Gets each line of each run's log at once.
+    /// The listener gets each line of each run's log at once.
     pub listener: Option<Listener>,
-    /// What to count.
-    pub points: Option<Arc<Points>>,
-    /// Ends all runs when it is set.
+    /// All runs end when this is set.
     pub interrupt: Arc<AtomicBool>,
 }
 
-/// From the read of the counter to the instant at which the duty takes effect.
+/// The latency is the time from the read of the counter to the effect of the duty.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Latency {
     /// us.
@@ -60,15 +55,13 @@ impl Latency {
 /// One run on the emulated part.
 #[derive(Clone, Debug)]
 pub struct EmulatedRun {
-    /// The same as of a run on the host.
+    /// The result is the same as of a run on the host.
     pub result: RunResult,
-    /// What the firmware said.
+    /// The firmware said this.
     pub log: Vec<LogLine>,
     /// Of a free-running run.
     pub latency: Option<Latency>,
-    /// What was counted, if that was asked for.
-    pub probe: Option<Probe>,
-    /// Instructions from power-on to the end.
+    /// The part ran so many instructions from power-on to the end.
     pub instructions: u64,
 }
 
@@ -80,10 +73,10 @@ impl Emulation {
     pub fn new(path: Option<&Path>) -> Result<Self, Error> {
         let path = path.map_or_else(|| PathBuf::from(DEFAULT_IMAGE), Path::to_path_buf);
         let image = Arc::new(FirmwareImage::open(&path)?);
-        Ok(Self { image, free_running: false, listener: None, points: None, interrupt: Arc::default() })
+        Ok(Self { image, free_running: false, listener: None, interrupt: Arc::default() })
     }
 
-    /// The image that runs.
+    /// Gives the image that runs.
     pub fn image(&self) -> &FirmwareImage {
         &self.image
     }
@@ -114,7 +107,8 @@ impl Emulation {
                     std::thread::park_timeout(Duration::from_millis(100));
                 }
             });
-            let results = plans.par_iter().zip(&ticks).map(|(plan, ticks)| self.run(plan, ticks)).collect();
+            let results =
+                plans.par_iter().zip(&ticks).map(|(plan, ticks)| self.run(plan, ticks)).collect();
             over.store(true, Ordering::Relaxed);
             results
         });
@@ -126,59 +120,57 @@ impl Emulation {
     ///
     /// # Errors
     /// As [`run_all`](Self::run_all).
-    pub fn run(&self, plan: &RunPlan, ticks: &Arc<AtomicU32>) -> Result<EmulatedRun, Error> {
-        let axis = plan.axis()?;
-        match plan.machine.run.solver {
+    pub fn run(&self, plan: &RunPlan, ticks: &AtomicU32) -> Result<EmulatedRun, Error> {
+        self.run_told(parameters::blob(plan)?, plan, ticks)
+    }
+
+    /// Does the same with another record in the image's flash than that of the plan.
+    ///
+    /// # Errors
+    /// As [`run_all`](Self::run_all).
+    pub fn run_told(
+        &self,
+        record: Vec<u8>,
+        plan: &RunPlan,
+        ticks: &AtomicU32,
+    ) -> Result<EmulatedRun, Error> {
+        let (axis, machine) = (plan.axis()?, &plan.machine);
+        match machine.run.solver {
             Solver::Exact => {
-                let solver = ExactAxis::at_rest(&axis, plan.machine.sampling.sample_time_s());
-                self.run_with(plan, solver, ticks)
+                let solver = ExactAxis::at_rest(&axis, machine.sampling.sample_time_s());
+                self.run_with(record, plan, solver, ticks)
             }
             Solver::Rk4 => {
-                let band = plan.machine.joint.friction.band_deg_per_s;
-                self.run_with(plan, Rk4Axis::at_rest(&axis, band, plan.machine.run.step_s), ticks)
+                let band = machine.joint.friction.band_deg_per_s;
+                let solver = Rk4Axis::at_rest(&axis, band, machine.run.step_s);
+                self.run_with(record, plan, solver, ticks)
             }
         }
     }
 
-    fn run_with<S>(&self, plan: &RunPlan, solver: S, ticks: &Arc<AtomicU32>) -> Result<EmulatedRun, Error>
+    fn run_with<S>(
+        &self,
+        record: Vec<u8>,
+        plan: &RunPlan,
+        solver: S,
+        ticks: &AtomicU32,
+    ) -> Result<EmulatedRun, Error>
     where
         S: AxisSolver + Clone + Send + std::fmt::Debug + 'static,
     {
-        let begin = Instant::now();
-        // What a tick costs is counted with every monitor at work.
-        let blob = if self.points.is_some() { parameters::watched_blob } else { parameters::blob };
-        let setup = Setup {
-            label: plan.label.clone(),
-            image: self.image.clone(),
-            parameters: blob(plan)?,
-            fitted: Fitted::default(),
-            free_running: self.free_running,
-            listener: self.listener.clone(),
-            points: self.points.clone(),
-            ticks: ticks.clone(),
-            interrupt: self.interrupt.clone(),
+        let mut recording = Recording::new(plan)?;
+        let mut setup = Setup::new(&plan.label, &self.image, record);
+        (setup.listener, setup.interrupt) = (self.listener.clone(), self.interrupt.clone());
+        let ran = if self.free_running {
+            let stage = PowerStage::of(plan)?;
+            in_free_running(setup, &mut recording, (solver, stage), ticks)?
+        } else {
+            in_lockstep(setup, &mut recording, solver, ticks)?
         };
-        let joint = Joint::new(plan.closed_loop()?, plan.course()?, solver, plan.samples()?);
-        let Ran { wired, log, probe, instructions, .. } = run(&setup, joint)?;
-        let latency = self.free_running.then(|| Latency::of(&wired.latencies_ns)).flatten();
-        let result = judged(plan, wired.joint, begin)?;
-        Ok(EmulatedRun { result, log: log.lines, latency, probe, instructions })
+        let Ran { solver, found, log, latencies_ns, instructions } = ran;
+        let (result, latency) = (recording.judged(&solver, &found)?, Latency::of(&latencies_ns));
+        Ok(EmulatedRun { result, log, latency, instructions })
     }
-}
-
-/// What the joint's run comes to, as on the host.
-fn judged<S: AxisSolver>(plan: &RunPlan, joint: Joint<S>, begin: Instant) -> Result<RunResult, Error> {
-    let evaluations = joint.solver.derivative_evaluations();
-    let found = joint.ramp().map(RampState::findings).unwrap_or_default();
-    let Joint { trace, events, diverged_at_s, closed_loop, .. } = joint;
-    let levels = match plan.task {
-        Task::Ramp(rate) => plan.ramp(rate)?.levels(&found, &closed_loop.axis),
-        Task::Step(_) | Task::Trajectory(_) => Levels::default(),
-    };
-    Ok(match trace {
-        Trace::Ramp(moments) => RunResult::of_ramp(plan, levels, moments, events, begin, evaluations),
-        Trace::Loop(moments) => RunResult::of_loop(plan, moments, events, diverged_at_s, begin, evaluations),
-    })
 }
 
 /// For the progress bar: of a ramp, as many as it takes to the joint's own friction and back.

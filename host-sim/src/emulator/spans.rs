@@ -1,4 +1,5 @@
-//! When the bridge was on, to the instruction: it is looked at after every write to a register and at every stop.
+//! When the bridge was on, to the instruction: it is looked at after every write to a register and
+//! at every stop.
 
 use rigless::time::VirtualNanos;
 

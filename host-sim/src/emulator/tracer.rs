@@ -1,7 +1,8 @@
 //! Adds up the cycles of what an image runs, block by block.
 //!
-//! The emulator says where it arrives, and how many instructions it has run until then. If that is another number than the
-//! block before has, the way between the two is not known, and the estimate is refused.
+//! The emulator says where it arrives, and how many instructions it has run until then. If that is
+//! another number than the block before has, the way between the two is not known, and the estimate
+//! is refused.
 
 use std::ops::{Add, AddAssign, Range, Sub};
 use std::sync::Arc;
@@ -11,14 +12,16 @@ use rigless::emulator::Hit;
 use crate::firmware::blocks::Blocks;
 use crate::firmware::cycles::REFILL;
 
-/// Wait states of the flash at 168 MHz and 3.3 V (RM0090, section 3.5.1): what a fetch waits that the accelerator does not
-/// serve.
+/// Wait states of the flash at 168 MHz and 3.3 V (RM0090, section 3.5.1): what a fetch waits that
+/// the accelerator does not serve.
 pub const WAIT_STATES: u32 = 5;
 
-/// From the request to the handler's first instruction: 12 cycles, and 17 for the floating-point registers, whether they
-/// are saved at once or at the handler's first instruction that needs them (Cortex-M4 manual, on interrupt latency).
+/// From the request to the handler's first instruction: 12 cycles, and 17 for the floating-point
+/// registers, whether they are saved at once or at the handler's first instruction that needs them
+/// (Cortex-M4 manual, on interrupt latency).
 const ENTRY: u32 = 12 + 17;
-/// From the handler's return to the instruction that was interrupted: 10, and 17 again. The return's own refill is in it.
+/// From the handler's return to the instruction that was interrupted: 10, and 17 again. The
+/// return's own refill is in it.
 const EXIT: u32 = 10 + 17;
 
 /// Cycles, as estimated.
@@ -77,7 +80,8 @@ pub struct Route {
 pub struct Passage {
     /// From the request to the instruction that was interrupted.
     pub whole: Cycles,
-    /// Of these, the function's: from its first instruction to its return, which is included. None if it did not run.
+    /// Of these, the function's: from its first instruction to its return, which is included. None
+    /// if it did not run.
     pub part: Option<Cycles>,
     /// Instructions from the handler's first one to its return, both included.
     pub instructions: u32,
@@ -213,7 +217,8 @@ mod tests {
     #[test]
     fn a_passage_takes_what_adding_up_by_hand_gives() {
         // The call, the function, its return, the branch that is not taken, and the end.
-        let found = passage(&[(0x100, 1000), (0x110, 1003), (0x108, 1006), (0x10A, 1007), (0x10C, 1008)]);
+        let found =
+            passage(&[(0x100, 1000), (0x110, 1003), (0x108, 1006), (0x10A, 1007), (0x10C, 1008)]);
         let (entry, exit) = (29, 27);
         let part = 1 + 1 + 1 + (1 + 3);
         let whole = entry + 3 + 1 + (1 + 3) + part + 1 + 1 + 3 + exit;
@@ -231,7 +236,8 @@ mod tests {
     #[test]
     fn a_branch_that_is_taken_takes_longer() {
         let taken = passage(&[(0x100, 0), (0x110, 3), (0x108, 6), (0x10C, 7)]).unwrap();
-        let passed = passage(&[(0x100, 0), (0x110, 3), (0x108, 6), (0x10A, 7), (0x10C, 8)]).unwrap();
+        let passed =
+            passage(&[(0x100, 0), (0x110, 3), (0x108, 6), (0x10A, 7), (0x10C, 8)]).unwrap();
         // Three for the refill, and the addition is left out.
         assert_eq!(taken.whole.hits, passed.whole.hits + 3 - 1);
         assert_eq!(taken.whole.misses, passed.whole.misses + 3 + 5 - 1);
@@ -240,6 +246,9 @@ mod tests {
     #[test]
     fn a_way_that_is_not_known_gives_no_estimate() {
         let error = passage(&[(0x100, 0), (0x110, 4), (0x108, 7), (0x10C, 8)]).unwrap_err();
-        assert!(error.contains("4 instructions from 0x100 to 0x110, where a block has 3"), "{error}");
+        assert!(
+            error.contains("4 instructions from 0x100 to 0x110, where a block has 3"),
+            "{error}"
+        );
     }
 }

@@ -1,7 +1,7 @@
 //! The far end of the board's USART: bytes to the image and back, each taking its time on the wire.
 //!
-//! The model of the port asks for a byte whenever its receiver is free, and at every stop of the emulator. A byte that is
-//! put here while the part stands still is on the wire at the next stop.
+//! The model of the port asks for a byte whenever its receiver is free, and at every stop of the
+//! emulator. A byte that is put here while the part stands still is on the wire at the next stop.
 
 use std::collections::VecDeque;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};

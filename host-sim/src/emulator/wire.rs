@@ -1,9 +1,11 @@
-//! The flash image on the emulated board, around the joint of a machine's file, at the other end of its own USART.
+//! The flash image on the emulated board, around the joint of a machine's file, at the other end of
+//! its own USART.
 //!
-//! Time passes while the client waits, and at no other time, so that every session is the same to the instruction. It is
-//! that of a lockstep ([`Rig`](super::rig)): the joint does what it does around a
-//! [simulated device](crate::device::simulated), to the bit, if what is asked of both is asked between the same two ticks. What is
-//! between is real: the wire's 11 us a byte, and the instructions that the firmware takes to answer.
+//! Time passes while the client waits, and at no other time, so that every session is the same to
+//! the instruction. It is that of a [lockstep](super::lockstep): the joint does what it does around
+//! a [simulated device](crate::device::simulated), to the bit, if what is asked of both is asked
+//! between the same two ticks. What is between is real: the wire's 11 us a byte, and the
+//! instructions that the firmware takes to answer.
 
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
@@ -13,9 +15,9 @@ use stiction::link::Refused;
 use stiction::parameters::ROOM;
 
 use super::FirmwareImage;
-use super::board::Fitted;
-use super::powered::Powered;
+use super::board_under_test::{BoardUnderTest, PlantInLockstep};
 use super::runs::DEFAULT_IMAGE;
+use super::setup::Setup;
 use crate::device::wire::{AWAY, Wire};
 use crate::error::Error;
 use crate::experiment::{RunPlan, parameters};
@@ -23,25 +25,28 @@ use crate::experiment::{RunPlan, parameters};
 /// Of every output of an emulated device.
 pub const EMULATED: &str = "EMULATED DEVICE: no motor moves or stops.";
 
-/// By then a sound image has ticked, ns: a crystal that does not start is waited for for 50 ms, and a tick is 20 ms at most.
+/// By then a sound image has ticked, ns: a crystal that does not start is waited for for 50 ms, and
+/// a tick is 20 ms at most.
 const BOOT_NS: u64 = 200_000_000;
 
-/// How far the board's time may fall behind that on the wall before it is let go on: an instant to the eye.
+/// How far the board's time may fall behind that on the wall before it is let go on: an instant to
+/// the eye.
 const STEP: Duration = Duration::from_millis(5);
 
-/// The far end of an emulated board's USART.
+/// The far end of an emulated board's USART is a wire for a client.
 #[derive(Debug)]
 pub struct EmulatedWire {
-    /// The board and its joint.
-    pub powered: Powered,
+    /// The board has the joint of a plan on its pins.
+    pub board: BoardUnderTest,
     now: Duration,
     /// A moment on the wall, and the board's time at it, from which on the two keep pace.
     paced: Option<(Instant, Duration)>,
 }
 
 impl EmulatedWire {
-    /// With the image at `path`, or else the one that `cargo xtask firmware` builds, and what the plan says in its flash,
-    /// with nothing that starts by itself. Power is on, and the joint has been at rest for long enough to be armed.
+    /// With the image at `path`, or else the one that `cargo xtask firmware` builds, and what the
+    /// plan says in its flash, with nothing that starts by itself. Power is on, and the joint has
+    /// been at rest for long enough to be armed.
     ///
     /// # Errors
     /// Says what the image is not, or names a value of the plan that is not allowed.
@@ -50,7 +55,7 @@ impl EmulatedWire {
         Self::with(&Arc::new(FirmwareImage::open(&path)?), plan)
     }
 
-    /// The same with an image that has been read.
+    /// Does the same with an image that has been read.
     ///
     /// # Errors
     /// Names a value of the plan that is not allowed.
@@ -58,25 +63,30 @@ impl EmulatedWire {
         let mut parameters = parameters(plan)?;
         parameters.device.autostart = false;
         let mut room = [0; ROOM];
-        let record = parameters.encode(1, &mut room).unwrap_or_default();
-        let mut powered = Powered::on(image, [Some(record), None], Fitted::default(), plan)?;
-        // The joint rests for 50 ms before it may be armed; and just after a tick there is the most time until the next.
+        let record = parameters.encode(1, &mut room).unwrap_or_default().to_vec();
+        let setup = Setup::new(&plan.label, image, record);
+        let mut board = BoardUnderTest::power_on(setup, PlantInLockstep::of(plan)?)?;
+        // The joint rests for 50 ms before it may be armed; and just after a tick there is the most
+        // time until the next.
         let ticks = (0.1 / plan.machine.sampling.sample_time_s()).ceil() as u32;
-        while powered.samples(1)?.clock.is_none() {
-            let now = powered.act(|held| held.now())?;
+        while board.samples(1)?.clock.is_none() {
+            let now = board.act(|halted| halted.now())?;
             if now > BOOT_NS {
-                let log = powered.act(|held| held.rig.log.tail())?;
-                return Err(Error::Emulator(format!("{}: it does not tick; {log}", image.path.display())));
+                let log = board.act(|halted| halted.harness.log.tail())?;
+                return Err(Error::Emulator(format!(
+                    "{}: it does not tick; {log}",
+                    image.path.display()
+                )));
             }
         }
-        powered.samples(ticks)?;
-        Ok(Self { powered, now: Duration::ZERO, paced: None })
+        board.samples(ticks)?;
+        Ok(Self { board, now: Duration::ZERO, paced: None })
     }
 
     fn listen(&mut self, at_most: Duration) -> Result<(), Error> {
         let ns = u64::try_from(at_most.as_nanos()).unwrap_or(u64::MAX);
-        self.powered.listen(ns)?;
-        self.now = Duration::from_nanos(self.powered.act(|held| held.now())?);
+        self.board.listen(ns)?;
+        self.now = Duration::from_nanos(self.board.act(|halted| halted.now())?);
         Ok(())
     }
 
@@ -93,19 +103,19 @@ impl EmulatedWire {
 
 impl Wire for EmulatedWire {
     fn send(&mut self, bytes: &[u8]) -> Result<(), Error> {
-        self.powered.uart.send(bytes);
+        self.board.uart.send(bytes);
         Ok(())
     }
 
     fn receive(&mut self, at_most: Duration) -> Result<Vec<u8>, Error> {
         let Some(_) = self.paced else {
             self.listen(at_most)?;
-            return Ok(self.powered.uart.receive());
+            return Ok(self.board.uart.receive());
         };
         let begin = Instant::now();
         while let Some(paced) = self.paced {
             self.keep_pace(paced)?;
-            let bytes = self.powered.uart.receive();
+            let bytes = self.board.uart.receive();
             let left = at_most.saturating_sub(begin.elapsed());
             if !bytes.is_empty() || left.is_zero() {
                 return Ok(bytes);

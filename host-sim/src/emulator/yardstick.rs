@@ -1,4 +1,5 @@
-//! Control steps that are not ours, counted as ours are: the image of `xtask/yardstick`, which runs nothing else.
+//! Control steps that are not ours, counted as ours are: the image of `xtask/yardstick`, which runs
+//! nothing else.
 
 use std::collections::VecDeque;
 use std::path::Path;
@@ -23,7 +24,8 @@ const LOOK_EVERY_NS: u64 = 1_000_000;
 /// A step takes well under a microsecond: twenty times as long is a hang, ns a sample.
 const LIMIT_NS: u64 = 20_000;
 
-/// Instructions of each call of each step, fed with the set points and positions in `samples` (deg).
+/// Instructions of each call of each step, fed with the set points and positions in `samples`
+/// (deg).
 ///
 /// # Errors
 /// If the image is not that of the yardsticks, or hangs.
@@ -41,9 +43,11 @@ pub fn count(path: &Path, elf: &[u8], samples: &[[f32; 2]]) -> Result<[Vec<u32>;
         enough: samples.len() + 1,
         error: None,
     };
-    let images = [Image::new(path, elf.to_vec(), None).map_err(|error| trouble(error.to_string()))?];
+    let images =
+        [Image::new(path, elf.to_vec(), None).map_err(|error| trouble(error.to_string()))?];
     let board = Box::new(EmulatedBoard::new(Fitted::default())?);
-    let session = Session::new(board, 0, VirtualNanos(0)).map_err(|error| trouble(error.to_string()))?;
+    let session =
+        Session::new(board, 0, VirtualNanos(0)).map_err(|error| trouble(error.to_string()))?;
     let finished = rigless::emulator::run(session, &Start::new(&images), feeder)
         .map_err(|error| trouble(error.to_string()))?;
     let Feeder { counts, error, enough, .. } = finished.driver;
@@ -79,7 +83,12 @@ impl Feeder {
 }
 
 impl Driver<EmulatedBoard> for Feeder {
-    fn on_settled(&mut self, _: &mut Session<EmulatedBoard>, host: &mut dyn Host, settled: Settled) {
+    fn on_settled(
+        &mut self,
+        _: &mut Session<EmulatedBoard>,
+        host: &mut dyn Host,
+        settled: Settled,
+    ) {
         let Settled::Hit(hit) = settled else { return };
         for (counter, counts) in self.counters.iter_mut().zip(&mut self.counts) {
             counts.extend(counter.hit(&hit));

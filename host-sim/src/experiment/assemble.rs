@@ -23,9 +23,12 @@ impl RunPlan {
         self.at_least_zero("joint.viscous_v_per_deg_per_s", joint.viscous_v_per_deg_per_s)?;
         self.at_least_zero("joint.friction.slip_v", friction.slip_v)?;
         self.above_zero("joint.friction.band_deg_per_s", friction.band_deg_per_s)?;
-        self.check("joint.friction.stick_v", friction.stick_v, friction.stick_v >= friction.slip_v, || {
-            format!("a number not below `slip_v` ({})", shown(friction.slip_v))
-        })?;
+        self.check(
+            "joint.friction.stick_v",
+            friction.stick_v,
+            friction.stick_v >= friction.slip_v,
+            || format!("a number not below `slip_v` ({})", shown(friction.slip_v)),
+        )?;
         let lowest = -friction.slip_v;
         self.check("joint.friction.added_v", friction.added_v, friction.added_v >= lowest, || {
             format!("a number not below {} (minus `slip_v`)", shown(lowest))
@@ -41,7 +44,10 @@ impl RunPlan {
             gain: joint.gain_deg_per_s2_per_v,
             viscous: joint.viscous_v_per_deg_per_s,
             friction: Coulomb { stick: friction.stick_v, slip: friction.slip_v },
-            added: AddedFriction { amount: friction.added_v, during_s: friction.added_during_s.clone() },
+            added: AddedFriction {
+                amount: friction.added_v,
+                during_s: friction.added_during_s.clone(),
+            },
         })
     }
 
@@ -54,7 +60,9 @@ impl RunPlan {
         let core = written.core(Encoder::EXAMPLE);
         let phase = written.extras.phase;
         self.above_zero("encoder.resolution_deg", written.resolution_deg())?;
-        self.check("encoder.phase", phase, (-1.0..=1.0).contains(&phase), || "a number from -1 to 1".into())?;
+        self.check("encoder.phase", phase, (-1.0..=1.0).contains(&phase), || {
+            "a number from -1 to 1".into()
+        })?;
         Ok(EncoderModel {
             resolution: written.resolution_deg(),
             rounding: written.extras.rounding,

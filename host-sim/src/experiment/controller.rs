@@ -23,10 +23,13 @@ impl RunPlan {
     pub fn controller(&self) -> Result<Controller, Error> {
         let name = self.controller.as_deref().unwrap_or_default();
         let config = self.controller_config()?;
-        let controller = Controller::new(&config, &STM32F405).map_err(|error| self.explain(&error))?;
+        let controller =
+            Controller::new(&config, &STM32F405).map_err(|error| self.explain(&error))?;
         // Also those that none of the laws takes.
         for (key, _) in self.machine.controller.get(name).iter().flat_map(|table| table.iter()) {
-            if let Some(gain) = self.machine.controller.get(name).and_then(|table| table.number(key)) {
+            if let Some(gain) =
+                self.machine.controller.get(name).and_then(|table| table.number(key))
+            {
                 self.at_least_zero(&format!("controller.{name}.{key}"), gain)?;
             }
         }
@@ -63,10 +66,15 @@ impl RunPlan {
     /// The laws of this run's controller; none for a ramp. What is wrong with them has been told
     /// before.
     pub(crate) fn laws_in_use(&self) -> Vec<Gains> {
-        self.controller_config().map_or(vec![], |config| config.compensator.iter().copied().collect())
+        self.controller_config()
+            .map_or(vec![], |config| config.compensator.iter().copied().collect())
     }
 
-    fn laws(&self, name: &str, table: &Written<AllGains, Laws>) -> Result<FixedVec<Gains, MAX_TERMS>, Error> {
+    fn laws(
+        &self,
+        name: &str,
+        table: &Written<AllGains, Laws>,
+    ) -> Result<FixedVec<Gains, MAX_TERMS>, Error> {
         let key = format!("controller.{name}.laws");
         let origin = self.origin.of(&key);
         let laws = match &table.extras.laws {
@@ -93,7 +101,10 @@ impl RunPlan {
             laws.iter().find(|law| law.0.is_some_and(|law| law.replaces_pd()) && laws.len() > 1)
         {
             let why = "it takes the place of PD, and stands alone";
-            return Err(Error::Input(format!("{origin}: `{key}` has {} and another law; {why}", law.name())));
+            return Err(Error::Input(format!(
+                "{origin}: `{key}` has {} and another law; {why}",
+                law.name()
+            )));
         }
         let mut gains = FixedVec::new();
         for law in laws.iter().filter_map(|law| law.0) {
@@ -106,12 +117,19 @@ impl RunPlan {
     }
 
     /// The law with the gains of a table, each of which has to be there.
-    fn gains(&self, name: &str, table: &Written<AllGains, Laws>, mut law: Gains) -> Result<Gains, Error> {
+    fn gains(
+        &self,
+        name: &str,
+        table: &Written<AllGains, Laws>,
+        mut law: Gains,
+    ) -> Result<Gains, Error> {
         let about = about_law(&law);
         if let Some(gone) = about.iter().find(|about| table.number(about.name).is_none()) {
             let key = format!("controller.{name}.{}", gone.name);
             let (origin, law) = (self.origin.of(&format!("controller.{name}.laws")), law.name());
-            return Err(Error::Input(format!("{origin}: `{key}` is missing; the law {law} needs it")));
+            return Err(Error::Input(format!(
+                "{origin}: `{key}` is missing; the law {law} needs it"
+            )));
         }
         table.apply(about, &mut law);
         Ok(law)

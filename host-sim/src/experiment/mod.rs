@@ -12,6 +12,7 @@ mod controller;
 mod motion;
 mod parameters;
 mod plan;
+mod plant;
 mod refusal;
 mod task;
 

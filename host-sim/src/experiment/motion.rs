@@ -91,7 +91,9 @@ impl RunPlan {
     pub fn duration_s(&self) -> f64 {
         let by_default = match &self.task {
             Task::Step(_) | Task::Ramp(_) => 10.0,
-            Task::Trajectory(trajectory) => trajectory.corner_times_s.last().copied().unwrap_or(0.0) + 3.0,
+            Task::Trajectory(trajectory) => {
+                trajectory.corner_times_s.last().copied().unwrap_or(0.0) + 3.0
+            }
         };
         self.machine.run.duration_s.unwrap_or(by_default)
     }
@@ -122,7 +124,9 @@ impl RunPlan {
         let (times_key, positions_key) = (key("corner_times_s"), key("corner_positions_deg"));
         let entries = |key: &str, found: usize, allowed: String| {
             let origin = self.origin.of(key);
-            Err(Error::Input(format!("{origin}: `{key}` has {found} entries; allowed are {allowed}")))
+            Err(Error::Input(format!(
+                "{origin}: `{key}` has {found} entries; allowed are {allowed}"
+            )))
         };
         if !(2..=MAX_CORNERS).contains(&times.len()) {
             return entries(&times_key, times.len(), format!("2 to {MAX_CORNERS}"));
@@ -131,12 +135,19 @@ impl RunPlan {
             let allowed = format!("as many as in `corner_times_s` ({})", times.len());
             return entries(&positions_key, positions.len(), allowed);
         }
-        let (shortest_s, latest_s) = (0.5 * sampling.sample_time_s(), MAX_SAMPLES * sampling.sample_time_s());
+        let (shortest_s, latest_s) =
+            (0.5 * sampling.sample_time_s(), MAX_SAMPLES * sampling.sample_time_s());
         self.check(
             &key("half_blend_s"),
             half_blend_s,
             (shortest_s..=latest_s).contains(&half_blend_s),
-            || format!("a number from {} (half a sample) to {}", shown(shortest_s), rounded(latest_s)),
+            || {
+                format!(
+                    "a number from {} (half a sample) to {}",
+                    shown(shortest_s),
+                    rounded(latest_s)
+                )
+            },
         )?;
         let mut corners = Vec::new();
         let mut before_s = -half_blend_s;
@@ -145,7 +156,8 @@ impl RunPlan {
             // Sums of decimals differ in the last digit from the decimal that was written.
             let in_order = (earliest_s * (1.0 - 1e-9)..=latest_s).contains(time_s);
             self.check(&format!("{times_key}[{i}]"), *time_s, in_order, || {
-                let why = if i == 0 { "half a blend" } else { "two half blends after the corner before" };
+                let why =
+                    if i == 0 { "half a blend" } else { "two half blends after the corner before" };
                 format!("a number from {} ({why}) to {}", rounded(earliest_s), rounded(latest_s))
             })?;
             before_s = *time_s;
@@ -156,7 +168,11 @@ impl RunPlan {
         }
         if positions.windows(2).all(|pair| pair[0] == pair[1]) {
             let found = format!("{} throughout", shown(positions[0]));
-            return Err(self.refuse(&positions_key, &found, "a motion from one position to another"));
+            return Err(self.refuse(
+                &positions_key,
+                &found,
+                "a motion from one position to another",
+            ));
         }
         Ok(corners)
     }

@@ -109,8 +109,10 @@ mod tests {
             ("device.autostrat=true", "unknown key `device.autostrat`; did you mean `autostart`?"),
         ];
         for (set, expected) in refusals {
-            let message =
-                plan("step-response", &[set]).and_then(|plan| record(&plan)).unwrap_err().to_string();
+            let message = plan("step-response", &[set])
+                .and_then(|plan| record(&plan))
+                .unwrap_err()
+                .to_string();
             assert!(message.contains(expected), "{message}");
         }
     }

@@ -59,7 +59,10 @@ impl RunPlan {
 
 fn slugs<'a>(variant: &'a str, machine: &Machine, sampled: bool) -> Vec<&'a str> {
     let delayed = sampled && machine.run.delay_samples == 1;
-    [variant, if delayed { "delay-1" } else { "" }].into_iter().filter(|slug| !slug.is_empty()).collect()
+    [variant, if delayed { "delay-1" } else { "" }]
+        .into_iter()
+        .filter(|slug| !slug.is_empty())
+        .collect()
 }
 
 impl Experiment {
@@ -124,11 +127,16 @@ fn variants(
         })
     };
     let named = |(i, variant): (usize, &Variant)| {
-        let name = if variant.slug.is_empty() { (i + 1).to_string() } else { format!("`{}`", variant.slug) };
+        let name = if variant.slug.is_empty() {
+            (i + 1).to_string()
+        } else {
+            format!("`{}`", variant.slug)
+        };
         (name, variant.clone())
     };
     let all = machine.variant.iter().enumerate();
-    let kept: Vec<_> = all.filter(|(_, variant)| contradicted(variant).is_none()).map(named).collect();
+    let kept: Vec<_> =
+        all.filter(|(_, variant)| contradicted(variant).is_none()).map(named).collect();
     match machine.variant.iter().find_map(contradicted) {
         Some(key) if kept.is_empty() => {
             let origin = document.origin.of(key);
@@ -143,12 +151,19 @@ fn variants(
 fn same(a: &Value, b: &Value) -> bool {
     let number = |value: &Value| value.as_float().or(value.as_integer().map(|whole| whole as f64));
     match (a, b) {
-        (Value::Array(a), Value::Array(b)) => a.len() == b.len() && a.iter().zip(b).all(|(a, b)| same(a, b)),
+        (Value::Array(a), Value::Array(b)) => {
+            a.len() == b.len() && a.iter().zip(b).all(|(a, b)| same(a, b))
+        }
         _ => a == b || number(a).is_some_and(|a| number(b) == Some(a)),
     }
 }
 
-fn runs_of(machine: Machine, origin: &Origin, slug: &str, wanted: &[&str]) -> Result<Vec<RunPlan>, Error> {
+fn runs_of(
+    machine: Machine,
+    origin: &Origin,
+    slug: &str,
+    wanted: &[&str],
+) -> Result<Vec<RunPlan>, Error> {
     let machine = Arc::new(machine);
     let steps = machine.reference.steps_deg.iter().copied().map(Task::Step);
     let trajectories = machine.reference.trajectories.iter().cloned().map(Task::Trajectory);
@@ -187,7 +202,8 @@ fn runs_of(machine: Machine, origin: &Origin, slug: &str, wanted: &[&str]) -> Re
         }
     }
     let rates = machine.identification.iter().flat_map(|ramps| &ramps.ramp_rates_v_per_s).copied();
-    for (asked_by, task) in rates.map(Task::Ramp).enumerate().map(asked("identification.ramp_rates_v_per_s"))
+    for (asked_by, task) in
+        rates.map(Task::Ramp).enumerate().map(asked("identification.ramp_rates_v_per_s"))
     {
         add(None, asked_by, task);
     }
@@ -195,7 +211,11 @@ fn runs_of(machine: Machine, origin: &Origin, slug: &str, wanted: &[&str]) -> Re
 }
 
 /// The names of the controllers to run, each of which has a table.
-fn controllers<'a>(machine: &'a Machine, origin: &Origin, wanted: &[&'a str]) -> Result<Vec<&'a str>, Error> {
+fn controllers<'a>(
+    machine: &'a Machine,
+    origin: &Origin,
+    wanted: &[&'a str],
+) -> Result<Vec<&'a str>, Error> {
     let by_file = machine.sampling.extras.list().iter().map(String::as_str);
     let names: Vec<&str> = if wanted.is_empty() { by_file.collect() } else { wanted.to_vec() };
     for (i, name) in names.iter().enumerate() {

@@ -21,7 +21,9 @@ impl RunPlan {
         };
         let written = match (about.name, &self.task) {
             ("ramp_rates_v_per_s", Task::Ramp(rate)) => Some(*rate),
-            _ => self.value_at(&path.split('.').collect::<Vec<_>>()).and_then(|value| value.as_float()),
+            _ => self
+                .value_at(&path.split('.').collect::<Vec<_>>())
+                .and_then(|value| value.as_float()),
         };
         let mut found = shown(error.found.into());
         if let Some(written) = written {
@@ -52,7 +54,11 @@ impl RunPlan {
         allowed: bool,
         what: impl Fn() -> String,
     ) -> Result<(), Error> {
-        if allowed && found.is_finite() { Ok(()) } else { Err(self.refuse(key, &shown(found), &what())) }
+        if allowed && found.is_finite() {
+            Ok(())
+        } else {
+            Err(self.refuse(key, &shown(found), &what()))
+        }
     }
 
     pub(super) fn refuse(&self, key: &str, found: &str, allowed: &str) -> Error {

@@ -94,7 +94,9 @@ pub(super) fn svg(figure: &Figure, sheet: Sheet) -> Result<String, Error> {
         (&figure.x_label, TEXT, page.height - 10.0),
     ];
     let footer = page.height - FOOTER;
-    for (content, size, y) in captions.into_iter().filter(|(.., y)| *y < sheet.header || *y > footer) {
+    for (content, size, y) in
+        captions.into_iter().filter(|(.., y)| *y < sheet.header || *y > footer)
+    {
         page.add(text(content, size, (middle, y), TextAnchor::Middle, None));
     }
     let mut top = sheet.header;
@@ -152,7 +154,8 @@ fn draw_panel(
     layout.suppress_x_ticks = !is_last;
 
     // What a unit of the sheet is on either axis.
-    let unit = [(time.high - time.low) / (width - LEFT - RIGHT), (axis.high - axis.low) / (bottom - top)];
+    let unit =
+        [(time.high - time.low) / (width - LEFT - RIGHT), (axis.high - axis.low) / (bottom - top)];
     // A chattering signal fills a band, which must not bury everything else.
     let (mut curves, mut in_front) = (Vec::new(), Vec::new());
     if axis.low < 0.0 && axis.high > 0.0 {
@@ -216,7 +219,13 @@ fn legend(panel: &Panel, note: Option<&str>, top: f64, right: f64) -> (Vec<Primi
     (drawn, y + LEGEND_ROW / 2.0 + 6.0 - top)
 }
 
-fn text(content: &str, size: u32, (x, y): (f64, f64), anchor: TextAnchor, rotate: Option<f64>) -> Primitive {
+fn text(
+    content: &str,
+    size: u32,
+    (x, y): (f64, f64),
+    anchor: TextAnchor,
+    rotate: Option<f64>,
+) -> Primitive {
     Primitive::Text {
         x,
         y,

@@ -17,7 +17,11 @@ use crate::output::write_whole;
 /// # Errors
 /// Names the path, or says that nothing here can draw.
 pub fn prepare_figures(directory: &Path) -> Result<(), Error> {
-    if cfg!(feature = "figures") { prepare_directory(directory) } else { write_figures(directory, &[]) }
+    if cfg!(feature = "figures") {
+        prepare_directory(directory)
+    } else {
+        write_figures(directory, &[])
+    }
 }
 
 /// Stands for the drawing of figures where it is not built in.
@@ -49,7 +53,8 @@ pub fn write_figures(directory: &Path, figures: &[NamedFigure]) -> Result<(), Er
     let drawn: Vec<(String, Vec<u8>)> = figures
         .par_iter()
         .map(|named| {
-            draw(named).map_err(|error: super::Error| Error::Figure(format!("`{}`: {error}", named.stem)))
+            draw(named)
+                .map_err(|error: super::Error| Error::Figure(format!("`{}`: {error}", named.stem)))
         })
         .collect::<Result<_, _>>()?;
     for (named, (svg, png)) in figures.iter().zip(&drawn) {

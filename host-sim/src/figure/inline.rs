@@ -8,10 +8,13 @@ const DIGITS: usize = 2;
 /// document.
 pub(super) fn element(svg: &str, name: &str) -> String {
     let (head, body) = svg.split_once('>').unwrap_or(("", svg));
-    let size = |key: &str| head.split(&format!("{key}=\"")).nth(1).and_then(|rest| rest.split('"').next());
+    let size =
+        |key: &str| head.split(&format!("{key}=\"")).nth(1).and_then(|rest| rest.split('"').next());
     let (width, height) = (size("width").unwrap_or("0"), size("height").unwrap_or("0"));
-    let body =
-        body.split_once("/>").filter(|(first, _)| first.contains("<rect")).map_or(body, |(_, rest)| rest);
+    let body = body
+        .split_once("/>")
+        .filter(|(first, _)| first.contains("<rect"))
+        .map_or(body, |(_, rest)| rest);
     let name = name.replace('&', "&amp;").replace('<', "&lt;").replace('"', "&quot;");
     let head = format!("<svg viewBox=\"0 0 {width} {height}\" role=\"img\" aria-label=\"{name}\">");
     let mut out = head;
@@ -31,11 +34,14 @@ fn shorter(text: &str) -> String {
     while let Some(point) = rest.find('.') {
         let is_digit = |c: char| c.is_ascii_digit();
         let before = rest[..point].trim_end_matches(is_digit).len();
-        let after = rest[point + 1..].find(|c: char| !is_digit(c)).map_or(rest.len(), |n| point + 1 + n);
+        let after =
+            rest[point + 1..].find(|c: char| !is_digit(c)).map_or(rest.len(), |n| point + 1 + n);
         let number = &rest[before..after];
         out.push_str(&rest[..before]);
         match number.parse::<f64>() {
-            Ok(value) if after > point + 1 + DIGITS && before < point => out.push_str(&rounded(value)),
+            Ok(value) if after > point + 1 + DIGITS && before < point => {
+                out.push_str(&rounded(value))
+            }
             _ => out.push_str(number),
         }
         rest = &rest[after..];

@@ -20,7 +20,11 @@ pub fn figure(series: &[Series]) -> Figure {
     let mut displacements = curves(|sample| Some(sample.position_deg));
     for (i, one) in series.iter().take(MOST).enumerate() {
         let name = if i == 0 { "reference" } else { "" };
-        displacements.push(Line::new(name, Style::Reference, points(one, |sample| sample.reference_deg)));
+        displacements.push(Line::new(
+            name,
+            Style::Reference,
+            points(one, |sample| sample.reference_deg),
+        ));
     }
     let mut panels = vec![
         Panel::new("displacement (deg)", displacements),

@@ -30,7 +30,11 @@ pub struct NamedFigure {
 
 /// The figures of an experiment's results. `sources` tells which figures of the thesis they answer
 /// to; a run that diverged has none, since its last values fit no axis.
-pub fn figures(experiment: &str, results: &[RunResult], sources: &[FigureSource]) -> Vec<NamedFigure> {
+pub fn figures(
+    experiment: &str,
+    results: &[RunResult],
+    sources: &[FigureSource],
+) -> Vec<NamedFigure> {
     let mut figures = Vec::new();
     // So that the figures of several experiments can lie in one directory.
     let prefix = Path::new(experiment).file_stem().unwrap_or_default().to_string_lossy();
@@ -66,7 +70,8 @@ fn groups<'a>(results: &'a [RunResult], sources: &'a [FigureSource]) -> Vec<Grou
         let own = [&[driven_by], &result.plan.slugs()[..]].concat().join("/");
         let all = format!("{driven_by}/*");
         let thesis = sources.iter().find(|source| source.of == own || source.of == all);
-        let name = if thesis.is_some_and(|source| source.of == all) { driven_by.into() } else { own };
+        let name =
+            if thesis.is_some_and(|source| source.of == all) { driven_by.into() } else { own };
         match groups.iter_mut().find(|group| group.name == name) {
             Some(group) => group.results.push(result),
             None => groups.push(Group { name, thesis, results: vec![result] }),
@@ -113,8 +118,12 @@ fn in_words(slug: &str) -> String {
     match slug.split_once('-') {
         Some(("delay", "1")) => "one sample of delay".into(),
         Some(("added", "variable")) => "friction added now and then".into(),
-        Some(("added", volts)) if volts.parse::<f64>().is_ok() => format!("{volts} V of friction added"),
-        Some(("friction", times)) if times.parse::<f64>().is_ok() => format!("{times} times the friction"),
+        Some(("added", volts)) if volts.parse::<f64>().is_ok() => {
+            format!("{volts} V of friction added")
+        }
+        Some(("friction", times)) if times.parse::<f64>().is_ok() => {
+            format!("{times} times the friction")
+        }
         Some(("test", number)) if number.parse::<u32>().is_ok() => format!("test {number}"),
         Some(("literal", "si")) => "gain read in SI".into(),
         _ => slug.into(),
@@ -124,7 +133,11 @@ fn in_words(slug: &str) -> String {
 fn displacements(results: &[&RunResult]) -> Panel {
     let mut lines = Vec::new();
     for (result, style) in results.iter().zip(COMPARED) {
-        lines.push(Line::new(curve_name(result, results), style, points(result, |m| m.position_deg)));
+        lines.push(Line::new(
+            curve_name(result, results),
+            style,
+            points(result, |m| m.position_deg),
+        ));
     }
     for (i, result) in results.iter().enumerate() {
         let name = if i == 0 { "reference" } else { "" };
@@ -164,7 +177,8 @@ fn breakdown(result: &RunResult, curve: &str) -> Vec<Panel> {
 
 fn ramp_figure(result: &RunResult, prefix: &str) -> Option<NamedFigure> {
     let Trace::Ramp(moments) = &result.trace else { return None };
-    let series = |of: fn(&RampMoment) -> f64| moments.iter().map(|m| (m.time_s, of(m))).collect::<Vec<_>>();
+    let series =
+        |of: fn(&RampMoment) -> f64| moments.iter().map(|m| (m.time_s, of(m))).collect::<Vec<_>>();
     let rate = result.plan.task.slug();
     let panels = vec![
         Panel::new("effort (V)", vec![Line::new("v", Style::Total, series(|m| m.v)).held()]),
@@ -177,7 +191,8 @@ fn ramp_figure(result: &RunResult, prefix: &str) -> Option<NamedFigure> {
             vec![Line::new("joint", Style::Primary, series(|m| m.velocity_deg_per_s))],
         ),
     ];
-    let title = format!("Friction from a ramp of the effort: {} V/s", rate.trim_start_matches("rate-"));
+    let title =
+        format!("Friction from a ramp of the effort: {} V/s", rate.trim_start_matches("rate-"));
     let figure = Figure { title, subtitle: "simulated".into(), x_label: "time (s)".into(), panels };
     Some(NamedFigure { stem: format!("{prefix}-{rate}"), figure })
 }
@@ -191,8 +206,14 @@ fn points(result: &RunResult, of: impl Fn(&Moment) -> f64) -> Vec<(f64, f64)> {
 
 /// For a step: a symmetric range that shows what is left after the transient, at least `least` on
 /// either side. A trajectory has no transient that dwarfs the rest.
-fn settled_range(result: &RunResult, of: impl Fn(&Moment) -> f64, least: f64) -> Option<(f64, f64)> {
-    let (Task::Step(_), Trace::Loop(moments)) = (&result.plan.task, &result.trace) else { return None };
+fn settled_range(
+    result: &RunResult,
+    of: impl Fn(&Moment) -> f64,
+    least: f64,
+) -> Option<(f64, f64)> {
+    let (Task::Step(_), Trace::Loop(moments)) = (&result.plan.task, &result.trace) else {
+        return None;
+    };
     let settled = moments.iter().filter(|m| m.time_s >= TRANSIENT_S).map(|m| of(m).abs());
     let half = 1.25 * settled.filter(|value| value.is_finite()).fold(least, f64::max);
     Some((-half, half))
@@ -204,7 +225,9 @@ fn widest(ranges: impl Iterator<Item = (f64, f64)>) -> Option<(f64, f64)> {
 
 /// Whether the output is that of PD: nothing is added and nothing cut off.
 fn is_plain(result: &RunResult) -> bool {
-    points(result, |m| f64::from(m.tick.v - m.tick.v_pd)).iter().all(|(_, difference)| *difference == 0.0)
+    points(result, |m| f64::from(m.tick.v - m.tick.v_pd))
+        .iter()
+        .all(|(_, difference)| *difference == 0.0)
 }
 
 /// By its motion, or by its variant where only that differs.

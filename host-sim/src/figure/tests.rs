@@ -2,7 +2,12 @@ use super::shape::{Axis, extent, visible};
 use super::{Error, Figure, Line, Panel, Style};
 
 fn figure(panels: Vec<Panel>) -> Figure {
-    Figure { title: "Step & hold".into(), subtitle: "simulated".into(), x_label: "time (s)".into(), panels }
+    Figure {
+        title: "Step & hold".into(),
+        subtitle: "simulated".into(),
+        x_label: "time (s)".into(),
+        panels,
+    }
 }
 
 fn ramp(gain: f64) -> Vec<(f64, f64)> {
@@ -39,8 +44,10 @@ fn cut_curves_stay_in_the_frame() -> Result<(), Error> {
     cut.lines.push(Line::new("total", Style::Total, ramp(-1.0)).held());
     cut.y_range = Some((-5.0, 5.0));
     let svg = figure(vec![cut]).to_svg()?;
-    let frame = svg.split("<clipPath id=\"panel-0\"><rect ").nth(1).and_then(|r| r.split("/>").next());
-    let frame: Vec<f64> = frame.unwrap_or_default().split('"').filter_map(|n| n.parse().ok()).collect();
+    let frame =
+        svg.split("<clipPath id=\"panel-0\"><rect ").nth(1).and_then(|r| r.split("/>").next());
+    let frame: Vec<f64> =
+        frame.unwrap_or_default().split('"').filter_map(|n| n.parse().ok()).collect();
     let [x, y, width, height] = frame[..] else { panic!("no frame in {svg}") };
     for (px, py) in paths(&svg).into_iter().flatten() {
         assert!(px >= x - 0.01 && px <= x + width + 0.01, "{px}");

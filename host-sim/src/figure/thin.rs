@@ -31,8 +31,11 @@ fn beside(point: Point, from: Point, to: Point) -> f64 {
     let along = (to.0 - from.0, to.1 - from.1);
     let off = (point.0 - from.0, point.1 - from.1);
     let length = along.0 * along.0 + along.1 * along.1;
-    let part =
-        if length > 0.0 { ((off.0 * along.0 + off.1 * along.1) / length).clamp(0.0, 1.0) } else { 0.0 };
+    let part = if length > 0.0 {
+        ((off.0 * along.0 + off.1 * along.1) / length).clamp(0.0, 1.0)
+    } else {
+        0.0
+    };
     (off.0 - part * along.0).hypot(off.1 - part * along.1)
 }
 

@@ -70,7 +70,8 @@ impl Blocks {
                 if may_leave(&placed) {
                     close(&mut blocks, &mut stretch, conditional);
                 }
-                conditional = held_by_it(placed.halfwords.0).unwrap_or(u32::saturating_sub(conditional, 1));
+                conditional =
+                    held_by_it(placed.halfwords.0).unwrap_or(u32::saturating_sub(conditional, 1));
             }
             close(&mut blocks, &mut stretch, 0);
         }
@@ -97,18 +98,23 @@ impl Blocks {
 fn close(blocks: &mut BTreeMap<u32, Block>, stretch: &mut Vec<Placed>, conditional: u32) {
     if let (Some(first), Some(last)) = (stretch.first(), stretch.last()) {
         let returns = last.instruction.flow == Flow::Return && conditional == 0;
-        let timings: Result<Vec<Timing>, Unknown> =
-            stretch.iter().map(|placed| Timing::of(placed.halfwords.0, placed.halfwords.1)).collect();
+        let timings: Result<Vec<Timing>, Unknown> = stretch
+            .iter()
+            .map(|placed| Timing::of(placed.halfwords.0, placed.halfwords.1))
+            .collect();
         let ends = timings.as_ref().map_or_else(
             |_| (Timing::default(), Timing::default()),
-            |all| (all.first().copied().unwrap_or_default(), all.last().copied().unwrap_or_default()),
+            |all| {
+                (all.first().copied().unwrap_or_default(), all.last().copied().unwrap_or_default())
+            },
         );
         let cycles = timings.map(|all| {
             let waits = all.iter().zip(all.iter().skip(1)).map(|(one, next)| one.holds_up(next));
             all.iter().map(|timing| timing.cycles).chain(waits).sum()
         });
         let instructions = stretch.len() as u32;
-        let block = Block { end: last.end(), instructions, returns, cycles, first: ends.0, last: ends.1 };
+        let block =
+            Block { end: last.end(), instructions, returns, cycles, first: ends.0, last: ends.1 };
         blocks.insert(first.address, block);
     }
     stretch.clear();
@@ -139,14 +145,22 @@ fn leads_to(code: &Code, placed: &Placed) -> Vec<u32> {
 fn table(code: &Code, placed: &Placed) -> Vec<u32> {
     let wide = placed.halfwords.1 & HALFWORDS != 0;
     let entries = code.data(placed.end()).flat_map(|halfword| {
-        if wide { vec![u32::from(halfword)] } else { halfword.to_le_bytes().map(u32::from).to_vec() }
+        if wide {
+            vec![u32::from(halfword)]
+        } else {
+            halfword.to_le_bytes().map(u32::from).to_vec()
+        }
     });
     entries.map(|distance| placed.end() + 2 * distance).collect()
 }
 
 /// How many instructions an `it` holds; nothing if it is none.
 const fn held_by_it(first: u16) -> Option<u32> {
-    if first & 0xFF00 == 0xBF00 && first & 0xF != 0 { Some(4 - (first & 0xF).trailing_zeros()) } else { None }
+    if first & 0xFF00 == 0xBF00 && first & 0xF != 0 {
+        Some(4 - (first & 0xF).trailing_zeros())
+    } else {
+        None
+    }
 }
 
 #[cfg(test)]
@@ -182,7 +196,10 @@ mod tests {
         // tbb [pc, r0]; entries 2, 3 and 4, and a byte to align; then nop; bx lr; adds; bx lr
         let function = [0xE8DF, 0xF000, 0x0302, 0x0004, 0xBF00, 0x4770, 0x3001, 0x4770];
         let found = blocks(&[(0x100, true), (0x104, false), (0x108, true)], &function);
-        assert_eq!(found, [(0x100, 1, false), (0x108, 1, false), (0x10A, 1, true), (0x10C, 2, true)]);
+        assert_eq!(
+            found,
+            [(0x100, 1, false), (0x108, 1, false), (0x10A, 1, true), (0x10C, 2, true)]
+        );
     }
 
     #[test]

@@ -93,7 +93,8 @@ impl Code {
         let no = |why: &str| Error::Emulator(format!("{}: {why}", path.display()));
         let file = object::File::parse(elf).map_err(|_| no("it is not an ELF file"))?;
         let text = file.section_by_name(".text").ok_or_else(|| no("it has no section .text"))?;
-        let (start, bytes) = (text.address() as u32, text.data().map_err(|error| no(&error.to_string()))?);
+        let (start, bytes) =
+            (text.address() as u32, text.data().map_err(|error| no(&error.to_string()))?);
         let vectors = file.section_by_name(".vector_table").and_then(|section| section.data().ok());
         let vectors = vectors.ok_or_else(|| no("it has no section .vector_table"))?;
         let word = |bytes: &[u8]| bytes.try_into().map_or(0, u32::from_le_bytes);
@@ -121,7 +122,9 @@ impl Code {
         let covered: u32 = sizes.values().map(|(size, _)| size).sum();
         // Alignment between functions is all that may be left over.
         if marks.is_empty() || u64::from(covered) < text.size() * 9 / 10 {
-            return Err(no("its symbols have been stripped, so nothing can be said of its functions"));
+            return Err(no(
+                "its symbols have been stripped, so nothing can be said of its functions",
+            ));
         }
         let text = Text { start, bytes: bytes.to_vec(), marks };
         let mut code = Self { functions: BTreeMap::new(), vectors, symbols, text };
@@ -200,7 +203,9 @@ impl Code {
         match (found.next(), found.next()) {
             (Some(function), None) => Ok(function),
             (None, _) => Err(Error::Emulator(format!("the image has no function {path}"))),
-            (Some(_), Some(_)) => Err(Error::Emulator(format!("the image has two functions {path}"))),
+            (Some(_), Some(_)) => {
+                Err(Error::Emulator(format!("the image has two functions {path}")))
+            }
         }
     }
 
@@ -237,8 +242,12 @@ impl Code {
     /// Functions with calls or jumps through a register, and whether any entry of the hardware
     /// leads to them by calls that name their function.
     pub fn indirect(&self) -> Vec<(&Function, bool)> {
-        let reached: BTreeSet<u32> =
-            self.entries().into_iter().flat_map(|entry| self.reachable(entry)).map(|f| f.address).collect();
+        let reached: BTreeSet<u32> = self
+            .entries()
+            .into_iter()
+            .flat_map(|entry| self.reachable(entry))
+            .map(|f| f.address)
+            .collect();
         let with = self.functions().filter(|function| !function.indirect.is_empty());
         with.map(|function| (function, reached.contains(&function.address))).collect()
     }
@@ -285,16 +294,23 @@ pub(crate) mod tests {
     /// Functions that lie one behind the other from an address on; `marks` say where code and data
     /// begin.
     pub fn code(start: u32, marks: &[(u32, bool)], functions: &[(&str, &[u16])]) -> Code {
-        let bytes: Vec<u8> =
-            functions.iter().flat_map(|(_, code)| code.iter().flat_map(|half| half.to_le_bytes())).collect();
+        let bytes: Vec<u8> = functions
+            .iter()
+            .flat_map(|(_, code)| code.iter().flat_map(|half| half.to_le_bytes()))
+            .collect();
         let text = Text { start, bytes, marks: marks.iter().copied().collect() };
         let (vectors, symbols) = (Vec::new(), BTreeMap::new());
         let mut all = Code { functions: BTreeMap::new(), vectors, symbols, text };
         let mut address = start;
         for (name, code) in functions {
             let size = 2 * code.len() as u32;
-            let function =
-                Function { name: (*name).to_owned(), address, size, stack: Some(0), ..Function::default() };
+            let function = Function {
+                name: (*name).to_owned(),
+                address,
+                size,
+                stack: Some(0),
+                ..Function::default()
+            };
             let function = all.instructions(&function).fold(function.clone(), Function::with);
             all.symbols.insert(function.name.clone(), address);
             all.functions.insert(address, function);

@@ -30,17 +30,23 @@ pub fn forbidden(code: &Code) -> Vec<&str> {
 fn is_forbidden(name: &str) -> bool {
     // Rust's own library, if its public names are gone.
     let is_inner = name.contains("17compiler_builtins5float");
-    if is_inner || PREFIXES.iter().any(|prefix| name.starts_with(prefix)) || CONVERSIONS.contains(&name) {
+    if is_inner
+        || PREFIXES.iter().any(|prefix| name.starts_with(prefix))
+        || CONVERSIONS.contains(&name)
+    {
         return true;
     }
     let Some(name) = name.strip_prefix("__") else { return false };
     // __adddf3, __ltsf2, __powidf2; __fixdfsi, __floatsidf, __extendsfdf2, __truncdfsf2
     let is_operation = OPERATIONS.iter().any(|operation| {
         let rest = name.strip_prefix(operation).unwrap_or("");
-        ["sf", "df"].iter().any(|mode| rest.strip_prefix(mode).is_some_and(|n| matches!(n, "2" | "3")))
+        ["sf", "df"]
+            .iter()
+            .any(|mode| rest.strip_prefix(mode).is_some_and(|n| matches!(n, "2" | "3")))
     });
-    let is_conversion = ["fix", "float", "extend", "trunc"].iter().any(|verb| name.starts_with(verb))
-        && ["sf", "df", "hf"].iter().any(|mode| name.contains(mode));
+    let is_conversion =
+        ["fix", "float", "extend", "trunc"].iter().any(|verb| name.starts_with(verb))
+            && ["sf", "df", "hf"].iter().any(|mode| name.contains(mode));
     is_operation || is_conversion
 }
 

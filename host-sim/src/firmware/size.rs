@@ -21,9 +21,11 @@ impl Size {
     /// Of an ELF file; nothing if it is none.
     pub fn of(elf: &[u8]) -> Option<Self> {
         let file = object::File::parse(elf).ok()?;
-        let is_loaded = |flags| matches!(flags, SectionFlags::Elf { sh_flags } if sh_flags & SHF_ALLOC != 0);
+        let is_loaded =
+            |flags| matches!(flags, SectionFlags::Elf { sh_flags } if sh_flags & SHF_ALLOC != 0);
         let loaded = file.sections().filter(|section| is_loaded(section.flags()));
-        let variables = loaded.filter(|section| !FLASH.contains(&section.address())).map(|s| s.size()).sum();
+        let variables =
+            loaded.filter(|section| !FLASH.contains(&section.address())).map(|s| s.size()).sum();
         let in_file = file.segments().map(|segment| segment.file_range().1).sum();
         Some(Self { code: file.section_by_name(".text")?.size(), flash: in_file, variables })
     }

@@ -98,7 +98,9 @@ fn last_unmasks(code: &Code) -> Result<&Function, Error> {
     // unmask twice.
     let end = function.returns.iter().find(|address| **address > at);
     match end {
-        Some(end) if !function.returns_to.iter().any(|(after, _)| (at..*end).contains(after)) => Ok(function),
+        Some(end) if !function.returns_to.iter().any(|(after, _)| (at..*end).contains(after)) => {
+            Ok(function)
+        }
         Some(_) => no(format!("{} calls something after it has let interrupts in", function.name)),
         None => no(format!("{} lets interrupts in and does not return", function.name)),
     }
@@ -112,7 +114,8 @@ struct Chains<'a> {
 
 impl Chains<'_> {
     fn below(&mut self, function: &Function) -> Result<u32, Error> {
-        let no = |why: &str| Error::Emulator(format!("the stack has no bound: {} {why}", function.name));
+        let no =
+            |why: &str| Error::Emulator(format!("the stack has no bound: {} {why}", function.name));
         match self.known.get(&function.address) {
             Some(Some(bytes)) => return Ok(*bytes),
             Some(None) => return Err(no("calls itself")),

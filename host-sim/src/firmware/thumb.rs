@@ -52,7 +52,11 @@ impl Instruction {
             Self { size: 2, flow: short_flow(address, first), stack: short_stack(first) }
         } else {
             let (first, second) = (u32::from(first), u32::from(second));
-            Self { size: 4, flow: long_flow(address, first, second), stack: long_stack(first, second) }
+            Self {
+                size: 4,
+                flow: long_flow(address, first, second),
+                stack: long_stack(first, second),
+            }
         }
     }
 }
@@ -208,7 +212,9 @@ mod tests {
     #[test]
     fn what_looks_like_a_branch_is_none() {
         // nop; svc 0; udf 0; dsb sy; msr basepri, r0; pop {r4}; tbb [pc, r0]; pld [r0]
-        for code in [0xBF00, 0xDF00, 0xDE00, 0xF3BF_8F4F, 0xF380_8811, 0xBC10, 0xE8DF_F000, 0xF890_F000] {
+        for code in
+            [0xBF00, 0xDF00, 0xDE00, 0xF3BF_8F4F, 0xF380_8811, 0xBC10, 0xE8DF_F000, 0xF890_F000]
+        {
             assert_eq!(at(0, code).flow, Flow::On, "{code:#x}");
         }
     }

@@ -37,7 +37,8 @@ impl<const N: usize> MaxwellSlip<N> {
     /// Integrator's spring, 1/omega.
     pub fn by_rules(levels: Coulomb, range: f64, mass: f64) -> Self {
         let share = 1.0 / N as f64;
-        let stiffness = std::array::from_fn(|i| share * levels.stick * N as f64 / (range * (i + 1) as f64));
+        let stiffness =
+            std::array::from_fn(|i| share * levels.stick * N as f64 / (range * (i + 1) as f64));
         let omega = impedance(levels.stick / range, mass) / mass;
         let sliding = Stribeck::by_rules(levels, range, mass);
         Self { stiffness, share: [share; N], attraction: levels.stick * omega, sliding }

@@ -43,7 +43,8 @@ impl ResetIntegrator {
     pub fn by_rules(levels: Coulomb, range: f64, mass: f64) -> Self {
         let gradient = (levels.stick - levels.slip) / levels.slip;
         let stiffness = levels.slip / range;
-        let damping = std::f64::consts::FRAC_1_SQRT_2 * (stiffness * (1.0 + gradient) * mass).sqrt();
+        let damping =
+            std::f64::consts::FRAC_1_SQRT_2 * (stiffness * (1.0 + gradient) * mass).sqrt();
         Self { levels, range, stiffness, damping, gradient }
     }
 }

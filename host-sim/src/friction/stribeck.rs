@@ -33,7 +33,12 @@ impl Stribeck {
     /// With a v_s that is a tenth of the speed at which a bristle of `range` would throw the body,
     /// so that it is small against the speeds of a stick-slip motion; exponent 2, no viscous part.
     pub fn by_rules(levels: Coulomb, range: f64, mass: f64) -> Self {
-        Self { levels, speed: 0.1 * bristle_speed(levels, range, mass), exponent: 2.0, viscous: 0.0 }
+        Self {
+            levels,
+            speed: 0.1 * bristle_speed(levels, range, mass),
+            exponent: 2.0,
+            viscous: 0.0,
+        }
     }
 
     /// g at a speed >= 0: friction in motion without its viscous part.

@@ -3,8 +3,8 @@
 use super::plan::LabPlan;
 use crate::error::Error;
 use crate::mechanism::{
-    Block, CoupledBlocks, GRAVITY, IndependentBlocks, Mechanism, Pendulum, Pull, SpringMass, TwoBlocks,
-    TwoLinkArm, Wave,
+    Block, CoupledBlocks, GRAVITY, IndependentBlocks, Mechanism, Pendulum, Pull, SpringMass,
+    TwoBlocks, TwoLinkArm, Wave,
 };
 use crate::setup::Kind;
 
@@ -37,7 +37,9 @@ impl LabPlan {
                 AnyMechanism::One(Box::new(SpringMass { mass, stiffness, pull: self.pull()? }))
             }
             Kind::CoupledBlocks => AnyMechanism::Two(Box::new(CoupledBlocks(self.two_blocks()?))),
-            Kind::IndependentBlocks => AnyMechanism::Two(Box::new(IndependentBlocks(self.two_blocks()?))),
+            Kind::IndependentBlocks => {
+                AnyMechanism::Two(Box::new(IndependentBlocks(self.two_blocks()?)))
+            }
             Kind::Pendulum => {
                 let ([mass], [length]) = (self.masses()?, self.lengths()?);
                 let ([torque], [start]) = (self.torques()?, self.starts()?);
@@ -57,8 +59,10 @@ impl LabPlan {
         let table = &self.setup.mechanism;
         self.mechanism()?;
         let each = |values: &Option<Vec<f64>>| values.clone().unwrap_or_default();
-        let springs =
-            each(&table.stiffness_n_per_m).into_iter().zip(&table.mass_kg).map(|(k, m)| (m / k).sqrt());
+        let springs = each(&table.stiffness_n_per_m)
+            .into_iter()
+            .zip(&table.mass_kg)
+            .map(|(k, m)| (m / k).sqrt());
         let links = each(&table.length_m).into_iter().map(|l| (l / GRAVITY).sqrt());
         let waves = table.push.iter().map(|push| push.period_s / 4.0);
         let drives = table.pull.iter().filter_map(|pull| pull.frequency_rad_per_s).map(f64::recip);
@@ -147,7 +151,9 @@ impl LabPlan {
         let Some(push) = &self.setup.mechanism.push else {
             return Err(self.missing_table("mechanism.push"));
         };
-        self.check("mechanism.push.amplitude_n", push.amplitude_n, true, || "a finite number".into())?;
+        self.check("mechanism.push.amplitude_n", push.amplitude_n, true, || {
+            "a finite number".into()
+        })?;
         self.above_zero("mechanism.push.period_s", push.period_s)?;
         Ok(Wave { shape: push.shape.into(), amplitude: push.amplitude_n, period_s: push.period_s })
     }

@@ -3,7 +3,9 @@
 use super::build::AnyMechanism;
 use super::plan::LabPlan;
 use crate::error::{Error, rounded, suggestion_or_all};
-use crate::friction::{Coulomb, Dahl, ElasticCoulomb, LuGre, MaxwellSlip, ResetIntegrator, Stribeck, Tanh};
+use crate::friction::{
+    Coulomb, Dahl, ElasticCoulomb, LuGre, MaxwellSlip, ResetIntegrator, Stribeck, Tanh,
+};
 use crate::setup::{Model, ModelTable, name_of};
 
 const ABOVE_ZERO: &str = "a number above 0";
@@ -21,7 +23,9 @@ fn keys_of(model: Model) -> &'static [&'static str] {
         Model::Tanh => &["speed"],
         Model::Stribeck => &["speed", "exponent", "viscous"],
         Model::Dahl => &["stiffness"],
-        Model::LuGre | Model::ElasticCoulomb => &["stiffness", "damping", "speed", "exponent", "viscous"],
+        Model::LuGre | Model::ElasticCoulomb => {
+            &["stiffness", "damping", "speed", "exponent", "viscous"]
+        }
         Model::MaxwellSlip => &["attraction", "speed", "exponent", "viscous"],
     }
 }
@@ -68,9 +72,12 @@ impl LabPlan {
         let table = &self.setup.friction;
         let slip: [f64; N] =
             self.each("friction.slip_n", table.slip_n.as_ref(), NOT_BELOW_ZERO, |_, f| f >= 0.0)?;
-        let allowed = format!("a number above 0 and not below the one in `{}`", self.key("friction.slip_n"));
+        let allowed =
+            format!("a number above 0 and not below the one in `{}`", self.key("friction.slip_n"));
         let stick: [f64; N] =
-            self.each("friction.stick_n", table.stick_n.as_ref(), &allowed, |i, f| f >= slip[i] && f > 0.0)?;
+            self.each("friction.stick_n", table.stick_n.as_ref(), &allowed, |i, f| {
+                f >= slip[i] && f > 0.0
+            })?;
         Ok(std::array::from_fn(|i| Coulomb { stick: stick[i], slip: slip[i] }))
     }
 
@@ -84,7 +91,9 @@ impl LabPlan {
         let mut friction = self.by_rules(ResetIntegrator::by_rules)?;
         let table = self.own();
         self.set_spring(&mut friction, NOT_BELOW_ZERO, |f| (&mut f.stiffness, &mut f.damping))?;
-        self.set(&mut friction, "gradient", &table.gradient, NOT_BELOW_ZERO, |f, a| f.gradient = a)?;
+        self.set(&mut friction, "gradient", &table.gradient, NOT_BELOW_ZERO, |f, a| {
+            f.gradient = a
+        })?;
         self.agree_with_the_levels(&friction)?;
         Ok(friction)
     }
@@ -92,7 +101,10 @@ impl LabPlan {
     /// K_r p_o has to be F_d and K_r (1 + a) p_o to be F_s, or the run would have another friction
     /// than the file says. beta is free: eq. 4c is a guideline, and two of the thesis's tables
     /// depart from it.
-    fn agree_with_the_levels<const N: usize>(&self, friction: &[ResetIntegrator; N]) -> Result<(), Error> {
+    fn agree_with_the_levels<const N: usize>(
+        &self,
+        friction: &[ResetIntegrator; N],
+    ) -> Result<(), Error> {
         let rules = self.by_rules::<N, _>(ResetIntegrator::by_rules)?;
         let [stick, slip, range] =
             ["stick_n", "slip_n", "range_m"].map(|key| self.key(&format!("friction.{key}")));
@@ -126,7 +138,9 @@ impl LabPlan {
 
     pub(super) fn tanhs<const N: usize>(&self) -> Result<[Tanh; N], Error> {
         let mut friction = self.by_rules(Tanh::by_rules)?;
-        self.set(&mut friction, "speed_m_per_s", &self.own().speed_m_per_s, ABOVE_ZERO, |f, v| f.speed = v)?;
+        self.set(&mut friction, "speed_m_per_s", &self.own().speed_m_per_s, ABOVE_ZERO, |f, v| {
+            f.speed = v
+        })?;
         Ok(friction)
     }
 
@@ -139,7 +153,9 @@ impl LabPlan {
     pub(super) fn dahls<const N: usize>(&self) -> Result<[Dahl; N], Error> {
         let mut friction = self.by_rules(Dahl::by_rules)?;
         let stiffness = &self.own().stiffness_n_per_m;
-        self.set(&mut friction, "stiffness_n_per_m", stiffness, ABOVE_ZERO, |f, k| f.stiffness = k)?;
+        self.set(&mut friction, "stiffness_n_per_m", stiffness, ABOVE_ZERO, |f, k| {
+            f.stiffness = k
+        })?;
         Ok(friction)
     }
 
@@ -157,10 +173,14 @@ impl LabPlan {
         Ok(friction)
     }
 
-    pub(super) fn maxwell_slips<const N: usize>(&self) -> Result<[MaxwellSlip<ELEMENTS>; N], Error> {
+    pub(super) fn maxwell_slips<const N: usize>(
+        &self,
+    ) -> Result<[MaxwellSlip<ELEMENTS>; N], Error> {
         let mut friction = self.by_rules(MaxwellSlip::<ELEMENTS>::by_rules)?;
         let attraction = &self.own().attraction_n_per_s;
-        self.set(&mut friction, "attraction_n_per_s", attraction, ABOVE_ZERO, |f, c| f.attraction = c)?;
+        self.set(&mut friction, "attraction_n_per_s", attraction, ABOVE_ZERO, |f, c| {
+            f.attraction = c
+        })?;
         self.set_sliding(&mut friction, |f| &mut f.sliding)?;
         Ok(friction)
     }
@@ -173,8 +193,12 @@ impl LabPlan {
         parts: impl Fn(&mut F) -> (&mut f64, &mut f64),
     ) -> Result<(), Error> {
         let ModelTable { stiffness_n_per_m, damping_n_s_per_m, .. } = self.own();
-        self.set(friction, "stiffness_n_per_m", &stiffness_n_per_m, ABOVE_ZERO, |f, k| *parts(f).0 = k)?;
-        self.set(friction, "damping_n_s_per_m", &damping_n_s_per_m, allowed_damping, |f, b| *parts(f).1 = b)
+        self.set(friction, "stiffness_n_per_m", &stiffness_n_per_m, ABOVE_ZERO, |f, k| {
+            *parts(f).0 = k
+        })?;
+        self.set(friction, "damping_n_s_per_m", &damping_n_s_per_m, allowed_damping, |f, b| {
+            *parts(f).1 = b
+        })
     }
 
     /// Stribeck's curve.
@@ -184,18 +208,28 @@ impl LabPlan {
         sliding: impl Fn(&mut F) -> &mut Stribeck,
     ) -> Result<(), Error> {
         let table = self.own();
-        self.set(friction, "speed_m_per_s", &table.speed_m_per_s, ABOVE_ZERO, |f, v| sliding(f).speed = v)?;
-        self.set(friction, "exponent", &table.exponent, ABOVE_ZERO, |f, d| sliding(f).exponent = d)?;
+        self.set(friction, "speed_m_per_s", &table.speed_m_per_s, ABOVE_ZERO, |f, v| {
+            sliding(f).speed = v
+        })?;
+        self.set(friction, "exponent", &table.exponent, ABOVE_ZERO, |f, d| {
+            sliding(f).exponent = d
+        })?;
         let viscous = &table.viscous_n_s_per_m;
-        self.set(friction, "viscous_n_s_per_m", viscous, NOT_BELOW_ZERO, |f, b| sliding(f).viscous = b)
+        self.set(friction, "viscous_n_s_per_m", viscous, NOT_BELOW_ZERO, |f, b| {
+            sliding(f).viscous = b
+        })
     }
 
     /// Each body's friction from the rules of its model.
     fn by_rules<const N: usize, F>(&self, rule: Rule<F>) -> Result<[F; N], Error> {
         let (levels, inertias) = (self.levels::<N>()?, self.inertias::<N>()?);
         let allowed = "a number above 0 (how far friction gives way before it slides)";
-        let range: [f64; N] =
-            self.each("friction.range_m", self.setup.friction.range_m.as_ref(), allowed, |_, p| p > 0.0)?;
+        let range: [f64; N] = self.each(
+            "friction.range_m",
+            self.setup.friction.range_m.as_ref(),
+            allowed,
+            |_, p| p > 0.0,
+        )?;
         for (i, levels) in levels.iter().enumerate() {
             // The rules divide by F_d.
             let key = format!("{}[{i}]", self.key("friction.slip_n"));
@@ -216,7 +250,8 @@ impl LabPlan {
         if values.is_some() {
             let key = format!("friction.{}.{key}", name_of(&self.model));
             let least = if allowed == ABOVE_ZERO { f64::MIN_POSITIVE } else { 0.0 };
-            let values: [f64; N] = self.each(&key, values.as_ref(), allowed, |_, value| value >= least)?;
+            let values: [f64; N] =
+                self.each(&key, values.as_ref(), allowed, |_, value| value >= least)?;
             friction.iter_mut().zip(values).for_each(|(friction, value)| put(friction, value));
         }
         Ok(())
@@ -251,7 +286,8 @@ impl LabPlan {
                 let known = keys_of(self.model);
                 if !known.iter().any(|known| inner.split('_').next() == Some(known)) {
                     let key = format!("friction.{key}.{inner}");
-                    let (at, near) = (self.origin.of(&key), suggestion_or_all(inner, known.iter().copied()));
+                    let (at, near) =
+                        (self.origin.of(&key), suggestion_or_all(inner, known.iter().copied()));
                     return Err(Error::Input(format!(
                         "{at}: `{key}` has no meaning for \
                         `{own}`{near}"

@@ -21,7 +21,10 @@ pub fn json(experiment: &str, source: &str, results: &[LabResult]) -> serde_json
             .map(|event| Event { time_s: event.time_s, body: event.body + 1, kind: event.kind })
             .collect(),
         metrics: &result.metrics,
-        cost: Cost { wall_s: result.wall.as_secs_f64(), derivative_evaluations: result.evaluations },
+        cost: Cost {
+            wall_s: result.wall.as_secs_f64(),
+            derivative_evaluations: result.evaluations,
+        },
         unstable: result.diverged_at_s.is_some(),
         diverged_at_s: result.diverged_at_s,
         fault: None,
@@ -37,7 +40,8 @@ pub fn csv(results: &[LabResult]) -> Result<Vec<u8>, csv::Error> {
     let mut writer = csv::Writer::from_writer(Vec::new());
     let labelled = results.len() > 1;
     let Some(first) = results.first() else { return Ok(Vec::new()) };
-    let (length, force) = if first.plan.setup.mechanism.kind.turns() { ("rad", "nm") } else { ("m", "n") };
+    let (length, force) =
+        if first.plan.setup.mechanism.kind.turns() { ("rad", "nm") } else { ("m", "n") };
     let mut header = if labelled { vec!["label".to_owned()] } else { vec![] };
     header.push("time_s".into());
     for body in 1..=first.plan.bodies() {
@@ -87,13 +91,17 @@ pub fn table(results: &[LabResult]) -> String {
         let ms = 1e3 * result.wall.as_secs_f64();
         text += &format!("{}: {} evaluations, {ms:.3} ms\n", result.plan.label, result.evaluations);
         let (speed, friction) = (format!("fastest {length}/s"), format!("friction up to {force}"));
-        text += &format!("  body {:>14} {speed:>15} {friction:>20}  breaks\n", format!("ends at {length}"));
+        text += &format!(
+            "  body {:>14} {speed:>15} {friction:>20}  breaks\n",
+            format!("ends at {length}")
+        );
         let metrics = &result.metrics;
         for (i, position) in metrics.final_position.iter().enumerate() {
             let columns = [*position, metrics.max_speed[i], metrics.peak_friction[i]].map(digits);
             let [position, speed, friction] = columns;
             let breaks = metrics.breaks[i];
-            text += &format!("  {:4} {position:>14} {speed:>15} {friction:>20}  {breaks:6}\n", i + 1);
+            text +=
+                &format!("  {:4} {position:>14} {speed:>15} {friction:>20}  {breaks:6}\n", i + 1);
         }
         text += &events(&result.events);
         if let Some(time_s) = result.diverged_at_s {

@@ -144,9 +144,12 @@ impl LabPlan {
             format!("a number from {SHORTEST_S:e} up")
         })?;
         self.above_zero("run.step_s", run.step_s)?;
-        self.check("run.tolerance", run.tolerance, (1e-14..=1e-2).contains(&run.tolerance), || {
-            "a number from 1e-14 to 0.01".into()
-        })?;
+        self.check(
+            "run.tolerance",
+            run.tolerance,
+            (1e-14..=1e-2).contains(&run.tolerance),
+            || "a number from 1e-14 to 0.01".into(),
+        )?;
         self.check("run.eps", run.eps, (1e-14..=1e-1).contains(&run.eps), || {
             "a number from 1e-14 to 0.1".into()
         })?;
@@ -165,7 +168,10 @@ impl LabPlan {
         let longest_s = MAX_STEPS * step_s;
         self.check("run.duration_s", run.duration_s, run.duration_s <= longest_s, || {
             let limit = rounded(0.999 * longest_s);
-            format!("a number up to {limit}, which is {MAX_STEPS:e} times {} s {what}", rounded(step_s))
+            format!(
+                "a number up to {limit}, which is {MAX_STEPS:e} times {} s {what}",
+                rounded(step_s)
+            )
         })
     }
 
@@ -231,7 +237,8 @@ impl LabPlan {
             ("attraction_n_per_s", "attraction_nm_per_s"),
         ];
         let (tables, last) = key.rsplit_once('.').unwrap_or(("", key));
-        let turned = TURNED.iter().find(|(straight, _)| *straight == last).map(|(_, turned)| *turned);
+        let turned =
+            TURNED.iter().find(|(straight, _)| *straight == last).map(|(_, turned)| *turned);
         match turned {
             Some(turned) if tables.starts_with("friction") && self.setup.mechanism.kind.turns() => {
                 format!("{tables}.{turned}")

@@ -148,7 +148,8 @@ impl<const N: usize> Observer<N> for Recorder<'_, N> {
         let switched = match self.last {
             Some(last) => {
                 self.peaks_between(&last, sample);
-                let switched = last.slip != sample.slip || last.time_s == sample.time_s && last != *sample;
+                let switched =
+                    last.slip != sample.slip || last.time_s == sample.time_s && last != *sample;
                 if switched && !self.last_is_kept && self.rows.len() < MOST_ROWS {
                     self.keep(&last);
                 }

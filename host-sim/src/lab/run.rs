@@ -16,7 +16,9 @@ use crate::solver::banded::Banded;
 use crate::solver::dynamics::{Dynamics, SingleValuedDynamics};
 use crate::solver::state::{BodyEvent, Finish, Observer};
 use crate::solver::step_doubling::Accuracy;
-use crate::solver::{Trouble, event_driven, fixed_step, nonsmooth, piecewise_smooth, step_doubling};
+use crate::solver::{
+    Trouble, event_driven, fixed_step, nonsmooth, piecewise_smooth, step_doubling,
+};
 
 /// Evaluations of `rk4-adaptive` before it is given up: minutes.
 const MAX_EVALUATIONS: u64 = 1_000_000_000;
@@ -129,16 +131,29 @@ impl<const N: usize, O: Observer<N>> Case<'_, N, O> {
                 nonsmooth::run(self.mechanism, friction, run.step_s, run.duration_s, self.observer)
             }
             // The others have been refused.
-            _ => event_driven::run(self.mechanism, friction, run.tolerance, run.duration_s, self.observer),
+            _ => event_driven::run(
+                self.mechanism,
+                friction,
+                run.tolerance,
+                run.duration_s,
+                self.observer,
+            ),
         }
     }
 
-    fn implicit<const Z: usize, F: Implicit<Z>>(self, friction: [F; N]) -> Result<Finish<N>, Trouble> {
+    fn implicit<const Z: usize, F: Implicit<Z>>(
+        self,
+        friction: [F; N],
+    ) -> Result<Finish<N>, Trouble> {
         let run = &self.plan.setup.run;
         match run.solver {
-            SolverName::Nonsmooth => {
-                nonsmooth::run_implicit(self.mechanism, &friction, run.step_s, run.duration_s, self.observer)
-            }
+            SolverName::Nonsmooth => nonsmooth::run_implicit(
+                self.mechanism,
+                &friction,
+                run.step_s,
+                run.duration_s,
+                self.observer,
+            ),
             _ => self.single_valued(friction),
         }
     }
@@ -149,9 +164,13 @@ impl<const N: usize, O: Observer<N>> Case<'_, N, O> {
     ) -> Result<Finish<N>, Trouble> {
         let run = &self.plan.setup.run;
         match run.solver {
-            SolverName::Exact => {
-                piecewise_smooth::run(self.mechanism, &friction, run.tolerance, run.duration_s, self.observer)
-            }
+            SolverName::Exact => piecewise_smooth::run(
+                self.mechanism,
+                &friction,
+                run.tolerance,
+                run.duration_s,
+                self.observer,
+            ),
             _ => {
                 let mut dynamics = SingleValuedDynamics { mechanism: self.mechanism, friction };
                 self.explicit(&mut dynamics)
@@ -159,7 +178,10 @@ impl<const N: usize, O: Observer<N>> Case<'_, N, O> {
         }
     }
 
-    fn explicit<const Z: usize, D: Dynamics<N, Z>>(self, dynamics: &mut D) -> Result<Finish<N>, Trouble> {
+    fn explicit<const Z: usize, D: Dynamics<N, Z>>(
+        self,
+        dynamics: &mut D,
+    ) -> Result<Finish<N>, Trouble> {
         let run = &self.plan.setup.run;
         match run.solver {
             SolverName::Rk4Adaptive => {

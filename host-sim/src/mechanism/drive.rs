@@ -109,7 +109,8 @@ mod tests {
     #[test]
     fn waves_are_those_of_the_thesis_s_prose_and_their_corners_belong_to_what_follows() {
         for period_s in [4.0, 0.7] {
-            let at = |shape, part: f64| Wave { shape, amplitude: 2.0, period_s }.force(part * period_s);
+            let at =
+                |shape, part: f64| Wave { shape, amplitude: 2.0, period_s }.force(part * period_s);
             for (part, square, triangle) in [
                 (0.0, 2.0, 0.0),
                 (0.2, 2.0, 1.6),
@@ -126,7 +127,10 @@ mod tests {
             for quarter in 1..200_usize {
                 let corner = wave.next_corner(t);
                 assert_eq!(wave.force(corner), [1.0, 0.0, -1.0, 0.0][quarter % 4]);
-                assert_eq!(wave.force(corner.next_down()), [1.0, 0.0, -1.0, 0.0][(quarter + 3) % 4]);
+                assert_eq!(
+                    wave.force(corner.next_down()),
+                    [1.0, 0.0, -1.0, 0.0][(quarter + 3) % 4]
+                );
                 t = corner;
             }
         }

@@ -14,7 +14,8 @@ use crate::error::Error;
 /// output.
 pub fn write_whole(path: &Path, bytes: &[u8]) -> Result<(), Error> {
     let special = fs::metadata(path).is_ok_and(|found| !found.is_file());
-    let written = if special { fs::write(path, bytes) } else { write_beside_and_rename(path, bytes) };
+    let written =
+        if special { fs::write(path, bytes) } else { write_beside_and_rename(path, bytes) };
     written.map_err(|source| match source.kind() {
         ErrorKind::BrokenPipe => Error::Output(source),
         _ => Error::File { action: "write", path: path.to_owned(), source },
@@ -29,7 +30,8 @@ pub fn write_whole(path: &Path, bytes: &[u8]) -> Result<(), Error> {
 pub fn prepare_directory(path: &Path) -> Result<(), Error> {
     // Else the system says of a file in its place that it exists, which is no reason.
     let in_the_way = fs::metadata(path).is_ok_and(|found| !found.is_dir());
-    let made = if in_the_way { Err(ErrorKind::NotADirectory.into()) } else { fs::create_dir_all(path) };
+    let made =
+        if in_the_way { Err(ErrorKind::NotADirectory.into()) } else { fs::create_dir_all(path) };
     made.and_then(|()| tempfile::tempfile_in(path)).map(|_| ()).map_err(|source| Error::File {
         action: "write",
         path: path.to_owned(),

@@ -38,8 +38,16 @@ pub struct Series {
 }
 
 /// The columns that a file has to have; it may have others.
-const COLUMNS: [&str; 8] =
-    ["time_s", "reference_deg", "position_deg", "error_deg", "velocity_deg_per_s", "v_pd_v", "v_c_v", "v_v"];
+const COLUMNS: [&str; 8] = [
+    "time_s",
+    "reference_deg",
+    "position_deg",
+    "error_deg",
+    "velocity_deg_per_s",
+    "v_pd_v",
+    "v_c_v",
+    "v_v",
+];
 
 /// Reads the runs of a file.
 ///
@@ -47,13 +55,18 @@ const COLUMNS: [&str; 8] =
 /// Names the file and the column or line that is not as `stiction run --csv` and `stiction device
 /// ... log` write it.
 pub fn read(path: &Path) -> Result<Vec<Series>, Error> {
-    let bytes =
-        std::fs::read(path).map_err(|source| Error::File { action: "read", path: path.into(), source })?;
+    let bytes = std::fs::read(path).map_err(|source| Error::File {
+        action: "read",
+        path: path.into(),
+        source,
+    })?;
     let shown = path.display();
     let refuse = |why: String| Error::Input(format!("{shown}: {why}"));
     let mut reader = csv::Reader::from_reader(&*bytes);
     let header = reader.headers().map_err(|error| refuse(error.to_string()))?;
-    if let Some(missing) = COLUMNS.iter().find(|column| !header.iter().any(|found| found == **column)) {
+    if let Some(missing) =
+        COLUMNS.iter().find(|column| !header.iter().any(|found| found == **column))
+    {
         return Err(refuse(format!(
             "there is no column `{missing}`; it has to be a file of `stiction run --csv` of a \
              controller's run, or of `stiction device ... log`"

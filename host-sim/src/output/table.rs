@@ -15,7 +15,9 @@ pub fn new(header: &[&str]) -> Table {
         .load_style(presets::NOTHING)
         .set_content_arrangement(ContentArrangement::Dynamic)
         .set_width(WIDTH)
-        .set_header(header.iter().map(|title| Cell::new(title).set_alignment(CellAlignment::Right)));
+        .set_header(
+            header.iter().map(|title| Cell::new(title).set_alignment(CellAlignment::Right)),
+        );
     for column in table.column_iter_mut().skip(1) {
         column.set_cell_alignment(CellAlignment::Right);
     }
@@ -43,7 +45,8 @@ pub fn render(results: &[RunResult]) -> String {
         }
         let mut table = new(columns);
         for group in of_kind.chunk_by(|a, b| a.plan.slugs() == b.plan.slugs()) {
-            let slugs = group.first().map(|result| result.plan.slugs().join(", ")).unwrap_or_default();
+            let slugs =
+                group.first().map(|result| result.plan.slugs().join(", ")).unwrap_or_default();
             if !slugs.is_empty() {
                 table.add_row([format!("{slugs}:")]);
             }

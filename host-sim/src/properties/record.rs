@@ -43,7 +43,11 @@ fn decoded(bytes: &[u8]) -> bool {
     }
     let mut room = [0; ROOM];
     let record = parameters.encode(7, &mut room).map(<[u8]>::to_vec).unwrap_or_default();
-    assert_eq!(Parameters::decode(&record).as_ref(), Ok(&(parameters.clone(), 7)), "and is the same again");
+    assert_eq!(
+        Parameters::decode(&record).as_ref(),
+        Ok(&(parameters.clone(), 7)),
+        "and is the same again"
+    );
     // A header of another layout than the core's would be refused, and no body be looked at.
     let by_hand = with_header(FORMAT_VERSION, record.get(HEADER..).unwrap_or_default());
     assert_eq!(Parameters::decode(&by_hand), Ok((parameters, 1)), "and so with a header made here");

@@ -71,7 +71,10 @@ impl Watched {
         }
         let after = self.state();
         if matches!(before, State::Faulted(_)) && after != before {
-            assert!(may_clear && after != State::Boot, "{before:?} -> {after:?}, and nobody cleared it");
+            assert!(
+                may_clear && after != State::Boot,
+                "{before:?} -> {after:?}, and nobody cleared it"
+            );
         }
         assert!(after == before || !matches!(after, State::Faulted(_)), "{before:?} -> {after:?}");
     }
@@ -90,7 +93,8 @@ impl Watched {
         let before = self.state();
         let Some(device) = &mut self.device else { return };
         let output = device.tick(Input { counter: self.counter, supply });
-        let Some(drive) = device.parameters().and_then(|p| Drive::new(&p.controller.drive, &STM32F405).ok())
+        let Some(drive) =
+            device.parameters().and_then(|p| Drive::new(&p.controller.drive, &STM32F405).ok())
         else {
             assert!(!output.enable, "without parameters nothing is driven");
             return;
@@ -99,7 +103,9 @@ impl Watched {
         assert!(output.enable || output.duty() == drive.duty(0));
         assert_eq!(output.enable, output.state == State::Armed);
         assert!(!output.enable || matches!(before, State::Armed | State::Stopped), "{before:?}");
-        assert!(output.tick.code.abs() <= drive.max_code() && output.duty().compare <= drive.pwm_top());
+        assert!(
+            output.tick.code.abs() <= drive.max_code() && output.duty().compare <= drive.pwm_top()
+        );
         assert!(!output.enable || output.duty() == drive.duty(output.tick.code));
         self.armed += u64::from(output.enable);
         self.moved += u64::from(output.enable && output.tick.reference_counts != 0);

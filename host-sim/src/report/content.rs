@@ -147,7 +147,8 @@ pub fn figures() -> Result<Vec<FigureText>, Error> {
 /// # Errors
 /// If the built-in text is broken.
 pub fn drawings() -> Result<Vec<Drawing>, Error> {
-    parsed::<Drawings>("drawings", include_str!("../../report/drawings.toml")).map(|all| all.drawing)
+    parsed::<Drawings>("drawings", include_str!("../../report/drawings.toml"))
+        .map(|all| all.drawing)
 }
 
 /// The tables, in the thesis's order.
@@ -163,9 +164,11 @@ pub fn tables() -> Result<Vec<TableText>, Error> {
 /// # Errors
 /// If the built-in text is broken.
 pub fn misprints() -> Result<Vec<Misprint>, Error> {
-    parsed::<Misprints>("misprints", include_str!("../../report/misprints.toml")).map(|all| all.misprint)
+    parsed::<Misprints>("misprints", include_str!("../../report/misprints.toml"))
+        .map(|all| all.misprint)
 }
 
 fn parsed<T: DeserializeOwned>(name: &str, text: &str) -> Result<T, Error> {
-    toml::from_str(text).map_err(|error| Error::Input(format!("the report's {name}: {}", error.message())))
+    toml::from_str(text)
+        .map_err(|error| Error::Input(format!("the report's {name}: {}", error.message())))
 }

@@ -53,14 +53,17 @@ impl Plans {
                 let mut document = document.clone();
                 document.set(&[format!("run.eps={eps}")])?;
                 jobs.extend(
-                    lab::plan(&document)?.into_iter().map(|plan| (set.name, Job::Lab(Box::new(plan)))),
+                    lab::plan(&document)?
+                        .into_iter()
+                        .map(|plan| (set.name, Job::Lab(Box::new(plan)))),
                 );
             }
         }
         for set in AXIS {
             let assignments: Vec<String> = set.set.iter().map(|s| (*s).to_owned()).collect();
             let document = opened(set.experiment, assignments.clone())?;
-            let controllers: Vec<String> = set.controllers.iter().map(|s| (*s).to_owned()).collect();
+            let controllers: Vec<String> =
+                set.controllers.iter().map(|s| (*s).to_owned()).collect();
             let fixed: Vec<String> =
                 assignments.iter().filter_map(|a| Some(a.split_once('=')?.0.to_owned())).collect();
             let plans = Experiment::plan(&document, &controllers, &fixed)?.runs;
@@ -90,13 +93,17 @@ impl Plans {
         let run = |(name, job): &(&'static str, Job)| {
             let done = match job {
                 Job::Axis(plan) => Done::Axis(Box::new(run::run(plan)?)),
-                Job::Lab(plan) => Done::Lab(Box::new(lab::run(plan).map_err(|error| error.to_string()))),
+                Job::Lab(plan) => {
+                    Done::Lab(Box::new(lab::run(plan).map_err(|error| error.to_string())))
+                }
             };
             bar.inc(1);
             Ok((*name, done))
         };
-        let done: Vec<(&'static str, Done)> = self.0.par_iter().map(run).collect::<Result<_, Error>>()?;
-        let mut evidence = Evidence { axis: BTreeMap::new(), lab: BTreeMap::new(), scores: benchmarked()? };
+        let done: Vec<(&'static str, Done)> =
+            self.0.par_iter().map(run).collect::<Result<_, Error>>()?;
+        let mut evidence =
+            Evidence { axis: BTreeMap::new(), lab: BTreeMap::new(), scores: benchmarked()? };
         for (name, done) in done {
             match done {
                 Done::Axis(result) => evidence.axis.entry(name).or_default().push(*result),
@@ -160,7 +167,8 @@ impl Evidence {
 
     /// Derivative evaluations of a run, at each eps if it is scanned.
     pub fn evaluations(&self, name: &str) -> Option<Vec<f64>> {
-        let each = self.lab.get(name)?.iter().map(|result| Some(result.as_ref().ok()?.evaluations as f64));
+        let each =
+            self.lab.get(name)?.iter().map(|result| Some(result.as_ref().ok()?.evaluations as f64));
         each.collect()
     }
 
@@ -176,7 +184,8 @@ impl Evidence {
 
     /// How many runs there are.
     pub fn len(&self) -> usize {
-        self.axis.values().map(Vec::len).sum::<usize>() + self.lab.values().map(Vec::len).sum::<usize>()
+        self.axis.values().map(Vec::len).sum::<usize>()
+            + self.lab.values().map(Vec::len).sum::<usize>()
     }
 
     /// The thesis's figures of a built-in experiment.

@@ -58,7 +58,12 @@ pub fn make(directory: &Path) -> Result<Made, Error> {
     bar.finish_and_clear();
     let rendered = done?;
     let page = write(directory, &rendered)?;
-    Ok(Made { page, drawings: rendered.files.len(), claims: rendered.claims, wall: begin.elapsed() })
+    Ok(Made {
+        page,
+        drawings: rendered.files.len(),
+        claims: rendered.claims,
+        wall: begin.elapsed(),
+    })
 }
 
 /// Writes the page last: once it is there, everything is.
@@ -80,13 +85,20 @@ struct Rendered {
     claims: Tally,
 }
 
-fn rendered(plans: Plans, texts: &[content::FigureText], bar: &ProgressBar) -> Result<Rendered, Error> {
+fn rendered(
+    plans: Plans,
+    texts: &[content::FigureText],
+    bar: &ProgressBar,
+) -> Result<Rendered, Error> {
     let begin = Instant::now();
     let evidence = plans.run(bar)?;
     let runs_s = begin.elapsed().as_secs_f64();
     let drawings = figures::drawings(&evidence, texts)?;
-    let drawn: Vec<Drawn> =
-        drawings.par_iter().flatten().map(|drawing| draw(drawing, bar)).collect::<Result<_, _>>()?;
+    let drawn: Vec<Drawn> = drawings
+        .par_iter()
+        .flatten()
+        .map(|drawing| draw(drawing, bar))
+        .collect::<Result<_, _>>()?;
     let mut drawn = drawn.into_iter();
     let (mut inline, mut files) = (Vec::new(), Vec::new());
     for (figure, text) in drawings.iter().zip(texts) {

@@ -97,7 +97,8 @@ pub fn page(parts: &Parts) -> Result<(String, Tally), Error> {
     let broken = |error: minijinja::Error| Error::Figure(format!("the report's page: {error}"));
     let mut environment = Environment::new();
     environment.set_auto_escape_callback(|_| AutoEscape::Html);
-    let template = environment.template_from_str(include_str!("../../report/page.html")).map_err(broken)?;
+    let template =
+        environment.template_from_str(include_str!("../../report/page.html")).map_err(broken)?;
     let page = template.render(context! {
         style => Value::from_safe_string(include_str!("../../report/page.css").into()),
         script => Value::from_safe_string(include_str!("../../report/page.js").into()),
@@ -157,13 +158,18 @@ fn digits(value: f64) -> String {
         // What is left of equal numbers after their rounding.
         _ if size < 1e-12 => "0".into(),
         // Shortest, and in one piece: a line must not end within it.
-        _ if !(1e-3..1e5).contains(&size) => {
-            format!("{value:.2e}").replace(".00e", "e").replace("0e", "e").replace("e-", "e\u{2060}-\u{2060}")
-        }
+        _ if !(1e-3..1e5).contains(&size) => format!("{value:.2e}")
+            .replace(".00e", "e")
+            .replace("0e", "e")
+            .replace("e-", "e\u{2060}-\u{2060}"),
         _ => {
             let decimals = (3 - size.log10().floor() as i32).max(0) as usize;
             let text = format!("{value:.decimals$}");
-            if text.contains('.') { text.trim_end_matches('0').trim_end_matches('.').into() } else { text }
+            if text.contains('.') {
+                text.trim_end_matches('0').trim_end_matches('.').into()
+            } else {
+                text
+            }
         }
     };
     text.replace('-', "\u{2212}")
@@ -175,8 +181,12 @@ fn figure<'a>((text, drawings): (&'a FigureText, &'a Vec<DrawingView>)) -> Figur
         1 => format!("Fig. {}", numbers.join("")),
         _ => format!("Figs. {}", numbers.join(" and ")),
     };
-    let simulated: Vec<String> =
-        text.numbers.iter().filter(|number| !text.robot.contains(number)).map(u32::to_string).collect();
+    let simulated: Vec<String> = text
+        .numbers
+        .iter()
+        .filter(|number| !text.robot.contains(number))
+        .map(u32::to_string)
+        .collect();
     let note = match (text.robot.first(), simulated.first()) {
         (None, _) => "Simulated, as in the thesis.".into(),
         (Some(robot), None) => {
@@ -212,7 +222,16 @@ mod tests {
         let shown = [0.0, 0.48012, -139.64, 12345.6, 2.0, 1.2e-7, 0.1, 100.0].map(digits);
         assert_eq!(
             shown,
-            ["0", "0.4801", "\u{2212}139.6", "12346", "2", "1.2e\u{2060}\u{2212}\u{2060}7", "0.1", "100"]
+            [
+                "0",
+                "0.4801",
+                "\u{2212}139.6",
+                "12346",
+                "2",
+                "1.2e\u{2060}\u{2212}\u{2060}7",
+                "0.1",
+                "100"
+            ]
         );
     }
 }

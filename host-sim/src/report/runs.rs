@@ -67,8 +67,18 @@ pub const AXIS: &[AxisRuns] = &[
     axis("friction-identification", "friction-identification", &[], &[]),
     // Hunting is slow.
     axis("long", "step-response", &[], &["run.duration_s=120"]),
-    axis("ri-without-drop", "step-response", &["ri"], &["joint.friction.stick_v=0.38", "run.duration_s=120"]),
-    axis("ri-larger-drop", "step-response", &["ri"], &["joint.friction.stick_v=0.50", "run.duration_s=120"]),
+    axis(
+        "ri-without-drop",
+        "step-response",
+        &["ri"],
+        &["joint.friction.stick_v=0.38", "run.duration_s=120"],
+    ),
+    axis(
+        "ri-larger-drop",
+        "step-response",
+        &["ri"],
+        &["joint.friction.stick_v=0.50", "run.duration_s=120"],
+    ),
     axis(
         "ri-fast-step",
         "step-response",
@@ -110,7 +120,13 @@ pub const LAB: &[LabRun] = &[
     lab("pendulum/ri-work", "manipulator-1dof", "reset-integrator", "rk4-adaptive", &[]),
     lab("arm/karnopp", "manipulator-2dof", "karnopp", "exact", &[]),
     lab("arm/ri", "manipulator-2dof", "reset-integrator", "exact", &[]),
-    lab("arm/banded-work", "manipulator-2dof", "karnopp-banded", "rk4-adaptive", &["run.coupling=neglected"]),
+    lab(
+        "arm/banded-work",
+        "manipulator-2dof",
+        "karnopp-banded",
+        "rk4-adaptive",
+        &["run.coupling=neglected"],
+    ),
     lab("arm/at-once-work", "manipulator-2dof", "karnopp-banded", "rk4-adaptive", &[]),
     lab("arm/ri-work", "manipulator-2dof", "reset-integrator", "rk4-adaptive", &[]),
     // Fig. 14, and what it is compared with at the same D_v.
@@ -126,7 +142,10 @@ pub const LAB: &[LabRun] = &[
         "manipulator-2dof",
         "karnopp-banded",
         "rk4-adaptive",
-        &["run.coupling=previous-step", "friction.karnopp-banded.band_rad_per_s=[9.948e-5, 9.948e-5]"],
+        &[
+            "run.coupling=previous-step",
+            "friction.karnopp-banded.band_rad_per_s=[9.948e-5, 9.948e-5]",
+        ],
     ),
     // In short steps: step doubling is fooled at the band's edge, where the stages of a long step,
     // now on this side of the band and now on that, add up to nothing.

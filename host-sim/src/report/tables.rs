@@ -58,9 +58,17 @@ fn table(text: &TableText, evidence: &Evidence) -> Result<Table, Error> {
     };
     let row = |row: &RowText| {
         let used = used(row, file.as_ref(), evidence).ok_or_else(|| {
-            Error::Input(format!("table {} of the report: nothing is known of `{}`", text.number, row.what))
+            Error::Input(format!(
+                "table {} of the report: nothing is known of `{}`",
+                text.number, row.what
+            ))
         })?;
-        Ok(Row { what: row.what.clone(), printed: row.printed.clone(), used, note: row.note.clone() })
+        Ok(Row {
+            what: row.what.clone(),
+            printed: row.printed.clone(),
+            used,
+            note: row.note.clone(),
+        })
     };
     Ok(Table {
         number: text.number,
@@ -79,8 +87,11 @@ fn used(row: &RowText, file: Option<&Value>, evidence: &Evidence) -> Option<Stri
         return Some(match evidence.lab(run) {
             Some(result) => {
                 let wall_s = result.wall.as_secs_f64();
-                let wall =
-                    if wall_s < 1.0 { format!("{:.1} ms", 1e3 * wall_s) } else { format!("{wall_s:.1} s") };
+                let wall = if wall_s < 1.0 {
+                    format!("{:.1} ms", 1e3 * wall_s)
+                } else {
+                    format!("{wall_s:.1} s")
+                };
                 format!("{} evaluations, {wall}", grouped(result.evaluations))
             }
             None => evidence.trouble(run)?.to_owned(),
@@ -121,7 +132,8 @@ fn six_digits(value: f64) -> String {
 /// 2 000 001.
 fn grouped(count: u64) -> String {
     let digits = count.to_string();
-    let groups = digits.as_bytes().rchunks(3).rev().map(|group| String::from_utf8_lossy(group).into_owned());
+    let groups =
+        digits.as_bytes().rchunks(3).rev().map(|group| String::from_utf8_lossy(group).into_owned());
     groups.collect::<Vec<_>>().join("\u{202f}")
 }
 

@@ -74,18 +74,26 @@ fn every_name_is_given_once_and_every_link_leads_to_one() {
 fn every_result_of_the_thesis_is_there_once() {
     let numbers = |name| -> Vec<u32> {
         let all = attributes(name);
-        let mut numbers: Vec<u32> =
-            all.iter().flat_map(|list| list.split(' ')).map(|number| number.parse().unwrap()).collect();
+        let mut numbers: Vec<u32> = all
+            .iter()
+            .flat_map(|list| list.split(' '))
+            .map(|number| number.parse().unwrap())
+            .collect();
         numbers.sort_unstable();
         numbers
     };
-    let figures: Vec<u32> = [5, 7, 9].into_iter().chain(11..=20).chain(26..=59).chain(61..=67).collect();
+    let figures: Vec<u32> =
+        [5, 7, 9].into_iter().chain(11..=20).chain(26..=59).chain(61..=67).collect();
     assert_eq!(numbers("data-figures"), figures);
     assert_eq!(numbers("data-table"), (1..=24).collect::<Vec<_>>());
     // Each with a drawing, and each drawing with its two files.
     let page = page();
     for figure in page.descendants().filter(|node| node.has_tag_name("figure")) {
-        assert!(figure.descendants().any(|node| node.has_tag_name("svg")), "{:?}", figure.attribute("id"));
+        assert!(
+            figure.descendants().any(|node| node.has_tag_name("svg")),
+            "{:?}",
+            figure.attribute("id")
+        );
     }
     let drawings = page.descendants().filter(|node| node.has_tag_name("svg")).count();
     assert_eq!(REPORT.files.len(), drawings);
@@ -119,7 +127,11 @@ fn every_claim_has_a_measured_value_and_a_verdict() {
         let cell = |label: &str| {
             text(row.children().find(|cell| cell.attribute("data-label") == Some(label)).unwrap())
         };
-        assert!(cell("Value").contains(|c: char| c.is_ascii_digit()), "{}", cell("The thesis says"));
+        assert!(
+            cell("Value").contains(|c: char| c.is_ascii_digit()),
+            "{}",
+            cell("The thesis says")
+        );
         let verdict = cell("Verdict");
         assert!(["holds", "in part", "does not hold"].contains(&verdict.as_str()), "{verdict}");
         holds += usize::from(verdict == "holds");
@@ -130,12 +142,16 @@ fn every_claim_has_a_measured_value_and_a_verdict() {
 #[test]
 fn a_verdict_changes_with_its_measurement() {
     let claim = SECTIONS.iter().flat_map(|section| section.claims);
-    let claim = claim.into_iter().find(|claim| claim.says.starts_with("PD ends each step")).unwrap();
-    let mut evidence: Evidence = Plans::only("step-response").unwrap().run(&ProgressBar::hidden()).unwrap();
+    let claim =
+        claim.into_iter().find(|claim| claim.says.starts_with("PD ends each step")).unwrap();
+    let mut evidence: Evidence =
+        Plans::only("step-response").unwrap().run(&ProgressBar::hidden()).unwrap();
     assert_eq!(claim.judge(&evidence).1, Verdict::Holds);
-    for (label, verdict) in
-        [("pd/step-5.0", Verdict::InPart), ("pd/step-2.5", Verdict::InPart), ("pd/step-1.0", Verdict::Fails)]
-    {
+    for (label, verdict) in [
+        ("pd/step-5.0", Verdict::InPart),
+        ("pd/step-2.5", Verdict::InPart),
+        ("pd/step-1.0", Verdict::Fails),
+    ] {
         evidence.run_mut("step-response", label).unwrap().metrics.rest_error_counts = Some(0.5);
         assert_eq!(claim.judge(&evidence).1, verdict, "{label}");
     }

@@ -63,7 +63,14 @@ impl<'a, const N: usize, M: Mechanism<N> + ?Sized> Banded<'a, N, M> {
     }
 
     /// The frictions at a state.
-    fn frictions(&self, t: f64, q: &[f64; N], v: &[f64; N], terms: &Terms<N>, rests: &[bool; N]) -> [f64; N] {
+    fn frictions(
+        &self,
+        t: f64,
+        q: &[f64; N],
+        v: &[f64; N],
+        terms: &Terms<N>,
+        rests: &[bool; N],
+    ) -> [f64; N] {
         let sliding = |i: usize| self.levels[i].slip * f64::from(direction(v[i]));
         if !rests.contains(&true) {
             return std::array::from_fn(sliding);

@@ -21,7 +21,8 @@ impl<const N: usize> DenseOutput<N> {
             // Cubic Hermite from velocities and accelerations, and a fourth power that makes the
             // way right.
             let rise = v1[i] - v0[i];
-            let (c2, c3) = (3.0 * rise - h * (2.0 * a0[i] + a1[i]), h * (a0[i] + a1[i]) - 2.0 * rise);
+            let (c2, c3) =
+                (3.0 * rise - h * (2.0 * a0[i] + a1[i]), h * (a0[i] + a1[i]) - 2.0 * rise);
             let way = (q1[i] - q0[i]) / h - 0.5 * (v0[i] + v1[i]) - h * (a0[i] - a1[i]) / 12.0;
             // In a short step the way is lost in the rounding of the positions.
             let rounding = 1e3 * f64::EPSILON * (q0[i].abs() + q1[i].abs()) / h;
@@ -35,8 +36,9 @@ impl<const N: usize> DenseOutput<N> {
     pub fn at(&self, part: f64) -> ([f64; N], [f64; N]) {
         let q = std::array::from_fn(|i| {
             let p = &self.v[i];
-            let mean =
-                p[0] + part * (p[1] / 2.0 + part * (p[2] / 3.0 + part * (p[3] / 4.0 + part * p[4] / 5.0)));
+            let mean = p[0]
+                + part
+                    * (p[1] / 2.0 + part * (p[2] / 3.0 + part * (p[3] / 4.0 + part * p[4] / 5.0)));
             self.q0[i] + self.h * part * mean
         });
         (q, std::array::from_fn(|i| value(&self.v[i], part)))

@@ -26,8 +26,10 @@ const C: [f64; 12] = [
 const A2: [(usize, f64); 1] = [(0, 0.05260015195876773)];
 const A3: [(usize, f64); 2] = [(0, 0.0197250569845379), (1, 0.0591751709536137)];
 const A4: [(usize, f64); 2] = [(0, 0.02958758547680685), (2, 0.08876275643042054)];
-const A5: [(usize, f64); 3] = [(0, 0.2413651341592667), (2, -0.8845494793282861), (3, 0.924834003261792)];
-const A6: [(usize, f64); 3] = [(0, 0.037037037037037035), (3, 0.17082860872947386), (4, 0.12546768756682242)];
+const A5: [(usize, f64); 3] =
+    [(0, 0.2413651341592667), (2, -0.8845494793282861), (3, 0.924834003261792)];
+const A6: [(usize, f64); 3] =
+    [(0, 0.037037037037037035), (3, 0.17082860872947386), (4, 0.12546768756682242)];
 const A7: [(usize, f64); 4] =
     [(0, 0.037109375), (3, 0.17025221101954405), (4, 0.06021653898045596), (5, -0.017578125)];
 const A8: [(usize, f64); 5] = [
@@ -98,7 +100,8 @@ const E5: [(usize, f64); 8] = [
     (11, -0.022355307863886294),
 ];
 /// What the embedded result of order 3 has instead of `B`.
-const B3: [(usize, f64); 3] = [(0, 0.2440944881889764), (8, 0.7338466882816118), (11, 0.022058823529411766)];
+const B3: [(usize, f64); 3] =
+    [(0, 0.2440944881889764), (8, 0.7338466882816118), (11, 0.022058823529411766)];
 
 /// How often a step evaluates the rates: those at its begin are given, those at its end are left to
 /// the caller.
@@ -194,7 +197,8 @@ mod tests {
     fn the_error_falls_with_the_eighth_power_of_the_step() {
         // x'' = -sin x - t x' has all the terms that a wrong weight would show in; halving the step
         // must cost eight binary digits of the error.
-        let rates = |t: f64, s: &State<1, 0>| State { q: s.v, v: [-s.q[0].sin() - t * s.v[0]], z: [[]] };
+        let rates =
+            |t: f64, s: &State<1, 0>| State { q: s.v, v: [-s.q[0].sin() - t * s.v[0]], z: [[]] };
         let scale = State { q: [1.0], v: [1.0], z: [[]] };
         let end = |steps: u32| {
             let (mut state, h) = (State { q: [1.5], v: [0.3], z: [[]] }, 2.0 / f64::from(steps));

@@ -72,7 +72,10 @@ where
     }
 
     fn scale(&self) -> State<N, Z> {
-        State { z: std::array::from_fn(|i| self.friction[i].state_scale()), ..super::step_doubling::floor() }
+        State {
+            z: std::array::from_fn(|i| self.friction[i].state_scale()),
+            ..super::step_doubling::floor()
+        }
     }
 
     fn accepted(&mut self, state: &mut State<N, Z>, _: &Rates<N, Z>) {

@@ -36,11 +36,12 @@ impl Decay {
         // Below this the differences lose digits, and five terms of the series are exact: x^5/720 <
         // 2e-18.
         if x < 1e-3 {
-            let phi1 =
-                duration_s * (1.0 + x * (-1.0 / 2.0 + x * (1.0 / 6.0 + x * (-1.0 / 24.0 + x / 120.0))));
+            let phi1 = duration_s
+                * (1.0 + x * (-1.0 / 2.0 + x * (1.0 / 6.0 + x * (-1.0 / 24.0 + x / 120.0))));
             let phi2 = duration_s
                 * duration_s
-                * (1.0 / 2.0 + x * (-1.0 / 6.0 + x * (1.0 / 24.0 + x * (-1.0 / 120.0 + x / 720.0))));
+                * (1.0 / 2.0
+                    + x * (-1.0 / 6.0 + x * (1.0 / 24.0 + x * (-1.0 / 120.0 + x / 720.0))));
             return Self { duration_s, exp: 1.0 - lambda * phi1, phi1, phi2 };
         }
         let phi1 = -libm::expm1(-x) / lambda;
@@ -120,7 +121,8 @@ impl AxisSolver for ExactAxis {
             let to_halt = Decay::over(halt, self.lambda);
             self.position += self.velocity * to_halt.phi1 + a * to_halt.phi2;
             self.velocity = 0.0;
-            let kind = if v.abs() <= friction.stick { EventKind::Stick } else { EventKind::Reverse };
+            let kind =
+                if v.abs() <= friction.stick { EventKind::Stick } else { EventKind::Reverse };
             on(Event { time_s: duration_s - remaining + halt, kind });
             remaining -= halt;
             if remaining <= 0.0 {

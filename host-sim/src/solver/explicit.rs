@@ -40,7 +40,11 @@ pub(super) struct Progress<const N: usize, const Z: usize> {
 }
 
 impl<const N: usize, const Z: usize> Progress<N, Z> {
-    pub fn start<D: Dynamics<N, Z>, O: Observer<N>>(dynamics: &D, duration_s: f64, observer: &mut O) -> Self {
+    pub fn start<D: Dynamics<N, Z>, O: Observer<N>>(
+        dynamics: &D,
+        duration_s: f64,
+        observer: &mut O,
+    ) -> Self {
         let state = dynamics.start();
         let rates = dynamics.evaluate(0.0, &state);
         let slip = dynamics.slip(&state);
@@ -103,7 +107,8 @@ impl<const N: usize, const Z: usize> Progress<N, Z> {
         while observer.next_sample_s() < t {
             let time_s = observer.next_sample_s();
             let part = (time_s - self.t) / h;
-            let state = state_between(h, (&self.state, &self.rates.rates), (end, &then.rates), part);
+            let state =
+                state_between(h, (&self.state, &self.rates.rates), (end, &then.rates), part);
             let slip = dynamics.slip(&state);
             if slip != self.slip || slip != slip_then {
                 break;

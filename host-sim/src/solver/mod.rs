@@ -83,3 +83,35 @@ pub trait AxisSolver {
     /// How often the acceleration was evaluated so far.
     fn derivative_evaluations(&self) -> u64;
 }
+
+impl<S: AxisSolver> AxisSolver for &mut S {
+    #[inline]
+    fn advance(
+        &mut self,
+        v: f64,
+        duration_s: f64,
+        friction: &crate::friction::Coulomb,
+        on: &mut impl FnMut(Event),
+    ) {
+        (**self).advance(v, duration_s, friction, on);
+    }
+
+    #[inline]
+    fn position(&self) -> f64 {
+        (**self).position()
+    }
+
+    #[inline]
+    fn velocity(&self) -> f64 {
+        (**self).velocity()
+    }
+
+    #[inline]
+    fn stuck(&self) -> bool {
+        (**self).stuck()
+    }
+
+    fn derivative_evaluations(&self) -> u64 {
+        (**self).derivative_evaluations()
+    }
+}

@@ -142,10 +142,14 @@ where
 
     fn attempt(&mut self, h: f64) -> (State<N, Z>, f64) {
         let reach = self.state.zip(&self.now.rates, |_, rate| (h * rate).abs());
-        let scale = self.size.zip(&reach, |size, reach| self.tolerance * size.max(reach).max(1e-300));
+        let scale =
+            self.size.zip(&reach, |size, reach| self.tolerance * size.max(reach).max(1e-300));
         self.evaluations += EVALUATIONS;
-        let (mechanism, friction, pieces, last_s) = (self.mechanism, self.friction, self.pieces, self.last_s);
-        let rates = |t: f64, s: &State<N, Z>| rates_in(mechanism, friction, &pieces, t.min(last_s), s).rates;
+        let (mechanism, friction, pieces, last_s) =
+            (self.mechanism, self.friction, self.pieces, self.last_s);
+        let rates = |t: f64, s: &State<N, Z>| {
+            rates_in(mechanism, friction, &pieces, t.min(last_s), s).rates
+        };
         let attempt = step(rates, self.t, &self.state, &self.now.rates, h, &scale);
         (attempt.end, attempt.error)
     }
@@ -182,12 +186,19 @@ where
                 self.state.v[i] = 0.0;
             }
             let v = self.state.v[i];
-            self.pieces[i] = self.friction[i].next(self.pieces[i], found.number, v, &mut self.state.z[i]);
+            self.pieces[i] =
+                self.friction[i].next(self.pieces[i], found.number, v, &mut self.state.z[i]);
             return self.refresh();
         }
     }
 
-    fn arrive(&mut self, t: f64, h: f64, end: State<N, Z>, then: Rates<N, Z>) -> Result<(), Trouble> {
+    fn arrive(
+        &mut self,
+        t: f64,
+        h: f64,
+        end: State<N, Z>,
+        then: Rates<N, Z>,
+    ) -> Result<(), Trouble> {
         self.samples_between(t, h, &end, &then);
         (self.t, self.state, self.now) = (t, end, then);
         self.size = self.size.zip(&end, |size, x| size.max(x.abs()));
@@ -226,7 +237,9 @@ where
         let mut first: Option<End> = None;
         let at = [0.25, 0.5, 0.75].map(|part| self.between(h, end, then, part));
         for body in 0..N {
-            let ends = |s: &State<N, Z>| self.friction[body].ends(self.pieces[body], s.v[body], &s.z[body]);
+            let ends = |s: &State<N, Z>| {
+                self.friction[body].ends(self.pieces[body], s.v[body], &s.z[body])
+            };
             let nodes = [ends(&self.state), ends(&at[0]), ends(&at[1]), ends(&at[2]), ends(end)];
             for number in 0..2 {
                 let values = nodes.map(|ends| ends[number]);
@@ -278,8 +291,13 @@ where
             let time_s = self.observer.next_sample_s();
             let state = self.between(h, end, then, (time_s - self.t) / h);
             // For the reader, not for the solution: not counted.
-            let rates =
-                rates_in(self.mechanism, self.friction, &self.pieces, time_s.min(self.last_s), &state);
+            let rates = rates_in(
+                self.mechanism,
+                self.friction,
+                &self.pieces,
+                time_s.min(self.last_s),
+                &state,
+            );
             self.sample(time_s, &state, &rates);
         }
     }

@@ -84,7 +84,9 @@ mod tests {
     #[test]
     fn the_first_fall_is_found_and_only_that() {
         // (x - 0.3)(x - 0.32): a dip between two places; (x - 0.3)^2 + 1e-6 does not reach zero.
-        let near = |p: &Quartic, x: f64| first_falling_zero(p).is_some_and(|found| (found - x).abs() < 1e-9);
+        let near = |p: &Quartic, x: f64| {
+            first_falling_zero(p).is_some_and(|found| (found - x).abs() < 1e-9)
+        };
         assert!(near(&[0.096, -0.62, 1.0, 0.0, 0.0], 0.3));
         assert_eq!(first_falling_zero(&[0.090001, -0.6, 1.0, 0.0, 0.0]), None);
         assert!(near(&[1.0, -2.0, 0.0, 0.0, 0.0], 0.5));

@@ -73,8 +73,10 @@ pub fn run<const N: usize, const Z: usize, D: Dynamics<N, Z>, O: Observer<N>>(
             let difference = halves.zip(&whole, |a, b| a - b);
             let size = from.zip(&first, |y, rate| y.abs() + (h * rate).abs());
             let allowed = size.zip(&dynamics.scale(), |size, floor| accuracy.eps * (size + floor));
-            let error =
-                difference.zip(&allowed, |d, allowed| d.abs() / allowed).components().fold(0.0, worse);
+            let error = difference
+                .zip(&allowed, |d, allowed| d.abs() / allowed)
+                .components()
+                .fold(0.0, worse);
             if error <= 1.0 {
                 break (halves.plus(1.0 / 15.0, &difference), error);
             }

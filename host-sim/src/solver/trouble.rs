@@ -14,7 +14,12 @@ pub struct Trouble {
 
 impl Trouble {
     /// `what` happened at a time and in a state.
-    pub fn new<const N: usize>(what: impl Into<String>, time_s: f64, q: &[f64; N], v: &[f64; N]) -> Self {
+    pub fn new<const N: usize>(
+        what: impl Into<String>,
+        time_s: f64,
+        q: &[f64; N],
+        v: &[f64; N],
+    ) -> Self {
         Self { what: what.into(), time_s, state: format!("q = {q:?}, v = {v:?}") }
     }
 }

@@ -125,7 +125,8 @@ impl<'de, T: Declared, E: Extras> Visitor<'de> for TableVisitor<T, E> {
                 None => table.extras.take(name, &mut map)?,
             }
         }
-        let gone = declared.iter().find(|about| T::needs(about) && !table.values.contains_key(about.name));
+        let gone =
+            declared.iter().find(|about| T::needs(about) && !table.values.contains_key(about.name));
         match gone.map(|about| about.name).or_else(|| table.extras.missing()) {
             Some(name) => Err(de::Error::missing_field(name)),
             None => Ok(table),

@@ -109,7 +109,9 @@ fn bounds(about: &About, allowed: Option<Allowed>) -> Bounds {
     let (low, high, is_above) = match allowed {
         Some(Allowed::Between(low, high)) => (low, high, false),
         Some(Allowed::Above(low, high)) => (low, high, true),
-        Some(Allowed::Any | Allowed::LaterBy(_) | Allowed::AnotherLaw) | None => return Bounds::None,
+        Some(Allowed::Any | Allowed::LaterBy(_) | Allowed::AnotherLaw) | None => {
+            return Bounds::None;
+        }
     };
     let [low_name, high_name] = ends(about.bounds).map(|end| end.and_then(in_names));
     if low_name.is_none() && high_name.is_none() {

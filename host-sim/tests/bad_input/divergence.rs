@@ -39,11 +39,17 @@ fn a_run_whose_state_is_no_longer_finite_ends_and_says_when() {
             stiction(&all).output().unwrap()
         };
         let table = String::from_utf8(with(&[]).stdout).unwrap();
-        assert!(table.contains("pd/step-5.0: diverged") && table.contains("0.02 s"), "{solver}: {table}");
+        assert!(
+            table.contains("pd/step-5.0: diverged") && table.contains("0.02 s"),
+            "{solver}: {table}"
+        );
         // Strict JSON has no NaN, so a report with one would not be read.
         let report: Value = serde_json::from_slice(&with(&["--json"]).stdout).unwrap();
         let run = &report["runs"][0];
-        assert_eq!((run["diverged_at_s"].as_f64(), &run["unstable"]), (Some(0.02), &Value::Bool(true)));
+        assert_eq!(
+            (run["diverged_at_s"].as_f64(), &run["unstable"]),
+            (Some(0.02), &Value::Bool(true))
+        );
         arguments.extend(["--csv", csv.to_str().unwrap()]);
         assert!(stiction(&arguments).output().unwrap().status.success());
         let csv = fs::read_to_string(&csv).unwrap();

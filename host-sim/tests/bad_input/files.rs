@@ -15,8 +15,18 @@ fn a_file_with_a_mistake_is_named_with_the_key() {
     // there instead.
     let cases: &[(&str, &str, &str, &[&str])] = &[
         (STEP, "title = \"Steps", "title = 3 # \"", &["`title` is 3; allowed is a text in quotes"]),
-        (STEP, "kp_v_per_deg = 1.0", "kp_v_per_deg = nan", &["`controller.pd.kp_v_per_deg` is NaN"]),
-        (STEP, "kp_v_per_deg = 1.0", "kp_v_per_deg = -1.0", &["`controller.pd.kp_v_per_deg` is -1"]),
+        (
+            STEP,
+            "kp_v_per_deg = 1.0",
+            "kp_v_per_deg = nan",
+            &["`controller.pd.kp_v_per_deg` is NaN"],
+        ),
+        (
+            STEP,
+            "kp_v_per_deg = 1.0",
+            "kp_v_per_deg = -1.0",
+            &["`controller.pd.kp_v_per_deg` is -1"],
+        ),
         (STEP, "kp_v_per_deg = 1.0\n", "", &["`controller.pd.kp_v_per_deg` is missing"]),
         (
             STEP,
@@ -24,7 +34,12 @@ fn a_file_with_a_mistake_is_named_with_the_key() {
             "sample_time_ms = 20 ",
             &["`loop.sample_time_ms`", "`sample_time_s`?"],
         ),
-        (STEP, "sample_time_s = 0.02 ", "sample_time_s = 0 ", &["`loop.sample_time_s` is 0", "above 0"]),
+        (
+            STEP,
+            "sample_time_s = 0.02 ",
+            "sample_time_s = 0 ",
+            &["`loop.sample_time_s` is 0", "above 0"],
+        ),
         (
             STEP,
             "resolution_deg = 0.00242",
@@ -43,7 +58,12 @@ fn a_file_with_a_mistake_is_named_with_the_key() {
             "counter_bits = 99999",
             &["`encoder.counter_bits` is 99999; allowed are 16, 32"],
         ),
-        (STEP, "mode = \"locked-antiphase\"", "mode = \"locked\"", &["is \"locked\"", "`locked-antiphase`?"]),
+        (
+            STEP,
+            "mode = \"locked-antiphase\"",
+            "mode = \"locked\"",
+            &["is \"locked\"", "`locked-antiphase`?"],
+        ),
         (STEP, "[run]", "[runn]", &["unknown key `runn`; did you mean `run`?"]),
         (STEP, "[run]", "[run.extra]", &["unknown key `run.extra`", "duration_s"]),
         (STEP, "[drive]", "[drives]", &["unknown key `drives`", "`drive`?"]),
@@ -60,15 +80,30 @@ fn a_file_with_a_mistake_is_named_with_the_key() {
             "\"joint.gain",
             &["variant `literal-si`", "`joint.gain_per_s2_per_v`", "did you"],
         ),
-        (STEP, "\"joint.gain_deg_per_s2_per_v\"", "gain", &["variant `literal-si`", "`gain` names no table"]),
+        (
+            STEP,
+            "\"joint.gain_deg_per_s2_per_v\"",
+            "gain",
+            &["variant `literal-si`", "`gain` names no table"],
+        ),
         (
             STEP,
             "= 1546.986",
             "= -3",
             &["variant `literal-si`: `joint.gain_deg_per_s2_per_v` is -3", "above 0"],
         ),
-        (STEP, "= 1546.986", "= \"x\"", &["variant `literal-si`: `joint.gain_deg_per_s2_per_v` is \"x\""]),
-        (STEP, "slug = \"literal-si\"", "slugg = \"x\"", &["unknown key `variant[1].slugg`", "`slug`?"]),
+        (
+            STEP,
+            "= 1546.986",
+            "= \"x\"",
+            &["variant `literal-si`: `joint.gain_deg_per_s2_per_v` is \"x\""],
+        ),
+        (
+            STEP,
+            "slug = \"literal-si\"",
+            "slugg = \"x\"",
+            &["unknown key `variant[1].slugg`", "`slug`?"],
+        ),
         (STEP, "slug = \"literal-si\"", "slug = \"a/b\"", &["`slug`", "\"a/b\"", "allowed are"]),
         (
             STEP,
@@ -76,13 +111,33 @@ fn a_file_with_a_mistake_is_named_with_the_key() {
             "\"\"\nset = { \"run.step\" = 1,",
             &["variant 2: unknown key `run.step`"],
         ),
-        (STEP, "[controller.pd]", "[controller.\"../x\"]", &["controller", "\"../x\"", "allowed are"]),
+        (
+            STEP,
+            "[controller.pd]",
+            "[controller.\"../x\"]",
+            &["controller", "\"../x\"", "allowed are"],
+        ),
         (STEP, "[controller.pd]", "[controller.\"\"]", &["controller", "\"\"", "at least one"]),
         (STEP, "[controller.pd]", "[controller.abcdefghijklmnopqrstu]", &["up to 20 letters"]),
-        (STEP, "controller = [\"pd\", ", "controller = [\"mine\", ", &["`loop.controller` names `mine`"]),
+        (
+            STEP,
+            "controller = [\"pd\", ",
+            "controller = [\"mine\", ",
+            &["`loop.controller` names `mine`"],
+        ),
         // Trajectories.
-        (PATH, TIMES, "[1.0, 11.0, 23.0]", &["trajectories[0].corner_positions_deg` has 4 entries", "(3)"]),
-        (PATH, TIMES, "[1.0, 11.0, 9.0, 23.0]", &["trajectories[0].corner_times_s[2]` is 9", "from 11.5"]),
+        (
+            PATH,
+            TIMES,
+            "[1.0, 11.0, 23.0]",
+            &["trajectories[0].corner_positions_deg` has 4 entries", "(3)"],
+        ),
+        (
+            PATH,
+            TIMES,
+            "[1.0, 11.0, 9.0, 23.0]",
+            &["trajectories[0].corner_times_s[2]` is 9", "from 11.5"],
+        ),
         (PATH, TIMES, "[0.1, 11.0, 13.0, 23.0]", &["corner_times_s[0]` is 0.1", "from 0.25"]),
         (PATH, TIMES, "[1.0, nan, 13.0, 23.0]", &["corner_times_s[1]` is NaN", "from 1.5"]),
         (PATH, TIMES, "[1.0, 11.0, 13.0, inf]", &["corner_times_s[3]` is inf", "a finite number"]),
@@ -100,25 +155,41 @@ fn a_file_with_a_mistake_is_named_with_the_key() {
             "[7.0, 7.0, 7.0, 7.0]",
             &["`reference.trajectories[1].corner_positions_deg` is 7 throughout"],
         ),
-        (PATH, PLACES, "[0.0, 50.0, 50.0, 0.0]", &["`pd/trajectory-5.0`", "its own size, speed or slug"]),
+        (
+            PATH,
+            PLACES,
+            "[0.0, 50.0, 50.0, 0.0]",
+            &["`pd/trajectory-5.0`", "its own size, speed or slug"],
+        ),
         (
             PATH,
             "half_blend_s = 0.25",
             "half_blend_s = nan",
             &["`reference.trajectories[0].half_blend_s` is NaN", "half a sample"],
         ),
-        (PATH, "half_blend_s = 0.25\n", "", &["`reference.trajectories[0].half_blend_s` is missing"]),
+        (
+            PATH,
+            "half_blend_s = 0.25\n",
+            "",
+            &["`reference.trajectories[0].half_blend_s` is missing"],
+        ),
     ];
     let directory = tempfile::tempdir().unwrap();
     let files: Vec<String> = (0..cases.len()).map(|i| format!("a joint {i}.toml")).collect();
-    assert_all_refused(cases.iter().zip(&files).map(|((experiment, from, to, fragments), file)| {
-        let text = shown(experiment);
-        assert!(text.contains(from), "{experiment} does not hold {from:?}");
-        let path = directory.path().join(file);
-        fs::write(&path, text.replacen(from, to, 1)).unwrap();
-        let name = format!("{experiment} with {to:?} for {from:?}");
-        (name, stiction(&["run", path.to_str().unwrap()]), [&[file.as_str()], *fragments].concat())
-    }));
+    assert_all_refused(cases.iter().zip(&files).map(
+        |((experiment, from, to, fragments), file)| {
+            let text = shown(experiment);
+            assert!(text.contains(from), "{experiment} does not hold {from:?}");
+            let path = directory.path().join(file);
+            fs::write(&path, text.replacen(from, to, 1)).unwrap();
+            let name = format!("{experiment} with {to:?} for {from:?}");
+            (
+                name,
+                stiction(&["run", path.to_str().unwrap()]),
+                [&[file.as_str()], *fragments].concat(),
+            )
+        },
+    ));
 }
 
 #[test]

@@ -6,7 +6,10 @@ use super::stiction;
 #[test]
 fn names_that_do_not_exist_are_answered_with_the_nearest_or_with_all() {
     let cases: &[(&[&str], &[&str])] = &[
-        (&["run", "stepresponse"], &["no experiment `stepresponse`", "did you mean `step-response`?"]),
+        (
+            &["run", "stepresponse"],
+            &["no experiment `stepresponse`", "did you mean `step-response`?"],
+        ),
         (&["show", "trajektory"], &["no experiment `trajektory`", "did you mean `trajectory`?"]),
         (&["run", "qwerty"], &["no experiment `qwerty`", "`stiction list` shows them"]),
         (&["run", ""], &["no experiment ``", "`stiction list` shows them"]),
@@ -18,7 +21,10 @@ fn names_that_do_not_exist_are_answered_with_the_nearest_or_with_all() {
             &["run", "high-gain", "--controller", "xyz"],
             &["`xyz` in high-gain", "allowed are dnpf, pd, ri, roi, srnf"],
         ),
-        (&["run", "step-response", "--controller", "pd,,ri"], &["--controller pd,,ri: ", "no controller ``"]),
+        (
+            &["run", "step-response", "--controller", "pd,,ri"],
+            &["--controller pd,,ri: ", "no controller ``"],
+        ),
         (
             &["run", "step-response", "--controller", "pd,ri,pd"],
             &["--controller pd,ri,pd: ", "`pd` is there twice"],
@@ -28,11 +34,12 @@ fn names_that_do_not_exist_are_answered_with_the_nearest_or_with_all() {
             &["run", "step-response", "--solver", "euler"],
             &["`run.solver` is \"euler\"", "allowed are exact, rk4"],
         ),
-        (&["run", "step-response", "--delay", "2"], &["`run.delay_samples` is 2", "allowed is 0 or 1"]),
+        (
+            &["run", "step-response", "--delay", "2"],
+            &["`run.delay_samples` is 2", "allowed is 0 or 1"],
+        ),
     ];
-    assert_all_refused(
-        cases
-            .iter()
-            .map(|(arguments, fragments)| (arguments.join(" "), stiction(arguments), fragments.to_vec())),
-    );
+    assert_all_refused(cases.iter().map(|(arguments, fragments)| {
+        (arguments.join(" "), stiction(arguments), fragments.to_vec())
+    }));
 }

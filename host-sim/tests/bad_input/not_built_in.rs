@@ -11,7 +11,8 @@ use super::stiction;
 #[test]
 fn the_emulator_is_named_with_the_command_that_builds_it_in() {
     let command = stiction(&["run", "step-response", "--target", "emulator"]);
-    let complaint = complaint(command, &["--target emulator", "cargo build", "--features emulator"]);
+    let complaint =
+        complaint(command, &["--target emulator", "cargo build", "--features emulator"]);
     assert_eq!(complaint, None);
 }
 

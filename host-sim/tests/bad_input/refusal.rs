@@ -51,7 +51,8 @@ pub fn complaint(command: Command, fragments: &[&str]) -> Option<String> {
         format!("ended with {}", output.status)
     } else if !output.stdout.is_empty() {
         "printed on the standard output".into()
-    } else if !(said.starts_with("stiction: ") && said.ends_with('\n') && said.lines().count() == 1) {
+    } else if !(said.starts_with("stiction: ") && said.ends_with('\n') && said.lines().count() == 1)
+    {
         "is not answered in one line".into()
     } else if said.matches("stiction: ").count() + said.matches(": --set").count() > 2 {
         "is answered with a prefix twice".into()

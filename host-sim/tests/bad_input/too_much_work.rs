@@ -6,7 +6,10 @@ use super::stiction;
 #[test]
 fn a_run_that_would_take_for_ever_or_fill_the_memory_is_refused_before_it_begins() {
     let cases: &[(&[&str], &[&str])] = &[
-        (&["step-response", "--set", "run.duration_s=1e300"], &["`run.duration_s` is 1e300", "to 200000"]),
+        (
+            &["step-response", "--set", "run.duration_s=1e300"],
+            &["`run.duration_s` is 1e300", "to 200000"],
+        ),
         // So many samples are allowed for one run, but not for all.
         (
             &["step-response", "--set", "run.duration_s=150000"],
@@ -25,7 +28,11 @@ fn a_run_that_would_take_for_ever_or_fill_the_memory_is_refused_before_it_begins
             &["`identification.ramp_rates_v_per_s[0]` is 1e-300", "from 7.5e-6"],
         ),
         (
-            &["friction-identification", "--set", "identification.ramp_rates_v_per_s=[1e-5, 1.1e-5]"],
+            &[
+                "friction-identification",
+                "--set",
+                "identification.ramp_rates_v_per_s=[1e-5, 1.1e-5]",
+            ],
             &["`identification.ramp_rates_v_per_s`", "1e8", "raise the rates"],
         ),
     ];
@@ -34,6 +41,7 @@ fn a_run_that_would_take_for_ever_or_fill_the_memory_is_refused_before_it_begins
         (arguments.join(" "), command, fragments.to_vec())
     }));
     // The closed form makes no steps: their size is no reason to refuse it.
-    let exact = stiction(&["run", "step-response", "--controller", "pd", "--set", "run.step_s=1e-300"]);
+    let exact =
+        stiction(&["run", "step-response", "--controller", "pd", "--set", "run.step_s=1e-300"]);
     assert!(answer(exact).unwrap().status.success());
 }

@@ -45,7 +45,9 @@ fn a_file_that_cannot_be_written_is_named() {
 #[cfg(target_os = "linux")]
 fn a_full_disk_is_reported_and_leaves_nothing_half_written() {
     let full = || fs::OpenOptions::new().write(true).open("/dev/full").unwrap();
-    for arguments in [&["list"][..], &["list", "--json"], &["show", "trajectory"], &["run", "trajectory"]] {
+    for arguments in
+        [&["list"][..], &["list", "--json"], &["show", "trajectory"], &["run", "trajectory"]]
+    {
         let mut command = stiction(arguments);
         let output = command.stdout(full()).output().unwrap();
         let said = String::from_utf8(output.stderr).unwrap();
@@ -62,7 +64,13 @@ fn a_full_disk_is_reported_and_leaves_nothing_half_written() {
     let limited = |blocks: &str| {
         let mut command = Command::new("sh");
         command.args(["-c", "trap '' XFSZ; ulimit -f $1; shift; exec \"$@\"", "sh", blocks]);
-        command.args([env!("CARGO_BIN_EXE_stiction"), "run", "step-response", "--controller", "pd"]);
+        command.args([
+            env!("CARGO_BIN_EXE_stiction"),
+            "run",
+            "step-response",
+            "--controller",
+            "pd",
+        ]);
         command.args(["--csv", csv]);
         command
     };
@@ -82,7 +90,8 @@ fn a_reader_that_goes_away_is_no_error() {
         &["run", "trajectory", "--csv", "/dev/stdout"],
     ];
     for arguments in runs {
-        let mut child = stiction(arguments).stdout(Stdio::piped()).stderr(Stdio::piped()).spawn().unwrap();
+        let mut child =
+            stiction(arguments).stdout(Stdio::piped()).stderr(Stdio::piped()).spawn().unwrap();
         drop(child.stdout.take());
         let mut said = String::new();
         child.stderr.take().unwrap().read_to_string(&mut said).unwrap();

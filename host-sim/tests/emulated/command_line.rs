@@ -90,7 +90,11 @@ fn assert_ended_by(presses: usize) {
     }
     for _ in 0..presses {
         // A second Ctrl-C may come after the end of the program.
-        Command::new("kill").args(["-INT", &child.id().to_string()]).stderr(Stdio::null()).status().unwrap();
+        Command::new("kill")
+            .args(["-INT", &child.id().to_string()])
+            .stderr(Stdio::null())
+            .status()
+            .unwrap();
     }
     let output = end_of(child);
     let said = fs::read_to_string(&log).unwrap();
@@ -135,14 +139,18 @@ fn every_output_of_an_emulated_device_says_so_first() {
     for action in actions {
         let mut command = stiction(directory.path(), &["device", "--emulator", "--image"]);
         let output = end_of(command.arg(&image).args(action).spawn().unwrap());
-        let (said, told) = (String::from_utf8_lossy(&output.stdout), String::from_utf8_lossy(&output.stderr));
+        let (said, told) =
+            (String::from_utf8_lossy(&output.stdout), String::from_utf8_lossy(&output.stderr));
         assert!(told.starts_with(EMULATED), "{action:?}: {told}");
         if action.contains(&"--save") {
             assert_eq!((output.status.code(), &*said), (Some(2), ""), "{told}");
             assert!(told.contains("the emulator models no contents of the flash"), "{told}");
             assert_eq!(told.lines().count(), 2, "{told}");
         } else {
-            assert!(output.status.success() && said.starts_with(EMULATED), "{action:?}: {said}{told}");
+            assert!(
+                output.status.success() && said.starts_with(EMULATED),
+                "{action:?}: {said}{told}"
+            );
         }
     }
     assert!(directory.path().join("move.csv").is_file());

@@ -4,8 +4,7 @@ use std::fs;
 
 use super::stiction;
 
-const COLUMNS: &str =
-    "time_s,reference_deg,position_deg,error_deg,velocity_deg_per_s,v_pd_v,v_c_v,v_v,code,stuck,v_applied_v";
+const COLUMNS: &str = "time_s,reference_deg,position_deg,error_deg,velocity_deg_per_s,v_pd_v,v_c_v,v_v,code,stuck,v_applied_v";
 
 #[test]
 fn csv_has_a_line_a_sample_under_the_documented_header() {
@@ -33,25 +32,36 @@ fn csv_has_a_line_a_sample_under_the_documented_header() {
     for (k, row) in rows.iter().enumerate() {
         let cell = |i: usize| row[i].parse::<f64>().unwrap();
         assert!(row.len() == 11 && (cell(0) - 0.02 * k as f64).abs() < 1e-9, "{row:?}");
-        assert!((cell(1) - cell(2) - cell(3)).abs() < 1e-9, "the error is reference minus position: {row:?}");
+        assert!(
+            (cell(1) - cell(2) - cell(3)).abs() < 1e-9,
+            "the error is reference minus position: {row:?}"
+        );
         assert!(
             (cell(5) + cell(6) - cell(7)).abs() < 1e-5,
             "unsaturated, PD and compensator add up: {row:?}"
         );
         assert!((cell(8) - cell(7) / 0.00488).abs() <= 0.5 + 1e-3, "the code is in LSB: {row:?}");
-        assert!((cell(10) - cell(8) * 0.00488).abs() < 1e-6, "what is applied is the code's volts: {row:?}");
-        assert!(["true", "false"].contains(&row[9]) && (row[9] == "false" || cell(4) == 0.0), "{row:?}");
+        assert!(
+            (cell(10) - cell(8) * 0.00488).abs() < 1e-6,
+            "what is applied is the code's volts: {row:?}"
+        );
+        assert!(
+            ["true", "false"].contains(&row[9]) && (row[9] == "false" || cell(4) == 0.0),
+            "{row:?}"
+        );
     }
     assert_eq!(rows[0][9], "true");
 
-    let text = csv(&["friction-identification", "--set", "identification.ramp_rates_v_per_s=[0.02]"]);
+    let text =
+        csv(&["friction-identification", "--set", "identification.ramp_rates_v_per_s=[0.02]"]);
     assert_eq!(text.lines().next(), Some(COLUMNS));
     // A ramp has no reference, no error and no controller.
     let row: Vec<&str> = text.lines().nth(1).unwrap().split(',').collect();
     let empty: Vec<usize> = (0..row.len()).filter(|i| row[*i].is_empty()).collect();
     assert_eq!((row.len(), empty), (11, vec![1, 3, 5, 6]));
 
-    let text = csv(&["step-response", "--controller", "pd", "--set", "joint.gain_deg_per_s2_per_v=27"]);
+    let text =
+        csv(&["step-response", "--controller", "pd", "--set", "joint.gain_deg_per_s2_per_v=27"]);
     let header = format!("label,{COLUMNS}");
     assert_eq!(text.lines().next(), Some(header.as_str()));
     for label in ["pd/step-5.0,", "pd/step-2.5,", "pd/step-1.0,"] {

@@ -11,7 +11,10 @@ use super::{keys, run, runs, stiction};
 #[test]
 fn list_names_every_experiment_with_its_source() {
     let listing: Value = serde_json::from_str(&stiction(&["list", "--json"])).unwrap();
-    assert_eq!((keys(&listing), &listing["schema"]), (BTreeSet::from(["experiments", "schema"]), &json!(1)));
+    assert_eq!(
+        (keys(&listing), &listing["schema"]),
+        (BTreeSet::from(["experiments", "schema"]), &json!(1))
+    );
     let entries = listing["experiments"].as_array().unwrap();
     let names: Vec<&str> = entries.iter().map(|entry| entry["name"].as_str().unwrap()).collect();
     let expected = "spring-mass spring-mass-2dof manipulator-1dof manipulator-2dof square-wave triangle-wave \
@@ -21,10 +24,17 @@ fn list_names_every_experiment_with_its_source() {
     let table = stiction(&["list"]);
     for entry in entries {
         assert_eq!(keys(entry), BTreeSet::from(["name", "source", "title"]), "{entry}");
-        let [name, source, title] = ["name", "source", "title"].map(|key| entry[key].as_str().unwrap());
-        assert!(["Table ", "Tables ", "Section "].iter().any(|kind| source.starts_with(kind)), "{entry}");
+        let [name, source, title] =
+            ["name", "source", "title"].map(|key| entry[key].as_str().unwrap());
+        assert!(
+            ["Table ", "Tables ", "Section "].iter().any(|kind| source.starts_with(kind)),
+            "{entry}"
+        );
         let line = table.lines().position(|line| line.starts_with(name) && line.ends_with(source));
-        assert!(line.is_some_and(|i| table.lines().nth(i + 1).unwrap().trim() == title), "{name}:\n{table}");
+        assert!(
+            line.is_some_and(|i| table.lines().nth(i + 1).unwrap().trim() == title),
+            "{name}:\n{table}"
+        );
     }
 }
 
@@ -33,7 +43,9 @@ fn a_shown_experiment_saved_as_a_file_runs_the_same() {
     let directory = tempfile::tempdir().unwrap();
     // The file has the name of a built-in experiment, for which it must not be taken.
     let path = directory.path().join("trajectory");
-    for experiment in ["step-response", "high-gain", "srnf-added-friction", "friction-identification"] {
+    for experiment in
+        ["step-response", "high-gain", "srnf-added-friction", "friction-identification"]
+    {
         fs::write(&path, stiction(&["show", experiment])).unwrap();
         let (built_in, from_file) = (run(&[experiment]), run(&[path.to_str().unwrap()]));
         assert_eq!(from_file["experiment"], path.to_str().unwrap());
@@ -52,5 +64,8 @@ fn a_shown_experiment_saved_as_a_file_runs_the_same() {
         .output()
         .unwrap();
     let report: Value = serde_json::from_slice(&output.stdout).unwrap();
-    assert_eq!((&report["experiment"], &report["source"]), (&json!("trajectory"), &json!("Table 17")));
+    assert_eq!(
+        (&report["experiment"], &report["source"]),
+        (&json!("trajectory"), &json!("Table 17"))
+    );
 }

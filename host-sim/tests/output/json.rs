@@ -36,7 +36,11 @@ fn json_of_a_run_has_the_documented_keys_and_no_others() {
         ("friction-identification", "Section 3.2"),
     ] {
         let report = run(&[experiment]);
-        assert_eq!(keys(&report), BTreeSet::from(["experiment", "runs", "schema", "source"]), "{experiment}");
+        assert_eq!(
+            keys(&report),
+            BTreeSet::from(["experiment", "runs", "schema", "source"]),
+            "{experiment}"
+        );
         assert_eq!(
             [&report["schema"], &report["experiment"], &report["source"]],
             [&json!(1), &json!(experiment), &json!(source)]
@@ -45,19 +49,36 @@ fn json_of_a_run_has_the_documented_keys_and_no_others() {
             let label = &run["label"];
             let expected = "cost diverged_at_s events label metrics parameters unstable";
             assert_eq!(keys(run), expected.split(' ').collect(), "{label}");
-            assert_eq!(keys(&run["cost"]), BTreeSet::from(["derivative_evaluations", "wall_s"]), "{label}");
-            assert_eq!(keys(&run["metrics"]), METRICS.iter().map(|(name, _)| *name).collect(), "{label}");
+            assert_eq!(
+                keys(&run["cost"]),
+                BTreeSet::from(["derivative_evaluations", "wall_s"]),
+                "{label}"
+            );
+            assert_eq!(
+                keys(&run["metrics"]),
+                METRICS.iter().map(|(name, _)| *name).collect(),
+                "{label}"
+            );
             assert!(number(&run["cost"]["wall_s"]) > 0.0, "{label}");
             assert!(run["unstable"].is_boolean() && run["diverged_at_s"].is_null(), "{label}");
             let mut last_s = 0.0;
             for event in run["events"].as_array().unwrap() {
                 assert_eq!(keys(event), BTreeSet::from(["body", "kind", "time_s"]), "{label}");
                 assert_eq!(event["body"], 1, "{label}");
-                assert!(["break", "stick", "reverse"].contains(&event["kind"].as_str().unwrap()), "{label}");
-                assert!(number(&event["time_s"]) >= last_s, "{label}: {event} is not after {last_s} s");
+                assert!(
+                    ["break", "stick", "reverse"].contains(&event["kind"].as_str().unwrap()),
+                    "{label}"
+                );
+                assert!(
+                    number(&event["time_s"]) >= last_s,
+                    "{label}: {event} is not after {last_s} s"
+                );
                 last_s = number(&event["time_s"]);
             }
-            assert_eq!(run["events"][0]["kind"], "break", "{label}: a joint at rest breaks away first");
+            assert_eq!(
+                run["events"][0]["kind"], "break",
+                "{label}: a joint at rest breaks away first"
+            );
         }
     }
 }
@@ -74,7 +95,8 @@ fn a_metric_is_null_exactly_where_it_does_not_apply() {
     for (experiment, count, kind) in experiments {
         let only = if kind == 2 { "pd" } else { "srnf" };
         let report = run(&[experiment, "--controller", only]);
-        let stable: Vec<&Value> = runs(&report).iter().filter(|run| run["unstable"] == false).collect();
+        let stable: Vec<&Value> =
+            runs(&report).iter().filter(|run| run["unstable"] == false).collect();
         assert_eq!(stable.len(), count, "{experiment}");
         for run in stable {
             for (name, applies) in METRICS.iter().filter(|(name, _)| !name.starts_with("hunting")) {
@@ -89,14 +111,16 @@ fn a_metric_is_null_exactly_where_it_does_not_apply() {
 #[test]
 fn hunting_is_null_unless_a_step_turns_back_and_forth() {
     let hunting = |run: &Value| {
-        let both = ["hunting_peak_to_peak_deg", "hunting_period_s"].map(|name| run["metrics"][name].is_f64());
+        let both = ["hunting_peak_to_peak_deg", "hunting_period_s"]
+            .map(|name| run["metrics"][name].is_f64());
         assert_eq!(both[0], both[1], "{}", run["label"]);
         both[0]
     };
     // PD comes to rest and stays; RI hunts for ever (Armstrong and Amin); a trajectory is never
     // judged.
     let step = ["reference.steps_deg=[5.0]", "run.duration_s=120"];
-    let report = run(&["step-response", "--controller", "pd,ri", "--set", step[0], "--set", step[1]]);
+    let report =
+        run(&["step-response", "--controller", "pd,ri", "--set", step[0], "--set", step[1]]);
     let of = |label: &str| runs(&report).iter().find(|run| run["label"] == label).map(hunting);
     assert_eq!([of("pd/step-5.0"), of("ri/step-5.0")], [Some(false), Some(true)]);
     assert!(!runs(&run(&["trajectory"])).iter().any(hunting));

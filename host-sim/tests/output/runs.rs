@@ -36,7 +36,11 @@ fn every_run_of_every_experiment_has_its_label() {
         ("srnf-robustness", of(&["srnf"], &speeds, &["/test-1", "/test-2", "/test-3", "/test-4"])),
         (
             "srnf-added-friction",
-            of(&["srnf"], &speeds[1..], &["/added-0.1", "/added-0.2", "/added-0.4", "/added-variable"]),
+            of(
+                &["srnf"],
+                &speeds[1..],
+                &["/added-0.1", "/added-0.2", "/added-0.4", "/added-variable"],
+            ),
         ),
         ("high-gain", of(&five, &speeds, &["", "/delay-1"])),
         ("friction-identification", of(&["ramp"], &rates, &[""])),
@@ -52,8 +56,8 @@ fn controllers_run_in_the_order_that_was_asked_for() {
         labels(&report).into_iter().map(str::to_owned).collect::<Vec<_>>()
     };
     let expected = |[a, b]: [&str; 2]| {
-        let motions =
-            [(a, ""), (b, "")].map(|(name, _)| ["5.0", "2.5", "1.0"].map(|deg| format!("{name}/step-{deg}")));
+        let motions = [(a, ""), (b, "")]
+            .map(|(name, _)| ["5.0", "2.5", "1.0"].map(|deg| format!("{name}/step-{deg}")));
         let in_si = [a, b].map(|name| format!("{name}/step-5.0/literal-si"));
         [motions.concat(), in_si.to_vec()].concat()
     };
@@ -71,8 +75,9 @@ fn a_key_that_is_set_is_used_and_leaves_out_the_variants_that_set_it_otherwise()
     let report = run(&["srnf-robustness", "--set", set[0], "--set", set[1]]);
     // Tests 3 and 4 have v_ms = 0.4 (Table 18).
     let speeds = ["trajectory-5.0", "trajectory-2.5"];
-    let expected =
-        ["test-3", "test-4"].map(|test| speeds.map(|speed| format!("srnf/{speed}/{test}"))).concat();
+    let expected = ["test-3", "test-4"]
+        .map(|test| speeds.map(|speed| format!("srnf/{speed}/{test}")))
+        .concat();
     assert_eq!(labels(&report), expected);
     for run in runs(&report) {
         assert_eq!(run["parameters"]["run"]["duration_s"], 24.5, "{}", run["label"]);
@@ -103,7 +108,8 @@ fn a_sample_of_delay_is_in_the_label_and_in_the_motion() {
     assert_eq!(labels(&with), ["srnf/trajectory-5.0/delay-1", "srnf/trajectory-2.5/delay-1"]);
     assert_eq!(runs(&with)[0]["parameters"]["run"]["delay_samples"], 1);
     // What the first sample asks for takes effect at the second: the joint breaks away 20 ms later.
-    let [early, late] = [&without, &with].map(|report| number(&runs(report)[0]["events"][0]["time_s"]));
+    let [early, late] =
+        [&without, &with].map(|report| number(&runs(report)[0]["events"][0]["time_s"]));
     assert!((late - early - 0.02).abs() < 1e-9, "{early} and {late} s");
     // An experiment that has both kinds keeps the one that was asked for.
     assert_eq!(runs(&run(&["high-gain"])).len(), 20);
@@ -118,10 +124,16 @@ fn the_solver_that_was_asked_for_is_used_and_its_cost_is_counted() {
         let report = run(&["step-response", "--controller", "srnf", "--solver", solver]);
         let run = runs(&report)[0].clone();
         assert_eq!(run["parameters"]["run"]["solver"], solver);
-        (run["cost"]["derivative_evaluations"].as_u64().unwrap(), number(&run["metrics"]["rms_error_deg"]))
+        (
+            run["cost"]["derivative_evaluations"].as_u64().unwrap(),
+            number(&run["metrics"]["rms_error_deg"]),
+        )
     };
     let ((exact, rms), (rk4, rms_by_steps)) = (solved("exact"), solved("rk4"));
     // RK4 solves 10 s by steps of 1e-5 s, with four evaluations each.
     assert_eq!((exact, rk4), (0, 4_000_000));
-    assert!((rms - rms_by_steps).abs() < 1e-3 && rms != rms_by_steps, "{rms} and {rms_by_steps} deg");
+    assert!(
+        (rms - rms_by_steps).abs() < 1e-3 && rms != rms_by_steps,
+        "{rms} and {rms_by_steps} deg"
+    );
 }

@@ -47,7 +47,8 @@ pub fn told(output: &Output) -> String {
 /// read on.
 pub fn complaint(output: &Output) -> String {
     let said = String::from_utf8(output.stderr.clone()).unwrap();
-    let sentence = said.lines().filter(|line| !line.starts_with("SIMULATED DEVICE")).collect::<Vec<_>>();
+    let sentence =
+        said.lines().filter(|line| !line.starts_with("SIMULATED DEVICE")).collect::<Vec<_>>();
     assert_eq!((output.status.code(), sentence.len()), (Some(2), 1), "{said}");
     assert!(output.stdout.is_empty() && said.contains("docs/"), "{said}");
     sentence[0].into()

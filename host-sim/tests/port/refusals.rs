@@ -11,8 +11,11 @@ fn a_move_that_cannot_be_leaves_the_drive_stopped() {
     let directory = tempfile::tempdir().unwrap();
     let path = directory.path().join("joint.toml");
     let text = host_sim::experiment::find("step-response").unwrap().toml;
-    std::fs::write(&path, format!("{text}\n[limits]\nposition_max_deg = 90.0\nlink_timeout_s = 60.0\n"))
-        .unwrap();
+    std::fs::write(
+        &path,
+        format!("{text}\n[limits]\nposition_max_deg = 90.0\nlink_timeout_s = 60.0\n"),
+    )
+    .unwrap();
     told(&board.device(&["params", "push", path.to_str().unwrap()]));
     for (deg, fragment, left) in [
         ("400", "leads out of `limits.position_min_deg`", "; the output is off"),
@@ -24,7 +27,10 @@ fn a_move_that_cannot_be_leaves_the_drive_stopped() {
         assert_eq!(output.status.code(), Some(2), "{deg}: {said}");
         assert!(said.contains(fragment) && said.trim_end().ends_with(left), "{deg}: {said}");
         let said = told(&board.device(&["status"]));
-        assert!(said.contains("state      stopped") && said.contains("faults     0 since"), "{deg}: {said}");
+        assert!(
+            said.contains("state      stopped") && said.contains("faults     0 since"),
+            "{deg}: {said}"
+        );
     }
 }
 
@@ -75,7 +81,10 @@ fn what_the_device_or_the_file_refuses_is_told() {
         "{said}"
     );
     let said = with("sample_time_s = 0.02", "sample_time_s = 0.05");
-    assert!(said.contains("`loop.sample_time_s` is 0.05; allowed is a number from 0.0001 to 0.02"), "{said}");
+    assert!(
+        said.contains("`loop.sample_time_s` is 0.05; allowed is a number from 0.0001 to 0.02"),
+        "{said}"
+    );
     // The device itself refuses this ramp.
     let said = complaint(&board.device(&["identify", "--rate", "100"]));
     assert!(
@@ -95,7 +104,8 @@ fn what_was_edited_meanwhile_is_kept_if_the_device_refuses_it() {
         .args(["device", "--port", &board.path, "params", "edit"])
         .env_remove("VISUAL")
         .env("EDITOR", editor);
-    let said = complaint(&output(command.env("AT", directory.path()).env("TMPDIR", directory.path())));
+    let said =
+        complaint(&output(command.env("AT", directory.path()).env("TMPDIR", directory.path())));
     assert!(said.contains("refuses: only with the output off"), "{said}");
     let (before, file) = said.rsplit_once(", and the text is kept in ").unwrap();
     assert!(before.ends_with("; the old parameters are in use"), "{said}");

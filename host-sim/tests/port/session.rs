@@ -30,6 +30,9 @@ fn a_device_behind_a_port_is_asked_armed_moved_logged_and_configured() {
 fn a_cable_that_is_pulled_while_armed_is_told_with_what_the_board_does() {
     let board = Board::new(Manner::PulledWhileArmed(20));
     let said = complaint(&board.device(&["move", "2.5", "--for", "60"]));
-    assert!(said.contains("it is gone") && said.contains("turns its output off by itself"), "{said}");
+    assert!(
+        said.contains("it is gone") && said.contains("turns its output off by itself"),
+        "{said}"
+    );
     assert!(said.ends_with("it may be STILL ARMED: no stop was answered"), "{said}");
 }

@@ -28,7 +28,8 @@ fn watched(board: &Board, typed: &[u8], seen: &str, end: impl Fn(u32)) -> (Strin
     };
     let mut command = Command::new(env!("CARGO_BIN_EXE_stiction"));
     command.args(["device", "--port", &board.path, "watch"]).env("TERM", "xterm");
-    let mut child = command.stdin(terminal()).stdout(terminal()).stderr(terminal()).spawn().unwrap();
+    let mut child =
+        command.stdin(terminal()).stdout(terminal()).stderr(terminal()).spawn().unwrap();
     drop(spawning);
     master.set_timeout(Duration::from_millis(20)).unwrap();
     let (mut screen, mut bytes, mut step) = (Vec::new(), [0; 4096], 0);
@@ -64,10 +65,15 @@ fn a_view_that_is_ended_by_a_signal_stops_what_it_armed_and_gives_the_terminal_b
     for signal in ["-TERM", "-HUP", "-INT"] {
         let board = Board::new(Manner::Sound);
         let (screen, terminal) = watched(&board, b"a", "ARMED", |id| {
-            assert!(Command::new("kill").args([signal, &id.to_string()]).status().unwrap().success());
+            assert!(
+                Command::new("kill").args([signal, &id.to_string()]).status().unwrap().success()
+            );
         });
         assert!(screen.contains("left stopped: the output is off"), "{signal}: {screen}");
-        assert!(screen.contains("\x1b[?1049l") && terminal.contains(" icanon"), "{signal}: {terminal}");
+        assert!(
+            screen.contains("\x1b[?1049l") && terminal.contains(" icanon"),
+            "{signal}: {terminal}"
+        );
         assert!(told(&board.device(&["status"])).contains("state      stopped"), "{signal}");
     }
 }

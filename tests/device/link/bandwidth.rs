@@ -57,7 +57,8 @@ fn the_wire_carries_every_signal_of_every_tick_at_1_khz_and_what_it_does_not_at_
         let mut client = Client::connect(wire).unwrap();
         client.subscribe(ALL, 1).unwrap();
         client.pass(Duration::from_secs(10)).unwrap();
-        let samples: Vec<_> = std::iter::from_fn(|| client.sample(Duration::ZERO).unwrap()).collect();
+        let samples: Vec<_> =
+            std::iter::from_fn(|| client.sample(Duration::ZERO).unwrap()).collect();
         // The client has counted every gap.
         let span = u64::from(samples[samples.len() - 1].number) + 1;
         assert_eq!(span, samples.len() as u64 + client.lost());
@@ -71,5 +72,8 @@ fn the_wire_carries_every_signal_of_every_tick_at_1_khz_and_what_it_does_not_at_
     let (samples, lost, dropped) = every(2e-4);
     reliability!("baud", khz = 5, samples, lost);
     assert!((10_200.0..10_720.0).contains(&samples), "{samples}");
-    assert!((samples + lost - 50_000.0).abs() < 500.0 && dropped >= lost, "{samples} {lost} {dropped}");
+    assert!(
+        (samples + lost - 50_000.0).abs() < 500.0 && dropped >= lost,
+        "{samples} {lost} {dropped}"
+    );
 }

@@ -64,7 +64,10 @@ fn a_change_with_a_value_that_is_not_allowed_changes_nothing() {
     let before = client.parameters().unwrap();
     let thermal = key(Limits::ABOUT, "thermal_time");
     for (entries, said) in [
-        (vec![number(KP, f32::NAN)], "`kp_v_per_deg` is NaN; allowed is a number from 0 to 1000000"),
+        (
+            vec![number(KP, f32::NAN)],
+            "`kp_v_per_deg` is NaN; allowed is a number from 0 to 1000000",
+        ),
         (
             vec![number(KP, 2.0), number(thermal, -1.0)],
             "`thermal_s` is -1; allowed is a number from 0.1 to 100",
@@ -121,7 +124,8 @@ fn a_law_of_a_sum_keeps_its_gains_in_another_place_and_its_place_when_another_la
     assert_eq!(laws(&mut client), [ROI, srnf, RI]);
     client.change(&[law(1, Some(RI)), law(2, None)]).unwrap();
     assert_eq!(laws(&mut client), [ROI, RI]);
-    let [v_ms, alpha] = ["v_ms", "alpha"].map(|field| key(SmoothRobustNonlinearGains::ABOUT, field));
+    let [v_ms, alpha] =
+        ["v_ms", "alpha"].map(|field| key(SmoothRobustNonlinearGains::ABOUT, field));
     client.change(&[law(0, Some(srnf)), number(v_ms, 0.3), number(alpha, 50.0)]).unwrap();
     assert_eq!(laws(&mut client), [srnf, RI]);
 }

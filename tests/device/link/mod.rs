@@ -47,7 +47,8 @@ fn say(simulated: &mut SimulatedDevice, bytes: &[u8]) -> Vec<(u16, Reply)> {
     let count = simulated.device.transmit(&mut buffer);
     for &byte in &buffer[..count] {
         if let Some(message) = deframer.push(byte)
-            && let Message::Reply(Numbered { number, content }) = postcard::from_bytes(message).unwrap()
+            && let Message::Reply(Numbered { number, content }) =
+                postcard::from_bytes(message).unwrap()
         {
             replies.push((number, content));
         }

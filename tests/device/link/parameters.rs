@@ -31,14 +31,20 @@ fn parameters_come_over_the_link_as_a_whole_or_not_at_all() {
     let mut bad = srnf(&["controller.srnf.kp_v_per_deg=2"]);
     bad.limits.thermal_time = -1.0;
     let message = client.set_parameters(&bad).unwrap_err().to_string();
-    assert!(message.contains("`thermal_s` is -1; allowed is a number from 0.1 to 100"), "{message}");
+    assert!(
+        message.contains("`thermal_s` is -1; allowed is a number from 0.1 to 100"),
+        "{message}"
+    );
     assert_eq!(client.parameters().unwrap(), good);
 
     // The timer of the device cannot make this frequency.
     let mut slow = srnf(&[]);
     slow.controller.drive.pwm_hz = 1000.0;
     let message = client.set_parameters(&slow).unwrap_err().to_string();
-    assert!(message.contains("`pwm_hz` is 1000; allowed is a number from 1300 to 5250000"), "{message}");
+    assert!(
+        message.contains("`pwm_hz` is 1000; allowed is a number from 1300 to 5250000"),
+        "{message}"
+    );
     assert_eq!(client.parameters().unwrap(), good);
 
     // While the device is armed, nothing is taken or saved.

@@ -40,7 +40,11 @@ fn a_ramp_over_the_link_finds_the_levels_of_the_experiment() {
         let rung_v = rate * around.sample_time_s;
         for (found, expected) in [(found.stick, expected.stick_v), (found.slip, expected.slip_v)] {
             let (found, expected) = (f64::from(found.unwrap()), expected.unwrap());
-            assert_eq!((found / rung_v).round(), (expected / rung_v).round(), "{rate}: {found} {expected}");
+            assert_eq!(
+                (found / rung_v).round(),
+                (expected / rung_v).round(),
+                "{rate}: {found} {expected}"
+            );
             assert!((found - expected).abs() < 1e-6 * expected, "{rate}: {found} {expected}");
         }
         // Stick is late by what the effort rises until a count is seen, slip by the joint's lag of
@@ -57,7 +61,10 @@ fn a_ramp_begins_like_arming_and_obeys_nothing_but_a_stop() {
     let mut client = client();
     // The rate is faster than the output's limit rises after arming: 5 V in 0.5 s.
     let message = said(client.identify(10.1, 1.0).unwrap_err());
-    assert!(message.contains("`ramp_rates_v_per_s` is 10.1; allowed is a number from 0 to 10"), "{message}");
+    assert!(
+        message.contains("`ramp_rates_v_per_s` is 10.1; allowed is a number from 0 to 10"),
+        "{message}"
+    );
     assert!(said(client.identify(0.02, -1.0).unwrap_err()).contains("`hold_s` is -1"));
 
     // A ramp begins only when the device is stopped, at rest and without a fault.
@@ -77,7 +84,10 @@ fn a_ramp_begins_like_arming_and_obeys_nothing_but_a_stop() {
     client.pass(Duration::from_secs(1)).unwrap();
     assert!(said(client.step_to(1.0).unwrap_err()).contains("`stop` first"));
     assert!(said(client.hold().unwrap_err()).contains("`stop` first"));
-    assert_eq!((client.levels().unwrap(), client.status().unwrap().state), (None, StateCode::Armed));
+    assert_eq!(
+        (client.levels().unwrap(), client.status().unwrap().state),
+        (None, StateCode::Armed)
+    );
     let found = identified(&mut client).unwrap();
     assert!(found.stick.is_some() && found.slip.is_some(), "{found:?}");
 

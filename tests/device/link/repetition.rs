@@ -30,7 +30,8 @@ fn an_answer_that_found_no_room_comes_when_the_request_is_repeated() {
     // The same number brings the answer, and nothing is done a second time.
     assert_eq!(say(&mut simulated, &frame(40, Request::Arm)), [(40, Reply::Done)]);
     assert!(!simulated.tick().enable);
-    let [(41, Reply::Status(status))] = &say(&mut simulated, &frame(41, Request::Status))[..] else {
+    let [(41, Reply::Status(status))] = &say(&mut simulated, &frame(41, Request::Status))[..]
+    else {
         panic!()
     };
     assert!((20..30).contains(&status.dropped), "{}", status.dropped);

@@ -71,12 +71,15 @@ fn garbage_costs_at_most_the_frame_that_it_touches() {
         assert_eq!(heard, [number], "bit {bit}");
     }
     for cut in 0..length - 1 {
-        let heard =
-            numbers(&mut simulated, &[&status(number + 1)[..cut], &[0], &status(number + 2)].concat());
+        let heard = numbers(
+            &mut simulated,
+            &[&status(number + 1)[..cut], &[0], &status(number + 2)].concat(),
+        );
         number += 2;
         assert_eq!(heard, [number], "cut {cut}");
     }
-    let heard = numbers(&mut simulated, &[vec![0x55; 10_000], vec![0], status(number + 1)].concat());
+    let heard =
+        numbers(&mut simulated, &[vec![0x55; 10_000], vec![0], status(number + 1)].concat());
     assert_eq!(heard, [number + 1]);
     // The frame is whole, but the device does not know the request.
     let strange = encode(&(number + 2, 200u8)).unwrap();

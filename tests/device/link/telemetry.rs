@@ -119,7 +119,9 @@ fn samples_that_nobody_takes_are_dropped_and_counted_and_answers_are_not() {
     say(&mut simulated, &hello(1, 7));
     say(&mut simulated, &frame(2, Request::Subscribe { signals: ALL, every: 1 }));
     simulated.ticks(1000);
-    let [(3, Reply::Status(status))] = &say(&mut simulated, &frame(3, Request::Status))[..] else { panic!() };
+    let [(3, Reply::Status(status))] = &say(&mut simulated, &frame(3, Request::Status))[..] else {
+        panic!()
+    };
     assert!(status.dropped > 900 && status.dropped < 1000, "{}", status.dropped);
 }
 
@@ -133,7 +135,11 @@ fn samples_of_an_earlier_subscription_are_neither_kept_nor_missed_by_the_next_on
     client.wire().simulated.ticks(5);
     client.subscribe(signals, 1).unwrap();
     client.pass(so_much).unwrap();
-    let numbers: Vec<u32> = std::iter::from_fn(|| client.kept()).map(|sample| sample.number).collect();
+    let numbers: Vec<u32> =
+        std::iter::from_fn(|| client.kept()).map(|sample| sample.number).collect();
     assert_eq!(client.lost(), 0);
-    assert!(numbers.len() >= 10 && numbers.iter().copied().eq(0..numbers.len() as u32), "{numbers:?}");
+    assert!(
+        numbers.len() >= 10 && numbers.iter().copied().eq(0..numbers.len() as u32),
+        "{numbers:?}"
+    );
 }

@@ -52,19 +52,25 @@ fn every_fault_is_seen_in_time_and_turns_the_bridge_off_under_every_law() {
                     let output = device.simulated().tick();
                     if output.state != State::Armed {
                         // The bridge is off in the same tick.
-                        assert_eq!((output.enable, output.duty()), (false, device.neutral), "{name}");
+                        assert_eq!(
+                            (output.enable, output.duty()),
+                            (false, device.neutral),
+                            "{name}"
+                        );
                         assert_eq!(output.state, State::Faulted(row.fault), "{name}, tick {tick}");
                         detected = Some(tick + 1);
                         break;
                     }
                 }
                 slowest = slowest.max(detected.unwrap_or(0));
-                let ticks = detected.unwrap_or_else(|| panic!("{name}: not seen within {most} ticks"));
+                let ticks =
+                    detected.unwrap_or_else(|| panic!("{name}: not seen within {most} ticks"));
                 assert!(ticks >= least, "{name}: seen after {ticks} ticks already");
                 device.check_latched(&name, row.fault, row.mend);
                 cases += 1;
             }
-            let (fault, situation) = (row.fault.describe(), format!("{situation:?}").to_lowercase());
+            let (fault, situation) =
+                (row.fault.describe(), format!("{situation:?}").to_lowercase());
             reliability!("latency", fault, what = row.what, situation, slowest, most);
         }
     }
@@ -90,7 +96,8 @@ fn every_fault_is_seen_in_time_and_turns_the_bridge_off_under_every_law() {
 #[test]
 fn no_fault_is_forgotten_by_the_matrix() {
     for &fault in Fault::ALL {
-        let in_a_row = rows().iter().any(|row| row.fault == fault) || FROM_THE_BOARD.contains(&fault);
+        let in_a_row =
+            rows().iter().any(|row| row.fault == fault) || FROM_THE_BOARD.contains(&fault);
         let elsewhere = ELSEWHERE.iter().any(|(other, _)| *other == fault);
         assert!(in_a_row != elsewhere, "{fault:?}");
     }

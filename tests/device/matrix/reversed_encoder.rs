@@ -18,7 +18,8 @@ fn a_reversed_encoder_is_seen_in_the_first_move_under_every_law() {
         device.simulated().wires = Wires::Swapped;
         device.client.arm().unwrap();
         device.client.step_to(5.0).unwrap();
-        let output = (0..60).map(|_| device.pass(1)).find(|output| output.state != State::Armed).unwrap();
+        let output =
+            (0..60).map(|_| device.pass(1)).find(|output| output.state != State::Armed).unwrap();
         assert_eq!(output.state, State::Faulted(Fault::EncoderReversed), "{law}");
         // Eight counts are 0.019 deg; at the speed that the joint has by then, a tick is a little
         // more.
@@ -39,7 +40,8 @@ fn an_encoder_that_is_reversed_on_the_way_is_seen_before_it_has_gone_far() {
             device.bring(situation);
             let from = device.simulated().position_deg();
             device.simulated().wires = Wires::Swapped;
-            let output = (0..200).map(|_| device.pass(1)).find(|output| output.state != State::Armed);
+            let output =
+                (0..200).map(|_| device.pass(1)).find(|output| output.state != State::Armed);
             let State::Faulted(fault) = output.unwrap().state else { panic!() };
             let runaway = [Fault::FollowingError, Fault::Overspeed, Fault::EncoderJump];
             assert!(runaway.contains(&fault), "{law} {situation:?}: {fault:?}");

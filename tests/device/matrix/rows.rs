@@ -61,7 +61,11 @@ pub fn rows() -> Vec<Row> {
             set: &[],
             inject: |simulated, _| simulated.wires = Wires::Cut,
             mend: sound,
-            within: [Err("without motion there is no edge that could be missed"), Ok([10, 30]), Ok([10, 12])],
+            within: [
+                Err("without motion there is no edge that could be missed"),
+                Ok([10, 30]),
+                Ok([10, 12]),
+            ],
         },
         Row {
             fault: Fault::Stall,
@@ -69,7 +73,11 @@ pub fn rows() -> Vec<Row> {
             set: &[],
             inject: |simulated, _| simulated.wires = Wires::OneCut,
             mend: sound,
-            within: [Err("without motion there is no edge that could be missed"), Ok([10, 30]), Ok([10, 12])],
+            within: [
+                Err("without motion there is no edge that could be missed"),
+                Ok([10, 30]),
+                Ok([10, 12]),
+            ],
         },
         Row {
             fault: Fault::FollowingError,
@@ -98,7 +106,9 @@ pub fn rows() -> Vec<Row> {
             },
             mend: sound,
             within: [
-                Err("a joint at rest has no speed; one that is thrown is not at rest: the next column"),
+                Err(
+                    "a joint at rest has no speed; one that is thrown is not at rest: the next column",
+                ),
                 // The velocity shows it within the window of the regression.
                 Ok([2, 6]),
                 Ok([2, 6]),

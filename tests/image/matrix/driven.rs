@@ -1,19 +1,20 @@
-//! A board with the simulated joint on its pins and a client on its USART, in the situations that a fault may come in.
+//! A board with the simulated joint on its pins and a client on its USART, in the situations that a
+//! fault may come in.
 
 use host_sim::device::client::Client;
 use host_sim::device::parameters;
-use host_sim::device::simulated::Wires;
-use host_sim::emulator::powered::Held;
-use host_sim::emulator::rig::Sample;
+use host_sim::emulator::board_under_test::Halted;
+use host_sim::emulator::coupling::Sample;
 use host_sim::emulator::wire::EmulatedWire;
+use host_sim::encoder::Wires;
 use host_sim::experiment::RunPlan;
 use stiction::link::{StateCode, Status};
 use stiction::position::Position;
 use stiction::reference::Corner;
 use stiction::{Fault, Motion, Tick};
 
-use crate::bench::firmware;
 use crate::common::plans;
+use crate::fault_injection::firmware;
 
 /// What the joint is doing.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -70,12 +71,13 @@ impl Driven {
     pub fn take(&mut self, law: &str, set: &[&str]) {
         self.client().stop().unwrap();
         self.act(sound);
-        self.act(|held| held.push(0.0, 0.0));
+        self.act(|halted| halted.push(0.0, 0.0));
         self.client().set_parameters(&parameters(&plan(law, set)).unwrap()).unwrap();
         self.samples(10);
     }
 
-    /// Brings the joint into a situation; it has moved before. Time stands still between two ticks, nearer to the first.
+    /// Brings the joint into a situation; it has moved before. Time stands still between two ticks,
+    /// nearer to the first.
     pub fn bring(&mut self, situation: Situation) {
         self.client().arm().unwrap();
         self.client().step_to(1.0).unwrap();
@@ -113,7 +115,7 @@ impl Driven {
 
     /// Samples of silence.
     pub fn samples(&mut self, count: u32) -> Sample {
-        self.client().wire().powered.samples(count).unwrap()
+        self.client().wire().board.samples(count).unwrap()
     }
 
     pub fn status(&mut self) -> Status {
@@ -126,43 +128,47 @@ impl Driven {
 
     /// Lets time pass, ns.
     pub fn wait(&mut self, ns: u64) {
-        self.client().wire().powered.pass(ns).unwrap();
+        self.client().wire().board.pass(ns).unwrap();
     }
 
     /// Does something to the board.
     pub fn act<T: Send + 'static>(
         &mut self,
-        act: impl for<'a> FnOnce(&mut Held<'a>) -> T + Send + 'static,
+        act: impl for<'a> FnOnce(&mut Halted<'a>) -> T + Send + 'static,
     ) -> T {
-        self.client().wire().powered.act(act).unwrap()
+        self.client().wire().board.act(act).unwrap()
     }
 
     pub fn last_tick(&mut self) -> Tick {
-        self.act(|held| held.last_tick().unwrap())
+        self.act(|halted| halted.last_tick().unwrap())
     }
 
     pub fn log(&mut self) -> Vec<String> {
-        self.act(|held| held.rig.log.lines.iter().map(|line| line.text.clone()).collect())
+        self.act(|halted| halted.harness.log.lines.iter().map(|line| line.text.clone()).collect())
     }
 
     /// What would be told after a reset.
     pub fn kept(&mut self) -> Kept {
-        let [(address, _)] = firmware().variable("KEPT")[..] else { panic!("KEPT is not in one piece") };
+        let [(address, _)] = firmware().variable("KEPT")[..] else {
+            panic!("KEPT is not in one piece")
+        };
         // Magic, fault, place, status.
-        let words = self.act(move |held| held.words(address, 4)).unwrap();
+        let words = self.act(move |halted| halted.words(address, 4)).unwrap();
         let fault = u8::try_from(words[1]).ok().and_then(Fault::from_code);
         Kept { fault, tick: words[2], value: f32::from_bits(words[3]) }
     }
 
     /// The end of the last span of time in which the bridge was on, and now.
     pub fn off_and_now(&mut self) -> (u64, u64) {
-        self.act(|held| (held.spans().on_ns.last().map_or(0, |[_, until]| *until), held.now()))
+        self.act(|halted| {
+            (halted.harness.spans.on_ns.last().map_or(0, |[_, until]| *until), halted.now())
+        })
     }
 }
 
 /// Nothing is wrong with the board any more.
-pub fn sound(held: &mut Held<'_>) {
-    held.rewire(Wires::Sound);
-    held.board().supply(1650);
-    held.rig.brake_v = 0.0;
+pub fn sound(halted: &mut Halted<'_>) {
+    halted.rewire(Wires::Sound);
+    halted.board().supply(1650);
+    halted.plant().brake_v = 0.0;
 }

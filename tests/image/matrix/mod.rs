@@ -1,28 +1,30 @@
-//! The faults that the emulated board's hardware can have, under the laws, at rest, moving, saturated: the image finds them
-//! on its own pins, and a client on its USART sees to them.
+//! The faults that the emulated board's hardware can have, under the laws, at rest, moving,
+//! saturated: the image finds them on its own pins, and a client on its USART sees to them.
 //!
-//! Each row says what is done to the joint, its wires or the board, and within how many ticks it has to be seen. Asserted
-//! are the code, the tick and the value, as told over the link and as kept for the time after a reset; that the bridge (MOE
-//! and enable pin) goes off in the very tick of the detection, before the budget of that interrupt is used up; that
-//! nothing is driven from then on, whatever is asked; and that arming again takes a cleared fault and a joint at rest.
-//! Once per fault: that a reset tells it again and drives nothing.
+//! Each row says what is done to the joint, its wires or the board, and within how many ticks it
+//! has to be seen. Asserted are the code, the tick and the value, as told over the link and as kept
+//! for the time after a reset; that the bridge (MOE and enable pin) goes off in the very tick of
+//! the detection, before the budget of that interrupt is used up; that nothing is driven from then
+//! on, whatever is asked; and that arming again takes a cleared fault and a joint at rest. Once per
+//! fault: that a reset tells it again and drives nothing.
 //!
-//! What a monitor sees: all laws. What the board reports itself: PD alone, since no law has a part in it. What cannot
-//! happen is listed with its reason. `tests/device/matrix.rs` has the same in process.
+//! What a monitor sees: all laws. What the board reports itself: PD alone, since no law has a part
+//! in it. What cannot happen is listed with its reason. `tests/device/matrix.rs` has the same in
+//! process.
 
 mod driven;
 mod rows;
 
-use host_sim::device::simulated::Wires;
-use host_sim::emulator::bench::Mishap;
 use host_sim::emulator::board::CLOCK_HZ;
-use host_sim::emulator::rig::Sample;
+use host_sim::emulator::coupling::Sample;
+use host_sim::emulator::fault_injection::Injection;
+use host_sim::encoder::Wires;
 use host_sim::firmware::budgets::INTERRUPT_INSTRUCTIONS;
 use stiction::Fault;
 use stiction::compensator::Gains;
 use stiction::link::StateCode;
 
-use crate::bench::MS;
+use crate::fault_injection::MS;
 use driven::{Driven, SITUATIONS, Situation, sound};
 use rows::{Reported, Row, reported};
 
@@ -31,7 +33,8 @@ fn laws() -> impl Iterator<Item = &'static str> {
     std::iter::once("pd").chain(Gains::NAMES.iter().copied())
 }
 
-/// The control interrupt's budget, ns: from the read of the counter to the end, an instruction being a cycle here.
+/// The control interrupt's budget, ns: from the read of the counter to the end, an instruction
+/// being a cycle here.
 const INTERRUPT_NS: u64 = INTERRUPT_INSTRUCTIONS as u64 * 1_000_000_000 / CLOCK_HZ.get();
 
 /// What a monitor sees.
@@ -52,9 +55,9 @@ const ROWS: [&Row; 12] = [
 
 /// Why the others are in no row.
 const ELSEWHERE: [(Fault, &str); 4] = [
-    (Fault::NoParameters, "only at boot: tests/image/mishaps.rs"),
-    (Fault::BadParameters, "only at boot: tests/image/mishaps.rs"),
-    (Fault::ClockAbsent, "only at boot: tests/image/mishaps.rs"),
+    (Fault::NoParameters, "only at boot: tests/image/hardware_faults.rs"),
+    (Fault::BadParameters, "only at boot: tests/image/hardware_faults.rs"),
+    (Fault::ClockAbsent, "only at boot: tests/image/hardware_faults.rs"),
     (Fault::EncoderReversed, "only in the first move: a test of its own, below"),
 ];
 
@@ -62,7 +65,7 @@ const ELSEWHERE: [(Fault, &str); 4] = [
 fn seen(row: &Row, driven: &mut Driven, name: &str, [least, most]: [u32; 2]) -> (u32, Sample) {
     let inject = row.inject;
     for tick in 0..most {
-        driven.act(move |held| inject(held, tick));
+        driven.act(move |halted| inject(halted, tick));
         // A client that is there.
         if row.fault != Fault::LinkTimeout && tick % 10 == 5 {
             driven.status();
@@ -76,14 +79,23 @@ fn seen(row: &Row, driven: &mut Driven, name: &str, [least, most]: [u32; 2]) -> 
     panic!("{name}: not seen within {most} ticks");
 }
 
-/// Told and kept is what tripped in the tick that has turned the bridge off, and nothing is driven, whatever is asked.
-fn assert_latched(driven: &mut Driven, name: &str, (fault, value): (Fault, [f32; 2]), sample: Sample) {
+/// Told and kept is what tripped in the tick that has turned the bridge off, and nothing is driven,
+/// whatever is asked.
+fn assert_latched(
+    driven: &mut Driven,
+    name: &str,
+    (fault, value): (Fault, [f32; 2]),
+    sample: Sample,
+) {
     let (kept, told) = (driven.kept(), driven.status().fault);
     assert_eq!((kept.fault, Some(kept.tick)), (Some(fault), sample.clock), "{name}");
     assert_eq!((told.code, told.tick, told.value), (fault as u8, kept.tick, kept.value), "{name}");
     assert!((value[0]..=value[1]).contains(&told.value.abs()), "{name}: {told:?}");
     let client = driven.client();
-    assert!(client.arm().is_err() && client.step_to(1.0).is_err() && client.hold().is_err(), "{name}");
+    assert!(
+        client.arm().is_err() && client.step_to(1.0).is_err() && client.hold().is_err(),
+        "{name}"
+    );
     driven.samples(25);
     let (off, now) = driven.off_and_now();
     assert!(now > sample.at_ns + 400 * MS, "{name}");
@@ -93,12 +105,12 @@ fn assert_latched(driven: &mut Driven, name: &str, (fault, value): (Fault, [f32;
 /// The reset after a fault tells it and drives nothing.
 fn assert_kept_across_a_reset(driven: &mut Driven, name: &str, fault: Fault) {
     let (off, _) = driven.off_and_now();
-    driven.act(|held| {
-        sound(held);
-        held.push(0.0, 0.0);
+    driven.act(|halted| {
+        sound(halted);
+        halted.push(0.0, 0.0);
     });
     driven.samples(2);
-    driven.act(|held| held.mishap(Mishap::Reset));
+    driven.act(|halted| halted.inject(Injection::Reset));
     driven.wait(200 * MS);
     driven.connect_anew();
     assert_eq!(driven.status().fault.code, fault as u8, "{name}");
@@ -109,15 +121,16 @@ fn assert_kept_across_a_reset(driven: &mut Driven, name: &str, fault: Fault) {
     assert!(driven.log().contains(&last), "{name}: {:?}", driven.log());
 }
 
-/// Cleared is not armed, a joint that moves is not armed, and one at rest begins with a law that has forgotten.
+/// Cleared is not armed, a joint that moves is not armed, and one at rest begins with a law that
+/// has forgotten.
 fn assert_armed_again_only_as_it_should(driven: &mut Driven, name: &str) {
     driven.client().clear().unwrap();
     assert!(!driven.samples(2).bridge.is_on(), "{name}");
     assert_eq!(driven.state(), StateCode::Stopped, "{name}");
-    driven.act(|held| held.push(0.0, 5.0));
+    driven.act(|halted| halted.push(0.0, 5.0));
     driven.samples(2);
     assert!(driven.client().arm().unwrap_err().to_string().contains("at rest"), "{name}");
-    driven.act(|held| held.push(0.0, 0.0));
+    driven.act(|halted| halted.push(0.0, 0.0));
     driven.samples(10);
     driven.client().arm().unwrap();
     // The one that was under way, and an armed one.
@@ -130,7 +143,8 @@ fn assert_armed_again_only_as_it_should(driven: &mut Driven, name: &str) {
 fn tell(fault: Fault, what: &str, situation: Situation, cases: usize, slowest: &str) {
     let (fault, situation) = (fault.describe(), format!("{situation:?}").to_lowercase());
     println!(
-        "reliability: image | fault={fault} | what={what} | situation={situation} | cases={cases} | slowest={slowest}"
+        "reliability: image | fault={fault} | what={what} | situation={situation} | \
+         cases={cases} | slowest={slowest}"
     );
 }
 
@@ -189,19 +203,20 @@ fn memory_and_link() {
     assert_rows(&[&rows::NON_FINITE, &rows::SILENCE]);
 }
 
-/// Swapped wires make the loop push away from the target: seen within the first hundredths of a degree.
+/// Swapped wires make the loop push away from the target: seen within the first hundredths of a
+/// degree.
 #[test]
 fn a_reversed_encoder_is_seen_in_the_first_move_under_every_law() {
     let mut driven = Driven::boot();
     let mut slowest = 0;
     for law in laws() {
         driven.take(law, &[]);
-        driven.act(|held| held.rewire(Wires::Swapped));
+        driven.act(|halted| halted.rewire(Wires::Swapped));
         driven.samples(10);
         driven.client().arm().unwrap();
         driven.client().step_to(5.0).unwrap();
         driven.samples(1);
-        let from = driven.act(|held| held.rig.joint.position_deg());
+        let from = driven.act(|halted| halted.plant().position_deg());
         let off = (1..=20).find_map(|tick| {
             let sample = driven.samples(1);
             (!sample.bridge.is_on()).then_some((tick, sample))
@@ -209,7 +224,7 @@ fn a_reversed_encoder_is_seen_in_the_first_move_under_every_law() {
         let (ticks, off) = off.unwrap();
         slowest = slowest.max(ticks);
         // Eight counts are 0.019 deg; a tick at the speed that it has by then is a little more.
-        let travel = driven.act(|held| held.rig.joint.position_deg()) - from;
+        let travel = driven.act(|halted| halted.plant().position_deg()) - from;
         assert!((0.01..0.2).contains(&travel), "{law}: {travel}");
         assert_latched(&mut driven, law, (Fault::EncoderReversed, [0.019, 0.2]), off);
         driven.take(law, &[]);
@@ -221,22 +236,30 @@ fn a_reversed_encoder_is_seen_in_the_first_move_under_every_law() {
 
 fn assert_reported(situation: Situation) {
     let mut driven = Driven::boot();
-    for Reported { fault, mishaps, limit } in reported() {
+    for Reported { fault, injections, limit } in reported() {
         let name = format!("{}, {situation:?}", fault.describe());
         driven.take("pd", &[]);
         driven.bring(situation);
         let (_, begin) = driven.off_and_now();
-        for (at, mishap) in mishaps {
+        for (at, injection) in injections {
             let (_, now) = driven.off_and_now();
             driven.wait(begin + at - now);
-            driven.act(move |held| held.mishap(mishap));
+            driven.act(move |halted| halted.inject(injection));
         }
         let (_, now) = driven.off_and_now();
         driven.wait(begin + 400 * MS - now);
         let (off, now) = driven.off_and_now();
-        assert!(off <= begin + limit && now >= begin + 400 * MS, "{name}: off after {} ns", off - begin);
+        assert!(
+            off <= begin + limit && now >= begin + 400 * MS,
+            "{name}: off after {} ns",
+            off - begin
+        );
         let told = format!("faulted: {} (code {})", fault.describe(), fault as u8);
-        assert!(driven.log().iter().any(|line| line.starts_with(&told)), "{name}: {:?}", driven.log());
+        assert!(
+            driven.log().iter().any(|line| line.starts_with(&told)),
+            "{name}: {:?}",
+            driven.log()
+        );
         let ms = off.saturating_sub(begin) as f64 / MS as f64;
         tell(fault, "the board reports it", situation, 1, &format!("{ms:.2} ms"));
         driven.connect_anew();
@@ -272,8 +295,8 @@ fn what_the_board_reports_at_full_effort() {
 fn no_fault_is_forgotten_by_the_matrix() {
     let reported = reported();
     for &fault in Fault::ALL {
-        let in_a_row =
-            ROWS.iter().any(|row| row.fault == fault) || reported.iter().any(|row| row.fault == fault);
+        let in_a_row = ROWS.iter().any(|row| row.fault == fault)
+            || reported.iter().any(|row| row.fault == fault);
         let elsewhere = ELSEWHERE.iter().any(|(other, _)| *other == fault);
         assert!(in_a_row != elsewhere, "{fault:?}");
     }

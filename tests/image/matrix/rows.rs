@@ -1,11 +1,11 @@
 //! What is done to joint, wires and board, and within how many ticks it has to be seen.
 
-use host_sim::device::simulated::Wires;
-use host_sim::emulator::bench::Mishap;
-use host_sim::emulator::powered::Held;
+use host_sim::emulator::board_under_test::Halted;
+use host_sim::emulator::fault_injection::Injection;
+use host_sim::encoder::Wires;
 use stiction::Fault;
 
-use crate::bench::MS;
+use crate::fault_injection::MS;
 
 /// What the bridge's supply has to be measured for: 12 V are half of the pin's range.
 const SUPPLY: &[&str] = &["device.supply_full_scale_v=24", "device.nominal_supply_v=12"];
@@ -16,8 +16,9 @@ pub struct Row {
     /// Keys that take the row's fault out of the shadow of those that would be seen earlier.
     pub set: &'static [&'static str],
     /// What is done in every tick from the injection on.
-    pub inject: fn(&mut Held<'_>, u32),
-    /// Ticks from the injection to the detection, at least and at most, by situation; or why it cannot be.
+    pub inject: fn(&mut Halted<'_>, u32),
+    /// Ticks from the injection to the detection, at least and at most, by situation; or why it
+    /// cannot be.
     pub within: [Result<[u32; 2], &'static str>; 3],
     /// What the value that tripped it may be, without its sign.
     pub value: [f32; 2],
@@ -36,7 +37,7 @@ pub const STALL: Row = Row {
     fault: Fault::Stall,
     what: "the joint is blocked",
     set: &[],
-    inject: |held, _| held.rig.brake_v = 100.0,
+    inject: |halted, _| halted.plant().brake_v = 100.0,
     within: [
         Err("a joint at rest is not asked to move: blocked or not is the same"),
         // From 0.5 V of cruising effort to 0.8 V at 5 deg/s is up to 0.3 s; then 0.2 s.
@@ -49,9 +50,9 @@ pub const STALL: Row = Row {
 
 pub const CUT: Row = Row {
     what: "both encoder wires cut",
-    inject: |held, tick| {
+    inject: |halted, tick| {
         if tick == 0 {
-            held.rewire(Wires::Cut);
+            halted.rewire(Wires::Cut);
         }
     },
     within: [Err(NO_EDGE), Ok([10, 30]), Ok([10, 12])],
@@ -60,9 +61,9 @@ pub const CUT: Row = Row {
 
 pub const ONE_CUT: Row = Row {
     what: "one encoder wire cut",
-    inject: |held, tick| {
+    inject: |halted, tick| {
         if tick == 0 {
-            held.rewire(Wires::OneCut);
+            halted.rewire(Wires::OneCut);
         }
     },
     ..CUT
@@ -72,9 +73,9 @@ pub const JUMP: Row = Row {
     fault: Fault::EncoderJump,
     what: "3000 edges of noise within a tick",
     set: &[],
-    inject: |held, tick| {
+    inject: |halted, tick| {
         if tick == 0 {
-            held.jump(3000);
+            halted.jump(3000);
         }
     },
     within: all([1, 1]),
@@ -86,9 +87,9 @@ pub const FOLLOWING: Row = Row {
     fault: Fault::FollowingError,
     what: "pushed away from its set point, 15 deg/s",
     set: &["limits.stall_v=0"],
-    inject: |held, _| {
-        let position = held.rig.joint.position_deg();
-        held.push(position - 0.3, -15.0);
+    inject: |halted, _| {
+        let position = halted.plant().position_deg();
+        halted.push(position - 0.3, -15.0);
     },
     within: [
         // 5 deg at 0.3 deg a tick, less what the joint gives way by itself.
@@ -105,9 +106,9 @@ pub const OVERSPEED: Row = Row {
     fault: Fault::Overspeed,
     what: "driven to 1.3 times the limit from outside",
     set: &["limits.overspeed_deg_per_s=40", "limits.encoder_jump_deg=3"],
-    inject: |held, _| {
-        let position = held.rig.joint.position_deg();
-        held.push(position, 52.0);
+    inject: |halted, _| {
+        let position = halted.plant().position_deg();
+        halted.push(position, 52.0);
     },
     within: [
         Err("a joint at rest has no speed; one that is thrown is not at rest: the next column"),
@@ -129,9 +130,9 @@ pub const POSITION: Row = Row {
         "limits.overspeed_deg_per_s=0",
         "limits.following_error_deg=0",
     ],
-    inject: |held, tick| {
+    inject: |halted, tick| {
         if tick == 0 {
-            held.push(30.1, 0.0);
+            halted.push(30.1, 0.0);
         }
     },
     within: all([1, 1]),
@@ -142,7 +143,7 @@ pub const SUPPLY_LOW: Row = Row {
     fault: Fault::SupplyLow,
     what: "6 V of 12 V",
     set: SUPPLY,
-    inject: |held, _| held.board().supply(825),
+    inject: |halted, _| halted.board().supply(825),
     // Three readings in a row, and the one that had been taken before.
     within: all([4, 4]),
     value: [5.99, 6.01],
@@ -151,7 +152,7 @@ pub const SUPPLY_LOW: Row = Row {
 pub const SUPPLY_HIGH: Row = Row {
     fault: Fault::SupplyHigh,
     what: "18 V of 12 V",
-    inject: |held, _| held.board().supply(2475),
+    inject: |halted, _| halted.board().supply(2475),
     value: [17.99, 18.01],
     ..SUPPLY_LOW
 };
@@ -160,7 +161,7 @@ pub const OVERHEAT: Row = Row {
     fault: Fault::Overheat,
     what: "full effort against a block",
     set: &["limits.stall_v=0", "limits.thermal_s=1", "limits.continuous_v=2.5"],
-    inject: |held, _| held.rig.brake_v = 100.0,
+    inject: |halted, _| halted.plant().brake_v = 100.0,
     within: [
         Err("the effort that a joint can rest with is less than any motor bears for ever"),
         Err("a blocked joint is saturated in the end: the next column"),
@@ -174,9 +175,9 @@ pub const NON_FINITE: Row = Row {
     fault: Fault::NonFinite,
     what: "a bit error in the RAM makes a gain not a number",
     set: &[],
-    inject: |held, tick| {
+    inject: |halted, tick| {
         if tick == 0 {
-            spoil_gain(held);
+            spoil_gain(halted);
         }
     },
     within: all([1, 1]),
@@ -186,14 +187,15 @@ pub const NON_FINITE: Row = Row {
 /// Kd of PD, of SRNF, and of the other laws, V s/deg.
 const KD: [f32; 3] = [0.15, 0.25, 0.17];
 
-/// No parameters that are accepted lead to a value that is not finite, so the servo's own copy of a gain is changed.
-fn spoil_gain(held: &mut Held<'_>) {
+/// No parameters that are accepted lead to a value that is not finite, so the servo's own copy of a
+/// gain is changed.
+fn spoil_gain(halted: &mut Halted<'_>) {
     let mut spoiled = 0;
-    for (address, length) in crate::bench::firmware().variable("_servo") {
-        let words = held.words(address, length / 4).unwrap();
+    for (address, length) in crate::fault_injection::firmware().variable("_servo") {
+        let words = halted.words(address, length / 4).unwrap();
         let is_gain = |word: u32| KD.contains(&f32::from_bits(word));
         for (index, _) in words.iter().enumerate().filter(|(_, word)| is_gain(**word)) {
-            held.overwrite(address + 4 * index as u64, f32::NAN.to_bits()).unwrap();
+            halted.overwrite(address + 4 * index as u64, f32::NAN.to_bits()).unwrap();
             spoiled += 1;
         }
     }
@@ -214,31 +216,40 @@ pub const SILENCE: Row = Row {
 pub struct Reported {
     pub fault: Fault,
     /// What happens, each so long after the first, ns.
-    pub mishaps: Vec<(u64, Mishap)>,
+    pub injections: Vec<(u64, Injection)>,
     /// Within what time the bridge has to be off, ns.
     pub limit: u64,
 }
 
 pub fn reported() -> Vec<Reported> {
-    let corrupt = |(address, length)| (0, Mishap::Corrupts { address, length, to: 1 });
-    let lock: Vec<_> = crate::bench::firmware().variable("RTT_ENCODER").into_iter().map(corrupt).collect();
-    let row = |fault, mishaps: &[(u64, Mishap)], limit| Reported { fault, mishaps: mishaps.to_vec(), limit };
-    let broken = [(0, Mishap::Break), (100 * MS, Mishap::BreakReleased)];
-    let stalled = [(0, Mishap::CoreStalls), (30 * MS, Mishap::CoreGoesOn)];
+    let corrupt = |(address, length)| (0, Injection::Corrupts { address, length, to: 1 });
+    let lock: Vec<_> = crate::fault_injection::firmware()
+        .variable("RTT_ENCODER")
+        .into_iter()
+        .map(corrupt)
+        .collect();
+    let row = |fault, injections: &[(u64, Injection)], limit| Reported {
+        fault,
+        injections: injections.to_vec(),
+        limit,
+    };
+    let broken = [(0, Injection::Break), (100 * MS, Injection::BreakReleased)];
+    let stalled = [(0, Injection::CoreStalls), (30 * MS, Injection::CoreGoesOn)];
     vec![
         // In hardware.
         row(Fault::BreakInput, &broken, 0),
         // The first control tick after the stall is told that it comes late.
         row(Fault::Overrun, &stalled, 30 * MS + super::INTERRUPT_NS),
         // 60 ms of the fastest oscillator are 88 ms of a typical one.
-        row(Fault::Watchdog, &[(0, Mishap::TickStops)], 89 * MS),
+        row(Fault::Watchdog, &[(0, Injection::TickStops)], 89 * MS),
         // The next control tick's first access.
-        row(Fault::HardFault, &[(0, Mishap::BusError { address: 0x4000_0024 })], 20 * MS),
+        row(Fault::HardFault, &[(0, Injection::BusError { address: 0x4000_0024 })], 20 * MS),
         // The next line of the log, of which there are ten a second.
         row(Fault::Panic, &lock, 120 * MS),
-        row(Fault::ResetWhileArmed, &[(0, Mishap::Reset)], 0),
-        row(Fault::BrownOut, &[(0, Mishap::BrownOut)], 0),
-        // In hardware; the clock security system takes a few cycles. The last one: the crystal is gone for good.
-        row(Fault::ClockLost, &[(0, Mishap::CrystalLost)], 100),
+        row(Fault::ResetWhileArmed, &[(0, Injection::Reset)], 0),
+        row(Fault::BrownOut, &[(0, Injection::BrownOut)], 0),
+        // In hardware; the clock security system takes a few cycles. The last one: the crystal is
+        // gone for good.
+        row(Fault::ClockLost, &[(0, Injection::CrystalLost)], 100),
     ]
 }

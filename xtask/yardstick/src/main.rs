@@ -50,7 +50,10 @@ mod steps {
         loop {
             // SAFETY: reads and writes of statics that nothing in the program borrows.
             let [setpoint, position] = unsafe { INPUT.0.get().read_volatile() };
-            let v = [pid_step(&mut pid, setpoint, position), pd_tanh_step(&mut last, setpoint, position)];
+            let v = [
+                pid_step(&mut pid, setpoint, position),
+                pd_tanh_step(&mut last, setpoint, position),
+            ];
             // SAFETY: as above.
             unsafe { OUTPUT.0.get().write_volatile(v) };
         }

@@ -20,7 +20,11 @@ const PANIC: &str = "rust_begin_unwind";
 
 /// Passes an image, or says why it does not pass.
 pub fn pass(image: &Path) -> Result<(), Error> {
-    let elf = fs::read(image).map_err(|source| Error::File { action: "read", path: image.into(), source })?;
+    let elf = fs::read(image).map_err(|source| Error::File {
+        action: "read",
+        path: image.into(),
+        source,
+    })?;
     let code = Code::read(image, &elf)?;
     let functions = code.functions().count();
 
@@ -50,7 +54,9 @@ pub fn pass(image: &Path) -> Result<(), Error> {
     }
     // A handler that nothing leads to would be a gate that is always open.
     if !code.functions().any(|function| function.name.contains(PANIC)) {
-        return Err(Error::Emulator(format!("the image has no {PANIC}: panics cannot be looked for")));
+        return Err(Error::Emulator(format!(
+            "the image has no {PANIC}: panics cannot be looked for"
+        )));
     }
     let (names, count) = ([&CONTROL[..], &ABOVE_TASKS].concat().join(", "), control.len());
     println!("no panic in the image's control path: {count} functions below {names}");
@@ -64,10 +70,17 @@ pub fn pass(image: &Path) -> Result<(), Error> {
     }
     for (function, reached) in code.indirect() {
         let how = if reached { "reached" } else { "which nothing calls by name" };
-        println!("  calls through a register: {} in {}, {how}", function.indirect.len(), function.name);
+        println!(
+            "  calls through a register: {} in {}, {how}",
+            function.indirect.len(),
+            function.name
+        );
     }
     if bound.total() > room {
-        return Err(Error::Emulator(format!("the stack may need {} bytes and has {room}", bound.total())));
+        return Err(Error::Emulator(format!(
+            "the stack may need {} bytes and has {room}",
+            bound.total()
+        )));
     }
     Ok(())
 }

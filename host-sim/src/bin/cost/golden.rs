@@ -16,11 +16,8 @@ const COMPILER: &str = "compiler ";
 pub fn bless(page: &Path, table: &str) -> Result<(), Error> {
     let text = read(page)?;
     let (before, _, after) = split(page, &text)?;
-    fs::write(page, format!("{before}{FENCE}{table}{END}{after}")).map_err(|source| Error::File {
-        action: "write",
-        path: page.into(),
-        source,
-    })?;
+    fs::write(page, format!("{before}{FENCE}{table}{END}{after}"))
+        .map_err(|source| Error::File { action: "write", path: page.into(), source })?;
     println!("\nwritten to {}", page.display());
     Ok(())
 }
@@ -63,7 +60,11 @@ fn difference(golden: &str, table: &str) -> String {
 }
 
 fn read(page: &Path) -> Result<String, Error> {
-    fs::read_to_string(page).map_err(|source| Error::File { action: "read", path: page.into(), source })
+    fs::read_to_string(page).map_err(|source| Error::File {
+        action: "read",
+        path: page.into(),
+        source,
+    })
 }
 
 fn split<'a>(page: &Path, text: &'a str) -> Result<(&'a str, &'a str, &'a str), Error> {
@@ -71,5 +72,7 @@ fn split<'a>(page: &Path, text: &'a str) -> Result<(&'a str, &'a str, &'a str), 
         let (golden, after) = rest.split_once(END)?;
         Some((before, golden, after))
     });
-    parts.ok_or_else(|| Error::Input(format!("{}: it has no block that begins with ```text", page.display())))
+    parts.ok_or_else(|| {
+        Error::Input(format!("{}: it has no block that begins with ```text", page.display()))
+    })
 }

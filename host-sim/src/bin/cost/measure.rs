@@ -2,7 +2,7 @@
 //!
 //! The joint, gains and motions are those of the experiments `step-response` and `trajectory`:
 //! seven controllers, three steps and two trajectories. Soft start and supply are those of
-//! [`metered`]. One more key differs, `drive.pwm_hz`: half of the emulator's time goes into a PWM
+//! [`counted`]. One more key differs, `drive.pwm_hz`: half of the emulator's time goes into a PWM
 //! of 22 kHz, so it is 2 kHz here. No instruction of the control interrupt looks at that counter or
 //! depends on its top, and that is checked: each controller's 2.5 deg step is run again with the
 //! PWM of the file, and must take the same instructions in every tick. That also checks that a
@@ -14,7 +14,7 @@ use std::sync::Arc;
 use host_sim::Error;
 use host_sim::benchmark::plain_runs;
 use host_sim::emulator::probe::{Points, Probe, TickCost};
-use host_sim::emulator::{FirmwareImage, metered, yardstick};
+use host_sim::emulator::{FirmwareImage, counted, yardstick};
 use host_sim::experiment::{Document, RunPlan};
 use host_sim::firmware::Code;
 use host_sim::firmware::size::Size;
@@ -51,17 +51,18 @@ pub fn measure(image: &Path, yardstick: &Path) -> Result<Measured, Error> {
     let image = Arc::new(FirmwareImage::open(image)?);
     let code = Code::read(&image.path, &image.elf)?;
     let points = Arc::new(Points::of(&code)?);
-    let size = Size::of(&image.elf)
-        .ok_or_else(|| Error::Emulator(format!("{}: its sections cannot be read", image.path.display())))?;
+    let size = Size::of(&image.elf).ok_or_else(|| {
+        Error::Emulator(format!("{}: its sections cannot be read", image.path.display()))
+    })?;
 
-    let fast = every_motion(&[&metered::EVERYTHING_ON[..], &[FAST]].concat())?;
+    let fast = every_motion(&[&counted::EVERYTHING_ON[..], &[FAST]].concat())?;
     let (experiment, motion, short) = AGAIN;
-    let mut again = plans(experiment, &[&metered::EVERYTHING_ON[..], &[short]].concat())?;
+    let mut again = plans(experiment, &[&counted::EVERYTHING_ON[..], &[short]].concat())?;
     again.retain(|plan| plan.label.ends_with(motion));
 
     let mut laws: Vec<(String, Vec<TickCost>)> = Vec::new();
-    let probes = metered::count_all(&image, &points, &fast)?;
-    let repeated = metered::count_all(&image, &points, &again)?;
+    let probes = counted::count_all(&image, &points, &fast)?;
+    let repeated = counted::count_all(&image, &points, &again)?;
     let painted = probes.iter().chain(&repeated).map(|probe| probe.stack).max().unwrap_or(0);
     for (plan, Probe { ticks, .. }) in again.iter().zip(&repeated) {
         let first = fast.iter().zip(&probes).find(|(known, _)| known.label == plan.label);

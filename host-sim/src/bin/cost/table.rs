@@ -4,11 +4,13 @@ use host_sim::Error;
 use host_sim::emulator::board::CLOCK_HZ;
 use host_sim::emulator::probe::{Cost, TickCost};
 use host_sim::firmware::budgets::{
-    CONTROLLER_STATE_BYTES, CORE_INSTRUCTIONS, FLASH_BYTES, INTERRUPT_INSTRUCTIONS, LAW_STATE_BYTES,
-    RAM_BYTES,
+    CONTROLLER_STATE_BYTES, CORE_INSTRUCTIONS, FLASH_BYTES, INTERRUPT_INSTRUCTIONS,
+    LAW_STATE_BYTES, RAM_BYTES,
 };
 use stiction::ControllerState;
-use stiction::compensator::{LawState, rate_variable_integral, reset_integral, reset_offset_integral};
+use stiction::compensator::{
+    LawState, rate_variable_integral, reset_integral, reset_offset_integral,
+};
 
 use crate::measure::Measured;
 
@@ -76,9 +78,14 @@ pub fn within_budgets(measured: &Measured) -> Result<(), Error> {
         }
     };
     for (name, ticks) in &measured.laws {
-        let [core, interrupt] = columns(ticks).map(|counts| counts.into_iter().max().unwrap_or(0).into());
+        let [core, interrupt] =
+            columns(ticks).map(|counts| counts.into_iter().max().unwrap_or(0).into());
         check(format!("{name}: instructions of the core's tick"), core, CORE_INSTRUCTIONS.into());
-        check(format!("{name}: instructions of the interrupt"), interrupt, INTERRUPT_INSTRUCTIONS.into());
+        check(
+            format!("{name}: instructions of the interrupt"),
+            interrupt,
+            INTERRUPT_INSTRUCTIONS.into(),
+        );
         check(format!("{name}: bytes of state"), state_of(name) as u64, LAW_STATE_BYTES as u64);
     }
     check(
@@ -91,7 +98,11 @@ pub fn within_budgets(measured: &Measured) -> Result<(), Error> {
     check("bytes of RAM".into(), ram(measured), RAM_BYTES);
     check("bytes of stack seen".into(), measured.painted.into(), measured.stack.into());
     check("bytes of stack at most".into(), measured.bound.total().into(), measured.stack.into());
-    if over.is_empty() { Ok(()) } else { Err(Error::Emulator(format!("over budget: {}", over.join("; ")))) }
+    if over.is_empty() {
+        Ok(())
+    } else {
+        Err(Error::Emulator(format!("over budget: {}", over.join("; "))))
+    }
 }
 
 fn ram(measured: &Measured) -> u64 {
@@ -116,7 +127,10 @@ fn cycles(laws: &[(String, Vec<TickCost>)]) -> Vec<String> {
         heads(["", &units, &units], 27),
     ];
     for (name, ticks) in laws {
-        let core = [most(ticks, |tick| tick.core.cycles.hits), most(ticks, |tick| tick.core.cycles.misses)];
+        let core = [
+            most(ticks, |tick| tick.core.cycles.hits),
+            most(ticks, |tick| tick.core.cycles.misses),
+        ];
         let whole = [
             most(ticks, |tick| tick.interrupt.cycles.hits),
             most(ticks, |tick| tick.interrupt.cycles.misses),
@@ -127,13 +141,15 @@ fn cycles(laws: &[(String, Vec<TickCost>)]) -> Vec<String> {
 }
 
 fn columns(ticks: &[TickCost]) -> [Vec<u32>; 2] {
-    let of = |cost: fn(&TickCost) -> Cost| ticks.iter().map(|tick| cost(tick).instructions).collect();
+    let of =
+        |cost: fn(&TickCost) -> Cost| ticks.iter().map(|tick| cost(tick).instructions).collect();
     [of(|tick| tick.core), of(|tick| tick.interrupt)]
 }
 
 /// The least, the mean and the largest count.
 fn three(counts: &[u32]) -> String {
     let (min, max) = (counts.iter().min().unwrap_or(&0), counts.iter().max().unwrap_or(&0));
-    let mean = counts.iter().map(|count| f64::from(*count)).sum::<f64>() / counts.len().max(1) as f64;
+    let mean =
+        counts.iter().map(|count| f64::from(*count)).sum::<f64>() / counts.len().max(1) as f64;
     format!("{min:>7} {mean:>7.1} {max:>7}")
 }

@@ -26,7 +26,10 @@ pub fn edit<W: Wire>(client: &mut Client<W>, machine: &str, save: bool) -> Resul
     // It says so before anybody has worked for nothing.
     if client.status()?.state == StateCode::Armed {
         let why = "parameters are taken with the output off only; `stop` first";
-        return Err(Error::Refused(format!("params edit: {} is armed: {why}", client.wire().name())));
+        return Err(Error::Refused(format!(
+            "params edit: {} is armed: {why}",
+            client.wire().name()
+        )));
     }
     let before = client.parameters()?;
     let text = pulled(client, &before, machine)?;
@@ -65,27 +68,35 @@ fn understood(name: &str, text: &str) -> Result<Parameters, Error> {
     let mut limits = Limits::ABOUT.iter().map(|about| format!("limits.{}", about.name));
     if let Some(key) = limits.find(|key| document.get(key).is_none()) {
         let why = "a device does not know the joint that a threshold is derived from";
-        return Err(Error::Input(format!("{name}: `{key}` is missing, and has to be there: {why}")));
+        return Err(Error::Input(format!(
+            "{name}: `{key}` is missing, and has to be there: {why}"
+        )));
     }
     Ok(parameters)
 }
 
 fn editor() -> Result<String, Error> {
     let of = |name| std::env::var(name).ok().filter(|editor| !editor.trim().is_empty());
-    let none = || Error::Input("params edit: set VISUAL or EDITOR to an editor, as in EDITOR=nano".into());
+    let none =
+        || Error::Input("params edit: set VISUAL or EDITOR to an editor, as in EDITOR=nano".into());
     of("VISUAL").or_else(|| of("EDITOR")).ok_or_else(none)
 }
 
 fn write(text: &str) -> Result<PathBuf, Error> {
     let failed = |source| Error::File { action: "write", path: std::env::temp_dir(), source };
-    let named = tempfile::Builder::new().prefix("stiction-").suffix(".toml").tempfile().map_err(failed)?;
+    let named =
+        tempfile::Builder::new().prefix("stiction-").suffix(".toml").tempfile().map_err(failed)?;
     named.as_file().write_all(text.as_bytes()).map_err(failed)?;
     let (_, path) = named.keep().map_err(|error| failed(error.error))?;
     Ok(path)
 }
 
 fn read(file: &Path) -> Result<String, Error> {
-    fs::read_to_string(file).map_err(|source| Error::File { action: "read", path: file.to_owned(), source })
+    fs::read_to_string(file).map_err(|source| Error::File {
+        action: "read",
+        path: file.to_owned(),
+        source,
+    })
 }
 
 /// Runs the editor, which is a command with its options, as in `code --wait`. The shell takes it
@@ -102,8 +113,8 @@ fn run(editor: &str, file: &Path) -> Result<(), Error> {
         command
     };
     let status = command.arg(file).status();
-    let status =
-        status.map_err(|error| Error::Input(format!("params edit: cannot run `{editor}`: {error}")))?;
+    let status = status
+        .map_err(|error| Error::Input(format!("params edit: cannot run `{editor}`: {error}")))?;
     if status.success() {
         return Ok(());
     }

@@ -142,10 +142,16 @@ pub fn device(arguments: &Arguments) -> Result<(), Error> {
         return emulated(arguments);
     }
     if arguments.image.is_some() {
-        return Err(Error::Input("device --image needs --emulator; nothing else runs an image".into()));
+        return Err(Error::Input(
+            "device --image needs --emulator; nothing else runs an image".into(),
+        ));
     }
     if let Some(port) = &arguments.port {
-        return with(&arguments.action, &arguments.machine, crate::device::port::SerialWire::open(port)?);
+        return with(
+            &arguments.action,
+            &arguments.machine,
+            crate::device::port::SerialWire::open(port)?,
+        );
     }
     let plan = first_run(&arguments.machine, arguments.begins_with())?;
     with(&arguments.action, &arguments.machine, SimulatedWire::new(SimulatedDevice::new(&plan)?))
@@ -167,7 +173,11 @@ fn emulated(arguments: &Arguments) -> Result<(), Error> {
     use crate::emulator::wire::EmulatedWire;
 
     let plan = first_run(&arguments.machine, arguments.begins_with())?;
-    with(&arguments.action, &arguments.machine, EmulatedWire::new(arguments.image.as_deref(), &plan)?)
+    with(
+        &arguments.action,
+        &arguments.machine,
+        EmulatedWire::new(arguments.image.as_deref(), &plan)?,
+    )
 }
 
 fn first_run(machine: &str, controller: Option<&str>) -> Result<RunPlan, Error> {
@@ -257,7 +267,11 @@ fn with(action: &Action, machine: &str, wire: impl Wire) -> Result<(), Error> {
             let sample_time = client.status()?.sample_time;
             let faults = client.faults()?;
             let lines = faults.iter().map(|told| words::told(told, sample_time) + "\n");
-            say(if faults.is_empty() { "no fault since power-on\n".into() } else { lines.collect() })
+            say(if faults.is_empty() {
+                "no fault since power-on\n".into()
+            } else {
+                lines.collect()
+            })
         }
         Action::Log { file, r#for, every, signals } => {
             let time = time("--for", *r#for)?;
@@ -294,7 +308,9 @@ fn identify<W: Wire>(client: &mut Client<W>, rate: f32, hold: f32) -> Result<Str
     };
     let nothing = || {
         let by = by(&status);
-        Error::Device(format!("identify: the ramp was ended by {by}, and has found nothing (docs/faults.md)"))
+        Error::Device(format!(
+            "identify: the ramp was ended by {by}, and has found nothing (docs/faults.md)"
+        ))
     };
     let found = client.levels()?.ok_or_else(nothing)?;
     Ok(words::levels(&found, rate) + OFF)
@@ -350,7 +366,9 @@ fn lost<W: Wire>(client: &Client<W>) -> String {
 fn time(option: &str, seconds: f64) -> Result<Duration, Error> {
     // The bound is a day.
     if !(0.0..=86_400.0).contains(&seconds) {
-        return Err(Error::Input(format!("{option} {seconds}: allowed is a number from 0 to 86400")));
+        return Err(Error::Input(format!(
+            "{option} {seconds}: allowed is a number from 0 to 86400"
+        )));
     }
     Ok(Duration::from_secs_f64(seconds))
 }

@@ -46,7 +46,11 @@ pub enum Params {
 }
 
 /// Carries out the command. A pulled file has the joint of `machine`.
-pub fn params<W: Wire>(action: &Params, client: &mut Client<W>, machine: &str) -> Result<String, Error> {
+pub fn params<W: Wire>(
+    action: &Params,
+    client: &mut Client<W>,
+    machine: &str,
+) -> Result<String, Error> {
     match action {
         Params::Show => machine_file::tables(&client.parameters()?),
         Params::Edit { save } => edit::edit(client, machine, *save),
@@ -84,7 +88,11 @@ pub fn keep<W: Wire>(client: &mut Client<W>, save: bool) -> Result<&'static str,
 
 /// Writes parameters of the device as a machine's file with the joint of `machine`. If the device
 /// is no board, the file begins with what it is.
-pub fn pulled<W: Wire>(client: &Client<W>, found: &Parameters, machine: &str) -> Result<String, Error> {
+pub fn pulled<W: Wire>(
+    client: &Client<W>,
+    found: &Parameters,
+    machine: &str,
+) -> Result<String, Error> {
     let joint = Document::open(machine)?.machine()?.joint;
     let warning = client.warning().map_or(String::new(), |warning| format!("# {warning}\n"));
     Ok(warning + &machine_file::render(found, &joint, machine)?)

@@ -54,7 +54,8 @@ impl<W: Wire> Client<W> {
         self.number = self.number.wrapping_add(1);
         let patience = if request == Request::Save { PATIENCE_TO_SAVE } else { PATIENCE };
         let frame = encode(&Numbered { number: self.number, content: request });
-        let frame = frame.ok_or_else(|| Error::Device("the request is too long for a frame".into()))?;
+        let frame =
+            frame.ok_or_else(|| Error::Device("the request is too long for a frame".into()))?;
         self.heard = Heard::default();
         for _ in 0..TRIES {
             self.wire.send(&frame)?;
@@ -114,7 +115,8 @@ impl<W: Wire> Client<W> {
 
     /// The error that says why the device refuses a request.
     pub(super) fn refused(&self, what: &str, refused: &Refused) -> Error {
-        let (name, why, excuse) = (self.wire.name(), words::refused(refused), self.wire.excuse(refused));
+        let (name, why, excuse) =
+            (self.wire.name(), words::refused(refused), self.wire.excuse(refused));
         let more = if why.contains("docs/") { "" } else { " (docs/link.md)" };
         Error::Refused(format!("{what}: {name} refuses: {why}{excuse}{more}"))
     }

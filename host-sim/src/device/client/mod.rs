@@ -96,7 +96,8 @@ impl<W: Wire> Client<W> {
 
     /// The warning that has to stand before whatever is shown of the device. A board needs none.
     pub fn warning(&self) -> Option<&'static str> {
-        let simulated = || self.identity.as_ref().is_some_and(|identity| identity.kind == Kind::Simulated);
+        let simulated =
+            || self.identity.as_ref().is_some_and(|identity| identity.kind == Kind::Simulated);
         // A simulated device at the other end of a port is known by its hello only.
         self.wire.warning().or_else(|| simulated().then_some(SIMULATED))
     }

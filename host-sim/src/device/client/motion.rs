@@ -52,7 +52,9 @@ impl<W: Wire> Client<W> {
         let counts = deg / resolution;
         // 2^30 counts, as for steps of a machine's file.
         if !counts.is_finite() || counts.abs() > f64::from(1 << 30) {
-            return Err(Error::Input(format!("move {deg}: allowed is a position within 2^30 counts")));
+            return Err(Error::Input(format!(
+                "move {deg}: allowed is a position within 2^30 counts"
+            )));
         }
         Ok(Motion::Step(crate::experiment::position(counts)))
     }

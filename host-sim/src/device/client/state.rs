@@ -65,7 +65,11 @@ impl<W: Wire> Client<W> {
         self.pass_while(time, |status| status.state == StateCode::Armed)
     }
 
-    fn pass_while(&mut self, time: Duration, go_on: impl Fn(&Status) -> bool) -> Result<Status, Error> {
+    fn pass_while(
+        &mut self,
+        time: Duration,
+        go_on: impl Fn(&Status) -> bool,
+    ) -> Result<Status, Error> {
         let mut status = self.status()?;
         let device_s = |status: &Status| f64::from(status.clock) * f64::from(status.sample_time);
         let (begin, started) = (device_s(&status), self.wire.now());
@@ -83,7 +87,8 @@ impl<W: Wire> Client<W> {
             if left <= 0.0 || !go_on(&status) {
                 return Ok(status);
             }
-            let bytes = self.wire.receive(SIGN_OF_LIFE.min(Duration::from_secs_f64(left.max(0.001))))?;
+            let bytes =
+                self.wire.receive(SIGN_OF_LIFE.min(Duration::from_secs_f64(left.max(0.001))))?;
             self.take(&bytes);
             status = self.status()?;
         }

@@ -84,7 +84,8 @@ fn float_transfer(first: u32, second: u32, double: bool) -> Option<Timing> {
 fn float_processing(first: u32, second: u32) -> Option<Timing> {
     let destination = floats(second >> 12, first >> 6, false);
     let (left, right) = (floats(first, second >> 7, false), floats(second, second >> 5, false));
-    let takes_both = Timing { float_computes: destination, float_takes: left | right, ..Timing::plain(1) };
+    let takes_both =
+        Timing { float_computes: destination, float_takes: left | right, ..Timing::plain(1) };
     let takes_one = Timing { float_takes: right, ..takes_both };
     let accumulates =
         Timing { cycles: FLOAT_ACCUMULATE, float_takes: left | right | destination, ..takes_both };
@@ -103,7 +104,11 @@ fn float_processing(first: u32, second: u32) -> Option<Timing> {
             // A fixed-point number is converted where it is.
             (0xA | 0xB | 0xE | 0xF, _) => Timing { float_takes: destination, ..takes_one },
             // vcmp of two registers; of one with zero
-            (4, _) => Timing { float_computes: FLOAT_FLAGS, float_takes: destination | right, ..takes_one },
+            (4, _) => Timing {
+                float_computes: FLOAT_FLAGS,
+                float_takes: destination | right,
+                ..takes_one
+            },
             (5, _) => Timing { float_computes: FLOAT_FLAGS, float_takes: destination, ..takes_one },
             _ => return None,
         },

@@ -66,14 +66,18 @@ impl Timing {
     /// If its time is not known.
     pub fn of(first: u16, second: u16) -> Result<Self, Unknown> {
         let long = first >= 0xE800;
-        let timing =
-            if long { processor::long(first.into(), second.into()) } else { processor::short(first.into()) };
+        let timing = if long {
+            processor::long(first.into(), second.into())
+        } else {
+            processor::short(first.into())
+        };
         timing.ok_or(Unknown { first, second: long.then_some(second) })
     }
 
     /// Counts the cycles that `next`, right after it, waits for its results.
     pub const fn holds_up(&self, next: &Self) -> u32 {
-        (self.computes & next.addresses != 0) as u32 + (self.float_computes & next.float_takes != 0) as u32
+        (self.computes & next.addresses != 0) as u32
+            + (self.float_computes & next.float_takes != 0) as u32
     }
 
     /// Nothing but a number of cycles.

@@ -151,9 +151,13 @@ fn multiply_or_divide(first: u32, second: u32) -> Option<Timing> {
         return Some(Timing::computing(high));
     }
     match first >> 4 & 7 {
-        1 | 3 => (second >> 4 & 0xF == 0xF).then(|| Timing { cycles: DIVIDE, ..Timing::computing(high) }),
+        1 | 3 => {
+            (second >> 4 & 0xF == 0xF).then(|| Timing { cycles: DIVIDE, ..Timing::computing(high) })
+        }
         // smull, umull, smlal and their kin compute two registers.
-        0 | 2 | 4..=6 => Some(Timing { computes: bit(high) | bit(second >> 12), ..Timing::plain(1) }),
+        0 | 2 | 4..=6 => {
+            Some(Timing { computes: bit(high) | bit(second >> 12), ..Timing::plain(1) })
+        }
         _ => None,
     }
 }

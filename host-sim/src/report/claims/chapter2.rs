@@ -36,7 +36,8 @@ pub(super) const CLAIMS: &[Claim] = &[
             let (karnopp, ri) = (plateaus(e, "spring/karnopp")?, plateaus(e, "spring/ri")?);
             let step = *karnopp.first()?;
             let pairs = karnopp.iter().zip(&ri);
-            (karnopp.len() == ri.len()).then(|| largest(pairs.map(|(k, r)| (k - r).abs() / step).collect()))
+            (karnopp.len() == ri.len())
+                .then(|| largest(pairs.map(|(k, r)| (k - r).abs() / step).collect()))
         },
         holds: Below(0.05),
         remark: "",
@@ -79,7 +80,10 @@ pub(super) const CLAIMS: &[Claim] = &[
         measure: |e| {
             let swing = |name| swings(e, name)?.first().copied();
             let middle = swing("spring/ri")?;
-            Some(vec![swing("spring/ri-damped-less")? / middle, middle / swing("spring/ri-damped-more")?])
+            Some(vec![
+                swing("spring/ri-damped-less")? / middle,
+                middle / swing("spring/ri-damped-more")?,
+            ])
         },
         holds: Above(1.0),
         remark: "",
@@ -92,7 +96,10 @@ pub(super) const CLAIMS: &[Claim] = &[
         measure: |e| {
             let peak = |name| Some(*e.lab(name)?.metrics.peak_friction.first()?);
             let middle = peak("spring/ri")?;
-            Some(vec![peak("spring/ri-damped-more")? / middle, middle / peak("spring/ri-damped-less")?])
+            Some(vec![
+                peak("spring/ri-damped-more")? / middle,
+                middle / peak("spring/ri-damped-less")?,
+            ])
         },
         holds: Above(1.01),
         remark: "At a stop p-dot is zero and the friction K_r (1 + a) p_o = F_s: beta does not \
@@ -104,7 +111,11 @@ pub(super) const CLAIMS: &[Claim] = &[
         quantity: "largest friction less F_s (N, N m): spring, two blocks, pendulum, two links",
         measure: |e| {
             let names = ["spring/karnopp", "blocks/karnopp", "pendulum/karnopp", "arm/karnopp"];
-            names.into_iter().map(|name| excess(e, name)).collect::<Option<Vec<_>>>().map(|all| all.concat())
+            names
+                .into_iter()
+                .map(|name| excess(e, name))
+                .collect::<Option<Vec<_>>>()
+                .map(|all| all.concat())
         },
         holds: Below(1e-9),
         remark: "",
@@ -130,7 +141,9 @@ pub(super) const CLAIMS: &[Claim] = &[
         source: "Section 2.2.1.2",
         says: "On two blocks the Reset Integrator oscillates less at rest than on one.",
         quantity: "reversals of the bristles at rest, by those on one block",
-        measure: |e| Some(vec![reversals_at_rest(e, "blocks/ri")? / reversals_at_rest(e, "spring/ri")?]),
+        measure: |e| {
+            Some(vec![reversals_at_rest(e, "blocks/ri")? / reversals_at_rest(e, "spring/ri")?])
+        },
         holds: Below(1.0),
         remark: "",
     },
@@ -196,9 +209,12 @@ pub(super) const CLAIMS: &[Claim] = &[
         measure: |e| {
             let result = e.lab("arm/banded-work")?;
             let kick = |at_s: f64| {
-                let resting =
-                    rows(result, at_s - 0.1, at_s + 0.1).iter().filter(|row| row.stuck == [true, true]);
-                resting.flat_map(|row| &row.acceleration).fold(0.0, |most: f64, a| most.max(a.abs()))
+                let resting = rows(result, at_s - 0.1, at_s + 0.1)
+                    .iter()
+                    .filter(|row| row.stuck == [true, true]);
+                resting
+                    .flat_map(|row| &row.acceleration)
+                    .fold(0.0, |most: f64, a| most.max(a.abs()))
             };
             Some(vec![kick(1.25), kick(2.5)])
         },
@@ -309,8 +325,11 @@ pub(super) const CLAIMS: &[Claim] = &[
         measure: |e| {
             let most = |of, by| Some(largest(work(e, of, by)?));
             Some(
-                [most("pendulum/ri-work", "pendulum/banded-work")?, most("arm/ri-work", "arm/banded-work")?]
-                    .concat(),
+                [
+                    most("pendulum/ri-work", "pendulum/banded-work")?,
+                    most("arm/ri-work", "arm/banded-work")?,
+                ]
+                .concat(),
             )
         },
         holds: Between(2.0, 4.0),

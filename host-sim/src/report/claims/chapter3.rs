@@ -40,7 +40,9 @@ pub(super) fn tracking(evidence: &Evidence, controller: &str) -> Option<Vec<f64>
 
 pub(super) fn chatter(evidence: &Evidence, controller: &str) -> Option<Vec<f64>> {
     let labels = trajectories(controller);
-    let of = |labels: &[&str]| evidence.metrics("trajectory", labels, |m| m.control_total_variation_v_per_s);
+    let of = |labels: &[&str]| {
+        evidence.metrics("trajectory", labels, |m| m.control_total_variation_v_per_s)
+    };
     of(&labels.each_ref().map(String::as_str))
 }
 
@@ -66,7 +68,9 @@ pub(super) const AXIS: &[Claim] = &[
         source: "Section 3.2",
         says: "A slow ramp of the effort moves the axis at about 0.40 V.",
         quantity: "effort at break-away (V), ramps of 0.001 to 0.02 V/s",
-        measure: |e| e.axis("friction-identification").iter().map(|run| run.metrics.stick_v).collect(),
+        measure: |e| {
+            e.axis("friction-identification").iter().map(|run| run.metrics.stick_v).collect()
+        },
         holds: Between(0.395, 0.405),
         remark: "",
     },
@@ -75,7 +79,10 @@ pub(super) const AXIS: &[Claim] = &[
         says: "A slow ramp down stops the moving axis at about 0.38 V.",
         quantity: "effort at standstill (V), the same ramps, without the axis's lag",
         measure: |e| {
-            e.axis("friction-identification").iter().map(|run| run.metrics.slip_corrected_v).collect()
+            e.axis("friction-identification")
+                .iter()
+                .map(|run| run.metrics.slip_corrected_v)
+                .collect()
         },
         holds: Between(0.375, 0.385),
         remark: "Uncorrected readings are low by up to 1.85 s of the ramp: the moving axis lags.",
@@ -85,7 +92,9 @@ pub(super) const AXIS: &[Claim] = &[
         says: "Stick friction is worth 216 N m.",
         quantity: "n Kt Ka times the slowest ramp's break-away effort (N m)",
         measure: |e| {
-            Some(vec![TORQUE_PER_VOLT * e.axis("friction-identification").first()?.metrics.stick_v?])
+            Some(vec![
+                TORQUE_PER_VOLT * e.axis("friction-identification").first()?.metrics.stick_v?,
+            ])
         },
         holds: Between(213.0, 219.0),
         remark: "",
@@ -96,7 +105,8 @@ pub(super) const AXIS: &[Claim] = &[
             17 position the axis.",
         quantity: "controllers, of seven, whose 5 deg step is unstable",
         measure: |e| {
-            let runs = e.axis("step-response").iter().filter(|run| run.plan.variant == "literal-si");
+            let runs =
+                e.axis("step-response").iter().filter(|run| run.plan.variant == "literal-si");
             Some(vec![runs.filter(|run| run.unstable).count() as f64])
         },
         holds: Below(1.0),
@@ -109,7 +119,9 @@ pub(super) const AXIS: &[Claim] = &[
         quantity: "unstable runs of the seven controllers, steps and trajectories",
         measure: |e| {
             let runs = e.axis("step-response").iter().chain(e.axis("trajectory"));
-            Some(vec![runs.filter(|run| run.plan.variant.is_empty() && run.unstable).count() as f64])
+            Some(
+                vec![runs.filter(|run| run.plan.variant.is_empty() && run.unstable).count() as f64],
+            )
         },
         holds: Below(1.0),
         remark: "",
@@ -127,9 +139,9 @@ pub(super) const AXIS: &[Claim] = &[
         says: "Steady-state errors result in the trajectory responses, too.",
         quantity: "error at the end (counts): 5 and 2.5 deg/s",
         measure: |e| {
-            magnitudes(
-                e.metrics("trajectory", &["pd/trajectory-5.0", "pd/trajectory-2.5"], |m| m.rest_error_counts),
-            )
+            magnitudes(e.metrics("trajectory", &["pd/trajectory-5.0", "pd/trajectory-2.5"], |m| {
+                m.rest_error_counts
+            }))
         },
         holds: Between(2.0, 166.0),
         remark: "",
@@ -151,7 +163,10 @@ pub(super) const AXIS: &[Claim] = &[
         says: "Five times Kp and about twice Kd reduce the position error about four times.",
         quantity: "PD, 5 deg/s: rms error by that at high gain",
         measure: |e| {
-            Some(vec![low(e, |m| m.rms_error_deg)?.first()? / high(e, "", |m| m.rms_error_deg)?.first()?])
+            Some(vec![
+                low(e, |m| m.rms_error_deg)?.first()?
+                    / high(e, "", |m| m.rms_error_deg)?.first()?,
+            ])
         },
         holds: Between(3.0, 5.0),
         remark: "",
@@ -164,7 +179,8 @@ pub(super) const AXIS: &[Claim] = &[
         measure: |e| {
             let of = |values: Option<Vec<f64>>| values?.first().copied();
             let plain = of(low(e, |m| m.control_total_variation_v_per_s))?;
-            let [none, one] = ["", "/delay-1"].map(|s| of(high(e, s, |m| m.control_total_variation_v_per_s)));
+            let [none, one] =
+                ["", "/delay-1"].map(|s| of(high(e, s, |m| m.control_total_variation_v_per_s)));
             Some(vec![none? / plain, one? / plain])
         },
         holds: Above(2.0),
@@ -227,7 +243,9 @@ pub(super) const CONCLUSIONS: &[Claim] = &[
         source: "Section 4.1",
         says: "SRNF displays the most potential.",
         quantity: "its place in the control benchmark of the README, of seven",
-        measure: |e| Some(vec![1.0 + e.scores.iter().position(|score| score.controller == "srnf")? as f64]),
+        measure: |e| {
+            Some(vec![1.0 + e.scores.iter().position(|score| score.controller == "srnf")? as f64])
+        },
         holds: Below(1.5),
         remark: "Mean place over rest, overshoot, settling, tracking, chatter and hunting.",
     },

@@ -33,7 +33,8 @@ fn times_between_offsets(evidence: &Evidence) -> Option<Vec<f64>> {
     let changes = settled.windows(2).filter(|pair| pair[1].tick.v_c != pair[0].tick.v_c);
     let times: Vec<f64> = changes.map(|pair| pair[1].time_s).collect();
     let between = times.windows(2).map(|pair| pair[1] - pair[0]);
-    let (least, most) = between.fold((f64::INFINITY, 0.0), |(a, b), t| (f64::min(a, t), f64::max(b, t)));
+    let (least, most) =
+        between.fold((f64::INFINITY, 0.0), |(a, b), t| (f64::min(a, t), f64::max(b, t)));
     (times.len() > 5).then_some(vec![least, most])
 }
 
@@ -86,7 +87,9 @@ pub(super) const INTEGRALS: &[Claim] = &[
         measure: |e| {
             let settling = |name: &str| {
                 let labels = steps(name);
-                e.metrics("step-response", &labels.each_ref().map(String::as_str), |m| m.settling_time_s)
+                e.metrics("step-response", &labels.each_ref().map(String::as_str), |m| {
+                    m.settling_time_s
+                })
             };
             ratios(settling("ri"), settling("srnf"))
         },

@@ -10,7 +10,9 @@ pub(super) const CLAIMS: &[Claim] = &[
         source: "Section 2.3.1.1, Fig. 15",
         says: "Under the square wave the banded block \"rests\" with a velocity near D_v.",
         quantity: "speed at 8 s by D_v",
-        measure: |e| Some(vec![e.lab("square/banded")?.metrics.final_velocity.first()?.abs() / 0.001]),
+        measure: |e| {
+            Some(vec![e.lab("square/banded")?.metrics.final_velocity.first()?.abs() / 0.001])
+        },
         holds: Between(0.9, 1.0),
         remark: "The exact block rests.",
     },
@@ -35,7 +37,9 @@ pub(super) const CLAIMS: &[Claim] = &[
         source: "Section 2.3.2.1, Fig. 18",
         says: "The Reset Integrator's block sticks just after 1.5 s.",
         quantity: "first stick (s)",
-        measure: |e| times(e.lab("square/ri")?, 0, &[EventKind::Stick]).first().map(|time_s| vec![*time_s]),
+        measure: |e| {
+            times(e.lab("square/ri")?, 0, &[EventKind::Stick]).first().map(|time_s| vec![*time_s])
+        },
         holds: Between(1.5, 1.8),
         remark: "",
     },
@@ -55,8 +59,10 @@ pub(super) const CLAIMS: &[Claim] = &[
         measure: |e| {
             let result = e.lab("square/ri")?;
             let stop_s = *times(result, 0, &[EventKind::Stick]).first()?;
-            let least =
-                rows(result, stop_s, stop_s + 0.1).iter().map(|row| row.friction[0]).reduce(f64::min)?;
+            let least = rows(result, stop_s, stop_s + 0.1)
+                .iter()
+                .map(|row| row.friction[0])
+                .reduce(f64::min)?;
             Some(vec![least / levels(result, "stick").first()?])
         },
         holds: Below(-0.01),
@@ -69,8 +75,10 @@ pub(super) const CLAIMS: &[Claim] = &[
         measure: |e| {
             let result = e.lab("revisited/ri")?;
             let break_s = *times(result, 0, &[EventKind::Break]).first()?;
-            let most =
-                rows(result, break_s - 0.1, break_s).iter().map(|row| row.friction[0]).reduce(f64::max)?;
+            let most = rows(result, break_s - 0.1, break_s)
+                .iter()
+                .map(|row| row.friction[0])
+                .reduce(f64::max)?;
             Some(vec![most / levels(result, "stick").first()?])
         },
         holds: Between(0.99, 1.01),
@@ -84,8 +92,10 @@ pub(super) const CLAIMS: &[Claim] = &[
             let jump = |name| {
                 let result = e.lab(name)?;
                 let break_s = *times(result, 0, &[EventKind::Break]).first()?;
-                let before = rows(result, 0.0, break_s).iter().rev().find(|row| row.stuck == [true])?;
-                let after = rows(result, break_s, f64::INFINITY).iter().find(|row| row.stuck == [false])?;
+                let before =
+                    rows(result, 0.0, break_s).iter().rev().find(|row| row.stuck == [true])?;
+                let after =
+                    rows(result, break_s, f64::INFINITY).iter().find(|row| row.stuck == [false])?;
                 // Of a block that is not pushed forward before, no ratio says whether it jumps up.
                 let before = Some(before.acceleration[0]).filter(|a| *a > 0.0)?;
                 Some(after.acceleration[0] / before)
@@ -107,7 +117,8 @@ pub(super) const CLAIMS: &[Claim] = &[
                 let rest_s: f64 = pairs.map(|pair| pair[1].time_s - pair[0].time_s).sum();
                 Some((rest_s, result.metrics.final_velocity.first()?.abs()))
             };
-            let ((narrow_s, slow), (wide_s, fast)) = (rest("square/narrow")?, rest("square/banded")?);
+            let ((narrow_s, slow), (wide_s, fast)) =
+                (rest("square/narrow")?, rest("square/banded")?);
             Some(vec![narrow_s / wide_s, slow / fast])
         },
         holds: Below(1.0),
@@ -122,7 +133,8 @@ pub(super) const CLAIMS: &[Claim] = &[
             let result = e.lab("triangle/ri")?;
             let break_s = *times(result, 0, &[EventKind::Break]).first()?;
             let held = rows(result, 0.0, break_s).iter().filter(|row| row.stuck == [true]);
-            let missing = held.map(|row| (row.friction[0] - row.input[0]).abs()).fold(0.0, f64::max);
+            let missing =
+                held.map(|row| (row.friction[0] - row.input[0]).abs()).fold(0.0, f64::max);
             Some(vec![missing / levels(result, "stick").first()?])
         },
         holds: Below(0.01),
@@ -138,8 +150,9 @@ pub(super) const CLAIMS: &[Claim] = &[
             let range = |kind| {
                 let at_s = *times(result, 0, &[kind]).first()?;
                 let near = rows(result, at_s - 0.02, at_s + 0.02).iter().map(|row| row.friction[0]);
-                let (least, most) = near
-                    .fold((f64::INFINITY, f64::NEG_INFINITY), |(a, b), f| (f64::min(a, f), f64::max(b, f)));
+                let (least, most) = near.fold((f64::INFINITY, f64::NEG_INFINITY), |(a, b), f| {
+                    (f64::min(a, f), f64::max(b, f))
+                });
                 Some(most - least)
             };
             Some(vec![range(EventKind::Stick)? / range(EventKind::Break)?])

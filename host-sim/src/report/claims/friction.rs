@@ -28,7 +28,8 @@ pub(super) fn peaks(evidence: &Evidence, name: &str) -> Option<Vec<f64>> {
 
 /// When the events of a kind happen to a body, s.
 pub(super) fn times(result: &LabResult, body: usize, kinds: &[EventKind]) -> Vec<f64> {
-    let events = result.events.iter().filter(|event| event.body == body && kinds.contains(&event.kind));
+    let events =
+        result.events.iter().filter(|event| event.body == body && kinds.contains(&event.kind));
     events.map(|event| event.time_s).collect()
 }
 
@@ -105,7 +106,8 @@ pub(super) fn accelerations_at_rest(evidence: &Evidence, name: &str) -> Option<V
 pub(super) fn changes_of_side(evidence: &Evidence, name: &str, level: &str) -> Option<Vec<f64>> {
     let result = evidence.lab(name)?;
     let levels = levels(result, level);
-    let resting: Vec<&Row> = result.rows.iter().filter(|row| row.stuck.iter().all(|stuck| *stuck)).collect();
+    let resting: Vec<&Row> =
+        result.rows.iter().filter(|row| row.stuck.iter().all(|stuck| *stuck)).collect();
     let changes = |body: usize| {
         let frictions = resting.iter().map(|row| row.friction[body]);
         let large = frictions.filter(|friction| friction.abs() > 0.99 * levels[body]);
@@ -127,7 +129,8 @@ pub(super) fn miss(evidence: &Evidence, name: &str, from: &str) -> Option<f64> {
 pub(super) fn swings(evidence: &Evidence, name: &str) -> Option<Vec<f64>> {
     let result = evidence.lab(name)?;
     let margin = 0.05 * levels(result, "stick").first()?;
-    let (stops, breaks) = (times(result, 0, &[EventKind::Stick]), times(result, 0, &[EventKind::Break]));
+    let (stops, breaks) =
+        (times(result, 0, &[EventKind::Stick]), times(result, 0, &[EventKind::Break]));
     let swing = |stop_s: &f64| {
         let break_s = *breaks.iter().find(|break_s| *break_s > stop_s)?;
         let swinging = |row: &&Row| (row.friction[0] - row.input[0]).abs() > margin;
@@ -144,7 +147,8 @@ pub(super) fn swings(evidence: &Evidence, name: &str) -> Option<Vec<f64>> {
 pub(super) fn reversals_at_rest(evidence: &Evidence, name: &str) -> Option<f64> {
     let result = evidence.lab(name)?;
     let of = |body: usize| {
-        let steps = result.rows.windows(2).filter(|pair| pair[0].stuck[body] && pair[1].stuck[body]);
+        let steps =
+            result.rows.windows(2).filter(|pair| pair[0].stuck[body] && pair[1].stuck[body]);
         let ways = steps.map(|pair| (pair[1].deflection[body] - pair[0].deflection[body]).signum());
         let ways: Vec<f64> = ways.collect();
         ways.windows(2).filter(|pair| pair[0] * pair[1] < 0.0).count() as f64

@@ -1,7 +1,9 @@
 //! Sections 3.3.6 to 3.3.8: feedforward, DNPF and SRNF.
 
 use super::Criterion::{Above, Below, Between};
-use super::chapter3::{TORQUE_PER_VOLT, chatter, cruise, overshoots, rest, steps, tracking, trajectories};
+use super::chapter3::{
+    TORQUE_PER_VOLT, chatter, cruise, overshoots, rest, steps, tracking, trajectories,
+};
 use super::{Claim, ratios};
 use crate::metrics::Metrics;
 use crate::report::evidence::Evidence;
@@ -17,8 +19,11 @@ fn test(evidence: &Evidence, test: u32, of: fn(&Metrics) -> Option<f64>) -> Opti
 /// Mean error of SRNF under variable friction from one time to another, deg.
 fn mean_error(evidence: &Evidence, from_s: f64, to_s: f64) -> Option<f64> {
     let moments = evidence.moments("srnf-added-friction", "srnf/trajectory-2.5/added-variable")?;
-    let errors: Vec<f64> =
-        moments.iter().filter(|m| m.time_s >= from_s && m.time_s < to_s).map(|m| m.error_deg()).collect();
+    let errors: Vec<f64> = moments
+        .iter()
+        .filter(|m| m.time_s >= from_s && m.time_s < to_s)
+        .map(|m| m.error_deg())
+        .collect();
     Some(errors.iter().sum::<f64>() / errors.len() as f64)
 }
 
@@ -26,7 +31,8 @@ fn mean_error(evidence: &Evidence, from_s: f64, to_s: f64) -> Option<f64> {
 fn least_chatter_of_others(evidence: &Evidence) -> Option<Vec<f64>> {
     let others = ["ri", "rvi", "roi", "feedforward", "dnpf"].map(|name| chatter(evidence, name));
     let others: Vec<Vec<f64>> = others.into_iter().collect::<Option<_>>()?;
-    let least = |i: usize| others.iter().filter_map(|values| values.get(i).copied()).reduce(f64::min);
+    let least =
+        |i: usize| others.iter().filter_map(|values| values.get(i).copied()).reduce(f64::min);
     (0..2).map(least).collect()
 }
 
@@ -68,7 +74,9 @@ pub(super) const CLAIMS: &[Claim] = &[
         source: "Section 3.3.7",
         says: "That error is from undercompensated stick friction.",
         quantity: "error at rest with theta_b = 0.375 deg (counts): 5 deg step",
-        measure: |e| Some(vec![e.run("dnpf-short", "dnpf/step-5.0")?.metrics.rest_error_counts?.abs()]),
+        measure: |e| {
+            Some(vec![e.run("dnpf-short", "dnpf/step-5.0")?.metrics.rest_error_counts?.abs()])
+        },
         holds: Above(2.0),
         remark: "",
     },
@@ -84,7 +92,9 @@ pub(super) const CLAIMS: &[Claim] = &[
         source: "Sections 3.3.7, 3.4.6",
         says: "DNPF bangs to and fro at the 2.5 deg step.",
         quantity: "total variation of the output (V/s)",
-        measure: |e| e.metrics("step-response", &["dnpf/step-2.5"], |m| m.control_total_variation_v_per_s),
+        measure: |e| {
+            e.metrics("step-response", &["dnpf/step-2.5"], |m| m.control_total_variation_v_per_s)
+        },
         holds: Above(10.0),
         remark: "",
     },
@@ -97,7 +107,9 @@ pub(super) const CLAIMS: &[Claim] = &[
                 let moments = e.moments("long", label)?;
                 let late = &moments[moments.len().checked_sub(501)?..];
                 Some(
-                    late.windows(2).map(|pair| (pair[1].applied_v - pair[0].applied_v).abs()).sum::<f64>()
+                    late.windows(2)
+                        .map(|pair| (pair[1].applied_v - pair[0].applied_v).abs())
+                        .sum::<f64>()
                         / 10.0,
                 )
             };
@@ -112,7 +124,9 @@ pub(super) const CLAIMS: &[Claim] = &[
         quantity: "error at rest with 0.375 deg by that with 0.39 deg: 5 and 1 deg step",
         measure: |e| {
             let rest = |name| {
-                e.metrics(name, &["dnpf/step-5.0", "dnpf/step-1.0"], |m| Some(m.rest_error_counts?.abs()))
+                e.metrics(name, &["dnpf/step-5.0", "dnpf/step-1.0"], |m| {
+                    Some(m.rest_error_counts?.abs())
+                })
             };
             ratios(rest("dnpf-short"), rest("dnpf-enough"))
         },
@@ -142,7 +156,8 @@ pub(super) const CLAIMS: &[Claim] = &[
         measure: |e| {
             let moments = e.moments("step-response", "dnpf/step-2.5")?;
             Some(vec![
-                TORQUE_PER_VOLT * moments.iter().map(|m| f64::from(m.tick.v_c).abs()).fold(0.0, f64::max),
+                TORQUE_PER_VOLT
+                    * moments.iter().map(|m| f64::from(m.tick.v_c).abs()).fold(0.0, f64::max),
             ])
         },
         holds: Between(200.0, 240.0),
@@ -243,7 +258,9 @@ pub(super) const CLAIMS: &[Claim] = &[
         source: "Section 3.3.8.1",
         says: "Throughout these tests SRNF remains stable.",
         quantity: "unstable runs, of eight",
-        measure: |e| Some(vec![e.axis("srnf-robustness").iter().filter(|run| run.unstable).count() as f64]),
+        measure: |e| {
+            Some(vec![e.axis("srnf-robustness").iter().filter(|run| run.unstable).count() as f64])
+        },
         holds: Below(1.0),
         remark: "",
     },
@@ -252,7 +269,8 @@ pub(super) const CLAIMS: &[Claim] = &[
         says: "Friction added to what SRNF was told remains uncompensated.",
         quantity: "cruise error with 0.2 by that with 0.1 V added, and with 0.4 by that with 0.2 V",
         measure: |e| {
-            let labels = ["0.1", "0.2", "0.4"].map(|added| format!("srnf/trajectory-2.5/added-{added}"));
+            let labels =
+                ["0.1", "0.2", "0.4"].map(|added| format!("srnf/trajectory-2.5/added-{added}"));
             let labels = labels.each_ref().map(String::as_str);
             let errors = e.metrics("srnf-added-friction", &labels, |m| m.cruise_error_deg)?;
             Some(errors.windows(2).map(|pair| pair[1] / pair[0]).collect())

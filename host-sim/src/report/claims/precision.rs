@@ -32,7 +32,8 @@ macro_rules! peaks {
                 let second = rates(t + 0.5 * STEP_S, &plus(&state, 0.5 * STEP_S, &first));
                 let third = rates(t + 0.5 * STEP_S, &plus(&state, 0.5 * STEP_S, &second));
                 let fourth = rates(t + STEP_S, &plus(&state, STEP_S, &third));
-                let mean = |i: usize| (first[i] + 2.0 * second[i] + 2.0 * third[i] + fourth[i]) / 6.0;
+                let mean =
+                    |i: usize| (first[i] + 2.0 * second[i] + 2.0 * third[i] + fourth[i]) / 6.0;
                 state = plus(&state, STEP_S, &std::array::from_fn(mean));
                 state[2] = state[2].clamp(-RANGE, RANGE);
                 match (slipping, slips(&state)) {
@@ -61,8 +62,9 @@ peaks!(double, f64);
 /// Largest by smallest peak: in single precision, in double precision.
 pub(super) fn unevenness() -> [f64; 2] {
     let ratio = |peaks: Vec<f64>| {
-        let (least, most) =
-            peaks.iter().fold((f64::INFINITY, 0.0_f64), |(low, high), p| (low.min(*p), high.max(*p)));
+        let (least, most) = peaks
+            .iter()
+            .fold((f64::INFINITY, 0.0_f64), |(low, high), p| (low.min(*p), high.max(*p)));
         most / least
     };
     [ratio(single().into_iter().map(f64::from).collect()), ratio(double())]
@@ -86,7 +88,10 @@ mod tests {
         let most_lost = 1e-4 * (2.0 * 0.05 / 0.1) * 30.0;
         for peaks in [double(), single().into_iter().map(f64::from).collect()] {
             assert_eq!(peaks.len(), 6, "{peaks:?}");
-            assert!(peaks.iter().all(|peak| (0.25 - most_lost..0.25 + 1e-6).contains(peak)), "{peaks:?}");
+            assert!(
+                peaks.iter().all(|peak| (0.25 - most_lost..0.25 + 1e-6).contains(peak)),
+                "{peaks:?}"
+            );
         }
         let [single, double] = unevenness();
         let u = 0.05 * (100.0_f64 / 0.1).sqrt() / (100.0 * 0.002);

@@ -11,8 +11,13 @@ use crate::error::Error;
 use crate::figure::{Figure, NamedFigure, figures};
 
 /// Experiments of the axis whose figures are asked for.
-const AXIS: [&str; 5] =
-    ["step-response", "trajectory", "step-added-friction", "srnf-robustness", "srnf-added-friction"];
+const AXIS: [&str; 5] = [
+    "step-response",
+    "trajectory",
+    "step-added-friction",
+    "srnf-robustness",
+    "srnf-added-friction",
+];
 
 /// One drawing of a figure.
 pub struct Drawing {
@@ -29,8 +34,9 @@ pub struct Drawing {
 /// Names a drawing that the evidence does not make.
 pub fn drawings(evidence: &Evidence, texts: &[FigureText]) -> Result<Vec<Vec<Drawing>>, Error> {
     let mut all: BTreeMap<String, Figure> = BTreeMap::new();
-    let mut add =
-        |more: Vec<NamedFigure>| all.extend(more.into_iter().map(|named| (named.stem, named.figure)));
+    let mut add = |more: Vec<NamedFigure>| {
+        all.extend(more.into_iter().map(|named| (named.stem, named.figure)))
+    };
     for experiment in AXIS.into_iter().chain(["high-gain"]) {
         add(figures(experiment, evidence.axis(experiment), &Evidence::sources(experiment)?));
     }

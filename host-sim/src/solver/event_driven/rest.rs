@@ -44,7 +44,8 @@ where
                 continue;
             };
             if let Some((part, body, sign)) = self.first_break(&reactions) {
-                let Some(broken_s) = self.locate_break(&reactions[body], part, stretch, body, sign) else {
+                let Some(broken_s) = self.locate_break(&reactions[body], part, stretch, body, sign)
+                else {
                     // The polynomial saw what is not there, or not quite: it sees better in a
                     // shorter stretch.
                     stretch = self.shorter(
@@ -83,16 +84,18 @@ where
     fn reactions(&mut self, stretch: f64) -> Option<[Quartic; N]> {
         let t = self.t;
         let nodes = [0.0, 0.25, 0.5, 0.75, 1.0].map(|part| self.force_at(t + part * stretch));
-        let polynomials: [Quartic; N] = std::array::from_fn(|i| through(&nodes.map(|force| force[i])));
+        let polynomials: [Quartic; N] =
+            std::array::from_fn(|i| through(&nodes.map(|force| force[i])));
         let looks = (0..=LOOKS).map(|k| f64::from(k) / f64::from(LOOKS));
-        let is_near = looks
-            .into_iter()
-            .any(|part| (0..N).any(|i| value(&polynomials[i], part).abs() > NEAR * self.friction[i].stick()));
+        let is_near = looks.into_iter().any(|part| {
+            (0..N).any(|i| value(&polynomials[i], part).abs() > NEAR * self.friction[i].stick())
+        });
         let agreement = if is_near { self.agreement() } else { AGREEMENT };
         let agrees = [0.1, 0.6].into_iter().all(|part| {
             let force = self.force_at(t + part * stretch);
             (0..N).all(|i| {
-                (value(&polynomials[i], part) - force[i]).abs() <= agreement * self.friction[i].stick()
+                (value(&polynomials[i], part) - force[i]).abs()
+                    <= agreement * self.friction[i].stick()
             })
         });
         agrees.then_some(polynomials)

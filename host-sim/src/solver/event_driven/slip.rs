@@ -61,7 +61,8 @@ where
                 h *= 0.5;
                 continue;
             };
-            let between = DenseOutput::new(part * h, (&self.q, &self.v, &self.a), (&end.q, &end.v, &a));
+            let between =
+                DenseOutput::new(part * h, (&self.q, &self.v, &self.a), (&end.q, &end.v, &a));
             let t = self.t + part * h;
             self.samples_between(&between, t);
             self.arrive(t, &end, a, forces)?;
@@ -84,7 +85,13 @@ where
         }
     }
 
-    fn arrive(&mut self, t: f64, end: &State<N, 0>, a: [f64; N], forces: [f64; N]) -> Result<(), Trouble> {
+    fn arrive(
+        &mut self,
+        t: f64,
+        end: &State<N, 0>,
+        a: [f64; N],
+        forces: [f64; N],
+    ) -> Result<(), Trouble> {
         (self.t, self.q, self.v, self.a, self.forces) = (t, end.q, end.v, a, forces);
         for i in 0..N {
             self.size_q[i] = self.size_q[i].max(self.q[i].abs());
@@ -100,13 +107,15 @@ where
         for i in 0..N {
             // The first step of a body has nothing to be relative to but itself.
             let (v, a) = (self.v[i].abs(), self.a[i].abs());
-            scale.q[i] = self.tolerance * self.size_q[i].max(h * (v + h * a)).max(f64::MIN_POSITIVE);
+            scale.q[i] =
+                self.tolerance * self.size_q[i].max(h * (v + h * a)).max(f64::MIN_POSITIVE);
             scale.v[i] = self.tolerance * self.size_v[i].max(h * a).max(f64::MIN_POSITIVE);
         }
         let from = State { q: self.q, v: self.v, z: [[]; N] };
         let first = State { q: self.v, v: self.a, z: [[]; N] };
         self.evaluations += EVALUATIONS;
-        let (mechanism, friction, mode, last_s) = (self.mechanism, self.friction, self.mode, self.last_s);
+        let (mechanism, friction, mode, last_s) =
+            (self.mechanism, self.friction, self.mode, self.last_s);
         let rates = |t: f64, s: &State<N, 0>| {
             let terms = mechanism.terms(t.min(last_s), &s.q, &s.v);
             let (a, _) = accelerations(&terms, friction, &s.v, &mode);
@@ -122,7 +131,11 @@ where
     }
 
     /// The first switch in a step, as its polynomials see it.
-    fn first_switch(&mut self, between: &DenseOutput<N>, forces_at_end: &[f64; N]) -> Option<Switch> {
+    fn first_switch(
+        &mut self,
+        between: &DenseOutput<N>,
+        forces_at_end: &[f64; N],
+    ) -> Option<Switch> {
         let mut first: Option<Switch> = None;
         let mut consider = |body: usize, breaks: i8, left: Quartic| {
             if let Some(part) = first_falling_zero(&left)
@@ -147,7 +160,11 @@ where
                 if self.mode[i] == 0 {
                     for sign in [1_i8, -1] {
                         let limit = self.friction[i].stick();
-                        consider(i, sign, through(&reactions.map(|r| limit - f64::from(sign) * r[i])));
+                        consider(
+                            i,
+                            sign,
+                            through(&reactions.map(|r| limit - f64::from(sign) * r[i])),
+                        );
                     }
                 }
             }
@@ -158,7 +175,11 @@ where
     /// Integrates up to a switch, and there: part of the step, state, accelerations, frictions.
     /// None if it is not found.
     #[allow(clippy::type_complexity)]
-    fn locate(&mut self, switch: &Switch, h: f64) -> Option<(f64, State<N, 0>, [f64; N], [f64; N])> {
+    fn locate(
+        &mut self,
+        switch: &Switch,
+        h: f64,
+    ) -> Option<(f64, State<N, 0>, [f64; N], [f64; N])> {
         let i = switch.body;
         let mut part = switch.part;
         for _ in 0..8 {
@@ -210,7 +231,15 @@ where
             // For the reader, not for the solution: not counted.
             let terms = self.mechanism.terms(time_s.min(self.last_s), &q, &v);
             let (a, friction) = accelerations(&terms, self.friction, &v, &self.mode);
-            self.observer.sample(&Sample { time_s, q, v, a, friction, slip: self.mode, z: [0.0; N] });
+            self.observer.sample(&Sample {
+                time_s,
+                q,
+                v,
+                a,
+                friction,
+                slip: self.mode,
+                z: [0.0; N],
+            });
         }
     }
 }

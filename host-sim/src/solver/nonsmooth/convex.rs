@@ -74,7 +74,9 @@ mod tests {
     use super::*;
 
     /// A dense positive definite mass matrix, momenta and limits, from a fixed sequence.
-    fn problem<const N: usize>(next: &mut impl FnMut() -> f64) -> ([[f64; N]; N], [f64; N], [f64; N]) {
+    fn problem<const N: usize>(
+        next: &mut impl FnMut() -> f64,
+    ) -> ([[f64; N]; N], [f64; N], [f64; N]) {
         let root: [[f64; N]; N] = std::array::from_fn(|_| std::array::from_fn(|_| next()));
         let mass = std::array::from_fn(|i| {
             std::array::from_fn(|j| dot(&root[i], &root[j]) + if i == j { 0.05 } else { 0.0 })
@@ -123,7 +125,9 @@ mod tests {
         for _ in 0..100 {
             let (mass, momentum, limit) = problem::<3>(&mut next);
             let value = |v: &[f64; 3]| -> f64 {
-                let sum = |i: usize| (0.5 * dot(&mass[i], v) - momentum[i]) * v[i] + limit[i] * v[i].abs();
+                let sum = |i: usize| {
+                    (0.5 * dot(&mass[i], v) - momentum[i]) * v[i] + limit[i] * v[i].abs()
+                };
                 (0..3).map(sum).sum()
             };
             let best = minimise(&mass, &momentum, &limit, &[0.0; 3]).unwrap();

@@ -58,7 +58,8 @@ where
     F: SetValued,
     O: Observer<N>,
 {
-    Run::new(mechanism, set_valued::Law::new(friction), duration_s, observer).finished(step_s, duration_s)
+    Run::new(mechanism, set_valued::Law::new(friction), duration_s, observer)
+        .finished(step_s, duration_s)
 }
 
 /// The same for friction with an implicit step of its own.
@@ -77,7 +78,8 @@ where
     F: Implicit<Z>,
     O: Observer<N>,
 {
-    Run::new(mechanism, implicit::Law::new(friction), duration_s, observer).finished(step_s, duration_s)
+    Run::new(mechanism, implicit::Law::new(friction), duration_s, observer)
+        .finished(step_s, duration_s)
 }
 
 /// A step with the mechanism's terms frozen.
@@ -131,7 +133,18 @@ impl<'a, const N: usize, M: Mechanism<N> + ?Sized, L: Law<N>, O: Observer<N>> Ru
     fn new(mechanism: &'a M, law: L, duration_s: f64, observer: &'a mut O) -> Self {
         let (q, slip) = (mechanism.start(), law.slip());
         let zeno_guard = ZenoGuard::new(duration_s);
-        Self { mechanism, law, observer, t: 0.0, q, v: [0.0; N], slip, evaluations: 0, steps: 0, zeno_guard }
+        Self {
+            mechanism,
+            law,
+            observer,
+            t: 0.0,
+            q,
+            v: [0.0; N],
+            slip,
+            evaluations: 0,
+            steps: 0,
+            zeno_guard,
+        }
     }
 
     fn finished(mut self, step_s: f64, duration_s: f64) -> Result<Finish<N>, Trouble> {
@@ -180,7 +193,8 @@ impl<'a, const N: usize, M: Mechanism<N> + ?Sized, L: Law<N>, O: Observer<N>> Ru
                 return self.keep(&step, t_end, v_end);
             }
         }
-        Err(self.trouble("the step is too long for the springs (or other forces) of the mechanism", h))
+        Err(self
+            .trouble("the step is too long for the springs (or other forces) of the mechanism", h))
     }
 
     fn keep(&mut self, step: &Step<N>, t_end: f64, v_end: [f64; N]) -> Result<(), Trouble> {

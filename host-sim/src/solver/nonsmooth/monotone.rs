@@ -131,7 +131,8 @@ mod tests {
             let part = (steep * (v - 0.1)).clamp(-1.0, 1.0);
             Reaction { force: part, slope: if part.abs() < 1.0 { steep } else { 0.0 }, scale: 1.0 }
         };
-        for (momentum, guess) in [([0.7, 0.3], [0.0; 2]), ([3.0, -1.0], [9.0; 2]), ([-1.0, 5.0], [-1e3, 1e3])]
+        for (momentum, guess) in
+            [([0.7, 0.3], [0.0; 2]), ([3.0, -1.0], [9.0; 2]), ([-1.0, 5.0], [-1e3, 1e3])]
         {
             let v = solve(&mass, &momentum, 1.0, law, &guess).unwrap();
             for i in 0..2 {

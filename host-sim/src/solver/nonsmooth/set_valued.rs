@@ -88,7 +88,8 @@ impl<const N: usize, F: SetValued> super::Law<N> for Law<'_, N, F> {
 
     fn velocities(&mut self, step: &Step<N>, guess: &[f64; N]) -> Option<[f64; N]> {
         loop {
-            let v_end = convex::minimise(&step.mass, &step.momentum, &self.impulses(step.h), guess)?;
+            let v_end =
+                convex::minimise(&step.mass, &step.momentum, &self.impulses(step.h), guess)?;
             if !self.decides(step, &v_end)? {
                 return Some(v_end);
             }

@@ -27,13 +27,19 @@ pub enum Flow {
 ///
 /// # Errors
 /// Says that the device does not answer.
-pub fn press<W: Wire>(key: KeyEvent, watched: &mut Watched, client: &mut Client<W>) -> Result<Flow, Error> {
+pub fn press<W: Wire>(
+    key: KeyEvent,
+    watched: &mut Watched,
+    client: &mut Client<W>,
+) -> Result<Flow, Error> {
     let control = key.modifiers.contains(KeyModifiers::CONTROL);
     let plain = !key.modifiers.intersects(KeyModifiers::CONTROL | KeyModifiers::ALT);
     let done = match key.code {
         KeyCode::Char('c' | 'd') if control => return Ok(Flow::Quit),
         // The stop key works however it is pressed.
-        KeyCode::Char('s' | 'S' | ' ') => client.stop().map(|()| "stopped: the output is off".to_owned()),
+        KeyCode::Char('s' | 'S' | ' ') => {
+            client.stop().map(|()| "stopped: the output is off".to_owned())
+        }
         // A terminal, a multiplexer or a slip of the hand sends these: Ctrl-A is no arming.
         KeyCode::Char(_) if !plain => return Ok(Flow::Go),
         KeyCode::Char('q') => return Ok(Flow::Quit),
@@ -79,10 +85,9 @@ fn arm<W: Wire>(watched: &mut Watched, client: &mut Client<W>) -> Result<String,
 /// Moves to the typed position, which counts from the zero of the arming: without that zero there
 /// is no place to move to.
 fn go<W: Wire>(watched: &Watched, client: &mut Client<W>) -> Result<String, Error> {
-    let deg: f64 = watched
-        .entry
-        .parse()
-        .map_err(|_| Error::Input(format!("move {}: allowed is a number, as in -2.5", watched.entry)))?;
+    let deg: f64 = watched.entry.parse().map_err(|_| {
+        Error::Input(format!("move {}: allowed is a number, as in -2.5", watched.entry))
+    })?;
     client.step_to(deg)?;
     Ok(format!("to {deg} deg"))
 }

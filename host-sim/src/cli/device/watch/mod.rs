@@ -45,7 +45,9 @@ pub fn on_a_terminal() -> Result<(), Error> {
         return Ok(());
     }
     let instead = "`status` and `log FILE.csv` need none";
-    Err(Error::Input(format!("device watch: it needs a terminal to draw on and read keys from; {instead}")))
+    Err(Error::Input(format!(
+        "device watch: it needs a terminal to draw on and read keys from; {instead}"
+    )))
 }
 
 /// Watches until `q` or a signal that ends programs, and returns the last words for the person.
@@ -57,7 +59,8 @@ pub fn watch<W: Wire>(client: &mut Client<W>) -> Result<String, Error> {
     client.wire().real_time();
     let ending = endings()?;
     let status = client.status()?;
-    let version = client.identity().map_or(String::new(), |identity| identity.version.as_str().into());
+    let version =
+        client.identity().map_or(String::new(), |identity| identity.version.as_str().into());
     let name = format!("{}, firmware {version}", client.wire().name());
     let signals = Signals::new(client.signals()?);
     let mask = signals.mask(SIGNALS);
@@ -80,7 +83,9 @@ pub fn watch<W: Wire>(client: &mut Client<W>) -> Result<String, Error> {
 fn endings() -> Result<Arc<AtomicBool>, Error> {
     let ending = Arc::new(AtomicBool::new(false));
     #[cfg(unix)]
-    for signal in [signal_hook::consts::SIGTERM, signal_hook::consts::SIGHUP, signal_hook::consts::SIGINT] {
+    for signal in
+        [signal_hook::consts::SIGTERM, signal_hook::consts::SIGHUP, signal_hook::consts::SIGINT]
+    {
         signal_hook::flag::register(signal, ending.clone())?;
     }
     Ok(ending)
@@ -88,7 +93,11 @@ fn endings() -> Result<Arc<AtomicBool>, Error> {
 
 fn every(status: &Status) -> u16 {
     let sample_time_s = f64::from(status.sample_time);
-    if sample_time_s > 0.0 { (WINDOW_S / sample_time_s / SAMPLES).clamp(1.0, 1000.0) as u16 } else { 1 }
+    if sample_time_s > 0.0 {
+        (WINDOW_S / sample_time_s / SAMPLES).clamp(1.0, 1000.0) as u16
+    } else {
+        1
+    }
 }
 
 /// The terminal, which is given back whatever happens; in a panic a hook does so.

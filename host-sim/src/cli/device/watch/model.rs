@@ -106,7 +106,12 @@ pub struct Watched {
 
 impl Watched {
     /// Begins without a sample.
-    pub fn new(warning: Option<&'static str>, name: String, signals: Signals, status: Status) -> Self {
+    pub fn new(
+        warning: Option<&'static str>,
+        name: String,
+        signals: Signals,
+        status: Status,
+    ) -> Self {
         Self {
             warning,
             name,

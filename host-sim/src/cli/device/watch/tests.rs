@@ -61,7 +61,8 @@ fn sample(clock: u32, counts: i32, state: u32) -> Sample {
 }
 
 fn watched(warning: Option<&'static str>, samples: impl IntoIterator<Item = Sample>) -> Watched {
-    let mut watched = Watched::new(warning, "the bench, firmware 1.2.3".into(), Signals::of_core(), status());
+    let mut watched =
+        Watched::new(warning, "the bench, firmware 1.2.3".into(), Signals::of_core(), status());
     samples.into_iter().for_each(|sample| watched.take(&sample));
     watched
 }
@@ -90,7 +91,8 @@ fn numbers_are_those_of_the_last_sample_in_a_users_units() {
     let lines: Vec<String> = (0..24).map(|y| row(&buffer, y)).collect();
     assert_eq!(lines[0], "the bench, firmware 1.2.3, on for 50.0 s");
     assert!(lines[1].contains("ARMED") && lines[1].contains("saturated"), "{}", lines[1]);
-    let words = |line: &str| line.split_whitespace().map(str::to_owned).collect::<Vec<_>>().join(" ");
+    let words =
+        |line: &str| line.split_whitespace().map(str::to_owned).collect::<Vec<_>>().join(" ");
     assert_eq!(words(&lines[2]), "reference 5.0050 deg v_PD 2.5000 V");
     assert_eq!(words(&lines[3]), "position 2.0000 deg v_c 0.2500 V");
     assert_eq!(words(&lines[4]), "error 1.2345 deg effort v 2.7500 V");
@@ -115,8 +117,14 @@ fn a_curve_is_where_its_values_are_and_nowhere_without_the_loop() {
     let position = curve(&buffer, Color::Cyan);
     let left = position.iter().filter(|at| at.0 < 42);
     let right = position.iter().filter(|at| at.0 > 48);
-    assert!(left.clone().count() > 25 && left.clone().all(|at| at.1 == row_of(0.0)), "{position:?}");
-    assert!(right.clone().count() > 25 && right.clone().all(|at| at.1 == row_of(2.0)), "{position:?}");
+    assert!(
+        left.clone().count() > 25 && left.clone().all(|at| at.1 == row_of(0.0)),
+        "{position:?}"
+    );
+    assert!(
+        right.clone().count() > 25 && right.clone().all(|at| at.1 == row_of(2.0)),
+        "{position:?}"
+    );
     // The effort is below: what is asked for at the top, and what the joint gets of it at the
     // bottom.
     let [asked, applied] = [Color::Green, Color::Magenta].map(|color| curve(&buffer, color));
@@ -137,7 +145,8 @@ fn a_curve_is_where_its_values_are_and_nowhere_without_the_loop() {
 #[test]
 fn only_the_last_ten_seconds_are_kept_and_a_reset_begins_anew() {
     let mut watched = watched(None, (0..3000).map(|i| sample(i, 0, 2)));
-    let times: Vec<f64> = watched.curves(|m: &Moment| m.error_deg)[0].iter().map(|point| point.0).collect();
+    let times: Vec<f64> =
+        watched.curves(|m: &Moment| m.error_deg)[0].iter().map(|point| point.0).collect();
     assert!((times[0] + 10.0).abs() < 0.02 && times[times.len() - 1] == 0.0, "{}", times[0]);
     watched.take(&sample(3, 0, 2));
     assert_eq!(watched.moments.len(), 1);
@@ -153,10 +162,15 @@ fn the_warning_is_the_first_line_at_any_size() {
         let buffer = drawn(&watched, columns, rows);
         let first = row(&buffer, 0);
         assert_eq!(first, SIMULATED[..SIMULATED.len().min(columns.into())], "{columns}x{rows}");
-        assert!((0..SIMULATED.len().min(columns.into()) as u16).all(|x| buffer[(x, 0)].bg == Color::Red));
+        assert!(
+            (0..SIMULATED.len().min(columns.into()) as u16)
+                .all(|x| buffer[(x, 0)].bg == Color::Red)
+        );
     }
     let state = row(&drawn(&watched, 200, 60), 2);
-    for part in ["FAULTED", "fault 14", "0.8050 V", "effort at standstill", "3 samples lost", "not saved"] {
+    for part in
+        ["FAULTED", "fault 14", "0.8050 V", "effort at standstill", "3 samples lost", "not saved"]
+    {
         assert!(state.contains(part), "{part}: {state}");
     }
 }
@@ -164,7 +178,8 @@ fn the_warning_is_the_first_line_at_any_size() {
 fn watched_device() -> (Watched, Client<SimulatedWire>) {
     let document = Document::open("step-response").unwrap();
     let plan = Experiment::plan(&document, &["srnf".into()], &[]).unwrap().runs.remove(0);
-    let mut client = Client::connect(SimulatedWire::new(SimulatedDevice::new(&plan).unwrap())).unwrap();
+    let mut client =
+        Client::connect(SimulatedWire::new(SimulatedDevice::new(&plan).unwrap())).unwrap();
     let status = client.status().unwrap();
     let signals = Signals::new(client.signals().unwrap());
     (Watched::new(client.warning(), "bench".into(), signals, status), client)
@@ -211,19 +226,23 @@ fn keys_arm_move_and_stop_the_device() {
 #[test]
 fn with_control_or_alt_nothing_but_stop_is_done() {
     let (mut watched, mut client) = watched_device();
-    let press_all = |codes: &str, modifiers, watched: &mut Watched, client: &mut Client<SimulatedWire>| {
-        for code in codes.chars() {
-            assert_eq!(
-                press(KeyEvent::new(KeyCode::Char(code), modifiers), watched, client).unwrap(),
-                Flow::Go
-            );
-        }
-        (watched.status.state, watched.entry.clone())
-    };
+    let press_all =
+        |codes: &str, modifiers, watched: &mut Watched, client: &mut Client<SimulatedWire>| {
+            for code in codes.chars() {
+                assert_eq!(
+                    press(KeyEvent::new(KeyCode::Char(code), modifiers), watched, client).unwrap(),
+                    Flow::Go
+                );
+            }
+            (watched.status.state, watched.entry.clone())
+        };
     for modifiers in [KeyModifiers::CONTROL, KeyModifiers::ALT] {
         let left = press_all("ahq5-.", modifiers, &mut watched, &mut client);
         assert_eq!(left, (StateCode::Stopped, String::new()), "{modifiers:?}");
-        assert_eq!((watched.armed_here, client.status().unwrap().state), (false, StateCode::Stopped));
+        assert_eq!(
+            (watched.armed_here, client.status().unwrap().state),
+            (false, StateCode::Stopped)
+        );
     }
     // With Caps Lock and with a modifier that is held: stop is stop.
     for (key, modifiers) in

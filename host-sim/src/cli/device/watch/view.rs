@@ -70,8 +70,10 @@ fn state_of(watched: &Watched) -> Paragraph<'_> {
         StateCode::Boot | StateCode::Stopped => Color::Gray,
     };
     let badge = Style::new().fg(Color::Black).bg(color).add_modifier(Modifier::BOLD);
-    let mut line = vec![Span::styled(format!(" {} ", words::state(status.state).to_uppercase()), badge)];
-    let mut say = |text: String, color| line.push(Span::styled(format!("  {text}"), Style::new().fg(color)));
+    let mut line =
+        vec![Span::styled(format!(" {} ", words::state(status.state).to_uppercase()), badge)];
+    let mut say =
+        |text: String, color| line.push(Span::styled(format!("  {text}"), Style::new().fg(color)));
     if status.fault.code != 0 {
         say(words::told(&status.fault, status.sample_time), Color::Red);
     }
@@ -138,7 +140,8 @@ fn plots_of(frame: &mut Frame, watched: &Watched, area: Rect) {
     }
     // The plot of the effort gives way first.
     let below = if area.height >= 2 * LEAST_PLOT { area.height * 2 / 5 } else { 0 };
-    let [position, effort] = Layout::vertical([Constraint::Fill(1), Constraint::Length(below)]).areas(area);
+    let [position, effort] =
+        Layout::vertical([Constraint::Fill(1), Constraint::Length(below)]).areas(area);
     let least = LEAST_SPAN_COUNTS * f64::from(watched.status.resolution);
     let curves: [Curve; 2] = [(REFERENCE, |m| m.reference_deg), (POSITION, |m| m.position_deg)];
     // The times are written once, under the lower plot.
@@ -169,19 +172,27 @@ fn plot(
         .iter()
         .flat_map(|(color, term)| watched.curves(term).into_iter().map(|piece| (*color, piece)))
         .collect();
-    let values = pieces.iter().flat_map(|(_, piece)| piece).map(|point| point.1).filter(|v| v.is_finite());
+    let values =
+        pieces.iter().flat_map(|(_, piece)| piece).map(|point| point.1).filter(|v| v.is_finite());
     let bounds = bounds(values, least);
     let datasets = pieces.iter().map(|(color, piece)| {
         let style = Style::new().fg(*color);
-        Dataset::default().marker(Marker::Braille).graph_type(GraphType::Line).style(style).data(piece)
+        Dataset::default()
+            .marker(Marker::Braille)
+            .graph_type(GraphType::Line)
+            .style(style)
+            .data(piece)
     });
     let axis = Style::new().fg(Color::DarkGray);
     // The margin is the same for every plot, so that their times are below one another.
     let label = |value: f64| format!("{value:>9.3}");
     let [low, high] = bounds;
     let x = Axis::default().style(axis).bounds([-WINDOW_S, 0.0]);
-    let y =
-        Axis::default().style(axis).bounds(bounds).labels([label(low), format!("{unit:>9}"), label(high)]);
+    let y = Axis::default().style(axis).bounds(bounds).labels([
+        label(low),
+        format!("{unit:>9}"),
+        label(high),
+    ]);
     let x = if with_times { x.labels([format!("{:.0} s", -WINDOW_S), "now".into()]) } else { x };
     frame.render_widget(Chart::new(datasets.collect()).x_axis(x).y_axis(y), area);
 }

@@ -1,24 +1,24 @@
 //! Mishaps of the hardware: bridge off, the reason told, and no motion after.
 
-use host_sim::emulator::bench::Mishap;
 use host_sim::emulator::board::{CLOCK_HZ, Fitted};
+use host_sim::emulator::fault_injection::Injection;
 use host_sim::firmware::budgets::INTERRUPT_INSTRUCTIONS;
 
-use crate::bench::{AT, MS, assert_off_after, bench, parameters};
+use crate::fault_injection::{AT, MS, assert_off_after, inject, parameters};
 
 #[test]
 fn nothing_happens_to_a_healthy_board() {
-    let observed = bench(Some(&parameters()), Fitted::default(), &[]);
+    let observed = inject(Some(&parameters()), Fitted::default(), &[]);
     assert!(observed.on_after(1_100 * MS) && observed.on_ns.len() == 1, "{observed:?}");
     assert!(observed.resets.is_empty());
 }
 
 #[test]
 fn the_break_input_turns_the_bridge_off_and_it_stays_off() {
-    let observed = bench(
+    let observed = inject(
         Some(&parameters()),
         Fitted::default(),
-        &[(AT, Mishap::Break), (AT + 100 * MS, Mishap::BreakReleased)],
+        &[(AT, Injection::Break), (AT + 100 * MS, Injection::BreakReleased)],
     );
     assert_off_after(&observed, AT, MS / 10);
     assert!(observed.says("faulted: break input"), "{:?}", observed.log);
@@ -26,7 +26,7 @@ fn the_break_input_turns_the_bridge_off_and_it_stays_off() {
 
 #[test]
 fn a_glitch_of_the_break_input_while_the_outputs_are_being_turned_on_is_not_lost() {
-    let observed = bench(Some(&parameters()), Fitted::default(), &[(0, Mishap::BreakAtArming)]);
+    let observed = inject(Some(&parameters()), Fitted::default(), &[(0, Injection::BreakAtArming)]);
     // The end of that control task.
     let control_ns = u64::from(INTERRUPT_INSTRUCTIONS) * 1_000_000_000 / CLOCK_HZ.get();
     for [from, until] in &observed.on_ns {
@@ -38,7 +38,7 @@ fn a_glitch_of_the_break_input_while_the_outputs_are_being_turned_on_is_not_lost
 
 #[test]
 fn a_lost_crystal_turns_the_bridge_off() {
-    let observed = bench(Some(&parameters()), Fitted::default(), &[(AT, Mishap::CrystalLost)]);
+    let observed = inject(Some(&parameters()), Fitted::default(), &[(AT, Injection::CrystalLost)]);
     assert_off_after(&observed, AT, MS / 10);
     let told = observed.log.iter().any(|line| {
         let text = line.text.to_lowercase();
@@ -50,7 +50,7 @@ fn a_lost_crystal_turns_the_bridge_off() {
 #[test]
 fn without_a_crystal_nothing_moves() {
     let fitted = Fitted { crystal: false, ..Fitted::default() };
-    let observed = bench(Some(&parameters()), fitted, &[]);
+    let observed = inject(Some(&parameters()), fitted, &[]);
     assert!(observed.on_ns.is_empty(), "{observed:?}");
     // "from crystal" is what a whole board says.
     assert!(observed.says("internal oscillator, crystal absent"), "{:?}", observed.log);
@@ -59,7 +59,7 @@ fn without_a_crystal_nothing_moves() {
 
 #[test]
 fn a_reset_in_mid_move_is_told_and_nothing_moves_after() {
-    let observed = bench(Some(&parameters()), Fitted::default(), &[(AT, Mishap::Reset)]);
+    let observed = inject(Some(&parameters()), Fitted::default(), &[(AT, Injection::Reset)]);
     assert_eq!(observed.resets.len(), 1, "{:?}", observed.resets);
     assert_off_after(&observed, AT, MS / 10);
     assert!(observed.says("reset pin"), "{:?}", observed.log);
@@ -74,7 +74,7 @@ fn without_parameters_or_with_damaged_ones_nothing_moves() {
         (None, "no parameters: no motion", "faulted: no parameters"),
         (Some(&damaged[..]), "damaged (checksum)", "faulted: bad parameters"),
     ] {
-        let observed = bench(parameters, Fitted::default(), &[]);
+        let observed = inject(parameters, Fitted::default(), &[]);
         assert!(observed.on_ns.is_empty(), "{observed:?}");
         assert!(observed.says(refusal) && observed.says(fault), "{:?}", observed.log);
     }

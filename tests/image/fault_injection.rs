@@ -1,10 +1,10 @@
-//! A board on the bench that drives its motor, until something happens to it.
+//! A board with a blocked joint that drives its motor, until a fault is injected.
 
 use std::sync::{Arc, LazyLock};
 
 use host_sim::emulator::FirmwareImage;
-use host_sim::emulator::bench::{Mishap, Observed, observe};
 use host_sim::emulator::board::Fitted;
+use host_sim::emulator::fault_injection::{Injection, Observed, observe};
 use host_sim::emulator::parameters::blob;
 
 use crate::common::{image, plans};
@@ -12,10 +12,11 @@ use crate::common::{image, plans};
 pub const MS: u64 = 1_000_000;
 /// By then a healthy board drives its motor: it arms in its fourth tick of 20 ms.
 pub const AT: u64 = 300 * MS;
-/// How long a board is looked at. One that comes out of a reset with nothing to tell is armed 80 ms later.
+/// How long a board is looked at. One that comes out of a reset with nothing to tell is armed 80 ms
+/// later.
 pub const UNTIL: u64 = 1_200 * MS;
 
-/// A step under PD: the joint on the bench does not move, so the duty stays where the first error put it.
+/// A step under PD: the joint does not move, so the duty stays where the first error put it.
 pub fn parameters() -> Vec<u8> {
     parameters_with(&[])
 }
@@ -31,11 +32,19 @@ pub fn firmware() -> Arc<FirmwareImage> {
     IMAGE.clone()
 }
 
-pub fn bench(parameters: Option<&[u8]>, fitted: Fitted, mishaps: &[(u64, Mishap)]) -> Observed {
-    observe(&firmware(), [parameters, None], fitted, mishaps, UNTIL).unwrap()
+pub fn inject(
+    parameters: Option<&[u8]>,
+    fitted: Fitted,
+    injections: &[(u64, Injection)],
+) -> Observed {
+    observe(&firmware(), [parameters, None], fitted, injections, UNTIL).unwrap()
 }
 
 pub fn assert_off_after(observed: &Observed, at: u64, limit: u64) {
-    assert!(observed.on_ns.iter().any(|[from, _]| *from < at), "it was never on: {:?}", observed.log);
+    assert!(
+        observed.on_ns.iter().any(|[from, _]| *from < at),
+        "it was never on: {:?}",
+        observed.log
+    );
     assert!(!observed.on_after(at + limit), "on at {:?}, log {:?}", observed.on_ns, observed.log);
 }

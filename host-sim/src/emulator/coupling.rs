@@ -1,0 +1,136 @@
+//! How plant and part are coupled: in [lockstep](super::lockstep) or
+//! [free-running](super::free_running). What both have in common is how a sample is seen from
+//! outside.
+//!
+//! ```text
+//! counter read       duty taken                   counter read, or else a sample without a tick
+//! |------ h/4 -------|------------- 5 h/4 --------|
+//! ```
+//!
+//! A sample without a tick (the part boots, hangs, or has lost its clock) passes as well, half a
+//! sample late.
+
+use rigless::time::VirtualNanos;
+
+use super::board::EmulatedBoard;
+use super::bridge::Bridge;
+
+/// A sample is what can be seen from outside of one passage of the control task.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Sample {
+    /// The sample began at this time, ns since power-on.
+    pub at_ns: u64,
+    /// This control tick since the last reset began it, the first being 1. None: it had no tick.
+    pub clock: Option<u32>,
+    /// The image has read this from the encoder's counter.
+    pub counter: u32,
+    /// The encoder's wires showed the disc here at that instant, in counts.
+    pub shown: i64,
+    /// The bridge is in this state after it.
+    pub bridge: Bridge,
+    /// The bridge stands for this code of the drive; zero if it is off.
+    pub code: i16,
+}
+
+/// The samples of an image, one after the other.
+#[derive(Clone, Copy, Debug)]
+pub struct Sampling {
+    /// The last sample. Its bridge is that of the one before until the duty is taken.
+    pub sample: Sample,
+    /// So many samples have had their duty taken.
+    pub samples: u64,
+    /// The time between two samples is this, ns: as planned until the part has set its timer.
+    pub period_ns: u64,
+    /// The duty of this sample is taken at this time.
+    pub due: VirtualNanos,
+    /// The sample began at this time.
+    pub begun: VirtualNanos,
+    /// The control tick has read the counter, and its duty has not been taken.
+    pub is_open: bool,
+    /// The image has ticked at least once since power-on.
+    pub has_ticked: bool,
+    /// The last first read of a tick.
+    read: Option<VirtualNanos>,
+    /// Control ticks since the last reset.
+    clock: u32,
+}
+
+impl Sampling {
+    /// Makes the sampling of an image that is about to start and should tick so often, ns.
+    pub fn new(period_ns: u64) -> Self {
+        Self {
+            sample: Sample::default(),
+            samples: 0,
+            period_ns,
+            due: VirtualNanos(period_ns),
+            begun: VirtualNanos(0),
+            is_open: false,
+            has_ticked: false,
+            read: None,
+            clock: 0,
+        }
+    }
+
+    /// Takes a read of the counter, and says whether it begins a tick.
+    pub fn read(
+        &mut self,
+        board: &mut EmulatedBoard,
+        counter: u32,
+        shown: i64,
+        at: VirtualNanos,
+    ) -> bool {
+        let period_ns = board.tick_period_ns(at).unwrap_or(self.period_ns);
+        // Several reads of one tick are one tick; the first is the latch.
+        if self.read.is_some_and(|read| at.0 - read.0 < period_ns / 2) {
+            return false;
+        }
+        self.period_ns = period_ns;
+        self.read = Some(at);
+        self.begun = at;
+        self.clock += 1;
+        self.has_ticked = true;
+        self.sample =
+            Sample { at_ns: at.0, clock: Some(self.clock), counter, shown, ..self.sample };
+        self.is_open = true;
+        self.due = VirtualNanos(at.0 + period_ns / 4);
+        true
+    }
+
+    /// Takes the duty of a sample.
+    pub fn take(&mut self, bridge: Bridge, code: i16) {
+        if !std::mem::take(&mut self.is_open) {
+            self.begun = VirtualNanos(self.begun.0 + self.period_ns);
+            self.sample = Sample { at_ns: self.begun.0, clock: None, ..self.sample };
+        }
+        self.sample = Sample { bridge, code, ..self.sample };
+        self.samples += 1;
+        self.due = VirtualNanos(self.begun.0 + 3 * self.period_ns / 2);
+    }
+
+    /// Counts anew after a reset of the part.
+    pub const fn reset(&mut self) {
+        self.clock = 0;
+        self.read = None;
+    }
+}
+
+/// A coupling moves the plant as the part's time goes on, and shows the part its encoder.
+pub trait Coupling: Send + std::fmt::Debug + 'static {
+    /// Gives the samples so far.
+    fn sampling(&self) -> &Sampling;
+
+    /// Takes a read of the encoder's counter by the image.
+    fn counter_read(&mut self, board: &mut EmulatedBoard, counter: u32, at: VirtualNanos);
+
+    /// Takes a duty that the image has written.
+    fn duty_written(&mut self, _board: &mut EmulatedBoard, _at: VirtualNanos) {}
+
+    /// Tells the next instant at which [`act`](Self::act) has something to do.
+    fn next(&self) -> VirtualNanos;
+
+    /// Does what is due.
+    fn act(&mut self, board: &mut EmulatedBoard, at: VirtualNanos);
+
+    /// Shows a part what is on its pins after a reset, which has made it forget.
+    fn reset(&mut self, board: &mut EmulatedBoard, at: VirtualNanos);
+}

@@ -1,0 +1,266 @@
+//! The one harness of the emulated part: what happens at its accesses and at its stops.
+//!
+//! A tick is seen by its read of the encoder's counter. What happens between two ticks is the
+//! coupling's own. What is seen of bridge, log, link, resets and counted instructions is seen here,
+//! whoever has the board ([`BoardUnderTest`](super::board_under_test::BoardUnderTest)).
+
+use std::sync::Arc;
+use std::sync::mpsc::{Receiver, Sender};
+
+use rigless::emulator::{Access, AccessKind, Driver, Error as HostError, Host, Settled, Stop};
+use rigless::session::Session;
+use rigless::time::{NO_DEADLINE, VirtualNanos};
+
+use super::board::EmulatedBoard;
+use super::board_under_test::{Halted, Order, Until};
+use super::bridge::Bridge;
+use super::coupling::Coupling;
+use super::guard::Guard;
+use super::image::FirmwareImage;
+use super::log::Log;
+use super::probe::Probe;
+use super::setup::{Partner, Setup};
+use super::spans::Spans;
+use super::uart::Uart;
+
+const TIM2_CNT: u64 = 0x4000_0024;
+const TIM1_CCR1: u64 = 0x4001_0034;
+/// How often a partner is asked, ns.
+const PARTNER_EVERY_NS: u64 = 50_000;
+
+/// The harness has what has been seen of a part, and does what it is told.
+pub struct Harness<C> {
+    /// The coupling moves what is on the pins.
+    pub coupling: C,
+    /// The bridge was on in these spans of time.
+    pub spans: Spans,
+    /// The image read the encoder at these times, ns since power-on: early in each control tick.
+    pub ticks_ns: Vec<u64>,
+    /// The firmware has said this so far.
+    pub log: Log,
+    /// The probe counts instructions, if that was asked for.
+    pub probe: Option<Probe>,
+    /// The part runs this program.
+    pub image: Arc<FirmwareImage>,
+    /// The run cannot go on, for this reason.
+    pub failed: Option<String>,
+    /// The break input is pulled as soon as the bridge is about to be driven, and let go at once.
+    pub breaks_at_arming: bool,
+    guard: Option<Guard>,
+    uart: Uart,
+    partner: Option<Partner>,
+    partner_at: VirtualNanos,
+    drain_at: VirtualNanos,
+    drain_every_ns: u64,
+    /// How many have been seen.
+    resets: usize,
+    orders: Receiver<Order<C>>,
+    answer: Sender<()>,
+    until: Option<Until>,
+}
+
+impl<C: Coupling> Harness<C> {
+    /// Puts a harness around a part that is about to start.
+    pub fn new(
+        setup: Setup,
+        coupling: C,
+        uart: Uart,
+        ends: (Receiver<Order<C>>, Sender<()>),
+    ) -> Self {
+        Self {
+            coupling,
+            spans: Spans::default(),
+            ticks_ns: Vec::new(),
+            log: Log::new(setup.image.clone(), &setup.label, setup.listener),
+            probe: setup.points.map(Probe::new),
+            image: setup.image,
+            failed: None,
+            breaks_at_arming: false,
+            guard: setup.is_guarded.then(Guard::default),
+            uart,
+            partner_at: if setup.partner.is_some() { VirtualNanos(0) } else { NO_DEADLINE },
+            partner: setup.partner,
+            drain_at: VirtualNanos(setup.drain_every_ns),
+            drain_every_ns: setup.drain_every_ns,
+            resets: 0,
+            orders: ends.0,
+            answer: ends.1,
+            until: None,
+        }
+    }
+
+    /// The next instant at which there is something to do.
+    fn next(&self) -> VirtualNanos {
+        let next = self.coupling.next().min(self.drain_at).min(self.partner_at);
+        match self.until {
+            Some(Until::Time(ns) | Until::Frame(ns)) => next.min(VirtualNanos(ns)),
+            _ => next,
+        }
+    }
+
+    /// Everything that is due at a stop but the next order.
+    fn act(
+        &mut self,
+        board: &mut EmulatedBoard,
+        host: &mut dyn Host,
+        at: VirtualNanos,
+    ) -> Result<(), HostError> {
+        if at.0 == 0
+            && let Some(probe) = &self.probe
+        {
+            probe.attach(host)?;
+        }
+        if let Some(partner) = &mut self.partner
+            && self.partner_at <= at
+        {
+            self.partner_at = VirtualNanos(at.0 + PARTNER_EVERY_NS);
+            self.uart.send(&partner(at.0, &self.uart.receive()));
+        }
+        if self.drain_at <= at {
+            self.drain_at = VirtualNanos(at.0 + self.drain_every_ns);
+            self.log.drain(host, at)?;
+        }
+        if self.coupling.next() <= at {
+            self.coupling.act(board, at);
+            self.spans.look(board, at);
+        }
+        Ok(())
+    }
+
+    /// Whether an order to let time pass is done.
+    fn is_there(&self, at: VirtualNanos) -> bool {
+        match self.until {
+            None => true,
+            Some(Until::Samples(samples)) => self.coupling.sampling().samples >= samples,
+            Some(Until::Time(ns)) => at.0 >= ns,
+            Some(Until::Frame(ns)) => at.0 >= ns || self.uart.has_frame(),
+            Some(Until::Counted { ticks, or_ns }) => {
+                at.0 >= or_ns || self.probe.as_ref().is_none_or(|probe| probe.ticks.len() >= ticks)
+            }
+        }
+    }
+
+    /// Does what it is told until that is to let time pass; false if there is nobody any more.
+    fn obey(
+        &mut self,
+        session: &mut Session<EmulatedBoard>,
+        stop: &Stop,
+        host: &mut dyn Host,
+    ) -> bool {
+        while self.is_there(stop.at) {
+            if self.until.take().is_some() && self.answer.send(()).is_err() {
+                return false;
+            }
+            match self.orders.recv() {
+                Ok(Order::Until(until)) => self.until = Some(until),
+                Ok(Order::Act(act)) => {
+                    act(&mut Halted { harness: self, session, host, stop: *stop });
+                    if self.answer.send(()).is_err() {
+                        return false;
+                    }
+                }
+                Err(_) => return false,
+            }
+        }
+        true
+    }
+
+    fn accessed(&mut self, session: &mut Session<EmulatedBoard>, access: &Access, value: u64) {
+        if let Some(guard) = &mut self.guard {
+            guard.see(access);
+        }
+        let (board, at) = (session.board_mut(), access.virtual_time);
+        match (access.kind, access.address) {
+            (AccessKind::Write, address) => {
+                self.spans.look(board, at);
+                if address != TIM1_CCR1 {
+                    return;
+                }
+                // The set-up writes the register, too, before its top.
+                let drives = access.value != u64::from(Bridge::read(board).top / 2);
+                if self.breaks_at_arming && drives && !self.ticks_ns.is_empty() {
+                    self.breaks_at_arming = false;
+                    board.drive_break(at, true);
+                    board.drive_break(at, false);
+                }
+                self.coupling.duty_written(board, at);
+            }
+            (AccessKind::Read, TIM2_CNT) => {
+                self.ticks_ns.push(at.0);
+                self.coupling.counter_read(board, value as u32, at);
+            }
+            _ => return,
+        }
+        session.run_until(self.next());
+    }
+
+    fn stopped(&mut self, session: &mut Session<EmulatedBoard>, host: &mut dyn Host, stop: &Stop) {
+        let board = session.board_mut();
+        board.settle();
+        self.spans.look(board, stop.at);
+        let resets = session.resets().len();
+        if resets > self.resets {
+            self.resets = resets;
+            session.board_mut().reconnect(stop.at);
+            self.coupling.reset(session.board_mut(), stop.at);
+            // A reset ends a stall, whatever it came from.
+            host.hold(false);
+        }
+        if let Some(Until::Frame(_)) = self.until
+            && self.is_there(stop.at)
+        {
+            session.run_until(stop.at);
+        }
+    }
+}
+
+impl<C: Coupling> Driver<EmulatedBoard> for Harness<C> {
+    fn on_settled(
+        &mut self,
+        session: &mut Session<EmulatedBoard>,
+        host: &mut dyn Host,
+        settled: Settled,
+    ) {
+        match settled {
+            Settled::Hit(hit) => {
+                if let Some(probe) = &mut self.probe {
+                    probe.hit(&hit);
+                }
+            }
+            Settled::Access { access, value } => self.accessed(session, &access, value),
+            Settled::Stop(stop) => self.stopped(session, host, &stop),
+            _ => session.board_mut().settle(),
+        }
+    }
+
+    fn on_stop(
+        &mut self,
+        session: &mut Session<EmulatedBoard>,
+        stop: Stop,
+        host: &mut dyn Host,
+    ) -> Option<VirtualNanos> {
+        if let Err(error) = self.act(session.board_mut(), host, stop.at) {
+            self.failed = Some(error.to_string());
+        } else if let Some(guard) = &self.guard {
+            self.failed = guard.polling(&self.image);
+        }
+        if self.failed.is_some() || !self.obey(session, &stop, host) {
+            // The last words are often the ones that matter, and there is nobody to tell if they
+            // cannot be read.
+            let _ = self.log.drain(host, stop.at);
+            if let Some(probe) = &mut self.probe
+                && let Err(error) = probe.detach(host)
+            {
+                self.failed.get_or_insert(error.to_string());
+            }
+            return None;
+        }
+        Some(self.next())
+    }
+}
+
+impl<C: std::fmt::Debug> std::fmt::Debug for Harness<C> {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.debug_struct("Harness").field("coupling", &self.coupling).finish_non_exhaustive()
+    }
+}

@@ -1,0 +1,88 @@
+//! What is powered on: the program, the parameters in its flash, and what is soldered on.
+
+use std::sync::Arc;
+use std::sync::atomic::AtomicBool;
+
+use rigless::image::Image;
+
+use super::board::Fitted;
+use super::image::FirmwareImage;
+use super::log::Listener;
+use super::probe::Points;
+
+/// Where the parameters lie: sectors 10 and 11 of the flash.
+const SECTORS_AT: [u64; 2] = [0x080C_0000, 0x080E_0000];
+/// Read-only words that the maker has put there: unique identifier (12 bytes), and the flash's
+/// size.
+const FACTORY_AT: u64 = 0x1FFF_7A10;
+/// The log's buffer holds 1 KiB: more than the firmware says in this time.
+const DRAIN_EVERY_NS: u64 = 5_000_000;
+
+/// Somebody at the other end of the command link: is told the time (ns) and what the board has sent
+/// since it was last asked, and says what is sent to the board.
+pub type Partner = Box<dyn FnMut(u64, &[u8]) -> Vec<u8> + Send>;
+
+/// A setup is a board without power, and who is connected to it.
+pub struct Setup {
+    /// The run has this name, in messages and beside its log.
+    pub label: String,
+    /// The part runs this program.
+    pub image: Arc<FirmwareImage>,
+    /// The two parameter sectors have these contents; one without any is erased.
+    pub records: [Option<Vec<u8>>; 2],
+    /// These parts are soldered on.
+    pub fitted: Fitted,
+    /// The listener gets each line of the log at once.
+    pub listener: Option<Listener>,
+    /// Instructions are counted at these points.
+    pub points: Option<Arc<Points>>,
+    /// The partner is at the other end of the command link, and is asked every 50 us.
+    pub partner: Option<Partner>,
+    /// The log is read this often, ns.
+    pub drain_every_ns: u64,
+    /// A part that polls a register and does little else ends the run.
+    pub is_guarded: bool,
+    /// The run ends when this is set.
+    pub interrupt: Arc<AtomicBool>,
+}
+
+impl Setup {
+    /// Sets up a whole board with an image, and with a record in the first sector.
+    pub fn new(label: &str, image: &Arc<FirmwareImage>, record: Vec<u8>) -> Self {
+        Self {
+            label: label.into(),
+            image: image.clone(),
+            records: [Some(record), None],
+            fitted: Fitted::default(),
+            listener: None,
+            points: None,
+            partner: None,
+            drain_every_ns: DRAIN_EVERY_NS,
+            is_guarded: true,
+            interrupt: Arc::default(),
+        }
+    }
+
+    /// What a part finds in its flash: the program, the two parameter sectors, and what the maker
+    /// has written.
+    pub(super) fn flash(&self) -> Result<Vec<Image>, String> {
+        let image = &self.image;
+        let mut factory = b"stiction sim".to_vec();
+        factory.resize(18, 0);
+        // 1024 KiB.
+        factory.extend(1024u16.to_le_bytes());
+        let record = |(record, at): (&Option<Vec<u8>>, u64)| {
+            record
+                .as_ref()
+                .map(|record| Image::new("parameters".as_ref(), record.clone(), Some(at)))
+        };
+        [
+            Image::new(&image.path, image.elf.clone(), None),
+            Image::new("identity".as_ref(), factory, Some(FACTORY_AT)),
+        ]
+        .into_iter()
+        .chain(self.records.iter().zip(SECTORS_AT).filter_map(record))
+        .collect::<Result<_, _>>()
+        .map_err(|error| error.to_string())
+    }
+}

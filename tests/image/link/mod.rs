@@ -1,0 +1,170 @@
+//! The command link on the image's own USART: a script of requests, each at its time, and the
+//! answers.
+//!
+//! The joint is blocked: what is looked at are the answers, and the bridge.
+
+mod commands;
+mod parameters;
+mod saving;
+mod telemetry;
+
+use std::sync::{Arc, Mutex};
+
+use host_sim::emulator::board::Fitted;
+use host_sim::emulator::fault_injection::{Injection, Observed, converse};
+use stiction::link::{
+    CHUNK, Deframer, Message, Numbered, PROTOCOL, Refused, Reply, Request, Sample, StateCode,
+    Status, encode,
+};
+use stiction::parameters::ROOM;
+use stiction::{Fault, Parameters};
+
+use crate::fault_injection::{MS, firmware, parameters};
+
+/// By then a board has ticked long enough to be armed at 20 ms.
+const READY: u64 = 200 * MS;
+
+/// What the board is told otherwise, but that it waits for commands; watched for silence alone.
+fn commanded(change: impl Fn(&mut Parameters)) -> Parameters {
+    let (mut parameters, _) = Parameters::decode(&parameters()).unwrap();
+    parameters.device.autostart = false;
+    parameters.limits.link_timeout = 0.5;
+    change(&mut parameters);
+    parameters
+}
+
+fn record(parameters: &Parameters) -> Vec<u8> {
+    parameters.encode(1, &mut [0; ROOM]).unwrap().to_vec()
+}
+
+/// What a client says, each at its time (ns), numbered in this order from 1 on: the first is a
+/// hello.
+struct Script {
+    says: Vec<(u64, Vec<u8>)>,
+    number: u16,
+}
+
+impl Script {
+    fn new() -> Self {
+        let mut script = Self { says: vec![], number: 0 };
+        script.garbage(READY, &[0]);
+        script.say(READY, Request::Hello { protocol: PROTOCOL, session: 7 });
+        script
+    }
+
+    /// Returns the number that the answer will have.
+    fn say(&mut self, at: u64, request: Request) -> u16 {
+        self.number += 1;
+        let frame = encode(&Numbered { number: self.number, content: request }).unwrap().to_vec();
+        self.says.push((at, frame));
+        self.number
+    }
+
+    fn garbage(&mut self, at: u64, bytes: &[u8]) {
+        self.says.push((at, bytes.to_vec()));
+    }
+
+    /// A status now and then, so that the link does not fall silent.
+    fn status(&mut self, at: std::ops::Range<u64>) -> u16 {
+        at.step_by(100 * MS as usize).map(|at| self.say(at, Request::Status)).last().unwrap()
+    }
+
+    /// A record in pieces; the number of the answer to its taking.
+    fn push(&mut self, at: u64, record: &[u8]) -> u16 {
+        for (i, piece) in record.chunks(CHUNK).enumerate() {
+            let (offset, bytes) = ((i * CHUNK) as u16, piece.iter().copied().collect());
+            self.say(at + i as u64 * 4 * MS, Request::WriteParameters { offset, bytes });
+        }
+        self.say(at + 20 * MS, Request::TakeParameters { length: record.len() as u16 })
+    }
+
+    /// All at once.
+    fn burst(&mut self, at: u64, requests: impl IntoIterator<Item = Request>) -> Vec<u16> {
+        requests.into_iter().map(|request| self.say(at, request)).collect()
+    }
+
+    fn run(self, records: Option<&[u8]>, injections: &[(u64, Injection)], until: u64) -> Talked {
+        self.run_on(Fitted::default(), records, injections, until)
+    }
+
+    fn run_on(
+        self,
+        fitted: Fitted,
+        first: Option<&[u8]>,
+        injections: &[(u64, Injection)],
+        until: u64,
+    ) -> Talked {
+        let heard = Arc::new(Mutex::new((Deframer::default(), vec![])));
+        let (mut says, into) = (self.says.into_iter().peekable(), heard.clone());
+        let partner = move |at: u64, bytes: &[u8]| {
+            let (deframer, messages) = &mut *into.lock().unwrap();
+            for &byte in bytes {
+                if let Some(message) = deframer.push(byte) {
+                    messages.push((at, postcard::from_bytes::<Message>(message).unwrap()));
+                }
+            }
+            let due = std::iter::from_fn(|| says.next_if(|(due, _)| *due <= at));
+            due.flat_map(|(_, bytes)| bytes).collect()
+        };
+        let board = firmware();
+        let observed =
+            converse(&board, [first, None], fitted, injections, until, Box::new(partner)).unwrap();
+        let (deframer, messages) = &*heard.lock().unwrap();
+        assert_eq!(deframer.bad(), 0);
+        let mut talked = Talked { observed, replies: vec![], samples: vec![] };
+        for (at, message) in messages {
+            match message.clone() {
+                Message::Reply(Numbered { number, content }) => {
+                    talked.replies.push((*at, number, content))
+                }
+                Message::Sample(sample) => talked.samples.push(sample),
+            }
+        }
+        talked
+    }
+}
+
+struct Talked {
+    observed: Observed,
+    replies: Vec<(u64, u16, Reply)>,
+    samples: Vec<Sample>,
+}
+
+impl Talked {
+    /// The only answer to a request.
+    #[track_caller]
+    fn reply(&self, number: u16) -> &Reply {
+        let mut replies = self.replies.iter().filter(|(_, of, _)| *of == number);
+        match (replies.next(), replies.next()) {
+            (Some((.., reply)), None) => reply,
+            _ => panic!("{number}: {:?}, log {:?}", self.replies, self.observed.log),
+        }
+    }
+
+    #[track_caller]
+    fn status(&self, number: u16) -> Status {
+        let Reply::Status(status) = self.reply(number) else {
+            panic!(
+                "{:?}, log {:?}, {:?}",
+                self.reply(number),
+                self.observed.log,
+                self.observed.resets
+            )
+        };
+        *status
+    }
+
+    #[track_caller]
+    fn assert_done(&self, number: u16) {
+        assert_eq!(*self.reply(number), Reply::Done, "{:?}", self.observed.log);
+    }
+
+    #[track_caller]
+    fn assert_refused(&self, number: u16, why: Refused) {
+        assert_eq!(*self.reply(number), Reply::Refused(why));
+    }
+}
+
+const fn faulted(fault: Fault) -> StateCode {
+    StateCode::Faulted(fault as u8)
+}
