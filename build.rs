@@ -1,4 +1,5 @@
-//! Link arguments and the commit, for the microcontroller only: builds for the host stay as they are.
+//! Link arguments and the commit, for the microcontroller only: builds for the host stay as they
+//! are.
 
 use std::path::Path;
 use std::process::Command;

@@ -1,5 +1,5 @@
-//! Devices: one that is simulated, those behind a wire, and a client for them. What a device is told
-//! for a run stands in [`crate::experiment`].
+//! Devices: one that is simulated, those behind a wire, and a client for them. What a device is
+//! told for a run stands in [`crate::experiment`].
 
 pub mod client;
 pub mod log;

@@ -3,7 +3,8 @@
 use std::io;
 use std::path::PathBuf;
 
-/// Why something could not be done. The message is one sentence that names what was found and what is allowed.
+/// Why something could not be done. The message is one sentence that names what was found and what
+/// is allowed.
 #[derive(Debug, thiserror::Error)]
 pub enum Error {
     /// Something that was asked for is not known, or a value is not allowed.
@@ -52,8 +53,9 @@ pub fn not_built(option: &str, part: &str, feature: &str) -> Error {
 
 /// `; did you mean ...?` for the candidate that is nearest to what was typed, if any is near.
 pub fn suggestion<'a>(typed: &str, candidates: impl IntoIterator<Item = &'a str>) -> String {
-    // 0.7 takes transposed, missing and doubled letters and a wrong unit at the end, not another word. A word of
-    // one or two letters is like any that holds them: it has to begin like the candidate.
+    // 0.7 takes transposed, missing and doubled letters and a wrong unit at the end, not another
+    // word. A word of one or two letters is like any that holds them: it has to begin like the
+    // candidate.
     candidates
         .into_iter()
         .filter(|candidate| typed.len() > 2 || candidate.starts_with(typed))
@@ -87,7 +89,8 @@ pub fn rounded(limit: f64) -> String {
     shown(format!("{limit:.3e}").parse().unwrap_or(limit))
 }
 
-/// What the system said, without its number and without the name of a temporary file that nobody asked for.
+/// What the system said, without its number and without the name of a temporary file that nobody
+/// asked for.
 fn reason(error: &io::Error) -> String {
     let text = error.to_string();
     text.split(" (os error ").next().unwrap_or(&text).into()

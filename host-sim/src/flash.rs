@@ -1,8 +1,9 @@
 //! A NOR flash in memory, whose power can be cut in the middle of a write or an erase.
 //!
-//! Like that of the STM32F405: written in words of four bytes, whose bits can only fall; erased in sectors of 128 KiB, whose
-//! bits rise. What a cut leaves behind is not one state but any: so the cut can leave the word or the sector untouched,
-//! finished, or with part of its bits changed. Blind to words that read differently from one time to the next.
+//! Like that of the STM32F405: written in words of four bytes, whose bits can only fall; erased in
+//! sectors of 128 KiB, whose bits rise. What a cut leaves behind is not one state but any: so the
+//! cut can leave the word or the sector untouched, finished, or with part of its bits changed.
+//! Blind to words that read differently from one time to the next.
 
 use embedded_storage::nor_flash::{
     ErrorType, NorFlash, NorFlashErrorKind, ReadNorFlash, check_erase, check_read, check_write,

@@ -107,7 +107,8 @@ fn graph(sources: &Sources) -> Graph {
             "{path}: one `use` for each room, so that this test sees them"
         );
         let absolute = text.split("crate::").skip(1).map(word);
-        // Inside of `mod tests` this is one level too many: then the name is one of the room itself.
+        // Inside of `mod tests` this is one level too many: then the name is one of the room
+        // itself.
         let up = "super::".repeat(module.len());
         let relative = text.split(&up).skip(1).map(word);
         let others =

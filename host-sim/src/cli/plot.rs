@@ -9,7 +9,8 @@ use crate::output::series;
 
 #[derive(Debug, clap::Args)]
 pub struct Arguments {
-    /// Files of `stiction run --csv` or of `stiction device ... log`; up to three runs or logs are drawn over each other
+    /// Files of `stiction run --csv` or of `stiction device ... log`; up to three runs or logs are
+    /// drawn over each other
     #[arg(value_name = "FILE.csv", required = true)]
     files: Vec<PathBuf>,
     /// Where the figure is written, as SVG and PNG

@@ -31,7 +31,8 @@ pub struct Arguments {
     /// Friction experiments: only this model (short for --set run.friction=...)
     #[arg(long, value_name = "MODEL", value_delimiter = ',')]
     friction: Vec<String>,
-    /// Friction experiments: simultaneous, neglected or previous-step (short for --set run.coupling=...)
+    /// Friction experiments: simultaneous, neglected or previous-step (short for --set
+    /// run.coupling=...)
     #[arg(long, value_name = "COUPLING")]
     coupling: Vec<String>,
     /// How motion is solved (short for --set run.solver=...)

@@ -1,4 +1,5 @@
-//! Where the control core of a run runs: in this program, or in the flash image on an emulated microcontroller.
+//! Where the control core of a run runs: in this program, or in the flash image on an emulated
+//! microcontroller.
 
 use std::path::PathBuf;
 
@@ -93,7 +94,8 @@ impl TargetArguments {
         }
         end_on_ctrl_c(&emulation.interrupt)?;
         let runs = emulation.run_all(plans)?;
-        // What is left is quick, and has nobody to look at the flag: from here on Ctrl-C ends the program at once.
+        // What is left is quick, and has nobody to look at the flag: from here on Ctrl-C ends the
+        // program at once.
         emulation.interrupt.store(true, Ordering::Relaxed);
         for run in &runs {
             if let Some(latency) = run.latency {
@@ -114,7 +116,8 @@ pub fn not_built(option: &str) -> Error {
     crate::error::not_built(option, "the emulator is", "emulator")
 }
 
-/// Sets `interrupt` at the first Ctrl-C, and ends the program at the second one or if it is set already.
+/// Sets `interrupt` at the first Ctrl-C, and ends the program at the second one or if it is set
+/// already.
 #[cfg(feature = "emulator")]
 fn end_on_ctrl_c(interrupt: &std::sync::Arc<std::sync::atomic::AtomicBool>) -> Result<(), Error> {
     let interrupt = interrupt.clone();

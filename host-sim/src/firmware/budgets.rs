@@ -4,7 +4,8 @@
 ///
 /// With the law that is still to come, which computes more: 1000.
 pub const CORE_INSTRUCTIONS: u32 = 500;
-/// Instructions of the whole control interrupt under any law of the thesis, with all that can be turned on.
+/// Instructions of the whole control interrupt under any law of the thesis, with all that can be
+/// turned on.
 ///
 /// With the law that is still to come: 1900.
 pub const INTERRUPT_INSTRUCTIONS: u32 = 1300;

@@ -6,8 +6,8 @@ use crate::hardware::STM32F405;
 
 const NAME: &str = "joint.toml";
 
-/// Why there may be no file of what a device runs, as `device::machine_file` has it: its decimals are those of another
-/// number, or a motion that only holds.
+/// Why there may be no file of what a device runs, as `device::machine_file` has it: its decimals
+/// are those of another number, or a motion that only holds.
 const NO_FILE: [&str; 2] = ["a value lies between those that a file can have", "nothing to run"];
 
 /// Returns whether the text is a machine that a device can run.

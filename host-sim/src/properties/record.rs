@@ -8,8 +8,8 @@ use crate::hardware::STM32F405;
 
 const HEADER: usize = 20;
 
-/// The bytes as they are, and with a header that is right, so that the body is looked at. Returns whether either is a
-/// record.
+/// The bytes as they are, and with a header that is right, so that the body is looked at. Returns
+/// whether either is a record.
 pub fn holds(bytes: &[u8]) -> bool {
     let as_it_is = decoded(bytes);
     let Some((_, body)) = bytes.split_at_checked(HEADER) else { return as_it_is };
@@ -36,7 +36,8 @@ fn with_header(version: u32, body: &[u8]) -> Vec<u8> {
 fn decoded(bytes: &[u8]) -> bool {
     let Ok((parameters, _)) = Parameters::decode(bytes) else { return false };
     assert_eq!(parameters.check(), Ok(()), "what is decoded is valid");
-    // A record does not know its board: whether the timer can make the frequency is seen when it is prepared.
+    // A record does not know its board: whether the timer can make the frequency is seen when it is
+    // prepared.
     if let Err(error) = parameters.prepare(&STM32F405) {
         let pwm_hz = parameters.controller.drive.pwm_hz;
         assert_eq!(STM32F405.pwm_top(pwm_hz), Err(error), "all else that a board needs is valid");

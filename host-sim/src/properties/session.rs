@@ -1,4 +1,5 @@
-//! A whole session against a device: whatever is said, a faulted drive is not armed, and none leaves its limits.
+//! A whole session against a device: whatever is said, a faulted drive is not armed, and none
+//! leaves its limits.
 
 use stiction::device::Device;
 use stiction::drive::Drive;
@@ -50,8 +51,8 @@ impl Watched {
         }
     }
 
-    /// Bytes from the wire. Only a clear, or other parameters, end a fault; and nothing that comes over the wire
-    /// latches one.
+    /// Bytes from the wire. Only a clear, or other parameters, end a fault; and nothing that comes
+    /// over the wire latches one.
     pub fn receive(&mut self, bytes: &[u8]) {
         let before = self.state();
         let mut may_clear = false;
@@ -120,7 +121,8 @@ impl Watched {
     }
 }
 
-/// Reads a script from bytes: a letter for what happens, its arguments, and so on. Any bytes are a script.
+/// Reads a script from bytes: a letter for what happens, its arguments, and so on. Any bytes are a
+/// script.
 ///
 /// ```text
 /// m LENGTH MESSAGE   a message, in a frame with a good checksum     t TICKS TRAVEL   so many ticks, counts each

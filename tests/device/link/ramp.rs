@@ -115,8 +115,8 @@ fn a_ramp_against_a_block_stalls() {
     assert_eq!(identified(&mut client), None);
     let fault = client.status().unwrap().fault;
     assert_eq!(fault.code, Fault::Stall as u8);
-    // The ramp rises by 0.1 V/s. Beyond the breakaway effort of 0.4 V, 0.2 V s are let through: they
-    // are 0.05 V for the first half of a second, and e^2/2r - 0.05^2/2r after it, so e is 0.194 V.
-    // Codes of 4.88 mV make that uncertain by 2 %.
+    // The ramp rises by 0.1 V/s. Beyond the breakaway effort of 0.4 V, 0.2 V s are let through:
+    // they are 0.05 V for the first half of a second, and e^2/2r - 0.05^2/2r after it, so e is
+    // 0.194 V. Codes of 4.88 mV make that uncertain by 2 %.
     assert!((0.590..0.598).contains(&fault.value), "{}", fault.value);
 }

@@ -9,8 +9,8 @@ use crate::device::wire::Wire;
 use crate::error::Error;
 
 impl<W: Wire> Client<W> {
-    /// Closes the loop where the joint is. From now on the device has to hear from the client within
-    /// its link timeout.
+    /// Closes the loop where the joint is. From now on the device has to hear from the client
+    /// within its link timeout.
     ///
     /// # Errors
     /// Says why the device refuses.
@@ -67,9 +67,10 @@ impl<W: Wire> Client<W> {
         self.done("move", Request::Move(motion))
     }
 
-    /// Arms and begins a ramp of the effort, which rises by `rate` (V/s) until the joint moves, is held
-    /// for `hold` (s) and falls again. The ramp ends by itself, and [`levels`](Self::levels) says what
-    /// it has found. Meanwhile the device has to hear from the client within its link timeout.
+    /// Arms and begins a ramp of the effort, which rises by `rate` (V/s) until the joint moves, is
+    /// held for `hold` (s) and falls again. The ramp ends by itself, and [`levels`](Self::levels)
+    /// says what it has found. Meanwhile the device has to hear from the client within its link
+    /// timeout.
     ///
     /// # Errors
     /// Says why the device refuses.

@@ -35,8 +35,8 @@ impl<W: Wire> Client<W> {
         decoded.map(|(parameters, _)| parameters).map_err(|_| self.unexpected())
     }
 
-    /// Sends other parameters. The device validates all of them before it takes any, and forgets them
-    /// at a reset unless they are [saved](Self::save).
+    /// Sends other parameters. The device validates all of them before it takes any, and forgets
+    /// them at a reset unless they are [saved](Self::save).
     ///
     /// # Errors
     /// Says why the device refuses; the old parameters stay in use then.

@@ -49,7 +49,8 @@ impl<W: Wire> Client<W> {
         self.done("faults --clear", Request::Clear)
     }
 
-    /// Waits for so much time of the device, talks to it meanwhile, and keeps the samples that come.
+    /// Waits for so much time of the device, talks to it meanwhile, and keeps the samples that
+    /// come.
     ///
     /// # Errors
     /// Says that the device does not answer.
