@@ -4,9 +4,9 @@
 //! but its register: a byte has to be taken before the next one is whole, 10.9 us later. The
 //! control task is above this interrupt and may hold it up for as long as it runs. Its budget is
 //! 1300 instructions: 7.7 us, if each took one cycle. That alone fits. By the estimate in cycles
-//! (docs/cost.md), which nobody has measured, the longest ticks take up to 13.5 us, and do not fit.
-//! Nor does it fit if the tick has fallen due while the link held the control task's parts (up to 8
-//! us, [`super::machine`]) or the log wrote a line, which lock this interrupt out as well. Then a
+//! (docs/cost.md), which nobody has measured, the longest ticks take longer than that, and do not
+//! fit. Nor does it fit if the tick has fallen due while the link held the control task's parts (up
+//! to 7.4 us, [`super::machine`]) or the log wrote a line, which lock this interrupt out as well. Then a
 //! byte may be lost. It costs the frame that it belongs to, and a client says that frame again.
 //!
 //! 84 MHz / 91 are 923 077 baud, 0.16 % too fast. Without a crystal, 16 MHz / 17 are 2.1 % too
