@@ -28,9 +28,11 @@ struct Parts<F> {
 impl<F: NorFlash> Device<F> {
     /// Starts a device as power-on does: the parameters are read, and nothing moves.
     pub fn start(mut store: Store<F>, boot: Boot, hardware: Hardware) -> Self {
+        let boot = Boot { is_damaged: boot.is_damaged || store.is_damaged(), ..boot };
         let found = store.load().and_then(|found| found.fits(&hardware).map(|()| found));
         let servo = Servo::new(found.as_ref().map_err(|error| *error), boot, &hardware);
-        let session = Session::new(Kind::Simulated, found.ok());
+        let mut session = Session::new(Kind::Simulated, found.ok());
+        session.tell_damage(boot.is_damaged);
         Self { session, parts: Parts { hardware, servo, store } }
     }
 

@@ -106,11 +106,13 @@ mod app {
             let before = told.and_then(|record| record.as_latched()).or(fault.map(Latched::from));
             // An absent crystal must not hide behind an old fault that a command may clear.
             let lasting = before.filter(|latched| !latched.fault.is_clearable());
-            Boot { fault: lasting.or(absent.map(Latched::from)).or(before) }
+            let fault = lasting.or(absent.map(Latched::from)).or(before);
+            Boot { fault, is_damaged: settings.is_damaged }
         });
         if let Ok(parameters) = settings.parameters() {
             session.use_saved(parameters);
         }
+        session.tell_damage(settings.is_damaged);
         let report = Report::new();
         report.banner(&board, cause, told.as_ref(), fault, &settings);
 

@@ -67,6 +67,11 @@ impl Report {
                 info!("it was at tick {=u32}, by {=f32} {=str}", latched.tick, value, unit);
             }
         }
+        if settings.is_damaged {
+            error!(
+                "a saved set of parameters is damaged: another may be in use, nothing autostarts"
+            );
+        }
         match settings.parameters() {
             Ok(parameters) => {
                 let sector = settings.sector().unwrap_or_default();

@@ -66,6 +66,9 @@ pub struct Boot {
     /// The fault that the part comes up with, if any; its time is that of the run in which it
     /// happened.
     pub fault: Option<Latched>,
+    /// Whether a slot of the parameters is damaged: the parameters may not be those that were saved
+    /// last, so nothing arms by itself.
+    pub is_damaged: bool,
 }
 
 /// The reason why the servo does not do what it is told.
@@ -185,7 +188,8 @@ impl Servo {
             ControlLoop::prepare(&mut self.control_loop, parameters, hardware)
                 .map_err(DecodeError::Value)
         });
-        self.countdown = self.control_loop.as_ref().and_then(|control_loop| control_loop.autostart);
+        let autostart = self.control_loop.as_ref().and_then(|control_loop| control_loop.autostart);
+        self.countdown = autostart.filter(|_| !boot.is_damaged);
         let refused = match prepared {
             Ok(()) => None,
             Err(DecodeError::Blank) => Some(Fault::NoParameters),

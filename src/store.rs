@@ -63,6 +63,14 @@ impl<F: NorFlash> Store<F> {
         self.newest().map(|(parameters, ..)| parameters)
     }
 
+    /// Returns whether a slot holds something that is no valid record: a save that was cut short, or
+    /// damage. If it was the newest record, the parameters that count are older ones.
+    #[inline(never)]
+    pub fn is_damaged(&mut self) -> bool {
+        let slots = self.slots;
+        slots.into_iter().any(|slot| !matches!(self.decode(slot), Ok(_) | Err(DecodeError::Blank)))
+    }
+
     /// Makes these the parameters that count. They must have been validated.
     ///
     /// To save takes seconds and stops the program, so the output has to be off.
@@ -70,9 +78,10 @@ impl<F: NorFlash> Store<F> {
     /// # Errors
     /// Says how the flash failed. The parameters that counted before still do.
     pub fn save(&mut self, parameters: &Parameters) -> Result<(), SaveError> {
+        let is_damaged = self.is_damaged();
         let (sequence, which) = match self.newest() {
             Ok((found, sequence, which)) => {
-                if found == *parameters {
+                if found == *parameters && !is_damaged {
                     return Ok(());
                 }
                 (sequence.wrapping_add(1), 1 - which)

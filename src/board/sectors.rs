@@ -34,14 +34,24 @@ const KEYS: [u32; 2] = [0x4567_0123, 0xCDEF_89AB];
 /// parallelism, sequence.
 const ERRORS: u32 = 0b1111_0010;
 
+/// Returns the begins of both sectors, where the records are.
+fn records() -> [&'static [u8]; 2] {
+    // SAFETY: flash that is always mapped, outside of the program (memory.x), and that nobody
+    // writes meanwhile.
+    [BEGIN, BEGIN + SECTOR]
+        .map(|address| unsafe { core::slice::from_raw_parts(address as *const u8, ROOM) })
+}
+
+/// Returns whether a sector holds something that is no valid record.
+#[inline(never)]
+pub fn are_damaged() -> bool {
+    records().into_iter().any(Parameters::is_damaged)
+}
+
 /// Returns the newest valid parameters, and the number of their sector.
 #[inline(never)]
 pub fn read() -> Result<(Parameters, u8), DecodeError> {
-    // SAFETY: flash that is always mapped, outside of the program (memory.x), and that nobody
-    // writes meanwhile.
-    let sector =
-        |address: usize| unsafe { core::slice::from_raw_parts(address as *const u8, ROOM) };
-    let (parameters, which) = Parameters::newest([sector(BEGIN), sector(BEGIN + SECTOR)])?;
+    let (parameters, which) = Parameters::newest(records())?;
     Ok((parameters, FIRST + which as u8))
 }
 

@@ -30,6 +30,8 @@ const IDLE_SAMPLE_TIME: f32 = 0.001;
 /// The settings of the board: the parameters that the sectors hold, or why there are none.
 pub struct Settings {
     found: Result<(Parameters, u8), DecodeError>,
+    /// Whether a sector holds something that is no valid record.
+    pub is_damaged: bool,
 }
 
 /// The board with every part running and the outputs off.
@@ -60,7 +62,7 @@ impl Settings {
         {
             found = Err(error);
         }
-        Self { found }
+        Self { found, is_damaged: sectors::are_damaged() }
     }
 
     /// Returns the parameters, or why there are none.

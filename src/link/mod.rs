@@ -6,7 +6,7 @@
 //! bytes <- frame <- reply  <------+---- telemetry <- ticks
 //! ```
 //!
-//! A client sends [`Request`]s in postcard, each with a number. The device answers each with one
+//! A client sends [`Request`]s in postcard, each with a number, behind the byte [`REQUEST`]. The device answers each with one
 //! [`Reply`] of the same number, and sends [`Sample`]s to those who have subscribed.
 //! [`Request::Hello`] and [`Identity`] keep their form and their place in every version of the
 //! protocol: two that do not speak the same can always tell. Every request can be repeated: it says
@@ -26,12 +26,12 @@ mod telemetry;
 
 pub use frame::{Deframer, Frame, MAX_FRAME, MAX_MESSAGE, encode};
 pub use reply::{Announced, Identity, Kind, Message, Refused, Reply, StateCode, Status, Told};
-pub use request::{Numbered, Request};
+pub use request::{Numbered, REQUEST, Request, decode_request, encode_request};
 pub use sample::{MAX_SIGNALS, Sample};
 pub use session::{Machine, Session, WAITING};
 
 /// The version of the protocol, which is raised with every change of a message.
-pub const PROTOCOL: u16 = 2;
+pub const PROTOCOL: u16 = 3;
 
 /// The largest number of bytes of a record in one message.
 pub const CHUNK: usize = 128;

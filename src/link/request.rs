@@ -4,6 +4,7 @@ use heapless::Vec;
 use serde::{Deserialize, Serialize};
 
 use super::CHUNK;
+use super::frame::{Frame, encode};
 use crate::motion::Motion;
 
 /// A request or a reply with its number.
@@ -13,6 +14,39 @@ pub struct Numbered<T> {
     pub number: u16,
     /// The request or the reply.
     pub content: T,
+}
+
+/// The first byte of a request: the direction of the message. No reply and no sample begins with
+/// it, so a wire that echoes what the device says asks it for nothing, and is no sign of life.
+///
+/// A hello has no such byte, so that a device of any version of the protocol knows it. Nor does
+/// every stop need one: it is obeyed in either form.
+pub const REQUEST: u8 = 0xFF;
+
+/// Encodes a request as a frame; returns none if it is too long.
+pub fn encode_request(number: u16, content: Request) -> Option<Frame> {
+    match content {
+        Request::Hello { .. } => encode(&Numbered { number, content }),
+        _ => encode(&(REQUEST, Numbered { number, content })),
+    }
+}
+
+/// Reads a message as a number and a request of it; the request is none if it is not known. A
+/// message that is no request at all gives none.
+#[inline(never)]
+pub fn decode_request(message: &[u8]) -> Option<(u16, Option<Request>)> {
+    let (is_marked, message) = match message {
+        [REQUEST, rest @ ..] => (true, rest),
+        whole => (false, whole),
+    };
+    // The number comes first, so that what is not understood can be answered.
+    let (number, content) = postcard::take_from_bytes::<u16>(message).ok()?;
+    let request = match postcard::take_from_bytes(content) {
+        Ok((request, [])) => Some(request),
+        _ => None,
+    };
+    let is_known_to_all = matches!(request, Some(Request::Hello { .. } | Request::Stop));
+    (is_marked || is_known_to_all).then_some((number, request))
 }
 
 /// A request: what a device is asked or told.

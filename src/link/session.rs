@@ -14,7 +14,7 @@ use heapless::String;
 use super::frame::{Deframer, Frame, encode};
 use super::outbox::{FOR_ANSWERS, Outbox};
 use super::reply::{Identity, Kind, Message, Refused, Reply, StateCode, Status};
-use super::request::{Numbered, Request};
+use super::request::{Numbered, Request, decode_request};
 use super::telemetry::Subscription;
 use super::{CHUNK, PROTOCOL};
 use crate::compensator::Gains;
@@ -61,6 +61,8 @@ pub struct Session<const RING: usize = WAITING> {
     parameters: Option<Parameters>,
     /// Whether those are not the saved ones.
     unsaved: bool,
+    /// Whether a slot of the saved parameters is damaged.
+    is_damaged: bool,
     /// The number of the session in which the client has said hello; none before the hello.
     greeted: Option<u32>,
     /// The number of the last request that was answered, and the answer.
@@ -79,6 +81,7 @@ impl<const RING: usize> Session<RING> {
             deframer: Deframer::new(),
             parameters,
             unsaved: false,
+            is_damaged: false,
             greeted: None,
             last: None,
             incoming: [0; ROOM],
@@ -93,15 +96,17 @@ impl<const RING: usize> Session<RING> {
         self.unsaved = false;
     }
 
+    /// Takes whether a slot of the saved parameters is damaged, to tell it until the next save.
+    pub const fn tell_damage(&mut self, is_damaged: bool) {
+        self.is_damaged = is_damaged;
+    }
+
     /// Takes bytes from the wire, and does what they say.
     #[inline(never)]
     pub fn receive(&mut self, bytes: &[u8], machine: &mut impl Machine) {
         for &byte in bytes {
             let Some(message) = self.deframer.push(byte) else { continue };
-            // The number comes first, so that what is not understood can be answered.
-            let Ok((number, content)) = postcard::take_from_bytes::<u16>(message) else { continue };
-            let request = request(content);
-            machine.servo(Servo::heard);
+            let Some((number, request)) = decode_request(message) else { continue };
             self.take(number, request, machine);
         }
     }
@@ -151,7 +156,11 @@ impl<const RING: usize> Session<RING> {
             None => Reply::Refused(Refused::Unknown),
             Some(Request::Hello { protocol, session }) => self.greet(protocol, session),
             Some(_) if self.greeted.is_none() => Reply::Refused(Refused::SayHello),
-            Some(request) => self.act(request, machine).unwrap_or_else(Reply::Refused),
+            Some(request) => {
+                // It is new, in order, and of this session: there is a client, and it lives.
+                machine.servo(Servo::heard);
+                self.act(request, machine).unwrap_or_else(Reply::Refused)
+            }
         };
         self.answer(number, content, true);
     }
@@ -281,7 +290,7 @@ impl<const RING: usize> Session<RING> {
         let parameters = self.parameters.as_ref().ok_or(Refused::NoParameters)?;
         machine.servo(keep_off)?;
         machine.save(parameters)?;
-        self.unsaved = false;
+        (self.unsaved, self.is_damaged) = (false, false);
         Ok(())
     }
 
@@ -318,8 +327,8 @@ impl<const RING: usize> Session<RING> {
     #[inline(never)]
     fn status(&self, machine: &mut impl Machine) -> Status {
         let controller = self.parameters.as_ref().map(|parameters| &parameters.controller);
-        let (bad_frames, dropped, unsaved) =
-            (self.deframer.bad(), self.outbox.dropped(), self.unsaved);
+        let (bad_frames, dropped) = (self.deframer.bad(), self.outbox.dropped());
+        let (unsaved, is_damaged) = (self.unsaved, self.is_damaged);
         machine.servo(|servo| Status {
             state: StateCode::from(servo.state()),
             fault: servo.latched().map(Into::into).unwrap_or_default(),
@@ -332,6 +341,7 @@ impl<const RING: usize> Session<RING> {
             wound_up: servo.is_wound_up(),
             thermal_effort: servo.thermal_effort(),
             unsaved,
+            is_damaged,
             bad_frames,
             dropped,
         })
@@ -357,13 +367,4 @@ fn keep_off(servo: &mut Servo) -> Result<(), servo::Refusal> {
 const fn timing(parameters: &Parameters) -> (f32, &DriveConfig, f32) {
     let Parameters { controller, device, .. } = parameters;
     (controller.sample_time, &controller.drive, device.dead_time)
-}
-
-/// Reads a request that takes up all of its bytes.
-#[inline(never)]
-fn request(bytes: &[u8]) -> Option<Request> {
-    match postcard::take_from_bytes(bytes) {
-        Ok((request, [])) => Some(request),
-        _ => None,
-    }
 }

@@ -1,7 +1,7 @@
 //! The link that armed or moved the servo has fallen silent: a cable pulled, a host that hangs.
 //!
 //! On as soon as a link has armed, or has moved what had armed by itself, until the servo is
-//! stopped. Any frame that is whole counts as a sign of life.
+//! stopped. A sign of life is a new request of its session ([`crate::link`]).
 
 use super::limits::{Limits, Units};
 

@@ -166,6 +166,13 @@ impl Parameters {
         Self::newer(first, second).map(|(parameters, _, which)| (parameters, which))
     }
 
+    /// Returns whether a sector holds something that is no valid record. It may have been the newest
+    /// one, and what is in use instead an older one.
+    #[inline(never)]
+    pub fn is_damaged(sector: &[u8]) -> bool {
+        !matches!(Self::decode(sector), Ok(_) | Err(DecodeError::Blank))
+    }
+
     /// Returns the newer one of two records that were decoded, with its sequence number and which
     /// of the two it is.
     pub(crate) fn newer(

@@ -114,7 +114,7 @@ fn the_first_fault_is_latched() {
 #[test]
 fn a_fault_from_before_the_reset_prevents_autostart() {
     let device = DeviceConfig { autostart: true, autostart_delay: 0.0, ..at_once() };
-    let boot = Boot { fault: Some(Fault::Watchdog.into()) };
+    let boot = Boot { fault: Some(Fault::Watchdog.into()), ..Boot::default() };
     let mut servo = Servo::new(Ok(&parameters(device)), boot, &HARDWARE);
     for _ in 0..100 {
         assert_eq!(tick(&mut servo, 0).state, State::Faulted(Fault::Watchdog));

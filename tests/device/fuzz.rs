@@ -10,7 +10,7 @@ use proptest::collection::vec;
 use proptest::prelude::*;
 use stiction::Motion;
 use stiction::compensator::{Gains, MAX_TERMS, ResetIntegralGains, SmoothRobustNonlinearGains};
-use stiction::link::{CHUNK, Numbered, PROTOCOL, Request, encode};
+use stiction::link::{CHUNK, PROTOCOL, Request, encode_request};
 use stiction::parameters::{ROOM, record as form};
 use stiction::pd::PdGains;
 use stiction::position::Position;
@@ -171,7 +171,7 @@ fn random_messages_never_arm_a_faulted_drive_nor_drive_it_out_of_its_limits() {
         let content = request(&mut random, &record);
         // Most numbers are in order; some come twice, late or early.
         number = number.wrapping_add([1, 1, 1, 1, 0, 2, 0xFFFF, 7][random.below(8) as usize]);
-        let mut frame = encode(&Numbered { number, content }).unwrap();
+        let mut frame = encode_request(number, content).unwrap();
         if random.below(16) == 0 {
             let at = random.below(frame.len() as u64) as usize;
             frame[at] ^= 1 << random.below(8);

@@ -1,9 +1,13 @@
 //! The power goes at every word write and every erase of a save. Afterwards the store finds the old
 //! or the new set whole.
 
-use embedded_storage::nor_flash::NorFlash;
+use embedded_storage::nor_flash::{NorFlash, ReadNorFlash};
+use host_sim::device::client::Client;
+use host_sim::device::simulated::SimulatedDevice;
+use host_sim::device::wire::SimulatedWire;
 use host_sim::flash::{Cut, Remains, SECTOR, SimulatedFlash};
 use stiction::parameters::{DecodeError, ROOM};
+use stiction::servo::{Boot, State};
 use stiction::store::{SaveError, Store};
 
 use crate::fixture::{blank, parameters, plans, srnf, stored};
@@ -118,4 +122,51 @@ fn what_a_probe_writes_over_both_sectors_counts_and_is_outlived() {
     }
     store.save(&new).unwrap();
     assert_eq!(store.load(), Ok(new));
+}
+
+/// One bit of a word falls.
+fn spoil(flash: &mut SimulatedFlash, at: u32) {
+    let mut word = [0; 4];
+    flash.read(at, &mut word).unwrap();
+    let bits = u32::from_le_bytes(word);
+    flash.write(at, &(bits & (bits - 1)).to_le_bytes()).unwrap();
+}
+
+#[test]
+fn a_damaged_set_is_told_and_nothing_starts_by_itself_until_the_next_save() {
+    let plan = &plans("step-response", &["loop.controller=srnf", "device.autostart=true"])[0];
+    let parameters = host_sim::device::parameters(plan).unwrap();
+    let older = parameters.clone();
+    let mut newer = parameters;
+    newer.controller.pd.kp = 0.5;
+    newer.device.autostart = false;
+    let whole = {
+        let mut store = stored(&older);
+        store.save(&newer).unwrap();
+        store
+    };
+    // Both sets are whole; an entry of the newest has changed; its format version has.
+    for (at, is_damaged) in [(None, false), (Some(28), true), (Some(4), true)] {
+        let mut store = whole.clone();
+        if let Some(at) = at {
+            spoil(store.flash(), SECTOR + at);
+        }
+        let mut simulated = SimulatedDevice::with(plan, store, Boot::default()).unwrap();
+        let in_use = simulated.device.parameters().unwrap();
+        assert_eq!(in_use.controller.pd.kp, if is_damaged { 1.0 } else { 0.5 });
+        assert_eq!(in_use.device.autostart, is_damaged, "the older one would start by itself");
+        // Its delay is a second.
+        assert_eq!(simulated.ticks(200).state, State::Stopped);
+        let mut client = Client::connect(SimulatedWire::new(simulated)).unwrap();
+        assert_eq!(client.status().unwrap().is_damaged, is_damaged);
+        client.save().unwrap();
+        assert!(!client.status().unwrap().is_damaged);
+    }
+    // What is wrong is the damage: the same set starts by itself if it is the newest and both are
+    // whole, or if it is the only one.
+    for mut store in [whole, stored(&newer)] {
+        store.save(&older).unwrap();
+        let mut simulated = SimulatedDevice::with(plan, store, Boot::default()).unwrap();
+        assert_eq!(simulated.ticks(200).state, State::Armed);
+    }
 }

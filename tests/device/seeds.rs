@@ -9,7 +9,7 @@ use std::path::{Path, PathBuf};
 use host_sim::properties::{self, file, frame, session};
 use stiction::Motion;
 use stiction::compensator::FIRST_LAW;
-use stiction::link::{CHUNK, Numbered, PROTOCOL, Request, encode};
+use stiction::link::{CHUNK, Numbered, PROTOCOL, REQUEST, Request, encode_request};
 use stiction::parameters::{ROOM, record};
 use stiction::pd::PdGains;
 use stiction::position::Position;
@@ -24,7 +24,10 @@ fn folder(target: &str) -> PathBuf {
 }
 
 fn message(number: u16, content: Request) -> Vec<u8> {
-    postcard::to_slice(&Numbered { number, content }, &mut [0; 512]).unwrap().to_vec()
+    let is_hello = matches!(content, Request::Hello { .. });
+    let mut room = [0; 512];
+    let plain = postcard::to_slice(&Numbered { number, content }, &mut room).unwrap();
+    if is_hello { plain.to_vec() } else { [&[REQUEST], &*plain].concat() }
 }
 
 /// Makes one request of every kind, in an order in which the device does most of them.
@@ -80,8 +83,7 @@ fn script() -> Vec<u8> {
 /// The seeds that are made here: target, name and content of each.
 fn made() -> Vec<(&'static str, &'static str, Vec<u8>)> {
     let frames = requests().into_iter().zip(1..);
-    let frames =
-        frames.flat_map(|(content, number)| encode(&Numbered { number, content }).unwrap());
+    let frames = frames.flat_map(|(content, number)| encode_request(number, content).unwrap());
     let ramp = &plans("friction-identification", &[])[0];
     let trajectory = &plans("trajectory", &[])[0];
     let record =

@@ -99,6 +99,16 @@ pub fn status(status: &Status) -> String {
             "warning    the compensator holds effort at standstill: the motor gets warm".into(),
         );
     }
+    if status.is_damaged {
+        let what =
+            "warning    one of the two saved sets of parameters is damaged: those in use may be";
+        let then =
+            "           older ones, and nothing starts by itself. Look at them (`params show`,";
+        lines.extend(
+            [what, then, "           `params push`), then save them (`params save`)"]
+                .map(String::from),
+        );
+    }
     if status.unsaved {
         lines.push("warning    the parameters in use are not saved: `params save`".into());
     }

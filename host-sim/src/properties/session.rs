@@ -4,7 +4,7 @@
 use stiction::device::Device;
 use stiction::drive::Drive;
 use stiction::fault::Latched;
-use stiction::link::{Deframer, Numbered, Request, encode};
+use stiction::link::{Deframer, Request, decode_request, encode};
 use stiction::servo::{Boot, Input, State};
 use stiction::store::Store;
 use stiction::{Fault, Parameters};
@@ -58,13 +58,11 @@ impl Watched {
         let mut may_clear = false;
         for &byte in bytes {
             if let Some(message) = self.deframer.push(byte) {
-                let request = postcard::from_bytes::<Numbered<Request>>(message);
-                may_clear |= request.is_ok_and(|request| {
-                    matches!(
-                        request.content,
-                        Request::Clear | Request::TakeParameters { .. } | Request::Change { .. }
-                    )
-                });
+                let request = decode_request(message).and_then(|(_, request)| request);
+                may_clear |= matches!(
+                    request,
+                    Some(Request::Clear | Request::TakeParameters { .. } | Request::Change { .. })
+                );
             }
         }
         if let Some(device) = &mut self.device {

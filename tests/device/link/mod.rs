@@ -4,7 +4,9 @@
 use host_sim::device::client::Client;
 use host_sim::device::simulated::SimulatedDevice;
 use host_sim::device::wire::SimulatedWire;
-use stiction::link::{Deframer, Message, Numbered, PROTOCOL, Refused, Reply, Request, encode};
+use stiction::link::{
+    Deframer, Message, Numbered, PROTOCOL, Refused, Reply, Request, encode_request,
+};
 use stiction::signal::SIGNALS;
 
 use crate::fixture::plans;
@@ -16,6 +18,7 @@ mod parameters;
 mod ramp;
 mod repetition;
 mod session;
+mod sign_of_life;
 mod telemetry;
 
 /// The mask of every signal that a loop has.
@@ -33,7 +36,7 @@ fn client() -> Client<SimulatedWire> {
 }
 
 fn frame(number: u16, content: Request) -> Vec<u8> {
-    encode(&Numbered { number, content }).unwrap().to_vec()
+    encode_request(number, content).unwrap().to_vec()
 }
 
 fn hello(number: u16, session: u32) -> Vec<u8> {

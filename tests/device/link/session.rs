@@ -1,6 +1,6 @@
 //! Who may say what, in which order, and what a device makes of bytes that are no frame.
 
-use stiction::link::{PROTOCOL, Refused, Reply, Request, encode};
+use stiction::link::{PROTOCOL, REQUEST, Refused, Reply, Request, encode};
 
 use super::{frame, hello, refused, say, simulated};
 use host_sim::device::simulated::SimulatedDevice;
@@ -82,6 +82,6 @@ fn garbage_costs_at_most_the_frame_that_it_touches() {
         numbers(&mut simulated, &[vec![0x55; 10_000], vec![0], status(number + 1)].concat());
     assert_eq!(heard, [number + 1]);
     // The frame is whole, but the device does not know the request.
-    let strange = encode(&(number + 2, 200u8)).unwrap();
+    let strange = encode(&(REQUEST, number + 2, 200u8)).unwrap();
     assert_eq!(say(&mut simulated, &strange), refused(number + 2, Refused::Unknown));
 }

@@ -14,7 +14,7 @@ use host_sim::emulator::board::Fitted;
 use host_sim::emulator::fault_injection::{Injection, Observed, converse};
 use stiction::link::{
     CHUNK, Deframer, Message, Numbered, PROTOCOL, Refused, Reply, Request, Sample, StateCode,
-    Status, encode,
+    Status, encode_request,
 };
 use stiction::parameters::ROOM;
 use stiction::{Fault, Parameters};
@@ -55,7 +55,7 @@ impl Script {
     /// Returns the number that the answer will have.
     fn say(&mut self, at: u64, request: Request) -> u16 {
         self.number += 1;
-        let frame = encode(&Numbered { number: self.number, content: request }).unwrap().to_vec();
+        let frame = encode_request(self.number, request).unwrap().to_vec();
         self.says.push((at, frame));
         self.number
     }

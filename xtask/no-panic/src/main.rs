@@ -26,7 +26,7 @@ mod path {
     use stiction::link::{Kind, Machine, Refused, Session};
     use stiction::servo::{Boot, Input, Output};
     use stiction::store::Store;
-    use stiction::{Course, Fault, Hardware, Parameters, Servo};
+    use stiction::{Fault, Hardware, Parameters, Servo};
 
     unsafe extern "C" {
         fn the_control_path_can_panic() -> !;

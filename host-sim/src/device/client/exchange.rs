@@ -2,7 +2,7 @@
 
 use std::time::Duration;
 
-use stiction::link::{Message, Numbered, Refused, Reply, Request, encode};
+use stiction::link::{Message, Numbered, Refused, Reply, Request, encode_request};
 
 use super::Client;
 use crate::device::wire::Wire;
@@ -53,7 +53,7 @@ impl<W: Wire> Client<W> {
     pub(super) fn talk(&mut self, request: Request) -> Result<Reply, Error> {
         self.number = self.number.wrapping_add(1);
         let patience = if request == Request::Save { PATIENCE_TO_SAVE } else { PATIENCE };
-        let frame = encode(&Numbered { number: self.number, content: request });
+        let frame = encode_request(self.number, request);
         let frame =
             frame.ok_or_else(|| Error::Device("the request is too long for a frame".into()))?;
         self.heard = Heard::default();

@@ -30,6 +30,7 @@ fn status() -> Status {
         wound_up: false,
         thermal_effort: 0.5,
         unsaved: false,
+        is_damaged: false,
         bad_frames: 0,
         dropped: 0,
     }

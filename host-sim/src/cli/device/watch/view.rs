@@ -86,6 +86,9 @@ fn state_of(watched: &Watched) -> Paragraph<'_> {
     if watched.lost > 0 {
         say(format!("{} samples lost", watched.lost), Color::Yellow);
     }
+    if status.is_damaged {
+        say("a saved set of parameters is damaged".into(), Color::Red);
+    }
     if status.unsaved {
         say("parameters not saved".into(), Color::Yellow);
     }
