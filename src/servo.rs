@@ -90,6 +90,8 @@ pub enum Refusal {
     WouldTrip(Fault),
     /// The motion leads out of the range of positions.
     OutOfRange,
+    /// The trajectory begins too far from the joint.
+    FarAway,
     /// The motion of the parameters has given way to one that a link asked for.
     Replaced,
 }
@@ -305,6 +307,10 @@ impl Servo {
         if control_loop.replaced {
             return Err(Refusal::Replaced);
         }
+        // Arming makes the place of the joint zero.
+        if control_loop.begins_far_from(&control_loop.course, 0) {
+            return Err(Refusal::FarAway);
+        }
         self.start_loop(false);
         Ok(())
     }
@@ -410,7 +416,9 @@ impl Servo {
     /// fault.
     ///
     /// # Errors
-    /// Refuses unless the servo is armed and the reference stays within the range of positions.
+    /// Refuses unless the servo is armed and the reference stays within the range of positions. A
+    /// trajectory has to begin where the joint is, to the following error that is allowed: its first
+    /// point would be a jump. A step is a jump that was asked for.
     pub fn follow(&mut self, reference: Reference) -> Result<(), Refusal> {
         let control_loop = self.armed_loop()?;
         let out = |position: Position| control_loop.is_out_of_range(position);
@@ -423,7 +431,11 @@ impl Servo {
         if leads_out {
             return Err(Refusal::OutOfRange);
         }
-        control_loop.begin(Course::Follow(reference));
+        let course = Course::Follow(reference);
+        if control_loop.begins_far_from(&course, control_loop.state.counts()) {
+            return Err(Refusal::FarAway);
+        }
+        control_loop.begin(course);
         Ok(())
     }
 
@@ -504,7 +516,10 @@ impl Servo {
             (State::Boot, _) => self.state = State::Stopped,
             // If the joint is not at rest yet, or the supply is not up, the next tick tries again.
             (State::Stopped, Some(0)) => {
-                let _ = self.arm();
+                if let Err(Refusal::FarAway) = self.arm() {
+                    // It would never arm, and nobody would be told why.
+                    self.fault(Fault::FollowingError);
+                }
             }
             (State::Stopped, Some(ticks)) => self.countdown = Some(ticks - 1),
             _ => {}

@@ -193,6 +193,8 @@ pub enum Refused {
     Flash,
     /// The watchdog did not take over another timeout in time.
     Watchdog,
+    /// The trajectory begins farther from the joint than the following error may be.
+    FarAway,
 }
 
 impl From<servo::Refusal> for Refused {
@@ -206,6 +208,7 @@ impl From<servo::Refusal> for Refused {
             servo::Refusal::Moving => Self::Moving,
             servo::Refusal::WouldTrip(fault) => Self::WouldTrip(fault as u8),
             servo::Refusal::OutOfRange => Self::OutOfRange,
+            servo::Refusal::FarAway => Self::FarAway,
             // Nothing that comes over a link asks for the motion of the parameters.
             servo::Refusal::Replaced => Self::NoSuch,
         }

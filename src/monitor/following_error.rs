@@ -44,6 +44,11 @@ impl FollowingError {
         }
     }
 
+    /// Returns whether a distance (counts) is more than the limit.
+    pub const fn is_beyond(&self, distance: i32) -> bool {
+        distance.unsigned_abs() > self.most
+    }
+
     /// Takes set point (counts), its velocity (deg/s) and the position (counts) of a tick; returns
     /// the error (counts) if it is too large.
     #[inline]

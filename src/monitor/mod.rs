@@ -151,6 +151,11 @@ impl Monitors {
         self.position.check(position)
     }
 
+    /// Returns whether a distance (counts) is more than the following error may be.
+    pub const fn is_beyond_following_error(&self, distance: i32) -> bool {
+        self.following.is_beyond(distance)
+    }
+
     /// The state that arming begins with.
     pub fn armed(&self, before: &MonitorState, by_link: bool) -> MonitorState {
         let MonitorState { thermal, impulse, .. } = *before;

@@ -9,6 +9,7 @@ use crate::monitor::{MonitorState, Monitors};
 use crate::motion::{Course, CourseState};
 use crate::parameters::Parameters;
 use crate::position::Position;
+use crate::reference::Reference;
 use crate::signal::Tick;
 
 /// The control loop of a joint, made of parameters by [`ControlLoop::prepare`].
@@ -103,6 +104,14 @@ impl ControlLoop {
     /// Returns whether a position, counted from the zero of this arming, is out of the range.
     pub(super) const fn is_out_of_range(&self, position: Position) -> bool {
         self.monitors.is_out_of_range(self.zero.wrapping_add(position.counts))
+    }
+
+    /// Returns whether a trajectory begins farther from `counts`, in the zero of an arming, than the
+    /// following error may be.
+    pub(super) fn begins_far_from(&self, course: &Course, counts: i32) -> bool {
+        let Course::Follow(reference @ Reference::Trajectory(_)) = course else { return false };
+        let first = reference.at(0).position.counts;
+        self.monitors.is_beyond_following_error(first.wrapping_sub(counts))
     }
 
     /// Runs one tick with the joint at `position`, counts since power-on.

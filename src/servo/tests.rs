@@ -7,7 +7,7 @@ use crate::motion::Motion;
 use crate::parameters::DeviceConfig;
 use crate::pd::PdGains;
 use crate::position::Position;
-use crate::reference::{Reference, Step};
+use crate::reference::{Corner, Reference, Step, Trajectory};
 
 const HARDWARE: Hardware = Hardware { pwm_clock_hz: 168e6, supply_top: 4095 };
 
@@ -277,4 +277,42 @@ fn a_supply_too_low_for_the_effort_ends_a_ramp_without_levels() {
         (0..2000).take_while(|_| servo.tick(Input { counter: 0, supply: 1365 }).enable).count();
     assert_eq!(ticks, 666);
     assert_eq!((servo.state(), servo.levels()), (State::Stopped, Some(Levels::default())));
+}
+
+#[test]
+fn a_trajectory_begins_where_the_joint_is_or_is_refused() {
+    let mut parameters = parameters(at_once());
+    // 100 counts.
+    parameters.limits.following_error = 1.0;
+    parameters.motion = Motion::Hold;
+    let mut servo = Servo::new(Ok(&parameters), Boot::default(), &HARDWARE);
+    (0..10).for_each(|_| drop(tick(&mut servo, 0)));
+    servo.arm_for_link(None).unwrap();
+    // The joint has been moved to 50 counts by something else.
+    tick(&mut servo, 50);
+    let through = |first: i32| {
+        let corner = |tick, counts| Corner { tick, position: Position::from_counts(counts) };
+        let corners = [corner(100, first), corner(300, 0)];
+        Reference::Trajectory(Trajectory::new(&corners, 0.25, 0.01, 0.01).unwrap())
+    };
+    for (first, expected) in
+        [(-51, Err(Refusal::FarAway)), (-50, Ok(())), (150, Ok(())), (151, Err(Refusal::FarAway))]
+    {
+        assert_eq!(servo.follow(through(first)), expected, "{first}");
+    }
+    // The motion of the parameters is told by a fault, since nobody hears a refusal.
+    let corner = |tick, counts| Corner { tick, position: Position::from_counts(counts) };
+    for (first, expected) in [(100, State::Armed), (101, State::Faulted(Fault::FollowingError))] {
+        let corners = [corner(100, first), corner(300, 0)].into_iter().collect();
+        parameters.motion = Motion::Trajectory { corners, half_blend: 0.25 };
+        parameters.device.autostart = true;
+        let mut by_itself = Servo::new(Ok(&parameters), Boot::default(), &HARDWARE);
+        let state = (0..200)
+            .map(|_| tick(&mut by_itself, 0).state)
+            .find(|state| !matches!(state, State::Boot | State::Stopped));
+        assert_eq!(state, Some(expected), "{first}");
+    }
+    // A step is a jump that was asked for.
+    let step = Step { to: Position::from_counts(1000), ..Step::default() };
+    assert_eq!(servo.follow(Reference::Step(step)), Ok(()));
 }

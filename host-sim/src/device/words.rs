@@ -29,6 +29,10 @@ pub fn refused(refused: &Refused) -> String {
         Refused::OutOfRange => {
             "the motion leads out of `limits.position_min_deg` to `limits.position_max_deg`".into()
         }
+        Refused::FarAway => {
+            "the trajectory begins farther from the joint than `limits.following_error_deg`: move to its begin first"
+                .into()
+        }
         Refused::NoParameters => "it has no parameters; `params push FILE.toml` first".into(),
         Refused::NoSuch => "there is no such thing".into(),
         Refused::NotWhole => "the record of parameters did not arrive whole".into(),

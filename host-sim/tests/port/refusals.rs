@@ -1,6 +1,7 @@
 //! A port may be none, a device may be of another kind, and a request may be refused.
 
 use std::process::Command;
+use stiction::link::PROTOCOL;
 
 use crate::board::{Board, Manner};
 use crate::program::{complaint, device, output, told};
@@ -36,11 +37,13 @@ fn a_move_that_cannot_be_leaves_the_drive_stopped() {
 
 #[test]
 fn what_is_no_device_of_ours_is_told_apart() {
+    let later = format!("firmware 9.8.7 with version {} of the link", PROTOCOL + 1);
+    let ours = format!("version {PROTOCOL}");
     for (manner, fragments) in [
         (Manner::Silent, &["does not answer: is it powered"][..]),
         (Manner::Banner, &["no message of the link (\"ok T:21.3 /0.0\\r\\n", "other firmware"]),
         (Manner::Garbage, &["no message of the link", "another baud rate"]),
-        (Manner::Later, &["firmware 9.8.7 with version 3 of the link", "version 2", "xtask flash"]),
+        (Manner::Later, &[&later, &ours, "xtask flash"]),
     ] {
         let board = Board::new(manner);
         let said = complaint(&board.device(&["status"]));
