@@ -143,7 +143,7 @@ faults! {
     /// Effort beyond any friction, and the encoder does not count: the joint is blocked, or a wire
     /// is cut.
     14 Stall "stall: effort, but no count", "14 Stall",
-        "effort" "V", "`stall_s` of effort beyond `stall_v`; 0.5 to 4 s of effort beyond `breakaway_v`", Clear,
+        "effort" "V", "`stall_s` beyond `stall_v`; 0.5 to 4 s beyond `breakaway_v`", Clear,
         [stall_effort, stall_time, breakaway_effort, stall_impulse];
     /// The first move went against the effort: encoder or motor is wired the wrong way around.
     15 EncoderReversed "encoder or motor reversed", "15 Encoder or motor reversed",

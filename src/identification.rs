@@ -23,7 +23,7 @@
 //! is seen. The slip level is low by the lag of the joint's velocity, which only who knows its time
 //! constant can give back. And nothing bounds the travel: a joint with little viscous friction
 //! gathers speed for as long as the effort is held. A joint whose encoder does not count gets the
-//! full scale before the ramp gives up.
+//! full scale before the ramp gives up; the servo ends it sooner, by its monitors.
 
 use crate::error::{Error, between};
 use crate::value::Key;

@@ -81,7 +81,7 @@ impl Report {
                     "parameters of sector {=u8}: sample time {=f32} s, PWM {=f32} Hz",
                     sector, sample_time, pwm
                 );
-                if parameters.device.autostart {
+                if parameters.device.autostart && !settings.is_damaged {
                     let delay = parameters.device.autostart_delay;
                     warn!(
                         "autostart: arms by itself after {=f32} s unless there is a fault",

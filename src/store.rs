@@ -63,8 +63,8 @@ impl<F: NorFlash> Store<F> {
         self.newest().map(|(parameters, ..)| parameters)
     }
 
-    /// Returns whether a slot holds something that is no valid record: a save that was cut short, or
-    /// damage. If it was the newest record, the parameters that count are older ones.
+    /// Returns whether a slot holds something that is no valid record: a save that was cut short,
+    /// or damage. If it was the newest record, the parameters that count are older ones.
     #[inline(never)]
     pub fn is_damaged(&mut self) -> bool {
         let slots = self.slots;
@@ -92,9 +92,16 @@ impl<F: NorFlash> Store<F> {
         let slot = if which == 0 { first } else { second };
         self.write(slot, sequence, parameters)?;
         match self.decode(slot) {
-            Ok((found, number)) if found == *parameters && number == sequence => Ok(()),
-            _ => Err(SaveError::Verify),
+            Ok((found, number)) if found == *parameters && number == sequence => {}
+            _ => return Err(SaveError::Verify),
         }
+        // What was damaged before and does not count would be told again at the next power-on.
+        let other = if which == 0 { second } else { first };
+        if matches!(self.decode(other), Ok(_) | Err(DecodeError::Blank)) {
+            return Ok(());
+        }
+        let end = other.saturating_add(F::ERASE_SIZE as u32);
+        self.flash.erase(other, end).map_err(|_| SaveError::Flash)
     }
 
     /// Returns the flash, for those who share it.

@@ -15,7 +15,7 @@ const PARSED_ONLY: [(&str, &str); 5] = [
     (" --port", "needs a board"),
     (" --emulator", "needs the firmware; tests/image/ runs the same"),
     (" --target emulator", "needs the firmware; tests/image/ runs the same"),
-    (" watch", "needs a terminal; tests/port.rs has one"),
+    (" watch", "needs a terminal; tests/port/ has one"),
     ("stiction report", "takes a quarter of a minute; tests/report.rs makes the page"),
 ];
 

@@ -11,7 +11,7 @@ use core::arch::global_asm;
 
 global_asm!(
     ".syntax unified",
-    ".section .text.__aeabi_memcpy4, \"ax\", %progbits",
+    ".pushsection .text.__aeabi_memcpy4, \"ax\", %progbits",
     ".global __aeabi_memcpy4",
     ".global __aeabi_memcpy8",
     ".type __aeabi_memcpy4, %function",
@@ -49,4 +49,5 @@ global_asm!(
     "    bx      lr",
     ".size __aeabi_memcpy4, . - __aeabi_memcpy4",
     ".size __aeabi_memcpy8, . - __aeabi_memcpy8",
+    ".popsection",
 );

@@ -6,11 +6,11 @@
 //! bytes <- frame <- reply  <------+---- telemetry <- ticks
 //! ```
 //!
-//! A client sends [`Request`]s in postcard, each with a number, behind the byte [`REQUEST`]. The device answers each with one
-//! [`Reply`] of the same number, and sends [`Sample`]s to those who have subscribed.
-//! [`Request::Hello`] and [`Identity`] keep their form and their place in every version of the
-//! protocol: two that do not speak the same can always tell. Every request can be repeated: it says
-//! what shall be, not what shall change.
+//! A client sends [`Request`]s in postcard, each with a number, behind the byte [`REQUEST`]. The
+//! device answers each with one [`Reply`] of the same number, and sends [`Sample`]s to those who
+//! have subscribed. [`Request::Hello`] and [`Identity`] keep their form and their place in every
+//! version of the protocol: two that do not speak the same can always tell. Every request can be
+//! repeated: it says what shall be, not what shall change.
 //!
 //! The link is free of the chip and of any wire: a board moves bytes to and from its USART, a
 //! program on a host does the same in memory. Everything is bounded, and nothing that comes over

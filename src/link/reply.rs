@@ -123,8 +123,8 @@ pub struct Status {
     pub thermal_effort: f32,
     /// Whether the parameters in use are not the saved ones.
     pub unsaved: bool,
-    /// Whether one of the two saved sets of parameters is damaged, so that those in use may be older
-    /// than those that were saved last.
+    /// Whether one of the two saved sets of parameters is damaged, so that those in use may be
+    /// older than those that were saved last.
     pub is_damaged: bool,
     /// Number of frames that were not whole.
     pub bad_frames: u32,

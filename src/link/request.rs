@@ -35,18 +35,34 @@ pub fn encode_request(number: u16, content: Request) -> Option<Frame> {
 /// message that is no request at all gives none.
 #[inline(never)]
 pub fn decode_request(message: &[u8]) -> Option<(u16, Option<Request>)> {
-    let (is_marked, message) = match message {
-        [REQUEST, rest @ ..] => (true, rest),
-        whole => (false, whole),
-    };
-    // The number comes first, so that what is not understood can be answered.
+    match message {
+        [REQUEST, rest @ ..] => match numbered(rest)? {
+            // A hello is never marked: the byte is the first one of its number.
+            (_, Some(Request::Hello { .. })) => plain(message),
+            marked => Some(marked),
+        },
+        _ => plain(message),
+    }
+}
+
+/// Reads what a client of any version may say without the direction. No request has number zero,
+/// so that the echo of a short reply is none.
+fn plain(message: &[u8]) -> Option<(u16, Option<Request>)> {
+    numbered(message).filter(|(number, request)| {
+        *number != 0 && matches!(request, Some(Request::Hello { .. } | Request::Stop))
+    })
+}
+
+/// Reads a number, which comes first so that what is not understood can be answered, and a request
+/// that takes up all of the other bytes.
+#[inline(never)]
+fn numbered(message: &[u8]) -> Option<(u16, Option<Request>)> {
     let (number, content) = postcard::take_from_bytes::<u16>(message).ok()?;
     let request = match postcard::take_from_bytes(content) {
         Ok((request, [])) => Some(request),
         _ => None,
     };
-    let is_known_to_all = matches!(request, Some(Request::Hello { .. } | Request::Stop));
-    (is_marked || is_known_to_all).then_some((number, request))
+    Some((number, request))
 }
 
 /// A request: what a device is asked or told.

@@ -29,6 +29,10 @@ use crate::signal::{self, LawSignal, SIGNALS};
 /// otherwise.
 pub const WAITING: usize = 2048;
 
+/// How often the same request is a sign of life: a client says it three times, with two answers
+/// lost, before it gives up.
+const REPEATS: u8 = 2;
+
 /// A machine: what a session acts on. A board locks its servo for as short as it can; a host has it
 /// at hand.
 pub trait Machine {
@@ -61,6 +65,8 @@ pub struct Session<const RING: usize = WAITING> {
     parameters: Option<Parameters>,
     /// Whether those are not the saved ones.
     unsaved: bool,
+    /// How often the last request has come again.
+    repeats: u8,
     /// Whether a slot of the saved parameters is damaged.
     is_damaged: bool,
     /// The number of the session in which the client has said hello; none before the hello.
@@ -81,6 +87,7 @@ impl<const RING: usize> Session<RING> {
             deframer: Deframer::new(),
             parameters,
             unsaved: false,
+            repeats: 0,
             is_damaged: false,
             greeted: None,
             last: None,
@@ -145,6 +152,11 @@ impl<const RING: usize> Session<RING> {
             }
             (Some(Request::Hello { session, .. }), _) if self.greeted != Some(*session) => {}
             (_, Some(last)) if last == number => {
+                // A client that repeats itself lives; a wire that does so for ever is none.
+                if self.repeats < REPEATS {
+                    self.repeats += 1;
+                    machine.servo(Servo::heard);
+                }
                 return self.outbox.put(self.last.as_ref().map(|(_, answer)| answer), 0);
             }
             (_, Some(last)) if overtaken(last) => {
@@ -158,6 +170,7 @@ impl<const RING: usize> Session<RING> {
             Some(_) if self.greeted.is_none() => Reply::Refused(Refused::SayHello),
             Some(request) => {
                 // It is new, in order, and of this session: there is a client, and it lives.
+                self.repeats = 0;
                 machine.servo(Servo::heard);
                 self.act(request, machine).unwrap_or_else(Reply::Refused)
             }

@@ -28,9 +28,9 @@ table! {
         /// Travel in one tick, deg. Derived: that of a tick at twice the overspeed, and 4 counts;
         /// no motor accelerates like that.
         encoder_jump: f32 = 0x0901 "encoder_jump_deg", Between(0.0, HUGE), Derived(3.343_013);
-        /// Effort beyond any friction, V. Derived: twice the breakaway effort, or half of the full
-        /// scale if that is not known. PD rests with less than the breakaway effort for ever; twice
-        /// that moves a free joint by a count within a tick.
+        /// Effort beyond any friction, V. Derived: twice `breakaway_v`, and no more than `duty_max`
+        /// lets through. PD rests with less than the breakaway effort for ever; twice that moves a
+        /// free joint by a count within a tick. 0 turns `stall_impulse_vs` off as well.
         stall_effort: f32 = 0x0902 "stall_v", Between(0.0, HUGE), Derived(0.8);
         /// Time without a count under that effort, s.
         stall_time: f32 = 0x0903 "stall_s", Between(0.0, LONGEST), Default(0.2);
@@ -55,8 +55,8 @@ table! {
         supply_min: f32 = 0x0909 "supply_min_v", Between(0.0, HUGE), Derived(0.0);
         /// Highest supply, V. Derived: 1.3 of the nominal supply.
         supply_max: f32 = 0x090A "supply_max_v", Between(0.0, HUGE), Derived(0.0);
-        /// Effort that the motor bears for ever, V. Derived: three quarters of the full scale,
-        /// which lets the full scale through for 8.3 s; the thesis's most violent oscillation heats
+        /// Effort that the motor bears for ever, V. Derived: three quarters of what `duty_max`
+        /// lets through, which may last for 8.3 s; the thesis's most violent oscillation heats
         /// like 0.7 of it. The motor's data sheet knows better.
         continuous_effort: f32 = 0x090B "continuous_v", Between(0.0, HUGE), Derived(3.75);
         /// Time constant of the motor's winding, s. Slower windings would change by less than a
@@ -65,13 +65,15 @@ table! {
         /// Silence of the link that armed the servo, s: five polls of a client that polls ten times
         /// a second.
         link_timeout: f32 = 0x090D "link_timeout_s", Between(0.0, LONGEST), Default(0.5);
-        /// Effort of the compensator at standstill that is reported, V. Derived: half of `stall_v`,
-        /// the breakaway effort.
+        /// Effort of the compensator at standstill that is reported, V. Derived:
+        /// `breakaway_v`.
         wind_up_effort: f32 = 0x090E "wind_up_v", Between(0.0, HUGE), Derived(0.4);
         /// How long the compensator has to hold that effort, s.
         wind_up_time: f32 = 0x090F "wind_up_s", Between(0.0, LONGEST), Default(1.0);
-        /// Effort that starts the joint, V. Derived: half of `stall_v`. More of it without a count
-        /// adds up to `stall_impulse_vs`.
+        /// Effort that starts the joint, V. Derived: half of `stall_v` if the file has that, else
+        /// its joint's `stick_v`, and a quarter of what `duty_max` lets through if nothing is known.
+        /// More of it without a count adds up to `stall_impulse_vs`. 0 turns that off, and
+        /// `reversal_deg` with it.
         breakaway_effort: f32 = 0x0910 "breakaway_v", Between(0.0, HUGE), Derived(0.4);
         /// Effort beyond `breakaway_v` times its time, added up until a count comes, V s. Derived:
         /// `breakaway_v` for half a second.
@@ -122,22 +124,21 @@ impl Limits {
         let of_pd = of_pd.max(16.0 * count / sample_time).min(HUGE);
         let overspeed = laws.iter().find_map(|law| law.overspeed(&around)).unwrap_or(of_pd);
         let encoder_jump = (2.0 * overspeed * sample_time + 4.0 * count).min(HUGE);
-        let stall_effort = match breakaway {
-            v if v > 0.0 => (2.0 * v).min(full_scale),
-            _ => 0.5 * full_scale,
-        };
+        // What the output stage lets through: beyond it nothing trips.
+        let largest = full_scale * controller.drive.duty_max;
+        let breakaway = if breakaway > 0.0 { breakaway.min(largest) } else { 0.25 * largest };
         Self {
             encoder_jump,
-            stall_effort,
+            stall_effort: (2.0 * breakaway).min(largest),
             reversal: (8.0 * count).min(HUGE),
             following_error,
             overspeed,
             supply_min: 0.7 * device.nominal_supply,
             supply_max: 1.3 * device.nominal_supply,
-            continuous_effort: 0.75 * full_scale,
-            wind_up_effort: 0.5 * stall_effort,
-            breakaway_effort: 0.5 * stall_effort,
-            stall_impulse: 0.5 * stall_effort * IMPULSE_TIME,
+            continuous_effort: 0.75 * largest,
+            wind_up_effort: breakaway,
+            breakaway_effort: breakaway,
+            stall_impulse: breakaway * IMPULSE_TIME,
             ..Self::EXAMPLE
         }
     }
@@ -165,5 +166,57 @@ impl Units {
     /// A threshold in whole units that is never reached if it is zero.
     pub fn threshold(amount: f32, unit: f32) -> u32 {
         if amount > 0.0 && unit > 0.0 { Self::whole(amount, unit) } else { u32::MAX }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::drive::DriveConfig;
+    use crate::pd::PdGains;
+
+    fn derived(kp: f32, kd: f32, duty_max: f32, breakaway: f32) -> Limits {
+        let drive = DriveConfig { full_scale: 5.0, duty_max, ..DriveConfig::EXAMPLE };
+        let pd = PdGains { kp, kd };
+        let controller = ControllerConfig { drive, pd, ..ControllerConfig::EXAMPLE };
+        Limits::derived(&controller, &DeviceConfig::EXAMPLE, breakaway)
+    }
+
+    #[test]
+    fn nothing_that_can_be_derived_is_off_whatever_the_gains_are() {
+        for [kp, kd] in [[1.0, 0.15], [0.1, 0.0], [0.0, 0.15], [0.0, 0.0]] {
+            let limits = derived(kp, kd, 1.0, 0.0);
+            let Limits { encoder_jump, stall_effort, reversal, following_error, .. } = limits;
+            let Limits { overspeed, continuous_effort, breakaway_effort, stall_impulse, .. } =
+                limits;
+            let all = [
+                encoder_jump,
+                stall_effort,
+                reversal,
+                following_error,
+                overspeed,
+                continuous_effort,
+                breakaway_effort,
+                stall_impulse,
+            ];
+            assert!(all.iter().all(|limit| *limit > 0.0 && limit.is_finite()), "{limits:?}");
+        }
+        // Without Kd the speed is that of Kd = 0.15 s Kp.
+        let [without, with] = [derived(0.5, 0.0, 1.0, 0.0), derived(0.5, 0.075, 1.0, 0.0)];
+        assert!((without.overspeed / with.overspeed - 1.0).abs() < 1e-6, "{without:?}");
+    }
+
+    #[test]
+    fn every_effort_that_trips_is_one_that_the_drive_lets_through() {
+        for (duty_max, breakaway) in [(1.0, 0.4), (1.0, 3.0), (0.25, 0.0), (0.25, 0.4), (0.1, 3.0)]
+        {
+            let limits = derived(1.0, 0.15, duty_max, breakaway);
+            let largest = 5.0 * duty_max;
+            assert!(limits.stall_effort <= largest && limits.continuous_effort < largest);
+            assert!(limits.breakaway_effort <= largest, "{limits:?}");
+            let known = if breakaway > 0.0 { breakaway.min(largest) } else { 0.25 * largest };
+            assert_eq!(limits.breakaway_effort, known, "PD rests with less than that for ever");
+            assert_eq!(limits.stall_effort, (2.0 * known).min(largest));
+        }
     }
 }

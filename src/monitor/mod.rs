@@ -69,7 +69,7 @@ pub(crate) struct Monitors {
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub(crate) struct MonitorState {
     /// What was applied since the last tick.
-    code: i16,
+    code: i32,
     reversal: ReversalState,
     following: FollowingState,
     stall: StallState,
@@ -170,8 +170,10 @@ impl Monitors {
     /// The state after other parameters were taken: the winding stays warm, whatever the code of a
     /// volt.
     pub fn taken_over(&self, before: &MonitorState, monitors: &Self) -> MonitorState {
-        let thermal = before.thermal.scaled(monitors.units.code / self.units.code);
-        MonitorState { thermal, ..MonitorState::default() }
+        let ratio = monitors.units.code / self.units.code;
+        let thermal = before.thermal.scaled(ratio);
+        let impulse = before.impulse.scaled(ratio * monitors.units.tick / self.units.tick);
+        MonitorState { thermal, impulse, ..MonitorState::default() }
     }
 
     /// A tick without output.
@@ -191,7 +193,9 @@ impl Monitors {
         tick: &Tick,
         supply: u16,
     ) -> Option<Trip> {
-        let before = core::mem::replace(&mut state.code, tick.code);
+        // In codes at the nominal supply: a duty that is scaled by the supply is no other effort.
+        let code = libm::roundf(tick.v_applied / self.units.code) as i32;
+        let before = core::mem::replace(&mut state.code, code);
         let deg = |counts: i32| counts as f32 * self.units.count;
         let trip = |fault, value| Some(Trip { fault, value });
         if self.jump.check(seen.travel) {
@@ -209,9 +213,9 @@ impl Monitors {
         {
             return trip(Fault::FollowingError, deg(error));
         }
-        let stalls = self.stall.check(&mut state.stall, tick.code, seen.standstill);
-        if self.impulse.check(&mut state.impulse, tick.code, seen.position, seen.travel) || stalls {
-            return trip(Fault::Stall, f32::from(tick.code) * self.units.code);
+        let stalls = self.stall.check(&mut state.stall, code, seen.standstill);
+        if self.impulse.check(&mut state.impulse, code, seen.position, seen.travel) || stalls {
+            return trip(Fault::Stall, tick.v_applied);
         }
         if self.position.check(seen.position) {
             return trip(Fault::PositionLimit, deg(seen.position));
@@ -219,7 +223,7 @@ impl Monitors {
         if let Some(fault) = self.supply.check(&mut state.supply, supply) {
             return trip(fault, f32::from(supply) * self.units.supply);
         }
-        if self.thermal.check(&mut state.thermal, tick.code) {
+        if self.thermal.check(&mut state.thermal, code) {
             return trip(Fault::Overheat, state.thermal.effort() * self.units.code);
         }
         if let Some(ticks) = self.link.check(&mut state.link) {

@@ -42,11 +42,10 @@ impl Reversal {
     /// Takes the travel of this tick and the code that was applied meanwhile; returns the travel
     /// against it if that is too much.
     #[inline]
-    pub fn check(&self, state: &mut ReversalState, code: i16, travel: i32) -> Option<i32> {
+    pub fn check(&self, state: &mut ReversalState, code: i32, travel: i32) -> Option<i32> {
         if state.proven {
             return None;
         }
-        let code = i32::from(code);
         if code.abs() < self.code {
             state.with = 0;
             return None;

@@ -34,8 +34,7 @@ impl Stall {
     }
 
     #[inline]
-    pub fn check(&self, state: &mut StallState, code: i16, standstill: u32) -> bool {
-        let code = i32::from(code);
+    pub fn check(&self, state: &mut StallState, code: i32, standstill: u32) -> bool {
         if code.abs() < self.code {
             state.ticks = 0;
             return false;

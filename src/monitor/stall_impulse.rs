@@ -1,9 +1,9 @@
 //! Effort beyond the breakaway, and the encoder does not count: the more effort, the sooner.
 //!
 //! ```text
-//! excess   = |effort| - breakaway        while that is positive; no less than breakaway/8, no more than breakaway
+//! excess   = |effort| - breakaway     while that is positive; from breakaway/8 to breakaway
 //! impulse += excess h
-//! impulse  = 0                           when the encoder shows that it lives
+//! impulse  = 0                        when the encoder shows that it lives
 //! ```
 //!
 //! Trips when the impulse exceeds its limit: an inverse-time characteristic with a shortest and a
@@ -53,8 +53,10 @@ pub(super) struct StallImpulseState {
 
 impl StallImpulse {
     pub fn new(limits: &Limits, units: &Units) -> Self {
-        let most = match limits.breakaway_effort {
-            v if v > 0.0 => Units::threshold(limits.stall_impulse, units.code * units.tick),
+        // Who turns the stall off turns this off as well.
+        let is_on = limits.breakaway_effort > 0.0 && limits.stall_effort > 0.0;
+        let most = match limits.stall_impulse {
+            v if is_on => Units::threshold(v, units.code * units.tick),
             _ => u32::MAX,
         };
         // Towards zero: the largest code that is no more than the breakaway.
@@ -75,7 +77,7 @@ impl StallImpulse {
     pub fn check(
         &self,
         state: &mut StallImpulseState,
-        code: i16,
+        code: i32,
         position: i32,
         travel: i32,
     ) -> bool {
@@ -83,7 +85,7 @@ impl StallImpulse {
         if state.turned && travel.signum() == i32::from(state.sign) {
             *state = StallImpulseState { sum: 0, anchor: position, turned: false, ..*state };
         }
-        let size = u32::from(code.unsigned_abs());
+        let size = code.unsigned_abs();
         if size <= self.breakaway {
             return false;
         }
@@ -98,5 +100,12 @@ impl StallImpulse {
             state.sum = 0;
         }
         trips
+    }
+}
+
+impl StallImpulseState {
+    /// Returns the same impulse where it has `ratio` times as many codes and ticks.
+    pub fn scaled(self, ratio: f32) -> Self {
+        Self { sum: (self.sum as f32 * ratio) as u32, ..self }
     }
 }

@@ -39,8 +39,8 @@ impl Thermal {
 
     /// Takes the code of a tick.
     #[inline]
-    pub fn check(&self, state: &mut ThermalState, code: i16) -> bool {
-        let code = f32::from(code);
+    pub fn check(&self, state: &mut ThermalState, code: i32) -> bool {
+        let code = code as f32;
         state.heat += (code * code - state.heat) * self.share;
         state.heat > self.most
     }

@@ -31,8 +31,9 @@ pub const FORMAT_VERSION: u32 = 4;
 /// Bytes in which every record fits, header and all: some hundred values are in use, and 338 fit.
 pub const ROOM: usize = 2048;
 
-/// The number of `stall_v`.
+/// The numbers of `stall_v` and of `breakaway_v`.
 const STALL_EFFORT: Key = key(Limits::ABOUT, "stall_effort");
+const BREAKAWAY_EFFORT: Key = key(Limits::ABOUT, "breakaway_effort");
 
 const MAGIC: [u8; 4] = *b"STIC";
 pub(super) const HEADER: usize = 20;
@@ -113,8 +114,14 @@ impl Parameters {
     #[inline(never)]
     fn read(&mut self, body: &[u8]) -> Result<(), DecodeError> {
         take(self, body)?;
-        // What starts the joint is half of the stall threshold, if that is given.
-        let breakaway = if has(body, STALL_EFFORT) { 0.5 * self.limits.stall_effort } else { 0.0 };
+        // What starts the joint is half of the stall threshold, if only that is given.
+        let breakaway = if has(body, BREAKAWAY_EFFORT) {
+            self.limits.breakaway_effort
+        } else if has(body, STALL_EFFORT) {
+            0.5 * self.limits.stall_effort
+        } else {
+            0.0
+        };
         self.limits = Limits::derived(&self.controller, &self.device, breakaway);
         // The body is taken once more, since it may give some of the limits.
         take(self, body)?;
@@ -166,8 +173,8 @@ impl Parameters {
         Self::newer(first, second).map(|(parameters, _, which)| (parameters, which))
     }
 
-    /// Returns whether a sector holds something that is no valid record. It may have been the newest
-    /// one, and what is in use instead an older one.
+    /// Returns whether a sector holds something that is no valid record. It may have been the
+    /// newest one, and what is in use instead an older one.
     #[inline(never)]
     pub fn is_damaged(sector: &[u8]) -> bool {
         !matches!(Self::decode(sector), Ok(_) | Err(DecodeError::Blank))

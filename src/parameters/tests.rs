@@ -170,17 +170,26 @@ fn a_value_that_a_record_lacks_is_its_default_or_derived_or_named() {
         ..example()
     };
     let body = body_of(&example);
-    let without = |key: Key| {
-        let entries = body.chunks(6).filter(|entry| !entry.starts_with(&key.0.to_le_bytes()));
-        let left: Vec<u8, ROOM> = entries.flatten().copied().collect();
-        assert_eq!(left.len() + 6, body.len(), "{key}");
+    let without_all = |keys: &[Key]| {
+        let is_left =
+            |entry: &&[u8]| !keys.iter().any(|key| entry.starts_with(&key.0.to_le_bytes()));
+        let left: Vec<u8, ROOM> = body.chunks(6).filter(is_left).flatten().copied().collect();
+        assert_eq!(left.len() + 6 * keys.len(), body.len(), "{keys:?}");
         Parameters::decode(&record_of(&left)).map(|(parameters, _)| parameters)
     };
+    let without = |key: Key| without_all(&[key]);
     let soft_start = key(DeviceConfig::ABOUT, "soft_start");
     assert_eq!(without(soft_start).unwrap().device, DeviceConfig::CAUTIOUS);
     let derived = Limits::derived(&example.controller, &example.device, 0.0);
-    let stall = without(key(Limits::ABOUT, "stall_effort")).unwrap().limits;
-    assert_eq!(stall, Limits { stall_effort: derived.stall_effort, ..example.limits });
+    // The stall follows from the breakaway, and the other way around; both, from the drive.
+    let [stall, breakaway] =
+        ["stall_effort", "breakaway_effort"].map(|field| key(Limits::ABOUT, field));
+    for known in [stall, breakaway] {
+        assert_eq!(without(known).unwrap().limits, example.limits);
+    }
+    let Limits { stall_effort, breakaway_effort, .. } = derived;
+    let neither = without_all(&[stall, breakaway]).unwrap().limits;
+    assert_eq!(neither, Limits { stall_effort, breakaway_effort, ..example.limits });
     assert_ne!(derived.stall_effort, example.limits.stall_effort);
     let kp = key(PdGains::ABOUT, "kp");
     assert_eq!(without(kp), Err(DecodeError::Missing(kp)));

@@ -109,8 +109,9 @@ impl ControlLoop {
     /// Returns whether a trajectory begins farther from `counts`, in the zero of an arming, than the
     /// following error may be.
     pub(super) fn begins_far_from(&self, course: &Course, counts: i32) -> bool {
-        let Course::Follow(reference @ Reference::Trajectory(_)) = course else { return false };
-        let first = reference.at(0).position.counts;
+        let Course::Follow(Reference::Trajectory(trajectory)) = course else { return false };
+        // It rests there before its first blend.
+        let first = trajectory.corners().next().unwrap_or_default().position.counts;
         self.monitors.is_beyond_following_error(first.wrapping_sub(counts))
     }
 

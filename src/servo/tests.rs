@@ -286,7 +286,9 @@ fn a_trajectory_begins_where_the_joint_is_or_is_refused() {
     parameters.limits.following_error = 1.0;
     parameters.motion = Motion::Hold;
     let mut servo = Servo::new(Ok(&parameters), Boot::default(), &HARDWARE);
-    (0..10).for_each(|_| drop(tick(&mut servo, 0)));
+    for _ in 0..10 {
+        tick(&mut servo, 0);
+    }
     servo.arm_for_link(None).unwrap();
     // The joint has been moved to 50 counts by something else.
     tick(&mut servo, 50);

@@ -19,9 +19,17 @@ const MINUTE: u32 = 3000;
 
 /// The joint of the thesis's robot at rest under a law, armed by a link that goes on talking.
 fn armed(law: &str) -> SimulatedDevice {
+    armed_at(law, 1.0)
+}
+
+/// The same with an output that is scaled by the supply, which is so many times the nominal one.
+fn armed_at(law: &str, supply: f64) -> SimulatedDevice {
     let controller = format!("loop.controller={law}");
-    let plan = &plans("step-response", &[&controller, "reference.steps_deg=[5.0]"])[0];
+    let [nominal, range] = ["device.nominal_supply_v=12", "device.supply_full_scale_v=24"];
+    let set = [&controller, nominal, range, "reference.steps_deg=[5.0]"];
+    let plan = &plans("step-response", &set)[0];
     let mut device = SimulatedDevice::new(plan).unwrap();
+    device.supply = (2047.5 * supply).round() as u16;
     device.ticks(50);
     device.device.servo().arm_for_link(None).unwrap();
     device.tick();
@@ -137,5 +145,26 @@ fn pauses_and_another_arming_do_not_clear_an_impulse_and_counts_do() {
         device.tick();
         let expected = if is_dead { State::Faulted(Fault::Stall) } else { State::Armed };
         assert_eq!(push(&mut device), expected);
+    }
+}
+
+#[test]
+fn effort_is_that_at_the_nominal_supply_whatever_the_duty_is() {
+    // PD asks for 0.37 V of a joint that 0.40 V start, for ever. At a supply that is a tenth too low
+    // its duty is that of 0.41 V.
+    for supply in [0.9, 1.0, 1.1] {
+        let mut device = armed_at("pd", supply);
+        device.brake_v = 5.0;
+        step(&mut device, 0.37);
+        assert!(a_minute(&mut device).0, "{supply}");
+    }
+    // DNPF asks for 0.5 V, which is more, at a supply that is a quarter too high with the duty of
+    // 0.4 V.
+    for supply in [0.9, 1.0, 1.25] {
+        let mut device = armed_at("dnpf", supply);
+        (device.wires, device.brake_v) = (Wires::Cut, 5.0);
+        step(&mut device, 0.5);
+        let (_, output) = a_minute(&mut device);
+        assert_eq!(output.state, State::Faulted(Fault::Stall), "{supply}");
     }
 }

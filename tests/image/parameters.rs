@@ -104,10 +104,14 @@ fn of_two_records_the_newer_valid_one_counts() {
         ([None, Some(&older[..])], 11, 1.0),
         ([Some(&older[..]), Some(&newer[..])], 11, 2.0),
         ([Some(&newer[..]), Some(&older[..])], 10, 2.0),
-        ([Some(&older[..]), Some(&damaged[..])], 10, 1.0),
     ] {
         let observed = observed(records);
         assert!(observed.says(&format!("parameters of sector {sector}:")), "{:?}", observed.log);
         assert_eq!(only_swing(&observed), swing(v), "sector {sector}");
     }
+    // The older one counts if the newer is damaged, but nothing starts by itself with it.
+    let observed = observed([Some(&older[..]), Some(&damaged[..])]);
+    assert!(observed.says("parameters of sector 10:"), "{:?}", observed.log);
+    assert!(observed.says("a saved set of parameters is damaged"), "{:?}", observed.log);
+    assert!(!observed.says("autostart: arms") && observed.on_ns.is_empty(), "{observed:?}");
 }

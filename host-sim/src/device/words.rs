@@ -130,7 +130,7 @@ pub fn status(status: &Status) -> String {
 pub fn levels(levels: &Levels, rate: f32) -> String {
     let stick = match levels.stick {
         Some(v) => format!("stick      {v:.4} V: the effort at which the joint set out"),
-        None => "stick      not found: the joint did not move up to the full scale".into(),
+        None => "stick      not found: the joint did not move under the largest effort that the drive lets through".into(),
     };
     let slip = match (levels.slip, levels.stick) {
         (Some(v), _) => format!("slip       {v:.4} V: the effort at which it came to rest"),

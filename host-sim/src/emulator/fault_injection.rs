@@ -115,7 +115,7 @@ pub fn observe(
     faults: &[(u64, Injection)],
     until_ns: u64,
 ) -> Result<Observed, Error> {
-    powered(image, records, fitted, faults, until_ns, None)
+    observed(image, records, fitted, faults, until_ns, None)
 }
 
 /// Does the same with somebody at the other end of the command link, who is asked every 50 us.
@@ -130,10 +130,10 @@ pub fn converse(
     until_ns: u64,
     partner: Partner,
 ) -> Result<Observed, Error> {
-    powered(image, records, fitted, faults, until_ns, Some(partner))
+    observed(image, records, fitted, faults, until_ns, Some(partner))
 }
 
-fn powered(
+fn observed(
     image: &Arc<FirmwareImage>,
     records: [Option<&[u8]>; 2],
     fitted: Fitted,

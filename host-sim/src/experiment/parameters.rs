@@ -38,11 +38,20 @@ pub(crate) fn assembled(plan: &RunPlan) -> Result<Parameters, Error> {
     let motion = plan.motion()?;
     let device = plan.machine.device.core(DeviceConfig::CAUTIOUS);
     let controller = plan.controller_config()?;
-    // The breakaway effort is that of the joint that the file describes.
-    let friction = &plan.machine.joint.friction;
-    let breakaway = friction.stick_v + friction.added_v.max(0.0);
-    let limits = plan.machine.limits.core(Limits::derived(&controller, &device, breakaway as f32));
+    let breakaway = breakaway(plan);
+    let limits = plan.machine.limits.core(Limits::derived(&controller, &device, breakaway));
     Ok(Parameters { controller, motion, device, limits })
+}
+
+/// Tells the effort that starts the joint, V: what the file says of it among the limits, or else
+/// the static friction of the joint that the file describes.
+fn breakaway(plan: &RunPlan) -> f32 {
+    // Zero stands for what the file does not say; a limit that it turns off says nothing either.
+    let Limits { breakaway_effort, stall_effort, .. } = plan.machine.limits.core(Limits::OFF);
+    let friction = &plan.machine.joint.friction;
+    let stick = (friction.stick_v + friction.added_v.max(0.0)) as f32;
+    let said = [breakaway_effort, 0.5 * stall_effort];
+    said.into_iter().find(|effort| *effort > 0.0).unwrap_or(stick)
 }
 
 /// Makes both parameter sectors, each with the same record at its begin.

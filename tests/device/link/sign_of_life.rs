@@ -18,7 +18,8 @@ fn armed() -> SimulatedDevice {
     simulated
 }
 
-/// Lets 10 s pass with what `wire` makes of the device's bytes in each tick; returns the last state.
+/// Lets 10 s pass with what `wire` makes of the device's bytes in each tick; returns the last
+/// state.
 fn ten_seconds(
     simulated: &mut SimulatedDevice,
     mut wire: impl FnMut(u16, &[u8]) -> Vec<u8>,

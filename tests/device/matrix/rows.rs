@@ -185,9 +185,9 @@ pub const ELSEWHERE: [(Fault, &str); 8] = [
         "only at boot: parameters cannot go while it is armed (tests/device/link/parameters.rs)",
     ),
     (Fault::BadParameters, "the same"),
-    (Fault::ClockAbsent, "only at boot; tests/image/mishaps.rs"),
+    (Fault::ClockAbsent, "only at boot; tests/image/hardware_faults.rs"),
     (Fault::BrownOut, "the part is reset: nothing runs that could detect it"),
-    (Fault::ResetWhileArmed, "told after the reset; tests/image/mishaps.rs"),
+    (Fault::ResetWhileArmed, "told after the reset; tests/image/hardware_faults.rs"),
     (Fault::HardFault, "the part is reset"),
     (Fault::EncoderReversed, "only in the first move: tests of its own, in reversed_encoder.rs"),
 ];

@@ -9,7 +9,7 @@
 //! fault: that a reset tells it again and drives nothing.
 //!
 //! What a monitor sees: all laws. What the board reports itself: PD alone, since no law has a part
-//! in it. What cannot happen is listed with its reason. `tests/device/matrix.rs` has the same in
+//! in it. What cannot happen is listed with its reason. `tests/device/matrix/` has the same in
 //! process.
 
 mod driven;
