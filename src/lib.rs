@@ -37,6 +37,7 @@ pub mod compensator;
 mod controller;
 pub mod deadline;
 pub mod device;
+mod device_config;
 pub mod drive;
 pub mod encoder;
 mod error;

@@ -1,8 +1,8 @@
 //! Thresholds of the monitors: `[limits]` of a machine's file.
 
 use crate::controller::ControllerConfig;
+use crate::device_config::DeviceConfig;
 use crate::error::HUGE;
-use crate::parameters::DeviceConfig;
 use crate::value::{Table, table};
 
 /// The largest error where Kp is zero and says nothing of it: a turn, deg.

@@ -26,9 +26,9 @@ pub use limits::Limits;
 pub use standstill::Standstill;
 
 use crate::controller::ControllerConfig;
+use crate::device_config::DeviceConfig;
 use crate::fault::Fault;
 use crate::hardware::Hardware;
-use crate::parameters::DeviceConfig;
 use crate::signal::Tick;
 use encoder_jump::EncoderJump;
 use following_error::{FollowingError, FollowingState};

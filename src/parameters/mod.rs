@@ -9,6 +9,7 @@ pub mod record;
 
 use crate::compensator::{self, Gains};
 use crate::controller::{Controller, ControllerConfig, SAMPLE_TIME};
+pub use crate::device_config::DeviceConfig;
 use crate::drive::DriveConfig;
 use crate::encoder::Encoder;
 use crate::error::{Error, between};
@@ -34,37 +35,6 @@ table! {
         /// The thresholds of the faults.
         limits: Limits = Limits::EXAMPLE,
     }
-}
-
-table! {
-    /// The configuration that only a device has. By default the device neither starts nor scales
-    /// anything by itself.
-    #[derive(Clone, Copy, Debug, PartialEq)]
-    pub struct DeviceConfig (device) "device" {
-        /// Arm without a command, `autostart_delay_s` after power-on. No reset that nobody asked
-        /// for does.
-        autostart: bool = 0x0801 "autostart", Any, Default(false);
-        /// Time from the first tick to arming by itself, s.
-        autostart_delay: f32 = 0x0802 "autostart_delay_s", Between(0.0, 60.0), Default(1.0);
-        /// Time in which the output's limit rises from zero to the full scale after arming, s; 0 is
-        /// at once. The product of its ticks and the codes fits 32 bits up to 10 s at 10 kHz.
-        soft_start: f32 = 0x0803 "soft_start_s", Between(0.0, 10.0), Default(0.5);
-        /// Time between the switching of complementary outputs, s: up to what the STM32F405's
-        /// dead-time generator reaches at 168 MHz.
-        dead_time: f32 = 0x0804 "dead_time_s", Between(0.0, 6e-6), Default(1e-6);
-        /// Supply for which the gains were found, V: the output is scaled by its ratio to the
-        /// measured supply. 0 leaves the output alone. Up to `supply_full_scale_v`.
-        nominal_supply: f32 =
-            0x0805 "nominal_supply_v", Between(0.0, device.supply_full_scale), Default(0.0);
-        /// Supply at the full scale of the converter, V; 0: the supply is not measured.
-        supply_full_scale: f32 = 0x0806 "supply_full_scale_v", Between(0.0, 100.0), Default(0.0);
-    }
-}
-
-impl DeviceConfig {
-    /// The configuration of a device that neither starts nor scales anything by itself. It has half
-    /// a second of soft start and one microsecond of dead time.
-    pub const CAUTIOUS: Self = Self::EXAMPLE;
 }
 
 /// Returns the declarations of all tables.

@@ -46,7 +46,11 @@ pub fn complaint(command: Command, fragments: &[&str]) -> Option<String> {
     };
     let said = String::from_utf8(output.stderr).unwrap();
     let missing: Vec<_> = fragments.iter().filter(|fragment| !said.contains(**fragment)).collect();
-    let jargon: Vec<_> = JARGON.iter().filter(|word| said.contains(**word)).collect();
+    // The name of a temporary directory is any letters.
+    let directory = std::env::temp_dir().display().to_string();
+    let words: Vec<_> = said.split(' ').filter(|word| !word.contains(&directory)).collect();
+    let words = words.join(" ");
+    let jargon: Vec<_> = JARGON.iter().filter(|word| words.contains(**word)).collect();
     let why = if output.status.code() != Some(2) {
         format!("ended with {}", output.status)
     } else if !output.stdout.is_empty() {
