@@ -275,7 +275,7 @@ impl Values for Motion {
         Some(value)
     }
 
-    /// Knows no bounds of times and rates: [`Motion::check`] holds them against the loop.
+    /// Knows no bounds of times and rates: `Motion::check` holds them against the loop.
     fn with_bounds(&self, key: Key) -> Option<(f32, Allowed)> {
         let bits = self.get(key)?;
         let part = corner(key).map(|(_, part)| part);
