@@ -256,6 +256,11 @@ signals! {
     }
 }
 
+/// Returns the name of a signal by its field, with its unit. It is for constants, as [`index`] is.
+pub const fn name(field: &str) -> &'static str {
+    SIGNALS[index(field)].name
+}
+
 impl Tick {
     /// Returns theta_d and its derivatives.
     pub const fn setpoint(&self) -> Setpoint {

@@ -54,46 +54,13 @@ pub struct Levels {
     pub slip_corrected_v: Option<f64>,
 }
 
-/// The joint at one sample of a ramp.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct RampMoment {
-    /// Time, s.
-    pub time_s: f64,
-    /// Effort asked for, V.
-    pub v: f64,
-    /// Code of the D/A.
-    pub code: i16,
-    /// What the D/A holds from now on, V.
-    pub applied_v: f64,
-    /// True position, deg.
-    pub position_deg: f64,
-    /// True velocity, deg/s.
-    pub velocity_deg_per_s: f64,
-    /// Whether the joint is stuck.
-    pub stuck: bool,
-}
-
-impl From<&Moment> for RampMoment {
-    fn from(moment: &Moment) -> Self {
-        Self {
-            time_s: moment.time_s,
-            v: f64::from(moment.tick.v),
-            code: moment.tick.code,
-            applied_v: moment.applied_v,
-            position_deg: moment.position_deg,
-            velocity_deg_per_s: moment.velocity_deg_per_s,
-            stuck: moment.stuck,
-        }
-    }
-}
-
 impl RampTest {
     /// Runs the ramp on a joint at rest, with the encoder and the drive of `around`; no law runs.
     pub fn run<S: AxisSolver>(
         &self,
         solver: &mut S,
         around: &ClosedLoop,
-        mut on_moment: impl FnMut(&RampMoment),
+        on_moment: impl FnMut(&Moment),
         on_event: impl FnMut(Event),
     ) -> Levels {
         // The readings are of the effort of the same sample, here as in the image.
@@ -102,13 +69,7 @@ impl RampTest {
         let course = Course::Ramp(self.core);
         let (counter, counts) = (plant.counter(), plant.counts());
         let mut target = BareLoop::new(&around.controller, &course, counter, counts);
-        at_once.step(
-            &mut target,
-            &mut plant,
-            u32::MAX,
-            |moment| on_moment(&moment.into()),
-            on_event,
-        );
+        at_once.step(&mut target, &mut plant, u32::MAX, on_moment, on_event);
         self.levels(&target.state.ramp().findings(), &around.axis)
     }
 

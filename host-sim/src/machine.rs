@@ -7,7 +7,7 @@ use std::borrow::Cow;
 use std::collections::BTreeMap;
 
 use schemars::{JsonSchema, Schema, SchemaGenerator, json_schema};
-use serde::de::{Error as _, MapAccess};
+use serde::de::{Error as _, MapAccess, Unexpected};
 use serde::ser::SerializeMap;
 use serde::{Deserialize, Deserializer, Serialize, Serializer};
 use stiction::compensator::Gains;
@@ -339,6 +339,7 @@ pub struct Run {
     #[serde(skip_serializing_if = "Option::is_none")]
     pub duration_s: Option<f64>,
     /// Samples by which the output is late, 0 or 1.
+    #[serde(deserialize_with = "zero_or_one")]
     pub delay_samples: u8,
     /// Method by which the axis is solved between samples.
     pub solver: Solver,
@@ -349,6 +350,18 @@ pub struct Run {
 impl Default for Run {
     fn default() -> Self {
         Self { duration_s: None, delay_samples: 0, solver: Solver::Exact, step_s: 1e-5 }
+    }
+}
+
+/// Reads the number of samples by which the output is late.
+fn zero_or_one<'de, D: Deserializer<'de>>(deserializer: D) -> Result<u8, D::Error> {
+    const ALLOWED: &str = "the whole number 0 or 1";
+    let found = toml::Value::deserialize(deserializer)?;
+    match found {
+        toml::Value::Integer(0) => Ok(0),
+        toml::Value::Integer(1) => Ok(1),
+        // The value itself is told by its path.
+        _ => Err(D::Error::invalid_value(Unexpected::Other("that"), &ALLOWED)),
     }
 }
 

@@ -10,7 +10,7 @@ use stiction::identification::RampFindings;
 use crate::closed_loop::{ClosedLoop, Moment};
 use crate::error::Error;
 use crate::experiment::{RunPlan, Task, parameters};
-use crate::identification::{Levels, RampMoment};
+use crate::identification::Levels;
 use crate::machine::Solver;
 use crate::metrics::{Metrics, is_unstable};
 use crate::plant::{Delay, Plant};
@@ -68,8 +68,8 @@ pub enum Driven {
 pub enum Trace {
     /// Of a closed loop.
     Loop(Vec<Moment>),
-    /// Of an effort ramp.
-    Ramp(Vec<RampMoment>),
+    /// Of an effort ramp: the loop is open, so the reference says nothing.
+    Ramp(Vec<Moment>),
 }
 
 /// Runs all plans by the bare loop, as [`run_all_driven`].
@@ -230,10 +230,8 @@ impl<'a> Recording<'a> {
 impl Trace {
     /// One more instant.
     pub(crate) fn push(&mut self, moment: &Moment) {
-        match self {
-            Self::Loop(moments) => moments.push(*moment),
-            Self::Ramp(moments) => moments.push(moment.into()),
-        }
+        let (Self::Loop(moments) | Self::Ramp(moments)) = self;
+        moments.push(*moment);
     }
 }
 
@@ -266,7 +264,7 @@ impl RunResult {
     fn of_ramp(
         plan: &RunPlan,
         levels: Levels,
-        moments: Vec<RampMoment>,
+        moments: Vec<Moment>,
         events: Vec<Event>,
         begin: Instant,
         derivative_evaluations: u64,

@@ -11,7 +11,7 @@ use crate::common::{emulation, experiment};
 const FAST: [&str; 2] =
     ["identification.ramp_rates_v_per_s=[0.1, 0.2]", "identification.hold_s=9.5"];
 
-fn trace(result: &RunResult) -> &[host_sim::identification::RampMoment] {
+fn trace(result: &RunResult) -> &[host_sim::closed_loop::Moment] {
     let Trace::Ramp(moments) = &result.trace else { panic!("{} is no ramp", result.plan.label) };
     moments
 }

@@ -9,23 +9,7 @@ use stiction::link::Sample;
 use super::signals::Signals;
 use crate::error::Error;
 use crate::output::Cell;
-use crate::output::csv::COLUMNS;
-
-/// The signals that the columns of `stiction run --csv` are made of.
-const BASE: [&str; 9] = [
-    "counts",
-    "reference_counts",
-    "reference_fraction_counts",
-    "error_deg",
-    "velocity_deg_per_s",
-    "v_pd_v",
-    "v_c_v",
-    "v_v",
-    "code",
-];
-
-/// The signal of what the joint got, which is not always what was asked for.
-const APPLIED: &str = "v_applied_v";
+use crate::output::columns::{Column, LEADING, is_leading};
 
 /// The samples of a device so far, and the signals that they have.
 #[derive(Clone, Debug, Default)]
@@ -46,7 +30,7 @@ impl Log {
         more.iter().try_for_each(|name| signals.check(name))?;
         let mut all: Vec<String> = vec![];
         for name in signals.of_law().map(str::to_owned).chain(more.iter().cloned()) {
-            if !all.contains(&name) && !COLUMNS.contains(&name.as_str()) {
+            if !all.contains(&name) && !is_leading(&name) {
                 all.push(name);
             }
         }
@@ -55,8 +39,8 @@ impl Log {
 
     /// Tells which signals have to be subscribed for these columns.
     pub fn mask(&self) -> u64 {
-        self.signals
-            .mask(BASE.into_iter().chain([APPLIED]).chain(self.more.iter().map(String::as_str)))
+        let leading = LEADING.iter().flat_map(|column| column.made_of().iter().copied());
+        self.signals.mask(leading.chain(self.more.iter().map(String::as_str)))
     }
 
     /// Adds a sample.
@@ -81,28 +65,27 @@ impl Log {
     pub fn render(&self, sample_time: f32, resolution: f32) -> Result<Vec<u8>, Error> {
         let failed = |error: csv::Error| Error::Input(error.to_string());
         let mut writer = csv::WriterBuilder::new().has_headers(false).from_writer(Vec::new());
-        let header = COLUMNS.into_iter().chain(self.more.iter().map(String::as_str));
-        writer.write_record(header).map_err(failed)?;
+        let leading = LEADING.iter().map(|column| column.name());
+        writer.write_record(leading.chain(self.more.iter().map(String::as_str))).map_err(failed)?;
         let begin = self.samples.first().map_or(0, |sample| sample.clock);
         let resolution = f64::from(resolution);
         for sample in &self.samples {
-            let value = |name: &str| self.signals.number(sample, name);
-            let cell = |name: &str| self.signals.cell(sample, name);
-            let ticks = sample.clock.wrapping_sub(begin);
-            let time_s = f64::from(ticks) * f64::from(sample_time);
-            let reference = value("reference_counts") + value("reference_fraction_counts");
-            let mut row = vec![
-                Cell::from((time_s * 1e6).round() / 1e6),
-                Cell::from(reference * resolution),
-                Cell::from(value("counts") * resolution),
-            ];
-            row.extend(
-                ["error_deg", "velocity_deg_per_s", "v_pd_v", "v_c_v", "v_v", "code"].map(cell),
-            );
-            row.push(Cell::from(value("velocity_deg_per_s") == 0.0));
-            row.push(cell(APPLIED));
-            row.extend(self.more.iter().map(|name| cell(name)));
-            writer.serialize(row).map_err(failed)?;
+            let seconds = f64::from(sample.clock.wrapping_sub(begin)) * f64::from(sample_time);
+            // What a column is made of is one signal, or a position in two parts.
+            let sum = |column: &Column| {
+                column.made_of().iter().map(|name| self.signals.number(sample, name)).sum::<f64>()
+            };
+            let row = LEADING.iter().map(|column| match column {
+                // The sample time is in single precision.
+                Column::Time => Cell::from((seconds * 1e6).round() / 1e6),
+                Column::Reference | Column::Position => Cell::from(sum(column) * resolution),
+                Column::Stuck => Cell::from(sum(column) == 0.0),
+                Column::Error | Column::Velocity | Column::Applied | Column::Signal(_) => {
+                    self.signals.cell(sample, column.name())
+                }
+            });
+            let more = self.more.iter().map(|name| self.signals.cell(sample, name));
+            writer.serialize(row.chain(more).collect::<Vec<Cell>>()).map_err(failed)?;
         }
         writer.into_inner().map_err(|error| failed(error.into_error().into()))
     }

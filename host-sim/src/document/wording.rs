@@ -54,7 +54,7 @@ pub fn refused(path: &str, at: Option<&Value>, message: &str) -> String {
         format!("`{path}` has {entries} entries; allowed are 2")
     } else {
         let expected = message.rsplit_once("expected ").map_or(&*message, |(_, expected)| expected);
-        format!("`{path}` is {found}; allowed is {}", in_words(path, expected))
+        format!("`{path}` is {found}; allowed is {}", in_words(expected))
     }
 }
 
@@ -94,15 +94,12 @@ fn describe(value: &Value) -> String {
 }
 
 /// What serde expected, in words.
-fn in_words<'a>(path: &str, expected: &'a str) -> &'a str {
-    match (path, expected) {
-        ("encoder.counter_bits", _) => "the whole number 16 or 32",
-        ("run.delay_samples", _) => "the whole number 0 or 1",
-        ("loop.velocity_window", _) => "a whole number from 2 to 16",
-        (_, "f64") => "a number",
-        (_, "a sequence") => "a list in square brackets",
-        (_, "a string" | "string only") => "a text in quotes",
-        (_, "a map") => "a table",
+fn in_words(expected: &str) -> &str {
+    match expected {
+        "f64" => "a number",
+        "a sequence" => "a list in square brackets",
+        "a string" | "string only" => "a text in quotes",
+        "a map" => "a table",
         _ if expected.starts_with("struct ") => "a table",
         _ => expected,
     }

@@ -5,7 +5,7 @@ use stiction::value::Table;
 
 use super::plan::{MAX_SAMPLES, RunPlan};
 use super::task::Task;
-use crate::closed_loop::{ClosedLoop, Delay};
+use crate::closed_loop::ClosedLoop;
 use crate::encoder::EncoderModel;
 use crate::error::{Error, rounded, shown};
 use crate::friction::{AddedFriction, Coulomb};
@@ -78,11 +78,6 @@ impl RunPlan {
     /// Names the key, what was found and what is allowed.
     pub fn closed_loop(&self) -> Result<ClosedLoop, Error> {
         let machine = &self.machine;
-        let delay = match machine.run.delay_samples {
-            0 => Delay::None,
-            1 => Delay::OneSample,
-            other => return Err(self.refuse("run.delay_samples", &other.to_string(), "0 or 1")),
-        };
         self.above_zero("run.step_s", machine.run.step_s)?;
         let controller = self.controller()?;
         Ok(ClosedLoop {
@@ -91,7 +86,7 @@ impl RunPlan {
             encoder: self.encoder()?,
             lsb_v: machine.drive.lsb_v(),
             sample_time_s: machine.sampling.sample_time_s(),
-            delay,
+            delay: self.delay(),
             axis: self.axis()?,
         })
     }

@@ -14,12 +14,15 @@ impl RunPlan {
     pub fn plant(&self) -> Result<Plant<ExactAxis>, Error> {
         let (axis, encoder) = (self.axis()?, self.encoder()?);
         let sample_time_s = self.machine.sampling.sample_time_s();
-        let delay = match self.machine.run.delay_samples {
-            1 => Delay::OneSample,
-            _ => Delay::None,
-        };
         let solver = ExactAxis::at_rest(&axis, sample_time_s);
         let scale = [self.machine.drive.lsb_v(), sample_time_s];
-        Ok(Plant::new(solver, axis, encoder, scale, delay))
+        Ok(Plant::new(solver, axis, encoder, scale, self.delay()))
+    }
+    /// Returns how late the output is.
+    pub(super) fn delay(&self) -> Delay {
+        match self.machine.run.delay_samples {
+            0 => Delay::None,
+            _ => Delay::OneSample,
+        }
     }
 }

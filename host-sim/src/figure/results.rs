@@ -9,7 +9,6 @@ use std::path::Path;
 use super::{Figure, Line, Panel, Style};
 use crate::closed_loop::Moment;
 use crate::experiment::Task;
-use crate::identification::RampMoment;
 use crate::machine::FigureSource;
 use crate::run::{RunResult, Trace};
 
@@ -178,10 +177,13 @@ fn breakdown(result: &RunResult, curve: &str) -> Vec<Panel> {
 fn ramp_figure(result: &RunResult, prefix: &str) -> Option<NamedFigure> {
     let Trace::Ramp(moments) = &result.trace else { return None };
     let series =
-        |of: fn(&RampMoment) -> f64| moments.iter().map(|m| (m.time_s, of(m))).collect::<Vec<_>>();
+        |of: fn(&Moment) -> f64| moments.iter().map(|m| (m.time_s, of(m))).collect::<Vec<_>>();
     let rate = result.plan.task.slug();
     let panels = vec![
-        Panel::new("effort (V)", vec![Line::new("v", Style::Total, series(|m| m.v)).held()]),
+        Panel::new(
+            "effort (V)",
+            vec![Line::new("v", Style::Total, series(|m| m.tick.v.into())).held()],
+        ),
         Panel::new(
             "displacement (deg)",
             vec![Line::new("joint", Style::Primary, series(|m| m.position_deg))],

@@ -1,5 +1,7 @@
 //! A cell of a CSV file: tables whose columns are known at run time only.
 
+use stiction::signal::Form;
+
 /// The content of one cell.
 #[derive(Clone, Debug, PartialEq, serde::Serialize)]
 #[serde(untagged)]
@@ -16,6 +18,17 @@ pub enum Cell {
     Flag(bool),
     /// A name.
     Text(String),
+}
+
+impl Cell {
+    /// Makes the cell of a signal from its 32 bits, with no more digits than a number has.
+    pub fn of(form: Form, bits: u32) -> Self {
+        match form {
+            Form::Number => Self::Single(f32::from_bits(bits)),
+            Form::Whole => Self::Whole((bits as i32).into()),
+            Form::Bits => Self::Whole(bits.into()),
+        }
+    }
 }
 
 macro_rules! cells {

@@ -2,6 +2,7 @@
 //! are written whole or not at all.
 
 mod cell;
+pub mod columns;
 pub mod csv;
 mod file;
 pub mod json;

@@ -2,6 +2,7 @@
 
 use std::path::Path;
 
+use super::columns::DRAWN;
 use crate::error::Error;
 
 /// One sample of a run or a log; a ramp lacks the optional ones.
@@ -37,18 +38,6 @@ pub struct Series {
     pub samples: Vec<Sample>,
 }
 
-/// The columns that a file has to have; it may have others.
-const COLUMNS: [&str; 8] = [
-    "time_s",
-    "reference_deg",
-    "position_deg",
-    "error_deg",
-    "velocity_deg_per_s",
-    "v_pd_v",
-    "v_c_v",
-    "v_v",
-];
-
 /// Reads the runs of a file.
 ///
 /// # Errors
@@ -64,8 +53,10 @@ pub fn read(path: &Path) -> Result<Vec<Series>, Error> {
     let refuse = |why: String| Error::Input(format!("{shown}: {why}"));
     let mut reader = csv::Reader::from_reader(&*bytes);
     let header = reader.headers().map_err(|error| refuse(error.to_string()))?;
-    if let Some(missing) =
-        COLUMNS.iter().find(|column| !header.iter().any(|found| found == **column))
+    if let Some(missing) = DRAWN
+        .iter()
+        .map(|column| column.name())
+        .find(|name| !header.iter().any(|found| found == *name))
     {
         return Err(refuse(format!(
             "there is no column `{missing}`; it has to be a file of `stiction run --csv` of a \
@@ -77,15 +68,8 @@ pub fn read(path: &Path) -> Result<Vec<Series>, Error> {
     for sample in reader.deserialize::<Sample>() {
         // The error names the line.
         let sample = sample.map_err(|error| refuse(error.to_string()))?;
-        let name = sample.label.as_ref().map_or_else(
-            || stem.clone(),
-            |label| {
-                format!(
-                    "{stem}, \
-            {label}"
-                )
-            },
-        );
+        let name =
+            sample.label.as_ref().map_or_else(|| stem.clone(), |label| format!("{stem}, {label}"));
         match all.iter_mut().find(|series| series.name == name) {
             Some(series) => series.samples.push(sample),
             None => all.push(Series { name, samples: vec![sample] }),

@@ -5,6 +5,7 @@ use std::marker::PhantomData;
 
 use serde::de::{self, DeserializeSeed, MapAccess, Visitor};
 use serde::{Deserialize, Deserializer};
+use stiction::Allowed;
 use stiction::value::Kind;
 
 use super::{Declared, Extras, Scalar, Written};
@@ -36,8 +37,8 @@ impl Visitor<'_> for Name<'_> {
     }
 }
 
-/// Reads a value of a declared type.
-struct Value(Kind);
+/// Reads a value of a declared type, which may be what is allowed.
+struct Value(Kind, Option<Allowed>);
 
 impl<'de> DeserializeSeed<'de> for Value {
     type Value = Scalar;
@@ -45,7 +46,7 @@ impl<'de> DeserializeSeed<'de> for Value {
     fn deserialize<D: Deserializer<'de>>(self, deserializer: D) -> Result<Scalar, D::Error> {
         match self.0 {
             Kind::Number => f64::deserialize(deserializer).map(Scalar::Number),
-            Kind::Whole => deserializer.deserialize_i64(WholeNumber).map(Scalar::Whole),
+            Kind::Whole => deserializer.deserialize_i64(WholeNumber(self.1)).map(Scalar::Whole),
             Kind::Flag => bool::deserialize(deserializer).map(Scalar::Flag),
             Kind::Choice(words) => deserializer.deserialize_any(Choice(words)),
         }
@@ -53,13 +54,16 @@ impl<'de> DeserializeSeed<'de> for Value {
 }
 
 /// A float is not whole, even if it has no fraction: that is a slip of the hand.
-struct WholeNumber;
+struct WholeNumber(Option<Allowed>);
 
 impl Visitor<'_> for WholeNumber {
     type Value = i64;
 
     fn expecting(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.write_str("a whole number")
+        match self.0 {
+            Some(Allowed::Between(low, high)) => write!(f, "a whole number from {low} to {high}"),
+            _ => f.write_str("a whole number"),
+        }
     }
 
     fn visit_i64<E: de::Error>(self, whole: i64) -> Result<i64, E> {
@@ -85,7 +89,9 @@ impl Visitor<'_> for Choice {
     type Value = Scalar;
 
     fn expecting(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.write_str("one of the words")
+        let are_numbers = self.0.iter().all(|word| word.parse::<i64>().is_ok());
+        let what = if are_numbers { "the whole number" } else { "one of the words" };
+        write!(f, "{what} {}", self.0.join(" or "))
     }
 
     fn visit_str<E: de::Error>(self, typed: &str) -> Result<Scalar, E> {
@@ -120,7 +126,9 @@ impl<'de, T: Declared, E: Extras> Visitor<'de> for TableVisitor<T, E> {
         while let Some(name) = map.next_key_seed(Name(&names))? {
             match declared.iter().find(|about| about.name == name) {
                 Some(about) => {
-                    table.values.insert(name, map.next_value_seed(Value(about.kind))?);
+                    table
+                        .values
+                        .insert(name, map.next_value_seed(Value(about.kind, T::allowed(about)))?);
                 }
                 None => table.extras.take(name, &mut map)?,
             }

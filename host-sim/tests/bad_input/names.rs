@@ -36,7 +36,7 @@ fn names_that_do_not_exist_are_answered_with_the_nearest_or_with_all() {
         ),
         (
             &["run", "step-response", "--delay", "2"],
-            &["`run.delay_samples` is 2", "allowed is 0 or 1"],
+            &["`run.delay_samples` is 2", "allowed is the whole number 0 or 1"],
         ),
     ];
     assert_all_refused(cases.iter().map(|(arguments, fragments)| {

@@ -188,7 +188,11 @@ fn a_key_that_is_set_wrongly_is_named_with_what_was_found_and_what_is_allowed() 
             "drive.full_scale_v=1e300",
             &["`drive.full_scale_v` is 1e300; allowed is a number above 0"],
         ),
-        (STEP, "run.delay_samples=2", &["`run.delay_samples` is 2; allowed is 0 or 1"]),
+        (
+            STEP,
+            "run.delay_samples=2",
+            &["`run.delay_samples` is 2; allowed is the whole number 0 or 1"],
+        ),
         (STEP, "run.delay_samples=-1", &["`run.delay_samples` is -1", "0 or 1"]),
         (STEP, "run.step_s=0", &["`run.step_s` is 0; allowed is a number above 0"]),
         (STEP, "run.step_s=nan", &["`run.step_s` is NaN; allowed is a number above 0"]),

@@ -4,7 +4,11 @@ use std::fs;
 
 use super::stiction;
 
-const COLUMNS: &str = "time_s,reference_deg,position_deg,error_deg,velocity_deg_per_s,v_pd_v,v_c_v,v_v,code,stuck,v_applied_v";
+/// The columns that scripts rely on, then every other signal of the core.
+const COLUMNS: &str = "time_s,reference_deg,position_deg,error_deg,velocity_deg_per_s,v_pd_v,\
+    v_c_v,v_v,code,stuck,v_applied_v,tick,counts,reference_counts,reference_fraction_counts,\
+    reference_velocity_deg_per_s,reference_acceleration_deg_per_s2,compare,reverse,saturated,\
+    non_finite,status";
 
 #[test]
 fn csv_has_a_line_a_sample_under_the_documented_header() {
@@ -31,7 +35,7 @@ fn csv_has_a_line_a_sample_under_the_documented_header() {
     assert_eq!(rows.len(), 301);
     for (k, row) in rows.iter().enumerate() {
         let cell = |i: usize| row[i].parse::<f64>().unwrap();
-        assert!(row.len() == 11 && (cell(0) - 0.02 * k as f64).abs() < 1e-9, "{row:?}");
+        assert!(row.len() == 22 && (cell(0) - 0.02 * k as f64).abs() < 1e-9, "{row:?}");
         assert!(
             (cell(1) - cell(2) - cell(3)).abs() < 1e-9,
             "the error is reference minus position: {row:?}"
@@ -45,6 +49,7 @@ fn csv_has_a_line_a_sample_under_the_documented_header() {
             (cell(10) - cell(8) * 0.00488).abs() < 1e-6,
             "what is applied is the code's volts: {row:?}"
         );
+        assert_eq!(cell(11), k as f64, "the tick: {row:?}");
         assert!(
             ["true", "false"].contains(&row[9]) && (row[9] == "false" || cell(4) == 0.0),
             "{row:?}"
@@ -58,7 +63,7 @@ fn csv_has_a_line_a_sample_under_the_documented_header() {
     // A ramp has no reference, no error and no controller.
     let row: Vec<&str> = text.lines().nth(1).unwrap().split(',').collect();
     let empty: Vec<usize> = (0..row.len()).filter(|i| row[*i].is_empty()).collect();
-    assert_eq!((row.len(), empty), (11, vec![1, 3, 5, 6]));
+    assert_eq!((row.len(), empty), (22, vec![1, 3, 5, 6, 13, 14, 15, 16]));
 
     let text =
         csv(&["step-response", "--controller", "pd", "--set", "joint.gain_deg_per_s2_per_v=27"]);

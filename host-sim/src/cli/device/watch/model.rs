@@ -3,6 +3,7 @@
 use std::collections::VecDeque;
 
 use stiction::link::{Sample, StateCode, Status};
+use stiction::signal::name;
 
 use crate::device::signals::Signals;
 
@@ -11,19 +12,19 @@ pub const WINDOW_S: f64 = 10.0;
 
 /// The signals that the view subscribes to.
 pub const SIGNALS: [&str; 13] = [
-    "counts",
-    "reference_counts",
-    "reference_fraction_counts",
-    "error_deg",
-    "velocity_deg_per_s",
-    "v_pd_v",
-    "v_c_v",
-    "v_v",
-    "v_applied_v",
-    "code",
-    "compare",
-    "reverse",
-    "status",
+    name("counts"),
+    name("reference_counts"),
+    name("reference_fraction"),
+    name("error"),
+    name("velocity"),
+    name("v_pd"),
+    name("v_c"),
+    name("v"),
+    name("v_applied"),
+    name("code"),
+    name("compare"),
+    name("reverse"),
+    name("status"),
 ];
 
 /// The terms of one tick, in a user's units.
@@ -59,22 +60,23 @@ pub struct Moment {
 
 impl Moment {
     fn new(signals: &Signals, sample: &Sample, sample_time_s: f64, resolution_deg: f64) -> Self {
-        let value = |name| signals.number(sample, name);
-        let flags = value("status") as u32;
-        let reference = value("reference_counts") + value("reference_fraction_counts");
-        let compare = value("compare") as i32;
+        let value = |signal| signals.number(sample, signal);
+        let flags = value(const { name("status") }) as u32;
+        let reference =
+            value(const { name("reference_counts") }) + value(const { name("reference_fraction") });
+        let compare = value(const { name("compare") }) as i32;
         Self {
             time_s: f64::from(sample.clock) * sample_time_s,
             reference_deg: reference * resolution_deg,
-            position_deg: value("counts") * resolution_deg,
-            error_deg: value("error_deg"),
-            velocity_deg_per_s: value("velocity_deg_per_s"),
-            v_pd: value("v_pd_v"),
-            v_c: value("v_c_v"),
-            v: value("v_v"),
-            v_applied: value("v_applied_v"),
-            code: value("code") as i32,
-            duty: if value("reverse") == 0.0 { compare } else { -compare },
+            position_deg: value(const { name("counts") }) * resolution_deg,
+            error_deg: value(const { name("error") }),
+            velocity_deg_per_s: value(const { name("velocity") }),
+            v_pd: value(const { name("v_pd") }),
+            v_c: value(const { name("v_c") }),
+            v: value(const { name("v") }),
+            v_applied: value(const { name("v_applied") }),
+            code: value(const { name("code") }) as i32,
+            duty: if value(const { name("reverse") }) == 0.0 { compare } else { -compare },
             armed: flags & 0xFF == 2,
             saturated: flags & (1 << 16) != 0,
         }
