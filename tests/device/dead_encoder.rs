@@ -9,7 +9,8 @@ use stiction::position::Position;
 use stiction::reference::{Reference, Step};
 use stiction::servo::{Output, State};
 
-use crate::fixture::{laws, plans};
+use crate::fixture::plans;
+use experiments::controllers;
 
 /// Errors under which the encoder dies, deg: from ten counts to the full scale of PD.
 const ERRORS: [f64; 9] = [0.025, 0.05, 0.1, 0.2, 0.35, 0.39, 0.41, 1.0, 5.0];
@@ -66,7 +67,7 @@ fn pushed(effort: f64, ticks: f64) -> f64 {
 
 #[test]
 fn an_encoder_that_is_dead_from_rest_is_seen_under_every_law_and_error() {
-    for law in laws() {
+    for law in controllers() {
         for error in ERRORS {
             let mut device = armed(law);
             device.wires = Wires::Cut;

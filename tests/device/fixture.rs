@@ -1,27 +1,17 @@
 //! The thesis's machine and its parameters, for tests of devices.
 
 use host_sim::device;
-use host_sim::experiment::{Document, Experiment, RunPlan};
+use host_sim::experiment::RunPlan;
 use host_sim::flash::{SECTOR, SimulatedFlash};
 use stiction::Parameters;
-use stiction::compensator::Gains;
 use stiction::store::Store;
 
 /// The slots of a flash of two sectors.
 pub const SLOTS: [u32; 2] = [0, SECTOR];
 
-/// Every controller by its name: plain PD, and each law by itself.
-pub fn laws() -> impl Iterator<Item = &'static str> {
-    std::iter::once("pd").chain(Gains::NAMES.iter().copied())
-}
-
 /// Plans all runs of an experiment, with keys set.
 pub fn plans(name: &str, set: &[&str]) -> Vec<RunPlan> {
-    let mut document = Document::open(name).unwrap();
-    document.set(&set.iter().map(|text| (*text).to_owned()).collect::<Vec<_>>()).unwrap();
-    let fixed: Vec<String> =
-        set.iter().filter_map(|text| text.split_once('=')).map(|(key, _)| key.to_owned()).collect();
-    Experiment::plan(&document, &[], &fixed).unwrap().runs
+    experiments::experiment(name, &[], set).runs
 }
 
 /// The parameters that a device needs for a run.

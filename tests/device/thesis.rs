@@ -5,7 +5,8 @@ use host_sim::experiment::{Document, RunPlan, Task, builtins};
 use stiction::Fault;
 use stiction::servo::{Output, State};
 
-use crate::fixture::{laws, plans};
+use crate::fixture::plans;
+use experiments::controllers;
 
 /// Runs the motion of a plan to its end, and returns the last output with the fault's value.
 fn run(plan: &RunPlan) -> (Output, f32) {
@@ -42,7 +43,7 @@ fn no_default_threshold_stops_an_experiment() {
     let (literal, others): (Vec<_>, Vec<_>) =
         tripped.iter().partition(|line| line.contains("literal-si"));
     assert!(others.is_empty(), "{others:#?}");
-    assert_eq!(literal.len(), 2 * laws().count(), "{literal:#?}");
+    assert_eq!(literal.len(), 2 * controllers().count(), "{literal:#?}");
     assert!(runs > 100, "{runs}");
     reliability!("thesis", runs, unstable = literal.len(), tripped = others.len());
 }
@@ -91,7 +92,7 @@ fn first_trip(law: &str, set: &[&str]) -> (u32, Fault) {
 /// that fast.
 #[test]
 fn the_default_speed_limit_costs_srnf_large_steps() {
-    for law in laws() {
+    for law in controllers() {
         let (deg, fault) = first_trip(law, &[]);
         let (free_deg, free_fault) = first_trip(law, &NO_LOAD);
         let limit = crate::fixture::parameters(&step(law, 5, &[])).limits.overspeed;
@@ -128,7 +129,7 @@ fn the_default_speed_limit_costs_srnf_large_steps() {
 #[test]
 fn the_default_speed_limit_stops_an_unstable_loop_at_once() {
     let unstable = |limit: &str, set: &[&str]| {
-        let laws = laws().map(|law| format!("loop.controller={law}"));
+        let laws = controllers().map(|law| format!("loop.controller={law}"));
         let all = laws.flat_map(|law| plans("step-response", &[&[law.as_str()], set].concat()));
         let all = all.filter(|plan| plan.variant == "literal-si");
         let found: Vec<_> = all.map(|plan| until_fault(&plan, 500)).collect();
@@ -148,7 +149,7 @@ fn the_default_speed_limit_stops_an_unstable_loop_at_once() {
         unstable(&format!("{x} deg/s"), &[&limit, &jump]);
     }
     let (loops, [speed, jump, _], slowest_s) = unstable("default", &[]);
-    let all = laws().count();
+    let all = controllers().count();
     assert!(
         loops == all && speed + jump == all && slowest_s < 1.0,
         "{speed} + {jump} of {loops}, {slowest_s} s"

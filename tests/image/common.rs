@@ -2,8 +2,9 @@
 
 use std::path::PathBuf;
 
+use experiments::experiment;
 use host_sim::emulator::Emulation;
-use host_sim::experiment::{Document, Experiment, RunPlan};
+use host_sim::experiment::RunPlan;
 
 /// Set by `cargo xtask test`.
 const IMAGE: &str = "STICTION_IMAGE";
@@ -27,14 +28,4 @@ pub fn emulation() -> Emulation {
 /// The runs of an experiment with keys set as on the command line.
 pub fn plans(name: &str, controllers: &[&str], set: &[&str]) -> Vec<RunPlan> {
     experiment(name, controllers, set).runs
-}
-
-/// An experiment with keys set as on the command line.
-pub fn experiment(name: &str, controllers: &[&str], set: &[&str]) -> Experiment {
-    let mut document = Document::open(name).unwrap();
-    let owned = |texts: &[&str]| texts.iter().map(|text| (*text).to_owned()).collect::<Vec<_>>();
-    document.set(&owned(set)).unwrap();
-    let fixed: Vec<String> =
-        set.iter().filter_map(|text| text.split_once('=')).map(|(key, _)| key.to_owned()).collect();
-    Experiment::plan(&document, &owned(controllers), &fixed).unwrap()
 }

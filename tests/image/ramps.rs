@@ -4,7 +4,9 @@
 use host_sim::output::json;
 use host_sim::run::{RunResult, Trace, run_all};
 
-use crate::common::{emulation, experiment};
+use experiments::experiment;
+
+use crate::common::emulation;
 
 /// Two seconds up at the faster rate, and long enough at constant effort for the lag to be
 /// corrected.
@@ -85,6 +87,6 @@ fn a_joint_that_the_full_scale_does_not_move_has_no_levels() {
         (trace(&host[0]), &host[0].metrics),
         (trace(&runs[0].result), &runs[0].result.metrics)
     );
-    assert_eq!(trace(&host[0]).last().map(|moment| moment.code), Some(1024));
+    assert_eq!(trace(&host[0]).last().map(|moment| moment.tick.code), Some(1024));
     assert!(runs[0].log.iter().any(|line| line.text.contains("did not move")), "{:?}", runs[0].log);
 }

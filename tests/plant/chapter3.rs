@@ -4,7 +4,8 @@
 //! Expected values are closed forms or the thesis's own words. Where a tail is chaotic (RI, RVI,
 //! ROI and DNPF at rest) only bounds are asserted, never a phase.
 
-use super::common::{controllers, labelled, moments, run};
+use super::common::{labelled, moments, run};
+use experiments::controllers;
 use host_sim::run::RunResult;
 
 /// One count, deg.

@@ -15,7 +15,7 @@ fn controllers_by_references() {
         hunts\n",
     );
     table += "                              counts    deg     deg      V/s  counts\n";
-    for controller in super::common::controllers() {
+    for controller in experiments::controllers() {
         for (experiment, duration) in
             [("step-response", "run.duration_s=120"), ("trajectory", "run.duration_s=26")]
         {

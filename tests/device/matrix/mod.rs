@@ -8,8 +8,8 @@
 use stiction::Fault;
 use stiction::servo::{Servo, State};
 
-use crate::fixture::laws;
 use device_under_test::DeviceUnderTest;
+use experiments::controllers;
 use rows::{ELSEWHERE, FROM_THE_BOARD, rows, sound};
 
 mod device_under_test;
@@ -38,7 +38,7 @@ fn every_fault_is_seen_in_time_and_turns_the_bridge_off_under_every_law() {
                 continue;
             };
             let mut slowest = 0;
-            for law in laws() {
+            for law in controllers() {
                 let name = format!("{} ({}), {law}, {situation:?}", row.fault.describe(), row.what);
                 let mut device = DeviceUnderTest::new(law, row.set);
                 device.bring(situation);
@@ -76,7 +76,7 @@ fn every_fault_is_seen_in_time_and_turns_the_bridge_off_under_every_law() {
     }
     for fault in FROM_THE_BOARD {
         for situation in [Rest, Moving, Saturated] {
-            for law in laws() {
+            for law in controllers() {
                 let name = format!("{} from the board, {law}, {situation:?}", fault.describe());
                 let mut device = DeviceUnderTest::new(law, &[]);
                 device.bring(situation);
@@ -90,7 +90,7 @@ fn every_fault_is_seen_in_time_and_turns_the_bridge_off_under_every_law() {
         }
     }
     let faults = Fault::ALL.len() - ELSEWHERE.len();
-    reliability!("matrix", cases, faults, laws = laws().count(), impossible);
+    reliability!("matrix", cases, faults, laws = controllers().count(), impossible);
 }
 
 #[test]

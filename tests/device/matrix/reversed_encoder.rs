@@ -6,14 +6,14 @@ use stiction::servo::State;
 
 use super::Situation::{Moving, Saturated};
 use super::device_under_test::DeviceUnderTest;
-use crate::fixture::laws;
+use experiments::controllers;
 
 /// Swapped wires make the loop push away from the target. The monitor sees that within the first
 /// hundredths of a degree.
 #[test]
 fn a_reversed_encoder_is_seen_in_the_first_move_under_every_law() {
     let mut furthest = 0.0f64;
-    for law in laws() {
+    for law in controllers() {
         let mut device = DeviceUnderTest::new(law, &[]);
         device.simulated().wires = Wires::Swapped;
         device.client.arm().unwrap();
@@ -34,7 +34,7 @@ fn a_reversed_encoder_is_seen_in_the_first_move_under_every_law() {
 /// Once a move has proven the wiring, swapped wires make the loop run away.
 #[test]
 fn an_encoder_that_is_reversed_on_the_way_is_seen_before_it_has_gone_far() {
-    for law in laws() {
+    for law in controllers() {
         for situation in [Moving, Saturated] {
             let mut device = DeviceUnderTest::new(law, &[]);
             device.bring(situation);

@@ -21,17 +21,12 @@ use host_sim::emulator::fault_injection::Injection;
 use host_sim::encoder::Wires;
 use host_sim::firmware::budgets::INTERRUPT_INSTRUCTIONS;
 use stiction::Fault;
-use stiction::compensator::Gains;
 use stiction::link::StateCode;
 
 use crate::fault_injection::MS;
 use driven::{Driven, SITUATIONS, Situation, sound};
+use experiments::controllers;
 use rows::{Reported, Row, reported};
-
-/// Every controller by its name: plain PD, and each law by itself.
-fn laws() -> impl Iterator<Item = &'static str> {
-    std::iter::once("pd").chain(Gains::NAMES.iter().copied())
-}
 
 /// The control interrupt's budget, ns: from the read of the counter to the end, an instruction
 /// being a cycle here.
@@ -155,7 +150,7 @@ fn assert_rows(rows: &[&Row]) {
         for (situation, within) in SITUATIONS.into_iter().zip(row.within) {
             let Ok(within) = within else { continue };
             let mut slowest = 0;
-            for law in laws() {
+            for law in controllers() {
                 let name = format!("{} ({}), {law}, {situation:?}", row.fault.describe(), row.what);
                 driven.take(law, row.set);
                 driven.bring(situation);
@@ -172,7 +167,13 @@ fn assert_rows(rows: &[&Row]) {
                 }
                 assert_armed_again_only_as_it_should(&mut driven, &name);
             }
-            tell(row.fault, row.what, situation, laws().count(), &format!("{slowest} ticks"));
+            tell(
+                row.fault,
+                row.what,
+                situation,
+                controllers().count(),
+                &format!("{slowest} ticks"),
+            );
         }
     }
 }
@@ -209,7 +210,7 @@ fn memory_and_link() {
 fn a_reversed_encoder_is_seen_in_the_first_move_under_every_law() {
     let mut driven = Driven::boot();
     let mut slowest = 0;
-    for law in laws() {
+    for law in controllers() {
         driven.take(law, &[]);
         driven.act(|halted| halted.rewire(Wires::Swapped));
         driven.samples(10);
@@ -231,7 +232,7 @@ fn a_reversed_encoder_is_seen_in_the_first_move_under_every_law() {
         assert_armed_again_only_as_it_should(&mut driven, law);
     }
     let (fault, what) = (Fault::EncoderReversed, "swapped wires, a step of 5 deg");
-    tell(fault, what, Situation::Rest, laws().count(), &format!("{slowest} ticks"));
+    tell(fault, what, Situation::Rest, controllers().count(), &format!("{slowest} ticks"));
 }
 
 fn assert_reported(situation: Situation) {
