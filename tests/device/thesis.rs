@@ -22,7 +22,7 @@ fn run(plan: &RunPlan) -> (Output, f32) {
 #[test]
 fn no_default_threshold_stops_an_experiment() {
     // The runs have the default's soft start and, as in the thesis, none.
-    let (mut runs, mut tripped) = (0, Vec::new());
+    let (mut runs, mut in_si, mut tripped) = (0, 0, Vec::new());
     // The experiments of the friction lab have no drive.
     let driven =
         builtins().iter().filter(|builtin| !Document::open(builtin.name).unwrap().is_lab());
@@ -33,6 +33,7 @@ fn no_default_threshold_stops_an_experiment() {
             }
             let (output, value) = run(&plan);
             runs += 1;
+            in_si += usize::from(plan.label.contains("literal-si"));
             if output.state != State::Armed {
                 tripped.push(format!("{name} {}: {:?} {value}", plan.label, output.state));
             }
@@ -43,7 +44,7 @@ fn no_default_threshold_stops_an_experiment() {
     let (literal, others): (Vec<_>, Vec<_>) =
         tripped.iter().partition(|line| line.contains("literal-si"));
     assert!(others.is_empty(), "{others:#?}");
-    assert_eq!(literal.len(), 2 * controllers().count(), "{literal:#?}");
+    assert!(in_si > 0 && literal.len() == in_si, "{in_si}: {literal:#?}");
     assert!(runs > 100, "{runs}");
     reliability!("thesis", runs, unstable = literal.len(), tripped = others.len());
 }
