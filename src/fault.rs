@@ -121,7 +121,7 @@ faults! {
         "" "", "at once, in hardware", Clear, [];
     /// The watchdog reset the part: the control task had stopped running.
     7 Watchdog "watchdog reset", "7 Watchdog reset",
-        "" "", "10 to 28 ms; 60 to 166 ms at 20 ms", Clear, [];
+        "" "", "when the watchdog of the board runs out", Clear, [];
     /// The supply sagged.
     8 BrownOut "brown-out", "8, 9 Resets",
         "" "", "at boot", Clear, [];

@@ -2,13 +2,20 @@
 
 use std::fs;
 
+use stiction::signal::SIGNALS;
+
 use super::stiction;
 
+/// The columns that scripts rely on.
+const LEADING: &str = "time_s,reference_deg,position_deg,error_deg,velocity_deg_per_s,v_pd_v,\
+    v_c_v,v_v,code,stuck,v_applied_v";
+
 /// The columns that scripts rely on, then every other signal of the core.
-const COLUMNS: &str = "time_s,reference_deg,position_deg,error_deg,velocity_deg_per_s,v_pd_v,\
-    v_c_v,v_v,code,stuck,v_applied_v,tick,counts,reference_counts,reference_fraction_counts,\
-    reference_velocity_deg_per_s,reference_acceleration_deg_per_s2,compare,reverse,saturated,\
-    non_finite,status";
+fn columns() -> String {
+    let others = SIGNALS.iter().map(|signal| signal.name);
+    let others = others.filter(|name| LEADING.split(',').all(|column| column != *name));
+    [LEADING].into_iter().chain(others).collect::<Vec<_>>().join(",")
+}
 
 #[test]
 fn csv_has_a_line_a_sample_under_the_documented_header() {
@@ -19,6 +26,10 @@ fn csv_has_a_line_a_sample_under_the_documented_header() {
         stiction(&[&["run", "--csv", file], arguments].concat());
         fs::read_to_string(&path).unwrap()
     };
+    let columns = columns();
+    let width = columns.split(',').count();
+    // Seven signals have a column among those that scripts rely on.
+    assert_eq!(width, 11 + SIGNALS.len() - 7);
     let text = csv(&[
         "trajectory",
         "--controller",
@@ -30,12 +41,12 @@ fn csv_has_a_line_a_sample_under_the_documented_header() {
         "run.duration_s=6",
     ]);
     let mut lines = text.lines();
-    assert_eq!(lines.next(), Some(COLUMNS));
+    assert_eq!(lines.next(), Some(&*columns));
     let rows: Vec<Vec<&str>> = lines.map(|line| line.split(',').collect()).collect();
     assert_eq!(rows.len(), 301);
     for (k, row) in rows.iter().enumerate() {
         let cell = |i: usize| row[i].parse::<f64>().unwrap();
-        assert!(row.len() == 22 && (cell(0) - 0.02 * k as f64).abs() < 1e-9, "{row:?}");
+        assert!(row.len() == width && (cell(0) - 0.02 * k as f64).abs() < 1e-9, "{row:?}");
         assert!(
             (cell(1) - cell(2) - cell(3)).abs() < 1e-9,
             "the error is reference minus position: {row:?}"
@@ -59,15 +70,15 @@ fn csv_has_a_line_a_sample_under_the_documented_header() {
 
     let text =
         csv(&["friction-identification", "--set", "identification.ramp_rates_v_per_s=[0.02]"]);
-    assert_eq!(text.lines().next(), Some(COLUMNS));
+    assert_eq!(text.lines().next(), Some(&*columns));
     // A ramp has no reference, no error and no controller.
     let row: Vec<&str> = text.lines().nth(1).unwrap().split(',').collect();
     let empty: Vec<usize> = (0..row.len()).filter(|i| row[*i].is_empty()).collect();
-    assert_eq!((row.len(), empty), (22, vec![1, 3, 5, 6, 13, 14, 15, 16]));
+    assert_eq!((row.len(), empty), (width, vec![1, 3, 5, 6, 13, 14, 15, 16]));
 
     let text =
         csv(&["step-response", "--controller", "pd", "--set", "joint.gain_deg_per_s2_per_v=27"]);
-    let header = format!("label,{COLUMNS}");
+    let header = format!("label,{columns}");
     assert_eq!(text.lines().next(), Some(header.as_str()));
     for label in ["pd/step-5.0,", "pd/step-2.5,", "pd/step-1.0,"] {
         assert_eq!(text.lines().filter(|line| line.starts_with(label)).count(), 501, "{label}");
