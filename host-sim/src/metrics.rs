@@ -40,6 +40,9 @@ pub struct Metrics {
     pub max_error_deg: Option<f64>,
     /// Mean error from 2 s after the first corner to 0.5 s before the second, deg.
     pub cruise_error_deg: Option<f64>,
+    /// Number of times that the joint came to stick while a trajectory's set point went at more than
+    /// half of its top speed: the steps of a stair. Sticks between two samples are not seen.
+    pub sticks_in_motion: Option<u32>,
     /// Distance between the extremes in the second half of the run of a step that hunts, deg.
     pub hunting_peak_to_peak_deg: Option<f64>,
     /// Twice the mean time between reversals there, s.
@@ -83,6 +86,7 @@ impl Metrics {
                 moments
             }
             Task::Trajectory(trajectory) => {
+                metrics.sticks_in_motion = Some(sticks_in_motion(moments));
                 metrics.cruise_error_deg = mean(errors(within(moments, cruise_s(trajectory))));
                 within(moments, motion_s(trajectory))
             }
@@ -161,6 +165,15 @@ fn rise_time(moments: &[Moment], step: f64) -> Option<f64> {
         })
     };
     Some(crossing(0.9)? - crossing(0.1)?)
+}
+
+fn sticks_in_motion(moments: &[Moment]) -> u32 {
+    let speed = |m: &Moment| m.tick.reference_velocity.abs();
+    let top = moments.iter().map(speed).fold(0.0, f32::max);
+    let sticks = moments
+        .windows(2)
+        .filter(|pair| speed(&pair[1]) > 0.5 * top && pair[1].stuck && !pair[0].stuck);
+    sticks.count() as u32
 }
 
 fn settling_time(moments: &[Moment]) -> Option<f64> {

@@ -1,9 +1,10 @@
 //! `stiction benchmark`.
 
+use std::collections::BTreeMap;
 use std::path::PathBuf;
 
 use super::print;
-use crate::benchmark::{Score, benchmark};
+use crate::benchmark::{Score, Weights, benchmark};
 use crate::error::Error;
 use crate::experiment::Document;
 use crate::figure::{figures, prepare_figures, write_figures};
@@ -19,9 +20,14 @@ pub struct Arguments {
     /// Draw the figures into this directory, as SVG and PNG
     #[arg(long, value_name = "DIR")]
     plot: Option<PathBuf>,
+    /// Weights of columns in the ranking, as in settling=2,chatter=0; the others have the weight 1.
+    /// The columns: rest, overshoot, settling, tracking, chatter, hunting, sticks
+    #[arg(long, value_name = "COLUMN=WEIGHT", value_delimiter = ',')]
+    weights: Vec<String>,
 }
 
 pub fn rank(arguments: &Arguments) -> Result<(), Error> {
+    let weights = Weights::read(&arguments.weights)?;
     let documents = match &arguments.file {
         Some(file) => vec![Document::open(file)?],
         None => vec![Document::open("step-response")?, Document::open("trajectory")?],
@@ -29,7 +35,7 @@ pub fn rank(arguments: &Arguments) -> Result<(), Error> {
     if let Some(directory) = &arguments.plot {
         prepare_figures(directory)?;
     }
-    let ranked = benchmark(&documents)?;
+    let ranked = benchmark(&documents, &weights)?;
     if let Some(directory) = &arguments.plot {
         for (document, results) in documents.iter().zip(&ranked.results) {
             write_figures(
@@ -39,7 +45,11 @@ pub fn rank(arguments: &Arguments) -> Result<(), Error> {
         }
     }
     if arguments.json {
-        let object = serde_json::json!({ "schema": 1, "controllers": ranked.scores });
+        let object = serde_json::json!({
+            "schema": 1,
+            "weights": weights.iter().collect::<BTreeMap<_, _>>(),
+            "controllers": ranked.scores,
+        });
         return print(&format!("{object:#}\n"));
     }
     print(&render(&ranked.scores))
@@ -55,6 +65,7 @@ fn render(scores: &[Score]) -> String {
         "tracking\nrms\ndeg",
         "chatter\nV/s",
         "hunts\n120 s\ncounts",
+        "sticks\nin\nmotion",
     ];
     let mut table = table::new(&header);
     for score in scores {
@@ -68,21 +79,23 @@ fn render(scores: &[Score]) -> String {
         };
         table.add_row([
             score.controller.clone(),
-            number(Some(score.mean_place), 1),
+            number(score.mean_place, 1),
             number(score.rest_error_counts, 1),
             number(score.overshoot_deg, 3),
             settled,
             number(score.tracking_rms_deg, 3),
             number(score.chatter_v_per_s, 2),
             hunting,
+            number(score.sticks_in_motion, 0),
         ]);
     }
     let legend = "\
 Each value is the worst of the controller's runs, all simulated. Settled: within
-0.05 deg and staying. Ranked by the mean of the places in the six columns, all
-of equal weight; \"-\": no run of that kind.";
-    let unstable = scores.iter().filter(|score| score.unstable);
-    let remarks =
-        unstable.map(|score| format!("{}: unstable, and ranked last\n", score.controller));
+0.05 deg and staying. Sticks: stops on the way of a trajectory. Ranked by the
+weighted mean of the places in the seven columns; \"-\": no run of that kind.";
+    let remarks = scores.iter().filter_map(|score| {
+        let why = score.disqualified?.describe();
+        Some(format!("Not ranked: {}, which {why}.\n", score.controller))
+    });
     format!("{}\n\n{legend}\n{}", table.trim_fmt(), remarks.collect::<String>())
 }

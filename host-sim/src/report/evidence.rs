@@ -6,7 +6,7 @@ use indicatif::ProgressBar;
 use rayon::prelude::*;
 
 use super::runs::{AXIS, EPS, LAB};
-use crate::benchmark::{Score, benchmark};
+use crate::benchmark::{Score, Weights, benchmark};
 use crate::closed_loop::Moment;
 use crate::error::Error;
 use crate::experiment::{Document, Experiment, RunPlan};
@@ -122,7 +122,7 @@ fn opened(experiment: &str, set: Vec<String>) -> Result<Document, Error> {
 
 fn benchmarked() -> Result<Vec<Score>, Error> {
     let documents = [Document::open("step-response")?, Document::open("trajectory")?];
-    Ok(benchmark(&documents)?.scores)
+    Ok(benchmark(&documents, &Weights::default())?.scores)
 }
 
 impl Evidence {

@@ -247,7 +247,7 @@ pub(super) const CONCLUSIONS: &[Claim] = &[
             Some(vec![1.0 + e.scores.iter().position(|score| score.controller == "srnf")? as f64])
         },
         holds: Below(1.5),
-        remark: "Mean place over rest, overshoot, settling, tracking, chatter and hunting.",
+        remark: "Mean place over rest, overshoot, settling, tracking, chatter, hunting and sticks.",
     },
     Claim {
         source: "Section 4.1",
@@ -262,6 +262,6 @@ pub(super) const CONCLUSIONS: &[Claim] = &[
                 .collect()
         },
         holds: Below(0.0),
-        remark: "",
+        remark: "Feedforward never settles in a step, so it stands behind all that do.",
     },
 ];
