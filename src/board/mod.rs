@@ -14,6 +14,7 @@ pub mod last_tick;
 pub mod liveness;
 pub mod machine;
 mod note;
+mod output_control;
 pub mod reset;
 pub mod retained;
 pub mod sectors;
@@ -27,6 +28,7 @@ pub mod watchdog;
 
 use stiction::Hardware;
 
-/// The figures of this board: TIM1 is clocked at 168 MHz (`clock.rs`), and the converter has 12
-/// bits.
-pub const HARDWARE: Hardware = Hardware { pwm_clock_hz: 168e6, supply_top: 4095 };
+/// The figures of this board: TIM1 is clocked at 168 MHz (`clock.rs`), the converter has 12 bits,
+/// and the longest dead time is 1008 clocks of TIM1 (`output_control.rs`).
+pub const HARDWARE: Hardware =
+    Hardware { pwm_clock_hz: 168e6, supply_top: 4095, dead_time_max: 6e-6 };

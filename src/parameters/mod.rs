@@ -64,6 +64,7 @@ impl Parameters {
     /// Names the first value that is not allowed.
     pub fn prepare(&self, hardware: &Hardware) -> Result<(Controller, Course), Error> {
         self.check()?;
+        hardware.check_dead_time(self.device.dead_time)?;
         let mut controller = Controller::new(&self.controller, hardware)?;
         self.on_device(&mut controller, hardware);
         Ok((controller, self.motion.course(&self.controller)?))
@@ -92,7 +93,8 @@ impl Parameters {
     /// # Errors
     /// Names the value.
     pub fn fits(&self, hardware: &Hardware) -> Result<(), DecodeError> {
-        hardware.pwm_top(self.controller.drive.pwm_hz).map(|_| ()).map_err(DecodeError::Value)
+        let fits = hardware.pwm_top(self.controller.drive.pwm_hz).map(|_| ());
+        fits.and(hardware.check_dead_time(self.device.dead_time)).map_err(DecodeError::Value)
     }
 
     /// Refuses a value that is not within its bounds, and values that do not go together.

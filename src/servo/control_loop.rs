@@ -61,6 +61,7 @@ impl ControlLoop {
         hardware: &Hardware,
     ) -> Result<(), Error> {
         let Parameters { device, limits, controller: config, .. } = parameters;
+        hardware.check_dead_time(device.dead_time)?;
         let mut controller = Controller::new(config, hardware)?;
         parameters.on_device(&mut controller, hardware);
         *place = Some(Self {

@@ -164,7 +164,11 @@ fn machine() -> impl Strategy<Value = Parameters> {
             config.drive = DriveConfig {
                 full_scale,
                 lsb: full_scale / (2.0 + 30_000.0 * n[3]),
-                mode: if flags[2] { PwmMode::LockedAntiphase } else { PwmMode::SignMagnitude },
+                mode: match (flags[2], n[3] < 0.5) {
+                    (true, true) => PwmMode::LockedAntiphase,
+                    (true, false) => PwmMode::Analog,
+                    (false, _) => PwmMode::SignMagnitude,
+                },
                 pwm_hz,
                 duty_max: 1.0 - n[26],
             };

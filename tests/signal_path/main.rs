@@ -9,6 +9,7 @@
 use proptest::prelude::ProptestConfig;
 
 mod drive;
+mod output_control;
 mod position;
 mod reference;
 mod trajectory;

@@ -247,6 +247,12 @@ impl<C> Halted<'_, C> {
         self.session.resets()
     }
 
+    /// Reads a register of a peripheral; nothing if the peripheral has no clock.
+    pub fn register(&mut self, address: u64) -> Option<u32> {
+        let at = self.stop.at;
+        self.board().peek(at, address)
+    }
+
     /// Reads what the image computed in its last tick.
     ///
     /// # Errors
