@@ -24,6 +24,18 @@ table! {
             0x0805 "nominal_supply_v", Between(0.0, device.supply_full_scale), Default(0.0);
         /// Supply at the full scale of the converter, V; 0: the supply is not measured.
         supply_full_scale: f32 = 0x0806 "supply_full_scale_v", Between(0.0, 100.0), Default(0.0);
+        /// Time from the enable pin's rise to the first duty, s: what the bridge's driver takes to
+        /// wake up. The loop does not run meanwhile.
+        wake_up: f32 = 0x0807 "wake_up_s", Between(0.0, 1.0), Default(0.0);
+        /// Time from the enable pin's rise for which the break input is ignored, s: for a driver
+        /// that holds its fault output low while it sleeps and wakes up. If not 0, the input is
+        /// also ignored while the output is off. Up to `wake_up_s`, so that no duty goes without
+        /// the break input.
+        fault_blanking: f32 =
+            0x0808 "fault_blanking_s", Between(0.0, device.wake_up), Default(0.0);
+        /// Time for which the enable pin is low at least before it rises again, s: the pulse by
+        /// which the bridge's driver forgets a latched fault.
+        reset_pulse: f32 = 0x0809 "reset_pulse_s", Between(0.0, 1.0), Default(0.0);
     }
 }
 

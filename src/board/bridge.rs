@@ -12,7 +12,9 @@
 //!
 //! The break input is active low with a pull-up, which is what the open-drain fault output of a
 //! bridge driver wants. It ends the PWM in hardware, without a clock, and it stays ended. A wire
-//! that is cut goes unnoticed.
+//! that is cut goes unnoticed. If a driver's fault output needs blanking (`fault_blanking_s`), the
+//! input is off while the output is off and until the blanking is over, which is before the first
+//! duty.
 
 use core::convert::Infallible;
 
@@ -47,6 +49,10 @@ pub struct TimerBridge {
     pins: Pins,
     neutral: Duty,
     neutral_when_off: bool,
+    /// Ticks from the enable pin's rise for which the break input is off.
+    blanking: u32,
+    /// Ticks of these that are left.
+    blanked: u32,
     on: bool,
 }
 
@@ -63,8 +69,15 @@ impl TimerBridge {
         pac::TIM1::reset(rcc);
         timer.ccmr1_output().write(|w| w.oc1m().pwm_mode1().oc1pe().enabled());
         let pwm = Pwm { timer, top: settings.top };
-        let mut bridge =
-            Self { pwm, pins, neutral: settings.neutral, neutral_when_off: false, on: false };
+        let mut bridge = Self {
+            pwm,
+            pins,
+            neutral: settings.neutral,
+            neutral_when_off: false,
+            blanking: 0,
+            blanked: 0,
+            on: false,
+        };
         bridge.reconfigure(settings);
         let timer = &bridge.pwm.timer;
         timer.sr().write(|w| w.bif().clear_bit());
@@ -75,7 +88,7 @@ impl TimerBridge {
 
     /// Sets another PWM, mode and dead time, with a neutral duty and the outputs off.
     pub fn reconfigure(&mut self, settings: &Settings) {
-        let Settings { top, neutral, control } = *settings;
+        let Settings { top, neutral, control, blanking } = *settings;
         // The pins are as the last mode left them off, until they are the next mode's.
         self.neutral_when_off = false;
         // The top is taken over where the counter turns, as the compare value is.
@@ -100,13 +113,23 @@ impl TimerBridge {
                 .clear_bit()
         });
         timer.egr().write(|w| w.ug().set_bit());
-        self.neutral_when_off = control.neutral_when_off;
+        (self.neutral_when_off, self.blanking) = (control.neutral_when_off, blanking);
         self.rest();
     }
 
     /// Turns the outputs off, whatever the last tick has said.
     pub fn rest(&mut self) {
         self.off(self.neutral);
+    }
+
+    /// Takes the duty from the outputs. The break input is on or not.
+    #[inline]
+    fn release(&mut self, neutral: Duty, breaks: bool) {
+        let neutral_when_off = self.neutral_when_off;
+        self.pwm.timer.bdtr().modify(|_, w| w.moe().bit(neutral_when_off).bke().bit(breaks));
+        self.pins.direction.set_low();
+        let Ok(()) = self.pwm.set_duty_cycle(neutral.compare);
+        self.on = false;
     }
 
     /// Returns whether the break input has been let go. Its flag cannot be cleared while it is
@@ -127,6 +150,8 @@ pub struct Settings {
     pub neutral: Duty,
     /// Control of the outputs.
     pub control: OutputControl,
+    /// Ticks from the enable pin's rise for which the break input is off; 0: it is always on.
+    pub blanking: u32,
 }
 
 impl Settings {
@@ -135,6 +160,7 @@ impl Settings {
         top: 3818,
         neutral: Duty { compare: 1909, reverse: false },
         control: OutputControl::UNKNOWN,
+        blanking: 0,
     };
 
     /// Returns the settings that parameters ask for. The drive has been validated with everything
@@ -151,6 +177,7 @@ impl Settings {
                 parameters.device.dead_time,
                 HARDWARE.pwm_clock_hz,
             ),
+            blanking: parameters.ticks_at_least(parameters.device.fault_blanking),
         }
     }
 }
@@ -177,19 +204,36 @@ impl Bridge for TimerBridge {
         let Ok(()) = self.pwm.set_duty_cycle(duty.compare);
         if !self.on {
             self.on = true;
-            self.pwm.timer.bdtr().modify(|_, w| w.moe().enabled());
+            // The break input is on in the very write that lets the first duty through.
+            self.pwm.timer.bdtr().modify(|_, w| w.moe().enabled().bke().enabled());
             self.pins.enable.set_high();
         }
     }
 
+    fn wake(&mut self, neutral: Duty) {
+        let is_blanked = self.blanked > 0;
+        self.blanked = self.blanked.saturating_sub(1);
+        self.release(neutral, !is_blanked);
+        self.pins.enable.set_high();
+    }
+
     #[inline]
     fn off(&mut self, neutral: Duty) {
+        self.blanked = self.blanking;
+        // A driver that pulls its fault output as it falls asleep finds the break input off.
+        self.release(neutral, self.blanking == 0);
         self.pins.enable.set_low();
-        self.pwm.timer.bdtr().modify(|_, w| w.moe().bit(self.neutral_when_off));
-        self.pins.direction.set_low();
-        let Ok(()) = self.pwm.set_duty_cycle(neutral.compare);
-        self.on = false;
     }
+}
+
+/// Drives the enable pin low, before the clock is started: that may wait for a crystal for 50 ms. Before
+/// this, and in reset, a resistor of the board holds the pin.
+pub fn hold_enable_low(rcc: &pac::RCC, port: &pac::GPIOB) {
+    rcc.ahb1enr().modify(|_, w| w.gpioben().enabled());
+    // The port's clock has to arrive before the port is written.
+    cortex_m::asm::dsb();
+    port.bsrr().write(|w| w.br0().set_bit());
+    port.moder().modify(|_, w| w.moder0().output());
 }
 
 /// Turns the bridge off from anywhere, whatever state the program is in. Before an analog amplifier

@@ -8,6 +8,7 @@ pub mod bridge;
 pub mod clock;
 pub mod control_task;
 mod copy;
+pub mod debugger;
 pub mod encoder;
 pub mod fatal;
 pub mod last_tick;

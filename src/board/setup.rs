@@ -15,6 +15,7 @@ use stm32f4xx_hal::prelude::*;
 use super::HARDWARE;
 use super::bridge::{self, Pins, TimerBridge};
 use super::control_task::ControlTask;
+use super::debugger::FreezeBits;
 use super::encoder::Quadrature;
 use super::sectors::{SLOTS, Sectors};
 use super::stopwatch::Stopwatch;
@@ -94,17 +95,20 @@ pub fn start(
     place: &'static mut MaybeUninit<Servo>,
     boot: impl FnOnce(bool) -> Boot,
 ) -> Board {
+    bridge::hold_enable_low(&device.RCC, &device.GPIOB);
     core.DCB.enable_trace();
     core.DWT.enable_cycle_counter();
-    let watchdog = Independent::start(device.IWDG, Timeout::of_loop(settings.sample_time()));
+    let freeze_bits = FreezeBits::new(device.DBGMCU);
+    let timeout = Timeout::of_loop(settings.sample_time());
+    let watchdog = Independent::start(device.IWDG, freeze_bits, timeout);
     let (mut rcc, crystal) = clock::start(device.RCC);
 
     let a = device.GPIOA.split(&mut rcc);
     let b = device.GPIOB.split(&mut rcc);
     let c = device.GPIOC.split(&mut rcc);
     let pins = Pins {
-        // The enable pin comes first of all: low from the moment on that it is an output. Before, a
-        // resistor of the board holds it.
+        // The enable pin comes first: taking the port has reset it, and for an instant the pin's
+        // resistor alone holds it.
         enable: b.pb0.into_push_pull_output_in_state(PinState::Low),
         direction: b.pb1.into_push_pull_output_in_state(PinState::Low),
         high: a.pa8.into_alternate(),

@@ -376,8 +376,8 @@ fn keep_off(servo: &mut Servo) -> Result<(), servo::Refusal> {
     Ok(())
 }
 
-/// Returns what timers and watchdog are set up with: sample time, PWM, dead time.
-const fn timing(parameters: &Parameters) -> (f32, &DriveConfig, f32) {
+/// Returns what bridge, timers and watchdog are set up with: sample time, PWM, dead time, blanking.
+const fn timing(parameters: &Parameters) -> (f32, &DriveConfig, f32, f32) {
     let Parameters { controller, device, .. } = parameters;
-    (controller.sample_time, &controller.drive, device.dead_time)
+    (controller.sample_time, &controller.drive, device.dead_time, device.fault_blanking)
 }

@@ -87,6 +87,12 @@ impl Parameters {
         libm::roundf(s / self.controller.sample_time) as u32
     }
 
+    /// Returns the ticks that are no shorter than a time (s): rounding of `f32` may make them one
+    /// more than needed, and never one less.
+    pub fn ticks_at_least(&self, s: f32) -> u32 {
+        libm::ceilf(s / self.controller.sample_time) as u32
+    }
+
     /// Refuses a value that this board's timers cannot make. A record that is valid by itself may
     /// be another board's.
     ///

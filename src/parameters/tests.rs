@@ -91,6 +91,7 @@ fn former(laws: &[Gains], drive: DriveConfig, motion: Motion) -> Parameters {
         dead_time: 2e-6,
         nominal_supply: 24.0,
         supply_full_scale: 33.0,
+        ..DeviceConfig::CAUTIOUS
     };
     let limits = Limits::derived(&controller, &device, 0.0);
     Parameters { controller, motion, device, limits }

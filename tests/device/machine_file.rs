@@ -182,6 +182,9 @@ fn machine() -> impl Strategy<Value = Parameters> {
                 dead_time: 6e-6 * n[8],
                 nominal_supply: 20.0 * n[9],
                 supply_full_scale: 20.0 + 80.0 * n[10],
+                wake_up: n[27],
+                fault_blanking: n[27] * n[28],
+                reset_pulse: n[29],
             };
             machine.limits = stiction::Limits {
                 encoder_jump: 100.0 * n[11],

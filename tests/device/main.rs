@@ -27,3 +27,4 @@ mod power_cuts;
 mod seeds;
 mod soak;
 mod thesis;
+mod wake_up;

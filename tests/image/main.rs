@@ -22,6 +22,8 @@ mod device_link;
 #[cfg(feature = "emulator")]
 mod differences;
 #[cfg(feature = "emulator")]
+mod driver;
+#[cfg(feature = "emulator")]
 mod fault_injection;
 #[cfg(feature = "emulator")]
 mod free_running;

@@ -199,6 +199,12 @@ impl EmulatedBoard {
         }
     }
 
+    /// Writes a register as the core would now.
+    pub fn poke(&mut self, at: VirtualNanos, address: u64, value: u32) {
+        // A peripheral without a clock takes nothing either.
+        let _ = self.mcu.write(at, address, Width::W32, value.into());
+    }
+
     /// A register as the core would read it now; nothing if the peripheral has no clock.
     pub fn peek(&mut self, at: VirtualNanos, address: u64) -> Option<u32> {
         self.mcu.read(at, address, Width::W32).ok().map(|value| value as u32)
