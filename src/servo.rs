@@ -74,6 +74,9 @@ pub struct Boot {
     /// Whether a slot of the parameters is damaged: the parameters may not be those that were saved
     /// last, so nothing arms by itself.
     pub is_damaged: bool,
+    /// Whether the reset may have been a dip of the supply, which nobody can tell from power-on.
+    /// Nothing arms by itself then, unless the parameters say so (`autostart_after_dip`).
+    pub may_be_dip: bool,
 }
 
 /// The reason why the servo does not do what it is told.
@@ -200,7 +203,9 @@ impl Servo {
                 .map_err(DecodeError::Value)
         });
         let autostart = self.control_loop.as_ref().and_then(|control_loop| control_loop.autostart);
-        self.countdown = autostart.filter(|_| !boot.is_damaged);
+        let after_dip = parameters.is_ok_and(|parameters| parameters.device.autostart_after_dip);
+        let is_sure = !boot.is_damaged && (!boot.may_be_dip || after_dip);
+        self.countdown = autostart.filter(|_| is_sure);
         let refused = match prepared {
             Ok(()) => None,
             Err(DecodeError::Blank) => Some(Fault::NoParameters),

@@ -15,6 +15,7 @@ use stm32f4xx_hal::prelude::*;
 use super::HARDWARE;
 use super::bridge::{self, Pins, TimerBridge};
 use super::control_task::ControlTask;
+use super::crystal::Crystal;
 use super::debugger::FreezeBits;
 use super::encoder::Quadrature;
 use super::sectors::{SLOTS, Sectors};
@@ -23,7 +24,7 @@ use super::supply::Supply;
 use super::tick::{Period, TickTimer};
 use super::usart::Port;
 use super::watchdog::{Independent, Timeout};
-use super::{clock, sectors};
+use super::{clock, sectors, voltage_detector};
 
 /// Sample time of a part without parameters, s.
 const IDLE_SAMPLE_TIME: f32 = 0.001;
@@ -45,8 +46,8 @@ pub struct Board {
     pub port: Port,
     /// The store in which parameters are saved.
     pub store: Store<Sectors>,
-    /// Whether the crystal runs.
-    pub crystal: bool,
+    /// What is known of the crystal.
+    pub crystal: Crystal,
     /// Clock of the processor, Hz.
     pub clock: u32,
     /// Clock of the timers on APB1, Hz.
@@ -86,14 +87,14 @@ impl Settings {
     }
 }
 
-/// Starts every part of the board. `boot` tells, given whether the crystal runs, how the part came
-/// out of its reset.
+/// Starts every part of the board. `boot` tells, given what is known of the crystal, how the part
+/// came out of its reset.
 pub fn start(
     device: pac::Peripherals,
     mut core: cortex_m::Peripherals,
     settings: &Settings,
     place: &'static mut MaybeUninit<Servo>,
-    boot: impl FnOnce(bool) -> Boot,
+    boot: impl FnOnce(Crystal) -> Boot,
 ) -> Board {
     bridge::hold_enable_low(&device.RCC, &device.GPIOB);
     core.DCB.enable_trace();
@@ -101,7 +102,8 @@ pub fn start(
     let freeze_bits = FreezeBits::new(device.DBGMCU);
     let timeout = Timeout::of_loop(settings.sample_time());
     let watchdog = Independent::start(device.IWDG, freeze_bits, timeout);
-    let (mut rcc, crystal) = clock::start(device.RCC);
+    voltage_detector::start(&device.RCC, &device.PWR);
+    let (mut rcc, crystal) = clock::start(device.RCC, &device.TIM11);
 
     let a = device.GPIOA.split(&mut rcc);
     let b = device.GPIOB.split(&mut rcc);

@@ -185,6 +185,7 @@ fn machine() -> impl Strategy<Value = Parameters> {
                 wake_up: n[27],
                 fault_blanking: n[27] * n[28],
                 reset_pulse: n[29],
+                autostart_after_dip: flags[2],
             };
             machine.limits = stiction::Limits {
                 encoder_jump: 100.0 * n[11],

@@ -16,6 +16,7 @@ macro_rules! reliability {
     (@ $key:ident) => { $key };
 }
 
+mod autostart;
 mod dead_encoder;
 mod encoder_faults;
 mod fixture;

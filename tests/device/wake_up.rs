@@ -11,7 +11,9 @@ use crate::fixture::srnf;
 fn at_rest(set: &[&str]) -> Servo {
     let parameters: Parameters = srnf(set);
     let mut servo = Servo::new(Ok(&parameters), Boot::default(), &STM32F405);
-    (0..7).for_each(|_| drop(tick(&mut servo, 0)));
+    for _ in 0..7 {
+        tick(&mut servo, 0);
+    }
     servo
 }
 
@@ -90,7 +92,9 @@ fn the_enable_pin_is_low_for_the_reset_pulse_before_it_rises_again() {
     assert_eq!(seen.iter().position(|&told| told == on), Some(11));
     // After a long rest there is nothing to wait for.
     servo.stop();
-    (0..40).for_each(|_| drop(tick(&mut servo, 0)));
+    for _ in 0..40 {
+        tick(&mut servo, 0);
+    }
     servo.arm().unwrap();
     assert_eq!(pulses(&mut servo)[..3], [wakes, wakes, on]);
 }

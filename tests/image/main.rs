@@ -40,6 +40,8 @@ mod ramps;
 #[cfg(feature = "emulator")]
 mod stuck;
 #[cfg(feature = "emulator")]
+mod supply_and_crystal;
+#[cfg(feature = "emulator")]
 mod timing;
 
 /// Stands for all of them in a build without the emulator, so that they are not left out in
