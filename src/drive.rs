@@ -2,7 +2,7 @@
 //!
 //! ```text
 //! code    = round(v / lsb), half away from zero, within +-floor(full scale / lsb)
-//! compare = top/2 + round(code * top / (2 max)), half away from zero          (locked antiphase)
+//! compare = top/2 + round(code * top / (2 max)), half away from zero  (locked antiphase, analog)
 //!         = round(|code| * top / max), half away from zero, and the direction   (sign-magnitude)
 //! ```
 //!
@@ -19,11 +19,15 @@ use crate::value::{Values, choice, table};
 choice! {
     /// How the code reaches the bridge.
     pub enum PwmMode {
-        /// Half duty is zero volts; one output and its complement. Also the form for an RC filter
-        /// into an analog servo amplifier.
+        /// Half duty is zero volts. The output and its complement drive a half-bridge each, with a
+        /// dead time between them.
         LockedAntiphase = 0 "locked-antiphase",
-        /// The duty is the magnitude, a second pin the direction.
+        /// The duty is the magnitude, and a second pin is the direction. There is no complement.
         SignMagnitude = 1 "sign-magnitude",
+        /// Half duty is zero volts. The output alone goes through a filter into an analog servo
+        /// amplifier. Off is the amplifier's inhibit, and the output stays at half duty: a low
+        /// output would be full negative effort.
+        Analog = 2 "analog",
     }
 }
 
@@ -64,7 +68,7 @@ pub struct Drive {
 pub struct Duty {
     /// Compare value, from 0 to the top.
     pub compare: u16,
-    /// Level of the direction pin (sign-magnitude only; false in locked antiphase).
+    /// Level of the direction pin (sign-magnitude only; false in the other modes).
     pub reverse: bool,
 }
 
@@ -88,7 +92,7 @@ impl Drive {
     ///
     /// ```
     /// use stiction::{Hardware, drive::{Drive, DriveConfig}, value::Table};
-    /// let hardware = Hardware { pwm_clock_hz: 168e6, supply_top: 4095 };
+    /// let hardware = Hardware { pwm_clock_hz: 168e6, supply_top: 4095, dead_time_max: 6e-6 };
     /// let config = DriveConfig { full_scale: 1.0, lsb: 0.004, ..DriveConfig::EXAMPLE };
     /// assert_eq!(Drive::new(&config, &hardware).unwrap().max_code(), 250);
     /// ```
@@ -111,7 +115,7 @@ impl Drive {
     ///
     /// ```
     /// use stiction::{Hardware, drive::{Drive, DriveConfig, PwmMode}};
-    /// let hardware = Hardware { pwm_clock_hz: 168e6, supply_top: 4095 };
+    /// let hardware = Hardware { pwm_clock_hz: 168e6, supply_top: 4095, dead_time_max: 6e-6 };
     /// let mode = PwmMode::LockedAntiphase;
     /// let config = DriveConfig { full_scale: 5.0, lsb: 0.00488, pwm_hz: 22e3, mode, duty_max: 1.0 };
     /// let drive = Drive::new(&config, &hardware).unwrap();
@@ -137,7 +141,7 @@ impl Drive {
     ///
     /// ```
     /// use stiction::{Hardware, drive::{Drive, DriveConfig, Duty, PwmMode}};
-    /// let hardware = Hardware { pwm_clock_hz: 168e6, supply_top: 4095 };
+    /// let hardware = Hardware { pwm_clock_hz: 168e6, supply_top: 4095, dead_time_max: 6e-6 };
     /// let mode = PwmMode::LockedAntiphase;
     /// let config = DriveConfig { full_scale: 5.0, lsb: 0.00488, pwm_hz: 22e3, mode, duty_max: 1.0 };
     /// let drive = Drive::new(&config, &hardware).unwrap();
@@ -155,7 +159,7 @@ impl Drive {
         let (max, magnitude) = (self.max_code.unsigned_abs(), code.unsigned_abs());
         let top = u32::from(self.pwm_top);
         match self.mode {
-            PwmMode::LockedAntiphase => {
+            PwmMode::LockedAntiphase | PwmMode::Analog => {
                 let neutral = top / 2;
                 let swing = rounded_ratio(magnitude * neutral, max);
                 let compare = if code < 0 { neutral - swing } else { neutral + swing };

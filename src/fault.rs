@@ -170,6 +170,9 @@ faults! {
     /// Armed by a link that has fallen silent.
     22 LinkTimeout "link silent while armed", "22 Link silent",
         "silence" "s", "`link_timeout_s`", Clear, [link_timeout];
+    /// The crystal has another frequency than 8 MHz, so the part runs without it.
+    23 ClockWrong "crystal of another frequency", "23 Crystal of another frequency",
+        "frequency" "MHz", "at boot", Reset, [];
 }
 
 impl Fault {

@@ -1,7 +1,8 @@
 //! The figures of a board that the core has to know: those of its timers and converters that turn a
 //! user's units into codes.
 
-use crate::error::{Allowed, Error};
+use crate::device_config::DeviceConfig;
+use crate::error::{Allowed, Error, between};
 use crate::value::{Key, Table, key};
 
 /// The figures of a board's timers and converters.
@@ -11,9 +12,12 @@ pub struct Hardware {
     pub pwm_clock_hz: f32,
     /// Largest reading of the converter that measures the supply.
     pub supply_top: u16,
+    /// Longest dead time that the timer inserts between complementary outputs, s.
+    pub dead_time_max: f32,
 }
 
 const PWM_HZ: Key = key(crate::drive::DriveConfig::ABOUT, "pwm_hz");
+const DEAD_TIME: Key = key(DeviceConfig::ABOUT, "dead_time");
 
 impl Hardware {
     /// Returns the compare value of full duty: the even timer top nearest to `pwm_hz`. The timer
@@ -25,7 +29,7 @@ impl Hardware {
     /// side.
     ///
     /// ```
-    /// let hardware = stiction::Hardware { pwm_clock_hz: 168e6, supply_top: 4095 };
+    /// let hardware = stiction::Hardware { pwm_clock_hz: 168e6, supply_top: 4095, dead_time_max: 6e-6 };
     /// assert_eq!(hardware.pwm_top(22e3), Ok(3818)); // 22.001 kHz
     /// ```
     pub fn pwm_top(&self, pwm_hz: f32) -> Result<u16, Error> {
@@ -36,5 +40,14 @@ impl Hardware {
             return Err(Error { key: PWM_HZ, found: pwm_hz, allowed });
         }
         Ok((libm::roundf(self.pwm_clock_hz / (4.0 * pwm_hz)) as u16).clamp(1, 32_767) * 2)
+    }
+
+    /// Refuses a dead time that the timer cannot make. A shorter one than was asked for would let
+    /// both switches of a half-bridge conduct at once.
+    ///
+    /// # Errors
+    /// Names the value.
+    pub(crate) fn check_dead_time(&self, dead_time: f32) -> Result<(), Error> {
+        between(DEAD_TIME, dead_time, 0.0, self.dead_time_max)
     }
 }

@@ -36,6 +36,7 @@ mod app {
     use crate::board::bridge;
     use crate::board::clock;
     use crate::board::control_task::{ControlTask, TRIPPED};
+    use crate::board::crystal::Crystal;
     use crate::board::last_tick;
     use crate::board::liveness;
     use crate::board::machine::BoardMachine;
@@ -98,23 +99,32 @@ mod app {
         let (from_wire_producer, from_wire_consumer) = from_wire.split();
         let (to_wire_producer, to_wire_consumer) = to_wire.split();
         let (told, was_armed) = retained::take();
-        let cause = reset::Cause::take(&cx.device.RCC);
+        let cause = reset::take_cause(&cx.device.RCC);
+        let brown_out = reset::brown_out(&cx.device.FLASH);
+        let may_be_dip = cause.may_be_dip(brown_out);
         let settings = setup::Settings::read();
         let fault = told.and_then(|record| record.fault()).or(cause.fault(was_armed));
         let board = setup::start(cx.device, cx.core, &settings, servo, |crystal| {
-            let absent = (!crystal).then_some(Fault::ClockAbsent);
+            let crystal = match crystal {
+                Crystal::Right | Crystal::NotMeasured => None,
+                Crystal::Absent => Some(Latched::from(Fault::ClockAbsent)),
+                Crystal::Wrong(mhz) => {
+                    Some(Latched { value: mhz, ..Latched::from(Fault::ClockWrong) })
+                }
+            };
             let before = told.and_then(|record| record.as_latched()).or(fault.map(Latched::from));
-            // An absent crystal must not hide behind an old fault that a command may clear.
+            // A crystal's fault must not hide behind an old fault that a command may clear.
             let lasting = before.filter(|latched| !latched.fault.is_clearable());
-            let fault = lasting.or(absent.map(Latched::from)).or(before);
-            Boot { fault, is_damaged: settings.is_damaged }
+            let fault = lasting.or(crystal).or(before);
+            Boot { fault, is_damaged: settings.is_damaged, may_be_dip }
         });
         if let Ok(parameters) = settings.parameters() {
             session.use_saved(parameters);
         }
         session.tell_damage(settings.is_damaged);
+        session.tell_brown_out(brown_out.is_on());
         let report = Report::new();
-        report.banner(&board, cause, told.as_ref(), fault, &settings);
+        report.banner(&board, (cause, brown_out), told.as_ref(), fault, &settings);
 
         let Board { control_task, watchdog, port, store, timer_clock, .. } = board;
         let before = control_task.servo.state();

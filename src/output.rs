@@ -154,8 +154,11 @@ mod tests {
             mode: PwmMode::LockedAntiphase,
             duty_max: 1.0,
         };
-        let drive =
-            Drive::new(&config, &Hardware { pwm_clock_hz: 168e6, supply_top: 4095 }).unwrap();
+        let drive = Drive::new(
+            &config,
+            &Hardware { pwm_clock_hz: 168e6, supply_top: 4095, dead_time_max: 6e-6 },
+        )
+        .unwrap();
         let mut stage = OutputStage::new(&config, drive);
         stage.on_device(soft_start, f32::from(nominal));
         stage

@@ -10,7 +10,8 @@ use stiction::Fault;
 use stiction::parameters::DecodeError;
 use stiction::servo::{Levels, Output, State};
 
-use crate::board::reset::Cause;
+use crate::board::crystal::Crystal;
+use crate::board::reset_cause::{BrownOut, Cause};
 use crate::board::retained::RetainedFault;
 use crate::board::setup::{Board, Settings};
 
@@ -35,19 +36,32 @@ impl Report {
     pub fn banner(
         &self,
         board: &Board,
-        cause: Cause,
+        (cause, brown_out): (Cause, BrownOut),
         told: Option<&RetainedFault>,
         last: Option<Fault>,
         settings: &Settings,
     ) {
-        let source = if board.crystal { "crystal" } else { "internal oscillator, crystal absent" };
+        let source = match board.crystal {
+            Crystal::Right => "crystal",
+            Crystal::NotMeasured => "crystal, whose frequency was not measured",
+            Crystal::Wrong(_) => "internal oscillator, crystal of another frequency",
+            Crystal::Absent => "internal oscillator, crystal absent",
+        };
         info!("stiction {=str} ({=str}) on STM32F405", stiction::VERSION, env!("STICTION_COMMIT"));
         info!("clock {=u32} Hz from {=str}", board.clock, source);
+        if let Crystal::Wrong(mhz) = board.crystal {
+            error!("the crystal has about {=f32} MHz, not 8: no motion", mhz);
+        }
         info!(
             "reset by {=str}; last fault: {=str}",
             cause.describe(),
             last.map_or("none", Fault::describe)
         );
+        if brown_out.is_on() {
+            info!("brown-out reset: {=str}", brown_out.describe());
+        } else {
+            warn!("brown-out reset is off: a dip of the supply looks like power-on");
+        }
         match told.map(|record| (record.fault(), record)) {
             Some((Some(Fault::Panic), record)) => {
                 error!("panic in {=str}, line {=u32}", record.text(), record.place);
@@ -81,8 +95,12 @@ impl Report {
                     "parameters of sector {=u8}: sample time {=f32} s, PWM {=f32} Hz",
                     sector, sample_time, pwm
                 );
-                if parameters.device.autostart && !settings.is_damaged {
-                    let delay = parameters.device.autostart_delay;
+                let device = &parameters.device;
+                let is_unsure = cause.may_be_dip(brown_out) && !device.autostart_after_dip;
+                if device.autostart && !settings.is_damaged && is_unsure {
+                    warn!("autostart: not after this reset, which may be a dip of the supply");
+                } else if device.autostart && !settings.is_damaged {
+                    let delay = device.autostart_delay;
                     warn!(
                         "autostart: arms by itself after {=f32} s unless there is a fault",
                         delay

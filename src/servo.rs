@@ -24,6 +24,9 @@
 //! start): a wrong sign or a large first error shows as a slow pull and not as a jerk. The loop has
 //! its own gains from the start; what the limit cuts off is told as `saturated`.
 //!
+//! If the bridge's driver takes time to wake up (`wake_up_s`), it is enabled for so long before the
+//! first tick of the loop, in the state [`State::Armed`] ([`wake_up`]).
+//!
 //! A ramp that identifies the friction is its own soft start, and no faster than the one that is
 //! configured. While it runs, the servo obeys nothing but a stop. The ramp stops the servo by
 //! itself when it is over. If the supply is too low for its effort, it is over at once, without a
@@ -31,6 +34,7 @@
 
 mod control_loop;
 mod follower;
+mod wake_up;
 
 use crate::controller::{Controller, Reading};
 use crate::drive::Duty;
@@ -46,6 +50,7 @@ use crate::signal::Tick;
 pub use control_loop::ControlLoop;
 use follower::Follower;
 use serde::{Deserialize, Serialize};
+use wake_up::WakeUp;
 
 /// The state of a servo.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -69,6 +74,9 @@ pub struct Boot {
     /// Whether a slot of the parameters is damaged: the parameters may not be those that were saved
     /// last, so nothing arms by itself.
     pub is_damaged: bool,
+    /// Whether the reset may have been a dip of the supply, which nobody can tell from power-on.
+    /// Nothing arms by itself then, unless the parameters say so (`autostart_after_dip`).
+    pub may_be_dip: bool,
 }
 
 /// The reason why the servo does not do what it is told.
@@ -111,6 +119,8 @@ pub struct Input {
 pub struct Output {
     /// Whether the bridge may be on. If not, the duty is neutral.
     pub enable: bool,
+    /// Whether the bridge's driver is enabled without a duty, so that it wakes up.
+    pub wakes: bool,
     /// The servo's state after this tick.
     pub state: State,
     /// Every signal of the tick; code and duty are those that are applied. Without a motion only
@@ -150,6 +160,7 @@ pub struct Servo {
     /// Ticks since power-on. Wraps, after five days at 10 kHz.
     clock: u32,
     follower: Follower,
+    wake_up: WakeUp,
     latched: Option<Latched>,
     log: FaultLog,
 }
@@ -174,6 +185,7 @@ impl Servo {
             state: State::Boot,
             clock: 0,
             follower: Follower::default(),
+            wake_up: WakeUp::default(),
             latched: None,
             log: FaultLog::default(),
         }
@@ -191,7 +203,9 @@ impl Servo {
                 .map_err(DecodeError::Value)
         });
         let autostart = self.control_loop.as_ref().and_then(|control_loop| control_loop.autostart);
-        self.countdown = autostart.filter(|_| !boot.is_damaged);
+        let after_dip = parameters.is_ok_and(|parameters| parameters.device.autostart_after_dip);
+        let is_sure = !boot.is_damaged && (!boot.may_be_dip || after_dip);
+        self.countdown = autostart.filter(|_| is_sure);
         let refused = match prepared {
             Ok(()) => None,
             Err(DecodeError::Blank) => Some(Fault::NoParameters),
@@ -360,6 +374,7 @@ impl Servo {
     fn start_loop(&mut self, by_link: bool) {
         if let Some(control_loop) = &mut self.control_loop {
             control_loop.arm(self.follower.seen.position, by_link);
+            self.wake_up.begin(&control_loop.driver_times);
             self.state = State::Armed;
             self.countdown = None;
         }
@@ -488,8 +503,12 @@ impl Servo {
             if let Some(control_loop) = &mut self.control_loop {
                 control_loop.monitors.idle(&mut control_loop.watch, &self.follower.seen);
             }
+            self.wake_up.rest();
             return self.off(Tick::default());
         };
+        if self.wake_up.is_on() {
+            return self.wake();
+        }
         let seen = &self.follower.seen;
         let tick = control_loop.tick(seen.position, input.supply);
         if tick.non_finite {
@@ -508,6 +527,19 @@ impl Servo {
         }
         let wound_up = control_loop.watch.warning();
         self.output(tick, true, wound_up)
+    }
+
+    /// Runs a tick of the driver's wake-up.
+    // Not in the tick, which it would make longer.
+    #[inline(never)]
+    fn wake(&mut self) -> Output {
+        let wakes = self.wake_up.step();
+        if let Some(control_loop) = &mut self.control_loop {
+            control_loop.monitors.idle(&mut control_loop.watch, &self.follower.seen);
+            // The joint may have been turned meanwhile: the loop begins where it is now.
+            control_loop.begin_at(self.follower.seen.position);
+        }
+        Output { wakes, ..self.off(Tick::default()) }
     }
 
     /// Makes the transitions that need no command.
@@ -542,7 +574,7 @@ impl Servo {
     fn output(&self, mut tick: Tick, enable: bool, wound_up: bool) -> Output {
         let (state, clock) = (self.state, self.clock);
         tick.status = status(state, enable, tick.saturated, wound_up);
-        Output { enable, state, tick, clock, wound_up }
+        Output { enable, wakes: false, state, tick, clock, wound_up }
     }
 }
 

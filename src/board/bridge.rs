@@ -3,11 +3,18 @@
 //! The PWM is centre-aligned: the counter runs up to the top and down again, so that a change of
 //! duty moves both edges and current is best sampled at the ends. The compare value is taken over
 //! where the counter turns, at either end. The direction pin changes at once, so that on a reversal
-//! the old magnitude has the new sign for half a period. Off means three things at once: both
-//! outputs at their inactive level (`OSSI`), the enable pin low, and a neutral duty in waiting. The
-//! break input is active low with a pull-up, which is what the open-drain fault output of a bridge
-//! driver wants. It turns the outputs off in hardware, without a clock, and they stay off. A wire
-//! that is cut goes unnoticed.
+//! the old magnitude has the new sign for half a period.
+//!
+//! Off means three things at once: the enable pin low, both outputs low (`MOE` clear, `OSSI`), and a
+//! neutral duty in waiting. Before an analog amplifier, off is the enable pin, with the neutral duty
+//! on the output: [`super::output_control`] says why, and what each mode does where the hardware
+//! ends the PWM.
+//!
+//! The break input is active low with a pull-up, which is what the open-drain fault output of a
+//! bridge driver wants. It ends the PWM in hardware, without a clock, and it stays ended. A wire
+//! that is cut goes unnoticed. If a driver's fault output needs blanking (`fault_blanking_s`), the
+//! input is off while the output is off and until the blanking is over, which is before the first
+//! duty.
 
 use core::convert::Infallible;
 
@@ -19,6 +26,7 @@ use stm32f4xx_hal::pac;
 use stm32f4xx_hal::rcc::{Enable, Rcc, Reset};
 
 use super::HARDWARE;
+use super::output_control::OutputControl;
 use super::traits::Bridge;
 
 /// The pins of the bridge.
@@ -40,6 +48,11 @@ pub struct TimerBridge {
     pwm: Pwm,
     pins: Pins,
     neutral: Duty,
+    neutral_when_off: bool,
+    /// Ticks from the enable pin's rise for which the break input is off.
+    blanking: u32,
+    /// Ticks of these that are left.
+    blanked: u32,
     on: bool,
 }
 
@@ -55,9 +68,16 @@ impl TimerBridge {
         pac::TIM1::enable(rcc);
         pac::TIM1::reset(rcc);
         timer.ccmr1_output().write(|w| w.oc1m().pwm_mode1().oc1pe().enabled());
-        timer.ccer().write(|w| w.cc1e().set_bit().cc1ne().set_bit());
         let pwm = Pwm { timer, top: settings.top };
-        let mut bridge = Self { pwm, pins, neutral: settings.neutral, on: false };
+        let mut bridge = Self {
+            pwm,
+            pins,
+            neutral: settings.neutral,
+            neutral_when_off: false,
+            blanking: 0,
+            blanked: 0,
+            on: false,
+        };
         bridge.reconfigure(settings);
         let timer = &bridge.pwm.timer;
         timer.sr().write(|w| w.bif().clear_bit());
@@ -66,9 +86,11 @@ impl TimerBridge {
         bridge
     }
 
-    /// Sets another PWM and dead time, with a neutral duty and the outputs off.
+    /// Sets another PWM, mode and dead time, with a neutral duty and the outputs off.
     pub fn reconfigure(&mut self, settings: &Settings) {
-        let Settings { top, neutral, dead_time } = *settings;
+        let Settings { top, neutral, control, blanking } = *settings;
+        // The pins are as the last mode left them off, until they are the next mode's.
+        self.neutral_when_off = false;
         // The top is taken over where the counter turns, as the compare value is.
         self.pwm.timer.arr().write(|w| w.arr().set(top));
         // Compare 0 would be full negative effort in locked antiphase, from the enabling of the
@@ -76,12 +98,13 @@ impl TimerBridge {
         self.off(neutral);
         (self.pwm.top, self.neutral) = (top, neutral);
         let timer = &self.pwm.timer;
-        let dead_time = dead_time_code(dead_time);
+        // Both outputs are active high, and low when idle: the reset values of the other bits.
+        timer.ccer().write(|w| w.cc1e().set_bit().cc1ne().bit(control.complement));
         timer.bdtr().write(|w| {
             w.dtg()
-                .set(dead_time)
+                .set(control.dead_time_code)
                 .ossi()
-                .idle_level()
+                .bit(control.driven_when_off)
                 .ossr()
                 .idle_level()
                 .bke()
@@ -90,11 +113,23 @@ impl TimerBridge {
                 .clear_bit()
         });
         timer.egr().write(|w| w.ug().set_bit());
+        (self.neutral_when_off, self.blanking) = (control.neutral_when_off, blanking);
+        self.rest();
     }
 
     /// Turns the outputs off, whatever the last tick has said.
     pub fn rest(&mut self) {
         self.off(self.neutral);
+    }
+
+    /// Takes the duty from the outputs. The break input is on or not.
+    #[inline]
+    fn release(&mut self, neutral: Duty, breaks: bool) {
+        let neutral_when_off = self.neutral_when_off;
+        self.pwm.timer.bdtr().modify(|_, w| w.moe().bit(neutral_when_off).bke().bit(breaks));
+        self.pins.direction.set_low();
+        let Ok(()) = self.pwm.set_duty_cycle(neutral.compare);
+        self.on = false;
     }
 
     /// Returns whether the break input has been let go. Its flag cannot be cleared while it is
@@ -113,14 +148,20 @@ pub struct Settings {
     pub top: u16,
     /// Duty of no effort.
     pub neutral: Duty,
-    /// Time between the switching of complementary outputs, s.
-    pub dead_time: f32,
+    /// Control of the outputs.
+    pub control: OutputControl,
+    /// Ticks from the enable pin's rise for which the break input is off; 0: it is always on.
+    pub blanking: u32,
 }
 
 impl Settings {
     /// The settings of a part without parameters: 22 kHz that nobody will see.
-    pub const IDLE: Self =
-        Self { top: 3818, neutral: Duty { compare: 1909, reverse: false }, dead_time: 1e-6 };
+    pub const IDLE: Self = Self {
+        top: 3818,
+        neutral: Duty { compare: 1909, reverse: false },
+        control: OutputControl::UNKNOWN,
+        blanking: 0,
+    };
 
     /// Returns the settings that parameters ask for. The drive has been validated with everything
     /// else.
@@ -131,7 +172,12 @@ impl Settings {
         Self {
             top: HARDWARE.pwm_top(drive.pwm_hz).unwrap_or(Self::IDLE.top),
             neutral,
-            dead_time: parameters.device.dead_time,
+            control: OutputControl::of(
+                drive.mode,
+                parameters.device.dead_time,
+                HARDWARE.pwm_clock_hz,
+            ),
+            blanking: parameters.ticks_at_least(parameters.device.fault_blanking),
         }
     }
 }
@@ -158,35 +204,40 @@ impl Bridge for TimerBridge {
         let Ok(()) = self.pwm.set_duty_cycle(duty.compare);
         if !self.on {
             self.on = true;
-            self.pwm.timer.bdtr().modify(|_, w| w.moe().enabled());
+            // The break input is on in the very write that lets the first duty through.
+            self.pwm.timer.bdtr().modify(|_, w| w.moe().enabled().bke().enabled());
             self.pins.enable.set_high();
         }
     }
 
+    fn wake(&mut self, neutral: Duty) {
+        let is_blanked = self.blanked > 0;
+        self.blanked = self.blanked.saturating_sub(1);
+        self.release(neutral, !is_blanked);
+        self.pins.enable.set_high();
+    }
+
     #[inline]
     fn off(&mut self, neutral: Duty) {
+        self.blanked = self.blanking;
+        // A driver that pulls its fault output as it falls asleep finds the break input off.
+        self.release(neutral, self.blanking == 0);
         self.pins.enable.set_low();
-        self.pwm.timer.bdtr().modify(|_, w| w.moe().disabled_idle());
-        self.pins.direction.set_low();
-        let Ok(()) = self.pwm.set_duty_cycle(neutral.compare);
-        self.on = false;
     }
 }
 
-/// Returns the code of a dead time (s), `DTG` of RM0090: four ranges at 168 MHz. It is rounded up,
-/// since too short a dead time burns the bridge.
-fn dead_time_code(dead_time: f32) -> u8 {
-    let clocks = libm::ceilf(dead_time * HARDWARE.pwm_clock_hz) as u32;
-    let code = match clocks {
-        0..=127 => clocks,
-        128..=254 => 0x80 | (clocks.div_ceil(2) - 64),
-        255..=504 => 0xC0 | (clocks.div_ceil(8) - 32),
-        _ => 0xE0 | (clocks.div_ceil(16).min(63) - 32),
-    };
-    code as u8
+/// Drives the enable pin low, before the clock is started: that may wait for a crystal for 50 ms. Before
+/// this, and in reset, a resistor of the board holds the pin.
+pub fn hold_enable_low(rcc: &pac::RCC, port: &pac::GPIOB) {
+    rcc.ahb1enr().modify(|_, w| w.gpioben().enabled());
+    // The port's clock has to arrive before the port is written.
+    cortex_m::asm::dsb();
+    port.bsrr().write(|w| w.br0().set_bit());
+    port.moder().modify(|_, w| w.moder0().output());
 }
 
-/// Turns the bridge off from anywhere, whatever state the program is in.
+/// Turns the bridge off from anywhere, whatever state the program is in. Before an analog amplifier
+/// this lets the pin go, too, and the next [`Bridge::off`] brings the neutral duty back.
 pub fn off_now() {
     // SAFETY: one write to a set/reset register, which cannot disturb another pin, and one that
     // only clears MOE; neither depends on anything that the program owns.

@@ -67,6 +67,8 @@ impl ControlTask {
         let output = self.servo.tick(input);
         if output.enable {
             self.bridge.drive(output.duty());
+        } else if output.wakes {
+            self.bridge.wake(output.duty());
         } else {
             self.bridge.off(output.duty());
         }

@@ -24,6 +24,7 @@ use super::control_task::ControlTask;
 use super::sectors::Sectors;
 use super::tick::Period;
 use super::traits::Watchdog;
+use super::voltage_detector;
 use super::watchdog::{CROSSING, Independent, Timeout};
 
 /// The shared parts of the board, as the link's task may lock them.
@@ -86,6 +87,10 @@ impl<C: Mutex<T = ControlTask>, W: Mutex<T = Independent>> Machine for BoardMach
     /// comes before the end. Whatever came over the wire meanwhile is lost.
     #[inline(never)]
     fn save(&mut self, parameters: &Parameters) -> Result<(), Refused> {
+        // An erase that the supply does not last for would cost a set of parameters.
+        if voltage_detector::is_low() {
+            return Err(Refused::SupplyTooLow);
+        }
         let saved = self.feed_with(Timeout::ERASE).and_then(|()| {
             self.control_task.lock(ControlTask::pause);
             let saved = self.store.save(parameters);

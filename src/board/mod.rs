@@ -8,13 +8,17 @@ pub mod bridge;
 pub mod clock;
 pub mod control_task;
 mod copy;
+pub mod crystal;
+pub mod debugger;
 pub mod encoder;
 pub mod fatal;
 pub mod last_tick;
 pub mod liveness;
 pub mod machine;
 mod note;
+mod output_control;
 pub mod reset;
+pub mod reset_cause;
 pub mod retained;
 pub mod sectors;
 pub mod setup;
@@ -23,10 +27,12 @@ pub mod supply;
 pub mod tick;
 pub mod traits;
 pub mod usart;
+pub mod voltage_detector;
 pub mod watchdog;
 
 use stiction::Hardware;
 
-/// The figures of this board: TIM1 is clocked at 168 MHz (`clock.rs`), and the converter has 12
-/// bits.
-pub const HARDWARE: Hardware = Hardware { pwm_clock_hz: 168e6, supply_top: 4095 };
+/// The figures of this board: TIM1 is clocked at 168 MHz (`clock.rs`), the converter has 12 bits,
+/// and the longest dead time is 1008 clocks of TIM1 (`output_control.rs`).
+pub const HARDWARE: Hardware =
+    Hardware { pwm_clock_hz: 168e6, supply_top: 4095, dead_time_max: 6e-6 };

@@ -15,6 +15,8 @@ use stm32f4xx_hal::prelude::*;
 use super::HARDWARE;
 use super::bridge::{self, Pins, TimerBridge};
 use super::control_task::ControlTask;
+use super::crystal::Crystal;
+use super::debugger::FreezeBits;
 use super::encoder::Quadrature;
 use super::sectors::{SLOTS, Sectors};
 use super::stopwatch::Stopwatch;
@@ -22,7 +24,7 @@ use super::supply::Supply;
 use super::tick::{Period, TickTimer};
 use super::usart::Port;
 use super::watchdog::{Independent, Timeout};
-use super::{clock, sectors};
+use super::{clock, sectors, voltage_detector};
 
 /// Sample time of a part without parameters, s.
 const IDLE_SAMPLE_TIME: f32 = 0.001;
@@ -44,8 +46,8 @@ pub struct Board {
     pub port: Port,
     /// The store in which parameters are saved.
     pub store: Store<Sectors>,
-    /// Whether the crystal runs.
-    pub crystal: bool,
+    /// What is known of the crystal.
+    pub crystal: Crystal,
     /// Clock of the processor, Hz.
     pub clock: u32,
     /// Clock of the timers on APB1, Hz.
@@ -85,26 +87,30 @@ impl Settings {
     }
 }
 
-/// Starts every part of the board. `boot` tells, given whether the crystal runs, how the part came
-/// out of its reset.
+/// Starts every part of the board. `boot` tells, given what is known of the crystal, how the part
+/// came out of its reset.
 pub fn start(
     device: pac::Peripherals,
     mut core: cortex_m::Peripherals,
     settings: &Settings,
     place: &'static mut MaybeUninit<Servo>,
-    boot: impl FnOnce(bool) -> Boot,
+    boot: impl FnOnce(Crystal) -> Boot,
 ) -> Board {
+    bridge::hold_enable_low(&device.RCC, &device.GPIOB);
     core.DCB.enable_trace();
     core.DWT.enable_cycle_counter();
-    let watchdog = Independent::start(device.IWDG, Timeout::of_loop(settings.sample_time()));
-    let (mut rcc, crystal) = clock::start(device.RCC);
+    let freeze_bits = FreezeBits::new(device.DBGMCU);
+    let timeout = Timeout::of_loop(settings.sample_time());
+    let watchdog = Independent::start(device.IWDG, freeze_bits, timeout);
+    voltage_detector::start(&device.RCC, &device.PWR);
+    let (mut rcc, crystal) = clock::start(device.RCC, &device.TIM11);
 
     let a = device.GPIOA.split(&mut rcc);
     let b = device.GPIOB.split(&mut rcc);
     let c = device.GPIOC.split(&mut rcc);
     let pins = Pins {
-        // The enable pin comes first of all: low from the moment on that it is an output. Before, a
-        // resistor of the board holds it.
+        // The enable pin comes first: taking the port has reset it, and for an instant the pin's
+        // resistor alone holds it.
         enable: b.pb0.into_push_pull_output_in_state(PinState::Low),
         direction: b.pb1.into_push_pull_output_in_state(PinState::Low),
         high: a.pa8.into_alternate(),

@@ -14,6 +14,9 @@ pub trait Bridge {
     /// Lets `duty` through, and turns the outputs on if they are off.
     fn drive(&mut self, duty: Duty);
 
+    /// Enables the bridge's driver with the outputs off, for a tick in which it wakes up.
+    fn wake(&mut self, neutral: Duty);
+
     /// Turns the outputs off. They begin with `neutral` when they are turned on again.
     fn off(&mut self, neutral: Duty);
 }

@@ -19,14 +19,15 @@
 //! A new timeout is taken over by the first feed after it has crossed into the oscillator's domain.
 //! That takes up to [`CROSSING`] and is not waited for at the start. Until the first one, the
 //! watchdog counts the reset value, 4096 * 4 clocks: 349 to 964 ms for the start, which takes some
-//! 55 ms at most. The watchdog keeps running while a debugger halts the core: a breakpoint must not
-//! leave the motor at its last duty.
+//! 55 ms at most. The watchdog keeps running while a debugger halts the core, and each feed sees to
+//! it ([`super::debugger`]).
 //!
 //! An erase of the flash holds up the processor for up to 4 s. [`Timeout::ERASE`] is what
 //! `stiction::store` derives for it.
 
 use stm32f4xx_hal::pac;
 
+use super::debugger::FreezeBits;
 use super::traits::Watchdog;
 
 /// Number of control ticks that may be missed.
@@ -74,6 +75,7 @@ impl Timeout {
 /// The independent watchdog, running.
 pub struct Independent {
     registers: pac::IWDG,
+    freeze_bits: FreezeBits,
     timeout: Timeout,
     /// The timeout that is set but not yet written.
     next: Option<Timeout>,
@@ -81,9 +83,10 @@ pub struct Independent {
 
 impl Independent {
     /// Starts the watchdog. Nothing but a reset stops it.
-    pub fn start(registers: pac::IWDG, timeout: Timeout) -> Self {
+    pub fn start(registers: pac::IWDG, freeze_bits: FreezeBits, timeout: Timeout) -> Self {
         registers.kr().write(|w| w.key().start());
-        let mut this = Self { registers, timeout, next: None };
+        freeze_bits.set();
+        let mut this = Self { registers, freeze_bits, timeout, next: None };
         this.write(timeout);
         this
     }
@@ -126,6 +129,7 @@ impl Watchdog for Independent {
         {
             self.write(timeout);
         }
+        self.freeze_bits.set();
         self.registers.kr().write(|w| w.key().feed());
     }
 }

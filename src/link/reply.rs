@@ -130,6 +130,8 @@ pub struct Status {
     pub bad_frames: u32,
     /// Number of answers and samples that found no room on their way out.
     pub dropped: u32,
+    /// Whether the part's brown-out reset is on: if not, a dip of its supply looks like power-on.
+    pub has_brown_out: bool,
 }
 
 /// A fault, as a client is told of it.
@@ -195,6 +197,8 @@ pub enum Refused {
     Watchdog,
     /// The trajectory begins farther from the joint than the following error may be.
     FarAway,
+    /// The device's own supply is too low to erase and write its flash.
+    SupplyTooLow,
 }
 
 impl From<servo::Refusal> for Refused {

@@ -69,6 +69,8 @@ pub struct Session<const RING: usize = WAITING> {
     repeats: u8,
     /// Whether a slot of the saved parameters is damaged.
     is_damaged: bool,
+    /// Whether the part's brown-out reset is on.
+    has_brown_out: bool,
     /// The number of the session in which the client has said hello; none before the hello.
     greeted: Option<u32>,
     /// The number of the last request that was answered, and the answer.
@@ -89,6 +91,7 @@ impl<const RING: usize> Session<RING> {
             unsaved: false,
             repeats: 0,
             is_damaged: false,
+            has_brown_out: true,
             greeted: None,
             last: None,
             incoming: [0; ROOM],
@@ -101,6 +104,11 @@ impl<const RING: usize> Session<RING> {
     pub fn use_saved(&mut self, parameters: &Parameters) {
         self.parameters = Some(parameters.clone());
         self.unsaved = false;
+    }
+
+    /// Tells whether the part's brown-out reset is on; without a word of it, it is taken to be.
+    pub const fn tell_brown_out(&mut self, is_on: bool) {
+        self.has_brown_out = is_on;
     }
 
     /// Takes whether a slot of the saved parameters is damaged, to tell it until the next save.
@@ -342,6 +350,7 @@ impl<const RING: usize> Session<RING> {
         let controller = self.parameters.as_ref().map(|parameters| &parameters.controller);
         let (bad_frames, dropped) = (self.deframer.bad(), self.outbox.dropped());
         let (unsaved, is_damaged) = (self.unsaved, self.is_damaged);
+        let has_brown_out = self.has_brown_out;
         machine.servo(|servo| Status {
             state: StateCode::from(servo.state()),
             fault: servo.latched().map(Into::into).unwrap_or_default(),
@@ -357,6 +366,7 @@ impl<const RING: usize> Session<RING> {
             is_damaged,
             bad_frames,
             dropped,
+            has_brown_out,
         })
     }
 }
@@ -376,8 +386,8 @@ fn keep_off(servo: &mut Servo) -> Result<(), servo::Refusal> {
     Ok(())
 }
 
-/// Returns what timers and watchdog are set up with: sample time, PWM, dead time.
-const fn timing(parameters: &Parameters) -> (f32, &DriveConfig, f32) {
+/// Returns what bridge, timers and watchdog are set up with: sample time, PWM, dead time, blanking.
+const fn timing(parameters: &Parameters) -> (f32, &DriveConfig, f32, f32) {
     let Parameters { controller, device, .. } = parameters;
-    (controller.sample_time, &controller.drive, device.dead_time)
+    (controller.sample_time, &controller.drive, device.dead_time, device.fault_blanking)
 }

@@ -74,7 +74,8 @@ mod tests {
         let mut subscription = Subscription::new(1, 3, 1).unwrap();
         let sample = |clock| {
             let (state, tick) = (State::Stopped, Tick::default());
-            let output = Output { enable: false, state, tick, clock, wound_up: false };
+            let output =
+                Output { enable: false, wakes: false, state, tick, clock, wound_up: false };
             subscription.tick(&output).map(|sample| (sample.number, sample.clock))
         };
         ticks.into_iter().filter_map(sample).collect()

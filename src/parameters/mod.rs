@@ -64,6 +64,7 @@ impl Parameters {
     /// Names the first value that is not allowed.
     pub fn prepare(&self, hardware: &Hardware) -> Result<(Controller, Course), Error> {
         self.check()?;
+        hardware.check_dead_time(self.device.dead_time)?;
         let mut controller = Controller::new(&self.controller, hardware)?;
         self.on_device(&mut controller, hardware);
         Ok((controller, self.motion.course(&self.controller)?))
@@ -86,13 +87,20 @@ impl Parameters {
         libm::roundf(s / self.controller.sample_time) as u32
     }
 
+    /// Returns the ticks that are no shorter than a time (s): rounding of `f32` may make them one
+    /// more than needed, and never one less.
+    pub fn ticks_at_least(&self, s: f32) -> u32 {
+        libm::ceilf(s / self.controller.sample_time) as u32
+    }
+
     /// Refuses a value that this board's timers cannot make. A record that is valid by itself may
     /// be another board's.
     ///
     /// # Errors
     /// Names the value.
     pub fn fits(&self, hardware: &Hardware) -> Result<(), DecodeError> {
-        hardware.pwm_top(self.controller.drive.pwm_hz).map(|_| ()).map_err(DecodeError::Value)
+        let fits = hardware.pwm_top(self.controller.drive.pwm_hz).map(|_| ());
+        fits.and(hardware.check_dead_time(self.device.dead_time)).map_err(DecodeError::Value)
     }
 
     /// Refuses a value that is not within its bounds, and values that do not go together.

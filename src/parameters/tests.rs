@@ -91,6 +91,7 @@ fn former(laws: &[Gains], drive: DriveConfig, motion: Motion) -> Parameters {
         dead_time: 2e-6,
         nominal_supply: 24.0,
         supply_full_scale: 33.0,
+        ..DeviceConfig::CAUTIOUS
     };
     let limits = Limits::derived(&controller, &device, 0.0);
     Parameters { controller, motion, device, limits }
@@ -248,7 +249,7 @@ fn entries_of_which_one_undoes_another_are_refused() {
 
 #[test]
 fn a_record_that_is_valid_may_not_fit_a_board() {
-    let board = Hardware { pwm_clock_hz: 168e6, supply_top: 4095 };
+    let board = Hardware { pwm_clock_hz: 168e6, supply_top: 4095, dead_time_max: 6e-6 };
     let mut parameters = example();
     assert_eq!(parameters.fits(&board), Ok(()));
     parameters.controller.drive.pwm_hz = 1299.0;
@@ -256,6 +257,15 @@ fn a_record_that_is_valid_may_not_fit_a_board() {
     assert!(
         matches!(parameters.fits(&board), Err(DecodeError::Value(error)) if name(error.key) == "pwm_hz")
     );
+    // The longest dead time is the board's, too: of half the clock, twice as long.
+    let mut parameters = example();
+    parameters.device.dead_time = 6.001e-6;
+    assert_eq!(parameters.validate(), Ok(()));
+    let slower = Hardware { dead_time_max: 12e-6, ..board };
+    assert_eq!(parameters.fits(&slower), Ok(()));
+    let Err(DecodeError::Value(error)) = parameters.fits(&board) else { panic!() };
+    assert_eq!((name(error.key), error.allowed), ("dead_time_s", Allowed::Between(0.0, 6e-6)));
+    assert_eq!(parameters.prepare(&board).unwrap_err(), error);
 }
 
 #[test]

@@ -2,6 +2,7 @@
 //! what each of them remembers.
 
 use super::control;
+use super::wake_up::DriverTimes;
 use crate::controller::{Controller, Reading};
 use crate::error::Error;
 use crate::hardware::Hardware;
@@ -28,6 +29,7 @@ pub struct ControlLoop {
     pub(super) watch: MonitorState,
     /// Ticks from the first one until the servo arms itself; none: it does not.
     pub(super) autostart: Option<u32>,
+    pub(super) driver_times: DriverTimes,
 }
 
 impl ControlLoop {
@@ -61,6 +63,7 @@ impl ControlLoop {
         hardware: &Hardware,
     ) -> Result<(), Error> {
         let Parameters { device, limits, controller: config, .. } = parameters;
+        hardware.check_dead_time(device.dead_time)?;
         let mut controller = Controller::new(config, hardware)?;
         parameters.on_device(&mut controller, hardware);
         *place = Some(Self {
@@ -72,6 +75,7 @@ impl ControlLoop {
             monitors: Monitors::new(limits, config, device, hardware),
             watch: MonitorState::default(),
             autostart: device.autostart.then(|| parameters.in_ticks(device.autostart_delay)),
+            driver_times: DriverTimes::of(parameters),
         });
         Ok(())
     }
@@ -79,9 +83,14 @@ impl ControlLoop {
     /// Begins the loop's course at `position` (counts since power-on), which becomes zero. If a
     /// link asked for it, the silence of that link is watched.
     pub(super) fn arm(&mut self, position: i32, by_link: bool) {
+        self.begin_at(position);
+        self.watch = self.monitors.armed(&self.watch, by_link);
+    }
+
+    /// Begins the loop's course at `position` (counts since power-on), which becomes zero.
+    pub(super) fn begin_at(&mut self, position: i32) {
         self.zero = position;
         self.state = CourseState::start(&self.controller, 0);
-        self.watch = self.monitors.armed(&self.watch, by_link);
     }
 
     /// Forgets the state of the law and of the monitors, but not the motor's heat, and not what a

@@ -9,7 +9,7 @@ use crate::pd::PdGains;
 use crate::position::Position;
 use crate::reference::{Corner, Reference, Step, Trajectory};
 
-const HARDWARE: Hardware = Hardware { pwm_clock_hz: 168e6, supply_top: 4095 };
+const HARDWARE: Hardware = Hardware { pwm_clock_hz: 168e6, supply_top: 4095, dead_time_max: 6e-6 };
 
 const NEUTRAL: Duty = Duty { compare: 1909, reverse: false };
 

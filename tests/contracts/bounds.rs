@@ -73,7 +73,7 @@ fn any_laws() -> impl Strategy<Value = Vec<Gains>> {
 }
 
 fn any_drive() -> impl Strategy<Value = DriveConfig> {
-    let mode = prop_oneof![Just(PwmMode::LockedAntiphase), Just(PwmMode::SignMagnitude)];
+    let mode = modes();
     // Often the whole duty, as most machines have it.
     let duty_max = prop_oneof![Just(1.0), floats(f32::MIN_POSITIVE, 1.0)];
     let drive = (any_positive(LARGEST), mode, floats(1300.0, 5.25e6), duty_max);
@@ -185,7 +185,7 @@ proptest! {
                 prop_assert_eq!(tick.code, 0);
             }
             if tick.code == 0 {
-                let compare = if mode == PwmMode::LockedAntiphase { pwm_top / 2 } else { 0 };
+                let compare = if mode == PwmMode::SignMagnitude { 0 } else { pwm_top / 2 };
                 prop_assert_eq!(tick.duty(), Duty { compare, reverse: false });
             }
         }
@@ -197,7 +197,7 @@ proptest! {
         lags in lags(),
         at in 0usize..60,
         poisoned in poisoned(),
-        mode in prop_oneof![Just(PwmMode::LockedAntiphase), Just(PwmMode::SignMagnitude)],
+        mode in modes(),
     ) {
         let counts = near(&reference, &lags);
         let at = at % counts.len();
@@ -212,7 +212,7 @@ proptest! {
             }
             let tick = joint.tick(low_half(counts[at]), &poisoned);
             prop_assert!(tick.non_finite && tick.v == 0.0 && tick.code == 0, "{name}: {tick:?}");
-            let compare = if mode == PwmMode::LockedAntiphase { 1909 } else { 0 };
+            let compare = if mode == PwmMode::SignMagnitude { 0 } else { 1909 };
             prop_assert_eq!(tick.duty(), Duty { compare, reverse: false });
 
             let afresh = Compensator::new(&config.compensator, &config.around());

@@ -18,7 +18,13 @@ pub use stiction::value::{Key, Kind, Values};
 pub use stiction::{Controller, ControllerConfig, ControllerState, Hardware, Reading, Tick};
 
 /// The figures of the board that the thesis's loop runs on here.
-pub const STM32F405: Hardware = Hardware { pwm_clock_hz: 168e6, supply_top: 4095 };
+pub const STM32F405: Hardware =
+    Hardware { pwm_clock_hz: 168e6, supply_top: 4095, dead_time_max: 6e-6 };
+
+/// Every mode of the drive.
+pub fn modes() -> impl Strategy<Value = PwmMode> {
+    prop_oneof![Just(PwmMode::LockedAntiphase), Just(PwmMode::SignMagnitude), Just(PwmMode::Analog)]
+}
 
 /// Joint angle of one count, deg.
 pub const RESOLUTION: f32 = 0.00242;

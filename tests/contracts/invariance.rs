@@ -61,7 +61,7 @@ proptest! {
             }),
         ],
         lags in lags(),
-        mode in prop_oneof![Just(PwmMode::LockedAntiphase), Just(PwmMode::SignMagnitude)],
+        mode in modes(),
     ) {
         let counts = near(&reference, &lags);
         let negated: Vec<_> = counts.iter().map(|counts| -counts).collect();
@@ -77,7 +77,9 @@ proptest! {
                 );
                 let Duty { compare, reverse } = tick.duty();
                 let duty = match mode {
-                    PwmMode::LockedAntiphase => Duty { compare: 3818 - compare, reverse },
+                    PwmMode::LockedAntiphase | PwmMode::Analog => {
+                        Duty { compare: 3818 - compare, reverse }
+                    }
                     PwmMode::SignMagnitude => Duty { compare, reverse: tick.code > 0 },
                 };
                 prop_assert_eq!(image.duty(), duty, "{}: tick {}", name, tick.tick);

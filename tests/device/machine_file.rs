@@ -164,7 +164,11 @@ fn machine() -> impl Strategy<Value = Parameters> {
             config.drive = DriveConfig {
                 full_scale,
                 lsb: full_scale / (2.0 + 30_000.0 * n[3]),
-                mode: if flags[2] { PwmMode::LockedAntiphase } else { PwmMode::SignMagnitude },
+                mode: match (flags[2], n[3] < 0.5) {
+                    (true, true) => PwmMode::LockedAntiphase,
+                    (true, false) => PwmMode::Analog,
+                    (false, _) => PwmMode::SignMagnitude,
+                },
                 pwm_hz,
                 duty_max: 1.0 - n[26],
             };
@@ -178,6 +182,10 @@ fn machine() -> impl Strategy<Value = Parameters> {
                 dead_time: 6e-6 * n[8],
                 nominal_supply: 20.0 * n[9],
                 supply_full_scale: 20.0 + 80.0 * n[10],
+                wake_up: n[27],
+                fault_blanking: n[27] * n[28],
+                reset_pulse: n[29],
+                autostart_after_dip: flags[2],
             };
             machine.limits = stiction::Limits {
                 encoder_jump: 100.0 * n[11],

@@ -16,6 +16,7 @@ macro_rules! reliability {
     (@ $key:ident) => { $key };
 }
 
+mod autostart;
 mod dead_encoder;
 mod encoder_faults;
 mod fixture;
@@ -27,3 +28,4 @@ mod power_cuts;
 mod seeds;
 mod soak;
 mod thesis;
+mod wake_up;

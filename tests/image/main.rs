@@ -10,6 +10,8 @@ mod bad_input;
 #[cfg(feature = "emulator")]
 mod bit_for_bit;
 #[cfg(feature = "emulator")]
+mod bridge_modes;
+#[cfg(feature = "emulator")]
 mod common;
 #[cfg(feature = "emulator")]
 mod cost;
@@ -19,6 +21,8 @@ mod crashes;
 mod device_link;
 #[cfg(feature = "emulator")]
 mod differences;
+#[cfg(feature = "emulator")]
+mod driver;
 #[cfg(feature = "emulator")]
 mod fault_injection;
 #[cfg(feature = "emulator")]
@@ -35,6 +39,8 @@ mod parameters;
 mod ramps;
 #[cfg(feature = "emulator")]
 mod stuck;
+#[cfg(feature = "emulator")]
+mod supply_and_crystal;
 #[cfg(feature = "emulator")]
 mod timing;
 

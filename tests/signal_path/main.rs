@@ -8,9 +8,12 @@
 
 use proptest::prelude::ProptestConfig;
 
+mod crystal;
 mod drive;
+mod output_control;
 mod position;
 mod reference;
+mod reset_cause;
 mod trajectory;
 mod velocity;
 

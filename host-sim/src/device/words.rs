@@ -50,6 +50,10 @@ pub fn refused(refused: &Refused) -> String {
         Refused::Watchdog => {
             "its watchdog did not take over another timeout in time; say it again".into()
         }
+        Refused::SupplyTooLow => {
+            "its 3.3 V supply is below 2.9 V, too low to erase and write its flash; the parameters are in use, but not saved"
+                .into()
+        }
     }
 }
 
@@ -112,6 +116,12 @@ pub fn status(status: &Status) -> String {
             [what, then, "           `params push`), then save them (`params save`)"]
                 .map(String::from),
         );
+    }
+    if !status.has_brown_out {
+        let what =
+            "warning    its brown-out reset is off: a dip of its supply looks like power-on,";
+        let then = "           and autostart waits for a command (docs/wiring.md, \"Brown-out\")";
+        lines.extend([what, then].map(String::from));
     }
     if status.unsaved {
         lines.push("warning    the parameters in use are not saved: `params save`".into());

@@ -13,7 +13,7 @@ use rigless::machine::{Board, Target, armv7m};
 use rigless::mcu::{Mcu, Operate};
 use rigless::soc::Width;
 use rigless::soc::stm32f427::Stm32f427;
-use rigless::soc::stm32f427::generated::rcc;
+use rigless::soc::stm32f427::generated::{flash, rcc};
 use rigless::soc::stm32f427::peripherals::adc::Channel;
 use rigless::soc::stm32f427::peripherals::gpio::{Gpio, Pin};
 use rigless::store;
@@ -26,8 +26,19 @@ use crate::error::Error;
 pub const CLOCK_HZ: NonZeroU64 = NonZeroU64::MIN.saturating_add(167_999_999);
 
 const CRYSTAL_HZ: u64 = 8_000_000;
+/// TIM11's last capture, and the divider of the crystal that captures it, in RCC_CFGR. The emulated
+/// part has no wire between the two: this board has.
+pub const TIM11_CCR1: u64 = 0x4001_4834;
+const TIM11_OR: u64 = 0x4001_4850;
+const TIM11_CR1: u64 = 0x4001_4800;
+const TIM11_CCMR1: u64 = 0x4001_4818;
+const TIM11_CCER: u64 = 0x4001_4820;
+/// The internal oscillator, Hz, with no error.
+const HSI_HZ: u64 = 16_000_000;
 /// In RCC_CR: the crystal oscillates.
 const HSERDY: u64 = 1 << 17;
+/// In FLASH_OPTCR: the level of the brown-out reset; none of its bits is the highest level.
+const BOR_LEV: u64 = 0b1100;
 /// In RCC_CSR: a brown-out, and what every reset sets, the pin.
 const BORRSTF: u64 = 1 << 25;
 const PADRSTF: u64 = 1 << 26;
@@ -62,6 +73,10 @@ pub enum Port {
 pub struct Fitted {
     /// The 8 MHz crystal is there and oscillates.
     pub crystal: bool,
+    /// The frequency of the crystal, Hz.
+    pub crystal_hz: u64,
+    /// The option bytes have the brown-out reset on, at 2.7 V. The factory leaves it off.
+    pub brown_out: bool,
     /// Voltage on the pin that measures the bridge's supply, mV.
     pub supply_pin_mv: u32,
     /// Frequency of the oscillator that the watchdog counts, 17 to 47 kHz.
@@ -70,7 +85,13 @@ pub struct Fitted {
 
 impl Default for Fitted {
     fn default() -> Self {
-        Self { crystal: true, supply_pin_mv: RAIL_MV / 2, lsi_hz: LSI_HZ }
+        Self {
+            crystal: true,
+            crystal_hz: CRYSTAL_HZ,
+            brown_out: false,
+            supply_pin_mv: RAIL_MV / 2,
+            lsi_hz: LSI_HZ,
+        }
     }
 }
 
@@ -80,11 +101,12 @@ pub struct EmulatedBoard {
     /// The microcontroller.
     pub mcu: Stm32f427,
     crystal: bool,
+    crystal_hz: u64,
     /// The break input is pulled.
     breaks: bool,
 }
 
-store!(EmulatedBoard { values: [crystal, breaks], parts: [mcu], built: [] });
+store!(EmulatedBoard { values: [crystal, crystal_hz, breaks], parts: [mcu], built: [] });
 
 impl EmulatedBoard {
     /// A board out of the box, without power.
@@ -93,13 +115,20 @@ impl EmulatedBoard {
     /// If the emulator's own description of the part contradicts itself.
     pub fn new(fitted: Fitted) -> Result<Self, Error> {
         let mut mcu = Stm32f427::new().map_err(|error| Error::Emulator(error.to_string()))?;
-        mcu.rcc.attach_crystals(if fitted.crystal { CRYSTAL_HZ } else { 0 }, 0);
+        mcu.rcc.attach_crystals(if fitted.crystal { fitted.crystal_hz } else { 0 }, 0);
         mcu.rcc.calibrate_lsi(fitted.lsi_hz);
         mcu.set_supply(RAIL_MV);
         for converter in &mut mcu.adc {
             converter.set_reference(RAIL_MV);
         }
-        let mut board = Self { mcu, crystal: fitted.crystal, breaks: false };
+        let Fitted { crystal, crystal_hz, brown_out, .. } = fitted;
+        if brown_out {
+            let (program, registers) = mcu.program();
+            let [options, more] = [flash::Register::Optcr, flash::Register::Optcr1]
+                .map(|register| registers.get(register));
+            program.keep_options(options & !BOR_LEV, more, registers);
+        }
+        let mut board = Self { mcu, crystal, crystal_hz, breaks: false };
         board.supply(fitted.supply_pin_mv);
         // Its pull-up: the input is active low, and a cut wire must not turn the bridge off.
         board.drive_break(VirtualNanos(0), false);
@@ -154,6 +183,30 @@ impl EmulatedBoard {
         registers.set(rcc::Register::Csr, BORRSTF | PADRSTF);
     }
 
+    /// Sets the rail of the part itself, mV.
+    pub fn set_rail(&mut self, millivolts: u32) {
+        self.mcu.set_supply(millivolts);
+    }
+
+    /// To be called when TIM11's capture has been read: puts the next one there. The timer counts
+    /// the internal oscillator, and every eighth edge of the divided crystal captures it, if all of
+    /// that is set up as RM0090 has it.
+    pub fn capture_crystal(&mut self, at: VirtualNanos) {
+        let [configuration, remap, control, mode, enable] =
+            [RCC_CFGR, TIM11_OR, TIM11_CR1, TIM11_CCMR1, TIM11_CCER]
+                .map(|address| self.peek(at, address).unwrap_or(0));
+        let divider = u64::from(configuration >> 16 & 31);
+        let is_set_up = self.crystal
+            && configuration & SWS == 0
+            && divider > 1
+            && (remap & 3, control & 1, mode & 0xFF, enable & 0xB) == (2, 1, 0b1101, 1);
+        if is_set_up {
+            let period = 8 * divider * 1_000_000_000 / self.crystal_hz;
+            let captured = at.0 / period * period * HSI_HZ / 1_000_000_000;
+            self.poke(at, TIM11_CCR1, (captured & 0xFFFF) as u32);
+        }
+    }
+
     /// Stops the counter of the control tick's timer.
     pub fn stop_tick(&mut self, at: VirtualNanos) {
         // A timer without a clock does not count either.
@@ -197,6 +250,12 @@ impl EmulatedBoard {
         if control & HSERDY != 0 {
             registers.set(rcc::Register::Cr, control & !HSERDY);
         }
+    }
+
+    /// Writes a register as the core would now.
+    pub fn poke(&mut self, at: VirtualNanos, address: u64, value: u32) {
+        // A peripheral without a clock takes nothing either.
+        let _ = self.mcu.write(at, address, Width::W32, value.into());
     }
 
     /// A register as the core would read it now; nothing if the peripheral has no clock.

@@ -247,6 +247,18 @@ impl<C> Halted<'_, C> {
         self.session.resets()
     }
 
+    /// Reads a register of a peripheral; nothing if the peripheral has no clock.
+    pub fn register(&mut self, address: u64) -> Option<u32> {
+        let at = self.stop.at;
+        self.board().peek(at, address)
+    }
+
+    /// Writes a register of a peripheral, as a debugger does.
+    pub fn set_register(&mut self, address: u64, value: u32) {
+        let at = self.stop.at;
+        self.board().poke(at, address, value);
+    }
+
     /// Reads what the image computed in its last tick.
     ///
     /// # Errors

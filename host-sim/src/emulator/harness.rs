@@ -11,7 +11,7 @@ use rigless::emulator::{Access, AccessKind, Driver, Error as HostError, Host, Se
 use rigless::session::Session;
 use rigless::time::{NO_DEADLINE, VirtualNanos};
 
-use super::board::EmulatedBoard;
+use super::board::{EmulatedBoard, TIM11_CCR1};
 use super::board_under_test::{Halted, Order, Until};
 use super::bridge::Bridge;
 use super::coupling::Coupling;
@@ -188,6 +188,10 @@ impl<C: Coupling> Harness<C> {
             (AccessKind::Read, TIM2_CNT) => {
                 self.ticks_ns.push(at.0);
                 self.coupling.counter_read(board, value as u32, at);
+            }
+            (AccessKind::Read, TIM11_CCR1) => {
+                board.capture_crystal(at);
+                return;
             }
             _ => return,
         }

@@ -35,6 +35,8 @@ fn by_itself(plan: &RunPlan) -> Result<Parameters, Error> {
     from_start(&mut parameters.motion, start);
     parameters.device = DeviceConfig {
         autostart: true,
+        // The emulated part is as the factory leaves it: without a brown-out reset.
+        autostart_after_dip: true,
         autostart_delay: WAIT_TICKS * parameters.controller.sample_time,
         ..parameters.device
     };

@@ -100,7 +100,12 @@ impl Watched {
         };
         // Off means off: neutral, whatever was said.
         assert!(output.enable || output.duty() == drive.duty(0));
-        assert_eq!(output.enable, output.state == State::Armed);
+        // Armed is on, but for a driver that wakes up before its first duty or is reset before.
+        let times = device.parameters().map(|parameters| &parameters.device);
+        let may_wait = times.is_some_and(|times| times.wake_up + times.reset_pulse > 0.0);
+        let is_armed = output.state == State::Armed;
+        assert!(output.enable == is_armed || (is_armed && may_wait));
+        assert!(!output.wakes || (is_armed && !output.enable && may_wait));
         assert!(!output.enable || matches!(before, State::Armed | State::Stopped), "{before:?}");
         assert!(
             output.tick.code.abs() <= drive.max_code() && output.duty().compare <= drive.pwm_top()

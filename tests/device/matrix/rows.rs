@@ -178,7 +178,7 @@ pub const FROM_THE_BOARD: [Fault; 5] =
     [Fault::Overrun, Fault::BreakInput, Fault::ClockLost, Fault::Panic, Fault::Watchdog];
 
 /// The other faults, and why they are in no row.
-pub const ELSEWHERE: [(Fault, &str); 8] = [
+pub const ELSEWHERE: [(Fault, &str); 9] = [
     (Fault::NonFinite, "no parameters that are accepted lead there (src/servo/tests.rs)"),
     (
         Fault::NoParameters,
@@ -186,6 +186,7 @@ pub const ELSEWHERE: [(Fault, &str); 8] = [
     ),
     (Fault::BadParameters, "the same"),
     (Fault::ClockAbsent, "only at boot; tests/image/hardware_faults.rs"),
+    (Fault::ClockWrong, "only at boot; tests/image/supply_and_crystal.rs"),
     (Fault::BrownOut, "the part is reset: nothing runs that could detect it"),
     (Fault::ResetWhileArmed, "told after the reset; tests/image/hardware_faults.rs"),
     (Fault::HardFault, "the part is reset"),

@@ -49,10 +49,11 @@ const ROWS: [&Row; 12] = [
 ];
 
 /// Why the others are in no row.
-const ELSEWHERE: [(Fault, &str); 4] = [
+const ELSEWHERE: [(Fault, &str); 5] = [
     (Fault::NoParameters, "only at boot: tests/image/hardware_faults.rs"),
     (Fault::BadParameters, "only at boot: tests/image/hardware_faults.rs"),
     (Fault::ClockAbsent, "only at boot: tests/image/hardware_faults.rs"),
+    (Fault::ClockWrong, "only at boot: tests/image/supply_and_crystal.rs"),
     (Fault::EncoderReversed, "only in the first move: a test of its own, below"),
 ];
 

@@ -74,7 +74,7 @@ mod path {
 
     /// Any board.
     fn hardware() -> Hardware {
-        black_box(Hardware { pwm_clock_hz: 168e6, supply_top: 4095 })
+        black_box(Hardware { pwm_clock_hz: 168e6, supply_top: 4095, dead_time_max: 6e-6 })
     }
 
     /// The machine that a session acts on.

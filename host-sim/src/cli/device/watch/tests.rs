@@ -33,6 +33,7 @@ fn status() -> Status {
         is_damaged: false,
         bad_frames: 0,
         dropped: 0,
+        has_brown_out: true,
     }
 }
 

@@ -1,0 +1,110 @@
+//! The cause of a reset, and what can be told of the supply by it: what needs no register to decide
+//! (RM0090: RCC_CSR, and BOR_LEV of FLASH_OPTCR).
+//!
+//! A part comes out of the factory with its brown-out reset off. A dip of the supply is then no
+//! reset until the supply falls below 1.8 V, and that one has the flags of power-on. So with the
+//! brown-out reset off, nobody can tell a dip from power-on, and nothing arms by itself unless the
+//! parameters say so. With it on, a dip to below the level has a flag of its own, and what has the
+//! flags of power-on has been below 1.8 V. The RAM may have survived that; if it says that the
+//! motor was being driven, that is a fault in either case.
+
+use stiction::Fault;
+
+/// In RCC_CSR: brown-out, pin, power-on, software and the independent watchdog.
+const BORRSTF: u32 = 1 << 25;
+const PINRSTF: u32 = 1 << 26;
+const PORRSTF: u32 = 1 << 27;
+const SFTRSTF: u32 = 1 << 28;
+const IWDGRSTF: u32 = 1 << 29;
+
+/// The cause of the last reset.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Cause {
+    /// Power came up.
+    PowerOn,
+    /// The supply sagged below the brown-out level. Only parts whose option bytes enable that level
+    /// tell it from power-on.
+    BrownOut,
+    /// The independent watchdog was not fed.
+    Watchdog,
+    /// The program or a debugger asked for the reset.
+    Software,
+    /// The reset pin was pulled.
+    Pin,
+    /// The cause is none that this firmware uses.
+    Other,
+}
+
+impl Cause {
+    /// Returns the cause that the flags of RCC_CSR tell.
+    pub const fn of(flags: u32) -> Self {
+        // Every internal reset pulls the pin as well, and power-on sets the brown-out flag: the
+        // order decides.
+        if flags & PORRSTF != 0 {
+            Self::PowerOn
+        } else if flags & BORRSTF != 0 {
+            Self::BrownOut
+        } else if flags & IWDGRSTF != 0 {
+            Self::Watchdog
+        } else if flags & SFTRSTF != 0 {
+            Self::Software
+        } else if flags & PINRSTF != 0 {
+            Self::Pin
+        } else {
+            Self::Other
+        }
+    }
+
+    /// Returns whether the reset may have been a dip of the supply that nothing tells of.
+    pub const fn may_be_dip(self, brown_out: BrownOut) -> bool {
+        matches!(self, Self::PowerOn | Self::Other) && !brown_out.is_on()
+    }
+
+    /// Returns the fault that the cause is by itself, given whether the motor was being driven.
+    pub const fn fault(self, was_armed: bool) -> Option<Fault> {
+        match self {
+            Self::Watchdog => Some(Fault::Watchdog),
+            Self::BrownOut => Some(Fault::BrownOut),
+            _ if was_armed => Some(Fault::ResetWhileArmed),
+            _ => None,
+        }
+    }
+
+    /// Returns a few words for a log.
+    pub const fn describe(self) -> &'static str {
+        match self {
+            Self::PowerOn => "power on",
+            Self::BrownOut => "brown-out",
+            Self::Watchdog => "watchdog",
+            Self::Software => "software or debugger",
+            Self::Pin => "reset pin",
+            Self::Other => "other",
+        }
+    }
+}
+
+/// The level of the brown-out reset.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct BrownOut(u8);
+
+impl BrownOut {
+    /// Returns the level that the option bytes (FLASH_OPTCR) have.
+    pub const fn of(options: u32) -> Self {
+        Self(3 - (options >> 2 & 3) as u8)
+    }
+
+    /// Returns whether a brown-out resets the part.
+    pub const fn is_on(self) -> bool {
+        self.0 > 0
+    }
+
+    /// Returns what the level is, for a log: the supply below which the part is reset, at least.
+    pub const fn describe(self) -> &'static str {
+        match self.0 {
+            0 => "off (1.8 V)",
+            1 => "level 1 (2.1 V)",
+            2 => "level 2 (2.4 V)",
+            _ => "level 3 (2.7 V)",
+        }
+    }
+}

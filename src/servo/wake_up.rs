@@ -1,0 +1,68 @@
+//! The wake-up of the bridge's driver: the enable pin goes high some time before the first duty.
+//!
+//! ```text
+//!              fault or stop            armed
+//!   enable     ________|_____________________|~~~~~~~~~~~~~~~~~~~~~~~~~~
+//!                      |- reset_pulse_s or more -|- wake_up_s -|
+//!   duty       ________|_____________________________________ first one ...
+//! ```
+//!
+//! Both times are whole ticks, rounded up. The loop is not run meanwhile, so nothing winds up, and
+//! it begins where the joint is when the wake-up is over.
+
+use crate::parameters::Parameters;
+
+/// The times of a driver, ticks.
+#[derive(Clone, Copy, Debug, Default)]
+pub(super) struct DriverTimes {
+    wake_up: u32,
+    reset_pulse: u32,
+}
+
+/// How far the wake-up is.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub(super) struct WakeUp {
+    /// Ticks for which the enable pin has been low.
+    low: u32,
+    /// Ticks until the first duty.
+    left: u32,
+    /// Ticks of these with the enable pin high.
+    high: u32,
+}
+
+impl DriverTimes {
+    pub fn of(parameters: &Parameters) -> Self {
+        let device = &parameters.device;
+        Self {
+            wake_up: parameters.ticks_at_least(device.wake_up),
+            reset_pulse: parameters.ticks_at_least(device.reset_pulse),
+        }
+    }
+}
+
+impl WakeUp {
+    /// Takes a tick with the enable pin low.
+    pub const fn rest(&mut self) {
+        self.low = self.low.saturating_add(1);
+        self.left = 0;
+    }
+
+    /// Begins a wake-up.
+    pub const fn begin(&mut self, times: &DriverTimes) {
+        let low = times.reset_pulse.saturating_sub(self.low);
+        *self = Self { low: 0, left: low.saturating_add(times.wake_up), high: times.wake_up };
+    }
+
+    /// Returns whether the wake-up is still going on.
+    #[inline]
+    pub const fn is_on(&self) -> bool {
+        self.left > 0
+    }
+
+    /// Takes a tick of the wake-up, and returns whether the enable pin is high in it.
+    pub const fn step(&mut self) -> bool {
+        let high = self.left <= self.high;
+        self.left = self.left.saturating_sub(1);
+        high
+    }
+}

@@ -1,0 +1,87 @@
+//! The part's own supply and crystal: what cannot be trusted drives nothing, and says why.
+
+use host_sim::device::client::Client;
+use host_sim::emulator::board::Fitted;
+use host_sim::emulator::fault_injection::Injection;
+use host_sim::emulator::wire::EmulatedWire;
+use stiction::Parameters;
+use stiction::parameters::ROOM;
+
+use crate::common::plans;
+use crate::fault_injection::{AT, firmware, inject, parameters};
+
+#[test]
+fn a_crystal_of_another_frequency_is_measured_refused_and_told() {
+    for megahertz in [4, 12, 16, 25] {
+        let fitted = Fitted { crystal_hz: megahertz * 1_000_000, ..Fitted::default() };
+        let observed = inject(Some(&parameters()), fitted, &[]);
+        assert!(observed.on_ns.is_empty(), "{megahertz} MHz: {observed:?}");
+        assert!(observed.says("clock 16000000 Hz from internal oscillator"), "{:?}", observed.log);
+        let told = observed.log.iter().find_map(|line| {
+            line.text.strip_prefix("the crystal has about ")?.split(' ').next()?.parse().ok()
+        });
+        // The emulated internal oscillator has no error: two counts of 2540 are left at 25 MHz.
+        let told: f64 = told.unwrap_or_else(|| panic!("{:?}", observed.log));
+        assert!((told / megahertz as f64 - 1.0).abs() < 1e-3, "{megahertz} MHz told as {told}");
+        assert!(observed.says("faulted: crystal of another frequency"), "{:?}", observed.log);
+    }
+}
+
+#[test]
+fn eight_megahertz_are_measured_and_used() {
+    // 8.5 MHz is within what the internal oscillator can tell from 8 MHz.
+    for crystal_hz in [7_960_000, 8_000_000, 8_040_000, 8_300_000] {
+        let observed = inject(Some(&parameters()), Fitted { crystal_hz, ..Fitted::default() }, &[]);
+        assert!(observed.on_after(AT), "{crystal_hz} Hz: {:?}", observed.log);
+        assert!(observed.says("clock 168000000 Hz from crystal"), "{:?}", observed.log);
+        assert!(!observed.says("not measured"), "{:?}", observed.log);
+    }
+}
+
+/// The parameters with another word on dips.
+fn after_dip(autostarts: bool) -> Vec<u8> {
+    let (mut found, sequence) = Parameters::decode(&parameters()).unwrap();
+    found.device.autostart_after_dip = autostarts;
+    found.encode(sequence, &mut [0; ROOM]).unwrap().to_vec()
+}
+
+#[test]
+fn without_a_brown_out_reset_nothing_autostarts_at_power_on_unless_the_parameters_say_so() {
+    let factory = Fitted::default();
+    let set_up = Fitted { brown_out: true, ..factory };
+    for (fitted, autostarts, arms) in [
+        (factory, false, false),
+        (factory, true, true),
+        (set_up, false, true),
+        (set_up, true, true),
+    ] {
+        let observed = inject(Some(&after_dip(autostarts)), fitted, &[]);
+        assert_eq!(observed.on_after(AT), arms, "{fitted:?}, {autostarts}: {:?}", observed.log);
+        assert_eq!(observed.says("autostart: not after this reset"), !arms, "{:?}", observed.log);
+        let off = observed.says("brown-out reset is off");
+        assert_eq!(
+            (off, observed.says("brown-out reset: level 3")),
+            (!fitted.brown_out, fitted.brown_out)
+        );
+    }
+}
+
+#[test]
+fn the_reset_button_is_no_dip() {
+    // Power-on may be a dip, and arms nothing; the button after it does.
+    let observed = inject(Some(&after_dip(false)), Fitted::default(), &[(AT, Injection::Reset)]);
+    assert!(observed.says("reset pin") && observed.on_after(AT), "{:?}", observed.log);
+}
+
+#[test]
+fn nothing_is_erased_while_the_parts_own_supply_sags() {
+    let plan = plans("step-response", &["pd"], &["drive.pwm_hz=2000"]).remove(0);
+    let mut client = Client::connect(EmulatedWire::with(&firmware(), &plan).unwrap()).unwrap();
+    assert!(!client.status().unwrap().has_brown_out, "a factory part");
+    client.wire().board.act(|halted| halted.board().set_rail(2_700)).unwrap();
+    let refusal = client.save().unwrap_err().to_string();
+    assert!(refusal.contains("3.3 V supply is below 2.9 V"), "{refusal}");
+    // With the supply back, a save of what is saved already has nothing to write, and is done.
+    client.wire().board.act(|halted| halted.board().set_rail(3_300)).unwrap();
+    client.save().unwrap();
+}
