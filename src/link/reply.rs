@@ -195,6 +195,8 @@ pub enum Refused {
     Watchdog,
     /// The trajectory begins farther from the joint than the following error may be.
     FarAway,
+    /// The position is 2^30 counts away from the set point, or farther.
+    TooFar,
 }
 
 impl From<servo::Refusal> for Refused {
@@ -209,6 +211,7 @@ impl From<servo::Refusal> for Refused {
             servo::Refusal::WouldTrip(fault) => Self::WouldTrip(fault as u8),
             servo::Refusal::OutOfRange => Self::OutOfRange,
             servo::Refusal::FarAway => Self::FarAway,
+            servo::Refusal::TooFar => Self::TooFar,
             // Nothing that comes over a link asks for the motion of the parameters.
             servo::Refusal::Replaced => Self::NoSuch,
         }

@@ -10,6 +10,7 @@ use proptest::prelude::ProptestConfig;
 
 mod drive;
 mod position;
+mod profile;
 mod reference;
 mod trajectory;
 mod velocity;
