@@ -171,8 +171,8 @@ impl Profile {
 
     /// Lets the move come to rest as fast as the limits allow, on the first whole count.
     pub fn stop(&mut self) {
-        self.target = self.place;
-        if self.speed != 0 {
+        // One that has arrived stays, also within a count.
+        if self.speed != 0 || self.place != self.target {
             let bits = self.grid.bits;
             let way = self.grid.approach.stopping_distance(self.speed);
             let up = if self.speed > 0 { (1 << bits) - 1 } else { 0 };

@@ -6,9 +6,13 @@
 //! its position does.
 
 use proptest::prelude::*;
+use stiction::parameters::DeviceConfig;
+use stiction::pd::PdGains;
 use stiction::position::Position;
 use stiction::profile::{BoundedAcceleration, Limited, Profile, ProfileLimits};
 use stiction::reference::Setpoint;
+use stiction::value::Table;
+use stiction::{ControllerConfig, Limits};
 
 use super::{HALF_ULP, config};
 
@@ -327,6 +331,57 @@ fn it_lands_a_thousand_turns_away_at_any_sample_time() {
         let expected = 360.25 / sample_time;
         let off = ticks.unwrap() as f32 - expected;
         assert!((0.0..0.6 / sample_time).contains(&off), "{off} ticks of {expected}");
+    }
+}
+
+fn derived(kp: f32, kd: f32, duty_max: f32, sample_time: f32, resolution: f32) -> Made {
+    let mut controller = ControllerConfig { sample_time, ..ControllerConfig::EXAMPLE };
+    controller.pd = PdGains { kp, kd };
+    controller.drive.duty_max = duty_max;
+    controller.encoder.resolution = resolution;
+    let limits = Limits::derived(&controller, &DeviceConfig::CAUTIOUS, 0.0);
+    let limits = ProfileLimits::derived(&controller, &limits);
+    Made { limits, sample_time, resolution }
+}
+
+/// The sentences of the three values, in numbers.
+#[test]
+fn derived_limits_follow_from_the_loop() {
+    // 5 V and Kp 1 V/deg: K = 0.64 / 0.15^2 = 28.4 deg/s^2 per V, and 2.5 * 5 / 0.15 deg/s.
+    for duty_max in [1.0, 0.5] {
+        let ProfileLimits { velocity, acceleration, jerk } =
+            derived(1.0, 0.15, duty_max, 0.02, 0.00242).limits;
+        let near = |found: f32, expected: f32| (found / expected - 1.0).abs() < 1e-5;
+        assert!(near(velocity, duty_max * 41.666_67), "{velocity}");
+        assert!(near(acceleration, duty_max * 35.555_56), "{acceleration}");
+        // Within 0.075 s from nothing, and from one sign to the other.
+        assert!(near(jerk, 2.0 * acceleration / 0.075), "{jerk}");
+    }
+    // Of no Kp, no Kd, or a Kd that looks ahead by less than a tick, nothing follows.
+    for (kp, kd) in [(0.0, 0.15), (1.0, 0.0), (0.0, 0.0), (1.0, 0.019)] {
+        let limits = derived(kp, kd, 1.0, 0.02, 0.00242).limits;
+        assert_eq!(limits, ProfileLimits { velocity: 10.0, acceleration: 10.0, jerk: 200.0 });
+    }
+}
+
+proptest! {
+    #![proptest_config(config())]
+
+    /// Whatever a loop is, a move has limits that the generator keeps.
+    #[test]
+    fn derived_limits_can_be_kept_in_any_loop(
+        kp in 0.0f32..1e3, kd in 0.0f32..1e2, duty_max in 1e-3f32..1.0,
+        time in -4.0f32..-1.7, count in -6.0f32..4.0,
+    ) {
+        for (kp, kd) in [(kp, kd), (0.0, kd), (kp, 0.0), (1e-6 * kp, kd), (kp, 1e-6 * kd)] {
+            let made = derived(kp, kd, duty_max, 10f32.powf(time).min(0.02), 10f32.powf(count));
+            let ProfileLimits { velocity, acceleration, jerk } = made.limits;
+            prop_assert!(velocity > 0.0 && acceleration > 0.0 && jerk > 0.0, "{made:?}");
+            let profile = Profile::new(
+                Position::from_counts(1000), &made.limits, made.sample_time, made.resolution,
+            );
+            prop_assert!(profile.is_ok(), "{made:?}: {:?}", profile.err());
+        }
     }
 }
 
