@@ -99,6 +99,11 @@ impl ControllerState {
         self.counts
     }
 
+    /// Returns the number of the next tick, counted from the begin of the motion.
+    pub const fn tick(&self) -> u32 {
+        self.tick
+    }
+
     /// Lets a motion begin at the next tick. Everything else goes on.
     pub const fn begin_motion(&mut self) {
         self.tick = 0;
@@ -164,9 +169,19 @@ impl Controller {
         reading: Reading,
         reference: &Reference,
     ) -> Tick {
+        self.follow(state, reading, reference.at(state.tick))
+    }
+
+    /// Runs one tick with the loop closed around a set point, as [`tick`](Self::tick) does.
+    #[inline]
+    pub fn follow(
+        &self,
+        state: &mut ControllerState,
+        reading: Reading,
+        setpoint: Setpoint,
+    ) -> Tick {
         let velocity = self.observe(state, reading.travel);
         let counts = state.counts;
-        let setpoint = reference.at(state.tick);
 
         let error = setpoint.position.ahead_of(counts) * self.encoder.resolution;
         let velocity_error = setpoint.velocity - velocity;

@@ -51,6 +51,7 @@ mod output;
 pub mod parameters;
 pub mod pd;
 pub mod position;
+pub mod profile;
 pub mod reference;
 mod saturation;
 pub mod servo;
@@ -67,6 +68,7 @@ pub use hardware::Hardware;
 pub use monitor::Limits;
 pub use motion::{Course, CourseState, Motion};
 pub use parameters::Parameters;
+pub use profile::ProfileLimits;
 pub use servo::Servo;
 pub use signal::Tick;
 

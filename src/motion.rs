@@ -2,7 +2,8 @@
 //!
 //! ```text
 //! machine's file -> Motion (parameters, link) -> Course --> Reference   set points, loop closed
-//!                   data                         prepared +-> Ramp      efforts, loop open
+//!                   data                         prepared +-> Profile   the same, with a state
+//!                                                         +-> Ramp      efforts, loop open
 //! ```
 //!
 //! The positions of a [`Motion`] count from the place where the joint was armed. [`Motion::Hold`]
@@ -16,6 +17,7 @@ use crate::controller::{Controller, ControllerConfig, ControllerState, Reading};
 use crate::error::{Allowed, Error, between};
 use crate::identification::{self, Ramp, RampState};
 use crate::position::Position;
+use crate::profile::{Profile, ProfileLimits};
 use crate::reference::{
     CORNER_TIMES, Corner, HALF_BLEND, MAX_CORNERS, Reference, Step, Trajectory,
 };
@@ -45,6 +47,8 @@ pub enum Motion {
         /// Time between the rise and the fall of the effort, s.
         hold: f32,
     },
+    /// The set point goes to a position within the limits of a profile.
+    Profiled(Position),
 }
 
 /// A motion that is prepared for a loop.
@@ -55,6 +59,8 @@ pub enum Course {
     Follow(Reference),
     /// The loop is open and applies a ramp, which ends by itself.
     Ramp(Ramp),
+    /// The loop is closed and follows a profile, which remembers where it is.
+    Profile(Profile),
 }
 
 /// The state of a course from tick to tick.
@@ -75,13 +81,19 @@ const CORNERS: u16 = CORNER_TIMES.0;
 /// The declarations of a motion's values, for hosts. A machine's file may have many motions, and
 /// does not write them like this.
 pub(crate) const ABOUT: &[About] = &[
-    about(KIND, "reference", "motion", Kind::Whole, "0 hold, 1 step, 2 trajectory, 3 ramp."),
+    about(
+        KIND,
+        "reference",
+        "motion",
+        Kind::Whole,
+        "0 hold, 1 step, 2 trajectory, 3 ramp, 4 profiled.",
+    ),
     about(
         STEP_COUNTS,
         "reference",
         "steps_deg",
         Kind::Whole,
-        "Where the step leads, whole counts.",
+        "Where the step or the profiled move leads, whole counts.",
     ),
     about(
         STEP_FRACTION,
@@ -154,10 +166,14 @@ impl Motion {
     ///
     /// # Errors
     /// Names the value that is not allowed.
-    pub fn course(&self, config: &ControllerConfig) -> Result<Course, Error> {
+    pub fn course(
+        &self,
+        config: &ControllerConfig,
+        profile: &ProfileLimits,
+    ) -> Result<Course, Error> {
         self.check(config)?;
         let mut course = Course::default();
-        self.prepare(config, &mut course)?;
+        self.prepare(config, profile, &mut course)?;
         Ok(course)
     }
 
@@ -166,7 +182,7 @@ impl Motion {
         let ControllerConfig { sample_time, encoder, drive, .. } = config;
         self.validate()?;
         match self {
-            Self::Hold | Self::Step(_) => Ok(()),
+            Self::Hold | Self::Step(_) | Self::Profiled(_) => Ok(()),
             Self::Trajectory { corners, half_blend } => {
                 Trajectory::validate(corners, *half_blend, *sample_time, encoder.resolution)
             }
@@ -182,6 +198,7 @@ impl Motion {
     pub(crate) fn prepare(
         &self,
         config: &ControllerConfig,
+        profile: &ProfileLimits,
         course: &mut Course,
     ) -> Result<(), Error> {
         let ControllerConfig { sample_time, encoder, drive, .. } = config;
@@ -199,6 +216,10 @@ impl Motion {
             }
             Self::Ramp { rate, hold } => {
                 *course = Course::Ramp(Ramp::new(*rate, *hold, *sample_time, drive.full_scale)?);
+            }
+            Self::Profiled(to) => {
+                let move_to = Profile::new(*to, profile, *sample_time, encoder.resolution)?;
+                *course = Course::Profile(move_to);
             }
         }
         Ok(())
@@ -233,7 +254,7 @@ impl Values for Motion {
     fn nth(&self, place: &mut usize) -> Option<(Key, Absent)> {
         let (values, count) = match self {
             Self::Hold => ([KIND; 3], 1),
-            Self::Step(_) => ([KIND, STEP_COUNTS, STEP_FRACTION], 3),
+            Self::Step(_) | Self::Profiled(_) => ([KIND, STEP_COUNTS, STEP_FRACTION], 3),
             Self::Trajectory { .. } => ([KIND, HALF_BLEND, KIND], 2),
             Self::Ramp { .. } => ([KIND, RAMP_RATE, RAMP_HOLD], 3),
         };
@@ -256,8 +277,9 @@ impl Values for Motion {
             (Self::Step(_), KIND) => 1,
             (Self::Trajectory { .. }, KIND) => 2,
             (Self::Ramp { .. }, KIND) => 3,
-            (Self::Step(to), STEP_COUNTS) => to.counts as u32,
-            (Self::Step(to), STEP_FRACTION) => to.fraction.to_bits(),
+            (Self::Profiled(_), KIND) => 4,
+            (Self::Step(to) | Self::Profiled(to), STEP_COUNTS) => to.counts as u32,
+            (Self::Step(to) | Self::Profiled(to), STEP_FRACTION) => to.fraction.to_bits(),
             (Self::Trajectory { half_blend, .. }, HALF_BLEND) => half_blend.to_bits(),
             (Self::Ramp { rate, .. }, RAMP_RATE) => rate.to_bits(),
             (Self::Ramp { hold, .. }, RAMP_HOLD) => hold.to_bits(),
@@ -298,11 +320,12 @@ impl Values for Motion {
                     1 => Self::Step(Position::default()),
                     2 => Self::Trajectory { corners: Vec::new(), half_blend: 0.0 },
                     3 => Self::Ramp { rate: 0.0, hold: 0.0 },
+                    4 => Self::Profiled(Position::default()),
                     _ => return Err(Unfit),
                 }
             }
-            (Self::Step(to), STEP_COUNTS) => to.counts = bits as i32,
-            (Self::Step(to), STEP_FRACTION) => to.fraction = number,
+            (Self::Step(to) | Self::Profiled(to), STEP_COUNTS) => to.counts = bits as i32,
+            (Self::Step(to) | Self::Profiled(to), STEP_FRACTION) => to.fraction = number,
             (Self::Trajectory { half_blend, .. }, HALF_BLEND) => *half_blend = number,
             (Self::Ramp { rate, .. }, RAMP_RATE) => *rate = number,
             (Self::Ramp { hold, .. }, RAMP_HOLD) => *hold = number,
@@ -327,13 +350,29 @@ impl Values for Motion {
 impl Course {
     /// Runs one tick of the course.
     #[inline]
-    pub fn tick(&self, controller: &Controller, state: &mut CourseState, reading: Reading) -> Tick {
+    pub fn tick(
+        &mut self,
+        controller: &Controller,
+        state: &mut CourseState,
+        reading: Reading,
+    ) -> Tick {
         let CourseState { controller: remembered, ramp: progress } = state;
-        match self {
-            Self::Follow(reference) => controller.tick(remembered, reading, reference),
+        let setpoint = match self {
+            Self::Follow(reference) => reference.at(remembered.tick()),
+            Self::Profile(profile) => profile.update(),
             Self::Ramp(ramp) => {
-                controller.open_loop(remembered, reading, |counts| ramp.update(progress, counts))
+                let effort = |counts| ramp.update(progress, counts);
+                return controller.open_loop(remembered, reading, effort);
             }
+        };
+        controller.follow(remembered, reading, setpoint)
+    }
+
+    /// Lets the course begin from its begin, as the loop does: a profile is where the last tick
+    /// has left it.
+    pub(crate) fn restart(&mut self) {
+        if let Self::Profile(profile) = self {
+            profile.restart();
         }
     }
 }
@@ -343,6 +382,11 @@ impl CourseState {
     /// course.
     pub fn start(controller: &Controller, counts: i32) -> Self {
         Self { controller: controller.start(counts), ramp: RampState::start(counts) }
+    }
+
+    /// Returns the number of the next tick, counted from the begin of the motion.
+    pub const fn tick(&self) -> u32 {
+        self.controller.tick()
     }
 
     /// Returns theta_a as of the last tick, counts.

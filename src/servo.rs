@@ -34,6 +34,7 @@
 
 mod control_loop;
 mod follower;
+mod moves;
 mod wake_up;
 
 use crate::controller::{Controller, Reading};
@@ -44,8 +45,6 @@ use crate::identification::Ramp;
 use crate::monitor::Standstill;
 use crate::motion::{Course, CourseState};
 use crate::parameters::{DecodeError, Parameters};
-use crate::position::Position;
-use crate::reference::{Reference, Step};
 use crate::signal::Tick;
 pub use control_loop::ControlLoop;
 use follower::Follower;
@@ -100,6 +99,8 @@ pub enum Refusal {
     OutOfRange,
     /// The trajectory begins too far from the joint.
     FarAway,
+    /// The position is 2^30 counts away from the set point, or farther.
+    TooFar,
     /// The motion of the parameters has given way to one that a link asked for.
     Replaced,
 }
@@ -426,66 +427,10 @@ impl Servo {
         self.follower.seen.standstill = 0;
     }
 
-    /// Replaces the reference that the joint follows, from the next tick on, in the zero that
-    /// arming set. The loop goes on. From then on, the silence of the link that asked for it is a
-    /// fault.
-    ///
-    /// # Errors
-    /// Refuses unless the servo is armed and the reference stays within the range of positions. A
-    /// trajectory has to begin where the joint is, to the following error that is allowed: its first
-    /// point would be a jump. A step is a jump that was asked for.
-    pub fn follow(&mut self, reference: Reference) -> Result<(), Refusal> {
-        let control_loop = self.armed_loop()?;
-        let out = |position: Position| control_loop.is_out_of_range(position);
-        let leads_out = match &reference {
-            Reference::Step(step) => out(step.to),
-            Reference::Trajectory(trajectory) => {
-                trajectory.corners().any(|corner| out(corner.position))
-            }
-        };
-        if leads_out {
-            return Err(Refusal::OutOfRange);
-        }
-        let course = Course::Follow(reference);
-        if control_loop.begins_far_from(&course, control_loop.state.counts()) {
-            return Err(Refusal::FarAway);
-        }
-        control_loop.begin(course);
-        Ok(())
-    }
-
-    /// Stops the joint where it is and holds it there. From then on, the silence of the link that
-    /// asked for it is a fault.
-    ///
-    /// # Errors
-    /// Refuses unless the servo is armed.
-    pub fn hold(&mut self) -> Result<(), Refusal> {
-        let control_loop = self.armed_loop()?;
-        let here = Position::from_counts(control_loop.state.counts());
-        control_loop.begin(Course::Follow(Reference::Step(Step {
-            from: here,
-            to: here,
-            at_tick: 0,
-        })));
-        Ok(())
-    }
-
     /// Takes a sign of life of the link.
     pub fn heard(&mut self) {
         if let Some(control_loop) = &mut self.control_loop {
             control_loop.watch.heard();
-        }
-    }
-
-    fn armed_loop(&mut self) -> Result<&mut ControlLoop, Refusal> {
-        match (self.state, &mut self.control_loop) {
-            // The loop is open. The ramp finds the levels of an effort that nobody else changes.
-            (State::Armed, Some(ControlLoop { course: Course::Ramp(_), .. })) => {
-                Err(Refusal::Armed)
-            }
-            (State::Armed, Some(control_loop)) => Ok(control_loop),
-            (State::Faulted(fault), _) => Err(Refusal::Faulted(fault)),
-            _ => Err(Refusal::NotArmed),
         }
     }
 
@@ -595,7 +540,7 @@ fn status(state: State, enable: bool, saturated: bool, wound_up: bool) -> u32 {
 /// instructions in the flash image. The call costs a dozen of them.
 #[inline(never)]
 fn control(
-    course: &Course,
+    course: &mut Course,
     controller: &Controller,
     state: &mut CourseState,
     reading: Reading,

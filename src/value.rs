@@ -22,7 +22,7 @@ use crate::error::{Allowed, Error};
 /// value.
 ///
 /// The high byte is the table: 1 loop, 2 encoder, 3 drive, 4 PD, 5 list of laws, 6 motion, 7
-/// corners, 8 device, 9 limits, and 16 plus the law's number for its gains.
+/// corners, 8 device, 9 limits, 10 profile, and 16 plus the law's number for its gains.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
 pub struct Key(pub u16);
 

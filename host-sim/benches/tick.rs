@@ -31,15 +31,12 @@ fn tick(criterion: &mut Criterion) {
         group.bench_function(plan.controller.as_deref().unwrap(), |bencher| {
             bencher.iter(|| {
                 let controller = &closed_loop.controller;
+                let mut course = closed_loop.course.clone();
                 let (mut encoder, mut state) =
                     (EncoderState::default(), CourseState::start(controller, 0));
                 for counter in &counters {
                     let travel = controller.encoder().update(&mut encoder, *counter);
-                    black_box(closed_loop.course.tick(
-                        controller,
-                        &mut state,
-                        Reading::travel(travel),
-                    ));
+                    black_box(course.tick(controller, &mut state, Reading::travel(travel)));
                 }
             });
         });

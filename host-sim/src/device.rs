@@ -4,6 +4,7 @@
 pub mod client;
 pub mod log;
 pub mod machine_file;
+pub mod moved;
 pub mod port;
 pub mod signals;
 pub mod simulated;

@@ -14,7 +14,7 @@ use stiction::compensator::Gains;
 use stiction::drive::DriveConfig;
 use stiction::encoder::Encoder;
 use stiction::parameters::DeviceConfig;
-use stiction::{ControllerConfig, Limits};
+use stiction::{ControllerConfig, Limits, ProfileLimits};
 
 use crate::encoder::Rounding;
 use crate::written::{AllGains, Extras, Written};
@@ -55,6 +55,9 @@ pub struct Machine {
     /// Thresholds of the servo's faults; likewise.
     #[serde(default)]
     pub limits: Written<Limits>,
+    /// Limits of a profiled move, as `device move` makes it; the experiments step.
+    #[serde(default)]
+    pub profile: Written<ProfileLimits>,
     /// How it is simulated.
     #[serde(default)]
     pub run: Run,

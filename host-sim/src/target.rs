@@ -26,7 +26,7 @@ pub trait Target {
 #[derive(Clone, Debug)]
 pub struct BareLoop<'a> {
     controller: &'a Controller,
-    course: &'a Course,
+    course: Course,
     encoder: EncoderState,
     /// Of the core.
     pub state: CourseState,
@@ -36,6 +36,7 @@ impl<'a> BareLoop<'a> {
     /// With the joint at rest at `counts`, where its counter reads `counter`.
     pub fn new(controller: &'a Controller, course: &'a Course, counter: u32, counts: i32) -> Self {
         let encoder = EncoderState::start(counter, counts);
+        let course = course.clone();
         Self { controller, course, encoder, state: CourseState::start(controller, counts) }
     }
 
@@ -146,7 +147,7 @@ pub fn from_start(motion: &mut Motion, start: i32) {
     let shift = |counts: &mut i32| *counts = counts.wrapping_sub(start);
     match motion {
         Motion::Hold | Motion::Ramp { .. } => {}
-        Motion::Step(to) => shift(&mut to.counts),
+        Motion::Step(to) | Motion::Profiled(to) => shift(&mut to.counts),
         Motion::Trajectory { corners, .. } => {
             corners.iter_mut().for_each(|corner| shift(&mut corner.position.counts));
         }

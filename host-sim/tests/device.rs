@@ -89,8 +89,16 @@ fn a_move_that_a_fault_ends_is_over_then_and_fails() {
     let directory = tempfile::tempdir().unwrap();
     let log = directory.path().join("move.csv");
     // The step is beyond the largest one that SRNF takes within its limit of the speed.
-    let output =
-        device(&["--simulated", "move", "60", "--for", "60", "--log", log.to_str().unwrap()]);
+    let output = device(&[
+        "--simulated",
+        "move",
+        "60",
+        "--step",
+        "--for",
+        "60",
+        "--log",
+        log.to_str().unwrap(),
+    ]);
     let (said, complaint) = (text(&output.stdout), text(&output.stderr));
     assert_eq!(output.status.code(), Some(2), "{said}");
     assert!(

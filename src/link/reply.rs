@@ -199,6 +199,8 @@ pub enum Refused {
     FarAway,
     /// The device's own supply is too low to erase and write its flash.
     SupplyTooLow,
+    /// The position is 2^30 counts away from the set point, or farther.
+    TooFar,
 }
 
 impl From<servo::Refusal> for Refused {
@@ -213,6 +215,7 @@ impl From<servo::Refusal> for Refused {
             servo::Refusal::WouldTrip(fault) => Self::WouldTrip(fault as u8),
             servo::Refusal::OutOfRange => Self::OutOfRange,
             servo::Refusal::FarAway => Self::FarAway,
+            servo::Refusal::TooFar => Self::TooFar,
             // Nothing that comes over a link asks for the motion of the parameters.
             servo::Refusal::Replaced => Self::NoSuch,
         }

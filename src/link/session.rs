@@ -317,12 +317,14 @@ impl<const RING: usize> Session<RING> {
 
     #[inline(never)]
     fn go(&self, motion: &Motion, machine: &mut impl Machine) -> Result<(), Refused> {
-        let controller = &self.parameters.as_ref().ok_or(Refused::NoParameters)?.controller;
+        let Parameters { controller, profile, .. } =
+            self.parameters.as_ref().ok_or(Refused::NoParameters)?;
         if let Motion::Hold = motion {
             return Ok(machine.servo(Servo::hold)?);
         }
-        match motion.course(controller)? {
+        match motion.course(controller, profile)? {
             Course::Follow(reference) => Ok(machine.servo(|servo| servo.follow(reference))?),
+            Course::Profile(profile) => Ok(machine.servo(|servo| servo.go_to(profile))?),
             // A ramp begins with arming, by `Identify`.
             Course::Ramp(_) => Err(Refused::NoSuch),
         }

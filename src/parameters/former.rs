@@ -18,6 +18,7 @@ use super::Parameters;
 use super::record::DecodeError;
 use crate::compensator::{FIRST_LAW, MAX_TERMS};
 use crate::monitor::Limits;
+use crate::profile::ProfileLimits;
 use crate::value::{Key, Values};
 
 /// The values at the head of every former record, in their order there.
@@ -92,6 +93,8 @@ pub(super) fn read(
         let limits = Limits::derived(&former.into.controller, &former.into.device, 0.0);
         former.into.limits = limits;
     }
+    let Parameters { controller, limits, .. } = &*former.into;
+    former.into.profile = ProfileLimits::derived(controller, limits);
     if former.body.is_empty() { Ok(()) } else { Err(DecodeError::Malformed) }
 }
 

@@ -18,6 +18,7 @@ use crate::identification::Ramp;
 use crate::monitor::Limits;
 use crate::motion::{self, Course, Motion};
 use crate::pd::PdGains;
+use crate::profile::ProfileLimits;
 use crate::value::{About, Table, Values, table};
 pub use record::{DecodeError, FORMAT_VERSION, ROOM};
 
@@ -34,6 +35,8 @@ table! {
         device: DeviceConfig = DeviceConfig::EXAMPLE,
         /// The thresholds of the faults.
         limits: Limits = Limits::EXAMPLE,
+        /// The limits of a profiled move.
+        profile: ProfileLimits = ProfileLimits::EXAMPLE,
     }
 }
 
@@ -48,6 +51,7 @@ pub fn tables() -> impl Iterator<Item = &'static [About]> {
         motion::ABOUT,
         DeviceConfig::ABOUT,
         Limits::ABOUT,
+        ProfileLimits::ABOUT,
     ];
     tables.into_iter().chain(Gains::ABOUT.iter().copied())
 }
@@ -67,7 +71,7 @@ impl Parameters {
         hardware.check_dead_time(self.device.dead_time)?;
         let mut controller = Controller::new(&self.controller, hardware)?;
         self.on_device(&mut controller, hardware);
-        Ok((controller, self.motion.course(&self.controller)?))
+        Ok((controller, self.motion.course(&self.controller, &self.profile)?))
     }
 
     /// Gives a controller its soft start and its nominal supply, in the units of a tick.
@@ -112,6 +116,7 @@ impl Parameters {
         // The bounds for which the tick's timer and the deadline are made: 50 Hz to 10 kHz.
         between(SAMPLE_TIME, self.controller.sample_time, 1e-4, 0.02)?;
         self.validate()?;
+        self.profile.check(&self.controller)?;
         self.motion.is_soft(self.device.soft_start, self.controller.drive.full_scale)?;
         self.motion.check(&self.controller)
     }

@@ -22,6 +22,7 @@
 use super::{Parameters, former};
 use crate::error::Error;
 use crate::monitor::Limits;
+use crate::profile::ProfileLimits;
 use crate::value::{Absent, Key, Table, Values, key};
 
 /// The format version of the body. 1: controller, motion, device, one after the other. 2: a motion
@@ -123,7 +124,10 @@ impl Parameters {
             0.0
         };
         self.limits = Limits::derived(&self.controller, &self.device, breakaway);
-        // The body is taken once more, since it may give some of the limits.
+        // The body is taken once more, since it may give some of the limits, and again, since some
+        // of what follows from them.
+        take(self, body)?;
+        self.profile = ProfileLimits::derived(&self.controller, &self.limits);
         take(self, body)?;
         read_back(self, body)?;
         self.each(&mut |key, absent| match absent {

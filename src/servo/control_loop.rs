@@ -10,7 +10,8 @@ use crate::monitor::{MonitorState, Monitors};
 use crate::motion::{Course, CourseState};
 use crate::parameters::Parameters;
 use crate::position::Position;
-use crate::reference::Reference;
+use crate::profile::Profile;
+use crate::reference::{Reference, Setpoint};
 use crate::signal::Tick;
 
 /// The control loop of a joint, made of parameters by [`ControlLoop::prepare`].
@@ -48,7 +49,8 @@ impl ControlLoop {
         Self::begin_with(place, parameters, hardware)?;
         match place {
             Some(prepared) => {
-                parameters.motion.prepare(&parameters.controller, &mut prepared.course)
+                let Parameters { motion, controller, profile, .. } = parameters;
+                motion.prepare(controller, profile, &mut prepared.course)
             }
             None => Ok(()),
         }
@@ -91,6 +93,7 @@ impl ControlLoop {
     pub(super) fn begin_at(&mut self, position: i32) {
         self.zero = position;
         self.state = CourseState::start(&self.controller, 0);
+        self.course.restart();
     }
 
     /// Forgets the state of the law and of the monitors, but not the motor's heat, and not what a
@@ -105,9 +108,50 @@ impl ControlLoop {
     /// Replaces the motion of the parameters by the course that a link asks for.
     pub(super) fn begin(&mut self, course: Course) {
         self.course = course;
+        self.goes_on();
+    }
+
+    /// Replaces it by a profile, which begins where the set point is, as fast as it is. One that
+    /// runs already gets the other target.
+    pub(super) fn begin_profile(&mut self, mut profile: Profile) {
+        if let Course::Profile(running) = &mut self.course {
+            running.aim(profile.target());
+            return self.goes_on();
+        }
+        let Setpoint { position, velocity, .. } = self.setpoint();
+        profile.start_at(position, velocity);
+        self.begin(Course::Profile(profile));
+    }
+
+    /// Lets a profile that moves come to rest. Returns whether there is one.
+    pub(super) fn stops_profile(&mut self) -> bool {
+        match &mut self.course {
+            Course::Profile(running) if running.is_moving() => {
+                running.stop();
+                self.goes_on();
+                true
+            }
+            _ => false,
+        }
+    }
+
+    /// Begins a motion that the course goes over into.
+    const fn goes_on(&mut self) {
         self.replaced = true;
         self.watch.listen();
         self.state.begin_motion();
+    }
+
+    /// Returns the set point of the last tick.
+    // A copy of the reference's code for itself: one that the tick shares would be no part of it
+    // any more.
+    #[inline(never)]
+    pub(super) fn setpoint(&self) -> Setpoint {
+        match &self.course {
+            Course::Follow(reference) => reference.at(self.state.tick().saturating_sub(1)),
+            Course::Profile(profile) => profile.setpoint(),
+            Course::Ramp(_) => Setpoint::at_rest(Position::from_counts(self.state.counts())),
+        }
     }
 
     /// Returns whether a position, counted from the zero of this arming, is out of the range.
@@ -128,8 +172,12 @@ impl ControlLoop {
     #[inline]
     pub(super) fn tick(&mut self, position: i32, supply: u16) -> Tick {
         let travel = position.wrapping_sub(self.zero).wrapping_sub(self.state.counts());
-        let tick =
-            control(&self.course, &self.controller, &mut self.state, Reading { travel, supply });
+        let tick = control(
+            &mut self.course,
+            &self.controller,
+            &mut self.state,
+            Reading { travel, supply },
+        );
         if tick.saturated
             && let Course::Ramp(_) = self.course
         {

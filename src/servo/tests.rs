@@ -7,6 +7,7 @@ use crate::motion::Motion;
 use crate::parameters::DeviceConfig;
 use crate::pd::PdGains;
 use crate::position::Position;
+use crate::profile::ProfileLimits;
 use crate::reference::{Corner, Reference, Step, Trajectory};
 
 const HARDWARE: Hardware = Hardware { pwm_clock_hz: 168e6, supply_top: 4095, dead_time_max: 6e-6 };
@@ -39,6 +40,7 @@ fn parameters(device: DeviceConfig) -> Parameters {
         motion: Motion::Step(Position::from_counts(250)),
         device,
         limits: Limits::OFF,
+        profile: ProfileLimits { velocity: 50.0, acceleration: 100.0, jerk: 5000.0 },
     }
 }
 

@@ -129,9 +129,10 @@ fn request(random: &mut Random, record: &[u8]) -> Request {
         2 => Request::Clear,
         3 | 4 => Request::Arm,
         5 => Request::Move(Motion::Hold),
-        6 | 7 => {
+        kind @ (6 | 7) => {
             let position = Position { counts: random.below(40_000) as i32 - 20_000, fraction: 0.0 };
-            Request::Move(Motion::Step(position))
+            let motion = if kind == 6 { Motion::Step } else { Motion::Profiled };
+            Request::Move(motion(position))
         }
         8 => Request::ReadParameters { offset: random.below(600) as u16 },
         9 => {

@@ -12,7 +12,7 @@ use stiction::encoder::{CounterBits, Direction};
 use stiction::position::Position;
 use stiction::reference::Corner;
 use stiction::value::{Key, Values};
-use stiction::{Motion, Parameters};
+use stiction::{Motion, Parameters, ProfileLimits};
 
 use crate::fixture::{parameters, plans, srnf};
 
@@ -143,7 +143,7 @@ fn moves(motion: &Motion) -> bool {
         Motion::Trajectory { corners, .. } => {
             corners.windows(2).any(|pair| pair[0].position != pair[1].position)
         }
-        Motion::Hold | Motion::Ramp { .. } => false,
+        Motion::Hold | Motion::Ramp { .. } | Motion::Profiled(_) => false,
     }
 }
 
@@ -206,6 +206,8 @@ fn machine() -> impl Strategy<Value = Parameters> {
                 breakaway_effort: n[27],
                 stall_impulse: n[28],
             };
+            machine.profile = ProfileLimits::derived(&machine.controller, &machine.limits);
+            machine.profile.velocity *= 0.5 + 0.5 * n[29];
             machine
         },
     )

@@ -25,6 +25,7 @@ mod link;
 mod machine_file;
 mod matrix;
 mod power_cuts;
+mod profiled;
 mod seeds;
 mod soak;
 mod thesis;

@@ -57,6 +57,7 @@ fn requests() -> Vec<Request> {
         Request::Subscribe { signals: (1 << SIGNALS.len()) - 1, every: 2 },
         Request::Arm,
         Request::Move(Motion::Step(Position { counts: 1000, fraction: 0.5 })),
+        Request::Move(Motion::Profiled(Position { counts: -2000, fraction: 0.25 })),
         Request::Move(Motion::Hold),
         Request::Stop,
         Request::Identify { rate: 0.5, hold: 0.1 },

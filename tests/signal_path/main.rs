@@ -12,6 +12,7 @@ mod crystal;
 mod drive;
 mod output_control;
 mod position;
+mod profile;
 mod reference;
 mod reset_cause;
 mod trajectory;

@@ -111,7 +111,7 @@ fn known(parameters: &Parameters) -> Result<Table, Error> {
 
 /// The machine, with a joint of nothing.
 fn of(parameters: &Parameters) -> Machine {
-    let Parameters { controller: config, motion, device, limits } = parameters;
+    let Parameters { controller: config, motion, device, limits, profile } = parameters;
     let laws: Vec<LawName> = config.compensator.iter().map(|law| LawName(Some(*law))).collect();
     let (name, laws) = match laws[..] {
         [] => (PD.to_owned(), None),
@@ -150,6 +150,7 @@ fn of(parameters: &Parameters) -> Machine {
         identification,
         device: Written::out(device),
         limits: Written::out(limits),
+        profile: Written::out(profile),
         run: Run::default(),
         variant: vec![],
     }
@@ -163,7 +164,8 @@ fn asked(
     let deg = |position: &Position| degrees(position, resolution_deg);
     let mut reference = Reference::default();
     match motion {
-        Motion::Hold => {}
+        // No file says a profiled move: those of an experiment step.
+        Motion::Hold | Motion::Profiled(_) => {}
         Motion::Step(to) => reference.steps_deg.push(deg(to)),
         Motion::Trajectory { corners, half_blend } => {
             let time_s = |tick: u32| {

@@ -51,6 +51,13 @@ impl Signals {
         }
     }
 
+    /// Whether the output was on in the tick of a sample; a sample without the status says nothing
+    /// of it, and counts as one.
+    pub fn is_armed(&self, sample: &Sample) -> bool {
+        let place = self.place("status").and_then(|place| sample.value(place));
+        place.is_none_or(|status| status & 0xFF == 2)
+    }
+
     /// The value of a signal in a sample, as a cell of a file. A number is in single precision, as
     /// the device has it.
     pub fn cell(&self, sample: &Sample, name: &str) -> Cell {

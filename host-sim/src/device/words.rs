@@ -33,6 +33,10 @@ pub fn refused(refused: &Refused) -> String {
             "the trajectory begins farther from the joint than `limits.following_error_deg`: move to its begin first"
                 .into()
         }
+        Refused::TooFar => {
+            "the position is too far from where the joint is: less than 2^30 counts are allowed"
+                .into()
+        }
         Refused::NoParameters => "it has no parameters; `params push FILE.toml` first".into(),
         Refused::NoSuch => "there is no such thing".into(),
         Refused::NotWhole => "the record of parameters did not arrive whole".into(),

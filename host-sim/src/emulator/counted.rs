@@ -40,6 +40,19 @@ pub fn count_all(
     plans.par_iter().map(|plan| count(image, points, plan)).collect()
 }
 
+/// Counts all plans as [`count_all`] does, with a profiled move instead of each step.
+///
+/// # Errors
+/// As [`count_all`].
+pub fn count_all_profiled(
+    image: &Arc<FirmwareImage>,
+    points: &Arc<Points>,
+    plans: &[RunPlan],
+) -> Result<Vec<Probe>, Error> {
+    let with = |plan| count_with(image, points, plan, parameters::profiled(plan)?);
+    plans.par_iter().map(with).collect()
+}
+
 /// Counts one plan, from power-on to its last sample.
 ///
 /// # Errors
@@ -49,11 +62,20 @@ pub fn count(
     points: &Arc<Points>,
     plan: &RunPlan,
 ) -> Result<Probe, Error> {
+    count_with(image, points, plan, parameters::everything_on(plan)?)
+}
+
+fn count_with(
+    image: &Arc<FirmwareImage>,
+    points: &Arc<Points>,
+    plan: &RunPlan,
+    record: Vec<u8>,
+) -> Result<Probe, Error> {
     plan.validate()?;
     let samples = plan.samples()? as usize;
     let sample_s = plan.machine.sampling.sample_time_s();
     let or_ns = BOOT_NS + ((samples + 2) as f64 * sample_s * 1e9) as u64;
-    let mut setup = Setup::new(&plan.label, image, parameters::everything_on(plan)?);
+    let mut setup = Setup::new(&plan.label, image, record);
     setup.fitted = Fitted { supply_pin_mv: SUPPLY_PIN_MV, ..Fitted::default() };
     setup.points = Some(points.clone());
     let mut board = BoardUnderTest::power_on(setup, PlantInLockstep::of(plan)?)?;

@@ -1,7 +1,7 @@
 //! The parameter sector that a run's image finds.
 
 use stiction::parameters::{DeviceConfig, ROOM};
-use stiction::{Limits, Parameters};
+use stiction::{Limits, Motion, Parameters};
 
 use crate::error::Error;
 use crate::experiment::{RunPlan, assembled, validate};
@@ -57,6 +57,19 @@ pub fn blob(plan: &RunPlan) -> Result<Vec<u8>, Error> {
 /// As [`parameters`].
 pub fn everything_on(plan: &RunPlan) -> Result<Vec<u8>, Error> {
     let parameters = by_itself(plan)?;
+    validate(&parameters, plan)?;
+    record(plan, &parameters)
+}
+
+/// The same, with a profiled move to where the plan steps.
+///
+/// # Errors
+/// As [`parameters`].
+pub fn profiled(plan: &RunPlan) -> Result<Vec<u8>, Error> {
+    let mut parameters = by_itself(plan)?;
+    if let Motion::Step(to) = parameters.motion {
+        parameters.motion = Motion::Profiled(to);
+    }
     validate(&parameters, plan)?;
     record(plan, &parameters)
 }

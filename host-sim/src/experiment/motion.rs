@@ -2,7 +2,8 @@
 
 use stiction::position::Position;
 use stiction::reference::{Corner, MAX_CORNERS};
-use stiction::{Course, Motion, identification};
+use stiction::value::Table as _;
+use stiction::{Course, Motion, ProfileLimits, identification};
 
 use super::plan::{MAX_RAMP_SAMPLES, MAX_SAMPLES, RunPlan};
 use super::task::Task;
@@ -84,7 +85,9 @@ impl RunPlan {
     /// Names the key, what was found and what is allowed.
     pub fn course(&self) -> Result<Course, Error> {
         let motion = self.motion()?;
-        motion.course(&self.controller_config()?).map_err(|error| self.explain(&error))
+        // No task is a profiled move.
+        let course = motion.course(&self.controller_config()?, &ProfileLimits::EXAMPLE);
+        course.map_err(|error| self.explain(&error))
     }
 
     /// Tells how long a step or a trajectory is run, s: as the file says, or else by its kind.

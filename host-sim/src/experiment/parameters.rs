@@ -2,7 +2,7 @@
 //! and the record of them for its flash.
 
 use stiction::parameters::{DeviceConfig, ROOM};
-use stiction::{Limits, Parameters};
+use stiction::{Limits, Parameters, ProfileLimits};
 
 use super::plan::RunPlan;
 use crate::error::Error;
@@ -40,7 +40,8 @@ pub(crate) fn assembled(plan: &RunPlan) -> Result<Parameters, Error> {
     let controller = plan.controller_config()?;
     let breakaway = breakaway(plan);
     let limits = plan.machine.limits.core(Limits::derived(&controller, &device, breakaway));
-    Ok(Parameters { controller, motion, device, limits })
+    let profile = plan.machine.profile.core(ProfileLimits::derived(&controller, &limits));
+    Ok(Parameters { controller, motion, device, limits, profile })
 }
 
 /// Tells the effort that starts the joint, V: what the file says of it among the limits, or else

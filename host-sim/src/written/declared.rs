@@ -6,7 +6,7 @@ use stiction::encoder::Encoder;
 use stiction::parameters::DeviceConfig;
 use stiction::pd::PdGains;
 use stiction::value::{About, Absent, Table, Values};
-use stiction::{Allowed, ControllerConfig, Limits};
+use stiction::{Allowed, ControllerConfig, Limits, ProfileLimits};
 
 use super::{Scalar, scalar};
 
@@ -51,7 +51,7 @@ macro_rules! declared {
     };
 }
 
-declared!(ControllerConfig, Encoder, DriveConfig, DeviceConfig, Limits);
+declared!(ControllerConfig, Encoder, DriveConfig, DeviceConfig, Limits, ProfileLimits);
 
 /// `[controller.NAME]`: the gains of PD and of every law. Those of PD have to be there; what else
 /// has to be depends on the laws that are listed.

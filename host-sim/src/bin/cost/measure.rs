@@ -26,6 +26,9 @@ const EXPERIMENTS: [&str; 2] = ["step-response", "trajectory"];
 const FAST: &str = "drive.pwm_hz=2000";
 /// The step that is run again with the PWM of the file.
 const AGAIN: (&str, &str, &str) = ("step-response", "step-2.5", "run.duration_s=2");
+/// The step that is also run as a profiled move, and for how long. Within that time it accelerates,
+/// slows down, lands and rests.
+const PROFILED: (&str, &str, &str) = ("step-response", "step-5.0", "run.duration_s=3");
 /// The controller whose set points and positions the yardsticks are given.
 const FEEDS: &str = "srnf";
 
@@ -56,19 +59,20 @@ pub fn measure(image: &Path, yardstick: &Path) -> Result<Measured, Error> {
     })?;
 
     let fast = every_motion(&[&counted::EVERYTHING_ON[..], &[FAST]].concat())?;
-    let (experiment, motion, short) = AGAIN;
-    let mut again = plans(experiment, &[&counted::EVERYTHING_ON[..], &[short]].concat())?;
-    again.retain(|plan| plan.label.ends_with(motion));
+    let again = one_motion(AGAIN, &[])?;
+    let profiled = one_motion(PROFILED, &[FAST])?;
 
     let mut laws: Vec<(String, Vec<TickCost>)> = Vec::new();
     let probes = counted::count_all(&image, &points, &fast)?;
     let repeated = counted::count_all(&image, &points, &again)?;
-    let painted = probes.iter().chain(&repeated).map(|probe| probe.stack).max().unwrap_or(0);
+    let moved = counted::count_all_profiled(&image, &points, &profiled)?;
+    let painted =
+        probes.iter().chain(&repeated).chain(&moved).map(|probe| probe.stack).max().unwrap_or(0);
     for (plan, Probe { ticks, .. }) in again.iter().zip(&repeated) {
         let first = fast.iter().zip(&probes).find(|(known, _)| known.label == plan.label);
         repeats(&plan.label, first.map_or(&[], |(_, probe)| &probe.ticks), ticks)?;
     }
-    for (plan, Probe { ticks, .. }) in fast.iter().zip(probes) {
+    for (plan, Probe { ticks, .. }) in fast.iter().zip(probes).chain(profiled.iter().zip(moved)) {
         let name = plan.controller.clone().unwrap_or_default();
         match laws.iter_mut().find(|(known, _)| *known == name) {
             Some((_, all)) => all.extend(ticks),
@@ -102,6 +106,19 @@ fn plans(experiment: &str, set: &[&str]) -> Result<Vec<RunPlan>, Error> {
     let mut document = Document::open(experiment)?;
     document.set(&set.iter().map(|text| (*text).to_owned()).collect::<Vec<_>>())?;
     plain_runs(&document)
+}
+
+/// One motion of an experiment under every controller, with a key set.
+fn one_motion(
+    (experiment, motion, short): (&str, &str, &str),
+    set: &[&str],
+) -> Result<Vec<RunPlan>, Error> {
+    let mut plans = plans(experiment, &[&counted::EVERYTHING_ON[..], &[short], set].concat())?;
+    plans.retain(|plan| plan.label.ends_with(motion));
+    if plans.is_empty() {
+        return Err(Error::Input(format!("{experiment}: no run is called {motion}")));
+    }
+    Ok(plans)
 }
 
 /// The motions of every experiment.

@@ -1,6 +1,7 @@
 //! `stiction device`.
 
 mod edit;
+mod moves;
 mod params;
 #[cfg(feature = "watch")]
 mod watch;
@@ -79,18 +80,8 @@ enum Action {
     },
     /// Output off
     Stop,
-    /// Arm if it is not armed, and step to a position
-    Move {
-        /// In the zero that arming sets, deg
-        #[arg(allow_negative_numbers = true)]
-        deg: f64,
-        /// How long the loop stays closed, s; then the output goes off
-        #[arg(long, value_name = "S", default_value_t = 5.0, allow_hyphen_values = true)]
-        r#for: f64,
-        /// Write a sample of every tick to this file
-        #[arg(long, value_name = "FILE.csv")]
-        log: Option<PathBuf>,
-    },
+    /// Arm if it is not armed, and move to a position within the limits of [profile]
+    Move(moves::Arguments),
     /// Find the friction by a ramp of the effort: up until the joint moves, down until it rests
     Identify {
         /// How fast the effort rises, V/s; slower is nearer to the truth
@@ -223,34 +214,14 @@ fn with(action: &Action, machine: &str, wire: impl Wire) -> Result<(), Error> {
             let status = client.status()?;
             say(words::status(&status))
         }
-        Action::Move { deg, r#for, log } => {
-            let time = time("--for", *r#for)?;
-            // The position is checked first, so that nothing is armed for a number that is none.
-            let motion = client.step(*deg)?;
-            let signals = if log.is_some() { client.signals()? } else { vec![] };
-            let mut samples = Log::new(Signals::new(signals), &[])?;
-            let status = then_off(&mut client, |client| {
-                if client.status()?.state != StateCode::Armed {
-                    arm(client)?;
-                }
-                if log.is_some() {
-                    client.subscribe(samples.mask(), 1)?;
-                }
-                client.move_along(motion)?;
-                let status = client.pass_armed(time)?;
-                // The log ends before the output goes off: a tick without the loop has neither zero
-                // nor position.
-                while let Some(sample) = log.as_ref().and_then(|_| client.kept()) {
-                    samples.push(sample);
-                }
-                Ok(status)
-            })?;
-            if let Some(path) = log {
-                write_whole(path, &samples.render(status.sample_time, status.resolution)?)?;
+        Action::Move(arguments) => {
+            let said = moves::go(arguments, &mut client)?;
+            if said.alone {
+                print(&said.text)?
+            } else {
+                say(said.text)?
             }
-            let ended = ended("move", &status);
-            say(words::status(&status) + off(&status) + &lost(&client))?;
-            ended
+            said.ended
         }
         Action::Identify { rate, hold } => {
             let text = then_off(&mut client, |client| identify(client, *rate, *hold))?;

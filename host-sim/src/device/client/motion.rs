@@ -2,9 +2,11 @@
 
 use stiction::Motion;
 use stiction::link::{Reply, Request};
+use stiction::position::Position;
 use stiction::servo::Levels;
 
 use super::Client;
+use crate::device::moved::longest_s;
 use crate::device::wire::Wire;
 use crate::error::Error;
 
@@ -26,7 +28,8 @@ impl<W: Wire> Client<W> {
         self.done("stop", Request::Stop)
     }
 
-    /// Stops the joint where it is; the loop stays closed.
+    /// Stops the joint; the loop stays closed. A profiled move slows down within its limits, and
+    /// any other joint stays where it is.
     ///
     /// # Errors
     /// Says why the device refuses.
@@ -43,11 +46,43 @@ impl<W: Wire> Client<W> {
         self.move_along(motion)
     }
 
+    /// Moves to a position (deg), counted from the zero that arming has set, within the limits of
+    /// the device's profile.
+    ///
+    /// # Errors
+    /// Says why the device refuses.
+    pub fn move_to(&mut self, deg: f64) -> Result<(), Error> {
+        let motion = self.profiled(deg)?;
+        self.move_along(motion)
+    }
+
+    /// Turns a profiled move to a position (deg) into counts, for
+    /// [`move_along`](Self::move_along).
+    ///
+    /// # Errors
+    /// Says that there is no such position.
+    pub fn profiled(&mut self, deg: f64) -> Result<Motion, Error> {
+        self.counted(deg).map(Motion::Profiled)
+    }
+
     /// Turns a step to a position (deg) into counts, for [`move_along`](Self::move_along).
     ///
     /// # Errors
     /// Says that there is no such position.
     pub fn step(&mut self, deg: f64) -> Result<Motion, Error> {
+        self.counted(deg).map(Motion::Step)
+    }
+
+    /// Asks for the longest time that a profiled move over so many degrees takes until its set
+    /// point rests, s.
+    ///
+    /// # Errors
+    /// Says that the device has no parameters.
+    pub fn longest_s(&mut self, deg: f64) -> Result<f64, Error> {
+        Ok(longest_s(&self.parameters()?.profile, deg))
+    }
+
+    fn counted(&mut self, deg: f64) -> Result<Position, Error> {
         let resolution = f64::from(self.status()?.resolution);
         let counts = deg / resolution;
         // 2^30 counts, as for steps of a machine's file.
@@ -56,7 +91,7 @@ impl<W: Wire> Client<W> {
                 "move {deg}: allowed is a position within 2^30 counts"
             )));
         }
-        Ok(Motion::Step(crate::experiment::position(counts)))
+        Ok(crate::experiment::position(counts))
     }
 
     /// Begins a motion, whose positions are counted from the zero that arming has set.

@@ -44,7 +44,7 @@ pub fn press<W: Wire>(
         KeyCode::Char(_) if !plain => return Ok(Flow::Go),
         KeyCode::Char('q') => return Ok(Flow::Quit),
         KeyCode::Char('a') => arm(watched, client),
-        KeyCode::Char('h') => client.hold().map(|()| "stays where it is".to_owned()),
+        KeyCode::Char('h') => client.hold().map(|()| "stops here, and is held".to_owned()),
         KeyCode::Char('c') => client.clear().map(|()| "cleared".to_owned()),
         KeyCode::Char(c) if c.is_ascii_digit() || c == '.' || c == '-' => {
             if watched.entry.len() < LONGEST_ENTRY {
@@ -84,10 +84,11 @@ fn arm<W: Wire>(watched: &mut Watched, client: &mut Client<W>) -> Result<String,
 
 /// Moves to the typed position, which counts from the zero of the arming: without that zero there
 /// is no place to move to.
-fn go<W: Wire>(watched: &Watched, client: &mut Client<W>) -> Result<String, Error> {
+fn go<W: Wire>(watched: &mut Watched, client: &mut Client<W>) -> Result<String, Error> {
     let deg: f64 = watched.entry.parse().map_err(|_| {
         Error::Input(format!("move {}: allowed is a number, as in -2.5", watched.entry))
     })?;
-    client.step_to(deg)?;
+    client.move_to(deg)?;
+    watched.show(client.longest_s(deg - watched.now().reference_deg)?);
     Ok(format!("to {deg} deg"))
 }

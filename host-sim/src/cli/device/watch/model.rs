@@ -7,8 +7,11 @@ use stiction::signal::name;
 
 use crate::device::signals::Signals;
 
-/// Length of the past that is plotted, s.
+/// Length of the past that is plotted, s, unless a move takes longer.
 pub const WINDOW_S: f64 = 10.0;
+
+/// The longest past that is plotted, s: at 50 samples a second, they are few enough.
+const LONGEST_WINDOW_S: f64 = 300.0;
 
 /// The signals that the view subscribes to.
 pub const SIGNALS: [&str; 13] = [
@@ -94,7 +97,9 @@ pub struct Watched {
     pub signals: Signals,
     /// The answer to the last request for the status.
     pub status: Status,
-    /// The moments of the last [`WINDOW_S`].
+    /// Length of the past that is plotted, s.
+    pub window_s: f64,
+    /// The moments of that past.
     pub moments: VecDeque<Moment>,
     /// Samples that did not arrive.
     pub lost: u64,
@@ -119,6 +124,7 @@ impl Watched {
             name,
             signals,
             status,
+            window_s: WINDOW_S,
             moments: VecDeque::new(),
             lost: 0,
             armed_here: false,
@@ -136,9 +142,15 @@ impl Watched {
             self.moments.clear();
         }
         self.moments.push_back(moment);
-        while self.moments.front().is_some_and(|first| first.time_s < moment.time_s - WINDOW_S) {
+        while self.moments.front().is_some_and(|first| first.time_s < moment.time_s - self.window_s)
+        {
             self.moments.pop_front();
         }
+    }
+
+    /// Fits the past that is plotted to a move that takes so long, in whole tens of seconds.
+    pub fn show(&mut self, move_s: f64) {
+        self.window_s = (10.0 * (move_s / 10.0).ceil()).clamp(WINDOW_S, LONGEST_WINDOW_S);
     }
 
     /// The last moment.

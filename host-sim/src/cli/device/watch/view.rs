@@ -10,7 +10,7 @@ use ratatui::widgets::{Axis, Chart, Dataset, GraphType, Paragraph};
 use stiction::link::StateCode;
 
 use super::keys::KEYS;
-use super::model::{Moment, WINDOW_S, Watched};
+use super::model::{Moment, Watched};
 use crate::device::words;
 
 /// Least height of a plot, rows; a lower one shows nothing that the numbers do not.
@@ -190,13 +190,17 @@ fn plot(
     // The margin is the same for every plot, so that their times are below one another.
     let label = |value: f64| format!("{value:>9.3}");
     let [low, high] = bounds;
-    let x = Axis::default().style(axis).bounds([-WINDOW_S, 0.0]);
+    let x = Axis::default().style(axis).bounds([-watched.window_s, 0.0]);
     let y = Axis::default().style(axis).bounds(bounds).labels([
         label(low),
         format!("{unit:>9}"),
         label(high),
     ]);
-    let x = if with_times { x.labels([format!("{:.0} s", -WINDOW_S), "now".into()]) } else { x };
+    let x = if with_times {
+        x.labels([format!("{:.0} s", -watched.window_s), "now".into()])
+    } else {
+        x
+    };
     frame.render_widget(Chart::new(datasets.collect()).x_axis(x).y_axis(y), area);
 }
 

@@ -1,0 +1,91 @@
+//! Moves while the servo is armed: another reference, a profile to a position, and a hold.
+
+use super::{ControlLoop, Refusal, Servo, State};
+use crate::motion::Course;
+use crate::position::Position;
+use crate::profile::Profile;
+use crate::reference::{Reference, Step};
+
+/// The longest way of a profile, counts: differences of positions are 32 bits with a sign, and it
+/// may pass its target.
+const FARTHEST: u32 = 1 << 30;
+
+impl Servo {
+    /// Replaces the reference that the joint follows, from the next tick on, in the zero that
+    /// arming set. The loop goes on. From then on, the silence of the link that asked for it is a
+    /// fault.
+    ///
+    /// # Errors
+    /// Refuses unless the servo is armed and the reference stays within the range of positions. A
+    /// trajectory has to begin where the joint is, to the following error that is allowed: its first
+    /// point would be a jump. A step is a jump that was asked for.
+    pub fn follow(&mut self, reference: Reference) -> Result<(), Refusal> {
+        let control_loop = self.armed_loop()?;
+        let out = |position: Position| control_loop.is_out_of_range(position);
+        let leads_out = match &reference {
+            Reference::Step(step) => out(step.to),
+            Reference::Trajectory(trajectory) => {
+                trajectory.corners().any(|corner| out(corner.position))
+            }
+        };
+        if leads_out {
+            return Err(Refusal::OutOfRange);
+        }
+        let course = Course::Follow(reference);
+        if control_loop.begins_far_from(&course, control_loop.state.counts()) {
+            return Err(Refusal::FarAway);
+        }
+        control_loop.begin(course);
+        Ok(())
+    }
+
+    /// Moves the set point to the target of a profile, from where it is and with the speed that it
+    /// has. A profile that runs already goes on to the other target. From then on, the silence of
+    /// the link that asked for it is a fault.
+    ///
+    /// # Errors
+    /// Refuses unless the servo is armed, the target is within the range of positions, and it is
+    /// less than 2^30 counts away.
+    pub fn go_to(&mut self, profile: Profile) -> Result<(), Refusal> {
+        let control_loop = self.armed_loop()?;
+        let target = profile.target();
+        if control_loop.is_out_of_range(target) {
+            return Err(Refusal::OutOfRange);
+        }
+        let from = control_loop.setpoint().position;
+        let way = target.counts.checked_sub(from.counts);
+        if way.is_none_or(|way| way.unsigned_abs() >= FARTHEST) {
+            return Err(Refusal::TooFar);
+        }
+        control_loop.begin_profile(profile);
+        Ok(())
+    }
+
+    /// Stops the joint and holds it. A profile that moves slows down within its limits and rests on
+    /// the first count that they allow. Otherwise the joint is held where it is. From then on, the
+    /// silence of the link that asked for it is a fault.
+    ///
+    /// # Errors
+    /// Refuses unless the servo is armed.
+    pub fn hold(&mut self) -> Result<(), Refusal> {
+        let control_loop = self.armed_loop()?;
+        if !control_loop.stops_profile() {
+            let here = Position::from_counts(control_loop.state.counts());
+            let step = Step { from: here, to: here, at_tick: 0 };
+            control_loop.begin(Course::Follow(Reference::Step(step)));
+        }
+        Ok(())
+    }
+
+    fn armed_loop(&mut self) -> Result<&mut ControlLoop, Refusal> {
+        match (self.state, &mut self.control_loop) {
+            // The loop is open. The ramp finds the levels of an effort that nobody else changes.
+            (State::Armed, Some(ControlLoop { course: Course::Ramp(_), .. })) => {
+                Err(Refusal::Armed)
+            }
+            (State::Armed, Some(control_loop)) => Ok(control_loop),
+            (State::Faulted(fault), _) => Err(Refusal::Faulted(fault)),
+            _ => Err(Refusal::NotArmed),
+        }
+    }
+}
