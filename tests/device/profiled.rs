@@ -9,7 +9,8 @@ use stiction::position::Position;
 use stiction::reference::{Corner, Reference, Setpoint, Step, Trajectory};
 use stiction::servo::{Output, Refusal, State};
 
-use crate::fixture::{laws, parameters, plans};
+use crate::fixture::{parameters, plans};
+use experiments::controllers;
 
 /// A count of the thesis's encoder, deg, and its sample time, s.
 const COUNT: f64 = 0.00242;
@@ -65,7 +66,7 @@ fn run(simulated: &mut SimulatedDevice, time_s: f64, what: &str) -> Vec<Setpoint
 /// A step of 40 deg trips the following error or the overspeed under every law (`thesis.rs`).
 #[test]
 fn every_law_follows_a_profiled_move_of_any_size_with_the_derived_thresholds() {
-    for law in laws() {
+    for law in controllers() {
         // What the driver lets through as it is, and half of it.
         for duty in ["drive.duty_max=1.0", "drive.duty_max=0.5"] {
             let plan = plan(law, &[duty]);
