@@ -357,15 +357,13 @@ impl Course {
         reading: Reading,
     ) -> Tick {
         let CourseState { controller: remembered, ramp: progress } = state;
-        let setpoint = match self {
-            Self::Follow(reference) => reference.at(remembered.tick()),
-            Self::Profile(profile) => profile.update(),
+        match self {
+            Self::Follow(reference) => controller.tick(remembered, reading, reference),
+            Self::Profile(profile) => controller.follow(remembered, reading, profile.update()),
             Self::Ramp(ramp) => {
-                let effort = |counts| ramp.update(progress, counts);
-                return controller.open_loop(remembered, reading, effort);
+                controller.open_loop(remembered, reading, |counts| ramp.update(progress, counts))
             }
-        };
-        controller.follow(remembered, reading, setpoint)
+        }
     }
 
     /// Lets the course begin from its begin, as the loop does: a profile is where the last tick

@@ -39,7 +39,7 @@ fn the_table_of_faults_is_up_to_date_and_each_fault_has_its_section() {
 #[test]
 fn every_declared_value_has_a_row_with_its_number_and_a_sentence() {
     let rows = keys::rows();
-    let tables = ["loop", "encoder", "drive", "device", "limits", "controller"];
+    let tables = ["loop", "encoder", "drive", "device", "limits", "profile", "controller"];
     // The laws of a sum and the motion are written otherwise in a file.
     let own = |about: &&About| tables.contains(&about.table) && !about.field.is_empty();
     for about in parameters::about().filter(own) {

@@ -225,6 +225,23 @@ fn keys_arm_move_and_stop_the_device() {
     assert_eq!(press(interrupt, &mut watched, &mut client).unwrap(), Flow::Quit);
 }
 
+/// Whole tens of seconds, from ten to three hundred.
+#[test]
+fn the_window_fits_the_move() {
+    let mut watched = watched(None, [sample(4990, 7, 2)]);
+    for (move_s, window_s) in [(0.5, 10.0), (10.0, 10.0), (12.3, 20.0), (4000.0, 300.0)] {
+        watched.show(move_s);
+        assert_eq!(watched.window_s, window_s);
+    }
+    watched.show(12.3);
+    let buffer = drawn(&watched, 80, 24);
+    assert!((0..24).any(|y| row(&buffer, y).contains("-20 s")));
+    watched.take(&sample(4990 + 1900, 7, 2));
+    assert_eq!(watched.moments.len(), 2);
+    watched.take(&sample(4990 + 2001, 7, 2));
+    assert_eq!(watched.moments.len(), 2);
+}
+
 #[test]
 fn with_control_or_alt_nothing_but_stop_is_done() {
     let (mut watched, mut client) = watched_device();
