@@ -37,10 +37,9 @@ fn counts(deg: f64) -> i32 {
 fn go_to(simulated: &mut SimulatedDevice, plan: &RunPlan, counts: i32) -> Result<(), Refusal> {
     let parameters = parameters(plan);
     let motion = Motion::Profiled(Position::from_counts(counts));
-    match motion.course(&parameters.controller, &parameters.profile).unwrap() {
-        stiction::Course::Profile(profile) => simulated.device.servo().go_to(profile),
-        other => panic!("{other:?}"),
-    }
+    let course = motion.course(&parameters.controller, &parameters.profile).unwrap();
+    let stiction::Course::Profile(profile) = course else { unreachable!("it is a profiled move") };
+    simulated.device.servo().go_to(profile)
 }
 
 /// One tick with a sign of life of the link.
