@@ -5,10 +5,10 @@
 //! where the counter turns, at either end. The direction pin changes at once, so that on a reversal
 //! the old magnitude has the new sign for half a period.
 //!
-//! Off means three things at once: the enable pin low, both outputs low (`MOE` clear, `OSSI`), and a
-//! neutral duty in waiting. Before an analog amplifier, off is the enable pin, with the neutral duty
-//! on the output: [`super::output_control`] says why, and what each mode does where the hardware
-//! ends the PWM.
+//! Off means three things at once: the enable pin low, both outputs low (`MOE` clear, `OSSI`), and
+//! a neutral duty in waiting. Before an analog amplifier, off is the enable pin, with the neutral
+//! duty on the output: [`super::output_control`] says why, and what each mode does where the
+//! hardware ends the PWM.
 //!
 //! The break input is active low with a pull-up, which is what the open-drain fault output of a
 //! bridge driver wants. It ends the PWM in hardware, without a clock, and it stays ended. A wire
@@ -226,8 +226,8 @@ impl Bridge for TimerBridge {
     }
 }
 
-/// Drives the enable pin low, before the clock is started: that may wait for a crystal for 50 ms. Before
-/// this, and in reset, a resistor of the board holds the pin.
+/// Drives the enable pin low, before the clock is started, which may wait for a crystal for 50 ms.
+/// Before this, and in reset, a resistor of the board holds the pin.
 pub fn hold_enable_low(rcc: &pac::RCC, port: &pac::GPIOB) {
     rcc.ahb1enr().modify(|_, w| w.gpioben().enabled());
     // The port's clock has to arrive before the port is written.
