@@ -197,6 +197,7 @@ fn machine() -> impl Strategy<Value = Parameters> {
                 wind_up_time: n[25],
                 breakaway_effort: n[27],
                 stall_impulse: n[28],
+                stop_gain: 1e3 * n[29],
             };
             machine
         },

@@ -17,9 +17,11 @@ macro_rules! reliability {
 }
 
 mod dead_encoder;
+mod dying_encoder;
 mod encoder_faults;
 mod fixture;
 mod fuzz;
+mod held_effort;
 mod link;
 mod machine_file;
 mod matrix;

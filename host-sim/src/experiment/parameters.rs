@@ -39,7 +39,13 @@ pub(crate) fn assembled(plan: &RunPlan) -> Result<Parameters, Error> {
     let device = plan.machine.device.core(DeviceConfig::CAUTIOUS);
     let controller = plan.controller_config()?;
     let breakaway = breakaway(plan);
-    let limits = plan.machine.limits.core(Limits::derived(&controller, &device, breakaway));
+    let derived = Limits::derived(&controller, &device, breakaway);
+    // Twice what the file says of the joint: a margin for how well it is known.
+    let stop_gain = match 2.0 * plan.machine.joint.gain_deg_per_s2_per_v as f32 {
+        gain if gain > 0.0 => gain,
+        _ => derived.stop_gain,
+    };
+    let limits = plan.machine.limits.core(Limits { stop_gain, ..derived });
     Ok(Parameters { controller, motion, device, limits })
 }
 
