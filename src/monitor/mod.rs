@@ -20,6 +20,8 @@ mod stall;
 mod stall_impulse;
 mod standstill;
 mod supply;
+#[cfg(test)]
+mod tests;
 mod thermal;
 mod wind_up;
 

@@ -24,8 +24,8 @@ const BREAKAWAY: i16 = 81;
 const LSB: f64 = 0.00488;
 
 /// Targets, deg, and for so many ticks of the way to them the encoder dies in each.
-const TARGETS: [f64; 5] = [0.5, 1.0, 2.5, 5.0, 20.0];
-const MOMENTS: u32 = 300;
+const TARGETS: [f64; 3] = [0.5, 5.0, 20.0];
+const MOMENTS: u32 = 250;
 
 /// Ticks of 20 ms in a minute.
 const MINUTE: u32 = 3000;
@@ -185,6 +185,6 @@ fn an_encoder_that_dies_in_motion_is_seen_but_for_windows_in_which_the_joint_cre
         // Windows of a few hundredths of a second, where the law's effort passes the friction.
         assert!(blind < moments / 100, "{law}: {blind} of {moments}");
     }
-    assert!(at_once > 500, "{at_once}");
+    assert!(at_once > 400, "{at_once}");
     reliability!("blind-windows", windows, at_once);
 }

@@ -16,6 +16,7 @@ macro_rules! reliability {
     (@ $key:ident) => { $key };
 }
 
+mod chaos;
 mod dead_encoder;
 mod dying_encoder;
 mod encoder_faults;
