@@ -6,6 +6,7 @@ mod elf;
 mod firmware;
 mod gates;
 mod job;
+mod mutation_list;
 mod mutations;
 mod reliability;
 mod simulator;
