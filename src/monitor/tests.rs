@@ -86,13 +86,10 @@ fn counts_that_stop_at_once_trip_and_those_that_friction_can_stop_do_not() {
     let limits = Limits { stop_gain: 2.0, stall_effort: 8.0, ..Limits::OFF };
     let monitor = AbruptStop::new(&limits, &UNITS);
     let trips = |ticks: &[(i32, i32)]| {
-        let mut state = AbruptStopState::default();
-        let turn = |travel: i32, sign: i32| sign * travel;
         let both = [1, -1].map(|sign| {
-            state = AbruptStopState::default();
-            let mut check = |(code, travel): &(i32, i32)| {
-                monitor.check(&mut state, turn(*code, sign), turn(*travel, sign))
-            };
+            let mut state = AbruptStopState::default();
+            let mut check =
+                |(code, travel): &(i32, i32)| monitor.check(&mut state, sign * code, sign * travel);
             // It comes up to speed before.
             check(&(0, 9));
             ticks.iter().map(check).fold(false, |any, trip| any | trip)

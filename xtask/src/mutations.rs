@@ -241,3 +241,27 @@ fn page(fates: &[Fate]) -> Result<String, String> {
     }
     Ok(page)
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_fault_fits_the_sources_once_or_the_list_is_out_of_date() {
+        let sound = root().join("src/monitor/standstill.rs");
+        let fault = |before| Mutation {
+            file: "src/monitor/standstill.rs",
+            before,
+            after: "const BAND: u32 = 4;",
+            why: "a joint that creeps is at rest",
+            suite: Suite::Core,
+            tests: &[],
+        };
+        let (before, after) = mutated(&sound, &fault("const BAND: u32 = 2;")).unwrap_or_default();
+        assert!(before != after && before.replace("= 2;", "= 4;") == after);
+        for text in ["const BAND: u64", "Standstill"] {
+            let said = mutated(&sound, &fault(text)).err().unwrap_or_default();
+            assert!(said.contains("out of date") && said.contains("standstill.rs"), "{said}");
+        }
+    }
+}
