@@ -225,8 +225,9 @@ fn page(fates: &[Fate]) -> Result<String, String> {
         "# Faults that were put into the sources, and whether a test has found them\n\n\
          `cargo xtask mutations` writes this page. It puts each of {} faults into a copy of the\n\
          sources, builds it, and runs the tests that should find it. A fault that is not found is a\n\
-         missing test. The last run was on commit {commit}{changed}: {} found, {} not found, {} not\n\
-         built, {} not run. Nothing is said of those that were not run.\n\n\
+         missing test. The last run was on commit {commit}{changed}:\n\
+         {} found, {} not found, {} not built, {} not run. Nothing is said of those that were not\n\
+         run.\n\n\
          | file | the fault, and why it matters | tests of | result |\n|---|---|---|---|\n",
         fates.len(),
         count(Fate::Killed),
