@@ -1,21 +1,25 @@
 //! The joint does not follow its set point, or runs away from it.
 //!
-//! The error may be as large as the limit. A set point that jumps makes room: until the error has
-//! been within half of the limit again, it may be larger by the size of the jump. So a step of any
-//! size passes, one that is just as large as the limit, too, and a joint that runs the other way
-//! does not.
+//! The error may be as large as the limit. A set point that jumps makes room, which is the part of
+//! the error that the joint still has to travel because of the jump. So a step of any size passes,
+//! one that is just as large as the limit, too, and a joint that runs the other way does not.
 //!
 //! ```text
-//! jump  = |set point - set point before - velocity h|     beyond half of the limit; less is none
-//! room += jump, never beyond the present error     0 once the error is within half of the limit
+//! jump  = set point - set point before - velocity h       beyond half of the limit; less is none
+//! room += jump                                            with its sign: a jump back takes room
+//! room  = what of it lies between zero and the error      the joint has travelled the rest
 //! ```
 //!
+//! Trips when |error - room| exceeds the limit. Room only shrinks between two jumps, so a joint
+//! that turns back on its way may go back by the limit. Whatever jumps are made, in whichever
+//! direction, the joint never is farther than the limit outside of the positions that it was sent
+//! to, and from which it was sent.
+//!
 //! What the set point travels at its own velocity is no jump. However fast a trajectory is, its
-//! error has the limit and no more. Jumps in a row add up: a joint that stays behind each of them
-//! does not trip, and one that runs the other way does.
+//! error has the limit and no more.
 //!
 //! Does badly: a joint that never sets out on a step does not trip this; [`super::stall`] is for
-//! that.
+//! that. A joint that creeps to and fro between two set points in turn does not trip it either.
 
 use super::limits::{Limits, Units};
 
@@ -31,8 +35,8 @@ pub(super) struct FollowingError {
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub(super) struct FollowingState {
     setpoint: i32,
-    /// Counts beyond the limit, because of jumps.
-    room: u32,
+    /// Counts of the error that jumps have made, with the error's sign and never beyond it.
+    room: i32,
 }
 
 impl FollowingError {
@@ -59,16 +63,13 @@ impl FollowingError {
         counts: i32,
     ) -> Option<i32> {
         let error = setpoint.wrapping_sub(counts);
-        let size = error.unsigned_abs();
         let due = (velocity * self.counts_per_speed) as i32;
-        let jump = setpoint.wrapping_sub(state.setpoint).wrapping_sub(due).unsigned_abs();
-        if jump > self.most / 2 {
-            state.room = state.room.saturating_add(jump).min(size);
-        } else if size <= self.most / 2 {
-            state.room = 0;
-        }
-        state.setpoint = setpoint;
-        if size > self.most.saturating_add(state.room) { Some(error) } else { None }
+        let jump = setpoint.wrapping_sub(state.setpoint).wrapping_sub(due);
+        let made = if jump.unsigned_abs() > self.most / 2 { jump } else { 0 };
+        let room = state.room.saturating_add(made);
+        *state = FollowingState { setpoint, room: room.clamp(error.min(0), error.max(0)) };
+        // Both have the same sign, and the room is no more than the error.
+        if error.abs_diff(state.room) > self.most { Some(error) } else { None }
     }
 }
 
@@ -115,5 +116,37 @@ mod tests {
             // The sixth tick is the first one that is more than 50 counts away.
             assert_eq!(followed(away).0.map(i32::abs), Some(size.abs() + 60), "{size}");
         }
+    }
+
+    /// Squares between 400 and 0 counts, ten ticks each, and a joint at `position` in each tick.
+    fn squares(position: impl Fn(i32) -> i32) -> Option<i32> {
+        let square = |k: i32| if (k / 10) % 2 == 0 { 400 } else { 0 };
+        followed((0..1000).map(|k| (square(k), 0.0, position(k)))).0
+    }
+
+    #[test]
+    fn jumps_to_and_fro_do_not_hide_a_joint_that_runs_away() {
+        // A joint that follows them passes, be it slower than they are, or without any motion.
+        for reached in [0, 50, 150, 400, 440] {
+            assert_eq!(
+                squares(|k| reached - reached * (k % 20 - 10).abs() / 10),
+                None,
+                "{reached}"
+            );
+        }
+        // One that creeps off by a count a tick is seen as soon as it is 51 counts outside.
+        let error = squares(|k| -k);
+        assert_eq!(error, Some(51));
+        let error = squares(|k| if k < 10 { 40 * k } else { 390 + k });
+        assert_eq!(error, Some(-51));
+    }
+
+    #[test]
+    fn a_joint_that_turns_back_on_its_way_may_go_back_by_the_limit() {
+        let step = |k| if k > 0 { 1000 } else { 0 };
+        let back = |k: i32, by: i32| if k < 60 { 10 * k } else { (1200 - 10 * k).max(600 - by) };
+        assert_eq!(followed((0..200).map(|k| (step(k), 0.0, back(k, 50)))).0, None);
+        let (error, _) = followed((0..200).map(|k| (step(k), 0.0, back(k, 60))));
+        assert_eq!(error, Some(1000 - 600 + 60));
     }
 }

@@ -78,6 +78,11 @@ table! {
         /// Effort beyond `breakaway_v` times its time, added up until a count comes, V s. Derived:
         /// `breakaway_v` for half a second.
         stall_impulse: f32 = 0x0911 "stall_impulse_vs", Between(0.0, HUGE), Derived(0.2);
+        /// Speed that a volt gives or takes in a second, deg/s^2 per V; counts that stop faster
+        /// than this and `stall_v` allow are a stall. Derived: twice the joint's gain, if the file
+        /// has it; else pi / (`kd_v_per_deg_per_s` `velocity_window` `sample_time_s`), beyond which
+        /// no loop is stable. 0 turns that off.
+        stop_gain: f32 = 0x0912 "stop_gain_deg_per_s2_per_v", Between(0.0, HUGE), Derived(209.439_51);
     }
 }
 
@@ -101,6 +106,7 @@ impl Limits {
         wind_up_time: 1.0,
         breakaway_effort: 0.0,
         stall_impulse: 0.0,
+        stop_gain: 0.0,
     };
 
     /// What can be derived from the loop itself, for machines that say nothing of it; the sentence
@@ -117,12 +123,17 @@ impl Limits {
         };
         let following_error =
             laws.iter().find_map(|law| law.following_error(&around)).unwrap_or(of_pd);
-        let of_pd = match controller.pd.kd {
+        let damped = match controller.pd.kd {
             kd if kd > 0.0 => 2.5 * full_scale / kd,
             _ => following_error / UNDAMPED,
         };
-        let of_pd = of_pd.max(16.0 * count / sample_time).min(HUGE);
+        let of_pd = damped.max(16.0 * count / sample_time).min(HUGE);
         let overspeed = laws.iter().find_map(|law| law.overspeed(&around)).unwrap_or(of_pd);
+        // A speed loop with a gain k and a delay d, v' = -k v(t - d), is stable below k d = pi / 2.
+        // The slope of a window is (N - 1) / 2 samples late, and a held output half a sample.
+        let damping = 2.5 * full_scale / damped;
+        let late = 0.5 * controller.velocity_window as f32 * sample_time;
+        let stop_gain = (core::f32::consts::FRAC_PI_2 / (damping * late)).min(HUGE);
         let encoder_jump = (2.0 * overspeed * sample_time + 4.0 * count).min(HUGE);
         // What the output stage lets through: beyond it nothing trips.
         let largest = full_scale * controller.drive.duty_max;
@@ -139,6 +150,7 @@ impl Limits {
             wind_up_effort: breakaway,
             breakaway_effort: breakaway,
             stall_impulse: breakaway * IMPULSE_TIME,
+            stop_gain,
             ..Self::EXAMPLE
         }
     }
@@ -187,8 +199,14 @@ mod tests {
         for [kp, kd] in [[1.0, 0.15], [0.1, 0.0], [0.0, 0.15], [0.0, 0.0]] {
             let limits = derived(kp, kd, 1.0, 0.0);
             let Limits { encoder_jump, stall_effort, reversal, following_error, .. } = limits;
-            let Limits { overspeed, continuous_effort, breakaway_effort, stall_impulse, .. } =
-                limits;
+            let Limits {
+                overspeed,
+                continuous_effort,
+                breakaway_effort,
+                stall_impulse,
+                stop_gain,
+                ..
+            } = limits;
             let all = [
                 encoder_jump,
                 stall_effort,
@@ -198,6 +216,7 @@ mod tests {
                 continuous_effort,
                 breakaway_effort,
                 stall_impulse,
+                stop_gain,
             ];
             assert!(all.iter().all(|limit| *limit > 0.0 && limit.is_finite()), "{limits:?}");
         }

@@ -8,6 +8,7 @@
 //! Faults that are not seen in a tick (clock, watchdog, panic, overrun, break input) come from the
 //! board, and [`Fault::NonFinite`] from the controller.
 
+mod abrupt_stop;
 mod encoder_jump;
 mod following_error;
 mod limits;
@@ -19,6 +20,8 @@ mod stall;
 mod stall_impulse;
 mod standstill;
 mod supply;
+#[cfg(test)]
+mod tests;
 mod thermal;
 mod wind_up;
 
@@ -30,6 +33,7 @@ use crate::device_config::DeviceConfig;
 use crate::fault::Fault;
 use crate::hardware::Hardware;
 use crate::signal::Tick;
+use abrupt_stop::{AbruptStop, AbruptStopState};
 use encoder_jump::EncoderJump;
 use following_error::{FollowingError, FollowingState};
 use limits::Units;
@@ -57,6 +61,7 @@ pub(crate) struct Monitors {
     following: FollowingError,
     stall: Stall,
     impulse: StallImpulse,
+    abrupt: AbruptStop,
     position: PositionLimits,
     supply: Supply,
     thermal: Thermal,
@@ -74,6 +79,7 @@ pub(crate) struct MonitorState {
     following: FollowingState,
     stall: StallState,
     impulse: StallImpulseState,
+    abrupt: AbruptStopState,
     supply: SupplyState,
     thermal: ThermalState,
     link: LinkState,
@@ -122,6 +128,7 @@ impl Monitors {
             following: FollowingError::new(limits, &units),
             stall: Stall::new(limits, &units),
             impulse: StallImpulse::new(limits, &units),
+            abrupt: AbruptStop::new(limits, &units),
             position: PositionLimits::new(limits, &units),
             supply: Supply::new(limits, &units),
             thermal: Thermal::new(limits, &units),
@@ -214,7 +221,9 @@ impl Monitors {
             return trip(Fault::FollowingError, deg(error));
         }
         let stalls = self.stall.check(&mut state.stall, code, seen.standstill);
-        if self.impulse.check(&mut state.impulse, code, seen.position, seen.travel) || stalls {
+        let stalls =
+            stalls | self.impulse.check(&mut state.impulse, code, seen.position, seen.travel);
+        if self.abrupt.check(&mut state.abrupt, before, seen.travel) || stalls {
             return trip(Fault::Stall, tick.v_applied);
         }
         if self.position.check(seen.position) {

@@ -16,14 +16,20 @@
 //! counts. The encoder lives if the joint is two counts from where it was when it lived last. It
 //! also lives if it counts with an effort whose sign has turned since then: so does a joint that
 //! hunts across the edge of a count (DNPF at its set point). A trip starts it anew. Effort within
-//! the breakaway is never added, so that a law may hold a joint at rest for ever. An integral that
-//! waits for a joint whose friction is a half above `breakaway_v` is let wait.
+//! the breakaway is never added, so that a law may hold a joint at rest for ever.
 //!
 //! This sees a dead encoder under SRNF, which asks for the breakaway effort and little more. Does
 //! badly: a joint that moves needs less effort than the breakaway to keep moving. An encoder that
-//! dies while the joint moves, under an effort between the two levels of friction, is not seen. A
-//! joint with more friction than `breakaway_v` says trips while it rests under such an effort: from
-//! here it looks the same.
+//! dies while the joint creeps, under an effort between the two levels of friction, is not seen;
+//! [`super::abrupt_stop`] sees one that dies at more speed.
+//!
+//! There is no margin on `breakaway_v`. A joint with more friction than that, which rests under an
+//! effort beyond it, trips: from here a live encoder that has nothing to count and a dead one look
+//! the same, and a margin would leave the dead one unseen for ever. Half of the time for an effort
+//! that grows was tried, since an integral that grows will break the joint away. The friction that
+//! the integrals of the thesis bear stayed where it was, a fifth above the file's (an integral on
+//! target does not grow), and a dead encoder led almost twice as far. docs/reliability.md has the
+//! friction that each law bears.
 
 use super::limits::{Limits, Units};
 

@@ -89,12 +89,13 @@ pub(super) fn read(
         let derived = Limits::derived(controller, device, 0.5 * limits.stall_effort);
         limits.breakaway_effort = derived.breakaway_effort;
         limits.stall_impulse = derived.stall_impulse;
+        limits.stop_gain = derived.stop_gain;
     } else {
         let limits = Limits::derived(&former.into.controller, &former.into.device, 0.0);
         former.into.limits = limits;
     }
     let Parameters { controller, limits, .. } = &*former.into;
-    former.into.profile = ProfileLimits::derived(controller, limits);
+    former.into.profile = ProfileLimits::derived(controller, limits, 0.0);
     if former.body.is_empty() { Ok(()) } else { Err(DecodeError::Malformed) }
 }
 

@@ -127,7 +127,7 @@ impl Parameters {
         // The body is taken once more, since it may give some of the limits, and again, since some
         // of what follows from them.
         take(self, body)?;
-        self.profile = ProfileLimits::derived(&self.controller, &self.limits);
+        self.profile = ProfileLimits::derived(&self.controller, &self.limits, 0.0);
         take(self, body)?;
         read_back(self, body)?;
         self.each(&mut |key, absent| match absent {

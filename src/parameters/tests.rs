@@ -36,7 +36,7 @@ fn example() -> Parameters {
         half_blend: 0.25,
     };
     let limits = Limits::derived(&controller, &DeviceConfig::CAUTIOUS, 0.4);
-    let profile = ProfileLimits::derived(&controller, &limits);
+    let profile = ProfileLimits::derived(&controller, &limits, 0.0);
     Parameters { controller, motion, device: DeviceConfig::CAUTIOUS, limits, profile }
 }
 
@@ -95,7 +95,7 @@ fn former(laws: &[Gains], drive: DriveConfig, motion: Motion) -> Parameters {
         ..DeviceConfig::CAUTIOUS
     };
     let limits = Limits::derived(&controller, &device, 0.0);
-    let profile = ProfileLimits::derived(&controller, &limits);
+    let profile = ProfileLimits::derived(&controller, &limits, 0.0);
     Parameters { controller, motion, device, limits, profile }
 }
 
@@ -119,7 +119,7 @@ fn records_of_the_former_formats_are_read_as_they_were_meant() {
     let third = former(&[ri, roi, dnpf, srnf], drive(PwmMode::SignMagnitude, 20e3), through);
     let derived = Limits::derived(&third.controller, &third.device, 0.4);
     let limits = Limits { position_min: -90.0, position_max: 270.5, overspeed: 333.0, ..derived };
-    let profile = ProfileLimits::derived(&third.controller, &limits);
+    let profile = ProfileLimits::derived(&third.controller, &limits, 0.0);
     let third = Parameters { limits, profile, ..third };
     assert_eq!(Parameters::decode(&stored(THIRD)), Ok((third, 7)));
 }

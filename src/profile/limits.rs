@@ -39,8 +39,8 @@ table! {
         /// Without Kp, or with Kd below Kp times the sample time, no more than 10.
         velocity: f32 = 0x0A01 "velocity_deg_per_s", Above(0.0, HUGE), Derived(41.666_668);
         /// Largest acceleration, deg/s^2. Derived: a quarter of the full scale times `duty_max`, on
-        /// a joint on which Kp and Kd have a damping ratio of 0.4. Without them, the velocity in a
-        /// second.
+        /// a joint on which Kp and Kd have a damping ratio of 0.4, or on the file's joint if that
+        /// has less gain. Without Kp and Kd, the velocity in a second.
         acceleration: f32 = 0x0A02 "acceleration_deg_per_s2", Above(0.0, 1e9), Derived(35.555_56);
         /// Largest jerk, deg/s^3. Derived: the acceleration is reached, and turned, within the
         /// loop's own time constant Kd / (2 Kp). Without them, within 0.1 s.
@@ -50,13 +50,15 @@ table! {
 
 impl ProfileLimits {
     /// What can be derived from the loop and its limits, for machines that say nothing of it; the
-    /// sentence of each value says how.
-    pub fn derived(controller: &ControllerConfig, limits: &Limits) -> Self {
+    /// sentence of each value says how. `gain` is the joint's acceleration for each volt (deg/s^2),
+    /// or zero if it is not known.
+    pub fn derived(controller: &ControllerConfig, limits: &Limits, gain: f32) -> Self {
         let (pd, drive) = (&controller.pd, &controller.drive);
         let overspeed = if limits.overspeed > 0.0 { limits.overspeed } else { HUGE };
         let velocity = SPEED * overspeed * drive.duty_max;
         let derived = if pd.kp > 0.0 && pd.kd >= pd.kp * controller.sample_time {
-            let gain = 4.0 * DAMPING * DAMPING * pd.kp / (pd.kd * pd.kd);
+            let of_gains = 4.0 * DAMPING * DAMPING * pd.kp / (pd.kd * pd.kd);
+            let gain = if gain > 0.0 && gain < of_gains { gain } else { of_gains };
             let acceleration = SHARE * drive.full_scale * drive.duty_max * gain;
             let time_constant = 0.5 * pd.kd / pd.kp;
             Self { velocity, acceleration, jerk: 2.0 * acceleration / time_constant }

@@ -19,7 +19,7 @@ const ERRORS: [f64; 9] = [0.025, 0.05, 0.1, 0.2, 0.35, 0.39, 0.41, 1.0, 5.0];
 const MINUTE: u32 = 3000;
 
 /// The joint of the thesis's robot at rest under a law, armed by a link that goes on talking.
-fn armed(law: &str) -> SimulatedDevice {
+pub fn armed(law: &str) -> SimulatedDevice {
     armed_at(law, 1.0)
 }
 
@@ -37,7 +37,7 @@ fn armed_at(law: &str, supply: f64) -> SimulatedDevice {
     device
 }
 
-fn step(device: &mut SimulatedDevice, to_deg: f64) {
+pub fn step(device: &mut SimulatedDevice, to_deg: f64) {
     let to = Position::from_counts((to_deg / 0.00242).round() as i32);
     let step = Step { from: Position::default(), to, at_tick: 0 };
     device.device.servo().follow(Reference::Step(step)).unwrap();
@@ -68,12 +68,14 @@ fn pushed(effort: f64, ticks: f64) -> f64 {
 #[test]
 fn an_encoder_that_is_dead_from_rest_is_seen_under_every_law_and_error() {
     for law in controllers() {
+        let mut told = Vec::new();
         for error in ERRORS {
             let mut device = armed(law);
             device.wires = Wires::Cut;
             step(&mut device, error);
             let (is_armed, output) = a_minute(&mut device);
             let travel = device.position_deg().abs();
+            told.push(if is_armed { "rests".into() } else { format!("{travel:.1}") });
             if is_armed {
                 // The law asks for less than starts the joint, and may do so for ever.
                 assert!(travel == 0.0, "{law}, {error} deg: armed after {travel} deg");
@@ -89,6 +91,8 @@ fn an_encoder_that_is_dead_from_rest_is_seen_under_every_law_and_error() {
             // less far, since it is seen sooner. 8 deg, and a tick of coasting.
             assert!(travel < pushed(0.45, 203.0), "{law}, {error} deg: {travel} deg");
         }
+        let [a, b, c, d, e, f, g, h, i] = <[String; ERRORS.len()]>::try_from(told).unwrap();
+        reliability!("dead-encoder", law, a, b, c, d, e, f, g, h, i);
     }
 }
 

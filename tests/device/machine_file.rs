@@ -205,8 +205,9 @@ fn machine() -> impl Strategy<Value = Parameters> {
                 wind_up_time: n[25],
                 breakaway_effort: n[27],
                 stall_impulse: n[28],
+                stop_gain: 1e3 * n[29],
             };
-            machine.profile = ProfileLimits::derived(&machine.controller, &machine.limits);
+            machine.profile = ProfileLimits::derived(&machine.controller, &machine.limits, 0.0);
             machine.profile.velocity *= 0.5 + 0.5 * n[29];
             machine
         },

@@ -17,10 +17,13 @@ macro_rules! reliability {
 }
 
 mod autostart;
+mod chaos;
 mod dead_encoder;
+mod dying_encoder;
 mod encoder_faults;
 mod fixture;
 mod fuzz;
+mod held_effort;
 mod link;
 mod machine_file;
 mod matrix;

@@ -3,7 +3,7 @@
 
 use host_sim::device::moved::longest_s;
 use host_sim::device::simulated::SimulatedDevice;
-use host_sim::experiment::RunPlan;
+use host_sim::experiment::{Document, RunPlan, Task, builtins};
 use stiction::Motion;
 use stiction::position::Position;
 use stiction::reference::{Corner, Reference, Setpoint, Step, Trajectory};
@@ -90,6 +90,30 @@ fn every_law_follows_a_profiled_move_of_any_size_with_the_derived_thresholds() {
             }
         }
     }
+}
+
+#[test]
+fn a_profiled_move_of_forty_degrees_trips_nothing_in_any_experiment() {
+    let mut moves = 0;
+    // The experiments of the friction lab have no drive.
+    let driven = builtins().iter().map(|builtin| builtin.name);
+    for name in driven.filter(|name| !Document::open(name).unwrap().is_lab()) {
+        for plan in plans(name, &[]) {
+            // An unstable loop moves by itself, and a ramp has none.
+            if plan.variant == "literal-si" || matches!(plan.task, Task::Ramp(_)) {
+                continue;
+            }
+            let limits = parameters(&plan).profile;
+            let mut simulated = armed(&plan);
+            for deg in [40.0, 0.0] {
+                go_to(&mut simulated, &plan, counts(deg)).unwrap();
+                let time_s = longest_s(&limits, 40.0) + 1.0;
+                run(&mut simulated, time_s, &format!("{name} {}", plan.label));
+                moves += 1;
+            }
+        }
+    }
+    assert!(moves > 50, "{moves}");
 }
 
 #[test]

@@ -52,6 +52,11 @@ fn assert_starved(sample_time_ms: u64, lsi_hz: u64, injection: Injection, later:
     let case = format!("{injection:?}, {sample_time_ms} ms, {lsi_hz} Hz");
     assert_driven_before(&observed);
     let [reset] = observed.resets[..] else { panic!("{case}: resets {:?}", observed.resets) };
+    if injection == Injection::TickStops {
+        let (khz, ms) = (lsi_hz / 1000, (reset.at.0 - AT) as f64 / MS as f64);
+        // For docs/reliability.md, as `cargo xtask reliability` reads it.
+        println!("reliability: watchdog | sample_ms={sample_time_ms} | khz={khz} | ms={ms:.1}");
+    }
     let shortest_ms = (3 * sample_time_ms).max(10);
     let timeout = shortest_ms * MS * LSI_HZ[2] / lsi_hz;
     let fed = AT - sample_time_ms * MS..AT + later * sample_time_ms * MS + MS;

@@ -21,7 +21,11 @@ fn the_metrics_stay_near_those_of_lockstep() {
         // A latency of 30 us against a rise of 0.3 s.
         assert!((rms_a / rms_b - 1.0).abs() < 2e-3, "{label}: rms {rms_a} and {rms_b}");
         let (rest_a, rest_b) = (a.rest_error_counts.unwrap(), b.rest_error_counts.unwrap());
-        assert!((rest_a - rest_b).abs() < 30.0, "{label}: rest {rest_a} and {rest_b} counts");
+        // PD and SRNF come to rest once, from less than 25 deg/s, with an effort that comes 33 us
+        // late: a third of a count, and the encoder's count. RI hunts by 12 counts around its
+        // target (`reset_integral.rs`), and may be anywhere in that.
+        let allowed = if label.starts_with("ri") { 12.0 } else { 1.4 };
+        assert!((rest_a - rest_b).abs() <= allowed, "{label}: rest {rest_a} and {rest_b} counts");
         let Trace::Loop(moments) = &free.result.trace else { panic!("{label} is a ramp") };
         assert!(moments.iter().any(|moment| moment.position_deg != 0.0), "{label} does not move");
     }

@@ -340,7 +340,7 @@ fn derived(kp: f32, kd: f32, duty_max: f32, sample_time: f32, resolution: f32) -
     controller.drive.duty_max = duty_max;
     controller.encoder.resolution = resolution;
     let limits = Limits::derived(&controller, &DeviceConfig::CAUTIOUS, 0.0);
-    let limits = ProfileLimits::derived(&controller, &limits);
+    let limits = ProfileLimits::derived(&controller, &limits, 0.0);
     Made { limits, sample_time, resolution }
 }
 

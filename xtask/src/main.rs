@@ -6,6 +6,8 @@ mod elf;
 mod firmware;
 mod gates;
 mod job;
+mod mutation_list;
+mod mutations;
 mod reliability;
 mod simulator;
 mod test;
@@ -47,6 +49,9 @@ enum Work {
     Gates,
     /// Measure what docs/reliability.md says, and write it
     Reliability(reliability::Arguments),
+    /// Put one fault after another into a copy of the sources, and see which of them the tests find;
+    /// writes docs/mutations.md
+    Mutations(mutations::Arguments),
     /// Encode a machine's TOML for the parameter sector of the microcontroller
     Params(firmware::ParamsArguments),
 }
@@ -62,6 +67,7 @@ fn main() -> ExitCode {
         Work::Cost(arguments) => cost::measure(&arguments),
         Work::Gates => gates::pass(),
         Work::Reliability(arguments) => reliability::measure(&arguments),
+        Work::Mutations(arguments) => mutations::run(&arguments),
         Work::Params(arguments) => firmware::params(&arguments),
     };
     match done {

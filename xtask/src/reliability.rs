@@ -38,6 +38,10 @@ pub struct Arguments {
     /// before
     #[arg(long)]
     image: bool,
+    /// Run nothing, and take the figures from what these tests have printed into files before; can
+    /// be repeated
+    #[arg(long, value_name = "FILE", conflicts_with_all = ["image", "messages"])]
+    told: Vec<std::path::PathBuf>,
 }
 
 /// A figure that a test printed: its name, and what was found.
@@ -47,8 +51,37 @@ struct Figure {
     values: Vec<(String, String)>,
 }
 
-/// Runs the tests, and writes the page.
+/// Runs the tests, or reads what they have told, and writes the page.
 pub fn measure(arguments: &Arguments) -> Result<(), String> {
+    let figures = if arguments.told.is_empty() { run(arguments)? } else { told(&arguments.told)? };
+    let template = root().join(TEMPLATE);
+    let text = fs::read_to_string(&template)
+        .map_err(|error| format!("cannot read {TEMPLATE}: {error}"))?;
+    let page = filled(&text, &figures)?;
+    fs::write(root().join(PAGE), page).map_err(|error| format!("cannot write {PAGE}: {error}"))?;
+    println!("{PAGE}: {} figures", figures.len());
+    if !figures.iter().any(|figure| figure.name == "image") {
+        println!("{PAGE}: without those of the flash image, which --image measures");
+    }
+    Ok(())
+}
+
+/// Reads the figures of runs that were kept.
+fn told(files: &[std::path::PathBuf]) -> Result<Vec<Figure>, String> {
+    let mut figures = Vec::new();
+    for file in files {
+        let text = fs::read_to_string(file)
+            .map_err(|error| format!("cannot read {}: {error}", file.display()))?;
+        if !text.contains("test result: ok") {
+            return Err(format!("{} is of no run that has passed", file.display()));
+        }
+        figures.extend(text.lines().filter_map(figure));
+    }
+    Ok(figures)
+}
+
+/// Runs the tests, and returns what they print.
+fn run(arguments: &Arguments) -> Result<Vec<Figure>, String> {
     // The features are those of all tests.
     let mut test = cargo(&["test", "--test", "device"]);
     test.args(EMULATOR);
@@ -59,20 +92,17 @@ pub fn measure(arguments: &Arguments) -> Result<(), String> {
     if arguments.image {
         let image = crate::firmware::build()?;
         let mut test = cargo(&["test", "--test", "image"]);
-        test.args(EMULATOR).args(["matrix", "--", "--nocapture", "--test-threads=1"]);
+        test.args(EMULATOR).args([
+            "--",
+            "matrix",
+            "a_tick_that_stops",
+            "--nocapture",
+            "--test-threads=1",
+        ]);
         figures
             .extend(printed("The matrix in the flash image", test.env("STICTION_IMAGE", image))?);
     }
-    let template = root().join(TEMPLATE);
-    let text = fs::read_to_string(&template)
-        .map_err(|error| format!("cannot read {TEMPLATE}: {error}"))?;
-    let page = filled(&text, &figures)?;
-    fs::write(root().join(PAGE), page).map_err(|error| format!("cannot write {PAGE}: {error}"))?;
-    println!("{PAGE}: {} figures", figures.len());
-    if !arguments.image {
-        println!("{PAGE}: without those of the flash image, which --image measures");
-    }
-    Ok(())
+    Ok(figures)
 }
 
 fn printed(what: &'static str, command: &mut std::process::Command) -> Result<Vec<Figure>, String> {

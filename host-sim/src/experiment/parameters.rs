@@ -39,8 +39,12 @@ pub(crate) fn assembled(plan: &RunPlan) -> Result<Parameters, Error> {
     let device = plan.machine.device.core(DeviceConfig::CAUTIOUS);
     let controller = plan.controller_config()?;
     let breakaway = breakaway(plan);
-    let limits = plan.machine.limits.core(Limits::derived(&controller, &device, breakaway));
-    let profile = plan.machine.profile.core(ProfileLimits::derived(&controller, &limits));
+    let derived = Limits::derived(&controller, &device, breakaway);
+    let gain = plan.machine.joint.gain_deg_per_s2_per_v as f32;
+    // Twice what the file says of the joint: a margin for how well it is known.
+    let stop_gain = if gain > 0.0 { 2.0 * gain } else { derived.stop_gain };
+    let limits = plan.machine.limits.core(Limits { stop_gain, ..derived });
+    let profile = plan.machine.profile.core(ProfileLimits::derived(&controller, &limits, gain));
     Ok(Parameters { controller, motion, device, limits, profile })
 }
 

@@ -31,7 +31,7 @@ const fn all(within: [u32; 2]) -> [Result<[u32; 2], &'static str>; 3] {
     [Ok(within), Ok(within), Ok(within)]
 }
 
-const NO_EDGE: &str = "without motion there is no edge that could be missed";
+const NO_EDGE: &str = "at rest it is seen at the next move: tests/device/dead_encoder.rs";
 
 pub const STALL: Row = Row {
     fault: Fault::Stall,
@@ -40,12 +40,27 @@ pub const STALL: Row = Row {
     inject: |halted, _| halted.plant().brake_v = 100.0,
     within: [
         Err("a joint at rest is not asked to move: blocked or not is the same"),
+        // 41 counts a tick and more, none two ticks later; the tick in which the block is hit, and
+        // the one before it is noticed, may have some.
+        Ok([2, 3]),
+        Ok([2, 3]),
+    ],
+    // Whatever effort there is.
+    value: [0.0, 5.0],
+};
+
+pub const HELD: Row = Row {
+    what: "the joint is blocked, and the stop may be as hard as it likes",
+    set: &["limits.stop_gain_deg_per_s2_per_v=0"],
+    within: [
+        STALL.within[0],
         // From 0.5 V of cruising effort to 0.8 V at 5 deg/s is up to 0.3 s; then 0.2 s.
-        Ok([10, 30]),
+        Ok([10, 25]),
         Ok([10, 12]),
     ],
     // Twice the breakaway effort of 0.4 V, to the full scale.
     value: [0.8 - 0.005, 5.0],
+    ..STALL
 };
 
 pub const CUT: Row = Row {
@@ -55,7 +70,8 @@ pub const CUT: Row = Row {
             halted.rewire(Wires::Cut);
         }
     },
-    within: [Err(NO_EDGE), Ok([10, 30]), Ok([10, 12])],
+    // Counts two ticks ago and none now, but for those before the cut in the first tick.
+    within: [Err(NO_EDGE), Ok([1, 2]), Ok([1, 2])],
     ..STALL
 };
 

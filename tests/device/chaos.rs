@@ -1,0 +1,216 @@
+//! Random messages to a device with a joint, with faults of wires, supply, load and board at random
+//! times: nothing moves that no command has asked for, and the joint stays within what was asked.
+//!
+//! What is asked is the span of the set points since arming, with the place of the arming itself.
+//! The bounds are those of the monitors, and of a joint that coasts.
+
+use host_sim::device::simulated::{SimulatedDevice, Wires};
+use stiction::fault::Latched;
+use stiction::link::{PROTOCOL, Request, encode_request};
+use stiction::position::Position;
+use stiction::servo::State;
+use stiction::{Fault, Motion};
+
+use crate::fixture::plans;
+use crate::fuzz::Random;
+use experiments::controllers;
+
+// Tables 20 and 21 of the thesis: kappa, deg/s^2 per V; b, V s/deg; T_d, V; a count, deg.
+const GAIN: f64 = 27.0;
+const VISCOUS: f64 = 0.02;
+const SLIP: f64 = 0.38;
+const COUNT: f64 = 0.00242;
+const TICK_S: f64 = 0.02;
+/// The largest codes within 0.4 V, which start the joint, and within twice that.
+const BREAKAWAY: u16 = 81;
+const STALL: u16 = 163;
+
+/// How far a joint coasts from a speed (deg/s) against its own friction, deg, in closed form.
+fn coasting(speed: f64) -> f64 {
+    let tau = 1.0 / (GAIN * VISCOUS);
+    let steady = SLIP / VISCOUS;
+    tau * (speed.abs() - steady * (1.0 + speed.abs() / steady).ln())
+}
+
+fn request(random: &mut Random) -> Request {
+    match random.below(16) {
+        0 => Request::Stop,
+        1 => Request::Clear,
+        2..=5 => Request::Arm,
+        6 => Request::Move(Motion::Hold),
+        7..=10 => {
+            let reach = [200, 2000, 8000][random.below(3) as usize];
+            let counts = random.below(2 * reach) as i32 - reach as i32;
+            Request::Move(Motion::Step(Position { counts, fraction: 0.0 }))
+        }
+        11 => Request::Hello { protocol: PROTOCOL, session: random.below(3) as u32 },
+        12 => Request::Fault { index: random.next() as u8 },
+        13 => Request::Subscribe { signals: random.next(), every: random.below(20) as u16 },
+        _ => Request::Status,
+    }
+}
+
+/// A device, and what it may do.
+struct Chaos {
+    device: SimulatedDevice,
+    /// The following error that is allowed, counts, and a jump of the encoder.
+    beyond: [i32; 2],
+    /// Set points since arming, in counts from there.
+    span: [i32; 2],
+    /// True position at the last arming or disarming, deg, and the speed there.
+    place: f64,
+    speed: f64,
+    was_armed: bool,
+    /// Whether the wires have been sound since arming.
+    is_sound: bool,
+    /// Ticks with a dead encoder and an effort beyond the breakaway, and beyond any friction.
+    dead: [u32; 2],
+    armed: u64,
+    trips: u64,
+    moved: u64,
+    outside: f64,
+    coasted: f64,
+}
+
+impl Chaos {
+    fn new(law: &str) -> Self {
+        let controller = format!("loop.controller={law}");
+        let supply = ["device.nominal_supply_v=12", "device.supply_full_scale_v=24"];
+        let set = [&[&*controller, "reference.steps_deg=[5.0]"][..], &supply].concat();
+        let plan = &plans("step-response", &set)[0];
+        let limits = crate::fixture::parameters(plan).limits;
+        let counts = |deg: f32| (f64::from(deg) / COUNT) as i32;
+        Self {
+            device: SimulatedDevice::new(plan).unwrap(),
+            beyond: [counts(limits.following_error), counts(limits.encoder_jump)],
+            span: [0; 2],
+            place: 0.0,
+            speed: 0.0,
+            was_armed: false,
+            is_sound: true,
+            dead: [0; 2],
+            armed: 0,
+            trips: 0,
+            moved: 0,
+            outside: 0.0,
+            coasted: 0.0,
+        }
+    }
+
+    fn tick(&mut self, name: &str) {
+        let (before, speed) = (self.device.position_deg(), self.device.velocity_deg_per_s());
+        let output = self.device.tick();
+        let is_armed = output.state == State::Armed;
+        if is_armed != self.was_armed {
+            (self.place, self.speed, self.span) = (before, speed, [0; 2]);
+            self.is_sound = self.device.wires == Wires::Sound;
+            self.was_armed = is_armed;
+            self.trips += u64::from(matches!(output.state, State::Faulted(_)));
+        }
+        let travel = self.device.position_deg() - self.place;
+        if !is_armed {
+            // Off: it coasts from the speed that it had, and not at all from rest.
+            let bound = coasting(self.speed) + 1e-9;
+            assert!(travel.abs() <= bound, "{name}: {travel} deg of {bound} with the output off");
+            self.coasted = self.coasted.max(travel.abs());
+            return;
+        }
+        self.armed += 1;
+        self.is_sound &= self.device.wires == Wires::Sound;
+        let (set, counts) = (output.tick.reference_counts, output.tick.counts);
+        self.span = [self.span[0].min(set), self.span[1].max(set)];
+        let [least, most] = self.span;
+        if [least, most] == [0, 0] {
+            // No command but arming: a joint that is at rest, within two counts, stays there. With
+            // swapped wires a law may push it away from a count, until eight counts tell that
+            // (reversed_encoder.rs); and with dead ones a joint that coasts is taken for one at
+            // rest.
+            let bound = if self.is_sound { 3.0 * COUNT } else { 0.2 + coasting(self.speed) };
+            assert!(travel.abs() <= bound, "{name}: {travel} deg, and nobody asked");
+        } else {
+            self.moved += 1;
+        }
+        // What is read never is farther outside than the following error. Where the wires have been
+        // sound that is the joint, which goes on for a tick.
+        let [following, jump] = self.beyond;
+        assert!(
+            (least - following..=most + following).contains(&counts),
+            "{name}: at {counts} of {least} to {most} counts"
+        );
+        if self.is_sound {
+            let outside = (f64::from(least) * COUNT - travel).max(travel - f64::from(most) * COUNT);
+            let bound = f64::from(following + jump) * COUNT;
+            assert!(outside < bound, "{name}: {outside} deg outside of {least} to {most} counts");
+            self.outside = self.outside.max(outside);
+        }
+        // A dead encoder: 0.5 to 4 s beyond the breakaway, whatever else comes, unless it counts.
+        if matches!(self.device.wires, Wires::Cut) {
+            let code = output.tick.code.unsigned_abs();
+            self.dead[0] += u32::from(code > BREAKAWAY);
+            self.dead[1] += u32::from(code > STALL);
+            let [above, stall] = self.dead.map(|ticks| f64::from(ticks) * TICK_S);
+            assert!(above <= 4.04 && stall <= 0.54, "{name}: {above} s, {stall} s");
+        } else {
+            self.dead = [0; 2];
+        }
+    }
+
+    /// Something goes wrong, or is mended.
+    fn disturb(&mut self, random: &mut Random) {
+        match random.below(12) {
+            0 => self.device.wires = Wires::Cut,
+            1 => self.device.wires = Wires::OneCut,
+            2 => self.device.wires = Wires::Swapped,
+            3 => self.device.brake_v = 0.1 * random.below(20) as f64,
+            4 => self.device.supply = random.next() as u16,
+            5 => {
+                let fault = Fault::ALL[random.below(Fault::ALL.len() as u64) as usize];
+                if fault.is_clearable() {
+                    self.device.device.servo().latch(Latched::from(fault));
+                }
+            }
+            _ => {
+                (self.device.wires, self.device.brake_v) = (Wires::Sound, 0.0);
+                self.device.supply = 2048;
+            }
+        }
+    }
+}
+
+#[test]
+fn nothing_moves_unasked_and_the_joint_stays_within_what_was_asked_whatever_goes_wrong() {
+    let messages: u64 =
+        std::env::var("STICTION_FUZZ").ok().and_then(|count| count.parse().ok()).unwrap_or(100_000);
+    let each = (messages / 30).min(40_000);
+    for law in controllers() {
+        let mut chaos = Chaos::new(law);
+        let mut random = Random(0x5713_C710_0000_0001 ^ law.len() as u64);
+        let mut number = 0u16;
+        let mut send = |chaos: &mut Chaos, request| {
+            number = number.wrapping_add(1);
+            chaos.device.device.receive(&encode_request(number, request).unwrap());
+        };
+        send(&mut chaos, Request::Hello { protocol: PROTOCOL, session: 0 });
+        for message in 0..each {
+            let mut content = request(&mut random);
+            // After a fault, whoever is there clears it in the end and arms again.
+            if message % 16 == 15 {
+                chaos.device.supply = 2048;
+                content = Request::Clear;
+            }
+            send(&mut chaos, content);
+            if random.below(8) == 0 {
+                chaos.disturb(&mut random);
+            }
+            for _ in 0..random.below(40) {
+                chaos.tick(&format!("{law}, message {message}"));
+            }
+            chaos.device.device.transmit(&mut [0; 512]);
+        }
+        let Chaos { armed, moved, trips, outside, coasted, .. } = chaos;
+        let [outside_deg, coasted_deg] = [outside, coasted].map(|deg| format!("{deg:.2}"));
+        reliability!("chaos", law, messages = each, armed, moved, trips, outside_deg, coasted_deg);
+        // What is to be tested has been reached.
+        assert!(armed > each && moved > each / 2 && trips > each / 100, "{armed} {moved} {trips}");
+    }
+}

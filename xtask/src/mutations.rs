@@ -1,0 +1,268 @@
+//! `cargo xtask mutations` puts one fault after another into a copy of the sources, and runs the
+//! tests that should find it. A fault that no test finds is a missing test.
+//!
+//! The faults are a fixed list (`mutation_list.rs`): each monitor, and each line of the board's part
+//! that keeps a motor safe. cargo-mutants makes its own faults, of functions and operators; most of
+//! those lines are writes to registers and thresholds, which it does not change, and the image has
+//! to be built and emulated to see them.
+
+use std::fs;
+use std::path::{Path, PathBuf};
+use std::process::{Command, Stdio};
+
+use crate::job::{Job, root, target_dir};
+use crate::mutation_list::{MUTATIONS, Mutation, Suite};
+
+const PAGE: &str = "docs/mutations.md";
+
+#[derive(Debug, clap::Args)]
+pub struct Arguments {
+    /// Only faults whose file or reason holds this text; can be repeated
+    #[arg(long, value_name = "TEXT")]
+    only: Vec<String>,
+    /// Only faults that these tests are to find
+    #[arg(long)]
+    suite: Option<Suite>,
+    /// Look only whether every fault still fits the sources
+    #[arg(long)]
+    check: bool,
+}
+
+/// What has become of a fault.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Fate {
+    Killed,
+    Survived,
+    /// The compiler refuses it, so it says nothing.
+    NotBuilt,
+    NotRun,
+}
+
+impl Fate {
+    const fn describe(self) -> &'static str {
+        match self {
+            Self::Killed => "found",
+            Self::Survived => "**not found**",
+            Self::NotBuilt => "not built",
+            Self::NotRun => "not run",
+        }
+    }
+}
+
+/// Runs the faults that are asked for, and writes the page.
+pub fn run(arguments: &Arguments) -> Result<(), String> {
+    for mutation in MUTATIONS {
+        let path = root().join(mutation.file);
+        mutated(&path, mutation)?;
+    }
+    if arguments.check {
+        println!("{} faults, and each fits the sources", MUTATIONS.len());
+        return Ok(());
+    }
+    let tree = target_dir().join("mutations").join("tree");
+    copy(&tree)?;
+    let asked: Vec<bool> = MUTATIONS
+        .iter()
+        .map(|mutation| {
+            let named =
+                |text: &String| mutation.file.contains(&**text) || mutation.why.contains(&**text);
+            (arguments.only.is_empty() || arguments.only.iter().any(named))
+                && arguments.suite.is_none_or(|suite| suite == mutation.suite)
+        })
+        .collect();
+    for suite in [Suite::Core, Suite::Device, Suite::Image] {
+        let of_suite =
+            MUTATIONS.iter().zip(&asked).filter(|(m, asked)| **asked && m.suite == suite);
+        let mut tests: Vec<&str> = of_suite.flat_map(|(m, _)| m.tests).copied().collect();
+        if tests.is_empty() {
+            continue;
+        }
+        tests.sort_unstable();
+        tests.dedup();
+        Job::new("The tests of these faults pass without a fault").announce();
+        for test in tests {
+            match tested(&tree, suite, &[test])? {
+                Fate::Survived => {}
+                _ => {
+                    return Err(format!(
+                        "`{test}` does not pass, or is no test: nothing can be said"
+                    ));
+                }
+            }
+        }
+    }
+    let mut fates = Vec::new();
+    for (mutation, asked) in MUTATIONS.iter().zip(asked) {
+        let fate = if asked { one(&tree, mutation)? } else { Fate::NotRun };
+        if asked {
+            println!("{:>13}  {}: {}", fate.describe(), mutation.file, mutation.why);
+        }
+        fates.push(fate);
+    }
+    let page = page(&fates)?;
+    fs::write(root().join(PAGE), page).map_err(|error| format!("cannot write {PAGE}: {error}"))?;
+    let survived = fates.iter().filter(|fate| **fate == Fate::Survived).count();
+    if survived > 0 {
+        Err(format!("{survived} faults were not found: tests are missing"))
+    } else {
+        Ok(())
+    }
+}
+
+/// Puts a fault into the copy, runs its tests, and takes it out again.
+fn one(tree: &Path, mutation: &Mutation) -> Result<Fate, String> {
+    let path = tree.join(mutation.file);
+    let (sound, faulty) = mutated(&path, mutation)?;
+    let write = |text: &str| {
+        fs::write(&path, text).map_err(|error| format!("cannot write {}: {error}", path.display()))
+    };
+    write(&faulty)?;
+    let fate = tested(tree, mutation.suite, mutation.tests);
+    write(&sound)?;
+    fate
+}
+
+/// Reads a file, and returns it without and with a fault.
+fn mutated(path: &Path, mutation: &Mutation) -> Result<(String, String), String> {
+    let Mutation { file, before, after, why, .. } = *mutation;
+    let sound = fs::read_to_string(path).map_err(|error| format!("cannot read {file}: {error}"))?;
+    match sound.matches(before).count() {
+        1 => Ok((sound.clone(), sound.replace(before, after))),
+        found => Err(format!(
+            "the list of faults is out of date: {file} has {found} times, and not once, the text of \
+             \"{why}\": {before}"
+        )),
+    }
+}
+
+/// Copies what git knows, and what is new and not ignored.
+fn copy(tree: &Path) -> Result<(), String> {
+    let listed = Command::new("git")
+        .args(["ls-files", "--cached", "--others", "--exclude-standard", "-z"])
+        .current_dir(root())
+        .output()
+        .map_err(|error| format!("cannot start git: {error}"))?;
+    let listed = String::from_utf8(listed.stdout).map_err(|error| error.to_string())?;
+    for name in listed.split_terminator('\0') {
+        let (from, to) = (root().join(name), tree.join(name));
+        let Ok(bytes) = fs::read(&from) else { continue };
+        // What is the same keeps its time, so that it is not built again.
+        if fs::read(&to).is_ok_and(|there| there == bytes) {
+            continue;
+        }
+        let made =
+            to.parent().map_or(Ok(()), fs::create_dir_all).and_then(|()| fs::write(&to, bytes));
+        made.map_err(|error| format!("cannot write {}: {error}", to.display()))?;
+    }
+    Ok(())
+}
+
+/// Runs the tests of a suite in the copy.
+fn tested(tree: &Path, suite: Suite, tests: &[&str]) -> Result<Fate, String> {
+    let cargo = |arguments: &[&str]| {
+        let mut command = Command::new(std::env::var_os("CARGO").unwrap_or_else(|| "cargo".into()));
+        command.args(arguments).current_dir(tree).env("CARGO_TARGET_DIR", built(tree));
+        if suite == Suite::Core {
+            // A fault is compiled once and run for a second.
+            command.env("CARGO_PROFILE_DEV_OPT_LEVEL", "0").env("CARGO_PROFILE_DEV_DEBUG", "0");
+        }
+        command
+    };
+    let told = |command: &mut Command| {
+        let output = command.stdin(Stdio::null()).output();
+        output.map_err(|error| format!("cannot start cargo: {error}"))
+    };
+    let mut test = match suite {
+        Suite::Core => cargo(&["test", "--package", "stiction", "--lib"]),
+        Suite::Device => cargo(&["test", "--package", "loop-tests", "--test", "device"]),
+        Suite::Image => cargo(&["run", "--package", "xtask", "--", "image"]),
+    };
+    let build = match suite {
+        Suite::Core | Suite::Device => {
+            let mut build = cargo(&["test", "--no-run", "--package"]);
+            match suite {
+                Suite::Core => build.args(["stiction", "--lib"]),
+                _ => build.args(["loop-tests", "--test", "device"]),
+            };
+            build
+        }
+        Suite::Image => cargo(&["run", "--package", "xtask", "--", "firmware"]),
+    };
+    if !told(&mut { build })?.status.success() {
+        return Ok(Fate::NotBuilt);
+    }
+    if suite != Suite::Image {
+        test.arg("--");
+    }
+    let output = told(test.args(tests))?;
+    let text = String::from_utf8_lossy(&output.stdout);
+    if !output.status.success() {
+        return Ok(Fate::Killed);
+    }
+    // A filter that names no test would let every fault survive.
+    let ran = text.lines().any(|line| line.starts_with("test ") && line.ends_with("ok"));
+    if ran { Ok(Fate::Survived) } else { Err(format!("no test has a name with one of {tests:?}")) }
+}
+
+fn built(tree: &Path) -> PathBuf {
+    tree.with_file_name("target")
+}
+
+fn page(fates: &[Fate]) -> Result<String, String> {
+    let git = |arguments: &[&str]| {
+        let output = Command::new("git").args(arguments).current_dir(root()).output();
+        let output = output.map_err(|error| format!("cannot start git: {error}"))?;
+        Ok::<_, String>(String::from_utf8_lossy(&output.stdout).trim().to_owned())
+    };
+    let commit = git(&["log", "-1", "--format=%h of %cs"])?;
+    let changed = if git(&["status", "--porcelain", "--", "src", "tests"])?.is_empty() {
+        ""
+    } else {
+        ", with changes"
+    };
+    let count = |fate: Fate| fates.iter().filter(|other| **other == fate).count();
+    let mut page = format!(
+        "# Faults that were put into the sources, and whether a test has found them\n\n\
+         `cargo xtask mutations` writes this page. It puts each of {} faults into a copy of the\n\
+         sources, builds it, and runs the tests that should find it. A fault that is not found is a\n\
+         missing test. The last run was on commit {commit}{changed}:\n\
+         {} found, {} not found, {} not built, {} not run. Nothing is said of those that were not\n\
+         run.\n\n\
+         | file | the fault, and why it matters | tests of | result |\n|---|---|---|---|\n",
+        fates.len(),
+        count(Fate::Killed),
+        count(Fate::Survived),
+        count(Fate::NotBuilt),
+        count(Fate::NotRun),
+    );
+    for (mutation, fate) in MUTATIONS.iter().zip(fates) {
+        let Mutation { file, why, suite, .. } = mutation;
+        let suite = suite.describe();
+        page.push_str(&format!("| `{file}` | {why} | {suite} | {} |\n", fate.describe()));
+    }
+    Ok(page)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_fault_fits_the_sources_once_or_the_list_is_out_of_date() {
+        let sound = root().join("src/monitor/standstill.rs");
+        let fault = |before| Mutation {
+            file: "src/monitor/standstill.rs",
+            before,
+            after: "const BAND: u32 = 4;",
+            why: "a joint that creeps is at rest",
+            suite: Suite::Core,
+            tests: &[],
+        };
+        let (before, after) = mutated(&sound, &fault("const BAND: u32 = 2;")).unwrap_or_default();
+        assert!(before != after && before.replace("= 2;", "= 4;") == after);
+        for text in ["const BAND: u64", "Standstill"] {
+            let said = mutated(&sound, &fault(text)).err().unwrap_or_default();
+            assert!(said.contains("out of date") && said.contains("standstill.rs"), "{said}");
+        }
+    }
+}
