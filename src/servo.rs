@@ -27,10 +27,11 @@
 //! A ramp that identifies the friction is its own soft start, and no faster than the one that is
 //! configured. While it runs, the servo obeys nothing but a stop. The ramp stops the servo by
 //! itself when it is over. If the supply is too low for its effort, it is over at once, without a
-//! level.
+//! level. A [jog](crate::jog) is obeyed and ended likewise.
 
 mod control_loop;
 mod follower;
+mod jog;
 
 use crate::controller::{Controller, Reading};
 use crate::drive::Duty;
@@ -54,7 +55,7 @@ pub enum State {
     Boot,
     /// The output is off; the servo may be armed.
     Stopped,
-    /// The output is on: the loop is closed, or runs open for a ramp.
+    /// The output is on: the loop is closed, or runs open for a ramp or a jog.
     Armed,
     /// The output is off until the fault is cleared, or until the next reset.
     Faulted(Fault),
@@ -464,8 +465,8 @@ impl Servo {
 
     fn armed_loop(&mut self) -> Result<&mut ControlLoop, Refusal> {
         match (self.state, &mut self.control_loop) {
-            // The loop is open. The ramp finds the levels of an effort that nobody else changes.
-            (State::Armed, Some(ControlLoop { course: Course::Ramp(_), .. })) => {
+            // The loop is open. A ramp and a jog find what an effort does that nobody else changes.
+            (State::Armed, Some(ControlLoop { course: Course::Ramp(_) | Course::Jog(_), .. })) => {
                 Err(Refusal::Armed)
             }
             (State::Armed, Some(control_loop)) => Ok(control_loop),

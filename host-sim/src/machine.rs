@@ -13,6 +13,7 @@ use serde::{Deserialize, Deserializer, Serialize, Serializer};
 use stiction::compensator::Gains;
 use stiction::drive::DriveConfig;
 use stiction::encoder::Encoder;
+use stiction::jog::JogBounds;
 use stiction::parameters::DeviceConfig;
 use stiction::{ControllerConfig, Limits};
 
@@ -55,6 +56,9 @@ pub struct Machine {
     /// Thresholds of the servo's faults; likewise.
     #[serde(default)]
     pub limits: Written<Limits>,
+    /// Bounds of the guarded jog, which a device keeps; the simulator has no use for them.
+    #[serde(default)]
+    pub jog: Written<JogBounds>,
     /// How it is simulated.
     #[serde(default)]
     pub run: Run,

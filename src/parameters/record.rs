@@ -21,6 +21,7 @@
 
 use super::{Parameters, former};
 use crate::error::Error;
+use crate::jog::JogBounds;
 use crate::monitor::Limits;
 use crate::value::{Absent, Key, Table, Values, key};
 
@@ -123,7 +124,8 @@ impl Parameters {
             0.0
         };
         self.limits = Limits::derived(&self.controller, &self.device, breakaway);
-        // The body is taken once more, since it may give some of the limits.
+        self.jog = JogBounds::derived(&self.controller, &self.device, breakaway);
+        // The body is taken once more, since it may give some of them.
         take(self, body)?;
         read_back(self, body)?;
         self.each(&mut |key, absent| match absent {

@@ -36,7 +36,8 @@ fn example() -> Parameters {
         half_blend: 0.25,
     };
     let limits = Limits::derived(&controller, &DeviceConfig::CAUTIOUS, 0.4);
-    Parameters { controller, motion, device: DeviceConfig::CAUTIOUS, limits }
+    let jog = JogBounds::derived(&controller, &DeviceConfig::CAUTIOUS, 0.4);
+    Parameters { controller, motion, device: DeviceConfig::CAUTIOUS, limits, jog }
 }
 
 #[test]
@@ -93,7 +94,8 @@ fn former(laws: &[Gains], drive: DriveConfig, motion: Motion) -> Parameters {
         supply_full_scale: 33.0,
     };
     let limits = Limits::derived(&controller, &device, 0.0);
-    Parameters { controller, motion, device, limits }
+    let jog = JogBounds::derived(&controller, &device, 0.0);
+    Parameters { controller, motion, device, limits, jog }
 }
 
 #[test]
@@ -116,7 +118,9 @@ fn records_of_the_former_formats_are_read_as_they_were_meant() {
     let third = former(&[ri, roi, dnpf, srnf], drive(PwmMode::SignMagnitude, 20e3), through);
     let derived = Limits::derived(&third.controller, &third.device, 0.4);
     let limits = Limits { position_min: -90.0, position_max: 270.5, overspeed: 333.0, ..derived };
-    assert_eq!(Parameters::decode(&stored(THIRD)), Ok((Parameters { limits, ..third }, 7)));
+    let jog = JogBounds::derived(&third.controller, &third.device, 0.4);
+    let third = Parameters { limits, jog, ..third };
+    assert_eq!(Parameters::decode(&stored(THIRD)), Ok((third, 7)));
 }
 
 #[test]

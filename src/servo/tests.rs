@@ -2,12 +2,14 @@ use super::*;
 use crate::controller::ControllerConfig;
 use crate::drive::{DriveConfig, PwmMode};
 use crate::encoder::{CounterBits, Direction, Encoder};
+use crate::jog::JogBounds;
 use crate::monitor::Limits;
 use crate::motion::Motion;
 use crate::parameters::DeviceConfig;
 use crate::pd::PdGains;
 use crate::position::Position;
 use crate::reference::{Corner, Reference, Step, Trajectory};
+use crate::value::Table;
 
 const HARDWARE: Hardware = Hardware { pwm_clock_hz: 168e6, supply_top: 4095 };
 
@@ -39,6 +41,7 @@ fn parameters(device: DeviceConfig) -> Parameters {
         motion: Motion::Step(Position::from_counts(250)),
         device,
         limits: Limits::OFF,
+        jog: JogBounds::EXAMPLE,
     }
 }
 

@@ -20,6 +20,7 @@ mod dead_encoder;
 mod encoder_faults;
 mod fixture;
 mod fuzz;
+mod jog;
 mod link;
 mod machine_file;
 mod matrix;

@@ -1,6 +1,7 @@
 //! What a controller board is told for a run: its parameters, validated as the board will do it,
 //! and the record of them for its flash.
 
+use stiction::jog::JogBounds;
 use stiction::parameters::{DeviceConfig, ROOM};
 use stiction::{Limits, Parameters};
 
@@ -40,7 +41,8 @@ pub(crate) fn assembled(plan: &RunPlan) -> Result<Parameters, Error> {
     let controller = plan.controller_config()?;
     let breakaway = breakaway(plan);
     let limits = plan.machine.limits.core(Limits::derived(&controller, &device, breakaway));
-    Ok(Parameters { controller, motion, device, limits })
+    let jog = plan.machine.jog.core(JogBounds::derived(&controller, &device, breakaway));
+    Ok(Parameters { controller, motion, device, limits, jog })
 }
 
 /// Tells the effort that starts the joint, V: what the file says of it among the limits, or else
