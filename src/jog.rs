@@ -390,3 +390,66 @@ impl JogState {
         self.phase = Phase::Over;
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::drive::DriveConfig;
+    use crate::encoder::Encoder;
+
+    #[test]
+    fn the_verdict_is_that_of_both_ways_or_of_the_only_one_that_told() {
+        let way =
+            |effort, moved: i32, counted| Way { effort, moved, counted, ended: Ended::Effort };
+        let [still, untried] = [way(0.6, 0, 0), way(0.0, 0, 0)];
+        let [up, down] = [way(0.4, 8, 8), way(0.4, -8, 8)];
+        for (first, second, verdict) in [
+            (up, down, Verdict::Agrees),
+            (down, up, Verdict::Reversed),
+            // A hard stop on one side.
+            (up, still, Verdict::Agrees),
+            (still, down, Verdict::Agrees),
+            (down, still, Verdict::Reversed),
+            (still, up, Verdict::Reversed),
+            (up, up, Verdict::Pulled),
+            (down, down, Verdict::Pulled),
+            (up, untried, Verdict::RunsOn),
+            (down, untried, Verdict::RunsOn),
+            (still, still, Verdict::Still),
+            (still, untried, Verdict::Still),
+            // Seven counts tell nothing, and are noise only if they go to and fro.
+            (way(0.6, 7, 7), way(0.6, 0, 0), Verdict::Still),
+            (way(0.6, 1, 5), way(0.6, 0, 3), Verdict::Noise),
+            (way(0.6, 1, 5), way(0.6, 0, 2), Verdict::Still),
+        ] {
+            let found = Found { ways: [first, second] };
+            assert_eq!(found.verdict(), verdict, "{found:?}");
+        }
+    }
+
+    #[test]
+    fn no_bound_is_derived_as_none_and_no_rate_is_steeper_than_the_soft_start() {
+        for (full_scale, duty_max, resolution, soft_start, breakaway) in [
+            (5.0, 1.0, 0.00242, 0.5, 0.4),
+            (5.0, 0.1, 0.18, 10.0, 3.0),
+            (24.0, 1.0, 1.0, 0.0, 0.0),
+            (1e-30, 1e-9, 1e-9, 10.0, 0.0),
+        ] {
+            let drive = DriveConfig { full_scale, duty_max, ..DriveConfig::EXAMPLE };
+            let encoder = Encoder { resolution, ..Encoder::EXAMPLE };
+            let controller = ControllerConfig { drive, encoder, ..ControllerConfig::EXAMPLE };
+            let device = DeviceConfig { soft_start, ..DeviceConfig::EXAMPLE };
+            let bounds = JogBounds::derived(&controller, &device, breakaway);
+            use crate::value::Values;
+            assert_eq!((bounds.validate(), bounds.check(full_scale, &device)), (Ok(()), Ok(())));
+            assert!(bounds.effort <= (full_scale * duty_max).max(f32::MIN_POSITIVE), "{bounds:?}");
+            // The direction can show before the travel ends.
+            assert!(bounds.travel >= 16.0 * resolution && bounds.travel >= 2.0, "{bounds:?}");
+        }
+        let examples = JogBounds::derived(&ControllerConfig::EXAMPLE, &DeviceConfig::EXAMPLE, 0.4);
+        assert!((examples.effort / JogBounds::EXAMPLE.effort - 1.0).abs() < 1e-6);
+        assert!((examples.rate / JogBounds::EXAMPLE.rate - 1.0).abs() < 1e-6);
+        assert_eq!(examples.travel, JogBounds::EXAMPLE.travel);
+        assert_eq!(examples.speed, JogBounds::EXAMPLE.speed);
+    }
+}

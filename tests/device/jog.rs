@@ -413,3 +413,16 @@ fn a_jog_obeys_a_stop_and_nothing_else_and_leaves_nothing_behind() {
     let status = client.pass_armed(std::time::Duration::from_secs(2)).unwrap();
     assert_eq!(status.fault.code, Fault::EncoderReversed as u8);
 }
+
+/// The guide of docs/wiring.md, from a board that nobody has tuned to its first move.
+#[test]
+fn the_first_run_can_be_followed_on_the_simulated_device() {
+    for is_reversed in [false, true] {
+        let mut client = client(if is_reversed { Wires::Swapped } else { Wires::Sound });
+        let (tuned, from) = (srnf(&[]), client.wire().simulated.position_deg());
+        crate::first_run::follow(&mut client, &tuned, is_reversed);
+        assert!(client.wire().simulated.position_deg() > from);
+        let error = client.status().unwrap().position;
+        assert!(error.abs() > 300, "{error} counts");
+    }
+}

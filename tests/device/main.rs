@@ -18,6 +18,8 @@ macro_rules! reliability {
 
 mod dead_encoder;
 mod encoder_faults;
+#[path = "../first_run.rs"]
+mod first_run;
 mod fixture;
 mod fuzz;
 mod jog;

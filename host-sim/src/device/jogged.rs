@@ -32,7 +32,7 @@ fn advice(verdict: Verdict, found: &Found, parameters: &Parameters) -> Vec<Strin
     let bound = found.ways.iter().map(|way| way.effort).fold(0.0, f32::max);
     let lines: &[&str] = match verdict {
         Verdict::Agrees => &[
-            "next: `identify` the friction. The way that the joint went first is the positive one.",
+            "next: `identify` the friction. The way that the joint went first is positive.",
             "If you want it the other way: power off, swap the motor's two wires, turn",
             "`encoder.direction` around, and jog again.",
         ],
@@ -40,14 +40,15 @@ fn advice(verdict: Verdict, found: &Found, parameters: &Parameters) -> Vec<Strin
             return vec![
                 "do not arm it like this. In the machine's file, in [encoder], set".into(),
                 format!("    direction = \"{}\"", other(parameters)),
-                "send it with `params push FILE.toml`, and jog again. The way that the joint went".into(),
-                "first is the positive one. (To swap the motor's two wires, with the power off, does".into(),
-                "the same with the positive sense the other way around.)".into(),
+                "send it with `params push FILE.toml`, and jog again. The way that the joint"
+                    .into(),
+                "went first is the positive one. (To swap the motor's two wires, with the".into(),
+                "power off, does the same with the positive sense the other way around.)".into(),
             ];
         }
         Verdict::Pulled => &[
-            "take the load off the joint (gravity, a spring, a hand) or hold it by a brake, and",
-            "jog again: a direction that is found under this load is not to be trusted.",
+            "take the load off the joint (gravity, a spring, a hand), and jog again: a",
+            "direction that is found under this load is not to be trusted.",
         ],
         Verdict::RunsOn => &[
             "nothing holds the joint without effort: little friction, or a load. Take the load",
@@ -55,17 +56,22 @@ fn advice(verdict: Verdict, found: &Found, parameters: &Parameters) -> Vec<Strin
         ],
         Verdict::Still => {
             return vec![
-                format!("the effort went up to {bound:.3} V. Look at, in this order: bridge powered; enable wire"),
-                "(PB0); motor wires; brake; the encoder's supply and its wires A and B (turn the joint".into(),
-                "by hand, the position in `status` has to follow). If all of it is sound, more effort".into(),
-                "than that starts the joint: raise `jog.effort_v` in the machine's file by a half, push".into(),
-                "it, and jog again.".into(),
+                format!(
+                    "the effort went up to {bound:.3} V. Look at, in this order: bridge power;"
+                ),
+                "the enable wire (PB0); motor wires; brake; supply and wires of the encoder".into(),
+                "(turn the joint by hand: the position in `status` has to follow). If all is"
+                    .into(),
+                "sound, the joint needs more effort or more time: raise `jog.effort_v` in the"
+                    .into(),
+                "machine's file by a half, push it, and jog again; or jog with half the".into(),
+                "`--rate`.".into(),
             ];
         }
         Verdict::Noise => &[
-            "the joint may have moved. Look at the encoder's wires: one of A and B is cut or shorted,",
-            "or lies beside the motor's. Turn the joint by hand: the position in `status` has to",
-            "follow, both ways. Then jog again.",
+            "the joint may have moved. Look at the encoder's wires: one of A and B is cut or",
+            "shorted, or lies beside the motor's. Turn the joint by hand: the position in",
+            "`status` has to follow, both ways. Then jog again.",
         ],
     };
     lines.iter().map(|line| (*line).to_owned()).collect()

@@ -26,7 +26,7 @@ pub fn edit<W: Wire>(client: &mut Client<W>, machine: &str, save: bool) -> Resul
     let editor = editor()?;
     // It says so before anybody has worked for nothing.
     if client.status()?.state == StateCode::Armed {
-        let why = "parameters are taken with the output off only; `stop` first";
+        let why = "the motor is driven, and parameters are taken with it off only; `stop` first";
         return Err(Error::Refused(format!(
             "params edit: {} is armed: {why}",
             client.wire().name()

@@ -325,7 +325,7 @@ fn identify<W: Wire>(client: &mut Client<W>, rate: f32, hold: f32) -> Result<Str
     Ok(words::levels(&found, rate) + OFF)
 }
 
-const OFF: &str = "stopped: the motor is off\n";
+const OFF: &str = "stopped: the motor is off now\n";
 
 /// The remark on a drive that may not have heard a stop.
 const PERHAPS_ARMED: &str =

@@ -149,6 +149,15 @@ impl Watched {
         matches!(self.status.state, StateCode::Armed)
     }
 
+    /// The time that the plots show, s: as much as the loop has been closed of late, in round
+    /// figures, so that a short move fills them.
+    pub fn window_s(&self) -> f64 {
+        let now_s = self.now().time_s;
+        let first = self.moments.iter().find(|moment| moment.armed);
+        let length_s = first.map_or(WINDOW_S, |first| now_s - first.time_s);
+        [1.0, 2.0, 5.0].into_iter().find(|window_s| length_s <= *window_s).unwrap_or(WINDOW_S)
+    }
+
     /// The curve of a term over time, in pieces of uninterrupted arming. Time counts back from the
     /// last moment.
     pub fn curves(&self, term: impl Fn(&Moment) -> f64) -> Vec<Vec<(f64, f64)>> {
