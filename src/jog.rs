@@ -44,10 +44,14 @@ pub const TELLING: u32 = SLACK;
 /// jog ends with, friction stops a joint in less.
 const QUIET: f32 = 0.2;
 
-/// Time in which the effort rises to its bound, s. The faster it rises, the less far goes a joint
-/// whose encoder is dead; and the fewer ticks are left to see a sound one move. Half a second is as
-/// long as the default soft start to the full scale, of which the bound is a fraction.
-const RISE: f32 = 0.5;
+/// Time in which the effort rises to its bound, s, if it is known what starts the joint. The faster
+/// it rises, the less far goes a joint whose encoder is dead; and the less time is left to see a
+/// heavy one move. The thesis's joint, a slow one, shows its direction at 0.5 of 0.6 V.
+const RISE: f32 = 1.0;
+
+/// The same if nothing is known, s: the bound may be far beyond what starts the joint then, and only
+/// the time keeps a joint with a dead encoder from going far.
+const UNKNOWN_RISE: f32 = 0.5;
 
 /// The longest jog, s.
 const LONGEST: f32 = 60.0;
@@ -65,9 +69,10 @@ table! {
         /// (`limits.breakaway_v`), and no more than `duty_max` lets through; a quarter of that if
         /// nothing is known of the joint.
         effort: f32 = 0x0B01 "effort_v", Above(0.0, HUGE), Derived(0.6);
-        /// Rate of the effort, V/s, no faster than the soft start. Derived: `effort_v` in half
-        /// a second: the slower, the farther goes a joint whose encoder is dead.
-        rate: f32 = 0x0B02 "rate_v_per_s", Above(0.0, HUGE), Derived(1.2);
+        /// Rate of the effort, V/s, no faster than the soft start. Derived: `effort_v` in a
+        /// second, or in half of one if nothing is known of the joint: the slower, the farther goes a
+        /// joint whose encoder is dead.
+        rate: f32 = 0x0B02 "rate_v_per_s", Above(0.0, HUGE), Derived(0.6);
         /// Largest distance from where the jog began, deg. Derived: 2 deg, or 16 counts if that is
         /// more; 8 tell the direction.
         travel: f32 = 0x0B03 "travel_deg", Above(0.0, HUGE), Derived(2.0);
@@ -107,13 +112,16 @@ impl JogBounds {
     pub fn derived(controller: &ControllerConfig, device: &DeviceConfig, breakaway: f32) -> Self {
         let full_scale = controller.drive.full_scale;
         let largest = full_scale * controller.drive.duty_max;
-        let effort = if breakaway > 0.0 { (1.5 * breakaway).min(largest) } else { 0.25 * largest };
+        let (effort, rise) = match breakaway {
+            known if known > 0.0 => ((1.5 * known).min(largest), RISE),
+            _ => (0.25 * largest, UNKNOWN_RISE),
+        };
         let travel = (2.0 * TELLING as f32 * controller.encoder.resolution).clamp(2.0, HUGE);
         // A drive of next to no volts rounds to none, which no bound is.
         let effort = effort.max(f32::MIN_POSITIVE);
         Self {
             effort,
-            rate: (effort / RISE).min(steepest(full_scale, device)).max(f32::MIN_POSITIVE),
+            rate: (effort / rise).min(steepest(full_scale, device)).max(f32::MIN_POSITIVE),
             travel,
             speed: (2.0 * travel).min(HUGE),
             ..Self::EXAMPLE

