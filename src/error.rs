@@ -41,6 +41,9 @@ pub enum Allowed {
     LaterBy(f32),
     /// The laws that the sum does not have yet; none beside a law that replaces PD.
     AnotherLaw,
+    /// The numbers from the first to the second, as [`Between`](Self::Between), of which zero turns
+    /// off what has this value. A machine's file writes it as the word `"off"`, too.
+    OrOff(f32, f32),
 }
 
 impl Allowed {
@@ -49,7 +52,7 @@ impl Allowed {
     /// to [`AnotherLaw`](Self::AnotherLaw), which only tells of a law that is refused.
     pub fn includes(self, found: f32) -> bool {
         match self {
-            Self::Between(low, high) => found >= low && found <= high,
+            Self::Between(low, high) | Self::OrOff(low, high) => found >= low && found <= high,
             Self::Above(low, high) => found > low && found <= high,
             Self::Any => true,
             Self::LaterBy(_) | Self::AnotherLaw => false,
@@ -73,6 +76,7 @@ impl fmt::Display for Allowed {
                 write!(f, "a time at least {gap} s after the corner before (two half blends)")
             }
             Self::AnotherLaw => f.write_str("each law once, and none beside one that replaces PD"),
+            Self::OrOff(low, high) => write!(f, "a number from {low} to {high}, or \"off\""),
         }
     }
 }

@@ -166,7 +166,7 @@ faults! {
         "supply" "V", "3 ticks", Clear, [supply_max];
     /// The motor has taken more effort than it can lose as heat.
     21 Overheat "motor overheated (model)", "21 Motor overheated",
-        "effort that would heat it so" "V", "a model, not a measurement", Clear,
+        "steady effort of that heat" "V", "a model, not a measurement", Clear,
         [continuous_effort, thermal_time];
     /// Armed by a link that has fallen silent.
     22 LinkTimeout "link silent while armed", "22 Link silent",

@@ -4,6 +4,7 @@
 //! machine's file -> Motion (parameters, link) -> Course --> Reference   set points, loop closed
 //!                   data                         prepared +-> Profile   the same, with a state
 //!                                                         +-> Ramp      efforts, loop open
+//!                                           a link -------+-> Jog
 //! ```
 //!
 //! The positions of a [`Motion`] count from the place where the joint was armed. [`Motion::Hold`]
@@ -16,6 +17,7 @@ use serde::{Deserialize, Serialize};
 use crate::controller::{Controller, ControllerConfig, ControllerState, Reading};
 use crate::error::{Allowed, Error, between};
 use crate::identification::{self, Ramp, RampState};
+use crate::jog::{Jog, JogState};
 use crate::position::Position;
 use crate::profile::{Profile, ProfileLimits};
 use crate::reference::{
@@ -61,6 +63,8 @@ pub enum Course {
     Ramp(Ramp),
     /// The loop is closed and follows a profile, which remembers where it is.
     Profile(Profile),
+    /// The loop is open and applies the efforts of a jog, which ends by itself.
+    Jog(Jog),
 }
 
 /// The state of a course from tick to tick.
@@ -68,6 +72,7 @@ pub enum Course {
 pub struct CourseState {
     controller: ControllerState,
     ramp: RampState,
+    jog: JogState,
 }
 
 const KIND: Key = Key(0x0600);
@@ -356,12 +361,15 @@ impl Course {
         state: &mut CourseState,
         reading: Reading,
     ) -> Tick {
-        let CourseState { controller: remembered, ramp: progress } = state;
+        let CourseState { controller: remembered, ramp: progress, jog: jogged } = state;
         match self {
             Self::Follow(reference) => controller.tick(remembered, reading, reference),
             Self::Profile(profile) => controller.follow(remembered, reading, profile.update()),
             Self::Ramp(ramp) => {
                 controller.open_loop(remembered, reading, |counts| ramp.update(progress, counts))
+            }
+            Self::Jog(jog) => {
+                controller.open_loop(remembered, reading, |counts| jog.update(jogged, counts))
             }
         }
     }
@@ -379,7 +387,11 @@ impl CourseState {
     /// Returns the state of a joint at rest in position `counts`, before the first tick of the
     /// course.
     pub fn start(controller: &Controller, counts: i32) -> Self {
-        Self { controller: controller.start(counts), ramp: RampState::start(counts) }
+        Self {
+            controller: controller.start(counts),
+            ramp: RampState::start(counts),
+            jog: JogState::start(counts),
+        }
     }
 
     /// Returns the number of the next tick, counted from the begin of the motion.
@@ -402,8 +414,27 @@ impl CourseState {
         &self.ramp
     }
 
-    /// Returns the state of the ramp, to be changed.
-    pub const fn ramp_mut(&mut self) -> &mut RampState {
-        &mut self.ramp
+    /// Returns the state of the jog. In any other course, it stays as at a jog's start.
+    pub const fn jog(&self) -> &JogState {
+        &self.jog
+    }
+
+    /// Returns whether a course that has an end is over.
+    pub const fn is_over(&self, course: &Course) -> bool {
+        match course {
+            Course::Follow(_) | Course::Profile(_) => false,
+            Course::Ramp(_) => self.ramp.is_over(),
+            Course::Jog(_) => self.jog.is_over(),
+        }
+    }
+
+    /// Takes that an open loop did not get the effort that it asked for: a ramp has found the levels
+    /// of another effort then, and a jog has come to the end of its way.
+    pub(crate) fn capped(&mut self, course: &Course) {
+        match course {
+            Course::Follow(_) | Course::Profile(_) => {}
+            Course::Ramp(_) => self.ramp.abandon(),
+            Course::Jog(_) => self.jog.capped(),
+        }
     }
 }

@@ -83,7 +83,7 @@ impl Report {
         }
         if settings.is_damaged {
             error!(
-                "a saved set of parameters is damaged: another may be in use, nothing autostarts"
+                "a saved set of parameters is damaged: older ones may be in use, nothing starts by itself"
             );
         }
         match settings.parameters() {
@@ -126,7 +126,7 @@ impl Report {
                 State::Armed => info!("armed"),
                 State::Faulted(fault) => {
                     error!(
-                        "faulted: {=str} (code {=u8}); no motion",
+                        "faulted: {=str} (code {=u8}); the motor is off, see docs/faults.md",
                         fault.describe(),
                         fault as u8
                     );
@@ -164,26 +164,35 @@ impl Report {
 fn refused(refusal: DecodeError) {
     match refusal {
         DecodeError::Blank => {
-            error!("no parameters: no motion; `cargo xtask params FILE.toml` makes them")
+            error!(
+                "no parameters: the motor stays off; `params push FILE.toml --save` over the link"
+            )
         }
         DecodeError::NotParameters => {
-            error!("the parameter sectors hold something else: no motion")
+            error!("the parameter sectors hold something else: the motor stays off")
         }
         DecodeError::Version(found) => {
-            error!("the parameters have format {=u32}, not {=u32}: no motion", found, FORMAT);
+            error!(
+                "the parameters have format {=u32}, not {=u32}: the motor stays off",
+                found, FORMAT
+            );
         }
-        DecodeError::Checksum => error!("the parameters are damaged (checksum): no motion"),
-        DecodeError::Malformed => error!("the parameters are malformed: no motion"),
+        DecodeError::Checksum => {
+            error!("the parameters are damaged (checksum): the motor stays off")
+        }
+        DecodeError::Malformed => {
+            error!("the parameters are malformed: the motor stays off")
+        }
         DecodeError::Unknown(key) => {
-            error!("value {=u16:#06x} is not known to this firmware: no motion", key.0);
+            error!("value {=u16:#06x} is not known to this firmware: the motor stays off", key.0);
         }
         DecodeError::Missing(key) => {
-            error!("value {=u16:#06x} (docs/parameters.md) is missing: no motion", key.0);
+            error!("value {=u16:#06x} (docs/parameters.md) is missing: the motor stays off", key.0);
         }
         DecodeError::Value(error) => {
             let (number, found) = (error.key.0, error.found);
             error!(
-                "value {=u16:#06x} (docs/parameters.md) is {=f32}, not allowed: no motion",
+                "value {=u16:#06x} (docs/parameters.md) is {=f32}, not allowed: the motor stays off",
                 number, found
             );
         }

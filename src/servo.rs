@@ -30,10 +30,11 @@
 //! A ramp that identifies the friction is its own soft start, and no faster than the one that is
 //! configured. While it runs, the servo obeys nothing but a stop. The ramp stops the servo by
 //! itself when it is over. If the supply is too low for its effort, it is over at once, without a
-//! level.
+//! level. A [jog](crate::jog) is obeyed and ended likewise.
 
 mod control_loop;
 mod follower;
+mod jog;
 mod moves;
 mod wake_up;
 
@@ -58,7 +59,7 @@ pub enum State {
     Boot,
     /// The output is off; the servo may be armed.
     Stopped,
-    /// The output is on: the loop is closed, or runs open for a ramp.
+    /// The output is on: the loop is closed, or runs open for a ramp or a jog.
     Armed,
     /// The output is off until the fault is cleared, or until the next reset.
     Faulted(Fault),

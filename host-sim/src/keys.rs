@@ -253,6 +253,9 @@ fn shown(value: &Value) -> String {
 
 /// What a value may be, in words.
 fn allowed(root: &Value, schema: &Value) -> String {
+    if let Some(constant) = schema.get("const") {
+        return format!("`\"{}\"`", shown(constant));
+    }
     if let Some(words) = schema.get("x-bounds").and_then(Value::as_str) {
         return format!("a number {words}");
     }

@@ -13,6 +13,7 @@ use serde::{Deserialize, Deserializer, Serialize, Serializer};
 use stiction::compensator::Gains;
 use stiction::drive::DriveConfig;
 use stiction::encoder::Encoder;
+use stiction::jog::JogBounds;
 use stiction::parameters::DeviceConfig;
 use stiction::{ControllerConfig, Limits, ProfileLimits};
 
@@ -58,6 +59,9 @@ pub struct Machine {
     /// Limits of a profiled move, as `device move` makes it; the experiments step.
     #[serde(default)]
     pub profile: Written<ProfileLimits>,
+    /// Bounds of the guarded jog, which a device keeps; the simulator has no use for them.
+    #[serde(default)]
+    pub jog: Written<JogBounds>,
     /// How it is simulated.
     #[serde(default)]
     pub run: Run,

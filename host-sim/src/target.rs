@@ -45,7 +45,7 @@ impl<'a> BareLoop<'a> {
     pub fn follow(&mut self, counter: u32) -> (Tick, bool) {
         let travel = self.controller.encoder().update(&mut self.encoder, counter);
         let tick = self.course.tick(self.controller, &mut self.state, Reading::travel(travel));
-        let is_over = matches!(self.course, Course::Ramp(_)) && self.state.ramp().is_over();
+        let is_over = self.state.is_over(&self.course);
         (tick, is_over)
     }
 }

@@ -198,6 +198,35 @@ fn every_command_that_a_page_shows_works() {
     assert!(count > 60, "only {count} commands were found");
 }
 
+/// The guide of docs/wiring.md, step by step, with a device that is simulated instead of the board.
+#[test]
+fn the_first_run_can_be_followed_command_by_command() {
+    let page = read("docs/wiring.md");
+    let (_, guide) = page.split_once("## The first move").unwrap();
+    let guide = guide.split("\n### ").next().unwrap();
+    let directory = prepared();
+    // The blocks of a numbered step are indented.
+    let blocks = guide.replace("\n   ", "\n");
+    let commands: Vec<String> = shown(&blocks)
+        .into_iter()
+        .filter(|shown| shown.whole)
+        .map(|shown| shown.command.replace("--port ...", "--simulated"))
+        .collect();
+    assert_eq!(commands.len(), 8, "{commands:?}");
+    for step in ["status", "jog", "identify", "move 1"] {
+        let is_there = commands.iter().any(|command| command.ends_with(step));
+        assert!(is_there, "{step}: {commands:?}");
+    }
+    for command in commands {
+        let done = shell(directory.path(), &command);
+        assert!(done.status.success(), "{command}: {}", String::from_utf8_lossy(&done.stderr));
+        let said = String::from_utf8_lossy(&done.stdout).into_owned();
+        if command.ends_with(" jog") {
+            assert!(said.contains("in the sense of the effort"), "{said}");
+        }
+    }
+}
+
 #[test]
 fn the_readme_fits_a_screen_or_two_and_no_link_is_broken() {
     let words = read("README.md").split_whitespace().count();

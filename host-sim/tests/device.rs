@@ -53,6 +53,41 @@ fn every_output_of_a_simulated_device_says_so_first() {
     assert!(text(&output.stderr).starts_with(SAYS_SO));
 }
 
+/// The exit code is that of an agreement, and nothing else, so that a script does not go on.
+#[test]
+fn a_jog_says_what_it_has_found_to_a_person_and_to_a_script() {
+    let output = device(&["--simulated", "jog"]);
+    let said = text(&output.stdout);
+    assert_eq!(output.status.code(), Some(0), "{said}");
+    assert!(
+        said.contains("in the sense of the effort") && said.contains("the motor is off"),
+        "{said}"
+    );
+
+    let json = |arguments: &[&str]| {
+        let output = device(&[&["--simulated", "jog", "--json"], arguments].concat());
+        let object: serde_json::Value = serde_json::from_slice(&output.stdout).unwrap();
+        (output.status.code(), object, text(&output.stderr))
+    };
+    let (code, object, _) = json(&[]);
+    assert_eq!(
+        (code, &object["verdict"], &object["schema"]),
+        (Some(0), &"agrees".into(), &1.into())
+    );
+    assert!(object["set"].is_null() && object["warning"] == SAYS_SO, "{object}");
+    assert!(object["positive"]["moved_counts"].as_i64().unwrap() >= 8, "{object}");
+    assert!(object["negative"]["moved_counts"].as_i64().unwrap() <= -8, "{object}");
+    // Less than what starts the joint.
+    let (code, object, said) = json(&["--effort", "0.3"]);
+    assert_eq!((code, &object["verdict"]), (Some(2), &"still".into()));
+    assert!(said.contains("nothing moved"), "{said}");
+
+    let refused = device(&["--simulated", "jog", "--effort", "0.7"]);
+    assert_eq!((refused.status.code(), text(&refused.stdout)), (Some(2), String::new()));
+    let said = text(&refused.stderr);
+    assert!(said.contains("`effort_v` is 0.7; allowed is a number above 0, up to 0.6"), "{said}");
+}
+
 #[test]
 fn a_move_arrives_and_its_log_has_the_columns_of_a_run() {
     let directory = tempfile::tempdir().unwrap();
@@ -60,7 +95,7 @@ fn a_move_arrives_and_its_log_has_the_columns_of_a_run() {
     let output =
         device(&["--simulated", "move", "-2.5", "--for", "3", "--log", log.to_str().unwrap()]);
     let said = text(&output.stdout);
-    assert!(said.contains("state      armed") && said.contains("the output is off"), "{said}");
+    assert!(said.contains("state      armed") && said.contains("the motor is off"), "{said}");
     let mut reader = csv::Reader::from_path(&log).unwrap();
     let header: Vec<String> = reader.headers().unwrap().iter().map(str::to_owned).collect();
     let run = [
@@ -102,7 +137,7 @@ fn a_move_that_a_fault_ends_is_over_then_and_fails() {
     let (said, complaint) = (text(&output.stdout), text(&output.stderr));
     assert_eq!(output.status.code(), Some(2), "{said}");
     assert!(
-        said.contains("state      faulted") && !said.contains("stopped: the output is off"),
+        said.contains("state      faulted") && !said.contains("stopped: the motor is off"),
         "{said}"
     );
     let sentence = complaint.lines().last().unwrap();

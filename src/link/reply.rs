@@ -7,6 +7,7 @@ use super::CHUNK;
 use super::request::Numbered;
 use super::sample::Sample;
 use crate::error::{Allowed, Error};
+use crate::jog::Found;
 use crate::parameters::DecodeError;
 use crate::servo::{self, Levels};
 use crate::signal::{self, Form};
@@ -52,6 +53,9 @@ pub enum Reply {
     /// The answer to [`Request::ReadLevels`](super::Request::ReadLevels). There are no levels if
     /// the ramp is not over or was ended before, or if there was no ramp.
     Levels(Option<Levels>),
+    /// The answer to [`Request::ReadJog`](super::Request::ReadJog). There is nothing if the jog is
+    /// not over, if a stop or a fault ended it, or if there was no jog.
+    Jog(Option<Found>),
 }
 
 /// A signal, as a device announces it.
@@ -92,7 +96,7 @@ pub enum StateCode {
     Boot,
     /// The output is off; the servo may be armed.
     Stopped,
-    /// The output is on: the loop is closed, or runs open for a ramp.
+    /// The output is on: the loop is closed, or runs open for a ramp or a jog.
     Armed,
     /// The output is off until the fault of this code is cleared.
     Faulted(u8),

@@ -5,6 +5,7 @@ use serde::{Deserialize, Serialize};
 
 use super::CHUNK;
 use super::frame::{Frame, encode};
+use crate::jog::Asked;
 use crate::motion::Motion;
 
 /// A request or a reply with its number.
@@ -141,4 +142,10 @@ pub enum Request {
     },
     /// What has the last ramp found?
     ReadLevels,
+    /// Find the encoder's direction: arm, and push the joint a little each way, open loop. The
+    /// device keeps its own bounds of effort, travel, speed and time; the client may ask for less.
+    /// The jog ends by itself.
+    Jog(Asked),
+    /// What has the last jog found?
+    ReadJog,
 }

@@ -20,6 +20,7 @@ use super::{CHUNK, PROTOCOL};
 use crate::compensator::Gains;
 use crate::drive::DriveConfig;
 use crate::hardware::Hardware;
+use crate::jog::Asked;
 use crate::motion::{Course, Motion};
 use crate::parameters::{Parameters, ROOM};
 use crate::servo::{self, ControlLoop, Output, Servo};
@@ -247,6 +248,8 @@ impl<const RING: usize> Session<RING> {
                 machine.servo(|servo| servo.arm_for_link(Some(ramp)))?;
             }
             Request::ReadLevels => return Ok(Reply::Levels(machine.servo(|servo| servo.levels()))),
+            Request::Jog(asked) => self.jog(&asked, machine)?,
+            Request::ReadJog => return Ok(Reply::Jog(machine.servo(|servo| servo.jogged()))),
         }
         Ok(Reply::Done)
     }
@@ -326,8 +329,14 @@ impl<const RING: usize> Session<RING> {
             Course::Follow(reference) => Ok(machine.servo(|servo| servo.follow(reference))?),
             Course::Profile(profile) => Ok(machine.servo(|servo| servo.go_to(profile))?),
             // A ramp begins with arming, by `Identify`.
-            Course::Ramp(_) => Err(Refused::NoSuch),
+            Course::Ramp(_) | Course::Jog(_) => Err(Refused::NoSuch),
         }
+    }
+
+    #[inline(never)]
+    fn jog(&self, asked: &Asked, machine: &mut impl Machine) -> Result<(), Refused> {
+        let jog = self.parameters.as_ref().ok_or(Refused::NoParameters)?.jog(asked)?;
+        Ok(machine.servo(|servo| servo.jog(jog))?)
     }
 
     #[inline(never)]

@@ -19,7 +19,8 @@ const IMPULSE_TIME: f32 = 0.5;
 const LONGEST: f32 = 600.0;
 
 table! {
-    /// Thresholds in a user's units. Zero turns a monitor off; nothing else does.
+    /// Thresholds in a user's units. `"off"`, which is zero, turns a monitor off; nothing else
+    /// does, and no threshold is derived as off but those of a supply that is not measured.
     ///
     /// The examples are those of the thesis's loop under PD (5 V, Kp 1 V/deg, Kd 0.15 V s/deg, 20
     /// ms).
@@ -27,62 +28,62 @@ table! {
     pub struct Limits (limits) "limits" {
         /// Travel in one tick, deg. Derived: that of a tick at twice the overspeed, and 4 counts;
         /// no motor accelerates like that.
-        encoder_jump: f32 = 0x0901 "encoder_jump_deg", Between(0.0, HUGE), Derived(3.343_013);
+        encoder_jump: f32 = 0x0901 "encoder_jump_deg", OrOff(0.0, HUGE), Derived(3.343_013);
         /// Effort beyond any friction, V. Derived: twice `breakaway_v`, and no more than `duty_max`
         /// lets through. PD rests with less than the breakaway effort for ever; twice that moves a
-        /// free joint by a count within a tick. 0 turns `stall_impulse_vs` off as well.
-        stall_effort: f32 = 0x0902 "stall_v", Between(0.0, HUGE), Derived(0.8);
+        /// free joint by a count within a tick. Off turns `stall_impulse_vs` off as well.
+        stall_effort: f32 = 0x0902 "stall_v", OrOff(0.0, HUGE), Derived(0.8);
         /// Time without a count under that effort, s.
         stall_time: f32 = 0x0903 "stall_s", Between(0.0, LONGEST), Default(0.2);
         /// Travel against the effort in the first move after arming, deg. Derived: 8 counts, twice
         /// the noise that standstill allows; from rest a joint goes where it is pushed.
-        reversal: f32 = 0x0904 "reversal_deg", Between(0.0, HUGE), Derived(0.019_36);
+        reversal: f32 = 0x0904 "reversal_deg", OrOff(0.0, HUGE), Derived(0.019_36);
         /// Error beyond a jump of the set point, deg. Derived: full scale / Kp; beyond it more
         /// error gives no more effort. Without Kp, a turn.
-        following_error: f32 = 0x0905 "following_error_deg", Between(0.0, HUGE), Derived(5.0);
+        following_error: f32 = 0x0905 "following_error_deg", OrOff(0.0, HUGE), Derived(5.0);
         /// Measured speed, deg/s. Derived: 2.5 full scale / Kd, never below 16 counts a tick: the
         /// damping alone would take two and a half times the output. Without Kd, that of Kd = 0.15
         /// s Kp. On the thesis's joint a step of 25 deg passes under every law, and an unstable
         /// loop is seen within a second; at half as much again, or at the motor's speed without
         /// load, some are not.
-        overspeed: f32 = 0x0906 "overspeed_deg_per_s", Between(0.0, HUGE), Derived(83.333_336);
+        overspeed: f32 = 0x0906 "overspeed_deg_per_s", OrOff(0.0, HUGE), Derived(83.333_336);
         /// Lowest position, deg from where the joint stood at power-on. Both limits zero: there are
         /// none.
         position_min: f32 = 0x0907 "position_min_deg", Between(-HUGE, HUGE), Default(0.0);
         /// Highest position, deg, not below `position_min_deg`.
         position_max: f32 = 0x0908 "position_max_deg", Between(limits.position_min, HUGE), Default(0.0);
         /// Lowest supply, V. Derived: 0.7 of the nominal supply.
-        supply_min: f32 = 0x0909 "supply_min_v", Between(0.0, HUGE), Derived(0.0);
+        supply_min: f32 = 0x0909 "supply_min_v", OrOff(0.0, HUGE), Derived(0.0);
         /// Highest supply, V. Derived: 1.3 of the nominal supply.
-        supply_max: f32 = 0x090A "supply_max_v", Between(0.0, HUGE), Derived(0.0);
+        supply_max: f32 = 0x090A "supply_max_v", OrOff(0.0, HUGE), Derived(0.0);
         /// Effort that the motor bears for ever, V. Derived: three quarters of what `duty_max`
         /// lets through, which may last for 8.3 s; the thesis's most violent oscillation heats
         /// like 0.7 of it. The motor's data sheet knows better.
-        continuous_effort: f32 = 0x090B "continuous_v", Between(0.0, HUGE), Derived(3.75);
+        continuous_effort: f32 = 0x090B "continuous_v", OrOff(0.0, HUGE), Derived(3.75);
         /// Time constant of the motor's winding, s. Slower windings would change by less than a
         /// rounding in a tick of 0.1 ms.
         thermal_time: f32 = 0x090C "thermal_s", Between(0.1, 100.0), Default(10.0);
         /// Silence of the link that armed the servo, s: five polls of a client that polls ten times
         /// a second.
-        link_timeout: f32 = 0x090D "link_timeout_s", Between(0.0, LONGEST), Default(0.5);
+        link_timeout: f32 = 0x090D "link_timeout_s", OrOff(0.0, LONGEST), Default(0.5);
         /// Effort of the compensator at standstill that is reported, V. Derived:
         /// `breakaway_v`.
-        wind_up_effort: f32 = 0x090E "wind_up_v", Between(0.0, HUGE), Derived(0.4);
+        wind_up_effort: f32 = 0x090E "wind_up_v", OrOff(0.0, HUGE), Derived(0.4);
         /// How long the compensator has to hold that effort, s.
         wind_up_time: f32 = 0x090F "wind_up_s", Between(0.0, LONGEST), Default(1.0);
         /// Effort that starts the joint, V. Derived: half of `stall_v` if the file has that, else
         /// its joint's `stick_v`, and a quarter of what `duty_max` lets through if nothing is known.
-        /// More of it without a count adds up to `stall_impulse_vs`. 0 turns that off, and
+        /// More of it without a count adds up to `stall_impulse_vs`. Off turns that off, and
         /// `reversal_deg` with it.
-        breakaway_effort: f32 = 0x0910 "breakaway_v", Between(0.0, HUGE), Derived(0.4);
+        breakaway_effort: f32 = 0x0910 "breakaway_v", OrOff(0.0, HUGE), Derived(0.4);
         /// Effort beyond `breakaway_v` times its time, added up until a count comes, V s. Derived:
         /// `breakaway_v` for half a second.
-        stall_impulse: f32 = 0x0911 "stall_impulse_vs", Between(0.0, HUGE), Derived(0.2);
+        stall_impulse: f32 = 0x0911 "stall_impulse_vs", OrOff(0.0, HUGE), Derived(0.2);
         /// Speed that a volt gives or takes in a second, deg/s^2 per V; counts that stop faster
         /// than this and `stall_v` allow are a stall. Derived: twice the joint's gain, if the file
         /// has it; else pi / (`kd_v_per_deg_per_s` `velocity_window` `sample_time_s`), beyond which
-        /// no loop is stable. 0 turns that off.
-        stop_gain: f32 = 0x0912 "stop_gain_deg_per_s2_per_v", Between(0.0, HUGE), Derived(209.439_51);
+        /// no loop is stable. Off turns that off.
+        stop_gain: f32 = 0x0912 "stop_gain_deg_per_s2_per_v", OrOff(0.0, HUGE), Derived(209.439_51);
     }
 }
 
@@ -186,6 +187,7 @@ mod tests {
     use super::*;
     use crate::drive::DriveConfig;
     use crate::pd::PdGains;
+    use crate::value::Values;
 
     fn derived(kp: f32, kd: f32, duty_max: f32, breakaway: f32) -> Limits {
         let drive = DriveConfig { full_scale: 5.0, duty_max, ..DriveConfig::EXAMPLE };
@@ -219,6 +221,12 @@ mod tests {
                 stop_gain,
             ];
             assert!(all.iter().all(|limit| *limit > 0.0 && limit.is_finite()), "{limits:?}");
+            // So is every value that can be off, whoever declares another one. The supply of this
+            // device is not measured.
+            for about in Limits::ABOUT.iter().filter(|about| about.may_be_off()) {
+                let found = limits.get(about.key).map(f32::from_bits).unwrap();
+                assert_eq!(found > 0.0, !about.name.starts_with("supply_"), "{about:?}");
+            }
         }
         // Without Kd the speed is that of Kd = 0.15 s Kp.
         let [without, with] = [derived(0.5, 0.0, 1.0, 0.0), derived(0.5, 0.075, 1.0, 0.0)];

@@ -249,6 +249,11 @@ impl MonitorState {
         self.link = LinkState::watch(true);
     }
 
+    /// The direction of the encoder is not known yet, and shall not trip: a jog finds it.
+    pub const fn suppose_direction(&mut self) {
+        self.reversal.suppose();
+    }
+
     /// The link gave a sign of life.
     pub const fn heard(&mut self) {
         self.link.heard();

@@ -17,6 +17,7 @@ use serde::Deserialize;
 use super::Parameters;
 use super::record::DecodeError;
 use crate::compensator::{FIRST_LAW, MAX_TERMS};
+use crate::jog::JogBounds;
 use crate::monitor::Limits;
 use crate::profile::ProfileLimits;
 use crate::value::{Key, Values};
@@ -81,12 +82,14 @@ pub(super) fn read(
     former.put(Key(0x0303), (PWM_CLOCK_HZ / (2.0 * f32::from(top))).to_bits())?;
     former.motion()?;
     former.values(&DEVICE)?;
+    let mut breakaway = 0.0;
     if has_limits {
         for key in (FIRST_LIMIT..).take(LIMITS.into()).map(Key) {
             former.value(key, Type::Number)?;
         }
         let Parameters { controller, device, limits, .. } = &mut *former.into;
-        let derived = Limits::derived(controller, device, 0.5 * limits.stall_effort);
+        breakaway = 0.5 * limits.stall_effort;
+        let derived = Limits::derived(controller, device, breakaway);
         limits.breakaway_effort = derived.breakaway_effort;
         limits.stall_impulse = derived.stall_impulse;
         limits.stop_gain = derived.stop_gain;
@@ -94,8 +97,9 @@ pub(super) fn read(
         let limits = Limits::derived(&former.into.controller, &former.into.device, 0.0);
         former.into.limits = limits;
     }
-    let Parameters { controller, limits, .. } = &*former.into;
-    former.into.profile = ProfileLimits::derived(controller, limits, 0.0);
+    let Parameters { controller, device, limits, profile, jog, .. } = &mut *former.into;
+    *profile = ProfileLimits::derived(controller, limits, 0.0);
+    *jog = JogBounds::derived(controller, device, breakaway);
     if former.body.is_empty() { Ok(()) } else { Err(DecodeError::Malformed) }
 }
 

@@ -15,6 +15,7 @@ use crate::encoder::Encoder;
 use crate::error::{Error, between};
 use crate::hardware::Hardware;
 use crate::identification::Ramp;
+use crate::jog::{Asked, Jog, JogBounds};
 use crate::monitor::Limits;
 use crate::motion::{self, Course, Motion};
 use crate::pd::PdGains;
@@ -37,6 +38,8 @@ table! {
         limits: Limits = Limits::EXAMPLE,
         /// The limits of a profiled move.
         profile: ProfileLimits = ProfileLimits::EXAMPLE,
+        /// The bounds of a jog.
+        jog: JogBounds = JogBounds::EXAMPLE,
     }
 }
 
@@ -52,6 +55,7 @@ pub fn tables() -> impl Iterator<Item = &'static [About]> {
         DeviceConfig::ABOUT,
         Limits::ABOUT,
         ProfileLimits::ABOUT,
+        JogBounds::ABOUT,
     ];
     tables.into_iter().chain(Gains::ABOUT.iter().copied())
 }
@@ -118,6 +122,7 @@ impl Parameters {
         self.validate()?;
         self.profile.check(&self.controller)?;
         self.motion.is_soft(self.device.soft_start, self.controller.drive.full_scale)?;
+        self.jog.check(self.controller.drive.full_scale, &self.device)?;
         self.motion.check(&self.controller)
     }
 
@@ -130,6 +135,16 @@ impl Parameters {
         let ControllerConfig { sample_time, drive, .. } = &self.controller;
         Motion::Ramp { rate, hold }.is_soft(self.device.soft_start, drive.full_scale)?;
         Ramp::new(rate, hold, *sample_time, drive.full_scale)
+    }
+
+    /// Prepares a jog for this machine, within its bounds and those that a client asks for.
+    ///
+    /// # Errors
+    /// Names the value that is more than the machine allows.
+    pub fn jog(&self, asked: &Asked) -> Result<Jog, Error> {
+        let ControllerConfig { sample_time, encoder, .. } = &self.controller;
+        let bounds = self.jog.less(asked, encoder.resolution)?;
+        Ok(Jog::new(&bounds, *sample_time, encoder.resolution))
     }
 }
 

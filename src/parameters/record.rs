@@ -21,6 +21,7 @@
 
 use super::{Parameters, former};
 use crate::error::Error;
+use crate::jog::JogBounds;
 use crate::monitor::Limits;
 use crate::profile::ProfileLimits;
 use crate::value::{Absent, Key, Table, Values, key};
@@ -124,6 +125,7 @@ impl Parameters {
             0.0
         };
         self.limits = Limits::derived(&self.controller, &self.device, breakaway);
+        self.jog = JogBounds::derived(&self.controller, &self.device, breakaway);
         // The body is taken once more, since it may give some of the limits, and again, since some
         // of what follows from them.
         take(self, body)?;

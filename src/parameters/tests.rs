@@ -37,7 +37,8 @@ fn example() -> Parameters {
     };
     let limits = Limits::derived(&controller, &DeviceConfig::CAUTIOUS, 0.4);
     let profile = ProfileLimits::derived(&controller, &limits, 0.0);
-    Parameters { controller, motion, device: DeviceConfig::CAUTIOUS, limits, profile }
+    let jog = JogBounds::derived(&controller, &DeviceConfig::CAUTIOUS, 0.4);
+    Parameters { controller, motion, device: DeviceConfig::CAUTIOUS, limits, profile, jog }
 }
 
 #[test]
@@ -96,7 +97,8 @@ fn former(laws: &[Gains], drive: DriveConfig, motion: Motion) -> Parameters {
     };
     let limits = Limits::derived(&controller, &device, 0.0);
     let profile = ProfileLimits::derived(&controller, &limits, 0.0);
-    Parameters { controller, motion, device, limits, profile }
+    let jog = JogBounds::derived(&controller, &device, 0.0);
+    Parameters { controller, motion, device, limits, profile, jog }
 }
 
 #[test]
@@ -120,7 +122,8 @@ fn records_of_the_former_formats_are_read_as_they_were_meant() {
     let derived = Limits::derived(&third.controller, &third.device, 0.4);
     let limits = Limits { position_min: -90.0, position_max: 270.5, overspeed: 333.0, ..derived };
     let profile = ProfileLimits::derived(&third.controller, &limits, 0.0);
-    let third = Parameters { limits, profile, ..third };
+    let jog = JogBounds::derived(&third.controller, &third.device, 0.4);
+    let third = Parameters { limits, profile, jog, ..third };
     assert_eq!(Parameters::decode(&stored(THIRD)), Ok((third, 7)));
 }
 

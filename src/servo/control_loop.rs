@@ -97,7 +97,7 @@ impl ControlLoop {
     }
 
     /// Forgets the state of the law and of the monitors, but not the motor's heat, and not what a
-    /// ramp has found.
+    /// ramp or a jog has found.
     pub(super) fn rest(&mut self) {
         if !self.is_over() {
             self.state = CourseState::default();
@@ -150,7 +150,9 @@ impl ControlLoop {
         match &self.course {
             Course::Follow(reference) => reference.at(self.state.tick().saturating_sub(1)),
             Course::Profile(profile) => profile.setpoint(),
-            Course::Ramp(_) => Setpoint::at_rest(Position::from_counts(self.state.counts())),
+            Course::Ramp(_) | Course::Jog(_) => {
+                Setpoint::at_rest(Position::from_counts(self.state.counts()))
+            }
         }
     }
 
@@ -178,16 +180,14 @@ impl ControlLoop {
             &mut self.state,
             Reading { travel, supply },
         );
-        if tick.saturated
-            && let Course::Ramp(_) = self.course
-        {
-            self.state.ramp_mut().abandon();
+        if tick.saturated {
+            self.state.capped(&self.course);
         }
         tick
     }
 
-    /// Returns whether the course has ended. Only a ramp ends; a reference does not.
+    /// Returns whether the course has ended. A ramp and a jog end; a reference does not.
     pub(super) const fn is_over(&self) -> bool {
-        matches!(self.course, Course::Ramp(_)) && self.state.ramp().is_over()
+        self.state.is_over(&self.course)
     }
 }

@@ -79,8 +79,8 @@ impl Servo {
 
     fn armed_loop(&mut self) -> Result<&mut ControlLoop, Refusal> {
         match (self.state, &mut self.control_loop) {
-            // The loop is open. The ramp finds the levels of an effort that nobody else changes.
-            (State::Armed, Some(ControlLoop { course: Course::Ramp(_), .. })) => {
+            // The loop is open. A ramp and a jog find what an effort does that nobody else changes.
+            (State::Armed, Some(ControlLoop { course: Course::Ramp(_) | Course::Jog(_), .. })) => {
                 Err(Refusal::Armed)
             }
             (State::Armed, Some(control_loop)) => Ok(control_loop),

@@ -2,6 +2,7 @@ use super::*;
 use crate::controller::ControllerConfig;
 use crate::drive::{DriveConfig, PwmMode};
 use crate::encoder::{CounterBits, Direction, Encoder};
+use crate::jog::JogBounds;
 use crate::monitor::Limits;
 use crate::motion::Motion;
 use crate::parameters::DeviceConfig;
@@ -9,6 +10,7 @@ use crate::pd::PdGains;
 use crate::position::Position;
 use crate::profile::ProfileLimits;
 use crate::reference::{Corner, Reference, Step, Trajectory};
+use crate::value::Table;
 
 const HARDWARE: Hardware = Hardware { pwm_clock_hz: 168e6, supply_top: 4095, dead_time_max: 6e-6 };
 
@@ -41,6 +43,7 @@ fn parameters(device: DeviceConfig) -> Parameters {
         device,
         limits: Limits::OFF,
         profile: ProfileLimits { velocity: 50.0, acceleration: 100.0, jerk: 5000.0 },
+        jog: JogBounds::EXAMPLE,
     }
 }
 

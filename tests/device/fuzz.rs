@@ -10,6 +10,7 @@ use proptest::collection::vec;
 use proptest::prelude::*;
 use stiction::Motion;
 use stiction::compensator::{Gains, MAX_TERMS, ResetIntegralGains, SmoothRobustNonlinearGains};
+use stiction::jog::Asked;
 use stiction::link::{CHUNK, PROTOCOL, Request, encode_request};
 use stiction::parameters::{ROOM, record as form};
 use stiction::pd::PdGains;
@@ -149,8 +150,10 @@ fn request(random: &mut Random, record: &[u8]) -> Request {
             Request::Subscribe { signals, every: random.below(20) as u16 }
         }
         14 => Request::Fault { index: random.next() as u8 },
-        15 => match random.below(2) {
+        15 => match random.below(4) {
             0 => Request::ReadLevels,
+            1 => Request::ReadJog,
+            2 => Request::Jog(Asked { effort: Some(random.real()), ..Asked::default() }),
             _ => Request::Identify { rate: random.real(), hold: random.real() },
         },
         _ => Request::Hello { protocol: PROTOCOL, session: random.below(3) as u32 },

@@ -22,6 +22,21 @@ fn again(parameters: &Parameters) -> Result<Parameters, String> {
     read("pulled.toml", &text).map_err(|error| error.to_string())
 }
 
+/// A limit that is off is written as the word, is read back as the same, and a change to it is told.
+#[test]
+fn a_limit_that_is_off_says_so() {
+    let (on, off) = (srnf(&[]), srnf(&["limits.stall_v=off", "limits.link_timeout_s=0"]));
+    let joint = plans("step-response", &[])[0].machine.joint.clone();
+    let text = render(&off, &joint, "step-response").unwrap();
+    for line in ["stall_v = \"off\"", "link_timeout_s = \"off\"", "supply_min_v = \"off\""] {
+        assert!(text.contains(line), "{line}: {text}");
+    }
+    assert!(!text.contains("stall_s = \"off\""), "{text}");
+    assert_eq!(read("off", &text).unwrap(), off);
+    let changed = changes(&on, &off).unwrap();
+    assert!(changed.contains(&"limits.stall_v: 0.8 -> \"off\"".to_owned()), "{changed:?}");
+}
+
 #[test]
 fn every_run_of_every_experiment_is_read_back_bit_for_bit() {
     let mut runs = 0;

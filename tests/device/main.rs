@@ -21,9 +21,12 @@ mod chaos;
 mod dead_encoder;
 mod dying_encoder;
 mod encoder_faults;
+#[path = "../first_run.rs"]
+mod first_run;
 mod fixture;
 mod fuzz;
 mod held_effort;
+mod jog;
 mod link;
 mod machine_file;
 mod matrix;

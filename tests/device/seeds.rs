@@ -9,6 +9,7 @@ use std::path::{Path, PathBuf};
 use host_sim::properties::{self, file, frame, session};
 use stiction::Motion;
 use stiction::compensator::FIRST_LAW;
+use stiction::jog::Asked;
 use stiction::link::{CHUNK, Numbered, PROTOCOL, REQUEST, Request, encode_request};
 use stiction::parameters::{ROOM, record};
 use stiction::pd::PdGains;
@@ -63,6 +64,9 @@ fn requests() -> Vec<Request> {
         Request::Identify { rate: 0.5, hold: 0.1 },
         Request::Stop,
         Request::ReadLevels,
+        Request::Jog(Asked { effort: Some(0.5), ..Asked::default() }),
+        Request::Stop,
+        Request::ReadJog,
         Request::Clear,
         Request::Fault { index: 0 },
     ]);

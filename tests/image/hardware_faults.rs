@@ -71,7 +71,7 @@ fn without_parameters_or_with_damaged_ones_nothing_moves() {
     let mut damaged = parameters();
     damaged[40] ^= 1;
     for (parameters, refusal, fault) in [
-        (None, "no parameters: no motion", "faulted: no parameters"),
+        (None, "no parameters: the motor stays off", "faulted: no parameters"),
         (Some(&damaged[..]), "damaged (checksum)", "faulted: bad parameters"),
     ] {
         let observed = inject(parameters, Fitted::default(), &[]);

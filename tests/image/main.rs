@@ -26,9 +26,14 @@ mod driver;
 #[cfg(feature = "emulator")]
 mod fault_injection;
 #[cfg(feature = "emulator")]
+#[path = "../first_run.rs"]
+mod first_run;
+#[cfg(feature = "emulator")]
 mod free_running;
 #[cfg(feature = "emulator")]
 mod hardware_faults;
+#[cfg(feature = "emulator")]
+mod jog;
 #[cfg(feature = "emulator")]
 mod link;
 #[cfg(feature = "emulator")]

@@ -21,7 +21,7 @@ use crate::error::Error;
 /// Position a joint in spite of stick-slip friction: simulate controllers around the firmware's own
 /// control core. Nothing here has been run on a motor yet.
 #[derive(Debug, Parser)]
-#[command(version, max_term_width = 80)]
+#[command(name = "stiction", version, max_term_width = 80)]
 struct Arguments {
     #[command(subcommand)]
     command: Command,

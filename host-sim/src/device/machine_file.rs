@@ -111,7 +111,7 @@ fn known(parameters: &Parameters) -> Result<Table, Error> {
 
 /// The machine, with a joint of nothing.
 fn of(parameters: &Parameters) -> Machine {
-    let Parameters { controller: config, motion, device, limits, profile } = parameters;
+    let Parameters { controller: config, motion, device, limits, profile, jog } = parameters;
     let laws: Vec<LawName> = config.compensator.iter().map(|law| LawName(Some(*law))).collect();
     let (name, laws) = match laws[..] {
         [] => (PD.to_owned(), None),
@@ -151,6 +151,7 @@ fn of(parameters: &Parameters) -> Machine {
         device: Written::out(device),
         limits: Written::out(limits),
         profile: Written::out(profile),
+        jog: Written::out(jog),
         run: Run::default(),
         variant: vec![],
     }

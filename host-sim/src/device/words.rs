@@ -7,24 +7,24 @@ use stiction::servo::Levels;
 /// Says why a request was refused, and what to do.
 pub fn refused(refused: &Refused) -> String {
     match refused {
-        Refused::Unknown => "it does not know this request; its firmware is another".into(),
-        Refused::SayHello => "it was reset meanwhile, and waits for a new session".into(),
-        Refused::OutOfOrder => "a later request was faster".into(),
-        Refused::Booting => "it has not ticked yet; try again".into(),
+        Refused::Unknown => "its firmware does not know this request; flash the one that belongs to this program (`cargo xtask flash`)".into(),
+        Refused::SayHello => "it was reset meanwhile, so the motor is off; look at `faults`, then begin again".into(),
+        Refused::OutOfOrder => "a later request came first; say it again".into(),
+        Refused::Booting => "it has just been switched on; try again in a second".into(),
         Refused::Faulted(code) => {
             format!(
-                "{} is latched; see to it and clear it with `faults --clear` (docs/faults.md)",
+                "the motor is off since {}; mend the cause (docs/faults.md), then `faults --clear`",
                 name(*code)
             )
         }
         Refused::NotClearable(code) => {
-            format!("{} ends with valid parameters or a reset only (docs/faults.md)", name(*code))
+            format!("no command clears {}: it ends with valid parameters or a reset (docs/faults.md)", name(*code))
         }
-        Refused::Armed => "only with the output off; `stop` first".into(),
-        Refused::NotArmed => "only while armed; `arm` first".into(),
-        Refused::Moving => "the joint has to be at rest for 50 ms".into(),
+        Refused::Armed => "the motor is driven; `stop` first".into(),
+        Refused::NotArmed => "the motor is off; `arm` first".into(),
+        Refused::Moving => "the joint moves; it has to be at rest for 50 ms first".into(),
         Refused::WouldTrip(code) => {
-            format!("it would end in {} at once (docs/faults.md)", name(*code))
+            format!("{} would turn the motor off at once; mend that first (docs/faults.md)", name(*code))
         }
         Refused::OutOfRange => {
             "the motion leads out of `limits.position_min_deg` to `limits.position_max_deg`".into()
@@ -38,9 +38,9 @@ pub fn refused(refused: &Refused) -> String {
                 .into()
         }
         Refused::NoParameters => "it has no parameters; `params push FILE.toml` first".into(),
-        Refused::NoSuch => "there is no such thing".into(),
-        Refused::NotWhole => "the record of parameters did not arrive whole".into(),
-        Refused::Version(version) => format!("it cannot read version {version} of the parameters"),
+        Refused::NoSuch => "there is no such signal, fault or motion on it".into(),
+        Refused::NotWhole => "the parameters did not arrive whole, and the old ones are in use; push them again".into(),
+        Refused::Version(version) => format!("its firmware cannot read version {version} of the parameters; the old ones are in use"),
         Refused::Value { key, found, allowed } => {
             stiction::Error { key: *key, found: *found, allowed: *allowed }.to_string()
         }
@@ -50,7 +50,7 @@ pub fn refused(refused: &Refused) -> String {
             )
         }
         Refused::MissingValue(key) => format!("`{key}` is missing in what it was sent"),
-        Refused::Flash => "its flash failed; the parameters are in use, but not saved".into(),
+        Refused::Flash => "its flash failed; the parameters are in use until it is switched off, but not saved".into(),
         Refused::Watchdog => {
             "its watchdog did not take over another timeout in time; say it again".into()
         }
@@ -69,11 +69,11 @@ pub fn name(code: u8) -> String {
     )
 }
 
-/// Describes a fault with its value and time, as in `fault 14 (stall: effort, but no count), 0.805
-/// V, 3.200 s after power-on`.
+/// Describes a fault with its value and time, as in `fault 14 (stall: effort, but no count), effort
+/// 0.8050 V, 3.200 s after power-on`.
 pub fn told(told: &Told, sample_time: f32) -> String {
-    let value = match Fault::from_code(told.code).map(Fault::unit) {
-        Some(unit) if !unit.is_empty() => format!(", {:.4} {unit}", told.value),
+    let value = match Fault::from_code(told.code).map(|fault| (fault.value(), fault.unit())) {
+        Some((what, unit)) if !unit.is_empty() => format!(", {what} {:.4} {unit}", told.value),
         _ => String::new(),
     };
     let when = match f64::from(told.tick) * f64::from(sample_time) {
@@ -81,6 +81,19 @@ pub fn told(told: &Told, sample_time: f32) -> String {
         time_s => format!(", {time_s:.3} s after power-on"),
     };
     format!("{}{value}{when}", name(told.code))
+}
+
+/// Says what to do about a fault.
+fn remedy(code: u8) -> String {
+    let Some(fault) = Fault::from_code(code) else {
+        return "this program is older than the firmware, and does not know it".into();
+    };
+    let then = match (fault.is_clearable(), fault.ends_with_parameters()) {
+        (true, _) => "then `faults --clear`",
+        (false, true) => "it ends with `params push FILE.toml --save`",
+        (false, false) => "it ends with a reset",
+    };
+    format!("what to do: docs/faults.md, \"{}\"; {then}", fault.section())
 }
 
 /// Names a state, as in `armed` or `faulted`.
@@ -95,9 +108,16 @@ pub const fn state(state: StateCode) -> &'static str {
 
 /// Writes a status, one quantity a line.
 pub fn status(status: &Status) -> String {
-    let mut lines = vec![format!("state      {}", state(status.state))];
+    let what = match status.state {
+        StateCode::Boot => "it has just been switched on; the motor is off",
+        StateCode::Stopped => "the motor is off",
+        StateCode::Armed => "the motor is driven",
+        StateCode::Faulted(_) => "the motor is off, and stays off until the fault is cleared",
+    };
+    let mut lines = vec![format!("state      {}: {what}", state(status.state))];
     if status.fault.code != 0 {
         lines.push(format!("fault      {}", told(&status.fault, status.sample_time)));
+        lines.push(format!("           {}", remedy(status.fault.code)));
     }
     let position = f64::from(status.position) * f64::from(status.resolution);
     let rest = if status.at_rest { "at rest" } else { "moving" };
@@ -105,10 +125,15 @@ pub fn status(status: &Status) -> String {
         "position   {position:.4} deg since power-on ({} counts), {rest}",
         status.position
     ));
-    lines.push(format!("heat       that of {:.3} V for ever", status.thermal_effort));
+    lines.push(format!(
+        "heat       as if driven with {:.3} V for long (a model: `limits.continuous_v`)",
+        status.thermal_effort
+    ));
     if status.wound_up {
         lines.push(
-            "warning    the compensator holds effort at standstill: the motor gets warm".into(),
+            "warning    the law pushes a joint that does not move, and the motor gets warm:\n           \
+             if it lasts, `stop`, and see docs/faults.md"
+                .into(),
         );
     }
     if status.is_damaged {
@@ -128,7 +153,7 @@ pub fn status(status: &Status) -> String {
         lines.extend([what, then].map(String::from));
     }
     if status.unsaved {
-        lines.push("warning    the parameters in use are not saved: `params save`".into());
+        lines.push("warning    the parameters in use are lost at power-off: `params save`".into());
     }
     let time_s = f64::from(status.clock) * f64::from(status.sample_time);
     lines.push(format!("on for     {time_s:.2} s, {} ticks", status.clock));

@@ -1,6 +1,7 @@
 //! What a controller board is told for a run: its parameters, validated as the board will do it,
 //! and the record of them for its flash.
 
+use stiction::jog::JogBounds;
 use stiction::parameters::{DeviceConfig, ROOM};
 use stiction::{Limits, Parameters, ProfileLimits};
 
@@ -45,7 +46,8 @@ pub(crate) fn assembled(plan: &RunPlan) -> Result<Parameters, Error> {
     let stop_gain = if gain > 0.0 { 2.0 * gain } else { derived.stop_gain };
     let limits = plan.machine.limits.core(Limits { stop_gain, ..derived });
     let profile = plan.machine.profile.core(ProfileLimits::derived(&controller, &limits, gain));
-    Ok(Parameters { controller, motion, device, limits, profile })
+    let jog = plan.machine.jog.core(JogBounds::derived(&controller, &device, breakaway));
+    Ok(Parameters { controller, motion, device, limits, profile, jog })
 }
 
 /// Tells the effort that starts the joint, V: what the file says of it among the limits, or else
@@ -127,6 +129,33 @@ mod tests {
                 .and_then(|plan| record(&plan))
                 .unwrap_err()
                 .to_string();
+            assert!(message.contains(expected), "{message}");
+        }
+    }
+
+    #[test]
+    fn off_is_a_word_and_zero_still_means_it() {
+        let limits =
+            |set: &[&str]| parameters(&plan("step-response", set).unwrap()).unwrap().limits;
+        let given = ["limits.stall_v=0.5", "limits.following_error_deg=1"];
+        assert_ne!(limits(&given).stall_effort, 0.0);
+        for off in ["off", "\"off\"", "0", "0.0"] {
+            let set =
+                [format!("limits.stall_v={off}"), format!("limits.overspeed_deg_per_s={off}")];
+            let found = limits(&[&set[0], &set[1]]);
+            assert_eq!((found.stall_effort, found.overspeed), (0.0, 0.0), "{off}");
+        }
+        // Of what is no limit, and of another word, the refusal says what is allowed.
+        for (set, expected) in [
+            ("limits.stall_v=of", "`limits.stall_v` is \"of\"; allowed is a number or \"off\""),
+            ("limits.stall_v=true", "`limits.stall_v` is true; allowed is a number or \"off\""),
+            ("limits.stall_v=-1", "is -1; allowed is a number from 0 to 1000000, or \"off\""),
+            ("limits.stall_s=off", "`limits.stall_s` is \"off\"; allowed is a number"),
+            ("jog.effort_v=off", "`jog.effort_v` is \"off\"; allowed is a number"),
+            ("jog.effort_v=0", "`jog.effort_v` is 0; allowed is a number above 0"),
+        ] {
+            let found = plan("step-response", &[set]).and_then(|plan| record(&plan));
+            let message = found.unwrap_err().to_string();
             assert!(message.contains(expected), "{message}");
         }
     }

@@ -3,6 +3,7 @@
 use stiction::compensator::Gains;
 use stiction::drive::DriveConfig;
 use stiction::encoder::Encoder;
+use stiction::jog::JogBounds;
 use stiction::parameters::DeviceConfig;
 use stiction::pd::PdGains;
 use stiction::value::{About, Absent, Table, Values};
@@ -51,7 +52,7 @@ macro_rules! declared {
     };
 }
 
-declared!(ControllerConfig, Encoder, DriveConfig, DeviceConfig, Limits, ProfileLimits);
+declared!(ControllerConfig, Encoder, DriveConfig, DeviceConfig, Limits, ProfileLimits, JogBounds);
 
 /// `[controller.NAME]`: the gains of PD and of every law. Those of PD have to be there; what else
 /// has to be depends on the laws that are listed.

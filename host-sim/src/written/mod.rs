@@ -24,6 +24,9 @@ use stiction::value::{About, Kind, Table, Values};
 
 pub use self::declared::{AllGains, Declared};
 
+/// The word for a limit that is off; it is zero.
+pub const OFF: &str = "off";
+
 /// Keys of a table that the core knows nothing of.
 pub trait Extras: Default {
     /// The names of the keys.

@@ -6,9 +6,9 @@ use std::marker::PhantomData;
 use serde::de::{self, DeserializeSeed, MapAccess, Visitor};
 use serde::{Deserialize, Deserializer};
 use stiction::Allowed;
-use stiction::value::Kind;
+use stiction::value::{About, Kind};
 
-use super::{Declared, Extras, Scalar, Written};
+use super::{Declared, Extras, OFF, Scalar, Written};
 
 /// Reads the key of a table, and refuses one that is not known.
 struct Name<'a>(&'a [&'static str]);
@@ -37,19 +37,46 @@ impl Visitor<'_> for Name<'_> {
     }
 }
 
-/// Reads a value of a declared type, which may be what is allowed.
-struct Value(Kind, Option<Allowed>);
+/// Reads a value as it is declared, which may be what is allowed.
+struct Value<'a>(&'a About, Option<Allowed>);
 
-impl<'de> DeserializeSeed<'de> for Value {
+impl<'de> DeserializeSeed<'de> for Value<'_> {
     type Value = Scalar;
 
     fn deserialize<D: Deserializer<'de>>(self, deserializer: D) -> Result<Scalar, D::Error> {
-        match self.0 {
+        match self.0.kind {
+            Kind::Number if self.0.may_be_off() => deserializer.deserialize_any(NumberOrOff),
             Kind::Number => f64::deserialize(deserializer).map(Scalar::Number),
             Kind::Whole => deserializer.deserialize_i64(WholeNumber(self.1)).map(Scalar::Whole),
             Kind::Flag => bool::deserialize(deserializer).map(Scalar::Flag),
             Kind::Choice(words) => deserializer.deserialize_any(Choice(words)),
         }
+    }
+}
+
+/// A number, or the word that turns off what has it.
+struct NumberOrOff;
+
+impl Visitor<'_> for NumberOrOff {
+    type Value = Scalar;
+
+    fn expecting(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "a number or \"{OFF}\"")
+    }
+
+    fn visit_f64<E: de::Error>(self, number: f64) -> Result<Scalar, E> {
+        Ok(Scalar::Number(number))
+    }
+
+    fn visit_i64<E: de::Error>(self, whole: i64) -> Result<Scalar, E> {
+        Ok(Scalar::Number(whole as f64))
+    }
+
+    fn visit_str<E: de::Error>(self, typed: &str) -> Result<Scalar, E> {
+        if typed == OFF {
+            return Ok(Scalar::Number(0.0));
+        }
+        Err(E::invalid_type(de::Unexpected::Str(typed), &self))
     }
 }
 
@@ -126,9 +153,8 @@ impl<'de, T: Declared, E: Extras> Visitor<'de> for TableVisitor<T, E> {
         while let Some(name) = map.next_key_seed(Name(&names))? {
             match declared.iter().find(|about| about.name == name) {
                 Some(about) => {
-                    table
-                        .values
-                        .insert(name, map.next_value_seed(Value(about.kind, T::allowed(about)))?);
+                    let value = map.next_value_seed(Value(about, T::allowed(about)))?;
+                    table.values.insert(name, value);
                 }
                 None => table.extras.take(name, &mut map)?,
             }

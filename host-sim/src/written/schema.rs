@@ -6,7 +6,7 @@ use schemars::{JsonSchema, Schema, SchemaGenerator, json_schema};
 use stiction::Allowed;
 use stiction::value::{About, Absent, Kind};
 
-use super::{Declared, Extras, Scalar, Written, single};
+use super::{Declared, Extras, OFF, Scalar, Written, single};
 use crate::error::shown;
 
 impl<T: Declared, E: Extras> JsonSchema for Written<T, E> {
@@ -71,7 +71,11 @@ fn schema_of(about: &About, allowed: Option<Allowed>, otherwise: Option<Scalar>)
             schema.insert("x-bounds".into(), words.into());
         }
     }
+    if about.may_be_off() {
+        schema = json_schema!({ "anyOf": [schema, { "const": OFF }] });
+    }
     let default = otherwise.map(|value| match (value, about.kind) {
+        (Scalar::Number(0.0), _) if about.may_be_off() => OFF.into(),
         (Scalar::Choice(place), Kind::Choice(words)) => choice(words.get(place).unwrap_or(&"")),
         (Scalar::Flag(flag), _) => flag.into(),
         (Scalar::Whole(whole), _) => whole.into(),
@@ -107,7 +111,7 @@ enum Bounds {
 /// That one is the expression of the source in the names of the file.
 fn bounds(about: &About, allowed: Option<Allowed>) -> Bounds {
     let (low, high, is_above) = match allowed {
-        Some(Allowed::Between(low, high)) => (low, high, false),
+        Some(Allowed::Between(low, high) | Allowed::OrOff(low, high)) => (low, high, false),
         Some(Allowed::Above(low, high)) => (low, high, true),
         Some(Allowed::Any | Allowed::LaterBy(_) | Allowed::AnotherLaw) | None => {
             return Bounds::None;

@@ -4,7 +4,7 @@ use serde::ser::SerializeMap;
 use serde::{Serialize, Serializer};
 use stiction::value::Kind;
 
-use super::{Declared, Extras, Scalar, Written};
+use super::{Declared, Extras, OFF, Scalar, Written};
 
 impl<T: Declared, E: Extras> Serialize for Written<T, E> {
     fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
@@ -12,6 +12,9 @@ impl<T: Declared, E: Extras> Serialize for Written<T, E> {
         for about in T::about() {
             let value = self.values.get(about.name).copied().or_else(|| T::otherwise(about));
             match (value, about.kind) {
+                (Some(Scalar::Number(0.0)), _) if about.may_be_off() => {
+                    map.serialize_entry(about.name, OFF)?;
+                }
                 (Some(Scalar::Number(number)), _) => map.serialize_entry(about.name, &number)?,
                 (Some(Scalar::Whole(whole)), _) => map.serialize_entry(about.name, &whole)?,
                 (Some(Scalar::Flag(flag)), _) => map.serialize_entry(about.name, &flag)?,

@@ -19,7 +19,7 @@ fn a_move_that_cannot_be_leaves_the_drive_stopped() {
     .unwrap();
     told(&board.device(&["params", "push", path.to_str().unwrap()]));
     for (deg, fragment, left) in [
-        ("400", "leads out of `limits.position_min_deg`", "; the output is off"),
+        ("400", "leads out of `limits.position_min_deg`", "; the motor is off"),
         ("1e9", "move 1000000000: allowed is a position within 2^30 counts", ""),
         ("nan", "move NaN: allowed is a position within 2^30 counts", ""),
     ] {

@@ -11,7 +11,7 @@ fn a_device_behind_a_port_is_asked_armed_moved_logged_and_configured() {
     let (log, toml) = (file("move.csv"), file("joint.toml"));
     assert!(told(&board.device(&["status"])).contains("state      stopped"));
     let said = told(&board.device(&["move", "2.5", "--for", "3", "--log", &log]));
-    assert!(said.contains("state      armed") && said.contains("the output is off"), "{said}");
+    assert!(said.contains("state      armed") && said.contains("the motor is off"), "{said}");
     let rows = std::fs::read_to_string(&log).unwrap();
     let last: Vec<&str> = rows.lines().last().unwrap().split(',').collect();
     let position: f64 = last[2].parse().unwrap();
@@ -31,8 +31,8 @@ fn a_cable_that_is_pulled_while_armed_is_told_with_what_the_board_does() {
     let board = Board::new(Manner::PulledWhileArmed(20));
     let said = complaint(&board.device(&["move", "2.5", "--for", "60"]));
     assert!(
-        said.contains("it is gone") && said.contains("turns its output off by itself"),
+        said.contains("it is gone") && said.contains("turns the motor off by itself"),
         "{said}"
     );
-    assert!(said.ends_with("it may be STILL ARMED: no stop was answered"), "{said}");
+    assert!(said.contains("THE MOTOR MAY STILL BE DRIVEN: the stop was not confirmed"), "{said}");
 }

@@ -69,7 +69,7 @@ fn a_view_that_is_ended_by_a_signal_stops_what_it_armed_and_gives_the_terminal_b
                 Command::new("kill").args([signal, &id.to_string()]).status().unwrap().success()
             );
         });
-        assert!(screen.contains("left stopped: the output is off"), "{signal}: {screen}");
+        assert!(screen.contains("left stopped: the motor is off"), "{signal}: {screen}");
         assert!(
             screen.contains("\x1b[?1049l") && terminal.contains(" icanon"),
             "{signal}: {terminal}"

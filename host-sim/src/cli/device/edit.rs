@@ -6,6 +6,7 @@ use std::io::Write;
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
+use stiction::jog::JogBounds;
 use stiction::link::StateCode;
 use stiction::value::Table;
 use stiction::{Limits, Parameters};
@@ -25,7 +26,7 @@ pub fn edit<W: Wire>(client: &mut Client<W>, machine: &str, save: bool) -> Resul
     let editor = editor()?;
     // It says so before anybody has worked for nothing.
     if client.status()?.state == StateCode::Armed {
-        let why = "parameters are taken with the output off only; `stop` first";
+        let why = "the motor is driven, and parameters are taken with it off only; `stop` first";
         return Err(Error::Refused(format!(
             "params edit: {} is armed: {why}",
             client.wire().name()
@@ -60,13 +61,15 @@ pub fn edit<W: Wire>(client: &mut Client<W>, machine: &str, save: bool) -> Resul
     Ok(changes.join("\n") + "\n" + keep(client, save)?)
 }
 
-/// Reads the parameters from the text, which has to state every limit. One that is left out would
-/// be derived from the friction of a joint that is lent from another machine.
+/// Reads the parameters from the text, which has to state every limit and every bound of the jog.
+/// One that is left out would be derived from the friction of a joint that is lent from another
+/// machine.
 fn understood(name: &str, text: &str) -> Result<Parameters, Error> {
     let parameters = machine_file::read(name, text)?;
     let document = Document::parse(name, text)?;
-    let mut limits = Limits::ABOUT.iter().map(|about| format!("limits.{}", about.name));
-    if let Some(key) = limits.find(|key| document.get(key).is_none()) {
+    let stated = Limits::ABOUT.iter().chain(JogBounds::ABOUT);
+    let mut stated = stated.map(|about| format!("{}.{}", about.table, about.name));
+    if let Some(key) = stated.find(|key| document.get(key).is_none()) {
         let why = "a device does not know the joint that a threshold is derived from";
         return Err(Error::Input(format!(
             "{name}: `{key}` is missing, and has to be there: {why}"

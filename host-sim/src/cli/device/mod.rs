@@ -1,6 +1,7 @@
 //! `stiction device`.
 
 mod edit;
+mod jog;
 mod moves;
 mod params;
 #[cfg(feature = "watch")]
@@ -82,6 +83,9 @@ enum Action {
     Stop,
     /// Arm if it is not armed, and move to a position within the limits of [profile]
     Move(moves::Arguments),
+    /// Push a new joint a little each way, without a loop, and say whether its encoder counts in the
+    /// right sense: the first powered motion
+    Jog(jog::Jog),
     /// Find the friction by a ramp of the effort: up until the joint moves, down until it rests
     Identify {
         /// How fast the effort rises, V/s; slower is nearer to the truth
@@ -124,9 +128,9 @@ pub fn device(arguments: &Arguments) -> Result<(), Error> {
     }
     let chosen = [arguments.port.is_some(), arguments.emulator, arguments.simulated];
     if chosen.iter().filter(|chosen| **chosen).count() != 1 {
-        let why = "nobody shall think that a motor stopped which did not";
+        let which = "--port is a real motor, the others drive none";
         return Err(Error::Input(format!(
-            "device: exactly one of --port DEV, --emulator and --simulated is needed: {why}"
+            "device: exactly one of --port DEV, --emulator and --simulated is needed: {which}"
         )));
     }
     if arguments.emulator {
@@ -223,6 +227,11 @@ fn with(action: &Action, machine: &str, wire: impl Wire) -> Result<(), Error> {
             }
             said.ended
         }
+        Action::Jog(jog) => {
+            let jogged = then_off(&mut client, |client| jog.run(client))?;
+            print(&jog.shown(&jogged, client.warning())?)?;
+            jog::agrees(&jogged)
+        }
         Action::Identify { rate, hold } => {
             let text = then_off(&mut client, |client| identify(client, *rate, *hold))?;
             say(text)
@@ -280,17 +289,18 @@ fn identify<W: Wire>(client: &mut Client<W>, rate: f32, hold: f32) -> Result<Str
     let nothing = || {
         let by = by(&status);
         Error::Device(format!(
-            "identify: the ramp was ended by {by}, and has found nothing (docs/faults.md)"
+            "identify: ended by {by}, before anything was found (docs/faults.md)"
         ))
     };
     let found = client.levels()?.ok_or_else(nothing)?;
     Ok(words::levels(&found, rate) + OFF)
 }
 
-const OFF: &str = "stopped: the output is off\n";
+const OFF: &str = "stopped: the motor is off now\n";
 
 /// The remark on a drive that may not have heard a stop.
-const PERHAPS_ARMED: &str = "it may be STILL ARMED: no stop was answered";
+const PERHAPS_ARMED: &str =
+    "THE MOTOR MAY STILL BE DRIVEN: the stop was not confirmed; cut the motor's supply";
 
 /// Runs a command that closes the loop, and then turns the output off, whatever has happened. An
 /// error says how the drive is left.
@@ -302,7 +312,7 @@ fn then_off<W: Wire, T>(
     let left = |error: &Error, how: &str| Error::Device(format!("{error}; {how}"));
     match (done, client.stop()) {
         (Ok(found), Ok(())) => Ok(found),
-        (Err(error), Ok(())) => Err(left(&error, "the output is off")),
+        (Err(error), Ok(())) => Err(left(&error, "the motor is off")),
         (Ok(_), Err(error)) | (Err(error), Err(_)) => Err(left(&error, PERHAPS_ARMED)),
     }
 }
@@ -317,7 +327,10 @@ fn ended(what: &str, status: &Status) -> Result<(), Error> {
     if status.state == StateCode::Armed {
         return Ok(());
     }
-    Err(Error::Device(format!("{what}: ended by {} (docs/faults.md)", by(status))))
+    Err(Error::Device(format!(
+        "{what}: ended by {}; the motor is off (docs/faults.md)",
+        by(status)
+    )))
 }
 
 fn by(status: &Status) -> String {

@@ -1,6 +1,7 @@
 //! Requests that arm, move and stop the joint.
 
 use stiction::Motion;
+use stiction::jog::{Asked, Found};
 use stiction::link::{Reply, Request};
 use stiction::position::Position;
 use stiction::servo::Levels;
@@ -111,6 +112,27 @@ impl<W: Wire> Client<W> {
     /// Says why the device refuses.
     pub fn identify(&mut self, rate: f32, hold: f32) -> Result<(), Error> {
         self.done("identify", Request::Identify { rate, hold })
+    }
+
+    /// Arms and begins a jog, within the bounds of the device and those that are asked for. The jog
+    /// ends by itself, and [`jogged`](Self::jogged) says what it has found. Meanwhile the device has
+    /// to hear from the client within its link timeout.
+    ///
+    /// # Errors
+    /// Says why the device refuses.
+    pub fn jog(&mut self, asked: Asked) -> Result<(), Error> {
+        self.done("jog", Request::Jog(asked))
+    }
+
+    /// What the last jog has found; none before it is over, and none if something else ended it.
+    ///
+    /// # Errors
+    /// Says that the device does not answer.
+    pub fn jogged(&mut self) -> Result<Option<Found>, Error> {
+        match self.ask(Request::ReadJog)? {
+            Reply::Jog(found) => Ok(found),
+            _ => Err(self.unexpected()),
+        }
     }
 
     /// The efforts (V) that the last ramp has found; none before the ramp is over.

@@ -38,14 +38,14 @@ pub fn press<W: Wire>(
         KeyCode::Char('c' | 'd') if control => return Ok(Flow::Quit),
         // The stop key works however it is pressed.
         KeyCode::Char('s' | 'S' | ' ') => {
-            client.stop().map(|()| "stopped: the output is off".to_owned())
+            client.stop().map(|()| "stopped: the motor is off".to_owned())
         }
         // A terminal, a multiplexer or a slip of the hand sends these: Ctrl-A is no arming.
         KeyCode::Char(_) if !plain => return Ok(Flow::Go),
         KeyCode::Char('q') => return Ok(Flow::Quit),
         KeyCode::Char('a') => arm(watched, client),
         KeyCode::Char('h') => client.hold().map(|()| "stops here, and is held".to_owned()),
-        KeyCode::Char('c') => client.clear().map(|()| "cleared".to_owned()),
+        KeyCode::Char('c') => client.clear().map(|()| "cleared: `a` arms again".to_owned()),
         KeyCode::Char(c) if c.is_ascii_digit() || c == '.' || c == '-' => {
             if watched.entry.len() < LONGEST_ENTRY {
                 watched.entry.push(c);
@@ -79,7 +79,8 @@ fn arm<W: Wire>(watched: &mut Watched, client: &mut Client<W>) -> Result<String,
         watched.armed_here = armed_here;
     }
     answer?;
-    Ok(if before { "it is armed already" } else { "armed: here is zero" }.into())
+    Ok(if before { "it is armed already" } else { "armed: the motor is driven, and here is zero" }
+        .into())
 }
 
 /// Moves to the typed position, which counts from the zero of the arming: without that zero there

@@ -160,10 +160,10 @@ fn leave<W: Wire>(client: &mut Client<W>, watched: &Watched) -> Result<&'static 
     let left = client.status().map_err(|error| unheard(&error, watched))?;
     Ok(match left.state {
         StateCode::Armed => {
-            "STILL ARMED: it was so before, and not by this program; `stop` turns the output off"
+            "THE MOTOR IS STILL DRIVEN: it was so before you watched; `stop` turns it off"
         }
-        StateCode::Faulted(_) => "left faulted: the output is off",
-        StateCode::Stopped | StateCode::Boot => "left stopped: the output is off",
+        StateCode::Faulted(_) => "left faulted: the motor is off",
+        StateCode::Stopped | StateCode::Boot => "left stopped: the motor is off",
     })
 }
 

@@ -97,8 +97,8 @@ pub struct Watched {
     pub signals: Signals,
     /// The answer to the last request for the status.
     pub status: Status,
-    /// Length of the past that is plotted, s.
-    pub window_s: f64,
+    /// Length of the past that is kept, s: as long as the longest move of late.
+    pub kept_s: f64,
     /// The moments of that past.
     pub moments: VecDeque<Moment>,
     /// Samples that did not arrive.
@@ -124,7 +124,7 @@ impl Watched {
             name,
             signals,
             status,
-            window_s: WINDOW_S,
+            kept_s: WINDOW_S,
             moments: VecDeque::new(),
             lost: 0,
             armed_here: false,
@@ -142,15 +142,14 @@ impl Watched {
             self.moments.clear();
         }
         self.moments.push_back(moment);
-        while self.moments.front().is_some_and(|first| first.time_s < moment.time_s - self.window_s)
-        {
+        while self.moments.front().is_some_and(|first| first.time_s < moment.time_s - self.kept_s) {
             self.moments.pop_front();
         }
     }
 
     /// Fits the past that is plotted to a move that takes so long, in whole tens of seconds.
     pub fn show(&mut self, move_s: f64) {
-        self.window_s = (10.0 * (move_s / 10.0).ceil()).clamp(WINDOW_S, LONGEST_WINDOW_S);
+        self.kept_s = (10.0 * (move_s / 10.0).ceil()).clamp(WINDOW_S, LONGEST_WINDOW_S);
     }
 
     /// The last moment.
@@ -161,6 +160,15 @@ impl Watched {
     /// Whether the drive is armed, as far as was last heard.
     pub const fn is_armed(&self) -> bool {
         matches!(self.status.state, StateCode::Armed)
+    }
+
+    /// The time that the plots show, s: as much as the loop has been closed of late, in round
+    /// figures, so that a short move fills them.
+    pub fn window_s(&self) -> f64 {
+        let now_s = self.now().time_s;
+        let first = self.moments.iter().find(|moment| moment.armed);
+        let length_s = first.map_or(WINDOW_S, |first| now_s - first.time_s);
+        [1.0, 2.0, 5.0].into_iter().find(|window_s| length_s <= *window_s).unwrap_or(self.kept_s)
     }
 
     /// The curve of a term over time, in pieces of uninterrupted arming. Time counts back from the

@@ -100,7 +100,7 @@ fn numbers_are_those_of_the_last_sample_in_a_users_units() {
     assert_eq!(words(&lines[4]), "error 1.2345 deg effort v 2.7500 V");
     assert_eq!(words(&lines[5]), "velocity -6.500 deg/s applied 2.5000 V");
     assert_eq!(words(&lines[6]), "from power-on 2.0000 deg code, duty 563, -2000");
-    assert_eq!(words(&lines[7]), "heat of 0.500 V for ever");
+    assert_eq!(words(&lines[7]), "heat as of 0.500 V");
     assert!(lines[23].starts_with("q quit  s stop"));
 }
 
@@ -110,9 +110,10 @@ fn a_curve_is_where_its_values_are_and_nowhere_without_the_loop() {
     // from then on.
     let samples = (0..=500).map(|i| sample(4000 + 2 * i, if i < 250 { 0 } else { 200 }, 2));
     let buffer = drawn(&watched(None, samples), 80, 24);
-    // Of 14 rows of plots the upper 9 are for positions, from a tenth below the lowest to a tenth
-    // above the highest.
-    let row_of = |deg: f64| 9 + (9.0 * (1.0 - (deg + 0.5005) / 6.006)) as u16;
+    // Of 14 rows of plots the upper 9 are for positions. The first has the legend, the others go from
+    // 0 to 8 deg.
+    assert!(row(&buffer, 9).contains("-- reference   -- position"), "{}", row(&buffer, 9));
+    let row_of = |deg: f64| 10 + (31.0 * (1.0 - deg / 8.0)).round() as u16 / 4;
     let reference = curve(&buffer, Color::Yellow);
     assert!(reference.len() > 60, "{}", reference.len());
     assert!(reference.iter().all(|at| at.1 == row_of(5.005)), "{reference:?}");
@@ -130,7 +131,7 @@ fn a_curve_is_where_its_values_are_and_nowhere_without_the_loop() {
     // The effort is below: what is asked for at the top, and what the joint gets of it at the
     // bottom.
     let [asked, applied] = [Color::Green, Color::Magenta].map(|color| curve(&buffer, color));
-    assert!(asked.len() > 60 && asked.iter().all(|at| at.1 == 18), "{asked:?}");
+    assert!(asked.len() > 60 && asked.iter().all(|at| at.1 == 19), "{asked:?}");
     assert!(applied.len() > 60 && applied.iter().all(|at| at.1 == 20), "{applied:?}");
 
     // While the output is off, there is neither reference nor zero.
@@ -141,7 +142,7 @@ fn a_curve_is_where_its_values_are_and_nowhere_without_the_loop() {
             .iter()
             .all(|color| curve(&buffer, *color).is_empty())
     );
-    assert!(row(&buffer, 3).contains("position                  - deg"), "{}", row(&buffer, 3));
+    assert!(row(&buffer, 3).contains("position              - deg"), "{}", row(&buffer, 3));
 }
 
 #[test]
@@ -231,7 +232,7 @@ fn the_window_fits_the_move() {
     let mut watched = watched(None, [sample(4990, 7, 2)]);
     for (move_s, window_s) in [(0.5, 10.0), (10.0, 10.0), (12.3, 20.0), (4000.0, 300.0)] {
         watched.show(move_s);
-        assert_eq!(watched.window_s, window_s);
+        assert_eq!(watched.kept_s, window_s);
     }
     watched.show(12.3);
     let buffer = drawn(&watched, 80, 24);
@@ -289,14 +290,14 @@ fn a_device_that_falls_silent_while_armed_here_is_told_to_be_perhaps_still_armed
 
     let mut client = Client::connect(Cut { wire: client.end(), cut: false }).unwrap();
     client.pass(Duration::from_secs(3)).unwrap();
-    assert!(!super::leave(&mut client, &watched).unwrap().contains("ARMED"));
+    assert!(!super::leave(&mut client, &watched).unwrap().contains("DRIVEN"));
     client.wire().cut = true;
     assert!(press(KeyEvent::from(KeyCode::Char('a')), &mut watched, &mut client).is_err());
     // The request may have arrived.
     assert!(watched.armed_here);
     let said = super::leave(&mut client, &watched).unwrap_err().to_string();
     assert!(
-        said.contains("does not answer") && said.ends_with("STILL ARMED: no stop was answered"),
+        said.contains("does not answer") && said.contains("THE MOTOR MAY STILL BE DRIVEN"),
         "{said}"
     );
 }
@@ -330,11 +331,64 @@ impl Wire for Cut {
 fn what_was_armed_here_is_stopped_on_leaving_and_what_was_not_is_told() {
     let (mut watched, mut client) = watched_device();
     press(KeyEvent::from(KeyCode::Char('a')), &mut watched, &mut client).unwrap();
-    assert!(super::leave(&mut client, &watched).unwrap().contains("output is off"));
+    assert!(super::leave(&mut client, &watched).unwrap().contains("motor is off"));
     assert_eq!(client.status().unwrap().state, StateCode::Stopped);
     client.pass(Duration::from_millis(200)).unwrap();
     client.arm().unwrap();
     watched.armed_here = false;
-    assert!(super::leave(&mut client, &watched).unwrap().starts_with("STILL ARMED"));
+    assert!(super::leave(&mut client, &watched).unwrap().starts_with("THE MOTOR IS STILL DRIVEN"));
     assert_eq!(client.status().unwrap().state, StateCode::Armed);
+}
+
+#[test]
+fn axes_are_round_and_hold_all_values() {
+    use super::view::bounds;
+    let of = |values: &[f64], least| bounds(values.iter().copied(), least);
+    assert_eq!(of(&[0.0, 5.005], 0.1), ([0.0, 8.0], 0));
+    assert_eq!(of(&[0.0, 2.0], 0.1), ([0.0, 2.0], 1));
+    assert_eq!(of(&[-0.31, 0.42], 0.1), ([-0.4, 0.8], 1));
+    // Noise is not stretched: 10 counts are the least.
+    let ([low, high], decimals) = of(&[1.0, 1.001], 0.0242);
+    assert!(low <= 0.9884 && high >= 1.0126 && high - low < 0.05 && decimals == 3, "{low} {high}");
+    for k in 1..400 {
+        let (a, b) = (f64::from(k).sin() * 10f64.powi(k % 7 - 3), f64::from(3 * k).cos());
+        let ([low, high], decimals) = of(&[a, b], 0.01);
+        assert!(low <= a.min(b) + 1e-9 && high >= a.max(b) - 1e-9, "{a} {b}: {low} {high}");
+        // The values fill a third of it, and the labels say what the axis has.
+        assert!(high - low <= 3.0 * (a - b).abs().max(0.01) + 1e-9, "{a} {b}: {low} {high}");
+        for value in [low, 0.5 * (low + high), high] {
+            let label: f64 = format!("{value:.decimals$}").parse().unwrap();
+            assert!((label - value).abs() < 1e-9, "{value} as {label}");
+        }
+    }
+}
+
+#[test]
+fn the_window_fits_a_short_move() {
+    for (ticks, window_s) in [(50, 1.0), (150, 2.0), (400, 5.0), (900, 10.0), (3000, 10.0)] {
+        assert_eq!(watched(None, (0..ticks).map(|i| sample(i, 0, 2))).window_s(), window_s);
+    }
+    assert_eq!(watched(None, (0..50).map(|i| sample(i, 0, 1))).window_s(), 10.0);
+}
+
+#[test]
+fn sixty_columns_are_enough() {
+    let mut watched = watched(Some(SIMULATED), [sample(4995, 200, 2)]);
+    watched.status.state = StateCode::Faulted(14);
+    watched.status.fault = Told { code: 14, tick: 320, value: 0.805 };
+    watched.note = "move: the simulated device refuses: the motor is off; `arm` first".into();
+    let buffer = drawn(&watched, 60, 24);
+    let text = (0..24).map(|y| row(&buffer, y) + " ").collect::<String>();
+    let words = text.split_whitespace().collect::<Vec<_>>().join(" ");
+    for part in [
+        "3.200 s after power-on",
+        "code, duty 563, -2000",
+        "velocity -6.500 deg/s",
+        "`arm` first",
+        "c clear fault",
+        "move to, deg",
+        "-- position",
+    ] {
+        assert!(words.contains(part), "{part}: {words}");
+    }
 }

@@ -6,15 +6,18 @@ use ratatui::layout::{Constraint, Layout, Rect};
 use ratatui::style::{Color, Modifier, Style};
 use ratatui::symbols::Marker;
 use ratatui::text::{Line, Span};
-use ratatui::widgets::{Axis, Chart, Dataset, GraphType, Paragraph};
+use ratatui::widgets::{Axis, Chart, Dataset, GraphType, Paragraph, Wrap};
 use stiction::link::StateCode;
 
 use super::keys::KEYS;
 use super::model::{Moment, Watched};
 use crate::device::words;
 
-/// Least height of a plot, rows; a lower one shows nothing that the numbers do not.
+/// Least height of a plot with its legend, rows; a lower one shows nothing that the numbers do not.
 const LEAST_PLOT: u16 = 5;
+
+/// Most rows of the state and of a note, whose sentences are wrapped in a narrow terminal.
+const MOST_ROWS: usize = 3;
 
 /// Least span of the position, counts: noise is not stretched over the whole height.
 const LEAST_SPAN_COUNTS: f64 = 10.0;
@@ -35,13 +38,19 @@ pub fn draw(frame: &mut Frame, watched: &Watched) {
     let rows = u16::from(watched.warning.is_some()).min(area.height);
     let warning = Rect { height: rows, ..area };
     let below = Rect { y: area.y + rows, height: area.height - rows, ..area };
+    let (told, noted) = (state_of(watched), note_of(watched));
+    let wrapped = |line: &Line| {
+        // A word that goes to the next row leaves a gap, for which there is another row.
+        let rows = line.width().div_ceil(usize::from(area.width).max(1));
+        Constraint::Length((rows + usize::from(rows > 1)).clamp(1, MOST_ROWS) as u16)
+    };
     let [title, state, numbers, note, plots, keys] = Layout::vertical([
         Constraint::Length(1),
-        Constraint::Length(1),
+        wrapped(&told),
         Constraint::Length(6),
-        Constraint::Length(1),
+        wrapped(&noted),
         Constraint::Fill(1),
-        Constraint::Length(1),
+        Constraint::Length(if area.width < KEYS.len() as u16 { 2 } else { 1 }),
     ])
     .areas(below);
     if let Some(text) = watched.warning {
@@ -49,10 +58,11 @@ pub fn draw(frame: &mut Frame, watched: &Watched) {
         frame.render_widget(Paragraph::new(text).style(style), warning);
     }
     frame.render_widget(title_of(watched), title);
-    frame.render_widget(state_of(watched), state);
+    let wrap = |line| Paragraph::new::<Line>(line).wrap(Wrap { trim: true });
+    frame.render_widget(wrap(told), state);
     frame.render_widget(Paragraph::new(numbers_of(watched)), numbers);
-    frame.render_widget(note_of(watched), note);
-    frame.render_widget(Paragraph::new(KEYS).style(Style::new().fg(Color::DarkGray)), keys);
+    frame.render_widget(wrap(noted), note);
+    frame.render_widget(wrap(KEYS.into()).style(Style::new().fg(Color::DarkGray)), keys);
     plots_of(frame, watched, plots);
 }
 
@@ -62,7 +72,7 @@ fn title_of(watched: &Watched) -> Paragraph<'_> {
     Paragraph::new(format!("{}, on for {time_s:.1} s", watched.name))
 }
 
-fn state_of(watched: &Watched) -> Paragraph<'_> {
+fn state_of(watched: &Watched) -> Line<'static> {
     let status = &watched.status;
     let color = match status.state {
         StateCode::Armed => Color::Green,
@@ -78,7 +88,7 @@ fn state_of(watched: &Watched) -> Paragraph<'_> {
         say(words::told(&status.fault, status.sample_time), Color::Red);
     }
     if watched.now().saturated {
-        say("saturated".into(), Color::Yellow);
+        say("saturated: no more effort".into(), Color::Yellow);
     }
     if status.wound_up {
         say("effort at standstill".into(), Color::Yellow);
@@ -92,7 +102,7 @@ fn state_of(watched: &Watched) -> Paragraph<'_> {
     if status.unsaved {
         say("parameters not saved".into(), Color::Yellow);
     }
-    Paragraph::new(Line::from(line))
+    Line::from(line)
 }
 
 fn numbers_of(watched: &Watched) -> Vec<Line<'static>> {
@@ -110,7 +120,7 @@ fn numbers_of(watched: &Watched) -> Vec<Line<'static>> {
         ("error", armed(now.error_deg, 4), "deg", Color::Reset),
         ("velocity", armed(now.velocity_deg_per_s, 3), "deg/s", Color::Reset),
         ("from power-on", format!("{deg:.4}"), "deg", Color::Reset),
-        ("heat of", format!("{:.3}", status.thermal_effort), "V for ever", Color::Reset),
+        ("heat as of", format!("{:.3}", status.thermal_effort), "V", Color::Reset),
     ];
     let right = [
         ("v_PD", armed(now.v_pd, 4), "V", Color::Reset),
@@ -124,16 +134,16 @@ fn numbers_of(watched: &Watched) -> Vec<Line<'static>> {
     let entry = |(name, value, unit, color): (&'static str, String, &'static str, Color)| {
         [
             Span::styled(format!("{name:<14}"), Style::new().fg(color)),
-            Span::raw(format!("{value:>13} {unit:<10}")),
+            Span::raw(format!("{value:>9} {unit:<6}")),
         ]
     };
     rows.map(|(left, right)| Line::from([entry(left), entry(right)].concat())).collect()
 }
 
-fn note_of(watched: &Watched) -> Paragraph<'_> {
+fn note_of(watched: &Watched) -> Line<'_> {
     match watched.entry.as_str() {
-        "" => Paragraph::new(watched.note.as_str()),
-        entry => Paragraph::new(format!("move to {entry}_ deg   (Enter; Esc forgets it)")),
+        "" => Line::from(watched.note.as_str()),
+        entry => Line::from(format!("move to {entry}_ deg   (Enter moves; Esc forgets it)")),
     }
 }
 
@@ -146,14 +156,15 @@ fn plots_of(frame: &mut Frame, watched: &Watched, area: Rect) {
     let [position, effort] =
         Layout::vertical([Constraint::Fill(1), Constraint::Length(below)]).areas(area);
     let least = LEAST_SPAN_COUNTS * f64::from(watched.status.resolution);
-    let curves: [Curve; 2] = [(REFERENCE, |m| m.reference_deg), (POSITION, |m| m.position_deg)];
+    let curves: [Curve; 2] =
+        [("reference", REFERENCE, |m| m.reference_deg), ("position", POSITION, |m| m.position_deg)];
     // The times are written once, under the lower plot.
     plot(frame, watched, &curves, ("deg", least), below == 0, position);
     if below > 0 {
         plot(
             frame,
             watched,
-            &[(APPLIED, |m| m.v_applied), (EFFORT, |m| m.v)],
+            &[("applied", APPLIED, |m| m.v_applied), ("effort", EFFORT, |m| m.v)],
             ("V", LEAST_SPAN_V),
             true,
             effort,
@@ -161,7 +172,8 @@ fn plots_of(frame: &mut Frame, watched: &Watched, area: Rect) {
     }
 }
 
-type Curve = (Color, fn(&Moment) -> f64);
+/// A curve: its name in the legend, its colour and its term.
+type Curve = (&'static str, Color, fn(&Moment) -> f64);
 
 fn plot(
     frame: &mut Frame,
@@ -173,11 +185,20 @@ fn plot(
 ) {
     let pieces: Vec<(Color, Vec<(f64, f64)>)> = curves
         .iter()
-        .flat_map(|(color, term)| watched.curves(term).into_iter().map(|piece| (*color, piece)))
+        .flat_map(|(_, color, term)| watched.curves(term).into_iter().map(|piece| (*color, piece)))
         .collect();
+    let legend = curves.iter().flat_map(|(name, color, _)| {
+        let style = Style::new().fg(*color);
+        [Span::styled("   -- ", style), Span::raw(*name)]
+    });
+    let title = Span::styled(format!("{unit:>9}"), Style::new().fg(Color::DarkGray));
+    let legend: Vec<Span> = std::iter::once(title).chain(legend).collect();
+    let above = Rect { height: 1.min(area.height), ..area };
+    let area = Rect { y: area.y + above.height, height: area.height - above.height, ..area };
+    frame.render_widget(Paragraph::new(Line::from(legend)), above);
     let values =
         pieces.iter().flat_map(|(_, piece)| piece).map(|point| point.1).filter(|v| v.is_finite());
-    let bounds = bounds(values, least);
+    let (bounds, decimals) = bounds(values, least);
     let datasets = pieces.iter().map(|(color, piece)| {
         let style = Style::new().fg(*color);
         Dataset::default()
@@ -188,30 +209,36 @@ fn plot(
     });
     let axis = Style::new().fg(Color::DarkGray);
     // The margin is the same for every plot, so that their times are below one another.
-    let label = |value: f64| format!("{value:>9.3}");
-    let [low, high] = bounds;
-    let x = Axis::default().style(axis).bounds([-watched.window_s, 0.0]);
+    let label = |value: f64| format!("{value:>9.decimals$}");
+    let ([low, high], window_s) = (bounds, watched.window_s());
+    let x = Axis::default().style(axis).bounds([-window_s, 0.0]);
     let y = Axis::default().style(axis).bounds(bounds).labels([
         label(low),
-        format!("{unit:>9}"),
+        label(0.5 * (low + high)),
         label(high),
     ]);
-    let x = if with_times {
-        x.labels([format!("{:.0} s", -watched.window_s), "now".into()])
-    } else {
-        x
-    };
+    let x = if with_times { x.labels([format!("{:.0} s", -window_s), "now".into()]) } else { x };
     frame.render_widget(Chart::new(datasets.collect()).x_axis(x).y_axis(y), area);
 }
 
-/// The range from the lowest to the highest value with a tenth of it around them, at least `least`
-/// wide.
-fn bounds(values: impl Iterator<Item = f64>, least: f64) -> [f64; 2] {
+/// The range of an axis that holds all values and is at least `least` wide, and the decimals of its
+/// labels. Its ends and its middle are multiples of 1, 2 or 5 times a power of ten.
+pub(super) fn bounds(values: impl Iterator<Item = f64>, least: f64) -> ([f64; 2], usize) {
     let range = values.fold(None, |range: Option<[f64; 2]>, value| match range {
         None => Some([value; 2]),
         Some([low, high]) => Some([low.min(value), high.max(value)]),
     });
     let [low, high] = range.unwrap_or_default();
     let (middle, span) = (0.5 * (low + high), (high - low).max(least));
-    [middle - 0.6 * span, middle + 0.6 * span]
+    let [low, high] = [middle - 0.5 * span, middle + 0.5 * span];
+    // A quarter of the span, so that the two steps on either side of the middle are few.
+    let least_step = 0.25 * span;
+    let power = least_step.log10().floor();
+    let steps = [1.0, 2.0, 5.0, 10.0].map(|factor| factor * 10f64.powf(power));
+    let step = steps.into_iter().find(|step| *step >= least_step).unwrap_or(span);
+    // An even number of steps, so that the middle is one, too. A hair is no reason for a step more.
+    let [low, high] = [(low / step + 1e-9).floor(), (high / step - 1e-9).ceil()];
+    let high = high + (high - low).rem_euclid(2.0);
+    // The next lower power is enough for 1, 2 and 5 times this one.
+    ([low * step, high * step], (-power).max(0.0) as usize)
 }

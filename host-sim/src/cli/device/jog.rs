@@ -1,0 +1,88 @@
+//! `stiction device jog`.
+
+use std::time::Duration;
+
+use stiction::Parameters;
+use stiction::jog::{Asked, Found, Verdict};
+use stiction::link::StateCode;
+
+use crate::device::client::Client;
+use crate::device::jogged;
+use crate::device::wire::Wire;
+use crate::error::Error;
+
+/// Less than the device's own bounds of `[jog]`; more is refused
+#[derive(Debug, clap::Args)]
+pub struct Jog {
+    /// Largest effort, V [default: the device's jog.effort_v, and no more than that]
+    #[arg(long, value_name = "V", allow_hyphen_values = true)]
+    effort: Option<f32>,
+    /// How fast the effort rises, V/s [default: the device's jog.rate_v_per_s]
+    #[arg(long, value_name = "V/S", allow_hyphen_values = true)]
+    rate: Option<f32>,
+    /// Largest distance from where the joint stands, deg [default: the device's jog.travel_deg]
+    #[arg(long, value_name = "DEG", allow_hyphen_values = true)]
+    travel: Option<f32>,
+    /// Largest speed, deg/s [default: the device's jog.speed_deg_per_s]
+    #[arg(long, value_name = "DEG/S", allow_hyphen_values = true)]
+    speed: Option<f32>,
+    /// Longest time, s [default: the device's jog.time_s]
+    #[arg(long, value_name = "S", allow_hyphen_values = true)]
+    time: Option<f32>,
+    /// Print one JSON object
+    #[arg(long)]
+    pub json: bool,
+}
+
+/// What a jog has found, and on which device.
+pub struct Jogged {
+    pub parameters: Parameters,
+    pub found: Found,
+}
+
+impl Jog {
+    const fn asked(&self) -> Asked {
+        let Self { effort, rate, travel, speed, time, .. } = *self;
+        Asked { effort, rate, travel, speed, time }
+    }
+
+    /// Runs a jog to its end.
+    pub fn run<W: Wire>(&self, client: &mut Client<W>) -> Result<Jogged, Error> {
+        let parameters = client.parameters()?;
+        if !client.status()?.at_rest {
+            client.pass(Duration::from_millis(100))?;
+        }
+        client.jog(self.asked())?;
+        // The device ends the jog itself; the client only stays, and waits a second longer.
+        let longest = Duration::from_secs_f32(parameters.jog.time + 1.0);
+        let status = client.pass_armed(longest)?;
+        let ended = |by: &str| {
+            Error::Device(format!("jog: ended by {by}, before anything was found (docs/faults.md)"))
+        };
+        match (status.state, client.jogged()?) {
+            (StateCode::Armed, _) => Err(ended("its time, as the device did not end it")),
+            (_, Some(found)) => Ok(Jogged { parameters, found }),
+            _ => Err(ended(&super::by(&status))),
+        }
+    }
+
+    /// The text for a person, or the JSON object.
+    pub fn shown(&self, jogged: &Jogged, warning: Option<&str>) -> Result<String, Error> {
+        let Jogged { parameters, found } = jogged;
+        if !self.json {
+            let warning = warning.map_or(String::new(), |warning| format!("{warning}\n"));
+            return Ok(warning + &jogged::words(found, parameters) + super::OFF);
+        }
+        let object = jogged::json(found, parameters, warning);
+        let text = serde_json::to_string_pretty(&object);
+        text.map(|text| text + "\n").map_err(|error| Error::Input(error.to_string()))
+    }
+}
+
+/// Refuses whatever is no agreement, so that a script does not go on.
+pub fn agrees(jogged: &Jogged) -> Result<(), Error> {
+    match jogged.found.verdict() {
+        Verdict::Agrees => Ok(()),
+        verdict => Err(Error::Device(format!("jog: {}", jogged::headline(verdict)))),
+    }
+}

@@ -1,0 +1,31 @@
+//! The servo's part of a [jog](crate::jog): arming for it, and what it has found.
+
+use super::{ControlLoop, Refusal, Servo};
+use crate::jog::{Found, Jog};
+use crate::motion::Course;
+
+impl Servo {
+    /// Arms the servo for a link: at the next tick a jog begins. The monitors that take the
+    /// encoder's direction for known are off until the servo is armed anew. From now on, the
+    /// silence of that link is a fault.
+    ///
+    /// # Errors
+    /// Says what is in the way; an armed servo does not jog.
+    pub fn jog(&mut self, jog: Jog) -> Result<(), Refusal> {
+        self.ready_to_arm()?.begin(Course::Jog(jog));
+        self.start_loop(true);
+        if let Some(control_loop) = &mut self.control_loop {
+            control_loop.watch.suppose_direction();
+        }
+        Ok(())
+    }
+
+    /// Returns what the jog has found, once it is over. There is nothing if the jog was ended by a
+    /// stop or a fault.
+    pub fn jogged(&self) -> Option<Found> {
+        let ControlLoop { course: Course::Jog(_), state, .. } = self.control_loop.as_ref()? else {
+            return None;
+        };
+        state.jog().is_over().then(|| *state.jog().found())
+    }
+}

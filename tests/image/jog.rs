@@ -1,0 +1,92 @@
+//! The guarded jog in the image: it finds what a simulated device finds, ends by itself with the
+//! bridge off, and the guide of docs/wiring.md leads to a first move.
+
+use host_sim::device::client::Client;
+use host_sim::device::simulated::SimulatedDevice;
+use host_sim::device::wire::SimulatedWire;
+use host_sim::emulator::wire::EmulatedWire;
+use host_sim::encoder::Wires;
+use host_sim::experiment::RunPlan;
+use stiction::Fault;
+use stiction::jog::{Asked, Ended, Found, Verdict};
+use stiction::link::StateCode;
+
+use crate::common::plans;
+use crate::fault_injection::firmware;
+use crate::first_run::{follow, jogged};
+
+/// The thesis's joint with gains that do nothing; a slower PWM costs the emulator less time.
+fn untuned() -> RunPlan {
+    let set =
+        ["drive.pwm_hz=2000", "controller.pd.kp_v_per_deg=0", "controller.pd.kd_v_per_deg_per_s=0"];
+    plans("step-response", &["pd"], &set).remove(0)
+}
+
+fn board(wires: Wires, brake_v: f64) -> Client<EmulatedWire> {
+    let mut wire = EmulatedWire::with(&firmware(), &untuned()).unwrap();
+    let act = wire.board.act(move |halted| {
+        halted.rewire(wires);
+        halted.plant().brake_v = brake_v;
+    });
+    act.unwrap();
+    Client::connect(wire).unwrap()
+}
+
+#[test]
+fn a_jog_finds_what_a_simulated_device_finds_and_leaves_the_bridge_off() {
+    for (wires, brake_v, verdict) in [
+        (Wires::Sound, 0.0, Verdict::Agrees),
+        (Wires::Swapped, 0.0, Verdict::Reversed),
+        (Wires::Cut, 0.0, Verdict::Still),
+        (Wires::OneCut, 0.0, Verdict::Noise),
+        (Wires::Sound, 9.0, Verdict::Still),
+    ] {
+        let mut simulated = SimulatedDevice::new(&untuned()).unwrap();
+        simulated.ticks(10);
+        (simulated.wires, simulated.brake_v) = (wires, brake_v);
+        let here = jogged(&mut Client::connect(SimulatedWire::new(simulated)).unwrap()).unwrap();
+        let mut client = board(wires, brake_v);
+        let there = jogged(&mut client).unwrap();
+        assert_eq!(there.verdict(), verdict, "{wires:?}: {there:?}");
+        if matches!(wires, Wires::Cut | Wires::OneCut) {
+            // A pulled-up pin whose wire is cut rises once: a count, which a simulated device has not.
+            let ends = |found: Found| found.ways.map(|way| (way.effort, way.ended));
+            assert_eq!(ends(there), ends(here));
+            assert!(there.ways.iter().all(|way| way.moved.abs() <= 2), "{there:?}");
+        } else {
+            assert_eq!(there, here, "{wires:?}");
+        }
+        assert_eq!(client.status().unwrap().faults, 0, "{wires:?}");
+        let board = &mut client.wire().board;
+        assert!(!board.samples(2).unwrap().bridge.is_on(), "{wires:?}");
+        // The closed form of tests/device/jog.rs gives 0.23 deg each way of a dead encoder.
+        let travel = board.act(|halted| halted.plant().position_deg()).unwrap().abs();
+        assert!(travel < 0.46, "{wires:?}: {travel} deg");
+    }
+}
+
+#[test]
+fn a_link_that_is_cut_in_the_middle_of_a_jog_turns_the_bridge_off() {
+    let mut client = board(Wires::Sound, 9.0);
+    // 0.05 V/s: it would take 10 s.
+    client.jog(Asked { rate: Some(0.05), ..Asked::default() }).unwrap();
+    let board = &mut client.wire().board;
+    assert!(board.samples(20).unwrap().bridge.is_on());
+    // 0.5 s of silence are 25 ticks.
+    assert!(!board.samples(7).unwrap().bridge.is_on());
+    let status = client.status().unwrap();
+    assert_eq!(status.state, StateCode::Faulted(Fault::LinkTimeout as u8));
+    assert_eq!(client.jogged().unwrap(), None);
+    // The time ends it if nothing else does.
+    client.clear().unwrap();
+    client.jog(Asked { rate: Some(0.05), time: Some(0.4), ..Asked::default() }).unwrap();
+    client.pass_armed(std::time::Duration::from_secs(1)).unwrap();
+    assert_eq!(client.jogged().unwrap().unwrap().ways[0].ended, Ended::Time);
+}
+
+#[test]
+fn the_first_run_can_be_followed_on_the_emulated_board() {
+    let tuned = plans("step-response", &["srnf"], &["drive.pwm_hz=2000"]).remove(0);
+    let tuned = host_sim::device::parameters(&tuned).unwrap();
+    follow(&mut board(Wires::Swapped, 0.0), &tuned, true);
+}
