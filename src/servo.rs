@@ -18,7 +18,7 @@
 //! at once. The position in which the servo is armed becomes the joint's zero. A command arms the
 //! servo ([`Servo::arm`]). If the parameters say `autostart` (off by default) and nothing went
 //! wrong before, the servo arms itself, `autostart_delay` after the first tick. The motion of the
-//! parameters begins with the tick of arming.
+//! parameters begins with the tick after that.
 //!
 //! After arming, the limit of the output rises in a straight line from zero to the full scale (soft
 //! start): a wrong sign or a large first error shows as a slow pull and not as a jerk. The loop has
@@ -450,7 +450,7 @@ impl Servo {
                 control_loop.monitors.idle(&mut control_loop.watch, &self.follower.seen);
             }
             self.wake_up.rest();
-            return self.off(Tick::default());
+            return self.stopped();
         };
         if self.wake_up.is_on() {
             return self.wake();
@@ -488,18 +488,26 @@ impl Servo {
         Output { wakes, ..self.off(Tick::default()) }
     }
 
+    /// Runs a tick with the output off, and arms for the next one if the servo arms itself.
+    // Arming and a tick of the loop in one interrupt would be the longest of all.
+    #[inline(never)]
+    fn stopped(&mut self) -> Output {
+        let output = self.off(Tick::default());
+        if let (State::Stopped, Some(0)) = (self.state, self.countdown) {
+            // If the joint is not at rest yet, or the supply is not up, the next tick tries again.
+            if let Err(Refusal::FarAway) = self.arm() {
+                // It would never arm, and nobody would be told why.
+                self.fault(Fault::FollowingError);
+            }
+        }
+        output
+    }
+
     /// Makes the transitions that need no command.
     fn advance(&mut self) {
         match (self.state, self.countdown) {
             (State::Boot, _) => self.state = State::Stopped,
-            // If the joint is not at rest yet, or the supply is not up, the next tick tries again.
-            (State::Stopped, Some(0)) => {
-                if let Err(Refusal::FarAway) = self.arm() {
-                    // It would never arm, and nobody would be told why.
-                    self.fault(Fault::FollowingError);
-                }
-            }
-            (State::Stopped, Some(ticks)) => self.countdown = Some(ticks - 1),
+            (State::Stopped, Some(ticks)) => self.countdown = Some(ticks.saturating_sub(1)),
             _ => {}
         }
     }
