@@ -93,6 +93,8 @@ mod app {
         to_wire: Queue<u8, TO_WIRE> = Queue::new(),
     ])]
     fn init(cx: init::Context) -> (Shared, Local) {
+        // First of all: reading the parameters takes longer than any of what follows.
+        bridge::hold_enable_low(&cx.device.RCC, &cx.device.GPIOB);
         let init::LocalResources { outputs, session, servo, from_wire, to_wire, .. } = cx.local;
         let session = session.write(Session::new(Kind::Board, None));
         let (output_producer, output_consumer) = outputs.split();

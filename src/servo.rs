@@ -319,9 +319,13 @@ impl Servo {
         if let State::Armed = self.state {
             return Ok(());
         }
+        let here = self.follower.seen.position;
         let control_loop = self.ready_to_arm()?;
         if control_loop.replaced {
             return Err(Refusal::Replaced);
+        }
+        if control_loop.leads_out(&control_loop.course, here) {
+            return Err(Refusal::OutOfRange);
         }
         // Arming makes the place of the joint zero.
         if control_loop.begins_far_from(&control_loop.course, 0) {
@@ -333,13 +337,15 @@ impl Servo {
 
     /// Arms the servo for a link: at the next tick a ramp begins, or, without one, the joint holds
     /// its place. From then on, the silence of that link is a fault. If the servo is armed already,
-    /// only the watch over the link begins; a ramp is refused then.
+    /// only the watch over the link begins; a ramp is refused then, and so is everything while a ramp
+    /// or a jog runs.
     ///
     /// # Errors
     /// Says what is in the way.
     pub fn arm_for_link(&mut self, ramp: Option<Ramp>) -> Result<(), Refusal> {
         if let (State::Armed, Some(control_loop)) = (self.state, &mut self.control_loop) {
-            if ramp.is_some() {
+            // The loop of a ramp and of a jog is open: nobody shall be told that it is closed.
+            if ramp.is_some() || matches!(control_loop.course, Course::Ramp(_) | Course::Jog(_)) {
                 return Err(Refusal::Armed);
             }
             control_loop.watch.listen();
@@ -453,7 +459,7 @@ impl Servo {
             return self.stopped();
         };
         if self.wake_up.is_on() {
-            return self.wake();
+            return self.wake(input.supply);
         }
         let seen = &self.follower.seen;
         let tick = control_loop.tick(seen.position, input.supply);
@@ -478,13 +484,17 @@ impl Servo {
     /// Runs a tick of the driver's wake-up.
     // Not in the tick, which it would make longer.
     #[inline(never)]
-    fn wake(&mut self) -> Output {
-        let wakes = self.wake_up.step();
-        if let Some(control_loop) = &mut self.control_loop {
-            control_loop.monitors.idle(&mut control_loop.watch, &self.follower.seen);
-            // The joint may have been turned meanwhile: the loop begins where it is now.
-            control_loop.begin_at(self.follower.seen.position);
+    fn wake(&mut self, supply: u16) -> Output {
+        let Some(control_loop) = &mut self.control_loop else { return self.off(Tick::default()) };
+        let seen = &self.follower.seen;
+        let trip = control_loop.monitors.waking(&mut control_loop.watch, seen, supply);
+        if let Some(trip) = trip {
+            self.latch(Latched { fault: trip.fault, tick: self.clock, value: trip.value });
+            return self.off(Tick::default());
         }
+        // The joint may be turned meanwhile: the loop begins where it rests.
+        control_loop.begin_at(seen.position);
+        let wakes = self.wake_up.step(control_loop.monitors.is_at_rest(seen));
         Output { wakes, ..self.off(Tick::default()) }
     }
 
@@ -494,10 +504,13 @@ impl Servo {
     fn stopped(&mut self) -> Output {
         let output = self.off(Tick::default());
         if let (State::Stopped, Some(0)) = (self.state, self.countdown) {
-            // If the joint is not at rest yet, or the supply is not up, the next tick tries again.
-            if let Err(Refusal::FarAway) = self.arm() {
+            match self.arm() {
                 // It would never arm, and nobody would be told why.
-                self.fault(Fault::FollowingError);
+                Err(Refusal::FarAway) => self.fault(Fault::FollowingError),
+                Err(Refusal::OutOfRange) => self.fault(Fault::PositionLimit),
+                // If the joint is not at rest yet, or the supply is not up, the next tick tries
+                // again.
+                _ => {}
             }
         }
         output

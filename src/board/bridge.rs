@@ -108,7 +108,7 @@ impl TimerBridge {
                 .ossr()
                 .idle_level()
                 .bke()
-                .enabled()
+                .bit(blanking == 0)
                 .bkp()
                 .clear_bit()
         });
@@ -226,7 +226,8 @@ impl Bridge for TimerBridge {
     }
 }
 
-/// Drives the enable pin low, before the clock is started, which may wait for a crystal for 50 ms.
+/// Drives the enable pin low, before the parameters are read and before the clock is started, which
+/// may wait for a crystal for 50 ms.
 /// Before this, and in reset, a resistor of the board holds the pin.
 pub fn hold_enable_low(rcc: &pac::RCC, port: &pac::GPIOB) {
     rcc.ahb1enr().modify(|_, w| w.gpioben().enabled());

@@ -96,7 +96,6 @@ pub fn start(
     place: &'static mut MaybeUninit<Servo>,
     boot: impl FnOnce(Crystal) -> Boot,
 ) -> Board {
-    bridge::hold_enable_low(&device.RCC, &device.GPIOB);
     core.DCB.enable_trace();
     core.DWT.enable_cycle_counter();
     let freeze_bits = FreezeBits::new(device.DBGMCU);

@@ -191,6 +191,17 @@ impl Monitors {
         state.warning = false;
     }
 
+    /// A tick of the driver's wake-up, without output: what forbids arming still may come, and the
+    /// link may fall silent.
+    pub fn waking(&self, state: &mut MonitorState, seen: &Seen, supply: u16) -> Option<Trip> {
+        self.idle(state, seen);
+        if let Some(fault) = self.forbids_arming(state, seen, supply) {
+            return Some(Trip { fault, value: 0.0 });
+        }
+        let ticks = self.link.check(&mut state.link)?;
+        Some(Trip { fault: Fault::LinkTimeout, value: ticks as f32 * self.units.tick })
+    }
+
     /// One tick with output: `tick` has the code that is about to be applied.
     #[inline]
     pub fn check(

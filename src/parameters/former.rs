@@ -93,6 +93,17 @@ pub(super) fn read(
         limits.breakaway_effort = derived.breakaway_effort;
         limits.stall_impulse = derived.stall_impulse;
         limits.stop_gain = derived.stop_gain;
+        // Without Kd these were derived as zero, which is off, and which nobody had written.
+        if controller.pd.kd == 0.0 {
+            for (limit, derived) in [
+                (&mut limits.overspeed, derived.overspeed),
+                (&mut limits.encoder_jump, derived.encoder_jump),
+            ] {
+                if *limit == 0.0 {
+                    *limit = derived;
+                }
+            }
+        }
     } else {
         let limits = Limits::derived(&former.into.controller, &former.into.device, 0.0);
         former.into.limits = limits;

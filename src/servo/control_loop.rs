@@ -148,6 +148,10 @@ impl ControlLoop {
     #[inline(never)]
     pub(super) fn setpoint(&self) -> Setpoint {
         match &self.course {
+            // Before its first tick, nobody has been told to go where a step leads.
+            Course::Follow(_) if self.state.tick() == 0 => {
+                Setpoint::at_rest(Position::from_counts(self.state.counts()))
+            }
             Course::Follow(reference) => reference.at(self.state.tick().saturating_sub(1)),
             Course::Profile(profile) => profile.setpoint(),
             Course::Ramp(_) | Course::Jog(_) => {
@@ -159,6 +163,21 @@ impl ControlLoop {
     /// Returns whether a position, counted from the zero of this arming, is out of the range.
     pub(super) const fn is_out_of_range(&self, position: Position) -> bool {
         self.monitors.is_out_of_range(self.zero.wrapping_add(position.counts))
+    }
+
+    /// Returns whether a course leads out of the range, if its zero is at `zero`, counts since
+    /// power-on.
+    pub(super) fn leads_out(&self, course: &Course, zero: i32) -> bool {
+        let out =
+            |position: Position| self.monitors.is_out_of_range(zero.wrapping_add(position.counts));
+        match course {
+            Course::Follow(Reference::Step(step)) => out(step.to),
+            Course::Follow(Reference::Trajectory(trajectory)) => {
+                trajectory.corners().any(|corner| out(corner.position))
+            }
+            Course::Profile(profile) => out(profile.target()),
+            Course::Ramp(_) | Course::Jog(_) => false,
+        }
     }
 
     /// Returns whether a trajectory begins farther from `counts`, in the zero of an arming, than the

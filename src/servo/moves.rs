@@ -21,17 +21,10 @@ impl Servo {
     /// point would be a jump. A step is a jump that was asked for.
     pub fn follow(&mut self, reference: Reference) -> Result<(), Refusal> {
         let control_loop = self.armed_loop()?;
-        let out = |position: Position| control_loop.is_out_of_range(position);
-        let leads_out = match &reference {
-            Reference::Step(step) => out(step.to),
-            Reference::Trajectory(trajectory) => {
-                trajectory.corners().any(|corner| out(corner.position))
-            }
-        };
-        if leads_out {
+        let course = Course::Follow(reference);
+        if control_loop.leads_out(&course, control_loop.zero) {
             return Err(Refusal::OutOfRange);
         }
-        let course = Course::Follow(reference);
         if control_loop.begins_far_from(&course, control_loop.state.counts()) {
             return Err(Refusal::FarAway);
         }

@@ -323,3 +323,33 @@ fn a_trajectory_begins_where_the_joint_is_or_is_refused() {
     let step = Step { to: Position::from_counts(1000), ..Step::default() };
     assert_eq!(servo.follow(Reference::Step(step)), Ok(()));
 }
+
+#[test]
+fn a_motion_of_the_parameters_that_leads_out_of_the_range_is_never_begun() {
+    let autostart = DeviceConfig { autostart: true, autostart_delay: 0.0, ..at_once() };
+    for (device, is_automatic) in [(at_once(), false), (autostart, true)] {
+        let mut parameters = parameters(device);
+        // 250 counts are asked for, 2.5 deg.
+        for (position_max, leads_out) in [(2.6, false), (2.4, true)] {
+            parameters.limits.position_max = position_max;
+            let mut servo = Servo::new(Ok(&parameters), Boot::default(), &HARDWARE);
+            let drives = (0..20).any(|_| tick(&mut servo, 0).enable);
+            assert_eq!(drives, is_automatic && !leads_out, "{position_max}");
+            if is_automatic && leads_out {
+                assert_eq!(servo.state(), State::Faulted(Fault::PositionLimit));
+            } else if !is_automatic {
+                assert_eq!(servo.arm().is_err(), leads_out, "{position_max}");
+            }
+        }
+    }
+}
+
+#[test]
+fn a_client_is_not_told_that_the_loop_is_closed_while_a_ramp_runs() {
+    let mut servo = ramp(at_once());
+    (0..10).for_each(|_| assert!(!tick(&mut servo, 0).enable));
+    assert_eq!(servo.arm(), Ok(()));
+    assert!(tick(&mut servo, 0).enable);
+    assert_eq!(servo.arm_for_link(None), Err(Refusal::Armed));
+    assert!(tick(&mut servo, 0).enable);
+}

@@ -7,8 +7,9 @@
 //!   duty       ________|_____________________________________ first one ...
 //! ```
 //!
-//! Both times are whole ticks, rounded up. The loop is not run meanwhile, so nothing winds up, and
-//! it begins where the joint is when the wake-up is over.
+//! Both times are whole ticks, rounded up. The loop is not run meanwhile, so nothing winds up. It
+//! begins where the joint rests: a joint that is turned meanwhile is waited for. A silent link, and
+//! what forbids arming, are faults meanwhile.
 
 use crate::parameters::Parameters;
 
@@ -59,10 +60,13 @@ impl WakeUp {
         self.left > 0
     }
 
-    /// Takes a tick of the wake-up, and returns whether the enable pin is high in it.
-    pub const fn step(&mut self) -> bool {
+    /// Takes a tick of the wake-up, and returns whether the enable pin is high in it. The last tick
+    /// is repeated until the joint is at rest.
+    pub const fn step(&mut self, at_rest: bool) -> bool {
         let high = self.left <= self.high;
-        self.left = self.left.saturating_sub(1);
+        if at_rest || self.left > 1 {
+            self.left = self.left.saturating_sub(1);
+        }
         high
     }
 }

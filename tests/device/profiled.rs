@@ -118,6 +118,18 @@ fn a_profiled_move_of_forty_degrees_trips_nothing_in_any_experiment() {
     assert!(moves > 50, "{moves}");
 }
 
+/// A step that nobody has seen the first tick of is no place to move from.
+#[test]
+fn a_move_before_the_first_tick_begins_where_the_joint_is() {
+    let plan = plan("srnf", &["reference.steps_deg=[5.0]", "device.soft_start_s=0"]);
+    let mut simulated = SimulatedDevice::new(&plan).unwrap();
+    simulated.ticks(10);
+    simulated.device.servo().arm().unwrap();
+    go_to(&mut simulated, &plan, 0).unwrap();
+    let seen = run(&mut simulated, 1.0, "a move to zero");
+    assert!(seen.iter().all(|setpoint| setpoint.position == Position::default()));
+}
+
 #[test]
 fn a_hold_in_motion_slows_down_and_rests_on_the_first_count_that_the_limits_allow() {
     for after in [3, 20, 60, 100] {

@@ -52,10 +52,28 @@ fn the_driver_is_enabled_for_its_wake_up_and_the_loop_is_then_as_without_one() {
 fn a_joint_that_is_turned_during_the_wake_up_begins_where_it_is_then() {
     let mut servo = at_rest(&["device.wake_up_s=0.1", "device.soft_start_s=0"]);
     servo.arm().unwrap();
+    // It is turned in all of the wake-up, which lasts until it has rested for 50 ms.
     (1..=5).for_each(|tick_of_it| assert!(tick(&mut servo, 40 * tick_of_it).wakes));
-    let first = tick(&mut servo, 200);
+    let mut waits = 0;
+    let first = loop {
+        let output = tick(&mut servo, 200);
+        if !output.wakes {
+            break output;
+        }
+        waits += 1;
+    };
+    assert_eq!(waits, 3);
     // No count of it is in the error of the 5 deg, nor in the velocity.
     assert_eq!((first.tick.counts, first.tick.velocity, first.enable), (0, 0.0, true));
+}
+
+#[test]
+fn a_link_that_falls_silent_in_the_wake_up_moves_nothing() {
+    let mut servo = at_rest(&["device.wake_up_s=1", "limits.link_timeout_s=0.5"]);
+    servo.arm_for_link(None).unwrap();
+    let woken = (0..50).take_while(|_| tick(&mut servo, 0).wakes).count();
+    // 0.5 s are 25 ticks.
+    assert_eq!((woken, servo.state()), (25, State::Faulted(Fault::LinkTimeout)));
 }
 
 #[test]

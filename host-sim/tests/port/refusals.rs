@@ -109,7 +109,7 @@ fn what_was_edited_meanwhile_is_kept_if_the_device_refuses_it() {
         .env("EDITOR", editor);
     let said =
         complaint(&output(command.env("AT", directory.path()).env("TMPDIR", directory.path())));
-    assert!(said.contains("refuses: only with the output off"), "{said}");
+    assert!(said.contains("refuses: the motor is driven; `stop` first"), "{said}");
     let (before, file) = said.rsplit_once(", and the text is kept in ").unwrap();
     assert!(before.ends_with("; the old parameters are in use"), "{said}");
     assert!(std::fs::read_to_string(file).unwrap().contains("kp_v_per_deg=2"), "{said}");

@@ -234,13 +234,15 @@ fn the_window_fits_the_move() {
         watched.show(move_s);
         assert_eq!(watched.kept_s, window_s);
     }
+    // After 12 s, the plots show what is kept.
     watched.show(12.3);
+    watched.take(&sample(4990 + 1200, 7, 2));
     let buffer = drawn(&watched, 80, 24);
     assert!((0..24).any(|y| row(&buffer, y).contains("-20 s")));
     watched.take(&sample(4990 + 1900, 7, 2));
-    assert_eq!(watched.moments.len(), 2);
+    assert_eq!(watched.moments.len(), 3);
     watched.take(&sample(4990 + 2001, 7, 2));
-    assert_eq!(watched.moments.len(), 2);
+    assert_eq!(watched.moments.len(), 3);
 }
 
 #[test]
