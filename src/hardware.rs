@@ -29,8 +29,8 @@ impl Hardware {
     /// side.
     ///
     /// ```
-    /// let hardware = stiction::Hardware { pwm_clock_hz: 168e6, supply_top: 4095, dead_time_max: 6e-6 };
-    /// assert_eq!(hardware.pwm_top(22e3), Ok(3818)); // 22.001 kHz
+    /// let hardware = stiction::Hardware { pwm_clock_hz: 168e6, supply_top: 4095, dead_time_max:
+    /// 6e-6 }; assert_eq!(hardware.pwm_top(22e3), Ok(3818)); // 22.001 kHz
     /// ```
     pub fn pwm_top(&self, pwm_hz: f32) -> Result<u16, Error> {
         // The bound is a whole hundred, so that a person can read the message.

@@ -9,9 +9,9 @@
 //! ```
 //!
 //! The effort rises from zero in the positive sense until the joint has moved by 8 counts, and goes
-//! to zero at once. When the joint rests, the effort rises the other way. The joint's counts against
-//! the sign of the effort tell whether the encoder's direction is right. Nothing has to be tuned or
-//! known: no gain, no friction, no direction. No law runs.
+//! to zero at once. When the joint rests, the effort rises the other way. The joint's counts
+//! against the sign of the effort tell whether the encoder's direction is right. Nothing has to be
+//! tuned or known: no gain, no friction, no direction. No law runs.
 //!
 //! An effort without a count ends at the effort's bound, and the other way is tried. Everything
 //! else that [`crate::open_loop`] bounds ends the jog. So do a stop, a silent link and a fault. The
@@ -19,11 +19,11 @@
 //! others watch.
 //!
 //! Guarantees: with an encoder that counts, the joint goes no farther from its start than
-//! `travel + v^2 / (2 a) + v h`. Here `v` is the speed at the bound: `speed + sqrt(16 q A)`, since 8
-//! counts of `q` are let pass at the largest acceleration `A` of the joint; `a` is the deceleration
-//! by friction, and `h` the sample time. With an encoder that is dead, each way goes as far as a
-//! ramp of [`effort`](JogBounds::effort) at [`rate`](JogBounds::rate) pushes the joint: see
-//! docs/wiring.md for the figures of a joint, and the tests for the closed form.
+//! `travel + v^2 / (2 a) + v h`. Here `v` is the speed at the bound: `speed + sqrt(16 q A)`, since
+//! 8 counts of `q` are let pass at the largest acceleration `A` of the joint; `a` is the
+//! deceleration by friction, and `h` the sample time. With an encoder that is dead, each way goes
+//! as far as a ramp of [`effort`](JogBounds::effort) at [`rate`](JogBounds::rate) pushes the joint:
+//! see docs/wiring.md for the figures of a joint, and the tests for the closed form.
 //!
 //! Does badly: friction above the effort's bound looks like a motor that is not connected. A load
 //! that moves the joint as soon as a brake opens shows no direction: it is told as a load.
@@ -49,8 +49,8 @@ const QUIET: f32 = 0.2;
 /// heavy one move. The thesis's joint, a slow one, shows its direction at 0.5 of 0.6 V.
 const RISE: f32 = 1.0;
 
-/// The same if nothing is known, s: the bound may be far beyond what starts the joint then, and only
-/// the time keeps a joint with a dead encoder from going far.
+/// The same if nothing is known, s: the bound may be far beyond what starts the joint then, and
+/// only the time keeps a joint with a dead encoder from going far.
 const UNKNOWN_RISE: f32 = 0.5;
 
 /// The longest jog, s.
@@ -70,8 +70,8 @@ table! {
         /// nothing is known of the joint.
         effort: f32 = 0x0B01 "effort_v", Above(0.0, HUGE), Derived(0.6);
         /// Rate of the effort, V/s, no faster than the soft start. Derived: `effort_v` in a
-        /// second, or in half of one if nothing is known of the joint: the slower, the farther goes a
-        /// joint whose encoder is dead.
+        /// second, or in half of one if nothing is known of the joint: the slower, the farther goes
+        /// a joint whose encoder is dead.
         rate: f32 = 0x0B02 "rate_v_per_s", Above(0.0, HUGE), Derived(0.6);
         /// Largest distance from where the jog began, deg. Derived: 2 deg, or 16 counts if that is
         /// more; 8 tell the direction.

@@ -428,8 +428,8 @@ impl CourseState {
         }
     }
 
-    /// Takes that an open loop did not get the effort that it asked for: a ramp has found the levels
-    /// of another effort then, and a jog has come to the end of its way.
+    /// Takes that an open loop did not get the effort that it asked for: a ramp has found the
+    /// levels of another effort then, and a jog has come to the end of its way.
     pub(crate) fn capped(&mut self, course: &Course) {
         match course {
             Course::Follow(_) | Course::Profile(_) => {}

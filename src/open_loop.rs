@@ -2,7 +2,8 @@
 //!
 //! ```text
 //! effort of this tick -> |effort|            <= effort   -+
-//! position            -> |position - start|  <= travel    +-> the effort, or the bound that ends it
+//! position            -> |position - start|  <= travel    +-> the effort, or the bound that ends
+//! it
 //!                     -> travel in any time t <= speed t + 8 counts
 //!                     -> ticks               <= ticks    -+
 //! ```
@@ -18,7 +19,8 @@
 //! at a short sample time, is no speed yet, and a true one is seen at the count at which it shows.
 //!
 //! Guarantees: the effort is never more than its bound. When it ends, the joint is at most the
-//! travel of one tick beyond the bound that ended it. It ends after [`Bounds::ticks`] at the latest.
+//! travel of one tick beyond the bound that ended it. It ends after [`Bounds::ticks`] at the
+//! latest.
 //!
 //! Does badly: it believes the encoder. With a dead one, effort and time alone bound the travel;
 //! the monitors of the servo stay on for that reason.
@@ -139,8 +141,8 @@ mod tests {
             let slow = |tick: u32| sign * (tick * 29 / 100) as i32;
             let longer = Bounds { ticks: 5_000, ..BOUNDS };
             assert_eq!(ended(&longer, slow), (694, Bound::Travel));
-            // A count every other tick: from tick 1 to tick 2 n there are n counts in 2 n - 1 ticks,
-            // 0.4 n + 0.3 too many. More than 8 they are from n = 20 on.
+            // A count every other tick: from tick 1 to tick 2 n there are n counts in 2 n - 1
+            // ticks, 0.4 n + 0.3 too many. More than 8 they are from n = 20 on.
             let fast = |tick: u32| sign * (tick / 2) as i32;
             assert_eq!(ended(&longer, fast), (40, Bound::Speed));
         }

@@ -25,7 +25,7 @@
 //! its own gains from the start; what the limit cuts off is told as `saturated`.
 //!
 //! If the bridge's driver takes time to wake up (`wake_up_s`), it is enabled for so long before the
-//! first tick of the loop, in the state [`State::Armed`] ([`wake_up`]).
+//! first tick of the loop, in the state [`State::Armed`] (`servo/wake_up.rs`).
 //!
 //! A ramp that identifies the friction is its own soft start, and no faster than the one that is
 //! configured. While it runs, the servo obeys nothing but a stop. The ramp stops the servo by
@@ -337,8 +337,8 @@ impl Servo {
 
     /// Arms the servo for a link: at the next tick a ramp begins, or, without one, the joint holds
     /// its place. From then on, the silence of that link is a fault. If the servo is armed already,
-    /// only the watch over the link begins; a ramp is refused then, and so is everything while a ramp
-    /// or a jog runs.
+    /// only the watch over the link begins; a ramp is refused then, and so is everything while a
+    /// ramp or a jog runs.
     ///
     /// # Errors
     /// Says what is in the way.

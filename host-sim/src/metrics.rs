@@ -40,8 +40,8 @@ pub struct Metrics {
     pub max_error_deg: Option<f64>,
     /// Mean error from 2 s after the first corner to 0.5 s before the second, deg.
     pub cruise_error_deg: Option<f64>,
-    /// Number of times that the joint came to stick while a trajectory's set point went at more than
-    /// half of its top speed: the steps of a stair. Sticks between two samples are not seen.
+    /// Number of times that the joint came to stick while a trajectory's set point went at more
+    /// than half of its top speed: the steps of a stair. Sticks between two samples are not seen.
     pub sticks_in_motion: Option<u32>,
     /// Distance between the extremes in the second half of the run of a step that hunts, deg.
     pub hunting_peak_to_peak_deg: Option<f64>,

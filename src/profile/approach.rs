@@ -11,8 +11,8 @@
 //!
 //! Each `n` is the line through the speeds `n D` and `(n + 1) D`, from which `n` and `n + 1` whole
 //! steps `D` lead to rest. The least of them all is the polygon over these points. A speed on it
-//! falls by exactly `D` with each step, and the last step is `d` itself. Only the lines whose speeds
-//! can be reached within one step need to be looked at, so that there is no root to take.
+//! falls by exactly `D` with each step, and the last step is `d` itself. Only the lines whose
+//! speeds can be reached within one step need to be looked at, so that there is no root to take.
 //!
 //! Guarantees, for whole numbers `V`, `D` and `d` below 2^22 near the target: the speed is never
 //! above `V` nor changes by more than `D`. It lands exactly, from rest never beyond the target. Far

@@ -4,7 +4,8 @@
 //! With `d = r - p - r' h` and `D = a_m h`, a tick is
 //!
 //! ```text
-//! |d| <= 1.01 D h and |p' - r'| <= 1.01 D:   p'' = (r' - p') / h  (0 if r' = 0),   p = r,   p' = r'
+//! |d| <= 1.01 D h and |p' - r'| <= 1.01 D:
+//!              p''  = (r' - p') / h  (0 if r' = 0),   p = r,   p' = r'
 //! otherwise:   t    = sgn(d) (sqrt(2 a_m |d| + D^2 / 4) - D / 2) + r'
 //!              step = clamp(clamp(t, v_m) - p', D)
 //!              p'  += step,   p += h p',   p'' = step / h
@@ -17,9 +18,9 @@
 //!
 //! Guarantees: it follows an `r` that moves no faster than `v_m`, and lands on it exactly. A speed
 //! never changes by more than `D` in a tick but by the landing. Does badly: it passes an `r` at
-//! rest by up to `a_m h^2 / 8` and comes back in the next tick; an `r` that jumps behind it while it
-//! moves by `D` makes it land backwards, with twice `a_m`. The jerk has no bound. So the moves of a
-//! drive have a generator of their own, [`Profile`](super::Profile), whose references rest.
+//! rest by up to `a_m h^2 / 8` and comes back in the next tick; an `r` that jumps behind it while
+//! it moves by `D` makes it land backwards, with twice `a_m`. The jerk has no bound. So the moves
+//! of a drive have a generator of their own, [`Profile`](super::Profile), whose references rest.
 
 /// The limits, prepared for the ticks.
 #[derive(Clone, Copy, Debug, PartialEq)]

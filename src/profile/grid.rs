@@ -16,8 +16,8 @@ use crate::value::{Key, Table, key};
 
 /// Most entries of the ring: N, as a power of two.
 const MOST_ENTRIES: u32 = 6;
-/// Fewest and most ticks between two entries: k, as powers of two. The work of a step is done in two
-/// ticks.
+/// Fewest and most ticks between two entries: k, as powers of two. The work of a step is done in
+/// two ticks.
 const FEWEST_TICKS: u32 = 1;
 const MOST_TICKS: u32 = 2;
 /// Most bits of a count's fraction in the set point, and of its way in a tick.

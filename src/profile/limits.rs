@@ -20,8 +20,8 @@ const SHARE: f32 = 0.25;
 /// few counts a tick is off, stays below the limit.
 const SPEED: f32 = 0.5;
 
-/// Without Kp or Kd nothing can be derived, nor of a Kd that looks ahead by less than a tick (Kd < Kp
-/// h). The speed is then no more than this, deg/s.
+/// Without Kp or Kd nothing can be derived, nor of a Kd that looks ahead by less than a tick (Kd <
+/// Kp h). The speed is then no more than this, deg/s.
 const CRAWL: f32 = 10.0;
 /// That speed is reached in this time, s.
 const CRAWL_TIME: f32 = 1.0;

@@ -6,27 +6,28 @@
 //!           every k-th tick                          (and over k)
 //! ```
 //!
-//! The first stage is the fastest approach with `v_m` and `a_m` ([`approach`]). The second one is a
+//! The first stage is the fastest approach with `v_m` and `a_m` (`approach.rs`). The second is a
 //! moving average over `T = N k` ticks (L. Biagiotti and C. Melchiorri, *FIR filters for online
 //! trajectory planning with time- and frequency-domain specifications*, Control Engineering
-//! Practice 20 (2012), 1385). An average keeps the limits of speed and acceleration, and reaches what
-//! it averages `T` later. The change of the acceleration in a tick is `(a(t) - a(t - T)) / T`. An
-//! approach may turn from `a_m` to `-a_m` at once, so the jerk is bounded by `2 a_m / T`: `T >= 2
-//! a_m / j_m`.
+//! Practice 20 (2012), 1385). An average keeps the limits of speed and acceleration, and reaches
+//! what it averages `T` later. The change of the acceleration in a tick is `(a(t) - a(t - T)) / T`.
+//! An approach may turn from `a_m` to `-a_m` at once, so the jerk is bounded by `2 a_m / T`: `T >=
+//! 2 a_m / j_m`.
 //!
-//! The first stage runs every `k` ticks, and its speed is led from one value to the next in a straight
-//! line (an average over `k`). That is two ticks, of which one plans the next speed and one takes it,
-//! and four where `T` is more than the 128 ticks that the ring has room for so.
+//! The first stage runs every `k` ticks, and its speed is led from one value to the next in a
+//! straight line (an average over `k`). That is two ticks, of which one plans the next speed and
+//! one takes it, and four where `T` is more than the 128 ticks that the ring has room for so.
 //!
-//! Everything that is summed is a whole number ([`grid`]): nothing drifts, and rest is rest. The
+//! Everything that is summed is a whole number (`grid.rs`): nothing drifts, and rest is rest. The
 //! ring holds the changes of the speed, so that a speed that has always been the same is a ring of
 //! zeros.
 //!
 //! Guarantees: the limits hold exactly, whatever the targets and whenever they change, from rest as
 //! in motion. It lands on the target's count and stays, and never passes a target that it can still
-//! stop at. A tick takes a bounded number of instructions, none of them in a loop. Does badly: `T` is
-//! a power of two of ticks, so that up to half of the jerk is not used. A fraction of a count is
-//! rounded to the grid, 2^-8 counts at the worst. `T` is 256 ticks at the most. What it does not know is friction: a joint trails.
+//! stop at. A tick takes a bounded number of instructions, none of them in a loop. Does badly: `T`
+//! is a power of two of ticks, so that up to half of the jerk is not used. A fraction of a count is
+//! rounded to the grid, 2^-8 counts at the worst. `T` is 256 ticks at the most. What it
+//! does not know is friction: a joint trails.
 
 mod approach;
 mod bounded_acceleration;
@@ -90,11 +91,11 @@ impl Profile {
     /// ```
     /// use stiction::position::Position;
     /// use stiction::profile::{Profile, ProfileLimits};
-    /// // 6 counts with 2 counts a tick, 1 count a tick squared, and as good as no limit of the jerk.
+    /// // 6 counts with 2 counts a tick, 1 count a tick squared, and hardly a limit of the jerk.
     /// let limits = ProfileLimits { velocity: 2.0, acceleration: 1.0, jerk: 1e6 };
     /// let mut profile = Profile::new(Position::from_counts(6), &limits, 1.0, 1.0).unwrap();
-    /// let counts = [(); 8].map(|()| profile.update().position.counts);
-    /// assert_eq!(counts, [0, 1, 3, 5, 5, 6, 6, 6]);
+    /// let way = [(); 8].map(|()| profile.update().position.ahead_of(0));
+    /// assert_eq!(way, [0.5, 2.0, 3.75, 5.0, 5.75, 6.0, 6.0, 6.0]);
     /// ```
     pub fn new(
         target: Position,

@@ -180,8 +180,8 @@ impl ControlLoop {
         }
     }
 
-    /// Returns whether a trajectory begins farther from `counts`, in the zero of an arming, than the
-    /// following error may be.
+    /// Returns whether a trajectory begins farther from `counts`, in the zero of an arming, than
+    /// the following error may be.
     pub(super) fn begins_far_from(&self, course: &Course, counts: i32) -> bool {
         let Course::Follow(Reference::Trajectory(trajectory)) = course else { return false };
         // It rests there before its first blend.

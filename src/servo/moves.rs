@@ -17,8 +17,8 @@ impl Servo {
     ///
     /// # Errors
     /// Refuses unless the servo is armed and the reference stays within the range of positions. A
-    /// trajectory has to begin where the joint is, to the following error that is allowed: its first
-    /// point would be a jump. A step is a jump that was asked for.
+    /// trajectory has to begin where the joint is, to the following error that is allowed: its
+    /// first point would be a jump. A step is a jump that was asked for.
     pub fn follow(&mut self, reference: Reference) -> Result<(), Refusal> {
         let control_loop = self.armed_loop()?;
         let course = Course::Follow(reference);

@@ -155,8 +155,8 @@ fn pauses_and_another_arming_do_not_clear_an_impulse_and_counts_do() {
 
 #[test]
 fn effort_is_that_at_the_nominal_supply_whatever_the_duty_is() {
-    // PD asks for 0.37 V of a joint that 0.40 V start, for ever. At a supply that is a tenth too low
-    // its duty is that of 0.41 V.
+    // PD asks for 0.37 V of a joint that 0.40 V start, for ever. At a supply that is a tenth too
+    // low its duty is that of 0.41 V.
     for supply in [0.9, 1.0, 1.1] {
         let mut device = armed_at("pd", supply);
         device.brake_v = 5.0;

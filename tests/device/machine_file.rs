@@ -22,7 +22,8 @@ fn again(parameters: &Parameters) -> Result<Parameters, String> {
     read("pulled.toml", &text).map_err(|error| error.to_string())
 }
 
-/// A limit that is off is written as the word, is read back as the same, and a change to it is told.
+/// A limit that is off is written as the word, is read back as the same, and a change to it is
+/// told.
 #[test]
 fn a_limit_that_is_off_says_so() {
     let (on, off) = (srnf(&[]), srnf(&["limits.stall_v=off", "limits.link_timeout_s=0"]));

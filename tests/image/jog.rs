@@ -49,7 +49,8 @@ fn a_jog_finds_what_a_simulated_device_finds_and_leaves_the_bridge_off() {
         let there = jogged(&mut client).unwrap();
         assert_eq!(there.verdict(), verdict, "{wires:?}: {there:?}");
         if matches!(wires, Wires::Cut | Wires::OneCut) {
-            // A pulled-up pin whose wire is cut rises once: a count, which a simulated device has not.
+            // A pulled-up pin whose wire is cut rises once: a count, which a simulated device has
+            // not.
             let ends = |found: Found| found.ways.map(|way| (way.effort, way.ended));
             assert_eq!(ends(there), ends(here));
             assert!(there.ways.iter().all(|way| way.moved.abs() <= 2), "{there:?}");

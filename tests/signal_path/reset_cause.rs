@@ -1,5 +1,5 @@
-//! What a reset's flags and the option bytes say of the supply, held against RM0090: the file is the
-//! firmware's own.
+//! What a reset's flags and the option bytes say of the supply, held against RM0090: the file is
+//! the firmware's own.
 
 #[path = "../../src/board/reset_cause.rs"]
 mod of_the_board;

@@ -49,8 +49,8 @@ enum Work {
     Gates,
     /// Measure what docs/reliability.md says, and write it
     Reliability(reliability::Arguments),
-    /// Put one fault after another into a copy of the sources, and see which of them the tests find;
-    /// writes docs/mutations.md
+    /// Put one fault after another into a copy of the sources, and see which of them the tests
+    /// find; writes docs/mutations.md
     Mutations(mutations::Arguments),
     /// Encode a machine's TOML for the parameter sector of the microcontroller
     Params(firmware::ParamsArguments),

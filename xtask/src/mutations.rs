@@ -1,10 +1,10 @@
 //! `cargo xtask mutations` puts one fault after another into a copy of the sources, and runs the
 //! tests that should find it. A fault that no test finds is a missing test.
 //!
-//! The faults are a fixed list (`mutation_list.rs`): each monitor, and each line of the board's part
-//! that keeps a motor safe. cargo-mutants makes its own faults, of functions and operators; most of
-//! those lines are writes to registers and thresholds, which it does not change, and the image has
-//! to be built and emulated to see them.
+//! The faults are a fixed list (`mutation_list.rs`): each monitor, and each line of the board's
+//! part that keeps a motor safe. cargo-mutants makes its own faults, of functions and operators;
+//! most of those lines are writes to registers and thresholds, which it does not change, and the
+//! image has to be built and emulated to see them.
 
 use std::fs;
 use std::path::{Path, PathBuf};

@@ -128,9 +128,10 @@ impl Watched {
 /// script.
 ///
 /// ```text
-/// m LENGTH MESSAGE   a message, in a frame with a good checksum     t TICKS TRAVEL   so many ticks, counts each
-/// r LENGTH BYTES     bytes as they are                              f FAULT          a fault from the board
-/// d LENGTH           the wire takes so many bytes, times four       others           nothing
+/// m LENGTH MESSAGE   a message, in a frame with a good checksum     t TICKS TRAVEL   so many
+/// ticks, counts each r LENGTH BYTES     bytes as they are                              f FAULT    
+///      a fault from the board d LENGTH           the wire takes so many bytes, times four      
+/// others           nothing
 /// ```
 pub fn holds(parameters: &Parameters, script: &[u8]) -> Watched {
     let mut watched = Watched::new(parameters);

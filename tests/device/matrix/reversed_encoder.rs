@@ -48,9 +48,10 @@ fn an_encoder_that_is_reversed_on_the_way_is_seen_before_it_has_gone_far() {
             let (fault, situation) = (fault.describe(), format!("{situation:?}").to_lowercase());
             reliability!("reversed", law, situation, fault, travel_deg = format!("{travel:.1}"));
             // What is read goes back by 5 deg at the full scale: from 17 deg/s at the most, since
-            // 5 V (135 deg/s^2) have driven it for 6 ticks, to 41 deg/s at the end, at which it goes
-            // on for two ticks. On a line the set point makes some of the 5 deg: 5 deg/s for half a
-            // second at most, since even PD asks for 1.5 V (30 deg/s^2) by its damping alone.
+            // 5 V (135 deg/s^2) have driven it for 6 ticks, to 41 deg/s at the end, at which it
+            // goes on for two ticks. On a line the set point makes some of the 5 deg: 5 deg/s for
+            // half a second at most, since even PD asks for 1.5 V (30 deg/s^2) by its damping
+            // alone.
             let expected = if situation == "saturated" { 5.0..6.7 } else { 2.5..6.7 };
             assert!(expected.contains(&travel), "{law} {situation:?}: {travel}");
         }

@@ -50,8 +50,8 @@ pub fn rows() -> Vec<Row> {
             mend: sound,
             within: [
                 Err("a joint at rest is not asked to move: blocked or not is the same"),
-                // 41 counts a tick and more, none two ticks later. A block is hit between two ticks,
-                // so the tick in which it is hit may have some.
+                // 41 counts a tick and more, none two ticks later. A block is hit between two
+                // ticks, so the tick in which it is hit may have some.
                 Ok([2, 3]),
                 Ok([2, 3]),
             ],

@@ -83,8 +83,8 @@ enum Action {
     Stop,
     /// Arm if it is not armed, and move to a position within the limits of [profile]
     Move(moves::Arguments),
-    /// Push a new joint a little each way, without a loop, and say whether its encoder counts in the
-    /// right sense: the first powered motion
+    /// Push a new joint a little each way, without a loop, and say whether its encoder counts in
+    /// the right sense: the first powered motion
     Jog(jog::Jog),
     /// Find the friction by a ramp of the effort: up until the joint moves, down until it rests
     Identify {

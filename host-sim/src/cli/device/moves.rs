@@ -31,8 +31,8 @@ pub struct Arguments {
     /// Step to the position at once, without the limits of [profile]
     #[arg(long)]
     step: bool,
-    /// How long the loop stays closed, s; then the output goes off [default: the longest time of the
-    /// move and 2 s; of a step 5 s]
+    /// How long the loop stays closed, s; then the output goes off [default: the longest time of
+    /// the move and 2 s; of a step 5 s]
     #[arg(long, value_name = "S", allow_hyphen_values = true)]
     r#for: Option<f64>,
     /// Write a sample of every tick to this file

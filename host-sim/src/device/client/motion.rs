@@ -115,8 +115,8 @@ impl<W: Wire> Client<W> {
     }
 
     /// Arms and begins a jog, within the bounds of the device and those that are asked for. The jog
-    /// ends by itself, and [`jogged`](Self::jogged) says what it has found. Meanwhile the device has
-    /// to hear from the client within its link timeout.
+    /// ends by itself, and [`jogged`](Self::jogged) says what it has found. Meanwhile the device
+    /// has to hear from the client within its link timeout.
     ///
     /// # Errors
     /// Says why the device refuses.

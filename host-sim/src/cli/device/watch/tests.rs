@@ -110,8 +110,8 @@ fn a_curve_is_where_its_values_are_and_nowhere_without_the_loop() {
     // from then on.
     let samples = (0..=500).map(|i| sample(4000 + 2 * i, if i < 250 { 0 } else { 200 }, 2));
     let buffer = drawn(&watched(None, samples), 80, 24);
-    // Of 14 rows of plots the upper 9 are for positions. The first has the legend, the others go from
-    // 0 to 8 deg.
+    // Of 14 rows of plots the upper 9 are for positions. The first has the legend, the others go
+    // from 0 to 8 deg.
     assert!(row(&buffer, 9).contains("-- reference   -- position"), "{}", row(&buffer, 9));
     let row_of = |deg: f64| 10 + (31.0 * (1.0 - deg / 8.0)).round() as u16 / 4;
     let reference = curve(&buffer, Color::Yellow);
