@@ -117,8 +117,9 @@ impl Drive {
     /// use stiction::{Hardware, drive::{Drive, DriveConfig, PwmMode}};
     /// let hardware = Hardware { pwm_clock_hz: 168e6, supply_top: 4095, dead_time_max: 6e-6 };
     /// let mode = PwmMode::LockedAntiphase;
-    /// let config = DriveConfig { full_scale: 5.0, lsb: 0.00488, pwm_hz: 22e3, mode, duty_max: 1.0
-    /// }; let drive = Drive::new(&config, &hardware).unwrap();
+    /// let [full_scale, lsb, pwm_hz, duty_max] = [5.0, 0.00488, 22e3, 1.0];
+    /// let config = DriveConfig { full_scale, lsb, pwm_hz, mode, duty_max };
+    /// let drive = Drive::new(&config, &hardware).unwrap();
     /// assert_eq!((drive.code(0.40), drive.code(-0.40)), (82, -82)); // 0.40016 V
     /// assert_eq!(drive.code(5.0), 1024);
     /// ```
@@ -143,8 +144,9 @@ impl Drive {
     /// use stiction::{Hardware, drive::{Drive, DriveConfig, Duty, PwmMode}};
     /// let hardware = Hardware { pwm_clock_hz: 168e6, supply_top: 4095, dead_time_max: 6e-6 };
     /// let mode = PwmMode::LockedAntiphase;
-    /// let config = DriveConfig { full_scale: 5.0, lsb: 0.00488, pwm_hz: 22e3, mode, duty_max: 1.0
-    /// }; let drive = Drive::new(&config, &hardware).unwrap();
+    /// let [full_scale, lsb, pwm_hz, duty_max] = [5.0, 0.00488, 22e3, 1.0];
+    /// let config = DriveConfig { full_scale, lsb, pwm_hz, mode, duty_max };
+    /// let drive = Drive::new(&config, &hardware).unwrap();
     /// assert_eq!(drive.pwm_top(), 3818);
     /// assert_eq!(drive.duty(0), Duty { compare: 1909, reverse: false });
     /// assert_eq!(drive.duty(-1024), Duty { compare: 0, reverse: false });

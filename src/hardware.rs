@@ -29,8 +29,9 @@ impl Hardware {
     /// side.
     ///
     /// ```
-    /// let hardware = stiction::Hardware { pwm_clock_hz: 168e6, supply_top: 4095, dead_time_max:
-    /// 6e-6 }; assert_eq!(hardware.pwm_top(22e3), Ok(3818)); // 22.001 kHz
+    /// let (pwm_clock_hz, supply_top, dead_time_max) = (168e6, 4095, 6e-6);
+    /// let hardware = stiction::Hardware { pwm_clock_hz, supply_top, dead_time_max };
+    /// assert_eq!(hardware.pwm_top(22e3), Ok(3818)); // 22.001 kHz
     /// ```
     pub fn pwm_top(&self, pwm_hz: f32) -> Result<u16, Error> {
         // The bound is a whole hundred, so that a person can read the message.
