@@ -67,7 +67,7 @@ impl FollowingError {
         let jump = setpoint.wrapping_sub(state.setpoint).wrapping_sub(due);
         let made = if jump.unsigned_abs() > self.most / 2 { jump } else { 0 };
         let room = state.room.saturating_add(made);
-        *state = FollowingState { setpoint, room: room.clamp(error.min(0), error.max(0)) };
+        *state = FollowingState { setpoint, room: room.max(error.min(0)).min(error.max(0)) };
         // Both have the same sign, and the room is no more than the error.
         if error.abs_diff(state.room) > self.most { Some(error) } else { None }
     }

@@ -148,7 +148,7 @@ impl Profile {
         // A speed beyond the limit is taken as far as the sums have room.
         let sum = velocity / velocity_scale;
         let speed = (sum / (1 << (entries + 2 * ticks)) as f32) as i32;
-        self.speed = speed.clamp(-largest, largest);
+        self.speed = speed.max(-largest).min(largest);
         self.velocity = self.speed << (entries + 2 * ticks);
         // How far the set point still goes if the first stage stops: half of the averages' length.
         let lag = (i64::from(self.speed) * (span + k - 2)) << (sums - bits - 1 - ticks);
