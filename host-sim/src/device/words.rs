@@ -7,8 +7,12 @@ use stiction::servo::Levels;
 /// Says why a request was refused, and what to do.
 pub fn refused(refused: &Refused) -> String {
     match refused {
-        Refused::Unknown => "its firmware does not know this request; flash the one that belongs to this program (`cargo xtask flash`)".into(),
-        Refused::SayHello => "it was reset meanwhile, so the motor is off; look at `faults`, then begin again".into(),
+        Refused::Unknown => "its firmware does not know this request; flash the one that belongs \
+                             to this program (`cargo xtask flash`)"
+            .into(),
+        Refused::SayHello => "it was reset meanwhile, so the motor is off unless it starts by \
+                              itself; look at `status` and `faults`, then begin again"
+            .into(),
         Refused::OutOfOrder => "a later request came first; say it again".into(),
         Refused::Booting => "it has just been switched on; try again in a second".into(),
         Refused::Faulted(code) => {
@@ -18,7 +22,11 @@ pub fn refused(refused: &Refused) -> String {
             )
         }
         Refused::NotClearable(code) => {
-            format!("no command clears {}: it ends with valid parameters or a reset (docs/faults.md)", name(*code))
+            format!(
+                "no command clears {}: it ends with valid parameters or a reset \
+                 (docs/faults.md)",
+                name(*code)
+            )
         }
         Refused::Armed => "the motor is driven; `stop` first".into(),
         Refused::NotArmed => "the motor is off; `arm` first".into(),
