@@ -14,5 +14,7 @@ mod identification;
 mod invariance;
 mod parameters;
 mod reset;
+#[cfg(feature = "rivals")]
+mod rival_equations;
 mod sums;
 mod validation;
