@@ -16,6 +16,7 @@ pub mod document;
 #[cfg(feature = "emulator")]
 pub mod emulator;
 pub mod encoder;
+pub mod ensemble;
 mod error;
 pub mod experiment;
 pub mod figure;
@@ -25,6 +26,7 @@ pub mod flash;
 pub mod friction;
 pub mod hardware;
 pub mod identification;
+pub mod joint;
 pub mod keys;
 pub mod lab;
 pub mod machine;
