@@ -14,12 +14,17 @@
 //! uses measured velocity, squared: a law that switches on its sign chatters at standstill.
 
 pub mod discontinuous_nonlinear_proportional;
+pub mod disturbance_observer;
 pub mod feedforward;
 pub mod rate_variable_integral;
 pub mod reset_integral;
 pub mod reset_offset_integral;
 #[cfg(feature = "rivals")]
 pub mod rival;
+pub mod robust {
+    //! The parts of the supervisor that others share.
+    pub mod extended_state_observer;
+}
 pub mod smooth_robust_nonlinear;
 
 use heapless::Vec;
@@ -27,6 +32,7 @@ use heapless::Vec;
 pub use discontinuous_nonlinear_proportional::{
     DiscontinuousNonlinearProportional, DiscontinuousNonlinearProportionalGains,
 };
+pub use disturbance_observer::{DisturbanceObserver, DisturbanceObserverGains};
 pub use feedforward::{Feedforward, FeedforwardGains};
 pub use rate_variable_integral::{RateVariableIntegral, RateVariableIntegralGains};
 pub use reset_integral::{ResetIntegral, ResetIntegralGains};
@@ -323,6 +329,8 @@ laws! {
     5 "dnpf" DiscontinuousNonlinearProportional;
     /// SRNF, eq. 35.
     6 "srnf" SmoothRobustNonlinear;
+    /// Disturbance observer.
+    8 "observer" DisturbanceObserver;
     /// PID: PD with an integral that stops at the drive's limits.
     #[cfg(feature = "rivals")]
     32 "pid" Pid;

@@ -4,6 +4,7 @@
 use proptest::prelude::*;
 
 use super::fixture::*;
+use super::observer_equation::ObserverEquation;
 #[cfg(feature = "rivals")]
 use super::rival_equations::RivalEquation;
 
@@ -15,6 +16,7 @@ struct Equation {
     v_c: f64,
     /// Ticks in which ROI has been active without a break.
     active: u32,
+    observer: ObserverEquation,
     #[cfg(feature = "rivals")]
     rival: RivalEquation,
 }
@@ -29,6 +31,7 @@ impl Equation {
             kp,
             v_c: 0.0,
             active: 0,
+            observer: ObserverEquation::default(),
             #[cfg(feature = "rivals")]
             rival: RivalEquation::default(),
         }
@@ -80,6 +83,7 @@ impl Equation {
             Gains::SmoothRobustNonlinear(SmoothRobustNonlinearGains { v_ms, alpha }) => {
                 f64::from(v_ms) * (f64::from(alpha) * error).tanh()
             }
+            Gains::DisturbanceObserver(gains) => self.observer.evaluate(&gains, tick, self.h),
             #[cfg(feature = "rivals")]
             Gains::Pid(_)
             | Gains::TwoResetPid(_)

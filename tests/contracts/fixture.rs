@@ -7,9 +7,10 @@ use proptest::prelude::*;
 #[cfg(feature = "rivals")]
 pub use stiction::compensator::ImpulsiveGains;
 pub use stiction::compensator::{
-    Compensator, CompensatorState, DiscontinuousNonlinearProportionalGains, FeedforwardGains,
-    Gains, LawInput, LawState, Loop, MAX_TERMS, PreparedLaw, RateVariableIntegralGains,
-    ResetIntegralGains, ResetOffsetIntegralGains, SmoothRobustNonlinearGains,
+    Compensator, CompensatorState, DiscontinuousNonlinearProportionalGains,
+    DisturbanceObserverGains, FeedforwardGains, Gains, LawInput, LawState, Loop, MAX_TERMS,
+    PreparedLaw, RateVariableIntegralGains, ResetIntegralGains, ResetOffsetIntegralGains,
+    SmoothRobustNonlinearGains,
 };
 pub use stiction::drive::{DriveConfig, Duty, PwmMode};
 pub use stiction::encoder::{CounterBits, Direction, Encoder, EncoderState};

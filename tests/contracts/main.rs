@@ -12,6 +12,7 @@ mod equations;
 mod fixture;
 mod identification;
 mod invariance;
+mod observer_equation;
 mod parameters;
 mod reset;
 #[cfg(feature = "rivals")]

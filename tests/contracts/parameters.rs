@@ -3,7 +3,7 @@
 use std::mem::size_of;
 
 use stiction::compensator::{
-    FIRST_LAW, rate_variable_integral, reset_integral, reset_offset_integral,
+    FIRST_LAW, disturbance_observer, rate_variable_integral, reset_integral, reset_offset_integral,
 };
 
 use super::fixture::*;
@@ -76,14 +76,15 @@ fn every_parameter_of_the_controller_changes_the_output() {
 }
 
 /// Gains for which a twentieth more is the same, with a value that is not: a time of whole ticks,
-/// a speed that the first blend passes in its first tick, terms that are zero, and a limit that no
+/// a speed that the first blend passes in its first tick, terms that are zero, a band within which it does not rest, and a limit that no
 /// pulse reaches.
-const COARSE: [(&str, &str, f32); 5] = [
+const COARSE: [(&str, &str, f32); 6] = [
     ("roi", "t_roi_s", 0.16),
     ("feedforward", "v_ff_deg_per_s", 0.2),
     ("feedforward", "viscous_v_per_deg_per_s", 0.02),
     ("feedforward", "inertia_v_per_deg_per_s2", 0.037),
     ("impulsive", "pulse_effort_v", 1.0),
+    ("observer", "observer_band_deg", 0.3),
 ];
 
 #[test]
@@ -136,7 +137,7 @@ fn laws_depend_on_their_loop_where_their_equations_say_so() {
             "feedforward" | "srnf" => [false; 5],
             "dnpf" => [false, false, true, false, false],
             "pid" | "two-reset-pid" | "proxy-sliding-mode" => [true, true, false, false, false],
-            "impulsive" => [true, true, false, true, false],
+            "impulsive" | "observer" => [true, true, false, true, false],
             other => unreachable!("{other}: say here what it takes from its loop"),
         };
         let depends = changes.map(|around| output(&law, &around) != output(&law, &base));
@@ -150,9 +151,11 @@ fn states_are_small_enough_to_be_copied_in_a_tick() {
     assert_eq!(size_of::<reset_integral::State>(), 4);
     assert_eq!(size_of::<rate_variable_integral::State>(), 4);
     assert_eq!(size_of::<reset_offset_integral::State>(), 8);
+    // Three estimates, and a count of ticks.
+    assert_eq!(size_of::<disturbance_observer::State>(), 16);
     // A sum has room for the largest of them, and for which it is. Of the laws that live on the
     // host, the impulsive one has the largest state: six numbers and a flag.
-    let largest = if cfg!(feature = "rivals") { 28 } else { 12 };
+    let largest = if cfg!(feature = "rivals") { 28 } else { 20 };
     assert_eq!(size_of::<LawState>(), largest);
     assert_eq!(size_of::<CompensatorState>(), MAX_TERMS * largest);
     // Besides these a controller has the position, the velocity's fifteen increments, the tick, and

@@ -57,7 +57,7 @@ proptest! {
                 "ri" if after.error.abs() > 0.5 => 0.0,
                 "ri" => 4.0 * SAMPLE_TIME * after.error,
                 "rvi" => 150.0 * SAMPLE_TIME * after.error,
-                "roi" | "impulsive" => 0.0,
+                "roi" | "impulsive" | "observer" => 0.0,
                 "pid" => 1.0 * SAMPLE_TIME * after.error,
                 "two-reset-pid" => 4.0 * SAMPLE_TIME * after.error,
                 // al/g, with al = 1.0 * 0.02 + 1.0 + 0.17/0.02 and g = 1 + 0.1/0.02.

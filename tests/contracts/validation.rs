@@ -7,7 +7,7 @@ use super::fixture::*;
 /// What is meant to be allowed for every number: the law whose gain it is, its name, and its
 /// bounds. The bounds of the drive's LSB and of its PWM come from elsewhere, and have a test of
 /// their own.
-const BOUNDS: [(&str, &str, Allowed); 19] = [
+const BOUNDS: [(&str, &str, Allowed); 26] = [
     ("", "sample_time_s", Allowed::Above(0.0, 1.0)),
     ("", "resolution_deg", Allowed::Above(0.0, LARGEST)),
     ("", "full_scale_v", Allowed::Above(0.0, LARGEST)),
@@ -27,6 +27,13 @@ const BOUNDS: [(&str, &str, Allowed); 19] = [
     ("dnpf", "theta_b_deg", Allowed::Between(0.0, LARGEST)),
     ("srnf", "v_ms_v", Allowed::Between(0.0, LARGEST)),
     ("srnf", "alpha_per_deg", Allowed::Between(0.0, LARGEST)),
+    ("observer", "observer_rad_per_s", Allowed::Above(0.0, LARGEST)),
+    ("observer", "observer_inertia_v_per_deg_per_s2", Allowed::Above(0.0, LARGEST)),
+    ("observer", "observer_viscous_v_per_deg_per_s", Allowed::Between(0.0, LARGEST)),
+    ("observer", "observer_slip_v", Allowed::Between(0.0, LARGEST)),
+    ("observer", "observer_band_deg", Allowed::Between(0.0, LARGEST)),
+    ("observer", "observer_ramp_v_per_s", Allowed::Between(0.0, LARGEST)),
+    ("observer", "observer_largest_v", Allowed::Between(0.0, LARGEST)),
 ];
 
 /// The same of the laws that live on the host.
