@@ -1,16 +1,17 @@
 //! `stiction ensemble`.
 
 use std::collections::BTreeSet;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::sync::{Mutex, PoisonError};
 
 use super::print;
 use crate::ensemble::rules::{TUNING_SEEDS, rules};
 use crate::ensemble::{
-    Ensemble, Family, Header, Kept, Kind, Row, Shard, Tried, merge, object, read_rows, render,
-    render_rows, run, sort_rows, summaries, tune,
+    Case, Ensemble, Family, Header, Kept, Kind, Row, Shard, Tried, charts, merge, object,
+    read_rows, render, render_rows, run, sort_rows, summaries, traces, tune,
 };
 use crate::error::Error;
+use crate::figure::{prepare_figures, write_charts, write_figures};
 use crate::output::{table, write_whole};
 
 /// Samples per second if nobody says otherwise, Hz.
@@ -43,12 +44,19 @@ pub struct Arguments {
     /// Then this many random moves in a row, the first of them judged against the last
     #[arg(long, value_name = "M", default_value_t = 0)]
     moves: u32,
+    /// Only this joint of each family, by its number; with --plot, the traces of every law on it
+    #[arg(long, value_name = "K", conflicts_with_all = ["shard", "resume"])]
+    case: Option<u64>,
     /// One JSON object instead of tables
     #[arg(long)]
     json: bool,
     /// Write a line for each joint and law to this file
     #[arg(long, value_name = "FILE")]
     csv: Option<PathBuf>,
+    /// Draw success, clouds of settling and rest, and the worst joint's traces into this directory,
+    /// as SVG and PNG
+    #[arg(long, value_name = "DIR")]
+    plot: Option<PathBuf>,
     /// Keep each line in this file as soon as it is there, and go on from it if it is there already
     #[arg(long, value_name = "FILE")]
     resume: Option<PathBuf>,
@@ -107,6 +115,9 @@ impl Arguments {
         let ensemble = self.ensemble()?;
         let header = Header::of(&ensemble);
         let shard = self.shard.as_deref().map(Shard::read).transpose()?;
+        if let Some(directory) = &self.plot {
+            prepare_figures(directory)?;
+        }
         let (kept, rows) = match &self.resume {
             Some(path) => {
                 let (kept, rows) = Kept::open(path, &header)?;
@@ -119,6 +130,7 @@ impl Arguments {
         let rows = Mutex::new(rows);
         let wanted = |family: Family, case: u64, law: &str| {
             shard.is_none_or(|shard| shard.has(case))
+                && self.case.is_none_or(|only| only == case)
                 && !there.contains(&(family.name().to_owned(), case, law.to_owned()))
         };
         run(&ensemble, wanted, |row| {
@@ -130,7 +142,28 @@ impl Arguments {
         })?;
         let mut rows = rows.into_inner().unwrap_or_else(PoisonError::into_inner);
         sort_rows(&header, &mut rows);
+        if let Some(directory) = &self.plot {
+            self.draw(directory, &ensemble, &rows)?;
+        }
         report(&header, &rows, self.json, self.csv.as_ref())
+    }
+
+    /// Draws the charts, and the traces of the joint that was asked for or of each law's worst.
+    fn draw(&self, directory: &Path, ensemble: &Ensemble, rows: &[Row]) -> Result<(), Error> {
+        let header = Header::of(ensemble);
+        let families = summaries(&header, rows);
+        if self.case.is_none() {
+            write_charts(directory, &charts(&header, &families, rows))?;
+        }
+        let mut drawn = Vec::new();
+        for (family, (_, laws)) in ensemble.families.iter().zip(&families) {
+            for (rule, summary) in ensemble.rules.iter().zip(laws) {
+                let Some(number) = self.case.or(summary.worst.first().copied()) else { continue };
+                let joint = Case::draw(ensemble.seed, *family, number, ensemble.kind);
+                drawn.extend(traces(&joint, rule)?);
+            }
+        }
+        write_figures(directory, &drawn)
     }
 
     fn ensemble(&self) -> Result<Ensemble, Error> {
@@ -139,6 +172,12 @@ impl Arguments {
             return Err(Error::Input(format!(
                 "--rate {}: allowed is a number from 50 to 10000",
                 self.rate
+            )));
+        }
+        if let Some(case) = self.case.filter(|case| *case >= self.cases) {
+            let (cases, last) = (self.cases, self.cases - 1);
+            return Err(Error::Input(format!(
+                "--case {case}: with --cases {cases}, allowed is a number from 0 to {last}"
             )));
         }
         Ok(Ensemble {

@@ -28,8 +28,17 @@ pub enum Family {
 
 impl Family {
     /// Every family, in the order of reports.
-    pub const ALL: [Self; 5] =
-        [Self::Rigid, Self::Loaded, Self::Gravity, Self::Overhauling, Self::ThesisAxis];
+    pub const ALL: [Self; 9] = [
+        Self::Rigid,
+        Self::Loaded,
+        Self::Gravity,
+        Self::Overhauling,
+        Self::LuGre,
+        Self::FlexibleMotor,
+        Self::FlexibleBacklash,
+        Self::FlexibleLoad,
+        Self::ThesisAxis,
+    ];
 
     /// Returns the name in options and reports.
     pub const fn name(self) -> &'static str {
@@ -123,7 +132,7 @@ mod tests {
             assert_eq!(Family::named(family.name()).unwrap(), family);
             assert!(Family::ALL[..i].iter().all(|other| other.number() != family.number()));
         }
-        let message = Family::named("overhaulin").unwrap_err().to_string();
-        assert!(message.contains("did you mean `overhauling`?"), "{message}");
+        let message = Family::named("flexible-moter").unwrap_err().to_string();
+        assert!(message.contains("did you mean `flexible-motor`?"), "{message}");
     }
 }

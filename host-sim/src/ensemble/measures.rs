@@ -228,13 +228,16 @@ impl Reversals {
             return;
         };
         (*low, *high) = (low.min(position), high.max(position));
-        let travelled = position - self.extreme;
         if self.direction == 0.0 {
-            // Which way the joint goes is known once it has gone as far as a retreat.
-            if travelled.abs() > RETREAT_COUNTS {
-                (self.direction, self.extreme) = (travelled.signum(), position);
+            // Which way the joint goes is known with its first retreat, from wherever it had been.
+            let (below, above) = (*high - position, position - *low);
+            if below.max(above) > RETREAT_COUNTS {
+                (self.direction, self.extreme) = ((above - below).signum(), position);
             }
-        } else if travelled * self.direction > 0.0 {
+            return;
+        }
+        let travelled = position - self.extreme;
+        if travelled * self.direction > 0.0 {
             self.extreme = position;
         } else if travelled.abs() > RETREAT_COUNTS {
             (self.direction, self.extreme) = (-self.direction, position);

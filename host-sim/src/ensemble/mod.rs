@@ -19,6 +19,7 @@ mod case;
 mod distribution;
 mod draw;
 mod family;
+mod figures;
 mod json;
 mod measures;
 mod moves;
@@ -29,11 +30,14 @@ mod run;
 mod statistics;
 mod summary;
 mod table;
+#[cfg(test)]
+mod tests;
 mod tune;
 
 pub use case::{Motion, Row, run_and_show};
 pub use draw::{Case, Kind};
 pub use family::{Family, Units};
+pub use figures::{charts, traces};
 pub use json::object;
 pub use measures::{BAND_COUNTS, HUNTING_REVERSALS, Sample};
 pub use rows::{

@@ -3,7 +3,7 @@
 //! Units are SI: rad, N m, kg m^2, s. Any other consistent set does as well, since no constant of
 //! the plants has a unit: the thesis's axis is simulated in deg, V and V s^2/deg.
 
-use super::{AnyJoint, Rigid};
+use super::{AnyJoint, Flexible, LuGre, Rigid};
 use crate::error::{Error, shown};
 
 /// Friction whose level falls with the speed: `|F| <= stick` at rest, and in motion
@@ -159,6 +159,21 @@ pub struct Load {
     pub gravity: Option<Gravity>,
 }
 
+impl Load {
+    /// The torque at a position, N m.
+    #[inline]
+    pub fn at(&self, x: f64) -> f64 {
+        let pendulum = |gravity: Gravity| gravity.amplitude * libm::sin(gravity.angle + x);
+        self.constant - self.gravity.map_or(0.0, pendulum)
+    }
+
+    /// How it changes with the position, N m/rad.
+    #[inline]
+    pub fn slope(&self, x: f64) -> f64 {
+        self.gravity.map_or(0.0, |gravity| -gravity.amplitude * libm::cos(gravity.angle + x))
+    }
+}
+
 /// A torque over a window of time.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Push {
@@ -182,6 +197,16 @@ pub struct Stops {
 impl Default for Stops {
     fn default() -> Self {
         Self { lower: f64::NEG_INFINITY, upper: f64::INFINITY }
+    }
+}
+
+impl Stops {
+    /// The range of the torque that leaves a body at rest which friction holds up to `stick`.
+    pub fn range(&self, x: f64, stick: f64) -> [f64; 2] {
+        [
+            if x <= self.lower { f64::NEG_INFINITY } else { -stick },
+            if x >= self.upper { f64::INFINITY } else { stick },
+        ]
     }
 }
 
@@ -226,8 +251,11 @@ impl Description {
         self.check()?;
         Ok(match self.train {
             Train::Rigid(body) => AnyJoint::Rigid(Rigid::new(self, &body)),
-            Train::LuGre { .. } | Train::Flexible { .. } => {
-                return Err(Error::Input("joint: this train is not simulated yet".into()));
+            Train::LuGre { inertia, curve, bristle } => {
+                AnyJoint::LuGre(LuGre::new(self, inertia, &curve, bristle))
+            }
+            Train::Flexible { motor, load, shaft } => {
+                AnyJoint::Flexible(Flexible::new(self, [&motor, &load], &shaft))
             }
         })
     }
@@ -252,6 +280,9 @@ impl Description {
                 above_zero("inertia", *inertia)?;
                 check_curve(curve)?;
                 above_zero("slip level of a bristle", curve.coulomb)?;
+                let is_smooth = curve.stribeck_velocity > 0.0 || curve.stick == curve.coulomb;
+                let what = "above zero: the level of a bristle has no jump";
+                require("Stribeck velocity", curve.stribeck_velocity, is_smooth, what)?;
                 above_zero("bristle's stiffness", bristle.stiffness)?;
                 at_least_zero("bristle's damping", bristle.damping)
             }

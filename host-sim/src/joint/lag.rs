@@ -65,6 +65,25 @@ impl Lag {
         self.target + self.left * libm::exp(-time_s / self.tau)
     }
 
+    /// How fast the effort rises while so much of the former one is left.
+    #[inline]
+    pub fn rate_of(&self, left: f64) -> f64 {
+        if left == 0.0 { 0.0 } else { -left / self.tau }
+    }
+
+    /// The time (s) after which the effort leaves a range that it is in, if it does so within a
+    /// time.
+    pub fn leaves(&self, range: [f64; 2], within_s: f64) -> Option<f64> {
+        let rises = self.left < 0.0;
+        let edge = if rises { range[1] } else { range[0] };
+        let end = self.after(within_s);
+        let is_inside = if rises { end <= edge } else { end >= edge };
+        if self.left == 0.0 || is_inside {
+            return None;
+        }
+        Some((self.tau * libm::log(self.left / (edge - self.target))).clamp(0.0, within_s))
+    }
+
     /// Makes ready for a step of this length.
     #[inline]
     pub fn prepare(&mut self, step_s: f64) {

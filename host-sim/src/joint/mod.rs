@@ -7,15 +7,21 @@
 //! | joint | friction | solver |
 //! |---|---|---|
 //! | [`Rigid`] | set-valued Stribeck curve | Runge-Kutta 5(4) between located switches |
+//! | [`LuGre`] | a bristle | linearly implicit, error-controlled; frozen at rest |
+//! | [`Flexible`] | set-valued on motor and load | Runge-Kutta 5(4) between located switches |
 //!
 //! A joint that is stuck costs next to nothing as long as its effort does not change.
 
 mod description;
 mod encoder;
+mod flexible;
 mod lag;
+mod lugre;
 mod push;
 mod rigid;
 mod runge_kutta;
+mod shaft;
+mod step;
 mod surface;
 #[cfg(test)]
 mod tests;
@@ -25,6 +31,8 @@ pub use description::{
     Stribeck, Thermal, Train,
 };
 pub use encoder::{CountNoise, Encoder, Side};
+pub use flexible::Flexible;
+pub use lugre::LuGre;
 pub use rigid::Rigid;
 
 use crate::solver::Event;
@@ -72,6 +80,10 @@ pub trait Joint {
 pub enum AnyJoint {
     /// One inertia, set-valued friction.
     Rigid(Rigid),
+    /// One inertia, a bristle.
+    LuGre(LuGre),
+    /// Two inertias and a shaft.
+    Flexible(Flexible),
 }
 
 /// Does the same with whichever joint it is.
@@ -79,6 +91,8 @@ macro_rules! each {
     ($joint:expr, $inner:ident => $does:expr) => {
         match $joint {
             Self::Rigid($inner) => $does,
+            Self::LuGre($inner) => $does,
+            Self::Flexible($inner) => $does,
         }
     };
 }

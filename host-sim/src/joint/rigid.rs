@@ -17,10 +17,10 @@
 use super::description::{Body, Description, Load, Stops};
 use super::lag::Lag;
 use super::push::Pushes;
-use super::runge_kutta::{Attempt, attempt, growth};
+use super::runge_kutta::{Attempt, attempt};
+use super::step::{LOCATED, MOST_SWITCHES, Pace, SHORTEST_S, first_fall};
 use super::surface::Surface;
 use super::{Joint, Turn};
-use crate::solver::roots::first_falling_zero;
 use crate::solver::{Event, EventKind};
 
 /// The joint.
@@ -34,8 +34,7 @@ pub struct Rigid {
     /// Whether rest takes work: the friction changes, or a push comes.
     is_busy: bool,
     lag: Lag,
-    /// Errors of a step are kept below these: position, velocity.
-    allowed: [f64; 2],
+    pace: Pace,
     x: f64,
     v: f64,
     /// The sense of the slip, 0 at rest.
@@ -45,28 +44,13 @@ pub struct Rigid {
     range: [f64; 2],
     push_now: f64,
     time_s: f64,
-    step_s: f64,
     /// Friction's work since the begin of the sample, J.
     heat: f64,
 }
 
-/// No step is shorter, s, whatever its error.
-const SHORTEST_S: f64 = 1e-10;
-
-/// Errors allowed in a step: of the position in counts, of the velocity in counts per second.
-const ALLOWED_COUNTS: f64 = 1e-5;
-const ALLOWED_COUNTS_PER_S: f64 = 1e-3;
-
-/// A halt is located to this part of the error that is allowed.
-const HALTED: f64 = 1e-3;
-
-/// So many halts and breaks in a sample are no motion any more: the rest of it passes at rest.
-const MOST_HALTS: usize = 64;
-
 impl Rigid {
     /// At rest at the start.
     pub(super) fn new(description: &Description, body: &Body) -> Self {
-        let count = description.count;
         let surface = Surface::new(&body.friction);
         let is_busy = description.push.is_some() || surface.varies();
         let mut joint = Self {
@@ -77,7 +61,7 @@ impl Rigid {
             push: Pushes(description.push),
             is_busy,
             lag: Lag::new(description.lag_s),
-            allowed: [ALLOWED_COUNTS * count, ALLOWED_COUNTS_PER_S * count],
+            pace: Pace::of_count(description.count),
             x: description.start,
             v: 0.0,
             sense: 0.0,
@@ -85,7 +69,6 @@ impl Rigid {
             range: [0.0; 2],
             push_now: 0.0,
             time_s: 0.0,
-            step_s: 1.0,
             heat: 0.0,
         };
         joint.settle();
@@ -95,84 +78,75 @@ impl Rigid {
     /// The torque of load and push at a position.
     #[inline]
     fn torque(&self, x: f64) -> f64 {
-        let gravity = self
-            .load
-            .gravity
-            .map_or(0.0, |gravity| -gravity.amplitude * libm::sin(gravity.angle + x));
-        self.load.constant + gravity + self.push_now
+        self.load.at(x) + self.push_now
     }
 
     /// What of the effort leaves the joint at rest where it is.
     fn settle(&mut self) {
         self.pull = self.torque(self.x);
-        self.limit(self.surface.stick(self.x));
+        self.limit();
     }
 
-    fn limit(&mut self, stick: f64) {
-        let free = [self.x <= self.stops.lower, self.x >= self.stops.upper];
-        self.range = [
-            if free[0] { f64::NEG_INFINITY } else { -stick - self.pull },
-            if free[1] { f64::INFINITY } else { stick - self.pull },
-        ];
+    fn limit(&mut self) {
+        let range = self.stops.range(self.x, self.surface.stick(self.x));
+        self.range = range.map(|limit| limit - self.pull);
     }
 
     /// Lets time pass at rest; gives what is left of it when the joint breaks away.
     fn rest(&mut self, duration_s: f64, on: &mut impl FnMut(EventKind, f64)) -> f64 {
-        let holds = |range: &[f64; 2], effort: f64| range[0] <= effort && effort <= range[1];
-        if !holds(&self.range, self.lag.now()) {
-            return self.break_away(duration_s, on);
+        if !self.holds(self.lag.now()) {
+            self.sense = if self.lag.now() > self.range[1] { 1.0 } else { -1.0 };
+            on(EventKind::Break, duration_s);
+            return duration_s;
         }
-        let time_s = if self.lag.left() == 0.0 { duration_s } else { self.breaks_at(duration_s) };
+        let breaks_at = if self.surface.grows_at_rest() {
+            self.leaves_growing_range(duration_s)
+        } else {
+            self.lag.leaves(self.range, duration_s)
+        };
+        let time_s = breaks_at.unwrap_or(duration_s);
+        let rises = self.lag.left() < 0.0;
         self.lag.prepare(time_s);
         self.lag.pass();
-        if self.surface.varies() {
+        if self.surface.grows_at_rest() {
             self.surface.rest(time_s);
-            self.limit(self.surface.stick(self.x));
+            self.limit();
         }
-        if time_s < duration_s {
-            return self.break_away(duration_s - time_s, on);
+        if breaks_at.is_none() {
+            return 0.0;
         }
-        0.0
+        self.sense = if rises { 1.0 } else { -1.0 };
+        on(EventKind::Break, duration_s - time_s);
+        duration_s - time_s
     }
 
-    fn break_away(&mut self, left_s: f64, on: &mut impl FnMut(EventKind, f64)) -> f64 {
-        self.sense = if self.lag.now() > self.range[1] { 1.0 } else { -1.0 };
-        on(EventKind::Break, left_s);
-        left_s
+    #[inline]
+    fn holds(&self, effort: f64) -> bool {
+        self.range[0] <= effort && effort <= self.range[1]
     }
 
-    /// The time after which the lagging effort leaves its range, or the whole time.
-    fn breaks_at(&self, duration_s: f64) -> f64 {
+    /// The time after which the lagging effort leaves a range that grows, if it does.
+    fn leaves_growing_range(&self, duration_s: f64) -> Option<f64> {
+        // Both are exponentials: the effort may come back within the sample, and is looked for at
+        // some places.
+        const PLACES: u32 = 16;
+        if self.lag.left() == 0.0 {
+            return None;
+        }
         let stick = self.surface.stick(self.x);
         let beyond = |time_s: f64| {
+            let grown = self.surface.stick_after(self.x, time_s) - stick;
             let effort = self.lag.after(time_s);
-            let grown = if self.surface.grows_at_rest() {
-                self.surface.stick_after(self.x, time_s) - stick
-            } else {
-                0.0
-            };
-            (effort - self.range[1] - grown).max(self.range[0] - grown - effort)
+            (effort - self.range[1]).max(self.range[0] - effort) > grown
         };
-        // Without growth the effort leaves the range once or never. With it, it may come back
-        // within the sample, as both are exponentials: such a visit is looked for at some places.
-        let places = if self.surface.grows_at_rest() { 16 } else { 1 };
-        let mut from = 0.0;
-        for place in 1..=places {
-            let mut until = duration_s * f64::from(place) / f64::from(places);
-            if beyond(until) > 0.0 {
-                for _ in 0..60 {
-                    let middle = 0.5 * (from + until);
-                    if beyond(middle) > 0.0 {
-                        until = middle;
-                    } else {
-                        from = middle;
-                    }
-                }
-                return until;
-            }
-            from = until;
+        let place = |number: u32| duration_s * f64::from(number) / f64::from(PLACES);
+        let number = (1..=PLACES).find(|number| beyond(place(*number)))?;
+        let (mut from, mut until) = (place(number - 1), place(number));
+        for _ in 0..50 {
+            let middle = 0.5 * (from + until);
+            *(if beyond(middle) { &mut until } else { &mut from }) = middle;
         }
-        duration_s
+        Some(until)
     }
 
     /// Rates of position and velocity at a stage, without what is left of the former effort.
@@ -244,40 +218,22 @@ impl Rigid {
     /// A step whose error is allowed, no longer than `longest_s`.
     #[inline]
     fn accepted(&mut self, first: &[f64; 2], longest_s: f64) -> (Attempt<2>, f64) {
-        let mut h = self.step_s.min(longest_s);
+        let mut h = self.pace.step_s.min(longest_s);
         loop {
             let step = self.attempt(first, h);
-            let parts = [step.error[0] / self.allowed[0], step.error[1] / self.allowed[1]];
-            let error = parts[0].abs().max(parts[1].abs());
-            if error <= 1.0 || h <= SHORTEST_S {
-                if h < longest_s {
-                    self.step_s = h * growth(error);
-                } else if error < 1e-2 {
-                    // What cut the step short says little about a longer one.
-                    self.step_s = self.step_s.max(2.0 * h);
-                }
-                return (step, h);
+            match self.pace.shorter(&step.error, h, longest_s) {
+                None => return (step, h),
+                Some(shorter) => h = shorter,
             }
-            h = (h * growth(error).min(0.9)).max(SHORTEST_S);
-            self.step_s = h;
         }
     }
 
     /// The part of a step at which the joint halts, as far as a cubic shows it.
     #[inline]
     fn first_halt(&self, first: &[f64; 2], step: &Attempt<2>, h: f64) -> Option<f64> {
-        let (v0, v1) = (self.sense * self.v, self.sense * step.end[1]);
-        let a0 = self.sense * (first[1] + self.lag.left() / self.inertia);
-        let a1 = self.sense * step.rate[1];
-        if v1 > 0.0 && (a0 >= 0.0 || a1 <= 0.0) {
-            return None;
-        }
-        if v0 <= 0.0 && v1 <= 0.0 {
-            return Some(0.0);
-        }
-        let (s0, s1) = (h * a0, h * a1);
-        let cubic = [v0, s0, 3.0 * (v1 - v0) - 2.0 * s0 - s1, 2.0 * (v0 - v1) + s0 + s1, 0.0];
-        first_falling_zero(&cubic).or((v1 <= 0.0).then_some(1.0))
+        let begin = first[1] + self.lag.left() / self.inertia;
+        let watched = |v: f64, a: f64| [self.sense * v, self.sense * a];
+        first_fall(watched(self.v, begin), watched(step.end[1], step.rate[1]), h)
     }
 
     /// Integrates up to the halt near a time; none if there is none.
@@ -289,7 +245,7 @@ impl Rigid {
         for _ in 0..12 {
             let mut step = self.attempt(first, h);
             let (v, a) = (self.sense * step.end[1], self.sense * step.rate[1]);
-            if v.abs() <= HALTED * self.allowed[1] || h == 0.0 {
+            if v.abs() <= LOCATED * self.pace.velocity || h == 0.0 {
                 step.end[1] = 0.0;
                 return Some((step, h));
             }
@@ -312,7 +268,7 @@ impl Rigid {
             }
             let step = self.attempt(first, time_s);
             let left = (wall - step.end[0]) * self.sense;
-            if left.abs() <= HALTED * self.allowed[0] {
+            if left.abs() <= LOCATED * self.pace.position {
                 break;
             }
             *(if left > 0.0 { &mut from } else { &mut until }) = time_s;
@@ -344,7 +300,7 @@ impl Rigid {
     /// Lets time pass in which the push is constant.
     fn stretch(&mut self, duration_s: f64, on: &mut impl FnMut(EventKind, f64)) {
         let mut left_s = duration_s;
-        for _ in 0..MOST_HALTS {
+        for _ in 0..MOST_SWITCHES {
             left_s = if self.sense == 0.0 { self.rest(left_s, on) } else { self.slip(left_s, on) };
             if left_s <= 0.0 {
                 return;
@@ -358,7 +314,7 @@ impl Joint for Rigid {
     fn hold_and_tell(&mut self, effort: f64, duration_s: f64, on: &mut impl FnMut(Event)) {
         self.lag.set(effort);
         let is_still = self.sense == 0.0 && self.lag.left() == 0.0;
-        if is_still && !self.is_busy && self.range[0] <= effort && effort <= self.range[1] {
+        if is_still && !self.is_busy && self.holds(effort) {
             self.time_s += duration_s;
             return;
         }

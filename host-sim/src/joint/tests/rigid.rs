@@ -29,3 +29,34 @@ fn coulomb_friction_moves_as_its_closed_form() {
         assert!(event.kind == wanted.kind && (event.time_s - wanted.time_s).abs() < 1e-9);
     }
 }
+
+#[test]
+fn varying_friction_moves_as_in_time_stepping() {
+    let friction = Friction::from(CURVE);
+    let ripple = Some(Ripple { depth: 0.3, cycles: 100.0, phase: 0.7 });
+    let dwell = Some(Dwell { growth: 0.3, time_s: 0.02 });
+    let thermal = Some(Thermal {
+        start_k: -10.0,
+        heating_k_per_w: 5.0,
+        time_s: 2.0,
+        levels_per_k: 0.01,
+        viscous_per_k: 0.03,
+    });
+    for (name, friction) in [
+        ("curve", friction),
+        ("ripple", Friction { ripple, ..friction }),
+        ("dwell", Friction { dwell, ..friction }),
+        ("thermal", Friction { thermal, ..friction }),
+    ] {
+        for lag_s in [0.0, 0.7e-3] {
+            let train = Train::Rigid(Body { inertia: INERTIA, friction });
+            let load =
+                Load { constant: 0.3, gravity: Some(Gravity { amplitude: 1.0, angle: 0.4 }) };
+            let push = Some(Push { torque: 5.0, from_s: 0.1004, until_s: 0.2503 });
+            let stops = Stops { lower: -0.3, upper: 0.1 };
+            let joint = Description { lag_s, load, push, stops, ..Description::of(train, COUNT) };
+            let (worst, own) = against_time_stepping(&joint, effort, 1000);
+            println!("{name} {lag_s} {worst} {own}");
+        }
+    }
+}
