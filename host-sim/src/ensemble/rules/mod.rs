@@ -11,6 +11,7 @@
 mod discontinuous_nonlinear_proportional;
 mod feedforward;
 mod impulsive;
+mod observer;
 mod pd;
 mod pid;
 mod proxy_sliding_mode;
@@ -122,6 +123,9 @@ pub const RULES: &[Rule] = &[
     feedforward::RULE,
     discontinuous_nonlinear_proportional::RULE,
     smooth_robust_nonlinear::RULE,
+    observer::ALONE,
+    observer::WITH_FEEDFORWARD,
+    observer::WITH_SRNF,
     pid::RULE,
     two_reset_pid::RULE,
     impulsive::RULE,
@@ -199,7 +203,8 @@ mod tests {
             assert_eq!(if names.is_empty() { "pd".into() } else { names.join("+") }, rule.law);
             assert!(rule.tried.is_empty() || rule.tried.contains(&rule.constant), "{}", rule.law);
         }
-        assert_eq!(RULES.len(), Gains::NAMES.len() + 1);
+        // Plain PD, and two sums.
+        assert_eq!(RULES.len(), Gains::NAMES.len() + 3);
     }
 
     #[test]
