@@ -88,9 +88,14 @@ impl Told {
 pub struct Tuned {
     /// The PD loop; without effect under a law that replaces it.
     pub pd: PdGains,
+    /// Positions in the velocity's regression.
+    pub velocity_window: u32,
     /// The laws that are added to PD; none is plain PD.
     pub laws: Vec<Gains>,
 }
+
+/// Positions in the velocity's regression if a rule has no reason for others: the thesis's.
+const VELOCITY_WINDOW: u32 = 5;
 
 /// A tuning rule.
 #[derive(Debug)]
@@ -152,7 +157,7 @@ pub fn rules(names: &[String]) -> Result<Vec<&'static Rule>, Error> {
 /// Returns the PD loop's gains, and a law's.
 fn around_pd(told: &Told, law: Option<Gains>) -> Tuned {
     let pd = PdGains { kp: told.kp() as f32, kd: told.kd() as f32 };
-    Tuned { pd, laws: law.into_iter().collect() }
+    Tuned { pd, velocity_window: VELOCITY_WINDOW, laws: law.into_iter().collect() }
 }
 
 /// Returns w_n of a loop that is no faster than 0.1/h, rad/s. It is PD's own at 1 kHz.
@@ -168,7 +173,7 @@ fn around_slower_pd(told: &Told, law: Gains) -> Tuned {
     let w = slower(told);
     let kd = (1.8 * told.inertia * w - told.viscous).max(0.0);
     let pd = PdGains { kp: (told.inertia * w * w) as f32, kd: kd as f32 };
-    Tuned { pd, laws: vec![law] }
+    Tuned { pd, velocity_window: VELOCITY_WINDOW, laws: vec![law] }
 }
 
 #[cfg(test)]
