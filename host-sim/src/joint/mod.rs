@@ -15,6 +15,7 @@
 mod description;
 mod encoder;
 mod flexible;
+mod in_core_units;
 mod lag;
 mod lugre;
 mod push;
@@ -32,6 +33,7 @@ pub use description::{
 };
 pub use encoder::{CountNoise, Encoder, Side};
 pub use flexible::Flexible;
+pub use in_core_units::{CoreUnits, InCoreUnits};
 pub use lugre::LuGre;
 pub use rigid::Rigid;
 
