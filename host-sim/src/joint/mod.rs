@@ -12,6 +12,7 @@
 //!
 //! A joint that is stuck costs next to nothing as long as its effort does not change.
 
+mod arm;
 mod description;
 mod encoder;
 mod flexible;
@@ -27,6 +28,7 @@ mod surface;
 #[cfg(test)]
 mod tests;
 
+pub use arm::{ArmDescription, GearedArm};
 pub use description::{
     Body, Bristle, Description, Dwell, Friction, Gravity, Load, Push, Ripple, Shaft, Stops,
     Stribeck, Thermal, Train,

@@ -1,5 +1,6 @@
 //! Joints against closed forms and second methods.
 
+mod arm;
 mod flexible;
 mod lugre;
 mod reference;
