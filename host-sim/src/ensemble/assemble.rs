@@ -31,7 +31,7 @@ pub fn parameters(told: &Told, tuned: &Tuned) -> Parameters {
         encoder,
         drive: DriveConfig { full_scale, lsb, ..DriveConfig::EXAMPLE },
         pd: tuned.pd,
-        compensator: tuned.law.into_iter().collect(),
+        compensator: tuned.laws.iter().copied().collect(),
         ..ControllerConfig::EXAMPLE
     };
     let device = DeviceConfig::CAUTIOUS;

@@ -5,6 +5,7 @@
 //! is told to move, as over a link: this is time zero of all measures. A brake that holds the joint
 //! opens at the same time.
 
+use stiction::compensator::Gains;
 use stiction::fault::Fault;
 use stiction::reference::Reference;
 
@@ -42,7 +43,7 @@ impl Rig {
     pub fn armed(case: &Case, tuned: &Tuned) -> Result<Self, Error> {
         let mut joint = case.joint.build()?;
         let parameters = parameters(&case.told, tuned);
-        let law = tuned.law.map_or("pd", |gains| gains.name());
+        let law = tuned.laws.iter().map(Gains::name).collect::<Vec<_>>().join(" + ");
         let (family, number) = (case.family.name(), case.number);
         parameters.check().map_err(|error| {
             let key = error.key.0;

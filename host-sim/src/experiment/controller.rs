@@ -5,7 +5,7 @@ use stiction::compensator::{Gains, MAX_TERMS};
 use stiction::drive::DriveConfig;
 use stiction::encoder::Encoder;
 use stiction::pd::PdGains;
-use stiction::value::{About, Table};
+use stiction::value::{About, Absent, Table};
 use stiction::velocity::MAX_WINDOW;
 use stiction::{Controller, ControllerConfig};
 
@@ -116,7 +116,7 @@ impl RunPlan {
         Ok(gains)
     }
 
-    /// The law with the gains of a table, each of which has to be there.
+    /// The law with the gains of a table, each of which has to be there unless it has a default.
     fn gains(
         &self,
         name: &str,
@@ -124,7 +124,9 @@ impl RunPlan {
         mut law: Gains,
     ) -> Result<Gains, Error> {
         let about = about_law(&law);
-        if let Some(gone) = about.iter().find(|about| table.number(about.name).is_none()) {
+        let is_gone =
+            |about: &&About| about.absent == Absent::Needed && table.number(about.name).is_none();
+        if let Some(gone) = about.iter().find(is_gone) {
             let key = format!("controller.{name}.{}", gone.name);
             let (origin, law) = (self.origin.of(&format!("controller.{name}.laws")), law.name());
             return Err(Error::Input(format!(

@@ -21,6 +21,8 @@ pub const RULE: Rule = Rule {
         let gains = FeedforwardGains {
             v_slip: (c * told.middle_breakaway()) as f32,
             v_ff: (0.02 * told.count / told.sample_time) as f32,
+            viscous: 0.0,
+            inertia: 0.0,
         };
         around_pd(told, Some(Gains::Feedforward(gains)))
     },

@@ -10,11 +10,16 @@
 
 mod discontinuous_nonlinear_proportional;
 mod feedforward;
+mod impulsive;
+mod observer;
 mod pd;
+mod pid;
+mod proxy_sliding_mode;
 mod rate_variable_integral;
 mod reset_integral;
 mod reset_offset_integral;
 mod smooth_robust_nonlinear;
+mod two_reset_pid;
 
 use std::ops::RangeInclusive;
 
@@ -79,12 +84,12 @@ impl Told {
 }
 
 /// The gains of a law and of the PD loop around it.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq)]
 pub struct Tuned {
     /// The PD loop; without effect under a law that replaces it.
     pub pd: PdGains,
-    /// The law; none is plain PD.
-    pub law: Option<Gains>,
+    /// The laws that are added to PD; none is plain PD.
+    pub laws: Vec<Gains>,
 }
 
 /// A tuning rule.
@@ -118,6 +123,13 @@ pub const RULES: &[Rule] = &[
     feedforward::RULE,
     discontinuous_nonlinear_proportional::RULE,
     smooth_robust_nonlinear::RULE,
+    observer::ALONE,
+    observer::WITH_FEEDFORWARD,
+    observer::WITH_SRNF,
+    pid::RULE,
+    two_reset_pid::RULE,
+    impulsive::RULE,
+    proxy_sliding_mode::RULE,
 ];
 
 /// Returns the rules of the laws that are named, or all of them if none is.
@@ -139,7 +151,24 @@ pub fn rules(names: &[String]) -> Result<Vec<&'static Rule>, Error> {
 
 /// Returns the PD loop's gains, and a law's.
 fn around_pd(told: &Told, law: Option<Gains>) -> Tuned {
-    Tuned { pd: PdGains { kp: told.kp() as f32, kd: told.kd() as f32 }, law }
+    let pd = PdGains { kp: told.kp() as f32, kd: told.kd() as f32 };
+    Tuned { pd, laws: law.into_iter().collect() }
+}
+
+/// Returns w_n of a loop that is no faster than 0.1/h, rad/s. It is PD's own at 1 kHz.
+///
+/// At 0.14/h the lightest joints of the thesis's axis, of half the nominal inertia, ring with a
+/// sample of delay; under a law that adds effort they do not come to rest.
+fn slower(told: &Told) -> f64 {
+    told.natural_frequency().min(0.1 / told.sample_time)
+}
+
+/// Returns the gains of that loop, and a law's.
+fn around_slower_pd(told: &Told, law: Gains) -> Tuned {
+    let w = slower(told);
+    let kd = (1.8 * told.inertia * w - told.viscous).max(0.0);
+    let pd = PdGains { kp: (told.inertia * w * w) as f32, kd: kd as f32 };
+    Tuned { pd, laws: vec![law] }
 }
 
 #[cfg(test)]
@@ -170,10 +199,12 @@ mod tests {
         }
         for rule in RULES {
             let tuned = rule.gains(&NOMINAL);
-            assert_eq!(tuned.law.map_or("pd", |gains| gains.name()), rule.law);
+            let names: Vec<_> = tuned.laws.iter().map(Gains::name).collect();
+            assert_eq!(if names.is_empty() { "pd".into() } else { names.join("+") }, rule.law);
             assert!(rule.tried.is_empty() || rule.tried.contains(&rule.constant), "{}", rule.law);
         }
-        assert_eq!(RULES.len(), Gains::NAMES.len() + 1);
+        // Plain PD, and two sums.
+        assert_eq!(RULES.len(), Gains::NAMES.len() + 3);
     }
 
     #[test]
