@@ -22,7 +22,7 @@ mod thin;
 use std::fmt;
 
 pub use files::{prepare_figures, write_figures};
-pub use results::{NamedFigure, figures};
+pub use results::{NamedFigure, entitle, figures};
 
 /// What a curve stands for; colour, weight and dashes follow from it.
 ///

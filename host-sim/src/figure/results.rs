@@ -67,6 +67,14 @@ pub fn figures(
     figures
 }
 
+/// Puts a title of a user's own above what the figures say by themselves.
+pub fn entitle(figures: &mut [NamedFigure], title: &str) {
+    for NamedFigure { figure, .. } in figures {
+        figure.subtitle = format!("{}; {}", figure.title, figure.subtitle);
+        figure.title = title.into();
+    }
+}
+
 /// Runs that belong into one figure.
 struct Group<'a> {
     /// `srnf` or `srnf/test-1`.
