@@ -32,6 +32,9 @@
 #![no_std]
 #![forbid(unsafe_code)]
 
+#[cfg(all(feature = "rivals", target_os = "none"))]
+compile_error!("the laws of `rivals` live on the host: build the image without that feature");
+
 mod checksum;
 pub mod compensator;
 mod controller;

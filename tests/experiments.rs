@@ -9,9 +9,10 @@ use stiction::compensator::Gains;
 use stiction::pd::PdGains;
 use stiction::value::Table;
 
-/// Every controller by its name: plain PD, and each law by itself.
+/// Every controller of a device by its name: plain PD, and each law by itself.
 pub fn controllers() -> impl Iterator<Item = &'static str> {
-    std::iter::once("pd").chain(Gains::NAMES.iter().copied())
+    let laws = Gains::EXAMPLES.iter().filter(|law| law.on_the_device());
+    std::iter::once("pd").chain(laws.map(Gains::name))
 }
 
 /// Plans an experiment under some of its controllers, none of them for those that its file lists,

@@ -12,4 +12,4 @@ pub mod simulated;
 pub mod wire;
 pub(crate) mod words;
 
-pub use crate::experiment::{parameters, record, sectors};
+pub use crate::experiment::{for_a_device as parameters, record, sectors};

@@ -9,6 +9,7 @@ use stiction::compensator::{FIRST_LAW, Gains, MAX_TERMS};
 
 use crate::error::{Error, suggestion};
 use crate::machine::Machine;
+use crate::written::shown_law;
 
 /// One key.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -97,7 +98,7 @@ pub fn markdown() -> String {
         first + MAX_TERMS as u16 - 1,
         Gains::EXAMPLES
             .iter()
-            .map(|law| format!("{} {}", law.id(), law.name()))
+            .map(|law| format!("{} {}", law.id(), shown_law(law)))
             .collect::<Vec<_>>()
             .join(", "),
     );

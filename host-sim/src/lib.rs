@@ -16,6 +16,7 @@ pub mod document;
 #[cfg(feature = "emulator")]
 pub mod emulator;
 pub mod encoder;
+pub mod ensemble;
 mod error;
 pub mod experiment;
 pub mod figure;

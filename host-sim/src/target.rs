@@ -10,7 +10,8 @@
 
 use stiction::encoder::EncoderState;
 use stiction::fault::Latched;
-use stiction::servo::{Boot, Input, State};
+use stiction::reference::Reference;
+use stiction::servo::{Boot, Input, Refusal, State};
 use stiction::{Controller, Course, CourseState, Motion, Parameters, Reading, Servo, Tick};
 
 use crate::error::Error;
@@ -67,6 +68,8 @@ pub struct WatchedServo {
     /// Where it was armed, in the counts of the host; the servo calls it zero.
     start: i32,
     ticks: u32,
+    /// A link has taken over.
+    is_led: bool,
     /// The last tick.
     followed: Tick,
     /// The fault that ended the motion, and the number of the tick in which it did.
@@ -102,6 +105,7 @@ impl WatchedServo {
                 supply,
                 start: counts,
                 ticks: 0,
+                is_led: false,
                 followed: Tick::default(),
                 fault: None,
             }),
@@ -109,6 +113,16 @@ impl WatchedServo {
                 Err(Error::Input(format!("the servo refuses to be armed: {refusal:?}")))
             }
         }
+    }
+
+    /// Follows another reference from the next tick on, in counts from where it was armed, as a link
+    /// asks for it that is never silent.
+    ///
+    /// # Errors
+    /// If the servo refuses it; a servo that has tripped does.
+    pub fn follow(&mut self, reference: Reference) -> Result<(), Refusal> {
+        self.is_led = true;
+        self.servo.follow(reference)
     }
 
     /// What a ramp has found.
@@ -121,6 +135,9 @@ impl Target for WatchedServo {
     fn tick(&mut self, counter: u32) -> Option<Tick> {
         let was_armed = self.servo.state() == State::Armed;
         let before = self.servo.position();
+        if self.is_led {
+            self.servo.heard();
+        }
         let mut tick = self.servo.tick(Input { counter, supply: self.supply }).tick;
         if was_armed && let Some(latched) = self.servo.latched() {
             self.fault = Some((latched, self.ticks));

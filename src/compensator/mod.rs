@@ -7,14 +7,24 @@
 //! and [`LawState`] are the closed sets of them. A [`Compensator`] is a sum of up to [`MAX_TERMS`]
 //! laws (none: plain PD). A law that [replaces](Law::REPLACES_PD) the PD loop stands alone.
 //!
+//! The laws in `rival/` are those of others, to compare with. They are compiled with the feature
+//! `rivals` alone, which the simulator turns on and an image never has.
+//!
 //! Compensators switch on the error, on the reference velocity or on the velocity error. Only RVI
 //! uses measured velocity, squared: a law that switches on its sign chatters at standstill.
 
 pub mod discontinuous_nonlinear_proportional;
+pub mod disturbance_observer;
 pub mod feedforward;
 pub mod rate_variable_integral;
 pub mod reset_integral;
 pub mod reset_offset_integral;
+#[cfg(feature = "rivals")]
+pub mod rival;
+pub mod robust {
+    //! The parts of the supervisor that others share.
+    pub mod extended_state_observer;
+}
 pub mod smooth_robust_nonlinear;
 
 use heapless::Vec;
@@ -22,10 +32,16 @@ use heapless::Vec;
 pub use discontinuous_nonlinear_proportional::{
     DiscontinuousNonlinearProportional, DiscontinuousNonlinearProportionalGains,
 };
+pub use disturbance_observer::{DisturbanceObserver, DisturbanceObserverGains};
 pub use feedforward::{Feedforward, FeedforwardGains};
 pub use rate_variable_integral::{RateVariableIntegral, RateVariableIntegralGains};
 pub use reset_integral::{ResetIntegral, ResetIntegralGains};
 pub use reset_offset_integral::{ResetOffsetIntegral, ResetOffsetIntegralGains};
+#[cfg(feature = "rivals")]
+pub use rival::{
+    Impulsive, ImpulsiveGains, Pid, PidGains, ProxySlidingMode, ProxySlidingModeGains, TwoResetPid,
+    TwoResetPidGains,
+};
 pub use smooth_robust_nonlinear::{SmoothRobustNonlinear, SmoothRobustNonlinearGains};
 
 use crate::error::Allowed;
@@ -89,6 +105,9 @@ pub trait Law: Sized {
 
     /// Whether the law's output takes the place of PD's; otherwise it is added to it.
     const REPLACES_PD: bool = false;
+    /// Whether the law is in the image of a device. The others are there to be compared with, and
+    /// live on the host.
+    const ON_THE_DEVICE: bool = true;
     /// The signals that the law publishes of itself beside its output: at most [`MAX_LAW_SIGNALS`].
     const SIGNALS: &'static [LawSignal] = &[];
 
@@ -116,20 +135,23 @@ pub trait Law: Sized {
     }
 }
 
-/// Registers the laws: a comment that says which law it is, then `number "name in a machine's file"
-/// Type;`.
+/// Registers the laws: a comment that says which law it is, under which feature it is there if it
+/// is not always, then `number "name in a machine's file" Type;`.
 macro_rules! laws {
-    ($($(#[$meta:meta])* $number:literal $name:literal $Law:ident;)+) => {
+    ($(
+        $(#[doc = $doc:literal])* $(#[cfg($feature:meta)])?
+        $number:literal $name:literal $Law:ident;
+    )+) => {
         /// The gains of one law.
         #[derive(Clone, Copy, Debug, PartialEq)]
         pub enum Gains {
-            $($(#[$meta])* $Law(<$Law as Law>::Gains),)+
+            $($(#[doc = $doc])* $(#[cfg($feature)])? $Law(<$Law as Law>::Gains),)+
         }
 
         /// A law that is prepared for a loop.
         #[derive(Clone, Copy, Debug, PartialEq)]
         pub enum PreparedLaw {
-            $($(#[$meta])* $Law($Law),)+
+            $($(#[doc = $doc])* $(#[cfg($feature)])? $Law($Law),)+
         }
 
         /// The state of one law from tick to tick.
@@ -138,32 +160,36 @@ macro_rules! laws {
             /// The state of no law.
             #[default]
             None,
-            $($(#[$meta])* $Law(<$Law as Law>::State),)+
+            $($(#[doc = $doc])* $(#[cfg($feature)])? $Law(<$Law as Law>::State),)+
         }
 
         impl Gains {
             /// Every law, with its gains as a typical machine has them.
-            pub const EXAMPLES: &'static [Self] = &[$(Self::$Law(<$Law as Law>::Gains::EXAMPLE)),+];
+            pub const EXAMPLES: &'static [Self] = &[
+                $($(#[cfg($feature)])? Self::$Law(<$Law as Law>::Gains::EXAMPLE),)+
+            ];
 
             /// The declarations of the gains of every law, in the order of
             /// [`EXAMPLES`](Self::EXAMPLES).
-            pub const ABOUT: &'static [&'static [About]] = &[$(<$Law as Law>::Gains::ABOUT),+];
+            pub const ABOUT: &'static [&'static [About]] = &[
+                $($(#[cfg($feature)])? <$Law as Law>::Gains::ABOUT,)+
+            ];
 
             /// The names of the laws in a machine's file, in the order of
             /// [`EXAMPLES`](Self::EXAMPLES).
-            pub const NAMES: &'static [&'static str] = &[$($name),+];
+            pub const NAMES: &'static [&'static str] = &[$($(#[cfg($feature)])? $name,)+];
 
             /// Returns the law's number in records.
             pub const fn id(&self) -> u8 {
                 match self {
-                    $(Self::$Law(_) => $number,)+
+                    $($(#[cfg($feature)])? Self::$Law(_) => $number,)+
                 }
             }
 
             /// Returns the law of a number, with the gains of the example.
             pub const fn from_id(id: u32) -> Option<Self> {
                 match id {
-                    $($number => Some(Self::$Law(<$Law as Law>::Gains::EXAMPLE)),)+
+                    $($(#[cfg($feature)])? $number => Some(Self::$Law(<$Law as Law>::Gains::EXAMPLE)),)+
                     _ => None,
                 }
             }
@@ -171,35 +197,42 @@ macro_rules! laws {
             /// Returns the law's name in a machine's file.
             pub const fn name(&self) -> &'static str {
                 match self {
-                    $(Self::$Law(_) => $name,)+
+                    $($(#[cfg($feature)])? Self::$Law(_) => $name,)+
                 }
             }
 
             /// Returns whether the law takes the place of PD.
             pub const fn replaces_pd(&self) -> bool {
                 match self {
-                    $(Self::$Law(_) => <$Law as Law>::REPLACES_PD,)+
+                    $($(#[cfg($feature)])? Self::$Law(_) => <$Law as Law>::REPLACES_PD,)+
+                }
+            }
+
+            /// Returns whether the law is in the image of a device; otherwise it lives on the host.
+            pub const fn on_the_device(&self) -> bool {
+                match self {
+                    $($(#[cfg($feature)])? Self::$Law(_) => <$Law as Law>::ON_THE_DEVICE,)+
                 }
             }
 
             /// Returns the signals that the law publishes of itself.
             pub const fn signals(&self) -> &'static [LawSignal] {
                 match self {
-                    $(Self::$Law(_) => <$Law as Law>::SIGNALS,)+
+                    $($(#[cfg($feature)])? Self::$Law(_) => <$Law as Law>::SIGNALS,)+
                 }
             }
 
             /// Returns the law's default of `overspeed_deg_per_s`; see [`Law::overspeed`].
             pub fn overspeed(&self, around: &Loop) -> Option<f32> {
                 match self {
-                    $(Self::$Law(gains) => <$Law as Law>::overspeed(gains, around),)+
+                    $($(#[cfg($feature)])? Self::$Law(gains) => <$Law as Law>::overspeed(gains, around),)+
                 }
             }
 
             /// Returns the law's default of `following_error_deg`; see [`Law::following_error`].
             pub fn following_error(&self, around: &Loop) -> Option<f32> {
                 match self {
-                    $(Self::$Law(gains) => <$Law as Law>::following_error(gains, around),)+
+                    $($(#[cfg($feature)])? Self::$Law(gains) => <$Law as Law>::following_error(gains, around),)+
                 }
             }
         }
@@ -207,25 +240,25 @@ macro_rules! laws {
         impl Values for Gains {
             fn nth(&self, place: &mut usize) -> Option<(Key, Absent)> {
                 match self {
-                    $(Self::$Law(gains) => gains.nth(place),)+
+                    $($(#[cfg($feature)])? Self::$Law(gains) => gains.nth(place),)+
                 }
             }
 
             fn get(&self, key: Key) -> Option<u32> {
                 match self {
-                    $(Self::$Law(gains) => gains.get(key),)+
+                    $($(#[cfg($feature)])? Self::$Law(gains) => gains.get(key),)+
                 }
             }
 
             fn with_bounds(&self, key: Key) -> Option<(f32, Allowed)> {
                 match self {
-                    $(Self::$Law(gains) => gains.with_bounds(key),)+
+                    $($(#[cfg($feature)])? Self::$Law(gains) => gains.with_bounds(key),)+
                 }
             }
 
             fn set(&mut self, key: Key, bits: u32) -> Result<bool, Unfit> {
                 match self {
-                    $(Self::$Law(gains) => gains.set(key, bits),)+
+                    $($(#[cfg($feature)])? Self::$Law(gains) => gains.set(key, bits),)+
                 }
             }
         }
@@ -234,21 +267,21 @@ macro_rules! laws {
             /// Prepares the law for a loop. The gains have been validated.
             pub fn new(gains: &Gains, around: &Loop) -> Self {
                 match gains {
-                    $(Gains::$Law(gains) => Self::$Law($Law::new(gains, around)),)+
+                    $($(#[cfg($feature)])? Gains::$Law(gains) => Self::$Law($Law::new(gains, around)),)+
                 }
             }
 
             /// Returns the state that the law starts from.
             pub fn rest(&self) -> LawState {
                 match self {
-                    $(Self::$Law(_) => LawState::$Law(Default::default()),)+
+                    $($(#[cfg($feature)])? Self::$Law(_) => LawState::$Law(Default::default()),)+
                 }
             }
 
             /// Returns whether the law takes the place of PD.
             const fn replaces_pd(&self) -> bool {
                 match self {
-                    $(Self::$Law(_) => <$Law as Law>::REPLACES_PD,)+
+                    $($(#[cfg($feature)])? Self::$Law(_) => <$Law as Law>::REPLACES_PD,)+
                 }
             }
 
@@ -258,7 +291,7 @@ macro_rules! laws {
             /// that tick.
             pub fn update(&self, state: &mut LawState, input: &LawInput) -> f32 {
                 match (self, &mut *state) {
-                    $((Self::$Law(law), LawState::$Law(state)) => law.update(state, input),)+
+                    $($(#[cfg($feature)])? (Self::$Law(law), LawState::$Law(state)) => law.update(state, input),)+
                     _ => {
                         *state = self.rest();
                         0.0
@@ -272,6 +305,7 @@ macro_rules! laws {
             fn signals(&self, state: &LawState) -> Option<[f32; MAX_LAW_SIGNALS]> {
                 match (self, state) {
                     $(
+                        $(#[cfg($feature)])?
                         (Self::$Law(law), LawState::$Law(state))
                             if !<$Law as Law>::SIGNALS.is_empty() => Some(law.signals(state)),
                     )+
@@ -295,6 +329,20 @@ laws! {
     5 "dnpf" DiscontinuousNonlinearProportional;
     /// SRNF, eq. 35.
     6 "srnf" SmoothRobustNonlinear;
+    /// Disturbance observer.
+    8 "observer" DisturbanceObserver;
+    /// PID: PD with an integral that stops at the drive's limits.
+    #[cfg(feature = "rivals")]
+    32 "pid" Pid;
+    /// PID whose integral is reset where the error and where the velocity crosses zero.
+    #[cfg(feature = "rivals")]
+    33 "two-reset-pid" TwoResetPid;
+    /// Adaptive impulsive positioner.
+    #[cfg(feature = "rivals")]
+    34 "impulsive" Impulsive;
+    /// Proxy-based sliding mode control.
+    #[cfg(feature = "rivals")]
+    35 "proxy-sliding-mode" ProxySlidingMode;
 }
 
 /// The number of the first law of a sum; those of the others follow. Zero says that there is no law

@@ -217,10 +217,12 @@ proptest! {
 
             let afresh = Compensator::new(&config.compensator, &config.around());
             let mut compensator = afresh.rest();
+            let mut before = tick;
             for (&counts, expected) in counts.iter().zip(&undisturbed).skip(at + 1) {
                 let tick = joint.tick(low_half(counts), &reference);
                 prop_assert_eq!((tick.v_pd, tick.velocity), (expected.v_pd, expected.velocity), "{}", name);
-                let v_c = afresh.update(&mut compensator, &sample_of(&tick));
+                let v_c = afresh.update(&mut compensator, &sample_of(&before, &tick));
+                before = tick;
                 prop_assert_eq!(tick.v_c, v_c, "{}: tick {}", name, tick.tick);
             }
         }

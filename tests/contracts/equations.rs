@@ -4,6 +4,9 @@
 use proptest::prelude::*;
 
 use super::fixture::*;
+use super::observer_equation::ObserverEquation;
+#[cfg(feature = "rivals")]
+use super::rival_equations::RivalEquation;
 
 /// The laws by the thesis's eqs. 29 to 35 in `f64`, from a tick's inputs.
 struct Equation {
@@ -13,10 +16,26 @@ struct Equation {
     v_c: f64,
     /// Ticks in which ROI has been active without a break.
     active: u32,
+    observer: ObserverEquation,
+    #[cfg(feature = "rivals")]
+    rival: RivalEquation,
 }
 
 impl Equation {
     const FULL_SCALE: f64 = 5.0;
+
+    fn new(gains: Gains, h: f64, kp: f64) -> Self {
+        Self {
+            gains,
+            h,
+            kp,
+            v_c: 0.0,
+            active: 0,
+            observer: ObserverEquation::default(),
+            #[cfg(feature = "rivals")]
+            rival: RivalEquation::default(),
+        }
+    }
 
     fn evaluate(&mut self, tick: &Tick) -> f64 {
         let error = f64::from(tick.error);
@@ -45,9 +64,12 @@ impl Equation {
                     0.0
                 }
             }
-            Gains::Feedforward(FeedforwardGains { v_slip, v_ff }) => {
+            Gains::Feedforward(FeedforwardGains { v_slip, v_ff, viscous, inertia }) => {
                 let speed = tick.reference_velocity;
-                if speed.abs() > v_ff { f64::from(v_slip) * f64::from(speed.signum()) } else { 0.0 }
+                let slips = speed.abs() > v_ff;
+                let slip = if slips { f64::from(v_slip) * f64::from(speed.signum()) } else { 0.0 };
+                let acceleration = f64::from(tick.reference_acceleration);
+                slip + f64::from(viscous) * f64::from(speed) + f64::from(inertia) * acceleration
             }
             Gains::DiscontinuousNonlinearProportional(
                 DiscontinuousNonlinearProportionalGains { theta_b },
@@ -61,6 +83,12 @@ impl Equation {
             Gains::SmoothRobustNonlinear(SmoothRobustNonlinearGains { v_ms, alpha }) => {
                 f64::from(v_ms) * (f64::from(alpha) * error).tanh()
             }
+            Gains::DisturbanceObserver(gains) => self.observer.evaluate(&gains, tick, self.h),
+            #[cfg(feature = "rivals")]
+            Gains::Pid(_)
+            | Gains::TwoResetPid(_)
+            | Gains::Impulsive(_)
+            | Gains::ProxySlidingMode(_) => return self.rival.evaluate(&self.gains, tick, self.h),
         };
         self.v_c = self.v_c.clamp(-Self::FULL_SCALE, Self::FULL_SCALE);
         self.v_c
@@ -86,8 +114,8 @@ proptest! {
             let config = changed(&config, |config| (config.sample_time, config.pd.kp) = (sample_time, kp));
             let controller = Controller::new(&config, &STM32F405).unwrap();
             let (h, kp) = (f64::from(sample_time), f64::from(kp));
-            let mut law =
-                config.compensator.first().map(|&gains| Equation { gains, h, kp, v_c: 0.0, active: 0 });
+            let mut law = config.compensator.first().map(|&gains| Equation::new(gains, h, kp));
+            let replaces_pd = config.compensator.first().is_some_and(Gains::replaces_pd);
             let ticks = run(&controller, &reference, &counts, low_half);
             for (number, (&counts, tick)) in (0..).zip(counts.iter().zip(ticks)) {
                 prop_assert_eq!((tick.tick, tick.counts), (number, counts), "{}", name);
@@ -98,6 +126,7 @@ proptest! {
                 prop_assert!((f64::from(tick.error) - error).abs() <= 1e-6 * error.abs(), "{name}: {tick:?}");
                 let kd = f64::from(config.pd.kd);
                 let v_pd = kp * error + kd * (f64::from(velocity) - f64::from(tick.velocity));
+                let v_pd = if replaces_pd { 0.0 } else { v_pd };
                 let v_c = law.as_mut().map_or(0.0, |law| law.evaluate(&tick));
                 for (found, expected) in [(tick.v_pd, v_pd), (tick.v_c, v_c)] {
                     let off = (f64::from(found) - expected).abs();

@@ -4,10 +4,13 @@ use std::iter::repeat_n;
 
 use proptest::collection::vec;
 use proptest::prelude::*;
+#[cfg(feature = "rivals")]
+pub use stiction::compensator::ImpulsiveGains;
 pub use stiction::compensator::{
-    Compensator, CompensatorState, DiscontinuousNonlinearProportionalGains, FeedforwardGains,
-    Gains, LawInput, LawState, Loop, MAX_TERMS, PreparedLaw, RateVariableIntegralGains,
-    ResetIntegralGains, ResetOffsetIntegralGains, SmoothRobustNonlinearGains,
+    Compensator, CompensatorState, DiscontinuousNonlinearProportionalGains,
+    DisturbanceObserverGains, FeedforwardGains, Gains, LawInput, LawState, Loop, MAX_TERMS,
+    PreparedLaw, RateVariableIntegralGains, ResetIntegralGains, ResetOffsetIntegralGains,
+    SmoothRobustNonlinearGains,
 };
 pub use stiction::drive::{DriveConfig, Duty, PwmMode};
 pub use stiction::encoder::{CounterBits, Direction, Encoder, EncoderState};
@@ -44,7 +47,8 @@ pub const RVI: Gains =
 pub const ROI: Gains =
     Gains::ResetOffsetIntegral(ResetOffsetIntegralGains { t_roi: 0.14, v_roi: 2.33 });
 
-pub const FEEDFORWARD: Gains = Gains::Feedforward(FeedforwardGains { v_slip: 0.37, v_ff: 0.001 });
+pub const FEEDFORWARD: Gains =
+    Gains::Feedforward(FeedforwardGains { v_slip: 0.37, v_ff: 0.001, viscous: 0.0, inertia: 0.0 });
 
 pub const DNPF: Gains =
     Gains::DiscontinuousNonlinearProportional(DiscontinuousNonlinearProportionalGains {
@@ -158,14 +162,25 @@ pub fn near(reference: &Reference, lags: &[i32]) -> Vec<i32> {
         .collect()
 }
 
-pub fn sample_of(tick: &Tick) -> LawInput {
+/// What the laws saw of each of these ticks. Before the first one there was no effort.
+pub fn samples_of(ticks: &[Tick]) -> Vec<LawInput> {
+    let first = ticks.first().map(|first| Tick { counts: first.counts, ..Tick::default() });
+    let before = first.iter().chain(ticks);
+    before.zip(ticks).map(|(before, tick)| sample_of(before, tick)).collect()
+}
+
+/// What the laws saw of a tick that followed another.
+pub fn sample_of(before: &Tick, tick: &Tick) -> LawInput {
     LawInput {
+        counts: tick.counts,
+        travel: tick.counts.wrapping_sub(before.counts),
+        applied: before.v_applied,
+        saturated: before.saturated,
         error: tick.error,
         velocity: tick.velocity,
         setpoint: tick.setpoint(),
         velocity_error: tick.reference_velocity - tick.velocity,
         v_pd: tick.v_pd,
-        ..LawInput::default()
     }
 }
 

@@ -23,6 +23,9 @@ fn without_gain(mut law: Gains) -> Gains {
         "feedforward" => "v_slip_v",
         "dnpf" => "theta_b_deg",
         "srnf" => "v_ms_v",
+        "observer" => "observer_largest_v",
+        "pid" | "two-reset-pid" => "ki_v_per_deg_s",
+        "impulsive" => "pulse_effort_v",
         other => unreachable!("{other}: say here which gain it is"),
     };
     let key = keys(&law).into_iter().find(|key| key.to_string() == gain).unwrap();

@@ -12,7 +12,10 @@ mod equations;
 mod fixture;
 mod identification;
 mod invariance;
+mod observer_equation;
 mod parameters;
 mod reset;
+#[cfg(feature = "rivals")]
+mod rival_equations;
 mod sums;
 mod validation;

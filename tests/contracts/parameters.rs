@@ -3,7 +3,7 @@
 use std::mem::size_of;
 
 use stiction::compensator::{
-    FIRST_LAW, rate_variable_integral, reset_integral, reset_offset_integral,
+    FIRST_LAW, disturbance_observer, rate_variable_integral, reset_integral, reset_offset_integral,
 };
 
 use super::fixture::*;
@@ -64,7 +64,10 @@ fn every_parameter_of_the_controller_changes_the_output() {
     for (name, config) in controllers() {
         let unchanged = output(&config);
         assert_eq!(output(&config), unchanged);
-        for key in &parameters {
+        let replaces_pd = config.compensator.first().is_some_and(Gains::replaces_pd);
+        // The gains of a PD that is not there do nothing.
+        let has_effect = |key: &&Key| !(replaces_pd && keys(&config.pd).contains(key));
+        for key in parameters.iter().filter(has_effect) {
             let mut changed = config.clone();
             assert_eq!(changed.set(*key, a_little_else(&config, *key)), Ok(true));
             assert_ne!(output(&changed), unchanged, "{name}: {key} does nothing");
@@ -73,9 +76,16 @@ fn every_parameter_of_the_controller_changes_the_output() {
 }
 
 /// Gains for which a twentieth more is the same, with a value that is not: a time of whole ticks,
-/// and a speed that the first blend passes in its first tick.
-const COARSE: [(&str, &str, f32); 2] =
-    [("roi", "t_roi_s", 0.16), ("feedforward", "v_ff_deg_per_s", 0.2)];
+/// a speed that the first blend passes in its first tick, terms that are zero, a band within which it does not rest, and a limit that no
+/// pulse reaches.
+const COARSE: [(&str, &str, f32); 6] = [
+    ("roi", "t_roi_s", 0.16),
+    ("feedforward", "v_ff_deg_per_s", 0.2),
+    ("feedforward", "viscous_v_per_deg_per_s", 0.02),
+    ("feedforward", "inertia_v_per_deg_per_s2", 0.037),
+    ("impulsive", "pulse_effort_v", 1.0),
+    ("observer", "observer_band_deg", 0.3),
+];
 
 #[test]
 fn every_gain_of_a_law_changes_the_output() {
@@ -105,7 +115,7 @@ fn every_gain_of_a_law_changes_the_output() {
 fn laws_depend_on_their_loop_where_their_equations_say_so() {
     let (reference, counts) = excitation();
     let pd = Controller::new(&configured(0.17, &[]), &STM32F405).unwrap();
-    let samples: Vec<_> = run(&pd, &reference, &counts, low_half).iter().map(sample_of).collect();
+    let samples = samples_of(&run(&pd, &reference, &counts, low_half));
     let output = |law: &Gains, around: &Loop| {
         let law = PreparedLaw::new(law, around);
         let mut state = law.rest();
@@ -116,7 +126,8 @@ fn laws_depend_on_their_loop_where_their_equations_say_so() {
         Loop { sample_time: 0.018, ..base },
         Loop { full_scale: 0.45, ..base },
         Loop { kp: 1.05, ..base },
-        Loop { resolution: 1.05 * base.resolution, ..base },
+        // A band of counts is passed over by most ticks of the excitation, unless it is wide.
+        Loop { resolution: 100.0 * base.resolution, ..base },
         Loop { lsb: 1.05 * base.lsb, ..base },
     ];
     for (name, _, law) in laws() {
@@ -125,6 +136,8 @@ fn laws_depend_on_their_loop_where_their_equations_say_so() {
             "ri" | "rvi" | "roi" => [true, true, false, false, false],
             "feedforward" | "srnf" => [false; 5],
             "dnpf" => [false, false, true, false, false],
+            "pid" | "two-reset-pid" | "proxy-sliding-mode" => [true, true, false, false, false],
+            "impulsive" | "observer" => [true, true, false, true, false],
             other => unreachable!("{other}: say here what it takes from its loop"),
         };
         let depends = changes.map(|around| output(&law, &around) != output(&law, &base));
@@ -138,12 +151,16 @@ fn states_are_small_enough_to_be_copied_in_a_tick() {
     assert_eq!(size_of::<reset_integral::State>(), 4);
     assert_eq!(size_of::<rate_variable_integral::State>(), 4);
     assert_eq!(size_of::<reset_offset_integral::State>(), 8);
-    // A sum has room for the largest of them, and for which it is.
-    assert_eq!(size_of::<LawState>(), 12);
-    assert_eq!(size_of::<CompensatorState>(), MAX_TERMS * 12);
+    // Three estimates, and a count of ticks.
+    assert_eq!(size_of::<disturbance_observer::State>(), 16);
+    // A sum has room for the largest of them, and for which it is. Of the laws that live on the
+    // host, the impulsive one has the largest state: six numbers and a flag.
+    let largest = if cfg!(feature = "rivals") { 28 } else { 20 };
+    assert_eq!(size_of::<LawState>(), largest);
+    assert_eq!(size_of::<CompensatorState>(), MAX_TERMS * largest);
     // Besides these a controller has the position, the velocity's fifteen increments, the tick, and
     // three words of the output stage: the ticks of the soft start, what is applied, and whether
     // that is less than was asked for.
-    assert_eq!(size_of::<ControllerState>(), 4 * (12 + 1 + 15 + 1 + 3));
+    assert_eq!(size_of::<ControllerState>(), MAX_TERMS * largest + 4 * (1 + 15 + 1 + 3));
     const { assert!(size_of::<LawState>() <= 64 && size_of::<ControllerState>() <= 256) };
 }

@@ -57,7 +57,11 @@ proptest! {
                 "ri" if after.error.abs() > 0.5 => 0.0,
                 "ri" => 4.0 * SAMPLE_TIME * after.error,
                 "rvi" => 150.0 * SAMPLE_TIME * after.error,
-                "roi" => 0.0,
+                "roi" | "impulsive" | "observer" => 0.0,
+                "pid" => 1.0 * SAMPLE_TIME * after.error,
+                "two-reset-pid" => 4.0 * SAMPLE_TIME * after.error,
+                // al/g, with al = 1.0 * 0.02 + 1.0 + 0.17/0.02 and g = 1 + 0.1/0.02.
+                "proxy-sliding-mode" => (9.52 / 6.0 * after.error).clamp(-5.0, 5.0),
                 // Nothing is gathered: the tick is the same in all but its number.
                 _ => {
                     prop_assert_eq!(Tick { tick: before.tick, ..after }, before, "{}", name);

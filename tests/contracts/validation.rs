@@ -7,7 +7,7 @@ use super::fixture::*;
 /// What is meant to be allowed for every number: the law whose gain it is, its name, and its
 /// bounds. The bounds of the drive's LSB and of its PWM come from elsewhere, and have a test of
 /// their own.
-const BOUNDS: [(&str, &str, Allowed); 17] = [
+const BOUNDS: [(&str, &str, Allowed); 26] = [
     ("", "sample_time_s", Allowed::Above(0.0, 1.0)),
     ("", "resolution_deg", Allowed::Above(0.0, LARGEST)),
     ("", "full_scale_v", Allowed::Above(0.0, LARGEST)),
@@ -22,10 +22,38 @@ const BOUNDS: [(&str, &str, Allowed); 17] = [
     ("roi", "v_roi_deg_per_s", Allowed::Between(0.0, LARGEST)),
     ("feedforward", "v_slip_v", Allowed::Between(0.0, LARGEST)),
     ("feedforward", "v_ff_deg_per_s", Allowed::Between(0.0, LARGEST)),
+    ("feedforward", "viscous_v_per_deg_per_s", Allowed::Between(0.0, LARGEST)),
+    ("feedforward", "inertia_v_per_deg_per_s2", Allowed::Between(0.0, LARGEST)),
     ("dnpf", "theta_b_deg", Allowed::Between(0.0, LARGEST)),
     ("srnf", "v_ms_v", Allowed::Between(0.0, LARGEST)),
     ("srnf", "alpha_per_deg", Allowed::Between(0.0, LARGEST)),
+    ("observer", "observer_rad_per_s", Allowed::Above(0.0, LARGEST)),
+    ("observer", "observer_inertia_v_per_deg_per_s2", Allowed::Above(0.0, LARGEST)),
+    ("observer", "observer_viscous_v_per_deg_per_s", Allowed::Between(0.0, LARGEST)),
+    ("observer", "observer_slip_v", Allowed::Between(0.0, LARGEST)),
+    ("observer", "observer_band_deg", Allowed::Between(0.0, LARGEST)),
+    ("observer", "observer_ramp_v_per_s", Allowed::Between(0.0, LARGEST)),
+    ("observer", "observer_largest_v", Allowed::Between(0.0, LARGEST)),
 ];
+
+/// The same of the laws that live on the host.
+const RIVALS: &[(&str, &str, Allowed)] = if cfg!(feature = "rivals") {
+    &[
+        ("pid", "ki_v_per_deg_s", Allowed::Between(0.0, LARGEST)),
+        ("two-reset-pid", "ki_v_per_deg_s", Allowed::Between(0.0, LARGEST)),
+        ("two-reset-pid", "load_time_s", Allowed::Above(0.0, LARGEST)),
+        ("impulsive", "pulse_inertia_v_per_deg_per_s2", Allowed::Above(0.0, LARGEST)),
+        ("impulsive", "pulse_friction_low_v", Allowed::Above(0.0, LARGEST)),
+        ("impulsive", "pulse_friction_high_v", Allowed::Above(0.0, LARGEST)),
+        ("impulsive", "pulse_effort_v", Allowed::Between(0.0, LARGEST)),
+        ("proxy-sliding-mode", "proxy_stiffness_v_per_deg", Allowed::Above(0.0, LARGEST)),
+        ("proxy-sliding-mode", "proxy_damping_v_per_deg_per_s", Allowed::Between(0.0, LARGEST)),
+        ("proxy-sliding-mode", "proxy_integral_v_per_deg_s", Allowed::Between(0.0, LARGEST)),
+        ("proxy-sliding-mode", "proxy_surface_time_s", Allowed::Between(0.0, LARGEST)),
+    ]
+} else {
+    &[]
+};
 
 const ELSEWHERE: [&str; 2] = ["lsb_v", "pwm_hz"];
 
@@ -48,7 +76,7 @@ fn every_number_is_refused_just_outside_its_range_and_taken_at_its_ends() {
             continue;
         }
         seen += 1;
-        let meant = BOUNDS.iter().find(|(of, value, _)| (*of, *value) == (law, name));
+        let meant = BOUNDS.iter().chain(RIVALS).find(|(of, value, _)| (*of, *value) == (law, name));
         let (_, _, allowed) =
             *meant.unwrap_or_else(|| panic!("{law} {name}: say above what is allowed"));
         let with = |x: f32| {
@@ -83,7 +111,7 @@ fn every_number_is_refused_just_outside_its_range_and_taken_at_its_ends() {
             assert_eq!(error.found.to_bits(), x.to_bits(), "{law} `{name}`");
         }
     }
-    assert_eq!(seen, BOUNDS.len());
+    assert_eq!(seen, BOUNDS.len() + RIVALS.len());
 }
 
 /// The laws of the thesis have its gains (Tables 17 and 18) wherever nobody gives others.

@@ -3,6 +3,7 @@
 mod benchmark;
 mod completions;
 mod device;
+mod ensemble;
 mod keys;
 mod list;
 mod params;
@@ -45,6 +46,8 @@ enum Command {
     Device(device::Arguments),
     /// Rank controllers on one joint: rest, overshoot, settling, tracking, chatter, hunting
     Benchmark(benchmark::Arguments),
+    /// Rank controllers on joints that nobody tuned for: success, settling, rest, tracking, faults
+    Ensemble(ensemble::Arguments),
     /// Draw what `run --csv` or a device's `log` has written, one over the other
     Plot(plot::Arguments),
     /// Every figure and table of the thesis as one HTML page, claims beside measurements
@@ -71,6 +74,7 @@ pub fn main() -> ExitCode {
         Command::Params(arguments) => params::params(&arguments),
         Command::Device(arguments) => device::device(&arguments),
         Command::Benchmark(arguments) => benchmark::rank(&arguments),
+        Command::Ensemble(arguments) => ensemble::ensemble(&arguments),
         Command::Plot(arguments) => plot::plot(&arguments),
         Command::Report(arguments) => report::report(&arguments),
         Command::Completions(arguments) => completions::completions(&arguments),

@@ -4,7 +4,7 @@ use stiction::parameters::{DeviceConfig, ROOM};
 use stiction::{Limits, Motion, Parameters};
 
 use crate::error::Error;
-use crate::experiment::{RunPlan, assembled, validate};
+use crate::experiment::{RunPlan, assembled, check_laws, validate};
 use crate::target::from_start;
 
 /// From the first tick to arming, in ticks: time for the encoder to be shown where the joint is.
@@ -28,6 +28,7 @@ pub fn parameters(plan: &RunPlan) -> Result<Parameters, Error> {
 
 /// As a board would be told, but for the begin: by itself, and from zero.
 fn by_itself(plan: &RunPlan) -> Result<Parameters, Error> {
+    check_laws(plan)?;
     let mut parameters = assembled(plan)?;
     // The device calls the place zero in which it is armed. The host's joint rests there too, but
     // its disc may already be a count further.

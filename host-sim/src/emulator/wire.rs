@@ -20,7 +20,7 @@ use super::runs::DEFAULT_IMAGE;
 use super::setup::Setup;
 use crate::device::wire::{AWAY, Wire};
 use crate::error::Error;
-use crate::experiment::{RunPlan, parameters};
+use crate::experiment::{RunPlan, for_a_device};
 
 /// Of every output of an emulated device.
 pub const EMULATED: &str = "EMULATED DEVICE: no motor moves or stops.";
@@ -60,7 +60,7 @@ impl EmulatedWire {
     /// # Errors
     /// Names a value of the plan that is not allowed.
     pub fn with(image: &Arc<FirmwareImage>, plan: &RunPlan) -> Result<Self, Error> {
-        let mut parameters = parameters(plan)?;
+        let mut parameters = for_a_device(plan)?;
         parameters.device.autostart = false;
         let mut room = [0; ROOM];
         let record = parameters.encode(1, &mut room).unwrap_or_default().to_vec();

@@ -5,7 +5,7 @@ use stiction::compensator::{Gains, MAX_TERMS};
 use stiction::drive::DriveConfig;
 use stiction::encoder::Encoder;
 use stiction::pd::PdGains;
-use stiction::value::{About, Table};
+use stiction::value::{About, Absent, Table};
 use stiction::velocity::MAX_WINDOW;
 use stiction::{Controller, ControllerConfig};
 
@@ -116,7 +116,7 @@ impl RunPlan {
         Ok(gains)
     }
 
-    /// The law with the gains of a table, each of which has to be there.
+    /// The law with the gains of a table, each of which has to be there unless it has a default.
     fn gains(
         &self,
         name: &str,
@@ -126,7 +126,7 @@ impl RunPlan {
         let about = about_law(&law);
         let gone: Vec<String> = about
             .iter()
-            .filter(|about| table.number(about.name).is_none())
+            .filter(|about| about.absent == Absent::Needed && table.number(about.name).is_none())
             .map(|about| format!("`controller.{name}.{}`", about.name))
             .collect();
         if !gone.is_empty() {

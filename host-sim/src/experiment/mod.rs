@@ -19,8 +19,8 @@ mod task;
 pub(crate) use self::controller::about_law;
 pub use self::motion::position;
 #[cfg(feature = "emulator")]
-pub(crate) use self::parameters::{assembled, validate};
-pub use self::parameters::{parameters, record, sectors};
+pub(crate) use self::parameters::{assembled, check_laws, validate};
+pub use self::parameters::{for_a_device, parameters, record, sectors};
 pub use self::plan::{Experiment, RunPlan};
 pub use self::task::Task;
 pub use crate::document::{Builtin, Document, Origin, builtins, find};

@@ -20,6 +20,32 @@ pub fn parameters(plan: &RunPlan) -> Result<Parameters, Error> {
     Ok(parameters)
 }
 
+/// Makes everything that a device is told for this run, as [`parameters()`] does.
+///
+/// # Errors
+/// As [`parameters()`]; and names a law that is in no device's image.
+pub fn for_a_device(plan: &RunPlan) -> Result<Parameters, Error> {
+    check_laws(plan)?;
+    parameters(plan)
+}
+
+/// Refuses a run with a law that is in no device's image.
+///
+/// # Errors
+/// Names the controller and its law.
+pub(crate) fn check_laws(plan: &RunPlan) -> Result<(), Error> {
+    let on_the_host = plan.laws_in_use().into_iter().find(|law| !law.on_the_device());
+    on_the_host.map_or(Ok(()), |law| {
+        let controller = plan.controller.as_deref().unwrap_or_default();
+        Err(Error::Input(format!(
+            "{}: the controller {controller} cannot go to a device: its law {} lives on the host, \
+             to be compared with, and is in no image",
+            plan.origin,
+            law.name()
+        )))
+    })
+}
+
 /// Validates parameters as a board will do it.
 ///
 /// # Errors
@@ -83,7 +109,7 @@ pub fn sectors(plan: &RunPlan) -> Result<Vec<u8>, Error> {
 /// As [`parameters()`].
 pub fn record(plan: &RunPlan) -> Result<Vec<u8>, Error> {
     let mut room = [0; ROOM];
-    let parameters = parameters(plan)?;
+    let parameters = for_a_device(plan)?;
     let record = parameters.encode(1, &mut room).map(<[u8]>::to_vec);
     record.ok_or_else(|| Error::Input(format!("{}: does not fit {ROOM} bytes", plan.origin)))
 }
@@ -113,6 +139,32 @@ mod tests {
             let at_once = Parameters { device, ..found };
             let expected = (closed_loop.controller, plan.course().unwrap());
             assert_eq!(at_once.prepare(&STM32F405).unwrap(), expected, "{name}");
+        }
+    }
+
+    #[test]
+    fn a_law_that_lives_on_the_host_runs_there_and_goes_to_no_device() {
+        let with = |law: &str| {
+            let document = format!(
+                "{}[controller.mine]\nlaws = [\"{law}\"]\nkp_v_per_deg = 1.0\n\
+                 kd_v_per_deg_per_s = 0.17\nki_v_per_deg_s = 1.0\ntheta_ri_deg = 0.5\n",
+                crate::experiment::builtins()
+                    .iter()
+                    .find(|b| b.name == "step-response")
+                    .unwrap()
+                    .toml
+            );
+            let document = Document::parse("mine.toml", &document).unwrap();
+            Experiment::plan(&document, &["mine".into()], &[]).unwrap().runs.remove(0)
+        };
+        assert!(record(&with("ri")).is_ok() && sectors(&with("ri")).is_ok());
+        let plan = with("pid");
+        assert!(parameters(&plan).is_ok() && plan.closed_loop().is_ok());
+        for refused in [for_a_device(&plan).err(), record(&plan).err(), sectors(&plan).err()] {
+            let message = refused.unwrap().to_string();
+            let expected = "mine.toml: the controller mine cannot go to a device: its law pid lives \
+                on the host, to be compared with, and is in no image";
+            assert_eq!(message, expected);
         }
     }
 

@@ -6,6 +6,7 @@ use std::path::Path;
 use rayon::prelude::*;
 
 use super::NamedFigure;
+use super::chart::Chart;
 use crate::error::Error;
 use crate::output::prepare_directory;
 #[cfg(feature = "figures")]
@@ -34,6 +35,15 @@ pub fn write_figures(directory: &Path, _: &[NamedFigure]) -> Result<(), Error> {
     Err(crate::error::not_built(&option, "what draws them is", "figures"))
 }
 
+/// Stands for the drawing of charts where it is not built in.
+///
+/// # Errors
+/// Always, with the command that builds it in.
+#[cfg(not(feature = "figures"))]
+pub fn write_charts(directory: &Path, _: &[Chart]) -> Result<(), Error> {
+    write_figures(directory, &[])
+}
+
 /// Pixels of the PNG for each unit of the SVG: 1800 pixels wide, 300 to the inch on a six inch
 /// column.
 #[cfg(feature = "figures")]
@@ -60,6 +70,22 @@ pub fn write_figures(directory: &Path, figures: &[NamedFigure]) -> Result<(), Er
     for (named, (svg, png)) in figures.iter().zip(&drawn) {
         write_whole(&directory.join(format!("{}.svg", named.stem)), svg.as_bytes())?;
         write_whole(&directory.join(format!("{}.png", named.stem)), png)?;
+    }
+    Ok(())
+}
+
+/// Writes each chart as SVG and PNG into a directory.
+///
+/// # Errors
+/// Names the chart that could not be drawn, or the file that could not be written.
+#[cfg(feature = "figures")]
+pub fn write_charts(directory: &Path, charts: &[Chart]) -> Result<(), Error> {
+    for chart in charts {
+        let svg = super::marks::svg(chart);
+        let png = super::raster::png(&svg, SCALE)
+            .map_err(|error| Error::Figure(format!("`{}`: {error}", chart.stem)))?;
+        write_whole(&directory.join(format!("{}.svg", chart.stem)), svg.as_bytes())?;
+        write_whole(&directory.join(format!("{}.png", chart.stem)), &png)?;
     }
     Ok(())
 }

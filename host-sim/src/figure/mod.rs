@@ -3,12 +3,15 @@
 //! The types here say what to show; how it looks is settled once in `draw`, so
 //! every figure of a report has the same fonts, weights and dash patterns.
 
+pub mod chart;
 #[cfg(feature = "figures")]
 mod draw;
 mod files;
 #[cfg(feature = "figures")]
 mod inline;
 pub mod logged;
+#[cfg(feature = "figures")]
+mod marks;
 #[cfg(feature = "figures")]
 mod raster;
 mod results;
@@ -21,7 +24,7 @@ mod thin;
 
 use std::fmt;
 
-pub use files::{prepare_figures, write_figures};
+pub use files::{prepare_figures, write_charts, write_figures};
 pub use results::{NamedFigure, entitle, figures};
 
 /// What a curve stands for; colour, weight and dashes follow from it.

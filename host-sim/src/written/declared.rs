@@ -27,8 +27,8 @@ pub trait Declared {
     /// Tells what a value may be beside the other values of the example.
     fn allowed(about: &About) -> Option<Allowed>;
 
-    /// Names the laws that need a value.
-    fn laws(_: &About) -> Vec<&'static str> {
+    /// Names the laws that need a value, and says which of them live on the host.
+    fn laws(_: &About) -> Vec<String> {
         vec![]
     }
 }
@@ -53,6 +53,12 @@ macro_rules! declared {
 }
 
 declared!(ControllerConfig, Encoder, DriveConfig, DeviceConfig, Limits, ProfileLimits, JogBounds);
+
+/// The name of a law, and that it lives on the host if it does.
+pub(crate) fn shown(law: &Gains) -> String {
+    let name = law.name();
+    if law.on_the_device() { name.into() } else { format!("{name} (on the host only)") }
+}
 
 /// `[controller.NAME]`: the gains of PD and of every law. Those of PD have to be there; what else
 /// has to be depends on the laws that are listed.
@@ -80,13 +86,14 @@ impl Declared for AllGains {
         PdGains::EXAMPLE.allowed(about.key).or_else(of_laws)
     }
 
-    fn otherwise(_: &About) -> Option<Scalar> {
-        None
+    fn otherwise(about: &About) -> Option<Scalar> {
+        let bits = Gains::EXAMPLES.iter().find_map(|law| law.get(about.key))?;
+        (about.absent == Absent::Default).then(|| scalar(about.kind, bits))
     }
 
-    fn laws(about: &About) -> Vec<&'static str> {
-        let all = Gains::NAMES.iter().zip(Gains::ABOUT);
+    fn laws(about: &About) -> Vec<String> {
+        let all = Gains::EXAMPLES.iter().zip(Gains::ABOUT);
         let takes = |law: &&[About]| law.iter().any(|gain| gain.name == about.name);
-        all.filter(|(_, law)| takes(law)).map(|(name, _)| *name).collect()
+        all.filter(|(_, law)| takes(law)).map(|(law, _)| shown(law)).collect()
     }
 }

@@ -1,14 +1,10 @@
 //! Which runs there are, in which order, and what `--controller`, `--set`, `--delay` and `--solver`
 //! do.
 
-use stiction::compensator::Gains;
-
 use super::{labels, number, run, runs};
 
-/// Every controller by its name: plain PD, and each law by itself.
-fn controllers() -> Vec<&'static str> {
-    [&["pd"], Gains::NAMES].concat()
-}
+/// The thesis's seven controllers, in its order. Its experiments have no others.
+const SEVEN: [&str; 7] = ["pd", "ri", "rvi", "roi", "feedforward", "dnpf", "srnf"];
 
 #[test]
 fn every_run_of_every_experiment_has_its_label() {
@@ -22,13 +18,13 @@ fn every_run_of_every_experiment_has_its_label() {
         labels
     };
     let speeds = ["trajectory-5.0", "trajectory-2.5"];
-    let steps = of(&controllers(), &["step-5.0", "step-2.5", "step-1.0"], &[""]);
-    let in_si = of(&controllers(), &["step-5.0"], &["/literal-si"]);
+    let steps = of(&SEVEN, &["step-5.0", "step-2.5", "step-1.0"], &[""]);
+    let in_si = of(&SEVEN, &["step-5.0"], &["/literal-si"]);
     let five = ["pd", "ri", "roi", "dnpf", "srnf"];
     let rates = ["rate-0.001", "rate-0.002", "rate-0.005", "rate-0.01", "rate-0.02"];
     for (experiment, expected) in [
         ("step-response", [steps, in_si].concat()),
-        ("trajectory", of(&controllers(), &speeds, &[""])),
+        ("trajectory", of(&SEVEN, &speeds, &[""])),
         (
             "step-added-friction",
             of(&["pd"], &["step-5.0"], &["/friction-1.25", "/friction-1.5", "/friction-2"]),

@@ -1,0 +1,266 @@
+//! `stiction ensemble`.
+
+use std::collections::BTreeSet;
+use std::path::{Path, PathBuf};
+use std::sync::{Mutex, PoisonError};
+
+use super::print;
+use crate::ensemble::rules::{TUNING_SEEDS, rules};
+use crate::ensemble::{
+    Case, Ensemble, Family, Header, Kept, Kind, Row, Shard, Tried, charts, merge, object,
+    read_rows, render, render_rows, run, sort_rows, summaries, traces, tune,
+};
+use crate::error::Error;
+use crate::figure::{prepare_figures, write_charts, write_figures};
+use crate::output::{table, write_whole};
+
+/// Samples per second if nobody says otherwise, Hz.
+const RATE_HZ: f64 = 1000.0;
+
+#[derive(Debug, clap::Args)]
+#[command(args_conflicts_with_subcommands = true)]
+pub struct Arguments {
+    #[command(subcommand)]
+    action: Option<Action>,
+    /// Families of joints, or all of them: rigid, loaded, gravity, overhauling, lugre,
+    /// flexible-motor, flexible-backlash, flexible-load, thesis-axis
+    #[arg(long, value_name = "FAMILY", value_delimiter = ',', default_value = "all")]
+    plant: Vec<String>,
+    /// Joints of each family
+    #[arg(long, default_value_t = 100, value_parser = clap::value_parser!(u64).range(1..=1_000_000))]
+    cases: u64,
+    /// Seed of the joints; from 1000000 to 1999999 they are those on which laws were tuned
+    #[arg(long, default_value_t = 1)]
+    seed: u64,
+    /// Only these laws
+    #[arg(long, value_name = "NAME", value_delimiter = ',')]
+    controller: Vec<String>,
+    /// Stick friction of 2 to 4 times the slip friction, instead of 1.05 to 2 times
+    #[arg(long)]
+    hard: bool,
+    /// Samples per second, Hz; thesis-axis has its own
+    #[arg(long, value_name = "HZ", default_value_t = RATE_HZ)]
+    rate: f64,
+    /// Then this many random moves in a row, the first of them judged against the last
+    #[arg(long, value_name = "M", default_value_t = 0)]
+    moves: u32,
+    /// Only this joint of each family, by its number; with --plot, the traces of every law on it
+    #[arg(long, value_name = "K", conflicts_with_all = ["shard", "resume"])]
+    case: Option<u64>,
+    /// One JSON object instead of tables
+    #[arg(long)]
+    json: bool,
+    /// Write a line for each joint and law to this file
+    #[arg(long, value_name = "FILE")]
+    csv: Option<PathBuf>,
+    /// Draw success, clouds of settling and rest, and the worst joint's traces into this directory,
+    /// as SVG and PNG
+    #[arg(long, value_name = "DIR")]
+    plot: Option<PathBuf>,
+    /// Keep each line in this file as soon as it is there, and go on from it if it is there already
+    #[arg(long, value_name = "FILE")]
+    resume: Option<PathBuf>,
+    /// Only part K of N of the joints; `stiction ensemble merge` puts the parts together
+    #[arg(long, value_name = "K/N", requires = "resume")]
+    shard: Option<String>,
+}
+
+#[derive(Debug, clap::Subcommand)]
+enum Action {
+    /// Put the files of shards together, and report them as one run
+    Merge(Merge),
+    /// Run the constants that were tried for the rules of the laws, on joints that do not score
+    Tune(Tune),
+}
+
+#[derive(Debug, clap::Args)]
+pub struct Tune {
+    /// Families of joints, or all of them
+    #[arg(long, value_name = "FAMILY", value_delimiter = ',', default_value = "all")]
+    plant: Vec<String>,
+    /// Joints of each family
+    #[arg(long, default_value_t = 40, value_parser = clap::value_parser!(u64).range(1..=1_000_000))]
+    cases: u64,
+    /// Seed of the joints
+    #[arg(long, default_value_t = *TUNING_SEEDS.start(), value_parser = clap::value_parser!(u64).range(TUNING_SEEDS))]
+    seed: u64,
+    /// Only these laws
+    #[arg(long, value_name = "NAME", value_delimiter = ',')]
+    controller: Vec<String>,
+}
+
+#[derive(Debug, clap::Args)]
+pub struct Merge {
+    /// What --resume or --csv has written
+    #[arg(required = true)]
+    files: Vec<PathBuf>,
+    /// One JSON object instead of tables
+    #[arg(long)]
+    json: bool,
+    /// Write all lines to this file
+    #[arg(long, value_name = "FILE")]
+    csv: Option<PathBuf>,
+}
+
+pub fn ensemble(arguments: &Arguments) -> Result<(), Error> {
+    match &arguments.action {
+        Some(Action::Merge(action)) => action.merge(),
+        Some(Action::Tune(action)) => action.tune(),
+        None => arguments.run(),
+    }
+}
+
+impl Arguments {
+    fn run(&self) -> Result<(), Error> {
+        let ensemble = self.ensemble()?;
+        let header = Header::of(&ensemble);
+        let shard = self.shard.as_deref().map(Shard::read).transpose()?;
+        if let Some(directory) = &self.plot {
+            prepare_figures(directory)?;
+        }
+        let (kept, rows) = match &self.resume {
+            Some(path) => {
+                let (kept, rows) = Kept::open(path, &header)?;
+                (Some(Mutex::new(kept)), rows)
+            }
+            None => (None, Vec::new()),
+        };
+        let there: BTreeSet<(String, u64, String)> =
+            rows.iter().map(|row| (row.family.clone(), row.case, row.law.clone())).collect();
+        let rows = Mutex::new(rows);
+        let wanted = |family: Family, case: u64, law: &str| {
+            shard.is_none_or(|shard| shard.has(case))
+                && self.case.is_none_or(|only| only == case)
+                && !there.contains(&(family.name().to_owned(), case, law.to_owned()))
+        };
+        run(&ensemble, wanted, |row| {
+            if let Some(kept) = &kept {
+                kept.lock().unwrap_or_else(PoisonError::into_inner).add(&row)?;
+            }
+            rows.lock().unwrap_or_else(PoisonError::into_inner).push(row);
+            Ok(())
+        })?;
+        let mut rows = rows.into_inner().unwrap_or_else(PoisonError::into_inner);
+        sort_rows(&header, &mut rows);
+        if let Some(directory) = &self.plot {
+            self.draw(directory, &ensemble, &rows)?;
+        }
+        report(&header, &rows, self.json, self.csv.as_ref())
+    }
+
+    /// Draws the charts, and the traces of the joint that was asked for or of each law's worst.
+    fn draw(&self, directory: &Path, ensemble: &Ensemble, rows: &[Row]) -> Result<(), Error> {
+        let header = Header::of(ensemble);
+        let families = summaries(&header, rows);
+        if self.case.is_none() {
+            write_charts(directory, &charts(&header, &families, rows))?;
+        }
+        let mut drawn = Vec::new();
+        for (family, (_, laws)) in ensemble.families.iter().zip(&families) {
+            for (rule, summary) in ensemble.rules.iter().zip(laws) {
+                let Some(number) = self.case.or(summary.worst.first().copied()) else { continue };
+                let joint = Case::draw(ensemble.seed, *family, number, ensemble.kind);
+                drawn.extend(traces(&joint, rule)?);
+            }
+        }
+        write_figures(directory, &drawn)
+    }
+
+    fn ensemble(&self) -> Result<Ensemble, Error> {
+        // What the core's ticks and the device's timer are made for.
+        if !(50.0..=10_000.0).contains(&self.rate) {
+            return Err(Error::Input(format!(
+                "--rate {}: allowed is a number from 50 to 10000",
+                self.rate
+            )));
+        }
+        if let Some(case) = self.case.filter(|case| *case >= self.cases) {
+            let (cases, last) = (self.cases, self.cases - 1);
+            return Err(Error::Input(format!(
+                "--case {case}: with --cases {cases}, allowed is a number from 0 to {last}"
+            )));
+        }
+        Ok(Ensemble {
+            seed: self.seed,
+            cases: self.cases,
+            kind: Kind { hard: self.hard, rate_hz: self.rate },
+            moves: self.moves,
+            families: families(&self.plant)?,
+            rules: rules(&self.controller)?,
+        })
+    }
+}
+
+/// The families that are named, each once.
+fn families(names: &[String]) -> Result<Vec<Family>, Error> {
+    if names.iter().any(|name| name == "all") {
+        return Ok(Family::ALL.to_vec());
+    }
+    let mut families: Vec<Family> = Vec::new();
+    for name in names {
+        let family = Family::named(name)?;
+        if !families.contains(&family) {
+            families.push(family);
+        }
+    }
+    Ok(families)
+}
+
+impl Tune {
+    fn tune(&self) -> Result<(), Error> {
+        let ensemble = Ensemble {
+            seed: self.seed,
+            cases: self.cases,
+            kind: Kind { hard: false, rate_hz: RATE_HZ },
+            moves: 0,
+            families: families(&self.plant)?,
+            rules: rules(&self.controller)?,
+        };
+        let mut table = table::new(&[
+            "law",
+            "c",
+            "family",
+            "success\n%",
+            "settled\np95, s",
+            "rest p90\ncounts",
+        ]);
+        for Tried { law, constant, families } in tune(&ensemble)? {
+            for (family, summary) in families {
+                let share = 100.0 * summary.success as f64 / summary.cases as f64;
+                let finite = |value: Option<f64>| value.filter(|value| value.is_finite());
+                table.add_row([
+                    law.to_owned(),
+                    constant.to_string(),
+                    family,
+                    table::number(Some(share), 1),
+                    table::number(finite(summary.settling_s.quantile(0.95)), 2),
+                    table::number(finite(summary.rest_counts.quantile(0.9)), 1),
+                ]);
+            }
+        }
+        print(&format!("{}\n", table.trim_fmt()))
+    }
+}
+
+impl Merge {
+    fn merge(&self) -> Result<(), Error> {
+        let mut files = Vec::new();
+        for path in &self.files {
+            let (header, rows) = read_rows(path)?;
+            files.push((path.display().to_string(), header, rows));
+        }
+        let (header, rows) = merge(&files)?;
+        report(&header, &rows, self.json, self.csv.as_ref())
+    }
+}
+
+fn report(header: &Header, rows: &[Row], json: bool, csv: Option<&PathBuf>) -> Result<(), Error> {
+    if let Some(path) = csv {
+        write_whole(path, &render_rows(header, rows)?)?;
+    }
+    let families = summaries(header, rows);
+    if json {
+        return print(&format!("{:#}\n", object(header, &families)));
+    }
+    print(&render(header, &families))
+}

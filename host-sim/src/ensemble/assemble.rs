@@ -1,0 +1,88 @@
+//! The parameters of a servo for a law on a joint: what a machine's file with the same figures
+//! gives it, with every limit and every time at its default.
+
+use stiction::drive::DriveConfig;
+use stiction::encoder::{CounterBits, Encoder};
+use stiction::jog::JogBounds;
+use stiction::parameters::DeviceConfig;
+use stiction::reference::{Corner, Reference, Step, Trajectory};
+use stiction::value::Table as _;
+use stiction::{ControllerConfig, Limits, Motion, Parameters, ProfileLimits};
+
+use super::draw::{Case, Trapezoid};
+use super::rules::{Told, Tuned};
+use crate::error::Error;
+use crate::experiment::position;
+
+/// Makes the parameters of a servo that holds its joint where it is armed.
+///
+/// The monitors know what the law is told: the joint breaks away with the largest friction and the
+/// largest load, and is accelerated by twice what the nominal inertia gives (as a machine's file
+/// derives it from its joint).
+pub fn parameters(told: &Told, tuned: &Tuned) -> Parameters {
+    let encoder = Encoder {
+        resolution: told.count as f32,
+        counter_bits: CounterBits::ThirtyTwo,
+        ..Encoder::EXAMPLE
+    };
+    let (full_scale, lsb) = (told.full_scale as f32, told.lsb as f32);
+    let controller = ControllerConfig {
+        sample_time: told.sample_time as f32,
+        encoder,
+        drive: DriveConfig { full_scale, lsb, ..DriveConfig::EXAMPLE },
+        pd: tuned.pd,
+        compensator: tuned.laws.iter().copied().collect(),
+        ..ControllerConfig::EXAMPLE
+    };
+    let device = DeviceConfig::CAUTIOUS;
+    let breakaway = (told.breakaway[1] + told.load) as f32;
+    let gain = (1.0 / told.inertia) as f32;
+    let derived = Limits::derived(&controller, &device, breakaway);
+    let limits = Limits { stop_gain: 2.0 * gain, ..derived };
+    let profile = ProfileLimits::derived(&controller, &limits, gain);
+    let jog = JogBounds::derived(&controller, &device, breakaway);
+    Parameters { controller, motion: Motion::Hold, device, limits, profile, jog }
+}
+
+/// Returns the step of a case from where it is armed.
+pub fn step(case: &Case) -> Reference {
+    let to = position(case.step / case.count());
+    Reference::Step(Step { to, ..Step::default() })
+}
+
+/// A trajectory with the ticks in which it is judged.
+pub struct Tracked {
+    /// What is followed.
+    pub reference: Reference,
+    /// From the begin of the first blend to the end of the last.
+    pub window: [u32; 2],
+    /// Its largest speed, counts a tick.
+    pub top: f64,
+}
+
+/// Returns the trapezoid of a case from where it is armed: 0 to A to 0 with the corners at 1,
+/// 1 + A/V, 1 + A/V + D and 1 + 2 A/V + D s.
+///
+/// # Errors
+/// If the core refuses it, which it does at a rate that has no tick in half a blend.
+pub fn trapezoid(case: &Case) -> Result<Tracked, Error> {
+    let Trapezoid { distance, speed, dwell_s, half_blend_s } = case.trapezoid;
+    let way_s = distance.abs() / speed;
+    let times_s = [1.0, 1.0 + way_s, 1.0 + way_s + dwell_s, 1.0 + 2.0 * way_s + dwell_s];
+    let h = case.told.sample_time;
+    let corners = [0, 1, 2, 3].map(|i: usize| Corner {
+        tick: (times_s[i] / h).round() as u32,
+        position: position(if i == 1 || i == 2 { distance / case.count() } else { 0.0 }),
+    });
+    let trajectory =
+        Trajectory::new(&corners, half_blend_s as f32, h as f32, case.told.count as f32);
+    let trajectory = trajectory.map_err(|error| {
+        Error::Input(format!("--rate {}: the trajectory does not fit it: {error:?}", 1.0 / h))
+    })?;
+    let [first, last] = [times_s[0] - half_blend_s, times_s[3] + half_blend_s];
+    Ok(Tracked {
+        reference: Reference::Trajectory(trajectory),
+        window: [(first / h).round() as u32, (last / h).round() as u32],
+        top: speed * h / case.count(),
+    })
+}

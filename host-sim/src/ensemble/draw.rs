@@ -1,0 +1,375 @@
+//! The draw of a case: a joint of a family, its loop and what the laws are told of it.
+//!
+//! The draws of a case are made in the order of the functions below, each joint anew. docs/ensemble.md
+//! has the distributions as a table.
+
+use std::f64::consts::{PI, TAU};
+
+use super::distribution::{Draws, Purpose};
+use super::family::Family;
+use super::rules::Told;
+use crate::joint::{
+    Body, Bristle, Description, Encoder, Gravity, Load, Shaft, Side, Stribeck, Train,
+};
+use crate::plant::Delay;
+
+/// Nominal inertia of the SI families, kg m^2, and viscous friction, N m s/rad.
+const NOMINAL: [f64; 2] = [0.34, 1.3];
+
+/// Effort limit of the SI families and its step, N m.
+const EFFORT: [f64; 2] = [60.0, 0.06];
+
+/// What is told of the breakaway of the SI families, N m: F_c U(2, 6) times U(1.05, 2).
+const BREAKAWAY: [f64; 2] = [2.0, 12.0];
+
+/// The same of a hard joint: times U(2, 4).
+const HARD_BREAKAWAY: [f64; 2] = [2.0, 24.0];
+
+/// The largest load that drives a joint, in multiples of its stick friction.
+const OVERHAULING: [f64; 2] = [0.5, 3.0];
+
+/// Nominal inertia of the thesis's axis, V s^2/deg, and viscous friction, V s/deg.
+const THESIS: [f64; 2] = [1.0 / 27.0, 0.02];
+
+/// The full scale of the thesis's D/A and its step, V.
+const THESIS_EFFORT: [f64; 2] = [5.0, 0.00488];
+
+/// What is told of the breakaway of the thesis's axis, V: 0.38 L(0.5, 2) times U(1, 1.35).
+const THESIS_BREAKAWAY: [f64; 2] = [0.19, 1.03];
+
+/// Count of the thesis's encoder, deg, and its sample time, s.
+const THESIS_LOOP: [f64; 2] = [0.00242, 0.02];
+
+/// What an ensemble varies beside the seed.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Kind {
+    /// Stick friction of 2 to 4 times the slip friction, instead of 1.05 to 2 times.
+    pub hard: bool,
+    /// Samples per second of the SI families.
+    pub rate_hz: f64,
+}
+
+/// From the core's units to those of the joint.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Scale {
+    /// Effort of a volt of the core's.
+    pub effort: f64,
+    /// Angle of a degree of the core's.
+    pub angle: f64,
+}
+
+/// A trapezoid of speed to a place and back, with parabolic blends.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Trapezoid {
+    /// Where it leads.
+    pub distance: f64,
+    /// Its speed, per s.
+    pub speed: f64,
+    /// Time between there and back, s.
+    pub dwell_s: f64,
+    /// Half the time of a blend, s.
+    pub half_blend_s: f64,
+}
+
+/// One joint with its loop and its moves.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Case {
+    /// Its family.
+    pub family: Family,
+    /// Its number.
+    pub number: u64,
+    /// The joint.
+    pub joint: Description,
+    /// Its encoder.
+    pub encoder: Encoder,
+    /// Computation delay.
+    pub delay: Delay,
+    /// Units.
+    pub scale: Scale,
+    /// What the laws are told.
+    pub told: Told,
+    /// The step, in the unit of the joint.
+    pub step: f64,
+    /// The trajectory.
+    pub trapezoid: Trapezoid,
+    /// Whether a brake holds the joint until the move begins.
+    pub is_braked: bool,
+    /// How far a load slides when it breaks away behind a shaft, counts; of a load that the encoder
+    /// sits on.
+    pub jump_counts: Option<f64>,
+}
+
+impl Case {
+    /// Draws a case.
+    pub fn draw(seed: u64, family: Family, number: u64, kind: Kind) -> Self {
+        let draws = &mut Draws::new(seed, family.number(), Purpose::Joint, number);
+        match family {
+            Family::ThesisAxis => thesis_axis(draws, number),
+            _ => in_si(draws, family, number, kind),
+        }
+    }
+
+    /// Returns the angle of a count, in the unit of the joint.
+    pub const fn count(&self) -> f64 {
+        self.encoder.count
+    }
+}
+
+/// A joint of about 0.34 kg m^2 with 2 to 6 N m of slip friction.
+fn in_si(draws: &mut Draws, family: Family, number: u64, kind: Kind) -> Case {
+    let [inertia, viscous] = NOMINAL.map(|nominal| nominal * draws.uniform(0.5, 1.5));
+    let coulomb = draws.uniform(2.0, 6.0);
+    // A load of three times a hard joint's friction would be more than the motor has.
+    let hard = kind.hard && family != Family::Overhauling;
+    let ratio = if hard { draws.uniform(2.0, 4.0) } else { draws.uniform(1.05, 2.0) };
+    let stribeck_velocity = draws.log_uniform(5e-3, 0.2);
+    let curve = Stribeck { coulomb, stick: ratio * coulomb, stribeck_velocity, viscous };
+    let step = draws.sign() * draws.log_uniform(1e-3, 0.5);
+    let counts_per_turn = if number.is_multiple_of(2) { 1e5 } else { 1e4 };
+    let count = TAU / counts_per_turn;
+    let start = count * draws.uniform(-0.5, 0.5);
+    let delay = if draws.coin() { Delay::OneSample } else { Delay::None };
+    let lag_s = if draws.coin() { 0.7e-3 } else { 0.0 };
+
+    let mut load = Load::default();
+    let mut jump_counts = None;
+    let side = if family == Family::FlexibleLoad { Side::Load } else { Side::Motor };
+    let train = match family {
+        Family::Loaded => {
+            load.constant = draws.uniform(-1.2, 1.2);
+            Train::Rigid(Body { inertia, friction: curve.into() })
+        }
+        Family::Gravity => {
+            let [amplitude, angle] = [draws.uniform(0.3, 1.2), draws.uniform(-PI, PI)];
+            load.gravity = Some(Gravity { amplitude, angle });
+            Train::Rigid(Body { inertia, friction: curve.into() })
+        }
+        Family::Overhauling => {
+            let [least, most] = OVERHAULING;
+            load.constant = draws.sign() * draws.uniform(least, most) * curve.stick;
+            Train::Rigid(Body { inertia, friction: curve.into() })
+        }
+        Family::LuGre => {
+            let deflection = count * draws.uniform(3.0, 10.0);
+            load.constant = draws.uniform(-1.2, 1.2);
+            let bristle = Bristle::breaking_at(deflection, curve.stick, inertia);
+            Train::LuGre { inertia, curve, bristle }
+        }
+        Family::FlexibleMotor | Family::FlexibleBacklash | Family::FlexibleLoad => {
+            let widest = if family == Family::FlexibleBacklash { 20.0 } else { 4.0 };
+            let (train, jump) = flexible(draws, inertia, &curve, widest * count);
+            jump_counts = (side == Side::Load).then_some(jump / count);
+            train
+        }
+        Family::Rigid | Family::ThesisAxis => {
+            Train::Rigid(Body { inertia, friction: curve.into() })
+        }
+    };
+
+    let scale = Scale { effort: EFFORT[0] / 5.0, angle: PI / 180.0 };
+    let breakaway = if hard { HARD_BREAKAWAY } else { BREAKAWAY };
+    let is_braked = family == Family::Overhauling;
+    let largest_load = if is_braked { OVERHAULING[1] * BREAKAWAY[1] } else { 0.0 };
+    let told = scale.told(NOMINAL, breakaway, largest_load, EFFORT, [count, 1.0 / kind.rate_hz]);
+    let told = Told { encoder_at_load: side == Side::Load, ..told };
+    let (distance, speed, dwell_s, half_blend_s) = (0.5 * step.signum(), 0.5, 0.5, 0.125);
+    Case {
+        family,
+        number,
+        joint: Description { load, lag_s, start, ..Description::of(train, count) },
+        encoder: Encoder { count, side },
+        delay,
+        scale,
+        told,
+        step,
+        trapezoid: Trapezoid { distance, speed, dwell_s, half_blend_s },
+        is_braked,
+        jump_counts,
+    }
+}
+
+/// Two inertias and a shaft, and how far the load slides when it breaks away.
+fn flexible(draws: &mut Draws, inertia: f64, curve: &Stribeck, widest: f64) -> (Train, f64) {
+    let of_motor = draws.uniform(0.2, 0.8);
+    let [motor_inertia, load_inertia] = [of_motor * inertia, (1.0 - of_motor) * inertia];
+    // The load's resonance with the motor locked.
+    let stiffness = load_inertia * (TAU * draws.log_uniform(5.0, 50.0)).powi(2);
+    let ratio = draws.uniform(0.01, 0.05);
+    let damping = 2.0 * ratio * (stiffness * motor_inertia * load_inertia / inertia).sqrt();
+    let backlash = draws.uniform(0.0, widest);
+    let of_friction = draws.uniform(0.3, 0.9);
+    let share = |share: f64| Stribeck {
+        coulomb: share * curve.coulomb,
+        stick: share * curve.stick,
+        viscous: share * curve.viscous,
+        ..*curve
+    };
+    let (of_motor, of_load) = (share(of_friction), share(1.0 - of_friction));
+    // Balance of energy: the spring that is wound up to F_s unwinds to as far below F_c.
+    let jump = 2.0 * (of_load.stick - of_load.coulomb) / stiffness;
+    let train = Train::Flexible {
+        motor: Body { inertia: motor_inertia, friction: of_motor.into() },
+        load: Body { inertia: load_inertia, friction: of_load.into() },
+        shaft: Shaft { stiffness, damping, backlash },
+    };
+    (train, jump)
+}
+
+/// The thesis's axis with other friction and inertia, in degrees and volts.
+fn thesis_axis(draws: &mut Draws, number: u64) -> Case {
+    let inertia = THESIS[0] * draws.log_uniform(0.5, 2.0);
+    let viscous = THESIS[1] * draws.uniform(0.5, 1.5);
+    let coulomb = 0.38 * draws.log_uniform(0.5, 2.0);
+    let stick = coulomb * draws.uniform(1.0, 1.35);
+    let curve = Stribeck { coulomb, stick, stribeck_velocity: 0.0, viscous };
+    let [count, sample_time] = THESIS_LOOP;
+    let start = -count * draws.uniform(0.0, 1.0);
+    let delay = if draws.coin() { Delay::OneSample } else { Delay::None };
+    let scale = Scale { effort: 1.0, angle: 1.0 };
+    let train = Train::Rigid(Body { inertia, friction: curve.into() });
+    Case {
+        family: Family::ThesisAxis,
+        number,
+        joint: Description { start, ..Description::of(train, count) },
+        encoder: Encoder { count, side: Side::Motor },
+        delay,
+        scale,
+        told: scale.told(THESIS, THESIS_BREAKAWAY, 0.0, THESIS_EFFORT, [count, sample_time]),
+        step: 2.5,
+        trapezoid: Trapezoid { distance: 50.0, speed: 5.0, dwell_s: 2.0, half_blend_s: 0.25 },
+        is_braked: false,
+        jump_counts: None,
+    }
+}
+
+impl Scale {
+    /// Returns what is told of a joint: inertia and viscous friction, breakaway, largest load,
+    /// effort limit and its step, count (all in the unit of the joint) and sample time (s).
+    fn told(
+        self,
+        [inertia, viscous]: [f64; 2],
+        breakaway: [f64; 2],
+        load: f64,
+        [full_scale, lsb]: [f64; 2],
+        [count, sample_time]: [f64; 2],
+    ) -> Told {
+        // A torque of a N m is 1/G volts, and an acceleration of a rad/s^2 is 180/pi deg/s^2.
+        let per_angle = self.angle / self.effort;
+        Told {
+            inertia: inertia * per_angle,
+            viscous: viscous * per_angle,
+            breakaway: breakaway.map(|torque| torque / self.effort),
+            load: load / self.effort,
+            full_scale: full_scale / self.effort,
+            lsb: lsb / self.effort,
+            count: count / self.angle,
+            sample_time,
+            encoder_at_load: false,
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const EASY: Kind = Kind { hard: false, rate_hz: 1000.0 };
+    const CASES: u64 = 4000;
+
+    fn drawn(family: Family, kind: Kind) -> Vec<Case> {
+        (0..CASES).map(|number| Case::draw(1, family, number, kind)).collect()
+    }
+
+    /// Mean of a value over cases.
+    fn mean(cases: &[Case], of: impl Fn(&Case) -> f64) -> f64 {
+        cases.iter().map(of).sum::<f64>() / cases.len() as f64
+    }
+
+    fn bodies(case: &Case) -> [Body; 2] {
+        match case.joint.train {
+            Train::Rigid(body) => [body, body],
+            Train::Flexible { motor, load, .. } => [motor, load],
+            Train::LuGre { inertia, curve, .. } => [Body { inertia, friction: curve.into() }; 2],
+        }
+    }
+
+    #[test]
+    fn moments_of_the_joints_are_those_of_the_table() {
+        let cases = drawn(Family::Rigid, EASY);
+        let curve = |case: &Case| bodies(case)[0].friction.curve;
+        // Five standard errors: sigma of U(a, b) is (b - a)/sqrt(12).
+        let within = |found: f64, expected: f64, width: f64| {
+            let limit = 5.0 * width / 12f64.sqrt() / (CASES as f64).sqrt();
+            assert!((found - expected).abs() < limit, "{found} {expected}");
+        };
+        within(mean(&cases, |case| bodies(case)[0].inertia), 0.34, 0.34);
+        within(mean(&cases, |case| curve(case).viscous), 1.3, 1.3);
+        within(mean(&cases, |case| curve(case).coulomb), 4.0, 4.0);
+        within(mean(&cases, |case| curve(case).stick / curve(case).coulomb), 1.525, 0.95);
+        within(mean(&cases, |case| case.joint.start / case.count()), 0.0, 1.0);
+        within(mean(&cases, |case| f64::from(u8::from(case.delay == Delay::OneSample))), 0.5, 1.8);
+        within(mean(&cases, |case| case.joint.lag_s), 0.35e-3, 0.7e-3 * 1.8);
+        let ln = |a: f64, b: f64| (0.5 * (a * b).ln(), (b / a).ln());
+        let (expected, width) = ln(5e-3, 0.2);
+        within(mean(&cases, |case| curve(case).stribeck_velocity.ln()), expected, width);
+        let (expected, width) = ln(1e-3, 0.5);
+        within(mean(&cases, |case| case.step.abs().ln()), expected, width);
+        within(mean(&cases, |case| case.step.signum()), 0.0, 2.0 * 1.8);
+        let hard = drawn(Family::Rigid, Kind { hard: true, ..EASY });
+        within(mean(&hard, |case| curve(case).stick / curve(case).coulomb), 3.0, 2.0);
+    }
+
+    #[test]
+    fn what_is_told_encloses_what_is_drawn() {
+        for hard in [false, true] {
+            for family in Family::ALL {
+                for case in drawn(family, Kind { hard, ..EASY }) {
+                    let bodies = bodies(&case);
+                    let is_flexible = matches!(case.joint.train, Train::Flexible { .. });
+                    let stick = bodies[0].friction.curve.stick
+                        + if is_flexible { bodies[1].friction.curve.stick } else { 0.0 };
+                    let stick_v = stick / case.scale.effort;
+                    let [low, high] = case.told.breakaway;
+                    let bounds = (low - 1e-9)..=(high + 1e-9);
+                    assert!(bounds.contains(&stick_v), "{family:?}: {stick_v}");
+                    assert!(case.joint.build().is_ok(), "{case:?}");
+                    // The motor can move every joint.
+                    let load = case.joint.load.constant.abs();
+                    let [full_scale, count] = [case.told.full_scale, case.told.count];
+                    assert!(load + stick < full_scale * case.scale.effort, "{case:?}");
+                    assert!((count * case.scale.angle / case.count() - 1.0).abs() < 1e-12);
+                    assert_eq!(case.jump_counts.is_some(), family == Family::FlexibleLoad);
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn loads_are_below_the_friction_but_where_they_shall_drive_the_joint() {
+        let share = |case: &Case| {
+            let gravity = case.joint.load.gravity.map_or(0.0, |gravity| gravity.amplitude);
+            let load = case.joint.load.constant.abs().max(gravity);
+            load / bodies(case)[0].friction.curve.stick
+        };
+        for family in [Family::Loaded, Family::Gravity, Family::LuGre] {
+            let cases = drawn(family, EASY);
+            assert!(cases.iter().all(|case| (0.0..0.6).contains(&share(case)) && !case.is_braked));
+            assert!(mean(&cases, share) > 0.05, "{family:?}");
+        }
+        let driven = drawn(Family::Overhauling, EASY);
+        assert!(driven.iter().all(|case| (0.5..3.0).contains(&share(case)) && case.is_braked));
+        let more = driven.iter().filter(|case| share(case) > 1.0).count() as f64 / CASES as f64;
+        assert!((more - 0.8).abs() < 0.04, "{more}");
+    }
+
+    #[test]
+    fn the_core_s_volts_and_degrees_are_those_of_the_thesis_for_the_thesis_s_axis() {
+        let told = Case::draw(1, Family::ThesisAxis, 0, EASY).told;
+        assert_eq!([told.inertia, told.viscous], THESIS);
+        assert_eq!((told.breakaway, told.count), (THESIS_BREAKAWAY, 0.00242));
+        // 0.34 kg m^2 at 12 N m/V: a volt accelerates by 12/0.34 rad/s^2 = 2022 deg/s^2.
+        let told = Case::draw(1, Family::Rigid, 0, EASY).told;
+        assert!((1.0 / told.inertia - 2022.2).abs() < 0.1, "{}", told.inertia);
+        assert!((told.full_scale - 5.0).abs() < 1e-12 && (told.lsb - 0.005).abs() < 1e-12);
+    }
+}

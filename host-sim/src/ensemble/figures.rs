@@ -1,0 +1,131 @@
+//! The figures of an ensemble: success with its intervals, settling against rest error as a cloud,
+//! and traces of single joints.
+
+use super::case::{self, Motion, Row};
+use super::draw::Case;
+use super::measures::{BAND_COUNTS, Sample};
+use super::rows::{Group, Header};
+use super::rules::Rule;
+use super::summary::Summary;
+use crate::error::Error;
+use crate::figure::chart::{Chart, Cloud, LogAxis, Share, Shown};
+use crate::figure::{Figure, Line, NamedFigure, Panel, Style};
+
+/// Returns the charts of all rows.
+pub fn charts(header: &Header, families: &[(Group, Vec<Summary>)], rows: &[Row]) -> Vec<Chart> {
+    let share = |summary: &Summary| Share {
+        name: summary.law.clone(),
+        share: summary.success as f64 / summary.cases.max(1) as f64,
+        interval: summary.success_ci,
+    };
+    let groups = families.iter().filter(|(_, laws)| !laws.is_empty()).map(|(group, laws)| {
+        let within = format!("{}: within {} s", group.name, group.settles_within_s);
+        (within, laws.iter().map(share).collect())
+    });
+    let success = Chart {
+        stem: "success".into(),
+        title: "Joints that rest within 2 counts in time and stay there".into(),
+        subtitle: "simulated; share of the joints and its 95 % interval (Wilson)".into(),
+        shown: Shown::Shares(groups.collect()),
+    };
+    let clouds = header.families.iter().map(|group| cloud(header, group, rows));
+    std::iter::once(success).chain(clouds).collect()
+}
+
+fn cloud(header: &Header, group: &Group, rows: &[Row]) -> Chart {
+    let of = |law: &String| Cloud {
+        name: law.clone(),
+        points: rows
+            .iter()
+            .filter(|row| row.family == group.name && row.law == *law)
+            .map(|row| [row.settled_s.unwrap_or(f64::INFINITY), row.rest_counts])
+            .collect(),
+    };
+    let settling = LogAxis {
+        label: "settling (s)".into(),
+        decades: [-2, 2],
+        bound: group.settles_within_s,
+        beyond: "never".into(),
+    };
+    let rest = LogAxis {
+        label: "rest error (counts)".into(),
+        decades: [-2, 4],
+        bound: BAND_COUNTS,
+        beyond: String::new(),
+    };
+    Chart {
+        stem: format!("cloud-{}", group.name),
+        title: format!("Settling against rest error: {}", group.name),
+        subtitle: "simulated; a point is a joint, and a success lies below and left of the lines"
+            .into(),
+        shown: Shown::Clouds {
+            axes: [settling, rest],
+            clouds: header.laws.iter().map(of).collect(),
+        },
+    }
+}
+
+/// Runs a joint again under a law, and returns the figures of its step and of its trajectory.
+///
+/// # Errors
+/// If the core refuses gains.
+pub fn traces(joint: &Case, rule: &Rule) -> Result<Vec<NamedFigure>, Error> {
+    let mut seen: [Vec<(f64, Sample)>; 2] = [Vec::new(), Vec::new()];
+    let tuned = rule.gains(&joint.told);
+    case::run_and_show(joint, rule.law, &tuned, [0, 0], |motion, time_s, sample| {
+        seen[motion as usize].push((time_s, *sample));
+    })?;
+    let of = |motion: Motion, name: &str| {
+        let samples = &seen[motion as usize];
+        figure(joint, rule.law, name, samples, motion == Motion::Step)
+    };
+    Ok(vec![of(Motion::Step, "step"), of(Motion::Trajectory, "trajectory")])
+}
+
+fn figure(
+    joint: &Case,
+    law: &str,
+    motion: &str,
+    samples: &[(f64, Sample)],
+    is_step: bool,
+) -> NamedFigure {
+    let points = |of: fn(&Sample) -> f64| -> Vec<(f64, f64)> {
+        samples.iter().map(|(time_s, sample)| (*time_s, of(sample))).collect()
+    };
+    // What is left after a step's first second decides the range.
+    let settled = samples.iter().filter(|(time_s, _)| !is_step || *time_s >= 1.0);
+    let far = |error: f64| error.abs().min(1e4);
+    let half = 1.25 * settled.map(|(_, s)| far(s.error)).fold(2.0 * BAND_COUNTS, f64::max);
+    let mut errors = vec![Line::new("at the encoder", Style::Primary, points(|s| s.error))];
+    if joint.family.has_unseen_load() {
+        errors.push(Line::new("of the load", Style::Second, points(|s| s.load_error)));
+    }
+    let ends = [samples.first(), samples.last()].map(|end| end.map_or(0.0, |(time_s, _)| *time_s));
+    for (name, bound) in [("2 counts", BAND_COUNTS), ("", -BAND_COUNTS)] {
+        let at = ends.iter().map(|time_s| (*time_s, bound)).collect();
+        errors.push(Line::new(name, Style::Limit, at));
+    }
+    let unit = joint.family.units().effort;
+    let effort = Line::new("effort", Style::Total, points(|s| s.effort)).held();
+    let panels = vec![
+        Panel::new(
+            "position (counts)",
+            vec![
+                Line::new("joint", Style::Primary, points(|s| s.position)),
+                Line::new("set point", Style::Reference, points(|s| s.position + s.error)),
+            ],
+        ),
+        Panel { y_range: Some((-half, half)), ..Panel::new("error (counts)", errors) },
+        Panel::new(format!("effort ({unit})"), vec![effort]),
+    ];
+    let (family, number) = (joint.family.name(), joint.number);
+    NamedFigure {
+        stem: format!("{family}-{law}-case-{number}-{motion}"),
+        figure: Figure {
+            title: format!("Case {number} of {family} under {law}: {motion}"),
+            subtitle: "simulated".into(),
+            x_label: "time (s)".into(),
+            panels,
+        },
+    }
+}

@@ -1,0 +1,90 @@
+//! The summary as one JSON object, schema 1. Keys are promises: they may be added, never renamed.
+//!
+//! A quantile that is infinite, because a joint never settled or a fault ended its motion, is
+//! `null`.
+
+use serde_json::{Map, Value, json};
+
+use super::rows::{Group, Header};
+use super::statistics::Sorted;
+use super::summary::{MovesSummary, Summary};
+
+/// Makes the object.
+pub fn object(header: &Header, families: &[(Group, Vec<Summary>)]) -> Value {
+    let of_family = |(group, summaries): &(Group, Vec<Summary>)| {
+        let mut laws = Map::new();
+        laws.insert("unit".into(), json!(group.unit));
+        laws.extend(summaries.iter().map(|summary| (summary.law.clone(), law(summary))));
+        (group.name.clone(), Value::Object(laws))
+    };
+    let of_groups = |of: fn(&Group) -> Value| -> Map<String, Value> {
+        families.iter().map(|(group, _)| (group.name.clone(), of(group))).collect()
+    };
+    json!({
+        "schema": 1,
+        "seed": header.seed,
+        "cases": header.cases,
+        "hard": header.hard,
+        "rate_hz": header.rate_hz,
+        "moves": header.moves,
+        "effort_units": of_groups(|group| json!(group.effort_unit)),
+        "settles_within_s": of_groups(|group| json!(group.settles_within_s)),
+        "families": families.iter().map(of_family).collect::<Map<_, _>>(),
+    })
+}
+
+fn law(summary: &Summary) -> Value {
+    let quantiles = |sorted: &Sorted, shares: &[(&str, f64)]| {
+        let of =
+            |(name, share): &(&str, f64)| ((*name).to_owned(), number(sorted.quantile(*share)));
+        Value::Object(shares.iter().map(of).collect())
+    };
+    let settling: [(&str, f64); 3] = [("p50", 0.5), ("p95", 0.95), ("max", 1.0)];
+    let usual: [(&str, f64); 3] = [("p50", 0.5), ("p90", 0.9), ("max", 1.0)];
+    let two: [(&str, f64); 2] = [("p50", 0.5), ("max", 1.0)];
+    let mut value = json!({
+        "cases": summary.cases,
+        "success": summary.success,
+        "success_ci": summary.success_ci,
+        "settling_s": quantiles(&summary.settling_s, &settling),
+        "rest_counts": quantiles(&summary.rest_counts, &usual),
+        "hunting_cases": summary.hunting_cases,
+        "hunting_counts": quantiles(&summary.hunting_counts, &two),
+        "hunting_period_s": quantiles(&summary.hunting_period_s, &two),
+        "tracking_rms": quantiles(&summary.tracking_rms, &usual),
+        "sticks_in_motion": quantiles(&summary.sticks_in_motion, &two),
+        "total_variation_rest_per_s": finite(summary.variation_rest_per_s),
+        "total_variation_motion_per_s": finite(summary.variation_motion_per_s),
+        "held_effort_rms": quantiles(&summary.held_effort, &usual),
+        "false_trips": summary.false_trips,
+        "faults": summary.faults,
+        "worst": summary.worst,
+    });
+    let Some(object) = value.as_object_mut() else { return value };
+    if summary.load_rest_counts.max().is_some() {
+        object.insert("load_rest_counts".into(), quantiles(&summary.load_rest_counts, &usual));
+    }
+    if !summary.by_jump.is_empty() {
+        let class = |(name, cases, success): &(&str, usize, usize)| {
+            ((*name).to_owned(), json!({ "cases": cases, "success": success }))
+        };
+        object.insert(
+            "by_jump".into(),
+            summary.by_jump.iter().map(class).collect::<Map<_, _>>().into(),
+        );
+    }
+    if let Some(MovesSummary { moves, judged, missed, tracking_rms }) = &summary.moves {
+        let tenth = |missed: u64, rms: &Sorted| json!({ "moves": judged, "missed": missed, "tracking_rms": quantiles(rms, &usual) });
+        let [first, last] = [0, 1].map(|i: usize| tenth(missed[i], &tracking_rms[i]));
+        object.insert("moves".into(), json!({ "moves": moves, "first": first, "last": last }));
+    }
+    value
+}
+
+fn number(value: Option<f64>) -> Value {
+    value.map_or(Value::Null, finite)
+}
+
+fn finite(value: f64) -> Value {
+    if value.is_finite() { json!(value) } else { Value::Null }
+}

@@ -1,0 +1,394 @@
+//! What a case is judged by, sample by sample: nothing of a run is kept.
+//!
+//! Errors are the set point minus the *true* position of the side that the encoder sits on, not
+//! quantised, in counts. Time zero is the tick that is given the step, or in which the trajectory
+//! begins.
+//!
+//! | measure | over | meaning |
+//! |---|---|---|
+//! | settled | the step | time of the first sample after the last one that is more than 2 counts off |
+//! | rest | last half of the step | largest error |
+//! | hunting | last half of the step | at least 3 reversals: retreats of more than a count from the last extreme |
+//! | variation | last half, or motion | total variation of the held effort per second |
+//! | held effort | last half of the step | root mean square: its square is the motor's heat |
+//! | tracking | from the begin of the first blend to the end of the last | root mean square of the error |
+//! | sticks | there, where the set point has more than half of its speed | times that the joint comes to a stop |
+
+/// A joint that is this near is where it should be, counts.
+pub const BAND_COUNTS: f64 = 2.0;
+
+/// Fewer reversals than these are no hunting.
+pub const HUNTING_REVERSALS: u32 = 3;
+
+/// A retreat of more than this is a reversal, counts.
+const RETREAT_COUNTS: f64 = 1.0;
+
+/// A joint has stopped below this share of the set point's speed, and goes on above the other.
+const STOPPED: [f64; 2] = [0.1, 0.5];
+
+/// A joint and its loop at one sampling instant.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Sample {
+    /// Set point minus the true position at the encoder's side, counts.
+    pub error: f64,
+    /// Set point minus the true position of the load, counts.
+    pub load_error: f64,
+    /// True position at the encoder's side, counts.
+    pub position: f64,
+    /// True speed of that side over the set point's, where that has one.
+    pub speed_ratio: f64,
+    /// Set point's speed, counts a tick.
+    pub speed: f64,
+    /// Effort that is held from now on, in the unit of the joint.
+    pub effort: f64,
+}
+
+/// The judgement of a step.
+#[derive(Clone, Debug)]
+pub struct StepJudge {
+    half: u32,
+    last: u32,
+    k: u32,
+    unsettled: Option<u32>,
+    within: bool,
+    rest: f64,
+    load_rest: f64,
+    hunt: Reversals,
+    effort: Variation,
+    square: f64,
+}
+
+/// What a step comes to.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct StepMeasures {
+    /// Time after which the joint stays within 2 counts, s; none if it is outside at the end.
+    pub settled_s: Option<f64>,
+    /// Largest error of the last half, counts.
+    pub rest_counts: f64,
+    /// Largest error of the load in the last half, counts.
+    pub load_rest_counts: f64,
+    /// Reversals of the last half.
+    pub reversals: u32,
+    /// Distance of the extremes in the last half, counts.
+    pub swing_counts: f64,
+    /// Twice the mean time between reversals, s; none of fewer than two.
+    pub period_s: Option<f64>,
+    /// Total variation of the effort in the last half, per second.
+    pub variation_per_s: f64,
+    /// Root mean square of the effort in the last half.
+    pub held_effort: f64,
+}
+
+impl StepJudge {
+    /// Judges `samples` samples after the first.
+    pub fn new(samples: u32) -> Self {
+        Self {
+            half: samples / 2,
+            last: samples,
+            k: 0,
+            unsettled: None,
+            within: true,
+            rest: 0.0,
+            load_rest: 0.0,
+            hunt: Reversals::default(),
+            effort: Variation::default(),
+            square: 0.0,
+        }
+    }
+
+    /// Takes the next sample.
+    #[inline]
+    pub fn see(&mut self, sample: &Sample) {
+        // What is not a number is as far off as can be.
+        let far = |error: f64| if error.is_nan() { f64::INFINITY } else { error.abs() };
+        let error = far(sample.error);
+        self.within = error <= BAND_COUNTS;
+        if !self.within {
+            self.unsettled = Some(self.k);
+        }
+        if self.k >= self.half {
+            self.rest = self.rest.max(error);
+            self.load_rest = self.load_rest.max(far(sample.load_error));
+            self.hunt.see(self.k, sample.position);
+            self.effort.see(sample.effort);
+            self.square += sample.effort * sample.effort;
+        }
+        self.k += 1;
+    }
+
+    /// Returns the measures, of samples that are `sample_time_s` apart. A run that ended early is
+    /// not settled, and rests as far off as it was last.
+    pub fn measures(&self, sample_time_s: f64, last: &Sample) -> StepMeasures {
+        let is_whole = self.k > self.last;
+        let settled = self.within && is_whole;
+        let after = |k: u32| f64::from(k + 1) * sample_time_s;
+        let samples = f64::from(self.k.saturating_sub(self.half).max(1));
+        let far = |rest: f64, error: f64| if is_whole { rest } else { rest.max(error.abs()) };
+        StepMeasures {
+            settled_s: settled.then(|| self.unsettled.map_or(0.0, after)),
+            rest_counts: far(self.rest, last.error),
+            load_rest_counts: far(self.load_rest, last.load_error),
+            reversals: self.hunt.count,
+            swing_counts: self.hunt.swing(),
+            period_s: self.hunt.period().map(|ticks| ticks * sample_time_s),
+            variation_per_s: self.effort.total / ((samples - 1.0).max(1.0) * sample_time_s),
+            held_effort: (self.square / samples).sqrt(),
+        }
+    }
+}
+
+/// The judgement of a trajectory, between two ticks.
+#[derive(Clone, Debug)]
+pub struct TrackingJudge {
+    window: [u32; 2],
+    top: f64,
+    k: u32,
+    square: f64,
+    seen: u32,
+    has_stopped: bool,
+    sticks: u32,
+    effort: Variation,
+}
+
+/// What a trajectory comes to.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct TrackingMeasures {
+    /// Root mean square of the error, counts; none if the motion ended early.
+    pub rms_counts: Option<f64>,
+    /// Stops on the way.
+    pub sticks: u32,
+    /// Total variation of the effort, per second.
+    pub variation_per_s: f64,
+}
+
+impl TrackingJudge {
+    /// Judges the ticks from the first of `window` to the last, of a set point whose speed is
+    /// `top` counts a tick at most.
+    pub fn new(window: [u32; 2], top: f64) -> Self {
+        Self {
+            window,
+            top,
+            k: 0,
+            square: 0.0,
+            seen: 0,
+            // From rest: the first stop is after the first motion.
+            has_stopped: true,
+            sticks: 0,
+            effort: Variation::default(),
+        }
+    }
+
+    /// Takes the next sample.
+    #[inline]
+    pub fn see(&mut self, sample: &Sample) {
+        if (self.window[0]..=self.window[1]).contains(&self.k) {
+            self.square += sample.error * sample.error;
+            self.seen += 1;
+            self.effort.see(sample.effort);
+            if sample.speed.abs() > 0.5 * self.top {
+                let was_stopped = self.has_stopped;
+                self.has_stopped =
+                    sample.speed_ratio < if was_stopped { STOPPED[1] } else { STOPPED[0] };
+                self.sticks += u32::from(self.has_stopped && !was_stopped);
+            } else {
+                self.has_stopped = true;
+            }
+        }
+        self.k += 1;
+    }
+
+    /// Returns the measures, of samples that are `sample_time_s` apart.
+    pub fn measures(&self, sample_time_s: f64) -> TrackingMeasures {
+        let is_whole = self.k > self.window[1];
+        let samples = f64::from(self.seen.max(1));
+        TrackingMeasures {
+            rms_counts: is_whole.then(|| (self.square / samples).sqrt()),
+            sticks: self.sticks,
+            variation_per_s: self.effort.total / ((samples - 1.0).max(1.0) * sample_time_s),
+        }
+    }
+}
+
+/// Reversals of a motion.
+#[derive(Clone, Copy, Debug, Default)]
+struct Reversals {
+    range: Option<[f64; 2]>,
+    direction: f64,
+    extreme: f64,
+    count: u32,
+    first: u32,
+    last: u32,
+}
+
+impl Reversals {
+    #[inline]
+    fn see(&mut self, k: u32, position: f64) {
+        let Some([low, high]) = &mut self.range else {
+            (self.range, self.extreme) = (Some([position; 2]), position);
+            return;
+        };
+        (*low, *high) = (low.min(position), high.max(position));
+        if self.direction == 0.0 {
+            // Which way the joint goes is known with its first retreat, from wherever it had been.
+            let (below, above) = (*high - position, position - *low);
+            if below.max(above) > RETREAT_COUNTS {
+                (self.direction, self.extreme) = ((above - below).signum(), position);
+            }
+            return;
+        }
+        let travelled = position - self.extreme;
+        if travelled * self.direction > 0.0 {
+            self.extreme = position;
+        } else if travelled.abs() > RETREAT_COUNTS {
+            (self.direction, self.extreme) = (-self.direction, position);
+            self.first = if self.count == 0 { k } else { self.first };
+            self.last = k;
+            self.count += 1;
+        }
+    }
+
+    fn swing(&self) -> f64 {
+        self.range.map_or(0.0, |[low, high]| high - low)
+    }
+
+    /// Returns twice the mean time between reversals, ticks.
+    fn period(&self) -> Option<f64> {
+        let between = self.count.checked_sub(1).filter(|between| *between > 0)?;
+        Some(2.0 * f64::from(self.last - self.first) / f64::from(between))
+    }
+}
+
+/// Total variation.
+#[derive(Clone, Copy, Debug, Default)]
+struct Variation {
+    before: Option<f64>,
+    total: f64,
+}
+
+impl Variation {
+    #[inline]
+    fn see(&mut self, value: f64) {
+        self.total += self.before.map_or(0.0, |before| (value - before).abs());
+        self.before = Some(value);
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const H: f64 = 0.01;
+
+    /// The measures of a step of 1000 samples whose position is 1000 - e(t) counts.
+    fn stepped(error: impl Fn(f64) -> f64) -> StepMeasures {
+        let sample = |k: u32| {
+            let error = error(f64::from(k) * H);
+            Sample {
+                error,
+                load_error: -2.0 * error,
+                position: 1000.0 - error,
+                ..Sample::default()
+            }
+        };
+        let mut judge = StepJudge::new(1000);
+        (0..=1000).for_each(|k| judge.see(&sample(k)));
+        judge.measures(H, &sample(1000))
+    }
+
+    #[test]
+    fn settled_is_the_first_sample_after_the_last_one_outside_of_two_counts() {
+        // 100 exp(-t) is 2 at ln 50 = 3.912 s: 391 is outside, 392 is the first one within.
+        assert_eq!(stepped(|t| 100.0 * (-t).exp()).settled_s, Some(392.0 * H));
+        // Exactly two counts are within, a little more is not.
+        assert_eq!(stepped(|_| 2.0).settled_s, Some(0.0));
+        assert_eq!(stepped(|_| -2.000_001).settled_s, None);
+        // One that leaves again at the very end is not settled; one that came back is, late.
+        assert_eq!(stepped(|t| if t > 9.995 { 2.1 } else { 0.0 }).settled_s, None);
+        let late = stepped(|t| if (8.995..9.005).contains(&t) { 2.1 } else { 0.0 });
+        assert_eq!(late.settled_s, Some(901.0 * H));
+        assert_eq!(stepped(|_| f64::NAN).settled_s, None);
+    }
+
+    #[test]
+    fn rest_is_the_largest_error_of_the_last_half_of_either_side() {
+        let found = stepped(|t| if t < 4.995 { 50.0 } else { -1.5 });
+        assert_eq!((found.rest_counts, found.load_rest_counts), (1.5, 3.0));
+        let found = stepped(|t| if t < 5.005 { 50.0 } else { -1.5 });
+        assert_eq!(found.rest_counts, 50.0);
+    }
+
+    #[test]
+    fn a_run_that_ends_early_is_not_settled_and_rests_where_it_was() {
+        let mut judge = StepJudge::new(1000);
+        let at = |error| Sample { error, ..Sample::default() };
+        (0..=999).for_each(|_| judge.see(&at(0.5)));
+        let found = judge.measures(H, &at(7.0));
+        assert_eq!((found.settled_s, found.rest_counts), (None, 7.0));
+        judge.see(&at(0.5));
+        assert_eq!(judge.measures(H, &at(7.0)).settled_s, Some(0.0));
+    }
+
+    #[test]
+    fn hunting_is_counted_in_retreats_of_more_than_a_count() {
+        use std::f64::consts::TAU;
+        // A sine of 1 Hz turns twice a second, ten times in the last five: the first turn only
+        // tells the direction if less than a count was gone before it.
+        let hunting = |amplitude: f64| stepped(|t| amplitude * (TAU * t).sin());
+        let found = hunting(3.0);
+        assert!((9..=10).contains(&found.reversals), "{found:?}");
+        assert!((found.swing_counts - 6.0).abs() < 0.02, "{found:?}");
+        assert!((found.period_s.unwrap() - 1.0).abs() < 0.02, "{found:?}");
+        // Peak to peak 0.98 counts is no reversal, 1.02 is one each.
+        assert_eq!(hunting(0.49).reversals, 0);
+        assert!(hunting(0.52).reversals >= 8);
+        // A joint that creeps one way, however far, has none.
+        assert_eq!(stepped(|t| 100.0 * t).reversals, 0);
+        // Nor does one that turned before the last half.
+        assert_eq!(stepped(|t| if t < 4.9 { 9.0 * (TAU * t).sin() } else { 0.0 }).reversals, 0);
+    }
+
+    #[test]
+    fn variation_and_heat_of_the_effort_are_those_of_the_last_half() {
+        let mut judge = StepJudge::new(1000);
+        let effort = |k: u32| if k < 500 { 99.0 } else { f64::from(k % 2) * 3.0 };
+        for k in 0..=1000 {
+            judge.see(&Sample { effort: effort(k), ..Sample::default() });
+        }
+        let found = judge.measures(H, &Sample::default());
+        // 500 changes of 3 in 5 s; half of 501 samples have 3^2, within one.
+        assert!((found.variation_per_s - 300.0).abs() < 1e-9, "{found:?}");
+        assert!((found.held_effort - (4.5f64).sqrt()).abs() < 0.01, "{found:?}");
+    }
+
+    #[test]
+    fn tracking_is_judged_within_its_window_and_a_stop_counts_once() {
+        let window = [100, 299];
+        let run = |samples: u32, ratio: &dyn Fn(u32) -> f64| {
+            let mut judge = TrackingJudge::new(window, 1.0);
+            for k in 0..samples {
+                let is_on = (150..250).contains(&k);
+                judge.see(&Sample {
+                    error: if (100..300).contains(&k) { 3.0 } else { 99.0 },
+                    speed: if is_on { 1.0 } else { 0.4 },
+                    speed_ratio: ratio(k),
+                    ..Sample::default()
+                });
+            }
+            judge.measures(H)
+        };
+        assert_eq!(
+            run(400, &|_| 1.0),
+            TrackingMeasures { rms_counts: Some(3.0), sticks: 0, variation_per_s: 0.0 }
+        );
+        assert_eq!(run(299, &|_| 1.0).rms_counts, None);
+        // Two stops at speed; one in a blend does not count, nor does a joint that only slows down,
+        // nor one that never sets out.
+        let stops = |k: u32| if [120, 170, 171, 172, 200].contains(&k) { 0.05 } else { 1.0 };
+        assert_eq!(run(400, &stops).sticks, 2);
+        assert_eq!(run(400, &|k| if k == 170 { 0.11 } else { 1.0 }).sticks, 0);
+        assert_eq!(run(400, &|_| 0.0).sticks, 0);
+        // A joint that trembles about the lower bound has stopped once.
+        let trembles = |k: u32| if k < 170 { 1.0 } else { 0.09 + 0.02 * f64::from(k % 2) };
+        assert_eq!(run(400, &trembles).sticks, 1);
+    }
+}

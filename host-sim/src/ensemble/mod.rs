@@ -1,0 +1,50 @@
+//! An ensemble: laws on joints that nobody tuned for.
+//!
+//! ```text
+//! family, seed, number -> draw.rs: a joint, its loop, what is told of it ----+
+//!                             told -> rules/: gains of a law --+             |
+//!                                                              v             v
+//!                     measures.rs <- samples <- rig.rs: servo with all monitors, joint
+//!                          |
+//!                          v
+//! case.rs: a Row -> rows.rs (CSV, shards, resume) -> summary.rs -> table.rs, json.rs, figures.rs
+//! ```
+//!
+//! Every law sees the same joints. A row depends on the seed, the family, the number of the case
+//! and the law, and on nothing else: so that any part of an ensemble may be run anywhere, and a
+//! summary of rows does not depend on who ran them.
+
+mod assemble;
+mod case;
+mod distribution;
+mod draw;
+mod family;
+mod figures;
+mod json;
+mod measures;
+mod moves;
+mod rig;
+mod rows;
+pub mod rules;
+mod run;
+mod statistics;
+mod summary;
+mod table;
+#[cfg(test)]
+mod tests;
+mod tune;
+
+pub use case::{Motion, Row, run_and_show};
+pub use draw::{Case, Kind};
+pub use family::{Family, Units};
+pub use figures::{charts, traces};
+pub use json::object;
+pub use measures::{BAND_COUNTS, HUNTING_REVERSALS, Sample};
+pub use rows::{
+    Group, Header, Kept, Shard, merge, read as read_rows, render as render_rows, sort as sort_rows,
+};
+pub use run::{Ensemble, run};
+pub use statistics::{Sorted, wilson};
+pub use summary::{MovesSummary, Summary, summaries};
+pub use table::render;
+pub use tune::{Tried, tune};

@@ -1,0 +1,142 @@
+//! Random moves in a row, with the state of the controller kept: a law that wears itself out shows
+//! in the last tenth of them.
+//!
+//! Each move is a step or a trapezoid, by turns of a coin, of a random way. A trapezoid has the
+//! speed of the case's own, or takes as long as four half blends if it is short. A move is missed
+//! if the joint is not within 2 counts 2.5 s after it (thesis-axis: 4 s).
+
+use stiction::fault::Fault;
+use stiction::reference::{Corner, Reference, Step, Trajectory};
+
+use super::distribution::{Draws, Purpose};
+use super::draw::Case;
+use super::family::Family;
+use super::measures::BAND_COUNTS;
+use super::rig::Rig;
+use super::rules::Tuned;
+use crate::error::Error;
+use crate::experiment::position;
+
+/// Positions stay within so many of the trapezoid's own way.
+const FARTHEST: f64 = 2.0;
+
+/// The way of a move, in multiples of the trapezoid's own.
+const WAY: [f64; 2] = [2e-3, 1.0];
+
+/// What a row of moves comes to: in the first tenth, and in the last.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Wear {
+    /// Moves of a tenth.
+    pub judged: u32,
+    /// Moves that were missed.
+    pub missed: [u32; 2],
+    /// Root mean square of the error while the set point of a trapezoid moved, counts.
+    pub rms_counts: [Option<f64>; 2],
+    /// Fault that ended the row; every move after it is missed.
+    pub fault: Option<Fault>,
+}
+
+/// One move, in counts from where the servo was armed.
+#[derive(Clone, Copy, Debug, PartialEq)]
+struct Move {
+    from: f64,
+    to: f64,
+    is_step: bool,
+}
+
+/// Runs the moves of a case.
+///
+/// # Errors
+/// If the core refuses gains or a trajectory.
+pub fn run(case: &Case, tuned: &Tuned, seed: u64, moves: u32) -> Result<Wear, Error> {
+    let judged = (moves / 10).max(1);
+    let rest_s = if case.family == Family::ThesisAxis { 4.0 } else { 2.5 };
+    let rest = (rest_s / case.told.sample_time).round() as u32;
+    let draws = &mut Draws::new(seed, case.family.number(), Purpose::Moves, case.number);
+    let mut rig = Rig::armed(case, tuned)?;
+    let mut wear = Wear { judged, ..Wear::default() };
+    let mut squares = [(0.0, 0u32); 2];
+    let mut from = 0.0;
+    for number in 0..moves {
+        let next = draw(draws, case, from);
+        from = next.to;
+        let motion = if next.is_step { 0 } else { follow(&mut rig, case, &next)? };
+        if next.is_step {
+            let [from, to] = [next.from, next.to].map(position);
+            rig.follow(Reference::Step(Step { from, to, at_tick: 0 }));
+        }
+        let tenths = [number < judged, number >= moves - judged];
+        let mut error = f64::INFINITY;
+        for k in 0..motion + rest {
+            if rig.fault().is_some() {
+                break;
+            }
+            error = rig.tick().error;
+            for (square, is_judged) in squares.iter_mut().zip(tenths) {
+                if is_judged && k < motion {
+                    *square = (square.0 + error * error, square.1 + 1);
+                }
+            }
+        }
+        // What is not a number is missed.
+        let hit = rig.fault().is_none() && error.abs() <= BAND_COUNTS;
+        for (missed, is_judged) in wear.missed.iter_mut().zip(tenths) {
+            *missed += u32::from(is_judged && !hit);
+        }
+    }
+    wear.fault = rig.fault();
+    wear.rms_counts = squares.map(|(sum, n)| (n > 0).then(|| (sum / f64::from(n)).sqrt()));
+    Ok(wear)
+}
+
+fn draw(draws: &mut Draws, case: &Case, from: f64) -> Move {
+    let is_step = draws.coin();
+    let unit = case.trapezoid.distance.abs() / case.count();
+    let way = draws.sign() * draws.log_uniform(WAY[0], WAY[1]) * unit;
+    let to = if (from + way).abs() > FARTHEST * unit { from - way } else { from + way };
+    Move { from, to, is_step }
+}
+
+/// Has the servo follow a trapezoid; returns its ticks.
+fn follow(rig: &mut Rig, case: &Case, next: &Move) -> Result<u32, Error> {
+    let h = case.told.sample_time;
+    let half_blend_s = case.trapezoid.half_blend_s;
+    let way_s = (next.to - next.from).abs() * case.count() / case.trapezoid.speed;
+    // Blends must not overlap, nor after their ends were rounded to ticks.
+    let last_s = half_blend_s + way_s.max(2.0 * half_blend_s + 2.0 * h);
+    let corner = |time_s: f64, counts: f64| Corner {
+        tick: (time_s / h).ceil() as u32,
+        position: position(counts),
+    };
+    let corners = [corner(half_blend_s, next.from), corner(last_s, next.to)];
+    let trajectory =
+        Trajectory::new(&corners, half_blend_s as f32, h as f32, case.told.count as f32);
+    let trajectory = trajectory.map_err(|error| {
+        Error::Input(format!("--rate {}: a move does not fit it: {error:?}", 1.0 / h))
+    })?;
+    rig.follow(Reference::Trajectory(trajectory));
+    Ok(((last_s + half_blend_s) / h).ceil() as u32 + 1)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::ensemble::draw::Kind;
+
+    #[test]
+    fn moves_are_of_both_kinds_follow_each_other_and_stay_in_range() {
+        let case = Case::draw(1, Family::Rigid, 0, Kind { hard: false, rate_hz: 1000.0 });
+        let draws = &mut Draws::new(1, 1, Purpose::Moves, 0);
+        let (mut from, mut steps) = (0.0, 0);
+        for _ in 0..2000 {
+            let next = draw(draws, &case, from);
+            let way = (next.to - from).abs() * case.count();
+            assert_eq!(next.from, from);
+            assert!((1e-3 * 0.999..=0.5).contains(&way), "{way}");
+            assert!((next.to * case.count()).abs() <= 1.0);
+            (from, steps) = (next.to, steps + u32::from(next.is_step));
+        }
+        // Five standard deviations of a coin.
+        assert!((888..=1112).contains(&steps), "{steps}");
+    }
+}

@@ -1,0 +1,309 @@
+//! The rows of an ensemble as a file: what `--csv` writes, `--resume` goes on from, and `stiction
+//! ensemble merge` puts together.
+//!
+//! The file is CSV with one line before it that says which ensemble it is of:
+//!
+//! ```text
+//! #{"schema":1,"seed":1,"cases":200,"hard":false,"rate_hz":1000.0,...}
+//! family,law,case,...
+//! rigid,pd,0,...
+//! ```
+//!
+//! Numbers are written so that they are read back bit for bit.
+
+use std::collections::{BTreeMap, BTreeSet};
+use std::fs::{self, File, OpenOptions};
+use std::io::{self, Write};
+use std::path::{Path, PathBuf};
+
+use serde::{Deserialize, Serialize};
+
+use super::case::Row;
+use super::family::Family;
+use super::run::Ensemble;
+use crate::error::Error;
+use crate::output::write_whole;
+
+/// Which ensemble rows are of. Rows of two files go together if this is the same.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Header {
+    /// Version of this form.
+    pub schema: u32,
+    /// Version of the program: another one may have other laws.
+    pub version: String,
+    /// The seed of every draw.
+    pub seed: u64,
+    /// Joints of each family, of all shards together.
+    pub cases: u64,
+    /// Whether the stick friction is 2 to 4 times the slip friction.
+    pub hard: bool,
+    /// Samples per second of the SI families.
+    pub rate_hz: f64,
+    /// Moves in a row.
+    pub moves: u32,
+    /// The families, in the order of reports.
+    pub families: Vec<Group>,
+    /// Names of the laws, in the order of reports.
+    pub laws: Vec<String>,
+}
+
+/// A family as reports need it.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Group {
+    /// Its name.
+    pub name: String,
+    /// Unit of its angles.
+    pub unit: String,
+    /// Unit of its efforts.
+    pub effort_unit: String,
+    /// Time in which a joint has to settle, s.
+    pub settles_within_s: f64,
+}
+
+impl From<Family> for Group {
+    fn from(family: Family) -> Self {
+        let units = family.units();
+        Self {
+            name: family.name().into(),
+            unit: units.angle.into(),
+            effort_unit: units.effort.into(),
+            settles_within_s: family.settles_within_s(),
+        }
+    }
+}
+
+/// The place of a row: family, law and case.
+type Place = (String, String, u64);
+
+impl Header {
+    /// Returns the header of an ensemble.
+    pub fn of(ensemble: &Ensemble) -> Self {
+        Self {
+            schema: 1,
+            version: env!("CARGO_PKG_VERSION").into(),
+            seed: ensemble.seed,
+            cases: ensemble.cases,
+            hard: ensemble.kind.hard,
+            rate_hz: ensemble.kind.rate_hz,
+            moves: ensemble.moves,
+            families: ensemble.families.iter().copied().map(Group::from).collect(),
+            laws: ensemble.rules.iter().map(|rule| rule.law.into()).collect(),
+        }
+    }
+
+    /// Returns how many rows the whole ensemble has.
+    pub fn rows(&self) -> u64 {
+        self.cases * (self.families.len() * self.laws.len()) as u64
+    }
+
+    /// Names the first figure in which two headers differ.
+    fn difference(&self, other: &Self) -> Option<String> {
+        let values = |header: &Self| {
+            serde_json::to_value(header).ok().and_then(|value| value.as_object().cloned())
+        };
+        let (ours, theirs) = (values(self)?, values(other)?);
+        ours.into_iter().find_map(|(key, value)| {
+            let found = theirs.get(&key)?;
+            (*found != value).then(|| format!("its `{key}` is {found}, not {value}"))
+        })
+    }
+}
+
+/// Sorts rows as reports have them: by family, law and case.
+pub fn sort(header: &Header, rows: &mut [Row]) {
+    rows.sort_by_key(|row| {
+        let family = header.families.iter().position(|group| group.name == row.family);
+        (family, header.laws.iter().position(|law| *law == row.law), row.case)
+    });
+}
+
+/// Renders a whole file.
+///
+/// # Errors
+/// If the rows cannot be written as CSV.
+pub fn render(header: &Header, rows: &[Row]) -> Result<Vec<u8>, Error> {
+    let first = serde_json::to_string(header).map_err(|error| Error::Input(error.to_string()))?;
+    // The titles are there before there is a row.
+    let titles = lines(&[Row::default()], true)?;
+    let end = titles.iter().position(|byte| *byte == b'\n').map_or(0, |end| end + 1);
+    let parts = [format!("#{first}\n").into_bytes(), titles[..end].to_vec(), lines(rows, false)?];
+    Ok(parts.concat())
+}
+
+fn lines(rows: &[Row], with_titles: bool) -> Result<Vec<u8>, Error> {
+    let mut writer = csv::WriterBuilder::new().has_headers(with_titles).from_writer(Vec::new());
+    for row in rows {
+        writer.serialize(row).map_err(|error| Error::Input(error.to_string()))?;
+    }
+    writer.into_inner().map_err(|error| Error::Input(error.to_string()))
+}
+
+/// Reads a file. A last line that is cut off is left out: that is where a run was interrupted.
+///
+/// # Errors
+/// Names the file, and the line that is none.
+pub fn read(path: &Path) -> Result<(Header, Vec<Row>), Error> {
+    let text = fs::read_to_string(path).map_err(|source| Error::File {
+        action: "read",
+        path: path.to_owned(),
+        source,
+    })?;
+    parse(&text).map_err(|why| Error::Input(format!("{}: {why}", path.display())))
+}
+
+fn parse(text: &str) -> Result<(Header, Vec<Row>), String> {
+    const NONE: &str = "these are no rows of an ensemble; allowed is what --csv or --resume wrote";
+    let (first, body) = text.split_once('\n').unwrap_or((text, ""));
+    let json = first.strip_prefix('#').ok_or(NONE)?;
+    let header = serde_json::from_str(json).map_err(|error| format!("{NONE} ({error})"))?;
+    let whole = body.rfind('\n').map_or("", |end| &body[..=end]);
+    let mut reader = csv::Reader::from_reader(whole.as_bytes());
+    // The line before the table is the first one.
+    let rows = reader
+        .deserialize()
+        .enumerate()
+        .map(|(i, row)| row.map_err(|error: csv::Error| format!("line {}: {error}", i + 3)));
+    Ok((header, rows.collect::<Result<_, _>>()?))
+}
+
+/// Puts the rows of several files together, as if they had been one run.
+///
+/// # Errors
+/// Names a file of another ensemble, a row that two files have with other values, or the first row
+/// that none has.
+pub fn merge(files: &[(String, Header, Vec<Row>)]) -> Result<(Header, Vec<Row>), Error> {
+    let Some((_, header, _)) = files.first() else {
+        return Err(Error::Input("merge: no file is given".into()));
+    };
+    let mut rows: BTreeMap<Place, &Row> = BTreeMap::new();
+    for (name, found, of_file) in files {
+        if let Some(difference) = header.difference(found) {
+            return Err(Error::Input(format!(
+                "{name}: these rows are of another ensemble: {difference}"
+            )));
+        }
+        for row in of_file {
+            if let Some(other) = rows.insert(place(row), row)
+                && *other != *row
+            {
+                let Row { family, law, case, .. } = row;
+                return Err(Error::Input(format!(
+                    "{name}: case {case} of {family} under {law} is in another file with other values"
+                )));
+            }
+        }
+    }
+    let mut rows: Vec<Row> = rows.into_values().cloned().collect();
+    complete(header, &rows)?;
+    sort(header, &mut rows);
+    Ok((header.clone(), rows))
+}
+
+/// Refuses rows that are not all of an ensemble.
+///
+/// # Errors
+/// Names the first row that is missing.
+pub fn complete(header: &Header, rows: &[Row]) -> Result<(), Error> {
+    if rows.len() as u64 == header.rows() {
+        return Ok(());
+    }
+    let there: BTreeSet<Place> = rows.iter().map(place).collect();
+    for Group { name: family, .. } in &header.families {
+        for law in &header.laws {
+            for case in 0..header.cases {
+                if !there.contains(&(family.clone(), law.clone(), case)) {
+                    let (found, all) = (rows.len(), header.rows());
+                    return Err(Error::Input(format!(
+                        "merge: {found} of {all} rows are there; the first that is missing is case \
+                         {case} of {family} under {law}"
+                    )));
+                }
+            }
+        }
+    }
+    Err(Error::Input("merge: there are more rows than the ensemble has".into()))
+}
+
+fn place(row: &Row) -> Place {
+    (row.family.clone(), row.law.clone(), row.case)
+}
+
+/// A file to which rows are added as they come.
+#[derive(Debug)]
+pub struct Kept {
+    file: File,
+    path: PathBuf,
+}
+
+impl Kept {
+    /// Opens a file to add to it, and returns the rows that it has; makes it if it is not there.
+    ///
+    /// # Errors
+    /// Names the file if it cannot be read or written, or is of another ensemble.
+    pub fn open(path: &Path, header: &Header) -> Result<(Self, Vec<Row>), Error> {
+        let fails = |source: io::Error| Error::File { action: "write", path: path.into(), source };
+        let there = fs::metadata(path).is_ok_and(|found| found.len() > 0);
+        let rows = if there {
+            let (found, rows) = read(path)?;
+            if let Some(difference) = header.difference(&found) {
+                return Err(Error::Input(format!(
+                    "--resume {}: the file is of another ensemble: {difference}; take another name",
+                    path.display()
+                )));
+            }
+            rows
+        } else {
+            Vec::new()
+        };
+        // Written anew: a line that was cut off must not lie before the next one.
+        write_whole(path, &render(header, &rows)?)?;
+        let file = OpenOptions::new().append(true).open(path).map_err(fails)?;
+        Ok((Self { file, path: path.into() }, rows))
+    }
+
+    /// Adds a row.
+    ///
+    /// # Errors
+    /// Names the file if it cannot be written.
+    pub fn add(&mut self, row: &Row) -> Result<(), Error> {
+        let line = lines(std::slice::from_ref(row), false)?;
+        let path = &self.path;
+        let fails = |source: io::Error| Error::File { action: "write", path: path.clone(), source };
+        self.file.write_all(&line).map_err(fails)
+    }
+}
+
+/// Part `k` of `n` of an ensemble's cases.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Shard {
+    /// From 1 to `of`.
+    pub number: u64,
+    /// Number of parts.
+    pub of: u64,
+}
+
+impl Shard {
+    /// Reads `k/n`.
+    ///
+    /// # Errors
+    /// Says what is allowed.
+    pub fn read(text: &str) -> Result<Self, Error> {
+        let read = || {
+            let (number, of) = text.split_once('/')?;
+            let shard = Self { number: number.parse().ok()?, of: of.parse().ok()? };
+            (1..=shard.of).contains(&shard.number).then_some(shard)
+        };
+        read().ok_or_else(|| {
+            Error::Input(format!("--shard {text}: allowed is K/N with K from 1 to N, as in 3/16"))
+        })
+    }
+
+    /// Says whether a case belongs to this part. Neighbours go to different parts: the encoders,
+    /// which alternate, and the costs of a family are spread.
+    pub const fn has(self, case: u64) -> bool {
+        // Both resolutions of the encoder go to every part, also of an even number of them.
+        (case / 2) % self.of == self.number - 1
+    }
+}

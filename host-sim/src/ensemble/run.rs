@@ -1,0 +1,75 @@
+//! All cases of an ensemble, on every core.
+
+use indicatif::{ParallelProgressIterator, ProgressBar, ProgressStyle};
+use rayon::prelude::*;
+
+use super::case::{self, Row};
+use super::draw::{Case, Kind};
+use super::family::Family;
+use super::rules::{Rule, Told, Tuned};
+use crate::error::Error;
+
+/// What is run.
+#[derive(Clone)]
+pub struct Ensemble {
+    /// The seed of every draw.
+    pub seed: u64,
+    /// Number of joints of each family.
+    pub cases: u64,
+    /// What is varied beside the seed.
+    pub kind: Kind,
+    /// Moves in a row; 0: none.
+    pub moves: u32,
+    /// The families.
+    pub families: Vec<Family>,
+    /// The laws.
+    pub rules: Vec<&'static Rule>,
+}
+
+/// Runs the cases for which `wanted` says so (family, number of the case, law), and gives each row
+/// to `take` as soon as it is there, in any order.
+///
+/// # Errors
+/// The first of a case or of `take`; other cases may have been run then.
+pub fn run(
+    ensemble: &Ensemble,
+    wanted: impl Fn(Family, u64, &str) -> bool + Sync,
+    take: impl Fn(Row) -> Result<(), Error> + Sync,
+) -> Result<(), Error> {
+    run_with(ensemble, Rule::gains, wanted, take)
+}
+
+/// Does the same with gains from elsewhere than the rules' constants.
+///
+/// # Errors
+/// As [`run`].
+pub(super) fn run_with(
+    ensemble: &Ensemble,
+    gains: impl Fn(&Rule, &Told) -> Tuned + Sync,
+    wanted: impl Fn(Family, u64, &str) -> bool + Sync,
+    take: impl Fn(Row) -> Result<(), Error> + Sync,
+) -> Result<(), Error> {
+    let Ensemble { seed, cases, kind, moves, families, rules } = ensemble;
+    let is_wanted =
+        |family: &Family, number: u64| rules.iter().any(|rule| wanted(*family, number, rule.law));
+    let of = |family: &Family| (0..*cases).map(|number| (*family, number)).collect::<Vec<_>>();
+    let mut joints: Vec<(Family, u64)> = families.iter().flat_map(of).collect();
+    joints.retain(|(family, number)| is_wanted(family, *number));
+    let style = ProgressStyle::with_template("{bar:40} {pos}/{len} joints, {eta} left");
+    let bar = ProgressBar::new(joints.len() as u64);
+    let bar = style.map_or_else(|_| ProgressBar::hidden(), |style| bar.with_style(style));
+    let done = joints.par_iter().progress_with(bar.clone()).try_for_each(|(family, number)| {
+        let joint = Case::draw(*seed, *family, *number, *kind);
+        for rule in rules.iter().filter(|rule| wanted(*family, *number, rule.law)) {
+            take(case::run(
+                &joint,
+                rule.law,
+                &gains(rule, &joint.told),
+                [*seed, (*moves).into()],
+            )?)?;
+        }
+        Ok(())
+    });
+    bar.finish_and_clear();
+    done
+}

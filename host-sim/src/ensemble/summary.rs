@@ -1,0 +1,170 @@
+//! What the rows of a family and a law come to.
+
+use std::collections::BTreeMap;
+
+use super::case::Row;
+use super::measures::HUNTING_REVERSALS;
+use super::rows::{Group, Header};
+use super::statistics::{Sorted, wilson};
+
+/// The cases that are named as the worst.
+const WORST: usize = 5;
+
+/// The first jump of a load behind a shaft that belongs to a class, counts; docs/ensemble.md says
+/// what they are.
+const JUMPS: [(&str, f64); 5] =
+    [("0-4", 0.0), ("4-16", 4.0), ("16-64", 16.0), ("64-256", 64.0), ("256-", 256.0)];
+
+/// A law on a family. Every quantile is over all cases; what never settles takes infinitely long.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Summary {
+    /// Name of the law.
+    pub law: String,
+    /// Number of cases.
+    pub cases: usize,
+    /// Cases that settled in time and stayed, without a fault.
+    pub success: usize,
+    /// Wilson's 95 % interval of their share.
+    pub success_ci: [f64; 2],
+    /// Settling, s.
+    pub settling_s: Sorted,
+    /// Rest error, counts.
+    pub rest_counts: Sorted,
+    /// Rest error of a load that the encoder does not see, counts; empty if there is none.
+    pub load_rest_counts: Sorted,
+    /// Cases that hunt.
+    pub hunting_cases: usize,
+    /// Distance of their extremes, counts.
+    pub hunting_counts: Sorted,
+    /// Their periods, s.
+    pub hunting_period_s: Sorted,
+    /// Tracking error, in the family's unit; infinite if a fault ended the motion.
+    pub tracking_rms: Sorted,
+    /// Stops in motion.
+    pub sticks_in_motion: Sorted,
+    /// Mean total variation of the effort at rest, per second.
+    pub variation_rest_per_s: f64,
+    /// The same in motion.
+    pub variation_motion_per_s: f64,
+    /// Root mean square of the effort at rest, in the family's unit.
+    pub held_effort: Sorted,
+    /// Cases in which a monitor tripped.
+    pub false_trips: usize,
+    /// How often each fault was the cause, in steps, trajectories and rows of moves.
+    pub faults: BTreeMap<String, usize>,
+    /// Cases and successes by the jump of the load; empty if it is not known.
+    pub by_jump: Vec<(&'static str, usize, usize)>,
+    /// A row of moves, if there was one.
+    pub moves: Option<MovesSummary>,
+    /// Numbers of the worst cases, the worst first.
+    pub worst: Vec<u64>,
+}
+
+/// Moves in a row, over all cases: the first tenth and the last.
+#[derive(Clone, Debug, PartialEq)]
+pub struct MovesSummary {
+    /// Moves of a case.
+    pub moves: u32,
+    /// Moves of all cases that are in one tenth.
+    pub judged: u64,
+    /// Those that missed.
+    pub missed: [u64; 2],
+    /// Tracking error, in the family's unit.
+    pub tracking_rms: [Sorted; 2],
+}
+
+/// Summarises the rows of each family and law. The rows are sorted as [`super::sort_rows`] does it.
+pub fn summaries(header: &Header, rows: &[Row]) -> Vec<(Group, Vec<Summary>)> {
+    let of = |group: &Group, law: &String| -> Vec<&Row> {
+        rows.iter().filter(|row| row.family == group.name && row.law == *law).collect()
+    };
+    let families = header.families.iter().map(|group| {
+        let laws = header.laws.iter().map(|law| (law, of(group, law)));
+        let seen = laws.filter(|(_, rows)| !rows.is_empty());
+        (group.clone(), seen.map(|(law, rows)| Summary::of(group, law, &rows)).collect())
+    });
+    families.collect()
+}
+
+impl Summary {
+    /// Summarises the rows of one family and law.
+    fn of(group: &Group, law: &str, rows: &[&Row]) -> Self {
+        let is_success = |row: &Row| row.is_success(group.settles_within_s);
+        let all = |of: fn(&Row) -> f64| Sorted::new(rows.iter().map(|row| of(row)));
+        let mean = |of: fn(&Row) -> f64| {
+            rows.iter().map(|row| of(row)).sum::<f64>() / rows.len().max(1) as f64
+        };
+        let hunting: Vec<&&Row> =
+            rows.iter().filter(|row| row.reversals >= HUNTING_REVERSALS).collect();
+        let success = rows.iter().filter(|row| is_success(row)).count();
+        let mut faults = BTreeMap::new();
+        for fault in rows.iter().flat_map(|row| row.faults()) {
+            *faults.entry(fault.to_owned()).or_default() += 1;
+        }
+        Self {
+            law: law.into(),
+            cases: rows.len(),
+            success,
+            success_ci: wilson(success, rows.len()),
+            settling_s: all(|row| row.settled_s.unwrap_or(f64::INFINITY)),
+            rest_counts: all(|row| row.rest_counts),
+            load_rest_counts: Sorted::new(rows.iter().filter_map(|row| row.load_rest_counts)),
+            hunting_cases: hunting.len(),
+            hunting_counts: Sorted::new(hunting.iter().map(|row| row.swing_counts)),
+            hunting_period_s: Sorted::new(hunting.iter().filter_map(|row| row.period_s)),
+            tracking_rms: all(|row| row.tracking_rms.unwrap_or(f64::INFINITY)),
+            sticks_in_motion: all(|row| f64::from(row.sticks_in_motion)),
+            variation_rest_per_s: mean(|row| row.variation_rest_per_s),
+            variation_motion_per_s: mean(|row| row.variation_motion_per_s),
+            held_effort: all(|row| row.held_effort),
+            false_trips: rows.iter().filter(|row| row.faults().next().is_some()).count(),
+            faults,
+            by_jump: by_jump(rows, is_success),
+            moves: MovesSummary::of(rows),
+            worst: worst(rows, is_success),
+        }
+    }
+}
+
+impl MovesSummary {
+    fn of(rows: &[&Row]) -> Option<Self> {
+        let moves = rows.first()?.moves;
+        let rms = |of: fn(&Row) -> Option<f64>| Sorted::new(rows.iter().filter_map(|row| of(row)));
+        let sum = |of: fn(&Row) -> u32| rows.iter().map(|row| u64::from(of(row))).sum();
+        (moves > 0).then(|| Self {
+            moves,
+            judged: sum(|row| row.judged_moves),
+            missed: [sum(|row| row.missed_first), sum(|row| row.missed_last)],
+            tracking_rms: [rms(|row| row.moves_rms_first), rms(|row| row.moves_rms_last)],
+        })
+    }
+}
+
+fn by_jump(rows: &[&Row], is_success: impl Fn(&Row) -> bool) -> Vec<(&'static str, usize, usize)> {
+    if rows.iter().all(|row| row.jump_counts.is_none()) {
+        return Vec::new();
+    }
+    let class = |jump: f64| JUMPS.iter().rposition(|(_, from)| jump >= *from);
+    let of = |place: usize| {
+        rows.iter().filter(move |row| row.jump_counts.and_then(class) == Some(place))
+    };
+    let count = |(place, (name, _)): (usize, &(&'static str, f64))| {
+        (*name, of(place).count(), of(place).filter(|row| is_success(row)).count())
+    };
+    JUMPS.iter().enumerate().map(count).collect()
+}
+
+/// What failed before what did not, what never settled before what did late, and the larger rest
+/// error first.
+fn worst(rows: &[&Row], is_success: impl Fn(&Row) -> bool) -> Vec<u64> {
+    let mut ranked: Vec<(&Row, bool)> = rows.iter().map(|row| (*row, is_success(row))).collect();
+    let settled = |row: &Row| row.settled_s.unwrap_or(f64::INFINITY);
+    ranked.sort_by(|(a, a_succeeds), (b, b_succeeds)| {
+        a_succeeds
+            .cmp(b_succeeds)
+            .then(settled(b).total_cmp(&settled(a)))
+            .then(b.rest_counts.total_cmp(&a.rest_counts))
+            .then(a.case.cmp(&b.case))
+    });
+    ranked.iter().take(WORST).map(|(row, _)| row.case).collect()
+}

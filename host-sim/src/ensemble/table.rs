@@ -1,0 +1,193 @@
+//! The summary as tables for people, within 80 columns.
+
+use std::fmt::Write as _;
+
+use super::rows::{Group, Header};
+use super::rules::{RULES, TUNING_SEEDS};
+use super::statistics::Sorted;
+use super::summary::{MovesSummary, Summary};
+use crate::output::table::{self, number};
+
+/// Renders the families, each with its laws, the best first.
+pub fn render(header: &Header, families: &[(Group, Vec<Summary>)]) -> String {
+    let mut text = String::new();
+    for (group, summaries) in families.iter().filter(|(_, summaries)| !summaries.is_empty()) {
+        let Group { name, unit, effort_unit, settles_within_s } = group;
+        let ranked = ranked(summaries);
+        // Writing to a string does not fail.
+        let _ = write!(
+            text,
+            "{name}: {} joints, success is within 2 counts after {settles_within_s} s and to the \
+             end\n\n{}\n\n{}\n\n",
+            ranked.first().map_or(0, |summary| summary.cases),
+            precision(&ranked),
+            motion(&ranked, unit, effort_unit),
+        );
+        for remark in ranked.iter().flat_map(|summary| remarks(summary, unit)) {
+            text += &(remark + "\n");
+        }
+        text.push('\n');
+    }
+    text += &legend(header);
+    text
+}
+
+/// The laws by their success, then by their 95 % settling, then by their tracking.
+fn ranked(summaries: &[Summary]) -> Vec<&Summary> {
+    let mut ranked: Vec<&Summary> = summaries.iter().collect();
+    let p = |sorted: &Sorted, share| sorted.quantile(share).unwrap_or(f64::INFINITY);
+    ranked.sort_by(|a, b| {
+        let settling = p(&a.settling_s, 0.95).total_cmp(&p(&b.settling_s, 0.95));
+        let tracking = p(&a.tracking_rms, 0.5).total_cmp(&p(&b.tracking_rms, 0.5));
+        b.success.cmp(&a.success).then(settling).then(tracking)
+    });
+    ranked
+}
+
+fn precision(ranked: &[&Summary]) -> String {
+    let mut table = table::new(&[
+        "law",
+        "success\n%",
+        "95 %\nfrom-to",
+        "settled\np50, s",
+        "\np95, s",
+        "rest p50\ncounts",
+        "p90\ncounts",
+        "hunt\ncases",
+        "false\ntrips",
+    ]);
+    for summary in ranked {
+        let share = 100.0 * summary.success as f64 / summary.cases.max(1) as f64;
+        let [low, high] = summary.success_ci.map(|share| 100.0 * share);
+        let settled = |share| time(summary.settling_s.quantile(share));
+        table.add_row([
+            summary.law.clone(),
+            number(Some(share), 1),
+            format!("{low:.0}-{high:.0}"),
+            settled(0.5),
+            settled(0.95),
+            short(summary.rest_counts.quantile(0.5)),
+            short(summary.rest_counts.quantile(0.9)),
+            summary.hunting_cases.to_string(),
+            summary.false_trips.to_string(),
+        ]);
+    }
+    table.trim_fmt()
+}
+
+fn motion(ranked: &[&Summary], unit: &str, effort_unit: &str) -> String {
+    let (scale, unit) = readable(unit);
+    let headers = [
+        format!("rms p50\n{unit}"),
+        format!("p90\n{unit}"),
+        format!("variation\n{effort_unit}/s"),
+        format!("at rest\n{effort_unit}/s"),
+        format!("held p50\n{effort_unit}"),
+        format!("p90\n{effort_unit}"),
+    ];
+    let [p50, p90, moving, resting, held, held_p90] = &headers;
+    let mut table =
+        table::new(&["law", p50, p90, "sticks\np50-max", moving, resting, held, held_p90]);
+    for summary in ranked {
+        let tracking = |share| short(summary.tracking_rms.quantile(share).map(|rms| scale * rms));
+        let sticks = |share| number(summary.sticks_in_motion.quantile(share), 0);
+        table.add_row([
+            summary.law.clone(),
+            tracking(0.5),
+            tracking(0.9),
+            format!("{}-{}", sticks(0.5), sticks(1.0)),
+            short(Some(summary.variation_motion_per_s)),
+            short(Some(summary.variation_rest_per_s)),
+            short(summary.held_effort.quantile(0.5)),
+            short(summary.held_effort.quantile(0.9)),
+        ]);
+    }
+    table.trim_fmt()
+}
+
+/// A unit in which tracking errors are readable, and its number in the family's.
+fn readable(unit: &str) -> (f64, &str) {
+    if unit == "rad" { (1e3, "mrad") } else { (1.0, unit) }
+}
+
+/// What has no column: faults, hunting, the load that is not seen, jumps, and a row of moves.
+fn remarks(summary: &Summary, unit: &str) -> Vec<String> {
+    let law = &summary.law;
+    let (scale, unit) = readable(unit);
+    let worst: Vec<String> = summary.worst.iter().map(u64::to_string).collect();
+    let mut remarks = vec![format!("{law}: the worst cases are {}", worst.join(", "))];
+    if !summary.faults.is_empty() {
+        let faults = summary.faults.iter().map(|(name, count)| format!("{name} {count}"));
+        remarks.push(format!("{law} trips: {}", faults.collect::<Vec<_>>().join(", ")));
+    }
+    if summary.hunting_cases > 0 {
+        remarks.push(format!(
+            "{law} hunts: {} counts from end to end (most {}), {} s a period",
+            short(summary.hunting_counts.quantile(0.5)),
+            short(summary.hunting_counts.max()),
+            short(summary.hunting_period_s.quantile(0.5)),
+        ));
+    }
+    if summary.load_rest_counts.max().is_some() {
+        remarks.push(format!(
+            "{law} leaves the load {} counts off (p90 {})",
+            short(summary.load_rest_counts.quantile(0.5)),
+            short(summary.load_rest_counts.quantile(0.9)),
+        ));
+    }
+    if !summary.by_jump.is_empty() {
+        let class =
+            |(name, cases, success): &(&str, usize, usize)| format!("{name}: {success}/{cases}");
+        let classes: Vec<String> = summary.by_jump.iter().map(class).collect();
+        remarks.push(format!("{law} by the load's jump in counts: {}", classes.join(", ")));
+    }
+    if let Some(MovesSummary { moves, judged, missed: [first, last], tracking_rms }) =
+        &summary.moves
+    {
+        let [rms_first, rms_last] =
+            [0, 1].map(|i: usize| short(tracking_rms[i].quantile(0.5).map(|rms| scale * rms)));
+        remarks.push(format!(
+            "{law} in {moves} moves in a row: misses {first} of the first {judged}, {last} of the \
+             last; tracks to {rms_first}, then {rms_last} {unit}"
+        ));
+    }
+    remarks
+}
+
+fn legend(header: &Header) -> String {
+    let mut text = String::from(
+        "\
+All of it is simulated, under a servo with every monitor at its default. Rest is
+the largest true error in the last half of the run. The second table is of a
+trapezoid of speed: rms error, stops on the way, total variation of the effort;
+variation at rest and rms effort are those of the step's last half.
+docs/ensemble.md says more.
+",
+    );
+    if TUNING_SEEDS.contains(&header.seed) {
+        text += "Seed of the tuning: the rules were made on such joints, so this is no score.\n";
+    }
+    let rules = RULES.iter().filter(|rule| header.laws.iter().any(|law| law == rule.law));
+    text += "Rules, from what a law is told of the nominal joint:\n";
+    for rule in rules {
+        text += &format!("  {}: {}\n", rule.law, rule.text);
+    }
+    text
+}
+
+/// A time, s; what never settles is told in words.
+fn time(value: Option<f64>) -> String {
+    match value {
+        Some(value) if value.is_infinite() => "never".into(),
+        value => number(value, 2),
+    }
+}
+
+/// Three digits that say something.
+fn short(value: Option<f64>) -> String {
+    match value {
+        Some(value) if value.abs() >= 100.0 => number(Some(value), 0),
+        Some(value) if value.abs() >= 10.0 => number(Some(value), 1),
+        value => number(value, 2),
+    }
+}

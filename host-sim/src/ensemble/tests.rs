@@ -1,0 +1,238 @@
+//! The whole of it: cases whose end is known, and reports that depend on nothing but the seed.
+
+use std::sync::Mutex;
+
+use super::case::{self, Row};
+use super::draw::{Case, Kind};
+use super::family::Family;
+use super::rows::{self, Header, Kept, Shard};
+use super::rules::{Rule, rules};
+use super::run::{Ensemble, run};
+use super::{json, summary};
+use crate::joint::{Body, Description, Train};
+
+const EASY: Kind = Kind { hard: false, rate_hz: 1000.0 };
+
+fn rule(law: &str) -> &'static Rule {
+    rules(&[law.into()]).unwrap()[0]
+}
+
+fn ran(case: &Case, law: &str) -> Row {
+    let rule = rule(law);
+    case::run(case, law, &rule.gains(&case.told), [1, 0]).unwrap()
+}
+
+/// A rigid joint with as much friction as nothing but the caller says, and without load, lag and
+/// delay, that starts on a count.
+fn joint(friction: f64, step: f64) -> Case {
+    let mut case = Case::draw(1, Family::Rigid, 0, EASY);
+    let Train::Rigid(mut body) = case.joint.train else { panic!("{case:?}") };
+    let curve = &mut body.friction.curve;
+    (curve.coulomb, curve.stick) = (friction, friction);
+    body.inertia = 0.34;
+    case.joint = Description { lag_s: 0.0, start: 0.0, train: Train::Rigid(body), ..case.joint };
+    case.delay = crate::plant::Delay::None;
+    case.step = step;
+    case
+}
+
+#[test]
+fn pd_stops_short_by_the_whole_step_while_its_effort_is_less_than_the_friction() {
+    // Kp = J w^2 = 0.34 (2 pi 8)^2 = 859 N m/rad: 10 N m hold against a step of 11.6 mrad.
+    let kp = 0.34 * (std::f64::consts::TAU * 8.0).powi(2);
+    let case = joint(10.0, 0.99 * 10.0 / kp);
+    let row = ran(&case, "pd");
+    assert!((row.rest_counts - case.step / case.count()).abs() < 1e-3, "{row:?}");
+    assert_eq!((row.settled_s, row.reversals), (None, 0));
+    assert!((row.held_effort / 9.9 - 1.0).abs() < 0.01, "{row:?}");
+    assert!(!row.is_success(5.0) && row.faults().next().is_none(), "{row:?}");
+    // A little more, and it moves.
+    let case = joint(10.0, 1.02 * 10.0 / kp);
+    assert!(ran(&case, "pd").rest_counts < 0.99 * case.step / case.count());
+}
+
+#[test]
+fn pd_settles_a_joint_with_hardly_any_friction_as_its_poles_say() {
+    // The effort within which it rests is 2 counts of 859 N m/rad: 0.1 N m.
+    let case = joint(1e-3, 0.02);
+    let row = ran(&case, "pd");
+    // Poles at w (-0.9 +- 0.44 i), w = 50.3/s: 318 counts fall to 2 in ln(159)/45 = 0.112 s, twice
+    // that with the phase that 3 ms of velocity window cost.
+    let settled_s = row.settled_s.unwrap();
+    assert!((0.05..0.25).contains(&settled_s), "{row:?}");
+    assert!(row.rest_counts < 1.0 && row.is_success(5.0) && row.reversals == 0, "{row:?}");
+    assert!(!row.is_success(0.9 * settled_s));
+    // Without friction PD trails by B v/Kp = 1.3 * 0.5/859 rad: 0.76 mrad on the way, and by
+    // nothing while it rests half a second of 2.75 s.
+    let trail = row.tracking_rms.unwrap() * 1e3;
+    assert!((0.2..1.5).contains(&trail), "{row:?}");
+}
+
+#[test]
+fn a_monitor_that_trips_is_no_success_and_is_counted() {
+    // A brake that never opens: SRNF asks for more than what starts the joint.
+    let mut case = joint(1.0, 0.02);
+    let Train::Rigid(Body { friction, .. }) = &mut case.joint.train else { panic!() };
+    (friction.curve.coulomb, friction.curve.stick) = (100.0, 100.0);
+    let row = ran(&case, "srnf");
+    assert!(row.step_fault.as_deref().is_some_and(|fault| fault.contains("stall")), "{row:?}");
+    assert!(!row.is_success(5.0) && row.tracking_rms.is_none(), "{row:?}");
+    assert!((row.rest_counts - 0.02 / case.count()).abs() < 1.0, "{row:?}");
+}
+
+#[test]
+fn no_overhauled_joint_spins_away_without_a_fault() {
+    for number in 0..12 {
+        let case = Case::draw(3, Family::Overhauling, number, EASY);
+        for law in ["pd", "roi", "srnf", "dnpf"] {
+            let row = ran(&case, law);
+            // PD holds a load within (F + load)/Kp: 48 N m are 890 counts of 1e5 a turn.
+            assert!(row.step_fault.is_some() || row.rest_counts < 1000.0, "{row:?}");
+        }
+    }
+}
+
+fn small(laws: &[&str]) -> Ensemble {
+    Ensemble {
+        seed: 5,
+        cases: 5,
+        kind: EASY,
+        moves: 2,
+        families: vec![Family::ThesisAxis, Family::Rigid],
+        rules: laws.iter().map(|law| rule(law)).collect(),
+    }
+}
+
+fn collect(ensemble: &Ensemble, wanted: impl Fn(u64) -> bool + Sync) -> Vec<Row> {
+    let rows = Mutex::new(Vec::new());
+    run(
+        ensemble,
+        |_, case, _| wanted(case),
+        |row| {
+            rows.lock().unwrap().push(row);
+            Ok(())
+        },
+    )
+    .unwrap();
+    let mut rows = rows.into_inner().unwrap();
+    rows::sort(&Header::of(ensemble), &mut rows);
+    rows
+}
+
+fn report(header: &Header, rows: &[Row]) -> String {
+    json::object(header, &summary::summaries(header, rows)).to_string()
+}
+
+#[test]
+fn rows_do_not_depend_on_the_number_of_threads_nor_a_law_on_the_others() {
+    let ensemble = small(&["pd", "roi"]);
+    let on = |threads: usize| {
+        let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
+        pool.install(|| collect(&ensemble, |_| true))
+    };
+    let alone = on(1);
+    assert_eq!(alone.len(), 20);
+    assert_eq!(alone, on(3));
+    let of_roi: Vec<Row> = alone.iter().filter(|row| row.law == "roi").cloned().collect();
+    assert_eq!(of_roi, collect(&small(&["roi"]), |_| true));
+}
+
+#[test]
+fn shards_put_together_are_the_whole_to_the_bit_also_through_their_files() {
+    let ensemble = small(&["pd", "srnf"]);
+    let header = Header::of(&ensemble);
+    let whole = collect(&ensemble, |_| true);
+    let shards: Vec<Vec<Row>> = (1..=3)
+        .map(|k| Shard::read(&format!("{k}/3")).unwrap())
+        .map(|shard| collect(&ensemble, |case| shard.has(case)))
+        .collect();
+    assert!(shards.iter().all(|rows| !rows.is_empty() && rows.len() < whole.len()));
+    let directory = tempfile::tempdir().unwrap();
+    let files: Vec<(String, Header, Vec<Row>)> = shards
+        .iter()
+        .enumerate()
+        .map(|(k, rows)| {
+            let path = directory.path().join(format!("{k}.csv"));
+            std::fs::write(&path, rows::render(&header, rows).unwrap()).unwrap();
+            let (header, rows) = rows::read(&path).unwrap();
+            (path.display().to_string(), header, rows)
+        })
+        .collect();
+    let (found, merged) = rows::merge(&files).unwrap();
+    assert_eq!((&found, &merged), (&header, &whole));
+    assert_eq!(report(&found, &merged), report(&header, &whole));
+    assert_eq!(rows::render(&found, &merged).unwrap(), rows::render(&header, &whole).unwrap());
+
+    let refusal =
+        |files: &[(String, Header, Vec<Row>)]| rows::merge(files).unwrap_err().to_string();
+    let missing = refusal(&files[..2]);
+    assert!(missing.contains("of 20 rows are there; the first that is missing is"), "{missing}");
+    let mut other = files.clone();
+    other[1].1.seed = 6;
+    assert!(refusal(&other).contains("its `seed` is 6, not 5"), "{}", refusal(&other));
+    let mut changed = files.clone();
+    changed.push(("again".into(), header, vec![Row { rest_counts: 0.1, ..whole[0].clone() }]));
+    assert!(refusal(&changed).contains("with other values"), "{}", refusal(&changed));
+}
+
+#[test]
+fn a_run_that_was_cut_off_goes_on_from_its_file() {
+    let ensemble = small(&["pd"]);
+    let header = Header::of(&ensemble);
+    let whole = collect(&ensemble, |_| true);
+    let directory = tempfile::tempdir().unwrap();
+    let path = directory.path().join("rows.csv");
+    let (mut kept, there) = Kept::open(&path, &header).unwrap();
+    assert!(there.is_empty());
+    whole[..4].iter().for_each(|row| kept.add(row).unwrap());
+    drop(kept);
+    // In the middle of a line.
+    let mut text = std::fs::read_to_string(&path).unwrap();
+    text.truncate(text.len() - 9);
+    std::fs::write(&path, &text).unwrap();
+    let (mut kept, there) = Kept::open(&path, &header).unwrap();
+    assert_eq!(there, whole[..3]);
+    whole[3..].iter().for_each(|row| kept.add(row).unwrap());
+    assert_eq!(rows::read(&path).unwrap(), (header.clone(), whole));
+    let other = Header { cases: 6, ..header };
+    let refusal = Kept::open(&path, &other).unwrap_err().to_string();
+    assert!(refusal.contains("its `cases` is 5, not 6"), "{refusal}");
+    std::fs::write(&path, "time_s,error_deg\n").unwrap();
+    let refusal = Kept::open(&path, &other).unwrap_err().to_string();
+    assert!(refusal.contains("these are no rows of an ensemble"), "{refusal}");
+}
+
+#[test]
+fn the_object_has_the_keys_that_are_promised() {
+    let ensemble = small(&["pd"]);
+    let header = Header::of(&ensemble);
+    let rows = collect(&ensemble, |_| true);
+    let object = json::object(&header, &summary::summaries(&header, &rows));
+    assert_eq!((&object["schema"], &object["seed"]), (&1.into(), &5.into()));
+    let of = |key: &str| object["families"]["rigid"]["pd"][key].clone();
+    assert_eq!(object["families"]["thesis-axis"]["unit"], "deg");
+    assert_eq!(object["families"]["rigid"]["unit"], "rad");
+    assert_eq!(of("cases"), 5);
+    for (key, inner) in [
+        ("settling_s", &["p50", "p95", "max"][..]),
+        ("rest_counts", &["p50", "p90", "max"]),
+        ("hunting_counts", &["p50", "max"]),
+        ("tracking_rms", &["p50", "p90", "max"]),
+        ("sticks_in_motion", &["p50", "max"]),
+    ] {
+        let found: Vec<String> = of(key).as_object().unwrap().keys().cloned().collect();
+        let mut expected: Vec<&str> = inner.to_vec();
+        expected.sort_unstable();
+        let mut found: Vec<&str> = found.iter().map(String::as_str).collect();
+        found.sort_unstable();
+        assert_eq!(found, expected, "{key}");
+    }
+    for key in ["success", "hunting_cases", "false_trips", "total_variation_rest_per_s"] {
+        assert!(of(key).is_number(), "{key}");
+    }
+    assert!(of("total_variation_motion_per_s").as_f64().unwrap() > 0.0);
+    assert_eq!(of("success_ci").as_array().unwrap().len(), 2);
+    assert_eq!(of("worst").as_array().unwrap().len(), 5);
+    // A row of two moves: one is a tenth, rounded up.
+    assert_eq!(of("moves")["first"]["moves"], 5);
+}

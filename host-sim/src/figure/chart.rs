@@ -1,0 +1,66 @@
+//! Figures without a time axis: shares with their intervals, and clouds of points.
+//!
+//! The types here say what to show; `marks.rs` draws it.
+
+/// A row of a chart of shares.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Share {
+    /// What it is of.
+    pub name: String,
+    /// The share, from 0 to 1.
+    pub share: f64,
+    /// Its interval.
+    pub interval: [f64; 2],
+}
+
+/// A point of a cloud; what is infinite lies on the edge that says so.
+pub type Point = [f64; 2];
+
+/// One cloud among others of the same axes.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Cloud {
+    /// What it is of.
+    pub name: String,
+    /// Its points.
+    pub points: Vec<Point>,
+}
+
+/// An axis of a cloud, in powers of ten.
+#[derive(Clone, Debug, PartialEq)]
+pub struct LogAxis {
+    /// Its label, with the unit.
+    pub label: String,
+    /// Powers of ten of its ends.
+    pub decades: [i32; 2],
+    /// A bound that is drawn across.
+    pub bound: f64,
+    /// What stands beyond the upper end.
+    pub beyond: String,
+}
+
+/// What is shown.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Shown {
+    /// Groups of shares under each other.
+    Shares(Vec<(String, Vec<Share>)>),
+    /// Clouds beside each other.
+    Clouds {
+        /// The horizontal axis and the vertical one.
+        axes: [LogAxis; 2],
+        /// The clouds.
+        clouds: Vec<Cloud>,
+    },
+}
+
+/// A chart and the name of its file, without an ending.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Chart {
+    /// The name of the file.
+    pub stem: String,
+    /// The title.
+    pub title: String,
+    /// Smaller line below the title.
+    pub subtitle: String,
+    /// What is shown.
+    pub shown: Shown,
+}
