@@ -27,6 +27,7 @@ pub mod flash;
 pub mod friction;
 pub mod hardware;
 pub mod identification;
+pub mod joint;
 pub mod keys;
 pub mod lab;
 pub mod machine;

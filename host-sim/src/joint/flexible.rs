@@ -1,0 +1,457 @@
+//! A flexible joint: motor and load with a shaft between them, and set-valued friction on both.
+//!
+//! ```text
+//! J_m v_m' = u - T - F_m        J_l v_l' = T + d(t, x_l) - F_l
+//! ```
+//!
+//! with T of [`super::shaft`]. The shaft makes the torque continuous in positions and velocities,
+//! so that each body sticks or slips by itself. Between two switches the motion is smooth, and is
+//! integrated as that of [`super::Rigid`]. Halts, breaks, the wall and the contacts of the backlash
+//! are located by Newton's method on the integrated motion.
+//!
+//! Guarantees: velocity exactly zero of what is stuck; switches in order, as far as cubics on the
+//! steps show them. Does badly: a stick level that grows at rest is taken as constant within a
+//! step, levels that drift with temperature as constant within a sample.
+
+use super::description::{Body, Description, Load, Shaft as ShaftData, Stops};
+use super::lag::Lag;
+use super::push::Pushes;
+use super::runge_kutta::{Attempt, attempt};
+use super::shaft::{Ends, Shaft};
+use super::step::{LOCATED, MOST_SWITCHES, Pace, SHORTEST_S, Watched, first_fall};
+use super::surface::Surface;
+use super::{Joint, Turn};
+use crate::solver::{Event, EventKind};
+
+/// The joint.
+#[derive(Clone, Debug)]
+pub struct Flexible {
+    /// Motor and load.
+    bodies: [Side; 2],
+    shaft: Shaft,
+    torques: Load,
+    stops: Stops,
+    push: Pushes,
+    push_now: f64,
+    is_busy: bool,
+    lag: Lag,
+    pace: Pace,
+    ends: Ends,
+    time_s: f64,
+    /// Motor friction's work since the begin of the sample, J.
+    heat: f64,
+}
+
+/// Motor or load.
+#[derive(Clone, Debug)]
+struct Side {
+    inertia: f64,
+    surface: Surface,
+    /// The sense of the slip, 0 at rest.
+    sense: f64,
+    /// At rest: the range of the driving torque that leaves it so.
+    range: [f64; 2],
+}
+
+impl Side {
+    fn new(body: &Body) -> Self {
+        let surface = Surface::new(&body.friction);
+        Self { inertia: body.inertia, surface, sense: 0.0, range: [0.0; 2] }
+    }
+
+    /// What stays above zero while it slips; `wall` is how far the wall is away.
+    #[inline]
+    fn watched_in_motion(&self, v: f64, a: f64, wall: Watched) -> [Watched; 2] {
+        [[self.sense * v, self.sense * a], wall]
+    }
+
+    /// What stays above zero while it is stuck, of the driving torque and its rate.
+    #[inline]
+    fn watched_at_rest(&self, torque: f64, rate: f64) -> [Watched; 2] {
+        [[self.range[1] - torque, -rate], [torque - self.range[0], rate]]
+    }
+
+    fn holds(&self, torque: f64) -> bool {
+        self.range[0] <= torque && torque <= self.range[1]
+    }
+}
+
+const MOTOR: usize = 0;
+const LOAD: usize = 1;
+
+impl Flexible {
+    /// At rest at the start, with the shaft relaxed.
+    pub(super) fn new(
+        description: &Description,
+        [motor, load]: [&Body; 2],
+        shaft: &ShaftData,
+    ) -> Self {
+        let bodies = [Side::new(motor), Side::new(load)];
+        let is_busy = description.push.is_some() || bodies.iter().any(|side| side.surface.varies());
+        let mut joint = Self {
+            bodies,
+            shaft: Shaft::new(shaft),
+            torques: description.load,
+            stops: description.stops,
+            push: Pushes(description.push),
+            push_now: 0.0,
+            is_busy,
+            lag: Lag::new(description.lag_s),
+            pace: Pace::of_count(description.count),
+            ends: [description.start, 0.0, description.start, 0.0],
+            time_s: 0.0,
+            heat: 0.0,
+        };
+        joint.settle(MOTOR);
+        joint.settle(LOAD);
+        joint
+    }
+
+    /// The torque of load and push at a position of the load.
+    #[inline]
+    fn load_torque(&self, x: f64) -> f64 {
+        self.torques.at(x) + self.push_now
+    }
+
+    /// The torque that drives a body against its friction, now.
+    fn driving(&self, body: usize) -> f64 {
+        let shaft = self.shaft.torque(&self.ends);
+        if body == MOTOR { self.lag.now() - shaft } else { shaft + self.load_torque(self.ends[2]) }
+    }
+
+    /// The range of the driving torque that leaves a body where it is.
+    fn settle(&mut self, body: usize) {
+        let x = self.ends[2 * body];
+        let stick = self.bodies[body].surface.stick(x);
+        let stops = if body == LOAD { self.stops } else { Stops::default() };
+        self.bodies[body].range = stops.range(x, stick);
+    }
+
+    /// Rates of the ends at a stage, without what is left of the former effort.
+    #[inline]
+    fn rate(&self, stage: usize, y: &Ends) -> Ends {
+        let [motor, load] = &self.bodies;
+        let mut ends = *y;
+        let mut rates = [y[1], 0.0, y[3], 0.0];
+        if motor.sense != 0.0 {
+            let [impulse, way] = self.lag.impulse(stage);
+            ends[0] += way / motor.inertia;
+            ends[1] += impulse / motor.inertia;
+        }
+        let torque = self.shaft.torque(&ends);
+        if motor.sense != 0.0 {
+            let friction = motor.sense * motor.surface.slip(motor.sense * ends[1], ends[0]);
+            rates[1] = (self.lag.target() - torque - friction) / motor.inertia;
+        }
+        if load.sense != 0.0 {
+            let friction = load.sense * load.surface.slip(load.sense * ends[3], ends[2]);
+            rates[3] = (torque + self.load_torque(ends[2]) - friction) / load.inertia;
+        }
+        rates
+    }
+
+    /// A step, lag included.
+    #[inline]
+    fn attempt(&mut self, first: &Ends, h: f64) -> Attempt<4> {
+        self.lag.prepare(h);
+        let mut attempt = attempt(|stage, y| self.rate(stage, y), &self.ends, first, h);
+        let motor = &self.bodies[MOTOR];
+        if motor.sense != 0.0 {
+            let [impulse, way] = self.lag.impulse(6);
+            attempt.end[0] += way / motor.inertia;
+            attempt.end[1] += impulse / motor.inertia;
+            attempt.rate[0] = attempt.end[1];
+            attempt.rate[1] += self.lag.left_at_end() / motor.inertia;
+        }
+        attempt
+    }
+
+    /// All that stays above zero until the next switch, at ends with these rates and this rest of
+    /// the lag: two for the motor, two for the load, two for the contact.
+    #[inline]
+    fn watched(&self, ends: &Ends, rates: &Ends, left: f64) -> [Watched; 6] {
+        let [motor, load] = &self.bodies;
+        let (torque, torque_rate) = (self.shaft.torque(ends), self.shaft.torque_rate(rates));
+        let [a, b] = if motor.sense != 0.0 {
+            motor.watched_in_motion(ends[1], rates[1], [f64::INFINITY, 0.0])
+        } else {
+            let effort_rate = self.lag.rate_of(left);
+            motor.watched_at_rest(self.lag.target() + left - torque, effort_rate - torque_rate)
+        };
+        let [c, d] = if load.sense != 0.0 {
+            let wall = if load.sense > 0.0 { self.stops.upper } else { self.stops.lower };
+            let wall = [load.sense * (wall - ends[2]), -load.sense * rates[2]];
+            load.watched_in_motion(ends[3], rates[3], wall)
+        } else {
+            load.watched_at_rest(torque + self.load_torque(ends[2]), torque_rate)
+        };
+        let [e, f] = self.shaft.watched(ends, rates);
+        [a, b, c, d, e, f]
+    }
+
+    /// How near to zero what is watched is at a switch.
+    fn located(&self, which: usize) -> f64 {
+        let is_torque = |body: usize| self.bodies[body].sense == 0.0;
+        let torque = self.shaft.stiffness * self.pace.position;
+        LOCATED
+            * match which {
+                0 | 1 if is_torque(MOTOR) => torque,
+                2 | 3 if is_torque(LOAD) => torque,
+                0 | 2 => self.pace.velocity,
+                4 | 5 => self.shaft.scale(which - 4, torque, self.pace.position),
+                _ => self.pace.position,
+            }
+    }
+
+    /// One step, up to the first switch in it at most. Gives its length.
+    fn step(&mut self, longest_s: f64, on: &mut impl FnMut(EventKind, f64)) -> f64 {
+        let first = self.rate(0, &self.ends);
+        let mut begin_rates = first;
+        if self.bodies[MOTOR].sense != 0.0 {
+            begin_rates[1] += self.lag.left() / self.bodies[MOTOR].inertia;
+        }
+        let begin = self.watched(&self.ends, &begin_rates, self.lag.left());
+        let mut limit_s = longest_s;
+        loop {
+            let (step, h) = self.accepted(&first, limit_s);
+            if !step.end.iter().all(|x| x.is_finite()) {
+                self.ends = step.end;
+                return longest_s;
+            }
+            let end = self.watched(&step.end, &step.rate, self.lag.left_at_end());
+            let mut switch: Option<(usize, f64)> = None;
+            for which in 0..6 {
+                if let Some(part) = first_fall(begin[which], end[which], h)
+                    && switch.is_none_or(|(_, first)| part < first)
+                {
+                    switch = Some((which, part));
+                }
+            }
+            let Some((which, part)) = switch else {
+                self.arrive(&step, h);
+                return h;
+            };
+            if let Some((step, h)) = self.locate(&first, [part * h, h], which) {
+                self.arrive(&step, h);
+                self.switch(which, longest_s - h, on);
+                return h;
+            }
+            // The cubic saw what is not there: it sees better in a shorter step.
+            if h <= SHORTEST_S {
+                self.arrive(&step, h);
+                return h;
+            }
+            limit_s = (0.5 * h).max(SHORTEST_S);
+        }
+    }
+
+    #[inline]
+    fn arrive(&mut self, step: &Attempt<4>, h: f64) {
+        let motor = &self.bodies[MOTOR];
+        if motor.sense != 0.0 {
+            let speed = 0.5 * (self.ends[1] + step.end[1]) * motor.sense;
+            let way = step.end[0] - self.ends[0];
+            self.heat += (motor.surface.slip(speed, self.ends[0]) * way).abs();
+        }
+        self.lag.prepare(h);
+        self.lag.pass();
+        self.ends = step.end;
+        for body in [MOTOR, LOAD] {
+            if self.bodies[body].sense == 0.0 && self.bodies[body].surface.grows_at_rest() {
+                self.bodies[body].surface.rest(h);
+                self.settle(body);
+            }
+        }
+    }
+
+    /// A step whose error is allowed, no longer than `longest_s`.
+    #[inline]
+    fn accepted(&mut self, first: &Ends, longest_s: f64) -> (Attempt<4>, f64) {
+        let mut h = self.pace.step_s.min(longest_s);
+        loop {
+            let step = self.attempt(first, h);
+            match self.pace.shorter(&step.error, h, longest_s) {
+                None => return (step, h),
+                Some(shorter) => h = shorter,
+            }
+        }
+    }
+
+    /// Integrates up to a switch near a time; none if there is none.
+    fn locate(
+        &mut self,
+        first: &Ends,
+        [mut h, longest_s]: [f64; 2],
+        which: usize,
+    ) -> Option<(Attempt<4>, f64)> {
+        let near = self.located(which);
+        for _ in 0..12 {
+            let step = self.attempt(first, h);
+            let [left, slope] = self.watched(&step.end, &step.rate, self.lag.left_at_end())[which];
+            if left.abs() <= near {
+                return Some((step, h));
+            }
+            if slope >= 0.0 {
+                return None;
+            }
+            h = (h - left / slope).clamp(0.0, longest_s);
+        }
+        None
+    }
+
+    /// What is watched has fallen to zero.
+    fn switch(&mut self, which: usize, left_s: f64, on: &mut impl FnMut(EventKind, f64)) {
+        let body = which / 2;
+        match which {
+            0..4 if self.bodies[body].sense == 0.0 => {
+                self.bodies[body].sense = if which % 2 == 0 { 1.0 } else { -1.0 };
+                if body == MOTOR {
+                    on(EventKind::Break, left_s);
+                }
+            }
+            0..4 => {
+                if which == 3 {
+                    let upper = self.bodies[LOAD].sense > 0.0;
+                    self.ends[2] = if upper { self.stops.upper } else { self.stops.lower };
+                }
+                self.halt(body, left_s, on);
+            }
+            _ => self.shaft.switch(which - 4),
+        }
+        self.release(left_s, on);
+    }
+
+    /// A body has come to a halt: it sticks, or goes the other way.
+    fn halt(&mut self, body: usize, left_s: f64, on: &mut impl FnMut(EventKind, f64)) {
+        self.ends[2 * body + 1] = 0.0;
+        self.bodies[body].surface.halt();
+        self.settle(body);
+        let torque = self.driving(body);
+        let side = &mut self.bodies[body];
+        let before = std::mem::replace(
+            &mut side.sense,
+            if torque > side.range[1] {
+                1.0
+            } else if torque < side.range[0] {
+                -1.0
+            } else {
+                0.0
+            },
+        );
+        if body == MOTOR && side.sense != before {
+            on(if side.sense == 0.0 { EventKind::Stick } else { EventKind::Reverse }, left_s);
+        }
+    }
+
+    /// Lets go what is stuck and driven beyond its range.
+    fn release(&mut self, left_s: f64, on: &mut impl FnMut(EventKind, f64)) {
+        for body in [MOTOR, LOAD] {
+            let torque = self.driving(body);
+            let side = &mut self.bodies[body];
+            if side.sense == 0.0 && !side.holds(torque) {
+                side.sense = if torque > side.range[1] { 1.0 } else { -1.0 };
+                if body == MOTOR {
+                    on(EventKind::Break, left_s);
+                }
+            }
+        }
+    }
+
+    /// Lets time pass with both at rest, up to the motor's break. Gives how long that was.
+    fn rest(&mut self, longest_s: f64, on: &mut impl FnMut(EventKind, f64)) -> f64 {
+        let torque = self.shaft.torque(&self.ends);
+        let range = self.bodies[MOTOR].range.map(|limit| limit + torque);
+        let breaks_at = self.lag.leaves(range, longest_s);
+        let time_s = breaks_at.unwrap_or(longest_s);
+        let rises = self.lag.left() < 0.0;
+        self.lag.prepare(time_s);
+        self.lag.pass();
+        for body in [MOTOR, LOAD] {
+            if self.bodies[body].surface.grows_at_rest() {
+                self.bodies[body].surface.rest(time_s);
+                self.settle(body);
+            }
+        }
+        if breaks_at.is_some() {
+            self.bodies[MOTOR].sense = if rises { 1.0 } else { -1.0 };
+            on(EventKind::Break, longest_s - time_s);
+        }
+        time_s
+    }
+
+    /// Lets time pass in which the push is constant.
+    fn stretch(&mut self, duration_s: f64, on: &mut impl FnMut(EventKind, f64)) {
+        self.release(duration_s, on);
+        let mut left_s = duration_s;
+        for _ in 0..MOST_STEPS {
+            left_s -= if self.is_stuck() { self.rest(left_s, on) } else { self.step(left_s, on) };
+            if left_s <= 0.0 {
+                return;
+            }
+        }
+    }
+}
+
+/// So many steps and switches in a sample are no motion any more: the rest of it is not followed.
+const MOST_STEPS: usize = 10 * MOST_SWITCHES;
+
+impl Joint for Flexible {
+    #[inline]
+    fn hold_and_tell(&mut self, effort: f64, duration_s: f64, on: &mut impl FnMut(Event)) {
+        self.lag.set(effort);
+        if self.is_stuck() && self.lag.left() == 0.0 && !self.is_busy {
+            let torque = effort - self.shaft.torque(&self.ends);
+            if self.bodies[MOTOR].holds(torque) && self.bodies[LOAD].holds(self.driving(LOAD)) {
+                self.time_s += duration_s;
+                return;
+            }
+        }
+        self.heat = 0.0;
+        let mut passed_s = 0.0;
+        while passed_s < duration_s {
+            let (torque, stretch_s) = self.push.within(self.time_s, duration_s - passed_s);
+            self.push_now = torque;
+            let end_s = passed_s + stretch_s;
+            self.stretch(stretch_s, &mut |kind, left_s| {
+                on(Event { time_s: end_s - left_s, kind });
+            });
+            self.time_s += stretch_s;
+            passed_s = end_s;
+        }
+        self.bodies[MOTOR].surface.warm(self.heat, duration_s);
+        if self.bodies[MOTOR].surface.varies() {
+            self.settle(MOTOR);
+        }
+    }
+
+    #[inline]
+    fn motor(&self) -> Turn {
+        Turn { position: self.ends[0], velocity: self.ends[1] }
+    }
+
+    #[inline]
+    fn load(&self) -> Turn {
+        Turn { position: self.ends[2], velocity: self.ends[3] }
+    }
+
+    #[inline]
+    fn is_stuck(&self) -> bool {
+        self.bodies[MOTOR].sense == 0.0 && self.bodies[LOAD].sense == 0.0
+    }
+
+    fn set_brake(&mut self, torque: f64) {
+        self.bodies[MOTOR].surface.set_brake(torque);
+        self.settle(MOTOR);
+    }
+
+    fn put(&mut self, turn: Turn) {
+        let x = turn.position.clamp(self.stops.lower, self.stops.upper);
+        self.ends = [x, turn.velocity, x, turn.velocity];
+        self.shaft.put(&self.ends);
+        for body in [MOTOR, LOAD] {
+            let v = turn.velocity;
+            self.bodies[body].sense = if v == 0.0 { 0.0 } else { v.signum() };
+            self.settle(body);
+        }
+    }
+}

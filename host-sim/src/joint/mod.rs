@@ -1,0 +1,128 @@
+//! Joints as an ensemble of laws meets them: in rad, N m, kg m^2 and s, moved on under an effort
+//! that the amplifier holds.
+//!
+//! A [`Description`] is plain data; [`Description::build`] makes an [`AnyJoint`] of it, whose
+//! solver fits its friction:
+//!
+//! | joint | friction | solver |
+//! |---|---|---|
+//! | [`Rigid`] | set-valued Stribeck curve | Runge-Kutta 5(4) between located switches |
+//! | [`LuGre`] | a bristle | linearly implicit, error-controlled; frozen at rest |
+//! | [`Flexible`] | set-valued on motor and load | Runge-Kutta 5(4) between located switches |
+//!
+//! A joint that is stuck costs next to nothing as long as its effort does not change.
+
+mod description;
+mod encoder;
+mod flexible;
+mod lag;
+mod lugre;
+mod push;
+mod rigid;
+mod runge_kutta;
+mod shaft;
+mod step;
+mod surface;
+#[cfg(test)]
+mod tests;
+
+pub use description::{
+    Body, Bristle, Description, Dwell, Friction, Gravity, Load, Push, Ripple, Shaft, Stops,
+    Stribeck, Thermal, Train,
+};
+pub use encoder::{CountNoise, Encoder, Side};
+pub use flexible::Flexible;
+pub use lugre::LuGre;
+pub use rigid::Rigid;
+
+use crate::solver::Event;
+
+/// Where one end of a joint is, and how fast it turns.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Turn {
+    /// rad.
+    pub position: f64,
+    /// rad/s.
+    pub velocity: f64,
+}
+
+/// A joint that is moved on under a held effort.
+pub trait Joint {
+    /// Moves the joint on for a time (s) under an effort (N m) that the amplifier holds, and tells
+    /// of the motor's breaks, sticks and reversals.
+    fn hold_and_tell(&mut self, effort: f64, duration_s: f64, on: &mut impl FnMut(Event));
+
+    /// Moves the joint on for a time (s) under an effort (N m) that the amplifier holds.
+    #[inline]
+    fn hold(&mut self, effort: f64, duration_s: f64) {
+        self.hold_and_tell(effort, duration_s, &mut |_| {});
+    }
+
+    /// The motor, behind the gear.
+    fn motor(&self) -> Turn;
+
+    /// The load.
+    fn load(&self) -> Turn;
+
+    /// Whether the whole joint is at rest, and will be as long as nothing changes.
+    fn is_stuck(&self) -> bool;
+
+    /// Adds friction (N m) to both levels of the motor: a hand, a brake. It stays until it is set
+    /// anew.
+    fn set_brake(&mut self, torque: f64);
+
+    /// Puts the whole joint somewhere, by hand.
+    fn put(&mut self, turn: Turn);
+}
+
+/// Any of the joints, without a table of functions in the inner loop.
+#[derive(Clone, Debug)]
+pub enum AnyJoint {
+    /// One inertia, set-valued friction.
+    Rigid(Rigid),
+    /// One inertia, a bristle.
+    LuGre(LuGre),
+    /// Two inertias and a shaft.
+    Flexible(Flexible),
+}
+
+/// Does the same with whichever joint it is.
+macro_rules! each {
+    ($joint:expr, $inner:ident => $does:expr) => {
+        match $joint {
+            Self::Rigid($inner) => $does,
+            Self::LuGre($inner) => $does,
+            Self::Flexible($inner) => $does,
+        }
+    };
+}
+
+impl Joint for AnyJoint {
+    #[inline]
+    fn hold_and_tell(&mut self, effort: f64, duration_s: f64, on: &mut impl FnMut(Event)) {
+        each!(self, joint => joint.hold_and_tell(effort, duration_s, on));
+    }
+
+    #[inline]
+    fn motor(&self) -> Turn {
+        each!(self, joint => joint.motor())
+    }
+
+    #[inline]
+    fn load(&self) -> Turn {
+        each!(self, joint => joint.load())
+    }
+
+    #[inline]
+    fn is_stuck(&self) -> bool {
+        each!(self, joint => joint.is_stuck())
+    }
+
+    fn set_brake(&mut self, torque: f64) {
+        each!(self, joint => joint.set_brake(torque));
+    }
+
+    fn put(&mut self, turn: Turn) {
+        each!(self, joint => joint.put(turn));
+    }
+}
