@@ -45,14 +45,13 @@ impl DataSheet {
     }
 
     /// What is implausible, a sentence each.
-    pub fn doubts(&self, mapping: &Mapping, sample_time_s: Option<f64>) -> Vec<String> {
+    pub fn doubts(&self, mapping: &Mapping) -> Vec<String> {
         [
             self.no_load_contradicts(mapping),
             self.inertia_is_off(mapping),
             self.little_is_left(mapping),
             self.stick_is_high(),
             self.load_wins(mapping),
-            self.current_is_slow(sample_time_s),
             self.duty_is_bold(mapping),
         ]
         .into_iter()
@@ -148,21 +147,6 @@ impl DataSheet {
                  moves by itself when the motor is off",
                 rounded(pull),
                 rounded(least)
-            )
-        })
-    }
-
-    /// The mapping takes the current for settled.
-    fn current_is_slow(&self, sample_time_s: Option<f64>) -> Option<String> {
-        let (resistance, sample_time_s) = (self.motor.resistance_ohm?, sample_time_s?);
-        let settles_s = self.motor.inductance_h / resistance;
-        let is_slow = self.motor.driven_by == DrivenBy::Voltage && settles_s > 0.2 * sample_time_s;
-        is_slow.then(|| {
-            format!(
-                "the winding's L/R is {} s, and a sample {} s: the simulation takes the current \
-                 for settled",
-                rounded(settles_s),
-                shown(sample_time_s)
             )
         })
     }

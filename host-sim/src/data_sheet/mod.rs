@@ -7,9 +7,11 @@
 //! [`units`] has the mapping, [`derive()`] writes its numbers where the core looks for them. What is
 //! derived may not be written as well, so that no file says two things. [`tables`] are the keys.
 
+mod axis;
 mod check;
 mod derived;
 mod doubts;
+mod drive;
 mod refusal;
 mod sheet;
 mod simulated;
@@ -17,7 +19,11 @@ pub mod tables;
 pub mod told;
 pub mod units;
 
+pub use axis::SheetAxis;
 pub use derived::{OF_A_SHEET, derive, mapping};
 pub use refusal::Refusal;
 pub use sheet::{DataSheet, Mount, Tables};
-pub use units::Mapping;
+pub use units::{Mapping, WrittenDrive};
+
+#[cfg(test)]
+mod tests;

@@ -20,13 +20,19 @@ pub struct Mount {
 /// The tables that may be in a file; all else in it is left to others.
 #[derive(Clone, Debug, PartialEq, Deserialize)]
 pub struct Tables {
-    motor: Option<Motor>,
-    gear: Option<Gear>,
-    load: Option<Load>,
-    friction: Option<JointFriction>,
-    supply: Option<Supply>,
+    /// `[motor]`.
+    pub motor: Option<Motor>,
+    /// `[gear]`.
+    pub gear: Option<Gear>,
+    /// `[load]`.
+    pub load: Option<Load>,
+    /// `[friction]`.
+    pub friction: Option<JointFriction>,
+    /// `[supply]`.
+    pub supply: Option<Supply>,
+    /// Of `[encoder]`.
     #[serde(default)]
-    encoder: Mount,
+    pub encoder: Mount,
 }
 
 /// A data sheet in SI, checked.

@@ -170,7 +170,7 @@ fn limits(sheet: &DataSheet, mapping: &Mapping) -> Vec<Row> {
             what: "time constants",
             si: with(mapping.inertia / mapping.viscous, "s"),
             core: with(sheet.motor.inductance_h / resistance, "s"),
-            how: "mechanical J / B, and electrical L / R, which is taken for 0".into(),
+            how: "mechanical J / B, and electrical L / R".into(),
         });
     }
     rows

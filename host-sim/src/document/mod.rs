@@ -165,8 +165,7 @@ impl Document {
     /// As [`data_sheet`](Self::data_sheet).
     pub fn doubts(&self) -> Result<Vec<String>, Error> {
         let Some((sheet, mapping)) = self.mapping()? else { return Ok(vec![]) };
-        let sample_time_s = self.get("loop.sample_time_s").and_then(Value::as_float);
-        let doubts = sheet.doubts(&mapping, sample_time_s);
+        let doubts = sheet.doubts(&mapping);
         Ok(doubts.into_iter().map(|doubt| format!("{}: {doubt}", self.origin)).collect())
     }
 
