@@ -8,17 +8,17 @@ use crate::error::shown;
 /// What a number may be.
 #[derive(Clone, Copy)]
 enum May {
-    BeAboveZero,
-    BeZeroOrMore,
-    BeAnything,
+    Positive,
+    NotNegative,
+    Finite,
 }
 
 impl May {
     fn check(self, key: &str, found: f64) -> Result<(), Refusal> {
         let (is_allowed, what) = match self {
-            Self::BeAboveZero => (found > 0.0, "a finite number above 0"),
-            Self::BeZeroOrMore => (found >= 0.0, "a finite number not below 0"),
-            Self::BeAnything => (true, "a finite number"),
+            Self::Positive => (found > 0.0, "a finite number above 0"),
+            Self::NotNegative => (found >= 0.0, "a finite number not below 0"),
+            Self::Finite => (true, "a finite number"),
         };
         if is_allowed && found.is_finite() {
             return Ok(());
@@ -42,63 +42,63 @@ impl DataSheet {
     }
 
     fn check_numbers(&self) -> Result<(), Refusal> {
-        use May::{BeAboveZero, BeAnything, BeZeroOrMore};
+        use May::{Finite, NotNegative, Positive};
         let (motor, gear, load, friction) = (&self.motor, &self.gear, &self.load, &self.friction);
         let supply = self.supply.as_ref();
         let all = [
-            ("motor.kt_nm_per_a", Some(motor.kt_nm_per_a), BeAboveZero),
-            ("motor.resistance_ohm", motor.resistance_ohm, BeAboveZero),
-            ("motor.inductance_h", Some(motor.inductance_h), BeZeroOrMore),
-            ("motor.rotor_inertia_kg_m2", Some(motor.rotor_inertia_kg_m2), BeZeroOrMore),
-            ("motor.current_limit_a", motor.current_limit_a, BeAboveZero),
-            ("motor.amplifier_a_per_v", motor.amplifier_a_per_v, BeAboveZero),
-            ("motor.no_load_rpm", motor.no_load_rpm, BeAboveZero),
-            ("motor.no_load_rad_per_s", motor.no_load_rad_per_s, BeAboveZero),
-            ("gear.ratio", Some(gear.ratio), BeAboveZero),
-            ("gear.backlash_deg", gear.backlash_deg, BeZeroOrMore),
-            ("gear.backlash_rad", gear.backlash_rad, BeZeroOrMore),
-            ("gear.stiffness_nm_per_rad", gear.stiffness_nm_per_rad, BeAboveZero),
-            ("gear.stiffness_nm_per_deg", gear.stiffness_nm_per_deg, BeAboveZero),
-            ("gear.damping_nm_s_per_rad", gear.damping_nm_s_per_rad, BeZeroOrMore),
-            ("gear.damping_nm_s_per_deg", gear.damping_nm_s_per_deg, BeZeroOrMore),
-            ("load.inertia_kg_m2", Some(load.inertia_kg_m2), BeZeroOrMore),
-            ("load.constant_nm", Some(load.constant_nm), BeAnything),
-            ("load.unbalance_nm", Some(load.unbalance_nm), BeZeroOrMore),
-            ("load.hangs_at_deg", load.hangs_at_deg, BeAnything),
-            ("load.hangs_at_rad", load.hangs_at_rad, BeAnything),
-            ("friction.slip_nm", Some(friction.slip_nm), BeZeroOrMore),
-            ("friction.slip_reverse_nm", friction.slip_reverse_nm, BeZeroOrMore),
-            ("friction.stribeck_deg_per_s", friction.stribeck_deg_per_s, BeZeroOrMore),
-            ("friction.stribeck_rad_per_s", friction.stribeck_rad_per_s, BeZeroOrMore),
-            ("friction.viscous_nm_s_per_rad", friction.viscous_nm_s_per_rad, BeZeroOrMore),
-            ("friction.viscous_nm_s_per_deg", friction.viscous_nm_s_per_deg, BeZeroOrMore),
+            ("motor.kt_nm_per_a", Some(motor.kt_nm_per_a), Positive),
+            ("motor.resistance_ohm", motor.resistance_ohm, Positive),
+            ("motor.inductance_h", Some(motor.inductance_h), NotNegative),
+            ("motor.rotor_inertia_kg_m2", Some(motor.rotor_inertia_kg_m2), NotNegative),
+            ("motor.current_limit_a", motor.current_limit_a, Positive),
+            ("motor.amplifier_a_per_v", motor.amplifier_a_per_v, Positive),
+            ("motor.no_load_rpm", motor.no_load_rpm, Positive),
+            ("motor.no_load_rad_per_s", motor.no_load_rad_per_s, Positive),
+            ("gear.ratio", Some(gear.ratio), Positive),
+            ("gear.backlash_deg", gear.backlash_deg, NotNegative),
+            ("gear.backlash_rad", gear.backlash_rad, NotNegative),
+            ("gear.stiffness_nm_per_rad", gear.stiffness_nm_per_rad, Positive),
+            ("gear.stiffness_nm_per_deg", gear.stiffness_nm_per_deg, Positive),
+            ("gear.damping_nm_s_per_rad", gear.damping_nm_s_per_rad, NotNegative),
+            ("gear.damping_nm_s_per_deg", gear.damping_nm_s_per_deg, NotNegative),
+            ("load.inertia_kg_m2", Some(load.inertia_kg_m2), NotNegative),
+            ("load.constant_nm", Some(load.constant_nm), Finite),
+            ("load.unbalance_nm", Some(load.unbalance_nm), NotNegative),
+            ("load.hangs_at_deg", load.hangs_at_deg, Finite),
+            ("load.hangs_at_rad", load.hangs_at_rad, Finite),
+            ("friction.slip_nm", Some(friction.slip_nm), NotNegative),
+            ("friction.slip_reverse_nm", friction.slip_reverse_nm, NotNegative),
+            ("friction.stribeck_deg_per_s", friction.stribeck_deg_per_s, NotNegative),
+            ("friction.stribeck_rad_per_s", friction.stribeck_rad_per_s, NotNegative),
+            ("friction.viscous_nm_s_per_rad", friction.viscous_nm_s_per_rad, NotNegative),
+            ("friction.viscous_nm_s_per_deg", friction.viscous_nm_s_per_deg, NotNegative),
             (
                 "friction.bristle_stiffness_nm_per_rad",
                 friction.bristle_stiffness_nm_per_rad,
-                BeAboveZero,
+                Positive,
             ),
             (
                 "friction.bristle_stiffness_nm_per_deg",
                 friction.bristle_stiffness_nm_per_deg,
-                BeAboveZero,
+                Positive,
             ),
             (
                 "friction.bristle_damping_nm_s_per_rad",
                 friction.bristle_damping_nm_s_per_rad,
-                BeZeroOrMore,
+                NotNegative,
             ),
             (
                 "friction.bristle_damping_nm_s_per_deg",
                 friction.bristle_damping_nm_s_per_deg,
-                BeZeroOrMore,
+                NotNegative,
             ),
-            ("friction.ripple_per_turn", friction.ripple_per_turn, BeAboveZero),
-            ("friction.ripple_phase_deg", Some(friction.ripple_phase_deg), BeAnything),
-            ("supply.voltage_v", supply.map(|supply| supply.voltage_v), BeAboveZero),
+            ("friction.ripple_per_turn", friction.ripple_per_turn, Positive),
+            ("friction.ripple_phase_deg", Some(friction.ripple_phase_deg), Finite),
+            ("supply.voltage_v", supply.map(|supply| supply.voltage_v), Positive),
             (
                 "supply.internal_resistance_ohm",
                 supply.map(|supply| supply.internal_resistance_ohm),
-                BeZeroOrMore,
+                NotNegative,
             ),
         ];
         all.iter().try_for_each(|(key, found, may)| match found {

@@ -35,6 +35,7 @@ pub fn rows(sheet: &DataSheet, mapping: &Mapping) -> Vec<Row> {
     let mut rows = vec![effort(sheet, mapping)];
     rows.extend(body(sheet, mapping));
     rows.extend(friction(sheet, mapping));
+    rows.extend(shape(sheet, mapping));
     rows.extend(limits(sheet, mapping));
     rows.extend(encoder(sheet, mapping));
     rows
@@ -128,6 +129,35 @@ fn friction(sheet: &DataSheet, mapping: &Mapping) -> Vec<Row> {
         rows.push(level(what, torque, "T / G"));
     }
     rows
+}
+
+/// What an axis in closed form does not have, as far as it has a unit.
+fn shape(sheet: &DataSheet, mapping: &Mapping) -> Vec<Row> {
+    let angle = |what, radians: Option<f64>, per: &str| {
+        radians.filter(|radians| *radians != 0.0).map(|radians| Row {
+            what,
+            si: with(radians, &format!("rad{per}")),
+            core: with(radians.to_degrees(), &format!("deg{per}")),
+            how: "180/pi".into(),
+        })
+    };
+    let spring = |what, stiffness: Option<f64>| {
+        stiffness.map(|stiffness| Row {
+            what,
+            si: with(stiffness, "N m/rad"),
+            core: with(mapping.volts(stiffness).to_radians(), "V/deg"),
+            how: "(pi/180) k / G".into(),
+        })
+    };
+    [
+        angle("Stribeck velocity", sheet.stribeck(), "/s"),
+        spring("bristle's stiffness", sheet.bristle_stiffness()),
+        spring("gear's stiffness", sheet.stiffness()),
+        angle("backlash", sheet.backlash(), ""),
+    ]
+    .into_iter()
+    .flatten()
+    .collect()
 }
 
 fn limits(sheet: &DataSheet, mapping: &Mapping) -> Vec<Row> {
