@@ -124,8 +124,15 @@ fn alone(table: &Table, sheet: &DataSheet) -> Result<(), Refusal> {
         let why = "allowed is also `resolution_deg`, the joint angle of one count";
         return Err(Refusal::missing("encoder.lines", why));
     }
-    if sheet.motor.dead_time_s > 0.0 && get(table, "device.dead_time_s").is_some() {
-        return both("device.dead_time_s", "motor.dead_time_s");
+    if sheet.motor.dead_time_s > 0.0 {
+        if get(table, "device.dead_time_s").is_some() {
+            return both("device.dead_time_s", "motor.dead_time_s");
+        }
+        let mode = get(table, "drive.mode").and_then(Value::as_str).unwrap_or_default();
+        if mode != "locked-antiphase" {
+            let allowed = format!("0, since `drive.mode` is {mode:?}, which has no dead time");
+            return Err(Refusal::number("motor.dead_time_s", sheet.motor.dead_time_s, &allowed));
+        }
     }
     if let (DrivenBy::Voltage, Some(supply), Some(written)) =
         (sheet.motor.driven_by, &sheet.supply, number(table, "drive.full_scale_v"))

@@ -43,10 +43,14 @@ pub fn text(name: &str, answers: &Answers, like: Option<&Typical>) -> Result<Str
             })
             .collect();
         if !lines.is_empty() {
-            text += &format!("\n[{table}]\n{lines}");
+            let more = MORE.iter().filter(|(of, ..)| *of == table);
+            let more: String =
+                more.map(|(_, line, why)| commented(&format!("# {line}"), why)).collect();
+            // The counter of the board.
+            let counter = if table == "encoder" { "counter_bits = 32\n" } else { "" };
+            text += &format!("\n[{table}]\n{lines}{counter}{more}");
         }
     }
-    text += "counter_bits = 32\n";
     text += "\n[drive]                             # its volts follow from the tables above\n";
     text += "mode = \"locked-antiphase\"\n";
     text += &commented("pwm_hz = 20000.0", "assumed; above what is heard");
@@ -98,6 +102,19 @@ fn controllers(gains: &FirstGains) -> String {
          \n[controller.pd]                     # to compare with: stops where it sticks\n{pd}"
     )
 }
+
+/// Keys that a joint may have beside those that are asked for, with their tables.
+const MORE: [(&str, &str, &str); 9] = [
+    ("motor", "inductance_h = 1e-3", "the current lags"),
+    ("motor", "no_load_rpm = 5000.0", "checks kt_nm_per_a"),
+    ("gear", "stiffness_nm_per_rad = 1e4", "elastic; with it also damping_ and backlash_"),
+    ("load", "constant_nm = 0.0", "a torque on the joint, as of a spring"),
+    ("load", "unbalance_nm = 0.0", "gravity; hangs_at_deg is where it hangs down"),
+    ("friction", "stribeck_rad_per_s = 0.05", "the friction falls over this speed"),
+    ("friction", "ripple = 0.1", "part that repeats ripple_per_turn times a turn"),
+    ("supply", "internal_resistance_ohm = 0.1", "the voltage gives way under load"),
+    ("encoder", "noise_counts = 1", "readings are a count off"),
+];
 
 /// Steps and a motion that every typical joint can make.
 const REFERENCE: &str = "

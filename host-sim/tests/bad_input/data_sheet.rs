@@ -81,6 +81,9 @@ fn what_only_a_run_simulates_is_refused_by_what_cannot() {
     let directory = tempfile::tempdir().unwrap();
     let file = directory.path().join("joint.toml").to_str().unwrap().to_owned();
     assert!(stiction(&["new", &file, "--typical", "gimbal"]).output().unwrap().status.success());
+    let bridge = ["run", &file, "--set", "motor.dead_time_s=1e-6", "--set", "drive.mode=analog"];
+    let expected = ["`motor.dead_time_s` is 1e-6; allowed is 0, since `drive.mode` is \"analog\""];
+    assert_eq!(complaint(stiction(&bridge), &expected), None);
     let by_steps = ["run", &file, "--solver", "rk4", "--set", "load.unbalance_nm=0.01"];
     let expected = ["`run.solver` is \"rk4\"; allowed is \"exact\""];
     assert_eq!(complaint(stiction(&by_steps), &expected), None);

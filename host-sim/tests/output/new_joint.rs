@@ -109,3 +109,60 @@ fn the_two_systems_of_units_are_told_side_by_side() {
     assert!(told.contains("G = n eta K_t / R = 50 x 1 x 0.0909 / 2.51"), "{told}");
     assert!(told.lines().all(|line| line.len() <= 80), "{told}");
 }
+
+/// What a data sheet may say beyond two levels of friction, each as a user would try it.
+#[test]
+fn a_joint_with_more_than_two_levels_of_friction_runs_and_runs_otherwise() {
+    let directory = tempfile::tempdir().unwrap();
+    let path = file(&directory, "joint.toml");
+    stiction(&["new", &path, "--typical", "harmonic"]);
+    let moves = |set: &[&str]| {
+        let set: Vec<&str> = set.iter().flat_map(|set| ["--set", *set]).collect();
+        let report = run(&[&[path.as_str(), "--controller", "srnf"], &set[..]].concat());
+        let one = &runs(&report)[1];
+        assert_eq!(one["label"], "srnf/step-5.0");
+        assert_eq!((&one["unstable"], &one["diverged_at_s"]), (&false.into(), &Value::Null));
+        // It gets there: within a tenth of the step.
+        assert!(number(&one["metrics"]["rest_error_counts"]).abs() < 139.0, "{set:?}");
+        number(&one["metrics"]["rms_error_deg"])
+    };
+    let plain = moves(&[]);
+    let stribeck = "friction.stribeck_rad_per_s=0.05";
+    for set in [
+        &["load.constant_nm=3"][..],
+        &["load.unbalance_nm=4", "load.hangs_at_deg=-90"],
+        &[stribeck],
+        &[stribeck, "friction.bristle_stiffness_nm_per_rad=5000"],
+        &["friction.ripple=0.2", "friction.ripple_per_turn=100"],
+        &["friction.slip_reverse_nm=4.6", "friction.stick_reverse_nm=5.4"],
+        &["gear.stiffness_nm_per_rad=10000", "gear.backlash_deg=0.02"],
+        &["motor.inductance_h=0.002"],
+        &["motor.dead_time_s=5e-7"],
+        &["supply.internal_resistance_ohm=1"],
+        &["supply.takes_current_back=false"],
+        &["encoder.noise_counts=1"],
+    ] {
+        let found = moves(set);
+        assert!(found != plain, "{set:?}: {found}");
+    }
+}
+
+/// A device knows its joint in the core's units alone, and so does the file that is pulled from it.
+#[test]
+fn a_file_that_is_pulled_from_a_device_moves_like_the_data_sheet() {
+    let directory = tempfile::tempdir().unwrap();
+    let (path, pulled) = (file(&directory, "joint.toml"), file(&directory, "pulled.toml"));
+    stiction(&["new", &path, "--typical", "harmonic"]);
+    let pull = ["device", "--simulated", "--machine", &path, "params", "pull", &pulled];
+    let done = std::process::Command::new(env!("CARGO_BIN_EXE_stiction")).args(pull).output();
+    assert!(done.unwrap().status.success());
+    let first = |path: &str| {
+        let report = run(&[path, "--controller", "srnf"]);
+        let metrics = &runs(&report)[0]["metrics"];
+        ["rest_error_counts", "rms_error_deg", "rise_time_s"].map(|name| number(&metrics[name]))
+    };
+    // The device has its values in single precision.
+    for (found, expected) in first(&pulled).into_iter().zip(first(&path)) {
+        assert!((found / expected - 1.0).abs() < 1e-6, "{found}, {expected}");
+    }
+}
