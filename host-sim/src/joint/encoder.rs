@@ -75,6 +75,20 @@ mod tests {
     use super::*;
 
     #[test]
+    fn a_count_begins_half_a_count_below_its_number() {
+        use super::super::{Body, Description, Stribeck, Train, Turn};
+        let curve = Stribeck { coulomb: 1.0, stick: 1.0, stribeck_velocity: 0.0, viscous: 0.0 };
+        let train = Train::Rigid(Body { inertia: 1.0, friction: curve.into() });
+        let mut joint = Description::of(train, 1e-4).build().unwrap();
+        let encoder = Encoder { count: 1e-4, side: Side::Load };
+        for (counts, wanted) in [(-2.6, -3), (-2.4, -2), (-0.4, 0), (0.49, 0), (0.51, 1), (7.0, 7)]
+        {
+            joint.put(Turn { position: counts * 1e-4, velocity: 0.0 });
+            assert_eq!(encoder.read(&joint), wanted);
+        }
+    }
+
+    #[test]
     fn noise_is_minus_one_zero_and_one_equally_often() {
         let mut noise = CountNoise::new(7);
         let mut seen = [0_u32; 3];

@@ -62,7 +62,9 @@ impl Side {
     /// What stays above zero while it slips; `wall` is how far the wall is away.
     #[inline]
     fn watched_in_motion(&self, v: f64, a: f64, wall: Watched) -> [Watched; 2] {
-        [[self.sense * v, self.sense * a], wall]
+        // What has just broken away is at its limit but for rounding: it does not fall back.
+        let slope = if v == 0.0 { (self.sense * a).max(0.0) } else { self.sense * a };
+        [[self.sense * v, slope], wall]
     }
 
     /// What stays above zero while it is stuck, of the driving torque and its rate.
@@ -288,7 +290,8 @@ impl Flexible {
         for _ in 0..12 {
             let step = self.attempt(first, h);
             let [left, slope] = self.watched(&step.end, &step.rate, self.lag.left_at_end())[which];
-            if left.abs() <= near {
+            // Where another switch was located this one may have been passed by a hair.
+            if left.abs() <= near || (h == 0.0 && left <= 0.0) {
                 return Some((step, h));
             }
             if slope >= 0.0 {

@@ -93,7 +93,8 @@ impl LuGre {
             push: Pushes(description.push),
             push_now: 0.0,
             lag: Lag::new(description.lag_s),
-            pace: Pace::of_count(description.count),
+            // Errors of the velocity are damped as fast as the bristle swings.
+            pace: Pace::of_bristle(description.count, (bristle.stiffness / inertia).sqrt()),
             state: [description.start, 0.0, 0.0],
             frozen: false,
             sense: 0.0,

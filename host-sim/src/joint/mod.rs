@@ -12,9 +12,11 @@
 //!
 //! A joint that is stuck costs next to nothing as long as its effort does not change.
 
+mod arm;
 mod description;
 mod encoder;
 mod flexible;
+mod in_core_units;
 mod lag;
 mod lugre;
 mod push;
@@ -26,12 +28,14 @@ mod surface;
 #[cfg(test)]
 mod tests;
 
+pub use arm::{ArmDescription, GearedArm};
 pub use description::{
     Body, Bristle, Description, Dwell, Friction, Gravity, Load, Push, Ripple, Shaft, Stops,
     Stribeck, Thermal, Train,
 };
 pub use encoder::{CountNoise, Encoder, Side};
 pub use flexible::Flexible;
+pub use in_core_units::{CoreUnits, InCoreUnits};
 pub use lugre::LuGre;
 pub use rigid::Rigid;
 

@@ -233,6 +233,8 @@ impl Rigid {
     fn first_halt(&self, first: &[f64; 2], step: &Attempt<2>, h: f64) -> Option<f64> {
         let begin = first[1] + self.lag.left() / self.inertia;
         let watched = |v: f64, a: f64| [self.sense * v, self.sense * a];
+        // What has just broken away is at its limit but for rounding: it does not fall back.
+        let begin = if self.v == 0.0 { self.sense * (self.sense * begin).max(0.0) } else { begin };
         first_fall(watched(self.v, begin), watched(step.end[1], step.rate[1]), h)
     }
 

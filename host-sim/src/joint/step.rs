@@ -7,8 +7,8 @@ use crate::solver::roots::first_falling_zero;
 pub const SHORTEST_S: f64 = 1e-10;
 
 /// Errors allowed in a step: of a position in counts, of a velocity in counts per second.
-const ALLOWED_COUNTS: f64 = 1e-5;
-const ALLOWED_COUNTS_PER_S: f64 = 1e-3;
+const ALLOWED_COUNTS: f64 = 1e-4;
+const ALLOWED_COUNTS_PER_S: f64 = 1e-2;
 
 /// A switch is located to this part of the error that is allowed.
 pub const LOCATED: f64 = 1e-3;
@@ -32,6 +32,12 @@ impl Pace {
     pub const fn of_count(count: f64) -> Self {
         let (position, velocity) = (ALLOWED_COUNTS * count, ALLOWED_COUNTS_PER_S * count);
         Self { position, velocity, step_s: 1.0 }
+    }
+
+    /// The same for a body on a bristle that swings at `frequency` (rad/s).
+    pub const fn of_bristle(count: f64, frequency: f64) -> Self {
+        let pace = Self::of_count(count);
+        Self { velocity: frequency * pace.position, ..pace }
     }
 
     /// Judges a step by its errors, which alternate between positions and velocities; gives a
