@@ -1,7 +1,7 @@
 //! A data sheet's joint in SI, behind the interface of the robot's axis in degrees and volts.
 //!
 //! ```text
-//! output V -> drive -> effort V -> x G -> N m -> joint (rad) -> deg
+//! output V -> Drive -> effort V -> InCoreUnits (x G) -> Joint in SI -> load, and encoder with noise
 //! ```
 //!
 //! Guarantees: for a rigid joint without a Stribeck velocity it is the axis that
@@ -9,11 +9,12 @@
 //! closed form of that axis, so that a run takes it only if the data sheet asks for more.
 
 use crate::error::Error;
-use crate::friction::Coulomb;
+use crate::friction::{AddedFriction, Coulomb};
 use crate::joint::{
-    AnyJoint, Body, Bristle, CountNoise, Description, Friction, Gravity, Joint, Load, Ripple,
-    Shaft, Stribeck, Train,
+    self, AnyJoint, Body, Bristle, CountNoise, Description, Friction, Gravity, InCoreUnits, Joint,
+    Load, Ripple, Shaft, Stribeck, Train,
 };
+use crate::mechanism::RobotAxis;
 use crate::solver::{AxisSolver, Event};
 
 use super::drive::Drive;
@@ -28,13 +29,9 @@ const MOTOR_SHARE: f64 = 0.7;
 /// The joint.
 #[derive(Clone, Debug)]
 pub struct SheetAxis {
-    joint: AnyJoint,
+    /// Its position is that of the side where the encoder sits.
+    seen: InCoreUnits<AnyJoint>,
     drive: Drive,
-    effort_nm_per_v: f64,
-    /// The stick level that the friction of a call is compared with, V.
-    stick_v: f64,
-    brake_v: f64,
-    side: Side,
     count_deg: f64,
     /// Noise of the readings, and that of the present one in counts.
     noise: Option<(CountNoise, f64)>,
@@ -66,13 +63,23 @@ impl SheetAxis {
         [count_deg, pwm_hz]: [f64; 2],
     ) -> Result<Self, Error> {
         let joint = sheet.description(mapping, count_deg.to_radians()).build()?;
+        // As the plant has it, so that its friction is no brake.
+        let axis = RobotAxis {
+            gain: mapping.gain(),
+            viscous: mapping.viscous_v(),
+            friction: Coulomb {
+                stick: mapping.volts(sheet.stick()[0]),
+                slip: mapping.volts(sheet.slip()[0]),
+            },
+            added: AddedFriction::default(),
+        };
+        let side = match sheet.encoder.at {
+            Some(Side::Motor) => joint::Side::Motor,
+            Some(Side::Load) | None => joint::Side::Load,
+        };
         Ok(Self {
-            joint,
+            seen: InCoreUnits::new(joint, mapping.units, side, &axis),
             drive: Drive::of(sheet, pwm_hz),
-            effort_nm_per_v: mapping.effort_nm_per_v,
-            stick_v: mapping.volts(sheet.stick()[0]),
-            brake_v: 0.0,
-            side: sheet.encoder.at.unwrap_or(Side::Load),
             count_deg,
             // Any stream does; the same each time, so that a run can be repeated.
             noise: (sheet.encoder.noise_counts > 0).then(|| (CountNoise::new(1), 0.0)),
@@ -82,41 +89,32 @@ impl SheetAxis {
 
 impl AxisSolver for SheetAxis {
     fn advance(&mut self, v: f64, duration_s: f64, friction: &Coulomb, on: &mut impl FnMut(Event)) {
-        let brake_v = friction.stick - self.stick_v;
-        if brake_v != self.brake_v {
-            self.brake_v = brake_v;
-            self.joint.set_brake(brake_v * self.effort_nm_per_v);
-        }
-        let effort_v = self.drive.effort(v, self.joint.motor().velocity);
-        self.joint.hold_and_tell(effort_v * self.effort_nm_per_v, duration_s, on);
+        let effort_v = self.drive.effort(v, self.seen.joint.motor().velocity);
+        self.seen.advance(effort_v, duration_s, friction, on);
         if let Some((noise, counts)) = &mut self.noise {
             *counts = noise.next() as f64;
         }
     }
 
     fn position(&self) -> f64 {
-        self.joint.load().position.to_degrees()
+        self.seen.joint.load().position.to_degrees()
     }
 
     fn measured(&self) -> f64 {
-        let turn = match self.side {
-            Side::Motor => self.joint.motor(),
-            Side::Load => self.joint.load(),
-        };
         let noise = self.noise.as_ref().map_or(0.0, |(_, counts)| *counts);
-        turn.position.to_degrees() + noise * self.count_deg
+        self.seen.position() + noise * self.count_deg
     }
 
     fn velocity(&self) -> f64 {
-        self.joint.load().velocity.to_degrees()
+        self.seen.joint.load().velocity.to_degrees()
     }
 
     fn stuck(&self) -> bool {
-        self.joint.is_stuck()
+        self.seen.stuck()
     }
 
     fn derivative_evaluations(&self) -> u64 {
-        0
+        self.seen.derivative_evaluations()
     }
 }
 

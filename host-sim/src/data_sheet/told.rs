@@ -61,7 +61,7 @@ fn effort(sheet: &DataSheet, mapping: &Mapping) -> Row {
     };
     Row {
         what: "effort of a volt",
-        si: with(mapping.effort_nm_per_v, "N m"),
+        si: with(mapping.units.effort_gain, "N m"),
         core: "1 V".into(),
         how,
     }
@@ -72,7 +72,7 @@ fn body(sheet: &DataSheet, mapping: &Mapping) -> Vec<Row> {
     let mut rows = vec![Row {
         what: "inertia",
         si: with(mapping.inertia, "kg m^2"),
-        core: with(1.0 / mapping.gain(), "V s^2/deg"),
+        core: with(mapping.units.per_degree(mapping.inertia), "V s^2/deg"),
         how: format!(
             "J = J_l + eta n^2 J_r = {} + {} x {}^2 x {}",
             digits(load.inertia_kg_m2),
@@ -83,11 +83,11 @@ fn body(sheet: &DataSheet, mapping: &Mapping) -> Vec<Row> {
     }];
     rows.push(Row {
         what: "acceleration of a volt",
-        si: with(mapping.effort_nm_per_v / mapping.inertia, "rad/s^2"),
+        si: with(mapping.units.effort_gain / mapping.inertia, "rad/s^2"),
         core: with(mapping.gain(), "deg/s^2"),
         how: "kappa = (180/pi) G / J".into(),
     });
-    let viscous_core = |viscous: f64| with(mapping.volts(viscous).to_radians(), "V s/deg");
+    let viscous_core = |viscous: f64| with(mapping.units.per_degree(viscous), "V s/deg");
     if mapping.back_emf > 0.0 {
         rows.push(Row {
             what: "back-EMF",
@@ -145,7 +145,7 @@ fn shape(sheet: &DataSheet, mapping: &Mapping) -> Vec<Row> {
         stiffness.map(|stiffness| Row {
             what,
             si: with(stiffness, "N m/rad"),
-            core: with(mapping.volts(stiffness).to_radians(), "V/deg"),
+            core: with(mapping.units.per_degree(stiffness), "V/deg"),
             how: "(pi/180) k / G".into(),
         })
     };
@@ -167,7 +167,7 @@ fn limits(sheet: &DataSheet, mapping: &Mapping) -> Vec<Row> {
     };
     let mut rows = vec![Row {
         what: "full scale",
-        si: with(mapping.torque(mapping.full_scale_v), "N m"),
+        si: with(mapping.units.effort(mapping.full_scale_v), "N m"),
         core: with(mapping.full_scale_v, "V"),
         how: how.into(),
     }];

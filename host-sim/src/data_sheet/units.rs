@@ -1,5 +1,6 @@
-//! From a data sheet's N m, kg m^2 and rad to the core's V, deg and s: the one place where it is
-//! done. `docs/units.md` says the same for a reader without the source.
+//! From a data sheet to what the core's axis is: effort gain, inertia, friction, limits. What a
+//! torque or an inertia is in volts and degrees, given the effort gain, is
+//! [`CoreUnits`](crate::joint::CoreUnits). `docs/units.md` says both for a reader without the source.
 //!
 //! The core's effort u is a voltage at its output. What it moves is, at the joint,
 //!
@@ -31,6 +32,7 @@ use std::f64::consts::TAU;
 
 use super::sheet::DataSheet;
 use super::tables::{DrivenBy, Side};
+use crate::joint::CoreUnits;
 
 /// What of the drive is written in `[drive]`, and is not derived.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -44,8 +46,8 @@ pub struct WrittenDrive {
 /// A data sheet in the core's units, and what they are made of.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Mapping {
-    /// G, N m/V.
-    pub effort_nm_per_v: f64,
+    /// G, and what follows from it alone.
+    pub units: CoreUnits,
     /// J, kg m^2.
     pub inertia: f64,
     /// What the back-EMF adds to B, N m s/rad.
@@ -83,7 +85,7 @@ impl Mapping {
         };
         let borne = limit_v.map_or(1.0, |limit_v| (limit_v / full_scale_v).min(1.0));
         Some(Self {
-            effort_nm_per_v,
+            units: CoreUnits { effort_gain: effort_nm_per_v },
             inertia: sheet.load.inertia_kg_m2
                 + gear.efficiency * gear.ratio.powi(2) * motor.rotor_inertia_kg_m2,
             back_emf,
@@ -103,26 +105,21 @@ impl Mapping {
 
     /// The volts of a torque at the joint (N m).
     pub fn volts(&self, torque: f64) -> f64 {
-        torque / self.effort_nm_per_v
-    }
-
-    /// The torque at the joint of an effort (V), N m.
-    pub fn torque(&self, effort_v: f64) -> f64 {
-        effort_v * self.effort_nm_per_v
+        self.units.volts(torque)
     }
 
     /// kappa, deg/s^2 per V.
     pub fn gain(&self) -> f64 {
-        (self.effort_nm_per_v / self.inertia).to_degrees()
+        1.0 / self.units.per_degree(self.inertia)
     }
 
     /// b, V s/deg.
     pub fn viscous_v(&self) -> f64 {
-        self.volts(self.viscous).to_radians()
+        self.units.per_degree(self.viscous)
     }
 
     /// Largest torque at standstill, N m.
     pub fn stall(&self) -> f64 {
-        self.torque(self.full_scale_v * self.duty_max)
+        self.units.effort(self.full_scale_v * self.duty_max)
     }
 }

@@ -55,7 +55,7 @@ pub struct FirstGains {
 impl FirstGains {
     /// Finds the gains for a joint; `count_deg` is the angle of one count.
     pub fn of(sheet: &DataSheet, mapping: &Mapping, [sample_time_s, count_deg]: [f64; 2]) -> Self {
-        let inertia = 1.0 / mapping.gain();
+        let inertia = mapping.units.per_degree(mapping.inertia);
         let natural_frequency = (TAU * 8.0).min(0.14 / sample_time_s);
         let kp = inertia * natural_frequency.powi(2);
         let kd = 2.0 * DAMPING_RATIO * inertia * natural_frequency - mapping.viscous_v();

@@ -104,7 +104,7 @@ fn a_motor_that_is_driven_by_a_current_has_the_friction_of_its_joint_alone() {
         ("motor.amplifier_a_per_v", "3.0"),
         ("motor.current_limit_a", "15.0"),
     ]);
-    assert!(off(mapping.effort_nm_per_v, 100.0 * 0.8 * 0.05 * 3.0) < 1e-12);
+    assert!(off(mapping.units.effort_gain, 100.0 * 0.8 * 0.05 * 3.0) < 1e-12);
     assert_eq!((mapping.viscous, mapping.back_emf, mapping.duty_max), (3.0, 0.0, 1.0));
     assert!(off(mapping.full_scale_v, 5.0) < 1e-12);
 }
