@@ -3,10 +3,10 @@
 use std::collections::BTreeMap;
 use std::path::PathBuf;
 
-use super::{drawn, print, wrote};
+use super::{drawn, print, warn, wrote};
 use crate::benchmark::{Score, Weights, benchmark};
 use crate::error::Error;
-use crate::experiment::Document;
+use crate::experiment::{Document, Experiment};
 use crate::figure::{figures, prepare_figures, write_figures};
 use crate::output::table::{self, number};
 
@@ -32,6 +32,10 @@ pub fn rank(arguments: &Arguments) -> Result<(), Error> {
         Some(file) => vec![Document::open(file)?],
         None => vec![Document::open("step-response")?, Document::open("trajectory")?],
     };
+    for document in &documents {
+        warn(&document.doubts()?);
+        warn(&Experiment::plan(document, &[], &[])?.left_out);
+    }
     if let Some(directory) = &arguments.plot {
         prepare_figures(directory)?;
     }

@@ -6,6 +6,7 @@ mod device;
 mod ensemble;
 mod keys;
 mod list;
+mod new;
 mod params;
 mod plot;
 mod report;
@@ -34,7 +35,10 @@ struct Arguments {
 enum Command {
     /// Every built-in experiment and its source
     List(list::Arguments),
-    /// The TOML of a built-in experiment, to copy and change
+    /// A first file of your own joint: asks a dozen questions, or takes the answers as options
+    New(new::Arguments),
+    /// The TOML of a built-in experiment, to copy and change; --units: a joint in SI and in the core's
+    /// units
     Show(show::Arguments),
     /// Every key of a machine's file: what it means, what is allowed, what it is if it is left out
     Keys(keys::Arguments),
@@ -68,6 +72,7 @@ pub fn main() -> ExitCode {
     let arguments = Arguments::parse();
     let done = match arguments.command {
         Command::List(arguments) => list::list(&arguments),
+        Command::New(arguments) => new::new(&arguments),
         Command::Show(arguments) => show::show(&arguments),
         Command::Keys(arguments) => keys::keys(&arguments),
         Command::Run(arguments) => run::run(&arguments),
@@ -115,4 +120,12 @@ fn print(text: &str) -> Result<(), Error> {
     out.write_all(text.as_bytes())?;
     out.flush()?;
     Ok(())
+}
+
+/// Tells what a person should know before a run, which is made all the same.
+fn warn(sentences: &[String]) {
+    for sentence in sentences {
+        // If even this cannot be written there is nobody to tell.
+        let _ = writeln!(io::stderr(), "stiction: warning: {sentence}");
+    }
 }

@@ -2,7 +2,7 @@
 
 use std::path::PathBuf;
 
-use super::{drawn, print, target, wrote};
+use super::{drawn, print, target, warn, wrote};
 use crate::error::Error;
 use crate::experiment::{Document, Experiment};
 use crate::figure::{entitle, figures, prepare_figures, write_figures};
@@ -65,12 +65,14 @@ pub fn run(arguments: &Arguments) -> Result<(), Error> {
     }
     let assignments = arguments.assignments();
     document.set(&assignments)?;
+    warn(&document.doubts()?);
     let fixed: Vec<String> = assignments
         .iter()
         .filter_map(|a| a.split_once('='))
         .map(|(key, _)| key.trim().into())
         .collect();
     let experiment = Experiment::plan(&document, &arguments.controller, &fixed)?;
+    warn(&experiment.left_out);
     if let Some(directory) = &arguments.plot {
         prepare_figures(directory)?;
     }

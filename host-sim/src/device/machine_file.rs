@@ -131,6 +131,11 @@ fn of(parameters: &Parameters) -> Machine {
         title: "Parameters of a device".into(),
         source: String::new(),
         figures: vec![],
+        motor: None,
+        gear: None,
+        load: None,
+        friction: None,
+        supply: None,
         joint: Joint {
             gain_deg_per_s2_per_v: 0.0,
             viscous_v_per_deg_per_s: 0.0,

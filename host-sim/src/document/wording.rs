@@ -93,6 +93,7 @@ fn describe(value: &Value) -> String {
 fn in_words(expected: &str) -> &str {
     match expected {
         "f64" => "a number",
+        "u32" => "a whole number not below 0",
         "a sequence" => "a list in square brackets",
         "a string" | "string only" => "a text in quotes",
         "a map" => "a table",

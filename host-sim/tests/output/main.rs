@@ -12,6 +12,7 @@ use serde_json::Value;
 mod csv;
 mod experiments;
 mod json;
+mod new_joint;
 mod own_file;
 mod runs;
 mod table;
