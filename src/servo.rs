@@ -416,6 +416,8 @@ impl Servo {
         }
         // Not `take`, which would put a third kilobyte on the stack.
         core::mem::swap(&mut self.control_loop, control_loop);
+        // The ticks so far may have been of another length.
+        self.wake_up.forget();
         self.countdown = None;
         self.unsettle();
         if let State::Faulted(fault) = self.state

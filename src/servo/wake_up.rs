@@ -48,6 +48,12 @@ impl WakeUp {
         self.left = 0;
     }
 
+    /// Forgets how long the enable pin has been low: ticks of another sample time are another time.
+    /// The pin is low for a whole reset pulse from now on, which is more than it needs.
+    pub const fn forget(&mut self) {
+        *self = Self { low: 0, left: 0, high: 0 };
+    }
+
     /// Begins a wake-up.
     pub const fn begin(&mut self, times: &DriverTimes) {
         let low = times.reset_pulse.saturating_sub(self.low);

@@ -1,7 +1,7 @@
 //! Sentences for a person about what a device says.
 
 use stiction::Fault;
-use stiction::link::{Refused, StateCode, Status, Told};
+use stiction::link::{Refused, StateCode, Status, Told, WireErrors};
 use stiction::servo::Levels;
 
 /// Says why a request was refused, and what to do.
@@ -63,11 +63,25 @@ pub fn refused(refused: &Refused) -> String {
             "its watchdog did not take over another timeout in time; say it again".into()
         }
         Refused::SupplyTooLow => {
-            "its 3.3 V supply is below 2.9 V, too low to erase and write its flash; the parameters are in use, but not saved"
+            "its 3.3 V supply is below 2.9 V, too low to erase and write its flash; what is in use stays in use, but is not saved"
+                .into()
+        }
+        Refused::NoOptionBytes => {
+            "it is no microcontroller, and has no brown-out reset to turn on".into()
+        }
+        Refused::Untouchable => {
+            "its option bytes may not be changed: the part is protected for ever (RDP level 2), or they are not those of an STM32F405"
                 .into()
         }
     }
 }
+
+/// What has happened when a part's brown-out reset was turned on.
+pub const BROWN_OUT_SET: &str = "\
+brown-out reset: on, at level 3 (2.7 V), in the part's option bytes
+it counts from the next reset on: press the reset button or switch the part off and on, and look at
+`status`, which warns as long as it is off
+";
 
 /// Names a fault by its code.
 pub fn name(code: u8) -> String {
@@ -157,7 +171,15 @@ pub fn status(status: &Status) -> String {
     if !status.has_brown_out {
         let what =
             "warning    its brown-out reset is off: a dip of its supply looks like power-on,";
-        let then = "           and autostart waits for a command (docs/wiring.md, \"Brown-out\")";
+        let then =
+            "           and autostart waits for a command. `set-brown-out` turns it on for good";
+        lines.extend([what, then].map(String::from));
+    }
+    if status.crystal_not_measured {
+        let what =
+            "warning    the frequency of its crystal could not be measured: it runs from it, and";
+        let then =
+            "           its times are right only if it is one of 8 MHz (docs/wiring.md, \"Pins\")";
         lines.extend([what, then].map(String::from));
     }
     if status.unsaved {
@@ -170,6 +192,12 @@ pub fn status(status: &Status) -> String {
         "link       {} bad frames, {} messages dropped",
         status.bad_frames, status.dropped
     ));
+    if status.wire != WireErrors::default() {
+        lines.push(format!(
+            "           noise on its wire {} times, bytes lost in the device {} times, or more",
+            status.wire.noise, status.wire.lost
+        ));
+    }
     lines.join("\n") + "\n"
 }
 

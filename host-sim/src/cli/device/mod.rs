@@ -106,6 +106,8 @@ enum Action {
         #[arg(long)]
         clear: bool,
     },
+    /// Turn the part's brown-out reset on, for good: a dip of its supply is then told from power-on
+    SetBrownOut,
     /// Write samples to a file, in the columns of `stiction run --csv`
     Log {
         /// Where to
@@ -252,6 +254,10 @@ fn with(action: &Action, machine: &str, wire: impl Wire) -> Result<(), Error> {
             } else {
                 lines.collect()
             })
+        }
+        Action::SetBrownOut => {
+            client.set_brown_out()?;
+            say(words::BROWN_OUT_SET.into())
         }
         Action::Log { file, r#for, every, signals } => {
             let time = time("--for", *r#for)?;
