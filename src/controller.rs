@@ -137,6 +137,11 @@ impl Controller {
         self.output.on_device(soft_start, nominal_supply);
     }
 
+    /// Returns the ticks that are left of the soft start.
+    pub(crate) const fn soft_start_left(&self, state: &ControllerState) -> u32 {
+        self.output.soft_start_left(&state.output)
+    }
+
     /// Returns the state of a joint at rest in position `counts`, in which a motion begins.
     pub fn start(&self, counts: i32) -> ControllerState {
         ControllerState {

@@ -102,6 +102,8 @@ pub enum Refusal {
     FarAway,
     /// The position is 2^30 counts away from the set point, or farther.
     TooFar,
+    /// The set point is too fast to come to rest within the range of positions.
+    TooFast,
     /// The motion of the parameters has given way to one that a link asked for.
     Replaced,
 }

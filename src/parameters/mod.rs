@@ -120,7 +120,7 @@ impl Parameters {
         // The bounds for which the tick's timer and the deadline are made: 50 Hz to 10 kHz.
         between(SAMPLE_TIME, self.controller.sample_time, 1e-4, 0.02)?;
         self.validate()?;
-        self.profile.check(&self.controller)?;
+        self.profile.check(&self.controller, &self.limits)?;
         self.motion.is_soft(self.device.soft_start, self.controller.drive.full_scale)?;
         self.jog.check(self.controller.drive.full_scale, &self.device)?;
         self.motion.check(&self.controller)

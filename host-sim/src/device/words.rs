@@ -38,11 +38,17 @@ pub fn refused(refused: &Refused) -> String {
             "the motion leads out of `limits.position_min_deg` to `limits.position_max_deg`".into()
         }
         Refused::FarAway => {
-            "the trajectory begins farther from the joint than `limits.following_error_deg`: move to its begin first"
+            "the trajectory begins too far from the joint (`limits.following_error_deg`, or the \
+             error that asks for the full effort): move to its begin first"
                 .into()
         }
         Refused::TooFar => {
             "the position is too far from where the joint is: less than 2^30 counts are allowed"
+                .into()
+        }
+        Refused::TooFast => {
+            "it moves too fast to brake within `limits.position_min_deg` to \
+             `limits.position_max_deg` (`profile.acceleration_deg_per_s2`); move when it is slower"
                 .into()
         }
         Refused::NoParameters => "it has no parameters; `params push FILE.toml` first".into(),
