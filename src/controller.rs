@@ -19,8 +19,8 @@ table! {
     /// The configuration of a controller, in a user's units.
     #[derive(Clone, Debug, PartialEq)]
     pub struct ControllerConfig (config) "loop" {
-        /// Time between samples, s. A device takes 0.0001 to 0.02, for which its timer and its
-        /// deadline are made.
+        /// Time between samples, s. A device takes what its timer and its deadline are made for:
+        /// 0.0001 to 0.02.
         sample_time: f32 = 0x0101 "sample_time_s", Above(0.0, 1.0), Needed(0.02);
         /// Number of positions in the velocity regression; 5 in the thesis.
         velocity_window: u32 = 0x0102 "velocity_window", Between(2.0, MAX_WINDOW as f32), Default(5);

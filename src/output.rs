@@ -161,7 +161,12 @@ mod tests {
         };
         let drive = Drive::new(
             &config,
-            &Hardware { pwm_clock_hz: 168e6, supply_top: 4095, dead_time_max: 6e-6 },
+            &Hardware {
+                pwm_clock_hz: 168e6,
+                supply_top: 4095,
+                dead_time_max: 6e-6,
+                sample_time: [1e-4, 0.02],
+            },
         )
         .unwrap();
         let mut stage = OutputStage::new(&config, drive);

@@ -37,8 +37,8 @@ table! {
     /// ms).
     #[derive(Clone, Copy, Debug, PartialEq)]
     pub struct ProfileLimits (profile) "profile" {
-        /// Largest velocity, deg/s, no more than `overspeed_deg_per_s`. Derived: half of that, times
-        /// `duty_max`.
+        /// Largest velocity, deg/s, no more than `overspeed_deg_per_s`. Derived: half of that,
+        /// times `duty_max`.
         /// Without Kp, or with Kd below Kp times the sample time, no more than 10.
         velocity: f32 = 0x0A01 "velocity_deg_per_s", Above(0.0, HUGE), Derived(41.666_668);
         /// Largest acceleration, deg/s^2. Derived: a quarter of the full scale times `duty_max`, on
@@ -73,8 +73,8 @@ impl ProfileLimits {
         Grid::nearest(&derived, controller.sample_time, controller.encoder.resolution)
     }
 
-    /// Refuses limits that the generator cannot keep at this sample time and encoder, and a velocity
-    /// at which every move would trip the overspeed.
+    /// Refuses limits that the generator cannot keep at this sample time and encoder, and a
+    /// velocity at which every move would trip the overspeed.
     ///
     /// # Errors
     /// Names the limit, and what it may be beside the others.

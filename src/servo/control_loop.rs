@@ -45,6 +45,8 @@ impl ControlLoop {
         parameters: &Parameters,
         hardware: &Hardware,
     ) -> Result<(), Error> {
+        let Parameters { controller, device, .. } = parameters;
+        hardware.check_times(controller.sample_time, device.dead_time)?;
         parameters.check()?;
         Self::begin_with(place, parameters, hardware)?;
         match place {
@@ -65,7 +67,6 @@ impl ControlLoop {
         hardware: &Hardware,
     ) -> Result<(), Error> {
         let Parameters { device, limits, controller: config, .. } = parameters;
-        hardware.check_dead_time(device.dead_time)?;
         let mut controller = Controller::new(config, hardware)?;
         parameters.on_device(&mut controller, hardware);
         *place = Some(Self {
@@ -111,8 +112,8 @@ impl ControlLoop {
         self.goes_on();
     }
 
-    /// Replaces it by a profile, which begins where the set point is, as fast as it is, and sets out
-    /// after the soft start. One that runs already gets the other target.
+    /// Replaces it by a profile, which begins where the set point is, as fast as it is, and sets
+    /// out after the soft start. One that runs already gets the other target.
     ///
     /// # Errors
     /// Refuses a begin that is too fast to come to rest within the range of positions.

@@ -34,9 +34,9 @@ impl Servo {
     }
 
     /// Moves the set point to the target of a profile, from where it is and with the speed that it
-    /// has. A profile that runs already goes on to the other target. A set point that rests sets out
-    /// after the soft start, since the limits of a profile are those of the whole output. From then
-    /// on, the silence of the link that asked for it is a fault.
+    /// has. A profile that runs already goes on to the other target. A set point that rests sets
+    /// out after the soft start, since the limits of a profile are those of the whole output. From
+    /// then on, the silence of the link that asked for it is a fault.
     ///
     /// # Errors
     /// Refuses unless the servo is armed, the target is within the range of positions, and it is

@@ -1,18 +1,24 @@
 use super::*;
 use crate::controller::ControllerConfig;
-use crate::drive::{DriveConfig, PwmMode};
+use crate::drive::{DriveConfig, Duty, PwmMode};
 use crate::encoder::{CounterBits, Direction, Encoder};
+use crate::hardware::Hardware;
 use crate::jog::JogBounds;
 use crate::monitor::Limits;
 use crate::motion::Motion;
-use crate::parameters::DeviceConfig;
+use crate::parameters::{DecodeError, DeviceConfig, Parameters};
 use crate::pd::PdGains;
 use crate::position::Position;
 use crate::profile::ProfileLimits;
 use crate::reference::{Corner, Reference, Step, Trajectory};
 use crate::value::Table;
 
-const HARDWARE: Hardware = Hardware { pwm_clock_hz: 168e6, supply_top: 4095, dead_time_max: 6e-6 };
+const HARDWARE: Hardware = Hardware {
+    pwm_clock_hz: 168e6,
+    supply_top: 4095,
+    dead_time_max: 6e-6,
+    sample_time: [1e-4, 0.02],
+};
 
 const NEUTRAL: Duty = Duty { compare: 1909, reverse: false };
 

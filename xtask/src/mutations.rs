@@ -129,7 +129,8 @@ fn mutated(path: &Path, mutation: &Mutation) -> Result<(String, String), String>
     match sound.matches(before).count() {
         1 => Ok((sound.clone(), sound.replace(before, after))),
         found => Err(format!(
-            "the list of faults is out of date: {file} has {found} times, and not once, the text of \
+            "the list of faults is out of date: {file} has {found} times, and not once, the text \
+             of \
              \"{why}\": {before}"
         )),
     }
@@ -224,7 +225,8 @@ fn page(fates: &[Fate]) -> Result<String, String> {
     let mut page = format!(
         "# Faults that were put into the sources, and whether a test has found them\n\n\
          `cargo xtask mutations` writes this page. It puts each of {} faults into a copy of the\n\
-         sources, builds it, and runs the tests that should find it. A fault that is not found is a\n\
+         sources, builds it, and runs the tests that should find it. A fault that is not found is \
+         a\n\
          missing test. The last run was on commit {commit}{changed}:\n\
          {} found, {} not found, {} not built, {} not run. Nothing is said of those that were not\n\
          run.\n\n\
