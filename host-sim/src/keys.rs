@@ -99,7 +99,8 @@ pub fn markdown() -> String {
     let mut page = String::from(
         "# Parameters\n\n\
          Every key of a machine's file. This page is generated: `cargo sim keys --markdown` prints \
-         it, and a test holds it up\nto date. `stiction keys [TABLE]` shows the same in a terminal, \
+         it, and a test holds it up\nto date. `stiction keys [TABLE]` shows the same in a \
+         terminal, \
          `stiction keys --schema` a JSON schema for editors.\n\n\
          The *number* is that of the value in the record of the flash and over the link; keys \
          without one are the simulator's own.\n",

@@ -214,7 +214,8 @@ pub enum Refused {
     Flash,
     /// The watchdog did not take over another timeout in time.
     Watchdog,
-    /// The trajectory begins farther from the joint than the following error may be.
+    /// The trajectory begins farther from the joint than the following error may be, or than the
+    /// error that asks for the full scale.
     FarAway,
     /// The device's own supply is too low to erase and write its flash.
     SupplyTooLow,
@@ -225,6 +226,8 @@ pub enum Refused {
     /// The part's option bytes may not be changed: it is protected for ever, or they are not those
     /// of the part that the firmware is for.
     Untouchable,
+    /// The set point is too fast to come to rest within the range of positions.
+    TooFast,
 }
 
 impl From<servo::Refusal> for Refused {
@@ -240,6 +243,7 @@ impl From<servo::Refusal> for Refused {
             servo::Refusal::OutOfRange => Self::OutOfRange,
             servo::Refusal::FarAway => Self::FarAway,
             servo::Refusal::TooFar => Self::TooFar,
+            servo::Refusal::TooFast => Self::TooFast,
             // Nothing that comes over a link asks for the motion of the parameters.
             servo::Refusal::Replaced => Self::NoSuch,
         }

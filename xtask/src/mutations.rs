@@ -144,7 +144,8 @@ fn mutated(path: &Path, mutation: &Mutation) -> Result<(String, String), String>
     match sound.matches(before).count() {
         1 => Ok((sound.clone(), sound.replace(before, after))),
         found => Err(format!(
-            "the list of faults is out of date: {file} has {found} times, and not once, the text of \
+            "the list of faults is out of date: {file} has {found} times, and not once, the text \
+             of \
              \"{why}\": {before}"
         )),
     }
@@ -257,7 +258,8 @@ fn page(outcomes: &[Outcome]) -> String {
     let mut page = format!(
         "# Faults that were put into the sources, and whether a test has found them\n\n\
          `cargo xtask mutations` writes this page. It puts each of {} faults into a copy of the\n\
-         sources, builds it, and runs the tests that should find it. A fault that is not found is a\n\
+         sources, builds it, and runs the tests that should find it. A fault that is not found is \
+          a\n\
          missing test. A run that is asked for some of them keeps the rows of the others, and each\n\
          row says on which commit it was found out.\n\n\
          {} found, {} not found, {} not built, {} not run. Nothing is said of those that were not\n\

@@ -62,7 +62,8 @@ pub fn params(arguments: &Arguments) -> Result<(), Error> {
     let path = out.display();
     print(&format!(
         "{path}: {}, for sectors 10 and 11; the board {arming}\n\
-         probe-rs download --chip STM32F405RGTx --binary-format bin --base-address {ADDRESS:#x} {path}\n",
+         probe-rs download --chip STM32F405RGTx --binary-format bin --base-address {ADDRESS:#x} \
+         {path}\n",
         plan.label,
     ))
 }

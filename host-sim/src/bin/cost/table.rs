@@ -64,7 +64,8 @@ pub fn table(measured: &Measured, compiler: &str) -> String {
     line(format!("stack bound  {:>7} {stack:>7}", bound.total()));
     let (controller, law) = (size_of::<ControllerState>(), size_of::<LawState>());
     line(format!(
-        "state        {controller:>7} {CONTROLLER_STATE_BYTES:>7}  of a controller; a law's place in it {law}"
+        "state        {controller:>7} {CONTROLLER_STATE_BYTES:>7}  of a controller; a law's place \
+         in it {law}"
     ));
     text
 }

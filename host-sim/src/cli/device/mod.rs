@@ -116,7 +116,8 @@ enum Action {
         #[arg(long, value_name = "S", default_value_t = 5.0, allow_hyphen_values = true)]
         r#for: f64,
         /// Ticks from one sample to the next
-        #[arg(long, value_name = "N", default_value_t = 1, value_parser = clap::value_parser!(u16).range(1..))]
+        #[arg(long, value_name = "N", default_value_t = 1)]
+        #[arg(value_parser = clap::value_parser!(u16).range(1..))]
         every: u16,
         /// Further signals, a column each, by the names that the device announces
         #[arg(long, value_name = "NAME", value_delimiter = ',')]
