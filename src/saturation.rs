@@ -12,3 +12,9 @@ pub(crate) fn saturate(v: f32, limit: f32) -> (f32, bool) {
     };
     (limited, limited != v)
 }
+
+/// Returns `x` limited to `[-bound, bound]`, as [`saturate`] does.
+#[inline]
+pub(crate) fn bounded(x: f32, bound: f32) -> f32 {
+    saturate(x, bound).0
+}
