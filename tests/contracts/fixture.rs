@@ -158,8 +158,11 @@ pub fn near(reference: &Reference, lags: &[i32]) -> Vec<i32> {
         .collect()
 }
 
-pub fn sample_of(tick: &Tick) -> LawInput {
+/// What a law was given in a tick, after which effort (V) the joint had before it.
+pub fn sample_of(tick: &Tick, applied: f32) -> LawInput {
     LawInput {
+        counts: tick.counts,
+        applied,
         error: tick.error,
         velocity: tick.velocity,
         setpoint: tick.setpoint(),

@@ -58,6 +58,13 @@ proptest! {
                 "ri" => 4.0 * SAMPLE_TIME * after.error,
                 "rvi" => 150.0 * SAMPLE_TIME * after.error,
                 "roi" => 0.0,
+                // However large the error is, a profile sets out: J a_m (1.25 V), R_0 = 0.354 V,
+                // and after a change D = 0.675 deg/s of its speed Kd D + B D = 0.315 V and Kp D h =
+                // 0.025 V. What was before may have been a pulse.
+                "robust" => {
+                    prop_assert!(after.v_c.abs() <= 1.945, "{:?}", after);
+                    continue;
+                }
                 // Nothing is gathered: the tick is the same in all but its number.
                 _ => {
                     prop_assert_eq!(Tick { tick: before.tick, ..after }, before, "{}", name);

@@ -64,10 +64,10 @@ impl Told {
         !self.name.contains("thesis")
     }
 
-    fn law(&self) -> Robust {
+    fn gains(&self) -> RobustGains {
         let [viscous, limit] = ["B", "umax"].map(|name| self.number(name));
         let side = if self.word("side") == "load" { EncoderSide::Load } else { EncoderSide::Motor };
-        let gains = RobustGains {
+        RobustGains {
             inertia: self.number("J") as f32,
             viscous: viscous as f32,
             breakaway_low: self.number("Flo") as f32,
@@ -82,15 +82,18 @@ impl Told {
             // It came after the prototype.
             attempts: 0,
             ..RobustGains::EXAMPLE
-        };
+        }
+    }
+
+    fn law(&self, gains: &RobustGains) -> Robust {
         let around = Loop {
             sample_time: self.number("h") as f32,
             resolution: self.number("q") as f32,
-            full_scale: limit as f32,
+            full_scale: self.number("umax") as f32,
             lsb: self.number("uq") as f32,
             kp: 0.0,
         };
-        Robust::new(&gains, &around)
+        Robust::new(gains, &around)
     }
 }
 
@@ -124,8 +127,8 @@ fn traces() -> Vec<Trace> {
 impl Trace {
     /// Runs the law along the trace, fed with its own effort, and calls `f` with each row and what
     /// the law gave there.
-    fn replay(&self, mut f: impl FnMut(usize, &Row, f32, &State)) {
-        let law = self.told.law();
+    fn replay(&self, gains: &RobustGains, mut f: impl FnMut(usize, &Row, f32, &State)) {
+        let law = self.told.law(gains);
         let count = self.told.number("q");
         let (mut state, mut applied) = (State::default(), 0.0);
         for (tick, row) in self.rows.iter().enumerate() {
@@ -152,7 +155,7 @@ fn law_does_what_its_prototype_did_in_every_tick_of_every_trace() {
         let name = &trace.told.name;
         let tolerance = 3e-4 * trace.told.number("Fhi") as f32;
         let mut worst = 0f32;
-        trace.replay(|tick, row, effort, state| {
+        trace.replay(&trace.told.gains(), |tick, row, effort, state| {
             assert_eq!(state.mode() as u8, row.mode, "{name}: state in tick {tick}");
             let off = (effort - row.effort).abs();
             worst = worst.max(off);
@@ -163,5 +166,62 @@ fn law_does_what_its_prototype_did_in_every_tick_of_every_trace() {
             assert!((gain - row.gain).abs() <= 1e-6, "{name}: g {gain} in tick {tick}");
         });
         println!("{name}: {:.1e} F_hi", worst / trace.told.number("Fhi") as f32);
+    }
+}
+
+/// These change what the law does only where a joint has answered it: in the traces of a joint that
+/// springs back, and of one that swings.
+#[test]
+fn stop_band_hold_step_and_least_gain_change_what_the_law_does() {
+    let traces = traces();
+    let changed = |name: &str, change: fn(&mut RobustGains)| {
+        let trace = traces.iter().find(|trace| trace.told.name == name).unwrap();
+        let (told, mut gains) = (trace.told.gains(), trace.told.gains());
+        change(&mut gains);
+        let [before, after] = [told, gains].map(|gains| {
+            let mut efforts = Vec::new();
+            trace.replay(&gains, |_, _, effort, _| efforts.push(effort));
+            efforts
+        });
+        before != after
+    };
+    assert!(changed("LuGre, J told / 3", |gains| gains.stop_band = 2.25));
+    assert!(changed("LuGre, J told / 3", |gains| gains.hold_step = 0.2));
+    let swings = "flexible hard joint at 5 ms, [F] told x 3";
+    assert!(changed(swings, |gains| gains.least_gain = 0.3));
+}
+
+/// The main transitions, each seen in the modes of the traces, as often as they are.
+#[test]
+fn traces_pass_through_every_transition_between_modes() {
+    let mut seen = std::collections::BTreeSet::new();
+    for trace in traces() {
+        let mut before = 0;
+        trace.replay(&trace.told.gains(), |_, _, _, state| {
+            let mode = state.mode() as u8;
+            if mode != before {
+                seen.insert((before, mode));
+            }
+            before = mode;
+        });
+    }
+    let [moving, stuck, pulse, coast, hold] = [0, 1, 2, 3, 4];
+    for transition in [
+        (moving, stuck),
+        (moving, pulse),
+        (moving, coast),
+        (stuck, pulse),
+        (stuck, coast),
+        (stuck, hold),
+        (pulse, coast),
+        (coast, stuck),
+        // Lost, or a new motion.
+        (stuck, moving),
+        (pulse, moving),
+        (coast, moving),
+        (hold, moving),
+        (hold, stuck),
+    ] {
+        assert!(seen.contains(&transition), "{transition:?} of {seen:?}");
     }
 }

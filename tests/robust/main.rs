@@ -5,4 +5,6 @@
 // The fixtures of tests may panic like the tests themselves.
 #![allow(clippy::unwrap_used)]
 
+mod closed_loop;
 mod golden;
+mod joint;

@@ -5,7 +5,7 @@ use stiction::compensator::{Gains, MAX_TERMS};
 use stiction::drive::DriveConfig;
 use stiction::encoder::Encoder;
 use stiction::pd::PdGains;
-use stiction::value::{About, Table};
+use stiction::value::{About, Absent, Table};
 use stiction::velocity::MAX_WINDOW;
 use stiction::{Controller, ControllerConfig};
 
@@ -25,8 +25,14 @@ impl RunPlan {
         let config = self.controller_config()?;
         let controller =
             Controller::new(&config, &STM32F405).map_err(|error| self.explain(&error))?;
-        // Also those that none of the laws takes.
+        // Those that none of the laws takes; what its own laws take has been checked.
+        let taken = |key: &str| {
+            config.compensator.iter().flat_map(about_law).any(|about| about.name == key)
+        };
         for (key, _) in self.machine.controller.get(name).iter().flat_map(|table| table.iter()) {
+            if taken(key) {
+                continue;
+            }
             if let Some(gain) =
                 self.machine.controller.get(name).and_then(|table| table.number(key))
             {
@@ -116,7 +122,7 @@ impl RunPlan {
         Ok(gains)
     }
 
-    /// The law with the gains of a table, each of which has to be there.
+    /// The law with the gains of a table. Those have to be there that have no default.
     fn gains(
         &self,
         name: &str,
@@ -124,7 +130,9 @@ impl RunPlan {
         mut law: Gains,
     ) -> Result<Gains, Error> {
         let about = about_law(&law);
-        if let Some(gone) = about.iter().find(|about| table.number(about.name).is_none()) {
+        let needed = |about: &&About| about.absent == Absent::Needed;
+        let gone = |about: &&About| table.number(about.name).is_none();
+        if let Some(gone) = about.iter().filter(needed).find(gone) {
             let key = format!("controller.{name}.{}", gone.name);
             let (origin, law) = (self.origin.of(&format!("controller.{name}.laws")), law.name());
             return Err(Error::Input(format!(

@@ -73,8 +73,8 @@ table! {
         /// Rest after which an attempt is judged, s. 0: that of the rule.
         coast_time: f32 = 0x1711 "coast_s", Between(0.0, 10.0), Default(0.0);
         /// Attempts without success after which it gives up; eight times as many with the encoder
-        /// on the load. Off: it never does.
-        attempts: u32 = 0x1712 "give_up_attempts", OrOff(0.0, 60000.0), Default(50);
+        /// on the load. 0: it never does.
+        attempts: u32 = 0x1712 "give_up_attempts", Between(0.0, 60000.0), Default(50);
     }
 }
 
