@@ -25,8 +25,14 @@ impl RunPlan {
         let config = self.controller_config()?;
         let controller =
             Controller::new(&config, &STM32F405).map_err(|error| self.explain(&error))?;
-        // Also those that none of the laws takes.
+        // Those that none of the laws takes; what its own laws take has been checked.
+        let taken = |key: &str| {
+            config.compensator.iter().flat_map(about_law).any(|about| about.name == key)
+        };
         for (key, _) in self.machine.controller.get(name).iter().flat_map(|table| table.iter()) {
+            if taken(key) {
+                continue;
+            }
             if let Some(gain) =
                 self.machine.controller.get(name).and_then(|table| table.number(key))
             {
