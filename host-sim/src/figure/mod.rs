@@ -70,6 +70,7 @@ impl Line {
     }
 
     /// The part of the curve from a time on, with the value that it has there.
+    #[cfg(feature = "figures")]
     fn since(&self, time: f64) -> Self {
         let first = self.points.partition_point(|point| point.0 < time);
         let mut points = self.points[first..].to_vec();
