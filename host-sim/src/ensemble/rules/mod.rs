@@ -26,7 +26,7 @@ use std::ops::RangeInclusive;
 use stiction::compensator::Gains;
 use stiction::pd::PdGains;
 
-use crate::error::{Error, suggestion_or_all};
+use crate::error::{Error, suggestion};
 
 /// The seeds on which the constants of the rules were picked. A report on one of them says so.
 pub const TUNING_SEEDS: RangeInclusive<u64> = 1_000_000..=1_999_999;
@@ -147,7 +147,7 @@ pub fn rules(names: &[String]) -> Result<Vec<&'static Rule>, Error> {
     }
     let rule = |name: &String| {
         RULES.iter().find(|rule| rule.law == name).ok_or_else(|| {
-            let near = suggestion_or_all(name, RULES.iter().map(|rule| rule.law));
+            let near = suggestion(name, RULES.iter().map(|rule| rule.law));
             Error::Input(format!("--controller {name}: no law of that name has a rule{near}"))
         })
     };
