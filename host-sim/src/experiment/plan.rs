@@ -8,6 +8,7 @@ use toml::{Table, Value};
 use super::task::Task;
 use crate::document::{Document, Origin, within};
 use crate::error::{Error, rounded, shown, suggestion_or_all};
+use crate::joint::Substitute;
 use crate::machine::{Machine, Solver, Variant};
 
 /// The samples of all runs are held in memory at once: these are a gigabyte.
@@ -47,6 +48,8 @@ pub struct RunPlan {
     pub task: Task,
     /// The slug of the variant; empty for the runs as they stand.
     pub variant: String,
+    /// A joint in place of the file's axis; the files do not name one yet.
+    pub substitute: Option<Substitute>,
 }
 
 impl RunPlan {
@@ -187,6 +190,7 @@ fn runs_of(
             controller: controller.map(str::to_owned),
             task,
             variant: slug.into(),
+            substitute: None,
         });
     };
     let names = controllers(&machine, origin, wanted)?;

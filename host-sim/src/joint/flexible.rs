@@ -307,7 +307,7 @@ impl Flexible {
         let body = which / 2;
         match which {
             0..4 if self.bodies[body].sense == 0.0 => {
-                self.bodies[body].sense = if which % 2 == 0 { 1.0 } else { -1.0 };
+                self.bodies[body].sense = if which.is_multiple_of(2) { 1.0 } else { -1.0 };
                 if body == MOTOR {
                     on(EventKind::Break, left_s);
                 }

@@ -22,6 +22,7 @@ mod flexible;
 mod in_core_units;
 mod lag;
 mod lugre;
+mod of_a_run;
 pub mod presets;
 mod push;
 mod rigid;
@@ -41,6 +42,7 @@ pub use encoder::{CountNoise, Encoder, Side};
 pub use flexible::Flexible;
 pub use in_core_units::{CoreUnits, InCoreUnits};
 pub use lugre::LuGre;
+pub use of_a_run::{RunJoint, Substitute};
 pub use rigid::Rigid;
 
 use crate::solver::Event;
@@ -91,7 +93,7 @@ pub enum AnyJoint {
     /// One inertia, a bristle.
     LuGre(LuGre),
     /// Two inertias and a shaft.
-    Flexible(Flexible),
+    Flexible(Box<Flexible>),
 }
 
 /// Does the same with whichever joint it is.
