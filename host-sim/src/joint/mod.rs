@@ -28,6 +28,7 @@ mod push;
 mod rigid;
 mod runge_kutta;
 mod shaft;
+mod shaft_end;
 mod step;
 mod surface;
 #[cfg(test)]
@@ -76,6 +77,10 @@ pub trait Joint {
 
     /// Whether the whole joint is at rest, and will be as long as nothing changes.
     fn is_stuck(&self) -> bool;
+
+    /// Time (s) that was not followed, since switches in it did not end. Of a sound joint it is
+    /// zero; where it is not, its motion is not to be believed.
+    fn unfollowed_s(&self) -> f64;
 
     /// Adds friction (N m) to both levels of the motor: a hand, a brake. It stays until it is set
     /// anew.
@@ -126,6 +131,10 @@ impl Joint for AnyJoint {
     #[inline]
     fn is_stuck(&self) -> bool {
         each!(self, joint => joint.is_stuck())
+    }
+
+    fn unfollowed_s(&self) -> f64 {
+        each!(self, joint => joint.unfollowed_s())
     }
 
     fn set_brake(&mut self, torque: f64) {
