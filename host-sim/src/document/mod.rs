@@ -5,6 +5,7 @@
 //! [`crate::experiment`] and [`crate::lab`].
 
 mod builtin;
+mod missing;
 mod origin;
 mod wording;
 
@@ -18,7 +19,7 @@ use toml::{Table, Value};
 pub use self::builtin::{Builtin, builtins, find};
 pub use self::origin::{Origin, within};
 use self::wording::{brief, refused, syntax};
-use crate::error::{Error, suggestion_or_all};
+use crate::error::{Error, suggestion};
 use crate::machine::Machine;
 use crate::setup::Setup;
 
@@ -142,7 +143,11 @@ impl Document {
     fn read<T: DeserializeOwned>(&self) -> Result<T, Error> {
         serde_path_to_error::deserialize(Value::Table(self.table.clone())).map_err(|error| {
             let path = error.path().to_string();
-            let what = refused(&path, self.at(&path), error.inner().message());
+            let message = error.inner().message();
+            let more = missing::field(&path, message)
+                .map(|first| missing::others::<T>(self.table.clone(), first))
+                .unwrap_or_default();
+            let what = refused(&path, self.at(&path), message) + &also(&more);
             Error::Input(format!("{}: {what}", self.origin.of(&path)))
         })
     }
@@ -184,7 +189,7 @@ impl Document {
                 controllers.into_iter().flat_map(Table::keys).map(String::as_str)
             };
             if !names().any(|known| known == name) {
-                let near = suggestion_or_all(name, names());
+                let near = suggestion(name, names());
                 return Err(format!("there is no controller `{name}`{near}"));
             }
         }
@@ -207,6 +212,16 @@ impl Document {
             Value::Array(list) => list.get(step.parse::<usize>().ok()?),
             value => value.get(step),
         })
+    }
+}
+
+/// What is missing as well.
+fn also(more: &[String]) -> String {
+    let named: Vec<String> = more.iter().map(|key| format!("`{key}`")).collect();
+    match &named[..] {
+        [] => String::new(),
+        [one] => format!(", and so is {one}"),
+        [all @ .., last] => format!(", and so are {} and {last}", all.join(", ")),
     }
 }
 

@@ -7,7 +7,7 @@ use toml::{Table, Value};
 
 use super::task::Task;
 use crate::document::{Document, Origin, within};
-use crate::error::{Error, rounded, shown, suggestion_or_all};
+use crate::error::{Error, rounded, shown, suggestion};
 use crate::joint::Substitute;
 use crate::machine::{Machine, Solver, Variant};
 
@@ -227,7 +227,7 @@ fn controllers<'a>(
         if known && !names[..i].contains(name) {
             continue;
         }
-        let near = suggestion_or_all(name, machine.controller.keys().map(String::as_str));
+        let near = suggestion(name, machine.controller.keys().map(String::as_str));
         return Err(Error::Input(match (wanted.is_empty(), known) {
             (true, true) => {
                 format!("{}: `loop.controller` names `{name}` twice", origin.of("loop.controller"))
