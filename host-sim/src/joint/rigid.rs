@@ -185,13 +185,18 @@ impl Rigid {
             }
             let mut halts = false;
             if let Some(part) = self.first_halt(&first, &step, h) {
-                let Some(found) = self.locate_halt(&first, [part * h, h]) else {
+                match self.locate_halt(&first, [part * h, h]) {
+                    Some(found) => {
+                        (step, h) = found;
+                        halts = true;
+                    }
                     // The cubic saw what is not there: it sees better in a shorter step.
-                    longest_s = (0.5 * h).max(SHORTEST_S);
-                    continue;
-                };
-                (step, h) = found;
-                halts = true;
+                    None if h > SHORTEST_S => {
+                        longest_s = (0.5 * h).max(SHORTEST_S);
+                        continue;
+                    }
+                    None => halts = step.end[1] * self.sense <= 0.0,
+                }
             }
             let wall = if self.sense > 0.0 { self.stops.upper } else { self.stops.lower };
             if (step.end[0] - wall) * self.sense >= 0.0 {
