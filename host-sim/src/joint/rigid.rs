@@ -44,6 +44,7 @@ pub struct Rigid {
     range: [f64; 2],
     push_now: f64,
     time_s: f64,
+    unfollowed_s: f64,
     /// Friction's work since the begin of the sample, J.
     heat: f64,
 }
@@ -69,6 +70,7 @@ impl Rigid {
             range: [0.0; 2],
             push_now: 0.0,
             time_s: 0.0,
+            unfollowed_s: 0.0,
             heat: 0.0,
         };
         joint.settle();
@@ -183,13 +185,18 @@ impl Rigid {
             }
             let mut halts = false;
             if let Some(part) = self.first_halt(&first, &step, h) {
-                let Some(found) = self.locate_halt(&first, [part * h, h]) else {
+                match self.locate_halt(&first, [part * h, h]) {
+                    Some(found) => {
+                        (step, h) = found;
+                        halts = true;
+                    }
                     // The cubic saw what is not there: it sees better in a shorter step.
-                    longest_s = (0.5 * h).max(SHORTEST_S);
-                    continue;
-                };
-                (step, h) = found;
-                halts = true;
+                    None if h > SHORTEST_S => {
+                        longest_s = (0.5 * h).max(SHORTEST_S);
+                        continue;
+                    }
+                    None => halts = step.end[1] * self.sense <= 0.0,
+                }
             }
             let wall = if self.sense > 0.0 { self.stops.upper } else { self.stops.lower };
             if (step.end[0] - wall) * self.sense >= 0.0 {
@@ -308,6 +315,7 @@ impl Rigid {
                 return;
             }
         }
+        self.unfollowed_s += left_s;
     }
 }
 
@@ -355,6 +363,10 @@ impl Joint for Rigid {
     #[inline]
     fn is_stuck(&self) -> bool {
         self.sense == 0.0
+    }
+
+    fn unfollowed_s(&self) -> f64 {
+        self.unfollowed_s
     }
 
     fn set_brake(&mut self, torque: f64) {
