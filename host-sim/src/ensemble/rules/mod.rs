@@ -57,15 +57,16 @@ pub struct Told {
 
 impl Told {
     /// Returns the natural frequency w_n of the loop, rad/s: 8 Hz (2 Hz with the encoder on the
-    /// load), and no more than 0.14/h.
+    /// load), and no more than 0.1/h.
     ///
     /// The velocity is (N - 1)/2 = 2 samples late, a held output half a sample, and the ensemble's
-    /// delay one more. At 0.14/h these 3.5 samples turn the phase of the damping, at its crossover
-    /// 2 zeta w_n, by 0.9 rad: half of what a loop without them has to lose. The 8 Hz leave a
-    /// motor of a tenth of the nominal inertia (5.6 times w_n) below the same bound at 1 kHz.
+    /// delay one more. On a joint of half the nominal inertia, the damping crosses over at 4 zeta
+    /// w_n: at 0.1/h these 3.5 samples turn its phase by 1.26 rad of the pi/2 that there are. The
+    /// thesis's own loop has 0.104/h. The 8 Hz leave a motor of a quarter of the nominal inertia as
+    /// much at 1 kHz.
     pub fn natural_frequency(&self) -> f64 {
         let hertz = if self.encoder_at_load { 2.0 } else { 8.0 };
-        (std::f64::consts::TAU * hertz).min(0.14 / self.sample_time)
+        (std::f64::consts::TAU * hertz).min(0.1 / self.sample_time)
     }
 
     /// Returns the geometric middle of the told breakaway efforts, V.
@@ -165,8 +166,8 @@ fn around_pd(told: &Told, law: Option<Gains>) -> Tuned {
 
 /// Returns w_n of a loop that is no faster than 0.1/h, rad/s. It is PD's own at 1 kHz.
 ///
-/// At 0.14/h the lightest joints of the thesis's axis, of half the nominal inertia, ring with a
-/// sample of delay; under a law that adds effort they do not come to rest.
+/// Faster ones ring on the lightest joints of the thesis's axis with a sample of delay; under a law
+/// that adds effort they do not come to rest.
 fn slower(told: &Told) -> f64 {
     told.natural_frequency().min(0.1 / told.sample_time)
 }
@@ -229,7 +230,7 @@ mod tests {
             lsb: 0.00488,
             ..NOMINAL
         };
-        assert!((told.natural_frequency() - 7.0).abs() < 1e-9);
+        assert!((told.natural_frequency() - 5.0).abs() < 1e-9);
         assert!((0.25..4.0).contains(&told.kp()), "{}", told.kp());
         assert!((0.0375..0.6).contains(&told.kd()), "{}", told.kd());
     }
