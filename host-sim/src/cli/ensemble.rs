@@ -7,8 +7,8 @@ use std::sync::{Mutex, PoisonError};
 use super::print;
 use crate::ensemble::rules::{TUNING_SEEDS, rules};
 use crate::ensemble::{
-    Case, Ensemble, Family, Header, Kept, Kind, Row, Shard, Tried, charts, merge, object,
-    read_rows, render, render_rows, run, sort_rows, summaries, traces, tune,
+    Case, Ensemble, Family, Header, Kept, Kind, MachineEnsemble, Row, Shard, Tried, charts, merge,
+    object, read_rows, render, render_rows, run, sort_rows, summaries, traces, tune,
 };
 use crate::error::Error;
 use crate::figure::{prepare_figures, write_charts, write_figures};
@@ -23,9 +23,13 @@ pub struct Arguments {
     #[command(subcommand)]
     action: Option<Action>,
     /// Families of joints, or all of them: rigid, loaded, gravity, overhauling, lugre,
-    /// flexible-motor, flexible-backlash, flexible-load, thesis-axis
-    #[arg(long, value_name = "FAMILY", value_delimiter = ',', default_value = "all")]
+    /// flexible-motor, flexible-backlash, flexible-load, thesis-axis; or a machine's own FILE.toml
+    #[arg(long, value_name = "FAMILY|FILE", value_delimiter = ',', default_value = "all")]
     plant: Vec<String>,
+    /// A machine's own file: a key of its joint that varies, as in
+    /// joint.friction.stick_v=0.3..0.6; its own controllers are run
+    #[arg(long, value_name = "KEY=LOW..HIGH")]
+    spread: Vec<String>,
     /// Joints of each family
     #[arg(long, default_value_t = 100, value_parser = clap::value_parser!(u64).range(1..=1_000_000))]
     cases: u64,
@@ -112,6 +116,14 @@ pub fn ensemble(arguments: &Arguments) -> Result<(), Error> {
 
 impl Arguments {
     fn run(&self) -> Result<(), Error> {
+        if let Some(file) = self.plant.iter().find(|name| name.ends_with(".toml")) {
+            return self.run_machine(file);
+        }
+        if let Some(spread) = self.spread.first() {
+            return Err(Error::Input(format!(
+                "--spread {spread} is for a machine's own file: --plant FILE.toml"
+            )));
+        }
         let ensemble = self.ensemble()?;
         let header = Header::of(&ensemble);
         let shard = self.shard.as_deref().map(Shard::read).transpose()?;
@@ -148,6 +160,31 @@ impl Arguments {
         report(&header, &rows, self.json, self.csv.as_ref())
     }
 
+    /// The machine's own file instead of families.
+    fn run_machine(&self, file: &str) -> Result<(), Error> {
+        let foreign = [
+            ("--hard", self.hard),
+            ("--moves", self.moves > 0),
+            ("--resume", self.resume.is_some()),
+            ("--case", self.case.is_some()),
+            ("another family", self.plant.len() > 1),
+        ];
+        if let Some((option, _)) = foreign.iter().find(|(_, given)| *given) {
+            return Err(Error::Input(format!("{option} does not go with --plant {file}")));
+        }
+        if let Some(directory) = &self.plot {
+            prepare_figures(directory)?;
+        }
+        let machine = MachineEnsemble::open(file, &self.controller, &self.spread)?;
+        let header = Header::of_machine(&machine, self.seed, self.cases);
+        let mut rows = machine.run(self.seed, self.cases)?;
+        sort_rows(&header, &mut rows);
+        if let Some(directory) = &self.plot {
+            write_charts(directory, &charts(&header, &summaries(&header, &rows), &rows))?;
+        }
+        report(&header, &rows, self.json, self.csv.as_ref())
+    }
+
     /// Draws the charts, and the traces of the joint that was asked for or of each law's worst.
     fn draw(&self, directory: &Path, ensemble: &Ensemble, rows: &[Row]) -> Result<(), Error> {
         let header = Header::of(ensemble);
@@ -157,7 +194,10 @@ impl Arguments {
         }
         let mut drawn = Vec::new();
         for (family, (_, laws)) in ensemble.families.iter().zip(&families) {
-            for (rule, summary) in ensemble.rules.iter().zip(laws) {
+            for summary in laws {
+                let Some(rule) = ensemble.rules.iter().find(|rule| rule.law == summary.law) else {
+                    continue;
+                };
                 let Some(number) = self.case.or(summary.worst.first().copied()) else { continue };
                 let joint = Case::draw(ensemble.seed, *family, number, ensemble.kind);
                 drawn.extend(traces(&joint, rule)?);

@@ -36,7 +36,7 @@ impl Draws {
             *place = byte;
         }
         (key[8], key[9]) = (family, purpose as u8);
-        let mut generator = ChaCha8Rng::from_seed(key.into());
+        let mut generator = ChaCha8Rng::from_seed(key);
         generator.set_stream(case);
         Self(generator)
     }

@@ -21,6 +21,7 @@ mod draw;
 mod family;
 mod figures;
 mod json;
+mod machine_file;
 mod measures;
 mod moves;
 mod rig;
@@ -39,6 +40,7 @@ pub use draw::{Case, Kind};
 pub use family::{Family, Units};
 pub use figures::{charts, traces};
 pub use json::object;
+pub use machine_file::MachineEnsemble;
 pub use measures::{BAND_COUNTS, HUNTING_REVERSALS, Sample};
 pub use rows::{
     Group, Header, Kept, Shard, merge, read as read_rows, render as render_rows, sort as sort_rows,

@@ -20,6 +20,7 @@ use serde::{Deserialize, Serialize};
 
 use super::case::Row;
 use super::family::Family;
+use super::machine_file::MachineEnsemble;
 use super::run::Ensemble;
 use crate::error::Error;
 use crate::output::write_whole;
@@ -90,6 +91,21 @@ impl Header {
             moves: ensemble.moves,
             families: ensemble.families.iter().copied().map(Group::from).collect(),
             laws: ensemble.rules.iter().map(|rule| rule.law.into()).collect(),
+        }
+    }
+
+    /// Returns the header of an ensemble around a machine's own file.
+    pub fn of_machine(machine: &MachineEnsemble, seed: u64, cases: u64) -> Self {
+        Self {
+            schema: 1,
+            version: env!("CARGO_PKG_VERSION").into(),
+            seed,
+            cases,
+            hard: false,
+            rate_hz: machine.rate_hz(),
+            moves: 0,
+            families: vec![machine.group.clone()],
+            laws: machine.laws.clone(),
         }
     }
 

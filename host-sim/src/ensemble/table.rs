@@ -2,6 +2,7 @@
 
 use std::fmt::Write as _;
 
+use super::family::Family;
 use super::rows::{Group, Header};
 use super::rules::{RULES, TUNING_SEEDS};
 use super::statistics::Sorted;
@@ -166,6 +167,10 @@ docs/ensemble.md says more.
     );
     if TUNING_SEEDS.contains(&header.seed) {
         text += "Seed of the tuning: the rules were made on such joints, so this is no score.\n";
+    }
+    let is_family = |group: &Group| Family::named(&group.name).is_ok();
+    if !header.families.iter().all(is_family) {
+        return text + "The gains are those of the file.\n";
     }
     let rules = RULES.iter().filter(|rule| header.laws.iter().any(|law| law == rule.law));
     text += "Rules, from what a law is told of the nominal joint:\n";

@@ -14,8 +14,8 @@ use super::{Rule, around_pd};
 /// The rule.
 pub const RULE: Rule = Rule {
     law: "dnpf",
-    text: "PD's; theta_b = (F_hi + one step of the effort)/Kp",
-    constant: 1.0,
+    text: "PD's; theta_b = (0.5 F_hi + one step of the effort)/Kp",
+    constant: 0.5,
     tried: &[0.3, 0.5, 0.7, 1.0],
     tune: |told, c| {
         let theta_b = (c * told.breakaway[1] + told.lsb) / told.kp();

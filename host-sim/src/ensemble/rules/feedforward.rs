@@ -16,7 +16,7 @@ pub const RULE: Rule = Rule {
     law: "feedforward",
     text: "PD's; v_slip = 0.8 sqrt(F_lo F_hi), V_ff = 0.02 q/h",
     constant: 0.8,
-    tried: &[0.4, 0.6, 0.8, 1.0],
+    tried: &[],
     tune: |told, c| {
         let gains = FeedforwardGains {
             v_slip: (c * told.middle_breakaway()) as f32,

@@ -16,8 +16,8 @@ use super::{Rule, around_pd};
 /// The rule.
 pub const RULE: Rule = Rule {
     law: "rvi",
-    text: "PD's; Ki = 3 Kp w, gamma = (1.85 q/h)^2 h/20 ms",
-    constant: 3.0,
+    text: "PD's; Ki = Kp w, gamma = (1.85 q/h)^2 h/20 ms",
+    constant: 1.0,
     tried: &[0.5, 1.0, 3.0, 10.0, 29.0],
     tune: |told, c| {
         let gamma_h = (1.85 * told.count / told.sample_time).powi(2);

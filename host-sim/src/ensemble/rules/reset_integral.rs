@@ -16,8 +16,8 @@ use super::{Rule, around_pd};
 /// The rule.
 pub const RULE: Rule = Rule {
     law: "ri",
-    text: "PD's; Ki = 0.5 Kp w, theta_ri = 1.25 F_hi/Kp",
-    constant: 0.5,
+    text: "PD's; Ki = 0.25 Kp w, theta_ri = 1.25 F_hi/Kp",
+    constant: 0.25,
     tried: &[0.1, 0.25, 0.5, 0.77, 1.0],
     tune: |told, c| {
         let kp = told.kp();

@@ -15,8 +15,8 @@ use super::{Rule, around_pd};
 /// The rule.
 pub const RULE: Rule = Rule {
     law: "roi",
-    text: "PD's; T_roi = 3/w, V_roi = F_lo/(Kd + B)",
-    constant: 3.0,
+    text: "PD's; T_roi = 0.73/w, V_roi = F_lo/(Kd + B)",
+    constant: 0.73,
     tried: &[0.73, 1.5, 3.0, 6.0, 12.0],
     tune: |told, c| {
         let gains = ResetOffsetIntegralGains {

@@ -16,8 +16,8 @@ use super::{Rule, around_pd};
 /// The rule.
 pub const RULE: Rule = Rule {
     law: "srnf",
-    text: "PD's; v_ms = F_hi + one step of the effort, alpha = min(10 Kp/v_ms, 0.242/q)",
-    constant: 10.0,
+    text: "PD's; v_ms = F_hi + one step of the effort, alpha = min(30 Kp/v_ms, 0.242/q)",
+    constant: 30.0,
     tried: &[3.0, 10.0, 30.0, 100.0],
     tune: |told, c| {
         let v_ms = told.breakaway[1] + told.lsb;

@@ -1,0 +1,40 @@
+//! Nanoseconds of a tick of an ensemble, by family and law: servo, joint and measures.
+//!
+//! Each figure is of the first eight joints of a family: half of them with a delay, half with a lag,
+//! half with the coarse encoder. What bounds it is printed with it: the laws that chatter keep the
+//! joint in motion, and a joint that rests costs next to nothing.
+#![allow(missing_docs, clippy::unwrap_used)]
+
+use std::hint::black_box;
+
+use criterion::{Criterion, Throughput, criterion_group, criterion_main};
+use host_sim::ensemble::rules::rules;
+use host_sim::ensemble::{Case, Family, Kind, run_and_show};
+
+const JOINTS: u64 = 8;
+
+fn ensemble(criterion: &mut Criterion) {
+    let kind = Kind { hard: false, rate_hz: 1000.0 };
+    for family in Family::ALL {
+        let joints: Vec<Case> =
+            (0..JOINTS).map(|number| Case::draw(1, family, number, kind)).collect();
+        let mut group = criterion.benchmark_group(family.name());
+        group.sample_size(10);
+        for rule in rules(&[]).unwrap() {
+            let run = || {
+                let mut ticks = 0;
+                for joint in &joints {
+                    let gains = rule.gains(&joint.told);
+                    run_and_show(joint, rule.law, &gains, [1, 0], |_, _, _| ticks += 1).unwrap();
+                }
+                ticks
+            };
+            group.throughput(Throughput::Elements(run()));
+            group.bench_function(rule.law, |bencher| bencher.iter(|| black_box(run())));
+        }
+        group.finish();
+    }
+}
+
+criterion_group!(benches, ensemble);
+criterion_main!(benches);

@@ -1,0 +1,271 @@
+//! An ensemble around a machine's own file: its joint with keys that vary, under its controllers.
+//!
+//! Each key is drawn from a uniform distribution, `KEY=LOW..HIGH`. Only the joint varies: the
+//! gains, and the limits of the monitors, are those that the file as it stands gives. The servo
+//! runs as `stiction run --target servo` does, so the move begins when it is armed, and settling has
+//! the soft start in it. The first step and the first trajectory of the file are judged. Positions
+//! are in degrees, efforts in volts.
+
+use std::path::Path;
+
+use rayon::prelude::*;
+
+use super::case::Row;
+use super::distribution::{Draws, Purpose};
+use super::measures::{Sample, StepJudge, TrackingJudge};
+use super::rows::Group;
+use crate::closed_loop::Moment;
+use crate::error::Error;
+use crate::experiment::{Document, Experiment, RunPlan, Task, parameters};
+use crate::solver::ExactAxis;
+use crate::target::WatchedServo;
+
+/// So long a step is watched, s.
+const DURATION: &str = "run.duration_s=30";
+
+/// A key of the file with the range from which it is drawn.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Spread {
+    key: String,
+    range: [f64; 2],
+}
+
+impl Spread {
+    /// Reads `KEY=LOW..HIGH`.
+    ///
+    /// # Errors
+    /// Says what is allowed.
+    pub fn read(text: &str) -> Result<Self, Error> {
+        let refuse = |why: &str| Err(Error::Input(format!("--spread {text}: {why}")));
+        let Some((key, range)) = text.split_once('=') else {
+            return refuse("write KEY=LOW..HIGH, as in joint.friction.stick_v=0.3..0.6");
+        };
+        let numbers = range.split_once("..").and_then(|(low, high)| {
+            Some([low.trim().parse::<f64>().ok()?, high.trim().parse::<f64>().ok()?])
+        });
+        match numbers {
+            Some([low, high]) if low.is_finite() && high.is_finite() && low <= high => {
+                let key = key.trim().to_owned();
+                if !key.starts_with("joint.") {
+                    return refuse("only keys of `[joint]` vary; the controller is what is judged");
+                }
+                Ok(Self { key, range: [low, high] })
+            }
+            _ => refuse("the range is LOW..HIGH of two numbers, the lower one first"),
+        }
+    }
+
+    fn draw(&self, draws: &mut Draws) -> String {
+        let [low, high] = self.range;
+        // With all its digits.
+        format!("{}={:?}", self.key, draws.uniform(low, high))
+    }
+}
+
+/// An ensemble around a file.
+#[derive(Clone, Debug)]
+pub struct MachineEnsemble {
+    document: Document,
+    /// The name of the family: that of the file.
+    pub group: Group,
+    /// Names of the controllers.
+    pub laws: Vec<String>,
+    spreads: Vec<Spread>,
+    nominal: Vec<RunPlan>,
+}
+
+impl MachineEnsemble {
+    /// Opens a machine's file, whose `controllers` are run (all of them if none is named).
+    ///
+    /// # Errors
+    /// Names what is wrong with the file, or a controller that it does not have.
+    pub fn open(file: &str, controllers: &[String], spreads: &[String]) -> Result<Self, Error> {
+        let mut document = Document::open(file)?;
+        if document.is_lab() {
+            let why = "is a friction experiment, which positions nothing";
+            return Err(Error::Input(format!("--plant {file}: {why}")));
+        }
+        document.set(&[DURATION.into()])?;
+        let nominal = plans(&document, controllers)?;
+        let mut laws: Vec<String> = Vec::new();
+        for law in nominal.iter().filter_map(|plan| plan.controller.clone()) {
+            if !laws.contains(&law) {
+                laws.push(law);
+            }
+        }
+        if !nominal.iter().any(|plan| matches!(plan.task, Task::Step(_))) {
+            let why = "has no step, which is what is judged";
+            return Err(Error::Input(format!("--plant {file}: `reference.steps_deg` {why}")));
+        }
+        let spreads = spreads.iter().map(|text| Spread::read(text)).collect::<Result<_, _>>()?;
+        let stem = Path::new(file).file_stem().unwrap_or_default().to_string_lossy();
+        let [unit, effort_unit] = ["deg", "V"].map(str::to_owned);
+        let group = Group { name: stem.into(), unit, effort_unit, settles_within_s: 5.0 };
+        Ok(Self { document, group, laws, spreads, nominal })
+    }
+
+    /// Returns the samples per second of the file.
+    pub fn rate_hz(&self) -> f64 {
+        self.nominal.first().map_or(0.0, |plan| 1.0 / plan.machine.sampling.sample_time_s())
+    }
+
+    /// Runs `cases` joints; the rows are in no order.
+    ///
+    /// # Errors
+    /// Names a value that no joint can have.
+    pub fn run(&self, seed: u64, cases: u64) -> Result<Vec<Row>, Error> {
+        let rows: Vec<Vec<Row>> = (0..cases)
+            .into_par_iter()
+            .map(|number| self.case(seed, number))
+            .collect::<Result<_, _>>()?;
+        Ok(rows.into_iter().flatten().collect())
+    }
+
+    fn case(&self, seed: u64, number: u64) -> Result<Vec<Row>, Error> {
+        let draws = &mut Draws::new(seed, 0, Purpose::Joint, number);
+        let mut document = self.document.clone();
+        let drawn: Vec<String> = self.spreads.iter().map(|spread| spread.draw(draws)).collect();
+        document.set(&drawn)?;
+        let joints = plans(&document, &self.laws)?;
+        self.laws.iter().map(|law| self.under(law, number, &joints)).collect()
+    }
+
+    fn under(&self, law: &str, number: u64, joints: &[RunPlan]) -> Result<Row, Error> {
+        let mut row = Row {
+            family: self.group.name.clone(),
+            law: law.into(),
+            case: number,
+            ..Row::default()
+        };
+        let of_law = |plan: &RunPlan| plan.controller.as_deref() == Some(law);
+        let first = |is: fn(&Task) -> bool| {
+            let pair = self.nominal.iter().zip(joints);
+            pair.into_iter().find(|(plan, _)| of_law(plan) && is(&plan.task))
+        };
+        if let Some((nominal, joint)) = first(|task| matches!(task, Task::Step(_))) {
+            step(&mut row, nominal, joint)?;
+        }
+        if let Some((nominal, joint)) = first(|task| matches!(task, Task::Trajectory(_))) {
+            trajectory(&mut row, nominal, joint)?;
+        }
+        Ok(row)
+    }
+}
+
+/// The runs of a file, without its variants.
+fn plans(document: &Document, controllers: &[String]) -> Result<Vec<RunPlan>, Error> {
+    let mut plans = Experiment::plan(document, controllers, &[])?.runs;
+    plans.retain(|plan| plan.slugs().is_empty() && plan.controller.is_some());
+    Ok(plans)
+}
+
+/// Runs the servo of one plan on the joint of another, up to a fault; returns its words.
+fn drive(
+    nominal: &RunPlan,
+    joint: &RunPlan,
+    mut see: impl FnMut(&Sample),
+) -> Result<Option<String>, Error> {
+    let closed_loop = joint.closed_loop()?;
+    let h = closed_loop.sample_time_s;
+    let mut plant = closed_loop.plant(ExactAxis::at_rest(&closed_loop.axis, h));
+    let (counter, counts) = (plant.counter(), plant.counts());
+    let mut servo = WatchedServo::new(parameters(nominal)?, counter, counts)?;
+    let count = closed_loop.encoder.resolution;
+    let mut seen: Vec<Sample> = Vec::new();
+    let on_moment = |moment: &Moment| {
+        let speed = f64::from(moment.tick.reference_velocity);
+        let error = moment.error_deg() / count;
+        seen.push(Sample {
+            error,
+            load_error: error,
+            position: moment.position_deg / count,
+            speed_ratio: if speed == 0.0 { 0.0 } else { moment.velocity_deg_per_s / speed },
+            speed: speed * h / count,
+            effort: moment.applied_v,
+        });
+    };
+    closed_loop.step(&mut servo, &mut plant, joint.samples()?, on_moment, |_| {});
+    // What comes after a fault is not the law's.
+    let end = servo.fault.map_or(seen.len(), |(_, tick)| tick as usize);
+    seen.iter().take(end).for_each(&mut see);
+    Ok(servo.fault.map(|(latched, _)| latched.fault.describe().to_owned()))
+}
+
+fn step(row: &mut Row, nominal: &RunPlan, joint: &RunPlan) -> Result<(), Error> {
+    let mut judge = StepJudge::new(joint.samples()?);
+    let mut last = Sample::default();
+    row.step_fault = drive(nominal, joint, |sample| {
+        judge.see(sample);
+        last = *sample;
+    })?;
+    let found = judge.measures(joint.machine.sampling.sample_time_s(), &last);
+    row.count = joint.machine.encoder.resolution_deg();
+    row.settled_s = found.settled_s;
+    row.rest_counts = found.rest_counts;
+    row.reversals = found.reversals;
+    row.swing_counts = found.swing_counts;
+    row.period_s = found.period_s;
+    row.variation_rest_per_s = found.variation_per_s;
+    row.held_effort = found.held_effort;
+    Ok(())
+}
+
+fn trajectory(row: &mut Row, nominal: &RunPlan, joint: &RunPlan) -> Result<(), Error> {
+    let Task::Trajectory(motion) = &joint.task else { return Ok(()) };
+    let h = joint.machine.sampling.sample_time_s();
+    let count = joint.machine.encoder.resolution_deg();
+    let [first, last] = [motion.corner_times_s.first(), motion.corner_times_s.last()]
+        .map(|corner_s| corner_s.copied().unwrap_or(0.0));
+    let [from_s, until_s] = [first - motion.half_blend_s, last + motion.half_blend_s];
+    let pairs = motion.corner_times_s.windows(2).zip(motion.corner_positions_deg.windows(2));
+    let top = pairs.map(|(t, p)| ((p[1] - p[0]) / (t[1] - t[0])).abs()).fold(0.0, f64::max);
+    let window = [from_s, until_s].map(|time_s| (time_s / h).round() as u32);
+    let mut judge = TrackingJudge::new(window, top * h / count);
+    row.tracking_fault = drive(nominal, joint, |sample| judge.see(sample))?;
+    let found = judge.measures(h);
+    row.tracking_rms = found.rms_counts.map(|rms| rms * count);
+    row.sticks_in_motion = found.sticks;
+    row.variation_motion_per_s = found.variation_per_s;
+    Ok(())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_spread_is_a_key_of_the_joint_and_a_range() {
+        let spread = Spread::read("joint.friction.stick_v = 0.3 .. 0.6").unwrap();
+        assert_eq!((&*spread.key, spread.range), ("joint.friction.stick_v", [0.3, 0.6]));
+        for (text, said) in [
+            ("joint.friction.stick_v", "write KEY=LOW..HIGH"),
+            ("joint.friction.stick_v=0.6..0.3", "the lower one first"),
+            ("joint.friction.stick_v=0.3", "LOW..HIGH of two numbers"),
+            ("controller.pd.kp_v_per_deg=1..2", "only keys of `[joint]` vary"),
+        ] {
+            let message = Spread::read(text).unwrap_err().to_string();
+            assert!(message.contains(said) && message.contains("--spread"), "{message}");
+        }
+    }
+
+    #[test]
+    fn the_thesis_s_joint_under_its_own_controllers_is_judged_as_it_is_known_to_be() {
+        let spreads = ["joint.friction.slip_v=0.30..0.39".to_owned()];
+        let laws = ["pd", "srnf"].map(str::to_owned);
+        let ensemble = MachineEnsemble::open("step-response", &laws, &spreads).unwrap();
+        assert_eq!(ensemble.laws, laws);
+        let rows = ensemble.run(1, 3).unwrap();
+        assert_eq!(rows, ensemble.run(1, 3).unwrap());
+        for row in &rows {
+            // Section 3.3.2: PD rests up to 0.4 deg off, which is 165 counts; SRNF within 6.
+            let [least, most] = if row.law == "pd" { [2.0, 166.0] } else { [0.0, 6.0] };
+            assert!((least..most).contains(&row.rest_counts), "{row:?}");
+            assert!(row.step_fault.is_none() && row.tracking_rms.is_none(), "{row:?}");
+        }
+        let pd: Vec<f64> =
+            rows.iter().filter(|row| row.law == "pd").map(|row| row.rest_counts).collect();
+        assert!(pd[0] != pd[1] || pd[1] != pd[2], "the friction does not vary: {pd:?}");
+        let error = MachineEnsemble::open("step-response", &["pdd".into()], &[]).unwrap_err();
+        assert!(error.to_string().contains("pdd"), "{error}");
+    }
+}
