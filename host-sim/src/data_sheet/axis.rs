@@ -1,7 +1,7 @@
 //! A data sheet's joint in SI, behind the interface of the robot's axis in degrees and volts.
 //!
 //! ```text
-//! output V -> Drive -> effort V -> InCoreUnits (x G) -> Joint in SI -> load, and encoder with noise
+//! output V -> Drive -> effort V -> InCoreUnits (x G) -> Joint in SI -> load; encoder with noise
 //! ```
 //!
 //! Guarantees: for a rigid joint without a Stribeck velocity it is the axis that

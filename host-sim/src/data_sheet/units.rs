@@ -25,8 +25,8 @@
 //! ```
 //!
 //! Guarantees: [`Mapping::of`] is exact but for rounding. Its numbers give the stall torque
-//! G u_max and, without friction, the motor's speed without load V / K_t. Does badly: eta is that of
-//! a motor that drives, also where the load drives it.
+//! G u_max and, without friction, the motor's speed without load V / K_t. Does badly: eta is that
+//! of a motor that drives, also where the load drives it.
 
 use std::f64::consts::TAU;
 
