@@ -1,6 +1,6 @@
 //! From a data sheet to what the core's axis is: effort gain, inertia, friction, limits. What a
-//! torque or an inertia is in volts and degrees, given the effort gain, is
-//! [`CoreUnits`](crate::joint::CoreUnits). `docs/units.md` says both for a reader without the source.
+//! torque or an inertia is in volts and degrees, given the effort gain, is [`CoreUnits`].
+//! `docs/units.md` says both for a reader without the source.
 //!
 //! The core's effort u is a voltage at its output. What it moves is, at the joint,
 //!

@@ -84,3 +84,20 @@ impl RunPlan {
         }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use crate::experiment::{Document, Experiment};
+    use crate::joint::presets;
+
+    #[test]
+    fn the_thesis_s_axis_is_that_of_its_experiments() {
+        let document = Document::open("step-response").unwrap();
+        let plan = &Experiment::plan(&document, &[], &[]).unwrap().runs[0];
+        let (axis, preset) = (plan.axis().unwrap(), presets::thesis_axis());
+        let curve = preset.friction.curve;
+        assert_eq!(preset.inertia, 1.0 / axis.gain);
+        assert_eq!(curve.viscous, axis.viscous);
+        assert_eq!([curve.coulomb, curve.stick], [axis.friction.slip, axis.friction.stick]);
+    }
+}

@@ -54,18 +54,6 @@ fn coulomb(inertia: f64, level: f64, viscous: f64) -> Body {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::experiment::{Document, Experiment};
-
-    #[test]
-    fn the_thesis_s_axis_is_that_of_its_experiments() {
-        let document = Document::open("step-response").unwrap();
-        let plan = &Experiment::plan(&document, &[], &[]).unwrap().runs[0];
-        let (axis, preset) = (plan.axis().unwrap(), thesis_axis());
-        let curve = preset.friction.curve;
-        assert_eq!(preset.inertia, 1.0 / axis.gain);
-        assert_eq!(curve.viscous, axis.viscous);
-        assert_eq!([curve.coulomb, curve.stick], [axis.friction.slip, axis.friction.stick]);
-    }
 
     /// One of the fits, from its own numbers: 4.10 N m hold the actuator, and beyond them it turns
     /// at `(u - F_c)/B` in the end.
