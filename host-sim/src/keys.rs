@@ -8,7 +8,7 @@ use stiction::Fault;
 use stiction::compensator::{FIRST_LAW, Gains, MAX_TERMS};
 
 use crate::data_sheet::OF_A_SHEET;
-use crate::error::{Error, suggestion_or_all};
+use crate::error::{Error, suggestion};
 use crate::machine::Machine;
 
 /// One key.
@@ -78,7 +78,7 @@ pub fn list(table: Option<&str>) -> Result<String, Error> {
     let tables = tables(&rows);
     let is_wanted = |name: &str| table.is_none_or(|table| name == table || name == table_of(table));
     if let Some(table) = table.filter(|_| !tables.iter().any(|name| is_wanted(name))) {
-        let near = suggestion_or_all(table, tables.iter().map(String::as_str));
+        let near = suggestion(table, tables.iter().map(String::as_str));
         return Err(Error::Input(format!("keys {table}: there is no such table{near}")));
     }
     let mut text = String::new();

@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 use std::path::PathBuf;
 
-use super::{print, warn};
+use super::{drawn, print, warn, wrote};
 use crate::benchmark::{Score, Weights, benchmark};
 use crate::error::Error;
 use crate::experiment::{Document, Experiment};
@@ -41,12 +41,13 @@ pub fn rank(arguments: &Arguments) -> Result<(), Error> {
     }
     let ranked = benchmark(&documents, &weights)?;
     if let Some(directory) = &arguments.plot {
+        let mut count = 0;
         for (document, results) in documents.iter().zip(&ranked.results) {
-            write_figures(
-                directory,
-                &figures(&document.origin.name, results, &document.machine()?.figures),
-            )?;
+            let figures = figures(&document.origin.name, results, &document.machine()?.figures);
+            write_figures(directory, &figures)?;
+            count += figures.len();
         }
+        wrote(&drawn(count, directory))?;
     }
     if arguments.json {
         let object = serde_json::json!({

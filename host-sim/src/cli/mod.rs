@@ -1,6 +1,7 @@
 //! The command line of `stiction`.
 
 mod benchmark;
+mod completions;
 mod device;
 mod keys;
 mod list;
@@ -13,6 +14,7 @@ mod show;
 mod target;
 
 use std::io::{self, Write};
+use std::path::Path;
 use std::process::ExitCode;
 
 use clap::{Parser, Subcommand};
@@ -50,6 +52,8 @@ enum Command {
     Plot(plot::Arguments),
     /// Every figure and table of the thesis as one HTML page, claims beside measurements
     Report(report::Arguments),
+    /// What lets a shell complete commands and options with Tab
+    Completions(completions::Arguments),
 }
 
 /// The exit code for a request that was in order, but to whose end a solver did not get.
@@ -73,6 +77,7 @@ pub fn main() -> ExitCode {
         Command::Benchmark(arguments) => benchmark::rank(&arguments),
         Command::Plot(arguments) => plot::plot(&arguments),
         Command::Report(arguments) => report::report(&arguments),
+        Command::Completions(arguments) => completions::completions(&arguments),
     };
     match done {
         Ok(()) => ExitCode::SUCCESS,
@@ -90,6 +95,18 @@ pub fn main() -> ExitCode {
             }
         }
     }
+}
+
+/// Says where files were written. Not on the standard output, which scripts read.
+fn wrote(what: &str) -> Result<(), Error> {
+    writeln!(io::stderr(), "wrote {what}")?;
+    Ok(())
+}
+
+/// So many figures, and where they are.
+fn drawn(figures: usize, directory: &Path) -> String {
+    let figures = if figures == 1 { "1 figure".into() } else { format!("{figures} figures") };
+    format!("{figures} as SVG and PNG into {}", directory.display())
 }
 
 /// Writes to the standard output.

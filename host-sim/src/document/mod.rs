@@ -5,6 +5,7 @@
 //! [`crate::experiment`] and [`crate::lab`].
 
 mod builtin;
+mod missing;
 mod origin;
 mod wording;
 
@@ -19,7 +20,7 @@ pub use self::builtin::{Builtin, builtins, find};
 pub use self::origin::{Origin, within};
 use self::wording::{brief, refused, syntax};
 use crate::data_sheet::{self, DataSheet, Mapping};
-use crate::error::{Error, suggestion_or_all};
+use crate::error::{Error, suggestion};
 use crate::hardware::STM32F405;
 use crate::machine::Machine;
 use crate::setup::Setup;
@@ -184,7 +185,11 @@ impl Document {
     fn read_of<T: DeserializeOwned>(&self, table: &Table) -> Result<T, Error> {
         serde_path_to_error::deserialize(Value::Table(table.clone())).map_err(|error| {
             let path = error.path().to_string();
-            let what = refused(&path, at(table, &path), error.inner().message());
+            let message = error.inner().message();
+            let more = missing::field(&path, message)
+                .map(|first| missing::others::<T>(table.clone(), first))
+                .unwrap_or_default();
+            let what = refused(&path, at(table, &path), message) + &also(&more);
             Error::Input(format!("{}: {what}", self.origin.of(&path)))
         })
     }
@@ -226,7 +231,7 @@ impl Document {
                 controllers.into_iter().flat_map(Table::keys).map(String::as_str)
             };
             if !names().any(|known| known == name) {
-                let near = suggestion_or_all(name, names());
+                let near = suggestion(name, names());
                 return Err(format!("there is no controller `{name}`{near}"));
             }
         }
@@ -250,6 +255,16 @@ fn at<'a>(table: &'a Table, path: &str) -> Option<&'a Value> {
         Value::Array(list) => list.get(step.parse::<usize>().ok()?),
         value => value.get(step),
     })
+}
+
+/// What is missing as well.
+fn also(more: &[String]) -> String {
+    let named: Vec<String> = more.iter().map(|key| format!("`{key}`")).collect();
+    match &named[..] {
+        [] => String::new(),
+        [one] => format!(", and so is {one}"),
+        [all @ .., last] => format!(", and so are {} and {last}", all.join(", ")),
+    }
 }
 
 fn read(path: &Path) -> Result<String, Error> {

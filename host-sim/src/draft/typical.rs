@@ -1,7 +1,7 @@
 //! Three joints that many look like, with the source of each number.
 
 use super::questions::{Answers, QUESTIONS};
-use crate::error::{Error, suggestion_or_all};
+use crate::error::{Error, suggestion};
 
 /// A typical joint.
 #[derive(Clone, Copy, Debug)]
@@ -105,7 +105,7 @@ impl Typical {
     /// Names the nearest one.
     pub fn find(name: &str) -> Result<Self, Error> {
         TYPICAL.iter().copied().find(|typical| typical.name == name).ok_or_else(|| {
-            let near = suggestion_or_all(name, TYPICAL.iter().map(|typical| typical.name));
+            let near = suggestion(name, TYPICAL.iter().map(|typical| typical.name));
             Error::Input(format!("--typical {name}: there is no such joint{near}"))
         })
     }

@@ -124,11 +124,17 @@ impl RunPlan {
         mut law: Gains,
     ) -> Result<Gains, Error> {
         let about = about_law(&law);
-        if let Some(gone) = about.iter().find(|about| table.number(about.name).is_none()) {
-            let key = format!("controller.{name}.{}", gone.name);
+        let gone: Vec<String> = about
+            .iter()
+            .filter(|about| table.number(about.name).is_none())
+            .map(|about| format!("`controller.{name}.{}`", about.name))
+            .collect();
+        if !gone.is_empty() {
             let (origin, law) = (self.origin.of(&format!("controller.{name}.laws")), law.name());
+            let (are, them) = if gone.len() == 1 { ("is", "it") } else { ("are", "them") };
             return Err(Error::Input(format!(
-                "{origin}: `{key}` is missing; the law {law} needs it"
+                "{origin}: {} {are} missing; the law {law} needs {them}",
+                gone.join(", ")
             )));
         }
         table.apply(about, &mut law);

@@ -8,7 +8,7 @@ use toml::{Table, Value};
 use super::task::Task;
 use crate::data_sheet::OF_A_SHEET;
 use crate::document::{Document, Origin, within};
-use crate::error::{Error, rounded, shown, suggestion_or_all};
+use crate::error::{Error, rounded, shown, suggestion};
 use crate::machine::{Machine, Solver, Variant};
 
 /// The samples of all runs are held in memory at once: these are a gigabyte.
@@ -258,7 +258,7 @@ fn controllers<'a>(
         if known && !names[..i].contains(name) {
             continue;
         }
-        let near = suggestion_or_all(name, machine.controller.keys().map(String::as_str));
+        let near = suggestion(name, machine.controller.keys().map(String::as_str));
         return Err(Error::Input(match (wanted.is_empty(), known) {
             (true, true) => {
                 format!("{}: `loop.controller` names `{name}` twice", origin.of("loop.controller"))
