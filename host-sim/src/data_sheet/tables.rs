@@ -1,7 +1,7 @@
 //! The tables of a data sheet, as a file has them.
 //!
 //! Angles, speeds, stiffnesses and viscous coefficients may be written in degrees or in radians;
-//! the key's name says which. [`super::sheet`] brings both to SI.
+//! the key's name says which. [`super::DataSheet`] brings both to SI.
 
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
