@@ -6,8 +6,9 @@
 use stiction::encoder::Direction;
 
 use crate::encoder::EncoderModel;
+use crate::joint::RunJoint;
 use crate::mechanism::RobotAxis;
-use crate::solver::{AxisSolver, Event, ExactAxis};
+use crate::solver::{AxisSolver, Event};
 
 /// Whether an output takes effect at its own sample or at the next one.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -59,10 +60,10 @@ pub struct Plant<S> {
     time_s: f64,
 }
 
-impl Plant<ExactAxis> {
+impl Plant<RunJoint> {
     /// Puts the joint somewhere (deg, deg/s), by hand.
     pub fn push(&mut self, position_deg: f64, velocity_deg_per_s: f64) {
-        self.solver = self.solver.clone().with_state(position_deg, velocity_deg_per_s);
+        self.solver.put(position_deg, velocity_deg_per_s);
     }
 }
 

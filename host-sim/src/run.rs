@@ -14,7 +14,7 @@ use crate::identification::Levels;
 use crate::machine::Solver;
 use crate::metrics::{Metrics, is_unstable};
 use crate::plant::{Delay, Plant};
-use crate::solver::{AxisSolver, Event, ExactAxis, Rk4Axis};
+use crate::solver::{AxisSolver, Event, Rk4Axis};
 use crate::target::{BareLoop, Target, WatchedServo};
 
 /// Everything that came out of a run.
@@ -114,13 +114,12 @@ pub fn run_driven(plan: &RunPlan, driven: Driven) -> Result<RunResult, Error> {
         return run_with(plan, driven, axis);
     }
     let axis = plan.axis()?;
-    let sample_time_s = plan.machine.sampling.sample_time_s();
     match plan.machine.run.solver {
-        Solver::Exact => run_with(plan, driven, ExactAxis::at_rest(&axis, sample_time_s)),
-        Solver::Rk4 => {
+        Solver::Rk4 if plan.substitute.is_none() => {
             let band = plan.machine.joint.friction.band_deg_per_s;
             run_with(plan, driven, Rk4Axis::at_rest(&axis, band, plan.machine.run.step_s))
         }
+        Solver::Exact | Solver::Rk4 => run_with(plan, driven, plan.joint()?),
     }
 }
 

@@ -11,8 +11,8 @@ use crate::error::Error;
 use crate::experiment::RunPlan;
 use crate::flash::{SECTOR, SimulatedFlash};
 use crate::hardware::STM32F405;
+use crate::joint::RunJoint;
 use crate::plant::Plant;
-use crate::solver::ExactAxis;
 
 /// Where the parameters lie in the flash.
 const SLOTS: [u32; 2] = [0, SECTOR];
@@ -31,7 +31,7 @@ pub struct SimulatedDevice {
     pub supply: u16,
     /// Friction on top of the machine's own, V: a hand on the joint, a hard stop.
     pub brake_v: f64,
-    plant: Plant<ExactAxis>,
+    plant: Plant<RunJoint>,
     /// What the counter reads, and what it would read with sound wires.
     counter: u32,
     sound: u32,

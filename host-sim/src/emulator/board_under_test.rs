@@ -24,8 +24,8 @@ use super::uart::Uart;
 use crate::encoder::Wires;
 use crate::error::Error;
 use crate::experiment::RunPlan;
+use crate::joint::RunJoint;
 use crate::plant::Plant;
-use crate::solver::ExactAxis;
 
 /// The joint of a plan, in lockstep with a board.
 pub type PlantInLockstep = Lockstep<DrivenPlant>;
@@ -287,7 +287,7 @@ impl<C> Halted<'_, C> {
 
 impl Halted<'_> {
     /// Gives access to the joint.
-    pub const fn plant(&mut self) -> &mut Plant<ExactAxis> {
+    pub const fn plant(&mut self) -> &mut Plant<RunJoint> {
         &mut self.harness.coupling.plant.plant
     }
 

@@ -7,8 +7,8 @@ use super::bridge::{Bridge, code_of, nearest_code};
 use crate::error::Error;
 use crate::experiment::RunPlan;
 use crate::hardware::STM32F405;
+use crate::joint::RunJoint;
 use crate::plant::Plant;
-use crate::solver::ExactAxis;
 
 /// A plant interface is what the encoder shows and the bridge drives.
 pub trait PlantInterface: Send + std::fmt::Debug + 'static {
@@ -72,7 +72,7 @@ impl PowerStage {
 #[derive(Debug)]
 pub struct DrivenPlant {
     /// The joint has an encoder and an amplifier.
-    pub plant: Plant<ExactAxis>,
+    pub plant: Plant<RunJoint>,
     stage: PowerStage,
     code: i16,
 }

@@ -18,7 +18,7 @@ use crate::error::Error;
 use crate::experiment::{RunPlan, Task};
 use crate::machine::Solver;
 use crate::run::{Recording, RunResult};
-use crate::solver::{AxisSolver, ExactAxis, Rk4Axis};
+use crate::solver::{AxisSolver, Rk4Axis};
 
 /// Where `cargo xtask firmware` leaves the image.
 pub(crate) const DEFAULT_IMAGE: &str = "target/firmware/stiction-firmware.elf";
@@ -139,15 +139,12 @@ impl Emulation {
         }
         let (axis, machine) = (plan.axis()?, &plan.machine);
         match machine.run.solver {
-            Solver::Exact => {
-                let solver = ExactAxis::at_rest(&axis, machine.sampling.sample_time_s());
-                self.run_with(record, plan, solver, ticks)
-            }
-            Solver::Rk4 => {
+            Solver::Rk4 if plan.substitute.is_none() => {
                 let band = machine.joint.friction.band_deg_per_s;
                 let solver = Rk4Axis::at_rest(&axis, band, machine.run.step_s);
                 self.run_with(record, plan, solver, ticks)
             }
+            Solver::Exact | Solver::Rk4 => self.run_with(record, plan, plan.joint()?, ticks),
         }
     }
 

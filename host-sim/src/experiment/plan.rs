@@ -9,6 +9,7 @@ use super::task::Task;
 use crate::data_sheet::OF_A_SHEET;
 use crate::document::{Document, Origin, within};
 use crate::error::{Error, rounded, shown, suggestion};
+use crate::joint::Substitute;
 use crate::machine::{Machine, Solver, Variant};
 
 /// The samples of all runs are held in memory at once: these are a gigabyte.
@@ -50,6 +51,8 @@ pub struct RunPlan {
     pub task: Task,
     /// The slug of the variant; empty for the runs as they stand.
     pub variant: String,
+    /// A joint in place of the file's axis; the files do not name one yet.
+    pub substitute: Option<Substitute>,
 }
 
 impl RunPlan {
@@ -222,6 +225,7 @@ fn runs_of(
             controller: controller.map(str::to_owned),
             task,
             variant: slug.into(),
+            substitute: None,
         });
     };
     let names = controllers(&machine, origin, wanted)?;

@@ -1,25 +1,42 @@
-//! The plant of a run, for a device that lives longer than the run: solved in closed form, since it
-//! may be put somewhere by hand.
+//! The joint of a run, and its plant for a device that lives longer than the run: it may be put
+//! somewhere by hand, which Runge-Kutta's axis may not.
 
 use super::plan::RunPlan;
 use crate::data_sheet::{DataSheet, Mapping, Mount, Refusal, SheetAxis, Tables, WrittenDrive};
 use crate::error::Error;
+use crate::joint::RunJoint;
 use crate::machine::Solver;
 use crate::plant::{Delay, Plant};
-use crate::solver::ExactAxis;
 
 impl RunPlan {
     /// Gives the joint of this run, with its amplifier and its encoder, at rest at zero.
     ///
     /// # Errors
     /// Names a value that is not allowed, or what of a data sheet only a run simulates.
-    pub fn plant(&self) -> Result<Plant<ExactAxis>, Error> {
-        self.is_an_axis()?;
+    pub fn plant(&self) -> Result<Plant<RunJoint>, Error> {
         let (axis, encoder) = (self.axis()?, self.encoder()?);
         let sample_time_s = self.machine.sampling.sample_time_s();
-        let solver = ExactAxis::at_rest(&axis, sample_time_s);
+        let solver = self.joint()?;
         let scale = [self.machine.drive.lsb_v(), sample_time_s];
         Ok(Plant::new(solver, axis, encoder, scale, self.delay()))
+    }
+
+    /// Gives the joint of this run at rest: the axis of the file, what its data sheet describes, or
+    /// what takes its place.
+    ///
+    /// # Errors
+    /// Names a value that is not allowed, or what of a data sheet only a run simulates.
+    pub fn joint(&self) -> Result<RunJoint, Error> {
+        let sample_time_s = self.machine.sampling.sample_time_s();
+        let of_the_file = match self.sheet()? {
+            Some((sheet, mapping)) if self.substitute.is_none() => {
+                self.has_a_plain_drive(&sheet)?;
+                sheet.substitute(&mapping, self.machine.encoder.resolution_deg())
+            }
+            _ => None,
+        };
+        let substitute = self.substitute.as_ref().or(of_the_file.as_ref());
+        RunJoint::at_rest(&self.axis()?, sample_time_s, substitute)
     }
 
     /// Gives the data sheet of this run's machine, and its mapping to the core's units.
@@ -44,11 +61,15 @@ impl RunPlan {
         Ok(Mapping::of(&sheet, drive).map(|mapping| (sheet, mapping)))
     }
 
-    /// Gives the joint of a data sheet that asks for more than the axis in closed form has.
+    /// Gives the joint and the drive of a data sheet that asks for more than the axis in closed
+    /// form has.
     ///
     /// # Errors
     /// Names a value that is not allowed, or a solver that has no such joint.
     pub fn sheet_axis(&self) -> Result<Option<SheetAxis>, Error> {
+        if self.substitute.is_some() {
+            return Ok(None);
+        }
         let Some((sheet, mapping)) = self.sheet()? else { return Ok(None) };
         let drive = &self.machine.drive;
         let pwm_hz = drive.number("pwm_hz").unwrap_or_default();
@@ -61,17 +82,12 @@ impl RunPlan {
         Ok(axis)
     }
 
-    /// Refuses a joint that only a run simulates.
-    fn is_an_axis(&self) -> Result<(), Error> {
-        let Some((sheet, _)) = self.sheet()? else { return Ok(()) };
-        if !sheet.is_more_than_an_axis() {
-            return Ok(());
-        }
-        let asks = sheet.asks_for().into_iter().find(|(_, is_asked)| *is_asked);
-        let key = asks.map_or("supply", |(key, _)| key);
+    /// Refuses a drive or a noise that only a run simulates.
+    fn has_a_plain_drive(&self, sheet: &DataSheet) -> Result<(), Error> {
+        let Some(key) = sheet.has_a_drive_of_its_own() else { return Ok(()) };
         Err(Error::Input(format!(
-            "{}: `{key}` asks for a joint that only `stiction run` and `benchmark` simulate; a \
-             simulated device has a rigid one with two levels of friction",
+            "{}: `{key}` asks for what only `stiction run` and `benchmark` simulate; a simulated \
+             device has an ideal drive and readings without noise",
             self.origin.of(key)
         )))
     }
@@ -82,22 +98,5 @@ impl RunPlan {
             0 => Delay::None,
             _ => Delay::OneSample,
         }
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use crate::experiment::{Document, Experiment};
-    use crate::joint::presets;
-
-    #[test]
-    fn the_thesis_s_axis_is_that_of_its_experiments() {
-        let document = Document::open("step-response").unwrap();
-        let plan = &Experiment::plan(&document, &[], &[]).unwrap().runs[0];
-        let (axis, preset) = (plan.axis().unwrap(), presets::thesis_axis());
-        let curve = preset.friction.curve;
-        assert_eq!(preset.inertia, 1.0 / axis.gain);
-        assert_eq!(curve.viscous, axis.viscous);
-        assert_eq!([curve.coulomb, curve.stick], [axis.friction.slip, axis.friction.stick]);
     }
 }

@@ -97,6 +97,7 @@ impl ArmDescription {
             pace: Pace::of_count(self.count),
             state: [self.start[0], 0.0, self.start[1], 0.0],
             mode: [0; 2],
+            unfollowed_s: 0.0,
         })
     }
 }
@@ -110,6 +111,7 @@ pub struct GearedArm {
     pace: Pace,
     state: State,
     mode: Mode<2>,
+    unfollowed_s: f64,
 }
 
 /// Position and velocity of the first joint, then of the second; or their rates.
@@ -153,6 +155,12 @@ impl GearedArm {
                 return;
             }
         }
+        self.unfollowed_s += left_s;
+    }
+
+    /// Time (s) that was not followed, as [`super::Joint::unfollowed_s`].
+    pub const fn unfollowed_s(&self) -> f64 {
+        self.unfollowed_s
     }
 
     /// A joint, 0 or 1.

@@ -255,7 +255,7 @@ impl Description {
                 AnyJoint::LuGre(LuGre::new(self, inertia, &curve, bristle))
             }
             Train::Flexible { motor, load, shaft } => {
-                AnyJoint::Flexible(Flexible::new(self, [&motor, &load], &shaft))
+                AnyJoint::Flexible(Box::new(Flexible::new(self, [&motor, &load], &shaft)))
             }
         })
     }

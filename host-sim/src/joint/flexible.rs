@@ -18,6 +18,7 @@ use super::lag::Lag;
 use super::push::Pushes;
 use super::runge_kutta::{Attempt, attempt};
 use super::shaft::{Ends, Shaft};
+use super::shaft_end::ShaftEnd;
 use super::step::{LOCATED, MOST_SWITCHES, Pace, SHORTEST_S, Watched, first_fall};
 use super::surface::Surface;
 use super::{Joint, Turn};
@@ -27,7 +28,7 @@ use crate::solver::{Event, EventKind};
 #[derive(Clone, Debug)]
 pub struct Flexible {
     /// Motor and load.
-    bodies: [Side; 2],
+    bodies: [ShaftEnd; 2],
     shaft: Shaft,
     torques: Load,
     stops: Stops,
@@ -38,44 +39,9 @@ pub struct Flexible {
     pace: Pace,
     ends: Ends,
     time_s: f64,
+    unfollowed_s: f64,
     /// Motor friction's work since the begin of the sample, J.
     heat: f64,
-}
-
-/// Motor or load.
-#[derive(Clone, Debug)]
-struct Side {
-    inertia: f64,
-    surface: Surface,
-    /// The sense of the slip, 0 at rest.
-    sense: f64,
-    /// At rest: the range of the driving torque that leaves it so.
-    range: [f64; 2],
-}
-
-impl Side {
-    fn new(body: &Body) -> Self {
-        let surface = Surface::new(&body.friction);
-        Self { inertia: body.inertia, surface, sense: 0.0, range: [0.0; 2] }
-    }
-
-    /// What stays above zero while it slips; `wall` is how far the wall is away.
-    #[inline]
-    fn watched_in_motion(&self, v: f64, a: f64, wall: Watched) -> [Watched; 2] {
-        // What has just broken away is at its limit but for rounding: it does not fall back.
-        let slope = if v == 0.0 { (self.sense * a).max(0.0) } else { self.sense * a };
-        [[self.sense * v, slope], wall]
-    }
-
-    /// What stays above zero while it is stuck, of the driving torque and its rate.
-    #[inline]
-    fn watched_at_rest(&self, torque: f64, rate: f64) -> [Watched; 2] {
-        [[self.range[1] - torque, -rate], [torque - self.range[0], rate]]
-    }
-
-    fn holds(&self, torque: f64) -> bool {
-        self.range[0] <= torque && torque <= self.range[1]
-    }
 }
 
 const MOTOR: usize = 0;
@@ -88,7 +54,7 @@ impl Flexible {
         [motor, load]: [&Body; 2],
         shaft: &ShaftData,
     ) -> Self {
-        let bodies = [Side::new(motor), Side::new(load)];
+        let bodies = [motor, load].map(ShaftEnd::new);
         let is_busy = description.push.is_some() || bodies.iter().any(|side| side.surface.varies());
         let mut joint = Self {
             bodies,
@@ -102,6 +68,7 @@ impl Flexible {
             pace: Pace::of_count(description.count),
             ends: [description.start, 0.0, description.start, 0.0],
             time_s: 0.0,
+            unfollowed_s: 0.0,
             heat: 0.0,
         };
         joint.settle(MOTOR);
@@ -307,7 +274,7 @@ impl Flexible {
         let body = which / 2;
         match which {
             0..4 if self.bodies[body].sense == 0.0 => {
-                self.bodies[body].sense = if which % 2 == 0 { 1.0 } else { -1.0 };
+                self.bodies[body].sense = if which.is_multiple_of(2) { 1.0 } else { -1.0 };
                 if body == MOTOR {
                     on(EventKind::Break, left_s);
                 }
@@ -392,6 +359,7 @@ impl Flexible {
                 return;
             }
         }
+        self.unfollowed_s += left_s;
     }
 }
 
@@ -440,6 +408,10 @@ impl Joint for Flexible {
     #[inline]
     fn is_stuck(&self) -> bool {
         self.bodies[MOTOR].sense == 0.0 && self.bodies[LOAD].sense == 0.0
+    }
+
+    fn unfollowed_s(&self) -> f64 {
+        self.unfollowed_s
     }
 
     fn set_brake(&mut self, torque: f64) {

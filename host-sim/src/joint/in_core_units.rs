@@ -5,7 +5,8 @@
 //! and gear ratio in one):
 //!
 //! ```text
-//! x_deg = x 180/pi    J_v = J (pi/180)/G [V s^2/deg]    B_v = B (pi/180)/G [V s/deg]    F_v = F/G [V]
+//! J_v = J (pi/180)/G [V s^2/deg]    B_v = B (pi/180)/G [V s/deg]    F_v = F/G [V]
+//! x_deg = x 180/pi
 //! ```
 //!
 //! J_v is 1/kappa of [`RobotAxis`]: its acceleration for each volt is `G/(J pi/180)` deg/s^2.

@@ -3,7 +3,7 @@
 //! What is left of the former effort, `r exp(-t/tau)`, moves a free inertia J by
 //!
 //! ```text
-//! velocity(t) = (r tau/J) (1 - E)      position(t) = (r tau/J) (t - tau (1 - E))      E = exp(-t/tau)
+//! velocity(t) = (r tau/J) (1 - E)    position(t) = (r tau/J) (t - tau (1 - E))    E = exp(-t/tau)
 //! ```
 //!
 //! A step that has these two in closed form need not follow the lag by its own polynomials.

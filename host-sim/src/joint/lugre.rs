@@ -3,7 +3,7 @@
 //!
 //! ```text
 //! J v' = u + d(t, x) - sigma0 z - sigma1 z' - B v
-//! z'   = v - r(v) z        r(v) = sigma0 |v|/g(|v|)        g(v) = F_c + (F_s - F_c) exp(-(v/v_s)^2)
+//! z'   = v - r(v) z    r(v) = sigma0 |v|/g(|v|)    g(v) = F_c + (F_s - F_c) exp(-(v/v_s)^2)
 //! ```
 //!
 //! In motion r is 10^4 to 10^5 1/s, at rest the bristle swings at sqrt(sigma0/J). Both are too fast
@@ -44,6 +44,7 @@ pub struct LuGre {
     /// The sense of the slip that was told last, 0 for none.
     sense: f64,
     time_s: f64,
+    unfollowed_s: f64,
 }
 
 /// Position, velocity, deflection of the bristle; or their rates.
@@ -99,6 +100,7 @@ impl LuGre {
             frozen: false,
             sense: 0.0,
             time_s: 0.0,
+            unfollowed_s: 0.0,
         }
     }
 
@@ -269,6 +271,7 @@ impl LuGre {
                 return;
             }
         }
+        self.unfollowed_s += left_s;
     }
 }
 
@@ -331,6 +334,10 @@ impl Joint for LuGre {
     #[inline]
     fn is_stuck(&self) -> bool {
         self.frozen
+    }
+
+    fn unfollowed_s(&self) -> f64 {
+        self.unfollowed_s
     }
 
     fn set_brake(&mut self, torque: f64) {

@@ -22,11 +22,13 @@ mod flexible;
 mod in_core_units;
 mod lag;
 mod lugre;
+mod of_a_run;
 pub mod presets;
 mod push;
 mod rigid;
 mod runge_kutta;
 mod shaft;
+mod shaft_end;
 mod step;
 mod surface;
 #[cfg(test)]
@@ -41,6 +43,7 @@ pub use encoder::{CountNoise, Encoder, Side};
 pub use flexible::Flexible;
 pub use in_core_units::{CoreUnits, InCoreUnits};
 pub use lugre::LuGre;
+pub use of_a_run::{RunJoint, Substitute};
 pub use rigid::Rigid;
 
 use crate::solver::Event;
@@ -75,6 +78,10 @@ pub trait Joint {
     /// Whether the whole joint is at rest, and will be as long as nothing changes.
     fn is_stuck(&self) -> bool;
 
+    /// Time (s) that was not followed, since switches in it did not end. Of a sound joint it is
+    /// zero; where it is not, its motion is not to be believed.
+    fn unfollowed_s(&self) -> f64;
+
     /// Adds friction (N m) to both levels of the motor: a hand, a brake. It stays until it is set
     /// anew.
     fn set_brake(&mut self, torque: f64);
@@ -91,7 +98,7 @@ pub enum AnyJoint {
     /// One inertia, a bristle.
     LuGre(LuGre),
     /// Two inertias and a shaft.
-    Flexible(Flexible),
+    Flexible(Box<Flexible>),
 }
 
 /// Does the same with whichever joint it is.
@@ -124,6 +131,10 @@ impl Joint for AnyJoint {
     #[inline]
     fn is_stuck(&self) -> bool {
         each!(self, joint => joint.is_stuck())
+    }
+
+    fn unfollowed_s(&self) -> f64 {
+        each!(self, joint => joint.unfollowed_s())
     }
 
     fn set_brake(&mut self, torque: f64) {

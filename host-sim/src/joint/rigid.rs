@@ -44,6 +44,7 @@ pub struct Rigid {
     range: [f64; 2],
     push_now: f64,
     time_s: f64,
+    unfollowed_s: f64,
     /// Friction's work since the begin of the sample, J.
     heat: f64,
 }
@@ -69,6 +70,7 @@ impl Rigid {
             range: [0.0; 2],
             push_now: 0.0,
             time_s: 0.0,
+            unfollowed_s: 0.0,
             heat: 0.0,
         };
         joint.settle();
@@ -308,6 +310,7 @@ impl Rigid {
                 return;
             }
         }
+        self.unfollowed_s += left_s;
     }
 }
 
@@ -355,6 +358,10 @@ impl Joint for Rigid {
     #[inline]
     fn is_stuck(&self) -> bool {
         self.sense == 0.0
+    }
+
+    fn unfollowed_s(&self) -> f64 {
+        self.unfollowed_s
     }
 
     fn set_brake(&mut self, torque: f64) {

@@ -123,7 +123,7 @@ fn what_only_a_run_simulates_is_refused_by_what_cannot() {
     let text = fs::read_to_string(&file).unwrap();
     fs::write(&file, text.replace("[supply]", "[supply]\ninternal_resistance_ohm = 0.1")).unwrap();
     let device = stiction(&["device", "--simulated", "--machine", &file, "status"]);
-    assert_eq!(complaint(device, &["`supply` asks for a joint that only `stiction run`"]), None);
+    assert_eq!(complaint(device, &["`supply` asks for what only `stiction run`"]), None);
 }
 
 #[test]

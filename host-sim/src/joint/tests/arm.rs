@@ -117,6 +117,7 @@ fn changing_efforts_move_the_arm_as_time_stepping_with_coordinate_descent() {
             rests[i] += u32::from(joint.is_joint_stuck(i));
         }
     }
+    assert_eq!(joint.unfollowed_s(), 0.0);
     assert!(rests.iter().all(|rests| (20..580).contains(rests)), "{rests:?}");
 }
 

@@ -61,3 +61,61 @@ fn a_pushed_load_jumps_as_far_as_its_closed_form() {
         assert!((joint.load().position - wanted).abs() < 1e-3 * COUNT);
     }
 }
+
+/// A motor that creeps winds the shaft up until the load breaks away, jumps and sticks again: each
+/// break is at its limit but for rounding, and is not taken back.
+#[test]
+fn a_creeping_motor_lets_the_load_stick_and_slip() {
+    let curve =
+        |coulomb, stick, viscous| Stribeck { coulomb, stick, stribeck_velocity: 0.006, viscous };
+    let motor = Body { inertia: 0.133, friction: curve(2.96, 4.50, 1.18).into() };
+    let load = Body { inertia: 0.158, friction: curve(0.893, 1.355, 0.356).into() };
+    for backlash in [2.0 * COUNT, 20.0 * COUNT] {
+        let shaft = Shaft { stiffness: 208.0, damping: 0.33, backlash };
+        let joint = Description::of(Train::Flexible { motor, load, shaft }, COUNT);
+        let worst =
+            against_time_stepping(&joint, |k| 4.6 + 1.2 * (0.05 * f64::from(k)).sin(), 1500);
+        assert!(worst < 0.1, "{worst} counts");
+    }
+}
+
+/// A hunting PID brings motor and load to their switches in any order and at nearly the same
+/// instant: all of the time is followed all the same.
+#[test]
+fn a_hunting_controller_does_not_stop_the_time() {
+    // A linear congruential generator for the draws (Knuth's constants).
+    let mut state = 1_u64;
+    let mut draw = |from: f64, to: f64| {
+        state =
+            state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
+        from + (to - from) * (state >> 11) as f64 / (1_u64 << 53) as f64
+    };
+    for case in 0..150 {
+        let (share, part, level) = (draw(0.2, 0.8), draw(0.3, 0.9), draw(2.0, 6.0));
+        let (ratio, speed) = (draw(1.05, 2.0), draw(0.005, 0.1));
+        let body = |share: f64, part: f64| {
+            let (coulomb, stick) = (level * part, level * part * ratio);
+            let curve = Stribeck { coulomb, stick, stribeck_velocity: speed, viscous: 1.3 * part };
+            Body { inertia: INERTIA * share, friction: curve.into() }
+        };
+        let stiffness = INERTIA * (1.0 - share) * (std::f64::consts::TAU * draw(5.0, 50.0)).powi(2);
+        let damping = 0.06 * (stiffness * INERTIA * share * (1.0 - share)).sqrt();
+        let shaft = Shaft { stiffness, damping, backlash: draw(0.0, 20.0) * COUNT };
+        let (motor, load) = (body(share, part), body(1.0 - share, 1.0 - part));
+        let lag_s = if case % 2 == 0 { 0.0 } else { 0.7e-3 };
+        let train = Train::Flexible { motor, load, shaft };
+        let mut joint = Description { lag_s, ..Description::of(train, COUNT) }.build().unwrap();
+        let encoder = Encoder { count: COUNT, side: Side::Motor };
+        let (mut sum, mut last, mut speed) = (0.0, 0.0, 0.0);
+        for sample in 0..3000 {
+            let position = encoder.read(&joint) as f64 * COUNT;
+            let error = 0.1 * (f64::from(sample) * 1e-3).min(1.0) - position;
+            speed += 0.3 * ((position - last) * 1e3 - speed);
+            last = position;
+            sum += error * 1e-3;
+            let effort = 850.0 * error + 4250.0 * sum - 30.0 * speed;
+            joint.hold((effort.clamp(-60.0, 60.0) / 0.06).round() * 0.06, 1e-3);
+        }
+        assert_eq!(joint.unfollowed_s(), 0.0, "case {case}: {train:?}");
+    }
+}

@@ -1,8 +1,9 @@
-//! The second method: time stepping at a fixed, very short step, with every force but the set-valued
-//! one taken at its begin. It shares no code with the joints but their description.
+//! The second method: time stepping at a fixed, very short step, with every force but the
+//! set-valued one taken at its begin. It shares no code with the joints but their description.
 //!
 //! ```text
-//! v* = (J v + h (u + ..))/(J + h B)      v+ = sgn(v*) max(|v*| - h g(|v|)/(J + h B), 0)      x+ = x + h v+
+//! v* = (J v + h (u + ..))/(J + h B)
+//! v+ = sgn(v*) max(|v*| - h g(|v|)/(J + h B), 0)      x+ = x + h v+
 //! ```
 //!
 //! and for a bristle `phi = 1/(1 + h r)`, `K = sigma0 + sigma1/h`,
