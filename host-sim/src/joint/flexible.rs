@@ -20,7 +20,6 @@ use super::runge_kutta::{Attempt, attempt};
 use super::shaft::{Ends, Shaft};
 use super::shaft_end::ShaftEnd;
 use super::step::{LOCATED, MOST_SWITCHES, Pace, SHORTEST_S, Watched, first_fall};
-use super::surface::Surface;
 use super::{Joint, Turn};
 use crate::solver::{Event, EventKind};
 
