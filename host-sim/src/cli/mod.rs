@@ -37,8 +37,7 @@ enum Command {
     List(list::Arguments),
     /// A first file of your own joint: asks a dozen questions, or takes the answers as options
     New(new::Arguments),
-    /// The TOML of a built-in experiment, to copy and change; --units: a joint in SI and in the core's
-    /// units
+    /// The TOML of a built-in experiment, to copy and change; or a data sheet in both units
     Show(show::Arguments),
     /// Every key of a machine's file: what it means, what is allowed, what it is if it is left out
     Keys(keys::Arguments),

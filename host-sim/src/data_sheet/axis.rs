@@ -1,7 +1,7 @@
 //! A data sheet's joint in SI, behind the interface of the robot's axis in degrees and volts.
 //!
 //! ```text
-//! output V -> Drive -> effort V -> InCoreUnits (x G) -> Joint in SI -> load, and encoder with noise
+//! output V -> Drive -> effort V -> InCoreUnits (x G) -> Joint in SI -> load; encoder with noise
 //! ```
 //!
 //! Guarantees: for a rigid joint without a Stribeck velocity it is the axis that
@@ -12,7 +12,7 @@ use crate::error::Error;
 use crate::friction::{AddedFriction, Coulomb};
 use crate::joint::{
     self, AnyJoint, Body, Bristle, CountNoise, Description, Friction, Gravity, InCoreUnits, Joint,
-    Load, Ripple, Shaft, Stribeck, Train,
+    Load, Ripple, Shaft, Stribeck, Substitute, Train,
 };
 use crate::mechanism::RobotAxis;
 use crate::solver::{AxisSolver, Event};
@@ -73,12 +73,8 @@ impl SheetAxis {
             },
             added: AddedFriction::default(),
         };
-        let side = match sheet.encoder.at {
-            Some(Side::Motor) => joint::Side::Motor,
-            Some(Side::Load) | None => joint::Side::Load,
-        };
         Ok(Self {
-            seen: InCoreUnits::new(joint, mapping.units, side, &axis),
+            seen: InCoreUnits::new(joint, mapping.units, sheet.side(), &axis),
             drive: Drive::of(sheet, pwm_hz),
             count_deg,
             // Any stream does; the same each time, so that a run can be repeated.
@@ -140,6 +136,32 @@ impl DataSheet {
             ("motor.inductance_h", self.lag_s() > 0.0),
             ("encoder.noise_counts", self.encoder.noise_counts > 0),
         ]
+    }
+
+    /// What of it only [`SheetAxis`] has, by its key: a drive that is not ideal, or noise.
+    pub fn has_a_drive_of_its_own(&self) -> Option<&'static str> {
+        if self.encoder.noise_counts > 0 {
+            return Some("encoder.noise_counts");
+        }
+        if self.motor.dead_time_s > 0.0 {
+            return Some("motor.dead_time_s");
+        }
+        (Drive::of(self, 0.0) != Drive::Ideal).then_some("supply")
+    }
+
+    /// The joint without its drive, where a device has it in place of the axis in closed form; its
+    /// position is that of the side where the encoder sits.
+    pub fn substitute(&self, mapping: &Mapping, count_deg: f64) -> Option<Substitute> {
+        let joint = self.description(mapping, count_deg.to_radians());
+        let substitute = Substitute { joint, units: mapping.units, side: self.side() };
+        self.is_more_than_an_axis().then_some(substitute)
+    }
+
+    fn side(&self) -> joint::Side {
+        match self.encoder.at {
+            Some(Side::Motor) => joint::Side::Motor,
+            Some(Side::Load) | None => joint::Side::Load,
+        }
     }
 
     /// L/R of a motor that is driven by a voltage, s; an amplifier makes up for it.

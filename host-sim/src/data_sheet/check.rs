@@ -128,6 +128,7 @@ impl DataSheet {
             }
             _ => {}
         }
+        self.check_supply()?;
         let dead_time = motor.dead_time_s;
         if !(0.0..=1e-3).contains(&dead_time) {
             return Err(Refusal::number(
@@ -139,6 +140,42 @@ impl DataSheet {
         if dead_time > 0.0 && motor.driven_by == DrivenBy::Current {
             let why = "0: an amplifier that sets the current makes up for it";
             return Err(Refusal::number("motor.dead_time_s", dead_time, why));
+        }
+        Ok(())
+    }
+
+    /// Of an amplifier only what its supply can give counts, which takes the motor's resistance.
+    fn check_supply(&self) -> Result<(), Refusal> {
+        let motor = &self.motor;
+        let Some(supply) = &self.supply else {
+            return match self.no_load() {
+                None => Ok(()),
+                Some(_) => Err(Refusal::missing(
+                    "supply.voltage_v",
+                    "the motor's speed without load is that at this voltage",
+                )),
+            };
+        };
+        if motor.driven_by == DrivenBy::Voltage {
+            return Ok(());
+        }
+        if motor.resistance_ohm.is_none() {
+            let why = "an amplifier on a `[supply]` ends where this takes all of its voltage";
+            return Err(Refusal::missing("motor.resistance_ohm", why));
+        }
+        let resistance = supply.internal_resistance_ohm;
+        if resistance > 0.0 {
+            let allowed = "0: of an amplifier that sets the current it cannot be simulated";
+            let key = "supply.internal_resistance_ohm";
+            return Err(Refusal::number(key, resistance, allowed));
+        }
+        if !supply.takes_current_back {
+            let key = "supply.takes_current_back";
+            let sentence = format!(
+                "`{key}` is false; allowed is true: of an amplifier that sets the current it \
+                 cannot be simulated"
+            );
+            return Err(Refusal::of(key, sentence));
         }
         Ok(())
     }

@@ -127,15 +127,15 @@ impl DataSheet {
     }
 
     fn stick_is_high(&self) -> Option<String> {
-        let ratio = |i: usize| self.stick()[i] / self.slip()[i];
-        let ratio = ratio(0).max(ratio(1));
-        (ratio > STICK_TO_SLIP).then(|| {
-            format!(
-                "`friction.stick_nm` is {} times `slip_nm`; real geared joints reach {}",
-                rounded(ratio),
-                shown(STICK_TO_SLIP)
-            )
-        })
+        let is_high = |(stick, slip): &(f64, f64)| *stick > STICK_TO_SLIP * slip;
+        let (stick, slip) = self.stick().into_iter().zip(self.slip()).find(is_high)?;
+        Some(format!(
+            "`friction.stick_nm` is {} and `slip_nm` {}; on measured joints the first is up to {} \
+             times the second",
+            shown(stick),
+            shown(slip),
+            shown(STICK_TO_SLIP)
+        ))
     }
 
     fn load_wins(&self, mapping: &Mapping) -> Option<String> {

@@ -12,9 +12,10 @@
 //! flows: i = 0. An amplifier gives `i = A u` as long as its supply reaches `R i + n K_t q'`. The
 //! rigid mapping ([`super::units`]) knows `u = R i + n K_t q'`, so the drive answers with that.
 //!
-//! Guarantees: with R_s = 0, t_d = 0 and a supply that takes current back, the effort of a bridge is
-//! its output, to the bit. Does badly: the back-EMF in the formulas is that at the sample's begin;
-//! in a locked antiphase whose current ripples through zero, a real dead time costs less.
+//! Guarantees: with R_s = 0, t_d = 0 and a supply that takes current back, the effort of a bridge
+//! is its output, but for rounding. Does badly: the back-EMF in the formulas is that at the
+//! sample's begin; in a locked antiphase whose current ripples through zero, a real dead time costs
+//! less.
 
 use super::sheet::DataSheet;
 use super::tables::DrivenBy;

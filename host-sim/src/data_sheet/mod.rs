@@ -4,8 +4,8 @@
 //! [motor], [gear], .. -> Tables -> DataSheet (checked) -> Mapping -> [joint], [drive], [encoder]
 //! ```
 //!
-//! [`units`] has the mapping, [`derive()`] writes its numbers where the core looks for them. What is
-//! derived may not be written as well, so that no file says two things. [`tables`] are the keys.
+//! [`units`] has the mapping, [`derive()`] writes its numbers where the core looks for them. What
+//! is derived may not be written as well, so that no file says two things. [`tables`] are the keys.
 
 mod axis;
 mod check;

@@ -1,7 +1,7 @@
 //! The tables of a data sheet, as a file has them.
 //!
 //! Angles, speeds, stiffnesses and viscous coefficients may be written in degrees or in radians;
-//! the key's name says which. [`super::sheet`] brings both to SI.
+//! the key's name says which. [`super::DataSheet`] brings both to SI.
 
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
@@ -33,7 +33,7 @@ pub struct Motor {
     /// Resistance of the winding R, ohm; needed if driven by a voltage.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub resistance_ohm: Option<f64>,
-    /// Inductance of the winding L, H.
+    /// Inductance L of the winding, H; an amplifier that sets the current makes up for it.
     #[serde(default)]
     pub inductance_h: f64,
     /// Inertia of the rotor at the motor's shaft, kg m^2.
@@ -172,7 +172,9 @@ pub struct JointFriction {
     /// Phase of that at position zero, deg.
     #[serde(default)]
     pub ripple_phase_deg: f64,
-    /// Motor's part of the friction if the gear has a stiffness, from 0 to 1; the load has the rest.
+    // One line of the schema.
+    #[doc = "Motor's part of the friction if the gear has a stiffness, from 0 to 1; the load has \
+             the rest. Left out: 0.7."]
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub motor_share: Option<f64>,
 }

@@ -1,6 +1,6 @@
 //! From a data sheet to what the core's axis is: effort gain, inertia, friction, limits. What a
-//! torque or an inertia is in volts and degrees, given the effort gain, is
-//! [`CoreUnits`](crate::joint::CoreUnits). `docs/units.md` says both for a reader without the source.
+//! torque or an inertia is in volts and degrees, given the effort gain, is [`CoreUnits`].
+//! `docs/units.md` says both for a reader without the source.
 //!
 //! The core's effort u is a voltage at its output. What it moves is, at the joint,
 //!
@@ -25,8 +25,8 @@
 //! ```
 //!
 //! Guarantees: [`Mapping::of`] is exact but for rounding. Its numbers give the stall torque
-//! G u_max and, without friction, the motor's speed without load V / K_t. Does badly: eta is that of
-//! a motor that drives, also where the load drives it.
+//! G u_max and, without friction, the motor's speed without load V / K_t. Does badly: eta is that
+//! of a motor that drives, also where the load drives it.
 
 use std::f64::consts::TAU;
 

@@ -124,3 +124,37 @@ impl Typical {
         Ok(answers)
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::document::Document;
+    use crate::draft::text;
+    use crate::joint::presets;
+
+    /// Two places have the identified numbers, in two ways: rotor and gear here, the joint there.
+    #[test]
+    fn the_harmonic_joint_without_its_load_is_the_identified_one() {
+        let typical = Typical::find("harmonic").unwrap();
+        let text = text("harmonic", &typical.answers().unwrap(), Some(&typical)).unwrap();
+        let document = Document::parse("harmonic", &text).unwrap();
+        let (sheet, mapping) = document.mapping().unwrap().unwrap();
+        let identified = presets::erob80_50();
+        let curve = identified.friction.curve;
+        assert_eq!((sheet.slip()[0], sheet.viscous()), (curve.coulomb, curve.viscous));
+        let rotor = mapping.inertia - sheet.load.inertia_kg_m2;
+        assert!((rotor / identified.inertia - 1.0).abs() < 1e-3, "{rotor} kg m^2");
+        // BAM's K_t is that at the joint: 4.543 N m/A.
+        let kt = sheet.gear.ratio * sheet.motor.kt_nm_per_a;
+        assert!((kt / 4.543 - 1.0).abs() < 1e-3, "{kt} N m/A");
+    }
+
+    #[test]
+    fn every_typical_joint_answers_every_question_that_it_is_asked() {
+        for typical in TYPICAL {
+            let answers = typical.answers().unwrap();
+            assert_eq!(answers.open(), [], "{}", typical.name);
+            assert_eq!(answers.given().count(), typical.answers.len(), "{}", typical.name);
+        }
+    }
+}

@@ -118,8 +118,8 @@ impl Experiment {
     }
 }
 
-/// Leaves out the variants of the file that it was copied from: those that set a controller which is
-/// gone, or what a data sheet gives. A key that nobody knows is a slip of the hand, and refused.
+/// Leaves out the variants of the file that it was copied from: those that set a controller which
+/// is gone, or what a data sheet gives. A key that nobody knows is a slip of the hand, and refused.
 fn without_stale_variants(
     document: &Document,
     mut machine: Machine,

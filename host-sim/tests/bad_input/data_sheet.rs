@@ -77,6 +77,39 @@ fn a_disc_without_a_data_sheet_is_refused() {
 }
 
 #[test]
+fn an_amplifier_s_supply_is_what_it_can_give_and_no_more() {
+    let directory = tempfile::tempdir().unwrap();
+    let file = directory.path().join("joint.toml").to_str().unwrap().to_owned();
+    let made = stiction(&["new", &file, "--typical", "thesis"]).output().unwrap();
+    assert!(made.status.success(), "{made:?}");
+    let ohm = "motor.resistance_ohm=1";
+    let cases: [(&[&str], &str); 4] = [
+        (&["motor.no_load_rpm=3000"], "`supply.voltage_v` is missing; the motor's speed"),
+        (&["supply.voltage_v=40"], "`motor.resistance_ohm` is missing; an amplifier"),
+        (
+            &[ohm, "supply.voltage_v=40", "supply.internal_resistance_ohm=1"],
+            "`supply.internal_resistance_ohm` is 1; allowed is 0",
+        ),
+        (
+            &[ohm, "supply.voltage_v=40", "supply.takes_current_back=false"],
+            "`supply.takes_current_back` is false; allowed is true",
+        ),
+    ];
+    assert_all_refused(cases.into_iter().map(|(set, expected)| {
+        let set: Vec<&str> = set.iter().flat_map(|set| ["--set", *set]).collect();
+        let command = stiction(&[&["run", &file], &set[..]].concat());
+        (format!("{set:?}"), command, vec![expected])
+    }));
+}
+
+#[test]
+fn only_a_data_sheet_has_two_systems_of_units() {
+    let expected = ["show --units: step-response has no data sheet", "docs/units.md"];
+    assert_eq!(complaint(stiction(&["show", "--units", "step-response"]), &expected), None);
+    assert_eq!(complaint(stiction(&["show", "--units", "spring-mass"]), &["no data sheet"]), None);
+}
+
+#[test]
 fn what_only_a_run_simulates_is_refused_by_what_cannot() {
     let directory = tempfile::tempdir().unwrap();
     let file = directory.path().join("joint.toml").to_str().unwrap().to_owned();
@@ -90,7 +123,7 @@ fn what_only_a_run_simulates_is_refused_by_what_cannot() {
     let text = fs::read_to_string(&file).unwrap();
     fs::write(&file, text.replace("[supply]", "[supply]\ninternal_resistance_ohm = 0.1")).unwrap();
     let device = stiction(&["device", "--simulated", "--machine", &file, "status"]);
-    assert_eq!(complaint(device, &["`supply` asks for a joint that only `stiction run`"]), None);
+    assert_eq!(complaint(device, &["`supply` asks for what only `stiction run`"]), None);
 }
 
 #[test]

@@ -166,3 +166,30 @@ fn a_file_that_is_pulled_from_a_device_moves_like_the_data_sheet() {
         assert!((found / expected - 1.0).abs() < 1e-6, "{found}, {expected}");
     }
 }
+
+/// The simulated device has the joint of the data sheet: it ends elsewhere with a load.
+#[test]
+fn a_simulated_device_has_the_load_of_its_data_sheet() {
+    let directory = tempfile::tempdir().unwrap();
+    let path = file(&directory, "joint.toml");
+    stiction(&["new", &path, "--typical", "harmonic"]);
+    let reached = |load: &str| {
+        let text = fs::read_to_string(&path).unwrap();
+        let loaded = file(&directory, "loaded.toml");
+        fs::write(&loaded, text.replace("[load]\n", &format!("[load]\nconstant_nm = {load}\n")))
+            .unwrap();
+        let program = env!("CARGO_BIN_EXE_stiction");
+        let moved = ["device", "--simulated", "--machine", &loaded, "move", "2", "--for", "1"];
+        let done = std::process::Command::new(program).args(moved).output().unwrap();
+        let said = String::from_utf8(done.stdout).unwrap();
+        assert!(done.status.success(), "{said}");
+        let line = said.lines().find(|line| line.starts_with("reached")).unwrap().to_owned();
+        line.split_whitespace().nth(1).unwrap().parse::<f64>().unwrap()
+    };
+    let (pulled, free) = (reached("-3.0"), reached("0.0"));
+    // Slow, it ends where SRNF's v_ms and Kp's share no longer are the slip friction and the load:
+    // ((4.1 + 3) N m / 1.8108 N m/V - 2.706 V) / 10.64 V/deg, and a count is 0.0036 deg.
+    let expected = 2.0 - (7.1 / 1.8108 - 2.706) / 10.64;
+    assert!((pulled - expected).abs() < 0.0036, "{pulled} deg, {expected} deg");
+    assert!((free - 2.0).abs() < 0.01, "{free} deg");
+}

@@ -128,7 +128,7 @@ fn a_plausible_sheet_has_no_doubts_and_an_implausible_one_is_told() {
         (("load.inertia_kg_m2", "900"), "1125 times more than the rotor's"),
         (("load.inertia_kg_m2", "7e-4"), "1143 times less than the rotor's"),
         (("friction.stick_nm", "30"), "stall torque is 48 N m"),
-        (("friction.stick_nm", "17"), "4.25 times `slip_nm`"),
+        (("friction.stick_nm", "17"), "`friction.stick_nm` is 17 and `slip_nm` 4;"),
         (("load.constant_nm", "-6"), "moves by itself when the motor is off"),
         (("load.unbalance_nm", "45"), "it does not start from everywhere"),
     ] {
