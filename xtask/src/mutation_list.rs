@@ -80,7 +80,7 @@ pub const MUTATIONS: &[Mutation] = &[
         "the error may be twice its limit",
         Suite::Core, &["monitor::"]),
     fault("src/monitor/following_error.rs",
-        ["room.clamp(error.min(0), error.max(0))",
+        ["room.max(error.min(0)).min(error.max(0))",
          "room"],
         "room stays when the joint has arrived",
         Suite::Core, &["monitor::"]),
