@@ -63,14 +63,16 @@ pub fn refused(refused: &Refused) -> String {
             "its watchdog did not take over another timeout in time; say it again".into()
         }
         Refused::SupplyTooLow => {
-            "its 3.3 V supply is below 2.9 V, too low to erase and write its flash; what is in use stays in use, but is not saved"
+            "its 3.3 V supply is below 2.9 V, too low to erase and write its flash; what is in use \
+             stays in use, but is not saved"
                 .into()
         }
         Refused::NoOptionBytes => {
             "it is no microcontroller, and has no brown-out reset to turn on".into()
         }
         Refused::Untouchable => {
-            "its option bytes may not be changed: the part is protected for ever (RDP level 2), or they are not those of an STM32F405"
+            "its option bytes may not be changed: the part is protected for ever (RDP level 2), or \
+             they are not those of an STM32F405"
                 .into()
         }
     }
