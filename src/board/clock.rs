@@ -3,9 +3,9 @@
 //!
 //! The HAL waits for the crystal for ever, so the crystal is started here first, with a bounded
 //! wait. Its frequency is measured against the internal oscillator before anything runs from it,
-//! the PLL included ([`super::crystal`]); another one than 8 MHz is not used. Once it runs, the clock security
-//! system watches it. If it stops, the part falls back to the internal oscillator, TIM1's break
-//! input turns the outputs off, and [`super::fatal`] tells of it after a reset.
+//! the PLL included ([`super::crystal`]); another one than 8 MHz is not used. Once it runs, the
+//! clock security system watches it. If it stops, the part falls back to the internal oscillator,
+//! TIM1's break input turns the outputs off, and [`super::fatal`] tells of it after a reset.
 
 use core::sync::atomic::{AtomicBool, Ordering};
 

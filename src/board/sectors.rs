@@ -1,4 +1,5 @@
-//! The parameter sectors: 10 and 11 of the flash, 128 KiB each.
+//! The parameter sectors: 10 and 11 of the flash, 128 KiB each; and the option bytes, which lie in
+//! a sector of their own ([`super::option_bytes`]).
 //!
 //! There is one bank: while a sector is erased or a word is written, nothing can be fetched, and
 //! the processor stands still with all its interrupts. An erase takes 1 to 2 s at 32 bits of

@@ -8,7 +8,7 @@ use std::sync::Arc;
 
 use host_sim::emulator::FirmwareImage;
 use host_sim::emulator::board::Fitted;
-use host_sim::emulator::fault_injection::{Injection, Observed, observe};
+use host_sim::emulator::fault_injection::{Injection, Observed, converse, observe};
 
 use crate::common::image;
 use crate::fault_injection::{
@@ -50,21 +50,33 @@ fn assert_starved(sample_time_ms: u64, lsi_hz: u64, injection: Injection, later:
     let fitted = Fitted { lsi_hz, ..Fitted::default() };
     let observed = inject(Some(&parameters), fitted, &[(AT, injection)]);
     let case = format!("{injection:?}, {sample_time_ms} ms, {lsi_hz} Hz");
-    assert_driven_before(&observed);
-    let [reset] = observed.resets[..] else { panic!("{case}: resets {:?}", observed.resets) };
+    let reset_ns = assert_ended(&observed, &case, sample_time_ms, lsi_hz, later);
     if injection == Injection::TickStops {
-        let (khz, ms) = (lsi_hz / 1000, (reset.at.0 - AT) as f64 / MS as f64);
+        let (khz, ms) = (lsi_hz / 1000, (reset_ns - AT) as f64 / MS as f64);
         // For docs/reliability.md, as `cargo xtask reliability` reads it.
         println!("reliability: watchdog | sample_ms={sample_time_ms} | khz={khz} | ms={ms:.1}");
     }
+}
+
+/// See [`assert_starved`]; returns when the reset came, ns.
+fn assert_ended(
+    observed: &Observed,
+    case: &str,
+    sample_time_ms: u64,
+    lsi_hz: u64,
+    later: u64,
+) -> u64 {
+    assert_driven_before(observed);
+    let [reset] = observed.resets[..] else { panic!("{case}: resets {:?}", observed.resets) };
     let shortest_ms = (3 * sample_time_ms).max(10);
     let timeout = shortest_ms * MS * LSI_HZ[2] / lsi_hz;
     let fed = AT - sample_time_ms * MS..AT + later * sample_time_ms * MS + MS;
     let allowed = fed.start + timeout..fed.end + timeout;
     assert!(allowed.contains(&reset.at.0), "{case}: {reset:?}");
-    assert_off_after(&observed, reset.at.0, 0);
+    assert_off_after(observed, reset.at.0, 0);
     assert!(observed.says("reset by watchdog"), "{case}: {:?}", observed.log);
     assert!(observed.says("faulted: watchdog reset"), "{case}: {:?}", observed.log);
+    reset.at.0
 }
 
 #[test]
@@ -84,17 +96,25 @@ fn a_processor_that_stands_still_is_ended_by_the_watchdog() {
 
 #[test]
 fn a_link_that_never_ends_is_ended_by_the_watchdog_though_the_control_task_goes_on() {
-    // The ring of bytes from the wire begins with two words, where it is read and where it is
-    // written. One that is written beyond its end is never read to its end, and without a zero in
-    // it no frame ends, either.
-    // Its two ends have its name in theirs.
-    let found = firmware().variable("from_wire");
-    let (ring, size) = found.into_iter().max_by_key(|(_, size)| *size).unwrap();
-    assert!(size > 256, "the ring is not found");
-    let endless = Injection::Corrupts { address: ring + 4, length: size - 4, to: 0xFF };
+    // A copy of the image whose session goes around in a circle as soon as a byte has come.
+    let path = image();
+    let circle = [0xFE, 0xE7];
+    let receive = patched(|_| function("Session$LT$_$GT$7receive"), &circle);
+    let image = Arc::new(FirmwareImage::parse(&path, receive).unwrap());
     for sample_time_ms in [20, 1] {
+        let record = parameters_with(&[&format!("loop.sample_time_s={sample_time_ms}e-3")]);
+        let mut says = Some(0);
+        let partner = move |at: u64, _: &[u8]| {
+            if at < AT { Vec::new() } else { says.take().into_iter().collect() }
+        };
+        let (records, fitted) = ([Some(&record[..]), None], Fitted::default());
+        let observed = converse(&image, records, fitted, &[], UNTIL, Box::new(partner)).unwrap();
+        let case = format!("a circle, {sample_time_ms} ms");
         // Fed by the next tick once more, since link and log have run after the one before.
-        assert_starved(sample_time_ms, LSI_HZ[1], endless, 1);
+        assert_ended(&observed, &case, sample_time_ms, LSI_HZ[1], 1);
+        // The control task went on all the while, and drove the motor.
+        let ticks = observed.ticks_ns.iter().filter(|at| **at > AT).count();
+        assert!(ticks as u64 >= 50 / sample_time_ms, "{case}: {ticks} ticks");
     }
 }
 

@@ -77,8 +77,8 @@ pub fn refused(refused: &Refused) -> String {
             "its watchdog did not take over another timeout in time; say it again".into()
         }
         Refused::SupplyTooLow => {
-            "its 3.3 V supply is below 2.9 V, too low to erase and write its flash; the \
-             parameters are in use, but not saved"
+            "its 3.3 V supply is below 2.9 V, too low to erase and write its flash; what is in use \
+             stays in use, but is not saved"
                 .into()
         }
         Refused::NoOptionBytes => {
