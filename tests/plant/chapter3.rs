@@ -326,7 +326,8 @@ fn high_gain_tracks_closer_and_only_dnpf_oscillates_violently_without_a_sample_o
 
 #[test]
 fn eq_37_read_in_si_is_an_unstable_loop_between_the_limits_of_the_output() {
-    for controller in controllers() {
+    // The claim is about the thesis's seven.
+    for controller in controllers().take(7) {
         let results = run("step-response", controller, &[]);
         let literal = labelled(&results, &format!("{controller}/step-5.0/literal-si"));
         assert!(literal.unstable && literal.diverged_at_s.is_none());

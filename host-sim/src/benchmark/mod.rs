@@ -89,7 +89,7 @@ pub fn benchmark(documents: &[Document], weights: &Weights) -> Result<Benchmark,
 /// Says what is wrong with the document.
 pub fn plain_runs(document: &Document) -> Result<Vec<RunPlan>, Error> {
     let mut plans = Experiment::plan(document, &[], &[])?.runs;
-    plans.retain(|plan| plan.slugs().is_empty() && plan.controller.is_some());
+    plans.retain(RunPlan::is_plain);
     Ok(plans)
 }
 

@@ -171,7 +171,13 @@ fn in_si(draws: &mut Draws, family: Family, number: u64, kind: Kind) -> Case {
     let is_braked = family == Family::Overhauling;
     let largest_load = if is_braked { OVERHAULING[1] * BREAKAWAY[1] } else { 0.0 };
     let told = scale.told(NOMINAL, breakaway, largest_load, EFFORT, [count, 1.0 / kind.rate_hz]);
-    let told = Told { encoder_at_load: side == Side::Load, ..told };
+    // Last of all, so that the joints are the same without it.
+    let known = if is_braked { draws.uniform(0.8, 1.2) } else { 0.0 };
+    let told = Told {
+        encoder_at_load: side == Side::Load,
+        hold_effort: -known * load.constant / scale.effort,
+        ..told
+    };
     let (distance, speed, dwell_s, half_blend_s) = (0.5 * step.signum(), 0.5, 0.5, 0.125);
     Case {
         family,
@@ -260,6 +266,7 @@ impl Scale {
             viscous: viscous * per_angle,
             breakaway: breakaway.map(|torque| torque / self.effort),
             load: load / self.effort,
+            hold_effort: 0.0,
             full_scale: full_scale / self.effort,
             lsb: lsb / self.effort,
             count: count / self.angle,

@@ -9,6 +9,7 @@
 
 mod assemble;
 mod controller;
+mod every_law;
 mod motion;
 mod parameters;
 mod plan;
@@ -17,6 +18,7 @@ mod refusal;
 mod task;
 
 pub(crate) use self::controller::about_law;
+pub use self::every_law::{every_controller, with_every_law};
 pub use self::motion::position;
 #[cfg(feature = "emulator")]
 pub(crate) use self::parameters::{assembled, check_laws, validate};

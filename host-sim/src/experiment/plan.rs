@@ -61,6 +61,11 @@ impl RunPlan {
     pub fn slugs(&self) -> Vec<&str> {
         slugs(&self.variant, &self.machine, self.controller.is_some())
     }
+
+    /// Whether this is a controller's run of the experiment as it is: no variant, no delay.
+    pub fn is_plain(&self) -> bool {
+        self.slugs().is_empty() && self.controller.is_some()
+    }
 }
 
 fn slugs<'a>(variant: &'a str, machine: &Machine, sampled: bool) -> Vec<&'a str> {

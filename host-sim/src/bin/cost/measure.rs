@@ -1,7 +1,7 @@
 //! Runs the benchmark of section 3.3.1 on the image, with everything on, and counts.
 //!
 //! The joint, gains and motions are those of the experiments `step-response` and `trajectory`:
-//! seven controllers, three steps and two trajectories. Soft start and supply are those of
+//! every controller, three steps and two trajectories. Soft start and supply are those of
 //! [`counted`]. One more key differs, `drive.pwm_hz`: half of the emulator's time goes into a PWM
 //! of 22 kHz, so it is 2 kHz here. No instruction of the control interrupt looks at that counter or
 //! depends on its top, and that is checked: each controller's 2.5 deg step is run again with the
@@ -12,10 +12,9 @@ use std::path::Path;
 use std::sync::Arc;
 
 use host_sim::Error;
-use host_sim::benchmark::plain_runs;
 use host_sim::emulator::probe::{Points, Probe, TickCost};
 use host_sim::emulator::{FirmwareImage, counted, yardstick};
-use host_sim::experiment::{Document, RunPlan};
+use host_sim::experiment::{Document, Experiment, RunPlan, every_controller, find, with_every_law};
 use host_sim::firmware::Code;
 use host_sim::firmware::size::Size;
 use host_sim::firmware::stack::Bound;
@@ -103,9 +102,11 @@ pub fn stack_room(code: &Code) -> u32 {
 }
 
 fn plans(experiment: &str, set: &[&str]) -> Result<Vec<RunPlan>, Error> {
-    let mut document = Document::open(experiment)?;
+    let mut document = Document::parse(experiment, &with_every_law(&find(experiment)?))?;
     document.set(&set.iter().map(|text| (*text).to_owned()).collect::<Vec<_>>())?;
-    plain_runs(&document)
+    let mut plans = Experiment::plan(&document, &every_controller(), &[])?.runs;
+    plans.retain(RunPlan::is_plain);
+    Ok(plans)
 }
 
 /// One motion of an experiment under every controller, with a key set.

@@ -43,6 +43,8 @@ pub struct Told {
     pub breakaway: [f64; 2],
     /// Largest load that may drive the joint, V; 0: none does.
     pub load: f64,
+    /// Effort that holds the load where the joint is armed, within 20 %, V; 0: none is needed.
+    pub hold_effort: f64,
     /// Largest effort, V.
     pub full_scale: f64,
     /// Step of the effort, V.
@@ -198,6 +200,7 @@ mod tests {
             viscous: 1.3 * scale,
             breakaway: [2.0 / 12.0, 1.0],
             load: 0.0,
+            hold_effort: 0.0,
             full_scale: 5.0,
             lsb: 0.005,
             count: 0.0036,

@@ -1,0 +1,44 @@
+//! A built-in experiment under every law of the core's list.
+
+use stiction::compensator::Gains;
+use stiction::pd::PdGains;
+use stiction::value::Table;
+
+use super::controller::about_law;
+use crate::document::Builtin;
+use crate::machine::{Laws, PD};
+use crate::written::{AllGains, Scalar, Written};
+
+/// Every controller by its name: plain PD, and each law by itself.
+pub fn every_controller() -> Vec<String> {
+    [PD].iter().chain(Gains::NAMES).map(|&name| name.to_owned()).collect()
+}
+
+/// The text of an experiment, with a table for each law that it has no gains for.
+///
+/// A law without gains in the file has those of its declaration's example, beside PD's. So a law
+/// that is new to the core's list runs in every test and is measured, and no experiment of the
+/// thesis has to name it.
+pub fn with_every_law(builtin: &Builtin) -> String {
+    let text = builtin.toml;
+    let has = |law: &str| text.contains(&format!("[controller.{law}]"));
+    let new = Gains::EXAMPLES.iter().filter(|law| has(PD) && !has(law.name()));
+    [text.to_owned()].into_iter().chain(new.map(example)).collect()
+}
+
+/// The table of a law's example.
+fn example(law: &Gains) -> String {
+    let mut table = Written::<AllGains, Laws>::default();
+    table.put(PdGains::ABOUT, &PdGains::EXAMPLE);
+    table.put(about_law(law), law);
+    let keys = table.iter().map(|(key, value)| {
+        let value = match value {
+            Scalar::Number(number) => format!("{number:?}"),
+            Scalar::Whole(whole) => whole.to_string(),
+            Scalar::Flag(flag) => flag.to_string(),
+            Scalar::Choice(word) => format!("{word:?}"),
+        };
+        format!("{key} = {value}\n")
+    });
+    [format!("\n[controller.{}]\n", law.name())].into_iter().chain(keys).collect()
+}
