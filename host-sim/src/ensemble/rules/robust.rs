@@ -4,7 +4,7 @@ use stiction::compensator::robust::EncoderSide;
 use stiction::compensator::{Gains, RobustGains};
 use stiction::value::Table as _;
 
-use super::{Rule, Told, Tuned, around_pd};
+use super::{Rule, Told, around_pd};
 
 /// The rule.
 pub const RULE: Rule = Rule {
