@@ -23,7 +23,8 @@ table! {
         /// 0.0001 to 0.02.
         sample_time: f32 = 0x0101 "sample_time_s", Above(0.0, 1.0), Needed(0.02);
         /// Number of positions in the velocity regression; 5 in the thesis.
-        velocity_window: u32 = 0x0102 "velocity_window", Between(2.0, MAX_WINDOW as f32), Default(5);
+        velocity_window: u32 =
+            0x0102 "velocity_window", Between(2.0, MAX_WINDOW as f32), Default(5);
     }
     with {
         /// The encoder.

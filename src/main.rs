@@ -15,7 +15,8 @@ mod report;
 #[cfg(not(target_os = "none"))]
 fn main() {
     println!(
-        "This is the firmware: build it with `cargo xtask firmware`, flash it with `cargo xtask flash`."
+        "This is the firmware: build it with `cargo xtask firmware`, flash it with \
+         `cargo xtask flash`."
     );
 }
 

@@ -8,7 +8,8 @@ use stiction::Parameters;
 
 /// A machine of the thesis.
 static MACHINE: LazyLock<Parameters> = LazyLock::new(|| {
-    let toml = host_sim::experiment::find("step-response").map(|builtin| builtin.toml).unwrap_or_default();
+    let builtin = host_sim::experiment::find("step-response");
+    let toml = builtin.map(|builtin| builtin.toml).unwrap_or_default();
     machine_file::read("step-response", toml).expect("a built-in machine is valid")
 });
 

@@ -238,8 +238,7 @@ const DEG: f64 = std::f64::consts::PI / 180.0;
 /// The values are those of Tables 2, 5, 8, 11 and 15. The test lets 6 % pass on both sides of the
 /// rules themselves.
 #[test]
-fn parameters_of_the_reset_integrator_are_taken_as_the_tables_print_them_and_not_farther_from_the_rules()
- {
+fn parameters_of_the_reset_integrator_are_taken_as_printed_and_not_farther_from_the_rules() {
     for (experiment, unit, of_table, bodies) in PRINTED {
         let column =
             |value: &dyn Fn(&[f64; 5]) -> f64| bodies.iter().map(value).collect::<Vec<_>>();

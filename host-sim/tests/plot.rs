@@ -94,7 +94,8 @@ fn what_cannot_be_drawn_is_one_sentence_that_names_the_file() {
     let lab = written(out, "lab.csv", &["run", "spring-mass", "--friction", "karnopp", "--csv"]);
     let many = written(out, "many.csv", &["run", "step-response", "--csv"]);
     let bad = out.join("bad.csv");
-    let row = "time_s,reference_deg,position_deg,error_deg,velocity_deg_per_s,v_pd_v,v_c_v,v_v\n0,1,2,3,4,5,6,x\n";
+    let row = "time_s,reference_deg,position_deg,error_deg,velocity_deg_per_s,v_pd_v,v_c_v,v_v\n\
+               0,1,2,3,4,5,6,x\n";
     std::fs::write(&bad, row).unwrap();
     let empty = out.join("empty.csv");
     std::fs::write(&empty, row.lines().next().unwrap()).unwrap();

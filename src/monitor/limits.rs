@@ -51,7 +51,8 @@ table! {
         /// none.
         position_min: f32 = 0x0907 "position_min_deg", Between(-HUGE, HUGE), Default(0.0);
         /// Highest position, deg, not below `position_min_deg`.
-        position_max: f32 = 0x0908 "position_max_deg", Between(limits.position_min, HUGE), Default(0.0);
+        position_max: f32 =
+            0x0908 "position_max_deg", Between(limits.position_min, HUGE), Default(0.0);
         /// Lowest supply, V. Derived: 0.7 of the nominal supply.
         supply_min: f32 = 0x0909 "supply_min_v", OrOff(0.0, HUGE), Derived(0.0);
         /// Highest supply, V. Derived: 1.3 of the nominal supply.

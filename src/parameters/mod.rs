@@ -108,9 +108,8 @@ impl Parameters {
     /// Names the value.
     pub fn fits(&self, hardware: &Hardware) -> Result<(), DecodeError> {
         let ControllerConfig { sample_time, drive, .. } = &self.controller;
-        let fits = hardware.pwm_top(drive.pwm_hz).map(|_| ());
-        fits.and(hardware.check_times(*sample_time, self.device.dead_time))
-            .map_err(DecodeError::Value)
+        let fits = hardware.check_times(*sample_time, self.device.dead_time);
+        fits.and_then(|()| hardware.pwm_top(drive.pwm_hz).map(|_| ())).map_err(DecodeError::Value)
     }
 
     /// Refuses a value that is not within its bounds, and values that do not go together. What only

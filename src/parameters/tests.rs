@@ -266,9 +266,8 @@ fn a_record_that_is_valid_may_not_fit_a_board() {
     assert_eq!(parameters.fits(&board), Ok(()));
     parameters.controller.drive.pwm_hz = 1299.0;
     assert_eq!(parameters.validate(), Ok(()));
-    assert!(
-        matches!(parameters.fits(&board), Err(DecodeError::Value(error)) if name(error.key) == "pwm_hz")
-    );
+    let found = parameters.fits(&board);
+    assert!(matches!(found, Err(DecodeError::Value(error)) if name(error.key) == "pwm_hz"));
     // The longest dead time is the board's, too: of half the clock, twice as long.
     let mut parameters = example();
     parameters.device.dead_time = 6.001e-6;

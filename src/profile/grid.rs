@@ -47,6 +47,8 @@ pub(super) struct Grid {
     /// The logarithms of N and k.
     pub entries: u32,
     pub ticks: u32,
+    /// k itself, with a sign as the phase has one.
+    pub period: i32,
     /// The largest speed that the sums have room for, units.
     pub largest: i32,
     /// Factors from a unit of the sums to a count, to deg/s and to deg/s^2.
@@ -157,6 +159,7 @@ impl Grid {
             shown: !((1 << sums.saturating_sub(24)) - 1),
             entries: frame.entries,
             ticks: frame.ticks,
+            period: 1 << frame.ticks,
             largest: 1 << frame.largest(),
             fraction: a_count,
             velocity_scale: a_count * frame.velocity,

@@ -221,7 +221,7 @@ impl Profile {
             self.step();
         }
         self.phase += 1;
-        if self.phase >> self.grid.ticks > 0 {
+        if self.phase >= self.grid.period {
             self.phase = 0;
             self.plan();
         }

@@ -166,7 +166,8 @@ proptest! {
         let unused = reach - f64::from(max_code);
         // The quotient of two floats counts as whole when it is so to 3e-7, one and a half units in
         // the last place.
-        prop_assert!(unused >= -3e-7 * reach && unused < 1.0 + 3e-7 * reach, "{max_code} of {reach}");
+        let is_one = unused >= -3e-7 * reach && unused < 1.0 + 3e-7 * reach;
+        prop_assert!(is_one, "{max_code} of {reach}");
         let mut joint = Joint::start(&controller, counter, counts);
         for travel in travels {
             counter = counter.wrapping_add_signed(travel);
@@ -223,7 +224,8 @@ proptest! {
             let mut before = tick;
             for (&counts, expected) in counts.iter().zip(&undisturbed).skip(at + 1) {
                 let tick = joint.tick(low_half(counts), &reference);
-                prop_assert_eq!((tick.v_pd, tick.velocity), (expected.v_pd, expected.velocity), "{}", name);
+                let expected = (expected.v_pd, expected.velocity);
+                prop_assert_eq!((tick.v_pd, tick.velocity), expected, "{}", name);
                 let v_c = afresh.update(&mut compensator, &sample_of(&before, &tick));
                 before = tick;
                 prop_assert_eq!(tick.v_c, v_c, "{}: tick {}", name, tick.tick);
@@ -242,5 +244,6 @@ fn effort_beyond_a_float_gives_none() {
     let here = step_to(Position::default());
     let ticks = [0, 1, 1, 1, 1, 1].map(|counter| joint.tick(counter, &here));
     assert_eq!(ticks.map(|tick| tick.non_finite), [false, true, true, true, true, false]);
-    assert_eq!(ticks.map(|tick| tick.code), [0, 0, 0, 0, 0, -20]); // 0.40 tanh(100 * -0.00242) V, and PD
+    // 0.40 tanh(100 * -0.00242) V, and PD.
+    assert_eq!(ticks.map(|tick| tick.code), [0, 0, 0, 0, 0, -20]);
 }

@@ -113,7 +113,9 @@ proptest! {
     ) {
         let counts = near(&reference, &lags);
         for (name, config) in controllers() {
-            let config = changed(&config, |config| (config.sample_time, config.pd.kp) = (sample_time, kp));
+            let config = changed(&config, |config| {
+                (config.sample_time, config.pd.kp) = (sample_time, kp);
+            });
             let controller = Controller::new(&config, &STM32F405).unwrap();
             let (h, kp) = (f64::from(sample_time), f64::from(kp));
             let mut law = config.compensator.first().map(|&gains| Equation::new(gains, h, kp));
@@ -123,9 +125,11 @@ proptest! {
                 prop_assert_eq!((tick.tick, tick.counts), (number, counts), "{}", name);
                 prop_assert_eq!(tick.setpoint(), reference.at(number), "{}", name);
                 let Setpoint { position, velocity, .. } = tick.setpoint();
-                let ahead = f64::from(position.counts) + f64::from(position.fraction) - f64::from(counts);
+                let ahead = f64::from(position.counts) - f64::from(counts)
+                    + f64::from(position.fraction);
                 let error = ahead * f64::from(RESOLUTION);
-                prop_assert!((f64::from(tick.error) - error).abs() <= 1e-6 * error.abs(), "{name}: {tick:?}");
+                let off = (f64::from(tick.error) - error).abs();
+                prop_assert!(off <= 1e-6 * error.abs(), "{name}: {tick:?}");
                 let kd = f64::from(config.pd.kd);
                 let v_pd = kp * error + kd * (f64::from(velocity) - f64::from(tick.velocity));
                 let v_pd = if replaces_pd { 0.0 } else { v_pd };

@@ -38,7 +38,8 @@ proptest! {
 
     #[test]
     fn law_with_a_gain_of_zero_is_pd_to_the_bit(reference in reference(), lags in lags()) {
-        let zeroed: Vec<_> = laws().filter(|law| !law.2.replaces_pd()).map(|law| without_gain(law.2)).collect();
+        let beside = laws().filter(|law| !law.2.replaces_pd());
+        let zeroed: Vec<_> = beside.map(|law| without_gain(law.2)).collect();
         let counts = near(&reference, &lags);
         let output = |laws: &[Gains]| {
             let controller = Controller::new(&configured(0.17, laws), &STM32F405).unwrap();
@@ -127,7 +128,8 @@ proptest! {
             for (name, config) in controllers() {
                 let config = changed(&config, |config| config.encoder.counter_bits = bits);
                 let controller = Controller::new(&config, &STM32F405).unwrap();
-                let counter = |counts: i32| (counts.wrapping_sub(shift) as u32).wrapping_add(origin);
+                let counter =
+                    |counts: i32| (counts.wrapping_sub(shift) as u32).wrapping_add(origin);
                 let moved_back: Vec<_> = run(&controller, &shifted, &shifted_counts, counter)
                     .into_iter()
                     .map(|mut tick| {

@@ -26,7 +26,8 @@ proptest! {
             for (j, b) in laws.iter().enumerate().skip(i + 1) {
                 let sum = ticks(&[*a, *b]);
                 for (k, tick) in sum.iter().enumerate() {
-                    prop_assert_eq!(tick.v_c, parts[i][k].v_c + parts[j][k].v_c, "{:?} and {:?}", a, b);
+                    let sum = parts[i][k].v_c + parts[j][k].v_c;
+                    prop_assert_eq!(tick.v_c, sum, "{:?} and {:?}", a, b);
                 }
                 // Two floats add up to the same in either order.
                 prop_assert_eq!(ticks(&[*b, *a]), sum, "{:?} and {:?}", b, a);
@@ -35,7 +36,9 @@ proptest! {
     }
 
     #[test]
-    fn order_of_four_laws_changes_no_more_than_the_rounding(reference in reference(), lags in lags()) {
+    fn order_of_four_laws_changes_no_more_than_the_rounding(
+        reference in reference(), lags in lags(),
+    ) {
         let counts = near(&reference, &lags);
         let ticks = |laws: &[Gains]| {
             let controller = Controller::new(&configured(0.17, laws), &STM32F405).unwrap();

@@ -30,7 +30,9 @@ proptest! {
     #![proptest_config(config(CASES))]
 
     #[test]
-    fn any_bytes_make_no_message_but_a_whole_one_and_cost_only_themselves(bytes in vec(any::<u8>(), 0..600)) {
+    fn any_bytes_make_no_message_but_a_whole_one_and_cost_only_themselves(
+        bytes in vec(any::<u8>(), 0..600),
+    ) {
         // The checksum has 32 bits: one frame of 2^32 would pass.
         prop_assert_eq!(frame::holds(&bytes), 0);
     }
@@ -68,7 +70,12 @@ proptest! {
         changes in vec((any::<prop::sample::Index>(), "[ -~]{0,3}", 0..3u8), 1..6),
     ) {
         let mut lines: Vec<String> =
-            host_sim::experiment::find("step-response").unwrap().toml.lines().map(str::to_owned).collect();
+            host_sim::experiment::find("step-response")
+                .unwrap()
+                .toml
+                .lines()
+                .map(str::to_owned)
+                .collect();
         for (at, text, how) in changes {
             let at = at.index(lines.len());
             match how {

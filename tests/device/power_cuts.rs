@@ -57,20 +57,23 @@ fn a_cut_at_any_write_or_erase_leaves_the_old_or_the_new_set_whole() {
         [1.0, 2.0, 3.0, 4.0].map(|kp| srnf(&[&format!("controller.srnf.kp_v_per_deg={kp}")]));
     let mut store = stored(&sets[0]);
     let mut all = (0, 0);
-    for [old, new] in [[0, 1], [1, 2], [2, 3]].map(|pair| pair.map(|i: usize| &sets[i])) {
+    let pairs = [[0, 1], [1, 2], [2, 3]].map(|pair| pair.map(|i: usize| &sets[i]));
+    // A save is an erase and the words of the record. All sets have the same values.
+    let words = sets[0].encode(0, &mut [0; ROOM]).unwrap().len().div_ceil(4) as u32;
+    let remains = remains().count() as u32;
+    for [old, new] in pairs {
         let (cuts, news) = cut_at_each(&store, Some(old), new);
-        // A save is an erase and the words of the record, with eight remains each. The new set is
-        // found only if the last word was finished, or what is left of it happens to be the same.
-        let words = new.encode(0, &mut [0; ROOM]).unwrap().len().div_ceil(4) as u32;
-        assert_eq!(cuts, 8 * (1 + words));
+        // The new set is found only if the last word was finished, or what is left of it happens to
+        // be the same.
+        assert_eq!(cuts, remains * (1 + words));
         assert!((1..=7).contains(&news), "{news} of {cuts}");
         store.flash().revive();
         store.save(new).unwrap();
         all.0 += cuts;
         all.1 += news;
-        reliability!("cuts-of-a-save", words, cuts, news);
     }
-    reliability!("cuts", cuts = all.0, news = all.1);
+    assert_eq!(all.0, pairs.len() as u32 * remains * (1 + words));
+    reliability!("cuts", pairs = pairs.len(), words, remains, cuts = all.0, news = all.1);
 }
 
 #[test]

@@ -34,8 +34,7 @@ fn the_block_on_a_spring_climbs_the_closed_form_s_staircase() {
 
 /// Stuck until `(1 + d) sin(w t) = 1`, and for ever if `d` is negative, however little is missing.
 #[test]
-fn a_force_that_only_just_reaches_the_limit_breaks_the_block_loose_and_one_that_does_not_never_does()
- {
+fn a_force_that_just_reaches_the_limit_breaks_the_block_loose_and_no_smaller_one_does() {
     for frequency in [0.7, 3.0, 8.0, 20.0] {
         for over in [-5e-5, -1e-6, 1e-6, 5e-5_f64] {
             let speed = 0.0025 * (1.0 + over) * frequency;

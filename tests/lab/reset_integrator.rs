@@ -93,8 +93,7 @@ fn a_jump_of_force_takes_it_far_above_its_static_friction() {
 /// hand ... every time". Karnopp's turns take no time: there the torque would need more than T_s.
 /// The one stay at rest holds the weight against the torque.
 #[test]
-fn static_friction_exceeds_dynamic_at_the_first_two_stops_with_karnopp_and_at_all_with_reset_integrator()
- {
+fn static_friction_exceeds_dynamic_at_two_stops_with_karnopp_and_at_all_with_reset_integrator() {
     let (events, _) = exact(&PENDULUM, &PENDULUM_LEVELS, 1e-10, 5.0);
     let stops: Vec<_> = events.iter().filter(|e| e.kind != Break).collect();
     let applied = |time_s: f64| {
@@ -103,7 +102,10 @@ fn static_friction_exceeds_dynamic_at_the_first_two_stops_with_karnopp_and_at_al
     };
     let found: Vec<_> = stops.iter().map(|e| (e.kind, applied(e.time_s))).collect();
     assert!(
-        matches!(found[..], [(Reverse, a), (Reverse, b), (Stick, c)] if a > 1.2 && b > 1.2 && c < 0.96),
+        matches!(
+            found[..],
+            [(Reverse, a), (Reverse, b), (Stick, c)] if a > 1.2 && b > 1.2 && c < 0.96
+        ),
         "{found:?}"
     );
     // The bristle is bent by p_o when it stops, and has T_s there: with steps that locate nothing,

@@ -101,7 +101,9 @@ proptest! {
     }
 
     #[test]
-    fn code_of_a_power_of_two_is_the_rounded_quotient_itself(exponent in 2i32..14, share in -1.5f32..1.5) {
+    fn code_of_a_power_of_two_is_the_rounded_quotient_itself(
+        exponent in 2i32..14, share in -1.5f32..1.5,
+    ) {
         let lsb = 0.5f32.powi(exponent);
         let drive = drive(1.0, lsb, PwmMode::LockedAntiphase, 3818).unwrap();
         // Rounded to a tenth of a code, so that many are exact halves.

@@ -176,14 +176,17 @@ proptest! {
         });
         let to_deg_per_s = f64::from(RESOLUTION) / sample_time;
         let velocity_tolerance = 16.0 * HALF_ULP * (fastest + 1.0);
-        let tolerance = velocity_tolerance * half_blend + 16.0 * HALF_ULP + f64::from(last) / 4_294_967_296.0;
+        let tolerance =
+            velocity_tolerance * half_blend + 16.0 * HALF_ULP + f64::from(last) / 4_294_967_296.0;
         for (tick, position) in (0..).zip(profile.positions(last)) {
             let setpoint = trajectory.at(tick);
             let error = far_from(0, setpoint.position) - position;
-            prop_assert!(error.abs() <= tolerance, "{error} counts at tick {tick}, not {tolerance}");
+            let off = error.abs();
+            prop_assert!(off <= tolerance, "{off} counts at tick {tick}, not {tolerance}");
             let velocity = profile.velocity(f64::from(tick)) * to_deg_per_s;
             let error = f64::from(setpoint.velocity) - velocity;
-            prop_assert!(error.abs() <= velocity_tolerance * to_deg_per_s, "{error} deg/s at tick {tick}");
+            let tolerance = velocity_tolerance * to_deg_per_s;
+            prop_assert!(error.abs() <= tolerance, "{error} deg/s at tick {tick}");
             prop_assert!((0.0..1.0).contains(&setpoint.position.fraction));
 
             let mut moved_back = shifted.at(tick);

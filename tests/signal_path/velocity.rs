@@ -31,7 +31,10 @@ proptest! {
         window in 2..=MAX_WINDOW,
         resolution in 1e-4f32..1.0,
         sample_time in 1e-4f32..0.1,
-        increments in vec(prop_oneof![Just(0), -3..=3, -3000..=3000, -MAX_INCREMENT..=MAX_INCREMENT], 1..40),
+        increments in vec(
+            prop_oneof![Just(0), -3..=3, -3000..=3000, -MAX_INCREMENT..=MAX_INCREMENT],
+            1..40,
+        ),
     ) {
         let velocity = Velocity::new(window as u32, resolution, sample_time);
         let mut state = VelocityState::default();
@@ -42,7 +45,8 @@ proptest! {
             let slope = slope(&positions[positions.len() - window..]);
             let expected = slope * f64::from(resolution) / f64::from(sample_time);
             // Seven roundings at most, and what cancels in the regression itself.
-            let tolerance = 7.0 * HALF_ULP * expected.abs() + 1e-6 * f64::from(resolution / sample_time);
+            let count = f64::from(resolution / sample_time);
+            let tolerance = 7.0 * HALF_ULP * expected.abs() + 1e-6 * count;
             prop_assert!((measured - expected).abs() <= tolerance, "{measured}, not {expected}");
         }
     }

@@ -1,7 +1,7 @@
 //! Experiments: a machine's file, taken apart into runs.
 //!
 //! ```text
-//! Document -> Machine and its variants -> RunPlan: a controller and a Task -> models, Motion, Course
+//! Document -> Machine and its variants -> RunPlan: a controller, a Task -> models, Motion, Course
 //! ```
 //!
 //! A [`RunPlan`] is checked as a whole before anything is run, and answers with the models, the

@@ -2,7 +2,7 @@
 
 use crc::{CRC_32_ISO_HDLC, Crc};
 use stiction::Parameters;
-use stiction::parameters::{FORMAT_VERSION, ROOM};
+use stiction::parameters::{DecodeError, FORMAT_VERSION, ROOM};
 
 use crate::hardware::STM32F405;
 
@@ -36,12 +36,10 @@ fn with_header(version: u32, body: &[u8]) -> Vec<u8> {
 fn decoded(bytes: &[u8]) -> bool {
     let Ok((parameters, _)) = Parameters::decode(bytes) else { return false };
     assert_eq!(parameters.check(), Ok(()), "what is decoded is valid");
-    // A record does not know its board: whether the timer can make the frequency is seen when it is
-    // prepared.
-    if let Err(error) = parameters.prepare(&STM32F405) {
-        let pwm_hz = parameters.controller.drive.pwm_hz;
-        assert_eq!(STM32F405.pwm_top(pwm_hz), Err(error), "all else that a board needs is valid");
-    }
+    // A record does not know its board: whether the timers can make its times and its frequency is
+    // seen when it is prepared.
+    let prepared = parameters.prepare(&STM32F405).map(|_| ()).map_err(DecodeError::Value);
+    assert_eq!(prepared, parameters.fits(&STM32F405), "all else that a board needs is valid");
     let mut room = [0; ROOM];
     let record = parameters.encode(7, &mut room).map(<[u8]>::to_vec).unwrap_or_default();
     assert_eq!(
