@@ -51,7 +51,7 @@ pub struct RunPlan {
     pub task: Task,
     /// The slug of the variant; empty for the runs as they stand.
     pub variant: String,
-    /// A joint in place of the file's axis; the files do not name one yet.
+    /// A joint in place of the one that the file describes.
     pub substitute: Option<Substitute>,
 }
 
