@@ -19,8 +19,8 @@ table! {
     /// The configuration of a controller, in a user's units.
     #[derive(Clone, Debug, PartialEq)]
     pub struct ControllerConfig (config) "loop" {
-        /// Time between samples, s. A device takes 0.0001 to 0.02, for which its timer and its
-        /// deadline are made.
+        /// Time between samples, s. A device takes what its timer and its deadline are made for:
+        /// 0.0001 to 0.02.
         sample_time: f32 = 0x0101 "sample_time_s", Above(0.0, 1.0), Needed(0.02);
         /// Number of positions in the velocity regression; 5 in the thesis.
         velocity_window: u32 = 0x0102 "velocity_window", Between(2.0, MAX_WINDOW as f32), Default(5);
@@ -135,6 +135,11 @@ impl Controller {
     /// device.
     pub(crate) fn on_device(&mut self, soft_start: u32, nominal_supply: f32) {
         self.output.on_device(soft_start, nominal_supply);
+    }
+
+    /// Returns the ticks that are left of the soft start.
+    pub(crate) const fn soft_start_left(&self, state: &ControllerState) -> u32 {
+        self.output.soft_start_left(&state.output)
     }
 
     /// Returns the state of a joint at rest in position `counts`, in which a motion begins.

@@ -92,7 +92,9 @@ impl Drive {
     ///
     /// ```
     /// use stiction::{Hardware, drive::{Drive, DriveConfig}, value::Table};
-    /// let hardware = Hardware { pwm_clock_hz: 168e6, supply_top: 4095, dead_time_max: 6e-6 };
+    /// let (pwm_clock_hz, supply_top, dead_time_max) = (168e6, 4095, 6e-6);
+    /// let sample_time = [1e-4, 0.02];
+    /// let hardware = Hardware { pwm_clock_hz, supply_top, dead_time_max, sample_time };
     /// let config = DriveConfig { full_scale: 1.0, lsb: 0.004, ..DriveConfig::EXAMPLE };
     /// assert_eq!(Drive::new(&config, &hardware).unwrap().max_code(), 250);
     /// ```
@@ -115,7 +117,9 @@ impl Drive {
     ///
     /// ```
     /// use stiction::{Hardware, drive::{Drive, DriveConfig, PwmMode}};
-    /// let hardware = Hardware { pwm_clock_hz: 168e6, supply_top: 4095, dead_time_max: 6e-6 };
+    /// let (pwm_clock_hz, supply_top, dead_time_max) = (168e6, 4095, 6e-6);
+    /// let sample_time = [1e-4, 0.02];
+    /// let hardware = Hardware { pwm_clock_hz, supply_top, dead_time_max, sample_time };
     /// let mode = PwmMode::LockedAntiphase;
     /// let [full_scale, lsb, pwm_hz, duty_max] = [5.0, 0.00488, 22e3, 1.0];
     /// let config = DriveConfig { full_scale, lsb, pwm_hz, mode, duty_max };
@@ -142,7 +146,9 @@ impl Drive {
     ///
     /// ```
     /// use stiction::{Hardware, drive::{Drive, DriveConfig, Duty, PwmMode}};
-    /// let hardware = Hardware { pwm_clock_hz: 168e6, supply_top: 4095, dead_time_max: 6e-6 };
+    /// let (pwm_clock_hz, supply_top, dead_time_max) = (168e6, 4095, 6e-6);
+    /// let sample_time = [1e-4, 0.02];
+    /// let hardware = Hardware { pwm_clock_hz, supply_top, dead_time_max, sample_time };
     /// let mode = PwmMode::LockedAntiphase;
     /// let [full_scale, lsb, pwm_hz, duty_max] = [5.0, 0.00488, 22e3, 1.0];
     /// let config = DriveConfig { full_scale, lsb, pwm_hz, mode, duty_max };

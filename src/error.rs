@@ -44,6 +44,8 @@ pub enum Allowed {
     /// The numbers from the first to the second, as [`Between`](Self::Between), of which zero turns
     /// off what has this value. A machine's file writes it as the word `"off"`, too.
     OrOff(f32, f32),
+    /// The positive numbers up to the first, which is another configured value.
+    UpTo(f32, Key),
 }
 
 impl Allowed {
@@ -54,6 +56,7 @@ impl Allowed {
         match self {
             Self::Between(low, high) | Self::OrOff(low, high) => found >= low && found <= high,
             Self::Above(low, high) => found > low && found <= high,
+            Self::UpTo(high, _) => found > 0.0 && found <= high,
             Self::Any => true,
             Self::LaterBy(_) | Self::AnotherLaw => false,
         }
@@ -77,6 +80,7 @@ impl fmt::Display for Allowed {
             }
             Self::AnotherLaw => f.write_str("each law once, and none beside one that replaces PD"),
             Self::OrOff(low, high) => write!(f, "a number from {low} to {high}, or \"off\""),
+            Self::UpTo(high, key) => write!(f, "a number above 0, up to `{key}`, which is {high}"),
         }
     }
 }

@@ -1,6 +1,7 @@
 //! The figures of a board that the core has to know: those of its timers and converters that turn a
 //! user's units into codes.
 
+use crate::controller::SAMPLE_TIME;
 use crate::device_config::DeviceConfig;
 use crate::error::{Allowed, Error, between};
 use crate::value::{Key, Table, key};
@@ -14,6 +15,9 @@ pub struct Hardware {
     pub supply_top: u16,
     /// Longest dead time that the timer inserts between complementary outputs, s.
     pub dead_time_max: f32,
+    /// Shortest and longest time between samples, s: what the tick's timer makes, and what its
+    /// deadline leaves time for.
+    pub sample_time: [f32; 2],
 }
 
 const PWM_HZ: Key = key(crate::drive::DriveConfig::ABOUT, "pwm_hz");
@@ -30,7 +34,8 @@ impl Hardware {
     ///
     /// ```
     /// let (pwm_clock_hz, supply_top, dead_time_max) = (168e6, 4095, 6e-6);
-    /// let hardware = stiction::Hardware { pwm_clock_hz, supply_top, dead_time_max };
+    /// let sample_time = [1e-4, 0.02];
+    /// let hardware = stiction::Hardware { pwm_clock_hz, supply_top, dead_time_max, sample_time };
     /// assert_eq!(hardware.pwm_top(22e3), Ok(3818)); // 22.001 kHz
     /// ```
     pub fn pwm_top(&self, pwm_hz: f32) -> Result<u16, Error> {
@@ -43,12 +48,14 @@ impl Hardware {
         Ok((libm::roundf(self.pwm_clock_hz / (4.0 * pwm_hz)) as u16).clamp(1, 32_767) * 2)
     }
 
-    /// Refuses a dead time that the timer cannot make. A shorter one than was asked for would let
-    /// both switches of a half-bridge conduct at once.
+    /// Refuses a sample time and a dead time (s) that the timers cannot make. A shorter dead time
+    /// than was asked for would let both switches of a half-bridge conduct at once.
     ///
     /// # Errors
     /// Names the value.
-    pub(crate) fn check_dead_time(&self, dead_time: f32) -> Result<(), Error> {
+    pub(crate) fn check_times(&self, sample_time: f32, dead_time: f32) -> Result<(), Error> {
+        let [shortest, longest] = self.sample_time;
+        between(SAMPLE_TIME, sample_time, shortest, longest)?;
         between(DEAD_TIME, dead_time, 0.0, self.dead_time_max)
     }
 }

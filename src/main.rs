@@ -44,7 +44,7 @@ mod app {
     use crate::board::sectors::Sectors;
     use crate::board::setup::{self, Board};
     use crate::board::traits::Watchdog;
-    use crate::board::usart::Port;
+    use crate::board::usart::{self, Port, Received};
     use crate::board::watchdog::Independent;
     use crate::board::{fatal, reset};
     use crate::report::Report;
@@ -54,10 +54,6 @@ mod app {
 
     /// Bytes of frames that wait for the wire: two of the longest answers, and a few samples.
     const WAITING: usize = 768;
-
-    /// Bytes from the wire that wait for the link: the longest frame, which is answered before the
-    /// next one is sent.
-    const FROM_WIRE: usize = 256;
 
     /// Bytes on their way to the wire. At half of them the link is asked for more, 0.3 ms before
     /// there are none.
@@ -77,8 +73,7 @@ mod app {
         output_consumer: Consumer<'static, Output>,
         report: Report,
         port: Port,
-        from_wire_producer: Producer<'static, u8>,
-        from_wire_consumer: Consumer<'static, u8>,
+        received: Received,
         to_wire_producer: Producer<'static, u8>,
         to_wire_consumer: Consumer<'static, u8>,
         timer_clock: u32,
@@ -89,16 +84,14 @@ mod app {
         outputs: Queue<Output, OUTPUTS> = Queue::new(),
         session: MaybeUninit<Session<WAITING>> = MaybeUninit::uninit(),
         servo: MaybeUninit<Servo> = MaybeUninit::uninit(),
-        from_wire: Queue<u8, FROM_WIRE> = Queue::new(),
         to_wire: Queue<u8, TO_WIRE> = Queue::new(),
     ])]
     fn init(cx: init::Context) -> (Shared, Local) {
         // First of all: reading the parameters takes longer than any of what follows.
         bridge::hold_enable_low(&cx.device.RCC, &cx.device.GPIOB);
-        let init::LocalResources { outputs, session, servo, from_wire, to_wire, .. } = cx.local;
+        let init::LocalResources { outputs, session, servo, to_wire, .. } = cx.local;
         let session = session.write(Session::new(Kind::Board, None));
         let (output_producer, output_consumer) = outputs.split();
-        let (from_wire_producer, from_wire_consumer) = from_wire.split();
         let (to_wire_producer, to_wire_consumer) = to_wire.split();
         let (told, was_armed) = retained::take();
         let cause = reset::take_cause(&cx.device.RCC);
@@ -125,10 +118,11 @@ mod app {
         }
         session.tell_damage(settings.is_damaged);
         session.tell_brown_out(brown_out.is_on());
+        session.tell_crystal(board.crystal == Crystal::NotMeasured);
         let report = Report::new();
         report.banner(&board, (cause, brown_out), told.as_ref(), fault, &settings);
 
-        let Board { control_task, watchdog, port, store, timer_clock, .. } = board;
+        let Board { control_task, watchdog, port, received, store, timer_clock, .. } = board;
         let before = control_task.servo.state();
         let shared = Shared { control_task, session, watchdog };
         let local = Local {
@@ -137,8 +131,7 @@ mod app {
             output_consumer,
             report,
             port,
-            from_wire_producer,
-            from_wire_consumer,
+            received,
             to_wire_producer,
             to_wire_consumer,
             timer_clock,
@@ -209,26 +202,29 @@ mod app {
         TRIPPED.store(true, Ordering::Relaxed);
     }
 
-    /// Moves a byte of the link each way. The task is below the control task, which it cannot hold
-    /// up.
-    #[task(binds = USART1, priority = 2, local = [port, from_wire_producer, to_wire_consumer])]
+    /// Sends a byte of the link, and wakes the link when the line falls idle. The DMA receives. The
+    /// task is below the control task, which it cannot hold up.
+    #[task(binds = USART1, priority = 2, local = [port, to_wire_consumer])]
     fn wire(cx: wire::Context) {
-        let local = cx.local;
-        if let Some(byte) = local.port.receive() {
-            // A full ring loses a byte, and with it its frame, which is said again.
-            let _ = local.from_wire_producer.enqueue(byte);
-            // The end of a frame.
-            if byte == 0 {
-                let _ = link::spawn();
-            }
-        }
-        let to_wire = local.to_wire_consumer;
-        local.port.send(|| {
+        let wire::LocalResources { port, to_wire_consumer: to_wire, .. } = cx.local;
+        let is_idle = port.serve(|| {
             if to_wire.len() == TO_WIRE / 2 {
                 let _ = link::spawn();
             }
             to_wire.dequeue()
         });
+        if is_idle {
+            let _ = link::spawn();
+        }
+    }
+
+    /// Looks at the wire when half of the ring has been written, and wakes the link: a client that
+    /// does not pause lets the line never fall idle.
+    #[task(binds = DMA2_STREAM2, priority = 2)]
+    fn half(_: half::Context) {
+        usart::acknowledge_half();
+        rtic::pend(Interrupt::USART1);
+        let _ = link::spawn();
     }
 
     /// Wakes the link, which sleeps while a sector is erased and then looks for itself.
@@ -257,10 +253,21 @@ mod app {
                 session.tick(&output);
                 session.parameters().map(|parameters| parameters.controller.sample_time)
             });
-            if local.report.tick(&output, sample_time.unwrap_or(1.0))
-                && let Some(levels) = cx.shared.control_task.lock(|parts| parts.servo.levels())
-            {
-                local.report.levels(&levels);
+            let before = local.report.tick(&output, sample_time.unwrap_or(1.0));
+            let servo = &mut cx.shared.control_task;
+            match (before, output.state) {
+                (Some(_), State::Armed) => {
+                    if servo.lock(|parts| parts.servo.is_jogging()) {
+                        local.report.jog_begins();
+                    }
+                }
+                (Some(State::Armed), _) => {
+                    let found =
+                        |parts: &mut ControlTask| (parts.servo.levels(), parts.servo.jogged());
+                    let (levels, jogged) = servo.lock(found);
+                    local.report.motion_over(levels, jogged);
+                }
+                _ => {}
             }
         }
         liveness::REPORT.has_run();
@@ -271,18 +278,17 @@ mod app {
     /// milliseconds: before the next one, the log has its turn, and the watchdog with it.
     #[task(
         priority = 1,
-        local = [from_wire_consumer, to_wire_producer, timer_clock, store],
+        local = [received, to_wire_producer, timer_clock, store],
         shared = [control_task, session, watchdog],
     )]
     async fn link(cx: link::Context) {
-        let link::LocalResources {
-            from_wire_consumer, to_wire_producer, timer_clock, store, ..
-        } = cx.local;
+        let link::LocalResources { received, to_wire_producer, timer_clock, store, .. } = cx.local;
         let link::SharedResources { mut control_task, mut session, mut watchdog, .. } = cx.shared;
         let (control_task, watchdog) = (&mut control_task, &mut watchdog);
         let mut machine = BoardMachine { control_task, watchdog, clock: *timer_clock, store };
         session.lock(|session| {
-            while let Some(byte) = from_wire_consumer.dequeue() {
+            session.tell_wire(received.errors());
+            while let Some(byte) = received.next() {
                 session.receive(&[byte], &mut machine);
                 // The end of a frame.
                 if byte == 0 {
@@ -299,7 +305,7 @@ mod app {
         });
         rtic::pend(Interrupt::USART1);
         liveness::LINK.has_run();
-        if from_wire_consumer.ready() {
+        if received.is_waiting() {
             let _ = report::spawn();
         }
     }

@@ -375,10 +375,11 @@ impl Course {
     }
 
     /// Lets the course begin from its begin, as the loop does: a profile is where the last tick
-    /// has left it.
-    pub(crate) fn restart(&mut self) {
+    /// has left it. It sets out after so many ticks.
+    pub(crate) fn restart(&mut self, wait: u32) {
         if let Self::Profile(profile) = self {
             profile.restart();
+            profile.wait(wait);
         }
     }
 }
@@ -402,6 +403,11 @@ impl CourseState {
     /// Returns theta_a as of the last tick, counts.
     pub const fn counts(&self) -> i32 {
         self.controller.counts()
+    }
+
+    /// Returns the ticks until the output's limit has risen to the full scale after arming.
+    pub(crate) const fn soft_start_left(&self, controller: &Controller) -> u32 {
+        controller.soft_start_left(&self.controller)
     }
 
     /// Lets another motion begin at the next tick. The loop goes on.

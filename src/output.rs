@@ -82,6 +82,11 @@ impl OutputStage {
         (self.soft_start, self.nominal_supply) = (soft_start, nominal_supply);
     }
 
+    /// Returns the ticks that are left of the soft start.
+    pub(crate) const fn soft_start_left(&self, state: &OutputState) -> u32 {
+        self.soft_start.saturating_sub(state.elapsed)
+    }
+
     /// Returns what is applied for `asked` (V, finite) at a reading of the supply.
     // The image has this code twice, for the closed loop and the open one, as it has the
     // velocity's.
@@ -156,7 +161,12 @@ mod tests {
         };
         let drive = Drive::new(
             &config,
-            &Hardware { pwm_clock_hz: 168e6, supply_top: 4095, dead_time_max: 6e-6 },
+            &Hardware {
+                pwm_clock_hz: 168e6,
+                supply_top: 4095,
+                dead_time_max: 6e-6,
+                sample_time: [1e-4, 0.02],
+            },
         )
         .unwrap();
         let mut stage = OutputStage::new(&config, drive);

@@ -7,6 +7,7 @@
 use defmt::{error, info, warn};
 use defmt_rtt as _;
 use stiction::Fault;
+use stiction::jog::{Found, Verdict};
 use stiction::parameters::DecodeError;
 use stiction::servo::{Levels, Output, State};
 
@@ -111,11 +112,11 @@ impl Report {
         }
     }
 
-    /// Takes one tick of a loop with this sample time (s), and returns whether the tick changed the
-    /// state.
-    pub fn tick(&mut self, output: &Output, sample_time: f32) -> bool {
-        let changed = output.state != self.state;
-        if changed {
+    /// Takes one tick of a loop with this sample time (s), and returns the state before the tick if
+    /// that has changed it.
+    pub fn tick(&mut self, output: &Output, sample_time: f32) -> Option<State> {
+        let changed = (output.state != self.state).then_some(self.state);
+        if changed.is_some() {
             self.state = output.state;
             self.ticks = 0;
             // A link may have set another sample time meanwhile.
@@ -147,18 +148,48 @@ impl Report {
         changed
     }
 
-    /// Writes what a ramp has found.
-    pub fn levels(&self, levels: &Levels) {
-        match (levels.stick, levels.slip) {
-            (Some(stick), Some(slip)) => {
-                info!("friction: stick {=f32} V, slip {=f32} V", stick, slip)
-            }
-            (Some(stick), None) => {
-                warn!("friction: stick {=f32} V; the joint did not come to rest", stick)
-            }
-            (None, _) => warn!("friction: the joint did not move"),
+    /// Writes that what has just been armed is a jog.
+    pub fn jog_begins(&self) {
+        info!("jog: pushes the joint each way, open loop, until it moves");
+    }
+
+    /// Writes what a ramp or a jog has found, if it has come to its end.
+    pub fn motion_over(&self, levels: Option<Levels>, found: Option<Found>) {
+        if let Some(levels) = levels {
+            told_levels(&levels);
+        }
+        if let Some(found) = found {
+            told_jog(&found);
         }
     }
+}
+
+fn told_levels(levels: &Levels) {
+    match (levels.stick, levels.slip) {
+        (Some(stick), Some(slip)) => {
+            info!("friction: stick {=f32} V, slip {=f32} V", stick, slip)
+        }
+        (Some(stick), None) => {
+            warn!("friction: stick {=f32} V; the joint did not come to rest", stick)
+        }
+        (None, _) => warn!("friction: the joint did not move"),
+    }
+}
+
+fn told_jog(found: &Found) {
+    let [first, second] = &found.ways;
+    let verdict = match found.verdict() {
+        Verdict::Agrees => "the encoder counts in the sense of the effort",
+        Verdict::Reversed => "the encoder counts AGAINST the effort",
+        Verdict::Pulled => "a load moves the joint",
+        Verdict::RunsOn => "the joint went on without effort",
+        Verdict::Still => "nothing moved",
+        Verdict::Noise => "the encoder counts to and fro",
+    };
+    info!(
+        "jog: {=i32} counts by {=f32} V, {=i32} counts by -{=f32} V: {=str}",
+        first.moved, first.effort, second.moved, second.effort, verdict
+    );
 }
 
 fn refused(refusal: DecodeError) {

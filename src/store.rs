@@ -8,17 +8,11 @@
 //! its checksum covers all of it.
 //!
 //! Why not a log of changes: a set is written a few times in the life of a machine, and an erase of
-//! a 128 KiB sector takes as long whether it holds one record or hundreds.
+//! a sector takes as long whether it holds one record or hundreds.
 //!
-//! On the STM32F405 the sectors are 10 and 11. There is one bank: while it is erased or written
-//! nothing can be fetched from it, so the program stands still, for an erase 1 to 4 s (data sheet).
-//! Therefore the store saves only while the output is off, and the board lengthens the watchdog's
-//! timeout before it:
-//!
-//! ```text
-//! counts  = 4 s * 47 kHz / 64 = 2938        (prescaler 64, fastest oscillator, slowest erase)
-//! timeout = 2938 * 64 / 47 kHz = 4.0 s   to   2938 * 64 / 17 kHz = 11.1 s
-//! ```
+//! A board whose program runs from the flash stands still while a sector is erased, for seconds. So
+//! parameters are saved only while the output is off, and whoever saves lets the watchdog wait for
+//! it. Sectors and times are the board's.
 //!
 //! Does badly: a word whose write was cut short may read one way today and another tomorrow. The
 //! record in which it lies is then refused by its checksum and the other slot counts, but no test

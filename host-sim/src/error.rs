@@ -51,30 +51,35 @@ pub fn not_built(option: &str, part: &str, feature: &str) -> Error {
     Error::Input(format!("{option}: {part} not built into this program; build it with `{command}`"))
 }
 
-/// `; did you mean ...?` for the candidate that is nearest to what was typed, if any is near.
-pub fn suggestion<'a>(typed: &str, candidates: impl IntoIterator<Item = &'a str>) -> String {
+/// The candidate that is nearest to what was typed, if any is near.
+fn nearest<'a>(typed: &str, candidates: &[&'a str]) -> Option<&'a str> {
     // 0.7 takes transposed, missing and doubled letters and a wrong unit at the end, not another
     // word. A word of one or two letters is like any that holds them: it has to begin like the
     // candidate.
     candidates
-        .into_iter()
+        .iter()
         .filter(|candidate| typed.len() > 2 || candidate.starts_with(typed))
-        .map(|candidate| (strsim::jaro_winkler(typed, candidate), candidate))
+        .map(|candidate| (strsim::jaro_winkler(typed, candidate), *candidate))
         .filter(|(likeness, _)| *likeness > 0.7)
         .max_by(|a, b| a.0.total_cmp(&b.0))
-        .map(|(_, candidate)| format!("; did you mean `{candidate}`?"))
-        .unwrap_or_default()
+        .map(|(_, candidate)| candidate)
 }
 
-/// `; did you mean ...?`, or all there are if none is near.
-pub fn suggestion_or_all<'a>(typed: &str, candidates: impl IntoIterator<Item = &'a str>) -> String {
+/// Nobody reads longer lists in a message.
+const MOST_LISTED: usize = 24;
+
+/// `; did you mean ...?` if a candidate is near, and all there are.
+pub fn suggestion<'a>(typed: &str, candidates: impl IntoIterator<Item = &'a str>) -> String {
     let candidates: Vec<&str> = candidates.into_iter().collect();
-    let near = suggestion(typed, candidates.iter().copied());
-    match candidates[..] {
-        _ if !near.is_empty() => near,
-        [] => "; there is none".into(),
-        [only] => format!("; allowed is {only}"),
-        _ => format!("; allowed are {}", candidates.join(", ")),
+    let all = match candidates[..] {
+        [] => return "; there is none".into(),
+        [only] => format!("allowed is {only}"),
+        _ => format!("allowed are {}", candidates.join(", ")),
+    };
+    match nearest(typed, &candidates) {
+        Some(near) if candidates.len() > MOST_LISTED => format!("; did you mean `{near}`?"),
+        Some(near) => format!("; did you mean `{near}`? {all}"),
+        None => format!("; {all}"),
     }
 }
 

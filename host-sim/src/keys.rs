@@ -7,7 +7,8 @@ use serde_json::Value;
 use stiction::Fault;
 use stiction::compensator::{FIRST_LAW, Gains, MAX_TERMS};
 
-use crate::error::{Error, suggestion_or_all};
+use crate::data_sheet::OF_A_SHEET;
+use crate::error::{Error, suggestion};
 use crate::machine::Machine;
 use crate::written::shown_law;
 
@@ -30,7 +31,35 @@ pub struct Row {
 
 /// The JSON schema of a machine's file.
 pub fn schema() -> Value {
-    schemars::schema_for!(Machine).into()
+    let mut schema = schemars::schema_for!(Machine).into();
+    for key in OF_A_SHEET {
+        may_be_left_out(&mut schema, key);
+    }
+    // The table that a data sheet gives as a whole.
+    may_be_left_out(&mut schema, "joint");
+    may_be_left_out(&mut schema, "joint.friction");
+    schema
+}
+
+/// Takes a key from those that its table needs, since a data sheet gives it.
+fn may_be_left_out(schema: &mut Value, key: &str) {
+    let (tables, name) = key.rsplit_once('.').unwrap_or(("", key));
+    let root = schema.clone();
+    let mut pointer = String::new();
+    for table in tables.split('.').filter(|table| !table.is_empty()) {
+        let inside = format!("{pointer}/properties/{table}");
+        let reference = root.pointer(&inside).and_then(|inner| inner.get("$ref"));
+        let target = reference.and_then(Value::as_str).and_then(|path| path.strip_prefix('#'));
+        pointer = target.map_or(inside, Into::into);
+    }
+    let Some(Value::Object(table)) = schema.pointer_mut(&pointer) else { return };
+    if let Some(Value::Array(required)) = table.get_mut("required") {
+        required.retain(|one| one != name);
+    }
+    let property = table.get_mut("properties").and_then(|all| all.get_mut(name));
+    if let Some(Value::Object(property)) = property {
+        property.insert("x-of-a-sheet".into(), true.into());
+    }
 }
 
 /// Every key, in the order of the tables of a file.
@@ -50,7 +79,7 @@ pub fn list(table: Option<&str>) -> Result<String, Error> {
     let tables = tables(&rows);
     let is_wanted = |name: &str| table.is_none_or(|table| name == table || name == table_of(table));
     if let Some(table) = table.filter(|_| !tables.iter().any(|name| is_wanted(name))) {
-        let near = suggestion_or_all(table, tables.iter().map(String::as_str));
+        let near = suggestion(table, tables.iter().map(String::as_str));
         return Err(Error::Input(format!("keys {table}: there is no such table{near}")));
     }
     let mut text = String::new();
@@ -70,7 +99,8 @@ pub fn markdown() -> String {
     let mut page = String::from(
         "# Parameters\n\n\
          Every key of a machine's file. This page is generated: `cargo sim keys --markdown` prints \
-         it, and a test holds it up\nto date. `stiction keys [TABLE]` shows the same in a terminal, \
+         it, and a test holds it up\nto date. `stiction keys [TABLE]` shows the same in a \
+         terminal, \
          `stiction keys --schema` a JSON schema for editors.\n\n\
          The *number* is that of the value in the record of the flash and over the link; keys \
          without one are the simulator's own.\n",
@@ -220,6 +250,7 @@ fn row(root: &Value, table: &str, name: &str, property: &Value, is_required: boo
     let default = property.get("default").filter(|default| !default.is_null());
     let otherwise = match default {
         _ if is_required => "needed".to_owned(),
+        _ if property.get("x-of-a-sheet").is_some() => "needed without a data sheet".to_owned(),
         _ if property.get("x-derived").is_some() => "derived".to_owned(),
         Some(Value::String(text)) if text.is_empty() => "empty".to_owned(),
         Some(default) => shown(default),

@@ -11,8 +11,10 @@
 pub mod benchmark;
 pub mod cli;
 pub mod closed_loop;
+pub mod data_sheet;
 pub mod device;
 pub mod document;
+pub mod draft;
 #[cfg(feature = "emulator")]
 pub mod emulator;
 pub mod encoder;

@@ -17,6 +17,7 @@ use stiction::jog::JogBounds;
 use stiction::parameters::DeviceConfig;
 use stiction::{ControllerConfig, Limits, ProfileLimits};
 
+use crate::data_sheet::tables::{Gear, JointFriction, Load, Motor, Side, Supply};
 use crate::encoder::Rounding;
 use crate::written::{AllGains, Extras, Written};
 
@@ -33,8 +34,23 @@ pub struct Machine {
     /// Its figures in the thesis.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub figures: Vec<FigureSource>,
-    /// The joint that is positioned (simulator only).
+    /// The joint that is positioned (simulator only); a data sheet gives it.
     pub joint: Joint,
+    /// The motor of a data sheet.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub motor: Option<Motor>,
+    /// Its gear.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub gear: Option<Gear>,
+    /// Its load.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub load: Option<Load>,
+    /// Its friction at the joint.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub friction: Option<JointFriction>,
+    /// Its supply.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub supply: Option<Supply>,
     /// The encoder of the joint.
     pub encoder: Written<Encoder, Disc>,
     /// The drive that moves it.
@@ -128,24 +144,41 @@ pub struct Disc {
     pub rounding: Rounding,
     /// Where the joint's zero lies between two counts, in counts.
     pub phase: f64,
+    /// Lines of the disc, of a data sheet.
+    pub lines: Option<u32>,
+    /// Where it sits, of a data sheet.
+    pub at: Option<Side>,
+    /// Noise of a reading in counts, of a data sheet.
+    pub noise_counts: u32,
 }
 
 impl Extras for Disc {
-    const NAMES: &'static [&'static str] = &["rounding", "phase"];
+    const NAMES: &'static [&'static str] = &["rounding", "phase", "lines", "at", "noise_counts"];
 
     fn schema(generator: &mut SchemaGenerator) -> Vec<(Schema, &'static str)> {
         let rounding = "How a position between two counts is read (simulator only).";
         let phase = "Place of the joint's zero between two counts, -1 to 1 counts (simulator \
             only).";
+        let lines = "Lines of the encoder's disc, a quarter of its counts in a turn (data sheet, \
+            instead of `resolution_deg`).";
+        let at = "Where the disc sits: on the motor, where the gear divides its counts, or on the \
+            load (data sheet).";
+        let noise = "Noise of a reading, 0 or 1 counts (data sheet).";
         vec![
             (generator.subschema_for::<Option<Rounding>>(), rounding),
             (generator.subschema_for::<Option<f64>>(), phase),
+            (generator.subschema_for::<Option<u32>>(), lines),
+            (generator.subschema_for::<Option<Side>>(), at),
+            (generator.subschema_for::<Option<u32>>(), noise),
         ]
     }
 
     fn take<'de, A: MapAccess<'de>>(&mut self, name: &str, map: &mut A) -> Result<(), A::Error> {
         match name {
             "rounding" => self.rounding = map.next_value()?,
+            "lines" => self.lines = map.next_value()?,
+            "at" => self.at = map.next_value()?,
+            "noise_counts" => self.noise_counts = map.next_value()?,
             _ => self.phase = map.next_value()?,
         }
         Ok(())
@@ -153,7 +186,13 @@ impl Extras for Disc {
 
     fn write<M: SerializeMap>(&self, map: &mut M) -> Result<(), M::Error> {
         map.serialize_entry("rounding", &self.rounding)?;
-        map.serialize_entry("phase", &self.phase)
+        map.serialize_entry("phase", &self.phase)?;
+        self.lines.iter().try_for_each(|lines| map.serialize_entry("lines", lines))?;
+        self.at.iter().try_for_each(|at| map.serialize_entry("at", at))?;
+        match self.noise_counts {
+            0 => Ok(()),
+            counts => map.serialize_entry("noise_counts", &counts),
+        }
     }
 }
 

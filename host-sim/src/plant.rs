@@ -93,15 +93,15 @@ impl<S: AxisSolver> Plant<S> {
     /// Reads the counter, as sound wires show it.
     #[inline]
     pub fn counter(&self) -> u32 {
-        self.encoder.counter(self.position_deg())
+        self.encoder.counter(self.solver.measured())
     }
 
     /// Tells where the disc is, in counts of a counter that does not wrap.
     pub fn disc(&self) -> i64 {
-        self.disc_at(self.position_deg())
+        self.disc_at(self.solver.measured())
     }
 
-    /// Tells where the disc is when the joint is at a position (deg).
+    /// Tells where the disc is, in counts, when it is at a position (deg).
     fn disc_at(&self, position_deg: f64) -> i64 {
         let counts = self.encoder.counts(position_deg);
         match self.encoder.direction {
@@ -112,7 +112,7 @@ impl<S: AxisSolver> Plant<S> {
 
     /// Gives the position in counts, in the sense of the joint.
     pub fn counts(&self) -> i32 {
-        self.encoder.counts(self.position_deg()) as i32
+        self.encoder.counts(self.solver.measured()) as i32
     }
 
     /// Gives the true position of the joint, deg.
@@ -182,7 +182,7 @@ impl<S: AxisSolver + Clone> Plant<S> {
     pub fn disc_after(&self, effort_v: f64, span_s: [f64; 2]) -> i64 {
         let mut ahead = self.solver.clone();
         hold(&mut ahead, &self.axis, [effort_v, self.brake_v], span_s, &mut |_| {});
-        self.disc_at(ahead.position())
+        self.disc_at(ahead.measured())
     }
 }
 

@@ -110,6 +110,9 @@ pub fn run(plan: &RunPlan) -> Result<RunResult, Error> {
 /// # Errors
 /// Names a value that is not allowed.
 pub fn run_driven(plan: &RunPlan, driven: Driven) -> Result<RunResult, Error> {
+    if let Some(axis) = plan.sheet_axis()? {
+        return run_with(plan, driven, axis);
+    }
     let axis = plan.axis()?;
     let sample_time_s = plan.machine.sampling.sample_time_s();
     match plan.machine.run.solver {

@@ -23,7 +23,8 @@ const PARSED_ONLY: [(&str, &str); 5] = [
 const INCOMPLETE: [&str; 2] = ["required arguments were not provided", "a value is required for"];
 
 /// Words of the text that stand for something of the reader's.
-const PLACEHOLDERS: [(&str, &str); 10] = [
+const PLACEHOLDERS: [(&str, &str); 11] = [
+    ("completions SHELL", "completions bash"),
     ("--port ...", "--port /dev/ttyUSB0"),
     ("device ...", "device --simulated"),
     ("--signals NAME,...", "--signals saturated"),
@@ -241,5 +242,23 @@ fn the_readme_fits_a_screen_or_two_and_no_link_is_broken() {
                 "{page}: {target}"
             );
         }
+    }
+}
+
+#[test]
+fn a_shell_is_told_every_command() {
+    let printed = |arguments: &[&str]| {
+        let output = Command::new(STICTION).args(arguments).output().unwrap();
+        assert!(output.status.success());
+        String::from_utf8(output.stdout).unwrap()
+    };
+    let help = printed(&["--help"]);
+    let commands = help.split_once("Commands:").unwrap().1.split_once("Options:").unwrap().0;
+    let named = commands.lines().filter(|line| line.starts_with("  ") && !line.starts_with("   "));
+    let named: Vec<&str> = named.filter_map(|line| line.split_whitespace().next()).collect();
+    assert!(named.len() > 9, "{named:?}");
+    for shell in ["bash", "zsh", "fish"] {
+        let script = printed(&["completions", shell]);
+        assert!(named.iter().all(|name| script.contains(name)), "{shell}");
     }
 }

@@ -2,8 +2,8 @@
 //! none.
 //!
 //! The HAL waits for the crystal for ever, so the crystal is started here first, with a bounded
-//! wait. Its frequency is measured against the internal oscillator before anything runs from it
-//! ([`super::crystal`]); another one than 8 MHz is not used. Once it runs, the clock security
+//! wait. Its frequency is measured against the internal oscillator before anything runs from it,
+//! the PLL included ([`super::crystal`]); another one than 8 MHz is not used. Once it runs, the clock security
 //! system watches it. If it stops, the part falls back to the internal oscillator, TIM1's break
 //! input turns the outputs off, and [`super::fatal`] tells of it after a reset.
 
@@ -34,8 +34,11 @@ static RAN: AtomicBool = AtomicBool::new(false);
 /// Sets up the clocks, and returns what is known of the crystal. The cycle counter must be running.
 /// The timer measures the crystal, and is as after a reset afterwards.
 pub fn start(rcc: pac::RCC, timer: &pac::TIM11) -> (Rcc, Crystal) {
-    let crystal =
-        if crystal_runs(&rcc) { Crystal::of(measure(&rcc, timer)) } else { Crystal::Absent };
+    let crystal = if oscillates(&rcc) {
+        Crystal::of(measure(&rcc, timer)).with_pll(|| pll_locks(&rcc))
+    } else {
+        Crystal::Absent
+    };
     if !crystal.is_used() {
         rcc.cr().modify(|_, w| w.hseon().off());
         return (rcc.freeze(Config::hsi()), crystal);
@@ -87,14 +90,16 @@ fn measure(rcc: &pac::RCC, timer: &pac::TIM11) -> Option<u32> {
     captured
 }
 
-/// Starts the crystal, lets the PLL lock on it once, and returns whether both went well. The ready
-/// flag alone counts pulses, and can be wrong about a crystal that dies again. What the HAL waits
-/// for afterwards has then been seen to happen.
-fn crystal_runs(rcc: &pac::RCC) -> bool {
+/// Starts the crystal, and returns whether it says that it is ready.
+fn oscillates(rcc: &pac::RCC) -> bool {
     rcc.cr().modify(|_, w| w.hseon().on());
-    if !within(PATIENCE, || rcc.cr().read().hserdy().is_ready()) {
-        return false;
-    }
+    within(PATIENCE, || rcc.cr().read().hserdy().is_ready())
+}
+
+/// Lets the PLL lock on the crystal once, and returns whether it does. The ready flag of the
+/// crystal alone counts pulses, and can be wrong about one that dies again. What the HAL waits for
+/// afterwards has then been seen to happen.
+fn pll_locks(rcc: &pac::RCC) -> bool {
     // SAFETY: 8 MHz / 8 * 192 is within the range of the oscillator in the PLL; nothing runs from
     // it yet.
     rcc.pllcfgr().write(|w| unsafe {

@@ -12,8 +12,12 @@
 //! ```
 //!
 //! So 8 MHz is accepted with any part, and 4, 6, 10, 12, 16 and 25 MHz are refused with any part.
-//! What is within a tenth of 8 MHz cannot be told from it. Nothing here knows a register, so that a
-//! test on a host goes through both tolerances.
+//! What is within a tenth of 8 MHz cannot be told from it.
+//!
+//! The PLL comes after the measurement. With the dividers of 8 MHz it locks on 8 to 16 MHz, and
+//! perhaps not on 4 or 25 MHz (its input has to be 0.95 to 2.1 MHz, data sheet): a crystal of these
+//! would else be told as one that does not run. Nothing here knows a register, so that a test on a
+//! host goes through both tolerances.
 
 /// Divider of the crystal, the largest one there is: a timer's input of 0.84 MHz at most.
 pub const DIVIDER: u8 = 31;
@@ -44,7 +48,7 @@ pub enum Crystal {
     NotMeasured,
     /// The crystal runs at another frequency: this one (MHz), to the internal oscillator's error.
     Wrong(f32),
-    /// The crystal does not run.
+    /// The crystal does not run, or the PLL does not lock on it though it has the right frequency.
     Absent,
 }
 
@@ -57,6 +61,11 @@ impl Crystal {
             Some(counts) if (least..=most).contains(&counts) => Self::Right,
             Some(counts) => Self::Wrong(8.0 * EXPECTED as f32 / counts as f32),
         }
+    }
+
+    /// Judges a crystal that may be used by the PLL, which locks on one that goes on running.
+    pub fn with_pll(self, locks: impl FnOnce() -> bool) -> Self {
+        if self.is_used() && !locks() { Self::Absent } else { self }
     }
 
     /// Returns whether the part runs from the crystal.

@@ -21,7 +21,7 @@ use stiction::{Hardware, Parameters, Servo};
 use super::HARDWARE;
 use super::bridge;
 use super::control_task::ControlTask;
-use super::sectors::Sectors;
+use super::sectors::{Sectors, Unset};
 use super::tick::Period;
 use super::traits::Watchdog;
 use super::voltage_detector;
@@ -63,6 +63,34 @@ impl<C: Mutex<T = ControlTask>, W: Mutex<T = Independent>> BoardMachine<'_, C, W
         Ok(())
     }
 
+    /// Lets something act on the flash while the processor stands still for seconds: no ticks,
+    /// nothing driven, a watchdog that waits. Nothing can arm meanwhile, since neither a tick nor
+    /// another request comes before the end. What comes over the wire meanwhile is lost, if it is
+    /// more than the ring holds.
+    fn stand_still(
+        &mut self,
+        after: Timeout,
+        act: impl FnOnce(&mut Store<Sectors>) -> Result<(), Refused>,
+    ) -> Result<(), Refused> {
+        // An erase that the supply does not last for would cost what was there.
+        if voltage_detector::is_low() {
+            return Err(Refused::SupplyTooLow);
+        }
+        let done = self.feed_with(Timeout::ERASE).and_then(|()| {
+            self.control_task.lock(ControlTask::pause);
+            let done = act(self.store);
+            self.control_task.lock(|parts| {
+                parts.resume();
+                // What was seen of joint and supply is seconds old.
+                parts.servo.unsettle();
+            });
+            done
+        });
+        // If the timeout is not taken over in time, each of the next feeds tries again.
+        let restored = self.feed_with(after);
+        done.and(restored)
+    }
+
     fn now(&mut self) -> u32 {
         self.control_task.lock(|parts| parts.stopwatch.now())
     }
@@ -82,28 +110,21 @@ impl<C: Mutex<T = ControlTask>, W: Mutex<T = Independent>> Machine for BoardMach
         HARDWARE
     }
 
-    /// Saves parameters while the processor stands still for seconds: no ticks, nothing driven, a
-    /// watchdog that waits. Nothing can arm meanwhile, since neither a tick nor another request
-    /// comes before the end. Whatever came over the wire meanwhile is lost.
     #[inline(never)]
     fn save(&mut self, parameters: &Parameters) -> Result<(), Refused> {
-        // An erase that the supply does not last for would cost a set of parameters.
-        if voltage_detector::is_low() {
-            return Err(Refused::SupplyTooLow);
-        }
-        let saved = self.feed_with(Timeout::ERASE).and_then(|()| {
-            self.control_task.lock(ControlTask::pause);
-            let saved = self.store.save(parameters);
-            self.control_task.lock(|parts| {
-                parts.resume();
-                // What was seen of joint and supply is seconds old.
-                parts.servo.unsettle();
-            });
-            Ok(saved?)
-        });
-        // If the timeout is not taken over in time, each of the next feeds tries again.
-        let restored = self.feed_with(Timeout::of_loop(parameters.controller.sample_time));
-        saved.and(restored)
+        let after = Timeout::of_loop(parameters.controller.sample_time);
+        self.stand_still(after, |store| Ok(store.save(parameters)?))
+    }
+
+    #[inline(never)]
+    fn set_brown_out(&mut self) -> Result<(), Refused> {
+        let after = self.watchdog.lock(|watchdog| watchdog.timeout());
+        self.stand_still(after, |store| {
+            store.flash().set_brown_out().map_err(|unset| match unset {
+                Unset::Untouchable(_) => Refused::Untouchable,
+                Unset::Failed(_) => Refused::Flash,
+            })
+        })
     }
 
     #[inline(never)]

@@ -16,7 +16,9 @@ pub mod last_tick;
 pub mod liveness;
 pub mod machine;
 mod note;
+mod option_bytes;
 mod output_control;
+mod receive_ring;
 pub mod reset;
 pub mod reset_cause;
 pub mod retained;
@@ -33,6 +35,11 @@ pub mod watchdog;
 use stiction::Hardware;
 
 /// The figures of this board: TIM1 is clocked at 168 MHz (`clock.rs`), the converter has 12 bits,
-/// and the longest dead time is 1008 clocks of TIM1 (`output_control.rs`).
-pub const HARDWARE: Hardware =
-    Hardware { pwm_clock_hz: 168e6, supply_top: 4095, dead_time_max: 6e-6 };
+/// and the longest dead time is 1008 clocks of TIM1 (`output_control.rs`). TIM3, its prescaler, the
+/// deadline and the watchdog are made for ticks of 50 Hz to 10 kHz.
+pub const HARDWARE: Hardware = Hardware {
+    pwm_clock_hz: 168e6,
+    supply_top: 4095,
+    dead_time_max: 6e-6,
+    sample_time: [1e-4, 0.02],
+};

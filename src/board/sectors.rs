@@ -19,6 +19,8 @@ use stiction::Parameters;
 use stiction::parameters::{DecodeError, ROOM};
 use stm32f4xx_hal::pac;
 
+use super::option_bytes::{self, Untouchable};
+
 /// Address of sector 10; sector 11 follows.
 const BEGIN: usize = 0x080C_0000;
 const SECTOR: usize = 128 * 1024;
@@ -29,6 +31,9 @@ pub const SLOTS: [u32; 2] = [0, SECTOR as u32];
 
 /// The keys that unlock the control register, in this order (RM0090, 3.6.1).
 const KEYS: [u32; 2] = [0x4567_0123, 0xCDEF_89AB];
+
+/// The keys that unlock the register of the option bytes, in this order (RM0090, 3.7.2).
+const OPTION_KEYS: [u32; 2] = [0x0819_2A3B, 0x4C5D_6E7F];
 
 /// Flags of the status register that tell of an error: operation, protection, alignment,
 /// parallelism, sequence.
@@ -65,6 +70,15 @@ pub struct Sectors {
     alarm: SYST,
 }
 
+/// The reason why the option bytes are not what they should be.
+#[derive(Debug)]
+pub enum Unset {
+    /// They were not touched.
+    Untouchable(Untouchable),
+    /// The flash has refused.
+    Failed(Refused),
+}
+
 /// The error of a flash that has refused.
 #[derive(Debug)]
 pub struct Refused(NorFlashErrorKind);
@@ -94,6 +108,39 @@ impl Sectors {
         let done = act(registers, alarm);
         registers.cr().write(|w| w.lock().set_bit());
         done
+    }
+
+    /// Sets the brown-out level to the highest in the option bytes, unless it is that already. They
+    /// lie in a sector of their own, which is erased and written: the program stands still
+    /// meanwhile. The part goes by them after its next reset.
+    ///
+    /// # Errors
+    /// Says why the option bytes were not touched, or are not what they should be.
+    pub fn set_brown_out(&mut self) -> Result<(), Unset> {
+        let Self { registers, alarm } = self;
+        let before = registers.optcr().read().bits();
+        let Some(wanted) = option_bytes::with_highest_level(before).map_err(Unset::Untouchable)?
+        else {
+            return Ok(());
+        };
+        Self::wait(registers, alarm).map_err(Unset::Failed)?;
+        // Errors of before would be taken for errors of now.
+        registers.sr().write(|w| unsafe { w.bits(ERRORS) });
+        for key in OPTION_KEYS {
+            // SAFETY: a key is what the register is for.
+            registers.optkeyr().write(|w| unsafe { w.bits(key) });
+        }
+        // SAFETY: the word that was there, but for the level.
+        registers.optcr().write(|w| unsafe { w.bits(wanted) });
+        registers.optcr().modify(|_, w| w.optstrt().set_bit());
+        let done = Self::wait(registers, alarm);
+        registers.optcr().modify(|_, w| w.optlock().set_bit());
+        done.map_err(Unset::Failed)?;
+        if option_bytes::is_done(before, registers.optcr().read().bits()) {
+            Ok(())
+        } else {
+            Err(Unset::Failed(Refused(NorFlashErrorKind::Other)))
+        }
     }
 
     /// Sleeps until the flash is ready, and looks now and then. The flash's own interrupt is not

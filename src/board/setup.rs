@@ -22,7 +22,7 @@ use super::sectors::{SLOTS, Sectors};
 use super::stopwatch::Stopwatch;
 use super::supply::Supply;
 use super::tick::{Period, TickTimer};
-use super::usart::Port;
+use super::usart::{Port, Received};
 use super::watchdog::{Independent, Timeout};
 use super::{clock, sectors, voltage_detector};
 
@@ -44,6 +44,8 @@ pub struct Board {
     pub watchdog: Independent,
     /// The port of the link's wire.
     pub port: Port,
+    /// What has come over the wire.
+    pub received: Received,
     /// The store in which parameters are saved.
     pub store: Store<Sectors>,
     /// What is known of the crystal.
@@ -129,7 +131,8 @@ pub fn start(
     let timer = TickTimer::start(device.TIM3, &period, &mut rcc);
     let stopwatch = Stopwatch::start(device.TIM5, &mut rcc);
     let into = a.pa10.into_alternate().internal_resistor(Pull::Up);
-    let port = Port::start(device.USART1, a.pa9.into_alternate(), into, &mut rcc);
+    let out = a.pa9.into_alternate();
+    let (port, received) = Port::start(device.USART1, device.DMA2, out, into, &mut rcc);
     let clock = rcc.clocks.sysclk().raw();
     let servo = blank(place);
     servo.boot(settings.parameters(), boot(crystal), &HARDWARE);
@@ -137,7 +140,7 @@ pub fn start(
     let control_task =
         ControlTask { servo, deadline, encoder, bridge, supply, timer, stopwatch, period };
     let store = Store::new(Sectors::new(device.FLASH, core.SYST), SLOTS);
-    Board { control_task, watchdog, port, store, crystal, clock, timer_clock }
+    Board { control_task, watchdog, port, received, store, crystal, clock, timer_clock }
 }
 
 /// Puts a blank servo in its place. It is a function of its own, so that the stack that it needs is

@@ -1,80 +1,184 @@
 //! The wire of the command link: USART1 on PA9 (out) and PA10 (in), 921 600 baud, 8N1.
 //!
-//! Bytes come and go by interrupt, one at a time; nothing waits for one. The receiver has no buffer
-//! but its register: a byte has to be taken before the next one is whole, 10.9 us later. The
-//! control task is above this interrupt and may hold it up for as long as it runs. Its budget is
-//! 1300 instructions: 7.7 us, if each took one cycle. That alone fits. By the estimate in cycles
-//! (docs/cost.md), which nobody has measured, the longest ticks take longer than that, and do not
-//! fit. Nor does it fit if the tick has fallen due while the link held the control task's parts (up
-//! to 7.4 us, [`super::machine`]) or the log wrote a line, which lock this interrupt out as well. Then a
-//! byte may be lost. It costs the frame that it belongs to, and a client says that frame again.
+//! Bytes come by DMA (RM0090: USART1_RX is channel 4 of stream 2 of DMA2) into a
+//! [ring](super::receive_ring). So no byte waits for the processor: neither a control tick, nor a
+//! line of the log, nor a whole pause of 5 ms costs one. Bytes go by interrupt, one at a time.
+//!
+//! The link is woken when the line falls idle for as long as a byte takes, and at each half of the
+//! ring. The idle flag ends by a read of the status and one of the data. A program that reads the
+//! data itself may take a byte away from the DMA, which comes between the two. So this one never
+//! reads the data: the DMA does, with the next byte. Until then the interrupt of the idle flag is
+//! off, and that of a byte is on, which lets the next idle line interrupt again.
 //!
 //! 84 MHz / 91 are 923 077 baud, 0.16 % too fast. Without a crystal, 16 MHz / 17 are 2.1 % too
 //! fast, and the oscillator's own error (1 %) comes on top. That is enough to ask such a board what
 //! is wrong with it, if the other end is exact.
 
+use core::sync::atomic::{AtomicU8, AtomicU32, Ordering};
+
+use stiction::link::WireErrors;
 use stm32f4xx_hal::gpio::{Alternate, PA9, PA10};
 use stm32f4xx_hal::pac;
 use stm32f4xx_hal::rcc::{Enable, Rcc, Reset};
 
+use super::receive_ring::{LENGTH, Reader, Writer};
+
 /// Rate of the wire, bits a second.
 const BAUD: u32 = 921_600;
 
-/// The port of the wire.
+/// Stream of DMA2, and its channel, that carry what USART1 receives.
+const STREAM: usize = 2;
+const CHANNEL: u8 = 4;
+
+/// Where the DMA puts the bytes. It lies in the RAM that the DMA reaches (memory.x has no other).
+static RING: [AtomicU8; LENGTH] = [const { AtomicU8::new(0) }; LENGTH];
+
+/// Number of bytes that have come since the start. It wraps.
+static WRITTEN: AtomicU32 = AtomicU32::new(0);
+
+/// How often a look at the status has found noise or a framing error, and an overrun.
+static NOISE: AtomicU32 = AtomicU32::new(0);
+static OVERRUNS: AtomicU32 = AtomicU32::new(0);
+
+/// The port of the wire, which the interrupts have.
 pub struct Port {
     registers: pac::USART1,
+    dma: pac::DMA2,
+    writer: Writer,
+    /// The errors that the last look at the status has found.
+    seen: Errors,
     _pins: (PA9<Alternate<7>>, PA10<Alternate<7>>),
 }
 
+/// What has come over the wire, which the link reads.
+pub struct Received {
+    reader: Reader,
+}
+
+/// The errors of a status.
+#[derive(Clone, Copy, Default)]
+struct Errors {
+    noise: bool,
+    overrun: bool,
+}
+
 impl Port {
-    /// Starts the port, which listens. Its interrupt waits until the tasks run.
+    /// Starts the port, which listens. Its interrupts wait until the tasks run.
     pub fn start(
         registers: pac::USART1,
+        dma: pac::DMA2,
         out: PA9<Alternate<7>>,
         into: PA10<Alternate<7>>,
         rcc: &mut Rcc,
-    ) -> Self {
+    ) -> (Self, Received) {
         pac::USART1::enable(rcc);
         pac::USART1::reset(rcc);
+        pac::DMA2::enable(rcc);
+        pac::DMA2::reset(rcc);
+        let stream = dma.st(STREAM);
+        // SAFETY: the data register of the port, and a static ring that nobody else writes.
+        stream.par().write(|w| unsafe { w.bits(registers.dr().as_ptr() as u32) });
+        stream.m0ar().write(|w| unsafe { w.bits(RING.as_ptr() as u32) });
+        stream.ndtr().write(|w| w.ndt().set(LENGTH as u16));
+        // What is not set here is zero: bytes at both ends, from the peripheral to the memory,
+        // without the FIFO.
+        stream.cr().write(|w| {
+            w.chsel().set(CHANNEL).minc().incremented().circ().enabled();
+            w.htie().enabled().tcie().enabled()
+        });
+        stream.cr().modify(|_, w| w.en().enabled());
         let clock = rcc.clocks.pclk2().raw();
         // With 16 samples a bit, the register holds the clocks of a bit.
         let divider = (clock + BAUD / 2) / BAUD;
         // SAFETY: any value is one that the divider takes.
         registers.brr().write(|w| unsafe { w.bits(divider as u16) });
+        registers.cr3().write(|w| w.dmar().enabled());
         registers
             .cr1()
             .write(|w| w.ue().enabled().te().enabled().re().enabled().rxneie().enabled());
-        Self { registers, _pins: (out, into) }
+        let (writer, seen) = (Writer::default(), Errors::default());
+        let port = Self { registers, dma, writer, seen, _pins: (out, into) };
+        (port, Received { reader: Reader::default() })
     }
 
-    /// Returns a byte that has come. A byte that came with noise is one, too: the frame's checksum
-    /// knows.
+    /// Deals with an interrupt: looks what has come, and sends the byte that `next` gives, if there
+    /// is room for one. If there is nothing to send, the port does not ask again. Returns whether
+    /// the line has fallen idle.
     #[inline]
-    pub fn receive(&mut self) -> Option<u8> {
+    pub fn serve(&mut self, next: impl FnOnce() -> Option<u8>) -> bool {
         let status = self.registers.sr().read();
-        if status.rxne().bit_is_clear() && status.ore().bit_is_clear() {
-            return None;
+        let before = self.writer;
+        let written = self.writer.look(self.dma.st(STREAM).ndtr().read().ndt().bits());
+        // Release: who sees the number sees the bytes, too.
+        WRITTEN.store(written, Ordering::Release);
+        let errors = Errors {
+            noise: status.nf().bit_is_set() || status.fe().bit_is_set(),
+            overrun: status.ore().bit_is_set(),
+        };
+        errors.count(self.seen);
+        self.seen = errors;
+        let control = self.registers.cr1().read();
+        let is_idle = control.idleie().bit_is_set() && status.idle().bit_is_set();
+        let has_come = self.writer != before || status.rxne().bit_is_set() || errors.overrun;
+        let has_room = status.txe().bit_is_set();
+        let byte = if has_room { next() } else { None };
+        if let Some(byte) = byte {
+            self.registers.dr().write(|w| w.dr().set(byte.into()));
         }
-        // This takes the byte. After the status has been read, it also ends an overrun, which would
-        // else interrupt for ever.
-        let byte = self.registers.dr().read().dr().bits() as u8;
-        status.rxne().bit_is_set().then_some(byte)
+        self.registers.cr1().modify(|_, w| {
+            if is_idle {
+                w.idleie().disabled().rxneie().enabled();
+            } else if has_come {
+                w.idleie().enabled().rxneie().disabled();
+            }
+            if has_room {
+                w.txeie().bit(byte.is_some());
+            }
+            w
+        });
+        is_idle
+    }
+}
+
+/// Ends the interrupt of a half of the ring.
+pub fn acknowledge_half() {
+    // SAFETY: ones clear the two flags of this stream; zeros do nothing.
+    unsafe { (*pac::DMA2::ptr()).lifcr() }.write(|w| w.chtif2().clear().ctcif2().clear());
+}
+
+impl Received {
+    /// Returns the next byte.
+    #[inline]
+    pub fn next(&mut self) -> Option<u8> {
+        let place = self.reader.next(WRITTEN.load(Ordering::Acquire))?;
+        RING.get(place).map(|byte| byte.load(Ordering::Relaxed))
     }
 
-    /// Sends the byte that `next` gives, if there is room for one. If there is nothing to send, the
-    /// port does not ask again.
-    #[inline]
-    pub fn send(&mut self, next: impl FnOnce() -> Option<u8>) {
-        if self.registers.sr().read().txe().bit_is_clear() {
-            return;
+    /// Returns whether there is a byte.
+    pub fn is_waiting(&self) -> bool {
+        self.reader.is_behind(WRITTEN.load(Ordering::Acquire))
+    }
+
+    /// Returns what has gone wrong on the wire.
+    pub fn errors(&self) -> WireErrors {
+        let overruns = OVERRUNS.load(Ordering::Relaxed);
+        WireErrors {
+            noise: NOISE.load(Ordering::Relaxed),
+            lost: overruns.saturating_add(self.reader.lost()),
         }
-        match next() {
-            Some(byte) => {
-                self.registers.dr().write(|w| w.dr().set(byte.into()));
-                self.registers.cr1().modify(|_, w| w.txeie().enabled());
-            }
-            None => {
-                self.registers.cr1().modify(|_, w| w.txeie().disabled());
+    }
+}
+
+impl Errors {
+    /// Counts the errors that were not there at the look before. They stay until the DMA takes a
+    /// byte after such a look, so several in one frame count once.
+    fn count(self, before: Self) {
+        for (now, then, number) in
+            [(self.noise, before.noise, &NOISE), (self.overrun, before.overrun, &OVERRUNS)]
+        {
+            if now && !then {
+                // Only this interrupt writes it.
+                number.store(number.load(Ordering::Relaxed).wrapping_add(1), Ordering::Relaxed);
             }
         }
     }

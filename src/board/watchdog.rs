@@ -22,8 +22,13 @@
 //! 55 ms at most. The watchdog keeps running while a debugger halts the core, and each feed sees to
 //! it ([`super::debugger`]).
 //!
-//! An erase of the flash holds up the processor for up to 4 s. [`Timeout::ERASE`] is what
-//! `stiction::store` derives for it.
+//! An erase of the flash holds up the processor for up to 4 s (data sheet). [`Timeout::ERASE`] is
+//! for that:
+//!
+//! ```text
+//! counts  = 4 s * 47 kHz / 64 = 2938        (prescaler 64, fastest oscillator, slowest erase)
+//! timeout = 2938 * 64 / 47 kHz = 4.0 s   to   2938 * 64 / 17 kHz = 11.1 s
+//! ```
 
 use stm32f4xx_hal::pac;
 

@@ -40,7 +40,7 @@ table! {
     #[derive(Clone, Copy, Debug, PartialEq)]
     pub struct DisturbanceObserverGains (law) "controller" {
         /// Bandwidth of the estimate w, rad/s.
-        bandwidth: f32 = 0x1801 "observer_rad_per_s", Above(0.0, HUGE), Needed(40.0);
+        bandwidth: f32 = 0x1801 "observer_bandwidth_rad_per_s", Above(0.0, HUGE), Needed(40.0);
         /// Inertia of the joint J, V/(deg/s^2).
         inertia: f32 = 0x1802 "observer_inertia_v_per_deg_per_s2", Above(0.0, HUGE), Needed(0.037);
         /// Viscous friction of the joint B, V/(deg/s).

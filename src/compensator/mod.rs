@@ -21,10 +21,7 @@ pub mod reset_integral;
 pub mod reset_offset_integral;
 #[cfg(feature = "rivals")]
 pub mod rival;
-pub mod robust {
-    //! The parts of the supervisor that others share.
-    pub mod extended_state_observer;
-}
+pub mod robust;
 pub mod smooth_robust_nonlinear;
 
 use heapless::Vec;
@@ -42,6 +39,7 @@ pub use rival::{
     Impulsive, ImpulsiveGains, Pid, PidGains, ProxySlidingMode, ProxySlidingModeGains, TwoResetPid,
     TwoResetPidGains,
 };
+pub use robust::{Robust, RobustGains};
 pub use smooth_robust_nonlinear::{SmoothRobustNonlinear, SmoothRobustNonlinearGains};
 
 use crate::error::Allowed;
@@ -136,8 +134,24 @@ pub trait Law: Sized {
 }
 
 /// Registers the laws: a comment that says which law it is, under which feature it is there if it
-/// is not always, then `number "name in a machine's file" Type;`.
+/// is not always, then `number "name in a machine's file" Type;`. After `alone` comes the one that takes the place of PD and is too large to have room in
+/// each place of a sum.
 macro_rules! laws {
+    ($(
+        $(#[doc = $doc:literal])* $(#[cfg($feature:meta)])?
+        $number:literal $name:literal $Law:ident;
+     )+
+     alone $(#[doc = $alone_doc:literal])* $alone_number:literal $alone_name:literal $Alone:ident;) => {
+        gains! {
+            $($(#[doc = $doc])* $(#[cfg($feature)])? $number $name $Law;)+
+            $(#[doc = $alone_doc])* $alone_number $alone_name $Alone;
+        }
+        prepared! { alone $Alone; $($(#[doc = $doc])* $(#[cfg($feature)])? $Law;)+ }
+    };
+}
+
+/// Makes the gains of every law.
+macro_rules! gains {
     ($(
         $(#[doc = $doc:literal])* $(#[cfg($feature:meta)])?
         $number:literal $name:literal $Law:ident;
@@ -146,21 +160,6 @@ macro_rules! laws {
         #[derive(Clone, Copy, Debug, PartialEq)]
         pub enum Gains {
             $($(#[doc = $doc])* $(#[cfg($feature)])? $Law(<$Law as Law>::Gains),)+
-        }
-
-        /// A law that is prepared for a loop.
-        #[derive(Clone, Copy, Debug, PartialEq)]
-        pub enum PreparedLaw {
-            $($(#[doc = $doc])* $(#[cfg($feature)])? $Law($Law),)+
-        }
-
-        /// The state of one law from tick to tick.
-        #[derive(Clone, Copy, Debug, Default, PartialEq)]
-        pub enum LawState {
-            /// The state of no law.
-            #[default]
-            None,
-            $($(#[doc = $doc])* $(#[cfg($feature)])? $Law(<$Law as Law>::State),)+
         }
 
         impl Gains {
@@ -263,11 +262,45 @@ macro_rules! laws {
             }
         }
 
+    };
+}
+
+/// Makes the laws that have a place in a sum, and names the one that has none.
+macro_rules! prepared {
+    (alone $Alone:ident; $($(#[doc = $doc:literal])* $(#[cfg($feature:meta)])? $Law:ident;)+) => {
+        /// The law that is too large for a sum.
+        type Alone = $Alone;
+
+        /// A law that is prepared for a loop, and has a place in a sum.
+        #[derive(Clone, Copy, Debug, PartialEq)]
+        pub enum PreparedLaw {
+            $($(#[doc = $doc])* $(#[cfg($feature)])? $Law($Law),)+
+        }
+
+        /// The state of one law from tick to tick.
+        #[derive(Clone, Copy, Debug, Default, PartialEq)]
+        pub enum LawState {
+            /// The state of no law.
+            #[default]
+            None,
+            $($(#[doc = $doc])* $(#[cfg($feature)])? $Law(<$Law as Law>::State),)+
+        }
+
+        /// Prepares the law that is too large for a sum, if the gains are its.
+        fn alone(gains: &Gains, around: &Loop) -> Option<Alone> {
+            match gains {
+                Gains::$Alone(gains) => Some($Alone::new(gains, around)),
+                _ => None,
+            }
+        }
+
         impl PreparedLaw {
-            /// Prepares the law for a loop. The gains have been validated.
-            pub fn new(gains: &Gains, around: &Loop) -> Self {
+            /// Prepares the law for a loop, if it has a place in a sum. The gains have been
+            /// validated.
+            pub fn new(gains: &Gains, around: &Loop) -> Option<Self> {
                 match gains {
-                    $($(#[cfg($feature)])? Gains::$Law(gains) => Self::$Law($Law::new(gains, around)),)+
+                    $($(#[cfg($feature)])? Gains::$Law(gains) => Some(Self::$Law($Law::new(gains, around))),)+
+                    Gains::$Alone(_) => None,
                 }
             }
 
@@ -275,13 +308,6 @@ macro_rules! laws {
             pub fn rest(&self) -> LawState {
                 match self {
                     $($(#[cfg($feature)])? Self::$Law(_) => LawState::$Law(Default::default()),)+
-                }
-            }
-
-            /// Returns whether the law takes the place of PD.
-            const fn replaces_pd(&self) -> bool {
-                match self {
-                    $($(#[cfg($feature)])? Self::$Law(_) => <$Law as Law>::REPLACES_PD,)+
                 }
             }
 
@@ -343,6 +369,9 @@ laws! {
     /// Proxy-based sliding mode control.
     #[cfg(feature = "rivals")]
     35 "proxy-sliding-mode" ProxySlidingMode;
+    alone
+    /// `robust`, the supervisor.
+    7 "robust" Robust;
 }
 
 /// The number of the first law of a sum; those of the others follow. Zero says that there is no law
@@ -372,29 +401,34 @@ pub(crate) fn declared(key: Key) -> Key {
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Compensator {
     terms: Vec<PreparedLaw, MAX_TERMS>,
+    /// The law that is too large for a sum, if it is the one.
+    alone: Option<Alone>,
     /// Whether the law takes the place of PD. It is looked up once: a tick only asks.
     replaces_pd: bool,
     /// Whether a law publishes signals of its own.
     publishes: bool,
 }
 
-/// The states of a sum's laws from tick to tick.
+/// The states of a sum's laws from tick to tick. The law that is too large for a sum has a place of
+/// its own, once.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct CompensatorState {
     terms: [LawState; MAX_TERMS],
+    alone: <Alone as Law>::State,
 }
 
 impl Compensator {
     /// Prepares the sum for a loop. The gains have been validated.
     pub fn new(gains: &Vec<Gains, MAX_TERMS>, around: &Loop) -> Self {
         let mut terms = Vec::new();
-        for gains in gains {
+        for law in gains.iter().filter_map(|gains| PreparedLaw::new(gains, around)) {
             // Cannot fail: both vectors have the same capacity.
-            let _ = terms.push(PreparedLaw::new(gains, around));
+            let _ = terms.push(law);
         }
-        let replaces_pd = terms.first().is_some_and(PreparedLaw::replaces_pd);
+        let alone = gains.first().and_then(|gains| alone(gains, around));
+        let replaces_pd = gains.first().is_some_and(Gains::replaces_pd);
         let publishes = gains.iter().any(|gains| !gains.signals().is_empty());
-        Self { terms, replaces_pd, publishes }
+        Self { terms, alone, replaces_pd, publishes }
     }
 
     /// Returns the state that the sum starts from.
@@ -415,6 +449,9 @@ impl Compensator {
     /// Returns the sum's v_c for one tick, V.
     #[inline]
     pub fn update(&self, state: &mut CompensatorState, input: &LawInput) -> f32 {
+        if let Some(law) = &self.alone {
+            return law.update(&mut state.alone, input);
+        }
         let mut v_c = 0.0;
         for (law, state) in self.terms.iter().zip(&mut state.terms) {
             v_c += law.update(state, input);
@@ -427,6 +464,9 @@ impl Compensator {
     pub fn signals(&self, state: &CompensatorState) -> Option<[f32; MAX_LAW_SIGNALS]> {
         if !self.publishes {
             return None;
+        }
+        if let Some(law) = &self.alone {
+            return Some(law.signals(&state.alone));
         }
         self.terms.iter().zip(&state.terms).find_map(|(law, state)| law.signals(state))
     }

@@ -25,13 +25,15 @@ mod session;
 mod telemetry;
 
 pub use frame::{Deframer, Frame, MAX_FRAME, MAX_MESSAGE, encode};
-pub use reply::{Announced, Identity, Kind, Message, Refused, Reply, StateCode, Status, Told};
+pub use reply::{
+    Announced, Identity, Kind, Message, Refused, Reply, StateCode, Status, Told, WireErrors,
+};
 pub use request::{Numbered, REQUEST, Request, decode_request, encode_request};
 pub use sample::{MAX_SIGNALS, Sample};
 pub use session::{Machine, Session, WAITING};
 
 /// The version of the protocol, which is raised with every change of a message.
-pub const PROTOCOL: u16 = 4;
+pub const PROTOCOL: u16 = 5;
 
 /// The largest number of bytes of a record in one message.
 pub const CHUNK: usize = 128;

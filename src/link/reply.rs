@@ -136,6 +136,21 @@ pub struct Status {
     pub dropped: u32,
     /// Whether the part's brown-out reset is on: if not, a dip of its supply looks like power-on.
     pub has_brown_out: bool,
+    /// What has gone wrong on the wire before a frame was looked at.
+    pub wire: WireErrors,
+    /// Whether the part runs from a crystal whose frequency it could not measure.
+    pub crystal_not_measured: bool,
+}
+
+/// The errors of the wire that bytes come over. Each costs the frame that it hits, which is also
+/// one of the [`bad_frames`](Status::bad_frames). They are told by a port that takes many bytes
+/// between two looks, so there are at least as many.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+pub struct WireErrors {
+    /// How often there was noise on the wire, or a byte without its end.
+    pub noise: u32,
+    /// How often a byte was lost because the device was too slow to take it.
+    pub lost: u32,
 }
 
 /// A fault, as a client is told of it.
@@ -199,12 +214,20 @@ pub enum Refused {
     Flash,
     /// The watchdog did not take over another timeout in time.
     Watchdog,
-    /// The trajectory begins farther from the joint than the following error may be.
+    /// The trajectory begins farther from the joint than the following error may be, or than the
+    /// error that asks for the full scale.
     FarAway,
     /// The device's own supply is too low to erase and write its flash.
     SupplyTooLow,
     /// The position is 2^30 counts away from the set point, or farther.
     TooFar,
+    /// The device has no option bytes: it is no microcontroller.
+    NoOptionBytes,
+    /// The part's option bytes may not be changed: it is protected for ever, or they are not those
+    /// of the part that the firmware is for.
+    Untouchable,
+    /// The set point is too fast to come to rest within the range of positions.
+    TooFast,
 }
 
 impl From<servo::Refusal> for Refused {
@@ -220,6 +243,7 @@ impl From<servo::Refusal> for Refused {
             servo::Refusal::OutOfRange => Self::OutOfRange,
             servo::Refusal::FarAway => Self::FarAway,
             servo::Refusal::TooFar => Self::TooFar,
+            servo::Refusal::TooFast => Self::TooFast,
             // Nothing that comes over a link asks for the motion of the parameters.
             servo::Refusal::Replaced => Self::NoSuch,
         }

@@ -148,4 +148,7 @@ pub enum Request {
     Jog(Asked),
     /// What has the last jog found?
     ReadJog,
+    /// Turn the part's brown-out reset on, at its highest level. The part keeps that for good, and
+    /// goes by it after its next reset. The output is off.
+    SetBrownOut,
 }

@@ -13,7 +13,7 @@ use heapless::String;
 
 use super::frame::{Deframer, Frame, encode};
 use super::outbox::{FOR_ANSWERS, Outbox};
-use super::reply::{Identity, Kind, Message, Refused, Reply, StateCode, Status};
+use super::reply::{Identity, Kind, Message, Refused, Reply, StateCode, Status, WireErrors};
 use super::request::{Numbered, Request, decode_request};
 use super::telemetry::Subscription;
 use super::{CHUNK, PROTOCOL};
@@ -55,6 +55,14 @@ pub trait Machine {
     /// # Errors
     /// Says that the watchdog cannot follow. All is as it was before then.
     fn reconfigure(&mut self, parameters: &Parameters) -> Result<(), Refused>;
+
+    /// Turns the part's brown-out reset on, for good, from the next reset on. The output is off.
+    ///
+    /// # Errors
+    /// Says that there is none, that it may not be touched, or that the flash failed.
+    fn set_brown_out(&mut self) -> Result<(), Refused> {
+        Err(Refused::NoOptionBytes)
+    }
 }
 
 /// A session: the device's end of a link.
@@ -72,6 +80,9 @@ pub struct Session<const RING: usize = WAITING> {
     is_damaged: bool,
     /// Whether the part's brown-out reset is on.
     has_brown_out: bool,
+    /// Whether the part's crystal is in use and could not be measured.
+    crystal_not_measured: bool,
+    wire: WireErrors,
     /// The number of the session in which the client has said hello; none before the hello.
     greeted: Option<u32>,
     /// The number of the last request that was answered, and the answer.
@@ -93,6 +104,8 @@ impl<const RING: usize> Session<RING> {
             repeats: 0,
             is_damaged: false,
             has_brown_out: true,
+            crystal_not_measured: false,
+            wire: WireErrors { noise: 0, lost: 0 },
             greeted: None,
             last: None,
             incoming: [0; ROOM],
@@ -110,6 +123,16 @@ impl<const RING: usize> Session<RING> {
     /// Tells whether the part's brown-out reset is on; without a word of it, it is taken to be.
     pub const fn tell_brown_out(&mut self, is_on: bool) {
         self.has_brown_out = is_on;
+    }
+
+    /// Tells whether the part runs from a crystal that it could not measure.
+    pub const fn tell_crystal(&mut self, is_not_measured: bool) {
+        self.crystal_not_measured = is_not_measured;
+    }
+
+    /// Tells what has gone wrong on the wire since the start.
+    pub const fn tell_wire(&mut self, errors: WireErrors) {
+        self.wire = errors;
     }
 
     /// Takes whether a slot of the saved parameters is damaged, to tell it until the next save.
@@ -249,6 +272,10 @@ impl<const RING: usize> Session<RING> {
             }
             Request::ReadLevels => return Ok(Reply::Levels(machine.servo(|servo| servo.levels()))),
             Request::Jog(asked) => self.jog(&asked, machine)?,
+            Request::SetBrownOut => {
+                machine.servo(keep_off)?;
+                machine.set_brown_out()?;
+            }
             Request::ReadJog => return Ok(Reply::Jog(machine.servo(|servo| servo.jogged()))),
         }
         Ok(Reply::Done)
@@ -361,7 +388,7 @@ impl<const RING: usize> Session<RING> {
         let controller = self.parameters.as_ref().map(|parameters| &parameters.controller);
         let (bad_frames, dropped) = (self.deframer.bad(), self.outbox.dropped());
         let (unsaved, is_damaged) = (self.unsaved, self.is_damaged);
-        let has_brown_out = self.has_brown_out;
+        let Self { has_brown_out, crystal_not_measured, wire, .. } = *self;
         machine.servo(|servo| Status {
             state: StateCode::from(servo.state()),
             fault: servo.latched().map(Into::into).unwrap_or_default(),
@@ -378,6 +405,8 @@ impl<const RING: usize> Session<RING> {
             bad_frames,
             dropped,
             has_brown_out,
+            wire,
+            crystal_not_measured,
         })
     }
 }

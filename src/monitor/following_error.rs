@@ -18,6 +18,10 @@
 //! What the set point travels at its own velocity is no jump. However fast a trajectory is, its
 //! error has the limit and no more.
 //!
+//! A trajectory may begin no farther from the joint than the limit, and than the error that asks
+//! for the full scale. The second one holds also where the limit is off: a trajectory is no jump,
+//! whatever the monitors are.
+//!
 //! Does badly: a joint that never sets out on a step does not trip this; [`super::stall`] is for
 //! that. A joint that creeps to and fro between two set points in turn does not trip it either.
 
@@ -27,6 +31,8 @@ use super::limits::{Limits, Units};
 #[derive(Clone, Copy, Debug)]
 pub(super) struct FollowingError {
     most: u32,
+    /// The farthest begin of a trajectory, counts.
+    farthest: u32,
     /// Counts that one deg/s makes in a tick.
     counts_per_speed: f32,
 }
@@ -40,16 +46,19 @@ pub(super) struct FollowingState {
 }
 
 impl FollowingError {
-    pub fn new(limits: &Limits, units: &Units) -> Self {
+    /// Makes the monitor; `saturating` is the error that asks for the full scale, deg.
+    pub fn new(limits: &Limits, saturating: f32, units: &Units) -> Self {
+        let most = Units::threshold(limits.following_error, units.count);
         Self {
-            most: Units::threshold(limits.following_error, units.count),
+            most,
+            farthest: most.min(Units::whole(saturating, units.count)),
             counts_per_speed: units.tick / units.count,
         }
     }
 
-    /// Returns whether a distance (counts) is more than the limit.
-    pub const fn is_beyond(&self, distance: i32) -> bool {
-        distance.unsigned_abs() > self.most
+    /// Returns whether a set point that is so far from the joint (counts) is a jump.
+    pub const fn is_jump(&self, distance: i32) -> bool {
+        distance.unsigned_abs() > self.farthest
     }
 
     /// Takes set point (counts), its velocity (deg/s) and the position (counts) of a tick; returns
@@ -83,7 +92,7 @@ mod tests {
         let limits = Limits { following_error: 50.0, ..Limits::OFF };
         let units = Units { count: 1.0, code: 1.0, tick: 1.0, supply: 0.0 };
         let (monitor, mut state) =
-            (FollowingError::new(&limits, &units), FollowingState::default());
+            (FollowingError::new(&limits, 50.0, &units), FollowingState::default());
         let mut largest = 0;
         for (setpoint, velocity, counts) in motion {
             if let Some(error) = monitor.check(&mut state, setpoint, velocity, counts) {

@@ -118,12 +118,7 @@ impl Limits {
         let (full_scale, count, sample_time) =
             (around.full_scale, around.resolution, around.sample_time);
         let laws = &controller.compensator;
-        let of_pd = match controller.pd.kp {
-            kp if kp > 0.0 => (full_scale / kp).min(HUGE),
-            _ => TURN,
-        };
-        let following_error =
-            laws.iter().find_map(|law| law.following_error(&around)).unwrap_or(of_pd);
+        let following_error = Self::saturating_error(controller);
         let damped = match controller.pd.kd {
             kd if kd > 0.0 => 2.5 * full_scale / kd,
             _ => following_error / UNDAMPED,
@@ -154,6 +149,18 @@ impl Limits {
             stop_gain,
             ..Self::EXAMPLE
         }
+    }
+
+    /// Returns the error that asks for the full scale, deg: beyond it more error gives no more
+    /// effort. A law may say more about it than Kp does; without both it is a turn.
+    pub(super) fn saturating_error(controller: &ControllerConfig) -> f32 {
+        let around = controller.around();
+        let of_pd = match controller.pd.kp {
+            kp if kp > 0.0 => (around.full_scale / kp).min(HUGE),
+            _ => TURN,
+        };
+        let laws = &controller.compensator;
+        laws.iter().find_map(|law| law.following_error(&around)).unwrap_or(of_pd)
     }
 }
 

@@ -125,7 +125,7 @@ impl Monitors {
             jump: EncoderJump::new(limits, &units),
             overspeed: Overspeed::new(limits),
             reversal: Reversal::new(limits, &units),
-            following: FollowingError::new(limits, &units),
+            following: FollowingError::new(limits, Limits::saturating_error(controller), &units),
             stall: Stall::new(limits, &units),
             impulse: StallImpulse::new(limits, &units),
             abrupt: AbruptStop::new(limits, &units),
@@ -158,9 +158,9 @@ impl Monitors {
         self.position.check(position)
     }
 
-    /// Returns whether a distance (counts) is more than the following error may be.
-    pub const fn is_beyond_following_error(&self, distance: i32) -> bool {
-        self.following.is_beyond(distance)
+    /// Returns whether a set point that is so far from the joint (counts) is a jump.
+    pub const fn is_jump(&self, distance: i32) -> bool {
+        self.following.is_jump(distance)
     }
 
     /// The state that arming begins with.

@@ -181,7 +181,12 @@ fn a_joint_is_at_rest_within_two_counts_for_its_time() {
 #[test]
 fn heat_and_impulse_outlast_arming_and_a_motor_that_is_off_cools() {
     let (controller, device) = (ControllerConfig::EXAMPLE, DeviceConfig::EXAMPLE);
-    let hardware = Hardware { pwm_clock_hz: 168e6, supply_top: 4095, dead_time_max: 6e-6 };
+    let hardware = Hardware {
+        pwm_clock_hz: 168e6,
+        supply_top: 4095,
+        dead_time_max: 6e-6,
+        sample_time: [1e-4, 0.02],
+    };
     let limits = Limits { continuous_effort: 1.0, thermal_time: 1.0, ..Limits::OFF };
     let monitors = Monitors::new(&limits, &controller, &device, &hardware);
     let tick = Tick { v_applied: 5.0, ..Tick::default() };

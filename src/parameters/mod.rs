@@ -8,11 +8,11 @@ mod former;
 pub mod record;
 
 use crate::compensator::{self, Gains};
-use crate::controller::{Controller, ControllerConfig, SAMPLE_TIME};
+use crate::controller::{Controller, ControllerConfig};
 pub use crate::device_config::DeviceConfig;
 use crate::drive::DriveConfig;
 use crate::encoder::Encoder;
-use crate::error::{Error, between};
+use crate::error::Error;
 use crate::hardware::Hardware;
 use crate::identification::Ramp;
 use crate::jog::{Asked, Jog, JogBounds};
@@ -71,8 +71,8 @@ impl Parameters {
     /// # Errors
     /// Names the first value that is not allowed.
     pub fn prepare(&self, hardware: &Hardware) -> Result<(Controller, Course), Error> {
+        hardware.check_times(self.controller.sample_time, self.device.dead_time)?;
         self.check()?;
-        hardware.check_dead_time(self.device.dead_time)?;
         let mut controller = Controller::new(&self.controller, hardware)?;
         self.on_device(&mut controller, hardware);
         Ok((controller, self.motion.course(&self.controller, &self.profile)?))
@@ -107,20 +107,21 @@ impl Parameters {
     /// # Errors
     /// Names the value.
     pub fn fits(&self, hardware: &Hardware) -> Result<(), DecodeError> {
-        let fits = hardware.pwm_top(self.controller.drive.pwm_hz).map(|_| ());
-        fits.and(hardware.check_dead_time(self.device.dead_time)).map_err(DecodeError::Value)
+        let ControllerConfig { sample_time, drive, .. } = &self.controller;
+        let fits = hardware.pwm_top(drive.pwm_hz).map(|_| ());
+        fits.and(hardware.check_times(*sample_time, self.device.dead_time))
+            .map_err(DecodeError::Value)
     }
 
-    /// Refuses a value that is not within its bounds, and values that do not go together.
+    /// Refuses a value that is not within its bounds, and values that do not go together. What only
+    /// a board can say is in [`fits`](Self::fits).
     ///
     /// # Errors
     /// Names the first value that is not allowed.
     #[inline(never)]
     pub fn check(&self) -> Result<(), Error> {
-        // The bounds for which the tick's timer and the deadline are made: 50 Hz to 10 kHz.
-        between(SAMPLE_TIME, self.controller.sample_time, 1e-4, 0.02)?;
         self.validate()?;
-        self.profile.check(&self.controller)?;
+        self.profile.check(&self.controller, &self.limits)?;
         self.motion.is_soft(self.device.soft_start, self.controller.drive.full_scale)?;
         self.jog.check(self.controller.drive.full_scale, &self.device)?;
         self.motion.check(&self.controller)

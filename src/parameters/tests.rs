@@ -256,7 +256,12 @@ fn entries_of_which_one_undoes_another_are_refused() {
 
 #[test]
 fn a_record_that_is_valid_may_not_fit_a_board() {
-    let board = Hardware { pwm_clock_hz: 168e6, supply_top: 4095, dead_time_max: 6e-6 };
+    let board = Hardware {
+        pwm_clock_hz: 168e6,
+        supply_top: 4095,
+        dead_time_max: 6e-6,
+        sample_time: [1e-4, 0.02],
+    };
     let mut parameters = example();
     assert_eq!(parameters.fits(&board), Ok(()));
     parameters.controller.drive.pwm_hz = 1299.0;
@@ -273,6 +278,24 @@ fn a_record_that_is_valid_may_not_fit_a_board() {
     let Err(DecodeError::Value(error)) = parameters.fits(&board) else { panic!() };
     assert_eq!((name(error.key), error.allowed), ("dead_time_s", Allowed::Between(0.0, 6e-6)));
     assert_eq!(parameters.prepare(&board).unwrap_err(), error);
+    // So are the shortest and the longest sample time.
+    for (sample_time, fits) in [(0.99e-4, false), (1e-4, true), (0.02, true), (0.0201, false)] {
+        let mut parameters = example();
+        parameters.controller.sample_time = sample_time;
+        let found = parameters.fits(&board).map_err(|error| match error {
+            DecodeError::Value(error) => (name(error.key), error.allowed),
+            other => panic!("{other:?}"),
+        });
+        let refused = ("sample_time_s", Allowed::Between(1e-4, 0.02));
+        assert_eq!(found, if fits { Ok(()) } else { Err(refused) }, "{sample_time}");
+        if !fits {
+            let error = parameters.prepare(&board).unwrap_err();
+            assert_eq!((name(error.key), error.allowed), refused);
+        }
+    }
+    parameters = example();
+    parameters.controller.sample_time = 0.04;
+    assert_eq!(parameters.fits(&Hardware { sample_time: [1e-3, 0.04], ..board }), Ok(()));
 }
 
 #[test]
@@ -336,7 +359,8 @@ fn a_bad_value_with_a_good_checksum_names_its_key() {
             other => panic!("{other:?}"),
         }
     };
-    assert_eq!(refused(|p| p.controller.sample_time = 0.021), "sample_time_s");
+    assert_eq!(refused(|p| p.controller.sample_time = 1.001), "sample_time_s");
+    assert_eq!(refused(|p| p.controller.sample_time = 0.0), "sample_time_s");
     assert_eq!(refused(|p| p.controller.pd.kp = f32::NAN), "kp_v_per_deg");
     assert_eq!(refused(|p| p.controller.velocity_window = 17), "velocity_window");
     assert_eq!(refused(|p| p.controller.drive.pwm_hz = 0.0), "pwm_hz");

@@ -22,6 +22,8 @@
 //! it moves by `D` makes it land backwards, with twice `a_m`. The jerk has no bound. So the moves
 //! of a drive have a generator of their own, [`Profile`](super::Profile), whose references rest.
 
+use crate::saturation::bounded;
+
 /// The limits, prepared for the ticks.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct BoundedAcceleration {
@@ -84,14 +86,9 @@ impl BoundedAcceleration {
             libm::sqrtf(2.0 * self.acceleration * distance.abs() + 0.25 * self.step * self.step)
                 - 0.5 * self.step;
         let wanted = if distance > 0.0 { root } else { -root } + velocity;
-        let step = clamp(clamp(wanted, self.velocity) - state.velocity, self.step);
+        let step = bounded(bounded(wanted, self.velocity) - state.velocity, self.step);
         state.acceleration = step * self.per_sample_time;
         state.velocity += step;
         state.position += self.sample_time * state.velocity;
     }
-}
-
-/// Returns `x` limited to `[-bound, bound]`.
-fn clamp(x: f32, bound: f32) -> f32 {
-    crate::saturation::saturate(x, bound).0
 }

@@ -31,7 +31,7 @@ const LEAST: f32 = 4.0;
 /// A quotient of decimals that should be a power of two may come out a little above it.
 const ROUNDING: f32 = 1.0 - 1e-5;
 
-const VELOCITY: Key = key(ProfileLimits::ABOUT, "velocity");
+pub(super) const VELOCITY: Key = key(ProfileLimits::ABOUT, "velocity");
 const ACCELERATION: Key = key(ProfileLimits::ABOUT, "acceleration");
 const JERK: Key = key(ProfileLimits::ABOUT, "jerk");
 

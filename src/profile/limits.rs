@@ -1,10 +1,10 @@
 //! Limits of a profiled move: `[profile]` of a machine's file.
 
-use super::grid::Grid;
+use super::grid::{Grid, VELOCITY};
 use crate::controller::ControllerConfig;
-use crate::error::{Error, HUGE};
+use crate::error::{Allowed, Error, HUGE};
 use crate::monitor::Limits;
-use crate::value::table;
+use crate::value::{Key, Table, key, table};
 
 /// Damping ratio of the least damped loop that the derived acceleration is made for. The gains
 /// alone do not tell the joint's acceleration a volt, K: of a joint with K, the loop
@@ -28,6 +28,8 @@ const CRAWL_TIME: f32 = 1.0;
 /// The acceleration is reached in this time, s.
 const CRAWL_JERK_TIME: f32 = 0.1;
 
+const OVERSPEED: Key = key(Limits::ABOUT, "overspeed");
+
 table! {
     /// Limits of a profiled move in a user's units. None of them is ever off.
     ///
@@ -35,7 +37,8 @@ table! {
     /// ms).
     #[derive(Clone, Copy, Debug, PartialEq)]
     pub struct ProfileLimits (profile) "profile" {
-        /// Largest velocity, deg/s. Derived: half of `overspeed_deg_per_s`, times `duty_max`.
+        /// Largest velocity, deg/s, no more than `overspeed_deg_per_s`. Derived: half of that,
+        /// times `duty_max`.
         /// Without Kp, or with Kd below Kp times the sample time, no more than 10.
         velocity: f32 = 0x0A01 "velocity_deg_per_s", Above(0.0, HUGE), Derived(41.666_668);
         /// Largest acceleration, deg/s^2. Derived: a quarter of the full scale times `duty_max`, on
@@ -70,11 +73,20 @@ impl ProfileLimits {
         Grid::nearest(&derived, controller.sample_time, controller.encoder.resolution)
     }
 
-    /// Refuses limits that the generator cannot keep at this sample time and encoder.
+    /// Refuses limits that the generator cannot keep at this sample time and encoder, and a
+    /// velocity at which every move would trip the overspeed.
     ///
     /// # Errors
     /// Names the limit, and what it may be beside the others.
-    pub(crate) fn check(&self, controller: &ControllerConfig) -> Result<(), Error> {
+    pub(crate) fn check(
+        &self,
+        controller: &ControllerConfig,
+        limits: &Limits,
+    ) -> Result<(), Error> {
+        if limits.overspeed > 0.0 && self.velocity > limits.overspeed {
+            let allowed = Allowed::UpTo(limits.overspeed, OVERSPEED);
+            return Err(Error { key: VELOCITY, found: self.velocity, allowed });
+        }
         Grid::new(self, controller.sample_time, controller.encoder.resolution).map(|_| ())
     }
 }

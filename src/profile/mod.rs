@@ -58,8 +58,9 @@ pub struct Profile {
     /// Speed of the first stage, units per k ticks, and the one that it is to have next.
     speed: i32,
     wanted: i32,
-    /// Ticks since the first stage ran, and the places of the ring that have not been filled.
-    phase: u32,
+    /// Ticks since the first stage ran. If it is negative, the set point still waits for as many.
+    phase: i32,
+    /// The places of the ring that have not been filled.
     empty: u32,
     /// Where the next change goes to.
     next: u32,
@@ -170,22 +171,47 @@ impl Profile {
         self.plan();
     }
 
+    /// Lets a set point that rests wait for so many ticks before it sets out. One that moves does
+    /// not wait: that would lead it on at the speed that it has.
+    pub fn wait(&mut self, ticks: u32) {
+        if self.speed == 0 && self.velocity == 0 {
+            // A soft start is 10^5 ticks at the most.
+            self.phase = -(ticks.min(1 << 30) as i32);
+        }
+    }
+
     /// Lets the move come to rest as fast as the limits allow, on the first whole count.
     pub fn stop(&mut self) {
         // One that has arrived stays, also within a count.
         if self.speed != 0 || self.place != self.target {
-            let bits = self.grid.bits;
-            let way = self.grid.approach.stopping_distance(self.speed);
-            let up = if self.speed > 0 { (1 << bits) - 1 } else { 0 };
-            let rest = i64::from(self.place.rest) + way + up;
-            self.target = Place { rest: 0, ..Place::beyond(self.place.counts, rest, bits) };
+            self.target = Place { counts: self.stops_at(), rest: 0 };
         }
         self.plan();
     }
 
+    /// Returns the count on which the set point comes to rest if it brakes from now on within the
+    /// limits: the first whole one that they allow.
+    ///
+    /// Wherever the target is, no set point to come is beyond both. The first stage brakes in every
+    /// step if the target is too near to stop at, and then turns back from here. If it can stop at
+    /// the target, it does not pass it. The averages are never beyond what they average.
+    pub fn stops_at(&self) -> i32 {
+        let bits = self.grid.bits;
+        let way = self.grid.approach.stopping_distance(self.speed);
+        let up = if self.speed > 0 { (1 << bits) - 1 } else { 0 };
+        let rest = i64::from(self.place.rest) + way + up;
+        Place::beyond(self.place.counts, rest, bits).counts
+    }
+
     /// Returns whether the set point still moves, or will.
     pub fn is_moving(&self) -> bool {
-        self.speed != 0 || self.velocity != 0 || self.acceleration != 0 || self.place != self.target
+        // One that turns may have neither velocity nor acceleration for a tick, while the first
+        // stage rests on the target already.
+        let Place { counts, rest } = self.place;
+        let has_arrived =
+            (self.counts, self.rest) == (counts, rest << (self.grid.sums - self.grid.bits));
+        let rests = self.speed == 0 && self.velocity == 0 && self.acceleration == 0;
+        !has_arrived || !rests || self.place != self.target
     }
 
     /// Runs a tick, and returns the set point.
@@ -195,7 +221,7 @@ impl Profile {
             self.step();
         }
         self.phase += 1;
-        if self.phase >> self.grid.ticks != 0 {
+        if self.phase >> self.grid.ticks > 0 {
             self.phase = 0;
             self.plan();
         }

@@ -1,8 +1,8 @@
 //! The control loop of a joint: controller, course and monitors, which parameters make once, and
 //! what each of them remembers.
 
-use super::control;
 use super::wake_up::DriverTimes;
+use super::{Refusal, control};
 use crate::controller::{Controller, Reading};
 use crate::error::Error;
 use crate::hardware::Hardware;
@@ -45,6 +45,8 @@ impl ControlLoop {
         parameters: &Parameters,
         hardware: &Hardware,
     ) -> Result<(), Error> {
+        let Parameters { controller, device, .. } = parameters;
+        hardware.check_times(controller.sample_time, device.dead_time)?;
         parameters.check()?;
         Self::begin_with(place, parameters, hardware)?;
         match place {
@@ -65,7 +67,6 @@ impl ControlLoop {
         hardware: &Hardware,
     ) -> Result<(), Error> {
         let Parameters { device, limits, controller: config, .. } = parameters;
-        hardware.check_dead_time(device.dead_time)?;
         let mut controller = Controller::new(config, hardware)?;
         parameters.on_device(&mut controller, hardware);
         *place = Some(Self {
@@ -93,7 +94,7 @@ impl ControlLoop {
     pub(super) fn begin_at(&mut self, position: i32) {
         self.zero = position;
         self.state = CourseState::start(&self.controller, 0);
-        self.course.restart();
+        self.course.restart(self.state.soft_start_left(&self.controller));
     }
 
     /// Forgets the state of the law and of the monitors, but not the motor's heat, and not what a
@@ -111,16 +112,27 @@ impl ControlLoop {
         self.goes_on();
     }
 
-    /// Replaces it by a profile, which begins where the set point is, as fast as it is. One that
-    /// runs already gets the other target.
-    pub(super) fn begin_profile(&mut self, mut profile: Profile) {
+    /// Replaces it by a profile, which begins where the set point is, as fast as it is, and sets
+    /// out after the soft start. One that runs already gets the other target.
+    ///
+    /// # Errors
+    /// Refuses a begin that is too fast to come to rest within the range of positions.
+    pub(super) fn begin_profile(&mut self, mut profile: Profile) -> Result<(), Refusal> {
         if let Course::Profile(running) = &mut self.course {
+            // It stops within the range wherever it is: each of its targets was held against the
+            // range, and so was its begin.
             running.aim(profile.target());
-            return self.goes_on();
+            self.goes_on();
+            return Ok(());
         }
         let Setpoint { position, velocity, .. } = self.setpoint();
         profile.start_at(position, velocity);
+        if self.is_out_of_range(Position::from_counts(profile.stops_at())) {
+            return Err(Refusal::TooFast);
+        }
+        profile.wait(self.state.soft_start_left(&self.controller));
         self.begin(Course::Profile(profile));
+        Ok(())
     }
 
     /// Lets a profile that moves come to rest. Returns whether there is one.
@@ -180,13 +192,13 @@ impl ControlLoop {
         }
     }
 
-    /// Returns whether a trajectory begins farther from `counts`, in the zero of an arming, than
-    /// the following error may be.
+    /// Returns whether a trajectory begins so far from `counts`, in the zero of an arming, that its
+    /// first tick would be a jump.
     pub(super) fn begins_far_from(&self, course: &Course, counts: i32) -> bool {
         let Course::Follow(Reference::Trajectory(trajectory)) = course else { return false };
         // It rests there before its first blend.
         let first = trajectory.corners().next().unwrap_or_default().position.counts;
-        self.monitors.is_beyond_following_error(first.wrapping_sub(counts))
+        self.monitors.is_jump(first.wrapping_sub(counts))
     }
 
     /// Runs one tick with the joint at `position`, counts since power-on.

@@ -1,6 +1,6 @@
 //! The servo's part of a [jog](crate::jog): arming for it, and what it has found.
 
-use super::{ControlLoop, Refusal, Servo};
+use super::{ControlLoop, Refusal, Servo, State};
 use crate::jog::{Found, Jog};
 use crate::motion::Course;
 
@@ -18,6 +18,12 @@ impl Servo {
             control_loop.watch.suppose_direction();
         }
         Ok(())
+    }
+
+    /// Returns whether the servo is armed for a jog.
+    pub fn is_jogging(&self) -> bool {
+        let jogs = |control_loop: &ControlLoop| matches!(control_loop.course, Course::Jog(_));
+        self.state == State::Armed && self.control_loop.as_ref().is_some_and(jogs)
     }
 
     /// Returns what the jog has found, once it is over. There is nothing if the jog was ended by a

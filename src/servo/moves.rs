@@ -17,8 +17,9 @@ impl Servo {
     ///
     /// # Errors
     /// Refuses unless the servo is armed and the reference stays within the range of positions. A
-    /// trajectory has to begin where the joint is, to the following error that is allowed: its
-    /// first point would be a jump. A step is a jump that was asked for.
+    /// trajectory has to begin where the joint is, to the following error that is allowed, and to
+    /// the error that asks for the full scale: its first point would be a jump. A step is a jump
+    /// that was asked for.
     pub fn follow(&mut self, reference: Reference) -> Result<(), Refusal> {
         let control_loop = self.armed_loop()?;
         let course = Course::Follow(reference);
@@ -33,12 +34,14 @@ impl Servo {
     }
 
     /// Moves the set point to the target of a profile, from where it is and with the speed that it
-    /// has. A profile that runs already goes on to the other target. From then on, the silence of
-    /// the link that asked for it is a fault.
+    /// has. A profile that runs already goes on to the other target. A set point that rests sets
+    /// out after the soft start, since the limits of a profile are those of the whole output. From
+    /// then on, the silence of the link that asked for it is a fault.
     ///
     /// # Errors
     /// Refuses unless the servo is armed, the target is within the range of positions, and it is
-    /// less than 2^30 counts away.
+    /// less than 2^30 counts away. A set point that moves has to be slow enough to come to rest
+    /// within the range with the acceleration of the profile. What is refused changes nothing.
     pub fn go_to(&mut self, profile: Profile) -> Result<(), Refusal> {
         let control_loop = self.armed_loop()?;
         let target = profile.target();
@@ -50,8 +53,7 @@ impl Servo {
         if way.is_none_or(|way| way.unsigned_abs() >= FARTHEST) {
             return Err(Refusal::TooFar);
         }
-        control_loop.begin_profile(profile);
-        Ok(())
+        control_loop.begin_profile(profile)
     }
 
     /// Stops the joint and holds it. A profile that moves slows down within its limits and rests on

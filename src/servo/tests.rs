@@ -1,18 +1,24 @@
 use super::*;
 use crate::controller::ControllerConfig;
-use crate::drive::{DriveConfig, PwmMode};
+use crate::drive::{DriveConfig, Duty, PwmMode};
 use crate::encoder::{CounterBits, Direction, Encoder};
+use crate::hardware::Hardware;
 use crate::jog::JogBounds;
 use crate::monitor::Limits;
 use crate::motion::Motion;
-use crate::parameters::DeviceConfig;
+use crate::parameters::{DecodeError, DeviceConfig, Parameters};
 use crate::pd::PdGains;
 use crate::position::Position;
 use crate::profile::ProfileLimits;
 use crate::reference::{Corner, Reference, Step, Trajectory};
 use crate::value::Table;
 
-const HARDWARE: Hardware = Hardware { pwm_clock_hz: 168e6, supply_top: 4095, dead_time_max: 6e-6 };
+const HARDWARE: Hardware = Hardware {
+    pwm_clock_hz: 168e6,
+    supply_top: 4095,
+    dead_time_max: 6e-6,
+    sample_time: [1e-4, 0.02],
+};
 
 const NEUTRAL: Duty = Duty { compare: 1909, reverse: false };
 
@@ -322,6 +328,29 @@ fn a_trajectory_begins_where_the_joint_is_or_is_refused() {
     // A step is a jump that was asked for.
     let step = Step { to: Position::from_counts(1000), ..Step::default() };
     assert_eq!(servo.follow(Reference::Step(step)), Ok(()));
+}
+
+/// 5 V and 1 V/deg: 500 counts ask for the full scale.
+#[test]
+fn a_trajectory_is_no_jump_where_the_following_error_is_off_or_as_large_as_a_turn() {
+    for following_error in [0.0, 360.0] {
+        let mut parameters = parameters(at_once());
+        parameters.limits.following_error = following_error;
+        parameters.motion = Motion::Hold;
+        let corner = |tick, counts| Corner { tick, position: Position::from_counts(counts) };
+        for (first, is_near) in [(500, true), (501, false), (-500, true), (-501, false)] {
+            let mut servo = Servo::new(Ok(&parameters), Boot::default(), &HARDWARE);
+            for _ in 0..10 {
+                tick(&mut servo, 0);
+            }
+            servo.arm_for_link(None).unwrap();
+            tick(&mut servo, 0);
+            let corners = [corner(100, first), corner(300, 0)];
+            let trajectory = Trajectory::new(&corners, 0.25, 0.01, 0.01).unwrap();
+            let expected = if is_near { Ok(()) } else { Err(Refusal::FarAway) };
+            assert_eq!(servo.follow(Reference::Trajectory(trajectory)), expected, "{first}");
+        }
+    }
 }
 
 #[test]

@@ -11,7 +11,10 @@
 //! begins where the joint rests: a joint that is turned meanwhile is waited for. A silent link, and
 //! what forbids arming, are faults meanwhile.
 
+use super::{Output, Servo};
+use crate::fault::Latched;
 use crate::parameters::Parameters;
+use crate::signal::Tick;
 
 /// The times of a driver, ticks.
 #[derive(Clone, Copy, Debug, Default)]
@@ -48,6 +51,12 @@ impl WakeUp {
         self.left = 0;
     }
 
+    /// Forgets how long the enable pin has been low: ticks of another sample time are another time.
+    /// The pin is low for a whole reset pulse from now on, which is more than it needs.
+    pub const fn forget(&mut self) {
+        *self = Self { low: 0, left: 0, high: 0 };
+    }
+
     /// Begins a wake-up.
     pub const fn begin(&mut self, times: &DriverTimes) {
         let low = times.reset_pulse.saturating_sub(self.low);
@@ -68,5 +77,24 @@ impl WakeUp {
             self.left = self.left.saturating_sub(1);
         }
         high
+    }
+}
+
+impl Servo {
+    /// Runs a tick of the driver's wake-up.
+    // Not in the tick, which it would make longer.
+    #[inline(never)]
+    pub(super) fn wake(&mut self, supply: u16) -> Output {
+        let Some(control_loop) = &mut self.control_loop else { return self.off(Tick::default()) };
+        let seen = &self.follower.seen;
+        let trip = control_loop.monitors.waking(&mut control_loop.watch, seen, supply);
+        if let Some(trip) = trip {
+            self.latch(Latched { fault: trip.fault, tick: self.clock, value: trip.value });
+            return self.off(Tick::default());
+        }
+        // The joint may be turned meanwhile: the loop begins where it rests.
+        control_loop.begin_at(seen.position);
+        let wakes = self.wake_up.step(control_loop.monitors.is_at_rest(seen));
+        Output { wakes, ..self.off(Tick::default()) }
     }
 }

@@ -40,6 +40,7 @@ fn any_bits(kind: Kind, allowed: Allowed) -> BoxedStrategy<u32> {
     match (kind, allowed) {
         (Kind::Number, Allowed::Between(0.0, LARGEST)) => any_gain().prop_map(f32::to_bits).boxed(),
         (Kind::Number, Allowed::Between(low, high)) => (low..=high).prop_map(f32::to_bits).boxed(),
+        (Kind::Number, Allowed::OrOff(0.0, LARGEST)) => any_gain().prop_map(f32::to_bits).boxed(),
         (Kind::Number, Allowed::Above(0.0, high)) => {
             any_positive(high).prop_map(f32::to_bits).boxed()
         }
@@ -54,13 +55,15 @@ fn any_bits(kind: Kind, allowed: Allowed) -> BoxedStrategy<u32> {
 fn any_gains(law: Gains) -> impl Strategy<Value = Gains> {
     let keys = keys(&law);
     let bits = |key: &Key| any_bits(key.about().unwrap().kind, law.allowed(*key).unwrap());
-    keys.iter().map(bits).collect::<Vec<_>>().prop_map(move |values| {
+    let drawn = keys.iter().map(bits).collect::<Vec<_>>().prop_map(move |values| {
         let mut law = law;
         for (key, bits) in keys.iter().zip(values) {
             assert_eq!(law.set(*key, bits), Ok(true), "{key}");
         }
         law
-    })
+    });
+    // The bounds of one value may be another one.
+    drawn.prop_filter("a range in order", |law| law.validate().is_ok())
 }
 
 /// Draws up to four laws in any order, each of them once; one that replaces PD stands alone.

@@ -84,6 +84,8 @@ impl Equation {
                 f64::from(v_ms) * (f64::from(alpha) * error).tanh()
             }
             Gains::DisturbanceObserver(gains) => self.observer.evaluate(&gains, tick, self.h),
+            // Its second version are the traces of `tests/robust/`.
+            Gains::Robust(_) => f64::from(tick.v_c),
             #[cfg(feature = "rivals")]
             Gains::Pid(_)
             | Gains::TwoResetPid(_)
@@ -142,7 +144,7 @@ proptest! {
 fn integral_stops_at_the_full_scale_and_leaves_it_at_once() {
     let around = configured(0.17, &[]).around();
     for (law, gain_v_per_deg) in [(RI, 4.0 * 0.02), (RVI, 150.0 * 0.02)] {
-        let law = PreparedLaw::new(&law, &around);
+        let law = PreparedLaw::new(&law, &around).unwrap();
         for sign in [1.0, -1.0] {
             let mut state = law.rest();
             let sample = LawInput { error: 0.45 * sign, ..LawInput::default() };
@@ -159,7 +161,7 @@ fn integral_stops_at_the_full_scale_and_leaves_it_at_once() {
             assert!((back * sign - (5.0 - gain_v_per_deg * 0.01)).abs() < 1e-6, "{law:?}: {back}");
         }
     }
-    let law = PreparedLaw::new(&ROI, &around);
+    let law = PreparedLaw::new(&ROI, &around).unwrap();
     let mut state = law.rest();
     let pushing = LawInput { v_pd: 2.0, ..LawInput::default() };
     // Increments fall due after 7, 14 and 21 samples, and give 2 V, 4 V, and no more than the full
@@ -177,7 +179,7 @@ fn laws_switch_at_their_thresholds_and_not_beside_them() {
     let around = configured(0.17, &[]).around();
     for sign in [1.0, -1.0] {
         let acts = |law: Gains, sample: LawInput| {
-            let law = PreparedLaw::new(&law, &around);
+            let law = PreparedLaw::new(&law, &around).unwrap();
             let mut state = law.rest();
             // ROI's first increment falls due after seven samples.
             (0..=7).map(|_| law.update(&mut state, &sample)).last() != Some(0.0)

@@ -21,8 +21,12 @@ pub use stiction::value::{Key, Kind, Values};
 pub use stiction::{Controller, ControllerConfig, ControllerState, Hardware, Reading, Tick};
 
 /// The figures of the board that the thesis's loop runs on here.
-pub const STM32F405: Hardware =
-    Hardware { pwm_clock_hz: 168e6, supply_top: 4095, dead_time_max: 6e-6 };
+pub const STM32F405: Hardware = Hardware {
+    pwm_clock_hz: 168e6,
+    supply_top: 4095,
+    dead_time_max: 6e-6,
+    sample_time: [1e-4, 0.02],
+};
 
 /// Every mode of the drive.
 pub fn modes() -> impl Strategy<Value = PwmMode> {

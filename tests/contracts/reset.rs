@@ -62,6 +62,13 @@ proptest! {
                 "two-reset-pid" => 4.0 * SAMPLE_TIME * after.error,
                 // al/g, with al = 1.0 * 0.02 + 1.0 + 0.17/0.02 and g = 1 + 0.1/0.02.
                 "proxy-sliding-mode" => (9.52 / 6.0 * after.error).clamp(-5.0, 5.0),
+                // However large the error is, a profile sets out: J a_m (1.25 V), R_0 = 0.354 V,
+                // and after a change D = 0.675 deg/s of its speed Kd D + B D = 0.315 V and Kp D h =
+                // 0.025 V. What was before may have been a pulse.
+                "robust" => {
+                    prop_assert!(after.v_c.abs() <= 1.945, "{:?}", after);
+                    continue;
+                }
                 // Nothing is gathered: the tick is the same in all but its number.
                 _ => {
                     prop_assert_eq!(Tick { tick: before.tick, ..after }, before, "{}", name);

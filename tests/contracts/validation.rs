@@ -1,13 +1,14 @@
 //! Validation: which values are refused, and under which key.
 
+use stiction::compensator::RobustGains;
 use stiction::{Allowed, Error};
 
 use super::fixture::*;
 
 /// What is meant to be allowed for every number: the law whose gain it is, its name, and its
-/// bounds. The bounds of the drive's LSB and of its PWM come from elsewhere, and have a test of
-/// their own.
-const BOUNDS: [(&str, &str, Allowed); 26] = [
+/// bounds. The bounds of the drive's LSB and of its PWM come from elsewhere, those of a breakaway
+/// range from each other, and have tests of their own.
+const BOUNDS: [(&str, &str, Allowed); 40] = [
     ("", "sample_time_s", Allowed::Above(0.0, 1.0)),
     ("", "resolution_deg", Allowed::Above(0.0, LARGEST)),
     ("", "full_scale_v", Allowed::Above(0.0, LARGEST)),
@@ -27,13 +28,27 @@ const BOUNDS: [(&str, &str, Allowed); 26] = [
     ("dnpf", "theta_b_deg", Allowed::Between(0.0, LARGEST)),
     ("srnf", "v_ms_v", Allowed::Between(0.0, LARGEST)),
     ("srnf", "alpha_per_deg", Allowed::Between(0.0, LARGEST)),
-    ("observer", "observer_rad_per_s", Allowed::Above(0.0, LARGEST)),
+    ("observer", "observer_bandwidth_rad_per_s", Allowed::Above(0.0, LARGEST)),
     ("observer", "observer_inertia_v_per_deg_per_s2", Allowed::Above(0.0, LARGEST)),
     ("observer", "observer_viscous_v_per_deg_per_s", Allowed::Between(0.0, LARGEST)),
     ("observer", "observer_slip_v", Allowed::Between(0.0, LARGEST)),
     ("observer", "observer_band_deg", Allowed::Between(0.0, LARGEST)),
     ("observer", "observer_ramp_v_per_s", Allowed::Between(0.0, LARGEST)),
     ("observer", "observer_largest_v", Allowed::Between(0.0, LARGEST)),
+    ("robust", "inertia_v_s2_per_deg", Allowed::Above(0.0, LARGEST)),
+    ("robust", "viscous_v_s_per_deg", Allowed::Between(0.0, LARGEST)),
+    ("robust", "jitter_counts", Allowed::Between(0.0, 100.0)),
+    ("robust", "load_v", Allowed::OrOff(0.0, LARGEST)),
+    ("robust", "hold_effort_v", Allowed::Between(-LARGEST, LARGEST)),
+    ("robust", "bandwidth_rad_per_s", Allowed::Between(0.0, LARGEST)),
+    ("robust", "damping_ratio", Allowed::Between(0.0, LARGEST)),
+    ("robust", "observer_rad_per_s", Allowed::Between(0.0, LARGEST)),
+    ("robust", "acceleration_deg_per_s2", Allowed::Between(0.0, LARGEST)),
+    ("robust", "speed_deg_per_s", Allowed::Between(0.0, LARGEST)),
+    ("robust", "stop_band_counts", Allowed::Between(0.0, LARGEST)),
+    ("robust", "hold_step_v", Allowed::Between(0.0, LARGEST)),
+    ("robust", "least_gain", Allowed::Between(0.0, 1.0)),
+    ("robust", "coast_s", Allowed::Between(0.0, 10.0)),
 ];
 
 /// The same of the laws that live on the host.
@@ -55,7 +70,7 @@ const RIVALS: &[(&str, &str, Allowed)] = if cfg!(feature = "rivals") {
     &[]
 };
 
-const ELSEWHERE: [&str; 2] = ["lsb_v", "pwm_hz"];
+const ELSEWHERE: [&str; 4] = ["lsb_v", "pwm_hz", "breakaway_low_v", "breakaway_high_v"];
 
 #[test]
 fn every_number_is_refused_just_outside_its_range_and_taken_at_its_ends() {
@@ -88,7 +103,7 @@ fn every_number_is_refused_just_outside_its_range_and_taken_at_its_ends() {
             Controller::new(&config, &STM32F405)
         };
         let (smallest, largest) = match allowed {
-            Allowed::Between(low, high) => (low, high),
+            Allowed::Between(low, high) | Allowed::OrOff(low, high) => (low, high),
             Allowed::Above(low, high) => (low.next_up(), high),
             other => panic!("{other:?}"),
         };
@@ -112,6 +127,24 @@ fn every_number_is_refused_just_outside_its_range_and_taken_at_its_ends() {
         }
     }
     assert_eq!(seen, BOUNDS.len() + RIVALS.len());
+}
+
+#[test]
+fn breakaway_range_is_refused_unless_it_is_in_order_and_above_zero() {
+    let Some((_, _, Gains::Robust(example))) = laws().find(|law| law.0 == "robust") else {
+        unreachable!()
+    };
+    let refused = |breakaway_low: f32, breakaway_high: f32| {
+        let law = Gains::Robust(RobustGains { breakaway_low, breakaway_high, ..example });
+        Controller::new(&configured(0.17, &[law]), &STM32F405).err().map(name_of)
+    };
+    assert_eq!(refused(2.0, 2.0), None);
+    assert_eq!(refused(0f32.next_up(), LARGEST), None);
+    assert_eq!(refused(2.0, 2f32.next_down()), Some("breakaway_high_v"));
+    assert_eq!(refused(2.0, LARGEST.next_up()), Some("breakaway_high_v"));
+    assert_eq!(refused(2.0, f32::NAN), Some("breakaway_high_v"));
+    assert_eq!(refused(0.0, 2.0), Some("breakaway_low_v"));
+    assert_eq!(refused(f32::NAN, 2.0), Some("breakaway_low_v"));
 }
 
 /// The laws of the thesis have its gains (Tables 17 and 18) wherever nobody gives others.

@@ -150,9 +150,10 @@ fn request(random: &mut Random, record: &[u8]) -> Request {
             Request::Subscribe { signals, every: random.below(20) as u16 }
         }
         14 => Request::Fault { index: random.next() as u8 },
-        15 => match random.below(4) {
+        15 => match random.below(5) {
             0 => Request::ReadLevels,
             1 => Request::ReadJog,
+            3 => Request::SetBrownOut,
             2 => Request::Jog(Asked { effort: Some(random.real()), ..Asked::default() }),
             _ => Request::Identify { rate: random.real(), hold: random.real() },
         },

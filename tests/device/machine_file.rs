@@ -11,7 +11,7 @@ use stiction::drive::{DriveConfig, PwmMode};
 use stiction::encoder::{CounterBits, Direction};
 use stiction::position::Position;
 use stiction::reference::Corner;
-use stiction::value::{Key, Values};
+use stiction::value::{Key, Kind, Values};
 use stiction::{Motion, Parameters, ProfileLimits};
 
 use crate::fixture::{parameters, plans, srnf};
@@ -114,6 +114,9 @@ fn gains() -> impl Strategy<Value = Vec<Gains>> {
         let mut numbers = numbers.into_iter();
         let (mut used, mut all) = (Vec::new(), Vec::new());
         for mut law in laws {
+            if law.replaces_pd() && !all.is_empty() {
+                continue;
+            }
             let keys = names(&law);
             let texts: Vec<String> = keys.iter().map(Key::to_string).collect();
             if texts.iter().any(|text| used.contains(text)) {
@@ -123,9 +126,21 @@ fn gains() -> impl Strategy<Value = Vec<Gains>> {
             for (key, n) in keys.into_iter().zip(&mut numbers) {
                 // A time between increments is not shorter than a sample.
                 let least = if key.to_string() == "t_roi_s" { 0.1 } else { 0.0 };
-                assert_eq!(law.set(key, (n as f32 / 997.0 + least).to_bits()), Ok(true));
+                let (x, before) = (n as f32 / 997.0 + least, law);
+                let bits = match key.about().unwrap().kind {
+                    Kind::Number => x.to_bits(),
+                    Kind::Whole => n,
+                    Kind::Flag | Kind::Choice(_) => n % 2,
+                };
+                assert_eq!(law.set(key, bits), Ok(true));
+                if law.validate().is_err() {
+                    law = before;
+                }
             }
             all.push(law);
+            if law.replaces_pd() {
+                break;
+            }
         }
         all
     })

@@ -15,6 +15,8 @@ use experiments::controllers;
 /// A count of the thesis's encoder, deg, and its sample time, s.
 const COUNT: f64 = 0.00242;
 const TICK_S: f64 = 0.02;
+/// The default soft start, half a second, ticks.
+const SOFT_START: usize = 25;
 
 fn plan(law: &str, set: &[&str]) -> RunPlan {
     let law = format!("loop.controller={law}");
@@ -22,12 +24,20 @@ fn plan(law: &str, set: &[&str]) -> RunPlan {
     plans("step-response", &[&own, set].concat()).swap_remove(0)
 }
 
-/// An armed device around the joint of a plan.
+/// A device around the joint of a plan, after the soft start of its arming.
 fn armed(plan: &RunPlan) -> SimulatedDevice {
+    let mut simulated = just_armed(plan);
+    for _ in 0..SOFT_START {
+        tick(&mut simulated);
+    }
+    simulated
+}
+
+/// The same before its first tick.
+fn just_armed(plan: &RunPlan) -> SimulatedDevice {
     let mut simulated = SimulatedDevice::new(plan).unwrap();
     simulated.ticks(10);
     simulated.device.servo().arm_for_link(None).unwrap();
-    simulated.tick();
     simulated
 }
 
@@ -232,12 +242,118 @@ fn what_cannot_be_done_is_refused_before_it_begins() {
     }
 }
 
+/// The limits of a profile are those of the whole output: with a part of it, the joint would trail
+/// until the following error ends the move.
+#[test]
+fn a_move_right_after_arming_waits_for_the_soft_start_and_then_works() {
+    for (soft_start, wake_up, waits) in
+        [("0", "0", 0), ("0.5", "0", 25), ("4", "0", 200), ("10", "0", 500), ("4", "0.1", 205)]
+    {
+        for law in ["pd", "srnf"] {
+            let what = format!("{law}, {soft_start} s, {wake_up} s");
+            let plan = plan(
+                law,
+                &[
+                    &format!("device.soft_start_s={soft_start}"),
+                    &format!("device.wake_up_s={wake_up}"),
+                ],
+            );
+            let limits = parameters(&plan).profile;
+            let mut simulated = just_armed(&plan);
+            go_to(&mut simulated, &plan, counts(40.0)).unwrap();
+            let still = run(&mut simulated, f64::from(waits) * TICK_S, &what);
+            let rest = Setpoint::default();
+            assert!(still.iter().all(|setpoint| *setpoint == rest), "{what}");
+            let moved = run(&mut simulated, longest_s(&limits, 40.0) + 1.0, &what);
+            // It sets out with the first tick of the whole output.
+            assert!(moved[0].position.ahead_of(0) > 0.0, "{what}");
+            assert_eq!(moved.last(), Some(&Setpoint::at_rest(Position::from_counts(counts(40.0)))));
+        }
+    }
+    // Another target while it waits does not begin the wait anew, and a hold stays.
+    let plan = plan("srnf", &["device.soft_start_s=2"]);
+    let mut simulated = just_armed(&plan);
+    go_to(&mut simulated, &plan, counts(40.0)).unwrap();
+    run(&mut simulated, 1.0, "the first half");
+    go_to(&mut simulated, &plan, counts(-40.0)).unwrap();
+    let still = run(&mut simulated, 1.0, "the second half");
+    assert!(still.iter().all(|setpoint| *setpoint == Setpoint::default()));
+    assert!(run(&mut simulated, 0.02, "the begin")[0].velocity < 0.0);
+    let mut simulated = just_armed(&plan);
+    go_to(&mut simulated, &plan, counts(40.0)).unwrap();
+    run(&mut simulated, 1.0, "the first half");
+    simulated.device.servo().hold().unwrap();
+    let still = run(&mut simulated, 3.0, "a hold");
+    assert!(still.iter().all(|setpoint| *setpoint == Setpoint::default()));
+}
+
+/// The set point of a trajectory may be faster than a profile brakes. A target within the range is
+/// not enough then.
+#[test]
+fn a_move_out_of_a_fast_trajectory_brakes_within_the_range_or_is_refused() {
+    for direction in [1.0, -1.0] {
+        // 15 deg/s, which 10 deg/s^2 bring to rest within 11.25 deg, and the averages' 0.64 s (T of
+        // 0.4 s or more is 32 ticks) lead on by half of that time: 4.8 deg and a step.
+        let range = if direction > 0.0 {
+            ["limits.position_min_deg=-1", "limits.position_max_deg=61"]
+        } else {
+            ["limits.position_min_deg=-61", "limits.position_max_deg=1"]
+        };
+        let slow = ["profile.acceleration_deg_per_s2=10", "profile.jerk_deg_per_s3=50"];
+        let plan = plan("srnf", &[range, slow].concat());
+        let (sample_time, resolution) = (TICK_S as f32, COUNT as f32);
+        let through: Vec<Corner> = [(25, 0.0), (225, 60.0 * direction)]
+            .map(|(tick, deg)| Corner { tick, position: Position::from_counts(counts(deg)) })
+            .into();
+        let trajectory = Trajectory::new(&through, 0.25, sample_time, resolution).unwrap();
+        let (mut accepted, mut refused) = (0.0f64, f64::MAX);
+        for tick_of_it in (50..220).step_by(5) {
+            let what = format!("{direction}, {tick_of_it}");
+            let mut simulated = armed(&plan);
+            simulated.device.servo().follow(Reference::Trajectory(trajectory.clone())).unwrap();
+            let time_s = f64::from(tick_of_it) * TICK_S;
+            let at = *run(&mut simulated, time_s, &what).last().unwrap();
+            let deg = f64::from(at.position.ahead_of(0)) * COUNT * direction;
+            let outcome = go_to(&mut simulated, &plan, counts(5.0 * direction));
+            let after = run(&mut simulated, 15.0, &what);
+            let farthest = after
+                .iter()
+                .map(|setpoint| f64::from(setpoint.position.ahead_of(0)) * COUNT * direction)
+                .fold(0.0, f64::max);
+            assert!(farthest <= 61.0 + 1e-6, "{what}: {farthest}");
+            let end = after.last().unwrap().position.counts;
+            match outcome {
+                Ok(()) => {
+                    accepted = accepted.max(deg);
+                    assert_eq!(end, counts(5.0 * direction), "{what}");
+                }
+                // The trajectory goes on.
+                Err(refusal) => {
+                    refused = refused.min(deg);
+                    assert_eq!(
+                        (refusal, end),
+                        (Refusal::TooFast, counts(60.0 * direction)),
+                        "{what}"
+                    );
+                }
+            }
+        }
+        // The way to rest by the closed form, within a step of the first stage (0.04 s) and of the
+        // ticks that were tried (0.1 s).
+        let way = 15.0 * 15.0 / 20.0 + 0.5 * 0.64 * 15.0;
+        let last = 61.0 - way;
+        assert!(accepted > last - 2.5 && accepted < last + 0.7, "{accepted}, not {last}");
+        assert!(refused > accepted && refused < accepted + 1.6, "{refused} {accepted}");
+    }
+}
+
 /// A profile of the parameters begins anew with each arming.
 #[test]
 fn a_profiled_motion_of_the_parameters_begins_with_each_arming() {
     let plan = plan("srnf", &[]);
     let mut parameters = parameters(&plan);
     parameters.motion = Motion::Profiled(Position::from_counts(2000));
+    parameters.device.soft_start = 1.0;
     let mut simulated = SimulatedDevice::new(&plan).unwrap();
     let mut room = [0; stiction::parameters::ROOM];
     let record = parameters.encode(1, &mut room).unwrap();
@@ -250,9 +366,12 @@ fn a_profiled_motion_of_the_parameters_begins_with_each_arming() {
     for _ in 0..2 {
         simulated.ticks(60);
         simulated.device.servo().arm().unwrap();
-        runs.push(run(&mut simulated, 3.0, "arming"));
+        runs.push(run(&mut simulated, 4.0, "arming"));
         simulated.device.servo().stop();
     }
     assert_eq!(runs[0].last(), Some(&Setpoint::at_rest(Position::from_counts(2000))));
     assert_eq!(runs[0], runs[1]);
+    // Half a second longer than the default soft start, of which it waits for all.
+    let waits = runs[0].iter().take_while(|setpoint| **setpoint == Setpoint::default()).count();
+    assert_eq!(waits, 50);
 }

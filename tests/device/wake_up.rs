@@ -2,7 +2,7 @@
 //! enough before it.
 
 use host_sim::hardware::STM32F405;
-use stiction::servo::{Boot, Input, Output, State};
+use stiction::servo::{Boot, ControlLoop, Input, Output, State};
 use stiction::{Fault, Parameters, Servo};
 
 use crate::fixture::srnf;
@@ -115,6 +115,44 @@ fn the_enable_pin_is_low_for_the_reset_pulse_before_it_rises_again() {
     }
     servo.arm().unwrap();
     assert_eq!(pulses(&mut servo)[..3], [wakes, wakes, on]);
+}
+
+#[test]
+fn parameters_with_another_sample_time_do_not_shorten_the_reset_pulse() {
+    let pulse = 0.2;
+    let with = |sample_time: &str| {
+        let times = [&format!("device.reset_pulse_s={pulse}"), "device.wake_up_s=0.01"];
+        srnf(&[times[0], times[1], &format!("loop.sample_time_s={sample_time}")])
+    };
+    // Ticks of 1 ms, a hundred of which are half of the pulse, and ten times that of 10 ms.
+    for (former, ticks, latter) in [("0.001", 100, "0.01"), ("0.01", 10, "0.001")] {
+        let mut servo = Servo::new(Ok(&with(former)), Boot::default(), &STM32F405);
+        for _ in 0..100 {
+            tick(&mut servo, 0);
+        }
+        servo.arm().unwrap();
+        while !tick(&mut servo, 0).enable {}
+        servo.stop();
+        for _ in 0..ticks {
+            assert_eq!(told(&tick(&mut servo, 0)), (false, false));
+        }
+        let mut after = None;
+        ControlLoop::prepare(&mut after, &with(latter), &STM32F405).unwrap();
+        servo.install(&mut after).unwrap();
+        let tick_s: f64 = latter.parse().unwrap();
+        // The joint has to rest anew: some ticks with the pin low.
+        let mut low = 0;
+        while servo.arm().is_err() {
+            assert_eq!(told(&tick(&mut servo, 0)), (false, false));
+            low += 1;
+        }
+        while !tick(&mut servo, 0).wakes {
+            low += 1;
+        }
+        // From the install on at least a whole pulse, and one tick more.
+        let low_s = f64::from(low) * tick_s;
+        assert!((pulse - 1e-9..pulse + 1.5 * tick_s).contains(&low_s), "{former}: {low_s} s");
+    }
 }
 
 #[test]

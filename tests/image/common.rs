@@ -15,7 +15,8 @@ pub fn image() -> PathBuf {
     match std::env::var_os(IMAGE) {
         Some(path) => path.into(),
         None => panic!(
-            "{IMAGE} does not name a flash image: run `cargo xtask test`, or `cargo xtask firmware` \
+            "{IMAGE} does not name a flash image: run `cargo xtask test`, or `cargo xtask \
+             firmware` \
              and then this with {IMAGE}=<the file that it leaves>"
         ),
     }

@@ -4,6 +4,7 @@
 use host_sim::device::client::Client;
 use host_sim::device::simulated::SimulatedDevice;
 use host_sim::device::wire::SimulatedWire;
+use host_sim::emulator::board_under_test::{BoardUnderTest, PlantInLockstep};
 use host_sim::emulator::wire::EmulatedWire;
 use host_sim::encoder::Wires;
 use host_sim::experiment::RunPlan;
@@ -59,11 +60,36 @@ fn a_jog_finds_what_a_simulated_device_finds_and_leaves_the_bridge_off() {
         }
         assert_eq!(client.status().unwrap().faults, 0, "{wires:?}");
         let board = &mut client.wire().board;
+        said_begin_and_end(board, &there);
         assert!(!board.samples(2).unwrap().bridge.is_on(), "{wires:?}");
         // The closed form of tests/device/jog.rs gives 0.23 deg each way of a dead encoder.
         let travel = board.act(|halted| halted.plant().position_deg()).unwrap().abs();
         assert!(travel < 0.46, "{wires:?}: {travel} deg");
     }
+}
+
+/// The log has a line for the begin of the jog and one for its end, with what was found.
+#[track_caller]
+fn said_begin_and_end(board: &mut BoardUnderTest<PlantInLockstep>, found: &Found) {
+    board.samples(20).unwrap();
+    let log = board.act(|halted| halted.harness.log.lines.clone()).unwrap();
+    let [begin, end] = ["jog: pushes", "counts by"].map(|text| {
+        let mut lines = log.iter().filter(|line| line.text.contains(text));
+        let line = lines.next().unwrap_or_else(|| panic!("{text}: {log:?}"));
+        assert!(lines.next().is_none(), "{text} twice: {log:?}");
+        line
+    });
+    assert!(begin.text.starts_with("jog: ") && end.text.starts_with("jog: "), "{log:?}");
+    let moved = found.ways.map(|way| format!("{} counts", way.moved));
+    assert!(moved.iter().all(|moved| end.text.contains(moved)), "{end:?}, {found:?}");
+    let verdict = match found.verdict() {
+        Verdict::Agrees => "in the sense of the effort",
+        Verdict::Reversed => "AGAINST the effort",
+        Verdict::Still => "nothing moved",
+        Verdict::Noise => "to and fro",
+        other => panic!("{other:?}"),
+    };
+    assert!(end.text.ends_with(verdict), "{end:?}");
 }
 
 #[test]

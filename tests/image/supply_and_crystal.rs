@@ -1,7 +1,10 @@
 //! The part's own supply and crystal: what cannot be trusted drives nothing, and says why.
 
+use std::time::Duration;
+
 use host_sim::device::client::Client;
 use host_sim::emulator::board::Fitted;
+use host_sim::emulator::board_under_test::Halted;
 use host_sim::emulator::fault_injection::Injection;
 use host_sim::emulator::wire::EmulatedWire;
 use stiction::Parameters;
@@ -84,4 +87,63 @@ fn nothing_is_erased_while_the_parts_own_supply_sags() {
     // With the supply back, a save of what is saved already has nothing to write, and is done.
     client.wire().board.act(|halted| halted.board().set_rail(3_300)).unwrap();
     client.save().unwrap();
+}
+
+/// FLASH_OPTCR of a part as the factory leaves it, and with the highest brown-out level: locked.
+const FACTORY: u64 = 0x0FFF_AAED;
+const SET: u64 = 0x0FFF_AAE1;
+
+fn client() -> Client<EmulatedWire> {
+    let plan = plans("step-response", &["pd"], &["drive.pwm_hz=2000"]).remove(0);
+    Client::connect(EmulatedWire::with(&firmware(), &plan).unwrap()).unwrap()
+}
+
+fn options(client: &mut Client<EmulatedWire>, set: Option<u64>) -> u64 {
+    let act = move |halted: &mut Halted<'_>| {
+        if let Some(word) = set {
+            halted.board().set_option_bytes(word);
+        }
+        halted.board().option_bytes()
+    };
+    client.wire().board.act(act).unwrap()
+}
+
+#[test]
+fn the_brown_out_reset_is_turned_on_by_a_command_and_no_other_option_byte_changes() {
+    let mut client = client();
+    assert_eq!(options(&mut client, None), FACTORY);
+    client.set_brown_out().unwrap();
+    assert_eq!(options(&mut client, None), SET);
+    // The part goes by it after a reset, and says so then.
+    assert!(!client.status().unwrap().has_brown_out);
+    // Twice is once; and a part with a protection keeps it.
+    client.set_brown_out().unwrap();
+    let protected = 0x0FF0_55ED;
+    options(&mut client, Some(protected));
+    client.set_brown_out().unwrap();
+    assert_eq!(options(&mut client, None), protected & !0b1100);
+    // The board goes on as before: it is armed and stopped, and its ticks come.
+    client.pass(Duration::from_millis(200)).unwrap();
+    client.arm().unwrap();
+    let refusal = client.set_brown_out().unwrap_err().to_string();
+    assert!(refusal.contains("set-brown-out") && refusal.contains("motor is driven"), "{refusal}");
+    client.stop().unwrap();
+    assert_eq!(client.status().unwrap().faults, 0);
+}
+
+#[test]
+fn option_bytes_that_may_not_be_touched_are_left_alone() {
+    let mut client = client();
+    // Protected for ever; and a bit that the part does not have.
+    for word in [0x0FFF_CCED, FACTORY | 1 << 4] {
+        options(&mut client, Some(word));
+        let refusal = client.set_brown_out().unwrap_err().to_string();
+        assert!(refusal.contains("option bytes may not be changed"), "{refusal}");
+        assert_eq!(options(&mut client, None), word);
+    }
+    options(&mut client, Some(FACTORY));
+    client.wire().board.act(|halted| halted.board().set_rail(2_700)).unwrap();
+    let refusal = client.set_brown_out().unwrap_err().to_string();
+    assert!(refusal.contains("3.3 V supply is below 2.9 V"), "{refusal}");
+    assert_eq!(options(&mut client, None), FACTORY);
 }

@@ -47,6 +47,23 @@ proptest! {
 }
 
 #[test]
+fn a_crystal_of_another_frequency_is_told_as_such_whatever_the_pll_would_do() {
+    // 4 and 25 MHz: the PLL's input would be 0.5 and 3.1 MHz, out of its range.
+    for megahertz in [4.0, 12.0, 25.0] {
+        let judged = Crystal::of(Some(counts(megahertz * 1e6, 0.0, 0.5)));
+        // Nobody starts the PLL on it.
+        let told = judged.with_pll(|| panic!("the PLL is started on {megahertz} MHz"));
+        assert!(matches!(told, Crystal::Wrong(_)) && told == judged, "{megahertz}: {told:?}");
+    }
+    // One of the right frequency, and one that nobody could measure, have to carry the PLL.
+    for counts in [Some(counts(8e6, 0.0, 0.5)), None] {
+        let judged = Crystal::of(counts);
+        assert_eq!(judged.with_pll(|| true), judged);
+        assert_eq!(judged.with_pll(|| false), Crystal::Absent);
+    }
+}
+
+#[test]
 fn a_crystal_that_was_not_captured_is_used_and_said_to_be_not_measured() {
     for counts in [None, Some(0)] {
         assert_eq!(Crystal::of(counts), Crystal::NotMeasured);

@@ -7,11 +7,20 @@ use stiction::{Error, Hardware};
 use super::{HALF_ULP, config};
 
 /// The figures of the board.
-const STM32F405: Hardware = Hardware { pwm_clock_hz: 168e6, supply_top: 4095, dead_time_max: 6e-6 };
+const STM32F405: Hardware = Hardware {
+    pwm_clock_hz: 168e6,
+    supply_top: 4095,
+    dead_time_max: 6e-6,
+    sample_time: [1e-4, 0.02],
+};
 
 /// A timer of which 65 534 is the top at 100 Hz, exactly: the longest period that is allowed.
-const TIMER: Hardware =
-    Hardware { pwm_clock_hz: 4.0 * 32_767.0 * 100.0, supply_top: 4095, dead_time_max: 6e-6 };
+const TIMER: Hardware = Hardware {
+    pwm_clock_hz: 4.0 * 32_767.0 * 100.0,
+    supply_top: 4095,
+    dead_time_max: 6e-6,
+    sample_time: [1e-4, 0.02],
+};
 
 /// A drive whose timer has this top.
 fn drive(full_scale: f32, lsb: f32, mode: PwmMode, top: u16) -> Result<Drive, Error> {

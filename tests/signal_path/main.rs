@@ -10,9 +10,11 @@ use proptest::prelude::ProptestConfig;
 
 mod crystal;
 mod drive;
+mod option_bytes;
 mod output_control;
 mod position;
 mod profile;
+mod receive_ring;
 mod reference;
 mod reset_cause;
 mod trajectory;

@@ -90,6 +90,82 @@ fn made() -> impl Strategy<Value = Made> {
     )
 }
 
+proptest! {
+    #![proptest_config(config())]
+
+    /// A begin may be faster than the limit, as that of a trajectory is.
+    #[test]
+    fn no_set_point_is_beyond_all_targets_and_the_place_where_the_begin_comes_to_rest(
+        made in made(),
+        share in -3.0f32..3.0,
+        targets in prop::collection::vec((-20_000i32..20_000, 1usize..400), 1..6),
+    ) {
+        let mut profile = made.profile(targets[0].0);
+        let velocity = share * made.limits.velocity;
+        profile.start_at(Position::default(), velocity);
+        let stops_at = profile.stops_at();
+        // v^2 / 2a; the averages reach it half of their length later, and a step is as long as k.
+        let [_, a, _] = made.per_tick();
+        let v = f64::from(velocity / made.resolution * made.sample_time);
+        let way = v * v.abs() / (2.0 * a) + 0.5 * made.span() * v;
+        // D and V are floored by a fifth at the most; a step more or less, and a whole count.
+        let (less, more) = (way.abs() * 0.99, way.abs() * 1.26);
+        let off = 2.0 * made.step() * v.abs() + 2.0;
+        let found = f64::from(stops_at) * v.signum();
+        // A begin beyond the limit is taken as far as the sums have room.
+        let is_enough = share.abs() > 1.0 || found >= less - off;
+        prop_assert!(is_enough && found <= more + off, "{found}, not {way} {off}");
+        let mut stopped = profile.clone();
+        stopped.stop();
+        prop_assert_eq!(stopped.target(), Position::from_counts(stops_at));
+        let (mut lowest, mut highest) = (stops_at.min(0), stops_at.max(0));
+        for (target, ticks) in targets {
+            profile.aim(Position::from_counts(target));
+            (lowest, highest) = (lowest.min(target), highest.max(target));
+            for _ in 0..ticks {
+                let now = profile.update().position;
+                prop_assert!(
+                    now.counts >= lowest && (now.counts, now.fraction) <= (highest, 0.0),
+                    "{now:?} is not within {lowest} to {highest}"
+                );
+                let stops_at = profile.stops_at();
+                prop_assert!(stops_at >= lowest && stops_at <= highest, "{stops_at}");
+            }
+        }
+    }
+}
+
+/// Runs targets (shares of the farthest) and stops, each for so many ticks, and then to rest.
+fn obeys(made: Made, orders: &[(u32, f64, bool)]) -> Result<(), TestCaseError> {
+    let mut profile = made.profile(0);
+    let mut judge = Judge::new(made, at(0));
+    let mut last = 0;
+    for &(ticks, share, is_stop) in orders {
+        if is_stop {
+            profile.stop();
+        } else {
+            profile.aim(Position::from_counts((share * share * share * farthest(made)) as i32));
+        }
+        last = profile.target().counts;
+        for _ in 0..ticks {
+            judge.see(profile.update())?;
+        }
+    }
+    to_rest(&mut profile, &mut judge)?;
+    prop_assert_eq!(profile.update(), at(last));
+    Ok(())
+}
+
+/// The first stage is back at zero, and the set point turns: velocity and acceleration are zero in
+/// the same tick, 6e-5 counts before it arrives.
+#[test]
+fn a_set_point_that_turns_still_moves() {
+    let limits = ProfileLimits { velocity: 1.0, acceleration: 20.0, jerk: 989.0507 };
+    let made = Made { limits, sample_time: 0.000_339_551_74, resolution: 0.004_728_544 };
+    let orders = [(1, -0.136_460_739_680_476_26, false), (1, 0.0, false)];
+    assert!(obeys(made, &orders).is_ok());
+}
+
 /// Holds every set point against the limits and the one before.
 struct Judge {
     made: Made,
@@ -202,22 +278,7 @@ proptest! {
         made in made(),
         orders in proptest::collection::vec((1u32..400, -1.0f64..1.0, any::<bool>()), 1..12),
     ) {
-        let mut profile = made.profile(0);
-        let mut judge = Judge::new(made, at(0));
-        let mut last = 0;
-        for (ticks, share, is_stop) in orders {
-            if is_stop {
-                profile.stop();
-            } else {
-                profile.aim(Position::from_counts((share * share * share * farthest(made)) as i32));
-            }
-            last = profile.target().counts;
-            for _ in 0..ticks {
-                judge.see(profile.update())?;
-            }
-        }
-        to_rest(&mut profile, &mut judge)?;
-        prop_assert_eq!(profile.update(), at(last));
+        obeys(made, &orders)?;
     }
 
     /// A stop takes v/a and the averages, and ends on a count within the closed form's way.

@@ -37,8 +37,11 @@ pub fn demo(arguments: &Arguments) -> Result<(), String> {
     // What is built soonest comes first. The build with the emulator adds to it.
     times.of("building the simulator", || Simulator::Host.build())?;
     times.of("ranking seven controllers, and drawing", || {
-        Job::new("Seven controllers on the thesis's robot axis, simulated: three steps, two trajectories")
-            .run(&mut Simulator::Host.command(&["benchmark", "--plot", FIGURES]))
+        Job::new(
+            "Seven controllers on the thesis's robot axis, simulated: three steps, two \
+                  trajectories",
+        )
+        .run(&mut Simulator::Host.command(&["benchmark", "--plot", FIGURES]))
     })?;
     times.of("the other experiments, and drawing", || {
         let drawing = Job::new("Drawing the other experiments of Chapter 3 and Appendix A.2");
@@ -75,7 +78,8 @@ fn in_the_image(image: &Path) -> Result<(), String> {
         run
     };
     Job::new(
-        "The firmware boots on an emulated microcontroller and moves the simulated joint by 5 degrees; its log:",
+        "The firmware boots on an emulated microcontroller and moves the simulated joint by 5 \
+         degrees; its log:",
     )
     .run(run().args(ONE_MOVE).arg("--log"))?;
     Job::new(

@@ -38,7 +38,16 @@ enum Fate {
     NotRun,
 }
 
+/// A row's end: what has become of a fault, and on which commit.
+#[derive(Clone, Debug, PartialEq, Eq)]
+struct Outcome {
+    fate: Fate,
+    commit: String,
+}
+
 impl Fate {
+    const ALL: [Self; 4] = [Self::Killed, Self::Survived, Self::NotBuilt, Self::NotRun];
+
     const fn describe(self) -> &'static str {
         match self {
             Self::Killed => "found",
@@ -91,17 +100,23 @@ pub fn run(arguments: &Arguments) -> Result<(), String> {
             }
         }
     }
-    let mut fates = Vec::new();
-    for (mutation, asked) in MUTATIONS.iter().zip(asked) {
-        let fate = if asked { one(&tree, mutation)? } else { Fate::NotRun };
-        if asked {
-            println!("{:>13}  {}: {}", fate.describe(), mutation.file, mutation.why);
+    let (path, commit) = (root().join(PAGE), commit()?);
+    let before = fs::read_to_string(&path).unwrap_or_default();
+    let mut outcomes: Vec<Outcome> =
+        MUTATIONS.iter().map(|mutation| told_before(&before, mutation)).collect();
+    let mut survived = 0;
+    for ((mutation, asked), outcome) in MUTATIONS.iter().zip(asked).zip(0..) {
+        if !asked {
+            continue;
         }
-        fates.push(fate);
+        let fate = one(&tree, mutation)?;
+        println!("{:>13}  {}: {}", fate.describe(), mutation.file, mutation.why);
+        survived += usize::from(fate == Fate::Survived);
+        outcomes[outcome] = Outcome { fate, commit: commit.clone() };
+        // A run takes long: what has been found so far is on the page if it is ended.
+        fs::write(&path, page(&outcomes))
+            .map_err(|error| format!("cannot write {PAGE}: {error}"))?;
     }
-    let page = page(&fates)?;
-    fs::write(root().join(PAGE), page).map_err(|error| format!("cannot write {PAGE}: {error}"))?;
-    let survived = fates.iter().filter(|fate| **fate == Fate::Survived).count();
     if survived > 0 {
         Err(format!("{survived} faults were not found: tests are missing"))
     } else {
@@ -129,7 +144,8 @@ fn mutated(path: &Path, mutation: &Mutation) -> Result<(String, String), String>
     match sound.matches(before).count() {
         1 => Ok((sound.clone(), sound.replace(before, after))),
         found => Err(format!(
-            "the list of faults is out of date: {file} has {found} times, and not once, the text of \
+            "the list of faults is out of date: {file} has {found} times, and not once, the text \
+             of \
              \"{why}\": {before}"
         )),
     }
@@ -208,44 +224,82 @@ fn built(tree: &Path) -> PathBuf {
     tree.with_file_name("target")
 }
 
-fn page(fates: &[Fate]) -> Result<String, String> {
+/// Returns the commit that is tested, as the page tells it.
+fn commit() -> Result<String, String> {
     let git = |arguments: &[&str]| {
         let output = Command::new("git").args(arguments).current_dir(root()).output();
         let output = output.map_err(|error| format!("cannot start git: {error}"))?;
         Ok::<_, String>(String::from_utf8_lossy(&output.stdout).trim().to_owned())
     };
-    let commit = git(&["log", "-1", "--format=%h of %cs"])?;
-    let changed = if git(&["status", "--porcelain", "--", "src", "tests"])?.is_empty() {
-        ""
-    } else {
-        ", with changes"
-    };
-    let count = |fate: Fate| fates.iter().filter(|other| **other == fate).count();
+    let commit = git(&["log", "-1", "--format=%h"])?;
+    let is_clean = git(&["status", "--porcelain", "--", "src", "tests", "host-sim"])?.is_empty();
+    Ok(if is_clean { commit } else { format!("{commit}, with changes") })
+}
+
+/// The begin of the row of a fault.
+fn row(mutation: &Mutation) -> String {
+    let Mutation { file, why, suite, .. } = mutation;
+    format!("| `{file}` | {why} | {} |", suite.describe())
+}
+
+/// Returns what the page says of a fault.
+fn told_before(page: &str, mutation: &Mutation) -> Outcome {
+    let begin = row(mutation);
+    let told = page.lines().find_map(|line| line.strip_prefix(&*begin)).and_then(|rest| {
+        let (fate, commit) = rest.trim().strip_suffix('|')?.split_once('|')?;
+        let fate = Fate::ALL.into_iter().find(|known| known.describe() == fate.trim())?;
+        Some(Outcome { fate, commit: commit.trim().to_owned() })
+    });
+    told.unwrap_or(Outcome { fate: Fate::NotRun, commit: String::new() })
+}
+
+fn page(outcomes: &[Outcome]) -> String {
+    let count = |fate: Fate| outcomes.iter().filter(|other| other.fate == fate).count();
     let mut page = format!(
         "# Faults that were put into the sources, and whether a test has found them\n\n\
          `cargo xtask mutations` writes this page. It puts each of {} faults into a copy of the\n\
-         sources, builds it, and runs the tests that should find it. A fault that is not found is a\n\
-         missing test. The last run was on commit {commit}{changed}:\n\
+         sources, builds it, and runs the tests that should find it. A fault that is not found is \
+          a\n\
+         missing test. A run that is asked for some of them keeps the rows of the others, and each\n\
+         row says on which commit it was found out.\n\n\
          {} found, {} not found, {} not built, {} not run. Nothing is said of those that were not\n\
          run.\n\n\
-         | file | the fault, and why it matters | tests of | result |\n|---|---|---|---|\n",
-        fates.len(),
+         | file | the fault, and why it matters | tests of | result | on commit |\n\
+         |---|---|---|---|---|\n",
+        outcomes.len(),
         count(Fate::Killed),
         count(Fate::Survived),
         count(Fate::NotBuilt),
         count(Fate::NotRun),
     );
-    for (mutation, fate) in MUTATIONS.iter().zip(fates) {
-        let Mutation { file, why, suite, .. } = mutation;
-        let suite = suite.describe();
-        page.push_str(&format!("| `{file}` | {why} | {suite} | {} |\n", fate.describe()));
+    for (mutation, Outcome { fate, commit }) in MUTATIONS.iter().zip(outcomes) {
+        page.push_str(&format!("{} {} | {commit} |\n", row(mutation), fate.describe()));
     }
-    Ok(page)
+    page
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn a_run_of_some_faults_keeps_what_the_page_says_of_the_others() {
+        let outcomes: Vec<Outcome> = (0..MUTATIONS.len())
+            .map(|i| match i % 4 {
+                0 => Outcome { fate: Fate::NotRun, commit: String::new() },
+                kind => {
+                    Outcome { fate: Fate::ALL[kind - 1], commit: format!("c{i}, with changes") }
+                }
+            })
+            .collect();
+        let page = page(&outcomes);
+        let again: Vec<Outcome> = MUTATIONS.iter().map(|m| told_before(&page, m)).collect();
+        assert_eq!(again, outcomes);
+        // A fault that is new is one that was not run, and so are those of a page that is none.
+        let new = Mutation { why: "a fault that nobody has thought of", ..MUTATIONS[1] };
+        assert_eq!(told_before(&page, &new).fate, Fate::NotRun);
+        assert_eq!(told_before("", &MUTATIONS[1]).fate, Fate::NotRun);
+    }
 
     #[test]
     fn a_fault_fits_the_sources_once_or_the_list_is_out_of_date() {

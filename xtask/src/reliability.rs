@@ -237,7 +237,8 @@ mod tests {
             "reliability: wires | what=swapped | s=0.3",
         ];
         let figures: Vec<Figure> = told.iter().filter_map(|line| figure(line)).collect();
-        let template = "{{soak.moves}} moves\n{{#wires}}| {{what}} | {{s}} |\n{{?image}}with\n{{!image}}without";
+        let template = "{{soak.moves}} moves\n{{#wires}}| {{what}} | {{s}} \
+                        |\n{{?image}}with\n{{!image}}without";
         let page = "12 345 moves\n| cut | 0.2 |\n| swapped | 0.3 |\nwithout\n";
         assert_eq!(filled(template, &figures).as_deref(), Ok(page));
         let missing =

@@ -163,7 +163,8 @@ fn link() -> Result<(), String> {
 fn install_debian() -> Result<(), String> {
     if !Path::new("/etc/debian_version").exists() || !is_root() {
         return Err(format!(
-            "no compiler here builds for {TARGET}; run\n    rustup target add {TARGET}\nor, on Debian 12 and as \
+            "no compiler here builds for {TARGET}; run\n    rustup target add {TARGET}\nor, on \
+             Debian 12 and as \
              root, `cargo xtask setup`: it installs {}",
             PACKAGES.join(" ")
         ));

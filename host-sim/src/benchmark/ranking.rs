@@ -9,7 +9,7 @@
 use serde::Serialize;
 
 use super::Score;
-use crate::error::{Error, suggestion_or_all};
+use crate::error::{Error, suggestion};
 
 /// A column of the benchmark: its name in `--weights`, and its value in a row.
 pub struct Column {
@@ -77,7 +77,7 @@ impl Weights {
                 .split_once('=')
                 .ok_or_else(|| refuse("write COLUMN=WEIGHT, as in settling=2".into()))?;
             let place = COLUMNS.iter().position(|column| column.name == name).ok_or_else(|| {
-                let near = suggestion_or_all(name, COLUMNS.iter().map(|column| column.name));
+                let near = suggestion(name, COLUMNS.iter().map(|column| column.name));
                 refuse(format!("there is no column `{name}`{near}"))
             })?;
             weights.0[place] = weight

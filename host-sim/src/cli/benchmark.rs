@@ -3,10 +3,10 @@
 use std::collections::BTreeMap;
 use std::path::PathBuf;
 
-use super::print;
+use super::{drawn, print, warn, wrote};
 use crate::benchmark::{Score, Weights, benchmark};
 use crate::error::Error;
-use crate::experiment::Document;
+use crate::experiment::{Document, Experiment};
 use crate::figure::{figures, prepare_figures, write_figures};
 use crate::output::table::{self, number};
 
@@ -32,17 +32,22 @@ pub fn rank(arguments: &Arguments) -> Result<(), Error> {
         Some(file) => vec![Document::open(file)?],
         None => vec![Document::open("step-response")?, Document::open("trajectory")?],
     };
+    for document in &documents {
+        warn(&document.doubts()?);
+        warn(&Experiment::plan(document, &[], &[])?.left_out);
+    }
     if let Some(directory) = &arguments.plot {
         prepare_figures(directory)?;
     }
     let ranked = benchmark(&documents, &weights)?;
     if let Some(directory) = &arguments.plot {
+        let mut count = 0;
         for (document, results) in documents.iter().zip(&ranked.results) {
-            write_figures(
-                directory,
-                &figures(&document.origin.name, results, &document.machine()?.figures),
-            )?;
+            let figures = figures(&document.origin.name, results, &document.machine()?.figures);
+            write_figures(directory, &figures)?;
+            count += figures.len();
         }
+        wrote(&drawn(count, directory))?;
     }
     if arguments.json {
         let object = serde_json::json!({

@@ -1,10 +1,12 @@
 //! The command line of `stiction`.
 
 mod benchmark;
+mod completions;
 mod device;
 mod ensemble;
 mod keys;
 mod list;
+mod new;
 mod params;
 mod plot;
 mod report;
@@ -13,6 +15,7 @@ mod show;
 mod target;
 
 use std::io::{self, Write};
+use std::path::Path;
 use std::process::ExitCode;
 
 use clap::{Parser, Subcommand};
@@ -32,7 +35,10 @@ struct Arguments {
 enum Command {
     /// Every built-in experiment and its source
     List(list::Arguments),
-    /// The TOML of a built-in experiment, to copy and change
+    /// A first file of your own joint: asks a dozen questions, or takes the answers as options
+    New(new::Arguments),
+    /// The TOML of a built-in experiment, to copy and change; --units: a joint in SI and in the core's
+    /// units
     Show(show::Arguments),
     /// Every key of a machine's file: what it means, what is allowed, what it is if it is left out
     Keys(keys::Arguments),
@@ -50,6 +56,8 @@ enum Command {
     Plot(plot::Arguments),
     /// Every figure and table of the thesis as one HTML page, claims beside measurements
     Report(report::Arguments),
+    /// What lets a shell complete commands and options with Tab
+    Completions(completions::Arguments),
 }
 
 /// The exit code for a request that was in order, but to whose end a solver did not get.
@@ -64,6 +72,7 @@ pub fn main() -> ExitCode {
     let arguments = Arguments::parse();
     let done = match arguments.command {
         Command::List(arguments) => list::list(&arguments),
+        Command::New(arguments) => new::new(&arguments),
         Command::Show(arguments) => show::show(&arguments),
         Command::Keys(arguments) => keys::keys(&arguments),
         Command::Run(arguments) => run::run(&arguments),
@@ -73,6 +82,7 @@ pub fn main() -> ExitCode {
         Command::Ensemble(arguments) => ensemble::ensemble(&arguments),
         Command::Plot(arguments) => plot::plot(&arguments),
         Command::Report(arguments) => report::report(&arguments),
+        Command::Completions(arguments) => completions::completions(&arguments),
     };
     match done {
         Ok(()) => ExitCode::SUCCESS,
@@ -92,10 +102,30 @@ pub fn main() -> ExitCode {
     }
 }
 
+/// Says where files were written. Not on the standard output, which scripts read.
+fn wrote(what: &str) -> Result<(), Error> {
+    writeln!(io::stderr(), "wrote {what}")?;
+    Ok(())
+}
+
+/// So many figures, and where they are.
+fn drawn(figures: usize, directory: &Path) -> String {
+    let figures = if figures == 1 { "1 figure".into() } else { format!("{figures} figures") };
+    format!("{figures} as SVG and PNG into {}", directory.display())
+}
+
 /// Writes to the standard output.
 fn print(text: &str) -> Result<(), Error> {
     let mut out = io::stdout().lock();
     out.write_all(text.as_bytes())?;
     out.flush()?;
     Ok(())
+}
+
+/// Tells what a person should know before a run, which is made all the same.
+fn warn(sentences: &[String]) {
+    for sentence in sentences {
+        // If even this cannot be written there is nobody to tell.
+        let _ = writeln!(io::stderr(), "stiction: warning: {sentence}");
+    }
 }

@@ -5,7 +5,7 @@ use std::path::PathBuf;
 
 use stiction::parameters::DeviceConfig;
 
-use super::print;
+use super::{print, warn};
 use crate::device::sectors;
 use crate::error::Error;
 use crate::experiment::{Document, Experiment};
@@ -32,6 +32,7 @@ pub struct Arguments {
 pub fn params(arguments: &Arguments) -> Result<(), Error> {
     let mut document = Document::open(&arguments.experiment)?;
     document.set(&arguments.set)?;
+    warn(&document.doubts()?);
     let fixed: Vec<String> = arguments
         .set
         .iter()
@@ -40,6 +41,7 @@ pub fn params(arguments: &Arguments) -> Result<(), Error> {
         .collect();
     let controllers: Vec<String> = arguments.controller.iter().cloned().collect();
     let experiment = Experiment::plan(&document, &controllers, &fixed)?;
+    warn(&experiment.left_out);
     let Some(plan) = experiment.runs.first() else { return Ok(()) };
     let sectors = sectors(plan)?;
     let out = &arguments.out;
@@ -60,7 +62,8 @@ pub fn params(arguments: &Arguments) -> Result<(), Error> {
     let path = out.display();
     print(&format!(
         "{path}: {}, for sectors 10 and 11; the board {arming}\n\
-         probe-rs download --chip STM32F405RGTx --binary-format bin --base-address {ADDRESS:#x} {path}\n",
+         probe-rs download --chip STM32F405RGTx --binary-format bin --base-address {ADDRESS:#x} \
+         {path}\n",
         plan.label,
     ))
 }

@@ -16,6 +16,9 @@ pub struct Arguments {
     /// Where the figure is written, as SVG and PNG
     #[arg(long, value_name = "DIR", default_value = ".")]
     out: PathBuf,
+    /// A title for the figure
+    #[arg(long, value_name = "TEXT")]
+    title: Option<String>,
 }
 
 pub fn plot(arguments: &Arguments) -> Result<(), Error> {
@@ -25,7 +28,8 @@ pub fn plot(arguments: &Arguments) -> Result<(), Error> {
     }
     if all.len() > logged::MOST {
         return Err(Error::Input(format!(
-            "plot: {} runs; at most {} are told apart in one figure: write fewer with `run --controller` and `--set`, or \
+            "plot: {} runs; at most {} are told apart in one figure: write fewer with `run \
+             --controller` and `--set`, or \
              draw the files one by one",
             all.len(),
             logged::MOST
@@ -35,10 +39,11 @@ pub fn plot(arguments: &Arguments) -> Result<(), Error> {
     let stems =
         arguments.files.iter().map(|file| file.file_stem().unwrap_or_default().to_string_lossy());
     let stem = stems.collect::<Vec<_>>().join("-and-");
-    write_figures(
-        &arguments.out,
-        &[NamedFigure { stem: stem.clone(), figure: logged::figure(&all) }],
-    )?;
+    let mut figure = logged::figure(&all);
+    if let Some(title) = &arguments.title {
+        figure.title.clone_from(title);
+    }
+    write_figures(&arguments.out, &[NamedFigure { stem: stem.clone(), figure }])?;
     let path = arguments.out.join(stem);
     print(&format!("{}.svg and .png\n", path.display()))
 }

@@ -22,7 +22,8 @@ pub fn report(arguments: &Arguments) -> Result<(), Error> {
     let made = crate::report::make(&arguments.out)?;
     let claims = made.claims;
     super::print(&format!(
-        "{}\n{} figures beside it, as SVG and PNG. Of the thesis's claims {} hold, {} hold in\npart, {} do not, {} could \
+        "{}\n{} figures beside it, as SVG and PNG. Of the thesis's claims {} hold, {} hold \
+         in\npart, {} do not, {} could \
          not be measured. All simulated; made in {:.1} s.\n",
         made.page.display(),
         made.drawings,

@@ -2,10 +2,10 @@
 
 use std::path::PathBuf;
 
-use super::{print, target};
+use super::{drawn, print, target, warn, wrote};
 use crate::error::Error;
 use crate::experiment::{Document, Experiment};
-use crate::figure::{figures, prepare_figures, write_figures};
+use crate::figure::{entitle, figures, prepare_figures, write_figures};
 use crate::lab::{self, LabResult};
 use crate::output::{csv, json, table, write_whole};
 
@@ -22,6 +22,9 @@ pub struct Arguments {
     /// Draw the figures into this directory, as SVG and PNG
     #[arg(long, value_name = "DIR")]
     plot: Option<PathBuf>,
+    /// A title for the figures
+    #[arg(long, value_name = "TEXT", requires = "plot")]
+    title: Option<String>,
     /// Set a key of the file, as in run.duration_s=120
     #[arg(long, value_name = "TABLE.KEY=VALUE")]
     set: Vec<String>,
@@ -62,12 +65,14 @@ pub fn run(arguments: &Arguments) -> Result<(), Error> {
     }
     let assignments = arguments.assignments();
     document.set(&assignments)?;
+    warn(&document.doubts()?);
     let fixed: Vec<String> = assignments
         .iter()
         .filter_map(|a| a.split_once('='))
         .map(|(key, _)| key.trim().into())
         .collect();
     let experiment = Experiment::plan(&document, &arguments.controller, &fixed)?;
+    warn(&experiment.left_out);
     if let Some(directory) = &arguments.plot {
         prepare_figures(directory)?;
     }
@@ -75,10 +80,15 @@ pub fn run(arguments: &Arguments) -> Result<(), Error> {
     if let Some(path) = &arguments.csv {
         let text = csv::render(&results).map_err(|error| Error::Input(error.to_string()))?;
         write_whole(path, &text)?;
+        wrote(&path.display().to_string())?;
     }
     if let Some(directory) = &arguments.plot {
-        let figures = figures(&experiment.name, &results, &document.machine()?.figures);
+        let mut figures = figures(&experiment.name, &results, &document.machine()?.figures);
+        if let Some(title) = &arguments.title {
+            entitle(&mut figures, title);
+        }
         write_figures(directory, &figures)?;
+        wrote(&drawn(figures.len(), directory))?;
     }
     if arguments.json {
         let text =
@@ -130,10 +140,16 @@ impl Arguments {
             let text =
                 lab::output::csv(&results).map_err(|error| Error::Input(error.to_string()))?;
             write_whole(path, &text)?;
+            wrote(&path.display().to_string())?;
         }
         let setup = document.setup()?;
         if let Some(directory) = &self.plot {
-            write_figures(directory, &lab::figures(&document.origin.name, &setup, &results))?;
+            let mut figures = lab::figures(&document.origin.name, &setup, &results);
+            if let Some(title) = &self.title {
+                entitle(&mut figures, title);
+            }
+            write_figures(directory, &figures)?;
+            wrote(&drawn(figures.len(), directory))?;
         }
         if self.json {
             let text = lab::output::json(&document.origin.name, &setup.source, &results);

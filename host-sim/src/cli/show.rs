@@ -1,15 +1,39 @@
 //! `stiction show`.
 
 use super::print;
+use crate::data_sheet::told::{Row, rows};
 use crate::error::Error;
-use crate::experiment::find;
+use crate::experiment::{Document, find};
 
 #[derive(Debug, clap::Args)]
 pub struct Arguments {
-    /// A name from `stiction list`
+    /// A name from `stiction list`; with --units also a machine's own TOML file
     name: String,
+    /// The joint in both systems of units, and how each derived number came about
+    #[arg(long)]
+    units: bool,
 }
 
 pub fn show(arguments: &Arguments) -> Result<(), Error> {
+    if arguments.units {
+        return print(&units(&Document::open(&arguments.name)?)?);
+    }
     print(find(&arguments.name)?.toml)
+}
+
+fn units(document: &Document) -> Result<String, Error> {
+    let origin = &document.origin;
+    let Some((sheet, mapping)) = document.mapping()? else {
+        return Err(Error::Input(format!(
+            "show --units: {origin} has no data sheet, which begins with the table `[motor]`; \
+             docs/units.md explains it"
+        )));
+    };
+    let mut text = format!("{:26}{:>24}{:>22}\n", "", "SI", "core");
+    for Row { what, si, core, how } in rows(&sheet, &mapping) {
+        text += &format!("{what:26}{si:>24}{core:>22}\n    {how}\n");
+    }
+    let doubts: String =
+        document.doubts()?.iter().map(|doubt| format!("warning: {doubt}\n")).collect();
+    Ok(text + &doubts)
 }

@@ -102,7 +102,8 @@ impl TargetArguments {
                 let (mean, max) = (latency.mean_us, latency.max_us);
                 let label = &run.result.plan.label;
                 say(format!(
-                    "{label}: from the encoder to the duty {mean:.1} us on average, {max:.1} us at most"
+                    "{label}: from the encoder to the duty {mean:.1} us on average, {max:.1} us \
+                     at most"
                 ));
             }
         }

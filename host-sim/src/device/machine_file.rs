@@ -41,7 +41,8 @@ pub fn render(parameters: &Parameters, joint: &Joint, whose: &str) -> Result<Str
     let body = toml::to_string(&machine).map_err(|error| Error::Input(error.to_string()))?;
     let text = format!(
         "# What a device runs. It does not know its joint: [joint] is that of {whose}, for the\n\
-         # simulator only. Thresholds are written out, so nothing of them is derived from it.\n{body}"
+         # simulator only. Thresholds are written out, so nothing of them is derived from \
+         it.\n{body}"
     );
     let why = match read("", &text) {
         Ok(again) if again == *parameters => return Ok(text),
@@ -131,6 +132,11 @@ fn of(parameters: &Parameters) -> Machine {
         title: "Parameters of a device".into(),
         source: String::new(),
         figures: vec![],
+        motor: None,
+        gear: None,
+        load: None,
+        friction: None,
+        supply: None,
         joint: Joint {
             gain_deg_per_s2_per_v: 0.0,
             viscous_v_per_deg_per_s: 0.0,

@@ -43,7 +43,8 @@ impl SerialWire {
     fn gone(&self, error: &std::io::Error) -> Error {
         let name = &self.name;
         Error::Device(format!(
-            "--port {name}: it is gone ({error}); a board that is armed turns the motor off by itself after \
+            "--port {name}: it is gone ({error}); a board that is armed turns the motor off by \
+             itself after \
              `limits.link_timeout_s` (docs/link.md)"
         ))
     }

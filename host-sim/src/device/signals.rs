@@ -3,7 +3,7 @@
 use stiction::link::{Announced, MAX_SIGNALS, Sample};
 use stiction::signal::{Form, SIGNALS};
 
-use crate::error::{Error, suggestion_or_all};
+use crate::error::{Error, suggestion};
 use crate::output::Cell;
 
 /// The signals of a tick that a device can send.
@@ -76,7 +76,7 @@ impl Signals {
         match self.place(name) {
             Some(_) => Ok(()),
             None => {
-                let near = suggestion_or_all(name, self.names());
+                let near = suggestion(name, self.names());
                 Err(Error::Input(format!(
                     "--signals {name}: the device has no signal `{name}`{near}"
                 )))

@@ -1,5 +1,10 @@
 //! A simulated device: the core of the firmware around the joint of a machine's file. No motor
 //! moves or stops.
+//!
+//! It steps the same [`Plant`] as a [`Target`](crate::target::Target), in a loop of its own. A target
+//! ends with its motion and gives a code. A device ticks on armed or not, answers a link between two
+//! ticks, and has wires, a supply and a bridge's enable pin that may go wrong: a target with all of
+//! that would be this one, and the other two would have to do without most of it.
 
 use stiction::Device;
 use stiction::link::Kind;

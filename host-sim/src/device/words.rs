@@ -1,7 +1,7 @@
 //! Sentences for a person about what a device says.
 
 use stiction::Fault;
-use stiction::link::{Refused, StateCode, Status, Told};
+use stiction::link::{Refused, StateCode, Status, Told, WireErrors};
 use stiction::servo::Levels;
 
 /// Says why a request was refused, and what to do.
@@ -32,42 +32,72 @@ pub fn refused(refused: &Refused) -> String {
         Refused::NotArmed => "the motor is off; `arm` first".into(),
         Refused::Moving => "the joint moves; it has to be at rest for 50 ms first".into(),
         Refused::WouldTrip(code) => {
-            format!("{} would turn the motor off at once; mend that first (docs/faults.md)", name(*code))
+            format!(
+                "{} would turn the motor off at once; mend that first (docs/faults.md)",
+                name(*code)
+            )
         }
         Refused::OutOfRange => {
             "the motion leads out of `limits.position_min_deg` to `limits.position_max_deg`".into()
         }
         Refused::FarAway => {
-            "the trajectory begins farther from the joint than `limits.following_error_deg`: move to its begin first"
+            "the trajectory begins too far from the joint (`limits.following_error_deg`, or the \
+             error that asks for the full effort): move to its begin first"
                 .into()
         }
         Refused::TooFar => {
             "the position is too far from where the joint is: less than 2^30 counts are allowed"
                 .into()
         }
+        Refused::TooFast => "it moves too fast to brake within `limits.position_min_deg` to \
+             `limits.position_max_deg` (`profile.acceleration_deg_per_s2`); move when it is slower"
+            .into(),
         Refused::NoParameters => "it has no parameters; `params push FILE.toml` first".into(),
         Refused::NoSuch => "there is no such signal, fault or motion on it".into(),
-        Refused::NotWhole => "the parameters did not arrive whole, and the old ones are in use; push them again".into(),
-        Refused::Version(version) => format!("its firmware cannot read version {version} of the parameters; the old ones are in use"),
+        Refused::NotWhole => "the parameters did not arrive whole, and the old ones are in use; \
+                              push them again"
+            .into(),
+        Refused::Version(version) => format!(
+            "its firmware cannot read version {version} of the parameters; the old ones are in use"
+        ),
         Refused::Value { key, found, allowed } => {
             stiction::Error { key: *key, found: *found, allowed: *allowed }.to_string()
         }
         Refused::UnknownValue(key) => {
             format!(
-                "it does not know `{key}`: a gain of a law that is not in use, or its firmware is older than this program"
+                "it does not know `{key}`: a gain of a law that is not in use, or its firmware is \
+                 older than this program"
             )
         }
         Refused::MissingValue(key) => format!("`{key}` is missing in what it was sent"),
-        Refused::Flash => "its flash failed; the parameters are in use until it is switched off, but not saved".into(),
+        Refused::Flash => "its flash failed; the parameters are in use until it is switched off, \
+                           but not saved"
+            .into(),
         Refused::Watchdog => {
             "its watchdog did not take over another timeout in time; say it again".into()
         }
         Refused::SupplyTooLow => {
-            "its 3.3 V supply is below 2.9 V, too low to erase and write its flash; the parameters are in use, but not saved"
+            "its 3.3 V supply is below 2.9 V, too low to erase and write its flash; the \
+             parameters are in use, but not saved"
+                .into()
+        }
+        Refused::NoOptionBytes => {
+            "it is no microcontroller, and has no brown-out reset to turn on".into()
+        }
+        Refused::Untouchable => {
+            "its option bytes may not be changed: the part is protected for ever (RDP level 2), or \
+             they are not those of an STM32F405"
                 .into()
         }
     }
 }
+
+/// What has happened when a part's brown-out reset was turned on.
+pub const BROWN_OUT_SET: &str = "\
+brown-out reset: on, at level 3 (2.7 V), in the part's option bytes
+it counts from the next reset on: press the reset button or switch the part off and on, and look at
+`status`, which warns as long as it is off
+";
 
 /// Names a fault by its code.
 pub fn name(code: u8) -> String {
@@ -138,11 +168,9 @@ pub fn status(status: &Status) -> String {
         status.thermal_effort
     ));
     if status.wound_up {
-        lines.push(
-            "warning    the law pushes a joint that does not move, and the motor gets warm:\n           \
-             if it lasts, `stop`, and see docs/faults.md"
-                .into(),
-        );
+        let what = "warning    the law pushes a joint that does not move, and the motor gets warm:";
+        let then = "           if it lasts, `stop`, and see docs/faults.md";
+        lines.extend([what, then].map(String::from));
     }
     if status.is_damaged {
         let what =
@@ -157,7 +185,15 @@ pub fn status(status: &Status) -> String {
     if !status.has_brown_out {
         let what =
             "warning    its brown-out reset is off: a dip of its supply looks like power-on,";
-        let then = "           and autostart waits for a command (docs/wiring.md, \"Brown-out\")";
+        let then =
+            "           and autostart waits for a command. `set-brown-out` turns it on for good";
+        lines.extend([what, then].map(String::from));
+    }
+    if status.crystal_not_measured {
+        let what =
+            "warning    the frequency of its crystal could not be measured: it runs from it, and";
+        let then =
+            "           its times are right only if it is one of 8 MHz (docs/wiring.md, \"Pins\")";
         lines.extend([what, then].map(String::from));
     }
     if status.unsaved {
@@ -170,6 +206,12 @@ pub fn status(status: &Status) -> String {
         "link       {} bad frames, {} messages dropped",
         status.bad_frames, status.dropped
     ));
+    if status.wire != WireErrors::default() {
+        lines.push(format!(
+            "           noise on its wire {} times, bytes lost in the device {} times, or more",
+            status.wire.noise, status.wire.lost
+        ));
+    }
     lines.join("\n") + "\n"
 }
 
@@ -177,7 +219,9 @@ pub fn status(status: &Status) -> String {
 pub fn levels(levels: &Levels, rate: f32) -> String {
     let stick = match levels.stick {
         Some(v) => format!("stick      {v:.4} V: the effort at which the joint set out"),
-        None => "stick      not found: the joint did not move under the largest effort that the drive lets through".into(),
+        None => "stick      not found: the joint did not move under the largest effort that the \
+                 drive lets through"
+            .into(),
     };
     let slip = match (levels.slip, levels.stick) {
         (Some(v), _) => format!("slip       {v:.4} V: the effort at which it came to rest"),

@@ -41,11 +41,10 @@ pub const fn builtins() -> &'static [Builtin] {
 /// Finds a built-in experiment by its name.
 ///
 /// # Errors
-/// Names the nearest one.
+/// Names the nearest one, and all there are.
 pub fn find(name: &str) -> Result<Builtin, Error> {
     builtins().iter().copied().find(|builtin| builtin.name == name).ok_or_else(|| {
         let near = suggestion(name, builtins().iter().map(|builtin| builtin.name));
-        let near = if near.is_empty() { "; `stiction list` shows them".into() } else { near };
         Error::Input(format!("there is no experiment `{name}`{near}"))
     })
 }

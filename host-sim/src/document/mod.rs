@@ -5,6 +5,7 @@
 //! [`crate::experiment`] and [`crate::lab`].
 
 mod builtin;
+mod missing;
 mod origin;
 mod wording;
 
@@ -18,7 +19,9 @@ use toml::{Table, Value};
 pub use self::builtin::{Builtin, builtins, find};
 pub use self::origin::{Origin, within};
 use self::wording::{brief, refused, syntax};
-use crate::error::{Error, suggestion_or_all};
+use crate::data_sheet::{self, DataSheet, Mapping};
+use crate::error::{Error, suggestion};
+use crate::hardware::STM32F405;
 use crate::machine::Machine;
 use crate::setup::Setup;
 
@@ -126,9 +129,49 @@ impl Document {
     /// # Errors
     /// Names the key, what was found and what is allowed.
     pub fn machine(&self) -> Result<Machine, Error> {
-        let machine: Machine = self.read()?;
+        let mut table = self.table.clone();
+        if let Some(sheet) = self.data_sheet()? {
+            data_sheet::derive(&mut table, &sheet, &STM32F405).map_err(|why| self.refuse(&why))?;
+        }
+        let machine: Machine = self.read_of(&table)?;
         self.check_names(&machine)?;
         Ok(machine)
+    }
+
+    /// Reads the data sheet that the document has, if it has one.
+    ///
+    /// # Errors
+    /// Names the key, what was found and what is allowed.
+    pub fn data_sheet(&self) -> Result<Option<DataSheet>, Error> {
+        if self.is_lab() {
+            return Ok(None);
+        }
+        let tables: data_sheet::Tables = self.read_of(&self.table)?;
+        tables.sheet().map_err(|why| self.refuse(&why))
+    }
+
+    /// Maps the document's data sheet, if it has one, to the core's units.
+    ///
+    /// # Errors
+    /// As [`data_sheet`](Self::data_sheet).
+    pub fn mapping(&self) -> Result<Option<(DataSheet, Mapping)>, Error> {
+        let Some(sheet) = self.data_sheet()? else { return Ok(None) };
+        let mapping = data_sheet::mapping(&sheet, &self.table).map_err(|why| self.refuse(&why))?;
+        Ok(Some((sheet, mapping)))
+    }
+
+    /// Tells what is implausible about the document's data sheet, a sentence each.
+    ///
+    /// # Errors
+    /// As [`data_sheet`](Self::data_sheet).
+    pub fn doubts(&self) -> Result<Vec<String>, Error> {
+        let Some((sheet, mapping)) = self.mapping()? else { return Ok(vec![]) };
+        let doubts = sheet.doubts(&mapping);
+        Ok(doubts.into_iter().map(|doubt| format!("{}: {doubt}", self.origin)).collect())
+    }
+
+    fn refuse(&self, why: &data_sheet::Refusal) -> Error {
+        Error::Input(format!("{}: {why}", self.origin.of(&why.key)))
     }
 
     /// Reads the friction experiment that the document describes.
@@ -136,13 +179,17 @@ impl Document {
     /// # Errors
     /// Names the key, what was found and what is allowed.
     pub fn setup(&self) -> Result<Setup, Error> {
-        self.read()
+        self.read_of(&self.table)
     }
 
-    fn read<T: DeserializeOwned>(&self) -> Result<T, Error> {
-        serde_path_to_error::deserialize(Value::Table(self.table.clone())).map_err(|error| {
+    fn read_of<T: DeserializeOwned>(&self, table: &Table) -> Result<T, Error> {
+        serde_path_to_error::deserialize(Value::Table(table.clone())).map_err(|error| {
             let path = error.path().to_string();
-            let what = refused(&path, self.at(&path), error.inner().message());
+            let message = error.inner().message();
+            let more = missing::field(&path, message)
+                .map(|first| missing::others::<T>(table.clone(), first))
+                .unwrap_or_default();
+            let what = refused(&path, at(table, &path), message) + &also(&more);
             Error::Input(format!("{}: {what}", self.origin.of(&path)))
         })
     }
@@ -184,7 +231,7 @@ impl Document {
                 controllers.into_iter().flat_map(Table::keys).map(String::as_str)
             };
             if !names().any(|known| known == name) {
-                let near = suggestion_or_all(name, names());
+                let near = suggestion(name, names());
                 return Err(format!("there is no controller `{name}`{near}"));
             }
         }
@@ -198,15 +245,25 @@ impl Document {
         table.insert((*last).into(), value);
         Ok(())
     }
+}
 
-    /// The value at a path with indices, such as `figures[0].of`.
-    fn at(&self, path: &str) -> Option<&Value> {
-        let mut steps = path.split(['.', '[']).map(|step| step.trim_end_matches(']'));
-        let first = self.table.get(steps.next()?)?;
-        steps.try_fold(first, |value, step| match value {
-            Value::Array(list) => list.get(step.parse::<usize>().ok()?),
-            value => value.get(step),
-        })
+/// The value at a path with indices, such as `figures[0].of`.
+fn at<'a>(table: &'a Table, path: &str) -> Option<&'a Value> {
+    let mut steps = path.split(['.', '[']).map(|step| step.trim_end_matches(']'));
+    let first = table.get(steps.next()?)?;
+    steps.try_fold(first, |value, step| match value {
+        Value::Array(list) => list.get(step.parse::<usize>().ok()?),
+        value => value.get(step),
+    })
+}
+
+/// What is missing as well.
+fn also(more: &[String]) -> String {
+    let named: Vec<String> = more.iter().map(|key| format!("`{key}`")).collect();
+    match &named[..] {
+        [] => String::new(),
+        [one] => format!(", and so is {one}"),
+        [all @ .., last] => format!(", and so are {} and {last}", all.join(", ")),
     }
 }
 

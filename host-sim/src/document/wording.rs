@@ -2,7 +2,7 @@
 
 use toml::Value;
 
-use crate::error::suggestion_or_all;
+use crate::error::suggestion;
 
 /// What serde found wrong with the value at a path, in one sentence.
 pub fn refused(path: &str, at: Option<&Value>, message: &str) -> String {
@@ -16,11 +16,7 @@ pub fn refused(path: &str, at: Option<&Value>, message: &str) -> String {
     let mut quoted = message.split('`').skip(1).step_by(2);
     if message.starts_with("unknown field") {
         let typed = quoted.next().unwrap_or_default();
-        return format!(
-            "unknown key `{}`{}",
-            inside(parent, typed),
-            suggestion_or_all(typed, quoted)
-        );
+        return format!("unknown key `{}`{}", inside(parent, typed), suggestion(typed, quoted));
     }
     if message.starts_with("duplicate field") {
         let twice = inside(if path == "." { "" } else { path }, quoted.next().unwrap_or_default());
@@ -48,7 +44,7 @@ pub fn refused(path: &str, at: Option<&Value>, message: &str) -> String {
     let found = at.map_or_else(|| "not what it should be".into(), describe);
     if message.starts_with("unknown variant") {
         let typed = quoted.next().unwrap_or_default();
-        format!("`{path}` is {found}{}", suggestion_or_all(typed, quoted))
+        format!("`{path}` is {found}{}", suggestion(typed, quoted))
     } else if message.starts_with("invalid length") {
         let entries = at.and_then(Value::as_array).map_or(0, Vec::len);
         format!("`{path}` has {entries} entries; allowed are 2")
@@ -97,6 +93,7 @@ fn describe(value: &Value) -> String {
 fn in_words(expected: &str) -> &str {
     match expected {
         "f64" => "a number",
+        "u32" => "a whole number not below 0",
         "a sequence" => "a list in square brackets",
         "a string" | "string only" => "a text in quotes",
         "a map" => "a table",

@@ -7,6 +7,7 @@
 
 use std::num::{NonZeroU32, NonZeroU64};
 
+use rigless::chip::uart::Rate;
 use rigless::cpu::armv7m::windows;
 use rigless::device::Level;
 use rigless::machine::{Board, Target, armv7m};
@@ -35,8 +36,14 @@ const TIM11_CCMR1: u64 = 0x4001_4818;
 const TIM11_CCER: u64 = 0x4001_4820;
 /// The internal oscillator, Hz, with no error.
 const HSI_HZ: u64 = 16_000_000;
-/// In RCC_CR: the crystal oscillates.
+/// In RCC_CR: the crystal oscillates, and the PLL has locked.
 const HSERDY: u64 = 1 << 17;
+const PLLRDY: u64 = 1 << 25;
+/// In RCC_PLLCFGR: the PLL runs from the crystal, divided by this.
+const PLLSRC: u64 = 1 << 22;
+const PLLM: u64 = 63;
+/// What the PLL locks on, Hz (data sheet: 0.95 to 2.1 MHz).
+const PLL_INPUT_HZ: std::ops::RangeInclusive<u64> = 950_000..=2_100_000;
 /// In FLASH_OPTCR: the level of the brown-out reset; none of its bits is the highest level.
 const BOR_LEV: u64 = 0b1100;
 /// In RCC_CSR: a brown-out, and what every reset sets, the pin.
@@ -81,6 +88,9 @@ pub struct Fitted {
     pub supply_pin_mv: u32,
     /// Frequency of the oscillator that the watchdog counts, 17 to 47 kHz.
     pub lsi_hz: u64,
+    /// Of a million bytes that the command link's port receives, so many come with noise, and are
+    /// others than were sent.
+    pub noisy_bytes: u32,
 }
 
 impl Default for Fitted {
@@ -91,6 +101,7 @@ impl Default for Fitted {
             brown_out: false,
             supply_pin_mv: RAIL_MV / 2,
             lsi_hz: LSI_HZ,
+            noisy_bytes: 0,
         }
     }
 }
@@ -104,9 +115,14 @@ pub struct EmulatedBoard {
     crystal_hz: u64,
     /// The break input is pulled.
     breaks: bool,
+    noisy_bytes: u32,
 }
 
-store!(EmulatedBoard { values: [crystal, crystal_hz, breaks], parts: [mcu], built: [] });
+store!(EmulatedBoard {
+    values: [crystal, crystal_hz, breaks, noisy_bytes],
+    parts: [mcu],
+    built: []
+});
 
 impl EmulatedBoard {
     /// A board out of the box, without power.
@@ -121,18 +137,28 @@ impl EmulatedBoard {
         for converter in &mut mcu.adc {
             converter.set_reference(RAIL_MV);
         }
-        let Fitted { crystal, crystal_hz, brown_out, .. } = fitted;
+        let Fitted { crystal, crystal_hz, brown_out, noisy_bytes, .. } = fitted;
+        let mut board = Self { mcu, crystal, crystal_hz, breaks: false, noisy_bytes };
         if brown_out {
-            let (program, registers) = mcu.program();
-            let [options, more] = [flash::Register::Optcr, flash::Register::Optcr1]
-                .map(|register| registers.get(register));
-            program.keep_options(options & !BOR_LEV, more, registers);
+            let factory = board.option_bytes();
+            board.set_option_bytes(factory & !BOR_LEV);
         }
-        let mut board = Self { mcu, crystal, crystal_hz, breaks: false };
         board.supply(fitted.supply_pin_mv);
         // Its pull-up: the input is active low, and a cut wire must not turn the bridge off.
         board.drive_break(VirtualNanos(0), false);
         Ok(board)
+    }
+
+    /// FLASH_OPTCR: the option bytes that the part goes by.
+    pub fn option_bytes(&mut self) -> u64 {
+        self.mcu.program().1.get(flash::Register::Optcr)
+    }
+
+    /// Programs the option bytes, as a probe does.
+    pub fn set_option_bytes(&mut self, word: u64) {
+        let (program, registers) = self.mcu.program();
+        let more = registers.get(flash::Register::Optcr1);
+        program.keep_options(word, more, registers);
     }
 
     /// Which of its functions a pin carries, if it is not a plain input or output.
@@ -161,6 +187,7 @@ impl EmulatedBoard {
     pub fn connect(&mut self, uart: &Uart) {
         if let Some(port) = self.mcu.usart.get_mut(USART1) {
             port.attach(uart.clone());
+            port.errors_mut().noise = Rate { name: "noise", per_million: self.noisy_bytes };
         }
     }
 
@@ -240,15 +267,20 @@ impl EmulatedBoard {
     }
 
     /// To be called whenever the models have acted: an oscillator without a crystal never says that
-    /// it is ready, and the model's would, as soon as its start-up time is over.
+    /// it is ready, and the model's would, as soon as its start-up time is over. Nor does a PLL whose
+    /// input is out of its range.
     pub fn settle(&mut self) {
-        if self.crystal {
-            return;
-        }
+        let hz = self.crystal_hz;
         let (_, registers) = self.mcu.clocks();
-        let control = registers.get(rcc::Register::Cr);
-        if control & HSERDY != 0 {
-            registers.set(rcc::Register::Cr, control & !HSERDY);
+        let [control, pll] =
+            [rcc::Register::Cr, rcc::Register::Pllcfgr].map(|register| registers.get(register));
+        let mut never = if self.crystal { 0 } else { HSERDY };
+        let input = (pll & PLLM > 0 && pll & PLLSRC != 0).then(|| hz / (pll & PLLM));
+        if input.is_some_and(|hz| !PLL_INPUT_HZ.contains(&hz)) {
+            never |= PLLRDY;
+        }
+        if control & never != 0 {
+            registers.set(rcc::Register::Cr, control & !never);
         }
     }
 

@@ -4,6 +4,9 @@
 //! comes when the joint crosses it. A duty takes effect at the PWM's next turn, up or down, where
 //! the timer loads what has been written; the ripple within a period is not simulated, only its
 //! mean.
+//!
+//! This steps no [`Target`](crate::target::Target), which is asked once a sample: here the part
+//! asks for the plant at every edge and at every turn of the PWM, and says itself when it ticks.
 
 use rigless::time::{NO_DEADLINE, VirtualNanos};
 

@@ -55,7 +55,8 @@ impl Guard {
         });
         let count = POLLING_LIMIT / 1_000_000;
         Some(format!(
-            "it is stuck: the register at {register:#010x} is read{place} {count} million times, and \
+            "it is stuck: the register at {register:#010x} is read{place} {count} million times, \
+             and \
              little else happens"
         ))
     }

@@ -100,7 +100,8 @@ impl FirmwareImage {
         if note.version != VERSION {
             let Note { version, commit, .. } = &note;
             return Err(no(format!(
-                "it holds version {version} of the core (commit {commit}), and this program version \
+                "it holds version {version} of the core (commit {commit}), and this program \
+                 version \
                  {VERSION}; {BUILD} from the same sources"
             )));
         }

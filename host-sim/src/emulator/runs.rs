@@ -134,6 +134,9 @@ impl Emulation {
         plan: &RunPlan,
         ticks: &AtomicU32,
     ) -> Result<EmulatedRun, Error> {
+        if let Some(axis) = plan.sheet_axis()? {
+            return self.run_with(record, plan, axis, ticks);
+        }
         let (axis, machine) = (plan.axis()?, &plan.machine);
         match machine.run.solver {
             Solver::Exact => {

@@ -30,6 +30,7 @@ pub fn parameters(told: &Told, tuned: &Tuned) -> Parameters {
         sample_time: told.sample_time as f32,
         encoder,
         drive: DriveConfig { full_scale, lsb, ..DriveConfig::EXAMPLE },
+        velocity_window: tuned.velocity_window,
         pd: tuned.pd,
         compensator: tuned.laws.iter().copied().collect(),
         ..ControllerConfig::EXAMPLE

@@ -1,6 +1,6 @@
 //! The families of joints: what they are called, and what is asked of the joints of each.
 
-use crate::error::{Error, suggestion_or_all};
+use crate::error::{Error, suggestion};
 
 /// A family of joints. docs/ensemble.md has the distributions as a table, `draw.rs` has them as
 /// code.
@@ -77,7 +77,7 @@ impl Family {
     /// Names the nearest one.
     pub fn named(name: &str) -> Result<Self, Error> {
         Self::ALL.into_iter().find(|family| family.name() == name).ok_or_else(|| {
-            let near = suggestion_or_all(name, Self::ALL.map(Self::name));
+            let near = suggestion(name, Self::ALL.map(Self::name));
             Error::Input(format!("--plant {name}: there is no family of that name{near}"))
         })
     }

@@ -112,6 +112,7 @@ impl RunPlan {
     /// Names the key, what was found and what is allowed.
     pub fn validate(&self) -> Result<(), Error> {
         self.closed_loop()?;
+        self.sheet_axis()?;
         match self.task {
             Task::Ramp(rate) => self.ramp(rate).map(|_| ()),
             Task::Step(_) | Task::Trajectory(_) => self.samples().map(|_| ()),

@@ -25,8 +25,14 @@ impl RunPlan {
         let config = self.controller_config()?;
         let controller =
             Controller::new(&config, &STM32F405).map_err(|error| self.explain(&error))?;
-        // Also those that none of the laws takes.
+        // Those that none of the laws takes; what its own laws take has been checked.
+        let taken = |key: &str| {
+            config.compensator.iter().flat_map(about_law).any(|about| about.name == key)
+        };
         for (key, _) in self.machine.controller.get(name).iter().flat_map(|table| table.iter()) {
+            if taken(key) {
+                continue;
+            }
             if let Some(gain) =
                 self.machine.controller.get(name).and_then(|table| table.number(key))
             {
@@ -124,13 +130,17 @@ impl RunPlan {
         mut law: Gains,
     ) -> Result<Gains, Error> {
         let about = about_law(&law);
-        let is_gone =
-            |about: &&About| about.absent == Absent::Needed && table.number(about.name).is_none();
-        if let Some(gone) = about.iter().find(is_gone) {
-            let key = format!("controller.{name}.{}", gone.name);
+        let gone: Vec<String> = about
+            .iter()
+            .filter(|about| about.absent == Absent::Needed && table.number(about.name).is_none())
+            .map(|about| format!("`controller.{name}.{}`", about.name))
+            .collect();
+        if !gone.is_empty() {
             let (origin, law) = (self.origin.of(&format!("controller.{name}.laws")), law.name());
+            let (are, them) = if gone.len() == 1 { ("is", "it") } else { ("are", "them") };
             return Err(Error::Input(format!(
-                "{origin}: `{key}` is missing; the law {law} needs it"
+                "{origin}: {} {are} missing; the law {law} needs {them}",
+                gone.join(", ")
             )));
         }
         table.apply(about, &mut law);

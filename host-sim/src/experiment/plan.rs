@@ -6,8 +6,9 @@ use std::sync::Arc;
 use toml::{Table, Value};
 
 use super::task::Task;
+use crate::data_sheet::OF_A_SHEET;
 use crate::document::{Document, Origin, within};
-use crate::error::{Error, rounded, shown, suggestion_or_all};
+use crate::error::{Error, rounded, shown, suggestion};
 use crate::machine::{Machine, Solver, Variant};
 
 /// The samples of all runs are held in memory at once: these are a gigabyte.
@@ -28,6 +29,8 @@ pub struct Experiment {
     pub source: String,
     /// The runs, in the order of the file.
     pub runs: Vec<RunPlan>,
+    /// What of the file was left out, a sentence each.
+    pub left_out: Vec<String>,
 }
 
 /// One run: a machine, a controller of it, and what the joint is to do.
@@ -79,6 +82,7 @@ impl Experiment {
         let machine = document.machine()?;
         let wanted: Vec<&str> = wanted.iter().map(|name| name.trim()).collect();
         let mut runs = Vec::new();
+        let (machine, left_out) = without_stale_variants(document, machine)?;
         for (name, variant) in variants(document, &machine, fixed)? {
             let (origin, machine) = if variant.set.is_empty() {
                 (document.origin.clone(), machine.clone())
@@ -107,8 +111,39 @@ impl Experiment {
             )));
         }
         affordable(&document.origin, &runs)?;
-        Ok(Self { name: document.origin.name.clone(), source: machine.source, runs })
+        Ok(Self { name: document.origin.name.clone(), source: machine.source, runs, left_out })
     }
+}
+
+/// Leaves out the variants of the file that it was copied from: those that set a controller which is
+/// gone, or what a data sheet gives. A key that nobody knows is a slip of the hand, and refused.
+fn without_stale_variants(
+    document: &Document,
+    mut machine: Machine,
+) -> Result<(Machine, Vec<String>), Error> {
+    let of_a_sheet = document.data_sheet()?.is_some();
+    let mut left_out = Vec::new();
+    let mut number = 0;
+    machine.variant.retain(|variant| {
+        number += 1;
+        let stale =
+            variant.set.keys().find_map(|key| match key.split('.').collect::<Vec<_>>()[..] {
+                ["controller", name, ..]
+                    if document.get(&format!("controller.{name}")).is_none() =>
+                {
+                    Some(format!("`{key}`, and there is no `[controller.{name}]`"))
+                }
+                _ if of_a_sheet && OF_A_SHEET.contains(&key.as_str()) => {
+                    Some(format!("`{key}`, which the data sheet gives"))
+                }
+                _ => None,
+            });
+        let Some(why) = stale else { return true };
+        let name = if variant.slug.is_empty() { number.to_string() } else { variant.slug.clone() };
+        left_out.push(format!("{}: variant {name} is left out: it sets {why}", document.origin));
+        false
+    });
+    Ok((machine, left_out))
 }
 
 /// The variants that do not contradict what was set by hand, and their names for messages.
@@ -223,7 +258,7 @@ fn controllers<'a>(
         if known && !names[..i].contains(name) {
             continue;
         }
-        let near = suggestion_or_all(name, machine.controller.keys().map(String::as_str));
+        let near = suggestion(name, machine.controller.keys().map(String::as_str));
         return Err(Error::Input(match (wanted.is_empty(), known) {
             (true, true) => {
                 format!("{}: `loop.controller` names `{name}` twice", origin.of("loop.controller"))

@@ -2,7 +2,9 @@
 //! may be put somewhere by hand.
 
 use super::plan::RunPlan;
+use crate::data_sheet::{DataSheet, Mapping, Mount, Refusal, SheetAxis, Tables, WrittenDrive};
 use crate::error::Error;
+use crate::machine::Solver;
 use crate::plant::{Delay, Plant};
 use crate::solver::ExactAxis;
 
@@ -10,14 +12,70 @@ impl RunPlan {
     /// Gives the joint of this run, with its amplifier and its encoder, at rest at zero.
     ///
     /// # Errors
-    /// Names a value that is not allowed.
+    /// Names a value that is not allowed, or what of a data sheet only a run simulates.
     pub fn plant(&self) -> Result<Plant<ExactAxis>, Error> {
+        self.is_an_axis()?;
         let (axis, encoder) = (self.axis()?, self.encoder()?);
         let sample_time_s = self.machine.sampling.sample_time_s();
         let solver = ExactAxis::at_rest(&axis, sample_time_s);
         let scale = [self.machine.drive.lsb_v(), sample_time_s];
         Ok(Plant::new(solver, axis, encoder, scale, self.delay()))
     }
+
+    /// Gives the data sheet of this run's machine, and its mapping to the core's units.
+    fn sheet(&self) -> Result<Option<(DataSheet, Mapping)>, Error> {
+        let machine = &*self.machine;
+        let disc = &machine.encoder.extras;
+        let encoder = Mount { lines: disc.lines, at: disc.at, noise_counts: disc.noise_counts };
+        let tables = Tables {
+            motor: machine.motor.clone(),
+            gear: machine.gear.clone(),
+            load: machine.load.clone(),
+            friction: machine.friction.clone(),
+            supply: machine.supply.clone(),
+            encoder,
+        };
+        let refused = |why: Refusal| Error::Input(format!("{}: {why}", self.origin.of(&why.key)));
+        let Some(sheet) = tables.sheet().map_err(refused)? else { return Ok(None) };
+        let drive = WrittenDrive {
+            full_scale_v: Some(machine.drive.full_scale_v()),
+            duty_max: machine.drive.number("duty_max"),
+        };
+        Ok(Mapping::of(&sheet, drive).map(|mapping| (sheet, mapping)))
+    }
+
+    /// Gives the joint of a data sheet that asks for more than the axis in closed form has.
+    ///
+    /// # Errors
+    /// Names a value that is not allowed, or a solver that has no such joint.
+    pub fn sheet_axis(&self) -> Result<Option<SheetAxis>, Error> {
+        let Some((sheet, mapping)) = self.sheet()? else { return Ok(None) };
+        let drive = &self.machine.drive;
+        let pwm_hz = drive.number("pwm_hz").unwrap_or_default();
+        let count_deg = self.machine.encoder.resolution_deg();
+        let axis = SheetAxis::of(&sheet, &mapping, [count_deg, pwm_hz])?;
+        if axis.is_some() && self.machine.run.solver == Solver::Rk4 {
+            let allowed = "\"exact\", since the data sheet asks for more than a rigid axis";
+            return Err(self.refuse("run.solver", "\"rk4\"", allowed));
+        }
+        Ok(axis)
+    }
+
+    /// Refuses a joint that only a run simulates.
+    fn is_an_axis(&self) -> Result<(), Error> {
+        let Some((sheet, _)) = self.sheet()? else { return Ok(()) };
+        if !sheet.is_more_than_an_axis() {
+            return Ok(());
+        }
+        let asks = sheet.asks_for().into_iter().find(|(_, is_asked)| *is_asked);
+        let key = asks.map_or("supply", |(key, _)| key);
+        Err(Error::Input(format!(
+            "{}: `{key}` asks for a joint that only `stiction run` and `benchmark` simulate; a \
+             simulated device has a rigid one with two levels of friction",
+            self.origin.of(key)
+        )))
+    }
+
     /// Returns how late the output is.
     pub(super) fn delay(&self) -> Delay {
         match self.machine.run.delay_samples {

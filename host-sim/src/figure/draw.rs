@@ -14,7 +14,7 @@ use kuva::{AxisLine, TickFormat};
 use super::raster::FONT;
 use super::shape::{Axis, drawable, extent, visible};
 use super::thin::thin;
-use super::{Error, Figure, Panel, Style};
+use super::{Error, Figure, Line, Panel, Style, Window};
 
 const LEFT: f64 = 92.0;
 const RIGHT: f64 = 22.0;
@@ -50,11 +50,32 @@ impl<'a> Sheet<'a> {
 /// What a long legend has to leave of a panel.
 const LEAST_FRAME: f64 = 40.0;
 
+/// Where an inset with its labels begins, as a share of its panel's width.
+const INSET_FROM: f64 = 0.4;
+
+/// Room for the labels of an inset's values.
+const INSET_LABELS: f64 = 62.0;
+
+/// What an inset keeps free around itself.
+const INSET_GAP: f64 = 6.0;
+
+/// Lower insets show nothing that their panel does not.
+const LEAST_INSET: f64 = 40.0;
+
 /// Panel heights that leave room for the legend and keep the page printable.
 const HEIGHTS: RangeInclusive<f64> = 0.4..=4.0;
 
-/// Rough advance of a letter: the plotting crate keeps its text metrics to itself.
-const LETTER: f64 = 0.5 * TEXT as f64;
+/// Rough advance of a letter of size 1: the plotting crate keeps its text metrics to itself.
+const LETTER_OF_SIZE: f64 = 0.5;
+
+/// The same in ordinary text.
+const LETTER: f64 = LETTER_OF_SIZE * TEXT as f64;
+
+/// The base line of the first line of the title.
+const TITLE_AT: f64 = 30.0;
+
+/// Room between the last base line of the captions and the first panel.
+const UNDER_CAPTIONS: f64 = 11.0;
 
 /// Colour, stroke width and dashes.
 type Look = (&'static str, f64, Option<&'static str>);
@@ -85,28 +106,58 @@ pub(super) fn svg(figure: &Figure, sheet: Sheet) -> Result<String, Error> {
         return Err(Error::Size);
     }
     let height: f64 = panels.iter().map(|panel| panel.height * PANEL).sum();
-    let mut page = Scene::new(sheet.width, sheet.header + height + FOOTER);
+    let has_title = sheet.header > TITLE_AT;
+    let captions = if has_title { captions(figure, sheet.width) } else { Vec::new() };
+    let header = captions.last().map_or(sheet.header, |(.., y)| y + UNDER_CAPTIONS);
+    let mut page = Scene::new(sheet.width, header + height + FOOTER);
     page.font_family = Some(format!("{FONT}, Linux Libertine O, Times New Roman, serif"));
     let middle = (LEFT + sheet.width - RIGHT) / 2.0;
-    let captions = [
-        (&figure.title, TITLE, 30.0),
-        (&figure.subtitle, TEXT, 53.0),
-        (&figure.x_label, TEXT, page.height - 10.0),
-    ];
-    let footer = page.height - FOOTER;
-    for (content, size, y) in
-        captions.into_iter().filter(|(.., y)| *y < sheet.header || *y > footer)
-    {
-        page.add(text(content, size, (middle, y), TextAnchor::Middle, None));
+    for (content, size, y) in captions {
+        page.add(text(&content, size, (middle, y), TextAnchor::Middle, None));
     }
-    let mut top = sheet.header;
+    let below = (middle, page.height - 10.0);
+    page.add(text(&figure.x_label, TEXT, below, TextAnchor::Middle, None));
+    let mut top = header;
     for (index, panel) in panels.iter().enumerate() {
         let is_last = index + 1 == panels.len();
         let drawn = draw_panel(panel, &time, sheet.width, (top, page.height), is_last)?;
-        add_panel(&mut page, drawn, &format!("{}-{index}", sheet.clip));
+        for (part, scene) in drawn.into_iter().enumerate() {
+            let part = if part == 0 { "" } else { "-inset" };
+            add_panel(&mut page, scene, &format!("{}-{index}{part}", sheet.clip));
+        }
         top += panel.height * PANEL;
     }
     Ok(SvgBackend::new().render_scene(&page))
+}
+
+/// The lines of title and subtitle, with their sizes and places. What is too long for one line takes
+/// more of them.
+fn captions(figure: &Figure, width: f64) -> Vec<(String, u32, f64)> {
+    let mut lines: Vec<(String, u32, f64)> = Vec::new();
+    for (content, size) in [(&figure.title, TITLE), (&figure.subtitle, TEXT)] {
+        let letters = ((width - 2.0 * RIGHT) / (LETTER_OF_SIZE * f64::from(size))) as usize;
+        for line in wrapped(content, letters) {
+            let y = lines.last().map_or(TITLE_AT, |(.., y)| y + 7.0 + f64::from(size));
+            lines.push((line, size, y));
+        }
+    }
+    lines
+}
+
+/// A text in lines of at most so many letters, cut between words; a word that is longer has a line
+/// of its own.
+pub(super) fn wrapped(content: &str, letters: usize) -> Vec<String> {
+    let mut lines: Vec<String> = Vec::new();
+    for word in content.split_whitespace() {
+        match lines.last_mut() {
+            Some(line) if line.chars().count() + 1 + word.chars().count() <= letters => {
+                line.push(' ');
+                line.push_str(word);
+            }
+            _ => lines.push(word.into()),
+        }
+    }
+    lines
 }
 
 fn draw_panel(
@@ -115,7 +166,7 @@ fn draw_panel(
     width: f64,
     (top, page_height): (f64, f64),
     is_last: bool,
-) -> Result<Scene, Error> {
+) -> Result<Vec<Scene>, Error> {
     let data = extent(drawable(&panel.lines).map(|point| point.1));
     let padded = |(low, high)| (1.05 * low - 0.05 * high, 1.05 * high - 0.05 * low);
     let range = panel.y_range.or(data.map(padded)).unwrap_or((-1.0, 1.0));
@@ -133,36 +184,68 @@ fn draw_panel(
         return Err(Error::Size);
     }
 
-    let mut layout = Layout::new((time.low, time.high), (axis.low, axis.high))
+    let frame = Frame { left: LEFT, right: width - RIGHT, top, bottom };
+    let mut scene = axes(&panel.lines, [time, &axis], &frame, (width, page_height), is_last);
+    scene.elements.extend(legend);
+    let at = (22.0, (top + bottom) / 2.0);
+    let turned = Some(-90.0);
+    scene.add(text(&panel.y_label, TEXT, at, TextAnchor::Middle, turned));
+    let mut drawn = vec![scene];
+    if let Some(window) = &panel.inset {
+        drawn.extend(inset(panel, window, [time, &axis], &frame, (width, page_height))?);
+    }
+    Ok(drawn)
+}
+
+/// A rectangle of the sheet, with its units.
+#[derive(Clone, Copy)]
+struct Frame {
+    left: f64,
+    right: f64,
+    top: f64,
+    bottom: f64,
+}
+
+/// Axes in a frame, with curves in them.
+fn axes(
+    lines: &[Line],
+    [time, values]: [&Axis; 2],
+    frame: &Frame,
+    (width, height): (f64, f64),
+    has_times: bool,
+) -> Scene {
+    let mut layout = Layout::new((time.low, time.high), (values.low, values.high))
         .with_width(width)
-        .with_height(page_height)
-        .with_force_margins(LEFT, RIGHT)
-        .with_force_margins_y(top, page_height - bottom)
+        .with_height(height)
+        .with_force_margins(frame.left, width - frame.right)
+        .with_force_margins_y(frame.top, height - frame.bottom)
         // Without these the axes would be widened to round numbers.
         .with_x_axis_min(time.low)
         .with_x_axis_max(time.high)
-        .with_y_axis_min(axis.low)
-        .with_y_axis_max(axis.high)
+        .with_y_axis_min(values.low)
+        .with_y_axis_max(values.high)
         .with_x_tick_step(time.step)
-        .with_y_tick_step(axis.step)
+        .with_y_tick_step(values.step)
         .with_x_tick_format(tick_format(*time))
-        .with_y_tick_format(tick_format(axis))
+        .with_y_tick_format(tick_format(*values))
         .with_tick_size(TEXT)
         .with_axis_line(AxisLine::Box)
         .with_grid_line_width(0.7);
     layout.theme.grid_color = "#DDDDDD".into();
-    layout.suppress_x_ticks = !is_last;
+    layout.suppress_x_ticks = !has_times;
 
     // What a unit of the sheet is on either axis.
-    let unit =
-        [(time.high - time.low) / (width - LEFT - RIGHT), (axis.high - axis.low) / (bottom - top)];
+    let unit = [
+        (time.high - time.low) / (frame.right - frame.left),
+        (values.high - values.low) / (frame.bottom - frame.top),
+    ];
     // A chattering signal fills a band, which must not bury everything else.
     let (mut curves, mut in_front) = (Vec::new(), Vec::new());
-    if axis.low < 0.0 && axis.high > 0.0 {
+    if values.low < 0.0 && values.high > 0.0 {
         in_front.push(curve(vec![(time.low, 0.0), (time.high, 0.0)], ZERO));
     }
-    for line in &panel.lines {
-        let pieces = visible(line, axis.low, axis.high).into_iter();
+    for line in lines {
+        let pieces = visible(line, values.low, values.high).into_iter();
         let pieces = pieces.map(|piece| curve(thin(&piece, unit), look(line.style)));
         match line.style {
             Style::Compensation | Style::Total => curves.extend(pieces),
@@ -170,12 +253,54 @@ fn draw_panel(
         }
     }
     curves.extend(in_front);
-    let mut scene = render_multiple(curves, layout);
-    scene.elements.extend(legend);
-    let at = (22.0, (top + bottom) / 2.0);
-    let turned = Some(-90.0);
-    scene.add(text(&panel.y_label, TEXT, at, TextAnchor::Middle, turned));
-    Ok(scene)
+    render_multiple(curves, layout)
+}
+
+/// The window of a panel once more, enlarged, on the emptier side of what the curves leave free to
+/// the right. Nothing, if they leave too little to read it in.
+fn inset(
+    panel: &Panel,
+    window: &Window,
+    [time, axis]: [&Axis; 2],
+    frame: &Frame,
+    sheet: (f64, f64),
+) -> Result<Option<Scene>, Error> {
+    let left = frame.left + INSET_FROM * (frame.right - frame.left);
+    let begin =
+        time.low + (left - frame.left) / (frame.right - frame.left) * (time.high - time.low);
+    let later = drawable(&panel.lines).filter(|point| point.0 >= begin).map(|point| point.1);
+    let Some((low, high)) = extent(later) else { return Ok(None) };
+    let y = |value: f64| {
+        frame.bottom - (value - axis.low) / (axis.high - axis.low) * (frame.bottom - frame.top)
+    };
+    let (above, below) = (y(high) - frame.top, frame.bottom - y(low));
+    let (top, bottom) = if above >= below { (frame.top, y(high)) } else { (y(low), frame.bottom) };
+    let own = Frame {
+        left: left + INSET_LABELS,
+        right: frame.right - 2.0 * INSET_GAP,
+        top: top + 2.0 * INSET_GAP,
+        bottom: bottom - INSET_GAP - LEGEND_ROW,
+    };
+    if own.bottom - own.top < LEAST_INSET {
+        return Ok(None);
+    }
+    let until = window.time.1.min(time.high);
+    let own_time = Axis::new((window.time.0, until), (own.right - own.left) / 64.0)?;
+    let values = Axis::new(window.values, ((own.bottom - own.top) / 26.0).max(3.0))?;
+    let lines: Vec<Line> = panel.lines.iter().map(|line| line.since(own_time.low)).collect();
+    let mut scene = axes(&lines, [&own_time, &values], &own, sheet, true);
+    let paper = Primitive::Rect {
+        x: left,
+        y: top + INSET_GAP,
+        width: frame.right - INSET_GAP - left,
+        height: bottom - top - 2.0 * INSET_GAP,
+        fill: "#FFFFFF".into(),
+        stroke: None,
+        stroke_width: None,
+        opacity: None,
+    };
+    scene.elements.insert(0, paper);
+    Ok(Some(scene))
 }
 
 fn tick_format(axis: Axis) -> TickFormat {

@@ -25,7 +25,7 @@ mod thin;
 use std::fmt;
 
 pub use files::{prepare_figures, write_charts, write_figures};
-pub use results::{NamedFigure, figures};
+pub use results::{NamedFigure, entitle, figures};
 
 /// What a curve stands for; colour, weight and dashes follow from it.
 ///
@@ -69,6 +69,20 @@ impl Line {
         Self { name: name.into(), points, style, held: false }
     }
 
+    /// The part of the curve from a time on, with the value that it has there.
+    #[cfg(feature = "figures")]
+    fn since(&self, time: f64) -> Self {
+        let first = self.points.partition_point(|point| point.0 < time);
+        let mut points = self.points[first..].to_vec();
+        if let (Some(before), Some(after)) = (first.checked_sub(1), points.first().copied()) {
+            let before = self.points[before];
+            let share = (time - before.0) / (after.0 - before.0);
+            let value = if self.held { before.1 } else { before.1 + share * (after.1 - before.1) };
+            points.insert(0, (time, value));
+        }
+        Self { points, ..self.clone() }
+    }
+
     /// The same curve drawn as the output of a zero-order hold.
     pub fn held(mut self) -> Self {
         self.held = true;
@@ -93,12 +107,23 @@ pub struct Panel {
     ///
     /// Curves are cut at the range, and the legend then states what the data span.
     pub y_range: Option<(f64, f64)>,
+    /// A part of the panel that is drawn once more, enlarged, where the curves leave room for it.
+    pub inset: Option<Window>,
+}
+
+/// A part of a panel.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Window {
+    /// Begin and end on the time axis.
+    pub time: (f64, f64),
+    /// Lowest and highest value.
+    pub values: (f64, f64),
 }
 
 impl Panel {
     /// A panel of ordinary height that covers all its points.
     pub fn new(y_label: impl Into<String>, lines: Vec<Line>) -> Self {
-        Self { y_label: y_label.into(), lines, height: 1.0, y_range: None }
+        Self { y_label: y_label.into(), lines, height: 1.0, y_range: None, inset: None }
     }
 }
 

@@ -6,7 +6,7 @@
 
 use std::path::Path;
 
-use super::{Figure, Line, Panel, Style};
+use super::{Figure, Line, Panel, Style, Window};
 use crate::closed_loop::Moment;
 use crate::experiment::Task;
 use crate::machine::FigureSource;
@@ -15,8 +15,21 @@ use crate::run::{RunResult, Trace};
 /// The roles of the curves that are compared in one panel; no more are told apart in print.
 const COMPARED: [Style; 3] = [Style::Primary, Style::Second, Style::Third];
 
-/// After this long a step's transient no longer decides the range of an axis, s.
+/// A step is all but over once its error stays within this share of it; a half longer, and what is
+/// left of the motion is what an inset enlarges.
+const TRANSIENT: f64 = 0.1;
+
+/// A joint that never comes so near has made its transient after this long, s.
 const TRANSIENT_S: f64 = 1.0;
+
+/// A motion is over when joint and reference stay within this share of their span.
+const STILL: f64 = 0.002;
+
+/// How much longer than the motion its time axis is.
+const AFTERWARDS: f64 = 1.25;
+
+/// An inset that enlarges less is none.
+const LEAST_ZOOM: f64 = 2.5;
 
 /// A figure and the name of its file, without an ending.
 #[derive(Clone, Debug)]
@@ -47,11 +60,19 @@ pub fn figures(
             for (i, some) in results.chunks(COMPARED.len()).enumerate() {
                 let part = if i == 0 { String::new() } else { format!("-{}", i + 1) };
                 let stem = format!("{prefix}-{}-{kind}{part}", group.name.replace('/', "-"));
-                figures.push(NamedFigure { stem, figure: loop_figure(some, &group, kind) });
+                figures.extend(loop_figures(some, &group, kind, &stem));
             }
         }
     }
     figures
+}
+
+/// Puts a title of a user's own above what the figures say by themselves.
+pub fn entitle(figures: &mut [NamedFigure], title: &str) {
+    for NamedFigure { figure, .. } in figures {
+        figure.subtitle = format!("{}; {}", figure.title, figure.subtitle);
+        figure.title = title.into();
+    }
 }
 
 /// Runs that belong into one figure.
@@ -79,19 +100,87 @@ fn groups<'a>(results: &'a [RunResult], sources: &'a [FigureSource]) -> Vec<Grou
     groups
 }
 
-fn loop_figure(results: &[&RunResult], group: &Group, kind: &str) -> Figure {
-    let mut panels = vec![displacements(results), errors(results)];
+/// The motions of a group, with the control signal of the first of them; that of another one that
+/// the thesis shows is a figure of its own, or the page would be taller than a screen.
+fn loop_figures(results: &[&RunResult], group: &Group, kind: &str, stem: &str) -> Vec<NamedFigure> {
     let wanted = group.thesis.map(|source| source.breakdown.as_slice()).unwrap_or_default();
-    for (i, result) in results.iter().enumerate() {
-        if wanted.contains(&result.plan.task.slug()) || (wanted.is_empty() && i == 0) {
-            panels.extend(breakdown(result, &curve_name(result, results)));
-        }
+    let shown = results.iter().enumerate().filter(|(i, result)| {
+        wanted.contains(&result.plan.task.slug()) || (wanted.is_empty() && *i == 0)
+    });
+    let end_s = shown_until(results);
+    let mut panels = vec![displacements(results, end_s), errors(results, end_s)];
+    let mut others = Vec::new();
+    for (n, (_, result)) in shown.enumerate() {
+        let curve = curve_name(result, results);
+        let signal = breakdown(result, &curve, end_s);
+        if n == 0 { panels.extend(signal) } else { others.push((result, curve, signal)) }
     }
-    let subtitle = match group.thesis {
+    let subtitle = subtitle(results, group, end_s);
+    let title = title(&group.name, kind);
+    let x_label = "time (s)".to_owned();
+    let first = NamedFigure {
+        stem: stem.into(),
+        figure: Figure {
+            title: title.clone(),
+            subtitle: subtitle.clone(),
+            x_label: x_label.clone(),
+            panels,
+        },
+    };
+    let others = others.into_iter().map(|(result, curve, panels)| NamedFigure {
+        stem: format!("{stem}-signal-{}", result.plan.task.slug()),
+        figure: Figure {
+            title: format!("{title}, control signal at {curve}"),
+            subtitle: subtitle.clone(),
+            x_label: x_label.clone(),
+            panels,
+        },
+    });
+    std::iter::once(first).chain(others).collect()
+}
+
+/// What the figure is, and how much of the runs it shows.
+fn subtitle(results: &[&RunResult], group: &Group, end_s: f64) -> String {
+    let what = match group.thesis {
         Some(source) => format!("simulated; to compare with {} of the thesis", source.thesis),
         None => "simulated".into(),
     };
-    Figure { title: title(&group.name, kind), subtitle, x_label: "time (s)".into(), panels }
+    let longest = results.iter().filter_map(|result| last_time(result)).fold(0.0, f64::max);
+    if end_s < longest {
+        format!("{what}; to {} of {} s, when the motion is over", brief(end_s), brief(longest))
+    } else {
+        what
+    }
+}
+
+/// A time with no more digits than it needs.
+fn brief(seconds: f64) -> f64 {
+    (1e3 * seconds).round() / 1e3
+}
+
+/// The end of the time axis, s: a little after the last of the motions is over.
+fn shown_until(results: &[&RunResult]) -> f64 {
+    let ends = results.iter().filter_map(|result| {
+        let (Trace::Loop(moments), Some(last_s)) = (&result.trace, last_time(result)) else {
+            return None;
+        };
+        let last = moments.last()?;
+        let span = STILL * moments.iter().map(|m| m.position_deg.abs()).fold(0.0, f64::max);
+        let moves = |m: &&Moment| {
+            (m.position_deg - last.position_deg).abs() > span
+                || (m.reference_deg - last.reference_deg).abs() > span
+        };
+        let over_s = moments.iter().rev().find(moves).map_or(0.0, |m| m.time_s);
+        // To the next half of a second, so that the axis has a round end.
+        Some(((2.0 * AFTERWARDS * over_s).ceil() / 2.0).max(0.5).min(last_s))
+    });
+    ends.fold(0.0, f64::max)
+}
+
+fn last_time(result: &RunResult) -> Option<f64> {
+    match &result.trace {
+        Trace::Loop(moments) | Trace::Ramp(moments) => moments.last().map(|m| m.time_s),
+    }
 }
 
 /// `srnf/test-1` and `steps` as a title; a user's own controller keeps its name.
@@ -129,47 +218,47 @@ fn in_words(slug: &str) -> String {
     }
 }
 
-fn displacements(results: &[&RunResult]) -> Panel {
+fn displacements(results: &[&RunResult], end_s: f64) -> Panel {
     let mut lines = Vec::new();
     for (result, style) in results.iter().zip(COMPARED) {
         lines.push(Line::new(
             curve_name(result, results),
             style,
-            points(result, |m| m.position_deg),
+            points(result, end_s, |m| m.position_deg),
         ));
     }
     for (i, result) in results.iter().enumerate() {
         let name = if i == 0 { "reference" } else { "" };
-        lines.push(Line::new(name, Style::Reference, points(result, |m| m.reference_deg)));
+        lines.push(Line::new(name, Style::Reference, points(result, end_s, |m| m.reference_deg)));
     }
-    Panel::new("displacement (deg)", lines)
+    Panel { height: 0.75, ..Panel::new("displacement (deg)", lines) }
 }
 
-fn errors(results: &[&RunResult]) -> Panel {
+fn errors(results: &[&RunResult], end_s: f64) -> Panel {
     let curves = results.iter().zip(COMPARED).map(|(result, style)| {
-        Line::new(curve_name(result, results), style, points(result, Moment::error_deg))
+        Line::new(curve_name(result, results), style, points(result, end_s, Moment::error_deg))
     });
-    let range = results.iter().filter_map(|result| settled_range(result, Moment::error_deg, 0.02));
-    Panel { y_range: widest(range), ..Panel::new("error (deg)", curves.collect()) }
+    let inset = around(results.iter().filter_map(|one| rest(one, end_s, Moment::error_deg, 0.02)));
+    Panel { height: 0.85, inset, ..Panel::new("error (deg)", curves.collect()) }
 }
 
 /// v_PD, v_c and v of one run, each in its own panel: signals that chatter would hide each other in
 /// one.
-fn breakdown(result: &RunResult, curve: &str) -> Vec<Panel> {
+fn breakdown(result: &RunResult, curve: &str, end_s: f64) -> Vec<Panel> {
     type Signal = (&'static str, &'static str, Style, fn(&Moment) -> f64);
     let all: [Signal; 3] = [
         ("v_PD", "v_PD (V)", Style::Primary, |m| f64::from(m.tick.v_pd)),
         ("v_c", "v_c (V)", Style::Compensation, |m| f64::from(m.tick.v_c)),
         ("v", "v (V)", Style::Total, |m| f64::from(m.tick.v)),
     ];
-    let range = widest(all.iter().filter_map(|(.., of)| settled_range(result, of, 0.5)));
     let plain = is_plain(result);
     let shown = all.into_iter().filter(|(name, ..)| !plain || *name == "v_PD");
     shown
         .map(|(name, label, style, of)| {
             let name = if plain { "v = v_PD".into() } else { name.to_owned() };
-            let line = Line::new(format!("{name}, {curve}"), style, points(result, of)).held();
-            Panel { height: 0.62, y_range: range, ..Panel::new(label, vec![line]) }
+            let line = Line::new(format!("{name}, {curve}"), style, points(result, end_s, of));
+            let inset = around(rest(result, end_s, of, 0.5).into_iter());
+            Panel { height: 0.62, inset, ..Panel::new(label, vec![line.held()]) }
         })
         .collect()
 }
@@ -179,11 +268,21 @@ fn ramp_figure(result: &RunResult, prefix: &str) -> Option<NamedFigure> {
     let series =
         |of: fn(&Moment) -> f64| moments.iter().map(|m| (m.time_s, of(m))).collect::<Vec<_>>();
     let rate = result.plan.task.slug();
+    let mut effort = vec![Line::new("v", Style::Total, series(|m| m.tick.v.into())).held()];
+    let (begin_s, end_s) = (moments.first()?.time_s, moments.last()?.time_s);
+    let levels = [
+        ("stick", result.metrics.stick_v, Style::Second),
+        ("slip, corrected", result.metrics.slip_corrected_v, Style::Third),
+        ("slip, as read", result.metrics.slip_v, Style::Limit),
+    ];
+    for (name, level, style) in levels {
+        if let Some(level) = level {
+            let ends = vec![(begin_s, level), (end_s, level)];
+            effort.push(Line::new(format!("{name}: {level:.4} V"), style, ends));
+        }
+    }
     let panels = vec![
-        Panel::new(
-            "effort (V)",
-            vec![Line::new("v", Style::Total, series(|m| m.tick.v.into())).held()],
-        ),
+        Panel::new("effort (V)", effort),
         Panel::new(
             "displacement (deg)",
             vec![Line::new("joint", Style::Primary, series(|m| m.position_deg))],
@@ -199,35 +298,47 @@ fn ramp_figure(result: &RunResult, prefix: &str) -> Option<NamedFigure> {
     Some(NamedFigure { stem: format!("{prefix}-{rate}"), figure })
 }
 
-fn points(result: &RunResult, of: impl Fn(&Moment) -> f64) -> Vec<(f64, f64)> {
+fn points(result: &RunResult, end_s: f64, of: impl Fn(&Moment) -> f64) -> Vec<(f64, f64)> {
     match &result.trace {
-        Trace::Loop(moments) => moments.iter().map(|m| (m.time_s, of(m))).collect(),
+        Trace::Loop(moments) => {
+            // A hair more: the end is a decimal, and the times are products.
+            let shown = moments.iter().take_while(|m| m.time_s <= end_s + 1e-9);
+            shown.map(|m| (m.time_s, of(m))).collect()
+        }
         Trace::Ramp(_) => Vec::new(),
     }
 }
 
-/// For a step: a symmetric range that shows what is left after the transient, at least `least` on
-/// either side. A trajectory has no transient that dwarfs the rest.
-fn settled_range(
-    result: &RunResult,
-    of: impl Fn(&Moment) -> f64,
-    least: f64,
-) -> Option<(f64, f64)> {
+/// For a step: what is left of a signal after the transient, in a symmetric range of at least
+/// `least` on either side. Nothing, if the whole signal shows it as well. A trajectory has no
+/// transient that dwarfs the rest.
+fn rest(result: &RunResult, end_s: f64, of: impl Fn(&Moment) -> f64, least: f64) -> Option<Window> {
     let (Task::Step(_), Trace::Loop(moments)) = (&result.plan.task, &result.trace) else {
         return None;
     };
-    let settled = moments.iter().filter(|m| m.time_s >= TRANSIENT_S).map(|m| of(m).abs());
-    let half = 1.25 * settled.filter(|value| value.is_finite()).fold(least, f64::max);
-    Some((-half, half))
+    let near = TRANSIENT * moments.first()?.error_deg().abs();
+    let far = moments.iter().rposition(|m| m.error_deg().abs() > near);
+    let near_s = far.and_then(|far| moments.get(far + 1)).map_or(TRANSIENT_S, |m| 1.5 * m.time_s);
+    let size = |from_s: f64| {
+        let some = moments.iter().filter(|m| m.time_s >= from_s).map(|m| of(m).abs());
+        some.filter(|value| value.is_finite()).fold(0.0, f64::max)
+    };
+    let half = 1.25 * size(near_s).max(least);
+    (size(0.0) > LEAST_ZOOM * half && near_s < end_s)
+        .then_some(Window { time: (0.8 * near_s, end_s), values: (-half, half) })
 }
 
-fn widest(ranges: impl Iterator<Item = (f64, f64)>) -> Option<(f64, f64)> {
-    ranges.reduce(|a, b| (a.0.min(b.0), a.1.max(b.1)))
+/// The smallest window around all of them.
+fn around(windows: impl Iterator<Item = Window>) -> Option<Window> {
+    windows.reduce(|a, b| Window {
+        time: (a.time.0.min(b.time.0), a.time.1.max(b.time.1)),
+        values: (a.values.0.min(b.values.0), a.values.1.max(b.values.1)),
+    })
 }
 
 /// Whether the output is that of PD: nothing is added and nothing cut off.
 fn is_plain(result: &RunResult) -> bool {
-    points(result, |m| f64::from(m.tick.v - m.tick.v_pd))
+    points(result, f64::INFINITY, |m| f64::from(m.tick.v - m.tick.v_pd))
         .iter()
         .all(|(_, difference)| *difference == 0.0)
 }

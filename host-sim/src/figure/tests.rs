@@ -1,5 +1,7 @@
+use super::draw::wrapped;
+use super::results::figures;
 use super::shape::{Axis, extent, visible};
-use super::{Error, Figure, Line, Panel, Style};
+use super::{Error, Figure, Line, Panel, Style, Window};
 
 fn figure(panels: Vec<Panel>) -> Figure {
     Figure {
@@ -127,4 +129,86 @@ fn what_cannot_be_drawn_is_refused() {
     assert_eq!(refusal(crowded), Some(Error::Size));
     let scaled = figure(vec![whole.clone()]).to_png(f32::NAN);
     assert_eq!(scaled.err(), Some(Error::Size));
+}
+
+#[test]
+fn a_title_that_is_too_long_for_a_line_takes_two_and_the_page_grows() -> Result<(), Error> {
+    assert_eq!(wrapped("one two three", 7), ["one two", "three"]);
+    assert_eq!(wrapped("one two three", 6), ["one", "two", "three"]);
+    assert_eq!(wrapped("unbreakable", 3), ["unbreakable"]);
+    let height = |figure: &Figure| -> Result<f64, Error> {
+        let svg = figure.to_svg()?;
+        let text = svg.split("height=\"").nth(1).and_then(|rest| rest.split('"').next());
+        Ok(text.and_then(|text| text.parse().ok()).unwrap_or_default())
+    };
+    let short = figure(vec![panel("angle (deg)", 1.0)]);
+    // 78 letters of size 22 fit into 856 units at half of their size each.
+    let long = Figure { title: "seven letters ".repeat(6), ..short.clone() };
+    assert_eq!(height(&long)? - height(&short)?, 29.0);
+    // Five times two words and one word are 75 letters; with one more word they would be 83.
+    assert!(long.to_svg()?.contains(">letters<"));
+    Ok(())
+}
+
+#[test]
+fn an_inset_shows_its_window_where_the_curves_leave_room() -> Result<(), Error> {
+    // Falls from 5 to 0.01 within the first fifth, and stays there.
+    let fall =
+        |k: i32| (f64::from(k) * 0.01, if k < 20 { 5.0 - 0.25 * f64::from(k) } else { 0.01 });
+    let step = |y: fn(f64) -> f64| {
+        let points = (0..=100).map(fall).map(|(t, v)| (t, y(v))).collect();
+        Panel::new("error (deg)", vec![Line::new("PD", Style::Primary, points)])
+    };
+    let window = Window { time: (0.5, 1.0), values: (-0.02, 0.02) };
+    let with = |panel: Panel| figure(vec![Panel { inset: Some(window), ..panel }]).to_svg();
+    for sign in [|v: f64| v, |v: f64| -v] {
+        let svg = with(step(sign))?;
+        assert!(svg.contains("\"panel-0-inset\""));
+        assert!(svg.contains(">0.02<") && svg.contains(">\u{2212}0.02<"));
+    }
+    // A signal that fills its panel to the end leaves none.
+    let full = (0..=100).map(|k| (f64::from(k) * 0.01, f64::from(k % 2))).collect();
+    let full = Panel::new("v (V)", vec![Line::new("v", Style::Total, full)]);
+    assert!(!with(full)?.contains("panel-0-inset"));
+    Ok(())
+}
+
+/// The figures of those runs of a built-in experiment whose label ends so.
+fn drawn(experiment: &str, label: &str) -> Vec<Figure> {
+    let document = crate::document::Document::open(experiment).unwrap();
+    let mut plan = crate::experiment::Experiment::plan(&document, &[], &[]).unwrap();
+    plan.runs.retain(|run| run.label.contains(label));
+    assert!(!plan.runs.is_empty());
+    let results = crate::run::run_all(&plan.runs).unwrap();
+    let sources = document.machine().unwrap().figures;
+    figures(experiment, &results, &sources).into_iter().map(|named| named.figure).collect()
+}
+
+fn end_of(figure: &Figure) -> f64 {
+    figure.panels[0].lines[0].points.last().unwrap().0
+}
+
+#[test]
+fn the_time_axis_ends_when_the_motion_is_over() {
+    // SRNF rests after 0.8 s of 10.
+    let steps = &drawn("step-response", "srnf/step")[0];
+    assert!((0.8..=1.5).contains(&end_of(steps)), "{}", end_of(steps));
+    assert!(steps.subtitle.ends_with("of 10 s, when the motion is over"), "{}", steps.subtitle);
+    // The reference of the trajectory moves until 23 s, and a trajectory's figure has no less.
+    let trajectories = &drawn("trajectory", "srnf/traj")[0];
+    assert!(end_of(trajectories) >= 23.0);
+}
+
+#[test]
+fn a_ramp_shows_the_levels_that_it_found() {
+    for figure in drawn("friction-identification", "rate-0.02") {
+        let names: Vec<&str> = figure.panels[0].lines.iter().map(|line| &*line.name).collect();
+        assert!(
+            names
+                .iter()
+                .any(|name| name.starts_with("stick: 0.39") || name.starts_with("stick: 0.40")),
+            "{names:?}"
+        );
+        assert!(names.iter().any(|name| name.starts_with("slip, as read: 0.3")), "{names:?}");
+    }
 }

@@ -9,8 +9,11 @@
 //! | [`Rigid`] | set-valued Stribeck curve | Runge-Kutta 5(4) between located switches |
 //! | [`LuGre`] | a bristle | linearly implicit, error-controlled; frozen at rest |
 //! | [`Flexible`] | set-valued on motor and load | Runge-Kutta 5(4) between located switches |
+//! | [`GearedArm`] | set-valued on both joints, coupled | Runge-Kutta 5(4), both decided at once |
 //!
-//! A joint that is stuck costs next to nothing as long as its effort does not change.
+//! A joint that is stuck costs next to nothing as long as its effort does not change. Seen through
+//! [`InCoreUnits`], a joint is an axis in the core's degrees and volts. `docs/joints.md` has what
+//! each plant is held by, its error and its speed.
 
 mod arm;
 mod description;
@@ -19,6 +22,7 @@ mod flexible;
 mod in_core_units;
 mod lag;
 mod lugre;
+pub mod presets;
 mod push;
 mod rigid;
 mod runge_kutta;

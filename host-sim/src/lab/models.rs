@@ -2,7 +2,7 @@
 
 use super::build::AnyMechanism;
 use super::plan::LabPlan;
-use crate::error::{Error, rounded, suggestion_or_all};
+use crate::error::{Error, rounded, suggestion};
 use crate::friction::{
     Coulomb, Dahl, ElasticCoulomb, LuGre, MaxwellSlip, ResetIntegrator, Stribeck, Tanh,
 };
@@ -287,7 +287,7 @@ impl LabPlan {
                 if !known.iter().any(|known| inner.split('_').next() == Some(known)) {
                     let key = format!("friction.{key}.{inner}");
                     let (at, near) =
-                        (self.origin.of(&key), suggestion_or_all(inner, known.iter().copied()));
+                        (self.origin.of(&key), suggestion(inner, known.iter().copied()));
                     return Err(Error::Input(format!(
                         "{at}: `{key}` has no meaning for \
                         `{own}`{near}"

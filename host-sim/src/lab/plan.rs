@@ -115,7 +115,8 @@ impl LabPlan {
                  not located; take the solver `nonsmooth`, `rk4` or `rk4-adaptive`",
             ),
             (Model::ResetIntegrator, Nonsmooth) => refuse(
-                "its friction drops at the end of its range, so that its implicit step has no single \
+                "its friction drops at the end of its range, so that its implicit step has no \
+                 single \
                  solution; take the solver `exact`, `rk4` or `rk4-adaptive`",
             ),
             _ => Ok(()),

@@ -74,6 +74,13 @@ pub trait AxisSolver {
     /// Joint position, deg.
     fn position(&self) -> f64;
 
+    /// Position that the encoder's disc has, deg: another one if the disc sits on the motor of an
+    /// elastic joint, or if its readings are noisy.
+    #[inline]
+    fn measured(&self) -> f64 {
+        self.position()
+    }
+
     /// Joint velocity, deg/s.
     fn velocity(&self) -> f64;
 
@@ -99,6 +106,11 @@ impl<S: AxisSolver> AxisSolver for &mut S {
     #[inline]
     fn position(&self) -> f64 {
         (**self).position()
+    }
+
+    #[inline]
+    fn measured(&self) -> f64 {
+        (**self).measured()
     }
 
     #[inline]

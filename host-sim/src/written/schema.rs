@@ -113,7 +113,8 @@ fn bounds(about: &About, allowed: Option<Allowed>) -> Bounds {
     let (low, high, is_above) = match allowed {
         Some(Allowed::Between(low, high) | Allowed::OrOff(low, high)) => (low, high, false),
         Some(Allowed::Above(low, high)) => (low, high, true),
-        Some(Allowed::Any | Allowed::LaterBy(_) | Allowed::AnotherLaw) | None => {
+        Some(Allowed::Any | Allowed::LaterBy(_) | Allowed::AnotherLaw | Allowed::UpTo(..))
+        | None => {
             return Bounds::None;
         }
     };

@@ -28,6 +28,13 @@ fn a_file_with_a_mistake_is_named_with_the_key() {
             &["`controller.pd.kp_v_per_deg` is -1"],
         ),
         (STEP, "kp_v_per_deg = 1.0\n", "", &["`controller.pd.kp_v_per_deg` is missing"]),
+        // All that a file lacks is told at once.
+        (
+            STEP,
+            "full_scale_v = 5.0\nlsb_v = 0.00488",
+            "",
+            &["`drive.full_scale_v` is missing, and so is `drive.lsb_v`"],
+        ),
         (
             STEP,
             "sample_time_s = 0.02 ",

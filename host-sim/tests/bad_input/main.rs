@@ -9,6 +9,7 @@ use std::process::{Command, Stdio};
 
 use serde_json::Value;
 
+mod data_sheet;
 mod divergence;
 mod files;
 mod names;

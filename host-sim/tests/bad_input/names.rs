@@ -8,11 +8,14 @@ fn names_that_do_not_exist_are_answered_with_the_nearest_or_with_all() {
     let cases: &[(&[&str], &[&str])] = &[
         (
             &["run", "stepresponse"],
-            &["no experiment `stepresponse`", "did you mean `step-response`?"],
+            &[
+                "no experiment `stepresponse`",
+                "did you mean `step-response`? allowed are spring-mass, ",
+            ],
         ),
         (&["show", "trajektory"], &["no experiment `trajektory`", "did you mean `trajectory`?"]),
-        (&["run", "qwerty"], &["no experiment `qwerty`", "`stiction list` shows them"]),
-        (&["run", ""], &["no experiment ``", "`stiction list` shows them"]),
+        (&["run", "qwerty"], &["no experiment `qwerty`", "allowed are spring-mass, "]),
+        (&["run", ""], &["no experiment ``", "allowed are spring-mass, "]),
         (
             &["run", "step-response", "--controller", "srnff"],
             &["--controller srnff: ", "`srnff` in step-response", "did you mean `srnf`?"],

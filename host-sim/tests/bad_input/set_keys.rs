@@ -152,7 +152,9 @@ fn a_key_that_is_set_wrongly_is_named_with_what_was_found_and_what_is_allowed() 
         (
             STEP,
             "controller.pd.laws=[\"ri\"]",
-            &["`controller.pd.ki_v_per_deg_s` is missing", "the law ri"],
+            &[
+                "`controller.pd.ki_v_per_deg_s`, `controller.pd.theta_ri_deg` are missing; the law ri",
+            ],
         ),
         (STEP, "controller.ri.laws=[\"ri\",\"ri\"]", &["`controller.ri.laws[1]`", "second time"]),
         (

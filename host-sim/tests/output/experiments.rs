@@ -17,8 +17,10 @@ fn list_names_every_experiment_with_its_source() {
     );
     let entries = listing["experiments"].as_array().unwrap();
     let names: Vec<&str> = entries.iter().map(|entry| entry["name"].as_str().unwrap()).collect();
-    let expected = "spring-mass spring-mass-2dof manipulator-1dof manipulator-2dof square-wave triangle-wave \
-                    spring-mass-revisited step-response trajectory step-added-friction srnf-robustness \
+    let expected = "spring-mass spring-mass-2dof manipulator-1dof manipulator-2dof square-wave \
+                    triangle-wave \
+                    spring-mass-revisited step-response trajectory step-added-friction \
+                    srnf-robustness \
                     srnf-added-friction high-gain friction-identification spring-mass-independent";
     assert_eq!(names, expected.split(' ').collect::<Vec<_>>());
     let table = stiction(&["list"]);

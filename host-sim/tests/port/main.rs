@@ -6,6 +6,7 @@
 
 mod board;
 mod program;
+mod questions;
 mod refusals;
 mod session;
 mod watch;

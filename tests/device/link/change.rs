@@ -5,7 +5,6 @@ use std::time::Duration;
 
 use host_sim::device::client::Client;
 use host_sim::device::wire::SimulatedWire;
-use stiction::Limits;
 use stiction::compensator::{
     FIRST_LAW, Gains, ResetIntegralGains, ResetOffsetIntegralGains, SmoothRobustNonlinearGains,
 };
@@ -13,6 +12,7 @@ use stiction::link::StateCode;
 use stiction::parameters::DeviceConfig;
 use stiction::pd::PdGains;
 use stiction::value::{Key, Table, key};
+use stiction::{Limits, ProfileLimits};
 
 use super::client;
 
@@ -63,6 +63,7 @@ fn a_change_with_a_value_that_is_not_allowed_changes_nothing() {
     let mut client = client();
     let before = client.parameters().unwrap();
     let thermal = key(Limits::ABOUT, "thermal_time");
+    let overspeed = key(Limits::ABOUT, "overspeed");
     for (entries, said) in [
         (
             vec![number(KP, f32::NAN)],
@@ -76,6 +77,12 @@ fn a_change_with_a_value_that_is_not_allowed_changes_nothing() {
             vec![number(thermal, 0.0), number(KP, 2.0)],
             "`thermal_s` is 0; allowed is a number from 0.1 to 100",
         ),
+        // The derived velocity is half of the derived overspeed, 83.3 deg/s times 0.6 under SRNF.
+        (
+            vec![number(overspeed, 20.0)],
+            "`velocity_deg_per_s` is 25; allowed is a number above 0, up to \
+             `overspeed_deg_per_s`, which is 20",
+        ),
         (vec![number(KP, 2.0), (Key(0x087F), 0)], "does not know `value 0x087f`"),
         // The gain belongs to a law that is not in use.
         (vec![number(KP, 2.0), number(KI, 1.0)], "does not know `ki_v_per_deg_s`"),
@@ -86,6 +93,10 @@ fn a_change_with_a_value_that_is_not_allowed_changes_nothing() {
         assert_eq!(client.parameters().unwrap(), before, "{said}");
     }
     assert!(!client.status().unwrap().unsaved);
+    // Both together are allowed, the velocity up to the limit; and so is a limit that is off.
+    let velocity = key(ProfileLimits::ABOUT, "velocity");
+    client.change(&[number(overspeed, 20.0), number(velocity, 20.0)]).unwrap();
+    client.change(&[number(overspeed, 0.0), number(velocity, 40.0)]).unwrap();
 }
 
 #[test]

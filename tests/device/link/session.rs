@@ -1,8 +1,8 @@
 //! Who may say what, in which order, and what a device makes of bytes that are no frame.
 
-use stiction::link::{PROTOCOL, REQUEST, Refused, Reply, Request, encode};
+use stiction::link::{PROTOCOL, REQUEST, Refused, Reply, Request, StateCode, encode};
 
-use super::{frame, hello, refused, say, simulated};
+use super::{client, frame, hello, refused, say, simulated};
 use host_sim::device::simulated::SimulatedDevice;
 
 #[test]
@@ -84,4 +84,21 @@ fn garbage_costs_at_most_the_frame_that_it_touches() {
     // The frame is whole, but the device does not know the request.
     let strange = encode(&(REQUEST, number + 2, 200u8)).unwrap();
     assert_eq!(say(&mut simulated, &strange), refused(number + 2, Refused::Unknown));
+}
+
+#[test]
+fn what_is_no_microcontroller_has_no_brown_out_reset_and_an_armed_device_is_not_asked() {
+    let mut client = client();
+    let refusal = client.set_brown_out().unwrap_err().to_string();
+    assert!(
+        refusal.contains("set-brown-out") && refusal.contains("no microcontroller"),
+        "{refusal}"
+    );
+    client.arm().unwrap();
+    let refusal = client.set_brown_out().unwrap_err().to_string();
+    assert!(
+        !refusal.contains("no microcontroller") && refusal.contains("motor is driven"),
+        "{refusal}"
+    );
+    assert_eq!(client.status().unwrap().state, StateCode::Armed);
 }

@@ -122,9 +122,8 @@ pub fn rows() -> Vec<Row> {
             },
             mend: sound,
             within: [
-                Err(
-                    "a joint at rest has no speed; one that is thrown is not at rest: the next column",
-                ),
+                Err("a joint at rest has no speed; one that is thrown is not at rest: the next \
+                     column"),
                 // The velocity shows it within the window of the regression.
                 Ok([2, 6]),
                 Ok([2, 6]),

@@ -5,6 +5,7 @@
 
 mod commands;
 mod parameters;
+mod receiving;
 mod saving;
 mod telemetry;
 

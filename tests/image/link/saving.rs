@@ -2,7 +2,7 @@
 
 use host_sim::emulator::board::Fitted;
 use host_sim::emulator::fault_injection::Injection;
-use stiction::link::{CHUNK, Refused, Request, StateCode};
+use stiction::link::{CHUNK, PROTOCOL, Refused, Request, StateCode};
 
 use super::{Script, commanded, record};
 use crate::fault_injection::MS;
@@ -116,4 +116,29 @@ fn the_joint_has_to_rest_anew_after_a_save_before_it_is_armed() {
     assert!(talked.observed.ticks_ns.windows(2).any(|pair| pair[1] - pair[0] > 1_000 * MS));
     talked.assert_refused(arm, Refused::Moving);
     talked.assert_done(later);
+}
+
+#[test]
+fn a_brown_out_reset_that_was_turned_on_is_there_after_the_next_reset() {
+    let mut script = Script::new();
+    let before = script.say(250 * MS, Request::Status);
+    let set = script.say(300 * MS, Request::SetBrownOut);
+    let after = script.say(400 * MS, Request::Status);
+    // A reset begins a session anew, and its numbers.
+    script.garbage(700 * MS, &[0]);
+    script.say(700 * MS, Request::Hello { protocol: PROTOCOL, session: 8 });
+    let later = script.say(750 * MS, Request::Status);
+    let injections = [(500 * MS, Injection::Reset)];
+    let talked = script.run(Some(&record(&commanded(|_| {}))), &injections, 800 * MS);
+    talked.assert_done(set);
+    let [before, after, later] = [before, after, later].map(|number| talked.status(number));
+    assert_eq!(
+        (before.has_brown_out, after.has_brown_out, later.has_brown_out),
+        (false, false, true)
+    );
+    assert_eq!((after.state, after.faults, later.faults), (StateCode::Stopped, 0, 0));
+    assert!(talked.observed.says("brown-out reset is off"), "{:?}", talked.observed.log);
+    assert!(talked.observed.says("brown-out reset: level 3"), "{:?}", talked.observed.log);
+    // The one reset is the button's: the watchdog waited meanwhile.
+    assert_eq!(talked.observed.resets.len(), 1, "{:?}", talked.observed.resets);
 }

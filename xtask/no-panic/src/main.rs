@@ -74,7 +74,12 @@ mod path {
 
     /// Any board.
     fn hardware() -> Hardware {
-        black_box(Hardware { pwm_clock_hz: 168e6, supply_top: 4095, dead_time_max: 6e-6 })
+        black_box(Hardware {
+            pwm_clock_hz: 168e6,
+            supply_top: 4095,
+            dead_time_max: 6e-6,
+            sample_time: [1e-4, 0.02],
+        })
     }
 
     /// The machine that a session acts on.

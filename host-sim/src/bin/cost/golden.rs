@@ -30,7 +30,8 @@ pub fn compare(page: &Path, table: &str) -> Result<(), Error> {
         |table: &str| table.lines().find_map(|line| line.strip_prefix(COMPILER)).map(str::to_owned);
     if compiler(golden) != compiler(table) {
         println!(
-            "\nNot compared with {}, whose figures another compiler made ({}); the budgets are kept.",
+            "\nNot compared with {}, whose figures another compiler made ({}); the budgets are \
+             kept.",
             page.display(),
             compiler(golden).unwrap_or_else(|| "it does not say which".into())
         );
@@ -42,7 +43,8 @@ pub fn compare(page: &Path, table: &str) -> Result<(), Error> {
         return Ok(());
     }
     Err(Error::Emulator(format!(
-        "the cost differs from {}:\n{difference}if that is meant, `cargo xtask cost --bless` writes it there, to be reviewed \
+        "the cost differs from {}:\n{difference}if that is meant, `cargo xtask cost --bless` \
+         writes it there, to be reviewed \
          with the change",
         page.display()
     )))

@@ -26,9 +26,9 @@ const EXPERIMENTS: [&str; 2] = ["step-response", "trajectory"];
 const FAST: &str = "drive.pwm_hz=2000";
 /// The step that is run again with the PWM of the file.
 const AGAIN: (&str, &str, &str) = ("step-response", "step-2.5", "run.duration_s=2");
-/// The step that is also run as a profiled move, and for how long. Within that time it accelerates,
-/// slows down, lands and rests.
-const PROFILED: (&str, &str, &str) = ("step-response", "step-5.0", "run.duration_s=3");
+/// The step that is also run as a profiled move, and for how long. Within that time it waits for the
+/// soft start of 2 s, accelerates, slows down, lands and rests.
+const PROFILED: (&str, &str, &str) = ("step-response", "step-5.0", "run.duration_s=5");
 /// The controller whose set points and positions the yardsticks are given.
 const FEEDS: &str = "srnf";
 

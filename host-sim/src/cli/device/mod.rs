@@ -106,6 +106,8 @@ enum Action {
         #[arg(long)]
         clear: bool,
     },
+    /// Turn the part's brown-out reset on, for good: a dip of its supply is then told from power-on
+    SetBrownOut,
     /// Write samples to a file, in the columns of `stiction run --csv`
     Log {
         /// Where to
@@ -114,7 +116,8 @@ enum Action {
         #[arg(long, value_name = "S", default_value_t = 5.0, allow_hyphen_values = true)]
         r#for: f64,
         /// Ticks from one sample to the next
-        #[arg(long, value_name = "N", default_value_t = 1, value_parser = clap::value_parser!(u16).range(1..))]
+        #[arg(long, value_name = "N", default_value_t = 1)]
+        #[arg(value_parser = clap::value_parser!(u16).range(1..))]
         every: u16,
         /// Further signals, a column each, by the names that the device announces
         #[arg(long, value_name = "NAME", value_delimiter = ',')]
@@ -252,6 +255,10 @@ fn with(action: &Action, machine: &str, wire: impl Wire) -> Result<(), Error> {
             } else {
                 lines.collect()
             })
+        }
+        Action::SetBrownOut => {
+            client.set_brown_out()?;
+            say(words::BROWN_OUT_SET.into())
         }
         Action::Log { file, r#for, every, signals } => {
             let time = time("--for", *r#for)?;

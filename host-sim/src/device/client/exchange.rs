@@ -12,7 +12,7 @@ use crate::error::Error;
 /// Time that a device has for an answer. It answers within milliseconds, but for a save.
 pub(super) const PATIENCE: Duration = Duration::from_millis(200);
 
-/// Time that a device has for a save: three times the longest that one takes (docs/link.md).
+/// Time that a device has for an erase of its flash: three times the longest that one takes (docs/link.md).
 const PATIENCE_TO_SAVE: Duration = Duration::from_secs(6);
 
 /// How often a request is sent before the device counts as silent.
@@ -52,7 +52,10 @@ impl<W: Wire> Client<W> {
     /// Sends a request until it is answered. Its number stays the same, so the device does it once.
     pub(super) fn talk(&mut self, request: Request) -> Result<Reply, Error> {
         self.number = self.number.wrapping_add(1);
-        let patience = if request == Request::Save { PATIENCE_TO_SAVE } else { PATIENCE };
+        let patience = match request {
+            Request::Save | Request::SetBrownOut => PATIENCE_TO_SAVE,
+            _ => PATIENCE,
+        };
         let frame = encode_request(self.number, request);
         let frame =
             frame.ok_or_else(|| Error::Device("the request is too long for a frame".into()))?;

@@ -1,10 +1,10 @@
 //! Requests that arm, move and stop the joint.
 
-use stiction::Motion;
 use stiction::jog::{Asked, Found};
 use stiction::link::{Reply, Request};
 use stiction::position::Position;
 use stiction::servo::Levels;
+use stiction::{Motion, Parameters};
 
 use super::Client;
 use crate::device::moved::longest_s;
@@ -75,12 +75,15 @@ impl<W: Wire> Client<W> {
     }
 
     /// Asks for the longest time that a profiled move over so many degrees takes until its set
-    /// point rests, s.
+    /// point rests, s: if the device has just been armed, its driver wakes up before it, and it
+    /// waits for the soft start.
     ///
     /// # Errors
     /// Says that the device has no parameters.
     pub fn longest_s(&mut self, deg: f64) -> Result<f64, Error> {
-        Ok(longest_s(&self.parameters()?.profile, deg))
+        let Parameters { profile, device, .. } = self.parameters()?;
+        let waits = [device.reset_pulse, device.wake_up, device.soft_start].map(f64::from);
+        Ok(longest_s(&profile, deg) + waits.iter().sum::<f64>())
     }
 
     fn counted(&mut self, deg: f64) -> Result<Position, Error> {

@@ -74,4 +74,13 @@ impl<W: Wire> Client<W> {
     pub fn save(&mut self) -> Result<(), Error> {
         self.done("params save", Request::Save)
     }
+
+    /// Turns the part's brown-out reset on, at its highest level. The part keeps that for good, and
+    /// goes by it after its next reset. It stands still for up to seconds meanwhile.
+    ///
+    /// # Errors
+    /// Says that the device is armed, has no brown-out reset, or may not change it.
+    pub fn set_brown_out(&mut self) -> Result<(), Error> {
+        self.done("set-brown-out", Request::SetBrownOut)
+    }
 }

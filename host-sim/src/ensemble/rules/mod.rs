@@ -27,7 +27,7 @@ use std::ops::RangeInclusive;
 use stiction::compensator::Gains;
 use stiction::pd::PdGains;
 
-use crate::error::{Error, suggestion_or_all};
+use crate::error::{Error, suggestion};
 
 /// The seeds on which the constants of the rules were picked. A report on one of them says so.
 pub const TUNING_SEEDS: RangeInclusive<u64> = 1_000_000..=1_999_999;
@@ -90,9 +90,14 @@ impl Told {
 pub struct Tuned {
     /// The PD loop; without effect under a law that replaces it.
     pub pd: PdGains,
+    /// Positions in the velocity's regression.
+    pub velocity_window: u32,
     /// The laws that are added to PD; none is plain PD.
     pub laws: Vec<Gains>,
 }
+
+/// Positions in the velocity's regression if a rule has no reason for others: the thesis's.
+const VELOCITY_WINDOW: u32 = 5;
 
 /// A tuning rule.
 #[derive(Debug)]
@@ -135,23 +140,17 @@ pub const RULES: &[Rule] = &[
     proxy_sliding_mode::RULE,
 ];
 
-/// Returns the rules of the laws that the core has.
-fn known() -> impl Iterator<Item = &'static Rule> {
-    let has = |law: &str| law == "pd" || Gains::NAMES.contains(&law);
-    RULES.iter().filter(move |rule| rule.law.split('+').all(has))
-}
-
 /// Returns the rules of the laws that are named, or all of them if none is.
 ///
 /// # Errors
 /// Names a law that has no rule, with the nearest one that has.
 pub fn rules(names: &[String]) -> Result<Vec<&'static Rule>, Error> {
     if names.is_empty() {
-        return Ok(known().collect());
+        return Ok(RULES.iter().collect());
     }
     let rule = |name: &String| {
-        known().find(|rule| rule.law == name).ok_or_else(|| {
-            let near = suggestion_or_all(name, known().map(|rule| rule.law));
+        RULES.iter().find(|rule| rule.law == name).ok_or_else(|| {
+            let near = suggestion(name, RULES.iter().map(|rule| rule.law));
             Error::Input(format!("--controller {name}: no law of that name has a rule{near}"))
         })
     };
@@ -161,7 +160,7 @@ pub fn rules(names: &[String]) -> Result<Vec<&'static Rule>, Error> {
 /// Returns the PD loop's gains, and a law's.
 fn around_pd(told: &Told, law: Option<Gains>) -> Tuned {
     let pd = PdGains { kp: told.kp() as f32, kd: told.kd() as f32 };
-    Tuned { pd, laws: law.into_iter().collect() }
+    Tuned { pd, velocity_window: VELOCITY_WINDOW, laws: law.into_iter().collect() }
 }
 
 /// Returns w_n of a loop that is no faster than 0.1/h, rad/s. It is PD's own at 1 kHz.
@@ -177,7 +176,7 @@ fn around_slower_pd(told: &Told, law: Gains) -> Tuned {
     let w = slower(told);
     let kd = (1.8 * told.inertia * w - told.viscous).max(0.0);
     let pd = PdGains { kp: (told.inertia * w * w) as f32, kd: kd as f32 };
-    Tuned { pd, laws: vec![law] }
+    Tuned { pd, velocity_window: VELOCITY_WINDOW, laws: vec![law] }
 }
 
 #[cfg(test)]
@@ -204,16 +203,16 @@ mod tests {
     #[test]
     fn every_law_of_the_core_has_one_rule_and_every_rule_its_law() {
         for name in Gains::NAMES {
-            assert_eq!(known().filter(|rule| rule.law == *name).count(), 1, "{name}");
+            assert_eq!(RULES.iter().filter(|rule| rule.law == *name).count(), 1, "{name}");
         }
-        for rule in known() {
+        for rule in RULES {
             let tuned = rule.gains(&NOMINAL);
             let names: Vec<_> = tuned.laws.iter().map(Gains::name).collect();
             assert_eq!(if names.is_empty() { "pd".into() } else { names.join("+") }, rule.law);
             assert!(rule.tried.is_empty() || rule.tried.contains(&rule.constant), "{}", rule.law);
         }
         // Plain PD, and two sums.
-        assert_eq!(known().count(), Gains::NAMES.len() + 3);
+        assert_eq!(RULES.len(), Gains::NAMES.len() + 3);
     }
 
     #[test]

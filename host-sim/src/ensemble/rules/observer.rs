@@ -21,6 +21,10 @@ use stiction::pd::PdGains;
 
 use super::{Rule, Told, Tuned};
 
+/// Positions in the velocity's regression: half a sample less delay than with the thesis's five,
+/// which counts where the observer has taken the friction away.
+const VELOCITY_WINDOW: u32 = 4;
+
 /// The constant c of all three, 1/s.
 const CONSTANT: f64 = 3.0;
 const TRIED: &[f64] = &[1.0, 3.0, 10.0];
@@ -28,7 +32,7 @@ const TRIED: &[f64] = &[1.0, 3.0, 10.0];
 /// The rule of the observer alone.
 pub const ALONE: Rule = Rule {
     law: "observer",
-    text: "PD's with w no more than 0.08/h and zeta 0.87; w_e = min(110, 0.8/h), J, B as told, \
+    text: "PD's with w no more than 0.08/h, zeta 0.87 and a window of 4; w_e = min(110, 0.8/h), J, B as told, \
            band 1.5 q, ramp min(3, 0.012 s/h) F_lo/s, largest F_hi",
     constant: CONSTANT,
     tried: TRIED,
@@ -66,7 +70,8 @@ fn frequency(told: &Told) -> f64 {
 fn around(told: &Told, laws: Vec<Gains>) -> Tuned {
     let w = frequency(told);
     let kd = (1.74 * told.inertia * w - told.viscous).max(0.0);
-    Tuned { pd: PdGains { kp: (told.inertia * w * w) as f32, kd: kd as f32 }, laws }
+    let pd = PdGains { kp: (told.inertia * w * w) as f32, kd: kd as f32 };
+    Tuned { pd, velocity_window: VELOCITY_WINDOW, laws }
 }
 
 fn slip(told: &Told) -> f64 {

@@ -1,42 +1,27 @@
 //! `robust`: what it wants to be told, and nothing else; the law has its own rules for the rest.
-//!
-//! The gains are set by their names in a machine's file, so that a core without the law builds.
 
-use stiction::compensator::Gains;
-use stiction::value::Values as _;
+use stiction::compensator::robust::EncoderSide;
+use stiction::compensator::{Gains, RobustGains};
+use stiction::value::Table as _;
 
-use super::{Rule, Told, Tuned, around_pd};
-
-/// Name of the law.
-const NAME: &str = "robust";
+use super::{Rule, around_pd};
 
 /// The rule.
 pub const RULE: Rule = Rule {
-    law: NAME,
+    law: "robust",
     text: "is told J, B, F_lo, F_hi, the encoder's side, and the largest load where one drives",
     constant: 1.0,
     tried: &[],
-    tune: |told, _| told_by_name(told),
+    tune: |told, _| {
+        let gains = RobustGains {
+            inertia: told.inertia as f32,
+            viscous: told.viscous as f32,
+            breakaway_low: told.breakaway[0] as f32,
+            breakaway_high: told.breakaway[1] as f32,
+            encoder_side: if told.encoder_at_load { EncoderSide::Load } else { EncoderSide::Motor },
+            load: told.load as f32,
+            ..RobustGains::EXAMPLE
+        };
+        around_pd(told, Some(Gains::Robust(gains)))
+    },
 };
-
-fn told_by_name(told: &Told) -> Tuned {
-    let Some(place) = Gains::NAMES.iter().position(|name| *name == NAME) else {
-        return around_pd(told, None);
-    };
-    let mut law = Gains::EXAMPLES[place];
-    let number = |value: f64| (value as f32).to_bits();
-    for (name, bits) in [
-        ("inertia_v_s2_per_deg", number(told.inertia)),
-        ("viscous_v_s_per_deg", number(told.viscous)),
-        ("breakaway_low_v", number(told.breakaway[0])),
-        ("breakaway_high_v", number(told.breakaway[1])),
-        ("encoder_side", told.encoder_at_load.into()),
-        ("load_v", number(told.load)),
-    ] {
-        if let Some(about) = Gains::ABOUT[place].iter().find(|about| about.name == name) {
-            // The names are the core's own, and the numbers are within bounds that it checks.
-            let _ = law.set(about.key, bits);
-        }
-    }
-    around_pd(told, Some(law))
-}

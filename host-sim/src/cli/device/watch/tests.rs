@@ -5,7 +5,7 @@ use ratatui::backend::TestBackend;
 use ratatui::buffer::Buffer;
 use ratatui::crossterm::event::{KeyCode, KeyEvent, KeyModifiers};
 use ratatui::style::Color;
-use stiction::link::{Sample, StateCode, Status, Told};
+use stiction::link::{Sample, StateCode, Status, Told, WireErrors};
 
 use super::keys::{Flow, press};
 use super::model::{Moment, SIGNALS, Watched};
@@ -34,6 +34,8 @@ fn status() -> Status {
         bad_frames: 0,
         dropped: 0,
         has_brown_out: true,
+        wire: WireErrors::default(),
+        crystal_not_measured: false,
     }
 }
 

@@ -1,0 +1,24 @@
+//! `stiction completions`.
+
+use clap::CommandFactory;
+use clap_complete::Shell;
+
+use super::print;
+use crate::error::Error;
+
+#[derive(Debug, clap::Args)]
+#[command(after_help = "\
+For bash, until the shell ends:  source <(stiction completions bash)
+For good:                        stiction completions bash > \
+                          ~/.local/share/bash-completion/completions/stiction")]
+pub struct Arguments {
+    /// The shell that reads it
+    shell: Shell,
+}
+
+pub fn completions(arguments: &Arguments) -> Result<(), Error> {
+    let mut script = Vec::new();
+    let mut command = super::Arguments::command();
+    clap_complete::generate(arguments.shell, &mut command, "stiction", &mut script);
+    print(&String::from_utf8_lossy(&script))
+}

@@ -1,0 +1,219 @@
+//! A data sheet's joint in SI, behind the interface of the robot's axis in degrees and volts.
+//!
+//! ```text
+//! output V -> Drive -> effort V -> InCoreUnits (x G) -> Joint in SI -> load, and encoder with noise
+//! ```
+//!
+//! Guarantees: for a rigid joint without a Stribeck velocity it is the axis that
+//! [`super::units`] maps to, and a test holds one against the other. Does badly: slower than the
+//! closed form of that axis, so that a run takes it only if the data sheet asks for more.
+
+use crate::error::Error;
+use crate::friction::{AddedFriction, Coulomb};
+use crate::joint::{
+    self, AnyJoint, Body, Bristle, CountNoise, Description, Friction, Gravity, InCoreUnits, Joint,
+    Load, Ripple, Shaft, Stribeck, Train,
+};
+use crate::mechanism::RobotAxis;
+use crate::solver::{AxisSolver, Event};
+
+use super::drive::Drive;
+use super::sheet::DataSheet;
+use super::tables::Side;
+use super::units::Mapping;
+
+/// The motor's part of the friction of an elastic joint, if nobody knows it: most of the friction
+/// of a geared joint is in the motor's bearings and the gear's input.
+const MOTOR_SHARE: f64 = 0.7;
+
+/// The joint.
+#[derive(Clone, Debug)]
+pub struct SheetAxis {
+    /// Its position is that of the side where the encoder sits.
+    seen: InCoreUnits<AnyJoint>,
+    drive: Drive,
+    count_deg: f64,
+    /// Noise of the readings, and that of the present one in counts.
+    noise: Option<(CountNoise, f64)>,
+}
+
+impl SheetAxis {
+    /// The joint of a data sheet, at rest at zero; none if the axis in closed form is the same.
+    ///
+    /// # Errors
+    /// Names a value that no joint can have.
+    pub fn of(
+        sheet: &DataSheet,
+        mapping: &Mapping,
+        [count_deg, pwm_hz]: [f64; 2],
+    ) -> Result<Option<Self>, Error> {
+        if !sheet.is_more_than_an_axis() {
+            return Ok(None);
+        }
+        Self::always(sheet, mapping, [count_deg, pwm_hz]).map(Some)
+    }
+
+    /// The same, whatever the data sheet asks for.
+    ///
+    /// # Errors
+    /// Names a value that no joint can have.
+    pub fn always(
+        sheet: &DataSheet,
+        mapping: &Mapping,
+        [count_deg, pwm_hz]: [f64; 2],
+    ) -> Result<Self, Error> {
+        let joint = sheet.description(mapping, count_deg.to_radians()).build()?;
+        // As the plant has it, so that its friction is no brake.
+        let axis = RobotAxis {
+            gain: mapping.gain(),
+            viscous: mapping.viscous_v(),
+            friction: Coulomb {
+                stick: mapping.volts(sheet.stick()[0]),
+                slip: mapping.volts(sheet.slip()[0]),
+            },
+            added: AddedFriction::default(),
+        };
+        let side = match sheet.encoder.at {
+            Some(Side::Motor) => joint::Side::Motor,
+            Some(Side::Load) | None => joint::Side::Load,
+        };
+        Ok(Self {
+            seen: InCoreUnits::new(joint, mapping.units, side, &axis),
+            drive: Drive::of(sheet, pwm_hz),
+            count_deg,
+            // Any stream does; the same each time, so that a run can be repeated.
+            noise: (sheet.encoder.noise_counts > 0).then(|| (CountNoise::new(1), 0.0)),
+        })
+    }
+}
+
+impl AxisSolver for SheetAxis {
+    fn advance(&mut self, v: f64, duration_s: f64, friction: &Coulomb, on: &mut impl FnMut(Event)) {
+        let effort_v = self.drive.effort(v, self.seen.joint.motor().velocity);
+        self.seen.advance(effort_v, duration_s, friction, on);
+        if let Some((noise, counts)) = &mut self.noise {
+            *counts = noise.next() as f64;
+        }
+    }
+
+    fn position(&self) -> f64 {
+        self.seen.joint.load().position.to_degrees()
+    }
+
+    fn measured(&self) -> f64 {
+        let noise = self.noise.as_ref().map_or(0.0, |(_, counts)| *counts);
+        self.seen.position() + noise * self.count_deg
+    }
+
+    fn velocity(&self) -> f64 {
+        self.seen.joint.load().velocity.to_degrees()
+    }
+
+    fn stuck(&self) -> bool {
+        self.seen.stuck()
+    }
+
+    fn derivative_evaluations(&self) -> u64 {
+        self.seen.derivative_evaluations()
+    }
+}
+
+impl DataSheet {
+    /// Whether it asks for more than a rigid axis with two levels of friction has.
+    pub fn is_more_than_an_axis(&self) -> bool {
+        let reaches_its_supply =
+            matches!(Drive::of(self, 0.0), Drive::Amplifier { .. } | Drive::Bridge { .. });
+        self.asks_for().iter().any(|(_, is_asked)| *is_asked) || reaches_its_supply
+    }
+
+    /// What an axis in closed form does not have, by the keys that ask for it.
+    pub fn asks_for(&self) -> [(&'static str, bool); 9] {
+        let reverse = [self.stick(), self.slip()].iter().any(|[one, other]| one != other);
+        [
+            ("gear.stiffness_nm_per_rad", self.stiffness().is_some()),
+            ("load.constant_nm", self.load.constant_nm != 0.0),
+            ("load.unbalance_nm", self.load.unbalance_nm != 0.0),
+            ("friction.stick_reverse_nm", reverse),
+            ("friction.stribeck_rad_per_s", self.stribeck().is_some_and(|speed| speed > 0.0)),
+            ("friction.bristle_stiffness_nm_per_rad", self.bristle_stiffness().is_some()),
+            ("friction.ripple", self.friction.ripple > 0.0),
+            ("motor.inductance_h", self.lag_s() > 0.0),
+            ("encoder.noise_counts", self.encoder.noise_counts > 0),
+        ]
+    }
+
+    /// L/R of a motor that is driven by a voltage, s; an amplifier makes up for it.
+    pub fn lag_s(&self) -> f64 {
+        match (self.motor.driven_by, self.motor.resistance_ohm) {
+            (super::tables::DrivenBy::Voltage, Some(ohm)) => self.motor.inductance_h / ohm,
+            _ => 0.0,
+        }
+    }
+
+    /// What friction the positive way has more than the mean of both ways, N m.
+    fn offset(&self) -> f64 {
+        let [forward, backward] = self.slip();
+        0.5 * (forward - backward)
+    }
+
+    fn description(&self, mapping: &Mapping, count: f64) -> Description {
+        let mean = |[forward, backward]: [f64; 2]| 0.5 * (forward + backward);
+        let curve = Stribeck {
+            coulomb: mean(self.slip()),
+            stick: mean(self.stick()),
+            stribeck_velocity: self.stribeck().unwrap_or(0.0),
+            viscous: mapping.viscous,
+        };
+        let friction = &self.friction;
+        let ripple = (friction.ripple > 0.0).then(|| Ripple {
+            depth: friction.ripple,
+            cycles: friction.ripple_per_turn.unwrap_or(1.0),
+            phase: friction.ripple_phase_deg.to_radians(),
+        });
+        let surface = |curve| Friction { ripple, ..Friction::from(curve) };
+        let inertia = mapping.inertia;
+        let train = match (self.bristle_stiffness(), self.stiffness()) {
+            (Some(stiffness), _) => {
+                let by_default = 1.4 * (stiffness * inertia).sqrt();
+                let damping = self.bristle_damping().unwrap_or(by_default);
+                Train::LuGre { inertia, curve, bristle: Bristle { stiffness, damping } }
+            }
+            (None, Some(stiffness)) => {
+                let motor = friction.motor_share.unwrap_or(MOTOR_SHARE);
+                // The back-EMF acts on the motor, whatever the gear's friction does.
+                let part = |share: f64, back_emf: f64| Stribeck {
+                    coulomb: share * curve.coulomb,
+                    stick: share * curve.stick,
+                    viscous: share * self.viscous() + back_emf,
+                    ..curve
+                };
+                let load = self.load.inertia_kg_m2;
+                let rotor = Body {
+                    inertia: inertia - load,
+                    friction: surface(part(motor, mapping.back_emf)),
+                };
+                // What repeats with the gear's angle is in the gear, on the motor's side.
+                let load = Body { inertia: load, friction: part(1.0 - motor, 0.0).into() };
+                let (damping, backlash) =
+                    (self.damping().unwrap_or(0.0), self.backlash().unwrap_or(0.0));
+                Train::Flexible {
+                    motor: rotor,
+                    load,
+                    shaft: Shaft { stiffness, damping, backlash },
+                }
+            }
+            (None, None) => Train::Rigid(Body { inertia, friction: surface(curve) }),
+        };
+        let gravity = (self.load.unbalance_nm > 0.0).then(|| Gravity {
+            amplitude: self.load.unbalance_nm,
+            angle: -self.hangs_at().unwrap_or(0.0),
+        });
+        // Friction that is higher one way is a mean and a torque against that way.
+        let constant = self.load.constant_nm - self.offset();
+        Description {
+            load: Load { constant, gravity },
+            lag_s: self.lag_s(),
+            ..Description::of(train, count)
+        }
+    }
+}

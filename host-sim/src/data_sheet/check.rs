@@ -1,0 +1,219 @@
+//! The bounds of a data sheet's keys, one by one.
+
+use super::refusal::Refusal;
+use super::sheet::DataSheet;
+use super::tables::DrivenBy;
+use crate::error::shown;
+
+/// What a number may be.
+#[derive(Clone, Copy)]
+enum May {
+    Positive,
+    NotNegative,
+    Finite,
+}
+
+impl May {
+    fn check(self, key: &str, found: f64) -> Result<(), Refusal> {
+        let (is_allowed, what) = match self {
+            Self::Positive => (found > 0.0, "a finite number above 0"),
+            Self::NotNegative => (found >= 0.0, "a finite number not below 0"),
+            Self::Finite => (true, "a finite number"),
+        };
+        if is_allowed && found.is_finite() {
+            return Ok(());
+        }
+        Err(Refusal::number(key, found, what))
+    }
+}
+
+impl DataSheet {
+    /// Checks every key for itself, and that keys that need each other are there.
+    pub(super) fn check(&self) -> Result<(), Refusal> {
+        if let Some([one, other]) = self.doubled() {
+            let sentence = format!("`{one}` and `{other}` say the same; allowed is one of them");
+            return Err(Refusal::of(other, sentence));
+        }
+        self.check_numbers()?;
+        self.check_motor()?;
+        self.check_gear()?;
+        self.check_friction()?;
+        self.check_encoder()
+    }
+
+    fn check_numbers(&self) -> Result<(), Refusal> {
+        use May::{Finite, NotNegative, Positive};
+        let (motor, gear, load, friction) = (&self.motor, &self.gear, &self.load, &self.friction);
+        let supply = self.supply.as_ref();
+        let all = [
+            ("motor.kt_nm_per_a", Some(motor.kt_nm_per_a), Positive),
+            ("motor.resistance_ohm", motor.resistance_ohm, Positive),
+            ("motor.inductance_h", Some(motor.inductance_h), NotNegative),
+            ("motor.rotor_inertia_kg_m2", Some(motor.rotor_inertia_kg_m2), NotNegative),
+            ("motor.current_limit_a", motor.current_limit_a, Positive),
+            ("motor.amplifier_a_per_v", motor.amplifier_a_per_v, Positive),
+            ("motor.no_load_rpm", motor.no_load_rpm, Positive),
+            ("motor.no_load_rad_per_s", motor.no_load_rad_per_s, Positive),
+            ("gear.ratio", Some(gear.ratio), Positive),
+            ("gear.backlash_deg", gear.backlash_deg, NotNegative),
+            ("gear.backlash_rad", gear.backlash_rad, NotNegative),
+            ("gear.stiffness_nm_per_rad", gear.stiffness_nm_per_rad, Positive),
+            ("gear.stiffness_nm_per_deg", gear.stiffness_nm_per_deg, Positive),
+            ("gear.damping_nm_s_per_rad", gear.damping_nm_s_per_rad, NotNegative),
+            ("gear.damping_nm_s_per_deg", gear.damping_nm_s_per_deg, NotNegative),
+            ("load.inertia_kg_m2", Some(load.inertia_kg_m2), NotNegative),
+            ("load.constant_nm", Some(load.constant_nm), Finite),
+            ("load.unbalance_nm", Some(load.unbalance_nm), NotNegative),
+            ("load.hangs_at_deg", load.hangs_at_deg, Finite),
+            ("load.hangs_at_rad", load.hangs_at_rad, Finite),
+            ("friction.slip_nm", Some(friction.slip_nm), NotNegative),
+            ("friction.slip_reverse_nm", friction.slip_reverse_nm, NotNegative),
+            ("friction.stribeck_deg_per_s", friction.stribeck_deg_per_s, NotNegative),
+            ("friction.stribeck_rad_per_s", friction.stribeck_rad_per_s, NotNegative),
+            ("friction.viscous_nm_s_per_rad", friction.viscous_nm_s_per_rad, NotNegative),
+            ("friction.viscous_nm_s_per_deg", friction.viscous_nm_s_per_deg, NotNegative),
+            (
+                "friction.bristle_stiffness_nm_per_rad",
+                friction.bristle_stiffness_nm_per_rad,
+                Positive,
+            ),
+            (
+                "friction.bristle_stiffness_nm_per_deg",
+                friction.bristle_stiffness_nm_per_deg,
+                Positive,
+            ),
+            (
+                "friction.bristle_damping_nm_s_per_rad",
+                friction.bristle_damping_nm_s_per_rad,
+                NotNegative,
+            ),
+            (
+                "friction.bristle_damping_nm_s_per_deg",
+                friction.bristle_damping_nm_s_per_deg,
+                NotNegative,
+            ),
+            ("friction.ripple_per_turn", friction.ripple_per_turn, Positive),
+            ("friction.ripple_phase_deg", Some(friction.ripple_phase_deg), Finite),
+            ("supply.voltage_v", supply.map(|supply| supply.voltage_v), Positive),
+            (
+                "supply.internal_resistance_ohm",
+                supply.map(|supply| supply.internal_resistance_ohm),
+                NotNegative,
+            ),
+        ];
+        all.iter().try_for_each(|(key, found, may)| match found {
+            Some(found) => may.check(key, *found),
+            None => Ok(()),
+        })
+    }
+
+    fn check_motor(&self) -> Result<(), Refusal> {
+        let motor = &self.motor;
+        match motor.driven_by {
+            DrivenBy::Voltage if motor.resistance_ohm.is_none() => {
+                let why = "a motor that is driven by a voltage needs it";
+                return Err(Refusal::missing("motor.resistance_ohm", why));
+            }
+            DrivenBy::Current if motor.amplifier_a_per_v.is_none() => {
+                let why = "a motor that is driven by a current needs it";
+                return Err(Refusal::missing("motor.amplifier_a_per_v", why));
+            }
+            DrivenBy::Voltage if motor.amplifier_a_per_v.is_some() => {
+                let key = "motor.amplifier_a_per_v";
+                let sentence = format!(
+                    "`{key}` is of a motor that is driven by a current; `motor.driven_by` is \
+                     \"voltage\""
+                );
+                return Err(Refusal::of(key, sentence));
+            }
+            _ => {}
+        }
+        let dead_time = motor.dead_time_s;
+        if !(0.0..=1e-3).contains(&dead_time) {
+            return Err(Refusal::number(
+                "motor.dead_time_s",
+                dead_time,
+                "a number from 0 to 0.001",
+            ));
+        }
+        if dead_time > 0.0 && motor.driven_by == DrivenBy::Current {
+            let why = "0: an amplifier that sets the current makes up for it";
+            return Err(Refusal::number("motor.dead_time_s", dead_time, why));
+        }
+        Ok(())
+    }
+
+    fn check_gear(&self) -> Result<(), Refusal> {
+        let gear = &self.gear;
+        if !(gear.efficiency > 0.0 && gear.efficiency <= 1.0) {
+            let allowed = "a number above 0, up to 1";
+            return Err(Refusal::number("gear.efficiency", gear.efficiency, allowed));
+        }
+        if self.stiffness().is_none() {
+            let needs = "a gear with backlash or damping needs its stiffness";
+            if self.backlash().is_some_and(|backlash| backlash > 0.0) || self.damping().is_some() {
+                return Err(Refusal::missing("gear.stiffness_nm_per_rad", needs));
+            }
+        } else if self.motor.rotor_inertia_kg_m2 == 0.0 || self.load.inertia_kg_m2 == 0.0 {
+            let key = ["motor.rotor_inertia_kg_m2", "load.inertia_kg_m2"]
+                [usize::from(self.motor.rotor_inertia_kg_m2 > 0.0)];
+            let why = "a number above 0, since the gear's stiffness has an inertia on both sides";
+            return Err(Refusal::number(key, 0.0, why));
+        }
+        if self.motor.rotor_inertia_kg_m2 + self.load.inertia_kg_m2 == 0.0 {
+            let why = "a number above 0, since the rotor's inertia is 0, too";
+            return Err(Refusal::number("load.inertia_kg_m2", 0.0, why));
+        }
+        Ok(())
+    }
+
+    fn check_friction(&self) -> Result<(), Refusal> {
+        let friction = &self.friction;
+        for (key, of_slip, stick, slip) in [
+            ("friction.stick_nm", "slip_nm", self.stick()[0], self.slip()[0]),
+            ("friction.stick_reverse_nm", "slip_reverse_nm", self.stick()[1], self.slip()[1]),
+        ] {
+            if !(stick >= slip && stick.is_finite()) {
+                let allowed = format!("a finite number not below `{of_slip}` ({})", shown(slip));
+                return Err(Refusal::number(key, stick, &allowed));
+            }
+        }
+        if self.bristle_stiffness().is_none() && self.bristle_damping().is_some() {
+            let why = "bristles with damping have a stiffness";
+            return Err(Refusal::missing("friction.bristle_stiffness_nm_per_rad", why));
+        }
+        if !(0.0..1.0).contains(&friction.ripple) {
+            let allowed = "a number from 0 to below 1";
+            return Err(Refusal::number("friction.ripple", friction.ripple, allowed));
+        }
+        if friction.ripple > 0.0 && friction.ripple_per_turn.is_none() {
+            let why = "a friction that varies with the gear's angle has a period";
+            return Err(Refusal::missing("friction.ripple_per_turn", why));
+        }
+        match friction.motor_share {
+            Some(share) if !(0.0..=1.0).contains(&share) => {
+                Err(Refusal::number("friction.motor_share", share, "a number from 0 to 1"))
+            }
+            Some(share) if self.stiffness().is_none() => {
+                let allowed = "nothing, since the gear has no stiffness and the joint is one body";
+                Err(Refusal::number("friction.motor_share", share, allowed))
+            }
+            _ => Ok(()),
+        }
+    }
+
+    fn check_encoder(&self) -> Result<(), Refusal> {
+        let encoder = &self.encoder;
+        match encoder.lines {
+            Some(0) => Err(Refusal::number("encoder.lines", 0.0, "a whole number above 0")),
+            Some(_) if encoder.at.is_none() => Err(Refusal::missing(
+                "encoder.at",
+                "`encoder.lines` needs \"motor\" or \"load\", where the disc sits",
+            )),
+            _ if encoder.noise_counts > 1 => {
+                Err(Refusal::number("encoder.noise_counts", encoder.noise_counts.into(), "0 or 1"))
+            }
+            _ => Ok(()),
+        }
+    }
+}

@@ -1,0 +1,162 @@
+//! The keys that a data sheet gives, written into a file's tables.
+
+use stiction::Hardware;
+use toml::{Table, Value};
+
+use super::refusal::Refusal;
+use super::sheet::DataSheet;
+use super::tables::DrivenBy;
+use super::units::{Mapping, WrittenDrive};
+use crate::error::shown;
+
+/// The keys that a data sheet gives, and that a file without one needs.
+pub const OF_A_SHEET: [&str; 7] = [
+    "joint.gain_deg_per_s2_per_v",
+    "joint.viscous_v_per_deg_per_s",
+    "joint.friction.stick_v",
+    "joint.friction.slip_v",
+    "encoder.resolution_deg",
+    "drive.full_scale_v",
+    "drive.lsb_v",
+];
+
+/// The codes of the core have 15 bits and a sign.
+const MOST_CODES: f64 = 32_767.0;
+
+fn get<'a>(table: &'a Table, key: &str) -> Option<&'a Value> {
+    let mut path = key.split('.');
+    let first = table.get(path.next()?)?;
+    path.try_fold(first, |value, part| value.get(part))
+}
+
+fn number(table: &Table, key: &str) -> Option<f64> {
+    let value = get(table, key)?;
+    value.as_float().or(value.as_integer().map(|whole| whole as f64))
+}
+
+/// Maps a data sheet beside what else is written.
+///
+/// # Errors
+/// Names a key of the drive that is missing.
+pub fn mapping(sheet: &DataSheet, table: &Table) -> Result<Mapping, Refusal> {
+    let written = WrittenDrive {
+        full_scale_v: number(table, "drive.full_scale_v"),
+        duty_max: number(table, "drive.duty_max"),
+    };
+    Mapping::of(sheet, written).ok_or_else(|| {
+        let why = "an amplifier's input has a range, or the motor has a `motor.current_limit_a`";
+        Refusal::missing("drive.full_scale_v", why)
+    })
+}
+
+/// Writes what a data sheet gives into the tables of its file.
+///
+/// # Errors
+/// Names a key that is written although the data sheet gives it, or what cannot be simulated.
+pub fn derive(table: &mut Table, sheet: &DataSheet, hardware: &Hardware) -> Result<(), Refusal> {
+    alone(table, sheet)?;
+    sheet.can_be_simulated()?;
+    let mapping = mapping(sheet, table)?;
+    sheet.can_move(&mapping)?;
+    let mut give = |key: &str, value: f64| put(table, key, value);
+    give("joint.gain_deg_per_s2_per_v", mapping.gain());
+    give("joint.viscous_v_per_deg_per_s", mapping.viscous_v());
+    give("joint.friction.stick_v", mapping.volts(sheet.stick()[0]));
+    give("joint.friction.slip_v", mapping.volts(sheet.slip()[0]));
+    give("drive.full_scale_v", mapping.full_scale_v);
+    if mapping.duty_max < 1.0 {
+        give("drive.duty_max", mapping.duty_max);
+    }
+    if let Some(count) = mapping.count {
+        give("encoder.resolution_deg", count.to_degrees());
+    }
+    if sheet.motor.dead_time_s > 0.0 {
+        give("device.dead_time_s", sheet.motor.dead_time_s);
+    }
+    if let Some(lsb_v) = step_of_the_timer(table, mapping.full_scale_v, hardware) {
+        put(table, "drive.lsb_v", lsb_v);
+    }
+    Ok(())
+}
+
+/// One step of the board's timer as volts, if the PWM is written; written as it is where the file
+/// has it.
+fn step_of_the_timer(table: &Table, full_scale_v: f64, hardware: &Hardware) -> Option<f64> {
+    if get(table, "drive.lsb_v").is_some() {
+        return None;
+    }
+    let pwm_hz = number(table, "drive.pwm_hz")?;
+    let top = f64::from(hardware.pwm_top(pwm_hz as f32).ok()?);
+    // Half duty is zero, unless a second pin is the direction.
+    let codes = match get(table, "drive.mode")?.as_str()? {
+        "sign-magnitude" => top,
+        _ => (top / 2.0).floor(),
+    };
+    let lsb_v = full_scale_v / codes.min(MOST_CODES);
+    // Five digits, rounded down: the quotient shall not fall short of the last code.
+    let scale = 10_f64.powf(4.0 - lsb_v.log10().floor());
+    Some((lsb_v * scale).floor() / scale)
+}
+
+/// Refuses what is written in the core's units although the data sheet gives it.
+fn alone(table: &Table, sheet: &DataSheet) -> Result<(), Refusal> {
+    let both = |key: &str, other: &str| {
+        let found = get(table, key).map(ToString::to_string).unwrap_or_default();
+        let sentence = format!(
+            "`{key}` is {found}; allowed is nothing, since the data sheet gives it by `{other}`"
+        );
+        Err(Refusal::of(key, sentence))
+    };
+    for (key, other) in [
+        ("joint.gain_deg_per_s2_per_v", "load.inertia_kg_m2"),
+        ("joint.viscous_v_per_deg_per_s", "friction.viscous_nm_s_per_rad"),
+        ("joint.friction.stick_v", "friction.stick_nm"),
+        ("joint.friction.slip_v", "friction.slip_nm"),
+    ] {
+        if get(table, key).is_some() {
+            return both(key, other);
+        }
+    }
+    if sheet.encoder.lines.is_some() && get(table, "encoder.resolution_deg").is_some() {
+        return both("encoder.resolution_deg", "encoder.lines");
+    }
+    if sheet.encoder.lines.is_none() && get(table, "encoder.resolution_deg").is_none() {
+        let why = "allowed is also `resolution_deg`, the joint angle of one count";
+        return Err(Refusal::missing("encoder.lines", why));
+    }
+    if sheet.motor.dead_time_s > 0.0 {
+        if get(table, "device.dead_time_s").is_some() {
+            return both("device.dead_time_s", "motor.dead_time_s");
+        }
+        let mode = get(table, "drive.mode").and_then(Value::as_str).unwrap_or_default();
+        if mode != "locked-antiphase" {
+            let allowed = format!("0, since `drive.mode` is {mode:?}, which has no dead time");
+            return Err(Refusal::number("motor.dead_time_s", sheet.motor.dead_time_s, &allowed));
+        }
+    }
+    if let (DrivenBy::Voltage, Some(supply), Some(written)) =
+        (sheet.motor.driven_by, &sheet.supply, number(table, "drive.full_scale_v"))
+        && written != supply.voltage_v
+    {
+        let key = "drive.full_scale_v";
+        let allowed = format!(
+            "`supply.voltage_v` ({}), which full duty puts on the motor, or nothing",
+            shown(supply.voltage_v)
+        );
+        return Err(Refusal::number(key, written, &allowed));
+    }
+    Ok(())
+}
+
+/// Puts a number where it is not written yet.
+fn put(table: &mut Table, key: &str, number: f64) {
+    let (tables, last) = key.rsplit_once('.').unwrap_or(("", key));
+    let mut table = table;
+    for part in tables.split('.') {
+        let inner = table.entry(part).or_insert_with(|| Value::Table(Table::new()));
+        // What is no table is refused by its type, when the file is read.
+        let Value::Table(inner) = inner else { return };
+        table = inner;
+    }
+    table.entry(last).or_insert(Value::Float(number));
+}

@@ -1,0 +1,170 @@
+//! What is odd about a data sheet: told before a run, and refused only if nothing could move.
+
+use super::refusal::Refusal;
+use super::sheet::DataSheet;
+use super::tables::DrivenBy;
+use super::units::Mapping;
+use crate::error::{rounded, shown};
+
+/// K_t and the speed without load of real motors differ by this part at most: makers round both,
+/// and measure one of them warm.
+const NO_LOAD_TOLERANCE: f64 = 0.2;
+
+/// A rotor's inertia at the joint and its load's differ by less than this on any joint that
+/// somebody chose a motor for.
+const INERTIA_RATIO: f64 = 1000.0;
+
+/// Measured joints have a stick friction of up to four times their slip friction.
+const STICK_TO_SLIP: f64 = 4.0;
+
+impl DataSheet {
+    /// Says if nothing could move, whatever the controller does.
+    ///
+    /// # Errors
+    /// Names the friction or the load, and the motor's stall torque.
+    pub fn can_move(&self, mapping: &Mapping) -> Result<(), Refusal> {
+        let (stall, constant) = (mapping.stall(), self.load.constant_nm);
+        // The way that is easier: with the load.
+        let [forward, backward] = [self.stick()[0] - constant, self.stick()[1] + constant];
+        let (key, needed) = if forward <= backward || self.friction.stick_reverse_nm.is_none() {
+            ("friction.stick_nm", forward.min(backward))
+        } else {
+            ("friction.stick_reverse_nm", backward)
+        };
+        if needed < stall {
+            return Ok(());
+        }
+        let found = if key == "friction.stick_nm" { self.stick()[0] } else { self.stick()[1] };
+        let allowed = format!(
+            "a number below {}, since the motor's stall torque at the joint is {} N m and nothing \
+             could move",
+            rounded(found - needed + stall),
+            rounded(stall),
+        );
+        Err(Refusal::number(key, found, &allowed))
+    }
+
+    /// What is implausible, a sentence each.
+    pub fn doubts(&self, mapping: &Mapping) -> Vec<String> {
+        [
+            self.no_load_contradicts(mapping),
+            self.inertia_is_off(mapping),
+            self.little_is_left(mapping),
+            self.stick_is_high(),
+            self.load_wins(mapping),
+            self.duty_is_bold(mapping),
+        ]
+        .into_iter()
+        .flatten()
+        .collect()
+    }
+
+    /// Without load the motor turns at (V - R i) / K_t, with the current i for its friction.
+    fn no_load_contradicts(&self, mapping: &Mapping) -> Option<String> {
+        let (said, supply) = (self.no_load()?, self.supply.as_ref()?);
+        let at_most = supply.voltage_v / self.motor.kt_nm_per_a;
+        let lost = if self.motor.driven_by == DrivenBy::Voltage {
+            mapping.volts(self.slip()[0]) / supply.voltage_v
+        } else {
+            0.0
+        };
+        // A sheet's speed without load is often that of the motor without its gear.
+        let range = (at_most * (1.0 - lost).max(0.0) * (1.0 - NO_LOAD_TOLERANCE))
+            ..=(at_most * (1.0 + NO_LOAD_TOLERANCE));
+        if range.contains(&said) {
+            return None;
+        }
+        let (key, unit, found, by_kt) = match self.motor.no_load_rpm {
+            Some(rpm) => ("no_load_rpm", "1/min", rpm, at_most / said * rpm),
+            None => ("no_load_rad_per_s", "rad/s", said, at_most),
+        };
+        Some(format!(
+            "`motor.{key}` is {}, but `motor.kt_nm_per_a` ({}) and `supply.voltage_v` ({}) give \
+             {} {unit}: one of the three is off by a factor of {}",
+            shown(found),
+            shown(self.motor.kt_nm_per_a),
+            shown(supply.voltage_v),
+            rounded(by_kt),
+            rounded((by_kt / found).max(found / by_kt)),
+        ))
+    }
+
+    fn inertia_is_off(&self, mapping: &Mapping) -> Option<String> {
+        let load = self.load.inertia_kg_m2;
+        let rotor = mapping.inertia - load;
+        if load == 0.0 || rotor <= 0.0 {
+            return None;
+        }
+        let ratio = (load / rotor).max(rotor / load);
+        (ratio > INERTIA_RATIO).then(|| {
+            let larger = if load > rotor { "more" } else { "less" };
+            format!(
+                "`load.inertia_kg_m2` is {}, {} times {larger} than the rotor's at the joint ({} \
+                 kg m^2, by `motor.rotor_inertia_kg_m2` and `gear.ratio`): one of them may be in \
+                 another unit",
+                shown(load),
+                rounded(ratio),
+                rounded(rotor),
+            )
+        })
+    }
+
+    fn little_is_left(&self, mapping: &Mapping) -> Option<String> {
+        let stall = mapping.stall();
+        let against = self.load.constant_nm.abs() + self.load.unbalance_nm;
+        let worst = self.stick()[0].max(self.stick()[1]) + against;
+        if worst <= 0.5 * stall {
+            return None;
+        }
+        let what =
+            if against > 0.0 { "static friction and load need" } else { "static friction needs" };
+        let end = if worst >= stall { ": it does not start from everywhere" } else { "" };
+        Some(format!(
+            "{what} up to {} N m at the joint, and the motor's stall torque is {} N m{end}",
+            rounded(worst),
+            rounded(stall),
+        ))
+    }
+
+    fn stick_is_high(&self) -> Option<String> {
+        let ratio = |i: usize| self.stick()[i] / self.slip()[i];
+        let ratio = ratio(0).max(ratio(1));
+        (ratio > STICK_TO_SLIP).then(|| {
+            format!(
+                "`friction.stick_nm` is {} times `slip_nm`; real geared joints reach {}",
+                rounded(ratio),
+                shown(STICK_TO_SLIP)
+            )
+        })
+    }
+
+    fn load_wins(&self, mapping: &Mapping) -> Option<String> {
+        let pull = self.load.constant_nm.abs() + self.load.unbalance_nm;
+        let least = self.stick()[0].min(self.stick()[1]);
+        (pull > least && pull < mapping.stall()).then(|| {
+            format!(
+                "the load's torque ({} N m) is more than the static friction ({} N m): the joint \
+                 moves by itself when the motor is off",
+                rounded(pull),
+                rounded(least)
+            )
+        })
+    }
+
+    fn duty_is_bold(&self, mapping: &Mapping) -> Option<String> {
+        let limit = self.motor.current_limit_a?;
+        let per_volt = match self.motor.driven_by {
+            DrivenBy::Voltage => 1.0 / self.motor.resistance_ohm?,
+            DrivenBy::Current => self.motor.amplifier_a_per_v?,
+        };
+        let current = mapping.full_scale_v * mapping.duty_max * per_volt;
+        (current > 1.001 * limit).then(|| {
+            format!(
+                "`drive.duty_max` lets {} A through at standstill, and `motor.current_limit_a` is \
+                 {}",
+                rounded(current),
+                shown(limit)
+            )
+        })
+    }
+}

@@ -1,0 +1,29 @@
+//! A joint as its data sheets describe it, in SI: motor, gear, load, friction, supply, encoder.
+//!
+//! ```text
+//! [motor], [gear], .. -> Tables -> DataSheet (checked) -> Mapping -> [joint], [drive], [encoder]
+//! ```
+//!
+//! [`units`] has the mapping, [`derive()`] writes its numbers where the core looks for them. What is
+//! derived may not be written as well, so that no file says two things. [`tables`] are the keys.
+
+mod axis;
+mod check;
+mod derived;
+mod doubts;
+mod drive;
+mod refusal;
+mod sheet;
+mod simulated;
+pub mod tables;
+pub mod told;
+pub mod units;
+
+pub use axis::SheetAxis;
+pub use derived::{OF_A_SHEET, derive, mapping};
+pub use refusal::Refusal;
+pub use sheet::{DataSheet, Mount, Tables};
+pub use units::{Mapping, WrittenDrive};
+
+#[cfg(test)]
+mod tests;

@@ -1,0 +1,228 @@
+//! A data sheet as a whole: its tables, with every angle in radians.
+
+use serde::Deserialize;
+
+use super::refusal::Refusal;
+use super::tables::{DrivenBy, Gear, JointFriction, Load, Motor, Side, Supply};
+
+/// What a file says of the encoder beside the core's declarations.
+#[derive(Clone, Debug, Default, PartialEq, Deserialize)]
+pub struct Mount {
+    /// Lines of the disc.
+    pub lines: Option<u32>,
+    /// Where it sits.
+    pub at: Option<Side>,
+    /// Noise of a reading, counts.
+    #[serde(default)]
+    pub noise_counts: u32,
+}
+
+/// The tables that may be in a file; all else in it is left to others.
+#[derive(Clone, Debug, PartialEq, Deserialize)]
+pub struct Tables {
+    /// `[motor]`.
+    pub motor: Option<Motor>,
+    /// `[gear]`.
+    pub gear: Option<Gear>,
+    /// `[load]`.
+    pub load: Option<Load>,
+    /// `[friction]`.
+    pub friction: Option<JointFriction>,
+    /// `[supply]`.
+    pub supply: Option<Supply>,
+    /// Of `[encoder]`.
+    #[serde(default)]
+    pub encoder: Mount,
+}
+
+/// A data sheet in SI, checked.
+#[derive(Clone, Debug, PartialEq)]
+pub struct DataSheet {
+    /// `[motor]`.
+    pub motor: Motor,
+    /// `[gear]`.
+    pub gear: Gear,
+    /// `[load]`.
+    pub load: Load,
+    /// `[friction]`.
+    pub friction: JointFriction,
+    /// `[supply]`.
+    pub supply: Option<Supply>,
+    /// Of `[encoder]`.
+    pub encoder: Mount,
+}
+
+impl Tables {
+    /// Makes the data sheet; none if the file has none of its tables.
+    ///
+    /// # Errors
+    /// Names the table that is missing, or the key, what was found and what is allowed.
+    pub fn sheet(self) -> Result<Option<DataSheet>, Refusal> {
+        let Self { motor, gear, load, friction, supply, encoder } = self;
+        let others = [
+            ("gear", gear.is_some()),
+            ("load", load.is_some()),
+            ("friction", friction.is_some()),
+            ("supply", supply.is_some()),
+        ];
+        let first = others.iter().find(|(_, there)| *there);
+        let Some(motor) = motor else {
+            let of_encoder = [
+                ("encoder.lines", encoder.lines.is_some()),
+                ("encoder.at", encoder.at.is_some()),
+                ("encoder.noise_counts", encoder.noise_counts > 0),
+            ];
+            let stray = of_encoder.iter().find(|(_, there)| *there);
+            return match first {
+                None if stray.is_none() => Ok(None),
+                None => {
+                    let key = stray.map_or("", |(key, _)| *key);
+                    let why = "which begins with the table `[motor]`";
+                    Err(Refusal::of(key, format!("`{key}` is a part of a data sheet, {why}")))
+                }
+                Some((table, _)) => Err(Refusal::of(
+                    "motor",
+                    format!(
+                        "the table `[motor]` is missing; `[{table}]` is a part of a data sheet, \
+                         which begins with it"
+                    ),
+                )),
+            };
+        };
+        let missing = |table: &'static str| {
+            Refusal::of(table, format!("the table `[{table}]` is missing in the data sheet"))
+        };
+        if supply.is_none() && motor.driven_by == DrivenBy::Voltage {
+            return Err(missing("supply"));
+        }
+        let sheet = DataSheet {
+            motor,
+            gear: gear.unwrap_or_default(),
+            load: load.ok_or_else(|| missing("load"))?,
+            friction: friction.ok_or_else(|| missing("friction"))?,
+            supply,
+            encoder,
+        };
+        sheet.check()?;
+        Ok(Some(sheet))
+    }
+}
+
+/// An angle or a speed that is written in one of two units, in rad.
+fn angle(in_deg: Option<f64>, in_rad: Option<f64>) -> Option<f64> {
+    in_rad.or(in_deg.map(f64::to_radians))
+}
+
+/// A coefficient per angle that is written in one of two units, per rad.
+fn per_angle(per_deg: Option<f64>, per_rad: Option<f64>) -> Option<f64> {
+    per_rad.or(per_deg.map(f64::to_degrees))
+}
+
+impl DataSheet {
+    /// Speed of the motor without load as the sheet says it, rad/s.
+    pub fn no_load(&self) -> Option<f64> {
+        let rpm = self.motor.no_load_rpm.map(|rpm| rpm * std::f64::consts::TAU / 60.0);
+        self.motor.no_load_rad_per_s.or(rpm)
+    }
+
+    /// Backlash at the joint, rad.
+    pub fn backlash(&self) -> Option<f64> {
+        angle(self.gear.backlash_deg, self.gear.backlash_rad)
+    }
+
+    /// Torsional stiffness at the joint, N m/rad.
+    pub fn stiffness(&self) -> Option<f64> {
+        per_angle(self.gear.stiffness_nm_per_deg, self.gear.stiffness_nm_per_rad)
+    }
+
+    /// Torsional damping at the joint, N m s/rad.
+    pub fn damping(&self) -> Option<f64> {
+        per_angle(self.gear.damping_nm_s_per_deg, self.gear.damping_nm_s_per_rad)
+    }
+
+    /// Position at which the load hangs down, rad.
+    pub fn hangs_at(&self) -> Option<f64> {
+        angle(self.load.hangs_at_deg, self.load.hangs_at_rad)
+    }
+
+    /// Stribeck velocity, rad/s.
+    pub fn stribeck(&self) -> Option<f64> {
+        angle(self.friction.stribeck_deg_per_s, self.friction.stribeck_rad_per_s)
+    }
+
+    /// Viscous friction of the mechanics, N m s/rad.
+    pub fn viscous(&self) -> f64 {
+        let friction = &self.friction;
+        per_angle(friction.viscous_nm_s_per_deg, friction.viscous_nm_s_per_rad).unwrap_or(0.0)
+    }
+
+    /// Stiffness of the bristles, N m/rad.
+    pub fn bristle_stiffness(&self) -> Option<f64> {
+        let friction = &self.friction;
+        per_angle(friction.bristle_stiffness_nm_per_deg, friction.bristle_stiffness_nm_per_rad)
+    }
+
+    /// Damping of the bristles, N m s/rad.
+    pub fn bristle_damping(&self) -> Option<f64> {
+        let friction = &self.friction;
+        per_angle(friction.bristle_damping_nm_s_per_deg, friction.bristle_damping_nm_s_per_rad)
+    }
+
+    /// Static friction the positive and the negative way, N m.
+    pub fn stick(&self) -> [f64; 2] {
+        let friction = &self.friction;
+        [friction.stick_nm, friction.stick_reverse_nm.unwrap_or(friction.stick_nm)]
+    }
+
+    /// Dynamic friction the positive and the negative way, N m.
+    pub fn slip(&self) -> [f64; 2] {
+        let friction = &self.friction;
+        [friction.slip_nm, friction.slip_reverse_nm.unwrap_or(friction.slip_nm)]
+    }
+
+    /// Keys that say the same in two units, as far as both are written.
+    pub(super) fn doubled(&self) -> Option<[&'static str; 2]> {
+        let (motor, gear, load, friction) = (&self.motor, &self.gear, &self.load, &self.friction);
+        [
+            (
+                motor.no_load_rpm,
+                motor.no_load_rad_per_s,
+                ["motor.no_load_rpm", "motor.no_load_rad_per_s"],
+            ),
+            (gear.backlash_deg, gear.backlash_rad, ["gear.backlash_deg", "gear.backlash_rad"]),
+            (
+                gear.stiffness_nm_per_deg,
+                gear.stiffness_nm_per_rad,
+                ["gear.stiffness_nm_per_deg", "gear.stiffness_nm_per_rad"],
+            ),
+            (
+                gear.damping_nm_s_per_deg,
+                gear.damping_nm_s_per_rad,
+                ["gear.damping_nm_s_per_deg", "gear.damping_nm_s_per_rad"],
+            ),
+            (load.hangs_at_deg, load.hangs_at_rad, ["load.hangs_at_deg", "load.hangs_at_rad"]),
+            (
+                friction.stribeck_deg_per_s,
+                friction.stribeck_rad_per_s,
+                ["friction.stribeck_deg_per_s", "friction.stribeck_rad_per_s"],
+            ),
+            (
+                friction.viscous_nm_s_per_deg,
+                friction.viscous_nm_s_per_rad,
+                ["friction.viscous_nm_s_per_deg", "friction.viscous_nm_s_per_rad"],
+            ),
+            (
+                friction.bristle_stiffness_nm_per_deg,
+                friction.bristle_stiffness_nm_per_rad,
+                ["friction.bristle_stiffness_nm_per_deg", "friction.bristle_stiffness_nm_per_rad"],
+            ),
+            (
+                friction.bristle_damping_nm_s_per_deg,
+                friction.bristle_damping_nm_s_per_rad,
+                ["friction.bristle_damping_nm_s_per_deg", "friction.bristle_damping_nm_s_per_rad"],
+            ),
+        ]
+        .into_iter()
+        .find_map(|(one, other, keys)| one.and(other).map(|_| keys))
+    }
+}

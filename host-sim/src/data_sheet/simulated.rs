@@ -1,0 +1,47 @@
+//! What of a data sheet cannot be simulated: refused, never ignored.
+
+use super::refusal::Refusal;
+use super::sheet::DataSheet;
+
+/// Two levels of friction differ by the same amount if they do so to this part.
+const SAME: f64 = 1e-9;
+
+impl DataSheet {
+    /// Refuses what no plant of the simulator has.
+    ///
+    /// # Errors
+    /// Names the key, what was found and what is allowed.
+    pub fn can_be_simulated(&self) -> Result<(), Refusal> {
+        let friction = &self.friction;
+        if self.bristle_stiffness().is_some() {
+            let key = "friction.bristle_stiffness_nm_per_rad";
+            let other = [
+                ("gear.stiffness_nm_per_rad", self.stiffness().is_some()),
+                ("friction.ripple", friction.ripple > 0.0),
+            ];
+            if let Some((other, _)) = other.iter().find(|(_, there)| *there) {
+                let sentence = format!(
+                    "`{key}` and `{other}` cannot be simulated together; allowed is one of them"
+                );
+                return Err(Refusal::of(key, sentence));
+            }
+            if self.slip()[0].min(self.slip()[1]) == 0.0 {
+                let why = "a number above 0, since a bristle has something to slide on";
+                return Err(Refusal::number("friction.slip_nm", 0.0, why));
+            }
+            if self.stribeck().unwrap_or(0.0) == 0.0 {
+                let why = "the friction of a bristle falls over a speed, and not at once";
+                return Err(Refusal::missing("friction.stribeck_rad_per_s", why));
+            }
+        }
+        let differ = |[forward, backward]: [f64; 2]| forward - backward;
+        let [stick, slip] = [differ(self.stick()), differ(self.slip())];
+        if (stick - slip).abs() > SAME * self.stick()[0].max(self.stick()[1]) {
+            let key = "friction.stick_reverse_nm";
+            let allowed = "as much below or above `stick_nm` as `slip_reverse_nm` is of `slip_nm`: \
+                           friction that differs otherwise cannot be simulated";
+            return Err(Refusal::number(key, self.stick()[1], allowed));
+        }
+        Ok(())
+    }
+}

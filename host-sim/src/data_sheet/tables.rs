@@ -1,0 +1,208 @@
+//! The tables of a data sheet, as a file has them.
+//!
+//! Angles, speeds, stiffnesses and viscous coefficients may be written in degrees or in radians;
+//! the key's name says which. [`super::sheet`] brings both to SI.
+
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+
+/// What drives the motor.
+#[derive(
+    Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema, clap::ValueEnum,
+)]
+#[serde(rename_all = "lowercase")]
+pub enum DrivenBy {
+    /// A bridge that sets the motor's voltage.
+    #[default]
+    Voltage,
+    /// A servo amplifier that sets the motor's current.
+    Current,
+}
+
+/// `[motor]`.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct Motor {
+    // One line of the schema.
+    #[doc = "What the output of the controller sets: the motor's voltage (a bridge), or its \
+             current (a servo amplifier)."]
+    #[serde(default)]
+    pub driven_by: DrivenBy,
+    /// Torque constant K_t at the motor's shaft, N m/A; in SI also that of the back-EMF, V s/rad.
+    pub kt_nm_per_a: f64,
+    /// Resistance of the winding R, ohm; needed if driven by a voltage.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub resistance_ohm: Option<f64>,
+    /// Inductance of the winding L, H.
+    #[serde(default)]
+    pub inductance_h: f64,
+    /// Inertia of the rotor at the motor's shaft, kg m^2.
+    #[serde(default)]
+    pub rotor_inertia_kg_m2: f64,
+    /// Largest current, A; left out: what the drive can give.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub current_limit_a: Option<f64>,
+    /// Current of the amplifier for each volt of its input, A/V; needed if driven by a current.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub amplifier_a_per_v: Option<f64>,
+    /// Speed of the motor without load at the supply's voltage, 1/min: a check of K_t.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub no_load_rpm: Option<f64>,
+    /// `no_load_rpm` in rad/s.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub no_load_rad_per_s: Option<f64>,
+    // One line of the schema.
+    #[doc = "Dead time of the bridge in locked antiphase, s: it costs 2 dead_time pwm_hz of the \
+             supply against the current. `device.dead_time_s` follows it."]
+    #[serde(default)]
+    pub dead_time_s: f64,
+}
+
+/// `[gear]`; left out: the motor sits on the joint.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(default, deny_unknown_fields)]
+pub struct Gear {
+    /// Turns of the motor for a turn of the joint.
+    pub ratio: f64,
+    /// Efficiency, from above 0 to 1, taken as that of a motor that drives the load.
+    pub efficiency: f64,
+    /// Whole width of the backlash at the joint, deg.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub backlash_deg: Option<f64>,
+    /// `backlash_deg` in rad.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub backlash_rad: Option<f64>,
+    /// Torsional stiffness at the joint, N m/rad; left out: the gear is rigid.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub stiffness_nm_per_rad: Option<f64>,
+    /// `stiffness_nm_per_rad` in N m/deg.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub stiffness_nm_per_deg: Option<f64>,
+    /// Torsional damping at the joint, N m s/rad.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub damping_nm_s_per_rad: Option<f64>,
+    /// `damping_nm_s_per_rad` in N m s/deg.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub damping_nm_s_per_deg: Option<f64>,
+}
+
+impl Default for Gear {
+    fn default() -> Self {
+        Self {
+            ratio: 1.0,
+            efficiency: 1.0,
+            backlash_deg: None,
+            backlash_rad: None,
+            stiffness_nm_per_rad: None,
+            stiffness_nm_per_deg: None,
+            damping_nm_s_per_rad: None,
+            damping_nm_s_per_deg: None,
+        }
+    }
+}
+
+/// `[load]`.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct Load {
+    /// Inertia at the joint without the rotor's, kg m^2.
+    pub inertia_kg_m2: f64,
+    /// Constant torque on the joint, N m; positive drives it the positive way.
+    #[serde(default)]
+    pub constant_nm: f64,
+    /// Largest torque of gravity on an unbalanced load, N m.
+    #[serde(default)]
+    pub unbalance_nm: f64,
+    /// Position of the joint at which the load hangs down, deg; left out: 0.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub hangs_at_deg: Option<f64>,
+    /// `hangs_at_deg` in rad.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub hangs_at_rad: Option<f64>,
+}
+
+/// `[friction]` of a data sheet, at the joint.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct JointFriction {
+    /// Static friction: the torque at which the joint breaks away, N m. Not below `slip_nm`.
+    pub stick_nm: f64,
+    /// Dynamic friction: the torque that keeps it moving slowly, N m.
+    pub slip_nm: f64,
+    /// Static friction the negative way, N m; left out: as the positive way.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub stick_reverse_nm: Option<f64>,
+    /// Dynamic friction the negative way, N m; left out: as the positive way.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub slip_reverse_nm: Option<f64>,
+    // One line of the schema.
+    #[doc = "Stribeck velocity, deg/s: over it the friction falls from `stick_nm` to `slip_nm`. \
+             Left out: it falls at once."]
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub stribeck_deg_per_s: Option<f64>,
+    /// `stribeck_deg_per_s` in rad/s.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub stribeck_rad_per_s: Option<f64>,
+    /// Viscous friction without that of the back-EMF, N m s/rad; left out: 0.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub viscous_nm_s_per_rad: Option<f64>,
+    /// `viscous_nm_s_per_rad` in N m s/deg.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub viscous_nm_s_per_deg: Option<f64>,
+    /// Stiffness of LuGre's bristles (sigma0), N m/rad; left out: the friction is rigid.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub bristle_stiffness_nm_per_rad: Option<f64>,
+    /// `bristle_stiffness_nm_per_rad` in N m/deg.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub bristle_stiffness_nm_per_deg: Option<f64>,
+    // One line of the schema.
+    #[doc = "Damping of the bristles (sigma1), N m s/rad; left out: 1.4 sqrt(sigma0 J), 0.7 of \
+             critical."]
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub bristle_damping_nm_s_per_rad: Option<f64>,
+    /// `bristle_damping_nm_s_per_rad` in N m s/deg.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub bristle_damping_nm_s_per_deg: Option<f64>,
+    /// Part by which both levels rise and fall with the gear's angle, from 0 to below 1.
+    #[serde(default)]
+    pub ripple: f64,
+    /// Periods of that in a turn of the joint; two a turn of the wave generator.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub ripple_per_turn: Option<f64>,
+    /// Phase of that at position zero, deg.
+    #[serde(default)]
+    pub ripple_phase_deg: f64,
+    /// Motor's part of the friction if the gear has a stiffness, from 0 to 1; the load has the rest.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub motor_share: Option<f64>,
+}
+
+/// `[supply]`.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct Supply {
+    /// Voltage without load, V.
+    pub voltage_v: f64,
+    /// Internal resistance, ohm.
+    #[serde(default)]
+    pub internal_resistance_ohm: f64,
+    /// Whether it takes current back that a braking motor gives.
+    #[serde(default = "yes")]
+    pub takes_current_back: bool,
+}
+
+const fn yes() -> bool {
+    true
+}
+
+/// Where the encoder sits.
+#[derive(
+    Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema, clap::ValueEnum,
+)]
+#[serde(rename_all = "lowercase")]
+pub enum Side {
+    /// On the motor's shaft: the gear divides its counts.
+    Motor,
+    /// On the joint.
+    Load,
+}

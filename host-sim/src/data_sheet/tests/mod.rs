@@ -1,0 +1,43 @@
+//! A data sheet in the core's units says what it says in SI, and its joint moves like that.
+
+mod motion;
+mod numbers;
+
+use toml::Table;
+
+use super::tables::DrivenBy;
+use super::{DataSheet, Mapping, Tables, WrittenDrive};
+
+/// A joint with a bridge, round numbers, and everything that a rigid joint has.
+const BRIDGE: &str = "
+    motor = { resistance_ohm = 2.0, kt_nm_per_a = 0.05, rotor_inertia_kg_m2 = 1e-4 }
+    gear = { ratio = 100, efficiency = 0.8 }
+    load = { inertia_kg_m2 = 0.2 }
+    friction = { stick_nm = 5.0, slip_nm = 4.0, viscous_nm_s_per_rad = 3.0 }
+    supply = { voltage_v = 24 }
+    encoder = { lines = 500, at = 'motor' }
+";
+
+/// A data sheet with the keys of some tables set.
+fn sheet(set: &[(&str, &str)]) -> (DataSheet, Mapping) {
+    let mut table: Table = BRIDGE.parse().unwrap();
+    for (key, value) in set {
+        let (of, key) = key.split_once('.').unwrap();
+        let value = format!("v = {value}").parse::<Table>().unwrap().remove("v").unwrap();
+        table.get_mut(of).unwrap().as_table_mut().unwrap().insert(key.to_owned(), value);
+    }
+    let tables: Tables = table.try_into().unwrap();
+    let sheet = tables.sheet().unwrap().unwrap();
+    let mapping = Mapping::of(&sheet, WrittenDrive::default()).unwrap();
+    (sheet, mapping)
+}
+
+/// The difference of two numbers as a part of the second.
+fn off(found: f64, expected: f64) -> f64 {
+    ((found - expected) / expected).abs()
+}
+
+#[test]
+fn the_joint_of_these_tests_is_driven_by_a_voltage() {
+    assert_eq!(sheet(&[]).0.motor.driven_by, DrivenBy::Voltage);
+}

@@ -1,0 +1,125 @@
+//! From a data sheet to what the core's axis is: effort gain, inertia, friction, limits. What a
+//! torque or an inertia is in volts and degrees, given the effort gain, is
+//! [`CoreUnits`](crate::joint::CoreUnits). `docs/units.md` says both for a reader without the source.
+//!
+//! The core's effort u is a voltage at its output. What it moves is, at the joint,
+//!
+//! ```text
+//! J q'' = G u - B q' - F - T        q in rad, J in kg m^2, B in N m s/rad, F and T in N m
+//! ```
+//!
+//! The torque that passes the gear is n eta (K_t i - J_r n q''), with the motor's current i, the
+//! ratio n and the efficiency eta. A bridge sets the voltage: i = (u - n K_t q') / R once the
+//! current has settled. An amplifier sets the current: i = A u. So
+//!
+//! ```text
+//! J = J_l + eta n^2 J_r
+//! voltage:  G = n eta K_t / R      B = B_f + eta (n K_t)^2 / R
+//! current:  G = n eta K_t A        B = B_f
+//! ```
+//!
+//! The back-EMF is a viscous friction to the core. Divided by G, and with angles in degrees,
+//!
+//! ```text
+//! q'' = kappa (u - b q' - F_v)      kappa = (180/pi) G / J,  b = (pi/180) B / G,  F_v = F / G
+//! ```
+//!
+//! Guarantees: [`Mapping::of`] is exact but for rounding. Its numbers give the stall torque
+//! G u_max and, without friction, the motor's speed without load V / K_t. Does badly: eta is that of
+//! a motor that drives, also where the load drives it.
+
+use std::f64::consts::TAU;
+
+use super::sheet::DataSheet;
+use super::tables::{DrivenBy, Side};
+use crate::joint::CoreUnits;
+
+/// What of the drive is written in `[drive]`, and is not derived.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct WrittenDrive {
+    /// `full_scale_v`.
+    pub full_scale_v: Option<f64>,
+    /// `duty_max`.
+    pub duty_max: Option<f64>,
+}
+
+/// A data sheet in the core's units, and what they are made of.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Mapping {
+    /// G, and what follows from it alone.
+    pub units: CoreUnits,
+    /// J, kg m^2.
+    pub inertia: f64,
+    /// What the back-EMF adds to B, N m s/rad.
+    pub back_emf: f64,
+    /// B, N m s/rad.
+    pub viscous: f64,
+    /// Output of the controller at full duty, V.
+    pub full_scale_v: f64,
+    /// Part of it that the motor's current limit bears at standstill.
+    pub duty_max: f64,
+    /// Angle of one count at the joint, rad, if the encoder's lines are written.
+    pub count: Option<f64>,
+}
+
+impl Mapping {
+    /// Maps a data sheet; none if a motor that is driven by a current has neither a current limit
+    /// nor a written full scale.
+    pub fn of(sheet: &DataSheet, written: WrittenDrive) -> Option<Self> {
+        let (motor, gear) = (&sheet.motor, &sheet.gear);
+        let torque_per_ampere = gear.ratio * gear.efficiency * motor.kt_nm_per_a;
+        // Amperes at standstill for a volt of the controller's output.
+        let amperes_per_volt = match motor.driven_by {
+            DrivenBy::Voltage => 1.0 / motor.resistance_ohm?,
+            DrivenBy::Current => motor.amplifier_a_per_v?,
+        };
+        let effort_nm_per_v = torque_per_ampere * amperes_per_volt;
+        let back_emf = match motor.driven_by {
+            DrivenBy::Voltage => effort_nm_per_v * gear.ratio * motor.kt_nm_per_a,
+            DrivenBy::Current => 0.0,
+        };
+        let limit_v = motor.current_limit_a.map(|limit| limit / amperes_per_volt);
+        let full_scale_v = match (motor.driven_by, &sheet.supply) {
+            (DrivenBy::Voltage, Some(supply)) => supply.voltage_v,
+            _ => written.full_scale_v.or(limit_v)?,
+        };
+        let borne = limit_v.map_or(1.0, |limit_v| (limit_v / full_scale_v).min(1.0));
+        Some(Self {
+            units: CoreUnits { effort_gain: effort_nm_per_v },
+            inertia: sheet.load.inertia_kg_m2
+                + gear.efficiency * gear.ratio.powi(2) * motor.rotor_inertia_kg_m2,
+            back_emf,
+            viscous: sheet.viscous() + back_emf,
+            full_scale_v,
+            duty_max: written.duty_max.unwrap_or(borne),
+            count: sheet.encoder.lines.map(|lines| {
+                let turns = match sheet.encoder.at {
+                    Some(Side::Motor) => gear.ratio,
+                    Some(Side::Load) | None => 1.0,
+                };
+                // Four edges a line.
+                TAU / (4.0 * f64::from(lines) * turns)
+            }),
+        })
+    }
+
+    /// The volts of a torque at the joint (N m).
+    pub fn volts(&self, torque: f64) -> f64 {
+        self.units.volts(torque)
+    }
+
+    /// kappa, deg/s^2 per V.
+    pub fn gain(&self) -> f64 {
+        1.0 / self.units.per_degree(self.inertia)
+    }
+
+    /// b, V s/deg.
+    pub fn viscous_v(&self) -> f64 {
+        self.units.per_degree(self.viscous)
+    }
+
+    /// Largest torque at standstill, N m.
+    pub fn stall(&self) -> f64 {
+        self.units.effort(self.full_scale_v * self.duty_max)
+    }
+}

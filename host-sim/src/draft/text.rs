@@ -1,0 +1,132 @@
+//! The text of a first file.
+
+use toml::Value;
+
+use super::gains::{DAMPING_RATIO, FirstGains};
+use super::questions::{Answers, typed};
+use super::typical::Typical;
+use crate::document::Document;
+use crate::error::{Error, rounded};
+
+/// Where the comments of a line begin.
+const COMMENT_AT: usize = 36;
+
+/// Writes the file `name` of a joint; a typical joint is named as its source.
+///
+/// # Errors
+/// Names an answer with which no joint can be simulated.
+pub fn text(name: &str, answers: &Answers, like: Option<&Typical>) -> Result<String, Error> {
+    let title = like.map_or("A joint of my own", |typical| typical.title);
+    let mut text = format!(
+        "# Written by `stiction new`. Change what differs on your joint, and run it:\n\
+         #   stiction run FILE            stiction benchmark FILE\n\
+         #   stiction show --units FILE   tells it in the core's volts and degrees\n\
+         #   stiction keys                explains every key, and those that are not here\n\
+         # The gains are by rule (docs/units.md). Nothing of this has been tried on a motor.\n\
+         title = {title:?}\n"
+    );
+    if let Some(typical) = like {
+        text += &format!("source = {:?}\n", typical.source);
+    }
+    for table in ["motor", "gear", "load", "friction", "supply", "encoder"] {
+        let lines: String = answers
+            .given()
+            .filter_map(|(question, answer)| {
+                let (of, key) = question.key.split_once('.')?;
+                let value = match &answer.value {
+                    Value::String(word) => format!("{word:?}"),
+                    Value::Float(number) => format!("{number:?}"),
+                    other => typed(other),
+                };
+                let why = if answer.source.is_empty() { question.what } else { answer.source };
+                (of == table).then(|| commented(&format!("{key} = {value}"), why))
+            })
+            .collect();
+        if !lines.is_empty() {
+            let more = MORE.iter().filter(|(of, ..)| *of == table);
+            let more: String =
+                more.map(|(_, line, why)| commented(&format!("# {line}"), why)).collect();
+            // The counter of the board.
+            let counter = if table == "encoder" { "counter_bits = 32\n" } else { "" };
+            text += &format!("\n[{table}]\n{lines}{counter}{more}");
+        }
+    }
+    text += "\n[drive]                             # its volts follow from the tables above\n";
+    text += "mode = \"locked-antiphase\"\n";
+    text += &commented("pwm_hz = 20000.0", "assumed; above what is heard");
+    text += like.map_or("", |typical| typical.drive);
+    let sample_time_s = answers.get("loop.sample_time_s").map(|answer| &answer.value);
+    let sample_time_s = sample_time_s.and_then(Value::as_float).unwrap_or_default();
+    text += &format!(
+        "\n[loop]\n{}{}",
+        commented(&format!("sample_time_s = {sample_time_s:?}"), "a board takes 0.0001 to 0.02"),
+        commented("controller = [\"srnf\", \"both\", \"pd\"]", "a device runs the first"),
+    );
+    let gains = gains(name, &text, sample_time_s)?;
+    Ok(text + &controllers(&gains) + REFERENCE)
+}
+
+/// The gains for what has been written so far.
+fn gains(name: &str, begun: &str, sample_time_s: f64) -> Result<FirstGains, Error> {
+    // A controller, so that the rest is a whole machine and told what is wrong with it.
+    let whole = format!("{begun}[controller.pd]\nkp_v_per_deg = 0.0\nkd_v_per_deg_per_s = 0.0\n");
+    let document = Document::parse(name, &whole)?;
+    let count_deg = document.machine()?.encoder.resolution_deg();
+    match document.mapping()? {
+        Some((sheet, mapping)) => Ok(FirstGains::of(&sheet, &mapping, [sample_time_s, count_deg])),
+        None => Err(Error::Input(format!("{name}: the table `[motor]` is missing"))),
+    }
+}
+
+fn controllers(gains: &FirstGains) -> String {
+    let line = |key: &str, value: f64, why: &str| {
+        let number = rounded(value);
+        let point = if number.contains(['.', 'e']) { "" } else { ".0" };
+        commented(&format!("{key} = {number}{point}"), why)
+    };
+    let rule = format!("J w_n^2, w_n = {} rad/s", rounded(gains.natural_frequency));
+    let pd = line("kp_v_per_deg", gains.kp, &rule)
+        + &line(
+            "kd_v_per_deg_per_s",
+            gains.kd,
+            &format!("2 zeta J w_n - b, zeta = {DAMPING_RATIO}"),
+        );
+    let srnf = line("v_ms_v", gains.v_ms, "the stick friction")
+        + &line("alpha_per_deg", gains.alpha, "as steep as counts and samples allow");
+    let feedforward = line("v_slip_v", gains.v_slip, "0.9 of the slip friction")
+        + &line("v_ff_deg_per_s", gains.v_ff, "one count a second");
+    format!(
+        "\n[controller.srnf]                   # rests within a few counts\n{pd}{srnf}\
+         \n[controller.both]                   # tracks best, and chatters more\n\
+         laws = [\"feedforward\", \"srnf\"]\n{pd}{srnf}{feedforward}\
+         \n[controller.pd]                     # to compare with: stops where it sticks\n{pd}"
+    )
+}
+
+/// Keys that a joint may have beside those that are asked for, with their tables.
+const MORE: [(&str, &str, &str); 9] = [
+    ("motor", "inductance_h = 1e-3", "the current lags"),
+    ("motor", "no_load_rpm = 5000.0", "checks kt_nm_per_a"),
+    ("gear", "stiffness_nm_per_rad = 1e4", "elastic; with it also damping_ and backlash_"),
+    ("load", "constant_nm = 0.0", "a torque on the joint, as of a spring"),
+    ("load", "unbalance_nm = 0.0", "gravity; hangs_at_deg is where it hangs down"),
+    ("friction", "stribeck_rad_per_s = 0.05", "the friction falls over this speed"),
+    ("friction", "ripple = 0.1", "part that repeats ripple_per_turn times a turn"),
+    ("supply", "internal_resistance_ohm = 0.1", "the voltage gives way under load"),
+    ("encoder", "noise_counts = 1", "readings are a count off"),
+];
+
+/// Steps and a motion that every typical joint can make.
+const REFERENCE: &str = "
+[reference]
+steps_deg = [1.0, 5.0]
+
+[[reference.trajectories]]          # 2.5 deg/s there and back
+corner_times_s = [1.0, 11.0, 13.0, 23.0]
+corner_positions_deg = [0.0, 25.0, 25.0, 0.0]
+half_blend_s = 0.25
+";
+
+fn commented(line: &str, why: &str) -> String {
+    format!("{line:<0$} # {why}\n", COMMENT_AT - 1)
+}

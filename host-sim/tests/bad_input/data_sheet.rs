@@ -1,0 +1,140 @@
+//! A data sheet that contradicts itself, lacks something, or describes what nobody can simulate.
+
+use std::fs;
+
+use super::refusal::{assert_all_refused, complaint};
+use super::{shown, stiction};
+
+/// A key of a typical joint that is set otherwise, and what is answered.
+const CASES: &[(&str, &[&str])] = &[
+    ("motor.kt_nm_per_a=0", &["`motor.kt_nm_per_a` is 0; allowed is a finite number above 0"]),
+    ("motor.kt=1", &["unknown key `motor.kt`", "`kt_nm_per_a`?"]),
+    ("motor.driven_by=volts", &["`motor.driven_by` is \"volts\"", "`voltage`?"]),
+    ("motor.driven_by=current", &["`motor.amplifier_a_per_v` is missing; a motor that is driven"]),
+    ("motor.amplifier_a_per_v=3", &["is of a motor that is driven by a current", "\"voltage\""]),
+    ("motor.rotor_inertia_kg_m2=-1", &["`motor.rotor_inertia_kg_m2` is -1", "not below 0"]),
+    ("motor.current_limit_a=nan", &["`motor.current_limit_a` is NaN", "a finite number above 0"]),
+    ("motor.dead_time_s=0.1", &["`motor.dead_time_s` is 0.1; allowed is a number from 0 to 0.001"]),
+    ("gear.ratio=inf", &["`gear.ratio` is inf; allowed is a finite number above 0"]),
+    ("gear.efficiency=90", &["`gear.efficiency` is 90; allowed is a number above 0, up to 1"]),
+    ("gear.backlash_deg=0.1", &["`gear.stiffness_nm_per_rad` is missing", "backlash"]),
+    ("load.inertia_kg_m2=heavy", &["`load.inertia_kg_m2` is \"heavy\"; allowed is a number"]),
+    ("friction.slip_nm=5", &["`friction.stick_nm` is 4.9", "not below `slip_nm` (5)"]),
+    ("friction.ripple=1", &["`friction.ripple` is 1; allowed is a number from 0 to below 1"]),
+    ("friction.ripple=0.1", &["`friction.ripple_per_turn` is missing"]),
+    ("friction.stick_reverse_nm=6", &["`friction.stick_reverse_nm` is 6", "cannot be simulated"]),
+    ("friction.motor_share=0.5", &["`friction.motor_share` is 0.5", "no stiffness"]),
+    ("friction.bristle_stiffness_nm_per_rad=1e4", &["`friction.stribeck_rad_per_s` is missing"]),
+    ("friction.bristle_damping_nm_s_per_rad=1", &["`friction.bristle_stiffness_nm_per_rad` is m"]),
+    ("friction.viscous_nm_s_per_deg=1", &["say the same; allowed is one of them"]),
+    // 50 x 0.0909 N m/A x 12 A.
+    ("friction.stick_nm=60", &["`friction.stick_nm` is 60; allowed is a number below 54.54"]),
+    ("supply.voltage_v=0", &["`supply.voltage_v` is 0; allowed is a finite number above 0"]),
+    ("supply.takes_current_back=1", &["`supply.takes_current_back` is 1"]),
+    ("encoder.lines=0", &["`encoder.lines` is 0; allowed is a whole number above 0"]),
+    ("encoder.lines=12.5", &["`encoder.lines` is 12.5; allowed is a whole number"]),
+    ("encoder.at=gear", &["`encoder.at` is \"gear\"; allowed are motor, load"]),
+    ("encoder.noise_counts=2", &["`encoder.noise_counts` is 2; allowed is 0 or 1"]),
+    ("encoder.resolution_deg=0.1", &["`encoder.resolution_deg` is 0.1", "`encoder.lines`"]),
+    ("joint.friction.stick_v=0.4", &["`joint.friction.stick_v` is 0.4", "`friction.stick_nm`"]),
+    ("drive.full_scale_v=24", &["`drive.full_scale_v` is 24", "`supply.voltage_v` (48)"]),
+];
+
+#[test]
+fn a_data_sheet_with_a_mistake_is_named_with_the_key() {
+    let directory = tempfile::tempdir().unwrap();
+    let file = directory.path().join("joint.toml").to_str().unwrap().to_owned();
+    let made = stiction(&["new", &file, "--typical", "harmonic"]).output().unwrap();
+    assert!(made.status.success(), "{made:?}");
+    assert_all_refused(CASES.iter().map(|(set, fragments)| {
+        let command = stiction(&["run", &file, "--set", set]);
+        ((*set).to_owned(), command, fragments.to_vec())
+    }));
+    // Tables that are missing.
+    let text = fs::read_to_string(&file).unwrap();
+    let table = |name: &str| {
+        let begin = text.find(&format!("\n[{name}]")).unwrap();
+        let end = text[begin + 2..].find("\n[").unwrap() + begin + 2;
+        format!("{}{}", &text[..begin], &text[end..])
+    };
+    let without = [
+        ("motor", "the table `[motor]` is missing; `[gear]` is a part of a data sheet"),
+        ("load", "the table `[load]` is missing in the data sheet"),
+        ("friction", "the table `[friction]` is missing in the data sheet"),
+        ("supply", "the table `[supply]` is missing in the data sheet"),
+    ];
+    for (name, expected) in without {
+        fs::write(&file, table(name)).unwrap();
+        assert_eq!(complaint(stiction(&["run", &file]), &[expected]), None, "{name}");
+    }
+}
+
+#[test]
+fn a_disc_without_a_data_sheet_is_refused() {
+    let command = stiction(&["run", "step-response", "--set", "encoder.lines=500"]);
+    let expected = ["`encoder.lines` is a part of a data sheet", "`[motor]`"];
+    assert_eq!(complaint(command, &expected), None);
+}
+
+#[test]
+fn what_only_a_run_simulates_is_refused_by_what_cannot() {
+    let directory = tempfile::tempdir().unwrap();
+    let file = directory.path().join("joint.toml").to_str().unwrap().to_owned();
+    assert!(stiction(&["new", &file, "--typical", "gimbal"]).output().unwrap().status.success());
+    let bridge = ["run", &file, "--set", "motor.dead_time_s=1e-6", "--set", "drive.mode=analog"];
+    let expected = ["`motor.dead_time_s` is 1e-6; allowed is 0, since `drive.mode` is \"analog\""];
+    assert_eq!(complaint(stiction(&bridge), &expected), None);
+    let by_steps = ["run", &file, "--solver", "rk4", "--set", "load.unbalance_nm=0.01"];
+    let expected = ["`run.solver` is \"rk4\"; allowed is \"exact\""];
+    assert_eq!(complaint(stiction(&by_steps), &expected), None);
+    let text = fs::read_to_string(&file).unwrap();
+    fs::write(&file, text.replace("[supply]", "[supply]\ninternal_resistance_ohm = 0.1")).unwrap();
+    let device = stiction(&["device", "--simulated", "--machine", &file, "status"]);
+    assert_eq!(complaint(device, &["`supply` asks for a joint that only `stiction run`"]), None);
+}
+
+#[test]
+fn a_new_file_is_refused_by_what_is_missing_or_there() {
+    let directory = tempfile::tempdir().unwrap();
+    let file = directory.path().join("joint.toml").to_str().unwrap().to_owned();
+    let all_open = ["not answered are --driven-by, --kt-nm-per-a,", "--sample-time-s; allowed is"];
+    assert_eq!(complaint(stiction(&["new", &file]), &all_open), None);
+    let unknown = ["new", &file, "--typical", "gimball"];
+    assert_eq!(complaint(stiction(&unknown), &["--typical gimball", "`gimbal`?"]), None);
+    // An answer with which nothing can move: told in the sheet's own words, and no file.
+    let stuck = ["new", &file, "--typical", "gimbal", "--stick-nm", "3"];
+    assert_eq!(complaint(stiction(&stuck), &["`friction.stick_nm` is 3; allowed is"]), None);
+    assert_eq!(fs::read_dir(directory.path()).unwrap().count(), 0);
+    fs::write(&file, "mine").unwrap();
+    let again = ["new", &file, "--typical", "gimbal"];
+    assert_eq!(complaint(stiction(&again), &["the file is there; --force writes over it"]), None);
+    assert_eq!(fs::read_to_string(&file).unwrap(), "mine");
+    assert!(stiction(&[&again[..], &["--force"]].concat()).output().unwrap().status.success());
+    assert_ne!(fs::read_to_string(&file).unwrap(), "mine");
+}
+
+/// The variants and figures of a file belong to what it was copied from.
+#[test]
+fn what_is_left_of_the_file_that_was_copied_does_no_harm() {
+    let directory = tempfile::tempdir().unwrap();
+    let file = directory.path().join("joint.toml").to_str().unwrap().to_owned();
+    // A controller is gone that figures and a variant name.
+    let text = shown("srnf-robustness")
+        .replace("[controller.srnf]", "[controller.mine]\nlaws = [\"srnf\"]");
+    fs::write(&file, text.replace("controller = \"srnf\"", "controller = \"mine\"")).unwrap();
+    let done = stiction(&["run", &file, "--json"]).output().unwrap();
+    let said = String::from_utf8(done.stderr).unwrap();
+    assert!(done.status.success(), "{said}");
+    let told = said.lines().filter(|line| line.contains("is left out: it sets `controller.srnf."));
+    assert_eq!(told.count(), said.lines().count(), "{said}");
+    assert!(said.contains("variant test-1 is left out"), "{said}");
+    // The joint is described by a data sheet now, and a variant sets the thesis's.
+    let sheet = stiction(&["new", &file, "--typical", "thesis", "--force"]).output().unwrap();
+    assert!(sheet.status.success());
+    let variant =
+        "\n[[variant]]\nslug = \"old\"\nset = { \"joint.gain_deg_per_s2_per_v\" = 1.0 }\n";
+    fs::write(&file, fs::read_to_string(&file).unwrap() + variant).unwrap();
+    let done = stiction(&["run", &file]).output().unwrap();
+    let said = String::from_utf8(done.stderr).unwrap();
+    assert!(done.status.success() && said.contains("which the data sheet gives"), "{said}");
+}

@@ -1,0 +1,80 @@
+//! The ring that the wire's bytes come into: what needs no register to decide.
+//!
+//! The DMA writes the ring round and round, and counts down what is left of a lap (RM0090: NDTR).
+//!
+//! ```text
+//! place of the next byte      = (LENGTH - left) mod LENGTH
+//! bytes since the last look   = (place now - place then) mod LENGTH
+//! ```
+//!
+//! That is right as long as fewer than [`LENGTH`] bytes come between two looks. The DMA interrupts
+//! at each half of a lap for that. The reader is behind, by as much as it likes: what it has not
+//! read when the writer has gone once around it is lost, and counted. Does badly: while the
+//! processor stands still for longer than a lap takes (5.5 ms), nobody looks, and whole laps are
+//! not counted. What is read then is a mixture, and the checksum of a frame knows it. Nothing here
+//! knows a register, so that a test on a host goes through it.
+
+/// Bytes of the ring: two of the longest frames, and 5.5 ms of the wire. It is a power of two, so
+/// that what has been written can be counted in a number that wraps.
+pub const LENGTH: usize = 512;
+
+const MASK: u32 = LENGTH as u32 - 1;
+
+const _: () = assert!(LENGTH.is_power_of_two());
+
+/// The writer's end of the ring.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Writer {
+    written: u32,
+}
+
+/// The reader's end of the ring.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct Reader {
+    read: u32,
+    lost: u32,
+}
+
+impl Writer {
+    /// Looks how far the DMA is, given what it says is left of the lap, and returns how many bytes
+    /// have been written since the start; the number wraps.
+    #[inline]
+    pub const fn look(&mut self, left: u16) -> u32 {
+        let place = (LENGTH as u32).wrapping_sub(left as u32);
+        let came = place.wrapping_sub(self.written) & MASK;
+        self.written = self.written.wrapping_add(came);
+        self.written
+    }
+}
+
+impl Reader {
+    /// Returns the place of the next byte, given how many have been written; none if all of them
+    /// have been read. A reader that the writer has overtaken goes on with the newer half of the
+    /// ring: the older one is about to be written again.
+    #[inline]
+    pub const fn next(&mut self, written: u32) -> Option<usize> {
+        let unread = written.wrapping_sub(self.read);
+        if unread == 0 {
+            return None;
+        }
+        if unread > LENGTH as u32 {
+            let lost = unread - LENGTH as u32 / 2;
+            self.read = self.read.wrapping_add(lost);
+            self.lost = self.lost.saturating_add(lost);
+        }
+        let place = self.read & MASK;
+        self.read = self.read.wrapping_add(1);
+        Some(place as usize)
+    }
+
+    /// Returns whether there is something to read.
+    #[inline]
+    pub const fn is_behind(&self, written: u32) -> bool {
+        written != self.read
+    }
+
+    /// Returns how many bytes were lost because the writer had overtaken the reader.
+    pub const fn lost(&self) -> u32 {
+        self.lost
+    }
+}

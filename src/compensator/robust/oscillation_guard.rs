@@ -1,0 +1,270 @@
+//! The oscillation guard: it lowers the gain of a joint that swings, and tries it again later.
+//!
+//! The gain `g`, under a ceiling `g_c`, multiplies the derivative gain, and `g^2` the proportional
+//! one: the bandwidth is `g w_n`. Swings are counted, not ticks of motion.
+//!
+//! ```text
+//! reference at rest:  d = y - y_e.  In the direction of dir:  y_e = y.  Otherwise, with
+//!                     |d| >= (2.5 + n_j) q: a reversal. n_w += 1 (not the first),
+//!                     dir = sgn d, y_e = y.  n_w = 5: lower g
+//!                     cleared by a rest, in HOLD, and by each attempt of the law
+//! moving:             w = sign of p' - x2 beyond 0.3 |p'| + 0.4 q / h.  A change adds
+//!                     N_g / 6 + 1 to v_n, which leaks 1 in 8 ticks.  v_n >= N_g: lower g
+//! lost:               the third time without a HOLD between: lower g
+//!
+//! lower:              g_c = max(0.85 g, g_min),  g = max(0.7 g, g_min)
+//! entering HOLD:      unless g was lowered since the last one:
+//!                     g = min(1.1 g, g_c),  g_c = min(1.002 g_c, 1)
+//! ```
+//!
+//! Why this form: on a flexible joint the loop's own oscillation is a few counts large, and no gain
+//! is right for all of them. Swings of the law's own pulses do not count, since each attempt clears
+//! them. In motion a joint crosses the profile's speed a few times after each corner; six times in
+//! `8 N_g` ticks is an oscillation. `g` climbs back within a few moves to just below the level that
+//! oscillated, and the ceiling lets that level be tried again some 80 moves later.
+//!
+//! Guarantees: `g_min <= g <= g_c <= 1`. Does badly: `g` rises only at a HOLD, so a reference that
+//! never rests keeps it down, and a joint that pulses to and fro without swinging is not seen.
+
+/// Reversals at rest that are an oscillation.
+const SWINGS: u8 = 5;
+
+/// Losses without a rest between that are an oscillation.
+const LOSSES: u8 = 3;
+
+/// The guard, prepared for a sample time and an encoder.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct OscillationGuard {
+    /// Limit N_g of the counter in motion, and what a swing adds to it.
+    limit: u16,
+    swing: u16,
+    /// The least gain g_min.
+    least: f32,
+    /// A reversal, deg.
+    reversal: f32,
+    /// Difference of speeds of less than half a count a tick, deg/s.
+    coarse: f32,
+}
+
+/// The gain and the swings that were counted.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Guarded {
+    /// Gain g.
+    pub gain: f32,
+    /// Ceiling g_c.
+    pub ceiling: f32,
+    /// Last extreme of the position at rest y_e, deg from the law's origin.
+    pub extreme: f32,
+    /// Direction in which the joint leaves it; zero: none yet.
+    direction: f32,
+    /// Counter in motion v_n.
+    motion: u16,
+    /// Ticks for its leak.
+    leak: u8,
+    /// Reversals at rest n_w.
+    swings: u8,
+    /// Losses n_l.
+    losses: u8,
+    /// Sign w of the speed error.
+    side: i8,
+    /// Whether the gain was lowered since the last HOLD.
+    lowered: bool,
+}
+
+impl OscillationGuard {
+    /// Prepares the guard: the limit of the counter in motion (ticks), the least gain, the jitter
+    /// of the encoder (counts), the sample time (s) and the angle of a count (deg).
+    pub fn new(limit: u16, least: f32, jitter: f32, sample_time: f32, count: f32) -> Self {
+        Self {
+            limit,
+            swing: limit / 6 + 1,
+            least,
+            reversal: (2.5 + jitter) * count,
+            coarse: 0.4 * count / sample_time,
+        }
+    }
+
+    /// Begins with the whole gain.
+    pub fn start(&self) -> Guarded {
+        Guarded { gain: 1.0, ceiling: 1.0, ..Guarded::default() }
+    }
+
+    /// Takes a tick in which the reference rests. In a HOLD, and after a long rest, the joint is
+    /// `quiet`, and the swings are forgotten.
+    #[inline]
+    pub fn at_rest(&self, guarded: &mut Guarded, position: f32, quiet: bool) {
+        guarded.motion = 0;
+        guarded.side = 0;
+        if quiet {
+            return self.clear(guarded, position);
+        }
+        let left = position - guarded.extreme;
+        if left * guarded.direction > 0.0 {
+            guarded.extreme = position;
+        } else if left.abs() >= self.reversal {
+            if guarded.direction != 0.0 {
+                guarded.swings = guarded.swings.saturating_add(1);
+            }
+            guarded.direction = if left > 0.0 { 1.0 } else { -1.0 };
+            guarded.extreme = position;
+            if guarded.swings >= SWINGS {
+                self.lower(guarded);
+            }
+        }
+    }
+
+    /// Takes a tick in which the reference moves with `wanted` and the joint with `velocity`,
+    /// deg/s.
+    #[inline]
+    pub fn in_motion(&self, guarded: &mut Guarded, position: f32, wanted: f32, velocity: f32) {
+        self.clear(guarded, position);
+        let error = wanted - velocity;
+        let threshold = 0.3 * wanted.abs() + self.coarse;
+        let side = if error > threshold {
+            1
+        } else if error < -threshold {
+            -1
+        } else {
+            guarded.side
+        };
+        if side != guarded.side {
+            if guarded.side != 0 {
+                guarded.motion = guarded.motion.saturating_add(self.swing);
+            }
+            guarded.side = side;
+        } else if guarded.motion > 0 {
+            guarded.leak = guarded.leak.wrapping_add(1);
+            if guarded.leak & 7 == 0 {
+                guarded.motion -= 1;
+            }
+        }
+        if guarded.motion >= self.limit {
+            self.lower(guarded);
+        }
+    }
+
+    /// Forgets the swings at rest.
+    #[inline]
+    pub fn clear(&self, guarded: &mut Guarded, position: f32) {
+        guarded.swings = 0;
+        guarded.direction = 0.0;
+        guarded.extreme = position;
+    }
+
+    /// Takes that the joint was lost.
+    pub fn lost(&self, guarded: &mut Guarded) {
+        guarded.losses = guarded.losses.saturating_add(1);
+        if guarded.losses >= LOSSES {
+            self.lower(guarded);
+        }
+    }
+
+    /// Takes that a HOLD begins.
+    pub fn holds(&self, guarded: &mut Guarded) {
+        if !guarded.lowered {
+            guarded.gain = (1.1 * guarded.gain).min(guarded.ceiling);
+            guarded.ceiling = (1.002 * guarded.ceiling).min(1.0);
+        }
+        guarded.lowered = false;
+        guarded.losses = 0;
+    }
+
+    fn lower(&self, guarded: &mut Guarded) {
+        guarded.ceiling = (0.85 * guarded.gain).max(self.least);
+        guarded.gain = (0.7 * guarded.gain).max(self.least);
+        (guarded.motion, guarded.swings, guarded.losses) = (0, 0, 0);
+        guarded.lowered = true;
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const GUARD: OscillationGuard =
+        OscillationGuard { limit: 100, swing: 17, least: 0.1, reversal: 2.5, coarse: 400.0 };
+
+    fn gain_after(positions: impl IntoIterator<Item = f32>) -> f32 {
+        let mut guarded = GUARD.start();
+        positions.into_iter().for_each(|position| GUARD.at_rest(&mut guarded, position, false));
+        guarded.gain
+    }
+
+    #[test]
+    fn prepared_guard_is_the_one_of_these_tests() {
+        assert_eq!(OscillationGuard::new(100, 0.1, 0.0, 0.001, 1.0), GUARD);
+    }
+
+    #[test]
+    fn five_swings_at_rest_lower_the_gain_and_four_do_not() {
+        let swings = |n: usize| [0.0, 3.0].into_iter().cycle().take(n + 2);
+        assert_eq!(gain_after(swings(4)), 1.0);
+        assert_eq!(gain_after(swings(5)), 0.7);
+        // Two counts are noise, and a drift of any length is no swing.
+        assert_eq!(gain_after([0.0, 2.0].into_iter().cycle().take(50)), 1.0);
+        assert_eq!(gain_after((0..500).map(|i| i as f32)), 1.0);
+    }
+
+    #[test]
+    fn swings_are_forgotten_when_they_are_cleared() {
+        let mut guarded = GUARD.start();
+        for position in [0.0, 3.0].into_iter().cycle().take(100) {
+            GUARD.at_rest(&mut guarded, position, position == 3.0);
+        }
+        assert_eq!(guarded.gain, 1.0);
+    }
+
+    /// Swings of a given half period (ticks) about the profile's speed.
+    fn gain_in_motion(half_period: usize, swing: f32) -> f32 {
+        let mut guarded = GUARD.start();
+        for tick in 0..20 * half_period {
+            let velocity = if (tick / half_period) % 2 == 0 { swing } else { -swing };
+            GUARD.in_motion(&mut guarded, 0.0, 1000.0, 1000.0 + velocity);
+        }
+        guarded.gain
+    }
+
+    #[test]
+    fn quick_swings_in_motion_lower_the_gain_and_slow_or_small_ones_do_not() {
+        assert!(gain_in_motion(20, 701.0) < 1.0);
+        assert_eq!(gain_in_motion(20, 699.0), 1.0);
+        // The counter leaks as fast as swings of 17 in 136 ticks fill it.
+        assert_eq!(gain_in_motion(140, 701.0), 1.0);
+    }
+
+    #[test]
+    fn third_loss_without_a_hold_between_lowers_the_gain() {
+        let mut guarded = GUARD.start();
+        for _ in 0..2 {
+            GUARD.lost(&mut guarded);
+            GUARD.lost(&mut guarded);
+            GUARD.holds(&mut guarded);
+        }
+        assert_eq!(guarded.gain, 1.0);
+        (0..3).for_each(|_| GUARD.lost(&mut guarded));
+        assert_eq!((guarded.gain, guarded.ceiling), (0.7, 0.85));
+    }
+
+    #[test]
+    fn gain_climbs_back_to_the_ceiling_and_with_it_to_one() {
+        let mut guarded = GUARD.start();
+        GUARD.lower(&mut guarded);
+        GUARD.holds(&mut guarded);
+        assert_eq!(guarded.gain, 0.7, "the first hold afterwards leaves it");
+        let holds = |guarded: &mut Guarded, n| (0..n).for_each(|_| GUARD.holds(guarded));
+        holds(&mut guarded, 3);
+        assert!((guarded.gain - 0.85 * 1.002f32.powi(2)).abs() < 1e-6, "{guarded:?}");
+        // 0.85 * 1.002^n = 1 for n = 81.3.
+        holds(&mut guarded, 78);
+        assert!(guarded.gain < 1.0);
+        holds(&mut guarded, 3);
+        assert_eq!((guarded.gain, guarded.ceiling), (1.0, 1.0));
+    }
+
+    #[test]
+    fn gain_falls_no_lower_than_the_least() {
+        let mut guarded = GUARD.start();
+        (0..20).for_each(|_| GUARD.lower(&mut guarded));
+        assert_eq!((guarded.gain, guarded.ceiling), (0.1, 0.1));
+    }
+}

@@ -1,0 +1,137 @@
+//! What `robust` is told, and the rules for everything else.
+//!
+//! A user tells the joint: inertia `J`, viscous friction `B`, the range of breakaway efforts
+//! `[F_lo, F_hi]`, the encoder's side and its jitter. The sample time `h`, the count `q`, the
+//! largest effort `u_m` and its step `u_q` are those of the loop. Each other value has a rule, and
+//! may be overridden; zero means the rule.
+//!
+//! | value | rule | why |
+//! |---|---|---|
+//! | bandwidth `w_n` | `min(2 pi 8, 0.14 / h)`; load side `2 pi 2` | a dead time of 1.5 h takes 12 degrees of phase; 8 Hz is below most transmissions, 2 Hz below the load behind one |
+//! | observer `w_e` | `min(110, 0.7 / h)` | one count is `l3 J` V of disturbance; `z` is no less than 1/2, so that two samples of delay are borne |
+//! | acceleration `a_m` | `0.25 u_m / J` | friction and damping get the other three quarters |
+//! | speed `v_m` | `0.15 u_m / B`, and no more than 3 rad/s if `h <= 10 ms` or `B = 0` | viscous friction takes 15 % of the limit; a profile needs a finite speed |
+//! | hold effort's step `db_0` | `0.15 F_lo` | a seventh of the smallest elastic range |
+//! | least gain `g_min` | 0.1; load side 0.05 | a motor of a tenth of the inertia |
+//! | wait `N_c` | 10 ms, load side 60 ms, at least 3 ticks | a period of what swings behind the encoder |
+//!
+//! The fixed times are 20 ms before a HOLD (at least 3 ticks), 40 ms before one is left (2), 20 to
+//! 100 ms after a step of the hold effort (3 and 6), 0.1 s of the guard's counter (load side 0.25
+//! s, at least 10 ticks), and 6 ticks of rest (3 above 10 ms, where 6 would be longer than a pulse
+//! takes). The figures were found by a prototype on random joints, and not again by this law.
+
+use super::Loop;
+use crate::error::HUGE;
+use crate::value::{choice, table};
+
+choice! {
+    /// The side of the transmission on which the encoder sits.
+    pub enum EncoderSide {
+        /// The encoder turns with the motor.
+        Motor = 0 "motor",
+        /// The encoder turns with the load, behind the transmission.
+        Load = 1 "load",
+    }
+}
+
+table! {
+    /// What `robust` is told of the joint. The examples are the thesis's axis.
+    #[derive(Clone, Copy, Debug, PartialEq)]
+    pub struct RobustGains (law) "controller" {
+        /// Moment of inertia J, as the effort that an acceleration needs, V s^2/deg.
+        inertia: f32 = 0x1701 "inertia_v_s2_per_deg", Above(0.0, HUGE), Needed(0.037_037_037);
+        /// Viscous friction B, V s/deg.
+        viscous: f32 = 0x1702 "viscous_v_s_per_deg", Between(0.0, HUGE), Needed(0.02);
+        /// Lowest effort that starts the joint anywhere, F_lo, V.
+        breakaway_low: f32 = 0x1703 "breakaway_low_v", Above(0.0, HUGE), Needed(0.19);
+        /// Highest effort that the joint needs to start, F_hi, V.
+        breakaway_high: f32 = 0x1704 "breakaway_high_v", Between(law.breakaway_low, HUGE), Needed(1.03);
+        /// Side of the transmission on which the encoder sits.
+        encoder_side: EncoderSide = 0x1705 "encoder_side", Any, Default(EncoderSide::Motor);
+        /// Counts n_j by which the encoder changes at rest; 2 for noise of a count to either side.
+        jitter: f32 = 0x1706 "jitter_counts", Between(0.0, 100.0), Default(0.0);
+        /// Largest load that drives the joint u_L, V. Off: no load does.
+        load: f32 = 0x1707 "load_v", OrOff(0.0, HUGE), Default(0.0);
+        /// Effort that holds the joint where it is armed, V.
+        hold_effort: f32 = 0x1708 "hold_effort_v", Between(-HUGE, HUGE), Default(0.0);
+        /// Bandwidth of the loop w_n, rad/s. 0: that of the rule.
+        bandwidth: f32 = 0x1709 "bandwidth_rad_per_s", Between(0.0, HUGE), Default(0.0);
+        /// Damping ratio of the loop zeta.
+        damping: f32 = 0x170A "damping_ratio", Between(0.0, HUGE), Default(0.9);
+        /// Bandwidth of the observer w_e, rad/s. 0: that of the rule.
+        observer: f32 = 0x170B "observer_rad_per_s", Between(0.0, HUGE), Default(0.0);
+        /// Acceleration of the inner profile a_m, deg/s^2. 0: that of the rule.
+        acceleration: f32 = 0x170C "acceleration_deg_per_s2", Between(0.0, HUGE), Default(0.0);
+        /// Speed of the inner profile v_m, deg/s. 0: that of the rule.
+        speed: f32 = 0x170D "speed_deg_per_s", Between(0.0, HUGE), Default(0.0);
+        /// Largest error at rest that is left alone, counts.
+        stop_band: f32 = 0x170E "stop_band_counts", Between(0.0, HUGE), Default(1.25);
+        /// First step of the hold effort db_0, V. 0: that of the rule.
+        hold_step: f32 = 0x170F "hold_step_v", Between(0.0, HUGE), Default(0.0);
+        /// Least gain of the oscillation guard g_min. 0: that of the rule.
+        least_gain: f32 = 0x1710 "least_gain", Between(0.0, 1.0), Default(0.0);
+        /// Rest after which an attempt is judged, s. 0: that of the rule.
+        coast_time: f32 = 0x1711 "coast_s", Between(0.0, 10.0), Default(0.0);
+        /// Attempts without success after which it gives up; eight times as many with the encoder
+        /// on the load. 0: it never does.
+        attempts: u32 = 0x1712 "give_up_attempts", Between(0.0, 60000.0), Default(50);
+    }
+}
+
+/// The largest speed of the inner profile in a fast loop, deg/s: 3 rad/s.
+const SPEED_CAP: f32 = 171.887_34;
+
+/// Sample time above which a loop is slow, s.
+const SLOW: f32 = 0.01;
+
+/// What the rules give, or the user instead of them. Angles are degrees.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct Rules {
+    pub on_load: bool,
+    pub bandwidth: f32,
+    pub observer: f32,
+    pub acceleration: f32,
+    pub speed: f32,
+    pub hold_step: f32,
+    pub least_gain: f32,
+    /// Ticks: N_z, N_c, N_h, N_r, N_b0 and its cap, N_g.
+    pub rest: u16,
+    pub coast: u16,
+    pub hold: u16,
+    pub leave: u16,
+    pub first_wait: u16,
+    pub longest_wait: u16,
+    pub guard: u16,
+}
+
+impl Rules {
+    pub fn new(told: &RobustGains, around: &Loop) -> Self {
+        let h = around.sample_time;
+        let on_load = told.encoder_side == EncoderSide::Load;
+        let slow = h > SLOW;
+        let or = |told: f32, rule: f32| if told > 0.0 { told } else { rule };
+        let on = |motor: f32, load: f32| if on_load { load } else { motor };
+        let ticks = |time: f32, least: u16| ((time / h + 0.5) as u16).max(least);
+        let hertz = core::f32::consts::TAU;
+        // Without viscous friction the quotient is infinite, and the cap is what is left.
+        let viscous_speed = 0.15 * around.full_scale / told.viscous;
+        let capped = !slow || told.viscous == 0.0;
+        let speed = if capped { viscous_speed.min(SPEED_CAP) } else { viscous_speed };
+        Self {
+            on_load,
+            bandwidth: or(told.bandwidth, (hertz * on(8.0, 2.0)).min(0.14 / h)),
+            observer: or(told.observer, (0.7 / h).min(110.0)),
+            acceleration: or(told.acceleration, 0.25 * around.full_scale / told.inertia),
+            speed: or(told.speed, speed.min(HUGE)),
+            hold_step: or(told.hold_step, 0.15 * told.breakaway_low),
+            least_gain: or(told.least_gain, on(0.1, 0.05)),
+            rest: if slow { 3 } else { 6 },
+            coast: ticks(or(told.coast_time, on(0.01, 0.06)), 3),
+            hold: ticks(0.02, 3),
+            leave: ticks(0.04, 2),
+            first_wait: ticks(0.02, 3),
+            longest_wait: ticks(0.1, 6),
+            guard: ticks(on(0.1, 0.25), 10),
+        }
+    }
+}

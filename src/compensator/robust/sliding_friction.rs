@@ -1,0 +1,92 @@
+//! The sliding friction in each direction, learned while the profile runs.
+//!
+//! In the direction `i` of the profile, with `s = sgn p'` and the observer's `x2` and `x3`:
+//!
+//! ```text
+//! s x2 > |p'| / 2,  s x2 > 0.02 q / h  and  the joint does not rest:
+//!     R_i += min(1/2, 5 h) (min(max(-J x3 s, 0.3 F_lo), 1.2 F_hi) - R_i)
+//! ```
+//!
+//! It begins as `R_0 = 0.8 sqrt(F_lo F_hi)`, four fifths of the geometric mean of the breakaway
+//! range: sliding friction is below the breakaway friction.
+//!
+//! Why this form: the observer needs some `3 / w_e` to find the friction after a change of
+//! direction; what was learned stands there at once. The filter of 0.2 s is longer than a stop at
+//! a spot, and shorter than a move. The conditions leave out what is no sliding: a joint that
+//! hangs, and one that is pushed back.
+//!
+//! Guarantees: `R_i` stays within `[0.3 F_lo, 1.2 F_hi]`. Does badly: a constant load appears in
+//! both directions with opposite signs, and friction that depends on the place is averaged.
+
+/// The bounds of what is learned, prepared for a sample time.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct SlidingFriction {
+    rate: f32,
+    least: f32,
+    most: f32,
+    /// Speed below which nothing is learned, deg/s.
+    slowest: f32,
+    /// What is supposed before anything is learned, R_0, V.
+    pub first: f32,
+}
+
+impl SlidingFriction {
+    /// Prepares it for ticks of `sample_time` (s), a range of breakaway efforts (V) and the angle of
+    /// a count (deg).
+    pub fn new(sample_time: f32, [low, high]: [f32; 2], count: f32) -> Self {
+        Self {
+            rate: (5.0 * sample_time).min(0.5),
+            least: 0.3 * low,
+            most: 1.2 * high,
+            slowest: 0.02 * count / sample_time,
+            first: 0.8 * libm::sqrtf(low * high),
+        }
+    }
+
+    /// Learns from the disturbance (V, against the motion) of a joint that slides with a `speed`
+    /// towards where the profile goes with `wanted` (both deg/s, positive).
+    #[inline]
+    pub fn learn(&self, friction: &mut f32, found: f32, speed: f32, wanted: f32) {
+        if speed > 0.5 * wanted && speed > self.slowest {
+            let found = if found > self.least { found } else { self.least };
+            let found = if found < self.most { found } else { self.most };
+            *friction += self.rate * (found - *friction);
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn learned(found: f32, speed: f32, ticks: u32) -> f32 {
+        let sliding = SlidingFriction::new(0.001, [2.0, 8.0], 1.0);
+        let mut friction = sliding.first;
+        (0..ticks).for_each(|_| sliding.learn(&mut friction, found, speed, 100.0));
+        friction
+    }
+
+    #[test]
+    fn friction_is_reached_like_a_first_order_lag_of_a_fifth_of_a_second() {
+        let expected = 5.0 + (3.2 - 5.0) * 0.995f32.powi(200);
+        assert!((learned(5.0, 100.0, 200) - expected).abs() < 1e-4);
+    }
+
+    #[test]
+    fn what_is_learned_stays_within_its_bounds() {
+        assert!((learned(-3.0, 100.0, 5000) - 0.6).abs() < 1e-4);
+        assert!((learned(30.0, 100.0, 5000) - 9.6).abs() < 1e-4);
+    }
+
+    #[test]
+    fn a_joint_that_hangs_or_creeps_teaches_nothing() {
+        assert_eq!(learned(5.0, 50.0, 10), 3.2);
+        assert_ne!(learned(5.0, 50.1, 10), 3.2);
+        let sliding = SlidingFriction::new(0.001, [2.0, 8.0], 1.0);
+        for (speed, learns) in [(19.9, false), (20.1, true)] {
+            let mut friction = sliding.first;
+            sliding.learn(&mut friction, 5.0, speed, 0.0);
+            assert_eq!(friction != 3.2, learns, "{speed} counts/s");
+        }
+    }
+}

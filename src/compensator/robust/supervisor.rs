@@ -1,0 +1,554 @@
+//! The supervisor: which part acts, and how the gains flow.
+//!
+//! Positions are angles from an origin that the law moves; efforts are V. The unit of the angles is
+//! deg, and no equation here depends on it.
+
+use super::extended_state_observer::{Estimate, ExtendedStateObserver};
+use super::give_up::{Attempts, GiveUp};
+use super::hold_effort::{Held, HoldEffort};
+use super::load_rule::LoadRule;
+use super::oscillation_guard::{Guarded, OscillationGuard};
+use super::parameters::{RobustGains, Rules};
+use super::pulse_planner::{Learned, Pulse, PulsePlanner};
+use super::rest_detector::{Rest, RestDetector};
+use super::reverse_pulse::ReversePulse;
+use super::sliding_friction::SlidingFriction;
+use crate::compensator::Loop;
+use crate::profile::{BoundedAcceleration, Limited};
+use crate::saturation::bounded;
+
+/// The state of the supervisor, as its signal tells it.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Mode {
+    /// The profile moves, or the joint has not come to rest after it.
+    #[default]
+    Move = 0,
+    /// The joint rests, and the next attempt or HOLD is decided.
+    Stuck = 1,
+    /// A pulse is on.
+    Pulse = 2,
+    /// The pulse or step is over, and the joint comes to rest.
+    Coast = 3,
+    /// The effort is latched within the stop band.
+    Hold = 4,
+    /// The attempts have ended without success.
+    GiveUp = 5,
+}
+
+/// What an attempt is.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+enum Kind {
+    #[default]
+    Pulse,
+    /// A step of the hold effort.
+    Step,
+    /// A step that went too far, and was taken back.
+    Undone,
+}
+
+/// The attempt that runs, or the last one.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+struct Attempt {
+    /// Error e_b from which it began, deg.
+    error: f32,
+    /// The farthest distance towards the target, deg.
+    peak: f32,
+    /// Effort of the whole pulse, u_b included, V.
+    output: f32,
+    /// Effort A of its pulse towards the target, V.
+    effort: f32,
+    /// Ticks to wait before it may be judged.
+    wait: u16,
+    /// Ticks that are left of a pulse.
+    left: u8,
+    kind: Kind,
+    /// Whether a reverse pulse has come.
+    braked: bool,
+}
+
+/// The state from tick to tick.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub(super) struct State {
+    pub profile: Limited,
+    pub rest: Rest,
+    pub estimate: Estimate,
+    pub guarded: Guarded,
+    pub held: Held,
+    /// Sliding friction R_i and what pulses taught: backwards and forwards.
+    pub friction: [f32; 2],
+    learned: [Learned; 2],
+    /// Gain of reverse pulses kb.
+    reverse: f32,
+    attempt: Attempt,
+    /// Effort that a HOLD keeps u_hold, V.
+    latched: f32,
+    /// Effort that the motion needs beside the model w, V.
+    needed: f32,
+    /// Sign of the profile's speed in the last tick of MOVE.
+    direction: f32,
+    /// Distance from the profile to the set point, deg.
+    pub to_go: f32,
+    /// Ticks beyond the stop band in a HOLD.
+    outside: u16,
+    pub attempts: Attempts,
+    pub mode: Mode,
+    /// Whether the joint has been within the stop band since the last attempt.
+    inside: bool,
+}
+
+/// What one tick sees, in deg from the origin.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Seen {
+    pub position: f32,
+    pub reference: f32,
+    pub velocity: f32,
+    /// Effort that the joint had since the last tick, V.
+    pub applied: f32,
+}
+
+/// The gains of a tick: those of the whole bandwidth, lowered by the guard.
+#[derive(Clone, Copy)]
+struct LoopGains {
+    guard: f32,
+    proportional: f32,
+    derivative: f32,
+}
+
+/// The supervisor, prepared for a joint and a loop.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct Supervisor {
+    proportional: f32,
+    derivative: f32,
+    /// J, V s^2/deg, and B, V s/deg.
+    inertia: f32,
+    per_inertia: f32,
+    viscous: f32,
+    limit: f32,
+    /// Angle of a count q, deg, and 1 / (8 q).
+    count: f32,
+    per_eight: f32,
+    /// The stop band, and the band beyond which a HOLD is left at once, deg.
+    stop_band: f32,
+    far_band: f32,
+    profile: BoundedAcceleration,
+    rest: RestDetector,
+    observer: ExtendedStateObserver,
+    friction: SlidingFriction,
+    guard: OscillationGuard,
+    planner: PulsePlanner,
+    hold_effort: HoldEffort,
+    /// With the encoder on the load.
+    reverse: Option<ReversePulse>,
+    load_rule: LoadRule,
+    give_up: GiveUp,
+    /// The hold effort that is told, V.
+    told: f32,
+    /// N_z, N_c, N_h and N_r, ticks.
+    rest_ticks: u16,
+    coast_ticks: u16,
+    hold_ticks: u16,
+    leave_ticks: u16,
+}
+
+impl Supervisor {
+    pub fn new(told: &RobustGains, around: &Loop) -> Self {
+        let rules = Rules::new(told, around);
+        let Loop { sample_time, resolution: count, full_scale: limit, lsb, .. } = *around;
+        let RobustGains { inertia, viscous, .. } = *told;
+        let range = [told.breakaway_low, told.breakaway_high];
+        let friction = SlidingFriction::new(sample_time, range, count);
+        let most_held = 0.8 * told.breakaway_high + told.load;
+        let most_disturbance = 1.5 * told.breakaway_high + told.load;
+        let Rules { bandwidth, on_load, .. } = rules;
+        Self {
+            proportional: inertia * bandwidth * bandwidth,
+            derivative: (2.0 * told.damping * inertia * bandwidth - viscous).max(0.0),
+            inertia,
+            per_inertia: 1.0 / inertia,
+            viscous,
+            limit,
+            count,
+            per_eight: 1.0 / (8.0 * count),
+            stop_band: told.stop_band * count,
+            far_band: (told.stop_band + 2.25) * count,
+            profile: BoundedAcceleration::new(rules.speed, rules.acceleration, sample_time),
+            rest: RestDetector::new(told.jitter, count),
+            observer: ExtendedStateObserver::new(
+                sample_time,
+                [inertia, viscous],
+                rules.observer,
+                most_disturbance,
+            ),
+            friction,
+            guard: OscillationGuard::new(
+                rules.guard,
+                rules.least_gain,
+                told.jitter,
+                sample_time,
+                count,
+            ),
+            planner: PulsePlanner::new(sample_time, inertia, range, limit, count),
+            hold_effort: HoldEffort::new(
+                [rules.hold_step, lsb],
+                range,
+                most_held,
+                count,
+                [rules.first_wait, rules.longest_wait],
+            ),
+            reverse: on_load
+                .then(|| ReversePulse::new(inertia, friction.first, sample_time, count)),
+            load_rule: LoadRule::new(told.load, friction.first, most_held, sample_time),
+            give_up: GiveUp::new(told.attempts, most_disturbance.min(limit), on_load, count),
+            told: told.hold_effort,
+            rest_ticks: rules.rest,
+            coast_ticks: rules.coast,
+            hold_ticks: rules.hold,
+            leave_ticks: rules.leave,
+        }
+    }
+
+    /// Returns the state of a joint at rest at the origin.
+    pub fn start(&self) -> State {
+        let gain = if self.reverse.is_some() { 0.5 } else { 1.0 };
+        State {
+            guarded: self.guard.start(),
+            held: self.hold_effort.start(self.told),
+            friction: [self.friction.first; 2],
+            learned: [Learned { gain, least: self.planner.least }; 2],
+            reverse: 1.0,
+            ..State::default()
+        }
+    }
+
+    /// Returns whether the joint rests.
+    pub fn rests(&self, state: &State) -> bool {
+        state.rest.ticks >= self.rest_ticks
+    }
+
+    /// Moves the origin by a distance, deg.
+    pub fn rebase(&self, state: &mut State, by: f32) {
+        state.profile.position -= by;
+        state.rest.anchor -= by;
+        state.rest.mean -= by;
+        state.estimate.position -= by;
+        state.guarded.extreme -= by;
+    }
+
+    /// Runs a tick, and returns the effort, V.
+    #[inline]
+    pub fn update(&self, s: &mut State, seen: &Seen) -> f32 {
+        let Seen { position, reference, velocity, applied } = *seen;
+        self.rest.update(&mut s.rest, position);
+        self.observer.update(&mut s.estimate, applied, position);
+        self.profile.update(&mut s.profile, reference, velocity);
+        let awaited = !matches!(s.mode, Mode::Move | Mode::Pulse);
+        if awaited && (reference - position).abs() > 3.0 * s.attempt.error.abs() + 64.0 * self.count
+        {
+            self.find(s, position);
+            self.profile.update(&mut s.profile, reference, velocity);
+        }
+        s.to_go = reference - s.profile.position;
+
+        let runs = s.profile.velocity != 0.0;
+        let rests = s.rest.ticks >= self.rest_ticks;
+        let error = reference - if rests { s.rest.mean } else { position };
+        let guard = if runs && s.guarded.gain < 0.3 { 0.3 } else { s.guarded.gain };
+        let gains = LoopGains {
+            guard,
+            proportional: self.proportional * guard * guard,
+            derivative: self.derivative * guard,
+        };
+        if runs && s.mode != Mode::Move {
+            s.mode = Mode::Move;
+            self.hold_effort.begin_move(&mut s.held);
+        }
+        let long = s.rest.ticks > 3 * self.rest_ticks;
+        if rests && (!runs || long) {
+            s.estimate.position = s.rest.mean;
+            s.estimate.velocity = 0.0;
+            if !runs {
+                s.estimate.disturbance = self.disturbance_at_rest(s);
+            }
+        }
+        if runs {
+            s.attempts = Attempts::default();
+            self.guard.in_motion(&mut s.guarded, position, s.profile.velocity, s.estimate.velocity);
+        } else {
+            self.guard.at_rest(&mut s.guarded, position, long || s.mode == Mode::Hold);
+        }
+
+        // One after the other: several transitions may happen in one tick.
+        let mut effort = 0.0;
+        if s.mode == Mode::Move {
+            effort = if runs {
+                self.follow(s, seen, gains)
+            } else {
+                self.settle(s, error, velocity, rests, gains)
+            };
+        }
+        if s.mode == Mode::Hold {
+            effort = self.hold(s, error);
+        }
+        if s.mode == Mode::Stuck {
+            effort = self.decide(s, position, error, gains);
+        }
+        if s.mode == Mode::Pulse {
+            effort = self.pulse(s);
+        } else if s.mode == Mode::Coast {
+            effort = self.coast(s, error, gains);
+        }
+        if s.mode == Mode::GiveUp {
+            effort = bounded(s.held.effort, self.hold_effort.most);
+        }
+        bounded(effort, self.limit)
+    }
+
+    /// The joint is elsewhere: the profile leads it back from where it is.
+    #[cold]
+    fn find(&self, s: &mut State, position: f32) {
+        s.profile.position = position;
+        s.profile.velocity = 0.0;
+        s.held.effort *= 0.5;
+        s.held.springs = false;
+        s.mode = Mode::Move;
+        self.guard.lost(&mut s.guarded);
+    }
+
+    /// Returns the observer's disturbance of a joint at rest: none, but for a load that is told
+    /// (L5).
+    #[inline]
+    fn disturbance_at_rest(&self, s: &State) -> f32 {
+        if self.load_rule.acts { -s.held.effort * self.per_inertia } else { 0.0 }
+    }
+
+    /// MOVE while the profile runs: `u = Kp (p - y) + Kd (p' - x2) + J p'' + B p' - g_e J x3 + (1 -
+    /// g_e) R_i s`.
+    #[inline]
+    fn follow(&self, s: &mut State, seen: &Seen, gains: LoopGains) -> f32 {
+        let Limited { position, velocity, acceleration } = s.profile;
+        let forward = velocity > 0.0;
+        let sign = if forward { 1.0 } else { -1.0 };
+        let friction = &mut s.friction[usize::from(forward)];
+        let held = if self.load_rule.acts { s.held.effort } else { 0.0 };
+        if sign != s.direction {
+            s.direction = sign;
+            s.needed = *friction * sign + held;
+            s.estimate.disturbance = -s.needed * self.per_inertia;
+        }
+        let disturbance = -self.inertia * s.estimate.disturbance;
+        let expected = *friction * sign + held;
+        let effort = gains.proportional * (position - seen.position)
+            + gains.derivative * (velocity - s.estimate.velocity)
+            + self.inertia * acceleration
+            + self.viscous * velocity
+            + gains.guard * disturbance
+            + (1.0 - gains.guard) * expected;
+        if s.rest.ticks < self.rest_ticks {
+            let speed = sign * s.estimate.velocity;
+            self.friction.learn(friction, disturbance * sign, speed, velocity.abs());
+        }
+        if self.load_rule.acts {
+            self.load_rule.follow(&mut s.needed, disturbance);
+        }
+        effort
+    }
+
+    /// MOVE after the profile: `u = Kp e + Kd (r' - x2) + u_b + 0.8 g R_i sat(e / 8 q)`, until the
+    /// joint rests.
+    #[inline]
+    fn settle(
+        &self,
+        s: &mut State,
+        error: f32,
+        velocity: f32,
+        rests: bool,
+        gains: LoopGains,
+    ) -> f32 {
+        if self.load_rule.acts && s.direction != 0.0 {
+            s.held.effort = self.load_rule.held(s.needed, s.direction);
+        }
+        s.direction = 0.0;
+        if rests {
+            s.mode = Mode::Stuck;
+            s.held.springs = false;
+            s.inside = false;
+        }
+        let friction = s.friction[usize::from(error > 0.0)];
+        gains.proportional * error
+            + gains.derivative * (velocity - s.estimate.velocity)
+            + s.held.effort
+            + 0.8 * friction * bounded(error * self.per_eight, 1.0) * s.guarded.gain
+    }
+
+    /// HOLD: the latched effort, until the error is beyond the stop band for long, or by far.
+    #[inline]
+    fn hold(&self, s: &mut State, error: f32) -> f32 {
+        let error = error.abs();
+        s.outside = if error > self.stop_band { s.outside.saturating_add(1) } else { 0 };
+        let far = error > self.far_band;
+        if s.outside >= self.leave_ticks || far {
+            s.mode = Mode::Stuck;
+            s.held.springs = true;
+            if far {
+                s.rest.ticks = 0;
+            }
+        }
+        s.latched
+    }
+
+    /// STUCK: `u = u_b + Kp e - Kd x2`. At rest the joint is held, or the next attempt begins.
+    #[inline]
+    fn decide(&self, s: &mut State, position: f32, error: f32, gains: LoopGains) -> f32 {
+        let effort =
+            s.held.effort + gains.proportional * error - gains.derivative * s.estimate.velocity;
+        if s.rest.ticks < self.rest_ticks {
+            return effort;
+        }
+        if error.abs() <= self.stop_band {
+            s.inside = true;
+            if s.rest.ticks >= self.hold_ticks {
+                s.mode = Mode::Hold;
+                s.latched = effort;
+                s.outside = 0;
+                s.attempts = Attempts::default();
+                self.guard.holds(&mut s.guarded);
+            }
+            return effort;
+        }
+        // With the encoder on the motor, a joint that was inside and drifted out has sprung back.
+        if s.inside && self.reverse.is_none() {
+            s.held.springs = true;
+        }
+        s.inside = false;
+        self.guard.clear(&mut s.guarded, position);
+        self.attempt(s, error);
+        effort
+    }
+
+    /// Begins an attempt: a step of the hold effort, or a pulse.
+    #[inline]
+    fn attempt(&self, s: &mut State, error: f32) {
+        let sign = if error > 0.0 { 1.0 } else { -1.0 };
+        let started = Attempt { error, ..Attempt::default() };
+        if self.hold_effort.step(&mut s.held, sign) {
+            s.attempt = Attempt { kind: Kind::Step, wait: s.held.wait, ..started };
+            s.rest.ticks = 0;
+            s.mode = Mode::Coast;
+            return;
+        }
+        let forward = error > 0.0;
+        let Learned { least, .. } = s.learned[usize::from(forward)];
+        let pulse =
+            self.planner.plan(s.friction[usize::from(forward)], self.distance(s, error), least);
+        s.attempt = Attempt { effort: pulse.effort, ..started };
+        self.fire(s, sign, pulse);
+    }
+
+    /// Returns the distance that a pulse for an error is planned for, deg.
+    fn distance(&self, s: &State, error: f32) -> f32 {
+        let size = error.abs();
+        let wanted = match &self.reverse {
+            Some(rule) if size > rule.farthest => rule.farthest,
+            _ => size,
+        };
+        wanted * s.learned[usize::from(error > 0.0)].gain
+    }
+
+    fn fire(&self, s: &mut State, sign: f32, Pulse { effort, ticks }: Pulse) {
+        s.attempt.output = s.held.effort + sign * effort;
+        s.attempt.left = ticks;
+        s.mode = Mode::Pulse;
+    }
+
+    /// PULSE: its effort, for its ticks.
+    #[inline]
+    fn pulse(&self, s: &mut State) -> f32 {
+        s.attempt.left = s.attempt.left.saturating_sub(1);
+        if s.attempt.left == 0 {
+            s.mode = Mode::Coast;
+            s.attempt.wait = self.coast_ticks;
+        }
+        s.attempt.output
+    }
+
+    /// COAST: `u = u_b - Kd x2`, and `+ Kp e` after a step, until the joint has rested and the
+    /// attempt is judged.
+    #[inline]
+    fn coast(&self, s: &mut State, error: f32, gains: LoopGains) -> f32 {
+        let sign = if s.attempt.error > 0.0 { 1.0 } else { -1.0 };
+        let wanted = s.attempt.error.abs();
+        let moved = (s.attempt.error - error) * sign;
+        let mut effort = s.held.effort - gains.derivative * s.estimate.velocity;
+        if s.attempt.kind == Kind::Step {
+            effort += gains.proportional * error;
+        }
+        if moved > s.attempt.peak {
+            s.attempt.peak = moved;
+        }
+        if let Some(rule) = &self.reverse
+            && s.attempt.kind == Kind::Pulse
+            && !s.attempt.braked
+            && rule.is_due(moved, sign * error, sign * s.estimate.velocity)
+        {
+            let distance = rule.distance(s.reverse, self.distance(s, s.attempt.error));
+            let against = s.friction[usize::from(s.attempt.error < 0.0)];
+            let pulse = self.planner.plan(against, distance, 0.0);
+            s.attempt.braked = true;
+            self.fire(s, -sign, pulse);
+            effort = self.pulse(s);
+        }
+        if s.attempt.kind == Kind::Step && moved > 2.0 * wanted + 8.0 * self.count {
+            self.hold_effort.undo(&mut s.held, sign);
+            s.attempt.kind = Kind::Undone;
+        }
+        if s.mode != Mode::Coast {
+            return effort;
+        }
+        if s.attempt.wait > 0 {
+            s.attempt.wait -= 1;
+        } else if s.rest.ticks >= self.coast_ticks {
+            let gives_up = match s.attempt.kind {
+                Kind::Pulse => self.judge_pulse(s, sign, wanted, moved, sign * error),
+                Kind::Step => {
+                    self.hold_effort.judge(&mut s.held, wanted, moved);
+                    self.give_up.step(&mut s.attempts)
+                }
+                Kind::Undone => false,
+            };
+            s.mode = if gives_up { Mode::GiveUp } else { Mode::Stuck };
+            s.rest.ticks = self.rest_ticks;
+        }
+        effort
+    }
+
+    /// Learns from a pulse after which the joint has come to rest, `moved` from where it was and
+    /// still `ahead` of its target. Returns whether it is time to give up.
+    fn judge_pulse(&self, s: &mut State, sign: f32, wanted: f32, moved: f32, ahead: f32) -> bool {
+        let peak = s.attempt.peak;
+        if let Some(rule) = &self.reverse
+            && s.attempt.braked
+        {
+            rule.learn(&mut s.reverse, wanted, moved, ahead);
+        }
+        if !self.hold_effort.sprang_back(&mut s.held, wanted, moved, peak) {
+            let learned = &mut s.learned[usize::from(sign > 0.0)];
+            let exhausted = learned.least >= self.limit;
+            self.planner.learn(learned, wanted, moved, peak);
+            if let Some(rule) = &self.reverse {
+                if peak >= 0.5 * self.count {
+                    if rule.is_beyond(ahead) {
+                        s.held.effort *= 0.5;
+                    }
+                } else if exhausted {
+                    // The whole effort does not move the load: wind the transmission up, and begin
+                    // again with six tenths of it.
+                    let stepped = s.held.effort + sign * s.held.step;
+                    s.held.effort = bounded(stepped, self.hold_effort.most);
+                    learned.least = 0.6 * self.limit;
+                    learned.gain *= 0.5;
+                }
+            }
+        }
+        self.give_up.pulse(&mut s.attempts, s.attempt.effort, peak)
+    }
+}

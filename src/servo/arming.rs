@@ -1,0 +1,116 @@
+//! Arming, by a command or by itself, and what turns the output off again.
+
+use super::{ControlLoop, Follower, Output, Refusal, Servo, State};
+use crate::fault::Fault;
+use crate::identification::Ramp;
+use crate::motion::Course;
+use crate::signal::Tick;
+
+impl Servo {
+    /// Arms the servo: the motion of the parameters begins at the next tick. If the servo is armed
+    /// already, nothing happens.
+    ///
+    /// # Errors
+    /// Says what is in the way.
+    pub fn arm(&mut self) -> Result<(), Refusal> {
+        if let State::Armed = self.state {
+            return Ok(());
+        }
+        let here = self.follower.seen.position;
+        let control_loop = self.ready_to_arm()?;
+        if control_loop.replaced {
+            return Err(Refusal::Replaced);
+        }
+        if control_loop.leads_out(&control_loop.course, here) {
+            return Err(Refusal::OutOfRange);
+        }
+        // Arming makes the place of the joint zero.
+        if control_loop.begins_far_from(&control_loop.course, 0) {
+            return Err(Refusal::FarAway);
+        }
+        self.start_loop(false);
+        Ok(())
+    }
+
+    /// Arms the servo for a link: at the next tick a ramp begins, or, without one, the joint holds
+    /// its place. From then on, the silence of that link is a fault. If the servo is armed already,
+    /// only the watch over the link begins; a ramp is refused then, and so is everything while a
+    /// ramp or a jog runs.
+    ///
+    /// # Errors
+    /// Says what is in the way.
+    pub fn arm_for_link(&mut self, ramp: Option<Ramp>) -> Result<(), Refusal> {
+        if let (State::Armed, Some(control_loop)) = (self.state, &mut self.control_loop) {
+            // The loop of a ramp and of a jog is open: nobody shall be told that it is closed.
+            if ramp.is_some() || matches!(control_loop.course, Course::Ramp(_) | Course::Jog(_)) {
+                return Err(Refusal::Armed);
+            }
+            control_loop.watch.listen();
+            return Ok(());
+        }
+        self.ready_to_arm()?.begin(ramp.map_or_else(Course::default, Course::Ramp));
+        self.start_loop(true);
+        Ok(())
+    }
+
+    /// Returns the control loop that is to be armed, unless something is in the way.
+    pub(super) fn ready_to_arm(&mut self) -> Result<&mut ControlLoop, Refusal> {
+        match self.state {
+            State::Boot => return Err(Refusal::Booting),
+            State::Faulted(fault) => return Err(Refusal::Faulted(fault)),
+            State::Armed => return Err(Refusal::Armed),
+            State::Stopped => {}
+        }
+        let (Some(control_loop), Follower { encoder: Some(_), seen, supply, .. }) =
+            (&mut self.control_loop, self.follower)
+        else {
+            return Err(Refusal::Booting);
+        };
+        if !control_loop.monitors.is_at_rest(&seen) {
+            return Err(Refusal::Moving);
+        }
+        match control_loop.monitors.forbids_arming(&control_loop.watch, &seen, supply) {
+            Some(fault) => Err(Refusal::WouldTrip(fault)),
+            None => Ok(control_loop),
+        }
+    }
+
+    /// Starts the control loop where the joint is now: closed, or open for a ramp.
+    pub(super) fn start_loop(&mut self, by_link: bool) {
+        if let Some(control_loop) = &mut self.control_loop {
+            control_loop.arm(self.follower.seen.position, by_link);
+            self.wake_up.begin(&control_loop.driver_times);
+            self.state = State::Armed;
+            self.countdown = None;
+        }
+    }
+
+    /// Turns the output off. A fault stays latched.
+    pub fn stop(&mut self) {
+        self.countdown = None;
+        if matches!(self.state, State::Armed) {
+            self.state = State::Stopped;
+            if let Some(control_loop) = &mut self.control_loop {
+                control_loop.rest();
+            }
+        }
+    }
+
+    /// Runs a tick with the output off, and arms for the next one if the servo arms itself.
+    // Arming and a tick of the loop in one interrupt would be the longest of all.
+    #[inline(never)]
+    pub(super) fn stopped(&mut self) -> Output {
+        let output = self.off(Tick::default());
+        if let (State::Stopped, Some(0)) = (self.state, self.countdown) {
+            match self.arm() {
+                // It would never arm, and nobody would be told why.
+                Err(Refusal::FarAway) => self.fault(Fault::FollowingError),
+                Err(Refusal::OutOfRange) => self.fault(Fault::PositionLimit),
+                // If the joint is not at rest yet, or the supply is not up, the next tick tries
+                // again.
+                _ => {}
+            }
+        }
+        output
+    }
+}

@@ -1,0 +1,72 @@
+//! How a servo begins: the parameters that were found, and how the part came out of its reset.
+
+use super::{ControlLoop, Follower, Servo, State, WakeUp};
+use crate::fault::{Fault, FaultLog, Latched};
+use crate::hardware::Hardware;
+use crate::parameters::{DecodeError, Parameters};
+
+/// The boot: how the part came out of its last reset.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Boot {
+    /// The fault that the part comes up with, if any; its time is that of the run in which it
+    /// happened.
+    pub fault: Option<Latched>,
+    /// Whether a slot of the parameters is damaged: the parameters may not be those that were saved
+    /// last, so nothing arms by itself.
+    pub is_damaged: bool,
+    /// Whether the reset may have been a dip of the supply, which nobody can tell from power-on.
+    /// Nothing arms by itself then, unless the parameters say so (`autostart_after_dip`).
+    pub may_be_dip: bool,
+}
+
+impl Servo {
+    /// Makes a servo of the parameters that were found, or of the reason why there are none.
+    pub fn new(
+        parameters: Result<&Parameters, DecodeError>,
+        boot: Boot,
+        hardware: &Hardware,
+    ) -> Self {
+        let mut servo = Self::blank();
+        servo.boot(parameters, boot, hardware);
+        servo
+    }
+
+    /// Returns a servo without parameters, which [`boot`](Self::boot) gives it.
+    pub fn blank() -> Self {
+        Self {
+            control_loop: None,
+            countdown: None,
+            state: State::Boot,
+            clock: 0,
+            follower: Follower::default(),
+            wake_up: WakeUp::default(),
+            latched: None,
+            log: FaultLog::default(),
+        }
+    }
+
+    /// Does what [`new`](Self::new) does, in the place of a blank servo.
+    pub fn boot(
+        &mut self,
+        parameters: Result<&Parameters, DecodeError>,
+        boot: Boot,
+        hardware: &Hardware,
+    ) {
+        let prepared = parameters.and_then(|parameters| {
+            ControlLoop::prepare(&mut self.control_loop, parameters, hardware)
+                .map_err(DecodeError::Value)
+        });
+        let autostart = self.control_loop.as_ref().and_then(|control_loop| control_loop.autostart);
+        let after_dip = parameters.is_ok_and(|parameters| parameters.device.autostart_after_dip);
+        let is_sure = !boot.is_damaged && (!boot.may_be_dip || after_dip);
+        self.countdown = autostart.filter(|_| is_sure);
+        let refused = match prepared {
+            Ok(()) => None,
+            Err(DecodeError::Blank) => Some(Fault::NoParameters),
+            Err(_) => Some(Fault::BadParameters),
+        };
+        if let Some(latched) = boot.fault.or(refused.map(Latched::from)) {
+            self.latch(latched);
+        }
+    }
+}

@@ -1,0 +1,50 @@
+//! The faults of a servo: the first one is latched until a command clears it.
+
+use super::{Refusal, Servo, State};
+use crate::fault::{Fault, FaultLog, Latched};
+
+impl Servo {
+    /// Returns the fault that is latched, if there is one.
+    pub const fn latched(&self) -> Option<Latched> {
+        self.latched
+    }
+
+    /// Returns the last faults.
+    pub const fn log(&self) -> &FaultLog {
+        &self.log
+    }
+
+    /// Latches a fault that has no value; see [`latch`](Self::latch).
+    pub fn fault(&mut self, fault: Fault) {
+        self.latch(Latched { tick: self.clock, ..Latched::from(fault) });
+    }
+
+    /// Latches a fault, unless one is latched already. The next tick's output is off, and the loop
+    /// forgets its state.
+    pub fn latch(&mut self, latched: Latched) {
+        if matches!(self.state, State::Faulted(_)) {
+            return;
+        }
+        self.state = State::Faulted(latched.fault);
+        self.latched = Some(latched);
+        self.log.push(latched);
+        self.countdown = None;
+        if let Some(control_loop) = &mut self.control_loop {
+            control_loop.rest();
+        }
+    }
+
+    /// Clears the latched fault, which leaves the servo stopped. Without a fault, nothing happens.
+    ///
+    /// # Errors
+    /// Refuses if only valid parameters or a reset end the fault.
+    pub fn clear(&mut self) -> Result<(), Refusal> {
+        let State::Faulted(fault) = self.state else { return Ok(()) };
+        if !fault.is_clearable() || self.control_loop.is_none() {
+            return Err(Refusal::NotClearable(fault));
+        }
+        self.state = State::Stopped;
+        self.latched = None;
+        Ok(())
+    }
+}

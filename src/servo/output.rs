@@ -1,0 +1,74 @@
+//! What a tick of the servo is given, and what it asks of the board.
+
+use super::{Servo, State};
+use crate::drive::Duty;
+use crate::signal::Tick;
+
+/// The readings that one tick of the servo is given.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Input {
+    /// The reading of the encoder's counter.
+    pub counter: u32,
+    /// The converter's reading of the supply: for the supply's monitor, and for an output that is
+    /// scaled by the supply.
+    pub supply: u16,
+}
+
+/// The output of one tick of the servo: what it asks of the board.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Output {
+    /// Whether the bridge may be on. If not, the duty is neutral.
+    pub enable: bool,
+    /// Whether the bridge's driver is enabled without a duty, so that it wakes up.
+    pub wakes: bool,
+    /// The servo's state after this tick.
+    pub state: State,
+    /// Every signal of the tick; code and duty are those that are applied. Without a motion only
+    /// duty and status are set, except in the tick that ends a ramp or in which a fault trips.
+    pub tick: Tick,
+    /// Ticks since power-on, this one included.
+    pub clock: u32,
+    /// Whether the compensator holds effort at standstill.
+    pub wound_up: bool,
+}
+
+impl Output {
+    /// Returns the PWM setting that the timer is given.
+    pub const fn duty(&self) -> Duty {
+        self.tick.duty()
+    }
+}
+
+impl Servo {
+    pub(super) fn neutral(&self) -> Duty {
+        self.control_loop
+            .as_ref()
+            .map_or(Duty::default(), |running| running.controller.drive().duty(0))
+    }
+
+    /// Returns the output of a tick in which nothing is driven.
+    pub(super) fn off(&self, tick: Tick) -> Output {
+        let Duty { compare, reverse } = self.neutral();
+        self.output(Tick { v_applied: 0.0, code: 0, compare, reverse, ..tick }, false, false)
+    }
+
+    #[inline]
+    pub(super) fn output(&self, mut tick: Tick, enable: bool, wound_up: bool) -> Output {
+        let (state, clock) = (self.state, self.clock);
+        tick.status = status(state, enable, tick.saturated, wound_up);
+        Output { enable, wakes: false, state, tick, clock, wound_up }
+    }
+}
+
+/// Returns the bits of [`Tick::status`].
+#[inline]
+fn status(state: State, enable: bool, saturated: bool, wound_up: bool) -> u32 {
+    let (state, fault) = match state {
+        State::Boot => (0, 0),
+        State::Stopped => (1, 0),
+        State::Armed => (2, 0),
+        State::Faulted(fault) => (3, fault as u32),
+    };
+    let bit = |set: bool, place: u32| u32::from(set) << place;
+    state | fault << 8 | bit(saturated, 16) | bit(wound_up, 17) | bit(enable, 18)
+}

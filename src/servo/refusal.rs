@@ -1,0 +1,32 @@
+//! What a servo refuses, and why.
+
+use crate::fault::Fault;
+
+/// The reason why the servo does not do what it is told.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Refusal {
+    /// The servo has not had its first tick.
+    Booting,
+    /// A fault is latched.
+    Faulted(Fault),
+    /// The fault cannot be cleared by a command.
+    NotClearable(Fault),
+    /// The servo is armed, and does this only while it is stopped.
+    Armed,
+    /// The servo is not armed, and does this only while it is.
+    NotArmed,
+    /// The joint moves, and has to be at rest.
+    Moving,
+    /// Arming would end in this fault at once.
+    WouldTrip(Fault),
+    /// The motion leads out of the range of positions.
+    OutOfRange,
+    /// The trajectory begins too far from the joint.
+    FarAway,
+    /// The position is 2^30 counts away from the set point, or farther.
+    TooFar,
+    /// The set point is too fast to come to rest within the range of positions.
+    TooFast,
+    /// The motion of the parameters has given way to one that a link asked for.
+    Replaced,
+}
