@@ -153,7 +153,8 @@ fn stepped(case: &Case, tuned: &Tuned, mut show: impl FnMut(f64, &Sample)) -> Ju
     let samples = (case.family.duration_s() / h).round() as u32;
     let mut judge = StepJudge::new(samples);
     let mut rig = Rig::armed(case, tuned)?;
-    rig.follow(assemble::step(case));
+    // A step is refused after a fault only, which the first tick tells.
+    let _ = rig.follow(assemble::step(case));
     let mut last = Sample::default();
     for k in 0..=samples {
         last = rig.tick();
@@ -176,8 +177,8 @@ fn tracked(
     let motion = assemble::trapezoid(case)?;
     let mut judge = TrackingJudge::new(motion.window, motion.top);
     let mut rig = Rig::armed(case, tuned)?;
-    rig.follow(motion.reference);
-    for k in 0..=motion.window[1] {
+    let follows = rig.follow(motion.reference);
+    for k in (0..=motion.window[1]).take_while(|_| follows) {
         let sample = rig.tick();
         if rig.fault().is_some() {
             break;

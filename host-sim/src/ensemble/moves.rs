@@ -60,11 +60,8 @@ pub fn run(case: &Case, tuned: &Tuned, seed: u64, moves: u32) -> Result<Wear, Er
     for number in 0..moves {
         let next = draw(draws, case, from);
         from = next.to;
-        let motion = if next.is_step { 0 } else { follow(&mut rig, case, &next)? };
-        if next.is_step {
-            let [from, to] = [next.from, next.to].map(position);
-            rig.follow(Reference::Step(Step { from, to, at_tick: 0 }));
-        }
+        let (reference, motion) = reference(case, &next)?;
+        let follows = rig.follow(reference);
         let tenths = [number < judged, number >= moves - judged];
         let mut error = f64::INFINITY;
         for k in 0..motion + rest {
@@ -79,7 +76,7 @@ pub fn run(case: &Case, tuned: &Tuned, seed: u64, moves: u32) -> Result<Wear, Er
             }
         }
         // What is not a number is missed.
-        let hit = rig.fault().is_none() && error.abs() <= BAND_COUNTS;
+        let hit = follows && rig.fault().is_none() && error.abs() <= BAND_COUNTS;
         for (missed, is_judged) in wear.missed.iter_mut().zip(tenths) {
             *missed += u32::from(is_judged && !hit);
         }
@@ -97,8 +94,12 @@ fn draw(draws: &mut Draws, case: &Case, from: f64) -> Move {
     Move { from, to, is_step }
 }
 
-/// Has the servo follow a trapezoid; returns its ticks.
-fn follow(rig: &mut Rig, case: &Case, next: &Move) -> Result<u32, Error> {
+/// Returns what is followed, and the ticks in which its set point moves.
+fn reference(case: &Case, next: &Move) -> Result<(Reference, u32), Error> {
+    if next.is_step {
+        let [from, to] = [next.from, next.to].map(position);
+        return Ok((Reference::Step(Step { from, to, at_tick: 0 }), 0));
+    }
     let h = case.told.sample_time;
     let half_blend_s = case.trapezoid.half_blend_s;
     let way_s = (next.to - next.from).abs() * case.count() / case.trapezoid.speed;
@@ -114,8 +115,8 @@ fn follow(rig: &mut Rig, case: &Case, next: &Move) -> Result<u32, Error> {
     let trajectory = trajectory.map_err(|error| {
         Error::Input(format!("--rate {}: a move does not fit it: {error:?}", 1.0 / h))
     })?;
-    rig.follow(Reference::Trajectory(trajectory));
-    Ok(((last_s + half_blend_s) / h).ceil() as u32 + 1)
+    let ticks = ((last_s + half_blend_s) / h).ceil() as u32 + 1;
+    Ok((Reference::Trajectory(trajectory), ticks))
 }
 
 #[cfg(test)]

@@ -75,9 +75,11 @@ impl Rig {
         Ok(rig)
     }
 
-    /// Has the servo follow a reference from the next tick on. One that has tripped stays as it is.
-    pub fn follow(&mut self, reference: Reference) {
-        let _ = self.servo.follow(reference);
+    /// Has the servo follow a reference from the next tick on; returns whether it does. One that
+    /// has tripped does not, and none follows a trajectory that begins too far from its joint.
+    #[must_use]
+    pub fn follow(&mut self, reference: Reference) -> bool {
+        self.servo.follow(reference).is_ok()
     }
 
     /// Returns the fault that has ended the motion, if there was one.

@@ -48,12 +48,12 @@ fn ranked(summaries: &[Summary]) -> Vec<&Summary> {
 fn precision(ranked: &[&Summary]) -> String {
     let mut table = table::new(&[
         "law",
-        "success\n%",
-        "95 %\nfrom-to",
-        "settled\np50, s",
-        "\np95, s",
-        "rest p50\ncounts",
-        "p90\ncounts",
+        "suc-\ncess\n%",
+        "95 %\nfrom\n-to",
+        "set-\ntled\np50 s",
+        "p95\ns",
+        "rest\np50\ncnts",
+        "p90\ncnts",
         "hunt\ncases",
         "false\ntrips",
     ]);
@@ -158,8 +158,8 @@ fn remarks(summary: &Summary, unit: &str) -> Vec<String> {
 fn legend(header: &Header) -> String {
     let mut text = String::from(
         "\
-All of it is simulated, under a servo with every monitor at its default. Rest is
-the largest true error in the last half of the run. The second table is of a
+All of it is simulated, under a servo with every monitor at its default. Rest, in
+counts, is the largest true error in the last half of the run. The second table is of a
 trapezoid of speed: rms error, stops on the way, total variation of the effort;
 variation at rest and rms effort are those of the step's last half.
 docs/ensemble.md says more.

@@ -142,23 +142,17 @@ pub const RULES: &[Rule] = &[
     proxy_sliding_mode::RULE,
 ];
 
-/// Returns the rules of the laws that the core has.
-fn known() -> impl Iterator<Item = &'static Rule> {
-    let has = |law: &str| law == "pd" || Gains::NAMES.contains(&law);
-    RULES.iter().filter(move |rule| rule.law.split('+').all(has))
-}
-
 /// Returns the rules of the laws that are named, or all of them if none is.
 ///
 /// # Errors
 /// Names a law that has no rule, with the nearest one that has.
 pub fn rules(names: &[String]) -> Result<Vec<&'static Rule>, Error> {
     if names.is_empty() {
-        return Ok(known().collect());
+        return Ok(RULES.iter().collect());
     }
     let rule = |name: &String| {
-        known().find(|rule| rule.law == name).ok_or_else(|| {
-            let near = suggestion(name, known().map(|rule| rule.law));
+        RULES.iter().find(|rule| rule.law == name).ok_or_else(|| {
+            let near = suggestion(name, RULES.iter().map(|rule| rule.law));
             Error::Input(format!("--controller {name}: no law of that name has a rule{near}"))
         })
     };
@@ -212,16 +206,16 @@ mod tests {
     #[test]
     fn every_law_of_the_core_has_one_rule_and_every_rule_its_law() {
         for name in Gains::NAMES {
-            assert_eq!(known().filter(|rule| rule.law == *name).count(), 1, "{name}");
+            assert_eq!(RULES.iter().filter(|rule| rule.law == *name).count(), 1, "{name}");
         }
-        for rule in known() {
+        for rule in RULES {
             let tuned = rule.gains(&NOMINAL);
             let names: Vec<_> = tuned.laws.iter().map(Gains::name).collect();
             assert_eq!(if names.is_empty() { "pd".into() } else { names.join("+") }, rule.law);
             assert!(rule.tried.is_empty() || rule.tried.contains(&rule.constant), "{}", rule.law);
         }
         // Plain PD, and two sums.
-        assert_eq!(known().count(), Gains::NAMES.len() + 3);
+        assert_eq!(RULES.len(), Gains::NAMES.len() + 3);
     }
 
     #[test]
