@@ -1,3 +1,5 @@
+#![allow(clippy::unwrap_used)]
+
 use super::draw::wrapped;
 use super::results::figures;
 use super::shape::{Axis, extent, visible};
