@@ -2,7 +2,7 @@
 
 use stiction::compensator::Gains;
 use stiction::pd::PdGains;
-use stiction::value::Table;
+use stiction::value::{Absent, Table};
 
 use super::controller::about_law;
 use crate::document::Builtin;
@@ -26,19 +26,20 @@ pub fn with_every_law(builtin: &Builtin) -> String {
     [text.to_owned()].into_iter().chain(new.map(example)).collect()
 }
 
-/// The table of a law's example.
+/// The table of a law's example: what has no default.
 fn example(law: &Gains) -> String {
     let mut table = Written::<AllGains, Laws>::default();
     table.put(PdGains::ABOUT, &PdGains::EXAMPLE);
-    table.put(about_law(law), law);
-    let keys = table.iter().map(|(key, value)| {
+    table.put(about_law(law).iter().filter(|about| about.absent == Absent::Needed), law);
+    let keys = table.iter().filter_map(|(key, value)| {
         let value = match value {
             Scalar::Number(number) => format!("{number:?}"),
             Scalar::Whole(whole) => whole.to_string(),
             Scalar::Flag(flag) => flag.to_string(),
-            Scalar::Choice(word) => format!("{word:?}"),
+            // A choice has a default.
+            Scalar::Choice(_) => return None,
         };
-        format!("{key} = {value}\n")
+        Some(format!("{key} = {value}\n"))
     });
     [format!("\n[controller.{}]\n", law.name())].into_iter().chain(keys).collect()
 }
