@@ -40,6 +40,13 @@ fn assert_off_before_the_reset(observed: &Observed) {
     let [reset] = observed.resets[..] else { panic!("{:?}", observed.resets) };
     let off = observed.off_at_ns().unwrap();
     assert!(off < reset.at.0, "off at {off}, reset at {}", reset.at.0);
+    // By both: the outputs and the enable pin. Each alone turns a bridge off, if it is wired.
+    assert!(
+        observed.any_ns < reset.at.0,
+        "by half at {}, reset at {}",
+        observed.any_ns,
+        reset.at.0
+    );
 }
 
 /// The watchdog that nobody feeds any more: the reset comes when `watchdog.rs` says, counted from

@@ -74,6 +74,8 @@ pub enum Injection {
 pub struct Observed {
     /// The bridge was on in these spans of time, ns since power-on, to the instruction.
     pub on_ns: Vec<[u64; 2]>,
+    /// Its outputs or its enable pin, or both, were on until this time, ns since power-on.
+    pub any_ns: u64,
     /// The bridge was in this state when it was last seen on.
     pub last: Bridge,
     /// It was on with these compare values, each with the time at which it came, ns.
@@ -154,8 +156,9 @@ fn observed(
     }
     board.until(Until::Time(until_ns))?;
     let Left { harness, resets, .. } = board.off()?;
-    let Harness { spans: Spans { on_ns, last, compares, .. }, ticks_ns, log, .. } = harness;
-    Ok(Observed { on_ns, last, compares, ticks_ns, log: log.lines, resets })
+    let Harness { spans, ticks_ns, log, .. } = harness;
+    let Spans { on_ns, any_ns, last, compares, .. } = spans;
+    Ok(Observed { on_ns, any_ns, last, compares, ticks_ns, log: log.lines, resets })
 }
 
 impl<C> Halted<'_, C> {

@@ -11,11 +11,14 @@ use super::bridge::Bridge;
 pub struct Spans {
     /// Spans of time in which it was on, ns since power-on.
     pub on_ns: Vec<[u64; 2]>,
+    /// It was on by half at least, by its outputs or by its enable pin, until this time, ns.
+    pub any_ns: u64,
     /// The bridge when it was last seen on.
     pub last: Bridge,
     /// The compare values that it was on with, each with the time at which it came, ns.
     pub compares: Vec<(u64, u16)>,
     was_on: bool,
+    was_any: bool,
 }
 
 impl Spans {
@@ -35,6 +38,11 @@ impl Spans {
             _ => {}
         }
         self.was_on = is_on;
+        let is_any = bridge.outputs || bridge.enable;
+        if is_any || self.was_any {
+            self.any_ns = at.0;
+        }
+        self.was_any = is_any;
         bridge
     }
 
