@@ -14,7 +14,6 @@ pub fn controllers() -> impl Iterator<Item = &'static str> {
     let laws = laws.map(Gains::name).filter(|law| *law != "robust");
     std::iter::once("pd").chain(laws)
 }
-}
 
 /// Plans an experiment under some of its controllers, none of them for those that its file lists,
 /// with keys set as on the command line.
