@@ -33,7 +33,6 @@ pub fn parameters(told: &Told, tuned: &Tuned) -> Parameters {
         velocity_window: tuned.velocity_window,
         pd: tuned.pd,
         compensator: tuned.laws.iter().copied().collect(),
-        ..ControllerConfig::EXAMPLE
     };
     let device = DeviceConfig::CAUTIOUS;
     let breakaway = (told.breakaway[1] + told.load) as f32;

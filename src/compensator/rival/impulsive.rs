@@ -116,7 +116,9 @@ impl Impulsive {
         // A rounding does not make it a tick longer.
         let least = libm::sqrtf(needed / room) - 1e-4;
         let shortest = if room > 0.0 { libm::ceilf(least) } else { LONGEST };
-        let ticks = shortest.max(1.0).min(LONGEST);
+        // One after the other, so that what is not a number is one tick.
+        let at_least_one = shortest.max(1.0);
+        let ticks = at_least_one.min(LONGEST);
         let under_root = self.friction * self.friction + needed / (ticks * ticks);
         let effort = 0.5 * (self.friction + libm::sqrtf(under_root));
         Pulse { effort: effort.max(self.smallest).min(self.largest), ticks: ticks as u32 }

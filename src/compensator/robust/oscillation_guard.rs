@@ -218,7 +218,7 @@ mod tests {
     fn gain_in_motion(half_period: usize, swing: f32) -> f32 {
         let mut guarded = GUARD.start();
         for tick in 0..20 * half_period {
-            let velocity = if (tick / half_period) % 2 == 0 { swing } else { -swing };
+            let velocity = if (tick / half_period).is_multiple_of(2) { swing } else { -swing };
             GUARD.in_motion(&mut guarded, 0.0, 1000.0, 1000.0 + velocity);
         }
         guarded.gain
