@@ -179,7 +179,7 @@ fn a_simulated_device_has_the_load_of_its_data_sheet() {
         fs::write(&loaded, text.replace("[load]\n", &format!("[load]\nconstant_nm = {load}\n")))
             .unwrap();
         let program = env!("CARGO_BIN_EXE_stiction");
-        let moved = ["device", "--simulated", "--machine", &loaded, "move", "2", "--for", "1"];
+        let moved = ["device", "--simulated", "--machine", &loaded, "move", "2", "--for", "1.5"];
         let done = std::process::Command::new(program).args(moved).output().unwrap();
         let said = String::from_utf8(done.stdout).unwrap();
         assert!(done.status.success(), "{said}");
