@@ -101,7 +101,7 @@ pub fn run(case: &Case, law: &str, tuned: &Tuned, [seed, moves]: [u64; 2]) -> Re
 /// Does the same, and shows every sample of step and trajectory with its time, s.
 ///
 /// # Errors
-/// As [`run`].
+/// If the core refuses the gains.
 pub fn run_and_show(
     case: &Case,
     law: &str,

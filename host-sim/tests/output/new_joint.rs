@@ -192,5 +192,6 @@ fn a_simulated_device_has_the_load_of_its_data_sheet() {
     // momentum carries the joint on from there, but not to the target.
     let balance = 2.0 - (7.1 / 1.8108 - 2.706) / 10.64;
     assert!((balance - 0.0036..1.97).contains(&pulled), "{pulled} deg, {balance} deg");
-    assert!((free - 2.0).abs() < 0.01, "{free} deg");
+    // Without a load it rests within a few counts, as SRNF does.
+    assert!((free - 2.0).abs() < 0.02, "{free} deg");
 }
