@@ -145,9 +145,16 @@ impl<const RING: usize> Session<RING> {
     pub fn receive(&mut self, bytes: &[u8], machine: &mut impl Machine) {
         for &byte in bytes {
             let Some(message) = self.deframer.push(byte) else { continue };
-            let Some((number, request)) = decode_request(message) else { continue };
+            let Some((number, request)) = Self::request(message) else { continue };
             self.take(number, request, machine);
         }
+    }
+
+    /// Reads a request. It is a function of its own, so that the stack that it needs is free again
+    /// for what the request asks for.
+    #[inline(never)]
+    fn request(message: &[u8]) -> Option<(u16, Option<Request>)> {
+        decode_request(message)
     }
 
     /// Takes a tick's output, and queues a sample of it if one is due.

@@ -180,11 +180,13 @@ pub(super) struct Units {
 
 impl Units {
     /// Whole units in a positive amount, never none: a threshold that is on stays on.
+    #[inline(never)]
     pub fn whole(amount: f32, unit: f32) -> u32 {
         (libm::roundf(amount / unit) as u32).max(1)
     }
 
     /// A threshold in whole units that is never reached if it is zero.
+    #[inline(never)]
     pub fn threshold(amount: f32, unit: f32) -> u32 {
         if amount > 0.0 && unit > 0.0 { Self::whole(amount, unit) } else { u32::MAX }
     }

@@ -115,6 +115,8 @@ pub(super) fn read(
 }
 
 impl<'a> Former<'a> {
+    // Not copied to each of its callers: nobody waits for a record of that time.
+    #[inline(never)]
     fn next<T: Deserialize<'a>>(&mut self) -> Result<T, DecodeError> {
         let (value, rest) =
             postcard::take_from_bytes(self.body).map_err(|_| DecodeError::Malformed)?;

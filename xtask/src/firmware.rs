@@ -43,9 +43,10 @@ pub fn built(program: &str) -> PathBuf {
 /// crates at the link, too.
 ///
 /// The control path has been put together within the core's crate by then, so that it stays as fast
-/// as it is; everything else is no longer copied into each of its callers. `docs/cost.md` has what
+/// as it is; everything else is no longer copied into each of its callers, not even what its author
+/// marked to be inlined (as serde and postcard do), unless it is small. `docs/cost.md` has what
 /// that buys, and what else was tried.
-const SMALL: [&str; 2] = ["-C", "llvm-args=-inline-threshold=25"];
+const SMALL: [&str; 2] = ["-C", "llvm-args=-inline-threshold=25 -inlinehint-threshold=75"];
 
 /// Builds the image and puts it where people and tests look for it; returns the ELF file's path.
 pub fn build() -> Result<PathBuf, String> {
