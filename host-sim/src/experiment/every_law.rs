@@ -9,9 +9,10 @@ use crate::document::Builtin;
 use crate::machine::{Laws, PD};
 use crate::written::{AllGains, Scalar, Written};
 
-/// Every controller by its name: plain PD, and each law by itself.
+/// Every controller of a device by its name: plain PD, and each law by itself.
 pub fn every_controller() -> Vec<String> {
-    [PD].iter().chain(Gains::NAMES).map(|&name| name.to_owned()).collect()
+    let laws = Gains::EXAMPLES.iter().filter(|law| law.on_the_device());
+    [PD].into_iter().chain(laws.map(Gains::name)).map(str::to_owned).collect()
 }
 
 /// The text of an experiment, with a table for each law that it has no gains for.
