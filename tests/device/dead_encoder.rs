@@ -143,17 +143,22 @@ fn pulses_that_give_up_add_up_to_a_stall_over_the_next_motions() {
     for error in [0.025, 0.05, 0.1, 0.2, 0.35, 0.39, 0.41] {
         let mut device = armed("robust");
         device.wires = Wires::Cut;
+        let mut furthest = 0.0f64;
         let faulted = (1..=most).find(|motion| {
+            let from = device.position_deg();
             step(&mut device, if motion % 2 == 1 { error } else { -error });
             let (is_armed, output) = a_minute(&mut device);
             assert!(!is_armed || output.tick.code == 0, "{error} deg, motion {motion}");
             assert!(is_armed || output.state == State::Faulted(Fault::Stall), "{output:?}");
+            furthest = furthest.max((device.position_deg() - from).abs());
             !is_armed
         });
         let motions = faulted.unwrap_or_else(|| panic!("{error} deg: armed after {most} motions"));
         assert!(motions > 1, "{error} deg: this is the case of the test above");
-        let travel = format!("{:.1}", device.position_deg().abs());
-        reliability!("dead-pulses", error, motions, travel);
+        // As far as one motion of a law that goes on.
+        assert!(furthest > 0.1 && furthest < pushed(0.45, 203.0), "{error} deg: {furthest} deg");
+        let furthest = format!("{furthest:.1}");
+        reliability!("dead-pulses", error, motions, furthest);
     }
 }
 
