@@ -6,13 +6,9 @@ use host_sim::experiment::{Document, Experiment, builtins, with_every_law};
 use stiction::compensator::Gains;
 
 /// Every controller of a device by its name: plain PD, and each law by itself.
-///
-/// `robust` is not among them yet: under it four of the device's tests fail, which
-/// docs/positioning.md names. It can be asked for by its name.
 pub fn controllers() -> impl Iterator<Item = &'static str> {
     let laws = Gains::EXAMPLES.iter().filter(|law| law.on_the_device());
-    let laws = laws.map(Gains::name).filter(|law| *law != "robust");
-    std::iter::once("pd").chain(laws)
+    std::iter::once("pd").chain(laws.map(Gains::name))
 }
 
 /// Plans an experiment under some of its controllers, none of them for those that its file lists,

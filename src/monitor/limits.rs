@@ -44,8 +44,9 @@ table! {
         /// Measured speed, deg/s. Derived: 2.5 full scale / Kd, never below 16 counts a tick: the
         /// damping alone would take two and a half times the output. Without Kd, that of Kd = 0.15
         /// s Kp. On the thesis's joint a step of 25 deg passes under every law, and an unstable
-        /// loop is seen within a second; at half as much again, or at the motor's speed without
-        /// load, some are not.
+        /// loop is seen within a second under PD and the laws of the thesis; at half as much again,
+        /// or at the motor's speed without load, some are not. A swing of four ticks is measured
+        /// too slow.
         overspeed: f32 = 0x0906 "overspeed_deg_per_s", OrOff(0.0, HUGE), Derived(83.333_336);
         /// Lowest position, deg from where the joint stood at power-on. Both limits zero: there are
         /// none.

@@ -15,8 +15,12 @@
 //! and not every count: one wire that is cut lets the other flicker between two neighbouring
 //! counts. The encoder lives if the joint is two counts from where it was when it lived last. It
 //! also lives if it counts with an effort whose sign has turned since then: so does a joint that
-//! hunts across the edge of a count (DNPF at its set point). A trip starts it anew. Effort within
-//! the breakaway is never added, so that a law may hold a joint at rest for ever.
+//! hunts across the edge of a count (DNPF at its set point). But that is only for efforts of less
+//! than twice the breakaway since then. More in one tick moves a joint by a count or more, and one
+//! that gets it and stays within the same two counts does not hunt: a law that pulses (`robust`)
+//! brakes after each pulse, the sign turns, and the flicker of the other wire would clear what the
+//! pulses add up. A trip starts it anew. Effort within the breakaway is never added, so that a law
+//! may hold a joint at rest for ever.
 //!
 //! This sees a dead encoder under SRNF, which asks for the breakaway effort and little more. Does
 //! badly: a joint that moves needs less effort than the breakaway to keep moving. An encoder that
@@ -55,6 +59,8 @@ pub(super) struct StallImpulseState {
     sign: i8,
     /// The sign has turned since then.
     turned: bool,
+    /// There was twice the breakaway since then, or more.
+    strong: bool,
 }
 
 impl StallImpulse {
@@ -73,7 +79,7 @@ impl StallImpulse {
     #[inline]
     pub const fn see(&self, state: &mut StallImpulseState, position: i32) {
         if position.wrapping_sub(state.anchor).unsigned_abs() > 1 {
-            *state = StallImpulseState { sum: 0, anchor: position, turned: false, ..*state };
+            *state = StallImpulseState::lives(position, state.sign);
         }
     }
 
@@ -88,8 +94,8 @@ impl StallImpulse {
         travel: i32,
     ) -> bool {
         self.see(state, position);
-        if state.turned && travel.signum() == i32::from(state.sign) {
-            *state = StallImpulseState { sum: 0, anchor: position, turned: false, ..*state };
+        if state.turned && !state.strong && travel.signum() == i32::from(state.sign) {
+            *state = StallImpulseState::lives(position, state.sign);
         }
         let size = code.unsigned_abs();
         if size <= self.breakaway {
@@ -98,8 +104,9 @@ impl StallImpulse {
         let sign = if code > 0 { 1 } else { -1 };
         state.turned |= state.sign == -sign;
         state.sign = sign;
-        let excess =
-            (size - self.breakaway).max(self.breakaway / LONGEST).min(self.breakaway).max(1);
+        let beyond = size - self.breakaway;
+        state.strong |= beyond >= self.breakaway;
+        let excess = beyond.max(self.breakaway / LONGEST).min(self.breakaway).max(1);
         state.sum = state.sum.saturating_add(excess);
         let trips = state.sum > self.most;
         if trips {
@@ -110,6 +117,11 @@ impl StallImpulse {
 }
 
 impl StallImpulseState {
+    /// Begins anew where the encoder has shown that it lives.
+    const fn lives(anchor: i32, sign: i8) -> Self {
+        Self { sum: 0, anchor, sign, turned: false, strong: false }
+    }
+
     /// Returns the same impulse where it has `ratio` times as many codes and ticks.
     pub fn scaled(self, ratio: f32) -> Self {
         Self { sum: (self.sum as f32 * ratio) as u32, ..self }

@@ -78,6 +78,15 @@ fn an_impulse_grows_by_the_excess_and_only_counts_clear_it() {
         dead |= monitor.check(&mut against, code, 0, 0);
     }
     assert!(lives && dead);
+    // With twice the breakaway it would leave the two counts: a pulse and its brake on a dead wire.
+    let mut state = StallImpulseState::default();
+    let pulses = |k: i32| ([32, -26][k as usize % 2], k % 2, [-1, 1][k as usize % 2]);
+    let trips = (1..100).find(|k| {
+        let (code, position, travel) = pulses(*k - 1);
+        monitor.check(&mut state, code, position, travel)
+    });
+    // 16 and 10 by turns.
+    assert_eq!(trips, Some(3));
 }
 
 #[test]

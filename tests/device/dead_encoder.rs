@@ -46,15 +46,38 @@ pub fn step(device: &mut SimulatedDevice, to_deg: f64) {
 /// Lets a minute pass, or less if the servo is no longer armed; says whether it is and the last
 /// output.
 fn a_minute(device: &mut SimulatedDevice) -> (bool, Output) {
+    let (is_armed, output, _) = a_minute_told(device);
+    (is_armed, output)
+}
+
+/// The same, with the way of a joint that had what was applied, deg, see [`coasted`].
+fn a_minute_told(device: &mut SimulatedDevice) -> (bool, Output, f64) {
     let mut output = device.tick();
+    let (mut way, mut speed) = (0.0, 0.0);
     for _ in 0..MINUTE {
+        coasted(&mut way, &mut speed, f64::from(output.tick.v_applied).abs());
         device.device.servo().heard();
         output = device.tick();
         if output.state != State::Armed {
             break;
         }
     }
-    (output.state == State::Armed, output)
+    (output.state == State::Armed, output, way)
+}
+
+/// Moves a joint on that has an effort of one sign (V) for a tick, and the thesis's slip friction,
+/// but no viscous one: the thesis's own goes less far.
+fn coasted(way: &mut f64, speed: &mut f64, effort: f64) {
+    let (acceleration, tick) = (27.0 * (effort - 0.38), 0.02);
+    let after = *speed + acceleration * tick;
+    if after > 0.0 {
+        *way += 0.5 * (*speed + after) * tick;
+        *speed = after;
+    } else {
+        // It stops within the tick.
+        *way += 0.5 * *speed * *speed / -acceleration;
+        *speed = 0.0;
+    }
 }
 
 /// Where a joint at rest is after `ticks` ticks under a constant effort (V) that starts it, deg, in
@@ -73,8 +96,13 @@ fn an_encoder_that_is_dead_from_rest_is_seen_under_every_law_and_error() {
             let mut device = armed(law);
             device.wires = Wires::Cut;
             step(&mut device, error);
-            let (is_armed, output) = a_minute(&mut device);
+            let (is_armed, output, coasts) = a_minute_told(&mut device);
             let travel = device.position_deg().abs();
+            if is_armed && law == "robust" {
+                told.push(format!("gives up at {travel:.1}"));
+                gave_up(&output, travel, coasts, error);
+                continue;
+            }
             told.push(if is_armed { "rests".into() } else { format!("{travel:.1}") });
             if is_armed {
                 // The law asks for less than starts the joint, and may do so for ever.
@@ -94,6 +122,69 @@ fn an_encoder_that_is_dead_from_rest_is_seen_under_every_law_and_error() {
         let [a, b, c, d, e, f, g, h, i] = <[String; ERRORS.len()]>::try_from(told).unwrap();
         reliability!("dead-encoder", law, a, b, c, d, e, f, g, h, i);
     }
+}
+
+/// `robust` pulses, and the joint moves, but after three strong pulses without a count it gives up.
+/// Then it has no effort for ever, and the joint rests.
+fn gave_up(output: &Output, travel: f64, coasts: f64, error: f64) {
+    assert_eq!(output.tick.code, 0, "{error} deg: its hold effort is none");
+    // What it has applied, all of it towards the target, moves a joint without viscous friction by
+    // so much; up to 5 deg/s that friction is 0.1 V of 1 V and more.
+    assert!((0.7 * coasts..coasts).contains(&travel), "{error} deg: {travel} of {coasts} deg");
+    // No farther than a law that goes on.
+    assert!(travel < pushed(0.45, 203.0), "{error} deg: {travel} deg");
+}
+
+#[test]
+fn pulses_that_give_up_add_up_to_a_stall_over_the_next_motions() {
+    // It gives up after three pulses of 1.5 times 1.03 V at least. Each of them is beyond 0.8 V,
+    // and so counts as 0.4 V for a tick: 0.024 V s in each motion at least, of 0.2 V s.
+    let most = (0.2f64 / 0.024).ceil() as usize;
+    for error in [0.025, 0.05, 0.1, 0.2, 0.35, 0.39, 0.41] {
+        let mut device = armed("robust");
+        device.wires = Wires::Cut;
+        let mut furthest = 0.0f64;
+        let faulted = (1..=most).find(|motion| {
+            let from = device.position_deg();
+            step(&mut device, if motion % 2 == 1 { error } else { -error });
+            let (is_armed, output) = a_minute(&mut device);
+            assert!(!is_armed || output.tick.code == 0, "{error} deg, motion {motion}");
+            assert!(is_armed || output.state == State::Faulted(Fault::Stall), "{output:?}");
+            furthest = furthest.max((device.position_deg() - from).abs());
+            !is_armed
+        });
+        let motions = faulted.unwrap_or_else(|| panic!("{error} deg: armed after {most} motions"));
+        assert!(motions > 1, "{error} deg: this is the case of the test above");
+        // As far as one motion of a law that goes on.
+        assert!(furthest > 0.1 && furthest < pushed(0.45, 203.0), "{error} deg: {furthest} deg");
+        let furthest = format!("{furthest:.1}");
+        reliability!("dead-pulses", error, motions, furthest);
+    }
+}
+
+#[test]
+fn pulses_that_never_give_up_end_in_a_stall() {
+    // 25 pulses beyond 0.8 V are what trips. Nine pulses, each a fifth more than the last, lead
+    // from 0.32 V beyond 1.5 V, and a pulse has six ticks with its rest, or a few more.
+    let set = ["loop.controller=robust", "controller.robust.give_up_attempts=0"];
+    let plan = &plans("step-response", &[set[0], set[1], "reference.steps_deg=[5.0]"])[0];
+    let mut device = SimulatedDevice::new(plan).unwrap();
+    device.ticks(50);
+    device.device.servo().arm_for_link(None).unwrap();
+    device.tick();
+    device.wires = Wires::Cut;
+    step(&mut device, 0.025);
+    let mut ticks = 0;
+    let state = loop {
+        device.device.servo().heard();
+        ticks += 1;
+        let state = device.tick().state;
+        if state != State::Armed || ticks == MINUTE {
+            break state;
+        }
+    };
+    assert_eq!(state, State::Faulted(Fault::Stall), "{ticks}");
+    assert!((25..=34 * 8).contains(&ticks), "{ticks}");
 }
 
 #[test]

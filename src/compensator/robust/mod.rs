@@ -205,10 +205,14 @@ impl Law for Robust {
     }
 
     /// The way in which the profile comes to its full speed, `v_m^2 / (2 a_m)`: by so much it
-    /// trails a set point that sets out with that speed.
+    /// trails a set point that sets out with that speed. But no more than the error from the
+    /// profile that asks for the full scale, `u_m / (J w_n^2)`: that of a loop that has run away,
+    /// as it does with an encoder that is reversed in motion. Where this is less, a set point that
+    /// sets out with more than `sqrt(8) a_m / w_n` needs a larger limit, or a blend.
     fn following_error(gains: &RobustGains, around: &Loop) -> Option<f32> {
-        let Rules { speed, acceleration, .. } = Rules::new(gains, around);
+        let Rules { speed, acceleration, bandwidth, .. } = Rules::new(gains, around);
         let way = speed * speed / (2.0 * acceleration);
-        Some(way.max(16.0 * around.resolution).min(HUGE))
+        let saturating = around.full_scale / (gains.inertia * bandwidth * bandwidth);
+        Some(way.min(saturating).max(16.0 * around.resolution).min(HUGE))
     }
 }

@@ -13,6 +13,16 @@ use stiction::{Fault, Motion};
 use super::Situation::{self, Moving, Rest, Saturated};
 use crate::fixture::plans;
 
+/// What a law has to be told so that it is [`Saturated`] as the others are on the way to a far
+/// target. The profile within `robust` asks for a quarter of the full scale otherwise, and for the
+/// friction: here it is the whole, 5 V of 27 deg/s^2 each.
+pub fn harder(law: &str, situation: Situation) -> &'static [&'static str] {
+    match (law, situation) {
+        ("robust", Saturated) => &["controller.robust.acceleration_deg_per_s2=135"],
+        _ => &[],
+    }
+}
+
 pub struct DeviceUnderTest {
     pub client: Client<SimulatedWire>,
     pub neutral: Duty,

@@ -8,7 +8,7 @@
 use stiction::Fault;
 use stiction::servo::{Servo, State};
 
-use device_under_test::DeviceUnderTest;
+use device_under_test::{DeviceUnderTest, harder};
 use experiments::controllers;
 use rows::{ELSEWHERE, FROM_THE_BOARD, rows, sound};
 
@@ -40,7 +40,8 @@ fn every_fault_is_seen_in_time_and_turns_the_bridge_off_under_every_law() {
             let mut slowest = 0;
             for law in controllers() {
                 let name = format!("{} ({}), {law}, {situation:?}", row.fault.describe(), row.what);
-                let mut device = DeviceUnderTest::new(law, row.set);
+                let set = [row.set, harder(law, situation)].concat();
+                let mut device = DeviceUnderTest::new(law, &set);
                 device.bring(situation);
                 device.simulated().device.servo().heard();
                 let mut detected = None;
@@ -78,7 +79,7 @@ fn every_fault_is_seen_in_time_and_turns_the_bridge_off_under_every_law() {
         for situation in [Rest, Moving, Saturated] {
             for law in controllers() {
                 let name = format!("{} from the board, {law}, {situation:?}", fault.describe());
-                let mut device = DeviceUnderTest::new(law, &[]);
+                let mut device = DeviceUnderTest::new(law, harder(law, situation));
                 device.bring(situation);
                 Servo::fault(device.simulated().device.servo(), fault);
                 let output = device.pass(1);

@@ -24,7 +24,7 @@ use stiction::Fault;
 use stiction::link::StateCode;
 
 use crate::fault_injection::MS;
-use driven::{Driven, SITUATIONS, Situation, sound};
+use driven::{Driven, SITUATIONS, Situation, harder, sound};
 use experiments::controllers;
 use rows::{Reported, Row, reported};
 
@@ -161,7 +161,7 @@ fn assert_rows(rows: &[&Row]) {
             let mut slowest = 0;
             for law in controllers() {
                 let name = format!("{} ({}), {law}, {situation:?}", row.fault.describe(), row.what);
-                driven.take(law, row.set);
+                driven.take(law, &[row.set, harder(law, situation)].concat());
                 driven.bring(situation);
                 let (ticks, sample) = seen(row, &mut driven, &name, within);
                 slowest = slowest.max(ticks);

@@ -102,7 +102,8 @@ pub const JUMP: Row = Row {
 pub const FOLLOWING: Row = Row {
     fault: Fault::FollowingError,
     what: "pushed away from its set point, 15 deg/s",
-    set: &["limits.stall_v=0"],
+    // PD's own limit, under every law: the one that `robust` derives is 2.76 deg.
+    set: &["limits.stall_v=0", "limits.following_error_deg=5"],
     inject: |halted, _| {
         let position = halted.plant().position_deg();
         halted.push(position - 0.3, -15.0);
