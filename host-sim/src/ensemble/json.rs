@@ -33,6 +33,11 @@ pub fn object(header: &Header, families: &[(Group, Vec<Summary>)]) -> Value {
     })
 }
 
+/// The share of cases that succeed, as its interval has it; none of no case.
+fn share(successes: usize, cases: usize) -> Option<f64> {
+    (cases > 0).then(|| successes as f64 / cases as f64)
+}
+
 fn law(summary: &Summary) -> Value {
     let quantiles = |sorted: &Sorted, shares: &[(&str, f64)]| {
         let of =
@@ -44,7 +49,8 @@ fn law(summary: &Summary) -> Value {
     let two: [(&str, f64); 2] = [("p50", 0.5), ("max", 1.0)];
     let mut value = json!({
         "cases": summary.cases,
-        "success": summary.success,
+        "success": share(summary.success, summary.cases),
+        "successes": summary.success,
         "success_ci": summary.success_ci,
         "settling_s": quantiles(&summary.settling_s, &settling),
         "rest_counts": quantiles(&summary.rest_counts, &usual),
@@ -66,7 +72,12 @@ fn law(summary: &Summary) -> Value {
     }
     if !summary.by_jump.is_empty() {
         let class = |(name, cases, success): &(&str, usize, usize)| {
-            ((*name).to_owned(), json!({ "cases": cases, "success": success }))
+            let of_class = json!({
+                "cases": cases,
+                "success": share(*success, *cases),
+                "successes": success,
+            });
+            ((*name).to_owned(), of_class)
         };
         object.insert(
             "by_jump".into(),

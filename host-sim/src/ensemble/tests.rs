@@ -232,6 +232,8 @@ fn the_object_has_the_keys_that_are_promised() {
     }
     assert!(of("total_variation_motion_per_s").as_f64().unwrap() > 0.0);
     assert_eq!(of("success_ci").as_array().unwrap().len(), 2);
+    let share = of("successes").as_f64().unwrap() / of("cases").as_f64().unwrap();
+    assert_eq!(of("success").as_f64(), Some(share));
     assert_eq!(of("worst").as_array().unwrap().len(), 5);
     // A row of two moves: one is a tenth, rounded up.
     assert_eq!(of("moves")["first"]["moves"], 5);
