@@ -256,7 +256,7 @@ pub fn reported() -> Vec<Reported> {
         // In hardware.
         row(Fault::BreakInput, &broken, 0),
         // The first control tick after the stall is told that it comes late.
-        row(Fault::Overrun, &stalled, 30 * MS + super::INTERRUPT_NS),
+        row(Fault::Overrun, &stalled, 30 * MS + super::OFF_NS),
         // 60 ms of the fastest oscillator are 88 ms of a typical one.
         row(Fault::Watchdog, &[(0, Injection::TickStops)], 89 * MS),
         // The next control tick's first access.
