@@ -105,6 +105,16 @@ impl ControllerState {
         self.tick
     }
 
+    /// Forgets everything, in place: a state is too large to be made elsewhere and copied while the
+    /// bridge waits to be turned off.
+    pub(crate) fn forget(&mut self) {
+        let Self { counts, velocity, compensator, output, tick } = self;
+        (*counts, *tick) = (0, 0);
+        *velocity = VelocityState::default();
+        *output = OutputState::default();
+        compensator.forget();
+    }
+
     /// Lets a motion begin at the next tick. Everything else goes on.
     pub const fn begin_motion(&mut self) {
         self.tick = 0;
@@ -227,7 +237,7 @@ impl Controller {
         // sum.
         let non_finite = !(sum.is_finite() && setpoint.is_finite());
         if non_finite {
-            state.compensator = self.compensator.rest();
+            self.compensator.begin_anew(&mut state.compensator);
         }
         let asked = if non_finite { 0.0 } else { sum };
         let output = self.output.apply(&mut state.output, asked, reading.supply, Rise::Soft);

@@ -385,6 +385,13 @@ impl Course {
 }
 
 impl CourseState {
+    /// Forgets everything, in place.
+    pub(crate) fn forget(&mut self) {
+        self.controller.forget();
+        self.ramp = RampState::default();
+        self.jog = JogState::default();
+    }
+
     /// Returns the state of a joint at rest in position `counts`, before the first tick of the
     /// course.
     pub fn start(controller: &Controller, counts: i32) -> Self {

@@ -417,6 +417,14 @@ pub struct CompensatorState {
     alone: <Alone as Law>::State,
 }
 
+impl CompensatorState {
+    /// Forgets what the laws remember, in place.
+    pub(crate) fn forget(&mut self) {
+        self.terms.fill(LawState::None);
+        self.alone.forget();
+    }
+}
+
 impl Compensator {
     /// Prepares the sum for a loop. The gains have been validated.
     pub fn new(gains: &Vec<Gains, MAX_TERMS>, around: &Loop) -> Self {
@@ -438,6 +446,14 @@ impl Compensator {
             *state = law.rest();
         }
         state
+    }
+
+    /// Lets the sum begin anew from rest, in place.
+    pub fn begin_anew(&self, state: &mut CompensatorState) {
+        for (law, state) in self.terms.iter().zip(&mut state.terms) {
+            *state = law.rest();
+        }
+        state.alone.forget();
     }
 
     /// Returns whether the law takes the place of PD.

@@ -101,7 +101,7 @@ impl ControlLoop {
     /// ramp or a jog has found.
     pub(super) fn rest(&mut self) {
         if !self.is_over() {
-            self.state = CourseState::default();
+            self.state.forget();
         }
         self.watch = self.monitors.armed(&self.watch, false);
     }

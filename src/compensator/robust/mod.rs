@@ -97,6 +97,12 @@ pub struct State {
 }
 
 impl State {
+    /// Lets the law begin anew at its next tick, which sets everything else. One flag and not all of
+    /// the state: a tick that latches a fault has the bridge to turn off.
+    pub const fn forget(&mut self) {
+        self.begun = false;
+    }
+
     /// Returns which state the supervisor is in.
     pub const fn mode(&self) -> Mode {
         self.supervisor.mode

@@ -4,6 +4,7 @@ use host_sim::emulator::board_under_test::Halted;
 use host_sim::emulator::fault_injection::Injection;
 use host_sim::encoder::Wires;
 use stiction::Fault;
+use stiction::compensator::Gains;
 
 use crate::fault_injection::MS;
 
@@ -204,19 +205,29 @@ pub const NON_FINITE: Row = Row {
 /// Kd of PD, of SRNF, and of the other laws, V s/deg.
 const KD: [f32; 3] = [0.15, 0.25, 0.17];
 
+/// Returns whether a word is a gain that the law in the drive computes with: Kd, and the inertia
+/// that `robust` is told in its place.
+fn is_gain(word: u32) -> bool {
+    let told = f32::from_bits(word);
+    let inertia = Gains::EXAMPLES.iter().find_map(|law| match law {
+        Gains::Robust(gains) => Some(gains.inertia),
+        _ => None,
+    });
+    KD.contains(&told) || Some(told) == inertia
+}
+
 /// No parameters that are accepted lead to a value that is not finite, so the servo's own copy of a
 /// gain is changed.
 fn spoil_gain(halted: &mut Halted<'_>) {
     let mut spoiled = 0;
     for (address, length) in crate::fault_injection::firmware().variable("_servo") {
         let words = halted.words(address, length / 4).unwrap();
-        let is_gain = |word: u32| KD.contains(&f32::from_bits(word));
         for (index, _) in words.iter().enumerate().filter(|(_, word)| is_gain(**word)) {
             halted.overwrite(address + 4 * index as u64, f32::NAN.to_bits()).unwrap();
             spoiled += 1;
         }
     }
-    assert!(spoiled > 0, "the servo holds no Kd");
+    assert!(spoiled > 0, "the servo holds no gain");
 }
 
 pub const SILENCE: Row = Row {
@@ -256,7 +267,7 @@ pub fn reported() -> Vec<Reported> {
         // In hardware.
         row(Fault::BreakInput, &broken, 0),
         // The first control tick after the stall is told that it comes late.
-        row(Fault::Overrun, &stalled, 30 * MS + super::OFF_NS),
+        row(Fault::Overrun, &stalled, 30 * MS + super::INTERRUPT_NS),
         // 60 ms of the fastest oscillator are 88 ms of a typical one.
         row(Fault::Watchdog, &[(0, Injection::TickStops)], 89 * MS),
         // The next control tick's first access.
