@@ -115,8 +115,8 @@ impl WatchedServo {
         }
     }
 
-    /// Follows another reference from the next tick on, in counts from where it was armed, as a link
-    /// asks for it that is never silent.
+    /// Follows another reference from the next tick on, in counts from where it was armed, as a
+    /// link asks for it that is never silent.
     ///
     /// # Errors
     /// If the servo refuses it; a servo that has tripped does.

@@ -9,9 +9,9 @@
 //! d  -> d - R h sgn(theta_e)   at rest beyond the band: a ramp towards the target
 //! ```
 //!
-//! At rest is a joint that has not moved by a count for three ticks while its set point rests. `F` is
-//! the slip friction that a feedforward in the same sum already gives in the direction of the set
-//! point; what is left to the observer does then not change with the direction.
+//! At rest is a joint that has not moved by a count for three ticks while its set point rests. `F`
+//! is the slip friction that a feedforward in the same sum already gives in the direction of the
+//! set point; what is left to the observer does then not change with the direction.
 //!
 //! Why this form: feedforward and SRNF rest and track by what they know of the friction. The
 //! observer finds what they do not know, a load among it. Fed with a joint that sticks, it would be
@@ -22,9 +22,9 @@
 //! Guarantees: |v_c| never exceeds the full scale; at rest in the band the effort is constant, and
 //! only the slope of the other laws acts. A friction or a load that is constant while the joint
 //! slides leaves no error of velocity. Does badly: it lands where static friction lets it, and with
-//! one far above the dynamic friction the attempts scatter by more than the band. It holds an effort
-//! at rest, up to the slip friction. It takes a missing inertia for a disturbance, which is late: a
-//! joint of half of `J` rings with a sample of delay, unless the PD loop is slow.
+//! one far above the dynamic friction the attempts scatter by more than the band. It holds an
+//! effort at rest, up to the slip friction. It takes a missing inertia for a disturbance, which is
+//! late: a joint of half of `J` rings with a sample of delay, unless the PD loop is slow.
 
 use super::robust::extended_state_observer::{Estimate, ExtendedStateObserver};
 use super::{Law, LawInput, Loop};

@@ -11,15 +11,16 @@
 //!        = 0                       |theta_d'| <= V_ff
 //! ```
 //!
-//! Added to ROI, RVI or SRNF in a sum, it gives them the viscous term that they lack: these laws are
-//! all added to PD, and a term of the reference alone is the same in whichever of them it stands.
+//! Added to ROI, RVI or SRNF in a sum, it gives them the viscous term that they lack: these laws
+//! are all added to PD, and a term of the reference alone is the same in whichever of them it
+//! stands.
 //!
 //! Why this form: the reference velocity is free of noise, so the signal switches only where the
-//! motion does; a law on measured velocity chatters at standstill. Guarantees: bounded by `v_slip` and
-//! what the reference asks for; cannot destabilise the loop, being outside of it. Tracks with an
-//! error of `(v_d + b theta_d' - v_c) / Kp`. Does badly: it gives nothing at rest, so the rest error
-//! is that of PD; `v_slip` must be identified, and an overestimate pushes. A step has no velocity,
-//! and gets nothing.
+//! motion does; a law on measured velocity chatters at standstill. Guarantees: bounded by `v_slip`
+//! and what the reference asks for; cannot destabilise the loop, being outside of it. Tracks with
+//! an error of `(v_d + b theta_d' - v_c) / Kp`. Does badly: it gives nothing at rest, so the rest
+//! error is that of PD; `v_slip` must be identified, and an overestimate pushes. A step has no
+//! velocity, and gets nothing.
 
 use super::{Law, LawInput, Loop};
 use crate::error::HUGE;

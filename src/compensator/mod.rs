@@ -134,8 +134,8 @@ pub trait Law: Sized {
 }
 
 /// Registers the laws: a comment that says which law it is, under which feature it is there if it
-/// is not always, then `number "name in a machine's file" Type;`. After `alone` comes the one that takes the place of PD and is too large to have room in
-/// each place of a sum.
+/// is not always, then `number "name in a machine's file" Type;`. After `alone` comes the one that
+/// takes the place of PD and is too large to have room in each place of a sum.
 macro_rules! laws {
     ($(
         $(#[doc = $doc:literal])* $(#[cfg($feature:meta)])?

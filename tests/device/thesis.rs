@@ -226,8 +226,9 @@ fn the_joint_that_is_unstable_under_pd_comes_to_rest_under_the_observer() {
 }
 
 /// Under `robust` it swings with a period of four ticks, faster than the limit. The speed that is
-/// measured is a slope over five samples, of which such a swing leaves less than half. The following
-/// error sees it later. Without any limit the guard lowers the gain until the joint rests.
+/// measured is a slope over five samples, of which such a swing leaves less than half. The
+/// following error sees it later. Without any limit the guard lowers the gain until the joint
+/// rests.
 #[test]
 fn a_swing_in_four_ticks_is_seen_by_its_error_and_ended_by_the_guard() {
     let found = swing("robust", &[]);

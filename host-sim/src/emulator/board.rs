@@ -267,8 +267,8 @@ impl EmulatedBoard {
     }
 
     /// To be called whenever the models have acted: an oscillator without a crystal never says that
-    /// it is ready, and the model's would, as soon as its start-up time is over. Nor does a PLL whose
-    /// input is out of its range.
+    /// it is ready, and the model's would, as soon as its start-up time is over. Nor does a PLL
+    /// whose input is out of its range.
     pub fn settle(&mut self) {
         let hz = self.crystal_hz;
         let (_, registers) = self.mcu.clocks();

@@ -1,7 +1,7 @@
 //! The draw of a case: a joint of a family, its loop and what the laws are told of it.
 //!
-//! The draws of a case are made in the order of the functions below, each joint anew. docs/ensemble.md
-//! has the distributions as a table.
+//! The draws of a case are made in the order of the functions below, each joint anew.
+//! docs/ensemble.md has the distributions as a table.
 
 use std::f64::consts::{PI, TAU};
 

@@ -2,9 +2,9 @@
 //!
 //! Each key is drawn from a uniform distribution, `KEY=LOW..HIGH`. Only the joint varies: the
 //! gains, and the limits of the monitors, are those that the file as it stands gives. The servo
-//! runs as `stiction run --target servo` does, so the move begins when it is armed, and settling has
-//! the soft start in it. The first step and the first trajectory of the file are judged. Positions
-//! are in degrees, efforts in volts.
+//! runs as `stiction run --target servo` does, so the move begins when it is armed, and settling
+//! has the soft start in it. The first step and the first trajectory of the file are judged.
+//! Positions are in degrees, efforts in volts.
 
 use std::path::Path;
 

@@ -1,9 +1,9 @@
 //! A joint on the bench: the servo with all of its monitors, amplifier, encoder and joint, stepped
 //! tick by tick.
 //!
-//! The servo is armed with its joint at rest, and holds it for the length of its soft start. Then it
-//! is told to move, as over a link: this is time zero of all measures. A brake that holds the joint
-//! opens at the same time.
+//! The servo is armed with its joint at rest, and holds it for the length of its soft start. Then
+//! it is told to move, as over a link: this is time zero of all measures. A brake that holds the
+//! joint opens at the same time.
 
 use stiction::compensator::Gains;
 use stiction::fault::Fault;

@@ -130,8 +130,8 @@ pub(super) fn svg(figure: &Figure, sheet: Sheet) -> Result<String, Error> {
     Ok(SvgBackend::new().render_scene(&page))
 }
 
-/// The lines of title and subtitle, with their sizes and places. What is too long for one line takes
-/// more of them.
+/// The lines of title and subtitle, with their sizes and places. What is too long for one line
+/// takes more of them.
 fn captions(figure: &Figure, width: f64) -> Vec<(String, u32, f64)> {
     let mut lines: Vec<(String, u32, f64)> = Vec::new();
     for (content, size) in [(&figure.title, TITLE), (&figure.subtitle, TEXT)] {

@@ -1,11 +1,11 @@
 //! Adaptive impulsive positioner: PD moves and brakes; what is left is knocked away by pulses from
 //! rest.
 //!
-//! A pulse of the effort `A` for the time `T` from rest moves an inertia `J` against the friction `F`
-//! by the quadratic law of pulse width control (Yang and Tomizuka, "Adaptive pulse width control for
-//! precise positioning under the influence of stiction and Coulomb friction", *ASME Journal of
-//! Dynamic Systems, Measurement, and Control* 110(3), 1988). With `(A - F)/J` it gains speed for `T`,
-//! and with `-F/J` it loses it again:
+//! A pulse of the effort `A` for the time `T` from rest moves an inertia `J` against the friction
+//! `F` by the quadratic law of pulse width control (Yang and Tomizuka, "Adaptive pulse width
+//! control for precise positioning under the influence of stiction and Coulomb friction", *ASME
+//! Journal of Dynamic Systems, Measurement, and Control* 110(3), 1988). With `(A - F)/J` it gains
+//! speed for `T`, and with `-F/J` it loses it again:
 //!
 //! ```text
 //! d = A (A - F) T^2 / (2 J F)     so     A = [F + sqrt(F^2 + 8 J F d / T^2)] / 2
@@ -25,13 +25,13 @@
 //! ```
 //!
 //! Why this form: an integral has to creep up to a breakaway that nobody knows, and then has too
-//! much; a pulse is far above any breakaway, and how far it moves depends on the friction in motion,
-//! which is known within a factor. Guarantees: with `A` well above the friction the error shrinks
-//! with each pulse by about `(F_hi - F_lo)/(F_hi + F_lo)` for every friction in the range, without
-//! knowing it (van de Wouw and Leine, "Robust impulsive control of motion systems with uncertain
-//! friction", *International Journal of Robust and Nonlinear Control* 22(4), 2012, have the proof of
-//! a like law). What is asked of the drive never exceeds `U`. The band with two edges keeps it from
-//! firing for ever where bristles give way and come back.
+//! much; a pulse is far above any breakaway, and how far it moves depends on the friction in
+//! motion, which is known within a factor. Guarantees: with `A` well above the friction the error
+//! shrinks with each pulse by about `(F_hi - F_lo)/(F_hi + F_lo)` for every friction in the range,
+//! without knowing it (van de Wouw and Leine, "Robust impulsive control of motion systems with
+//! uncertain friction", *International Journal of Robust and Nonlinear Control* 22(4), 2012, have
+//! the proof of a like law). What is asked of the drive never exceeds `U`. The band with two edges
+//! keeps it from firing for ever where bristles give way and come back.
 //! Does badly: it knows no load above the friction, which drives the joint off again. On a flexible
 //! joint a pulse rings. It does nothing for tracking.
 

@@ -2,9 +2,9 @@
 //! pulls to the set point.
 //!
 //! After Kikuuwe, Yasukouchi, Fujimoto and Yamamoto, "Proxy-based sliding mode control: a safer
-//! extension of PID position control", *IEEE Transactions on Robotics* 26(4), 2010, pp. 670-684. The
-//! proxy has no mass and is ahead of the joint by `w`; `a` is the integral of that. On the joint acts
-//! PID, on the proxy the largest effort `U` towards the sliding surface:
+//! extension of PID position control", *IEEE Transactions on Robotics* 26(4), 2010, pp. 670-684.
+//! The proxy has no mass and is ahead of the joint by `w`; `a` is the integral of that. On the
+//! joint acts PID, on the proxy the largest effort `U` towards the sliding surface:
 //!
 //! ```text
 //! v_c = L a + K w + D w'          a' = w
@@ -21,8 +21,8 @@
 //! a   = a + h w
 //! ```
 //!
-//! In the first line, `s = 0` is solved for `w` and put into PID; where that needs more than `U`, the
-//! second line lets the proxy lag. `U` is the full scale.
+//! In the first line, `s = 0` is solved for `w` and put into PID; where that needs more than `U`,
+//! the second line lets the proxy lag. `U` is the full scale.
 //!
 //! Why this form: within the limits it is PID to the letter; from far away it comes back along `s =
 //! 0`, overdamped with the time constant `H`, whatever the gains. The integral cannot wind up, since

@@ -26,10 +26,11 @@
 //! the first). `T` of some seconds or more keeps the friction, whose sign changes with the side,
 //! from entering it. Without effect on a joint that is at rest.
 //!
-//! Guarantees: |v_c| never exceeds the full scale, nor do its two parts. Does badly: it is slow near
-//! the target, since it fills the integral from zero for each breakaway, in `F / (Ki theta_e)`. A
-//! count that hides the crossing hides the reset: with static friction twice the dynamic one it
-//! jumps across the band at random. In tracking it is PID, reset by every crossing.
+//! Guarantees: |v_c| never exceeds the full scale, nor do its two parts. Does badly: it is slow
+//! near the target, since it fills the integral from zero for each breakaway, in
+//! `F / (Ki theta_e)`. A count that hides the crossing hides the reset: with static friction twice
+//! the dynamic one it jumps across the band at random. In tracking it is PID, reset by every
+//! crossing.
 
 use crate::compensator::{Law, LawInput, Loop};
 use crate::error::HUGE;

@@ -97,8 +97,8 @@ pub struct State {
 }
 
 impl State {
-    /// Lets the law begin anew at its next tick, which sets everything else. One flag and not all of
-    /// the state: a tick that latches a fault has the bridge to turn off.
+    /// Lets the law begin anew at its next tick, which sets everything else. One flag and not all
+    /// of the state: a tick that latches a fault has the bridge to turn off.
     pub const fn forget(&mut self) {
         self.begun = false;
     }

@@ -31,8 +31,8 @@ pub struct SlidingFriction {
 }
 
 impl SlidingFriction {
-    /// Prepares it for ticks of `sample_time` (s), a range of breakaway efforts (V) and the angle of
-    /// a count (deg).
+    /// Prepares it for ticks of `sample_time` (s), a range of breakaway efforts (V) and the angle
+    /// of a count (deg).
     pub fn new(sample_time: f32, [low, high]: [f32; 2], count: f32) -> Self {
         Self {
             rate: (5.0 * sample_time).min(0.5),

@@ -30,7 +30,8 @@ pub enum Situation {
 pub const SITUATIONS: [Situation; 3] = [Situation::Rest, Situation::Moving, Situation::Saturated];
 
 /// What a law has to be told so that it is saturated as the others are on the way to a far target:
-/// the profile within `robust` asks for a quarter of the full scale otherwise, and for the friction.
+/// the profile within `robust` asks for a quarter of the full scale otherwise, and for the
+/// friction.
 pub fn harder(law: &str, situation: Situation) -> &'static [&'static str] {
     match (law, situation) {
         ("robust", Situation::Saturated) => &["controller.robust.acceleration_deg_per_s2=135"],

@@ -12,7 +12,8 @@ use crate::error::Error;
 /// Time that a device has for an answer. It answers within milliseconds, but for a save.
 pub(super) const PATIENCE: Duration = Duration::from_millis(200);
 
-/// Time that a device has for an erase of its flash: three times the longest that one takes (docs/link.md).
+/// Time that a device has for an erase of its flash: three times the longest that one takes
+/// (docs/link.md).
 const PATIENCE_TO_SAVE: Duration = Duration::from_secs(6);
 
 /// How often a request is sent before the device counts as silent.

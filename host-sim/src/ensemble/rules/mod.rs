@@ -1,10 +1,10 @@
 //! The tuning rules: for each law, its gains from what it is told of a joint, in a file each.
 //!
-//! A rule sees the nominal joint and the bounds of its friction, never the joint that is drawn. What
-//! it has beside them is at most one constant without a unit, picked among those that are listed as
-//! tried, on joints of the [tuning seeds](TUNING_SEEDS), which do not score: `stiction ensemble
-//! tune` runs that again. Each rule is written down as a sentence, which reports print beside the
-//! law.
+//! A rule sees the nominal joint and the bounds of its friction, never the joint that is drawn.
+//! What it has beside them is at most one constant without a unit, picked among those that are
+//! listed as tried, on joints of the [tuning seeds](TUNING_SEEDS), which do not score:
+//! `stiction ensemble tune` runs that again. Each rule is written down as a sentence, which reports
+//! print beside the law.
 //!
 //! A law gets a rule by a file here and its line in [`RULES`].
 

@@ -4,8 +4,8 @@
 //! Ki = c Kp w_n
 //! ```
 //!
-//! The loop without friction is stable below c = 2 zeta = 1.8. The larger c is, the sooner the joint
-//! breaks away, and the more often it hunts.
+//! The loop without friction is stable below c = 2 zeta = 1.8. The larger c is, the sooner the
+//! joint breaks away, and the more often it hunts.
 
 use stiction::compensator::{Gains, PidGains};
 

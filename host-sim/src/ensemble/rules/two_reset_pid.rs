@@ -6,8 +6,8 @@
 //! ```
 //!
 //! Kp Kd > Ki J holds for c < 1.8 on the nominal joint, and for c < 0.9 where the inertia is twice
-//! that. A reset is late by what the velocity is late, hence the slower loop at long sample times. A
-//! shorter T has the friction enter the load.
+//! that. A reset is late by what the velocity is late, hence the slower loop at long sample times.
+//! A shorter T has the friction enter the load.
 
 use stiction::compensator::{Gains, TwoResetPidGains};
 
