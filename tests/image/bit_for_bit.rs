@@ -43,6 +43,13 @@ fn seven_controllers_two_trajectories() {
     same_on_both(&plans("trajectory", &[], &[]));
 }
 
+/// Pulses, holds and attempts of `robust`, and its profile in motion.
+#[test]
+fn laws_beyond_the_thesis() {
+    same_on_both(&plans("untuned-joints", &["robust", "observer"], &[]));
+    same_on_both(&plans("trajectory", &["robust", "observer"], &["run.duration_s=6"]));
+}
+
 #[test]
 fn added_friction_and_wrong_gains() {
     for name in ["step-added-friction", "srnf-added-friction", "srnf-robustness"] {

@@ -25,6 +25,9 @@ const MORE: [&str; 5] = [
     "friction-identification",
 ];
 
+/// Joints that nobody tuned for.
+const UNTUNED: &str = "untuned-joints";
+
 /// Leaves out the reading of the gain in SI, which is a variant of this experiment.
 const AS_WE_READ_IT: [&str; 2] = ["--set", "joint.gain_deg_per_s2_per_v=27"];
 
@@ -51,6 +54,10 @@ pub fn demo(arguments: &Arguments) -> Result<(), String> {
                 .run_silently(&mut Simulator::Host.command(&["run", experiment, "--plot", FIGURES]))
         })
     })?;
+    times.of("three joints that nobody tuned for, and drawing", || {
+        Job::new("PD, SRNF and the law `robust` on three joints that nobody tuned for, simulated")
+            .run(&mut Simulator::Host.command(&["run", UNTUNED, "--plot", FIGURES]))
+    })?;
     if !arguments.host {
         let image =
             times.of("the compiler for the microcontroller, and the firmware", firmware::build)?;
@@ -58,6 +65,7 @@ pub fn demo(arguments: &Arguments) -> Result<(), String> {
         times.of("running the image", || in_the_image(&image))?;
     }
     println!("\nA figure for each result, as SVG and PNG: {FIGURES}");
+    println!("The one to look at first: {FIGURES}/{UNTUNED}-compared.png");
     println!("The numbers behind them: `cargo sim list`, then `cargo sim run NAME`.");
     times.print();
     Ok(())
@@ -66,15 +74,15 @@ pub fn demo(arguments: &Arguments) -> Result<(), String> {
 /// Runs the flash image against the joint. A run in which the image does anything else than the
 /// core on this machine fails.
 fn in_the_image(image: &Path) -> Result<(), String> {
+    let of = |experiment: &str| {
+        let mut run =
+            Simulator::Emulator.command(&["run", experiment, "--target", "emulator", "--image"]);
+        run.arg(image);
+        run
+    };
     let run = || {
-        let mut run = Simulator::Emulator.command(&[
-            "run",
-            "step-response",
-            "--target",
-            "emulator",
-            "--image",
-        ]);
-        run.arg(image).args(AS_WE_READ_IT);
+        let mut run = of("step-response");
+        run.args(AS_WE_READ_IT);
         run
     };
     Job::new(
@@ -86,6 +94,8 @@ fn in_the_image(image: &Path) -> Result<(), String> {
         "The thesis's controllers in that image, bit for bit what the core does on this machine",
     )
     .run(&mut run())?;
+    Job::new("The three joints that nobody tuned for under `robust` in that image, bit for bit")
+        .run(of(UNTUNED).args(["--controller", "robust"]))?;
     println!(
         "   (the emulated part counts instructions, not cycles; nothing here has run on hardware)"
     );

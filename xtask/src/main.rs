@@ -8,6 +8,7 @@ mod gates;
 mod job;
 mod mutation_list;
 mod mutations;
+mod ranking;
 mod reliability;
 mod simulator;
 mod test;
@@ -47,6 +48,8 @@ enum Work {
     /// Show that the control path cannot panic, the stack fits, and nothing computes floating point
     /// in software
     Gates,
+    /// Rank laws on joints that nobody tuned for, and write README.md's first table
+    Ranking,
     /// Measure what docs/reliability.md says, and write it
     Reliability(reliability::Arguments),
     /// Put one fault after another into a copy of the sources, and see which of them the tests
@@ -66,6 +69,7 @@ fn main() -> ExitCode {
         Work::Flash => firmware::flash(),
         Work::Cost(arguments) => cost::measure(&arguments),
         Work::Gates => gates::pass(),
+        Work::Ranking => ranking::rank(),
         Work::Reliability(arguments) => reliability::measure(&arguments),
         Work::Mutations(arguments) => mutations::run(&arguments),
         Work::Params(arguments) => firmware::params(&arguments),

@@ -7,8 +7,9 @@ use std::sync::{Mutex, PoisonError};
 use super::print;
 use crate::ensemble::rules::{TUNING_SEEDS, rules};
 use crate::ensemble::{
-    Case, Ensemble, Family, Header, Kept, Kind, MachineEnsemble, Row, Shard, Tried, charts, merge,
-    object, read_rows, render, render_rows, run, sort_rows, summaries, traces, tune,
+    Case, Ensemble, Family, Header, Kept, Kind, MachineEnsemble, Row, Shard, Tried, charts,
+    markdown, merge, object, read_rows, render, render_rows, run, sort_rows, summaries, traces,
+    tune,
 };
 use crate::error::Error;
 use crate::figure::{prepare_figures, write_charts, write_figures};
@@ -42,9 +43,9 @@ pub struct Arguments {
     /// Stick friction of 2 to 4 times the slip friction, instead of 1.05 to 2 times
     #[arg(long)]
     hard: bool,
-    /// Samples per second, Hz; thesis-axis has its own
-    #[arg(long, value_name = "HZ", default_value_t = RATE_HZ)]
-    rate: f64,
+    /// Samples per second, Hz; thesis-axis and a machine's own file have their own [default: 1000]
+    #[arg(long, value_name = "HZ")]
+    rate: Option<f64>,
     /// Then this many random moves in a row, the first of them judged against the last
     #[arg(long, value_name = "M", default_value_t = 0)]
     moves: u32,
@@ -54,6 +55,9 @@ pub struct Arguments {
     /// One JSON object instead of tables
     #[arg(long)]
     json: bool,
+    /// Tables in Markdown, a row for each family, as pages want them
+    #[arg(long, conflicts_with = "json")]
+    markdown: bool,
     /// Write a line for each joint and law to this file
     #[arg(long, value_name = "FILE")]
     csv: Option<PathBuf>,
@@ -157,6 +161,9 @@ impl Arguments {
         if let Some(directory) = &self.plot {
             self.draw(directory, &ensemble, &rows)?;
         }
+        if self.markdown {
+            return print(&markdown(&header, &summaries(&header, &rows)));
+        }
         report(&header, &rows, self.json, self.csv.as_ref())
     }
 
@@ -164,9 +171,11 @@ impl Arguments {
     fn run_machine(&self, file: &str) -> Result<(), Error> {
         let foreign = [
             ("--hard", self.hard),
+            ("--rate", self.rate.is_some()),
             ("--moves", self.moves > 0),
             ("--resume", self.resume.is_some()),
             ("--case", self.case.is_some()),
+            ("--markdown", self.markdown),
             ("another family", self.plant.len() > 1),
         ];
         if let Some((option, _)) = foreign.iter().find(|(_, given)| *given) {
@@ -208,11 +217,10 @@ impl Arguments {
 
     fn ensemble(&self) -> Result<Ensemble, Error> {
         // What the core's ticks and the device's timer are made for.
-        if !(50.0..=10_000.0).contains(&self.rate) {
-            return Err(Error::Input(format!(
-                "--rate {}: allowed is a number from 50 to 10000",
-                self.rate
-            )));
+        let rate_hz = self.rate.unwrap_or(RATE_HZ);
+        if !(50.0..=10_000.0).contains(&rate_hz) {
+            let allowed = "allowed is a number from 50 to 10000";
+            return Err(Error::Input(format!("--rate {rate_hz}: {allowed}")));
         }
         if let Some(case) = self.case.filter(|case| *case >= self.cases) {
             let (cases, last) = (self.cases, self.cases - 1);
@@ -223,7 +231,7 @@ impl Arguments {
         Ok(Ensemble {
             seed: self.seed,
             cases: self.cases,
-            kind: Kind { hard: self.hard, rate_hz: self.rate },
+            kind: Kind { hard: self.hard, rate_hz },
             moves: self.moves,
             families: families(&self.plant)?,
             rules: rules(&self.controller)?,

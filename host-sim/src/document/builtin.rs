@@ -1,8 +1,8 @@
-//! The experiments of the thesis, as data inside the program.
+//! The experiments of the thesis, and one beyond it, as data inside the program.
 
 use crate::error::{Error, suggestion};
 
-/// An experiment of the thesis that is part of the program.
+/// An experiment that is part of the program.
 #[derive(Clone, Copy, Debug)]
 pub struct Builtin {
     /// The name of the experiment on the command line.
@@ -17,7 +17,7 @@ macro_rules! builtin {
     };
 }
 
-/// Lists every built-in experiment, in the thesis's order.
+/// Lists every built-in experiment, in the thesis's order; what goes beyond it comes last.
 pub const fn builtins() -> &'static [Builtin] {
     &[
         builtin!("spring-mass"),
@@ -35,6 +35,7 @@ pub const fn builtins() -> &'static [Builtin] {
         builtin!("high-gain"),
         builtin!("friction-identification"),
         builtin!("spring-mass-independent"),
+        builtin!("untuned-joints"),
     ]
 }
 

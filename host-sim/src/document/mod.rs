@@ -7,6 +7,7 @@
 mod builtin;
 mod missing;
 mod origin;
+mod stand_alone;
 mod wording;
 
 use std::fs::File;
@@ -133,6 +134,7 @@ impl Document {
         if let Some(sheet) = self.data_sheet()? {
             data_sheet::derive(&mut table, &sheet, &STM32F405).map_err(|why| self.refuse(&why))?;
         }
+        stand_alone::fill(&mut table);
         let machine: Machine = self.read_of(&table)?;
         self.check_names(&machine)?;
         Ok(machine)

@@ -11,13 +11,17 @@
 //! v_ms  = F_s                                    SRNF: what starts the joint
 //! alpha = min(0.25 / q, (J_v (0.66 / h)^2 - Kp) / v_ms), not below 0
 //! v_slip = 0.9 F_c, V_ff = one count a second    feedforward
+//! J_v, b, F_lo = F_c / 2, F_hi = 2 F_s           robust: what it is told
+//! load   = what drives the joint, if that is more than F_c holds
 //! ```
 //!
 //! Why: 0.14/h leaves two samples of delay a phase of 0.28 rad. 8 Hz is below the resonance of most
 //! geared joints. Near the target SRNF adds the stiffness `v_ms alpha` to `Kp`; with 0.66/h it has
 //! the natural frequency that the thesis's own gains have at 20 ms (`Kp` = 1, `v_ms` = 0.4,
 //! `alpha` = 100, and there `alpha q` = 0.24). Feedforward that is more than the friction drives
-//! the joint by itself, so it is a tenth less.
+//! the joint by itself, so it is a tenth less. `robust` bears any friction in the range that it is
+//! told, and a data sheet says nothing of place, direction and temperature, hence the factors of
+//! two.
 //!
 //! Guarantees: on the rigid joint of the data sheet PD has the damping ratio `zeta`. Does badly:
 //! knows nothing of resonances and backlash, and is as good as the data sheet. Nothing of it has
@@ -25,6 +29,7 @@
 
 use std::f64::consts::TAU;
 
+use crate::data_sheet::tables::Side;
 use crate::data_sheet::{DataSheet, Mapping};
 
 /// Damping ratio of PD on the joint.
@@ -50,6 +55,39 @@ pub struct FirstGains {
     pub v_slip: f64,
     /// V_ff, deg/s.
     pub v_ff: f64,
+    /// What `robust` is told.
+    pub robust: Told,
+}
+
+/// What `robust` is told of a joint, in the core's units.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Told {
+    /// J_v, V s^2/deg.
+    pub inertia: f64,
+    /// b, V s/deg.
+    pub viscous: f64,
+    /// F_lo and F_hi, V.
+    pub breakaway: [f64; 2],
+    /// Whether the encoder sees the load behind a transmission that springs.
+    pub behind_a_spring: bool,
+    /// The load that drives the joint, V; 0 if its friction holds it.
+    pub load: f64,
+}
+
+impl Told {
+    fn of(sheet: &DataSheet, mapping: &Mapping) -> Self {
+        let lowest = mapping.volts(sheet.slip()[0].min(sheet.slip()[1]));
+        let highest = mapping.volts(sheet.stick()[0].max(sheet.stick()[1]));
+        let load = mapping.volts(sheet.load.constant_nm.abs() + sheet.load.unbalance_nm.abs());
+        let springs = sheet.gear.stiffness_nm_per_rad.or(sheet.gear.stiffness_nm_per_deg).is_some();
+        Self {
+            inertia: mapping.units.per_degree(mapping.inertia),
+            viscous: mapping.viscous_v(),
+            breakaway: [0.5 * lowest, 2.0 * highest],
+            behind_a_spring: springs && sheet.encoder.at == Some(Side::Load),
+            load: if load > lowest { load } else { 0.0 },
+        }
+    }
 }
 
 impl FirstGains {
@@ -70,6 +108,7 @@ impl FirstGains {
             alpha: alpha.max(0.0),
             v_slip: 0.9 * mapping.volts(sheet.slip()[0].min(sheet.slip()[1])),
             v_ff: count_deg,
+            robust: Told::of(sheet, mapping),
         }
     }
 }

@@ -2,7 +2,7 @@
 
 use toml::Value;
 
-use super::gains::{DAMPING_RATIO, FirstGains};
+use super::gains::{DAMPING_RATIO, FirstGains, Told};
 use super::questions::{Answers, typed};
 use super::typical::Typical;
 use crate::document::Document;
@@ -57,12 +57,24 @@ pub fn text(name: &str, answers: &Answers, like: Option<&Typical>) -> Result<Str
     text += like.map_or("", |typical| typical.drive);
     let sample_time_s = answers.get("loop.sample_time_s").map(|answer| &answer.value);
     let sample_time_s = sample_time_s.and_then(Value::as_float).unwrap_or_default();
-    text += &format!(
-        "\n[loop]\n{}{}",
-        commented(&format!("sample_time_s = {sample_time_s:?}"), "a board takes 0.0001 to 0.02"),
-        commented("controller = [\"srnf\", \"both\", \"pd\"]", "a device runs the first"),
-    );
-    let gains = gains(name, &text, sample_time_s)?;
+    let loops = |names: &str| {
+        format!(
+            "\n[loop]\n{}{}",
+            commented(
+                &format!("sample_time_s = {sample_time_s:?}"),
+                "a board takes 0.0001 to 0.02"
+            ),
+            commented(&format!("controller = [{names}]"), "a device runs the first"),
+        )
+    };
+    let gains = gains(name, &(text.clone() + &loops("\"pd\"")), sample_time_s)?;
+    // Without friction there is nothing that `robust` could be told.
+    let sticks = gains.robust.breakaway[0] > 0.0;
+    let first = if sticks { "\"robust\", " } else { "" };
+    text += &loops(&format!("{first}\"srnf\", \"both\", \"pd\""));
+    if sticks {
+        text += &robust(&gains.robust);
+    }
     Ok(text + &controllers(&gains) + REFERENCE)
 }
 
@@ -101,6 +113,27 @@ fn controllers(gains: &FirstGains) -> String {
          laws = [\"feedforward\", \"srnf\"]\n{pd}{srnf}{feedforward}\
          \n[controller.pd]                     # to compare with: stops where it sticks\n{pd}"
     )
+}
+
+/// What the law is told that knows neither friction nor inertia well.
+fn robust(told: &Told) -> String {
+    let line = |key: &str, value: f64, why: &str| {
+        commented(&format!("{key} = {:?}", rounded(value).parse().unwrap_or(value)), why)
+    };
+    let [low, high] = told.breakaway;
+    let mut text = "\n[controller.robust]                 # rests on the count in simulation\n"
+        .to_owned()
+        + &line("inertia_v_s2_per_deg", told.inertia, "30 % off costs tracking, not the rest")
+        + &line("viscous_v_s_per_deg", told.viscous, "the slope of effort over speed")
+        + &line("breakaway_low_v", low, "half of the lowest friction")
+        + &line("breakaway_high_v", high, "twice the highest");
+    if told.behind_a_spring {
+        text += &commented("encoder_side = \"load\"", "the transmission springs");
+    }
+    if told.load > 0.0 {
+        text += &line("load_v", told.load, "the friction does not hold it");
+    }
+    text
 }
 
 /// Keys that a joint may have beside those that are asked for, with their tables.

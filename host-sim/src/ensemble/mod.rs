@@ -22,6 +22,7 @@ mod family;
 mod figures;
 mod json;
 mod machine_file;
+mod markdown;
 mod measures;
 mod moves;
 mod rig;
@@ -41,6 +42,7 @@ pub use family::{Family, Units};
 pub use figures::{charts, traces};
 pub use json::object;
 pub use machine_file::MachineEnsemble;
+pub use markdown::markdown;
 pub use measures::{BAND_COUNTS, HUNTING_REVERSALS, Sample};
 pub use rows::{
     Group, Header, Kept, Shard, merge, read as read_rows, render as render_rows, sort as sort_rows,

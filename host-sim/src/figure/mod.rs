@@ -4,6 +4,7 @@
 //! every figure of a report has the same fonts, weights and dash patterns.
 
 pub mod chart;
+mod compared;
 #[cfg(feature = "figures")]
 mod draw;
 mod files;

@@ -6,6 +6,7 @@
 
 use std::path::Path;
 
+use super::compared::compared;
 use super::{Figure, Line, Panel, Style, Window};
 use crate::closed_loop::Moment;
 use crate::experiment::Task;
@@ -13,7 +14,7 @@ use crate::machine::FigureSource;
 use crate::run::{RunResult, Trace};
 
 /// The roles of the curves that are compared in one panel; no more are told apart in print.
-const COMPARED: [Style; 3] = [Style::Primary, Style::Second, Style::Third];
+pub(super) const COMPARED: [Style; 3] = [Style::Primary, Style::Second, Style::Third];
 
 /// A step is all but over once its error stays within this share of it; a half longer, and what is
 /// left of the motion is what an inset enlarges.
@@ -64,6 +65,7 @@ pub fn figures(
             }
         }
     }
+    figures.extend(compared(&prefix, results));
     figures
 }
 
@@ -159,7 +161,7 @@ fn brief(seconds: f64) -> f64 {
 }
 
 /// The end of the time axis, s: a little after the last of the motions is over.
-fn shown_until(results: &[&RunResult]) -> f64 {
+pub(super) fn shown_until(results: &[&RunResult]) -> f64 {
     let ends = results.iter().filter_map(|result| {
         let (Trace::Loop(moments), Some(last_s)) = (&result.trace, last_time(result)) else {
             return None;
@@ -202,7 +204,7 @@ fn title(group: &str, kind: &str) -> String {
 }
 
 /// What a built-in variant is; another one keeps its name.
-fn in_words(slug: &str) -> String {
+pub(super) fn in_words(slug: &str) -> String {
     match slug.split_once('-') {
         Some(("delay", "1")) => "one sample of delay".into(),
         Some(("added", "variable")) => "friction added now and then".into(),

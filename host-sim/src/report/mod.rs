@@ -2,9 +2,10 @@
 //! by what is measured when the page is made.
 //!
 //! `runs` says what is run, `evidence` runs it, `claims` measure and judge, `figures` draw,
-//! `tables` look up what is used; texts are data in `host-sim/report/`, and `page` puts all of it
+//! `tables` look up what is used, `beyond` ranks laws that the thesis does not have; texts are data in `host-sim/report/`, and `page` puts all of it
 //! into their template.
 
+mod beyond;
 mod claims;
 mod content;
 mod evidence;
@@ -52,7 +53,8 @@ pub fn make(directory: &Path) -> Result<Made, Error> {
     let begin = Instant::now();
     prepare_directory(directory)?;
     let (plans, texts) = (Plans::new()?, content::figures()?);
-    let drawings = texts.iter().map(|text| text.drawings.len()).sum::<usize>();
+    // The one beyond the thesis as well.
+    let drawings = texts.iter().map(|text| text.drawings.len()).sum::<usize>() + 1;
     let bar = bar(plans.len() + drawings);
     let done = rendered(plans, &texts, &bar);
     bar.finish_and_clear();
@@ -103,25 +105,31 @@ fn rendered(
     let (mut inline, mut files) = (Vec::new(), Vec::new());
     for (figure, text) in drawings.iter().zip(texts) {
         let mut of_figure = Vec::new();
-        for (i, (drawing, drawn)) in figure.iter().zip(drawn.by_ref()).enumerate() {
+        for (i, drawn) in drawn.by_ref().take(figure.len()).enumerate() {
             let title = text.parts.get(i).cloned().unwrap_or_default();
             of_figure.push(page::DrawingView { title, svg: drawn.inline });
-            files.push((drawing.stem.clone(), drawn.svg, drawn.png));
+            files.push((drawn.stem, drawn.svg, drawn.png));
         }
         inline.push(of_figure);
     }
+    let untuned = draw(&beyond::drawing(&evidence)?, bar)?;
+    let beyond = beyond::ranked()?;
     let (page, claims) = page::page(&page::Parts {
         evidence: &evidence,
         figures: texts,
         drawings: &inline,
         tables: &tables::tables(&content::tables()?, &evidence)?,
         misprints: &content::misprints()?,
+        beyond: &beyond,
+        untuned: &untuned.inline,
         runs_s,
     })?;
+    files.push((untuned.stem, untuned.svg, untuned.png));
     Ok(Rendered { page, files, claims })
 }
 
 struct Drawn {
+    stem: String,
     inline: String,
     svg: String,
     png: Vec<u8>,
@@ -131,6 +139,7 @@ fn draw(drawing: &Drawing, bar: &ProgressBar) -> Result<Drawn, Error> {
     let named = |error: crate::figure::Error| Error::Figure(format!("`{}`: {error}", drawing.stem));
     let figure = &drawing.figure;
     let drawn = Drawn {
+        stem: drawing.stem.clone(),
         inline: figure.to_inline_svg(&drawing.stem).map_err(named)?,
         svg: figure.to_svg().map_err(named)?,
         png: figure.to_png(SCALE).map_err(named)?,

@@ -4,6 +4,7 @@ use minijinja::value::Serde;
 use minijinja::{AutoEscape, Environment, Value, context};
 use serde::Serialize;
 
+use super::beyond::Beyond;
 use super::claims::{Claim, Criterion, SECTIONS, Verdict};
 use super::content::{FigureText, Misprint};
 use super::evidence::Evidence;
@@ -22,6 +23,10 @@ pub struct Parts<'a> {
     pub tables: &'a [Table],
     /// Misprints.
     pub misprints: &'a [Misprint],
+    /// Laws beyond the thesis.
+    pub beyond: &'a Beyond,
+    /// The inline drawing of the joints that nobody tuned for.
+    pub untuned: &'a str,
     /// How long the runs took, s.
     pub runs_s: f64,
 }
@@ -110,6 +115,8 @@ pub fn page(parts: &Parts) -> Result<(String, Tally), Error> {
         figures => Value::from(Serde(&figures)),
         tables => Value::from(Serde(parts.tables)),
         misprints => Value::from(Serde(parts.misprints)),
+        beyond => Value::from(Serde(parts.beyond)),
+        untuned => parts.untuned,
     });
     Ok((page.map_err(broken)?, tally))
 }

@@ -56,7 +56,7 @@ const fn lab(
     LabRun { name, experiment, model, solver, set }
 }
 
-/// Chapter 3 and Appendix A.2.
+/// Chapter 3 and Appendix A.2, and three joints beyond them.
 pub const AXIS: &[AxisRuns] = &[
     axis("step-response", "step-response", &[], &[]),
     axis("trajectory", "trajectory", &[], &[]),
@@ -65,6 +65,7 @@ pub const AXIS: &[AxisRuns] = &[
     axis("srnf-added-friction", "srnf-added-friction", &[], &[]),
     axis("high-gain", "high-gain", &[], &[]),
     axis("friction-identification", "friction-identification", &[], &[]),
+    axis("untuned-joints", "untuned-joints", &[], &[]),
     // Hunting is slow.
     axis("long", "step-response", &[], &["run.duration_s=120"]),
     axis(

@@ -1,0 +1,92 @@
+//! Two or three controllers on the same joints: their errors over each other, a panel for each
+//! joint.
+
+use super::results::{COMPARED, NamedFigure, in_words, shown_until};
+use super::{Figure, Line, Panel, Style};
+use crate::closed_loop::Moment;
+use crate::experiment::Task;
+use crate::run::{RunResult, Trace};
+
+/// Panels of a figure; more of them are taller than a screen.
+const PANELS: usize = 4;
+
+/// The joint has made its transient after this long, s: what it is off then decides the range.
+const TRANSIENT_S: f64 = 1.0;
+
+/// What a law should rest within, counts.
+const BAND_COUNTS: f64 = 2.0;
+
+/// The runs of one joint and step, a controller each.
+type Joint<'a> = Vec<&'a RunResult>;
+
+/// The steps of an experiment with two or three controllers; nothing for another one.
+pub fn compared(prefix: &str, results: &[RunResult]) -> Vec<NamedFigure> {
+    let steps = results
+        .iter()
+        .filter(|run| run.diverged_at_s.is_none() && matches!(run.plan.task, Task::Step(_)));
+    let mut joints: Vec<Joint> = Vec::new();
+    for run in steps {
+        let same = |other: &&RunResult| {
+            other.plan.task == run.plan.task && other.plan.slugs() == run.plan.slugs()
+        };
+        match joints.iter_mut().find(|joint| joint.first().is_some_and(same)) {
+            Some(joint) => joint.push(run),
+            None => joints.push(vec![run]),
+        }
+    }
+    joints.retain(|joint| (2..=COMPARED.len()).contains(&joint.len()));
+    let figure = |(i, some): (usize, &[Joint])| {
+        let part = if i == 0 { String::new() } else { format!("-{}", i + 1) };
+        NamedFigure { stem: format!("{prefix}-compared{part}"), figure: page(some) }
+    };
+    joints.chunks(PANELS).enumerate().map(figure).collect()
+}
+
+fn page(joints: &[Joint]) -> Figure {
+    let end_s = joints.iter().map(|joint| shown_until(joint)).fold(0.0, f64::max);
+    Figure {
+        title: "How far the joint is from its target".into(),
+        subtitle: "simulated; the begin of each step is cut off".into(),
+        x_label: "time (s)".into(),
+        panels: joints.iter().map(|joint| panel(joint, end_s)).collect(),
+    }
+}
+
+fn panel(joint: &Joint, end_s: f64) -> Panel {
+    let mut half = 4.0 * BAND_COUNTS;
+    let mut lines = Vec::new();
+    for (run, style) in joint.iter().zip(styles(joint.len())) {
+        let Trace::Loop(moments) = &run.trace else { continue };
+        let count_deg = run.plan.machine.encoder.resolution_deg();
+        let counts = |moment: &Moment| moment.error_deg() / count_deg;
+        let shown = moments.iter().take_while(|moment| moment.time_s <= end_s + 1e-9);
+        let points: Vec<_> = shown.map(|moment| (moment.time_s, counts(moment))).collect();
+        let settled = points.iter().filter(|(time_s, _)| *time_s >= TRANSIENT_S);
+        half = settled.map(|(_, error)| 1.25 * error.abs()).fold(half, f64::max);
+        let rest = run.metrics.rest_error_counts.unwrap_or(f64::NAN);
+        let name = run.plan.controller.as_deref().unwrap_or_default();
+        lines.push(Line::new(format!("{name}: {:.1} counts off", rest.abs()), style, points));
+    }
+    for (name, bound) in [("2 counts", BAND_COUNTS), ("", -BAND_COUNTS)] {
+        lines.push(Line::new(name, Style::Limit, vec![(0.0, bound), (end_s, bound)]));
+    }
+    let label = format!("{}: error (counts)", name_of(joint));
+    Panel { height: 0.9, y_range: Some((-half, half)), ..Panel::new(label, lines) }
+}
+
+/// The last one is what the others are compared with.
+fn styles(controllers: usize) -> impl Iterator<Item = Style> {
+    let [primary, others @ ..] = COMPARED;
+    others.into_iter().take(controllers - 1).chain([primary])
+}
+
+/// `light`, or the step where all are on the joint of the file.
+fn name_of(joint: &Joint) -> String {
+    let Some(run) = joint.first() else { return String::new() };
+    let slugs: Vec<String> = run.plan.slugs().into_iter().map(in_words).collect();
+    if slugs.is_empty() {
+        format!("{} deg", run.plan.task.slug().trim_start_matches("step-"))
+    } else {
+        slugs.join(", ")
+    }
+}

@@ -1,0 +1,109 @@
+//! What goes beyond the thesis: laws on joints that nobody tuned for.
+
+use std::sync::{Mutex, PoisonError};
+
+use serde::Serialize;
+
+use super::evidence::Evidence;
+use super::figures::Drawing;
+use crate::ensemble::rules::rules;
+use crate::ensemble::{Ensemble, Family, Group, Header, Kind, Summary, run, sort_rows, summaries};
+use crate::error::Error;
+use crate::figure::figures;
+
+/// The experiment whose joints are drawn.
+const UNTUNED: &str = "untuned-joints";
+
+/// Joints of a family: with twenty, an interval is some 40 % wide at its widest, and the page is
+/// still made in seconds.
+const CASES: u64 = 20;
+
+/// The first year of the project: no joint of it was tuned on.
+const SEED: u64 = 2026;
+
+/// The thesis's PD and its best law, the best sum of its laws, and the law beyond them.
+const LAWS: [&str; 4] = ["pd", "srnf", "feedforward+observer", "robust"];
+
+/// One family with a joint of each kind: stiff, with bristles, flexible, the thesis's own.
+const FAMILIES: [Family; 4] =
+    [Family::Rigid, Family::LuGre, Family::FlexibleMotor, Family::ThesisAxis];
+
+/// The chapter.
+#[derive(Debug, Serialize)]
+pub struct Beyond {
+    cases: u64,
+    seed: u64,
+    rows: Vec<RowView>,
+}
+
+#[derive(Debug, Serialize)]
+struct RowView {
+    family: String,
+    law: String,
+    success: String,
+    interval: String,
+    rest: String,
+    settled: String,
+    hunting: usize,
+}
+
+/// Runs the ensemble of the chapter.
+///
+/// # Errors
+/// If the core refuses the gains of a rule.
+pub fn ranked() -> Result<Beyond, Error> {
+    let ensemble = Ensemble {
+        seed: SEED,
+        cases: CASES,
+        kind: Kind { hard: false, rate_hz: 1000.0 },
+        moves: 0,
+        families: FAMILIES.to_vec(),
+        rules: rules(&LAWS.map(str::to_owned))?,
+    };
+    let rows = Mutex::new(Vec::new());
+    run(
+        &ensemble,
+        |_, _, _| true,
+        |row| {
+            rows.lock().unwrap_or_else(PoisonError::into_inner).push(row);
+            Ok(())
+        },
+    )?;
+    let mut rows = rows.into_inner().unwrap_or_else(PoisonError::into_inner);
+    let header = Header::of(&ensemble);
+    sort_rows(&header, &mut rows);
+    let families = summaries(&header, &rows);
+    let rows = families.iter().flat_map(|(group, laws)| laws.iter().map(|law| view(group, law)));
+    Ok(Beyond { cases: CASES, seed: SEED, rows: rows.collect() })
+}
+
+fn view(group: &Group, law: &Summary) -> RowView {
+    let percent = |share: f64| format!("{:.0}", 100.0 * share);
+    let [low, high] = law.success_ci;
+    let shown = |value: Option<f64>, digits: usize| match value {
+        Some(value) if value.is_finite() => format!("{value:.digits$}"),
+        _ => "never".to_owned(),
+    };
+    RowView {
+        family: group.name.clone(),
+        law: law.law.clone(),
+        success: percent(law.success as f64 / law.cases.max(1) as f64),
+        interval: format!("{} to {}", percent(low), percent(high)),
+        rest: shown(law.rest_counts.quantile(0.9), 1),
+        settled: shown(law.settling_s.quantile(0.5), 2),
+        hunting: law.hunting_cases,
+    }
+}
+
+/// Draws the three joints.
+///
+/// # Errors
+/// If the runs do not make the drawing.
+pub fn drawing(evidence: &Evidence) -> Result<Drawing, Error> {
+    let stem = format!("{UNTUNED}-compared");
+    figures(UNTUNED, evidence.axis(UNTUNED), &[])
+        .into_iter()
+        .find(|named| named.stem == stem)
+        .map(|named| Drawing { stem: named.stem, figure: named.figure })
+        .ok_or_else(|| Error::Figure(format!("`{stem}`: no run makes it")))
+}

@@ -1,0 +1,127 @@
+//! `cargo xtask ranking` ranks laws on joints that nobody tuned for, and writes README.md's first
+//! table.
+//!
+//! The table stands between two comments of the page, and is made of what `stiction ensemble
+//! --markdown` prints: success on each family, then some rows of rest and of tracking, then the
+//! instructions of docs/cost.md. So no figure of it is older than the last run.
+
+use std::fs;
+use std::process::Stdio;
+
+use crate::job::{Job, root};
+use crate::simulator::Simulator;
+
+const PAGE: &str = "README.md";
+const COST: &str = "docs/cost.md";
+const BEGIN: &str = "<!-- ranking: written by `cargo xtask ranking` -->\n";
+const END: &str = "<!-- end of the ranking -->";
+
+/// A seed on which nothing was tuned, and so many joints that an interval is 9 % wide at its widest.
+const RUN: [&str; 7] = [
+    "ensemble",
+    "--cases",
+    "500",
+    "--seed",
+    "2028",
+    "--controller",
+    "pd,pid,srnf,feedforward+observer,two-reset-pid,impulsive,robust",
+];
+
+/// Rows beside those of success: the begin of each as the command prints it.
+const MORE: [&str; 4] =
+    ["`rigid`: rest", "`thesis-axis`: rest", "`rigid`: tracking", "`thesis-axis`: tracking"];
+
+/// The begin of the line of a law in docs/cost.md; of a sum, and of laws without a place in the
+/// image, none.
+const COSTED: [&str; 7] = ["pd", "", "srnf", "", "", "", "robust"];
+
+pub fn rank() -> Result<(), String> {
+    let job = Job::new("500 joints of each family under seven laws; some minutes");
+    job.announce();
+    Simulator::Host.build()?;
+    let output = Simulator::Host
+        .command(&RUN)
+        .arg("--markdown")
+        .stderr(Stdio::inherit())
+        .output()
+        .map_err(|error| format!("cannot start cargo: {error}"))?;
+    if !output.status.success() {
+        return Err("the ensemble failed".into());
+    }
+    let tables = String::from_utf8_lossy(&output.stdout);
+    let cost = read(COST)?;
+    let page = put(&read(PAGE)?, &table(&tables, &cost)?)?;
+    fs::write(root().join(PAGE), page).map_err(|error| format!("cannot write {PAGE}: {error}"))?;
+    println!("{PAGE}: the table is that of `stiction {}`", RUN.join(" "));
+    Ok(())
+}
+
+fn read(name: &str) -> Result<String, String> {
+    fs::read_to_string(root().join(name)).map_err(|error| format!("cannot read {name}: {error}"))
+}
+
+/// Success, then the rows of [`MORE`], then instructions.
+fn table(tables: &str, cost: &str) -> Result<String, String> {
+    let (success, others) =
+        tables.split_once("\n\n").ok_or("the ensemble has printed no second table")?;
+    let mut text = format!("{success}\n");
+    for wanted in MORE {
+        let begin = format!("| {wanted}");
+        let row = others.lines().find(|line| line.starts_with(&begin));
+        text += row.ok_or_else(|| format!("the ensemble has printed no row of {wanted}"))?;
+        text += "\n";
+    }
+    let of = |law: &str| match law {
+        "" => Ok("-".to_owned()),
+        law => {
+            instructions(cost, law).ok_or_else(|| format!("{COST} has no instructions of {law}"))
+        }
+    };
+    let cells = COSTED.into_iter().map(of).collect::<Result<Vec<_>, String>>()?;
+    Ok(text + &format!("| instructions a tick, at most | {} |\n", cells.join(" | ")))
+}
+
+/// The most that the core's tick takes under a law: the fourth word of its line.
+fn instructions(cost: &str, law: &str) -> Option<String> {
+    let lines = cost.lines().map(|line| line.split_whitespace().collect::<Vec<_>>());
+    let mut of_law = lines.filter(|words| words.first() == Some(&law) && words.len() == 8);
+    of_law.next().and_then(|words| words.get(3).map(|word| (*word).to_owned()))
+}
+
+/// Puts the table between its two comments.
+fn put(page: &str, table: &str) -> Result<String, String> {
+    let gone = || format!("{PAGE} lacks the comments between which the table stands");
+    let (before, rest) = page.split_once(BEGIN).ok_or_else(gone)?;
+    let (_, after) = rest.split_once(END).ok_or_else(gone)?;
+    Ok(format!("{before}{BEGIN}{table}{END}{after}"))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const TABLES: &str = "| joints | `pd` |\n|---|---|\n| `rigid` | 0.0 (0-1) |\n\n| joints | `pd` \
+                          |\n|---|---|\n| `rigid`: rest, counts | 96 |\n| `thesis-axis`: rest, \
+                          counts | 59 |\n\n| `rigid`: tracking, mrad | 7 |\n| `thesis-axis`: \
+                          tracking, deg | 0.5 |\n";
+
+    const COSTS: &str = "pd 309 349.4 395 892 944.4 1086 0\nsrnf 363 456.2 515 937 1053.1 1200 0\n\
+                         robust 582 636.1 974 1155 1234.8 1619 160\n";
+
+    #[test]
+    fn the_table_has_success_first_and_instructions_last() {
+        let made = table(TABLES, COSTS).unwrap();
+        let lines: Vec<&str> = made.lines().collect();
+        assert_eq!(lines[2], "| `rigid` | 0.0 (0-1) |");
+        assert_eq!(lines[4], "| `thesis-axis`: rest, counts | 59 |");
+        assert_eq!(lines[7], "| instructions a tick, at most | 395 | - | 515 | - | - | - | 974 |");
+        assert!(table(TABLES, "pd 1 2\n").unwrap_err().contains("instructions of pd"));
+    }
+
+    #[test]
+    fn what_stands_around_the_table_stays() {
+        let page = format!("a\n{BEGIN}old\n{END}\nb\n");
+        assert_eq!(put(&page, "new\n").unwrap(), format!("a\n{BEGIN}new\n{END}\nb\n"));
+        assert!(put("a\n", "new\n").is_err());
+    }
+}
