@@ -43,6 +43,7 @@ pub mod run;
 pub mod setup;
 pub mod solver;
 pub mod target;
+pub mod tuning;
 pub mod written;
 
 pub use error::Error;

@@ -13,6 +13,7 @@ mod report;
 mod run;
 mod show;
 mod target;
+mod tune;
 
 use std::io::{self, Write};
 use std::path::Path;
@@ -51,6 +52,8 @@ enum Command {
     Benchmark(benchmark::Arguments),
     /// Rank controllers on joints that nobody tuned for: success, settling, rest, tracking, faults
     Ensemble(ensemble::Arguments),
+    /// Look for gains of a joint that is known within bounds, and write them into a new file
+    Tune(tune::Arguments),
     /// Draw what `run --csv` or a device's `log` has written, one over the other
     Plot(plot::Arguments),
     /// Every figure and table of the thesis as one HTML page, claims beside measurements
@@ -79,6 +82,7 @@ pub fn main() -> ExitCode {
         Command::Device(arguments) => device::device(&arguments),
         Command::Benchmark(arguments) => benchmark::rank(&arguments),
         Command::Ensemble(arguments) => ensemble::ensemble(&arguments),
+        Command::Tune(arguments) => tune::tune(&arguments),
         Command::Plot(arguments) => plot::plot(&arguments),
         Command::Report(arguments) => report::report(&arguments),
         Command::Completions(arguments) => completions::completions(&arguments),

@@ -51,17 +51,22 @@ impl Document {
     /// # Errors
     /// Says what is wrong with the name, the file or the TOML.
     pub fn open(name: &str) -> Result<Self, Error> {
-        let looks_like_a_file = name.ends_with(".toml") || name.contains(std::path::MAIN_SEPARATOR);
-        let text = match builtin::find(name) {
-            Ok(builtin) => builtin.toml.into(),
-            Err(unknown) if !looks_like_a_file && !Path::new(name).is_file() => {
-                return Err(unknown);
-            }
-            Err(_) => read(Path::new(name))?,
-        };
-        let document = Self::parse(name, &text)?;
+        let document = Self::parse(name, &Self::text(name)?)?;
         document.check()?;
         Ok(document)
+    }
+
+    /// Reads the text that [`open`](Self::open) opens.
+    ///
+    /// # Errors
+    /// Says what is wrong with the name or the file.
+    pub fn text(name: &str) -> Result<String, Error> {
+        let looks_like_a_file = name.ends_with(".toml") || name.contains(std::path::MAIN_SEPARATOR);
+        match builtin::find(name) {
+            Ok(builtin) => Ok(builtin.toml.into()),
+            Err(unknown) if !looks_like_a_file && !Path::new(name).is_file() => Err(unknown),
+            Err(_) => read(Path::new(name)),
+        }
     }
 
     /// Parses a text.

@@ -17,11 +17,14 @@ use super::rows::Group;
 use crate::closed_loop::Moment;
 use crate::error::Error;
 use crate::experiment::{Document, Experiment, RunPlan, Task, parameters};
-use crate::solver::ExactAxis;
+use crate::solver::AxisSolver;
 use crate::target::WatchedServo;
 
 /// So long a step is watched, s.
-const DURATION: &str = "run.duration_s=30";
+const DURATION_S: f64 = 30.0;
+
+/// Tables of the joint: the core's, and those of a data sheet.
+const OF_THE_JOINT: [&str; 5] = ["joint", "motor", "gear", "load", "friction"];
 
 /// A key of the file with the range from which it is drawn.
 #[derive(Clone, Debug, PartialEq)]
@@ -46,8 +49,9 @@ impl Spread {
         match numbers {
             Some([low, high]) if low.is_finite() && high.is_finite() && low <= high => {
                 let key = key.trim().to_owned();
-                if !key.starts_with("joint.") {
-                    return refuse("only keys of `[joint]` vary; the controller is what is judged");
+                let of_the_joint = |table: &&str| key.starts_with(&format!("{table}."));
+                if !OF_THE_JOINT.iter().any(|table| of_the_joint(&table)) {
+                    return refuse("only keys of the joint vary; the controller is what is judged");
                 }
                 Ok(Self { key, range: [low, high] })
             }
@@ -80,12 +84,24 @@ impl MachineEnsemble {
     /// # Errors
     /// Names what is wrong with the file, or a controller that it does not have.
     pub fn open(file: &str, controllers: &[String], spreads: &[String]) -> Result<Self, Error> {
-        let mut document = Document::open(file)?;
+        Self::around(file, Document::open(file)?, [controllers, spreads], DURATION_S)
+    }
+
+    /// Does the same with a document that has been opened, and watches its steps for `duration_s`.
+    ///
+    /// # Errors
+    /// As [`open`](Self::open).
+    pub fn around(
+        file: &str,
+        mut document: Document,
+        [controllers, spreads]: [&[String]; 2],
+        duration_s: f64,
+    ) -> Result<Self, Error> {
         if document.is_lab() {
             let why = "is a friction experiment, which positions nothing";
             return Err(Error::Input(format!("--plant {file}: {why}")));
         }
-        document.set(&[DURATION.into()])?;
+        document.set(&[format!("run.duration_s={duration_s:?}")])?;
         let nominal = plans(&document, controllers)?;
         let mut laws: Vec<String> = Vec::new();
         for law in nominal.iter().filter_map(|plan| plan.controller.clone()) {
@@ -121,11 +137,15 @@ impl MachineEnsemble {
         Ok(rows.into_iter().flatten().collect())
     }
 
-    fn case(&self, seed: u64, number: u64) -> Result<Vec<Row>, Error> {
+    /// Draws the keys of a joint.
+    pub fn drawn(&self, seed: u64, number: u64) -> Vec<String> {
         let draws = &mut Draws::new(seed, 0, Purpose::Joint, number);
+        self.spreads.iter().map(|spread| spread.draw(draws)).collect()
+    }
+
+    fn case(&self, seed: u64, number: u64) -> Result<Vec<Row>, Error> {
         let mut document = self.document.clone();
-        let drawn: Vec<String> = self.spreads.iter().map(|spread| spread.draw(draws)).collect();
-        document.set(&drawn)?;
+        document.set(&self.drawn(seed, number))?;
         let joints = plans(&document, &self.laws)?;
         self.laws.iter().map(|law| self.under(law, number, &joints)).collect()
     }
@@ -155,19 +175,32 @@ impl MachineEnsemble {
 /// The runs of a file, without its variants.
 fn plans(document: &Document, controllers: &[String]) -> Result<Vec<RunPlan>, Error> {
     let mut plans = Experiment::plan(document, controllers, &[])?.runs;
-    plans.retain(|plan| plan.slugs().is_empty() && plan.controller.is_some());
+    plans.retain(|plan| plan.variant.is_empty() && plan.controller.is_some());
     Ok(plans)
 }
 
 /// Runs the servo of one plan on the joint of another, up to a fault; returns its words.
 fn drive(
-    nominal: &RunPlan,
-    joint: &RunPlan,
+    pair: [&RunPlan; 2],
+    samples: u32,
+    see: impl FnMut(&Sample),
+) -> Result<Option<String>, Error> {
+    let [_, joint] = pair;
+    match joint.sheet_axis()? {
+        Some(axis) => drive_with(axis, pair, samples, see),
+        None => drive_with(joint.joint()?, pair, samples, see),
+    }
+}
+
+fn drive_with<S: AxisSolver>(
+    solver: S,
+    [nominal, joint]: [&RunPlan; 2],
+    samples: u32,
     mut see: impl FnMut(&Sample),
 ) -> Result<Option<String>, Error> {
     let closed_loop = joint.closed_loop()?;
     let h = closed_loop.sample_time_s;
-    let mut plant = closed_loop.plant(ExactAxis::at_rest(&closed_loop.axis, h));
+    let mut plant = closed_loop.plant(solver);
     let (counter, counts) = (plant.counter(), plant.counts());
     let mut servo = WatchedServo::new(parameters(nominal)?, counter, counts)?;
     let count = closed_loop.encoder.resolution;
@@ -184,7 +217,7 @@ fn drive(
             effort: moment.applied_v,
         });
     };
-    closed_loop.step(&mut servo, &mut plant, joint.samples()?, on_moment, |_| {});
+    closed_loop.step(&mut servo, &mut plant, samples, on_moment, |_| {});
     // What comes after a fault is not the law's.
     let end = servo.fault.map_or(seen.len(), |(_, tick)| tick as usize);
     seen.iter().take(end).for_each(&mut see);
@@ -194,7 +227,7 @@ fn drive(
 fn step(row: &mut Row, nominal: &RunPlan, joint: &RunPlan) -> Result<(), Error> {
     let mut judge = StepJudge::new(joint.samples()?);
     let mut last = Sample::default();
-    row.step_fault = drive(nominal, joint, |sample| {
+    row.step_fault = drive([nominal, joint], joint.samples()?, |sample| {
         judge.see(sample);
         last = *sample;
     })?;
@@ -221,7 +254,8 @@ fn trajectory(row: &mut Row, nominal: &RunPlan, joint: &RunPlan) -> Result<(), E
     let top = pairs.map(|(t, p)| ((p[1] - p[0]) / (t[1] - t[0])).abs()).fold(0.0, f64::max);
     let window = [from_s, until_s].map(|time_s| (time_s / h).round() as u32);
     let mut judge = TrackingJudge::new(window, top * h / count);
-    row.tracking_fault = drive(nominal, joint, |sample| judge.see(sample))?;
+    // To the end of the motion, however long a step is watched.
+    row.tracking_fault = drive([nominal, joint], window[1] + 1, |sample| judge.see(sample))?;
     let found = judge.measures(h);
     row.tracking_rms = found.rms_counts.map(|rms| rms * count);
     row.sticks_in_motion = found.sticks;
@@ -241,7 +275,7 @@ mod tests {
             ("joint.friction.stick_v", "write KEY=LOW..HIGH"),
             ("joint.friction.stick_v=0.6..0.3", "the lower one first"),
             ("joint.friction.stick_v=0.3", "LOW..HIGH of two numbers"),
-            ("controller.pd.kp_v_per_deg=1..2", "only keys of `[joint]` vary"),
+            ("controller.pd.kp_v_per_deg=1..2", "only keys of the joint vary"),
         ] {
             let message = Spread::read(text).unwrap_err().to_string();
             assert!(message.contains(said) && message.contains("--spread"), "{message}");

@@ -16,13 +16,14 @@ mod new_joint;
 mod own_file;
 mod runs;
 mod table;
+mod tuning;
 
 /// Returns what the program prints. It must succeed, and say nothing on its standard error but
 /// which files it wrote.
 fn stiction(arguments: &[&str]) -> String {
     let output = Command::new(env!("CARGO_BIN_EXE_stiction")).args(arguments).output().unwrap();
     let said = String::from_utf8_lossy(&output.stderr);
-    let asked = arguments.iter().any(|argument| ["--csv", "--plot"].contains(argument));
+    let asked = arguments.iter().any(|argument| ["--csv", "--plot", "tune"].contains(argument));
     let is_told = said.lines().all(|line| asked && line.starts_with("wrote "));
     assert!(
         output.status.success() && is_told && asked != said.is_empty(),

@@ -78,6 +78,16 @@ table! {
     }
 }
 
+impl RobustGains {
+    /// Returns the same gains, with bandwidth, observer, acceleration and speed as the rules give
+    /// them where they are not told.
+    #[must_use]
+    pub fn written_out(&self, around: &Loop) -> Self {
+        let Rules { bandwidth, observer, acceleration, speed, .. } = Rules::new(self, around);
+        Self { bandwidth, observer, acceleration, speed, ..*self }
+    }
+}
+
 /// The largest speed of the inner profile in a fast loop, deg/s: 3 rad/s.
 const SPEED_CAP: f32 = 171.887_34;
 

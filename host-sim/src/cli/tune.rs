@@ -1,0 +1,189 @@
+//! `stiction tune`.
+
+use std::path::{Path, PathBuf};
+
+use indicatif::{ProgressBar, ProgressStyle};
+
+use super::{drawn, print, wrote};
+use crate::ensemble::rules::TUNING_SEEDS;
+use crate::error::{Error, suggestion};
+use crate::experiment::Document;
+use crate::figure::chart::{Chart, Cloud, LogAxis, Shown};
+use crate::figure::{prepare_figures, write_charts};
+use crate::output::write_whole;
+use crate::tuning::{Figures, Goal, Request, Tuned, assumed, object, render, rewritten};
+
+#[derive(Debug, clap::Args)]
+pub struct Arguments {
+    /// The machine's file
+    #[arg(value_name = "FILE.toml")]
+    file: String,
+    /// Controllers whose gains are tuned, or all of the file's; without it the first
+    #[arg(long, value_name = "NAME|all", value_delimiter = ',')]
+    controller: Vec<String>,
+    /// What the gains are to be good at
+    #[arg(long, value_enum, default_value_t = Goal::Balanced)]
+    goal: Goal,
+    /// A figure that is not to be exceeded: settling_s, tracking_counts, rest_counts,
+    /// chatter_v_per_s or held_v; may be repeated
+    #[arg(long, value_name = "FIGURE=MOST")]
+    limit: Vec<String>,
+    /// A key of the joint and how far it may be off, instead of 20 % of the inertia, 25 % of stick
+    /// and slip friction and 50 % of the viscous friction; may be repeated
+    #[arg(long, value_name = "KEY=LOW..HIGH")]
+    spread: Vec<String>,
+    /// Joints around the file's; each is run with and without a sample of delay
+    #[arg(long, default_value_t = 8, value_parser = clap::value_parser!(u64).range(1..=1000))]
+    cases: u64,
+    /// Seed of the joints; the gains are judged on those of the next one
+    #[arg(long, default_value_t = *TUNING_SEEDS.start())]
+    seed: u64,
+    /// The new file [default: FILE.tuned.toml]
+    #[arg(long, value_name = "FILE.toml")]
+    out: Option<PathBuf>,
+    /// One JSON object instead of a table
+    #[arg(long)]
+    json: bool,
+    /// Draw what was tried into this directory, settling against tracking
+    #[arg(long, value_name = "DIR")]
+    plot: Option<PathBuf>,
+}
+
+pub fn tune(arguments: &Arguments) -> Result<(), Error> {
+    arguments.run()
+}
+
+impl Arguments {
+    fn run(&self) -> Result<(), Error> {
+        let document = Document::open(&self.file)?;
+        if document.is_lab() {
+            let why = "is a friction experiment, which has no controller";
+            return Err(Error::Input(format!("{} {why}", self.file)));
+        }
+        let text = Document::text(&self.file)?;
+        let out = self.out.clone().unwrap_or_else(|| tuned_name(&self.file));
+        if out.exists() {
+            let why = "is there already, and nothing is written over; --out names another file";
+            return Err(Error::Input(format!("{} {why}", out.display())));
+        }
+        if let Some(directory) = &self.plot {
+            prepare_figures(directory)?;
+        }
+        let request = Request {
+            file: self.file.clone(),
+            goal: self.goal,
+            limits: self.limit.iter().map(|text| limit(text)).collect::<Result<_, _>>()?,
+            spreads: if self.spread.is_empty() { assumed(&document) } else { self.spread.clone() },
+            cases: self.cases,
+            seed: self.seed,
+            document,
+        };
+        let controllers = self.controllers(&request.document)?;
+        let bar = ProgressBar::new_spinner();
+        let style = ProgressStyle::with_template("{spinner} {prefix}: {pos} sets of gains tried");
+        let bar = style.map_or_else(|_| ProgressBar::hidden(), |style| bar.with_style(style));
+        let mut tuned = Vec::new();
+        for controller in &controllers {
+            bar.set_position(0);
+            bar.set_prefix(controller.clone());
+            tuned.push(request.tune(controller, &bar)?);
+        }
+        bar.finish_and_clear();
+        if let Some(directory) = &self.plot {
+            write_charts(directory, &[chart(&self.file, &tuned)])?;
+            wrote(&drawn(1, directory))?;
+        }
+        write_whole(&out, rewritten(&text, &tuned)?.as_bytes())?;
+        wrote(&out.display().to_string())?;
+        if self.json {
+            return print(&format!("{:#}\n", object(&self.file, &tuned)));
+        }
+        print(&(render(&tuned) + &legend(self.cases, &request.spreads)))
+    }
+
+    /// The controllers that were asked for, by their names in the file.
+    fn controllers(&self, document: &Document) -> Result<Vec<String>, Error> {
+        let machine = document.machine()?;
+        let listed = machine.sampling.extras.list();
+        if self.controller.iter().any(|name| name == "all") {
+            return Ok(listed.to_vec());
+        }
+        if self.controller.is_empty() {
+            return Ok(listed.iter().take(1).cloned().collect());
+        }
+        for name in &self.controller {
+            if !machine.controller.contains_key(name) {
+                let near = suggestion(name, machine.controller.keys().map(String::as_str));
+                let what = format!("--controller {name}: {} has no such controller", self.file);
+                return Err(Error::Input(what + &near));
+            }
+        }
+        Ok(self.controller.clone())
+    }
+}
+
+/// `joint.toml` becomes `joint.tuned.toml`, beside it; a built-in experiment, a file here.
+fn tuned_name(file: &str) -> PathBuf {
+    Path::new(file).with_extension("tuned.toml")
+}
+
+fn limit(text: &str) -> Result<(String, f64), Error> {
+    let refuse = |why: String| Err(Error::Input(format!("--limit {text}: {why}")));
+    let Some((name, most)) = text.split_once('=') else {
+        return refuse("write FIGURE=MOST, as in chatter_v_per_s=5".into());
+    };
+    let name = name.trim();
+    if !Figures::names().contains(&name) {
+        return refuse(format!("there is no such figure{}", suggestion(name, Figures::names())));
+    }
+    match most.trim().parse::<f64>() {
+        Ok(most) if most.is_finite() && most > 0.0 => Ok((name.to_owned(), most)),
+        _ => refuse("allowed is a number above 0".into()),
+    }
+}
+
+fn chart(file: &str, tuned: &[Tuned]) -> Chart {
+    let point = |figures: &Figures| {
+        [figures.settling_s, figures.tracking_counts.unwrap_or(figures.rest_counts)]
+    };
+    let clouds = tuned.iter().flat_map(|one| {
+        let name = |what: &str| format!("{}: {what}", one.controller);
+        let of = |what: &str, points| Cloud { name: name(what), points };
+        [
+            of("tried", one.tried.iter().map(point).collect()),
+            of("the file's", vec![point(&one.before)]),
+            of("kept", vec![point(&one.after)]),
+        ]
+    });
+    let label = if tuned.iter().all(|one| one.before.tracking_counts.is_none()) {
+        "rest error (counts)"
+    } else {
+        "tracking error (counts)"
+    };
+    let axis = |label: &str, decades, bound, beyond: &str| LogAxis {
+        label: label.into(),
+        decades,
+        bound,
+        beyond: beyond.into(),
+    };
+    Chart {
+        stem: "tuning".into(),
+        title: format!("Gains tried on {file}"),
+        subtitle: "simulated; a point is a set of gains, its means over the joints".into(),
+        shown: Shown::Clouds {
+            axes: [axis("settling (s)", [-2, 1], 5.0, ""), axis(label, [-1, 4], 2.0, "")],
+            clouds: clouds.collect(),
+        },
+    }
+}
+
+fn legend(cases: u64, spreads: &[String]) -> String {
+    let mut text = format!(
+        "All simulated. The figures are of {cases} joints that the gains were not found on, each\n\
+         with and without a sample of delay:\n"
+    );
+    for spread in spreads {
+        text += &format!("  {spread}\n");
+    }
+    text
+}

@@ -1,0 +1,269 @@
+//! `stiction tune`: gains for a joint that is known within bounds.
+//!
+//! ```text
+//! file -> knobs.rs: the gains of a controller ----------------+
+//! file, spreads -> joints around the file's, each with and    |
+//!      without a sample of delay -> servo, monitors -> rows   v
+//! search.rs: gains -> figures.rs: cost for a goal, under limits -> the least
+//!      -> tried again on joints of another seed -> text.rs: a new file, a table
+//! ```
+//!
+//! The joints on which gains are judged are not those on which they were found. Gains that are no
+//! better there than those of the file are dropped, and the file's stay. Guarantees: the same result
+//! for the same seed on any number of cores; no more failures on the joints of the judgement than
+//! the file's gains have. Does badly: it finds a valley near the file's gains, not the lowest one;
+//! it knows the joint of the file with its spread, and nothing that the file does not say.
+
+mod figures;
+mod knobs;
+mod search;
+mod text;
+
+use std::sync::{Mutex, PoisonError};
+
+use indicatif::ProgressBar;
+
+pub use self::figures::{Figures, Goal};
+pub use self::knobs::Knob;
+pub use self::text::{object, render, rewritten};
+use crate::ensemble::{MachineEnsemble, Row};
+use crate::error::Error;
+use crate::experiment::{Document, Experiment};
+
+/// So long a step is watched, s: three times the time within which it should settle.
+const DURATION_S: f64 = 15.0;
+
+/// Factors on the joint's gain that the margins try; their inverses as well.
+const FACTORS: [f64; 6] = [1.25, 1.5, 2.0, 3.0, 4.0, 6.0];
+
+/// What is asked for.
+#[derive(Clone, Debug)]
+pub struct Request {
+    /// The name of the file.
+    pub file: String,
+    /// The file.
+    pub document: Document,
+    /// What the gains are to be good at.
+    pub goal: Goal,
+    /// Figures that are not to be exceeded.
+    pub limits: Vec<(String, f64)>,
+    /// Keys of the joint that vary, `KEY=LOW..HIGH`.
+    pub spreads: Vec<String>,
+    /// Joints; each is run with and without a sample of delay.
+    pub cases: u64,
+    /// Seed of the joints on which gains are looked for; those on which they are judged have the
+    /// next one.
+    pub seed: u64,
+}
+
+/// A gain before and after.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Turned {
+    /// Its key.
+    pub key: &'static str,
+    /// The value of the file, or of the law's rule.
+    pub from: f64,
+    /// The value that was found.
+    pub to: f64,
+}
+
+/// What was found for a controller.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Tuned {
+    /// Its name.
+    pub controller: String,
+    /// Its gains.
+    pub gains: Vec<Turned>,
+    /// Whether they are better than the file's; if not, the file's stay.
+    pub better: bool,
+    /// The file's gains on the joints of the judgement.
+    pub before: Figures,
+    /// The gains that stay, there.
+    pub after: Figures,
+    /// Everything that was tried, on the joints of the search.
+    pub tried: Vec<Figures>,
+    /// Factors on the file's joint between which the gains that stay succeed, of those that were
+    /// tried; the joint has a sample of delay there.
+    pub margins: [f64; 2],
+    /// The joint of the judgement that came out worst: what was drawn, its delay in samples, its
+    /// row.
+    pub worst: Option<(Vec<String>, u8, Row)>,
+}
+
+impl Request {
+    /// Tunes a controller of the file.
+    ///
+    /// # Errors
+    /// Names what is wrong with the file, a spread or a limit, or a controller that has nothing to
+    /// turn.
+    pub fn tune(&self, controller: &str, bar: &ProgressBar) -> Result<Tuned, Error> {
+        let wanted = [controller.to_owned()];
+        let runs = Experiment::plan(&self.document, &wanted, &[])?.runs;
+        let plan = runs.iter().find(|run| run.controller.is_some()).ok_or_else(|| {
+            Error::Input(format!("{}: {controller} positions nothing", self.file))
+        })?;
+        let knobs = knobs::knobs(plan)?;
+        if knobs.is_empty() {
+            let why = "has no gain above zero to turn";
+            return Err(Error::Input(format!("{}: the controller {controller} {why}", self.file)));
+        }
+        let start = Figures::of(&self.rows(controller, &[], self.seed)?);
+        if self.goal == Goal::Track && start.tracking_counts.is_none() {
+            return Err(Error::Input(format!(
+                "{}: --goal track needs a trajectory in `reference.trajectories`",
+                self.file
+            )));
+        }
+        let tried = Mutex::new(vec![start]);
+        let cost = |factors: &[f64]| {
+            bar.inc(1);
+            // Gains that the core refuses are no gains.
+            let Ok(rows) = self.rows(controller, &set(controller, &knobs, factors), self.seed)
+            else {
+                return 1e3;
+            };
+            let figures = Figures::of(&rows);
+            tried.lock().unwrap_or_else(PoisonError::into_inner).push(figures);
+            figures.cost(&start, self.goal, &self.limits)
+        };
+        let factors = search::least(knobs.len(), &cost)?;
+        let judged = self.seed + 1;
+        let found = set(controller, &knobs, &factors);
+        let before = self.rows(controller, &[], judged)?;
+        let after = self.rows(controller, &found, judged)?;
+        let [was, is] = [&before, &after].map(|rows| Figures::of(rows));
+        let worth = |figures: &Figures| figures.cost(&was, self.goal, &self.limits);
+        let better = worth(&is) < worth(&was);
+        let (stays, rows, set) =
+            if better { (is, after, found) } else { (was, before, Vec::new()) };
+        let turned = knobs.iter().zip(&factors).map(|(knob, factor)| {
+            let to = if better { rounded(knob.start * factor) } else { knob.start };
+            Turned { key: knob.key, from: knob.start, to }
+        });
+        Ok(Tuned {
+            controller: controller.into(),
+            gains: turned.collect(),
+            better,
+            before: was,
+            after: stays,
+            tried: tried.into_inner().unwrap_or_else(PoisonError::into_inner),
+            margins: self.margins(controller, &set)?,
+            worst: self.worst(controller, rows)?,
+        })
+    }
+
+    /// Runs every joint under a controller with keys set, without a delay and with one.
+    fn rows(&self, controller: &str, set: &[String], seed: u64) -> Result<Vec<Row>, Error> {
+        let mut rows = Vec::new();
+        for delay in 0..2 {
+            rows.extend(self.ensemble(controller, set, delay)?.run(seed, self.cases)?);
+        }
+        rows.sort_by_key(|row| row.case);
+        Ok(rows)
+    }
+
+    fn ensemble(
+        &self,
+        controller: &str,
+        set: &[String],
+        delay: u8,
+    ) -> Result<MachineEnsemble, Error> {
+        let mut document = self.document.clone();
+        document.set(&[format!("run.delay_samples={delay}")])?;
+        document.set(set)?;
+        let controllers = [controller.to_owned()];
+        MachineEnsemble::around(&self.file, document, [&controllers, &self.spreads], DURATION_S)
+    }
+
+    /// The smallest and the largest factor on the joint's gain up to which all succeed. A joint of a
+    /// data sheet has none, since its gain is not written.
+    fn margins(&self, controller: &str, set: &[String]) -> Result<[f64; 2], Error> {
+        const GAIN: &str = "joint.gain_deg_per_s2_per_v";
+        let Some(gain) = self.document.get(GAIN).and_then(toml::Value::as_float) else {
+            return Ok([1.0, 1.0]);
+        };
+        let succeeds = |factor: f64| -> Result<bool, Error> {
+            let mut alone = self.clone();
+            alone.spreads = vec![format!("{GAIN}={0:?}..{0:?}", gain * factor)];
+            let rows = alone.ensemble(controller, set, 1)?.run(self.seed, 1)?;
+            let figures = Figures::of(&rows);
+            Ok(figures.successes == figures.cases)
+        };
+        let mut margins = [1.0; 2];
+        for (margin, up) in margins.iter_mut().zip([false, true]) {
+            for factor in FACTORS.map(|factor| if up { factor } else { 1.0 / factor }) {
+                if !succeeds(factor)? {
+                    break;
+                }
+                *margin = factor;
+            }
+        }
+        Ok(margins)
+    }
+
+    fn worst(
+        &self,
+        controller: &str,
+        rows: Vec<Row>,
+    ) -> Result<Option<(Vec<String>, u8, Row)>, Error> {
+        let late = |row: &Row| match row.settled_s.filter(|_| row.faults().next().is_none()) {
+            Some(settled_s) => settled_s,
+            None => f64::INFINITY,
+        };
+        // Rows of a case stand in the order of their delays.
+        let worst = rows.into_iter().enumerate().max_by(|(_, a), (_, b)| {
+            late(a).total_cmp(&late(b)).then(a.rest_counts.total_cmp(&b.rest_counts))
+        });
+        let Some((place, row)) = worst else { return Ok(None) };
+        let drawn = self.ensemble(controller, &[], 0)?.drawn(self.seed + 1, row.case);
+        Ok(Some((drawn, (place % 2) as u8, row)))
+    }
+}
+
+/// The keys of a controller with its gains turned.
+fn set(controller: &str, knobs: &[Knob], factors: &[f64]) -> Vec<String> {
+    let pairs = knobs.iter().zip(factors);
+    pairs
+        .map(|(Knob { key, start }, factor)| {
+            format!("controller.{controller}.{key}={:?}", rounded(start * factor))
+        })
+        .collect()
+}
+
+/// To four digits: more of them say nothing, and nobody likes to read them.
+fn rounded(value: f64) -> f64 {
+    format!("{value:.3e}").parse().unwrap_or(value)
+}
+
+/// The spread of a file that nobody has said anything about: inertia of 20 % and viscous friction of
+/// 50 % to either side; slip friction from 25 % below to the middle between slip and stick, and stick
+/// friction from there to 25 % above. So friction is off as far as methods of identification leave it
+/// at worst, and no joint slips with more than it sticks with.
+pub fn assumed(document: &Document) -> Vec<String> {
+    const ALONE: [(&str, f64); 4] = [
+        ("joint.gain_deg_per_s2_per_v", 0.2),
+        ("joint.viscous_v_per_deg_per_s", 0.5),
+        ("load.inertia_kg_m2", 0.2),
+        ("friction.viscous_nm_s_per_rad", 0.5),
+    ];
+    const LEVELS: [[&str; 2]; 2] = [
+        ["joint.friction.slip_v", "joint.friction.stick_v"],
+        ["friction.slip_nm", "friction.stick_nm"],
+    ];
+    let number = |key: &str| {
+        let value = document.get(key)?;
+        value.as_float().or(value.as_integer().map(|whole| whole as f64))
+    };
+    let range =
+        |key: &str, low: f64, high: f64| format!("{key}={:?}..{:?}", rounded(low), rounded(high));
+    let alone = ALONE.into_iter().filter_map(|(key, share)| {
+        let value = number(key)?;
+        Some(range(key, value * (1.0 - share), value * (1.0 + share)))
+    });
+    let levels = LEVELS.into_iter().filter_map(|[slip, stick]| {
+        let (below, above) = (number(slip)?, number(stick)?);
+        let middle = 0.5 * (below + above);
+        Some([range(slip, 0.75 * below, middle), range(stick, middle, 1.25 * above)])
+    });
+    alone.chain(levels.flatten()).collect()
+}
