@@ -4,6 +4,7 @@ mod benchmark;
 mod completions;
 mod device;
 mod ensemble;
+mod identify;
 mod keys;
 mod list;
 mod new;
@@ -51,6 +52,8 @@ enum Command {
     Benchmark(benchmark::Arguments),
     /// Rank controllers on joints that nobody tuned for: success, settling, rest, tracking, faults
     Ensemble(ensemble::Arguments),
+    /// Inertia and friction of any machine from a log of time, position and effort
+    Identify(identify::Arguments),
     /// Draw what `run --csv` or a device's `log` has written, one over the other
     Plot(plot::Arguments),
     /// Every figure and table of the thesis as one HTML page, claims beside measurements
@@ -79,6 +82,7 @@ pub fn main() -> ExitCode {
         Command::Device(arguments) => device::device(&arguments),
         Command::Benchmark(arguments) => benchmark::rank(&arguments),
         Command::Ensemble(arguments) => ensemble::ensemble(&arguments),
+        Command::Identify(arguments) => identify::identify_log(&arguments),
         Command::Plot(arguments) => plot::plot(&arguments),
         Command::Report(arguments) => report::report(&arguments),
         Command::Completions(arguments) => completions::completions(&arguments),
