@@ -13,7 +13,7 @@
 const SECTIONS: usize = 2;
 
 /// The length of the ends' mirror images, in periods of the cut-off.
-const MIRRORED: f64 = 3.0;
+const MIRRORED: f64 = 6.0;
 
 /// A low-pass.
 #[derive(Clone, Copy, Debug, PartialEq)]

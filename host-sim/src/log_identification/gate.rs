@@ -1,19 +1,23 @@
 //! Which moments of a log tell something of a machine in motion.
 //!
-//! Left out are: standstill and creeping, below `max(0.02 v_99, 2 c fc)` with the speed v_99 that
+//! Left out are: standstill and creeping, below `max(0.05 v_99, 2 c fc)` with the speed v_99 that
 //! a hundredth of the samples exceeds, the count c and the cut-off fc; what the low-pass mixes
 //! with them, `0.5/fc` on either side; the same around a saturated effort; and `1/fc` at the ends
 //! of a stretch. At standstill friction is whatever the effort is. Below two counts in a period of the
 //! cut-off, the staircase of the counts passes the low-pass.
 //!
 //! An effort counts as saturated where it holds its largest or its smallest value for three samples
-//! or more, if ten times as many samples lie there as in the next fiftieth of its range, and if at most
+//! or more, if twice as many samples lie there as in the next fiftieth of its range, and if at most
 //! a fifth of all samples do. An effort that is switched between two values is known, not saturated.
 
 use super::time_grid::Grid;
 
-/// Part of the fast end of the speeds below which a machine creeps.
-const CREEPING: f64 = 0.02;
+/// Part of the fast end of the speeds below which a machine creeps, and its friction is another one
+/// (Stribeck, bristles).
+pub const CREEPING: f64 = 0.05;
+
+/// The same, if the model has a Stribeck term.
+pub const CREEPING_WITH_STRIBECK: f64 = 0.01;
 
 /// A count's speed is this many counts in a period of the cut-off.
 const COUNTS: f64 = 2.0;
@@ -30,14 +34,15 @@ const LEFT: f64 = 0.3;
 /// Part of an effort's range next to its ends.
 const NEXT: f64 = 0.02;
 
-/// So many times as many samples lie at the end as next to it.
-const CROWDED: f64 = 10.0;
+/// So many times as many samples lie at the end as next to it. Of a sine in a hundred codes it is a
+/// half, of one that is cut at 0.95 it is 3.
+const CROWDED: f64 = 2.0;
 
 /// A larger share at an end is no saturation.
 const LARGEST_SHARE: f64 = 0.2;
 
-/// The speed below which a machine creeps.
-pub fn creeping(velocities: &[&[f64]], count: f64, cut_off_hz: f64) -> f64 {
+/// The speed below which a machine creeps: a part of the fast ones, or that of counts.
+pub fn creeping(velocities: &[&[f64]], part: f64, count: f64, cut_off_hz: f64) -> f64 {
     let mut speeds: Vec<f64> =
         velocities.iter().flat_map(|part| part.iter().map(|v| v.abs())).collect();
     if speeds.is_empty() {
@@ -45,7 +50,7 @@ pub fn creeping(velocities: &[&[f64]], count: f64, cut_off_hz: f64) -> f64 {
     }
     let place = (speeds.len() * 99 / 100).min(speeds.len() - 1);
     let fast = *speeds.select_nth_unstable_by(place, f64::total_cmp).1;
-    (CREEPING * fast).max((COUNTS * count * cut_off_hz).min(MOST_OF_SPEED * fast))
+    (part * fast).max((COUNTS * count * cut_off_hz).min(MOST_OF_SPEED * fast))
 }
 
 /// The ends of the effort's range that count as saturated.

@@ -101,7 +101,7 @@ pub fn machine_file(name: &str, log: &str, identified: &Identified) -> Result<St
         1,
     );
     let mut friction = String::new();
-    if is_friction {
+    if is_friction && rounded(forward) != rounded(backward) {
         let _ = writeln!(
             friction,
             "slip_reverse_nm = {:?}\nstick_reverse_nm = {:?}",

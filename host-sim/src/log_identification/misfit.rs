@@ -30,6 +30,9 @@ const FEW_CELLS: usize = 8;
 /// Periods over the range of the position that are tried.
 const PERIODS: usize = 400;
 
+/// How much lower the cut-off of rows for the fourth derivative is.
+pub const SMOOTHER: f64 = 3.0;
+
 /// Samples that the search for a period looks at.
 const SEARCHED: usize = 8_000;
 
@@ -51,23 +54,18 @@ struct Sample {
     is_even: bool,
 }
 
-/// Names the causes that the residual shows, the largest first.
-pub fn misfits(fitted: &Fitted, moments: &[Moment]) -> Vec<Misfit> {
-    let samples: Vec<Sample> = moments
-        .iter()
-        .enumerate()
-        .map(|(i, at)| Sample {
-            at: *at,
-            error: at.effort - fitted.fit.predict(&fitted.model.columns(at)),
-            is_even: i * BLOCKS / moments.len().max(1) % 2 == 0,
-        })
-        .collect();
+/// Names the causes that the residual shows, the largest first. `smooth` are rows behind a cut-off
+/// that is [`SMOOTHER`] times as low: four derivatives of a counted position are nothing but noise
+/// at the cut-off of two, and residual and noise follow each other.
+pub fn misfits(fitted: &Fitted, moments: &[Moment], smooth: &[Moment]) -> Vec<Misfit> {
+    let samples = residuals(fitted, moments);
     let way = |sample: &Sample| sample.at.velocity.signum();
     let [low, high] = range(samples.iter().map(|sample| sample.at.position));
     let [_, fast] = range(samples.iter().map(|sample| sample.at.velocity.abs()));
     let range = high - low;
-    let cell = |sample: &Sample| {
-        ((sample.at.position - low) / range * CELLS as f64).min(CELLS as f64 - 1.0) as usize
+    let cell = |sample: &Sample, cells: usize| {
+        let cells = cells as f64;
+        ((sample.at.position - low) / range * cells).min(cells - 1.0) as usize
     };
     let speed = |sample: &Sample| {
         let part = sample.at.velocity.abs() / fast;
@@ -81,17 +79,17 @@ pub fn misfits(fitted: &Fitted, moments: &[Moment]) -> Vec<Misfit> {
     let cells = |count: usize, of: &dyn Fn(&Sample) -> Option<usize>, sign: bool| {
         by_cell(&samples, count, of, |sample| if sign { way(sample) } else { 1.0 })
     };
+    // Few cells find what is smooth in a short log, many what is not, and a sine what is finer.
+    let by_position = |sign: bool| {
+        let shares =
+            [FEW_CELLS, CELLS].map(|count| cells(count, &|sample| Some(cell(sample, count)), sign));
+        shares[0].max(shares[1]).max(periodic(&samples, low, range, sign))
+    };
     let found = [
-        (
-            "position_dependent_friction",
-            cells(CELLS, &|sample| Some(cell(sample)), true)
-                .max(periodic(&samples, low, range, true)),
-            "friction varies with the position",
-        ),
+        ("position_dependent_friction", by_position(true), "friction varies with the position"),
         (
             "position_dependent_load",
-            cells(CELLS, &|sample| Some(cell(sample)), false)
-                .max(periodic(&samples, low, range, false)),
+            by_position(false),
             "a load varies with the position, as gravity, a spring or cogging does",
         ),
         (
@@ -111,7 +109,7 @@ pub fn misfits(fitted: &Fitted, moments: &[Moment]) -> Vec<Misfit> {
         ),
         (
             "flexibility",
-            linear(&samples, |sample| sample.at.snap),
+            linear(&residuals(fitted, smooth), |sample| sample.at.snap),
             "the inertia varies with the frequency, as that of two bodies with a spring between",
         ),
     ];
@@ -123,6 +121,16 @@ pub fn misfits(fitted: &Fitted, moments: &[Moment]) -> Vec<Misfit> {
         .collect();
     told.sort_by(|a, b| b.share.total_cmp(&a.share));
     told
+}
+
+fn residuals(fitted: &Fitted, moments: &[Moment]) -> Vec<Sample> {
+    let count = moments.len().max(1);
+    let with_error = |(i, at): (usize, &Moment)| Sample {
+        at: *at,
+        error: at.effort - fitted.fit.predict(&fitted.model.columns(at)),
+        is_even: i * BLOCKS / count % 2 == 0,
+    };
+    moments.iter().enumerate().map(with_error).collect()
 }
 
 fn range(values: impl Iterator<Item = f64>) -> [f64; 2] {

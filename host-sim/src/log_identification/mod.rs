@@ -12,7 +12,7 @@
 //!
 //! Standard deviations are those of [`least_squares`], and half of what the coefficient moves if
 //! the cut-off is a third lower, added as squares: what depends on how the log is filtered is not
-//! known better than that.
+//! known better than that. That of the inertia has half of the noise's part ([`cut_off`]), too.
 
 pub mod butterworth;
 pub mod cut_off;
@@ -144,14 +144,20 @@ pub fn identify(mut log: Log, request: &Request) -> Result<Identified, String> {
     }
     // A mean of several rows has smaller counts.
     let cut_off = cut_off::choose(&grid, count / folded as f64, request.cut_off_hz);
-    let filtered = Filtered::of(&grid, count, cut_off.hz);
+    let slow = if request.has_stribeck { gate::CREEPING_WITH_STRIBECK } else { gate::CREEPING };
+    let filtered = Filtered::of(&grid, [slow, count, cut_off.hz]);
     let (fitted, compared, effort_delay_s, moments) =
         regression::regress(&filtered, request, grid.step_s)?;
     let mut parameters = fitted.parameters();
-    widen(&mut parameters, &grid, count, &fitted, cut_off.hz / 1.5, effort_delay_s);
+    let lower = Filtered::of(&grid, [slow, count, cut_off.hz / 1.5]);
+    widen(&mut parameters, &fitted, &lower.moments(effort_delay_s));
+    if let Some((_, inertia)) = parameters.first_mut() {
+        inertia.sd = inertia.sd.hypot(0.5 * cut_off.noise.min(1.0) * inertia.value);
+    }
     implausible::signs(&parameters, &request.scale)?;
     let free_run = free_run::free_run(&fitted, &grid, &filtered, effort_delay_s);
-    let misfits = misfit::misfits(&fitted, &moments);
+    let smooth = Filtered::of(&grid, [slow, count, cut_off.hz / misfit::SMOOTHER]);
+    let misfits = misfit::misfits(&fitted, &moments, &smooth.moments(effort_delay_s));
     let read = Read {
         rows,
         missing_rows,
@@ -185,16 +191,8 @@ pub fn identify(mut log: Log, request: &Request) -> Result<Identified, String> {
 }
 
 /// Adds half of what a coefficient moves with a lower cut-off to its standard deviation.
-fn widen(
-    parameters: &mut [(&'static str, Parameter)],
-    grid: &Grid,
-    count: f64,
-    fitted: &Fitted,
-    hz: f64,
-    delay_s: f64,
-) {
-    let lower = Filtered::of(grid, count, hz).moments(delay_s);
-    let Ok(other) = regression::fit(fitted.model, &lower) else { return };
+fn widen(parameters: &mut [(&'static str, Parameter)], fitted: &Fitted, lower: &[Moment]) {
+    let Ok(other) = regression::fit(fitted.model, lower) else { return };
     for ((_, one), (_, other)) in parameters.iter_mut().zip(other.parameters()) {
         one.sd = one.sd.hypot(0.5 * (one.value - other.value));
     }

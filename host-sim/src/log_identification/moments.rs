@@ -45,8 +45,8 @@ pub struct Filtered {
 }
 
 impl Filtered {
-    /// Filters a log.
-    pub fn of(grid: &Grid, count: f64, cut_off_hz: f64) -> Self {
+    /// Filters a log; below the part `slow` of the fast speeds the machine creeps.
+    pub fn of(grid: &Grid, [slow, count, cut_off_hz]: [f64; 3]) -> Self {
         let h = grid.step_s;
         let low_pass = LowPass::new(cut_off_hz * h);
         let mut stretches: Vec<Smooth> = grid
@@ -61,7 +61,7 @@ impl Filtered {
             })
             .collect();
         let velocities: Vec<&[f64]> = stretches.iter().map(|one| &one.velocity[..]).collect();
-        let creeping = gate::creeping(&velocities, count, cut_off_hz);
+        let creeping = gate::creeping(&velocities, slow, count, cut_off_hz);
         let gate = gate::gate(grid, &velocities, creeping, cut_off_hz);
         for smooth in &mut stretches {
             let signs: Vec<f64> = smooth.velocity.iter().map(|v| v.signum()).collect();

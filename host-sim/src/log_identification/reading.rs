@@ -90,7 +90,7 @@ pub fn read_from(name: &str, text: impl Read, columns: &Columns) -> Result<Log, 
         source,
     })?;
     let has_mark = begin.starts_with(b"\xEF\xBB\xBF");
-    let delimiter = delimiter(begin);
+    let delimiter = delimiter(if has_mark { &begin[3..] } else { begin });
     if has_mark {
         text.consume(3);
     }

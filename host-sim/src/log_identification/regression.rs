@@ -2,7 +2,7 @@
 //!
 //! *Model*: asymmetric, if friction differs by the direction by more than two standard deviations,
 //! and symmetric if it does not. *Stribeck velocity*: least squares is linear in all but v_s, which is searched for on 24
-//! values in geometric steps from a quarter of the creeping speed to half of the fast one, then by
+//! values in geometric steps from the speed that a fiftieth of the rows does not reach to half of the fast one, then by
 //! golden section between the neighbours of the best. *Delay*: a
 //! log may have the effort that was asked for, which acts half a sample later on the mean, and
 //! later behind a slow drive. The residual's power over the delay is a parabola near its lowest
@@ -120,7 +120,8 @@ fn stribeck(model: Model, moments: &[Moment], creeping: f64) -> Result<Fitted, S
     let fast = speeds[speeds.len() * 95 / 100];
     let at = |velocity: f64| fit(Model { stribeck: Some(velocity), ..model }, moments);
     let residual = |velocity: f64| at(velocity).map_or(f64::INFINITY, |one| one.fit.residual);
-    let (low, high) = ((0.25 * creeping).ln(), (0.5 * fast).ln());
+    let slow = speeds[speeds.len() * 2 / 100].max(creeping);
+    let (low, high) = (slow.ln(), (0.5 * fast).max(2.0 * slow).ln());
     let step = (high - low) / (STRIBECK_VALUES - 1) as f64;
     let tried: Vec<f64> =
         (0..STRIBECK_VALUES).map(|i| residual((low + step * i as f64).exp())).collect();

@@ -21,6 +21,9 @@ const INERTIA: [f64; 2] = [0.05, 0.3];
 /// A coefficient that is so many times more uncertain than alone is mixed up with others.
 const MIXED_UP: f64 = 30.0;
 
+/// Standard deviation as a part of the Stribeck term above which the log does not tell it.
+const UNKNOWN: f64 = 0.5;
+
 /// Noise in the acceleration above which the inertia is told to be too small.
 const NOISY: f64 = 0.02;
 
@@ -86,7 +89,8 @@ pub fn of(
             verdict.judge(
                 [false, part <= INERTIA[1]],
                 format!(
-                    "the inertia is uncertain by {} %: the log accelerates too little",
+                    "the inertia is uncertain by {} %: the log accelerates too little, or the \
+                     machine is not one rigid body",
                     rounded(100.0 * part)
                 ),
             );
@@ -112,6 +116,12 @@ pub fn of(
             );
         }
     }
+    if let Some((value, sd)) = ways("stribeck")
+        && sd > UNKNOWN * value.abs()
+    {
+        let words = "the log hardly tells the Stribeck term: log slower motions, or leave it out";
+        verdict.judge([false, true], words.into());
+    }
     for misfit in misfits {
         let part = rounded((100.0 * misfit.share).round());
         verdict.judge([false, true], format!("{} ({part} % of the residual)", misfit.words));
@@ -124,6 +134,12 @@ pub fn of(
                 rounded(100.0 * cut_off.noise)
             ),
         );
+    }
+    if misfits.is_empty() && residual > RESIDUAL_PERCENT[0] {
+        let words = "the residual follows none of the causes that are looked for; among those that \
+                     are not are backlash that rattles, a drive that limits, and an effort that is \
+                     not the motor's";
+        verdict.words.push(words.into());
     }
     if read.saturated > 0.01 {
         let part = rounded(100.0 * read.saturated);

@@ -11,6 +11,7 @@ use serde_json::Value;
 
 mod csv;
 mod experiments;
+mod identify;
 mod json;
 mod new_joint;
 mod own_file;
@@ -22,7 +23,7 @@ mod table;
 fn stiction(arguments: &[&str]) -> String {
     let output = Command::new(env!("CARGO_BIN_EXE_stiction")).args(arguments).output().unwrap();
     let said = String::from_utf8_lossy(&output.stderr);
-    let asked = arguments.iter().any(|argument| ["--csv", "--plot"].contains(argument));
+    let asked = arguments.iter().any(|argument| ["--csv", "--into", "--plot"].contains(argument));
     let is_told = said.lines().all(|line| asked && line.starts_with("wrote "));
     assert!(
         output.status.success() && is_told && asked != said.is_empty(),
