@@ -77,15 +77,30 @@ fn over_time(log: &str, identified: &Identified) -> Figure {
                     vec![Line::new("", Style::Total, series(&|at| at.effort - model(at)))],
                 )
             },
-            Panel::new(
-                format!("position ({position})"),
-                vec![
-                    Line::new("logged", Style::Primary, runs(1)),
-                    Line::new("identified, driven by the logged effort", Style::Second, runs(2)),
-                ],
-            ),
+            Panel {
+                y_range: around(kept),
+                ..Panel::new(
+                    format!("position ({position})"),
+                    vec![
+                        Line::new("logged", Style::Primary, runs(1)),
+                        Line::new("identified, driven by the logged effort", Style::Second, runs(2)),
+                    ],
+                )
+            },
         ],
     }
+}
+
+/// The range of the logged position and half of it on either side, if the free run leaves that.
+fn around(kept: &[[f64; 3]]) -> Option<(f64, f64)> {
+    let finite = kept.iter().filter(|point| !point[1].is_nan());
+    let (low, high) = finite.fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), point| {
+        (low.min(point[1]), high.max(point[1]))
+    });
+    let half = 0.5 * (high - low);
+    let shown = (low - half, high + half);
+    let leaves = kept.iter().any(|point| point[2] < shown.0 || point[2] > shown.1);
+    (leaves && half > 0.0).then_some(shown)
 }
 
 /// Between rows that are farther apart than this something was left out, s.

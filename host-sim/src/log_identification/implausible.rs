@@ -62,7 +62,7 @@ pub fn times(grid: &Grid) -> Vec<String> {
 }
 
 /// Refuses a log in which nothing moves, or nothing drives.
-pub fn still(grid: &Grid, scale: &Scale) -> Result<(), String> {
+pub fn still(grid: &Grid) -> Result<(), String> {
     let range = |of: fn(&super::time_grid::Stretch) -> &Vec<f64>| {
         let all = grid.stretches.iter().flat_map(of);
         let [low, high] = all.fold([f64::INFINITY, f64::NEG_INFINITY], |[low, high], value| {
@@ -80,7 +80,6 @@ pub fn still(grid: &Grid, scale: &Scale) -> Result<(), String> {
                     force or voltage"
             .into());
     }
-    let _ = scale;
     Ok(())
 }
 

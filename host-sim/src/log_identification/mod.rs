@@ -46,6 +46,9 @@ use time_grid::Grid;
 use units::Scale;
 use verdict::Verdict;
 
+/// How much lower the cut-off is whose coefficients are compared.
+const LOWER: f64 = 1.5;
+
 /// How a log is to be identified.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Request {
@@ -133,7 +136,7 @@ pub fn identify(mut log: Log, request: &Request) -> Result<Identified, String> {
     let grid = Grid::of(&log, log.time_digit)?;
     drop(log);
     warnings.extend(implausible::times(&grid));
-    implausible::still(&grid, &request.scale)?;
+    implausible::still(&grid)?;
     let highest = cut_off::highest(grid.step_s);
     if let Some(hz) = request.cut_off_hz.filter(|hz| !(*hz > 0.0 && *hz <= highest)) {
         return Err(format!(
@@ -149,15 +152,17 @@ pub fn identify(mut log: Log, request: &Request) -> Result<Identified, String> {
     let (fitted, compared, effort_delay_s, moments) =
         regression::regress(&filtered, request, grid.step_s)?;
     let mut parameters = fitted.parameters();
-    let lower = Filtered::of(&grid, [slow, count, cut_off.hz / 1.5]);
-    widen(&mut parameters, &fitted, &lower.moments(effort_delay_s));
+    // One at a time, since each is as large as the log.
+    let below = |part: f64| {
+        Filtered::of(&grid, [slow, count, cut_off.hz / part]).moments(effort_delay_s)
+    };
+    widen(&mut parameters, &fitted, &below(LOWER));
     if let Some((_, inertia)) = parameters.first_mut() {
         inertia.sd = inertia.sd.hypot(0.5 * cut_off.noise.min(1.0) * inertia.value);
     }
     implausible::signs(&parameters, &request.scale)?;
     let free_run = free_run::free_run(&fitted, &grid, &filtered, effort_delay_s);
-    let smooth = Filtered::of(&grid, [slow, count, cut_off.hz / misfit::SMOOTHER]);
-    let misfits = misfit::misfits(&fitted, &moments, &smooth.moments(effort_delay_s));
+    let misfits = misfit::misfits(&fitted, &moments, &below(misfit::SMOOTHER));
     let read = Read {
         rows,
         missing_rows,

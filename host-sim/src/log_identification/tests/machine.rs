@@ -39,6 +39,8 @@ pub struct Machine {
     pub ripple: [f64; 2],
     /// Part of the inertia that sits behind a backlash, and its width.
     pub backlash: [f64; 2],
+    /// Natural frequency of the load on its contact, rad/s.
+    pub contact: f64,
     /// A count of the encoder.
     pub count: f64,
     /// Standard deviation of the measured effort.
@@ -75,6 +77,7 @@ impl Machine {
             stribeck: [0.0, 1.0],
             ripple: [0.0; 2],
             backlash: [0.0; 2],
+            contact: 250.0,
             count: speed * random.between(1e-6, 1e-4),
             noise: accelerating * random.between(1e-3, 3e-2),
             speed,
@@ -99,13 +102,13 @@ impl Machine {
         if behind == 0.0 {
             return [v, drive / self.inertia, v, drive / self.inertia];
         }
-        // A stiff and well damped contact, at 40 Hz with the load.
+        // A well damped contact.
         let load = behind * self.inertia;
-        let stiff = load * 250f64.powi(2);
+        let stiff = load * self.contact.powi(2);
         let twist = q - ql;
         let pressed = twist - twist.clamp(-0.5 * width, 0.5 * width);
         let torque =
-            if pressed == 0.0 { 0.0 } else { stiff * pressed + 0.6 * load * 250.0 * (v - vl) };
+            if pressed == 0.0 { 0.0 } else { stiff * pressed + 0.6 * load * self.contact * (v - vl) };
         [v, (drive - torque) / (self.inertia - load), vl, torque / load]
     }
 

@@ -92,6 +92,13 @@ fn machines_that_break_the_model_are_told() {
         // Over less than a radian a weight is hardly another one.
         heavy.push(Machine { gravity: [weight, 0.0], speed: range.clamp(1.0, 2.0), ..machine });
     }
+    let mut flexible = Vec::new();
+    for _ in 0..15 {
+        let machine = Machine::random(&mut random);
+        // As far above the loop's 25 rad/s as it can be seen.
+        let contact = random.between(60.0, 90.0);
+        flexible.push(Machine { noise: 0.0, backlash: [0.5, 0.0], contact, ..machine });
+    }
     let is_told =
         |found: &Identified, cause: &str| found.misfits.iter().any(|misfit| misfit.cause == cause);
     let uneven = all_found(&uneven);
@@ -100,6 +107,9 @@ fn machines_that_break_the_model_are_told() {
     let heavy = all_found(&heavy);
     let named = heavy.iter().filter(|one| is_told(one, "position_dependent_load")).count();
     assert!(named >= 14, "gravity is named {named} times of 15");
+    for f in all_found(&flexible) {
+        println!("flex {:.2} {:.4} {:?} {:?} fc {}", f.fitted.relative_residual_percent(), f.free_run.velocity_r2, f.misfits.iter().map(|m| (m.cause, m.share)).collect::<Vec<_>>(), f.verdict.quality, f.cut_off.hz);
+    }
     // What a backlash does depends on how it rattles: it is told, if not always by its name.
     let backlash = all_found(&backlash);
     let good = backlash.iter().filter(|one| one.verdict.quality == Quality::Good).count();
