@@ -83,7 +83,11 @@ fn over_time(log: &str, identified: &Identified) -> Figure {
                     format!("position ({position})"),
                     vec![
                         Line::new("logged", Style::Primary, runs(1)),
-                        Line::new("identified, driven by the logged effort", Style::Second, runs(2)),
+                        Line::new(
+                            "identified, driven by the logged effort",
+                            Style::Second,
+                            runs(2),
+                        ),
                     ],
                 )
             },

@@ -74,7 +74,7 @@ pub fn free_run(fitted: &Fitted, grid: &Grid, filtered: &Filtered, delay_s: f64)
     let h = grid.step_s;
     let inertia = fitted.inertia();
     let [b, other] = fitted.viscous();
-    let steps = (TO_A_TIME_CONSTANT * h * b.max(other) / inertia).max(STEPS).min(MOST_STEPS).ceil();
+    let steps = (TO_A_TIME_CONSTANT * h * b.max(other) / inertia).clamp(STEPS, MOST_STEPS).ceil();
     let part = h / steps;
     let total: usize = grid.stretches.iter().map(|one| one.position.len()).sum();
     let stride = total.div_ceil(KEPT).max(1);

@@ -55,6 +55,18 @@ pub fn times(grid: &Grid) -> Vec<String> {
             rounded(at)
         ));
     }
+    if let Some(at) = grid.jumps_s.first() {
+        let times = if grid.jumps_s.len() == 1 {
+            "once".into()
+        } else {
+            format!("{} times", grid.jumps_s.len())
+        };
+        told.push(format!(
+            "the position jumps {times}, first at {} s, as a counter does that runs over; what is \
+             between was filtered apart",
+            rounded(*at)
+        ));
+    }
     if grid.is_interpolated {
         told.push("times are uneven; samples were interpolated onto even steps".into());
     }

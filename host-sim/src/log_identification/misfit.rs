@@ -10,9 +10,12 @@
 //! Halves are every other of 20 blocks in time. What is found by chance in one half does not show
 //! in the other, so noise has a share near or below 0 (cross-validation, M. Stone, *J. Royal
 //! Statistical Society* B 36 (1974), 111). A cause is told if its share is above 0.2, and what it
-//! explains is above 1.5 % of the effort: less matters to nobody.
+//! explains is above 1.5 % of the effort: less matters to nobody. Two bodies with a spring between are
+//! told by their inertia, which varies with the cut-off, by more than 3 % and two standard
+//! deviations.
 
 use super::model::{Fitted, Moment};
+use super::regression;
 
 /// Blocks in time; every other one is a half.
 const BLOCKS: usize = 20;
@@ -30,7 +33,11 @@ const FEW_CELLS: usize = 8;
 /// Periods over the range of the position that are tried.
 const PERIODS: usize = 400;
 
-/// How much lower the cut-off of rows for the fourth derivative is.
+/// The part by which an inertia has to vary with the cut-off, and by how many standard deviations.
+const DRIFTS: f64 = 0.03;
+const SURELY: f64 = 2.0;
+
+/// How much lower the cut-off is whose inertia is compared.
 pub const SMOOTHER: f64 = 3.0;
 
 /// Samples that the search for a period looks at.
@@ -55,8 +62,7 @@ struct Sample {
 }
 
 /// Names the causes that the residual shows, the largest first. `smooth` are rows behind a cut-off
-/// that is [`SMOOTHER`] times as low: four derivatives of a counted position are nothing but noise
-/// at the cut-off of two, and residual and noise follow each other.
+/// that is [`SMOOTHER`] times as low.
 pub fn misfits(fitted: &Fitted, moments: &[Moment], smooth: &[Moment]) -> Vec<Misfit> {
     let samples = residuals(fitted, moments);
     let way = |sample: &Sample| sample.at.velocity.signum();
@@ -107,11 +113,6 @@ pub fn misfits(fitted: &Fitted, moments: &[Moment], smooth: &[Moment]) -> Vec<Mi
             ),
             "friction is no straight line over velocity; --stribeck adds a term",
         ),
-        (
-            "flexibility",
-            linear(&residuals(fitted, smooth), |sample| sample.at.snap),
-            "the inertia varies with the frequency, as that of two bodies with a spring between",
-        ),
     ];
     let relative = fitted.relative_residual_percent();
     let mut told: Vec<Misfit> = found
@@ -119,6 +120,7 @@ pub fn misfits(fitted: &Fitted, moments: &[Moment], smooth: &[Moment]) -> Vec<Mi
         .filter(|(_, share, _)| *share > TOLD && share.sqrt() * relative > MATTERS_PERCENT)
         .map(|(cause, share, words)| Misfit { cause, share, words: words.into() })
         .collect();
+    told.extend(flexibility(fitted, smooth));
     told.sort_by(|a, b| b.share.total_cmp(&a.share));
     told
 }
@@ -128,7 +130,7 @@ fn residuals(fitted: &Fitted, moments: &[Moment]) -> Vec<Sample> {
     let with_error = |(i, at): (usize, &Moment)| Sample {
         at: *at,
         error: at.effort - fitted.fit.predict(&fitted.model.columns(at)),
-        is_even: i * BLOCKS / count % 2 == 0,
+        is_even: (i * BLOCKS / count).is_multiple_of(2),
     };
     moments.iter().enumerate().map(with_error).collect()
 }
@@ -160,17 +162,28 @@ fn by_cell(
     })
 }
 
-/// The share that a single column predicts.
-fn linear(samples: &[Sample], column: impl Fn(&Sample) -> f64) -> f64 {
-    let mut sums = [[0.0f64; 2]; 2];
-    for sample in samples {
-        let (x, half) = (column(sample), &mut sums[usize::from(sample.is_even)]);
-        *half = [half[0] + x * sample.error, half[1] + x * x];
+/// A rigid machine has the same inertia behind every cut-off. One of two bodies with a spring
+/// between has all of it below their resonance, and that of the driven body above.
+fn flexibility(fitted: &Fitted, smooth: &[Moment]) -> Option<Misfit> {
+    let below = regression::fit(fitted.model, smooth).ok()?;
+    let [here, there] = [fitted.get("inertia")?, below.get("inertia")?];
+    let drift = there.value / here.value - 1.0;
+    let uncertain = here.sd.hypot(there.sd) / here.value;
+    if drift.abs() < DRIFTS.max(SURELY * uncertain) {
+        return None;
     }
-    share(samples, |sample| {
-        let [moment, power] = sums[usize::from(!sample.is_even)];
-        if power > 0.0 { column(sample) * moment / power } else { 0.0 }
-    })
+    // Of the power that the model with that inertia would leave.
+    let left = |fitted: &Fitted| -> f64 {
+        residuals(fitted, smooth).iter().map(|sample| sample.error.powi(2)).sum()
+    };
+    let share = 1.0 - left(&below) / left(fitted);
+    let larger = if drift > 0.0 { "larger" } else { "smaller" };
+    let percent = (100.0 * drift.abs()).round();
+    let words = format!(
+        "the inertia is {percent} % {larger} behind a cut-off a third as high, as of two bodies with \
+         a spring or a backlash between"
+    );
+    Some(Misfit { cause: "flexibility", share, words })
 }
 
 fn share(samples: &[Sample], predicted: impl Fn(&Sample) -> f64) -> f64 {

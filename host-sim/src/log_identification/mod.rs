@@ -153,9 +153,8 @@ pub fn identify(mut log: Log, request: &Request) -> Result<Identified, String> {
         regression::regress(&filtered, request, grid.step_s)?;
     let mut parameters = fitted.parameters();
     // One at a time, since each is as large as the log.
-    let below = |part: f64| {
-        Filtered::of(&grid, [slow, count, cut_off.hz / part]).moments(effort_delay_s)
-    };
+    let below =
+        |part: f64| Filtered::of(&grid, [slow, count, cut_off.hz / part]).moments(effort_delay_s);
     widen(&mut parameters, &fitted, &below(LOWER));
     if let Some((_, inertia)) = parameters.first_mut() {
         inertia.sd = inertia.sd.hypot(0.5 * cut_off.noise.min(1.0) * inertia.value);

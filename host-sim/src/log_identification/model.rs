@@ -32,8 +32,6 @@ pub struct Moment {
     pub effort: f64,
     /// Way since the direction last changed.
     pub since_reversal: f64,
-    /// Fourth derivative of the position, as far as the low-pass lets it through.
-    pub snap: f64,
 }
 
 /// Which terms a model has.

@@ -21,8 +21,6 @@ pub struct Smooth {
     pub velocity: Vec<f64>,
     /// Acceleration.
     pub acceleration: Vec<f64>,
-    /// Fourth derivative of the position.
-    pub snap: Vec<f64>,
     /// Direction, -1 to 1.
     pub direction: Vec<f64>,
     /// Effort.
@@ -55,9 +53,8 @@ impl Filtered {
             .map(|stretch| {
                 let position = low_pass.apply(&stretch.position);
                 let [velocity, acceleration] = derivatives(&position, h);
-                let [_, snap] = derivatives(&acceleration, h);
                 let effort = low_pass.apply(&stretch.effort);
-                Smooth { position, velocity, acceleration, snap, direction: Vec::new(), effort }
+                Smooth { position, velocity, acceleration, direction: Vec::new(), effort }
             })
             .collect();
         let velocities: Vec<&[f64]> = stretches.iter().map(|one| &one.velocity[..]).collect();
@@ -95,7 +92,6 @@ impl Filtered {
                     direction: smooth.direction[i],
                     effort: earlier(&smooth.effort, i, delay_s / self.step_s),
                     since_reversal,
-                    snap: smooth.snap[i],
                 });
             }
         }

@@ -3,6 +3,7 @@
 //! ```text
 //! h      the median of the steps
 //! gap    a step above 4.5 h: what is before and what is behind are filtered apart
+//! jump   a step of the position above 0.02 of its range and 20 times the steps beside it: as a gap
 //! even   |t_i - (t_0 + i h)| <= 1 in the last digit that is written, or 0.02 h: taken as t_0 + i h
 //! else   interpolated onto t_0 + i h: the position by the cubic through four neighbours (Lagrange),
 //!        the effort by a straight line
@@ -16,6 +17,12 @@ use super::reading::Log;
 
 /// Steps above so many ordinary ones are gaps.
 const GAP: f64 = 4.5;
+
+/// A jump of the position: this part of its range, and so many times the steps beside it, of which
+/// the nearest may be half of the jump.
+const JUMP_OF_RANGE: f64 = 0.02;
+const JUMP_OF_STEPS: f64 = 20.0;
+const BESIDE: [usize; 3] = [2, 3, 4];
 
 /// Jitter below this part of a step is none.
 const EVEN: f64 = 0.02;
@@ -45,6 +52,8 @@ pub struct Grid {
     pub gaps: usize,
     /// Time at which the first gap begins, s.
     pub first_gap_s: Option<f64>,
+    /// Times at which the position jumps, s; what is before and behind is filtered apart.
+    pub jumps_s: Vec<f64>,
     /// Whether samples were interpolated.
     pub is_interpolated: bool,
 }
@@ -68,10 +77,22 @@ impl Grid {
         }
         let gap = GAP * step + time_digit_s;
         let mut bounds = vec![0];
-        bounds.extend((1..log.time.len()).filter(|i| log.time[*i] - log.time[i - 1] > gap));
+        let gaps: Vec<usize> =
+            (1..log.time.len()).filter(|i| log.time[*i] - log.time[i - 1] > gap).collect();
+        let first_gap_s = gaps.first().map(|i| log.time[i - 1]);
+        let jumps = jumps(&log.position);
+        // Of means of several rows a jump may be two.
+        let jumps_s: Vec<f64> = jumps
+            .iter()
+            .filter(|i| jumps.binary_search(&(*i - 1)).is_err() && gaps.binary_search(i).is_err())
+            .map(|i| log.time[*i])
+            .collect();
+        bounds.extend(&gaps);
+        bounds.extend(&jumps);
+        bounds.sort_unstable();
+        bounds.dedup();
         bounds.push(log.time.len());
-        let gaps = bounds.len() - 2;
-        let first_gap_s = (gaps > 0).then(|| log.time[bounds[1] - 1]);
+        let gaps = gaps.len();
         let parts: Vec<[usize; 2]> = bounds.windows(2).map(|pair| [pair[0], pair[1]]).collect();
         // The step as exactly as the whole log tells it.
         let (mut time, mut count) = (0.0, 0.0);
@@ -83,8 +104,14 @@ impl Grid {
             }
         }
         let step_s = if count > 0.0 { time / count } else { step };
-        let mut grid =
-            Self { step_s, stretches: Vec::new(), gaps, first_gap_s, is_interpolated: false };
+        let mut grid = Self {
+            step_s,
+            stretches: Vec::new(),
+            gaps,
+            first_gap_s,
+            jumps_s,
+            is_interpolated: false,
+        };
         for part in parts {
             let is_even = is_even(&log.time[part[0]..part[1]], step_s, time_digit_s);
             if !is_even && let Some(row) = log.first_equal {
@@ -100,6 +127,24 @@ impl Grid {
         }
         Ok(grid)
     }
+}
+
+/// The samples to which the position jumps.
+fn jumps(position: &[f64]) -> Vec<usize> {
+    let (low, high) = position
+        .iter()
+        .fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), q| (low.min(*q), high.max(*q)));
+    let least = JUMP_OF_RANGE * (high - low);
+    let step =
+        |i: usize| position.get(i).zip(position.get(i.wrapping_sub(1))).map(|(b, a)| (b - a).abs());
+    let is_jump = |i: &usize| {
+        let own = step(*i).unwrap_or(0.0);
+        own > least && {
+            let beside = BESIDE.iter().flat_map(|far| [step(i + far), step(i.wrapping_sub(*far))]);
+            own > JUMP_OF_STEPS * beside.flatten().fold(0.0, f64::max)
+        }
+    };
+    (1..position.len()).filter(is_jump).collect()
 }
 
 /// Whether samples are even but for the rounding of their times.

@@ -4,6 +4,9 @@ use std::f64::consts::TAU;
 
 use super::reading::Log;
 
+/// A log that begins later than this has the time of some other clock, s.
+const LONG_AGO_S: f64 = 1e6;
+
 /// The unit of a position column.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, clap::ValueEnum)]
 pub enum PositionUnit {
@@ -72,6 +75,11 @@ impl Scale {
             (&mut log.effort, effort),
         ] {
             series.iter_mut().for_each(|value| *value *= factor);
+        }
+        // Of a clock that counts from somewhere long ago, nobody wants to read the seconds.
+        let begin = log.time.first().copied().filter(|begin| begin.abs() > LONG_AGO_S);
+        if let Some(begin) = begin {
+            log.time.iter_mut().for_each(|time| *time -= begin);
         }
         log.smallest_change *= self.position;
         log.time_digit *= self.time_s;

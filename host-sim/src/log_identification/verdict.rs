@@ -136,9 +136,8 @@ pub fn of(
         );
     }
     if misfits.is_empty() && residual > RESIDUAL_PERCENT[0] {
-        let words = "the residual follows none of the causes that are looked for; among those that \
-                     are not are backlash that rattles, a drive that limits, and an effort that is \
-                     not the motor's";
+        let words = "the residual follows none of the causes that are looked for; a noisy effort \
+                     is not among them, nor a backlash that rattles, nor a drive that limits";
         verdict.words.push(words.into());
     }
     if read.saturated > 0.01 {

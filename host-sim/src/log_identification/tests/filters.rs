@@ -12,10 +12,10 @@ fn response(cut_off: f64, frequency: f64) -> [f64; 2] {
     let series: Vec<f64> = (0..n).map(|i| (TAU * frequency * f64::from(i)).sin()).collect();
     let filtered = LowPass::new(cut_off).apply(&series);
     let (mut sine, mut cosine) = (0.0, 0.0);
-    for i in 10_000..30_000 {
+    for (i, value) in filtered.iter().enumerate().take(30_000).skip(10_000) {
         let angle = TAU * frequency * i as f64;
-        sine += filtered[i] * angle.sin() / 1e4;
-        cosine += filtered[i] * angle.cos() / 1e4;
+        sine += value * angle.sin() / 1e4;
+        cosine += value * angle.cos() / 1e4;
     }
     [sine.hypot(cosine), cosine.atan2(sine)]
 }

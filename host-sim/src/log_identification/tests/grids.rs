@@ -102,6 +102,18 @@ fn a_gap_parts_a_log_and_lost_rows_do_not() {
 }
 
 #[test]
+fn a_counter_that_runs_over_parts_a_log_and_a_quick_motion_does_not() {
+    let mut log = sine((0..6000u32).map(|i| 1e-3 * f64::from(i)));
+    // A stroke within 20 ms, as quick as machines are.
+    let stroke = |t: f64| if t < 3.0 { 0.0 } else { 1.0 - (-(t - 3.0) / 0.005).exp() };
+    log.position = log.time.iter().map(|t| t.sin() + stroke(*t)).collect();
+    assert!(Grid::of(&log, 1e-9).unwrap().jumps_s.is_empty());
+    log.position.iter_mut().skip(2000).for_each(|q| *q -= 4.0);
+    let grid = Grid::of(&log, 1e-9).unwrap();
+    assert_eq!((grid.gaps, grid.jumps_s, grid.stretches.len()), (0, vec![2.0], 2));
+}
+
+#[test]
 fn an_effort_is_saturated_where_it_is_cut_and_not_where_it_turns_or_is_switched() {
     let grid = |of: fn(f64) -> f64| Grid {
         step_s: 1e-3,
@@ -112,6 +124,7 @@ fn an_effort_is_saturated_where_it_is_cut_and_not_where_it_turns_or_is_switched(
         }],
         gaps: 0,
         first_gap_s: None,
+        jumps_s: Vec::new(),
         is_interpolated: false,
     };
     let cut = grid(|t| (6.0 * t).sin().min(0.95));

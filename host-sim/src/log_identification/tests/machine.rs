@@ -107,8 +107,11 @@ impl Machine {
         let stiff = load * self.contact.powi(2);
         let twist = q - ql;
         let pressed = twist - twist.clamp(-0.5 * width, 0.5 * width);
-        let torque =
-            if pressed == 0.0 { 0.0 } else { stiff * pressed + 0.6 * load * self.contact * (v - vl) };
+        let torque = if pressed == 0.0 {
+            0.0
+        } else {
+            stiff * pressed + 0.6 * load * self.contact * (v - vl)
+        };
         [v, (drive - torque) / (self.inertia - load), vl, torque / load]
     }
 
