@@ -31,6 +31,7 @@ pub mod identification;
 pub mod joint;
 pub mod keys;
 pub mod lab;
+pub mod log_identification;
 pub mod machine;
 pub mod mechanism;
 pub mod metrics;

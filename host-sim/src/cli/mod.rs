@@ -4,6 +4,7 @@ mod benchmark;
 mod completions;
 mod device;
 mod ensemble;
+mod identify;
 mod keys;
 mod list;
 mod new;
@@ -54,6 +55,8 @@ enum Command {
     Ensemble(ensemble::Arguments),
     /// Look for gains of a joint that is known within bounds, and write them into a new file
     Tune(tune::Arguments),
+    /// Inertia and friction of any machine from a log of time, position and effort
+    Identify(identify::Arguments),
     /// Draw what `run --csv` or a device's `log` has written, one over the other
     Plot(plot::Arguments),
     /// Every figure and table of the thesis as one HTML page, claims beside measurements
@@ -83,6 +86,7 @@ pub fn main() -> ExitCode {
         Command::Benchmark(arguments) => benchmark::rank(&arguments),
         Command::Ensemble(arguments) => ensemble::ensemble(&arguments),
         Command::Tune(arguments) => tune::tune(&arguments),
+        Command::Identify(arguments) => identify::identify_log(&arguments),
         Command::Plot(arguments) => plot::plot(&arguments),
         Command::Report(arguments) => report::report(&arguments),
         Command::Completions(arguments) => completions::completions(&arguments),

@@ -12,6 +12,7 @@ use serde_json::Value;
 mod data_sheet;
 mod divergence;
 mod files;
+mod logs;
 mod names;
 mod not_built_in;
 mod refusal;

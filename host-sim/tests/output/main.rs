@@ -11,6 +11,7 @@ use serde_json::Value;
 
 mod csv;
 mod experiments;
+mod identify;
 mod json;
 mod new_joint;
 mod own_file;
@@ -23,7 +24,8 @@ mod tuning;
 fn stiction(arguments: &[&str]) -> String {
     let output = Command::new(env!("CARGO_BIN_EXE_stiction")).args(arguments).output().unwrap();
     let said = String::from_utf8_lossy(&output.stderr);
-    let asked = arguments.iter().any(|argument| ["--csv", "--plot", "tune"].contains(argument));
+    let writes = ["--csv", "--into", "--plot", "tune"];
+    let asked = arguments.iter().any(|argument| writes.contains(argument));
     let is_told = said.lines().all(|line| asked && line.starts_with("wrote "));
     assert!(
         output.status.success() && is_told && asked != said.is_empty(),

@@ -1,0 +1,198 @@
+//! `stiction identify`.
+
+use std::path::PathBuf;
+
+use super::{drawn, print, warn, wrote};
+use crate::document::Document;
+use crate::error::Error;
+use crate::experiment::Experiment;
+use crate::figure::{prepare_figures, write_figures};
+use crate::log_identification::reading::{Columns, read};
+use crate::log_identification::units::{PositionUnit, Scale};
+use crate::log_identification::{Request, figures, identify, machine_file, output};
+use crate::output::write_whole;
+
+#[derive(Debug, clap::Args)]
+pub struct Arguments {
+    /// The log: a text of columns with a header, separated by commas, semicolons or tabs
+    #[arg(value_name = "LOG.csv")]
+    log: PathBuf,
+    /// Column of the time; of a file without a header, its number from 1, here and below
+    #[arg(long, value_name = "COLUMN")]
+    time: String,
+    /// Column of the position
+    #[arg(long, value_name = "COLUMN")]
+    position: String,
+    /// Column of the effort: current, torque, force or voltage
+    #[arg(long, value_name = "COLUMN")]
+    effort: String,
+    /// Unit of the time: s, ms, us or ns, or the seconds of a tick
+    #[arg(long, value_name = "UNIT", default_value = "s")]
+    time_unit: String,
+    /// Unit of the position; left out: what the column's name ends with, or rad
+    #[arg(long, value_name = "UNIT")]
+    position_unit: Option<PositionUnit>,
+    /// Counts in a turn of the joint, for a position in counts
+    #[arg(long, value_name = "N")]
+    counts_per_turn: Option<f64>,
+    /// N m at the joint (or N) of a unit of effort; negative, if it counts the other way
+    #[arg(long, value_name = "G", allow_hyphen_values = true)]
+    effort_gain: Option<f64>,
+    /// Time after which the logged effort acts, s; left out: estimated
+    #[arg(long, value_name = "S", allow_hyphen_values = true)]
+    effort_delay: Option<f64>,
+    /// Cut-off of the low-pass, Hz; left out: chosen from the noise of the position
+    #[arg(long, value_name = "HZ")]
+    cut_off: Option<f64>,
+    /// Whether friction differs by the direction; left out: chosen
+    #[arg(long)]
+    model: Option<Friction>,
+    /// A friction that falls with the speed (Stribeck), as well
+    #[arg(long)]
+    stribeck: bool,
+    /// Gravity on a load that turns, as well
+    #[arg(long)]
+    gravity: bool,
+    /// One JSON object instead of a table
+    #[arg(long)]
+    json: bool,
+    /// Write the joint as a machine's file (a machine that turns, with --effort-gain)
+    #[arg(long, value_name = "FILE.toml")]
+    into: Option<PathBuf>,
+    /// Write over a file that is there
+    #[arg(long, requires = "into")]
+    force: bool,
+    /// Draw fit, residual and friction into this directory, as SVG and PNG
+    #[arg(long, value_name = "DIR")]
+    plot: Option<PathBuf>,
+    /// A title for the figures
+    #[arg(long, value_name = "TEXT", requires = "plot")]
+    title: Option<String>,
+}
+
+/// How friction depends on the direction.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, clap::ValueEnum)]
+enum Friction {
+    /// The same both ways, and a constant load: four parameters.
+    Symmetric,
+    /// Another one each way: five parameters.
+    Asymmetric,
+}
+
+pub fn identify_log(arguments: &Arguments) -> Result<(), Error> {
+    let name = arguments.log.display().to_string();
+    let mut warnings = Vec::new();
+    let request = arguments.request(&mut warnings)?;
+    // Before a long log is read.
+    if let Some(file) = arguments.into.as_ref().filter(|file| file.exists() && !arguments.force) {
+        let file = file.display();
+        return Err(Error::Input(format!(
+            "--into {file}: the file is there; --force writes over it"
+        )));
+    }
+    if let Some(directory) = &arguments.plot {
+        prepare_figures(directory)?;
+    }
+    let columns = Columns {
+        time: arguments.time.clone(),
+        position: arguments.position.clone(),
+        effort: arguments.effort.clone(),
+    };
+    let log = read(&arguments.log, &columns)?;
+    let found = identify(log, &request).map_err(|why| Error::Input(format!("{name}: {why}")))?;
+    warnings.extend(found.warnings.iter().cloned());
+    warn(&warnings);
+    if let Some(file) = &arguments.into {
+        let file_name = file.to_string_lossy();
+        let text = machine_file::machine_file(&file_name, &name, &found)?;
+        let document = Document::parse(&file_name, &text)?;
+        Experiment::plan(&document, &[], &[])?;
+        write_whole(file, text.as_bytes())?;
+        wrote(&file_name)?;
+    }
+    if let Some(directory) = &arguments.plot {
+        let stem = arguments.log.file_stem().unwrap_or_default().to_string_lossy();
+        let mut figures = figures::figures(&stem, &found);
+        if let Some(title) = &arguments.title {
+            figures.iter_mut().for_each(|one| one.figure.title.clone_from(title));
+        }
+        write_figures(directory, &figures)?;
+        wrote(&drawn(figures.len(), directory))?;
+    }
+    if arguments.json {
+        let text = output::json(&name, &found).map_err(|error| Error::Input(error.to_string()))?;
+        print(&(text + "\n"))
+    } else {
+        print(&output::text(&found))
+    }
+}
+
+impl Arguments {
+    fn request(&self, warnings: &mut Vec<String>) -> Result<Request, Error> {
+        let refuse = |why: String| Err(Error::Input(why));
+        let time_s = match self.time_unit.as_str() {
+            "s" => 1.0,
+            "ms" => 1e-3,
+            "us" => 1e-6,
+            "ns" => 1e-9,
+            other => match other.parse::<f64>() {
+                Ok(seconds) if seconds > 0.0 && seconds.is_finite() => seconds,
+                _ => {
+                    return refuse(format!(
+                        "--time-unit is `{other}`; allowed are s, ms, us, ns, or the seconds of a \
+                         tick as a number above 0"
+                    ));
+                }
+            },
+        };
+        let unit = self.position_unit.or_else(|| PositionUnit::of_name(&self.position));
+        if unit.is_none() {
+            warnings.push(format!(
+                "nothing says what `{}` is in; it is taken as rad, --position-unit says otherwise",
+                self.position
+            ));
+        }
+        let unit = unit.unwrap_or(PositionUnit::Rad);
+        let counts = self.counts_per_turn;
+        match (unit, counts) {
+            (PositionUnit::Count, None) => {
+                return refuse(
+                    "--position-unit count needs --counts-per-turn, the counts in a turn of the \
+                     joint"
+                        .into(),
+                );
+            }
+            (PositionUnit::Count, Some(counts)) if !(counts > 0.0 && counts.is_finite()) => {
+                return refuse(format!(
+                    "--counts-per-turn is {counts}; allowed is a number above 0"
+                ));
+            }
+            (PositionUnit::Count, _) | (_, None) => {}
+            (_, Some(_)) => {
+                return refuse("--counts-per-turn belongs to --position-unit count".into());
+            }
+        }
+        if let Some(gain) = self.effort_gain.filter(|gain| !gain.is_finite() || *gain == 0.0) {
+            return refuse(format!("--effort-gain is {gain}; allowed is a number that is not 0"));
+        }
+        if let Some(delay) = self.effort_delay.filter(|delay| !delay.is_finite()) {
+            return refuse(format!("--effort-delay is {delay}; allowed is a number of seconds"));
+        }
+        let scale = Scale::new(time_s, unit, counts.unwrap_or(1.0), self.effort_gain);
+        if scale.is_linear && self.gravity {
+            return refuse(
+                "--gravity is that of a load that turns; on a machine along a line it is a constant \
+                 load, which `offset` has"
+                    .into(),
+            );
+        }
+        Ok(Request {
+            scale,
+            is_asymmetric: self.model.map(|model| model == Friction::Asymmetric),
+            has_stribeck: self.stribeck,
+            has_gravity: self.gravity,
+            cut_off_hz: self.cut_off,
+            effort_delay_s: self.effort_delay,
+        })
+    }
+}

@@ -1,0 +1,217 @@
+//! A machine's inertia and friction from a log of time, position and effort (inverse dynamics).
+//!
+//! ```text
+//! CSV -> reading -> time_grid -> cut_off -> moments (butterworth, derivative, gate)
+//!     -> least_squares over the columns of a model -> free_run, misfit -> verdict -> output
+//! ```
+//!
+//! The equation of [`model`] holds for a rigid machine in motion. Position and effort pass the same
+//! low-pass, so that it still holds behind it, and least squares solves it for the coefficients.
+//! Nothing here knows whose log it is. `docs/identification.md` says what it guarantees, and what
+//! was measured.
+//!
+//! Standard deviations are those of [`least_squares`], and half of what the coefficient moves if
+//! the cut-off is a third lower, added as squares: what depends on how the log is filtered is not
+//! known better than that. That of the inertia has half of the noise's part ([`cut_off`]), too.
+
+pub mod butterworth;
+pub mod cut_off;
+pub mod derivative;
+pub mod figures;
+pub mod free_run;
+pub mod gate;
+mod implausible;
+pub mod least_squares;
+pub mod machine_file;
+pub mod misfit;
+pub mod model;
+pub mod moments;
+pub mod output;
+pub mod reading;
+pub mod regression;
+pub mod time_grid;
+pub mod units;
+pub mod verdict;
+
+#[cfg(test)]
+mod tests;
+
+use cut_off::CutOff;
+use free_run::FreeRun;
+use misfit::Misfit;
+use model::{Fitted, Moment, Parameter};
+use moments::Filtered;
+use reading::Log;
+use time_grid::Grid;
+use units::Scale;
+use verdict::Verdict;
+
+/// How much lower the cut-off is whose coefficients are compared.
+const LOWER: f64 = 1.5;
+
+/// How a log is to be identified.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Request {
+    /// Units.
+    pub scale: Scale,
+    /// Whether friction differs by the direction; none: chosen.
+    pub is_asymmetric: Option<bool>,
+    /// Whether there is a Stribeck term.
+    pub has_stribeck: bool,
+    /// Whether there is gravity.
+    pub has_gravity: bool,
+    /// Cut-off of the low-pass, Hz; none: chosen.
+    pub cut_off_hz: Option<f64>,
+    /// Time after which the logged effort acts, s; none: estimated.
+    pub effort_delay_s: Option<f64>,
+}
+
+/// A machine that was identified from a log.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Identified {
+    /// Units.
+    pub scale: Scale,
+    /// The model and its coefficients.
+    pub fitted: Fitted,
+    /// The parameters that are told.
+    pub parameters: Vec<(&'static str, Parameter)>,
+    /// Both models without further terms: relative residual, %.
+    pub compared: Vec<(&'static str, f64)>,
+    /// The low-pass.
+    pub cut_off: CutOff,
+    /// Time after which the logged effort acts, s.
+    pub effort_delay_s: f64,
+    /// The machine, driven by the logged effort.
+    pub free_run: FreeRun,
+    /// What the residual still follows.
+    pub misfits: Vec<Misfit>,
+    /// What was thought of it.
+    pub verdict: Verdict,
+    /// What a person should know before the numbers are used.
+    pub warnings: Vec<String>,
+    /// Rows of the regression.
+    pub moments: Vec<Moment>,
+    /// What was read.
+    pub read: Read,
+}
+
+/// What was read and used of a log.
+#[derive(Clone, Copy, Debug, PartialEq, serde::Serialize)]
+pub struct Read {
+    /// Rows with three numbers.
+    pub rows: u64,
+    /// Rows that lack a number.
+    pub missing_rows: u64,
+    /// Rows that a sample is the mean of.
+    pub rows_per_sample: u64,
+    /// Time between samples, s.
+    pub sample_time_s: f64,
+    /// Time of all stretches, s.
+    pub duration_s: f64,
+    /// Gaps.
+    pub gaps: usize,
+    /// Part of the samples that is in motion, not saturated, and so was fitted.
+    pub used: f64,
+    /// Part of the samples at standstill or creeping.
+    pub standstill: f64,
+    /// Part of the samples with a saturated effort.
+    pub saturated: f64,
+    /// Largest speed, SI.
+    pub top_speed: f64,
+    /// Largest effort.
+    pub top_effort: f64,
+    /// Smallest change of the position from row to row, SI: a count, if it is counted.
+    pub count: f64,
+}
+
+/// Identifies the machine of a log.
+///
+/// # Errors
+/// Says in a sentence why the log does not tell its machine, and what to do.
+pub fn identify(mut log: Log, request: &Request) -> Result<Identified, String> {
+    let mut warnings = implausible::reading(&log);
+    request.scale.apply(&mut log);
+    let count = if log.smallest_change.is_finite() { log.smallest_change } else { 0.0 };
+    let (rows, missing_rows, folded) = (log.rows, log.missing, log.folded);
+    let grid = Grid::of(&log, log.time_digit)?;
+    drop(log);
+    warnings.extend(implausible::times(&grid));
+    implausible::still(&grid)?;
+    let highest = cut_off::highest(grid.step_s);
+    if let Some(hz) = request.cut_off_hz.filter(|hz| !(*hz > 0.0 && *hz <= highest)) {
+        return Err(format!(
+            "--cut-off is {hz}; allowed is a number above 0, up to an eighth of the sampling \
+             frequency, here {}",
+            crate::error::rounded(highest)
+        ));
+    }
+    // A mean of several rows has smaller counts.
+    let cut_off = cut_off::choose(&grid, count / folded as f64, request.cut_off_hz);
+    let slow = if request.has_stribeck { gate::CREEPING_WITH_STRIBECK } else { gate::CREEPING };
+    let filtered = Filtered::of(&grid, [slow, count, cut_off.hz]);
+    let (fitted, compared, effort_delay_s, moments) =
+        regression::regress(&filtered, request, grid.step_s)?;
+    let mut parameters = fitted.parameters();
+    // One at a time, since each is as large as the log.
+    let below =
+        |part: f64| Filtered::of(&grid, [slow, count, cut_off.hz / part]).moments(effort_delay_s);
+    widen(&mut parameters, &fitted, &below(LOWER));
+    if let Some((_, inertia)) = parameters.first_mut() {
+        inertia.sd = inertia.sd.hypot(0.5 * cut_off.noise.min(1.0) * inertia.value);
+    }
+    implausible::signs(&parameters, &request.scale)?;
+    let free_run = free_run::free_run(&fitted, &grid, &filtered, effort_delay_s);
+    let misfits = misfit::misfits(&fitted, &moments, &below(misfit::SMOOTHER));
+    let read = Read {
+        rows,
+        missing_rows,
+        rows_per_sample: folded,
+        sample_time_s: grid.step_s,
+        duration_s: grid.step_s * samples(&grid) as f64,
+        gaps: grid.gaps,
+        used: share_used(&filtered),
+        standstill: filtered.gate.standstill,
+        saturated: filtered.gate.saturated,
+        top_speed: largest(filtered.stretches.iter().flat_map(|one| &one.velocity)),
+        top_effort: largest(grid.stretches.iter().flat_map(|one| &one.effort)),
+        count,
+    };
+    warnings.extend(implausible::scale(&read, &request.scale));
+    let verdict = verdict::of(&fitted, &parameters, &free_run, &misfits, &cut_off, &read);
+    Ok(Identified {
+        scale: request.scale,
+        fitted,
+        parameters,
+        compared,
+        cut_off,
+        effort_delay_s,
+        free_run,
+        misfits,
+        verdict,
+        warnings,
+        moments,
+        read,
+    })
+}
+
+/// Adds half of what a coefficient moves with a lower cut-off to its standard deviation.
+fn widen(parameters: &mut [(&'static str, Parameter)], fitted: &Fitted, lower: &[Moment]) {
+    let Ok(other) = regression::fit(fitted.model, lower) else { return };
+    for ((_, one), (_, other)) in parameters.iter_mut().zip(other.parameters()) {
+        one.sd = one.sd.hypot(0.5 * (one.value - other.value));
+    }
+}
+
+fn samples(grid: &Grid) -> usize {
+    grid.stretches.iter().map(|one| one.position.len()).sum()
+}
+
+fn share_used(filtered: &Filtered) -> f64 {
+    let all = filtered.gate.used.iter().flatten();
+    let used = all.clone().filter(|used| **used).count();
+    used as f64 / all.count().max(1) as f64
+}
+
+fn largest<'a>(values: impl Iterator<Item = &'a f64>) -> f64 {
+    values.fold(0.0, |largest, value| largest.max(value.abs()))
+}

@@ -1,0 +1,209 @@
+//! The machine that is fitted: one body, driven by an effort u, with friction.
+//!
+//! ```text
+//! symmetric:   u = J a + B v + F_c sgn v + c
+//! asymmetric:  u = J a + B+ v+ + B- v- + F+ 1(v > 0) - F- 1(v < 0)      v+ = max(v, 0), v- = min(v, 0)
+//! Stribeck:    .. + F_s sgn(v) exp(-(v/v_s)^2)
+//! gravity:     .. + g_s sin q + g_c cos q
+//! ```
+//!
+//! Source: inverse dynamic identification, M. Gautier and Ph. Poignet, *Control Engineering
+//! Practice* 9 (2001), 1361; the asymmetric friction as in A. Janot, P.-O. Vandanjon and M.
+//! Gautier, *IEEE Trans. Control Systems Technology* 22 (2014), 132. Units: u in the effort's, a, v
+//! and q in SI. While a machine moves, a constant load and friction that differs by the direction
+//! are the same: F+ and F- hold both, and `offset` is (F+ - F-)/2.
+
+use super::least_squares::{Columns, Fit, MOST};
+
+/// What is known of a moment, in SI; each behind the same low-pass.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Moment {
+    /// Time, s.
+    pub time_s: f64,
+    /// Position.
+    pub position: f64,
+    /// Velocity.
+    pub velocity: f64,
+    /// Acceleration.
+    pub acceleration: f64,
+    /// Direction: -1 to 1, behind the low-pass as well.
+    pub direction: f64,
+    /// Effort.
+    pub effort: f64,
+    /// Way since the direction last changed.
+    pub since_reversal: f64,
+}
+
+/// Which terms a model has.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Model {
+    /// Whether friction differs by the direction.
+    pub is_asymmetric: bool,
+    /// Stribeck velocity v_s, if there is the term.
+    pub stribeck: Option<f64>,
+    /// Whether gravity acts as on a load that turns.
+    pub has_gravity: bool,
+}
+
+/// A parameter with its standard deviation.
+#[derive(Clone, Copy, Debug, Default, PartialEq, serde::Serialize)]
+pub struct Parameter {
+    /// Its value.
+    pub value: f64,
+    /// Standard deviation.
+    pub sd: f64,
+}
+
+/// A fitted model.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Fitted {
+    /// Its terms.
+    pub model: Model,
+    /// Its coefficients.
+    pub fit: Fit,
+}
+
+impl Model {
+    /// "symmetric" or "asymmetric".
+    pub const fn name(&self) -> &'static str {
+        if self.is_asymmetric { "asymmetric" } else { "symmetric" }
+    }
+
+    /// Names of the coefficients, in the order of the columns.
+    pub fn coefficients(&self) -> Vec<&'static str> {
+        let mut names = vec!["inertia"];
+        names.extend(if self.is_asymmetric {
+            &["viscous_positive", "viscous_negative", "coulomb_positive", "coulomb_negative"][..]
+        } else {
+            &["viscous", "coulomb", "offset"][..]
+        });
+        if self.stribeck.is_some() {
+            names.push("stribeck");
+        }
+        if self.has_gravity {
+            names.extend(["gravity_sine", "gravity_cosine"]);
+        }
+        names
+    }
+
+    /// The regression's columns at a moment.
+    pub fn columns(&self, at: &Moment) -> Columns {
+        let mut columns = [0.0; MOST];
+        let mut place = 0;
+        let mut push = |value: f64| {
+            if let Some(column) = columns.get_mut(place) {
+                *column = value;
+            }
+            place += 1;
+        };
+        push(at.acceleration);
+        if self.is_asymmetric {
+            push(at.velocity.max(0.0));
+            push(at.velocity.min(0.0));
+            push(0.5 * (1.0 + at.direction));
+            push(-0.5 * (1.0 - at.direction));
+        } else {
+            push(at.velocity);
+            push(at.direction);
+            push(1.0);
+        }
+        if let Some(stribeck) = self.stribeck {
+            push(at.direction * (-(at.velocity / stribeck).powi(2)).exp());
+        }
+        if self.has_gravity {
+            push(at.position.sin());
+            push(at.position.cos());
+        }
+        columns
+    }
+}
+
+impl Fitted {
+    /// Residual over effort, both as root mean squares, %.
+    pub fn relative_residual_percent(&self) -> f64 {
+        100.0 * (self.fit.residual / self.fit.total).sqrt()
+    }
+
+    /// A coefficient by its name.
+    pub fn get(&self, name: &str) -> Option<Parameter> {
+        let place = self.model.coefficients().iter().position(|one| *one == name)?;
+        let sd = self.fit.deviation(place);
+        self.fit.values.get(place).map(|value| Parameter { value: *value, sd })
+    }
+
+    fn value(&self, name: &str) -> f64 {
+        self.get(name).map_or(0.0, |parameter| parameter.value)
+    }
+
+    /// The parameters that are told, with their names.
+    pub fn parameters(&self) -> Vec<(&'static str, Parameter)> {
+        let names = self.model.coefficients();
+        let mut all: Vec<_> =
+            names.iter().filter_map(|name| Some((*name, self.get(name)?))).collect();
+        if self.model.is_asymmetric {
+            let c = &self.fit.covariance;
+            let variance = 0.25 * (c[3][3] + c[4][4] - 2.0 * c[3][4]);
+            let value = 0.5 * (self.fit.values[3] - self.fit.values[4]);
+            all.insert(5, ("offset", Parameter { value, sd: variance.max(0.0).sqrt() }));
+        }
+        all
+    }
+
+    /// How surely friction differs by the direction, in standard deviations: its viscous part, and
+    /// its other part.
+    pub fn asymmetry(&self) -> [f64; 2] {
+        let c = &self.fit.covariance;
+        let of = |i: usize, j: usize| {
+            let variance = c[i][i] + c[j][j] - 2.0 * c[i][j];
+            (self.fit.values[i] - self.fit.values[j]).abs() / variance.max(0.0).sqrt()
+        };
+        if self.model.is_asymmetric { [of(1, 2), of(3, 4)] } else { [0.0; 2] }
+    }
+
+    /// Inertia.
+    pub fn inertia(&self) -> f64 {
+        self.value("inertia")
+    }
+
+    /// Viscous coefficient the positive way and the negative way.
+    pub fn viscous(&self) -> [f64; 2] {
+        if self.model.is_asymmetric {
+            [self.value("viscous_positive"), self.value("viscous_negative")]
+        } else {
+            [self.value("viscous"); 2]
+        }
+    }
+
+    /// Effort that moves the machine slowly the positive way, and that which does the negative way
+    /// with its sign turned; without the Stribeck term.
+    pub fn levels(&self) -> [f64; 2] {
+        if self.model.is_asymmetric {
+            [self.value("coulomb_positive"), self.value("coulomb_negative")]
+        } else {
+            let (coulomb, offset) = (self.value("coulomb"), self.value("offset"));
+            [coulomb + offset, coulomb - offset]
+        }
+    }
+
+    /// What the Stribeck term adds to either level at a speed.
+    pub fn stribeck(&self, velocity: f64) -> f64 {
+        self.model
+            .stribeck
+            .map_or(0.0, |vs| self.value("stribeck") * (-(velocity / vs).powi(2)).exp())
+    }
+
+    /// Effort of gravity at a position.
+    pub fn gravity(&self, position: f64) -> f64 {
+        if !self.model.has_gravity {
+            return 0.0;
+        }
+        self.value("gravity_sine") * position.sin() + self.value("gravity_cosine") * position.cos()
+    }
+
+    /// Effort of friction and constant load at a velocity that is not 0.
+    pub fn friction(&self, velocity: f64) -> f64 {
+        let way = usize::from(velocity < 0.0);
+        let level = self.levels()[way] + self.stribeck(velocity);
+        level * velocity.signum() + self.viscous()[way] * velocity
+    }
+}

@@ -1,0 +1,146 @@
+//! A log behind its low-pass, as the rows of a regression.
+
+use super::butterworth::LowPass;
+use super::derivative::derivatives;
+use super::gate::{self, Gate};
+use super::model::Moment;
+use super::time_grid::Grid;
+
+/// Rows to a period of the cut-off: what lies closer adds nothing.
+const ROWS_A_PERIOD: f64 = 10.0;
+
+/// At most so many rows.
+const MOST_ROWS: usize = 200_000;
+
+/// A stretch behind the low-pass.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Smooth {
+    /// Position.
+    pub position: Vec<f64>,
+    /// Velocity.
+    pub velocity: Vec<f64>,
+    /// Acceleration.
+    pub acceleration: Vec<f64>,
+    /// Direction, -1 to 1.
+    pub direction: Vec<f64>,
+    /// Effort.
+    pub effort: Vec<f64>,
+}
+
+/// A log behind its low-pass.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Filtered {
+    /// Cut-off, Hz.
+    pub cut_off_hz: f64,
+    /// The speed below which the machine creeps.
+    pub creeping: f64,
+    /// The stretches of the grid.
+    pub stretches: Vec<Smooth>,
+    /// Which samples are used.
+    pub gate: Gate,
+    step_s: f64,
+    begins_s: Vec<f64>,
+}
+
+impl Filtered {
+    /// Filters a log; below the part `slow` of the fast speeds the machine creeps.
+    pub fn of(grid: &Grid, [slow, count, cut_off_hz]: [f64; 3]) -> Self {
+        let h = grid.step_s;
+        let low_pass = LowPass::new(cut_off_hz * h);
+        let mut stretches: Vec<Smooth> = grid
+            .stretches
+            .iter()
+            .map(|stretch| {
+                let position = low_pass.apply(&stretch.position);
+                let [velocity, acceleration] = derivatives(&position, h);
+                let effort = low_pass.apply(&stretch.effort);
+                Smooth { position, velocity, acceleration, direction: Vec::new(), effort }
+            })
+            .collect();
+        let velocities: Vec<&[f64]> = stretches.iter().map(|one| &one.velocity[..]).collect();
+        let creeping = gate::creeping(&velocities, slow, count, cut_off_hz);
+        let gate = gate::gate(grid, &velocities, creeping, cut_off_hz);
+        for smooth in &mut stretches {
+            let signs: Vec<f64> = smooth.velocity.iter().map(|v| v.signum()).collect();
+            smooth.direction = low_pass.apply(&signs);
+        }
+        let begins_s = grid.stretches.iter().map(|one| one.begin_s).collect();
+        Self { cut_off_hz, creeping, stretches, gate, step_s: h, begins_s }
+    }
+
+    /// The rows of the regression, if the effort acts so much later than it stands in the log.
+    pub fn moments(&self, delay_s: f64) -> Vec<Moment> {
+        let used: usize = self.gate.used.iter().flatten().filter(|used| **used).count();
+        let stride = 1.0 / (self.cut_off_hz * self.step_s * ROWS_A_PERIOD);
+        let stride = (stride as usize).max(used.div_ceil(MOST_ROWS)).max(1);
+        let mut moments = Vec::with_capacity(used / stride + 1);
+        for ((smooth, used), begin) in
+            self.stretches.iter().zip(&self.gate.used).zip(&self.begins_s)
+        {
+            let mut way = Way::new(self.creeping);
+            for (i, used) in used.iter().enumerate() {
+                let (position, velocity) = (smooth.position[i], smooth.velocity[i]);
+                let since_reversal = way.since_reversal(position, velocity);
+                if !used || i % stride != 0 {
+                    continue;
+                }
+                moments.push(Moment {
+                    time_s: begin + self.step_s * i as f64,
+                    position,
+                    velocity,
+                    acceleration: smooth.acceleration[i],
+                    direction: smooth.direction[i],
+                    effort: earlier(&smooth.effort, i, delay_s / self.step_s),
+                    since_reversal,
+                });
+            }
+        }
+        moments
+    }
+}
+
+/// A series so many samples before a place, by the cubic through four neighbours.
+fn earlier(series: &[f64], place: usize, samples: f64) -> f64 {
+    let at = place as f64 - samples;
+    let base = at.floor();
+    let share = at - base;
+    if share == 0.0 || base < 1.0 || base as usize + 2 >= series.len() {
+        return series[(at.round().max(0.0) as usize).min(series.len() - 1)];
+    }
+    let i = base as usize;
+    let x = share;
+    series[i - 1] * (-x * (x - 1.0) * (x - 2.0) / 6.0)
+        + series[i] * ((x + 1.0) * (x - 1.0) * (x - 2.0) / 2.0)
+        + series[i + 1] * (-(x + 1.0) * x * (x - 2.0) / 2.0)
+        + series[i + 2] * ((x + 1.0) * x * (x - 1.0) / 6.0)
+}
+
+/// The way since the last reversal.
+struct Way {
+    creeping: f64,
+    sign: f64,
+    /// Where the velocity last changed its sign.
+    crossing: f64,
+    former: Option<[f64; 2]>,
+    reversal: Option<f64>,
+}
+
+impl Way {
+    const fn new(creeping: f64) -> Self {
+        Self { creeping, sign: 0.0, crossing: 0.0, former: None, reversal: None }
+    }
+
+    fn since_reversal(&mut self, position: f64, velocity: f64) -> f64 {
+        if self.former.is_some_and(|[_, before]| before * velocity <= 0.0) {
+            self.crossing = position;
+        }
+        self.former = Some([position, velocity]);
+        if velocity.abs() > self.creeping && velocity.signum() != self.sign {
+            if self.sign != 0.0 {
+                self.reversal = Some(self.crossing);
+            }
+            self.sign = velocity.signum();
+        }
+        self.reversal.map_or(f64::INFINITY, |from| (position - from).abs())
+    }
+}

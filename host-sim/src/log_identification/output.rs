@@ -1,0 +1,134 @@
+//! What is told of an identification: a table for people, and JSON.
+
+use serde_json::{Map, Value, json};
+
+use super::Identified;
+use crate::error::rounded;
+use crate::output::table;
+
+/// Raised when a key changes its meaning or goes away.
+const SCHEMA: u32 = 1;
+
+/// The whole object, indented.
+///
+/// # Errors
+/// If it cannot be written as JSON.
+pub fn json(log: &str, identified: &Identified) -> serde_json::Result<String> {
+    let mut parameters = Map::new();
+    let mut units = Map::new();
+    for (name, parameter) in &identified.parameters {
+        parameters.insert((*name).into(), json!(parameter));
+        units.insert((*name).into(), identified.scale.unit_of(name).into());
+    }
+    units.insert("position".into(), identified.scale.position_unit().into());
+    let free = &identified.free_run;
+    let compared: Map<String, Value> = identified
+        .compared
+        .iter()
+        .map(|(name, percent)| ((*name).into(), json!({ "relative_residual_percent": percent })))
+        .collect();
+    serde_json::to_string_pretty(&json!({
+        "schema": SCHEMA,
+        "log": log,
+        "model": identified.fitted.model.name(),
+        "parameters": parameters,
+        "units": units,
+        "stribeck_velocity": identified.fitted.model.stribeck,
+        "relative_residual_percent": identified.fitted.relative_residual_percent(),
+        "free_run": {
+            "rms": free.rms,
+            "r2": free.r2,
+            "velocity_rms": free.velocity_rms,
+            "velocity_r2": free.velocity_r2,
+        },
+        "models": compared,
+        "verdict": identified.verdict,
+        "misfits": identified.misfits,
+        "warnings": identified.warnings,
+        "cut_off_hz": identified.cut_off.hz,
+        "effort_delay_s": identified.effort_delay_s,
+        "log_read": identified.read,
+    }))
+}
+
+/// A table of the parameters, and what is to be thought of them.
+pub fn text(identified: &Identified) -> String {
+    let mut rows = table::new(&["parameter", "value", "+-", "%", "unit"]);
+    for (name, parameter) in &identified.parameters {
+        let percent = 100.0 * parameter.sd / parameter.value.abs();
+        rows.add_row([
+            (*name).into(),
+            significant(parameter.value, parameter.sd),
+            rounded_to(parameter.sd, 2),
+            if percent.is_finite() { rounded_to(percent, 2) } else { "-".into() },
+            identified.scale.unit_of(name),
+        ]);
+    }
+    let (free, read, unit) =
+        (&identified.free_run, &identified.read, identified.scale.position_unit());
+    let mut text = format!("{} friction\n{}\n", identified.fitted.model.name(), rows.trim_fmt());
+    let mut line = |name: &str, what: String| text += &format!("{name:<11} {what}\n");
+    if let Some(stribeck) = identified.fitted.model.stribeck {
+        line("Stribeck", format!("velocity {} {unit}/s", rounded(stribeck)));
+    }
+    line(
+        "residual",
+        format!("{} % of the effort", short(identified.fitted.relative_residual_percent())),
+    );
+    line(
+        "free run",
+        format!(
+            "position {} {unit} rms, R^2 {}; velocity R^2 {}",
+            short(free.rms),
+            short(free.r2),
+            short(free.velocity_r2)
+        ),
+    );
+    line(
+        "log",
+        format!(
+            "{} s, {} rows, {} s apart; {} % fitted, {} % at rest or creeping",
+            short(read.duration_s),
+            read.rows,
+            rounded(read.sample_time_s),
+            short(100.0 * read.used),
+            short(100.0 * read.standstill)
+        ),
+    );
+    let how = if identified.cut_off.is_given { "given" } else { "chosen" };
+    let delay = identified.effort_delay_s;
+    let delay = if delay == 0.0 {
+        String::new()
+    } else {
+        format!("; effort acts {} s later", short(delay))
+    };
+    line("low-pass", format!("{} Hz, {how}{delay}", short(identified.cut_off.hz)));
+    text += &format!("verdict: {}\n", identified.verdict.quality.word());
+    for words in &identified.verdict.words {
+        text += &format!("  - {words}\n");
+    }
+    text
+}
+
+/// Three digits.
+pub fn short(number: f64) -> String {
+    rounded_to(number, 3)
+}
+
+fn rounded_to(number: f64, digits: usize) -> String {
+    if !number.is_finite() {
+        return "-".into();
+    }
+    let text = format!("{number:.*e}", digits.saturating_sub(1));
+    crate::error::shown(text.parse().unwrap_or(number))
+}
+
+/// A value with the digits that its standard deviation leaves, at least three.
+fn significant(value: f64, sd: f64) -> String {
+    let digits = if sd > 0.0 && value != 0.0 {
+        ((value.abs() / sd).log10().floor() + 2.0).clamp(3.0, 8.0) as usize
+    } else {
+        6
+    };
+    rounded_to(value, digits)
+}

@@ -1,0 +1,135 @@
+//! The regression over the rows of a log: which model, which Stribeck velocity, which delay.
+//!
+//! *Model*: asymmetric, if friction differs by the direction by more than two standard deviations,
+//! and symmetric if it does not. *Stribeck velocity*: least squares is linear in all but v_s, which is searched for on 24
+//! values in geometric steps from the speed that a fiftieth of the rows does not reach to half of the fast one, then by
+//! golden section between the neighbours of the best. *Delay*: a
+//! log may have the effort that was asked for, which acts half a sample later on the mean, and
+//! later behind a slow drive. The residual's power over the delay is a parabola near its lowest
+//! value; it is laid through the best of -2 to 3 samples and its neighbours. The
+//! delay counts only if it takes 2 % of the residual's power away, or else is 0.
+
+use super::Request;
+use super::least_squares::Fit;
+use super::model::{Fitted, Model, Moment};
+use super::moments::Filtered;
+
+/// Rows that a regression needs, and each direction.
+const FEWEST: usize = 60;
+const FEWEST_EACH_WAY: usize = 15;
+
+/// Delays that are tried, samples.
+const DELAYS: [f64; 6] = [-2.0, -1.0, 0.0, 1.0, 2.0, 3.0];
+
+/// Part of the residual's power that a delay has to take away.
+const DELAY_COUNTS: f64 = 0.02;
+
+/// Standard deviations by which directions have to differ.
+const DIFFER: f64 = 2.0;
+
+const STRIBECK_VALUES: usize = 24;
+const GOLDEN: f64 = 0.618_033_988_749_895;
+
+/// Fits a model to rows.
+///
+/// # Errors
+/// Says which term the log does not tell from the others.
+pub fn fit(model: Model, moments: &[Moment]) -> Result<Fitted, String> {
+    let names = model.coefficients();
+    let rows = || moments.iter().map(move |at| (model.columns(at), at.effort));
+    match Fit::of(names.len(), rows) {
+        Ok(fit) => Ok(Fitted { model, fit }),
+        Err(column) => Err(format!(
+            "`{}` cannot be told from the other parameters: the log has too little variety of \
+             motion; log several speeds and accelerations, both ways",
+            names.get(column).copied().unwrap_or_default()
+        )),
+    }
+}
+
+type Regressed = (Fitted, Vec<(&'static str, f64)>, f64, Vec<Moment>);
+
+/// Finds delay and model, and fits it: the fit, both models' relative residuals, the delay, and the
+/// rows.
+///
+/// # Errors
+/// Says in a sentence what the log lacks, and what to do.
+pub fn regress(filtered: &Filtered, request: &Request, step_s: f64) -> Result<Regressed, String> {
+    enough(&filtered.moments(0.0))?;
+    let terms = Model { is_asymmetric: false, stribeck: None, has_gravity: request.has_gravity };
+    let wide = Model { is_asymmetric: true, ..terms };
+    let delay_s = match request.effort_delay_s {
+        Some(delay_s) => delay_s,
+        None => delay(filtered, wide, step_s)?,
+    };
+    let moments = filtered.moments(delay_s);
+    let both = [fit(terms, &moments)?, fit(wide, &moments)?];
+    let compared =
+        both.iter().map(|one| (one.model.name(), one.relative_residual_percent())).collect();
+    let differ = both[1].asymmetry().iter().any(|deviations| *deviations > DIFFER);
+    let is_asymmetric = request.is_asymmetric.unwrap_or(differ);
+    let mut fitted = if is_asymmetric { both[1].clone() } else { both[0].clone() };
+    if request.has_stribeck {
+        fitted = stribeck(fitted.model, &moments, filtered.creeping)?;
+    }
+    Ok((fitted, compared, delay_s, moments))
+}
+
+/// Whether the rows are enough, both ways.
+fn enough(moments: &[Moment]) -> Result<(), String> {
+    if moments.len() < FEWEST {
+        return Err(format!(
+            "only {} samples are in steady enough motion, {FEWEST} are needed: log some seconds of \
+             motion over several counts, both ways, with few reversals, or raise --cut-off",
+            moments.len()
+        ));
+    }
+    for (way, sign) in [("positive", 1.0), ("negative", -1.0)] {
+        let count = moments.iter().filter(|at| at.velocity * sign > 0.0).count();
+        if count < FEWEST_EACH_WAY {
+            return Err(format!(
+                "the log hardly moves the {way} way ({count} samples): friction cannot be told \
+                 from a constant load; log motion both ways"
+            ));
+        }
+    }
+    Ok(())
+}
+
+fn delay(filtered: &Filtered, model: Model, step_s: f64) -> Result<f64, String> {
+    let mut residuals = [0.0; DELAYS.len()];
+    for (residual, samples) in residuals.iter_mut().zip(DELAYS) {
+        *residual = fit(model, &filtered.moments(samples * step_s))?.fit.residual;
+    }
+    let lowest = (0..DELAYS.len()).min_by(|a, b| residuals[*a].total_cmp(&residuals[*b]));
+    // At an end there is no parabola around it: whatever is there, it is no delay of some samples.
+    let Some(lowest) = lowest.filter(|i| (1..DELAYS.len() - 1).contains(i)) else {
+        return Ok(0.0);
+    };
+    let [before, at, behind] = [residuals[lowest - 1], residuals[lowest], residuals[lowest + 1]];
+    let samples = DELAYS[lowest] + 0.5 * (before - behind) / (before - 2.0 * at + behind);
+    let delay_s = samples * step_s;
+    let gained = 1.0 - fit(model, &filtered.moments(delay_s))?.fit.residual / residuals[2];
+    Ok(if gained > DELAY_COUNTS { delay_s } else { 0.0 })
+}
+
+/// The fit with the best Stribeck velocity.
+fn stribeck(model: Model, moments: &[Moment], creeping: f64) -> Result<Fitted, String> {
+    let mut speeds: Vec<f64> = moments.iter().map(|at| at.velocity.abs()).collect();
+    speeds.sort_by(f64::total_cmp);
+    let fast = speeds[speeds.len() * 95 / 100];
+    let at = |velocity: f64| fit(Model { stribeck: Some(velocity), ..model }, moments);
+    let residual = |velocity: f64| at(velocity).map_or(f64::INFINITY, |one| one.fit.residual);
+    let slow = speeds[speeds.len() * 2 / 100].max(creeping);
+    let (low, high) = (slow.ln(), (0.5 * fast).max(2.0 * slow).ln());
+    let step = (high - low) / (STRIBECK_VALUES - 1) as f64;
+    let tried: Vec<f64> =
+        (0..STRIBECK_VALUES).map(|i| residual((low + step * i as f64).exp())).collect();
+    let best = (0..tried.len()).min_by(|a, b| tried[*a].total_cmp(&tried[*b])).unwrap_or(0);
+    let (mut a, mut b) = (low + step * (best as f64 - 1.0), low + step * (best as f64 + 1.0));
+    for _ in 0..16 {
+        let (c, d) = (b - GOLDEN * (b - a), a + GOLDEN * (b - a));
+        if residual(c.exp()) < residual(d.exp()) { b = d } else { a = c }
+    }
+    at((0.5 * (a + b)).exp())
+}

@@ -1,0 +1,149 @@
+//! Random machines come back within what is said of them, and those that break the model are told.
+
+use rayon::prelude::*;
+
+use super::machine::{Machine, Random};
+use crate::log_identification::units::{PositionUnit, Scale};
+use crate::log_identification::verdict::Quality;
+use crate::log_identification::{Identified, Request, identify};
+
+pub fn request() -> Request {
+    Request {
+        scale: Scale::new(1.0, PositionUnit::Rad, 1.0, Some(1.0)),
+        is_asymmetric: Some(true),
+        has_stribeck: false,
+        has_gravity: false,
+        cut_off_hz: None,
+        effort_delay_s: None,
+    }
+}
+
+fn found(machine: &Machine, seed: u64, request: &Request) -> Identified {
+    let log = machine.log(&mut Random(seed));
+    identify(log, request).unwrap_or_else(|why| panic!("{why}: {machine:?}"))
+}
+
+fn all_found(machines: &[Machine]) -> Vec<Identified> {
+    let seeded = machines.par_iter().enumerate();
+    seeded.map(|(seed, machine)| found(machine, seed as u64, &request())).collect()
+}
+
+fn truth(machine: &Machine, name: &str) -> f64 {
+    let ([forward, backward], [b_forward, b_backward]) = (machine.coulomb, machine.viscous);
+    match name {
+        "inertia" => machine.inertia,
+        "viscous_positive" => b_forward,
+        "viscous_negative" => b_backward,
+        "coulomb_positive" => forward,
+        "coulomb_negative" => backward,
+        "offset" => 0.5 * (forward - backward),
+        other => panic!("{other}"),
+    }
+}
+
+#[test]
+fn random_machines_come_back_and_the_error_bars_hold_the_truth() {
+    let mut random = Random(14);
+    let machines: Vec<Machine> = (0..50).map(|_| Machine::random(&mut random)).collect();
+    let (mut held, mut told) = (0, 0);
+    let (mut false_flags, mut poor) = (0, 0);
+    let mut worst = [0.0f64; 3];
+    for (machine, found) in machines.iter().zip(all_found(&machines)) {
+        // What friction is at the top speed: of a part that is small beside the other, an error
+        // that is large beside itself matters little.
+        let level = machine.coulomb[0] + machine.viscous[0] * machine.speed;
+        for (name, parameter) in &found.parameters {
+            let error = parameter.value - truth(machine, name);
+            told += 1;
+            held += usize::from(error.abs() <= 2.0 * parameter.sd);
+            let (place, part) = match *name {
+                "inertia" => (0, error / machine.inertia),
+                "viscous_positive" | "viscous_negative" => (1, error * machine.speed / level),
+                _ => (2, error / level),
+            };
+            worst[place] = worst[place].max(part.abs());
+        }
+        false_flags += usize::from(!found.misfits.is_empty());
+        poor += usize::from(found.verdict.quality == Quality::Poor);
+    }
+    println!("{held} of {told} held; worst {worst:?}; {false_flags} false flags, {poor} poor");
+    assert!(held * 10 >= told * 9, "{held} of {told} within two standard deviations");
+    // A bar that held everything would be too long.
+    assert!(held < told, "all {told} within two standard deviations");
+    // Inertia, friction by viscosity at the top speed, and the rest of friction.
+    assert!(worst[0] < 0.02 && worst[1] < 0.05 && worst[2] < 0.03, "{worst:?}");
+    assert!(false_flags <= 2 && poor == 0, "{false_flags} false flags, {poor} poor");
+}
+
+#[test]
+fn machines_that_break_the_model_are_told() {
+    let mut random = Random(41);
+    let (mut uneven, mut backlash, mut heavy) = (Vec::new(), Vec::new(), Vec::new());
+    for _ in 0..15 {
+        let machine = Machine::random(&mut random);
+        let machine = Machine { noise: 0.2 * machine.noise, ..machine };
+        let range = machine.speed;
+        let periods = random.between(1.0, 40.0) / range;
+        uneven.push(Machine { ripple: [0.3, periods], ..machine });
+        let behind = random.between(0.2, 0.6);
+        backlash
+            .push(Machine { backlash: [behind, range * random.between(0.005, 0.03)], ..machine });
+        let weight = machine.coulomb[0];
+        // Over less than a radian a weight is hardly another one.
+        heavy.push(Machine { gravity: [weight, 0.0], speed: range.clamp(1.0, 2.0), ..machine });
+    }
+    let mut flexible = Vec::new();
+    for _ in 0..15 {
+        let machine = Machine::random(&mut random);
+        // As far above the loop's 25 rad/s as it can be seen.
+        let contact = random.between(60.0, 90.0);
+        flexible.push(Machine { noise: 0.0, backlash: [0.5, 0.0], contact, ..machine });
+    }
+    let is_told =
+        |found: &Identified, cause: &str| found.misfits.iter().any(|misfit| misfit.cause == cause);
+    let uneven = all_found(&uneven);
+    let named = uneven.iter().filter(|one| is_told(one, "position_dependent_friction")).count();
+    assert!(named >= 14, "friction that varies with the position is named {named} times of 15");
+    let heavy = all_found(&heavy);
+    let named = heavy.iter().filter(|one| is_told(one, "position_dependent_load")).count();
+    assert!(named >= 14, "gravity is named {named} times of 15");
+    let flexible = all_found(&flexible);
+    let named = flexible.iter().filter(|one| is_told(one, "flexibility")).count();
+    assert!(named >= 12, "a spring between two bodies is named {named} times of 15");
+    let good = flexible.iter().filter(|one| one.verdict.quality == Quality::Good).count();
+    assert!(good <= 1, "{good} of 15 machines with a spring are called good");
+    // What a backlash does depends on how it rattles: it is told, if not always by its name.
+    let backlash = all_found(&backlash);
+    let named = backlash.iter().filter(|one| !one.misfits.is_empty()).count();
+    println!("of 15 machines with a backlash, a cause is named for {named}");
+    let good = backlash.iter().filter(|one| one.verdict.quality == Quality::Good).count();
+    assert!(good <= 1, "{good} of 15 machines with a backlash are called good");
+}
+
+#[test]
+fn the_terms_for_gravity_and_stribeck_bring_back_what_they_stand_for() {
+    let mut random = Random(7);
+    let machine = Machine::random(&mut random);
+    let machine = Machine { speed: 2.0, count: 0.0, acceleration: 20.0, ..machine };
+    let machine = Machine { inertia: 0.2, noise: 0.01, sample_time_s: 5e-4, ..machine };
+    let machine = Machine { coulomb: [2.0, 2.0], viscous: [0.5, 0.5], ..machine };
+    let heavy = Machine { gravity: [3.0, -1.0], ..machine };
+    let with = Request { has_gravity: true, is_asymmetric: None, ..request() };
+    let gravity = found(&heavy, 1, &with);
+    assert_eq!(gravity.fitted.model.name(), "symmetric");
+    for (name, value) in
+        [("gravity_sine", 3.0), ("gravity_cosine", -1.0), ("inertia", 0.2), ("coulomb", 2.0)]
+    {
+        let found = gravity.fitted.get(name).map_or(f64::NAN, |found| found.value);
+        assert!((found - value).abs() < 0.03 * value.abs(), "{name}: {found}, not {value}");
+    }
+    assert!(gravity.misfits.is_empty(), "{:?}", gravity.misfits);
+    // Ramps from a half to 2.7 times the Stribeck velocity.
+    let slow = Machine { stribeck: [1.0, 0.3], speed: 0.8, acceleration: 8.0, ..machine };
+    let with = Request { has_stribeck: true, is_asymmetric: Some(false), ..request() };
+    let stribeck = found(&slow, 1, &with);
+    let velocity = stribeck.fitted.model.stribeck.unwrap_or(f64::NAN);
+    assert!((velocity - 0.3).abs() < 0.03, "{velocity}");
+    let term = stribeck.fitted.get("stribeck").map_or(f64::NAN, |found| found.value);
+    assert!((term - 1.0).abs() < 0.1, "{term}");
+}

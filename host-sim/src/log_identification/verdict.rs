@@ -1,0 +1,160 @@
+//! What is to be thought of an identification, in words. A poor fit is called poor.
+
+use super::Read;
+use super::cut_off::CutOff;
+use super::free_run::FreeRun;
+use super::misfit::Misfit;
+use super::model::{Fitted, Parameter};
+use crate::error::rounded;
+
+/// Relative residuals, % of the effort: up to the first good, above the second poor. Published
+/// identifications of robots and drives have 3 to 15 %.
+const RESIDUAL_PERCENT: [f64; 2] = [10.0, 25.0];
+
+/// Parts of the velocity's variance that a free run explains: from the first good, below the second
+/// poor.
+const EXPLAINED: [f64; 2] = [0.9, 0.5];
+
+/// Standard deviations as parts of the inertia, likewise.
+const INERTIA: [f64; 2] = [0.05, 0.3];
+
+/// A coefficient that is so many times more uncertain than alone is mixed up with others.
+const MIXED_UP: f64 = 30.0;
+
+/// Standard deviation as a part of the Stribeck term above which the log does not tell it.
+const UNKNOWN: f64 = 0.5;
+
+/// Noise in the acceleration above which the inertia is told to be too small.
+const NOISY: f64 = 0.02;
+
+/// How good a fit is.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, serde::Serialize)]
+#[serde(rename_all = "lowercase")]
+pub enum Quality {
+    /// Nothing speaks against it.
+    Good,
+    /// To be used with care.
+    Fair,
+    /// Not to be trusted.
+    Poor,
+}
+
+impl Quality {
+    /// The word of the verdict.
+    pub const fn word(self) -> &'static str {
+        match self {
+            Self::Good => "good",
+            Self::Fair => "fair",
+            Self::Poor => "poor",
+        }
+    }
+}
+
+/// A verdict.
+#[derive(Clone, Debug, PartialEq, serde::Serialize)]
+pub struct Verdict {
+    /// How good the fit is.
+    pub quality: Quality,
+    /// Why, sentence by sentence.
+    pub words: Vec<String>,
+}
+
+/// Judges.
+pub fn of(
+    fitted: &Fitted,
+    parameters: &[(&'static str, Parameter)],
+    free_run: &FreeRun,
+    misfits: &[Misfit],
+    cut_off: &CutOff,
+    read: &Read,
+) -> Verdict {
+    let mut verdict = Verdict { quality: Quality::Good, words: Vec::new() };
+    let residual = fitted.relative_residual_percent();
+    verdict.judge(
+        [residual <= RESIDUAL_PERCENT[0], residual <= RESIDUAL_PERCENT[1]],
+        format!("the residual is {} % of the effort", rounded(residual)),
+    );
+    let explained = free_run.velocity_r2;
+    verdict.judge(
+        [explained >= EXPLAINED[0], explained >= EXPLAINED[1]],
+        format!(
+            "run free along the log, the machine explains {} % of the velocity",
+            rounded(100.0 * explained.max(0.0))
+        ),
+    );
+    let uncertain = |of: &Parameter| of.sd / of.value.abs();
+    if let Some((_, inertia)) = parameters.first() {
+        let part = uncertain(inertia);
+        if part > INERTIA[0] {
+            verdict.judge(
+                [false, part <= INERTIA[1]],
+                format!(
+                    "the inertia is uncertain by {} %: the log accelerates too little, or the \
+                     machine is not one rigid body",
+                    rounded(100.0 * part)
+                ),
+            );
+        }
+    }
+    let names = fitted.model.coefficients();
+    for (name, inflation) in names.iter().zip(fitted.fit.inflation) {
+        if inflation > MIXED_UP {
+            verdict.judge(
+                [false, true],
+                format!("`{name}` is mixed up with others: log several speeds and accelerations"),
+            );
+        }
+    }
+    let ways = |name: &str| fitted.get(name).map(|one| (one.value, one.sd));
+    for name in ["viscous", "viscous_positive", "viscous_negative", "coulomb"] {
+        if let Some((value, sd)) = ways(name)
+            && value < -2.0 * sd
+        {
+            verdict.judge(
+                [false, true],
+                format!("`{name}` comes out negative, which is no friction: terms are missing"),
+            );
+        }
+    }
+    if let Some((value, sd)) = ways("stribeck")
+        && sd > UNKNOWN * value.abs()
+    {
+        let words = "the log hardly tells the Stribeck term: log slower motions, or leave it out";
+        verdict.judge([false, true], words.into());
+    }
+    for misfit in misfits {
+        let part = rounded((100.0 * misfit.share).round());
+        verdict.judge([false, true], format!("{} ({part} % of the residual)", misfit.words));
+    }
+    if cut_off.noise > NOISY {
+        verdict.judge(
+            [false, cut_off.noise < 10.0 * NOISY],
+            format!(
+                "noise of the position makes the inertia up to {} % too small",
+                rounded(100.0 * cut_off.noise)
+            ),
+        );
+    }
+    if misfits.is_empty() && residual > RESIDUAL_PERCENT[0] {
+        let words = "the residual follows none of the causes that are looked for; a noisy effort \
+                     is not among them, nor a backlash that rattles, nor a drive that limits";
+        verdict.words.push(words.into());
+    }
+    if read.saturated > 0.01 {
+        let part = rounded(100.0 * read.saturated);
+        verdict.words.push(format!("{part} % of the samples are saturated and were left out"));
+    }
+    verdict
+}
+
+impl Verdict {
+    fn judge(&mut self, [is_good, is_fair]: [bool; 2], words: String) {
+        let quality = match (is_good, is_fair) {
+            (true, _) => Quality::Good,
+            (false, true) => Quality::Fair,
+            (false, false) => Quality::Poor,
+        };
+        self.quality = self.quality.max(quality);
+        self.words.push(words);
+    }
+}

@@ -1,0 +1,119 @@
+//! Logs that tell no machine are refused: with the column, or the row as a spreadsheet counts it.
+
+use std::fmt::Write as _;
+use std::fs;
+
+use super::stiction;
+
+/// A log of t, q, u by a function of the number, with a row that is replaced.
+fn log(of: fn(f64) -> [f64; 2], replaced: Option<(u32, &str)>) -> String {
+    let mut text = "t,q_rad,u\n".to_owned();
+    for i in 0..4000u32 {
+        let t = 1e-3 * f64::from(i);
+        let [q, u] = of(t);
+        match replaced {
+            Some((row, line)) if row == i + 2 => text += &format!("{line}\n"),
+            _ => {
+                let _ = writeln!(text, "{t:.4},{q:.9},{u:.6}");
+            }
+        }
+    }
+    text
+}
+
+/// A machine of inertia 0.5 with friction of 1, in closed form.
+fn machine(t: f64) -> [f64; 2] {
+    let v = 2.0 * (4.0 * t).cos() + (9.0 * t).cos();
+    let a = -8.0 * (4.0 * t).sin() - 9.0 * (9.0 * t).sin();
+    [0.5 * (4.0 * t).sin() + (9.0 * t).sin() / 9.0, 0.5 * a + v.signum() + 0.3 * v]
+}
+
+/// What is told of a log; it has to be refused, with nothing on the standard output.
+fn refusal(text: &str, options: &[&str]) -> String {
+    let directory = tempfile::tempdir().unwrap();
+    let path = directory.path().join("log.csv");
+    fs::write(&path, text).unwrap();
+    let columns = ["--time", "t", "--position", "q_rad", "--effort", "u"];
+    let left = columns.chunks(2).filter(|pair| !options.contains(&pair[0]));
+    let columns: Vec<&str> = left.flatten().copied().collect();
+    let path = path.to_str().unwrap();
+    let output = stiction(&[&["identify", path], &columns[..], options].concat()).output().unwrap();
+    let said = String::from_utf8_lossy(&output.stderr).into_owned();
+    assert_eq!((output.status.code(), &*output.stdout), (Some(2), &b""[..]), "{said}");
+    said
+}
+
+#[test]
+fn a_log_that_tells_no_machine_is_refused_with_its_column_or_row() {
+    let good = log(machine, None);
+    let row = |line| log(machine, Some((1000, line)));
+    let again = row("0.5,0,0");
+    // The sample of 0.998 s once more says 0.997 s; the times have four digits.
+    let [q, u] = machine(0.998);
+    let line = format!("0.9970,{q:.9},{u:.6}");
+    let twice = log(machine, Some((1000, &line)));
+    let word = row("0.9980,0.1,twelve");
+    let holes: String = good
+        .lines()
+        .enumerate()
+        .map(|(i, line)| if i % 5 == 4 { ",,\n".into() } else { format!("{line}\n") })
+        .collect();
+    let short: String = good.lines().take(40).map(|line| format!("{line}\n")).collect();
+    let one_way = log(|t| [t + 0.1 * (3.0 * t).sin(), 1.0 + (3.0 * t).sin()], None);
+    let still = log(|t| [0.3, t.sin()], None);
+    let idle = log(|t| [t.sin(), 0.3], None);
+    let cases: &[(&str, &[&str], &[&str])] = &[
+        (
+            &good,
+            &["--position", "q_rd"],
+            &["no column `q_rd`", "did you mean `q_rad`?", "t, q_rad, u"],
+        ),
+        (&good, &["--effort", "t"], &["name the same column"]),
+        (&again, &[], &["row 1000:", "0.5", "increase"]),
+        (&twice, &[], &["row 1000:", "that of the row before"]),
+        (&word, &[], &["row 1000:", "`twelve`", "column `u`"]),
+        (&holes, &[], &["lack a number", "the first is row 5", "a tenth"]),
+        (&short, &[], &["39 rows", "at least 100"]),
+        (&one_way, &[], &["hardly moves the negative way", "both ways"]),
+        (&still, &[], &["the position never changes"]),
+        (&idle, &[], &["the effort never changes"]),
+        (&good, &["--effort-gain", "-1"], &["negative", "opposite directions"]),
+        (&good, &["--cut-off", "0"], &["--cut-off is 0", "up to"]),
+        (&good, &["--cut-off", "400"], &["--cut-off is 400", "125"]),
+        (&good, &["--effort-gain", "0"], &["--effort-gain is 0"]),
+        (&good, &["--time-unit", "h"], &["--time-unit is `h`", "s, ms, us, ns"]),
+        (&good, &["--position-unit", "count"], &["needs --counts-per-turn"]),
+        (&good, &["--into", "never.toml"], &["--effort-gain"]),
+        (&good, &["--position-unit", "mm", "--into", "never.toml"], &["along a line"]),
+        (&good, &["--position-unit", "m", "--gravity"], &["--gravity", "along a line"]),
+        ("t,q_rad,u\n", &[], &["0 rows"]),
+    ];
+    for (text, options, parts) in cases {
+        let said = refusal(text, options);
+        for part in *parts {
+            assert!(said.contains(part), "{options:?}: `{part}` is not in: {said}");
+        }
+    }
+    assert!(!std::path::Path::new("never.toml").exists());
+}
+
+/// What is handled, and still cannot be so, is told beside the result.
+#[test]
+fn implausible_units_are_told() {
+    let directory = tempfile::tempdir().unwrap();
+    let path = directory.path().join("log.csv");
+    fs::write(&path, log(machine, None)).unwrap();
+    let path = path.to_str().unwrap();
+    let columns = ["--time", "t", "--position", "q_rad", "--effort", "u"];
+    for (options, parts) in [
+        (["--time-unit", "us"], ["samples come out", "--time-unit"]),
+        (["--time-unit", "1000"], ["samples come out", "--time-unit"]),
+        (["--time-unit", "1e-6"], ["top speed", "--position-unit"]),
+    ] {
+        let arguments = [&["identify", path], &columns[..], &options[..]].concat();
+        let output = stiction(&arguments).output().unwrap();
+        let said = String::from_utf8_lossy(&output.stderr);
+        assert!(output.status.success(), "{said}");
+        assert!(parts.iter().all(|part| said.contains(part)), "{options:?}: {said}");
+    }
+}

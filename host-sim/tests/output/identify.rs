@@ -1,0 +1,177 @@
+//! `stiction identify` on logs of a simulated joint, and on foreign ones whose efforts are worked
+//! out in closed form from the motion.
+
+use std::fmt::Write as _;
+use std::fs;
+
+use serde_json::Value;
+
+use super::{keys, number, stiction};
+
+/// A motion in closed form: three sines, so that speeds and accelerations vary.
+const SINES: [[f64; 3]; 3] = [[0.20, 1.7, 0.0], [0.08, 4.3, 1.0], [0.02, 9.1, 2.0]];
+
+/// Position, velocity and acceleration at a time.
+fn motion(t: f64) -> [f64; 3] {
+    SINES.iter().fold([0.0; 3], |[q, v, a], [amplitude, w, phase]| {
+        let (sine, cosine) = (w * t + phase).sin_cos();
+        [q + amplitude * sine, v + amplitude * w * cosine, a - amplitude * w * w * sine]
+    })
+}
+
+/// The effort that a machine needs for the motion: inertia, viscous and Coulomb friction the
+/// positive and the negative way.
+fn effort([_, v, a]: [f64; 3], [inertia, b_up, b_down, f_up, f_down]: [f64; 5]) -> f64 {
+    let friction = if v > 0.0 { b_up * v + f_up } else { b_down * v - f_down };
+    inertia * a + friction
+}
+
+/// A log of the motion: the row of each time.
+fn log(name: &str, header: &str, samples: u32, row: impl Fn(u32, &mut String)) -> Log {
+    let directory = tempfile::tempdir().unwrap();
+    let path = directory.path().join(name).to_str().unwrap().to_owned();
+    let mut text = header.to_owned();
+    (0..samples).for_each(|i| row(i, &mut text));
+    fs::write(&path, text).unwrap();
+    Log { path, _directory: directory }
+}
+
+struct Log {
+    path: String,
+    _directory: tempfile::TempDir,
+}
+
+fn identified(path: &str, options: &[&str]) -> Value {
+    let text = stiction(&[&["identify", path, "--json"], options].concat());
+    serde_json::from_str(&text).unwrap()
+}
+
+/// Values within a part of what they should be.
+fn assert_near(found: &Value, expected: &[(&str, f64)], part: f64) {
+    for (name, expected) in expected {
+        let value = number(&found["parameters"][name]["value"]);
+        assert!((value / expected - 1.0).abs() < part, "{name}: {value}, not {expected}");
+    }
+}
+
+#[test]
+fn a_simulated_joint_comes_back_from_its_log_and_its_file_runs() {
+    let directory = tempfile::tempdir().unwrap();
+    let file = |name: &str| directory.path().join(name).to_str().unwrap().to_owned();
+    let (joint, log, into) = (file("joint.toml"), file("log.csv"), file("identified.toml"));
+    stiction(&["new", &joint, "--typical", "harmonic"]);
+    let trajectory = "reference.trajectories=[{corner_times_s=[0.5, 1.5, 2, 2.3, 3, 5, 5.5, 6.1], \
+                      corner_positions_deg=[0, 40, 40, 10, 10, -30, -30, 20], half_blend_s=0.1}]";
+    let run = ["run", &joint, "--controller", "both", "--csv", &log, "--set", trajectory];
+    stiction(&[&run[..], &["--set", "reference.steps_deg=[]"]].concat());
+    let columns = ["--time", "time_s", "--position", "position_deg", "--effort", "v_applied_v"];
+    // The effort gain of the joint's data sheet: 50 x 0.0909 / 2.51.
+    let found = identified(&log, &[&columns[..], &["--effort-gain", "1.81076"]].concat());
+    assert_eq!(found["model"], "symmetric");
+    // Inertia 0.1 + 50^2 x 1.348e-4; viscous 1.3 and the back-EMF's (50 x 0.0909)^2 / 2.51.
+    let truth = [("inertia", 0.437), ("viscous", 9.5299), ("coulomb", 4.10)];
+    assert_near(&found, &truth, 0.005);
+    // The log has the effort that was set, which is held for the sample that follows.
+    assert!((number(&found["effort_delay_s"]) - 0.5e-3).abs() < 0.1e-3, "{found}");
+    assert_eq!(
+        (&found["verdict"]["quality"], &found["misfits"]),
+        (&"good".into(), &Value::Array(vec![]))
+    );
+    let gain = ["--effort-gain", "1.81076", "--into", &into];
+    stiction(&[&["identify", &log], &columns[..], &gain[..]].concat());
+    let units = stiction(&["show", "--units", &into]);
+    assert!(units.contains("0.437"), "{units}");
+    stiction(&["run", &into, "--controller", "srnf"]);
+}
+
+/// Milliseconds, millimetres and amperes of a linear axis, with decimal commas between semicolons,
+/// columns in another order, and a row of units.
+#[test]
+fn a_linear_axis_in_foreign_units_comes_back_in_kilograms_and_newtons() {
+    let machine = [80.0, 150.0, 190.0, 14.0, 20.0];
+    let log = log("axis.csv", "Strom;Weg;Zeit\nA;mm;ms\n", 20_000, |i, text| {
+        let t = 5e-4 * f64::from(i);
+        let at = motion(t);
+        let amperes = effort(at, machine) / 35.0;
+        let line = format!("{amperes:.4};{:.4};{:.1}", 1e3 * at[0], 1e3 * t);
+        let _ = writeln!(text, "{}", line.replace('.', ","));
+    });
+    let options = ["--time", "Zeit", "--position", "weg", "--effort", "Strom"];
+    let units = ["--time-unit", "ms", "--position-unit", "mm", "--effort-gain", "35"];
+    // That a row of units was left out is told; so the text is taken without the helper.
+    let output = std::process::Command::new(env!("CARGO_BIN_EXE_stiction"))
+        .args(["identify", &log.path, "--json"])
+        .args(options)
+        .args(units)
+        .output()
+        .unwrap();
+    let said = String::from_utf8_lossy(&output.stderr);
+    assert!(output.status.success() && said.contains("below the header"), "{said}");
+    let found: Value = serde_json::from_slice(&output.stdout).unwrap();
+    assert_eq!(found["model"], "asymmetric");
+    let names =
+        ["inertia", "viscous_positive", "viscous_negative", "coulomb_positive", "coulomb_negative"];
+    let truth: Vec<(&str, f64)> = names.into_iter().zip(machine).collect();
+    assert_near(&found, &truth, 0.005);
+    assert_eq!(
+        (&found["units"]["inertia"], &found["units"]["coulomb_positive"]),
+        (&"kg".into(), &"N".into())
+    );
+    // Half of the difference of both ways.
+    assert!((number(&found["parameters"]["offset"]["value"]) + 3.0).abs() < 0.05, "{found}");
+    // What scripts rely on.
+    let promised = ["model", "parameters", "relative_residual_percent", "free_run"];
+    assert!(promised.iter().all(|key| keys(&found).contains(key)), "{found}");
+    assert!(keys(&found["free_run"]).is_superset(&["rms", "r2"].into()));
+    assert_eq!(keys(&found["parameters"]["inertia"]), ["sd", "value"].into());
+}
+
+/// Counts of an encoder against microseconds of a counter, with tabs and without a header.
+#[test]
+fn counts_against_a_counter_come_back_in_the_effort_s_own_unit() {
+    let machine = [0.5, 0.8, 0.8, 1.5, 1.5];
+    let per_count = std::f64::consts::TAU / 65536.0;
+    let log = log("counts.txt", "", 10_000, |i, text| {
+        let at = motion(1e-3 * f64::from(i));
+        let count = (at[0] / per_count).floor();
+        let _ = writeln!(text, "{}\t{:.3}\t{count}", 1000 * i, effort(at, machine));
+    });
+    let options = ["--time", "1", "--position", "3", "--effort", "2", "--time-unit", "us"];
+    let units = ["--position-unit", "count", "--counts-per-turn", "65536"];
+    let found = identified(&log.path, &[&options[..], &units[..]].concat());
+    assert_near(&found, &[("inertia", 0.5)], 0.01);
+    let [viscous, coulomb] = if found["model"] == "symmetric" {
+        ["viscous", "coulomb"]
+    } else {
+        ["viscous_positive", "coulomb_positive"]
+    };
+    assert_near(&found, &[(viscous, 0.8), (coulomb, 1.5)], 0.03);
+    assert_eq!(found["units"]["inertia"], "effort s^2/rad");
+}
+
+/// Rows without a number, a gap, jitter and rounded times: told, and the machine comes back.
+#[test]
+fn holes_gaps_and_uneven_times_are_handled_and_told() {
+    let machine = [0.5, 0.8, 0.8, 1.5, 1.5];
+    let log = log("holes.csv", "time,q_rad,tau\n", 16_000, |i, text| {
+        if (6000..6500).contains(&i) {
+            return;
+        }
+        let t = 1e-3 * (f64::from(i) + 0.25 * (2.4 * f64::from(i)).sin());
+        let at = motion(t);
+        let tau = if i % 997 == 5 { "NaN".into() } else { format!("{:.5}", effort(at, machine)) };
+        let _ = writeln!(text, "{t:.7},{:.8},{tau}", at[0]);
+    });
+    let output = std::process::Command::new(env!("CARGO_BIN_EXE_stiction"))
+        .args(["identify", &log.path, "--json", "--time", "time", "--position", "q_rad"])
+        .args(["--effort", "tau", "--model", "symmetric"])
+        .output()
+        .unwrap();
+    let said = String::from_utf8_lossy(&output.stderr);
+    // The header is row 1, and the sample of number 5 is row 7.
+    for part in ["rows lack a number", "first is row 7", "1 gap", "uneven"] {
+        assert!(said.contains(part), "{part}: {said}");
+    }
+    let found: Value = serde_json::from_slice(&output.stdout).unwrap();
+    assert_near(&found, &[("inertia", 0.5), ("viscous", 0.8), ("coulomb", 1.5)], 0.02);
+}
