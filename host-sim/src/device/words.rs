@@ -121,6 +121,17 @@ pub fn told(told: &Told, sample_time: f32) -> String {
     format!("{}{value}{when}", name(told.code))
 }
 
+/// The same for a page, with what to do.
+#[cfg(feature = "studio")]
+pub fn fault(of: &Told, sample_time: f32) -> serde_json::Value {
+    serde_json::json!({
+        "code": of.code,
+        "said": told(of, sample_time),
+        "remedy": remedy(of.code),
+        "section": Fault::from_code(of.code).map(Fault::section),
+    })
+}
+
 /// Says what to do about a fault.
 fn remedy(code: u8) -> String {
     let Some(fault) = Fault::from_code(code) else {
