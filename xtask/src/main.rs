@@ -10,6 +10,7 @@ mod mutation_list;
 mod mutations;
 mod reliability;
 mod simulator;
+mod studio;
 mod test;
 mod toolchain;
 
@@ -52,6 +53,8 @@ enum Work {
     /// Put one fault after another into a copy of the sources, and see which of them the tests
     /// find; writes docs/mutations.md
     Mutations(mutations::Arguments),
+    /// Build the page of `stiction studio` by npm and the program around it, and start it
+    Studio(studio::Arguments),
     /// Encode a machine's TOML for the parameter sector of the microcontroller
     Params(firmware::ParamsArguments),
 }
@@ -68,6 +71,7 @@ fn main() -> ExitCode {
         Work::Gates => gates::pass(),
         Work::Reliability(arguments) => reliability::measure(&arguments),
         Work::Mutations(arguments) => mutations::run(&arguments),
+        Work::Studio(arguments) => studio::studio(&arguments),
         Work::Params(arguments) => firmware::params(&arguments),
     };
     match done {

@@ -3,7 +3,6 @@
 use crate::error::Error;
 
 #[derive(Debug, clap::Args)]
-#[command(disable_help_flag = true)]
 pub struct Arguments {
     /// What is asked for
     #[arg(hide = true, trailing_var_arg = true, allow_hyphen_values = true)]

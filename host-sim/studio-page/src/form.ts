@@ -45,8 +45,8 @@ export class Form {
     input.id = `p-${row.path}`;
     label.htmlFor = input.id;
     label.querySelector('code')!.textContent = row.name;
-    box.querySelector('p')!.textContent = row.text;
-    box.querySelector('small')!.textContent = `Allowed: ${row.allowed}. Left out of a file: ${row.otherwise}.`;
+    box.querySelector('p')!.append(...withCode(row.text));
+    box.querySelector('small')!.append(...withCode(`Allowed: ${row.allowed}. Left out of a file: ${row.otherwise}.`));
     input.value = this.edits.get(row.path) ?? row.value;
     input.disabled = !this.enabled;
     input.oninput = () => {
@@ -108,4 +108,9 @@ export class Form {
     first?.closest('details')?.setAttribute('open', '');
     first?.querySelector('input')?.focus();
   }
+}
+
+// Text whose names stand between backticks.
+function withCode(text: string): (string | HTMLElement)[] {
+  return text.split('`').map((part, i) => (i % 2 ? Object.assign(document.createElement('code'), { textContent: part }) : part));
 }

@@ -19,6 +19,7 @@ export class History {
   length = 0;
   lost = 0;
   gaps: Gap[] = [];
+  private fresh = false;
   private room = 0;
   private begin = 0;
   private numbers = new Uint32Array(0);
@@ -39,6 +40,15 @@ export class History {
     this.gaps = [];
   }
 
+  // The device sends anew. Samples of the same signals are added to those that there are.
+  goOn(hello: Hello): boolean {
+    const layout = (of: Hello) => JSON.stringify([of.device, of.sample_time_s, of.resolution_deg, of.every, of.signals]);
+    if (!this.hello || layout(hello) !== layout(this.hello)) return false;
+    this.hello = hello;
+    this.fresh = true;
+    return true;
+  }
+
   // A frame: generation, columns, rows, 0, then rows of number, clock, values.
   frame(bytes: ArrayBuffer): void {
     const words = new Uint32Array(bytes);
@@ -57,7 +67,7 @@ export class History {
       const last = this.at(this.length - 1);
       // A device that was reset begins its time anew.
       if (clock < this.clocks[last]) this.length = this.begin = this.gaps.length = 0;
-      else {
+      else if (!this.fresh) {
         const lost = (number - this.numbers[last] - 1) >>> 0;
         if (lost > 0) {
           this.lost += lost;
@@ -66,6 +76,7 @@ export class History {
         }
       }
     }
+    this.fresh = false;
     if (this.length === this.room) this.begin = (this.begin + 1) % this.room;
     else this.length++;
     const at = this.at(this.length - 1);

@@ -29,18 +29,19 @@ let view = 'live';
 let dirty = true;
 let events: Kept[] = [];
 let lastState = '';
+let refusal = '';
 
 const link = new Link(told, (frame) => { if (!recording) { history.frame(frame); dirty = true; } }, () => { connected = false; commands = false; status = null; look(); });
 const plots = new Plots(by('plots'), history, windowMoved);
 const planes = new Planes(by('plane-plots'), history);
-const form = new Form(by('form'), edited);
+const form = new Form(by('form'), () => { refusal = ''; edited(); });
 
 function told(event: Event): void {
   connected = true;
   switch (event.event) {
     case 'hello':
       hello = event as unknown as Hello;
-      if (!recording) begin(hello);
+      if (!recording && !history.goOn(hello)) begin(hello);
       note(`${hello.device}, firmware ${hello.firmware}`);
       break;
     case 'role':
@@ -142,7 +143,7 @@ function look(): void {
   );
   if (!recording && status?.fault) {
     const fault = document.createElement('p');
-    fault.textContent = `${status.fault.said}. ${status.fault.remedy}`;
+    fault.textContent = `${status.fault.said}. ${remedy(status.fault)}`;
     by('state').append(fault);
   }
   if (!recording && status && status.link_timeout_s === 0) {
@@ -164,7 +165,7 @@ function look(): void {
   set('pull', file !== null);
   set('set', may && !driven && form.edits.size > 0);
   by<HTMLInputElement>('push').disabled = !may || driven;
-  by('parameters-said').textContent = recording ? 'A recording has no device to set.'
+  by('parameters-said').textContent = refusal ? `✕ Refused: ${refusal}` : recording ? 'A recording has no device to set.'
     : driven ? 'The output is on: stop first. Parameters are taken with the output off only.'
     : status?.unsaved ? 'Values in use are not saved: a reset forgets them.' : '';
   by('back').hidden = !recording;
@@ -176,11 +177,22 @@ function law(of: Hello): string {
   return tables[0]?.slice('controller.'.length) ?? (of.law.length ? 'with signals of its own' : 'not known');
 }
 
-function faults(list: { code: number; said: string; remedy: string; section: string | null }[]): void {
+type Fault = { code: number; said: string; section: string | null; ends: string | null };
+
+function remedy({ ends }: Fault): string {
+  const then: Record<string, string> = {
+    command: 'Mend the cause, then clear the fault.',
+    parameters: 'It ends with valid parameters: set or push them, and save them.',
+    reset: 'Mend the cause; it ends with a reset.',
+  };
+  return then[ends ?? ''] ?? 'This program is older than the firmware, and does not know it.';
+}
+
+function faults(list: Fault[]): void {
   const items = [...list].reverse().map((fault) => {
     const item = document.createElement('li');
-    const link = Object.assign(document.createElement('a'), { href: 'faults.md', target: '_blank', rel: 'noopener', textContent: fault.section ?? '' });
-    item.append(Object.assign(document.createElement('strong'), { textContent: fault.said }), document.createElement('br'), `${fault.remedy} `, link);
+    const link = Object.assign(document.createElement('a'), { href: 'faults.md', target: '_blank', rel: 'noopener', textContent: fault.section ? `docs/faults.md, “${fault.section}”` : '' });
+    item.append(Object.assign(document.createElement('strong'), { textContent: fault.said }), document.createElement('br'), `${remedy(fault)} `, link);
     return item;
   });
   by('fault-list').replaceChildren(...items);
@@ -312,16 +324,15 @@ by('span').onchange = () => {
 };
 by('search').oninput = by('only-changed').onchange = () =>
   form.find(by<HTMLInputElement>('search').value, by<HTMLInputElement>('only-changed').checked);
-on('discard', () => { form.edits.clear(); form.told(form.rows); edited(); });
+on('discard', () => { refusal = ''; form.edits.clear(); form.told(form.rows); edited(); });
 on('set', async () => {
   const answer = await link.ask('set', { values: Object.fromEntries(form.edits) });
   said(answer.said, answer.ok);
   if (answer.ok) form.edits.clear();
-  form.blame(answer.ok ? '' : answer.said);
-  if (!answer.ok) by('parameters-said').textContent = `✕ Refused: ${answer.said}`;
-  else form.told(form.rows);
+  refusal = answer.ok ? '' : answer.said;
+  if (answer.ok) form.told(form.rows);
+  form.blame(refusal);
   edited();
-  if (!answer.ok) by('parameters-said').textContent = `✕ Refused: ${answer.said}`;
 });
 by('form').onsubmit = (event) => { event.preventDefault(); by('set').click(); };
 on('pull', () => { if (file) download(new Blob([file], { type: 'application/toml' }), `stiction-${stamp()}.toml`); });

@@ -9,6 +9,9 @@ export type Window = { length: number; end: number | null };
 
 const SYNC = 'time';
 
+// Height of the numbers and the title of the time axis.
+const AXIS = 34;
+
 export class Plots {
   window: Window = { length: 10, end: null };
   hidden = new Set<string>();
@@ -16,6 +19,7 @@ export class Plots {
 
   constructor(private readonly root: HTMLElement, private readonly of: History, private readonly moved: () => void) {
     new ResizeObserver(() => this.resize()).observe(root);
+    addEventListener('resize', () => this.resize());
   }
 
   // The newest time that there is.
@@ -82,7 +86,8 @@ export class Plots {
     const axis = { stroke: ink, grid, ticks: grid, font };
     return {
       width: 600,
-      height: this.height(panel, last),
+      height: 100,
+      padding: [6, 14, 0, 0],
       legend: { show: false },
       cursor: { sync: { key: SYNC, setSeries: false }, drag: { x: true, y: false, setScale: false }, points: { size: 5 } },
       scales: { x: { time: false, range: () => this.range }, y: { range: (_, low, high) => padded(low, high) } },
@@ -103,8 +108,12 @@ export class Plots {
     };
   }
 
+  // All panels fit into the window, unless they would be too low to read.
   private height(panel: Panel, last: boolean): number {
-    return (panel.tall ? 190 : 130) + (last ? 34 : 0);
+    const captions = 27 * this.panels.length;
+    const parts = this.panels.reduce((all, one) => all + (one.panel.tall ? 3 : 2), 0) || 1;
+    const part = Math.max(48, (innerHeight - 215 - captions - AXIS) / parts);
+    return Math.floor((panel.tall ? 3 : 2) * part) + (last ? AXIS : 0);
   }
 
   // Where samples are missing, there is no line but a band.
@@ -169,7 +178,8 @@ export class Plots {
 
 export function shown(value: number): string {
   const size = Math.abs(value);
-  return size >= 1000 ? value.toFixed(0) : size >= 1 ? value.toFixed(3) : size === 0 ? '0' : value.toPrecision(3);
+  if (Number.isInteger(value)) return String(value);
+  return size >= 1000 ? value.toFixed(0) : size >= 1 ? value.toFixed(3) : value.toPrecision(3);
 }
 
 function padded(low: number | null, high: number | null): [number, number] {

@@ -66,7 +66,8 @@ impl<'a> Visit<'a> {
         }
         let connected = tokio_tungstenite::client_async(request.body(()).unwrap(), stream).await?;
         let (socket, rows) = (connected.0, Vec::new());
-        Ok(Page { socket, lives: true, rows, columns: vec![], role: Value::Null, number: 0 })
+        let (role, form) = (Value::Null, Value::Null);
+        Ok(Page { socket, lives: true, rows, columns: vec![], role, form, number: 0 })
     }
 }
 
@@ -87,6 +88,8 @@ pub struct Page {
     pub rows: Vec<Row>,
     pub columns: Vec<String>,
     pub role: Value,
+    /// The form of the parameters that was told last.
+    form: Value,
     number: u32,
 }
 
@@ -119,6 +122,9 @@ impl Page {
                         let name = |signal: &Value| signal["name"].as_str().unwrap().to_owned();
                         self.columns = names.iter().map(name).collect();
                         self.rows.clear();
+                    }
+                    if event["event"] == "parameters" {
+                        self.form = event.clone();
                     }
                     return Some(event);
                 }
@@ -184,6 +190,14 @@ impl Page {
     /// Waits until the device is in a state.
     pub async fn state(&mut self, state: &str) -> Value {
         self.until(|event| event["event"] == "status" && event["state"] == state).await
+    }
+
+    /// The form of the parameters after so many changes that can be undone.
+    pub async fn form(&mut self, changes: u64) -> Value {
+        while self.form["undo"] != changes {
+            self.event("parameters").await;
+        }
+        self.form.clone()
     }
 
     /// Looks and gives words for so long.
