@@ -7,11 +7,13 @@ use std::collections::BTreeMap;
 
 use serde_json::{Value, json};
 use stiction::Parameters;
+use stiction::pd::PdGains;
+use stiction::value::Table as _;
 use toml::Table;
 
 use crate::device::machine_file;
 use crate::error::{Error, suggestion};
-use crate::experiment::Document;
+use crate::experiment::{Document, about_law};
 use crate::keys::{self, Row};
 
 /// A value of the parameters, by its path in a machine's file.
@@ -26,7 +28,15 @@ pub fn rows(now: &Parameters, saved: Option<&Parameters>) -> Result<Value, Error
     let declared = keys::rows();
     let before: BTreeMap<String, String> =
         saved.map(values).transpose()?.unwrap_or_default().into_iter().collect();
-    let rows = values(now)?.into_iter().map(|(path, value)| {
+    // A table of gains is written with the defaults of every law. The device has those of its own.
+    let laws = now.controller.compensator.iter().flat_map(about_law);
+    let own: Vec<&str> = PdGains::ABOUT.iter().chain(laws).map(|about| about.name).collect();
+    let is_own = |path: &str| {
+        let gain = path.strip_prefix("controller.").and_then(|path| path.split_once('.'));
+        gain.is_none_or(|(_, name)| own.contains(&name))
+    };
+    let in_use = values(now)?.into_iter().filter(|(path, _)| is_own(path));
+    let rows = in_use.map(|(path, value)| {
         let (table, name) = path.rsplit_once('.').unwrap_or(("", &path));
         let row = about(&declared, table, name);
         let was = if saved.is_some() { before.get(&path).cloned() } else { None };
@@ -146,6 +156,11 @@ mod tests {
             assert!(all.iter().all(|key| !row[key].as_str().unwrap().is_empty()), "{row}");
             assert!(row["saved"].is_null());
         }
+        let gains = rows.iter().filter(|row| row["table"] == "controller.srnf");
+        let names: Vec<&str> = gains.map(|row| row["name"].as_str().unwrap()).collect();
+        let srnf = ["kp_v_per_deg", "kd_v_per_deg_per_s", "v_ms_v", "alpha_per_deg"];
+        assert!(srnf.iter().all(|name| names.contains(name)), "{names:?}");
+        assert!(!names.contains(&"stop_band_counts"), "a gain of another law");
     }
 
     #[test]

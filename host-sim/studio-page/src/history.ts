@@ -94,10 +94,6 @@ export class History {
     return clock * (this.hello?.sample_time_s ?? 0);
   }
 
-  has(name: string): boolean {
-    return this.places.has(name);
-  }
-
   time(row: number): number {
     return this.seconds(this.clocks[this.at(row)]);
   }
@@ -110,9 +106,16 @@ export class History {
     return this.numbers[this.at(row)];
   }
 
-  value(name: string, row: number): number {
+  // Reads a signal by its row, until the next sample comes.
+  reader(name: string): (row: number) => number {
     const place = this.places.get(name);
-    return place === undefined ? 0 : this.columns[place][this.at(row)];
+    if (place === undefined) return () => 0;
+    const [column, begin, room] = [this.columns[place], this.begin, this.room];
+    return (row) => column[begin + row >= room ? begin + row - room : begin + row];
+  }
+
+  value(name: string, row: number): number {
+    return this.reader(name)(row);
   }
 
   raw(row: number): number[] {

@@ -2,18 +2,18 @@
 
 import uPlot from 'uplot';
 import type { History } from './history';
-import { colour, errorCounts, isDark, LOOKS } from './terms';
+import { colour, errorCounts, isDark, LOOKS, type Read } from './terms';
 
 const MOST_POINTS = 6000;
 const SHADES = 6;
 
-type Plane = { title: string; across: string; up: string; x: (of: History, row: number) => number; y: (of: History, row: number) => number };
+type Plane = { title: string; across: string; up: string; x: Read; y: Read };
 
-const velocity = (of: History, row: number) => of.value('velocity_deg_per_s', row);
+const velocity: Read = (of) => of.reader('velocity_deg_per_s');
 
 const PLANES: Plane[] = [
   { title: 'Phase portrait', across: 'Error, counts', up: 'Velocity, deg/s', x: errorCounts, y: velocity },
-  { title: 'Friction map', across: 'Velocity, deg/s', up: 'Effort applied, V', x: velocity, y: (of, row) => of.value('v_applied_v', row) },
+  { title: 'Friction map', across: 'Velocity, deg/s', up: 'Effort applied, V', x: velocity, y: (of) => of.reader('v_applied_v') },
 ];
 
 export class Planes {
@@ -78,10 +78,11 @@ export class Planes {
     this.plots.forEach((plot, place) => {
       const plane = PLANES[place];
       const [xs, ys]: number[][] = [[], []];
+      const [x, y, status] = [plane.x(this.of), plane.y(this.of), this.of.reader('status')];
       for (let row = first; row < end; row += step) {
-        if (!this.of.armed(row)) continue;
-        xs.push(plane.x(this.of, row));
-        ys.push(plane.y(this.of, row));
+        if ((status(row) & 0xff) !== 2) continue;
+        xs.push(x(row));
+        ys.push(y(row));
       }
       plot.setData([null, [xs, ys]] as unknown as uPlot.AlignedData);
     });

@@ -196,22 +196,25 @@ export function curves(of: History, terms: Term[], first: number, end: number, p
   const times: number[] = [];
   const values: (number | null)[][] = terms.map(() => []);
   const gap = (time: number) => { times.push(time); values.forEach((all) => all.push(null)); };
+  const readers = terms.map((term) => term.value(of));
+  const status = of.reader('status');
   let number = first > 0 ? of.number(first - 1) : null;
   for (let row = first; row < end; row += piece) {
     const stop = Math.min(end, row + piece);
-    if (number !== null && of.number(row) !== ((number + 1) >>> 0)) gap(of.time(row) - 1e-6);
+    const follows = ((of.number(stop - 1) - of.number(row)) >>> 0) === stop - 1 - row;
+    if (!follows || (number !== null && of.number(row) !== ((number + 1) >>> 0))) gap(of.time(row) - 1e-6);
     number = of.number(stop - 1);
-    const armed = of.armed(row) && of.armed(stop - 1);
+    const armed = (status(row) & 0xff) === 2 && (status(stop - 1) & 0xff) === 2;
     if (piece === 1 || !armed) {
       times.push(of.time(row));
-      terms.forEach((term, at) => values[at].push(armed ? term.value(of, row) : null));
+      readers.forEach((read, at) => values[at].push(armed ? read(row) : null));
       continue;
     }
     times.push(of.time(row), of.time(stop - 1));
-    terms.forEach((term, at) => {
+    readers.forEach((read, at) => {
       let [low, high, lowAt, highAt] = [Infinity, -Infinity, row, row];
       for (let i = row; i < stop; i++) {
-        const value = term.value(of, i);
+        const value = read(i);
         if (value < low) [low, lowAt] = [value, i];
         if (value > high) [high, highAt] = [value, i];
       }

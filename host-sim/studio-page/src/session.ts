@@ -2,7 +2,7 @@
 // lines of samples. Any program that reads JSON can read it.
 
 import { History, type Hello } from './history';
-import { errorCounts, position, reference } from './terms';
+import { position, reference } from './terms';
 
 export type Kept = { at: string; clock: number; said: string };
 export type Session = { hello: Hello; file: string | null; events: Kept[] };
@@ -49,10 +49,11 @@ export function csv(of: History, [first, end]: [number, number]): Blob {
   const head = ['time_s', 'reference_deg', 'position_deg', 'error_deg', 'velocity_deg_per_s', 'v_pd_v', 'v_c_v', 'v_v', 'code', 'stuck', 'v_applied_v', ...law];
   const lines = [head.join(',')];
   const begin = first < end ? of.time(first) : 0;
+  const [lead, place] = [reference(of), position(of)];
   for (let row = first; row < end; row++) {
     const value = (name: string) => of.value(name, row);
     lines.push([
-      +(of.time(row) - begin).toFixed(6), reference(of, row), position(of, row), errorCounts(of, row) * of.hello!.resolution_deg,
+      +(of.time(row) - begin).toFixed(6), lead(row), place(row), value('error_deg'),
       value('velocity_deg_per_s'), value('v_pd_v'), value('v_c_v'), value('v_v'), value('code'),
       value('velocity_deg_per_s') === 0, value('v_applied_v'), ...law.map(value),
     ].join(','));

@@ -3,7 +3,9 @@
 
 import { History, type Hello } from './history';
 
-export type Term = { name: string; unit: string; value: (of: History, row: number) => number; look: Look };
+// Makes what reads the term by its row, until the next sample comes.
+export type Read = (of: History) => (row: number) => number;
+export type Term = { name: string; unit: string; value: Read; look: Look };
 export type Panel = { title: string; terms: Term[]; tall?: boolean };
 export type Look = { light: string; dark: string; width: number; dash?: number[] };
 
@@ -19,21 +21,24 @@ export const LOOKS = {
 const ORDER = [LOOKS.primary, LOOKS.second, LOOKS.third, LOOKS.compensation, LOOKS.total, LOOKS.reference];
 
 function term(name: string, unit: string, signal: string, look: Look): Term {
-  return { name, unit, value: (of, row) => of.value(signal, row), look };
+  return { name, unit, value: (of) => of.reader(signal), look };
 }
 
-export function position(of: History, row: number): number {
-  return of.value('counts', row) * of.hello!.resolution_deg;
-}
+export const position: Read = (of) => {
+  const [counts, resolution] = [of.reader('counts'), of.hello!.resolution_deg];
+  return (row) => counts(row) * resolution;
+};
 
-export function reference(of: History, row: number): number {
-  const counts = of.value('reference_counts', row) + of.value('reference_fraction_counts', row);
-  return counts * of.hello!.resolution_deg;
-}
+export const reference: Read = (of) => {
+  const [counts, fraction] = [of.reader('reference_counts'), of.reader('reference_fraction_counts')];
+  const resolution = of.hello!.resolution_deg;
+  return (row) => (counts(row) + fraction(row)) * resolution;
+};
 
-export function errorCounts(of: History, row: number): number {
-  return of.value('error_deg', row) / of.hello!.resolution_deg;
-}
+export const errorCounts: Read = (of) => {
+  const [error, resolution] = [of.reader('error_deg'), of.hello!.resolution_deg];
+  return (row) => error(row) / resolution;
+};
 
 export function panels(hello: Hello): Panel[] {
   const all: Panel[] = [
