@@ -48,6 +48,11 @@ impl Control {
         }
     }
 
+    /// Tells whether this page commands.
+    pub fn is_held_by(&self, page: u64) -> bool {
+        self.holder().is_some_and(|(held_by, _)| held_by == page)
+    }
+
     /// Tells whether no page commands.
     pub fn is_free(&self) -> bool {
         self.holder().is_none()
@@ -74,7 +79,7 @@ mod tests {
         assert!(control.ask(1) && control.ask(1));
         assert!(!control.ask(2) && !control.word(2));
         assert!(!control.leave(2), "it did not command");
-        assert!(control.word(1) && !control.is_free());
+        assert!(control.word(1) && control.is_held_by(1) && !control.is_free());
         assert!(control.leave(1) && control.is_free());
         assert!(control.ask(2) && !control.ask(1));
     }

@@ -23,7 +23,9 @@ impl<W: Wire> Worker<'_, W> {
     /// Says why the device refuses, or that it does not answer.
     pub(super) fn obey(&mut self, what: &Ask) -> Result<Value, Error> {
         // Whatever becomes of the answer, the motor may be driven then.
-        self.driven |= matches!(what, Ask::Arm | Ask::Jog | Ask::Identify { .. });
+        let arms = matches!(what, Ask::Arm | Ask::Jog | Ask::Identify { .. });
+        self.driven |= arms;
+        self.armed_here |= arms;
         let said: &str = match what {
             Ask::Alive | Ask::Command => "",
             Ask::Stop => {

@@ -3,7 +3,7 @@
 use std::sync::Arc;
 use std::sync::atomic::Ordering;
 use std::sync::mpsc::{SyncSender, TrySendError};
-use std::time::Duration;
+use std::time::{Duration, Instant};
 
 use axum::extract::ws::{Message, WebSocket};
 use futures_util::stream::{SplitSink, SplitStream};
@@ -167,7 +167,8 @@ impl Page {
     fn order(&self, request: Request, answers: &mpsc::Sender<String>) -> Option<String> {
         let Request { id, what } = request;
         let is_stop = what == Ask::Stop;
-        let sent = self.desk.orders.try_send(Order { id, what, answer: answers.clone() });
+        let (page, given, answer_to) = (self.number, Instant::now(), answers.clone());
+        let sent = self.desk.orders.try_send(Order { page, given, id, what, answer: answer_to });
         // It passes what waits, and finds its own order behind it, which is answered.
         if is_stop {
             self.desk.shared.stop.store(true, Ordering::SeqCst);

@@ -5,7 +5,10 @@
 //! to the device: nobody else may give it. Samples come without being asked for, and go on.
 //!
 //! If the device's link timeout is off, nothing on the device looks at the silence. The thread then
-//! stops it by itself after [`QUIET`].
+//! stops by itself after [`QUIET`] what was armed here. It leaves alone what runs without it.
+//!
+//! An order is obeyed if the page that gave it still commands, and if it is not [`LATE`]: nobody
+//! expects a motor to move for a button that was pressed before a save that took seconds.
 
 use std::sync::atomic::{AtomicBool, AtomicU32, AtomicU64, Ordering};
 use std::sync::mpsc::{Receiver, RecvTimeoutError, SyncSender, TryRecvError};
@@ -16,7 +19,7 @@ use stiction::Parameters;
 use stiction::link::{Kind, StateCode, Status};
 use stiction::signal::name;
 
-use super::control::Control;
+use super::control::{Control, TAKEN};
 use super::form;
 use super::news::{Frame, Newsroom};
 use super::request::Ask;
@@ -35,6 +38,9 @@ const FRESH: Duration = Duration::from_millis(150);
 
 /// Silence of the page after which the thread stops a device whose link timeout is off.
 const QUIET: Duration = Duration::from_millis(500);
+
+/// Age at which an order is not obeyed any more.
+const LATE: Duration = Duration::from_secs(1);
 
 /// Time between two frames.
 const FRAME: Duration = Duration::from_millis(30);
@@ -84,6 +90,10 @@ pub struct Shared {
 /// An order of a page, and where its answer goes.
 #[derive(Debug)]
 pub struct Order {
+    /// The page that gives it.
+    pub page: u64,
+    /// When it was given.
+    pub given: Instant,
     /// The page's number for it.
     pub id: u32,
     /// What is asked for.
@@ -143,6 +153,8 @@ pub struct Worker<'a, W> {
     flushed: Instant,
     /// Whether the output is on, as far as was last heard.
     pub(super) driven: bool,
+    /// Whether a page of this studio has turned it on.
+    pub(super) armed_here: bool,
     asked: Instant,
     words: u64,
     heard: Instant,
@@ -158,14 +170,22 @@ pub fn run<W: Wire>(
     orders: &Receiver<Order>,
     ready: &SyncSender<Result<(), Error>>,
 ) {
-    let begin = || Client::connect(open()?).and_then(|client| Worker::new(client, shared, about));
-    let mut worker = match begin() {
+    let begin = |stop: bool| {
+        let mut client = Client::connect(open()?)?;
+        if stop {
+            client.stop()?;
+        }
+        Worker::new(client, shared, about)
+    };
+    let mut worker = match begin(false) {
         Ok(worker) => worker,
         Err(error) => return drop(ready.send(Err(error))),
     };
     let _ = ready.send(Ok(()));
     loop {
         let Err(error) = worker.work(orders) else { return };
+        // What was driven from here is stopped before anything else, once it can be reached.
+        let was_armed = worker.armed_here;
         let driven = if worker.driven { ". THE MOTOR MAY STILL BE DRIVEN" } else { "" };
         shared.news.tell("gone", json!({ "said": format!("{error}{driven}") }));
         // The wire is closed before it is opened again.
@@ -179,7 +199,7 @@ pub fn run<W: Wire>(
                 Err(RecvTimeoutError::Disconnected) => return,
                 Err(RecvTimeoutError::Timeout) => {}
             }
-            if let Ok(worker) = begin() {
+            if let Ok(worker) = begin(was_armed) {
                 break worker;
             }
         };
@@ -203,6 +223,7 @@ impl<'a, W: Wire> Worker<'a, W> {
             frame: Frame::default(),
             flushed: now,
             driven: false,
+            armed_here: false,
             asked: now,
             words: shared.words.load(Ordering::Relaxed),
             heard: now,
@@ -225,7 +246,12 @@ impl<'a, W: Wire> Worker<'a, W> {
             self.stop_if_asked(orders)?;
             match orders.try_recv() {
                 Ok(order) => {
-                    let done = self.obey(&order.what);
+                    let done = match self.shared.control.is_held_by(order.page) {
+                        _ if order.what == Ask::Stop => self.obey(&order.what),
+                        true if order.given.elapsed() < LATE => self.obey(&order.what),
+                        true => Err(Error::Refused("the device was busy; say it again".into())),
+                        false => Err(Error::Refused(TAKEN.into())),
+                    };
                     order.answered(&done);
                     self.asked = Instant::now();
                     if let Err(error @ (Error::Device(_) | Error::Emulator(_))) = done {
@@ -238,9 +264,9 @@ impl<'a, W: Wire> Worker<'a, W> {
                 Err(TryRecvError::Empty) => {}
             }
             self.listen();
-            if self.link_timeout == 0.0 && self.driven && self.heard.elapsed() > QUIET {
+            if self.link_timeout == 0.0 && self.armed_here && self.heard.elapsed() > QUIET {
                 self.client.stop()?;
-                self.driven = false;
+                self.ask_status()?;
             }
             if self.may_ask() {
                 let status = self.ask_status()?;
@@ -248,10 +274,14 @@ impl<'a, W: Wire> Worker<'a, W> {
                     self.tell_faults(&status)?;
                 }
             }
-            let sample = self.client.sample(SLICE)?;
+            let (sample, before) = (self.client.sample(SLICE)?, self.driven);
             for sample in sample.into_iter().chain(std::iter::from_fn(|| self.client.kept())) {
                 self.driven = self.signals.is_armed(&sample);
                 self.frame.push(&sample, &self.shared.news);
+            }
+            // Something else than a page has turned it on. Nobody may take it for off.
+            if self.driven && !before {
+                self.ask_status()?;
             }
             if self.flushed.elapsed() >= FRAME {
                 self.flushed = Instant::now();
@@ -302,6 +332,7 @@ impl<'a, W: Wire> Worker<'a, W> {
         self.asked = Instant::now();
         let status = self.client.status()?;
         self.driven = status.state == StateCode::Armed;
+        self.armed_here &= self.driven;
         if !self.driven
             && let Some(running) = self.running.take()
         {
