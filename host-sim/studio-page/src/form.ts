@@ -1,14 +1,26 @@
 // The form of the parameters. What there is, what it means and what is allowed is told by the
 // server, which has it from the core's declarations; the device judges what is typed.
 
-export type Row = { path: string; table: string; name: string; value: string; saved: string | null; allowed: string; otherwise: string; text: string };
+export type Row = {
+  path: string;
+  table: string;
+  name: string;
+  value: string;
+  saved: string | null;
+  allowed: string;
+  otherwise: string;
+  text: string;
+};
 
 export class Form {
   rows: Row[] = [];
   edits = new Map<string, string>();
   enabled = false;
 
-  constructor(private readonly root: HTMLElement, private readonly edited: () => void) {}
+  constructor(
+    private readonly root: HTMLElement,
+    private readonly edited: () => void,
+  ) {}
 
   told(rows: Row[]): void {
     this.rows = rows;
@@ -18,20 +30,26 @@ export class Form {
   }
 
   private build(): void {
-    const open = new Set([...this.root.querySelectorAll<HTMLDetailsElement>('details[open]')].map((one) => one.dataset.table));
+    const open = new Set(
+      [...this.root.querySelectorAll<HTMLDetailsElement>('details[open]')].map(
+        (one) => one.dataset.table,
+      ),
+    );
     const first = this.root.childElementCount === 0;
     const tables = new Map<string, Row[]>();
     for (const row of this.rows) tables.set(row.table, [...(tables.get(row.table) ?? []), row]);
-    this.root.replaceChildren(...[...tables].map(([table, rows]) => {
-      const group = document.createElement('details');
-      group.dataset.table = table;
-      group.open = first ? table.startsWith('controller') || table === 'limits' : open.has(table);
-      const summary = document.createElement('summary');
-      summary.innerHTML = `<code></code> <small></small>`;
-      summary.querySelector('code')!.textContent = `[${table}]`;
-      group.append(summary, ...rows.map((row) => this.row(row)));
-      return group;
-    }));
+    this.root.replaceChildren(
+      ...[...tables].map(([table, rows]) => {
+        const group = document.createElement('details');
+        group.dataset.table = table;
+        group.open = first ? table.startsWith('controller') || table === 'limits' : open.has(table);
+        const summary = document.createElement('summary');
+        summary.innerHTML = `<code></code> <small></small>`;
+        summary.querySelector('code')!.textContent = `[${table}]`;
+        group.append(summary, ...rows.map((row) => this.row(row)));
+        return group;
+      }),
+    );
     this.mark();
   }
 
@@ -46,7 +64,9 @@ export class Form {
     label.htmlFor = input.id;
     label.querySelector('code')!.textContent = row.name;
     box.querySelector('p')!.append(...withCode(row.text));
-    box.querySelector('small')!.append(...withCode(`Allowed: ${row.allowed}. Left out of a file: ${row.otherwise}.`));
+    box
+      .querySelector('small')!
+      .append(...withCode(`Allowed: ${row.allowed}. Left out of a file: ${row.otherwise}.`));
     input.value = this.edits.get(row.path) ?? row.value;
     input.disabled = !this.enabled;
     input.oninput = () => {
@@ -112,5 +132,9 @@ export class Form {
 
 // Text whose names stand between backticks.
 function withCode(text: string): (string | HTMLElement)[] {
-  return text.split('`').map((part, i) => (i % 2 ? Object.assign(document.createElement('code'), { textContent: part }) : part));
+  return text
+    .split('`')
+    .map((part, i) =>
+      i % 2 ? Object.assign(document.createElement('code'), { textContent: part }) : part,
+    );
 }

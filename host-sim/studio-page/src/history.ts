@@ -2,9 +2,17 @@
 
 export type Signal = { name: string; unit: string; form: 'number' | 'whole' | 'bits' };
 export type Hello = {
-  generation: number; device: string; firmware: string; program: string;
-  kind: 'simulated' | 'emulated' | 'board'; warning: string | null;
-  sample_time_s: number; resolution_deg: number; every: number; signals: Signal[]; law: string[];
+  generation: number;
+  device: string;
+  firmware: string;
+  program: string;
+  kind: 'simulated' | 'emulated' | 'board';
+  warning: string | null;
+  sample_time_s: number;
+  resolution_deg: number;
+  every: number;
+  signals: Signal[];
+  law: string[];
 };
 export type Gap = { begin: number; end: number; lost: number };
 
@@ -42,7 +50,8 @@ export class History {
 
   // The device sends anew. Samples of the same signals are added to those that there are.
   goOn(hello: Hello): boolean {
-    const layout = (of: Hello) => JSON.stringify([of.device, of.sample_time_s, of.resolution_deg, of.every, of.signals]);
+    const layout = (of: Hello) =>
+      JSON.stringify([of.device, of.sample_time_s, of.resolution_deg, of.every, of.signals]);
     if (!this.hello || layout(hello) !== layout(this.hello)) return false;
     this.hello = hello;
     this.fresh = true;
@@ -71,7 +80,11 @@ export class History {
         const lost = (number - this.numbers[last] - 1) >>> 0;
         if (lost > 0) {
           this.lost += lost;
-          this.gaps.push({ begin: this.seconds(this.clocks[last]), end: this.seconds(clock), lost });
+          this.gaps.push({
+            begin: this.seconds(this.clocks[last]),
+            end: this.seconds(clock),
+            lost,
+          });
           if (this.gaps.length > MOST_GAPS) this.gaps.shift();
         }
       }
@@ -82,7 +95,8 @@ export class History {
     const at = this.at(this.length - 1);
     this.numbers[at] = number;
     this.clocks[at] = clock;
-    for (let column = 0; column < this.columns.length; column++) this.columns[column][at] = value(column);
+    for (let column = 0; column < this.columns.length; column++)
+      this.columns[column][at] = value(column);
   }
 
   private at(row: number): number {

@@ -38,7 +38,8 @@ export class Link {
     };
     socket.onclose = () => {
       if (this.socket !== socket) return;
-      for (const answered of this.waiting.values()) answered({ ok: false, said: 'the connection to the studio is cut' });
+      for (const answered of this.waiting.values())
+        answered({ ok: false, said: 'the connection to the studio is cut' });
       this.waiting.clear();
       this.cut();
       setTimeout(() => this.connect(), 1000);
@@ -47,7 +48,8 @@ export class Link {
   }
 
   ask(what: string, more: object = {}): Promise<Answer> {
-    if (!this.open) return Promise.resolve({ ok: false, said: `${what}: there is no connection to the studio` });
+    if (!this.open)
+      return Promise.resolve({ ok: false, said: `${what}: there is no connection to the studio` });
     const id = ++this.number;
     this.socket!.send(JSON.stringify({ id, do: what, ...more }));
     return new Promise((answered) => this.waiting.set(id, answered));

@@ -2,8 +2,10 @@
 // control.
 
 import { banner } from './banner';
+import { list as listFaults, remedy } from './faults';
 import { Form } from './form';
 import { History, type Hello } from './history';
+import { listen } from './keys';
 import { Link, type Event } from './link';
 import { svg, png } from './picture';
 import { Planes } from './planes';
@@ -12,7 +14,9 @@ import { csv, download, open, save, stamp, type Kept } from './session';
 import { errorCounts, panels, position, reference, type Read } from './terms';
 
 const by = <T extends HTMLElement = HTMLElement>(id: string) => document.getElementById(id) as T;
-const on = (id: string, what: () => void) => { by(id).onclick = what; };
+const on = (id: string, what: () => void) => {
+  by(id).onclick = what;
+};
 
 const MOST_SAID = 30;
 const MOST_EVENTS = 500;
@@ -31,10 +35,27 @@ let events: Kept[] = [];
 let lastState = '';
 let refusal = '';
 
-const link = new Link(told, (frame) => { if (!recording) { history.frame(frame); dirty = true; } }, () => { connected = false; commands = false; status = null; look(); });
+const link = new Link(
+  told,
+  (frame) => {
+    if (!recording) {
+      history.frame(frame);
+      dirty = true;
+    }
+  },
+  () => {
+    connected = false;
+    commands = false;
+    status = null;
+    look();
+  },
+);
 const plots = new Plots(by('plots'), history, windowMoved);
 const planes = new Planes(by('plane-plots'), history);
-const form = new Form(by('form'), () => { refusal = ''; edited(); });
+const form = new Form(by('form'), () => {
+  refusal = '';
+  edited();
+});
 
 function told(event: Event): void {
   connected = true;
@@ -47,12 +68,15 @@ function told(event: Event): void {
     case 'role':
       commands = event.commands;
       by('role').hidden = commands;
-      by('role').querySelector('p')!.textContent = event.why ? `This page only looks: ${event.why}.` : '';
+      by('role').querySelector('p')!.textContent = event.why
+        ? `This page only looks: ${event.why}.`
+        : '';
       break;
     case 'status':
       status = event;
       gone = null;
-      if (event.state !== lastState) note(event.fault ? `${event.state}: ${event.fault.said}` : event.state);
+      if (event.state !== lastState)
+        note(event.fault ? `${event.state}: ${event.fault.said}` : event.state);
       lastState = event.state;
       break;
     case 'parameters':
@@ -61,11 +85,23 @@ function told(event: Event): void {
       by<HTMLButtonElement>('undo').dataset.left = String(event.undo);
       edited();
       break;
-    case 'faults': faults(event.faults); break;
-    case 'found': said(event.said, true); break;
-    case 'gone': gone = event.said; said(event.said, false); break;
-    case 'back': gone = null; said('the device answers again', true); break;
-    case 'skipped': note(`this page was too slow: ${event.messages} messages were left out`); break;
+    case 'faults':
+      listFaults(by('fault-list'), event.faults);
+      break;
+    case 'found':
+      said(event.said, true);
+      break;
+    case 'gone':
+      gone = event.said;
+      said(event.said, false);
+      break;
+    case 'back':
+      gone = null;
+      said('the device answers again', true);
+      break;
+    case 'skipped':
+      note(`this page was too slow: ${event.messages} messages were left out`);
+      break;
   }
   look();
 }
@@ -87,11 +123,19 @@ function note(what: string): void {
 }
 
 function listEvents(): void {
-  by('events').replaceChildren(...events.slice(-100).reverse().map(({ at, said }) => {
-    const item = document.createElement('li');
-    item.append(Object.assign(document.createElement('time'), { textContent: at.slice(11, 19) }), ` ${said}`);
-    return item;
-  }));
+  by('events').replaceChildren(
+    ...events
+      .slice(-100)
+      .reverse()
+      .map(({ at, said }) => {
+        const item = document.createElement('li');
+        item.append(
+          Object.assign(document.createElement('time'), { textContent: at.slice(11, 19) }),
+          ` ${said}`,
+        );
+        return item;
+      }),
+  );
 }
 
 function said(what: string, ok: boolean): void {
@@ -131,15 +175,22 @@ function look(): void {
   by('banner-what').textContent = what;
   by('banner-more').textContent = more;
   document.title = `${what.toLowerCase()} – stiction studio`;
-  by('device').textContent = hello ? `${hello.device}, firmware ${hello.firmware}, law: ${law(hello)}` : '';
+  by('device').textContent = hello
+    ? `${hello.device}, firmware ${hello.firmware}, law: ${law(hello)}`
+    : '';
   const words: Record<string, string> = {
-    boot: 'it has just been switched on', stopped: 'the output is off', armed: 'the output is on', faulted: 'the output is off until the fault is cleared',
+    boot: 'it has just been switched on',
+    stopped: 'the output is off',
+    armed: 'the output is on',
+    faulted: 'the output is off until the fault is cleared',
   };
   const state = recording ? 'recording' : (status?.state ?? 'unknown');
   by('state').className = state;
   by('state').replaceChildren(
     Object.assign(document.createElement('strong'), { textContent: state }),
-    Object.assign(document.createElement('span'), { textContent: recording ? '' : (words[state] ?? '') }),
+    Object.assign(document.createElement('span'), {
+      textContent: recording ? '' : (words[state] ?? ''),
+    }),
   );
   if (!recording && status?.fault) {
     const fault = document.createElement('p');
@@ -147,56 +198,52 @@ function look(): void {
     by('state').append(fault);
   }
   if (!recording && status && status.link_timeout_s === 0) {
-    by('state').append(Object.assign(document.createElement('p'), {
-      textContent: '⚠ limits.link_timeout_s is off: only the studio stops the motor when this page is gone, and nothing does if the studio is gone.' }));
+    by('state').append(
+      Object.assign(document.createElement('p'), {
+        textContent:
+          '⚠ limits.link_timeout_s is off: only the studio stops the motor when this page is gone, and nothing does if the studio is gone.',
+      }),
+    );
   }
   const may = connected && commands && gone === null && !recording;
-  const set = (id: string, enabled: boolean) => { by<HTMLButtonElement>(id).disabled = !enabled; };
+  const set = (id: string, enabled: boolean) => {
+    by<HTMLButtonElement>(id).disabled = !enabled;
+  };
   by<HTMLFieldSetElement>('actions').disabled = !may;
   set('arm', state === 'stopped');
   set('hold', driven);
   set('clear', state === 'faulted');
   set('jog', state === 'stopped');
   set('step', driven);
-  for (const button of document.querySelectorAll<HTMLButtonElement>('#move button')) button.disabled = !driven;
+  for (const button of document.querySelectorAll<HTMLButtonElement>('#move button'))
+    button.disabled = !driven;
   form.enable(may && !driven);
   set('undo', may && !driven && Number(by('undo').dataset.left) > 0);
   set('save', may && !driven && status?.unsaved === true);
   set('pull', file !== null);
   set('set', may && !driven && form.edits.size > 0);
   by<HTMLInputElement>('push').disabled = !may || driven;
-  by('parameters-said').textContent = refusal ? `✕ Refused: ${refusal}` : recording ? 'A recording has no device to set.'
-    : driven ? 'The output is on: stop first. Parameters are taken with the output off only.'
-    : status?.unsaved ? 'Values in use are not saved: a reset forgets them.' : '';
+  by('parameters-said').textContent = refusal
+    ? `✕ Refused: ${refusal}`
+    : recording
+      ? 'A recording has no device to set.'
+      : driven
+        ? 'The output is on: stop first. Parameters are taken with the output off only.'
+        : status?.unsaved
+          ? 'Values in use are not saved: a reset forgets them.'
+          : '';
   by('back').hidden = !recording;
   by('status').textContent = recording ? '' : (status?.text ?? '');
 }
 
 function law(of: Hello): string {
-  const tables = form.rows.map((row) => row.table).filter((table) => table.startsWith('controller.'));
-  return tables[0]?.slice('controller.'.length) ?? (of.law.length ? 'with signals of its own' : 'not known');
-}
-
-type Fault = { code: number; said: string; section: string | null; ends: string | null };
-
-function remedy({ ends }: Fault): string {
-  const then: Record<string, string> = {
-    command: 'Mend the cause, then clear the fault.',
-    parameters: 'It ends with valid parameters: set or push them, and save them.',
-    reset: 'Mend the cause; it ends with a reset.',
-  };
-  return then[ends ?? ''] ?? 'This program is older than the firmware, and does not know it.';
-}
-
-function faults(list: Fault[]): void {
-  const items = [...list].reverse().map((fault) => {
-    const item = document.createElement('li');
-    const link = Object.assign(document.createElement('a'), { href: 'faults.md', target: '_blank', rel: 'noopener', textContent: fault.section ? `docs/faults.md, “${fault.section}”` : '' });
-    item.append(Object.assign(document.createElement('strong'), { textContent: fault.said }), document.createElement('br'), `${remedy(fault)} `, link);
-    return item;
-  });
-  by('fault-list').replaceChildren(...items);
-  if (items.length === 0) by('fault-list').append(Object.assign(document.createElement('li'), { textContent: 'no fault since power-on' }));
+  const tables = form.rows
+    .map((row) => row.table)
+    .filter((table) => table.startsWith('controller.'));
+  return (
+    tables[0]?.slice('controller.'.length) ??
+    (of.law.length ? 'with signals of its own' : 'not known')
+  );
 }
 
 function edited(): void {
@@ -215,7 +262,8 @@ function windowMoved(): void {
 
 function pause(): void {
   const span = Number(by<HTMLSelectElement>('span').value);
-  plots.window = plots.window.end === null ? { ...plots.window, end: plots.now } : { length: span, end: null };
+  plots.window =
+    plots.window.end === null ? { ...plots.window, end: plots.now } : { length: span, end: null };
   windowMoved();
 }
 
@@ -239,14 +287,21 @@ function show(name: string): void {
 function readings(): void {
   const last = history.length - 1;
   const armed = last >= 0 && history.armed(last);
-  const of = (value: Read, unit: string) => (armed ? `${shown(value(history)(last))} ${unit}` : '–');
+  const of = (value: Read, unit: string) =>
+    armed ? `${shown(value(history)(last))} ${unit}` : '–';
   const rows: [string, string][] = [
-    ['Position', of(position, 'deg')], ['Reference', of(reference, 'deg')], ['Error', of(errorCounts, 'counts')],
-    ['Velocity', of((h) => h.reader('velocity_deg_per_s'), 'deg/s')], ['Effort', of((h) => h.reader('v_applied_v'), 'V')],
+    ['Position', of(position, 'deg')],
+    ['Reference', of(reference, 'deg')],
+    ['Error', of(errorCounts, 'counts')],
+    ['Velocity', of((h) => h.reader('velocity_deg_per_s'), 'deg/s')],
+    ['Effort', of((h) => h.reader('v_applied_v'), 'V')],
   ];
-  by('now').replaceChildren(...rows.flatMap(([name, value]) => [
-    Object.assign(document.createElement('dt'), { textContent: name }), Object.assign(document.createElement('dd'), { textContent: value }),
-  ]));
+  by('now').replaceChildren(
+    ...rows.flatMap(([name, value]) => [
+      Object.assign(document.createElement('dt'), { textContent: name }),
+      Object.assign(document.createElement('dd'), { textContent: value }),
+    ]),
+  );
   const lost = history.lost ? `${history.lost} lost in ${history.gaps.length} gaps` : 'none lost';
   by('samples').textContent = `${history.length} samples, ${lost}`;
   by('samples').title = `drawn ${rate.toFixed(0)} times a second`;
@@ -276,34 +331,33 @@ function read(input: HTMLInputElement, then: (text: string, name: string) => voi
   };
 }
 
-// A button that has the focus would be pressed by Space, too: the stop is that key's only meaning.
-document.addEventListener('keydown', (event) => {
-  const target = event.target as HTMLElement;
-  const typing = target.matches('input:not([type=checkbox]):not([type=file]), select, textarea');
-  if (event.key === 'Escape' || (event.key === ' ' && !typing)) {
-    event.preventDefault();
-    void ask('stop');
-    return;
-  }
-  if (typing || event.ctrlKey || event.altKey || event.metaKey) return;
-  const keys: Record<string, () => void> = {
-    a: () => by('arm').click(), h: () => by('hold').click(), c: () => by('clear').click(), p: pause,
-    m: () => { by('deg').focus(); by<HTMLInputElement>('deg').select(); event.preventDefault(); },
-    ArrowLeft: () => pan(-0.25), ArrowRight: () => pan(0.25),
-  };
-  const tab = document.querySelectorAll<HTMLElement>('[role=tab]')[Number(event.key) - 1];
-  if (tab) show(tab.dataset.view!);
-  else keys[event.key]?.();
-}, true);
-document.addEventListener('keyup', (event) => {
-  if (event.key === ' ' && (event.target as HTMLElement).matches('button, summary')) event.preventDefault();
-}, true);
+listen(() => void ask('stop'), {
+  a: () => by('arm').click(),
+  h: () => by('hold').click(),
+  c: () => by('clear').click(),
+  p: pause,
+  m: () => {
+    by('deg').focus();
+    by<HTMLInputElement>('deg').select();
+  },
+  ArrowLeft: () => pan(-0.25),
+  ArrowRight: () => pan(0.25),
+  ...Object.fromEntries(
+    [...document.querySelectorAll<HTMLElement>('[role=tab]')].map((tab, place) => [
+      String(place + 1),
+      () => show(tab.dataset.view!),
+    ]),
+  ),
+});
 
 on('stop', () => void ask('stop'));
 for (const what of ['arm', 'hold', 'clear', 'jog', 'undo', 'save']) on(what, () => void ask(what));
 on('command', () => void link.ask('command'));
 on('step', () => go('step'));
-by('move').onsubmit = (event) => { event.preventDefault(); go('move'); };
+by('move').onsubmit = (event) => {
+  event.preventDefault();
+  go('move');
+};
 by('identify').onsubmit = (event) => {
   event.preventDefault();
   const [rate, hold] = [number('rate'), number('holding')];
@@ -318,7 +372,8 @@ for (const nudge of document.querySelectorAll<HTMLElement>('[data-by]')) {
     void ask('move', { deg });
   };
 }
-for (const tab of document.querySelectorAll<HTMLElement>('[role=tab]')) tab.onclick = () => show(tab.dataset.view!);
+for (const tab of document.querySelectorAll<HTMLElement>('[role=tab]'))
+  tab.onclick = () => show(tab.dataset.view!);
 on('pause', pause);
 on('earlier', () => pan(-0.5));
 on('later', () => pan(0.5));
@@ -328,7 +383,12 @@ by('span').onchange = () => {
 };
 by('search').oninput = by('only-changed').onchange = () =>
   form.find(by<HTMLInputElement>('search').value, by<HTMLInputElement>('only-changed').checked);
-on('discard', () => { refusal = ''; form.edits.clear(); form.told(form.rows); edited(); });
+on('discard', () => {
+  refusal = '';
+  form.edits.clear();
+  form.told(form.rows);
+  edited();
+});
 on('set', async () => {
   const answer = await link.ask('set', { values: Object.fromEntries(form.edits) });
   said(answer.said, answer.ok);
@@ -338,11 +398,17 @@ on('set', async () => {
   form.blame(refusal);
   edited();
 });
-by('form').onsubmit = (event) => { event.preventDefault(); by('set').click(); };
-on('pull', () => { if (file) download(new Blob([file], { type: 'application/toml' }), `stiction-${stamp()}.toml`); });
+by('form').onsubmit = (event) => {
+  event.preventDefault();
+  by('set').click();
+};
+on('pull', () => {
+  if (file) download(new Blob([file], { type: 'application/toml' }), `stiction-${stamp()}.toml`);
+});
 read(by('push'), (text) => void ask('push', { text }));
 on('keep', () => {
-  if (history.hello) download(save(history, { hello: history.hello, file, events }), `stiction-${stamp()}.jsonl`);
+  if (history.hello)
+    download(save(history, { hello: history.hello, file, events }), `stiction-${stamp()}.jsonl`);
 });
 read(by('open'), (text, name) => {
   try {
@@ -362,10 +428,18 @@ read(by('open'), (text, name) => {
   }
   look();
 });
-on('back', () => { recording = false; events = []; if (hello) begin(hello); look(); });
+on('back', () => {
+  recording = false;
+  events = [];
+  if (hello) begin(hello);
+  look();
+});
 const title = () => `${history.hello?.device ?? ''} – ${history.hello?.warning ?? 'measured'}`;
 on('csv', () => download(csv(history, plots.rows), `stiction-${stamp()}.csv`));
-on('png', async () => { const picture = await png(plots, title()); if (picture) download(picture, `stiction-${stamp()}.png`); });
+on('png', async () => {
+  const picture = await png(plots, title());
+  if (picture) download(picture, `stiction-${stamp()}.png`);
+});
 on('svg', () => download(svg(plots, title()), `stiction-${stamp()}.svg`));
 matchMedia('(prefers-color-scheme: dark)').addEventListener('change', () => {
   if (!history.hello) return;

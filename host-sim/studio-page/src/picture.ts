@@ -47,13 +47,15 @@ export function png(plots: Plots, title: string): Promise<Blob | null> {
   return new Promise((done) => picture.toBlob(done));
 }
 
-const escaped = (text: string) => text.replace(/&/g, '&amp;').replace(/</g, '&lt;').replace(/"/g, '&quot;');
+const escaped = (text: string) =>
+  text.replace(/&/g, '&amp;').replace(/</g, '&lt;').replace(/"/g, '&quot;');
 
 export function svg(plots: Plots, title: string): Blob {
   const [begin, end] = plots.range;
   const [width, left] = [900, 70];
   const parts: string[] = [];
-  const text = (x: number, y: number, what: string, more = '') => parts.push(`<text x="${x}" y="${y}" ${more}>${escaped(what)}</text>`);
+  const text = (x: number, y: number, what: string, more = '') =>
+    parts.push(`<text x="${x}" y="${y}" ${more}>${escaped(what)}</text>`);
   let top = 30;
   text(10, 18, title);
   plots.drawn.forEach(({ panel, plot }, place) => {
@@ -63,7 +65,9 @@ export function svg(plots: Plots, title: string): Blob {
     const y = (value: number) => top + 22 + (1 - (value - min) / (max - min)) * height;
     text(10, top + 12, panel.title, 'font-weight="bold"');
     for (const value of ticks(min, max, 5)) {
-      parts.push(`<path d="M${left} ${y(value).toFixed(1)}H${width - 20}" stroke="${isDark() ? '#33393f' : '#dddddd'}"/>`);
+      parts.push(
+        `<path d="M${left} ${y(value).toFixed(1)}H${width - 20}" stroke="${isDark() ? '#33393f' : '#dddddd'}"/>`,
+      );
       text(left - 6, y(value) + 4, String(+value.toPrecision(6)), 'text-anchor="end"');
     }
     let at = 180;
@@ -88,12 +92,18 @@ export function svg(plots: Plots, title: string): Blob {
     });
     top += height + 40;
     if (place === plots.drawn.length - 1) {
-      for (const time of ticks(begin, end, 8)) text(x(time), top, String(+time.toFixed(4)), 'text-anchor="middle"');
+      for (const time of ticks(begin, end, 8))
+        text(x(time), top, String(+time.toFixed(4)), 'text-anchor="middle"');
       text((left + width) / 2, top + 18, 'Time since power-on, s', 'text-anchor="middle"');
     }
   });
   const body = `<rect width="100%" height="100%" fill="${ground()}"/><g font-family="sans-serif" font-size="12" fill="${ink()}">${parts.join('\n')}</g>`;
-  return new Blob([`<svg xmlns="http://www.w3.org/2000/svg" width="${width}" height="${top + 30}">${body}</svg>\n`], { type: 'image/svg+xml' });
+  return new Blob(
+    [
+      `<svg xmlns="http://www.w3.org/2000/svg" width="${width}" height="${top + 30}">${body}</svg>\n`,
+    ],
+    { type: 'image/svg+xml' },
+  );
 }
 
 function ticks(low: number, high: number, about: number): number[] {

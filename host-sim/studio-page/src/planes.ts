@@ -12,14 +12,29 @@ type Plane = { title: string; across: string; up: string; x: Read; y: Read };
 const velocity: Read = (of) => of.reader('velocity_deg_per_s');
 
 const PLANES: Plane[] = [
-  { title: 'Phase portrait', across: 'Error, counts', up: 'Velocity, deg/s', x: errorCounts, y: velocity },
-  { title: 'Friction map', across: 'Velocity, deg/s', up: 'Effort applied, V', x: velocity, y: (of) => of.reader('v_applied_v') },
+  {
+    title: 'Phase portrait',
+    across: 'Error, counts',
+    up: 'Velocity, deg/s',
+    x: errorCounts,
+    y: velocity,
+  },
+  {
+    title: 'Friction map',
+    across: 'Velocity, deg/s',
+    up: 'Effort applied, V',
+    x: velocity,
+    y: (of) => of.reader('v_applied_v'),
+  },
 ];
 
 export class Planes {
   private plots: uPlot[] = [];
 
-  constructor(private readonly root: HTMLElement, private readonly of: History) {
+  constructor(
+    private readonly root: HTMLElement,
+    private readonly of: History,
+  ) {
     new ResizeObserver(() => this.resize()).observe(root);
   }
 
@@ -41,8 +56,15 @@ export class Planes {
     const ink = isDark() ? '#c8ccd0' : '#33383d';
     const grid = { stroke: isDark() ? '#33393f' : '#dddddd', width: 1 };
     const font = '12px system-ui, sans-serif';
-    const axis = { stroke: ink, grid, ticks: grid, font, labelFont: font, labelSize: 20,
-      values: (_: uPlot, all: number[]) => all.map((v) => String(+v.toPrecision(6))) };
+    const axis = {
+      stroke: ink,
+      grid,
+      ticks: grid,
+      font,
+      labelFont: font,
+      labelSize: 20,
+      values: (_: uPlot, all: number[]) => all.map((v) => String(+v.toPrecision(6))),
+    };
     const range = (_: uPlot, low: number | null, high: number | null): [number, number] => {
       if (low === null || high === null || !isFinite(low) || !isFinite(high)) return [-1, 1];
       const room = Math.max(0.06 * (high - low), 1e-3);
@@ -55,12 +77,21 @@ export class Planes {
       legend: { show: false },
       cursor: { drag: { x: false, y: false }, points: { show: false } },
       scales: { x: { time: false, range }, y: { range } },
-      axes: [{ ...axis, label: plane.across, size: 46 }, { ...axis, label: plane.up, size: 62 }],
-      series: [{}, {
-        facets: [{ scale: 'x', auto: true }, { scale: 'y', auto: true }],
-        stroke: colour(LOOKS.primary),
-        paths: (plot, series) => trace(plot, series),
-      } as uPlot.Series],
+      axes: [
+        { ...axis, label: plane.across, size: 46 },
+        { ...axis, label: plane.up, size: 62 },
+      ],
+      series: [
+        {},
+        {
+          facets: [
+            { scale: 'x', auto: true },
+            { scale: 'y', auto: true },
+          ],
+          stroke: colour(LOOKS.primary),
+          paths: (plot, series) => trace(plot, series),
+        } as uPlot.Series,
+      ],
     } as uPlot.Options;
   }
 
@@ -69,7 +100,10 @@ export class Planes {
     if (width === 0) return;
     const beside = width >= 800 ? 2 : 1;
     for (const plot of this.plots) {
-      plot.setSize({ width: Math.floor(width / beside) - 12, height: Math.min(480, Math.max(300, width / beside - 60)) });
+      plot.setSize({
+        width: Math.floor(width / beside) - 12,
+        height: Math.min(480, Math.max(300, width / beside - 60)),
+      });
     }
   }
 
@@ -89,7 +123,7 @@ export class Planes {
   }
 }
 
-// The curve in shades: the newest part is the darkest, and ends in a dot.
+// The curve in shades: the newest part is the strongest, and ends in a dot.
 function trace(plot: uPlot, series: number): null {
   uPlot.orient(plot, series, (_s, xs, ys, scaleX, scaleY, toX, toY, left, top, width, height) => {
     const { ctx } = plot;
@@ -104,7 +138,9 @@ function trace(plot: uPlot, series: number): null {
     ctx.strokeStyle = ctx.fillStyle = colour(LOOKS.primary);
     ctx.lineWidth = 1.6 * devicePixelRatio;
     for (let shade = 0; shade < SHADES; shade++) {
-      const [from, to] = [shade, shade + 1].map((part) => Math.floor((part * (count - 1)) / SHADES));
+      const [from, to] = [shade, shade + 1].map((part) =>
+        Math.floor((part * (count - 1)) / SHADES),
+      );
       ctx.globalAlpha = 0.2 + (0.8 * (shade + 1)) / SHADES;
       ctx.beginPath();
       ctx.moveTo(x(from), y(from));

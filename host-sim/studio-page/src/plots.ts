@@ -17,7 +17,11 @@ export class Plots {
   hidden = new Set<string>();
   private panels: { panel: Panel; plot: uPlot; buttons: HTMLElement }[] = [];
 
-  constructor(private readonly root: HTMLElement, private readonly of: History, private readonly moved: () => void) {
+  constructor(
+    private readonly root: HTMLElement,
+    private readonly of: History,
+    private readonly moved: () => void,
+  ) {
     new ResizeObserver(() => this.resize()).observe(root);
     addEventListener('resize', () => this.resize());
   }
@@ -47,7 +51,11 @@ export class Plots {
       head.querySelector('strong')!.textContent = panel.title;
       box.append(head);
       this.root.append(box);
-      const plot = new uPlot(this.options(panel, place === panels.length - 1), this.empty(panel), box);
+      const plot = new uPlot(
+        this.options(panel, place === panels.length - 1),
+        this.empty(panel),
+        box,
+      );
       const buttons = head.querySelector<HTMLElement>('.terms')!;
       panel.terms.forEach((term, at) => buttons.append(this.chip(term, at, plot)));
       return { panel, plot, buttons };
@@ -89,21 +97,49 @@ export class Plots {
       height: 100,
       padding: [6, 14, 0, 0],
       legend: { show: false },
-      cursor: { sync: { key: SYNC, setSeries: false }, drag: { x: true, y: false, setScale: false }, points: { size: 5 } },
-      scales: { x: { time: false, range: () => this.range }, y: { range: (_, low, high) => padded(low, high) } },
+      cursor: {
+        sync: { key: SYNC, setSeries: false },
+        drag: { x: true, y: false, setScale: false },
+        points: { size: 5 },
+      },
+      scales: {
+        x: { time: false, range: () => this.range },
+        y: { range: (_, low, high) => padded(low, high) },
+      },
       axes: [
-        { ...axis, size: last ? 42 : 8, label: last ? 'Time since power-on, s' : undefined, labelSize: 18, labelFont: font,
-          values: (_, all) => (last ? all.map((s) => String(+s.toFixed(4))) : all.map(() => '')) },
+        {
+          ...axis,
+          size: last ? 42 : 8,
+          label: last ? 'Time since power-on, s' : undefined,
+          labelSize: 18,
+          labelFont: font,
+          values: (_, all) => (last ? all.map((s) => String(+s.toFixed(4))) : all.map(() => '')),
+        },
         { ...axis, size: 62, values: (_, all) => all.map((v) => String(+v.toPrecision(6))) },
       ],
-      series: [{}, ...panel.terms.map(({ name, look }) => ({
-        label: name, stroke: colour(look), width: look.width, dash: look.dash, points: { show: false }, spanGaps: false,
-      }))],
+      series: [
+        {},
+        ...panel.terms.map(({ name, look }) => ({
+          label: name,
+          stroke: colour(look),
+          width: look.width,
+          dash: look.dash,
+          points: { show: false },
+          spanGaps: false,
+        })),
+      ],
       hooks: {
         drawClear: [(plot) => this.drawGaps(plot)],
         setSelect: [(plot) => this.zoom(plot)],
         setCursor: [(plot) => this.told(plot)],
-        ready: [(plot) => { plot.over.ondblclick = () => { this.window = { length: 10, end: null }; this.moved(); }; }],
+        ready: [
+          (plot) => {
+            plot.over.ondblclick = () => {
+              this.window = { length: 10, end: null };
+              this.moved();
+            };
+          },
+        ],
       },
     };
   }
@@ -155,7 +191,11 @@ export class Plots {
     const width = this.root.clientWidth;
     if (width === 0) return;
     this.panels.forEach(({ panel, plot }, place) =>
-      plot.setSize({ width: width - 4, height: this.height(panel, place === this.panels.length - 1) }));
+      plot.setSize({
+        width: width - 4,
+        height: this.height(panel, place === this.panels.length - 1),
+      }),
+    );
   }
 
   draw(): void {
@@ -190,19 +230,29 @@ function padded(low: number | null, high: number | null): [number, number] {
 
 // The rows as curves. Of more rows than twice the pixels, the least and the largest of each piece
 // are kept, so that no peak is lost. Nothing is drawn where the loop is open or samples are missing.
-export function curves(of: History, terms: Term[], first: number, end: number, pixels: number): (number | null)[][] {
+export function curves(
+  of: History,
+  terms: Term[],
+  first: number,
+  end: number,
+  pixels: number,
+): (number | null)[][] {
   const rows = Math.max(0, end - first);
   const piece = Math.max(1, Math.ceil(rows / pixels));
   const times: number[] = [];
   const values: (number | null)[][] = terms.map(() => []);
-  const gap = (time: number) => { times.push(time); values.forEach((all) => all.push(null)); };
+  const gap = (time: number) => {
+    times.push(time);
+    values.forEach((all) => all.push(null));
+  };
   const readers = terms.map((term) => term.value(of));
   const status = of.reader('status');
   let number = first > 0 ? of.number(first - 1) : null;
   for (let row = first; row < end; row += piece) {
     const stop = Math.min(end, row + piece);
-    const follows = ((of.number(stop - 1) - of.number(row)) >>> 0) === stop - 1 - row;
-    if (!follows || (number !== null && of.number(row) !== ((number + 1) >>> 0))) gap(of.time(row) - 1e-6);
+    const follows = (of.number(stop - 1) - of.number(row)) >>> 0 === stop - 1 - row;
+    if (!follows || (number !== null && of.number(row) !== (number + 1) >>> 0))
+      gap(of.time(row) - 1e-6);
     number = of.number(stop - 1);
     const armed = (status(row) & 0xff) === 2 && (status(stop - 1) & 0xff) === 2;
     if (piece === 1 || !armed) {

@@ -18,7 +18,14 @@ export const LOOKS = {
   total: { light: '#505050', dark: '#b8b8b8', width: 1.5, dash: [9, 3, 2, 3] },
 } satisfies Record<string, Look>;
 
-const ORDER = [LOOKS.primary, LOOKS.second, LOOKS.third, LOOKS.compensation, LOOKS.total, LOOKS.reference];
+const ORDER = [
+  LOOKS.primary,
+  LOOKS.second,
+  LOOKS.third,
+  LOOKS.compensation,
+  LOOKS.total,
+  LOOKS.reference,
+];
 
 function term(name: string, unit: string, signal: string, look: Look): Term {
   return { name, unit, value: (of) => of.reader(signal), look };
@@ -30,7 +37,10 @@ export const position: Read = (of) => {
 };
 
 export const reference: Read = (of) => {
-  const [counts, fraction] = [of.reader('reference_counts'), of.reader('reference_fraction_counts')];
+  const [counts, fraction] = [
+    of.reader('reference_counts'),
+    of.reader('reference_fraction_counts'),
+  ];
   const resolution = of.hello!.resolution_deg;
   return (row) => (counts(row) + fraction(row)) * resolution;
 };
@@ -42,20 +52,32 @@ export const errorCounts: Read = (of) => {
 
 export function panels(hello: Hello): Panel[] {
   const all: Panel[] = [
-    { title: 'Position, deg', tall: true, terms: [
-      { name: 'position', unit: 'deg', value: position, look: LOOKS.primary },
-      { name: 'reference', unit: 'deg', value: reference, look: LOOKS.reference },
-    ] },
-    { title: 'Error, counts', terms: [
-      { name: 'error', unit: 'counts', value: errorCounts, look: LOOKS.primary },
-    ] },
-    { title: 'Effort, V', tall: true, terms: [
-      term('v_PD', 'V', 'v_pd_v', LOOKS.third),
-      term('v_c', 'V', 'v_c_v', LOOKS.compensation),
-      term('asked for', 'V', 'v_v', LOOKS.total),
-      term('applied', 'V', 'v_applied_v', LOOKS.primary),
-    ] },
-    { title: 'Velocity, deg/s', terms: [term('velocity', 'deg/s', 'velocity_deg_per_s', LOOKS.primary)] },
+    {
+      title: 'Position, deg',
+      tall: true,
+      terms: [
+        { name: 'position', unit: 'deg', value: position, look: LOOKS.primary },
+        { name: 'reference', unit: 'deg', value: reference, look: LOOKS.reference },
+      ],
+    },
+    {
+      title: 'Error, counts',
+      terms: [{ name: 'error', unit: 'counts', value: errorCounts, look: LOOKS.primary }],
+    },
+    {
+      title: 'Effort, V',
+      tall: true,
+      terms: [
+        term('v_PD', 'V', 'v_pd_v', LOOKS.third),
+        term('v_c', 'V', 'v_c_v', LOOKS.compensation),
+        term('asked for', 'V', 'v_v', LOOKS.total),
+        term('applied', 'V', 'v_applied_v', LOOKS.primary),
+      ],
+    },
+    {
+      title: 'Velocity, deg/s',
+      terms: [term('velocity', 'deg/s', 'velocity_deg_per_s', LOOKS.primary)],
+    },
   ];
   // What the law in use declares of itself, a panel for each unit.
   const units = new Map<string, Term[]>();
@@ -65,7 +87,8 @@ export function panels(hello: Hello): Panel[] {
     terms.push(term(name, unit, name, ORDER[terms.length % ORDER.length]));
     units.set(unit, terms);
   }
-  for (const [unit, terms] of units) all.push({ title: `The law's own, ${unit || 'no unit'}`, terms });
+  for (const [unit, terms] of units)
+    all.push({ title: `The law's own, ${unit || 'no unit'}`, terms });
   return all;
 }
 

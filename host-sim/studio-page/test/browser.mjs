@@ -18,7 +18,9 @@ const PATIENCE = 20_000;
 const LINK_TIMEOUT_S = 0.5;
 
 function serve(...more) {
-  const server = spawn(program, ['studio', '--no-open', ...more], { stdio: ['ignore', 'pipe', 'inherit'] });
+  const server = spawn(program, ['studio', '--no-open', ...more], {
+    stdio: ['ignore', 'pipe', 'inherit'],
+  });
   const address = new Promise((done, failed) => {
     let text = '';
     server.stdout.on('data', (piece) => {
@@ -33,7 +35,8 @@ function serve(...more) {
 async function visit(context, address) {
   const page = await context.newPage();
   if (options.includes('--dist')) {
-    for (const name of ['main.js', 'page.css']) await page.route(`**/${name}`, (route) => route.fulfill({ path: join(dist, name) }));
+    for (const name of ['main.js', 'page.css'])
+      await page.route(`**/${name}`, (route) => route.fulfill({ path: join(dist, name) }));
     await page.route(/:\d+\/$/, (route) => route.fulfill({ path: join(dist, 'index.html') }));
   }
   page.setDefaultTimeout(PATIENCE);
@@ -67,7 +70,10 @@ const tests = {
       assert.ok(await page.locator('#stop').isVisible());
     }
     await page.keyboard.press('1');
-    assert.equal(await page.locator('#plots canvas').count(), await page.locator('#plots figure').count());
+    assert.equal(
+      await page.locator('#plots canvas').count(),
+      await page.locator('#plots figure').count(),
+    );
   },
 
   async 'a move is made, and its samples arrive complete'(page) {
@@ -75,7 +81,10 @@ const tests = {
     await state(page, 'armed');
     await page.locator('#deg').fill('5');
     await page.locator('#deg').press('Enter');
-    await page.locator('#now dd', { hasText: /^(4\.99|5\.00)\d deg$/ }).first().waitFor();
+    await page
+      .locator('#now dd', { hasText: /^(4\.99|5\.00)\d deg$/ })
+      .first()
+      .waitFor();
     await page.waitForTimeout(1000);
     assert.match(await text(page, '#samples'), /^\d+ samples, none lost$/);
   },
@@ -128,20 +137,40 @@ const tests = {
       return file.path();
     };
     const session = await load('#keep');
-    const lines = readFileSync(session, 'utf8').trim().split('\n').map((line) => JSON.parse(line));
+    const lines = readFileSync(session, 'utf8')
+      .trim()
+      .split('\n')
+      .map((line) => JSON.parse(line));
     assert.equal(lines[0].stiction_session, 1);
     const kept = lines.flatMap(({ samples }) => samples ?? []);
     // The numbers begin anew when parameters were set, and miss none otherwise.
-    assert.ok(kept.length > 50 && kept.every(([number], i) => i === 0 || number < 5 || number === kept[i - 1][0] + 1));
-    await page.locator('#open').setInputFiles({ name: 'a.jsonl', mimeType: 'text/plain', buffer: readFileSync(session) });
+    assert.ok(
+      kept.length > 50 &&
+        kept.every(([number], i) => i === 0 || number < 5 || number === kept[i - 1][0] + 1),
+    );
+    await page
+      .locator('#open')
+      .setInputFiles({ name: 'a.jsonl', mimeType: 'text/plain', buffer: readFileSync(session) });
     await page.locator('#banner', { hasText: 'A RECORDING' }).waitFor();
     assert.equal(Number((await text(page, '#samples')).split(' ')[0]), kept.length);
     await page.locator('[data-view=session]').click();
-    const csv = readFileSync(await load('#csv'), 'utf8').trim().split('\n');
-    assert.ok(csv[0].startsWith('time_s,reference_deg,position_deg,error_deg,') && csv.length === kept.length + 1);
+    const csv = readFileSync(await load('#csv'), 'utf8')
+      .trim()
+      .split('\n');
+    assert.ok(
+      csv[0].startsWith('time_s,reference_deg,position_deg,error_deg,') &&
+        csv.length === kept.length + 1,
+    );
     assert.match(readFileSync(await load('#svg'), 'utf8'), /^<svg /);
-    assert.equal(readFileSync(await load('#png')).subarray(1, 4).toString(), 'PNG');
-    await page.locator('#open').setInputFiles({ name: 'b.jsonl', mimeType: 'text/plain', buffer: Buffer.from('{}') });
+    assert.equal(
+      readFileSync(await load('#png'))
+        .subarray(1, 4)
+        .toString(),
+      'PNG',
+    );
+    await page
+      .locator('#open')
+      .setInputFiles({ name: 'b.jsonl', mimeType: 'text/plain', buffer: Buffer.from('{}') });
     await said(page, 'is no session');
     await page.locator('[data-view=session]').click();
     await page.locator('#back').click();
@@ -187,11 +216,15 @@ const tests = {
 
 async function take(browser, address) {
   mkdirSync(pictures, { recursive: true });
-  for (const [name, viewport] of [['desk', { width: 1360, height: 900 }], ['phone', { width: 400, height: 800 }]]) {
+  for (const [name, viewport] of [
+    ['desk', { width: 1360, height: 900 }],
+    ['phone', { width: 400, height: 800 }],
+  ]) {
     for (const colorScheme of ['light', 'dark']) {
       const context = await browser.newContext({ viewport, colorScheme });
       const page = await visit(context, address);
-      const shoot = (view) => page.screenshot({ path: join(pictures, `${name}-${colorScheme}-${view}.png`) });
+      const shoot = (view) =>
+        page.screenshot({ path: join(pictures, `${name}-${colorScheme}-${view}.png`) });
       await page.locator('#arm').click();
       await state(page, 'armed');
       for (const deg of ['5', '-2.5']) {
@@ -206,6 +239,9 @@ async function take(browser, address) {
         await shoot(view);
       }
       await page.locator('#stop').click();
+      // A picture may take longer than the link timeout, and the page gives no word meanwhile.
+      await page.locator('#state.stopped, #state.faulted').waitFor();
+      if (await page.locator('#clear').isEnabled()) await page.locator('#clear').click();
       await state(page, 'stopped');
       await page.locator('[data-view=parameters]').click();
       await page.locator('[data-path="limits.stall_s"] input').fill('0.75');
@@ -236,12 +272,18 @@ async function take(browser, address) {
 
 const { server, address } = serve();
 // A page that the test has put in place of the server's comes from no local address.
-const args = ['--no-sandbox', ...(options.includes('--dist') ? ['--disable-features=LocalNetworkAccessChecks'] : [])];
+const args = [
+  '--no-sandbox',
+  ...(options.includes('--dist') ? ['--disable-features=LocalNetworkAccessChecks'] : []),
+];
 const browser = await chromium.launch({ executablePath: browserPath, args });
 let failed = 0;
 try {
   const url = await address;
-  const context = await browser.newContext({ viewport: { width: 1280, height: 800 }, acceptDownloads: true });
+  const context = await browser.newContext({
+    viewport: { width: 1280, height: 800 },
+    acceptDownloads: true,
+  });
   const page = await visit(context, url);
   for (const [name, test] of Object.entries(tests)) {
     try {
