@@ -12,7 +12,7 @@
 //!   nothing of it reaches the device.
 //! - One page at a time commands the device, and every page may stop it ([`control`]).
 //! - While the output is on, the studio asks the device nothing of its own accord. Each sign of life
-//!   is a word of the page that commands ([`worker`]). If that page is gone, the device hears
+//!   is a word of the page that commands (`worker.rs`). If that page is gone, the device hears
 //!   nothing, and its link timeout turns the output off.
 //! - A page that reads too slowly loses samples, and can tell which by their numbers. It never
 //!   delays the device or another page.
