@@ -51,7 +51,7 @@ impl Token {
     }
 }
 
-/// Tells whether a `Host` header names this server by its address. Of names only `localhost` is one.
+/// Tells whether a `Host` header names this server by its address. Of names, only `localhost` does.
 pub fn is_host(host: &str, bound: SocketAddr) -> bool {
     let (name, port) = match host.parse::<SocketAddr>() {
         Ok(address) => (address.ip(), address.port()),

@@ -1,8 +1,8 @@
 //! `stiction studio`: a page that shows a device live, and drives it.
 //!
 //! ```text
-//! page --- WebSocket --- socket.rs --- bounded queue of orders ---> worker.rs --- Client --- device
-//!      <---------------- socket.rs <--- news.rs: bounded ring ------/   (a thread of its own)
+//! page --- WebSocket --> socket.rs --- bounded queue of orders --> worker.rs --- Client -- device
+//!      <---------------- socket.rs <-- news.rs: bounded ring -----/  (a thread of its own)
 //! ```
 //!
 //! The server computes nothing of control, and the page neither: both get numbers of the device.
@@ -11,8 +11,8 @@
 //! - A page without the [token](guard::Token), or of another origin, gets no connection, and
 //!   nothing of it reaches the device.
 //! - One page at a time commands the device, and every page may stop it ([`control`]).
-//! - While the output is on, the studio asks the device nothing of its own accord. Each sign of life
-//!   is a word of the page that commands (`worker.rs`). If that page is gone, the device hears
+//! - While the output is on, the studio asks the device nothing of its own accord. Each sign of
+//!   life is a word of the page that commands (`worker.rs`). If that page is gone, the device hears
 //!   nothing, and its link timeout turns the output off.
 //! - A page that reads too slowly loses samples, and can tell which by their numbers. It never
 //!   delays the device or another page.
