@@ -2,7 +2,9 @@
 //!
 //! While the output is off it asks for the status ten times a second. While the output is on it
 //! asks only after a word of the page that commands, since each request in order is a sign of life
-//! to the device: nobody else may give it. Samples come without being asked for, and go on.
+//! to the device: nobody else may give it. Samples come without being asked for, and go on. What
+//! something else has turned on is asked once when that is seen. After that it is asked at
+//! intervals of more than two link timeouts: whatever a silent link turns off is off by then.
 //!
 //! If the device's link timeout is off, nothing on the device looks at the silence. The thread then
 //! stops by itself after [`QUIET`] what was armed here. It leaves alone what runs without it.
