@@ -30,9 +30,13 @@ function machine() {
 }
 
 function serve(...more) {
-  const server = spawn(program, ['studio', '--no-open', machine(), ...more], {
-    stdio: ['ignore', 'pipe', 'inherit'],
-  });
+  const server = spawn(
+    program,
+    ['studio', '--no-open', machine(), '--controller', 'srnf', ...more],
+    {
+      stdio: ['ignore', 'pipe', 'inherit'],
+    },
+  );
   const address = new Promise((done, failed) => {
     let text = '';
     server.stdout.on('data', (piece) => {
