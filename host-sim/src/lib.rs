@@ -43,6 +43,8 @@ pub mod report;
 pub mod run;
 pub mod setup;
 pub mod solver;
+#[cfg(feature = "studio")]
+pub mod studio;
 pub mod target;
 pub mod tuning;
 pub mod written;

@@ -11,11 +11,12 @@ use std::process::{Command, Output};
 const STICTION: &str = env!("CARGO_BIN_EXE_stiction");
 
 /// Commands that only the parser sees, and why.
-const PARSED_ONLY: [(&str, &str); 5] = [
+const PARSED_ONLY: [(&str, &str); 6] = [
     (" --port", "needs a board"),
     (" --emulator", "needs the firmware; tests/image/ runs the same"),
     (" --target emulator", "needs the firmware; tests/image/ runs the same"),
     (" watch", "needs a terminal; tests/port/ has one"),
+    ("stiction studio", "serves a page until it is ended; tests/studio/ has one"),
     ("stiction report", "takes a quarter of a minute; tests/report.rs makes the page"),
 ];
 

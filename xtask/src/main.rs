@@ -11,6 +11,7 @@ mod mutations;
 mod ranking;
 mod reliability;
 mod simulator;
+mod studio;
 mod test;
 mod toolchain;
 
@@ -55,6 +56,8 @@ enum Work {
     /// Put one fault after another into a copy of the sources, and see which of them the tests
     /// find; writes docs/mutations.md
     Mutations(mutations::Arguments),
+    /// Build the page of `stiction studio` by npm and the program around it, and start it
+    Studio(studio::Arguments),
     /// Encode a machine's TOML for the parameter sector of the microcontroller
     Params(firmware::ParamsArguments),
 }
@@ -72,6 +75,7 @@ fn main() -> ExitCode {
         Work::Ranking => ranking::rank(),
         Work::Reliability(arguments) => reliability::measure(&arguments),
         Work::Mutations(arguments) => mutations::run(&arguments),
+        Work::Studio(arguments) => studio::studio(&arguments),
         Work::Params(arguments) => firmware::params(&arguments),
     };
     match done {

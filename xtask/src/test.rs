@@ -3,7 +3,7 @@
 use crate::job::{Job, cargo};
 use crate::simulator::EMULATOR;
 use crate::toolchain::Toolchain;
-use crate::{cost, firmware, gates};
+use crate::{cost, firmware, gates, studio};
 
 const STRICT: [&str; 3] = ["--", "--deny", "warnings"];
 
@@ -53,6 +53,7 @@ pub fn test() -> Result<(), String> {
             "bad_input",
         ]),
     )?;
+    studio::test()?;
     gates::pass()?;
     cost::measure(&cost::Arguments::default())?;
     Job::new("Documentation").run(

@@ -13,6 +13,11 @@ mod plot;
 mod report;
 mod run;
 mod show;
+#[cfg(feature = "studio")]
+mod studio;
+#[cfg(not(feature = "studio"))]
+#[path = "no_studio.rs"]
+mod studio;
 mod target;
 mod tune;
 
@@ -49,6 +54,8 @@ enum Command {
     Params(params::Arguments),
     /// Talk to a device: status, move, parameters, faults, log
     Device(device::Arguments),
+    /// See a joint move live in a browser, drive it, and change its parameters
+    Studio(studio::Arguments),
     /// Rank controllers on one joint: rest, overshoot, settling, tracking, chatter, hunting
     Benchmark(benchmark::Arguments),
     /// Rank controllers on joints that nobody tuned for: success, settling, rest, tracking, faults
@@ -83,6 +90,7 @@ pub fn main() -> ExitCode {
         Command::Run(arguments) => run::run(&arguments),
         Command::Params(arguments) => params::params(&arguments),
         Command::Device(arguments) => device::device(&arguments),
+        Command::Studio(arguments) => studio::studio(&arguments),
         Command::Benchmark(arguments) => benchmark::rank(&arguments),
         Command::Ensemble(arguments) => ensemble::ensemble(&arguments),
         Command::Tune(arguments) => tune::tune(&arguments),

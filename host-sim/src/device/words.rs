@@ -121,6 +121,23 @@ pub fn told(told: &Told, sample_time: f32) -> String {
     format!("{}{value}{when}", name(told.code))
 }
 
+/// The same for a page, with its section of docs/faults.md, and with how it ends.
+#[cfg(feature = "studio")]
+pub fn fault(of: &Told, sample_time: f32) -> serde_json::Value {
+    let fault = Fault::from_code(of.code);
+    let ends = fault.map(|fault| match (fault.is_clearable(), fault.ends_with_parameters()) {
+        (true, _) => "command",
+        (false, true) => "parameters",
+        (false, false) => "reset",
+    });
+    serde_json::json!({
+        "code": of.code,
+        "said": told(of, sample_time),
+        "section": fault.map(Fault::section),
+        "ends": ends,
+    })
+}
+
 /// Says what to do about a fault.
 fn remedy(code: u8) -> String {
     let Some(fault) = Fault::from_code(code) else {

@@ -53,18 +53,16 @@ pub struct Arguments {
     action: Action,
 }
 
-impl Arguments {
-    /// The controller that was asked for; else SRNF, if a built-in experiment has it. A file says
-    /// its own.
-    fn begins_with(&self) -> Option<&str> {
-        const USUAL: &str = "srnf";
-        let has_it = || {
-            let machine = Document::open(&self.machine).and_then(|document| document.machine());
-            let is_listed = builtins().iter().any(|builtin| builtin.name == self.machine);
-            is_listed && machine.is_ok_and(|machine| machine.controller.contains_key(USUAL))
-        };
-        self.controller.as_deref().or_else(|| has_it().then_some(USUAL))
-    }
+/// The controller that was asked for; else SRNF, if a built-in experiment has it. A file says its
+/// own.
+fn begins_with<'a>(machine: &str, controller: Option<&'a str>) -> Option<&'a str> {
+    const USUAL: &str = "srnf";
+    let has_it = || {
+        let opened = Document::open(machine).and_then(|document| document.machine());
+        let is_listed = builtins().iter().any(|builtin| builtin.name == machine);
+        is_listed && opened.is_ok_and(|machine| machine.controller.contains_key(USUAL))
+    };
+    controller.or_else(|| has_it().then_some(USUAL))
 }
 
 #[derive(Debug, clap::Subcommand)]
@@ -151,7 +149,7 @@ pub fn device(arguments: &Arguments) -> Result<(), Error> {
             crate::device::port::SerialWire::open(port)?,
         );
     }
-    let plan = first_run(&arguments.machine, arguments.begins_with())?;
+    let plan = planned(&arguments.machine, arguments.controller.as_deref())?;
     with(&arguments.action, &arguments.machine, SimulatedWire::new(SimulatedDevice::new(&plan)?))
 }
 
@@ -170,12 +168,17 @@ fn emulated(_: &Arguments) -> Result<(), Error> {
 fn emulated(arguments: &Arguments) -> Result<(), Error> {
     use crate::emulator::wire::EmulatedWire;
 
-    let plan = first_run(&arguments.machine, arguments.begins_with())?;
+    let plan = planned(&arguments.machine, arguments.controller.as_deref())?;
     with(
         &arguments.action,
         &arguments.machine,
         EmulatedWire::new(arguments.image.as_deref(), &plan)?,
     )
+}
+
+/// The run whose joint a simulated device is.
+pub(super) fn planned(machine: &str, controller: Option<&str>) -> Result<RunPlan, Error> {
+    first_run(machine, begins_with(machine, controller))
 }
 
 fn first_run(machine: &str, controller: Option<&str>) -> Result<RunPlan, Error> {

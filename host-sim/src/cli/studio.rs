@@ -1,0 +1,87 @@
+//! `stiction studio`.
+
+use std::net::SocketAddr;
+use std::path::PathBuf;
+
+use super::device::planned;
+use super::print;
+use crate::device::port::SerialWire;
+use crate::device::simulated::SimulatedDevice;
+use crate::device::wire::{SIMULATED, SimulatedWire};
+use crate::error::Error;
+use crate::studio::{Server, Wanted};
+
+#[derive(Debug, clap::Args)]
+pub struct Arguments {
+    /// Whose joint is simulated: a name from `stiction list`, or a machine's own TOML file
+    #[arg(value_name = "NAME|FILE.toml", default_value = "step-response")]
+    machine: String,
+    /// The core in this program, around the simulated joint: no motor moves or stops [default]
+    #[arg(long, conflicts_with_all = ["emulator", "port"])]
+    simulated: bool,
+    /// The flash image on an emulated microcontroller, around the same joint: no motor moves or
+    /// stops
+    #[arg(long, conflicts_with = "port")]
+    emulator: bool,
+    /// Emulator: the flash image [default: the one that cargo xtask firmware builds]
+    #[arg(long, value_name = "ELF", requires = "emulator")]
+    image: Option<PathBuf>,
+    /// A board on a serial port: A MOTOR CAN MOVE
+    #[arg(long, value_name = "DEV")]
+    port: Option<PathBuf>,
+    /// Which controller the simulated device begins with [default: a file's own, and srnf of an
+    /// experiment from `stiction list`]
+    #[arg(long, value_name = "NAME")]
+    controller: Option<String>,
+    /// Where to listen. Another address than 127.0.0.1 lets other machines in that know the token;
+    /// the connection is not encrypted
+    #[arg(long, value_name = "IP:PORT", default_value = "127.0.0.1:0")]
+    listen: SocketAddr,
+    /// Do not open a browser
+    #[arg(long)]
+    no_open: bool,
+}
+
+/// Serves the page until the program is ended.
+pub fn studio(arguments: &Arguments) -> Result<(), Error> {
+    let wanted = Wanted {
+        listen: arguments.listen,
+        machine: arguments.machine.clone(),
+        every_tick: arguments.port.is_none() && !arguments.emulator,
+    };
+    let (server, warning) = if let Some(port) = arguments.port.clone() {
+        let warning = "A BOARD: its motor can move.";
+        (Server::start(wanted, move || SerialWire::open(&port))?, warning)
+    } else if arguments.emulator {
+        emulated(wanted, arguments)?
+    } else {
+        let plan = planned(&arguments.machine, arguments.controller.as_deref())?;
+        let open = move || SimulatedDevice::new(&plan).map(SimulatedWire::new);
+        (Server::start(wanted, open)?, SIMULATED)
+    };
+    let url = server.url();
+    print(&format!("{url}\n{warning}\nCtrl-C ends it.\n"))?;
+    if !server.address().ip().is_loopback() {
+        super::warn(&["whoever reads this network reads the token, too".into()]);
+    }
+    if !arguments.no_open && open::that_detached(&url).is_err() {
+        super::warn(&["no browser could be opened; open the address above in one".into()]);
+    }
+    server.wait();
+    Ok(())
+}
+
+#[cfg(not(feature = "emulator"))]
+fn emulated(_: Wanted, _: &Arguments) -> Result<(Server, &'static str), Error> {
+    Err(super::target::not_built("studio --emulator"))
+}
+
+#[cfg(feature = "emulator")]
+fn emulated(wanted: Wanted, arguments: &Arguments) -> Result<(Server, &'static str), Error> {
+    use crate::emulator::wire::{EMULATED, EmulatedWire};
+
+    let plan = planned(&arguments.machine, arguments.controller.as_deref())?;
+    let image = arguments.image.clone();
+    let open = move || EmulatedWire::new(image.as_deref(), &plan);
+    Ok((Server::start(wanted, open)?, EMULATED))
+}

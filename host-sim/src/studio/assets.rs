@@ -1,0 +1,42 @@
+//! The page as it was built into the program (`host-sim/build.rs`), which fetches nothing at run
+//! time.
+
+/// A file of the page.
+#[derive(Clone, Copy, Debug)]
+pub struct Asset {
+    /// Its path in the address.
+    pub path: &'static str,
+    /// Its media type.
+    pub kind: &'static str,
+    /// What is in it.
+    pub text: &'static str,
+}
+
+/// Every file of the page; the first one is the page itself.
+pub const ASSETS: [Asset; 4] = [
+    Asset {
+        path: "/",
+        kind: "text/html; charset=utf-8",
+        text: include_str!(concat!(env!("STUDIO_PAGE"), "/index.html")),
+    },
+    Asset {
+        path: "/main.js",
+        kind: "text/javascript; charset=utf-8",
+        text: include_str!(concat!(env!("STUDIO_PAGE"), "/main.js")),
+    },
+    Asset {
+        path: "/page.css",
+        kind: "text/css; charset=utf-8",
+        text: include_str!(concat!(env!("STUDIO_PAGE"), "/page.css")),
+    },
+    Asset {
+        path: "/faults.md",
+        kind: "text/plain; charset=utf-8",
+        text: include_str!("../../../docs/faults.md"),
+    },
+];
+
+/// What the page may load: what this server sends, and nothing else.
+pub const POLICY: &str = "default-src 'self'; img-src 'self' data: blob:; style-src 'self' \
+                          'unsafe-inline'; frame-ancestors 'none'; base-uri 'none'; form-action \
+                          'none'";

@@ -1,0 +1,197 @@
+//! The parameters in use as a form: what each is called, what it may be, what it is.
+//!
+//! The names, bounds and sentences are those of the declarations ([`crate::keys`]), and the values
+//! those of a machine's file ([`crate::device::machine_file`]), so the form has no list of its own.
+
+use std::collections::BTreeMap;
+
+use serde_json::{Value, json};
+use stiction::Parameters;
+use stiction::pd::PdGains;
+use stiction::value::Table as _;
+use toml::Table;
+
+use crate::device::machine_file;
+use crate::error::{Error, suggestion};
+use crate::experiment::{Document, about_law};
+use crate::keys::{self, Row};
+
+/// A value of the parameters, by its path in a machine's file.
+type Values = Vec<(String, String)>;
+
+/// The form of the parameters in use. `saved` are those that a reset would bring back, as far as
+/// they are known.
+///
+/// # Errors
+/// If a number cannot be written.
+pub fn rows(now: &Parameters, saved: Option<&Parameters>) -> Result<Value, Error> {
+    let declared = keys::rows();
+    let before: BTreeMap<String, String> =
+        saved.map(values).transpose()?.unwrap_or_default().into_iter().collect();
+    // A table of gains is written with the defaults of every law. The device has those of its own.
+    let laws = now.controller.compensator.iter().flat_map(about_law);
+    let own: Vec<&str> = PdGains::ABOUT.iter().chain(laws).map(|about| about.name).collect();
+    let is_own = |path: &str| {
+        let gain = path.strip_prefix("controller.").and_then(|path| path.split_once('.'));
+        gain.is_none_or(|(_, name)| own.contains(&name))
+    };
+    let in_use = values(now)?.into_iter().filter(|(path, _)| is_own(path));
+    let rows = in_use.map(|(path, value)| {
+        let (table, name) = path.rsplit_once('.').unwrap_or(("", &path));
+        let row = about(&declared, table, name);
+        let was = if saved.is_some() { before.get(&path).cloned() } else { None };
+        json!({
+            "path": path,
+            "table": table,
+            "name": name,
+            "value": value,
+            "saved": was,
+            "allowed": row.map_or("", |row| &row.allowed),
+            "otherwise": row.map_or("", |row| &row.otherwise),
+            "text": row.map_or("", |row| &row.text),
+        })
+    });
+    Ok(rows.collect())
+}
+
+/// Changes values of a machine's file, and reads the parameters from the result.
+///
+/// # Errors
+/// Names the value that is not known or not allowed.
+pub fn changed(text: &str, changes: &BTreeMap<String, String>) -> Result<Parameters, Error> {
+    let mut document: Table =
+        toml::from_str(text).map_err(|error| Error::Input(error.to_string()))?;
+    for (path, written) in changes {
+        let known: Vec<String> = flat(&document).into_iter().map(|(path, _)| path).collect();
+        if !known.contains(path) {
+            let near = suggestion(path, known.iter().map(String::as_str));
+            return Err(Error::Input(format!("params: there is no value `{path}`{near}")));
+        }
+        put(&mut document, path, value(written));
+    }
+    let text = toml::to_string(&document).map_err(|error| Error::Input(error.to_string()))?;
+    machine_file::read("params", &text)
+}
+
+/// Writes the parameters as a machine's file, with the joint of `machine`.
+///
+/// # Errors
+/// If there is no file that is read as these parameters.
+pub fn file(of: &Parameters, machine: &str, warning: Option<&str>) -> Result<String, Error> {
+    let joint = Document::open(machine)?.machine()?.joint;
+    let warning = warning.map_or(String::new(), |warning| format!("# {warning}\n"));
+    Ok(warning + &machine_file::render(of, &joint, machine)?)
+}
+
+fn values(of: &Parameters) -> Result<Values, Error> {
+    let text = machine_file::tables(of)?;
+    toml::from_str(&text).map_err(|error| Error::Input(error.to_string())).map(|table| flat(&table))
+}
+
+/// Every value of a table, by its path.
+fn flat(table: &Table) -> Values {
+    let mut all = Values::new();
+    for (key, value) in table {
+        match value {
+            toml::Value::Table(inner) => {
+                all.extend(flat(inner).into_iter().map(|(path, v)| (format!("{key}.{path}"), v)));
+            }
+            toml::Value::String(text) => all.push((key.clone(), text.clone())),
+            other => all.push((key.clone(), other.to_string())),
+        }
+    }
+    all
+}
+
+fn put(table: &mut Table, path: &str, value: toml::Value) {
+    match path.split_once('.') {
+        None => drop(table.insert(path.to_owned(), value)),
+        Some((first, rest)) => {
+            if let Some(toml::Value::Table(inner)) = table.get_mut(first) {
+                put(inner, rest, value);
+            }
+        }
+    }
+}
+
+/// What was typed: a number, a flag or a list, and else a word.
+fn value(written: &str) -> toml::Value {
+    let parsed: Result<Table, _> = toml::from_str(&format!("value = {written}"));
+    let parsed = parsed.ok().filter(|table| table.len() == 1);
+    let parsed = parsed.and_then(|mut table| table.remove("value"));
+    parsed.unwrap_or_else(|| toml::Value::String(written.trim().to_owned()))
+}
+
+/// The declaration of a key; `controller.srnf` is a table of the kind `controller.NAME`.
+fn about<'a>(rows: &'a [Row], table: &str, name: &str) -> Option<&'a Row> {
+    let of = |wanted: &str| rows.iter().find(|row| row.table == wanted && row.name == name);
+    let kind = table.split_once('.').map(|(first, _)| format!("{first}.NAME"));
+    of(table).or_else(|| of(&kind?))
+}
+
+#[cfg(test)]
+#[allow(clippy::unwrap_used)]
+mod tests {
+    use super::*;
+    use crate::experiment::Experiment;
+
+    fn parameters() -> Parameters {
+        let document = Document::open("step-response").unwrap();
+        let plan = Experiment::plan(&document, &["srnf".into()], &[]).unwrap().runs.remove(0);
+        crate::device::parameters(&plan).unwrap()
+    }
+
+    fn set(path: &str, value: &str) -> Result<Parameters, Error> {
+        let text = file(&parameters(), "step-response", None).unwrap();
+        changed(&text, &[(path.to_owned(), value.to_owned())].into())
+    }
+
+    #[test]
+    fn every_row_of_the_form_has_its_sentence_and_its_bounds() {
+        let rows = rows(&parameters(), None).unwrap();
+        let rows = rows.as_array().unwrap();
+        assert!(rows.len() > 40, "{}", rows.len());
+        for row in rows {
+            let all = ["path", "name", "allowed", "text"];
+            assert!(all.iter().all(|key| !row[key].as_str().unwrap().is_empty()), "{row}");
+            assert!(row["saved"].is_null());
+        }
+        let gains = rows.iter().filter(|row| row["table"] == "controller.srnf");
+        let names: Vec<&str> = gains.map(|row| row["name"].as_str().unwrap()).collect();
+        let srnf = ["kp_v_per_deg", "kd_v_per_deg_per_s", "v_ms_v", "alpha_per_deg"];
+        assert!(srnf.iter().all(|name| names.contains(name)), "{names:?}");
+        assert!(!names.contains(&"stop_band_counts"), "a gain of another law");
+    }
+
+    #[test]
+    fn a_value_is_changed_alone_and_marked_against_what_is_saved() {
+        let before = parameters();
+        let after = set("limits.stall_s", "0.75").unwrap();
+        assert_eq!(machine_file::changes(&before, &after).unwrap().len(), 1);
+        let rows = rows(&after, Some(&before)).unwrap();
+        let is_changed = |row: &&Value| row["saved"] != row["value"];
+        let changed: Vec<&Value> = rows.as_array().unwrap().iter().filter(is_changed).collect();
+        assert_eq!(changed.len(), 1, "{changed:?}");
+        assert_eq!(
+            (&changed[0]["path"], &changed[0]["value"]),
+            (&"limits.stall_s".into(), &"0.75".into())
+        );
+    }
+
+    #[test]
+    fn a_word_is_taken_as_it_is_typed() {
+        let now = set("limits.link_timeout_s", "off").unwrap();
+        assert_eq!(now.limits.link_timeout, 0.0);
+        let reverse = set("encoder.direction", "reverse").unwrap();
+        assert_ne!(reverse.controller.encoder.direction, parameters().controller.encoder.direction);
+    }
+
+    #[test]
+    fn what_is_not_allowed_is_refused_with_its_name() {
+        let said = |path, value| set(path, value).map(|_| ()).unwrap_err().to_string();
+        assert!(said("limits.stall_s", "-1").contains("limits.stall_s"));
+        assert!(said("limits.stall_s", "soon").contains("limits.stall_s"));
+        assert!(said("limits.stal_s", "1").contains("did you mean `limits.stall_s`"));
+        assert!(said("limits.stall_s", "1\nstall_v = 2").contains("limits.stall_s"), "two lines");
+    }
+}

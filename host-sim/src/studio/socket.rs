@@ -1,0 +1,188 @@
+//! The connection of one page: what it asks for, and what it is told.
+
+use std::sync::Arc;
+use std::sync::atomic::Ordering;
+use std::sync::mpsc::{SyncSender, TrySendError};
+use std::time::{Duration, Instant};
+
+use axum::extract::ws::{Message, WebSocket};
+use futures_util::stream::{SplitSink, SplitStream};
+use futures_util::{SinkExt, StreamExt};
+use serde_json::json;
+use tokio::sync::broadcast::error::RecvError;
+use tokio::sync::{broadcast, mpsc};
+use tokio::time::timeout;
+
+use super::control::TAKEN;
+use super::news::News;
+use super::request::{Ask, Request};
+use super::worker::{Order, Shared, answer};
+use crate::error::Error;
+
+/// How many answers may wait for a page.
+const ANSWERS: usize = 64;
+
+/// After so many messages that are no request a page is not listened to any more.
+const MISTAKES: u32 = 8;
+
+/// Time that a page has to take a message. One that takes nothing for so long is let go.
+const TO_TAKE: Duration = Duration::from_secs(10);
+
+/// What a connection works with.
+#[derive(Clone, Debug)]
+pub struct Desk {
+    /// Shared with the thread that talks to the device.
+    pub shared: Arc<Shared>,
+    /// Takes orders for that thread.
+    pub orders: SyncSender<Order>,
+}
+
+/// A connection, which gives the command back when it ends, however that is.
+struct Page {
+    number: u64,
+    desk: Desk,
+}
+
+impl Drop for Page {
+    fn drop(&mut self) {
+        self.desk.shared.control.leave(self.number);
+    }
+}
+
+/// Serves a page until it leaves.
+pub async fn serve(socket: WebSocket, number: u64, desk: Desk) {
+    let page = Page { number, desk };
+    let shared = page.desk.shared.clone();
+    let (answers, answered) = mpsc::channel(ANSWERS);
+    let (kept, news) = shared.news.listen();
+    let mut first = vec![page.role(shared.control.ask(number))];
+    first.extend(kept.iter().map(|event| event.as_ref().to_owned()));
+    // What a page asks for is taken however slowly it reads: its stop does not wait for a plot.
+    let (into, from) = socket.split();
+    tokio::select! {
+        () = listen(from, &page, &answers) => {}
+        () = tell(into, first, answered, news) => {}
+    }
+}
+
+/// Takes what a page asks for, until it leaves or makes too many mistakes.
+async fn listen(mut from: SplitStream<WebSocket>, page: &Page, answers: &mpsc::Sender<String>) {
+    let mut mistakes = 0;
+    // A page sends no binary messages; an error is a message that is too large, or a connection
+    // that is cut.
+    while let Some(Ok(message)) = from.next().await {
+        let said = match message {
+            Message::Text(text) => match page.take(&text) {
+                Taken::Order(order) => page.order(order, answers),
+                Taken::Said(said) => Some(said),
+                Taken::Nothing => None,
+                Taken::Mistake(said) => {
+                    mistakes += 1;
+                    Some(said)
+                }
+            },
+            Message::Ping(_) | Message::Pong(_) => None,
+            Message::Binary(_) | Message::Close(_) => return,
+        };
+        // A page that has so many answers to read does not read.
+        if said.is_some_and(|said| answers.try_send(said).is_err()) || mistakes > MISTAKES {
+            return;
+        }
+    }
+}
+
+/// Tells a page what there is, until it does not take it.
+async fn tell(
+    mut into: SplitSink<WebSocket, Message>,
+    first: Vec<String>,
+    mut answered: mpsc::Receiver<String>,
+    mut news: broadcast::Receiver<News>,
+) {
+    let mut first = first.into_iter();
+    loop {
+        let next = match first.next() {
+            Some(text) => Message::Text(text.into()),
+            None => tokio::select! {
+                biased;
+                Some(said) = answered.recv() => Message::Text(said.into()),
+                told = news.recv() => match told {
+                    Ok(News::Event(text)) => Message::Text(text.as_ref().into()),
+                    Ok(News::Samples(frame)) => Message::Binary(frame),
+                    Err(RecvError::Lagged(messages)) => {
+                        let lost = json!({ "event": "skipped", "messages": messages });
+                        Message::Text(lost.to_string().into())
+                    }
+                    Err(RecvError::Closed) => return,
+                },
+            },
+        };
+        if !matches!(timeout(TO_TAKE, into.send(next)).await, Ok(Ok(()))) {
+            return;
+        }
+    }
+}
+
+/// What a message of a page comes to.
+enum Taken {
+    /// Something to be said at once.
+    Said(String),
+    /// Something for the thread that talks to the device.
+    Order(Request),
+    /// A word without an answer.
+    Nothing,
+    /// No request; this is said of it.
+    Mistake(String),
+}
+
+impl Page {
+    fn role(&self, commands: bool) -> String {
+        let why = if commands { "" } else { TAKEN };
+        json!({ "event": "role", "commands": commands, "why": why }).to_string()
+    }
+
+    fn take(&self, text: &str) -> Taken {
+        let shared = &self.desk.shared;
+        let request: Request = match serde_json::from_str(text) {
+            Ok(request) => request,
+            Err(error) => {
+                let error = Error::Input(format!("this is no request: {error}"));
+                return Taken::Mistake(answer(0, &Err(error)));
+            }
+        };
+        if request.what == Ask::Command {
+            return Taken::Said(self.role(shared.control.ask(self.number)));
+        }
+        let commands = shared.control.word(self.number);
+        if commands {
+            shared.words.fetch_add(1, Ordering::Relaxed);
+        }
+        match request.what {
+            Ask::Alive => Taken::Nothing,
+            _ if commands || request.what.is_for_all() => Taken::Order(request),
+            _ => Taken::Said(answer(request.id, &Err(Error::Refused(TAKEN.into())))),
+        }
+    }
+
+    /// Gives an order. What has to be said at once is returned.
+    fn order(&self, request: Request, answers: &mpsc::Sender<String>) -> Option<String> {
+        let Request { id, what } = request;
+        let is_stop = what == Ask::Stop;
+        let (page, given, answer_to) = (self.number, Instant::now(), answers.clone());
+        let sent = self.desk.orders.try_send(Order { page, given, id, what, answer: answer_to });
+        // It passes what waits, and finds its own order behind it, which is answered.
+        if is_stop {
+            self.desk.shared.stop.store(true, Ordering::SeqCst);
+        }
+        match sent {
+            Ok(()) => None,
+            Err(TrySendError::Full(_)) if is_stop => None,
+            Err(TrySendError::Full(_)) => {
+                let why = "too many requests wait for the device; say it again";
+                Some(answer(id, &Err(Error::Refused(why.into()))))
+            }
+            Err(TrySendError::Disconnected(_)) => {
+                Some(answer(id, &Err(Error::Device("the studio ends".into()))))
+            }
+        }
+    }
+}

@@ -1,0 +1,51 @@
+// Whether a motor can move: in words, always, and not by colour alone.
+
+import type { Hello } from './history';
+
+export type Seen = {
+  connected: boolean;
+  gone: string | null;
+  recording: boolean;
+  hello: Hello | null;
+  driven: boolean;
+};
+
+export function banner({
+  connected,
+  gone,
+  recording,
+  hello,
+  driven,
+}: Seen): [kind: string, what: string, more: string] {
+  if (recording)
+    return ['quiet', 'A RECORDING', 'no device is shown, and the buttons do nothing but stop'];
+  if (!connected) {
+    return hello && hello.kind !== 'board'
+      ? [
+          'quiet',
+          'NO CONNECTION',
+          'the studio has ended, or cannot be reached. No motor: the joint was simulated',
+        ]
+      : [
+          'unknown',
+          '? NO CONNECTION',
+          'nothing is known of the motor. If one is there, it may be driven for as long as the link timeout',
+        ];
+  }
+  if (gone !== null) return ['unknown', '? THE DEVICE DOES NOT ANSWER', gone];
+  if (!hello) return ['unknown', '? CONNECTING', 'nothing is known of the motor yet'];
+  if (hello.kind === 'simulated') return ['quiet', 'SIMULATED JOINT', 'nothing moves'];
+  if (hello.kind === 'emulated')
+    return [
+      'quiet',
+      'EMULATED MICROCONTROLLER',
+      'the flash image around a simulated joint: nothing moves',
+    ];
+  return driven
+    ? ['driven', '▲ A REAL MOTOR IS DRIVEN', 'keep clear of the joint']
+    : [
+        'board',
+        '● A REAL MOTOR',
+        'it is off, and can be armed. Off is not still: nothing holds the joint',
+      ];
+}

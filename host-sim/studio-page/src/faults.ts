@@ -1,0 +1,36 @@
+// The faults that the device remembers, and how each ends.
+
+export type Fault = { code: number; said: string; section: string | null; ends: string | null };
+
+export function remedy({ ends }: Fault): string {
+  const then: Record<string, string> = {
+    command: 'Mend the cause, then clear the fault.',
+    parameters: 'It ends with valid parameters: set or push them, and save them.',
+    reset: 'Mend the cause; it ends with a reset.',
+  };
+  return then[ends ?? ''] ?? 'This program is older than the firmware, and does not know it.';
+}
+
+export function list(root: HTMLElement, faults: Fault[]): void {
+  const items = [...faults].reverse().map((fault) => {
+    const item = document.createElement('li');
+    const link = Object.assign(document.createElement('a'), {
+      href: 'faults.md',
+      target: '_blank',
+      rel: 'noopener',
+      textContent: fault.section ? `docs/faults.md, “${fault.section}”` : '',
+    });
+    item.append(
+      Object.assign(document.createElement('strong'), { textContent: fault.said }),
+      document.createElement('br'),
+      `${remedy(fault)} `,
+      link,
+    );
+    return item;
+  });
+  root.replaceChildren(...items);
+  if (items.length === 0)
+    root.append(
+      Object.assign(document.createElement('li'), { textContent: 'no fault since power-on' }),
+    );
+}

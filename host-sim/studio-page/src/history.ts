@@ -1,0 +1,155 @@
+// The samples of the last minutes, as the device has sent them: 32 bits each, read by their form.
+
+export type Signal = { name: string; unit: string; form: 'number' | 'whole' | 'bits' };
+export type Hello = {
+  generation: number;
+  device: string;
+  firmware: string;
+  program: string;
+  kind: 'simulated' | 'emulated' | 'board';
+  warning: string | null;
+  sample_time_s: number;
+  resolution_deg: number;
+  every: number;
+  signals: Signal[];
+  law: string[];
+};
+export type Gap = { begin: number; end: number; lost: number };
+
+const MINUTES = 10;
+const MOST_ROWS = 1 << 20;
+const MOST_GAPS = 1000;
+
+type Column = Float32Array | Int32Array | Uint32Array;
+
+export class History {
+  hello: Hello | null = null;
+  length = 0;
+  lost = 0;
+  gaps: Gap[] = [];
+  private fresh = false;
+  private room = 0;
+  private begin = 0;
+  private numbers = new Uint32Array(0);
+  private clocks = new Uint32Array(0);
+  private columns: Column[] = [];
+  private places = new Map<string, number>();
+
+  reset(hello: Hello): void {
+    this.hello = hello;
+    const wanted = (MINUTES * 60) / Math.max(hello.sample_time_s * hello.every, 1e-4);
+    this.room = Math.min(MOST_ROWS, Math.ceil(wanted));
+    this.numbers = new Uint32Array(this.room);
+    this.clocks = new Uint32Array(this.room);
+    const make = { number: Float32Array, whole: Int32Array, bits: Uint32Array };
+    this.columns = hello.signals.map(({ form }) => new make[form](this.room));
+    this.places = new Map(hello.signals.map(({ name }, place) => [name, place]));
+    this.length = this.begin = this.lost = 0;
+    this.gaps = [];
+  }
+
+  // The device sends anew. Samples of the same signals are added to those that there are.
+  goOn(hello: Hello): boolean {
+    const layout = (of: Hello) =>
+      JSON.stringify([of.device, of.sample_time_s, of.resolution_deg, of.every, of.signals]);
+    if (!this.hello || layout(hello) !== layout(this.hello)) return false;
+    this.hello = hello;
+    this.fresh = true;
+    return true;
+  }
+
+  // A frame: generation, columns, rows, 0, then rows of number, clock, values.
+  frame(bytes: ArrayBuffer): void {
+    const words = new Uint32Array(bytes);
+    const [generation, columns, rows] = words;
+    if (generation !== this.hello?.generation || columns !== this.columns.length) return;
+    const views = { number: new Float32Array(bytes), whole: new Int32Array(bytes), bits: words };
+    const sources = this.hello.signals.map(({ form }) => views[form]);
+    for (let row = 0; row < rows; row++) {
+      const at = 4 + row * (2 + columns);
+      this.push(words[at], words[at + 1], (column) => sources[column][at + 2 + column]);
+    }
+  }
+
+  push(number: number, clock: number, value: (column: number) => number): void {
+    if (this.length > 0) {
+      const last = this.at(this.length - 1);
+      // A device that was reset begins its time anew.
+      if (clock < this.clocks[last]) this.length = this.begin = this.gaps.length = 0;
+      else if (!this.fresh) {
+        const lost = (number - this.numbers[last] - 1) >>> 0;
+        if (lost > 0) {
+          this.lost += lost;
+          this.gaps.push({
+            begin: this.seconds(this.clocks[last]),
+            end: this.seconds(clock),
+            lost,
+          });
+          if (this.gaps.length > MOST_GAPS) this.gaps.shift();
+        }
+      }
+    }
+    this.fresh = false;
+    if (this.length === this.room) this.begin = (this.begin + 1) % this.room;
+    else this.length++;
+    const at = this.at(this.length - 1);
+    this.numbers[at] = number;
+    this.clocks[at] = clock;
+    for (let column = 0; column < this.columns.length; column++)
+      this.columns[column][at] = value(column);
+  }
+
+  private at(row: number): number {
+    const at = this.begin + row;
+    return at >= this.room ? at - this.room : at;
+  }
+
+  private seconds(clock: number): number {
+    return clock * (this.hello?.sample_time_s ?? 0);
+  }
+
+  time(row: number): number {
+    return this.seconds(this.clocks[this.at(row)]);
+  }
+
+  clock(row: number): number {
+    return this.clocks[this.at(row)];
+  }
+
+  number(row: number): number {
+    return this.numbers[this.at(row)];
+  }
+
+  // Reads a signal by its row, until the next sample comes.
+  reader(name: string): (row: number) => number {
+    const place = this.places.get(name);
+    if (place === undefined) return () => 0;
+    const [column, begin, room] = [this.columns[place], this.begin, this.room];
+    return (row) => column[begin + row >= room ? begin + row - room : begin + row];
+  }
+
+  value(name: string, row: number): number {
+    return this.reader(name)(row);
+  }
+
+  raw(row: number): number[] {
+    const at = this.at(row);
+    return [this.numbers[at], this.clocks[at], ...this.columns.map((column) => column[at])];
+  }
+
+  // Whether the loop is closed in that tick. Without it every other signal is zero.
+  armed(row: number): boolean {
+    return (this.value('status', row) & 0xff) === 2;
+  }
+
+  // The first row that is not before that time.
+  row(time: number): number {
+    let [low, high] = [0, this.length];
+    while (low < high) {
+      const middle = (low + high) >> 1;
+      if (this.time(middle) < time) low = middle + 1;
+      else high = middle;
+    }
+    return low;
+  }
+}

@@ -1,0 +1,29 @@
+// The keyboard. Escape stops wherever the focus is, and Space does outside of a field of text.
+
+export function listen(stop: () => void, keys: Record<string, () => void>): void {
+  const isText = (target: HTMLElement) =>
+    target.matches('input:not([type=checkbox]):not([type=file]), select, textarea');
+  document.addEventListener(
+    'keydown',
+    (event) => {
+      const typing = isText(event.target as HTMLElement);
+      if (event.key === 'Escape' || (event.key === ' ' && !typing)) {
+        event.preventDefault();
+        stop();
+        return;
+      }
+      if (typing || event.ctrlKey || event.altKey || event.metaKey || !keys[event.key]) return;
+      event.preventDefault();
+      keys[event.key]();
+    },
+    true,
+  );
+  // A button that has the focus is pressed when Space is let go: that key only stops.
+  document.addEventListener(
+    'keyup',
+    (event) => {
+      if (event.key === ' ' && !isText(event.target as HTMLElement)) event.preventDefault();
+    },
+    true,
+  );
+}

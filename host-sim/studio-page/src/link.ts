@@ -1,0 +1,63 @@
+// The connection to the server. Every message that comes is answered by a word, at most twenty a
+// second: while the motor is driven, that word is what keeps the device's link alive. A page that
+// hangs gives none, and the device turns its output off.
+
+const BETWEEN_WORDS_MS = 50;
+
+export type Event = { event: string; [key: string]: any };
+export type Answer = { ok: boolean; said: string };
+
+export class Link {
+  private socket: WebSocket | null = null;
+  private number = 0;
+  private waiting = new Map<number, (answer: Answer) => void>();
+  private word = 0;
+
+  constructor(
+    private readonly told: (event: Event) => void,
+    private readonly samples: (frame: ArrayBuffer) => void,
+    private readonly cut: () => void,
+  ) {}
+
+  get open(): boolean {
+    return this.socket?.readyState === WebSocket.OPEN;
+  }
+
+  connect(): void {
+    const token = encodeURIComponent(location.hash.slice(1));
+    const socket = new WebSocket(`ws://${location.host}/link?token=${token}`);
+    socket.binaryType = 'arraybuffer';
+    socket.onmessage = ({ data }) => {
+      const now = performance.now();
+      if (now - this.word >= BETWEEN_WORDS_MS) {
+        this.word = now;
+        socket.send('{"do":"alive"}');
+      }
+      if (typeof data === 'string') this.event(JSON.parse(data));
+      else this.samples(data);
+    };
+    socket.onclose = () => {
+      if (this.socket !== socket) return;
+      for (const answered of this.waiting.values())
+        answered({ ok: false, said: 'the connection to the studio is cut' });
+      this.waiting.clear();
+      this.cut();
+      setTimeout(() => this.connect(), 1000);
+    };
+    this.socket = socket;
+  }
+
+  ask(what: string, more: object = {}): Promise<Answer> {
+    if (!this.open)
+      return Promise.resolve({ ok: false, said: `${what}: there is no connection to the studio` });
+    const id = ++this.number;
+    this.socket!.send(JSON.stringify({ id, do: what, ...more }));
+    return new Promise((answered) => this.waiting.set(id, answered));
+  }
+
+  private event(event: Event): void {
+    if (event.event !== 'answer') return this.told(event);
+    this.waiting.get(event.id)?.({ ok: event.ok, said: event.said });
+    this.waiting.delete(event.id);
+  }
+}

@@ -1,0 +1,103 @@
+// A session in a file: a line of JSON with what the device is and runs, a line for each event, and
+// lines of samples. Any program that reads JSON can read it.
+
+import { History, type Hello } from './history';
+import { position, reference } from './terms';
+
+export type Kept = { at: string; clock: number; said: string };
+export type Session = { hello: Hello; file: string | null; events: Kept[] };
+
+const LINE = 200;
+
+export function save(of: History, session: Session): Blob {
+  const { events, ...about } = session;
+  const lines = [
+    JSON.stringify({ stiction_session: 1, saved: new Date().toISOString(), ...about }),
+  ];
+  for (const event of events) lines.push(JSON.stringify({ event }));
+  for (let row = 0; row < of.length; row += LINE) {
+    const samples = [];
+    for (let i = row; i < Math.min(row + LINE, of.length); i++) samples.push(of.raw(i));
+    lines.push(JSON.stringify({ samples }));
+  }
+  return new Blob([lines.join('\n') + '\n'], { type: 'application/jsonl' });
+}
+
+export function open(text: string, into: History): Session {
+  const [first, ...lines] = text.split('\n').filter((line) => line.trim());
+  const head = read(first ?? '');
+  if (head.stiction_session !== 1 || !head.hello)
+    throw new Error('this file is no session of stiction studio');
+  into.reset(head.hello);
+  const events: Kept[] = [];
+  for (const line of lines) {
+    const { event, samples } = read(line);
+    if (event) events.push(event);
+    for (const [number, clock, ...values] of samples ?? [])
+      into.push(number, clock, (column) => values[column]);
+  }
+  return { hello: head.hello, file: head.file ?? null, events };
+}
+
+function read(line: string): any {
+  try {
+    return JSON.parse(line);
+  } catch {
+    throw new Error('this file is no session of stiction studio, or it was cut off');
+  }
+}
+
+// The columns of `stiction run --csv`, as far as a device knows them.
+export function csv(of: History, [first, end]: [number, number]): Blob {
+  const law = of.hello!.law;
+  const head = [
+    'time_s',
+    'reference_deg',
+    'position_deg',
+    'error_deg',
+    'velocity_deg_per_s',
+    'v_pd_v',
+    'v_c_v',
+    'v_v',
+    'code',
+    'stuck',
+    'v_applied_v',
+    ...law,
+  ];
+  const lines = [head.join(',')];
+  const begin = first < end ? of.time(first) : 0;
+  const [lead, place] = [reference(of), position(of)];
+  for (let row = first; row < end; row++) {
+    const value = (name: string) => of.value(name, row);
+    lines.push(
+      [
+        +(of.time(row) - begin).toFixed(6),
+        lead(row),
+        place(row),
+        value('error_deg'),
+        value('velocity_deg_per_s'),
+        value('v_pd_v'),
+        value('v_c_v'),
+        value('v_v'),
+        value('code'),
+        value('velocity_deg_per_s') === 0,
+        value('v_applied_v'),
+        ...law.map(value),
+      ].join(','),
+    );
+  }
+  return new Blob([lines.join('\n') + '\n'], { type: 'text/csv' });
+}
+
+export function download(blob: Blob, name: string): void {
+  const link = Object.assign(document.createElement('a'), {
+    href: URL.createObjectURL(blob),
+    download: name,
+  });
+  link.click();
+  setTimeout(() => URL.revokeObjectURL(link.href), 10_000);
+}
+
+export function stamp(): string {
+  return new Date().toISOString().slice(0, 19).replace(/[T:]/g, '-');
+}

@@ -1,0 +1,329 @@
+// Drives the page in a headless Chromium, against the simulated device.
+//
+//   node test/browser.mjs STICTION CHROMIUM [--pictures DIRECTORY] [--dist]
+//
+// With --pictures it also writes one picture of every view in both themes. With --dist it takes the
+// files of the page from dist/, so that an edit of the page needs no build of the program.
+
+import assert from 'node:assert/strict';
+import { execFileSync, spawn } from 'node:child_process';
+import { mkdirSync, mkdtempSync, readFileSync, writeFileSync } from 'node:fs';
+import { tmpdir } from 'node:os';
+import { join } from 'node:path';
+import { chromium } from 'playwright-core';
+
+const [program, browserName, ...options] = process.argv.slice(2);
+const browserPath = execFileSync('which', [browserName], { encoding: 'utf8' }).trim();
+const pictures = options.includes('--pictures') ? options[options.indexOf('--pictures') + 1] : null;
+const dist = join(import.meta.dirname, '../dist');
+const PATIENCE = 20_000;
+// Longer than the default: a browser on a busy machine may be silent for half a second.
+const LINK_TIMEOUT_S = 2;
+
+// The thesis's joint, with that timeout.
+function machine() {
+  const text = execFileSync(program, ['show', 'step-response'], { encoding: 'utf8' });
+  assert.ok(!text.includes('[limits]'));
+  const file = join(mkdtempSync(join(tmpdir(), 'stiction-')), 'joint.toml');
+  writeFileSync(file, `${text}\n[limits]\nlink_timeout_s = ${LINK_TIMEOUT_S}\n`);
+  return file;
+}
+
+function serve(...more) {
+  const server = spawn(
+    program,
+    ['studio', '--no-open', machine(), '--controller', 'srnf', ...more],
+    {
+      stdio: ['ignore', 'pipe', 'inherit'],
+    },
+  );
+  const address = new Promise((done, failed) => {
+    let text = '';
+    server.stdout.on('data', (piece) => {
+      text += piece;
+      if (text.includes('\n')) done(text.split('\n')[0]);
+    });
+    server.on('exit', (code) => failed(new Error(`the studio has ended with ${code}: ${text}`)));
+  });
+  return { server, address };
+}
+
+async function visit(context, address) {
+  const page = await context.newPage();
+  if (options.includes('--dist')) {
+    for (const name of ['main.js', 'page.css'])
+      await page.route(`**/${name}`, (route) => route.fulfill({ path: join(dist, name) }));
+    await page.route(/:\d+\/$/, (route) => route.fulfill({ path: join(dist, 'index.html') }));
+  }
+  page.setDefaultTimeout(PATIENCE);
+  page.mistakes = [];
+  page.on('pageerror', (error) => page.mistakes.push(String(error)));
+  page.on('console', (message) => message.type() === 'error' && page.mistakes.push(message.text()));
+  await page.goto(address);
+  await page.locator('#state.stopped, #state.faulted, #state.armed').waitFor();
+  return page;
+}
+
+// Asks until the server has seen that the page that commanded is gone.
+async function command(page) {
+  for (let tries = 0; tries < 100 && (await page.locator('#role').isVisible()); tries++) {
+    await page.locator('#command').click();
+    await page.waitForTimeout(100);
+  }
+  await page.locator('#role').waitFor({ state: 'hidden' });
+}
+
+const state = (page, wanted) => page.locator(`#state.${wanted}`).waitFor();
+const text = (page, where) => page.locator(where).innerText();
+const said = (page, words) => page.locator('#said li', { hasText: words }).first().waitFor();
+
+const tests = {
+  async 'every view opens, and says that nothing moves'(page) {
+    for (const view of ['live', 'planes', 'parameters', 'session', 'faults']) {
+      await page.locator(`[data-view=${view}]`).click();
+      await page.locator(`#${view}`).waitFor();
+      assert.match(await text(page, '#banner'), /SIMULATED JOINT\s*nothing moves/);
+      assert.ok(await page.locator('#stop').isVisible());
+    }
+    await page.keyboard.press('1');
+    assert.equal(
+      await page.locator('#plots canvas').count(),
+      await page.locator('#plots figure').count(),
+    );
+  },
+
+  async 'a move is made, and its samples arrive complete'(page) {
+    await page.locator('#arm').click();
+    await state(page, 'armed');
+    await page.locator('#deg').fill('5');
+    await page.locator('#deg').press('Enter');
+    await page
+      .locator('#now dd', { hasText: /^(4\.99|5\.00)\d deg$/ })
+      .first()
+      .waitFor();
+    await page.waitForTimeout(1000);
+    assert.match(await text(page, '#samples'), /^\d+ samples, none lost$/);
+  },
+
+  async 'Escape and Space stop it'(page) {
+    await page.locator('#deg').focus();
+    await page.keyboard.press('Escape');
+    await state(page, 'stopped');
+    await page.locator('#arm').click();
+    await state(page, 'armed');
+    // The button that was pressed last has the focus, and must not be pressed by Space.
+    await page.keyboard.press(' ');
+    await state(page, 'stopped');
+  },
+
+  async 'what the device refuses is said'(page) {
+    await page.locator('#arm').click();
+    await state(page, 'armed');
+    await page.locator('#deg').fill('1e300');
+    await page.locator('#deg').press('Enter');
+    await said(page, '2^30 counts');
+    await page.locator('#deg').fill('five');
+    await page.locator('#deg').press('Enter');
+    await said(page, 'allowed is a number');
+    await page.locator('#stop').click();
+    await state(page, 'stopped');
+  },
+
+  async 'the form refuses what the device refuses, and marks what is changed'(page) {
+    await page.locator('[data-view=parameters]').click();
+    await page.locator('#search').fill('stall_s');
+    const row = page.locator('[data-path="limits.stall_s"]');
+    await row.locator('input').fill('-1');
+    await page.locator('#set').click();
+    await page.locator('.parameter.refused').waitFor();
+    assert.match(await text(page, '#parameters-said'), /limits\.stall_s/);
+    await row.locator('input').fill('0.75');
+    await page.locator('#set').click();
+    await page.locator('[data-path="limits.stall_s"].unsaved:not(.edited)').waitFor();
+    await page.locator('#undo').click();
+    await page.locator('[data-path="limits.stall_s"]:not(.unsaved)').waitFor();
+    await page.locator('#search').fill('');
+    await page.locator('[data-view=live]').click();
+  },
+
+  async 'a session is kept, opened without a device, and exported'(page) {
+    await page.locator('[data-view=session]').click();
+    const load = async (id) => {
+      const [file] = await Promise.all([page.waitForEvent('download'), page.locator(id).click()]);
+      return file.path();
+    };
+    const session = await load('#keep');
+    const lines = readFileSync(session, 'utf8')
+      .trim()
+      .split('\n')
+      .map((line) => JSON.parse(line));
+    assert.equal(lines[0].stiction_session, 1);
+    const kept = lines.flatMap(({ samples }) => samples ?? []);
+    // The numbers begin anew when parameters were set, and miss none otherwise.
+    assert.ok(
+      kept.length > 50 &&
+        kept.every(([number], i) => i === 0 || number < 5 || number === kept[i - 1][0] + 1),
+    );
+    await page
+      .locator('#open')
+      .setInputFiles({ name: 'a.jsonl', mimeType: 'text/plain', buffer: readFileSync(session) });
+    await page.locator('#banner', { hasText: 'A RECORDING' }).waitFor();
+    assert.equal(Number((await text(page, '#samples')).split(' ')[0]), kept.length);
+    await page.locator('[data-view=session]').click();
+    const csv = readFileSync(await load('#csv'), 'utf8')
+      .trim()
+      .split('\n');
+    assert.ok(
+      csv[0].startsWith('time_s,reference_deg,position_deg,error_deg,') &&
+        csv.length === kept.length + 1,
+    );
+    assert.match(readFileSync(await load('#svg'), 'utf8'), /^<svg /);
+    assert.equal(
+      readFileSync(await load('#png'))
+        .subarray(1, 4)
+        .toString(),
+      'PNG',
+    );
+    await page
+      .locator('#open')
+      .setInputFiles({ name: 'b.jsonl', mimeType: 'text/plain', buffer: Buffer.from('{}') });
+    await said(page, 'is no session');
+    await page.locator('[data-view=session]').click();
+    await page.locator('#back').click();
+    await state(page, 'stopped');
+    await page.locator('[data-view=live]').click();
+  },
+
+  async 'two tabs do not fight, and the second one can stop'(page, context, address) {
+    const other = await visit(context, address);
+    await other.locator('#role').waitFor();
+    assert.match(await text(other, '#role'), /another page commands/);
+    assert.ok(await other.locator('#arm').isDisabled());
+    await page.locator('#arm').click();
+    await state(other, 'armed');
+    await other.locator('#stop').click();
+    await state(page, 'stopped');
+    await other.close();
+  },
+
+  async 'when the tab is closed, the link timeout turns the output off'(page, context, address) {
+    const first = await visit(context, address);
+    await page.close();
+    // The first page has gone, so the command is free.
+    await command(first);
+    const other = await visit(context, address);
+    await first.locator('#arm').click();
+    await state(other, 'armed');
+    // It stays on as long as the tab is there.
+    await other.waitForTimeout(2000 * LINK_TIMEOUT_S);
+    await state(other, 'armed');
+    const begin = Date.now();
+    await first.close();
+    await state(other, 'faulted');
+    const took = (Date.now() - begin) / 1000;
+    assert.ok(took > LINK_TIMEOUT_S - 0.5 && took < LINK_TIMEOUT_S + 1, `${took} s`);
+    assert.match(await text(other, '#state'), /fault 22/);
+    await command(other);
+    await other.locator('#clear').click();
+    await state(other, 'stopped');
+    await other.close();
+  },
+};
+
+async function take(browser, address) {
+  mkdirSync(pictures, { recursive: true });
+  for (const [name, viewport] of [
+    ['desk', { width: 1360, height: 900 }],
+    ['phone', { width: 400, height: 800 }],
+  ]) {
+    for (const colorScheme of ['light', 'dark']) {
+      const context = await browser.newContext({ viewport, colorScheme });
+      const page = await visit(context, address);
+      const shoot = (view) =>
+        page.screenshot({ path: join(pictures, `${name}-${colorScheme}-${view}.png`) });
+      await page.locator('#arm').click();
+      await state(page, 'armed');
+      for (const deg of ['5', '-2.5']) {
+        await page.locator('#deg').fill(deg);
+        await page.locator('#deg').press('Enter');
+        await page.waitForTimeout(2600);
+      }
+      await page.locator('#deg').blur();
+      for (const view of ['live', 'planes', 'session']) {
+        await page.locator(`[data-view=${view}]`).click();
+        await page.waitForTimeout(300);
+        await shoot(view);
+      }
+      await page.locator('#stop').click();
+      // A picture may take longer than the link timeout, and the page gives no word meanwhile.
+      await page.locator('#state.stopped, #state.faulted').waitFor();
+      if (await page.locator('#clear').isEnabled()) await page.locator('#clear').click();
+      await state(page, 'stopped');
+      await page.locator('[data-view=parameters]').click();
+      await page.locator('[data-path="limits.stall_s"] input').fill('0.75');
+      await page.locator('#set').click();
+      await page.locator('.unsaved').first().waitFor();
+      await page.locator('[data-path="limits.stall_s"] input').fill('-1');
+      await page.locator('#set').click();
+      await page.waitForTimeout(300);
+      await shoot('parameters');
+      await page.locator('#discard').click();
+      await page.locator('#undo').click();
+      await page.locator('[data-view=live]').click();
+      await page.locator('#arm').click();
+      await state(page, 'armed');
+      const other = await visit(context, address);
+      await page.close();
+      await state(other, 'faulted');
+      await other.locator('[data-view=faults]').click();
+      await other.waitForTimeout(300);
+      await other.screenshot({ path: join(pictures, `${name}-${colorScheme}-faults.png`) });
+      await command(other);
+      await other.locator('#clear').click();
+      await state(other, 'stopped');
+      await context.close();
+    }
+  }
+}
+
+const { server, address } = serve();
+// A page that the test has put in place of the server's comes from no local address.
+const args = [
+  '--no-sandbox',
+  ...(options.includes('--dist') ? ['--disable-features=LocalNetworkAccessChecks'] : []),
+];
+const browser = await chromium.launch({ executablePath: browserPath, args });
+let failed = 0;
+try {
+  const url = await address;
+  const context = await browser.newContext({
+    viewport: { width: 1280, height: 800 },
+    acceptDownloads: true,
+  });
+  const page = await visit(context, url);
+  for (const [name, test] of Object.entries(tests)) {
+    try {
+      await test(page, context, url);
+      assert.deepEqual(page.mistakes, []);
+      console.log(`ok      ${name}`);
+    } catch (error) {
+      failed++;
+      console.log(`FAILED  ${name}\n${error.stack}`);
+    }
+  }
+  if (pictures) await take(browser, url);
+  const last = await visit(context, url);
+  const ended = new Promise((done) => server.on('exit', done));
+  server.kill();
+  await ended;
+  await last.locator('#banner', { hasText: 'NO CONNECTION' }).waitFor();
+  console.log('ok      a server that is killed is seen');
+} catch (error) {
+  failed++;
+  console.log(`FAILED\n${error.stack}`);
+} finally {
+  server.kill();
+  await browser.close();
+}
+console.log(failed ? `${failed} failed` : 'all passed');
+process.exit(failed ? 1 : 0);

@@ -1,0 +1,112 @@
+//! `cargo xtask studio` builds the page of `stiction studio` by npm, and the program around it.
+
+use std::path::PathBuf;
+use std::process::Command;
+
+use crate::job::{Job, cargo, root, target_dir};
+use crate::simulator::EMULATOR;
+
+#[derive(Debug, clap::Args)]
+pub struct Arguments {
+    /// Build it with the emulator, for `--emulator`
+    #[arg(long)]
+    with_emulator: bool,
+    /// Build it, and start nothing
+    #[arg(long)]
+    build: bool,
+    /// What `stiction studio` is given
+    #[arg(trailing_var_arg = true, allow_hyphen_values = true)]
+    arguments: Vec<String>,
+}
+
+/// The options of a build with the studio.
+pub const STUDIO: [&str; 4] = ["--package", "host-sim", "--features", "studio"];
+
+/// Where browsers are that the tests can drive.
+const BROWSERS: [&str; 4] =
+    ["chromium", "chromium-browser", "google-chrome", "google-chrome-stable"];
+
+/// Builds the page and the program, and starts it.
+pub fn studio(arguments: &Arguments) -> Result<(), String> {
+    page()?;
+    build(arguments.with_emulator)?;
+    if arguments.build {
+        return Ok(());
+    }
+    let mut run = cargo(&["run", "--quiet", "--bin", "stiction"]);
+    options(&mut run, arguments.with_emulator);
+    Job::new("stiction studio").run(run.args(["--", "studio"]).args(&arguments.arguments))
+}
+
+fn options(command: &mut Command, with_emulator: bool) {
+    command.args(STUDIO);
+    if with_emulator {
+        command.args(EMULATOR);
+    }
+}
+
+fn build(with_emulator: bool) -> Result<(), String> {
+    let mut build = cargo(&["build", "--bin", "stiction"]);
+    options(&mut build, with_emulator);
+    Job::new("Building the simulator with the studio").run(&mut build)
+}
+
+fn directory() -> PathBuf {
+    root().join("host-sim/studio-page")
+}
+
+fn npm(arguments: &[&str]) -> Command {
+    // It is a script on Windows.
+    let mut npm = Command::new(if cfg!(windows) { "npm.cmd" } else { "npm" });
+    npm.args(arguments).current_dir(directory());
+    npm
+}
+
+/// Whether a program is there.
+fn runs(command: &mut Command) -> bool {
+    command.output().is_ok_and(|output| output.status.success())
+}
+
+/// Builds the page into `host-sim/studio-page/dist`, of what `package-lock.json` names.
+fn page() -> Result<(), String> {
+    if !runs(&mut npm(&["--version"])) {
+        return Err(
+            "the page of the studio is built by npm, which comes with Node.js 20 or newer \
+                    (https://nodejs.org, or `apt install npm`); nothing else of the project needs \
+                    it"
+            .into(),
+        );
+    }
+    Job::new("Fetching what the page is made of, as its lock file says").run(&mut npm(&[
+        "ci",
+        "--no-audit",
+        "--no-fund",
+    ]))?;
+    Job::new("Checking the types of the page").run(&mut npm(&["run", "check"]))?;
+    Job::new("Building the page").run(&mut npm(&["run", "build"]))
+}
+
+/// Tests the server, and the page in a browser where there are both.
+pub fn test() -> Result<(), String> {
+    let strict = ["--all-targets", "--", "--deny", "warnings"];
+    Job::new("Lints of the studio").run(cargo(&["clippy"]).args(STUDIO).args(strict))?;
+    let tests = |which: &[&str]| {
+        Job::new("Tests of the studio's server").run(cargo(&["test"]).args(STUDIO).args(which))
+    };
+    tests(&["--lib", "studio::"])?;
+    tests(&["--test", "studio"])?;
+    let browser = BROWSERS.iter().find(|name| runs(Command::new(name).arg("--version")));
+    let Some(browser) = browser.filter(|_| runs(&mut npm(&["--version"]))) else {
+        println!(
+            "== NOT RUN: the test of the studio's page in a browser; it needs npm and one of {}",
+            BROWSERS.join(", ")
+        );
+        return Ok(());
+    };
+    page()?;
+    build(false)?;
+    let program = target_dir().join("debug/stiction");
+    let mut test = Command::new("node");
+    test.arg("test/browser.mjs").arg(program).arg(browser).current_dir(directory());
+    Job::new("Test of the studio's page in a browser").run(&mut test)
+}
