@@ -23,7 +23,8 @@
 //! is right for all of them. Swings of the law's own pulses do not count, since each attempt clears
 //! them. In motion a joint crosses the profile's speed a few times after each corner; six times in
 //! `8 N_g` ticks is an oscillation. A motor that swings against its gear by half of the profile's
-//! speed does not wait for the sixth: its swing doubles in a period. `g` climbs back within a few moves to just below the level that
+//! speed does not wait for the sixth: its swing doubles in a period. `g` climbs back within a few
+//! moves to just below the level that
 //! oscillated, and the ceiling lets that level be tried again some 80 moves later.
 //!
 //! Guarantees: `g_min <= g <= g_c <= 1`. Does badly: `g` rises only at a HOLD, so a reference that
