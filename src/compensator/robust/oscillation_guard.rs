@@ -24,8 +24,8 @@
 //! them. In motion a joint crosses the profile's speed a few times after each corner; six times in
 //! `8 N_g` ticks is an oscillation. A motor that swings against its gear by half of the profile's
 //! speed does not wait for the sixth: its swing doubles in a period. `g` climbs back within a few
-//! moves to just below the level that
-//! oscillated, and the ceiling lets that level be tried again some 80 moves later.
+//! moves to just below the level that oscillated, and the ceiling lets that level be tried again
+//! some 80 moves later.
 //!
 //! Guarantees: `g_min <= g <= g_c <= 1`. Does badly: `g` rises only at a HOLD, so a reference that
 //! never rests keeps it down, and a joint that pulses to and fro without swinging is not seen.
