@@ -126,6 +126,12 @@ pub trait Law: Sized {
         None
     }
 
+    /// Returns the time in which the joint may swing to and fro, if the law ends swings itself, s:
+    /// the overspeed is judged by the mean of the speed over it.
+    fn swing_time(_: &Self::Gains, _: &Loop) -> Option<f32> {
+        None
+    }
+
     /// Returns the default of `following_error_deg`, if the law says more about it than PD's gains
     /// do.
     fn following_error(_: &Self::Gains, _: &Loop) -> Option<f32> {
@@ -225,6 +231,13 @@ macro_rules! gains {
             pub fn overspeed(&self, around: &Loop) -> Option<f32> {
                 match self {
                     $($(#[cfg($feature)])? Self::$Law(gains) => <$Law as Law>::overspeed(gains, around),)+
+                }
+            }
+
+            /// Returns the time of swings that the law ends itself, s; see [`Law::swing_time`].
+            pub fn swing_time(&self, around: &Loop) -> Option<f32> {
+                match self {
+                    $($(#[cfg($feature)])? Self::$Law(gains) => <$Law as Law>::swing_time(gains, around),)+
                 }
             }
 

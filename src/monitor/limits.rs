@@ -12,6 +12,10 @@ const TURN: f32 = 360.0;
 /// the thesis's ratio.
 const UNDAMPED: f32 = 0.06;
 
+/// How much faster than the overspeed a tick of a swing may be that the law has to end: where its
+/// mean is within that limit, the fastest ticks of simulated ones were up to five times as fast.
+const SWING: f32 = 8.0;
+
 /// The impulse without a count is the breakaway effort for this time, s.
 const IMPULSE_TIME: f32 = 0.5;
 
@@ -27,7 +31,7 @@ table! {
     #[derive(Clone, Copy, Debug, PartialEq)]
     pub struct Limits (limits) "limits" {
         /// Travel in one tick, deg. Derived: that of a tick at twice the overspeed, and 4 counts;
-        /// no motor accelerates like that.
+        /// no motor accelerates like that. At eight times under a law that ends swings itself.
         encoder_jump: f32 = 0x0901 "encoder_jump_deg", OrOff(0.0, HUGE), Derived(3.343_013);
         /// Effort beyond any friction, V. Derived: twice `breakaway_v`, and no more than `duty_max`
         /// lets through. PD rests with less than the breakaway effort for ever; twice that moves a
@@ -132,7 +136,8 @@ impl Limits {
         let damping = 2.5 * full_scale / damped;
         let late = 0.5 * controller.velocity_window as f32 * sample_time;
         let stop_gain = (core::f32::consts::FRAC_PI_2 / (damping * late)).min(HUGE);
-        let encoder_jump = (2.0 * overspeed * sample_time + 4.0 * count).min(HUGE);
+        let faster = if Self::swing_time(controller) > 0.0 { SWING } else { 2.0 };
+        let encoder_jump = (faster * overspeed * sample_time + 4.0 * count).min(HUGE);
         // What the output stage lets through: beyond it nothing trips.
         let largest = full_scale * controller.drive.duty_max;
         let breakaway = if breakaway > 0.0 { breakaway.min(largest) } else { 0.25 * largest };
@@ -151,6 +156,16 @@ impl Limits {
             stop_gain,
             ..Self::EXAMPLE
         }
+    }
+
+    /// Returns the time whose swings are left to the law, s; zero if it leaves all of them to the
+    /// monitors. A regression over a longer time levels them out by itself.
+    pub(super) fn swing_time(controller: &ControllerConfig) -> f32 {
+        let around = controller.around();
+        let window = controller.velocity_window.saturating_sub(1) as f32 * around.sample_time;
+        let laws = &controller.compensator;
+        let time = laws.iter().find_map(|law| law.swing_time(&around)).unwrap_or(0.0);
+        if time > window { time } else { 0.0 }
     }
 
     /// Returns the error that asks for the full scale, deg: beyond it more error gives no more

@@ -38,7 +38,7 @@ use encoder_jump::EncoderJump;
 use following_error::{FollowingError, FollowingState};
 use limits::Units;
 use link_timeout::{LinkState, LinkTimeout};
-use overspeed::Overspeed;
+use overspeed::{Overspeed, OverspeedState};
 use position_limits::PositionLimits;
 use reversal::{Reversal, ReversalState};
 use stall::{Stall, StallState};
@@ -75,6 +75,7 @@ pub(crate) struct Monitors {
 pub(crate) struct MonitorState {
     /// What was applied since the last tick.
     code: i32,
+    overspeed: OverspeedState,
     reversal: ReversalState,
     following: FollowingState,
     stall: StallState,
@@ -123,7 +124,12 @@ impl Monitors {
             units,
             rest: Units::whole(REST, units.tick),
             jump: EncoderJump::new(limits, &units),
-            overspeed: Overspeed::new(limits),
+            overspeed: Overspeed::new(
+                limits,
+                controller.velocity_window,
+                Limits::swing_time(controller),
+                &units,
+            ),
             reversal: Reversal::new(limits, &units),
             following: FollowingError::new(limits, Limits::saturating_error(controller), &units),
             stall: Stall::new(limits, &units),
@@ -219,8 +225,9 @@ impl Monitors {
         if self.jump.check(seen.travel) {
             return trip(Fault::EncoderJump, deg(seen.travel));
         }
-        if self.overspeed.check(tick.velocity) {
-            return trip(Fault::Overspeed, tick.velocity);
+        if let Some(speed) = self.overspeed.check(&mut state.overspeed, tick.velocity, seen.travel)
+        {
+            return trip(Fault::Overspeed, speed);
         }
         if let Some(travel) = self.reversal.check(&mut state.reversal, before, seen.travel) {
             return trip(Fault::EncoderReversed, deg(travel));

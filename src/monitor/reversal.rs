@@ -6,9 +6,23 @@
 //! the effort prove the wiring until the next arming; as many against it trip. A joint that is
 //! still coasting from an effort the other way does not count until it has stopped.
 //!
+//! A joint may move already when the effort rises beyond the breakaway effort: a load has driven
+//! it, or the spring of its gear. An effort beyond any friction slows such a joint down, while a
+//! reversed one gains speed against it. So travel against the effort counts by what it is more
+//! than the joint made in the last tick before:
+//!
+//! ```text
+//! with += d                    d: travel of a tick with the effort
+//! with += d - min(d_0, 0)      where d < 0, and never above zero by that; d_0: d in the last tick
+//!                              with less than the breakaway effort
+//! ```
+//!
+//! From rest `d_0` is zero, and each count against the effort counts.
+//!
 //! Does badly: once proven, a connector that is turned while the joint moves is left to following
-//! error and overspeed. A load that pulls harder than the motor in the first move looks like a
-//! wrong wire.
+//! error and overspeed. A load that still gains speed against the breakaway effort in the first
+//! move looks like a wrong wire. A joint that was already moving when the effort rose has to gain
+//! `reversal_deg` over that speed before a wrong wire is seen.
 
 use super::limits::{Limits, Units};
 
@@ -28,6 +42,8 @@ pub(super) struct ReversalState {
     /// Direction in which the joint still moves because of the effort before that.
     coasts: i32,
     with: i32,
+    /// Travel in the last tick below the threshold, counts.
+    before: i32,
 }
 
 impl Reversal {
@@ -47,20 +63,27 @@ impl Reversal {
             return None;
         }
         if code.abs() < self.code {
-            state.with = 0;
+            (state.with, state.before) = (0, travel);
             return None;
         }
         let sign = if code > 0 { 1 } else { -1 };
         if state.sign != sign {
-            let coasts = if state.sign == 0 { 0 } else { travel.signum() };
-            *state = ReversalState { proven: false, sign, coasts, with: 0 };
+            let (coasts, before) =
+                if state.sign == 0 { (0, state.before) } else { (travel.signum(), 0) };
+            *state = ReversalState { proven: false, sign, coasts, with: 0, before };
         }
         if travel.signum() == state.coasts {
             return None;
         }
         state.coasts = 0;
-        let travel = if code > 0 { travel } else { travel.saturating_neg() };
-        state.with = state.with.saturating_add(travel);
+        let along = |counts: i32| if code > 0 { counts } else { counts.saturating_neg() };
+        let travel = along(travel);
+        if travel < 0 {
+            let gained = travel.saturating_sub(along(state.before).min(0));
+            state.with = state.with.saturating_add(gained).min(state.with.max(0));
+        } else {
+            state.with = state.with.saturating_add(travel);
+        }
         state.proven = state.with >= self.counts;
         (state.with <= -self.counts && self.counts < i32::MAX).then_some(state.with)
     }

@@ -9,9 +9,49 @@ const UNITS: Units = Units { count: 1.0, code: 1.0, tick: 1.0, supply: 1.0 };
 #[test]
 fn a_jump_and_a_speed_trip_beyond_their_limits_in_both_directions() {
     let limits = Limits { encoder_jump: 10.0, overspeed: 5.0, ..Limits::OFF };
-    let (jump, speed) = (EncoderJump::new(&limits, &UNITS), Overspeed::new(&limits));
+    let jump = EncoderJump::new(&limits, &UNITS);
+    let speed = Overspeed::new(&limits, 5, 0.0, &UNITS);
+    let speeds = |v: f32| speed.check(&mut OverspeedState::default(), v, 0).is_some();
     assert_eq!([10, -10, 11, -11].map(|travel| jump.check(travel)), [false, false, true, true]);
-    assert_eq!([5.0, -5.0, 5.1, -5.1].map(|v| speed.check(v)), [false, false, true, true]);
+    assert_eq!([5.0, -5.0, 5.1, -5.1].map(speeds), [false, false, true, true]);
+}
+
+/// The limit is 5 deg/s, and the mean is that of 20 ticks in two halves.
+#[test]
+fn a_swing_is_not_too_fast_and_a_joint_that_goes_one_way_is_within_one_and_a_half_times() {
+    let limits = Limits { overspeed: 5.0, ..Limits::OFF };
+    let monitor = Overspeed::new(&limits, 5, 20.0, &UNITS);
+    let trips = |travel: fn(i32) -> i32| {
+        let mut state = OverspeedState::default();
+        (0..200).find_map(|k| Some((k, monitor.check(&mut state, 99.0, travel(k))?)))
+    };
+    // Four times as fast as the limit, to and fro, four ticks each way.
+    assert_eq!(trips(|k| if k / 4 % 2 == 0 { 20 } else { -20 }), None);
+    assert_eq!(trips(|_| 5), None);
+    assert_eq!(trips(|_| -6), Some((19, -6.0)));
+    // It sets out in the second tick of a piece: 9 and 10 of 20 ticks are 5.7 deg/s.
+    assert_eq!(trips(|k| if k > 10 { 6 } else { 0 }).map(|(k, _)| k), Some(29));
+    assert_eq!(trips(|k| if k > 10 { 60 } else { 0 }), Some((19, 27.0)));
+    // A regression over as long a time needs no mean.
+    let regressed = Overspeed::new(&limits, 21, 20.0, &UNITS);
+    assert_eq!(regressed.check(&mut OverspeedState::default(), 5.1, 0), Some(5.1));
+}
+
+#[test]
+fn a_joint_that_is_slowed_down_by_the_effort_has_no_wrong_wire() {
+    let limits = Limits { reversal: 8.0, breakaway_effort: 4.0, ..Limits::OFF };
+    let monitor = Reversal::new(&limits, &UNITS);
+    let first = |moves: &[(i32, i32)]| {
+        let mut state = ReversalState::default();
+        moves.iter().find_map(|(code, travel)| monitor.check(&mut state, *code, *travel))
+    };
+    // A load drives it, until the effort is beyond the breakaway.
+    assert_eq!(first(&[(3, -9), (4, -9), (4, -8), (5, -7), (5, -9), (5, -5)]), None);
+    assert_eq!(first(&[(-3, 9), (-4, 9), (-4, 8), (-5, 7), (-5, 9), (-5, 5)]), None);
+    // A wrong wire makes it faster: by eight counts beyond the nine of each tick.
+    assert_eq!(first(&[(3, -9), (4, -12), (4, -15)]), Some(-9));
+    // What it is slowed down by proves nothing.
+    assert_eq!(first(&[(3, -9), (4, -1), (4, -1), (4, -17)]), Some(-8));
 }
 
 #[test]

@@ -79,8 +79,14 @@ impl Told {
             } else {
                 0.0
             },
-            // It came after the prototype.
+            // What came after the prototype: giving up, and another observer in motion with the
+            // encoder on the load.
             attempts: 0,
+            observer: if side == EncoderSide::Load {
+                (0.7 / self.number("h") as f32).min(110.0)
+            } else {
+                0.0
+            },
             ..RobustGains::EXAMPLE
         }
     }

@@ -9,6 +9,8 @@
 //! L3  in the first tick with p' = 0:  u_b = clamp(w - s R_0, 0.8 F_hi + u_L)
 //! L4  the observer begins with x3 = -(R_i s + u_b) / J, and u has (1 - g_e)(R_i s + u_b)
 //! L5  at rest x3 = -u_b / J
+//! L6  lost at |r - y| > |e_b| + 64 q, and sliding with s:
+//!     u_b = clamp(-J x3 - s R_0, 0.8 F_hi + u_L)
 //! ```
 //!
 //! with `u_L` the largest load that is told; zero turns the rule off, and the law is the one
@@ -22,7 +24,8 @@
 //! effort.
 //!
 //! Guarantees: the hold effort stays within `0.8 F_hi + u_L`. With `u_L = 0` nothing of the law is
-//! different. Does badly: while the joint is first released nobody holds it, and it drops until the
+//! different. L6 is not the prototype's: a hold effort that is halved there lets the load creep
+//! away for ever. Does badly: while the joint is first released nobody holds it, and it drops until the
 //! observer has learned the load, which takes some 20 ms; tell the hold effort at enabling. Where
 //! no load can drive the joint the rule leaves a hold effort that heats the motor for nothing. Of
 //! flexible joints a few may still spin: the overspeed monitor is what stops them.

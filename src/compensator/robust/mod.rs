@@ -70,7 +70,7 @@ pub use supervisor::Mode;
 use super::{Law, LawInput, Loop};
 use crate::error::HUGE;
 use crate::signal::{LawSignal, MAX_LAW_SIGNALS};
-use parameters::Rules;
+use parameters::{Rules, SLOW};
 use supervisor::{Seen, Supervisor};
 
 /// Distance from the origin at which it moves to the joint, counts: at rest, and on the way.
@@ -210,15 +210,30 @@ impl Law for Robust {
         Some((2.0 * Rules::new(gains, around).speed).max(slowest).min(HUGE))
     }
 
+    /// The guard needs some swings to see that a gain is too high. Meanwhile the motor, or the load
+    /// that the encoder sits on, goes to and fro against the transmission.
+    fn swing_time(gains: &RobustGains, around: &Loop) -> Option<f32> {
+        Some(if Rules::new(gains, around).on_load { 0.1 } else { 0.05 })
+    }
+
     /// The way in which the profile comes to its full speed, `v_m^2 / (2 a_m)`: by so much it
-    /// trails a set point that sets out with that speed. But no more than the error from the
+    /// trails a set point that sets out with that speed. And the error that asks for the largest
+    /// breakaway effort and load, `(F_hi + u_L) / (J w_n^2)`: by so much a joint may hang before
+    /// the loop has asked for what moves it. With the encoder on the motor this is the smaller one.
+    /// But no more than the error from the
     /// profile that asks for the full scale, `u_m / (J w_n^2)`: that of a loop that has run away,
     /// as it does with an encoder that is reversed in motion. Where this is less, a set point that
     /// sets out with more than `sqrt(8) a_m / w_n` needs a larger limit, or a blend.
+    ///
+    /// Twice that with the encoder on the motor and a sample time up to 10 ms: a motor that swings
+    /// against its gear goes beyond it on either side before the guard has lowered the gain.
     fn following_error(gains: &RobustGains, around: &Loop) -> Option<f32> {
-        let Rules { speed, acceleration, bandwidth, .. } = Rules::new(gains, around);
+        let Rules { speed, acceleration, bandwidth, on_load, .. } = Rules::new(gains, around);
         let way = speed * speed / (2.0 * acceleration);
-        let saturating = around.full_scale / (gains.inertia * bandwidth * bandwidth);
-        Some(way.min(saturating).max(16.0 * around.resolution).min(HUGE))
+        let stiffness = gains.inertia * bandwidth * bandwidth;
+        let saturating = around.full_scale / stiffness;
+        let hanging = (gains.breakaway_high + gains.load) / stiffness;
+        let swings = if on_load || around.sample_time > SLOW { 1.0 } else { 2.0 };
+        Some((swings * way.max(hanging).min(saturating)).max(16.0 * around.resolution).min(HUGE))
     }
 }

@@ -9,7 +9,9 @@
 //!                     dir = sgn d, y_e = y.  n_w = 5: lower g
 //!                     cleared by a rest, in HOLD, and by each attempt of the law
 //! moving:             w = sign of p' - x2 beyond 0.3 |p'| + 0.4 q / h.  A change adds
-//!                     N_g / 6 + 1 to v_n, which leaks 1 in 8 ticks.  v_n >= N_g: lower g
+//!                     N_g / 6 + 1 to v_n, which leaks 1 in 8 ticks.  v_n >= N_g: lower g.
+//!                     One after |p' - x2| > v_m / 2 adds N_g, if the joint was not lost
+//!                     (encoder on the motor)
 //! lost:               the third time without a HOLD between: lower g
 //!
 //! lower:              g_c = max(0.85 g, g_min),  g = max(0.7 g, g_min)
@@ -20,8 +22,10 @@
 //! Why this form: on a flexible joint the loop's own oscillation is a few counts large, and no gain
 //! is right for all of them. Swings of the law's own pulses do not count, since each attempt clears
 //! them. In motion a joint crosses the profile's speed a few times after each corner; six times in
-//! `8 N_g` ticks is an oscillation. `g` climbs back within a few moves to just below the level that
-//! oscillated, and the ceiling lets that level be tried again some 80 moves later.
+//! `8 N_g` ticks is an oscillation. A motor that swings against its gear by half of the profile's
+//! speed does not wait for the sixth: its swing doubles in a period. `g` climbs back within a few
+//! moves to just below the level that oscillated, and the ceiling lets that level be tried again
+//! some 80 moves later.
 //!
 //! Guarantees: `g_min <= g <= g_c <= 1`. Does badly: `g` rises only at a HOLD, so a reference that
 //! never rests keeps it down, and a joint that pulses to and fro without swinging is not seen.
@@ -44,6 +48,8 @@ pub struct OscillationGuard {
     reversal: f32,
     /// Difference of speeds of less than half a count a tick, deg/s.
     coarse: f32,
+    /// Speed error of a swing that lowers the gain at once, deg/s.
+    wide: f32,
 }
 
 /// The gain and the swings that were counted.
@@ -67,20 +73,31 @@ pub struct Guarded {
     losses: u8,
     /// Sign w of the speed error.
     side: i8,
+    /// Whether the speed error has been wide since its sign changed.
+    widely: bool,
     /// Whether the gain was lowered since the last HOLD.
     lowered: bool,
 }
 
 impl OscillationGuard {
     /// Prepares the guard: the limit of the counter in motion (ticks), the least gain, the jitter
-    /// of the encoder (counts), the sample time (s) and the angle of a count (deg).
-    pub fn new(limit: u16, least: f32, jitter: f32, sample_time: f32, count: f32) -> Self {
+    /// of the encoder (counts), the sample time (s), the angle of a count (deg), and the
+    /// speed error that is `wide` (deg/s).
+    pub fn new(
+        limit: u16,
+        least: f32,
+        jitter: f32,
+        sample_time: f32,
+        count: f32,
+        wide: f32,
+    ) -> Self {
         Self {
             limit,
             swing: limit / 6 + 1,
             least,
             reversal: (2.5 + jitter) * count,
             coarse: 0.4 * count / sample_time,
+            wide,
         }
     }
 
@@ -129,15 +146,18 @@ impl OscillationGuard {
         };
         if side != guarded.side {
             if guarded.side != 0 {
-                guarded.motion = guarded.motion.saturating_add(self.swing);
+                let swing = if guarded.widely { self.limit } else { self.swing };
+                guarded.motion = guarded.motion.saturating_add(swing);
             }
-            guarded.side = side;
+            (guarded.side, guarded.widely) = (side, false);
         } else if guarded.motion > 0 {
             guarded.leak = guarded.leak.wrapping_add(1);
             if guarded.leak & 7 == 0 {
                 guarded.motion -= 1;
             }
         }
+        // A joint that was pushed away comes back at any speed.
+        guarded.widely |= error.abs() > self.wide && guarded.losses == 0;
         if guarded.motion >= self.limit {
             self.lower(guarded);
         }
@@ -181,8 +201,14 @@ impl OscillationGuard {
 mod tests {
     use super::*;
 
-    const GUARD: OscillationGuard =
-        OscillationGuard { limit: 100, swing: 17, least: 0.1, reversal: 2.5, coarse: 400.0 };
+    const GUARD: OscillationGuard = OscillationGuard {
+        limit: 100,
+        swing: 17,
+        least: 0.1,
+        reversal: 2.5,
+        coarse: 400.0,
+        wide: 5000.0,
+    };
 
     fn gain_after(positions: impl IntoIterator<Item = f32>) -> f32 {
         let mut guarded = GUARD.start();
@@ -192,7 +218,7 @@ mod tests {
 
     #[test]
     fn prepared_guard_is_the_one_of_these_tests() {
-        assert_eq!(OscillationGuard::new(100, 0.1, 0.0, 0.001, 1.0), GUARD);
+        assert_eq!(OscillationGuard::new(100, 0.1, 0.0, 0.001, 1.0, 5000.0), GUARD);
     }
 
     #[test]

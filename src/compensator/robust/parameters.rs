@@ -9,6 +9,7 @@
 //! |---|---|---|
 //! | bandwidth `w_n` | `min(2 pi 8, 0.14 / h)`; load side `2 pi 2` | a dead time of 1.5 h takes 12 degrees of phase; 8 Hz is below most transmissions, 2 Hz below the load behind one |
 //! | observer `w_e` | `min(110, 0.7 / h)` | one count is `l3 J` V of disturbance; `z` is no less than 1/2, so that two samples of delay are borne |
+//! | the same in motion `w_e'` | `w_e`; load side `min(15, 0.7 / h)` | the load swings at 5 Hz and more: its disturbance, fed back to the motor with less delay, drives the swing |
 //! | acceleration `a_m` | `0.25 u_m / J` | friction and damping get the other three quarters |
 //! | speed `v_m` | `0.15 u_m / B`, and no more than 3 rad/s if `h <= 10 ms` or `B = 0` | viscous friction takes 15 % of the limit; a profile needs a finite speed |
 //! | hold effort's step `db_0` | `0.15 F_lo` | a seventh of the smallest elastic range |
@@ -92,7 +93,7 @@ impl RobustGains {
 const SPEED_CAP: f32 = 171.887_34;
 
 /// Sample time above which a loop is slow, s.
-const SLOW: f32 = 0.01;
+pub(super) const SLOW: f32 = 0.01;
 
 /// What the rules give, or the user instead of them. Angles are degrees.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -100,6 +101,7 @@ pub(super) struct Rules {
     pub on_load: bool,
     pub bandwidth: f32,
     pub observer: f32,
+    pub observer_in_motion: f32,
     pub acceleration: f32,
     pub speed: f32,
     pub hold_step: f32,
@@ -131,6 +133,7 @@ impl Rules {
             on_load,
             bandwidth: or(told.bandwidth, (hertz * on(8.0, 2.0)).min(0.14 / h)),
             observer: or(told.observer, (0.7 / h).min(110.0)),
+            observer_in_motion: or(told.observer, (0.7 / h).min(on(110.0, 15.0))),
             acceleration: or(told.acceleration, 0.25 * around.full_scale / told.inertia),
             speed: or(told.speed, speed.min(HUGE)),
             hold_step: or(told.hold_step, 0.15 * told.breakaway_low),

@@ -133,6 +133,8 @@ pub(super) struct Supervisor {
     profile: BoundedAcceleration,
     rest: RestDetector,
     observer: ExtendedStateObserver,
+    /// The one in motion, and while the joint swings out after an attempt.
+    observer_in_motion: ExtendedStateObserver,
     friction: SlidingFriction,
     guard: OscillationGuard,
     planner: PulsePlanner,
@@ -141,6 +143,8 @@ pub(super) struct Supervisor {
     reverse: Option<ReversePulse>,
     load_rule: LoadRule,
     give_up: GiveUp,
+    /// Multiple of an attempt's error beyond which the joint is lost.
+    lost: f32,
     /// The hold effort that is told, V.
     told: f32,
     /// N_z, N_c, N_h and N_r, ticks.
@@ -160,6 +164,12 @@ impl Supervisor {
         let most_held = 0.8 * told.breakaway_high + told.load;
         let most_disturbance = 1.5 * told.breakaway_high + told.load;
         let Rules { bandwidth, on_load, .. } = rules;
+        // A load that breaks away behind its transmission is as fast of itself: with the encoder on
+        // it, no swing is wide.
+        let wide = if on_load { f32::INFINITY } else { 0.5 * rules.speed };
+        let observer = |bandwidth: f32| {
+            ExtendedStateObserver::new(sample_time, [inertia, viscous], bandwidth, most_disturbance)
+        };
         Self {
             proportional: inertia * bandwidth * bandwidth,
             derivative: (2.0 * told.damping * inertia * bandwidth - viscous).max(0.0),
@@ -173,12 +183,8 @@ impl Supervisor {
             far_band: (told.stop_band + 2.25) * count,
             profile: BoundedAcceleration::new(rules.speed, rules.acceleration, sample_time),
             rest: RestDetector::new(told.jitter, count),
-            observer: ExtendedStateObserver::new(
-                sample_time,
-                [inertia, viscous],
-                rules.observer,
-                most_disturbance,
-            ),
+            observer: observer(rules.observer),
+            observer_in_motion: observer(rules.observer_in_motion),
             friction,
             guard: OscillationGuard::new(
                 rules.guard,
@@ -186,6 +192,7 @@ impl Supervisor {
                 told.jitter,
                 sample_time,
                 count,
+                wide,
             ),
             planner: PulsePlanner::new(sample_time, inertia, range, limit, count),
             hold_effort: HoldEffort::new(
@@ -199,6 +206,7 @@ impl Supervisor {
                 .then(|| ReversePulse::new(inertia, friction.first, sample_time, count)),
             load_rule: LoadRule::new(told.load, friction.first, most_held, sample_time),
             give_up: GiveUp::new(told.attempts, most_disturbance.min(limit), on_load, count),
+            lost: if told.load > 0.0 { 1.0 } else { 3.0 },
             told: told.hold_effort,
             rest_ticks: rules.rest,
             coast_ticks: rules.coast,
@@ -239,10 +247,11 @@ impl Supervisor {
     pub fn update(&self, s: &mut State, seen: &Seen) -> f32 {
         let Seen { position, reference, velocity, applied } = *seen;
         self.rest.update(&mut s.rest, position);
-        self.observer.update(&mut s.estimate, applied, position);
+        self.observer_of(s).update(&mut s.estimate, applied, position);
         self.profile.update(&mut s.profile, reference, velocity);
         let awaited = !matches!(s.mode, Mode::Move | Mode::Pulse);
-        if awaited && (reference - position).abs() > 3.0 * s.attempt.error.abs() + 64.0 * self.count
+        if awaited
+            && (reference - position).abs() > self.lost * s.attempt.error.abs() + 64.0 * self.count
         {
             self.find(s, position);
             self.profile.update(&mut s.profile, reference, velocity);
@@ -303,12 +312,25 @@ impl Supervisor {
         bounded(effort, self.limit)
     }
 
+    /// Returns the observer of this tick: the fast one sees a pulse and what comes of it at once.
+    #[inline]
+    fn observer_of(&self, s: &State) -> &ExtendedStateObserver {
+        let swings = s.mode == Mode::Move || s.mode == Mode::Coast && s.attempt.wait == 0;
+        if swings { &self.observer_in_motion } else { &self.observer }
+    }
+
     /// The joint is elsewhere: the profile leads it back from where it is.
     #[cold]
     fn find(&self, s: &mut State, position: f32) {
         s.profile.position = position;
         s.profile.velocity = 0.0;
-        s.held.effort *= 0.5;
+        if !self.load_rule.acts {
+            s.held.effort *= 0.5;
+        } else if !self.rests(s) {
+            // L6: it slides, so that the effort of its sliding tells the load.
+            let sign = if s.estimate.velocity > 0.0 { 1.0 } else { -1.0 };
+            s.held.effort = self.load_rule.held(-self.inertia * s.estimate.disturbance, sign);
+        }
         s.held.springs = false;
         s.mode = Mode::Move;
         self.guard.lost(&mut s.guarded);
