@@ -98,6 +98,8 @@ impl<const N: usize, const P: usize> Triangle<N, P> {
         self.rotate(x, y);
     }
 
+    // Once for each size of triangle, and not in every caller.
+    #[inline(never)]
     fn rotate(&mut self, mut x: [f32; N], mut y: f32) {
         let mut rest = &mut self.packed[..];
         let mut of_x = &mut x[..];
@@ -155,11 +157,15 @@ impl<const N: usize, const P: usize> Triangle<N, P> {
         self.packed.get(begin + column.saturating_sub(row)).copied().unwrap_or(0.0)
     }
 
+    // A function of its own in an image: three fits call it.
     /// Solves for the parameters; none if there are no more rows than columns, or if a column is
     /// none but a sum of others to within `tolerance` of its own length.
+    #[inline(never)]
     pub fn solve(&self, tolerance: f32) -> Option<Solution<N>> {
         let freedom = self.rows.checked_sub(N as u32).filter(|freedom| *freedom > 0)?;
-        for column in 0..N {
+        // Not N, for which the compiler would write out every turn.
+        let columns = core::hint::black_box(N);
+        for column in 0..columns {
             let length: f32 =
                 (0..=column).map(|row| self.element(row, column)).map(|r| r * r).sum();
             let own = self.element(column, column).abs();
@@ -172,7 +178,7 @@ impl<const N: usize, const P: usize> Triangle<N, P> {
         let of_row = libm::sqrtf(self.unexplained / freedom as f32);
         // The inverse of R: its columns are the solutions of R x = unit vectors.
         let mut spread = [[0.0; N]; N];
-        for column in 0..N {
+        for column in 0..columns {
             let mut unit = [0.0; N];
             if let Some(one) = unit.get_mut(column) {
                 *one = of_row;
@@ -193,7 +199,7 @@ impl<const N: usize, const P: usize> Triangle<N, P> {
     #[inline(never)]
     fn back(&self, z: &[f32; N]) -> [f32; N] {
         let mut x = *z;
-        for row in (0..N).rev() {
+        for row in (0..core::hint::black_box(N)).rev() {
             let known: f32 = x
                 .iter()
                 .enumerate()
