@@ -92,7 +92,7 @@ impl Follower {
 mod tests {
     use super::*;
 
-    /// Returns the mean and the least speed of the last two of four seconds, of a joint with Coulomb
+    /// Returns the mean and the least speed of the last two of four seconds: a joint with Coulomb
     /// friction alone, by its closed form within a tick.
     fn speeds(tick: f32, inertia: f32, coulomb: f32, count: f32, target: f32) -> [f32; 2] {
         let (mut q, mut v) = (0.0f64, 0.0f64);

@@ -215,6 +215,8 @@ impl<const N: usize, const P: usize> Triangle<N, P> {
 }
 
 #[cfg(test)]
+// A matrix reads best by its indices.
+#[allow(clippy::needless_range_loop)]
 mod tests {
     use super::*;
 

@@ -129,7 +129,7 @@ impl Model {
     }
 
     /// Returns the fit with a Stribeck term at a step of the search, or none, with or without
-    /// gravity. An absent term is held at zero. With `speed`, the step is free to be off by a little
+    /// gravity. An absent term is held at zero. With `speed`, the step may be off by a little
     /// (Gauss and Newton).
     #[inline(never)]
     fn fit(&self, stribeck: Option<usize>, gravity: bool, speed: bool) -> Fit {

@@ -14,8 +14,8 @@
 //! the guarantees are those of `open_loop.rs`. The servo's monitors stay on.
 //!
 //! Between two steps the effort is zero until the joint has rested. The rates of the breakaway are
-//! `F / 5` and `F / 20` a second: at the slow one a reading that is a tenth of a second late is high
-//! by half a percent, and the other one gives most of that back.
+//! `F / 5` and `F / 20` a second: at the slow one a reading that is a tenth of a second late is
+//! high by half a percent, and the other one gives most of that back.
 //!
 //! Does badly: a load that moves the joint without effort ends it. A joint that slips and sticks at
 //! the slow speeds has no point of the map there, and its Stribeck curve is not found.
@@ -86,8 +86,8 @@ pub struct Identification {
     /// Rough breakaway effort either way, V, and on which side the joint left.
     rough: [f32; 2],
     went: [i32; 2],
-    /// The weaker pulse either way: effort (V) and acceleration (deg/s^2); one over the inertia so far; the
-    /// rough inertia, V/(deg/s^2).
+    /// The weaker pulse either way: effort (V) and acceleration (deg/s^2). Then one over the inertia
+    /// so far, and the rough inertia, V/(deg/s^2).
     weaker: [[f32; 2]; 2],
     per_inertia: f32,
     inertia: f32,

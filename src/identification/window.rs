@@ -17,8 +17,8 @@
 //! an acceleration of zero. All is divided by `int phi`, so that a row has the unit of an effort.
 //!
 //! The effort is held from tick to tick, so `phi` is taken in the middle of each. The gear's angle
-//! changes little in a window, and is taken at the mean of the position over `phi`. The level of the
-//! Stribeck curve is the mean of two: a standard deviation of the speed below and above its mean
+//! changes little in a window, and is taken at the mean of the position over `phi`. The level of
+//! the Stribeck curve is the mean of two: a standard deviation of the speed below and above its mean
 //! (the quadrature of Gauss and Hermite with two points).
 //!
 //! Guarantees: a window costs the same at each tick, and remembers six sums.
@@ -66,8 +66,8 @@ fn modulate(s: f32) -> [f32; 2] {
 /// `d^2` and by `d`.
 ///
 /// phi is a polynomial of sixth order, so the series of both end. As derivatives they would not: at
-/// 40 ticks a window, the sum would take a steady speed for a twentieth of the friction. Differences
-/// that are taken of rounded values of phi would lose half of the digits.
+/// 40 ticks a window, the sum would take a steady speed for a twentieth of the friction.
+/// Differences that are taken of rounded values of phi would lose half of the digits.
 fn differences(s: f32, d: f32) -> [f32; 2] {
     let d2 = d * d;
     let second = s * (6.0 + s * (-36.0 + s * (60.0 - 30.0 * s)))

@@ -11,8 +11,8 @@ impl Servo {
     /// silence of that link is a fault.
     ///
     /// # Errors
-    /// Says what is in the way. A travel that leads out of the range of positions is; an armed servo
-    /// identifies nothing.
+    /// Says what is in the way. A travel that leads out of the range of positions is; an armed
+    /// servo identifies nothing.
     pub fn identify(&mut self, settings: &Settings) -> Result<(), Refusal> {
         let here = self.follower.seen.position;
         let control_loop = self.ready_to_arm()?;

@@ -53,7 +53,7 @@ pub fn doubts(doubts: &Doubts) -> Vec<&'static str> {
         (doubts.no_fit, "the motion does not tell the parameters: there is no fit"),
         (
             doubts.poor_fit,
-            "the fit is POOR: the model leaves more than 5 % of the effort; do not trust its numbers",
+            "the fit is POOR: the model leaves more than 5 % of the effort; do not trust it",
         ),
         (
             doubts.few_rows,
