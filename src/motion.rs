@@ -16,7 +16,7 @@ use serde::{Deserialize, Serialize};
 
 use crate::controller::{Controller, ControllerConfig, ControllerState, Reading};
 use crate::error::{Allowed, Error, between};
-use crate::identification::{self, Ramp, RampState};
+use crate::identification::{self, Identification, Ramp, RampState};
 use crate::jog::{Jog, JogState};
 use crate::position::Position;
 use crate::profile::{Profile, ProfileLimits};
@@ -65,6 +65,9 @@ pub enum Course {
     Profile(Profile),
     /// The loop is open and applies the efforts of a jog, which ends by itself.
     Jog(Jog),
+    /// The loop is open and applies the efforts of an identification, which ends by itself. It has
+    /// its state with it, in the place that a trajectory's corners would take.
+    Identification(Identification),
 }
 
 /// The state of a course from tick to tick.
@@ -121,6 +124,34 @@ pub(crate) const ABOUT: &[About] = &[
         "hold_s",
         Kind::Number,
         "Time between rise and fall of a ramp, s.",
+    ),
+    about(
+        identification::EFFORT,
+        "identification",
+        "effort_v",
+        Kind::Number,
+        "Largest effort of an identification, V.",
+    ),
+    about(
+        identification::TRAVEL,
+        "identification",
+        "travel_deg",
+        Kind::Number,
+        "Largest travel of an identification, deg.",
+    ),
+    about(
+        identification::SPEED,
+        "identification",
+        "speed_deg_per_s",
+        Kind::Number,
+        "Largest speed of an identification, deg/s.",
+    ),
+    about(
+        identification::TIME,
+        "identification",
+        "time_s",
+        Kind::Number,
+        "Longest time of an identification, s.",
     ),
     about(
         Key(CORNERS),
@@ -371,7 +402,15 @@ impl Course {
             Self::Jog(jog) => {
                 controller.open_loop(remembered, reading, |counts| jog.update(jogged, counts))
             }
+            Self::Identification(identification) => {
+                identify(controller, remembered, reading, identification)
+            }
         }
+    }
+
+    /// Returns whether the loop is open.
+    pub(crate) const fn is_open(&self) -> bool {
+        matches!(self, Self::Ramp(_) | Self::Jog(_) | Self::Identification(_))
     }
 
     /// Lets the course begin from its begin, as the loop does: a profile is where the last tick
@@ -381,7 +420,24 @@ impl Course {
             profile.restart();
             profile.wait(wait);
         }
+        if let Self::Identification(identification) = self {
+            identification.restart();
+        }
     }
+}
+
+/// Runs a tick of an identification. It is a function of its own, so that the other courses cost
+/// what they did.
+#[inline(never)]
+fn identify(
+    controller: &Controller,
+    state: &mut ControllerState,
+    reading: Reading,
+    identification: &mut Identification,
+) -> Tick {
+    let tick = controller.open_loop(state, reading, |counts| identification.update(counts));
+    identification.applied(tick.v_applied);
+    tick
 }
 
 impl CourseState {
@@ -438,16 +494,18 @@ impl CourseState {
             Course::Follow(_) | Course::Profile(_) => false,
             Course::Ramp(_) => self.ramp.is_over(),
             Course::Jog(_) => self.jog.is_over(),
+            Course::Identification(identification) => identification.is_over(),
         }
     }
 
     /// Takes that an open loop did not get the effort that it asked for: a ramp has found the
     /// levels of another effort then, and a jog has come to the end of its way.
-    pub(crate) fn capped(&mut self, course: &Course) {
+    pub(crate) fn capped(&mut self, course: &mut Course) {
         match course {
             Course::Follow(_) | Course::Profile(_) => {}
             Course::Ramp(_) => self.ramp.abandon(),
             Course::Jog(_) => self.jog.capped(),
+            Course::Identification(identification) => identification.capped(),
         }
     }
 }

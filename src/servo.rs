@@ -37,6 +37,7 @@ mod boot;
 mod control_loop;
 mod faults;
 mod follower;
+mod identification;
 mod jog;
 mod moves;
 mod output;

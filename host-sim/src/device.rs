@@ -2,6 +2,7 @@
 //! told for a run stands in [`crate::experiment`].
 
 pub mod client;
+pub mod identified;
 pub mod jogged;
 pub mod log;
 pub mod machine_file;

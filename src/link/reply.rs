@@ -7,6 +7,7 @@ use super::CHUNK;
 use super::request::Numbered;
 use super::sample::Sample;
 use crate::error::{Allowed, Error};
+use crate::identification::{MapPoint, SPEEDS, Summary};
 use crate::jog::Found;
 use crate::parameters::DecodeError;
 use crate::servo::{self, Levels};
@@ -56,6 +57,13 @@ pub enum Reply {
     /// The answer to [`Request::ReadJog`](super::Request::ReadJog). There is nothing if the jog is
     /// not over, if a stop or a fault ended it, or if there was no jog.
     Jog(Option<Found>),
+    /// The answer to [`Request::ReadIdentification`](super::Request::ReadIdentification). There is
+    /// nothing if the identification is not over, if a stop or a fault ended it, or if there was
+    /// none.
+    Identification(Option<Summary>),
+    /// The answer to [`Request::ReadMap`](super::Request::ReadMap), likewise: each speed in both
+    /// senses, the fastest first.
+    Map(Option<[[MapPoint; 2]; SPEEDS]>),
 }
 
 /// A signal, as a device announces it.

@@ -6,6 +6,7 @@ use serde::{Deserialize, Serialize};
 
 use super::CHUNK;
 use super::frame::{Frame, encode};
+use crate::identification;
 use crate::jog::Asked;
 use crate::motion::Motion;
 
@@ -154,4 +155,11 @@ pub enum Request {
     /// Turn the part's brown-out reset on, at its highest level. The part keeps that for good, and
     /// goes by it after its next reset. The output is off.
     SetBrownOut,
+    /// Identify the joint: arm, and run a sequence of motions within bounds that the device keeps,
+    /// instead of the loop. The client may ask for other bounds. The sequence ends by itself.
+    IdentifyJoint(identification::Asked),
+    /// What has the last identification found?
+    ReadIdentification,
+    /// What is the map of the friction that the last identification has made?
+    ReadMap,
 }

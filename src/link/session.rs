@@ -20,6 +20,7 @@ use super::{CHUNK, PROTOCOL};
 use crate::compensator::Gains;
 use crate::drive::DriveConfig;
 use crate::hardware::Hardware;
+use crate::identification;
 use crate::jog::Asked;
 use crate::motion::{Course, Motion};
 use crate::parameters::{Parameters, ROOM};
@@ -283,6 +284,12 @@ impl<const RING: usize> Session<RING> {
                 machine.servo(keep_off)?;
                 machine.set_brown_out()?;
             }
+            Request::IdentifyJoint(asked) => self.identify(&asked, machine)?,
+            Request::ReadIdentification => return Ok(identified(machine)),
+            Request::ReadMap => {
+                let map = |servo: &mut Servo| servo.identified().map(|found| found.map);
+                return Ok(Reply::Map(machine.servo(map)));
+            }
             Request::ReadJog => return Ok(Reply::Jog(machine.servo(|servo| servo.jogged()))),
         }
         Ok(Reply::Done)
@@ -363,7 +370,7 @@ impl<const RING: usize> Session<RING> {
             Course::Follow(reference) => Ok(machine.servo(|servo| servo.follow(reference))?),
             Course::Profile(profile) => Ok(machine.servo(|servo| servo.go_to(profile))?),
             // A ramp begins with arming, by `Identify`.
-            Course::Ramp(_) | Course::Jog(_) => Err(Refused::NoSuch),
+            Course::Ramp(_) | Course::Jog(_) | Course::Identification(_) => Err(Refused::NoSuch),
         }
     }
 
@@ -371,6 +378,16 @@ impl<const RING: usize> Session<RING> {
     fn jog(&self, asked: &Asked, machine: &mut impl Machine) -> Result<(), Refused> {
         let jog = self.parameters.as_ref().ok_or(Refused::NoParameters)?.jog(asked)?;
         Ok(machine.servo(|servo| servo.jog(jog))?)
+    }
+
+    #[inline(never)]
+    fn identify(
+        &self,
+        asked: &identification::Asked,
+        machine: &mut impl Machine,
+    ) -> Result<(), Refused> {
+        let settings = self.parameters.as_ref().ok_or(Refused::NoParameters)?.identify(asked)?;
+        Ok(machine.servo(|servo| servo.identify(&settings))?)
     }
 
     #[inline(never)]
@@ -416,6 +433,14 @@ impl<const RING: usize> Session<RING> {
             crystal_not_measured,
         })
     }
+}
+
+/// Returns what an identification has found. The servo is locked for a copy alone: the fits take
+/// longer than a tick may wait.
+#[inline(never)]
+fn identified(machine: &mut impl Machine) -> Reply {
+    let found = machine.servo(|servo| servo.identified().copied());
+    Reply::Identification(found.map(|found| found.summary()))
 }
 
 fn refuse_if_armed(servo: &Servo) -> Result<(), servo::Refusal> {

@@ -14,7 +14,7 @@ use crate::drive::DriveConfig;
 use crate::encoder::Encoder;
 use crate::error::Error;
 use crate::hardware::Hardware;
-use crate::identification::Ramp;
+use crate::identification::{self, Ramp, Settings};
 use crate::jog::{Asked, Jog, JogBounds};
 use crate::monitor::Limits;
 use crate::motion::{self, Course, Motion};
@@ -145,6 +145,14 @@ impl Parameters {
         let ControllerConfig { sample_time, encoder, .. } = &self.controller;
         let bounds = self.jog.less(asked, encoder.resolution)?;
         Ok(Jog::new(&bounds, *sample_time, encoder.resolution))
+    }
+
+    /// Prepares an identification for this machine, within what a client asks for.
+    ///
+    /// # Errors
+    /// Names the bound that the machine does not allow.
+    pub fn identify(&self, asked: &identification::Asked) -> Result<Settings, Error> {
+        Settings::new(asked, &self.controller, &self.limits, &self.profile)
     }
 }
 

@@ -42,7 +42,7 @@ impl Servo {
     pub fn arm_for_link(&mut self, ramp: Option<Ramp>) -> Result<(), Refusal> {
         if let (State::Armed, Some(control_loop)) = (self.state, &mut self.control_loop) {
             // The loop of a ramp and of a jog is open: nobody shall be told that it is closed.
-            if ramp.is_some() || matches!(control_loop.course, Course::Ramp(_) | Course::Jog(_)) {
+            if ramp.is_some() || control_loop.course.is_open() {
                 return Err(Refusal::Armed);
             }
             control_loop.watch.listen();

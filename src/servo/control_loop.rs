@@ -166,7 +166,7 @@ impl ControlLoop {
             }
             Course::Follow(reference) => reference.at(self.state.tick().saturating_sub(1)),
             Course::Profile(profile) => profile.setpoint(),
-            Course::Ramp(_) | Course::Jog(_) => {
+            Course::Ramp(_) | Course::Jog(_) | Course::Identification(_) => {
                 Setpoint::at_rest(Position::from_counts(self.state.counts()))
             }
         }
@@ -188,7 +188,7 @@ impl ControlLoop {
                 trajectory.corners().any(|corner| out(corner.position))
             }
             Course::Profile(profile) => out(profile.target()),
-            Course::Ramp(_) | Course::Jog(_) => false,
+            Course::Ramp(_) | Course::Jog(_) | Course::Identification(_) => false,
         }
     }
 
@@ -212,7 +212,7 @@ impl ControlLoop {
             Reading { travel, supply },
         );
         if tick.saturated {
-            self.state.capped(&self.course);
+            self.state.capped(&mut self.course);
         }
         tick
     }

@@ -74,8 +74,8 @@ impl Servo {
 
     fn armed_loop(&mut self) -> Result<&mut ControlLoop, Refusal> {
         match (self.state, &mut self.control_loop) {
-            // The loop is open. A ramp and a jog find what an effort does that nobody else changes.
-            (State::Armed, Some(ControlLoop { course: Course::Ramp(_) | Course::Jog(_), .. })) => {
+            // A ramp and a jog find what an effort does that nobody else changes.
+            (State::Armed, Some(ControlLoop { course, .. })) if course.is_open() => {
                 Err(Refusal::Armed)
             }
             (State::Armed, Some(control_loop)) => Ok(control_loop),

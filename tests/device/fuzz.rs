@@ -10,6 +10,7 @@ use proptest::collection::vec;
 use proptest::prelude::*;
 use stiction::Motion;
 use stiction::compensator::{Gains, MAX_TERMS, ResetIntegralGains, SmoothRobustNonlinearGains};
+use stiction::identification;
 use stiction::jog::Asked;
 use stiction::link::{CHUNK, PROTOCOL, Request, encode_request};
 use stiction::parameters::{ROOM, record as form};
@@ -157,8 +158,14 @@ fn request(random: &mut Random, record: &[u8]) -> Request {
             Request::Subscribe { signals, every: random.below(20) as u16 }
         }
         14 => Request::Fault { index: random.next() as u8 },
-        15 => match random.below(5) {
+        15 => match random.below(8) {
             0 => Request::ReadLevels,
+            4 => Request::ReadIdentification,
+            5 => Request::ReadMap,
+            6 => Request::IdentifyJoint(identification::Asked {
+                time: Some(random.real()),
+                ..identification::Asked::default()
+            }),
             1 => Request::ReadJog,
             3 => Request::SetBrownOut,
             2 => Request::Jog(Asked { effort: Some(random.real()), ..Asked::default() }),

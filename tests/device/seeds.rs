@@ -9,6 +9,7 @@ use std::path::{Path, PathBuf};
 use host_sim::properties::{self, file, frame, session};
 use stiction::Motion;
 use stiction::compensator::FIRST_LAW;
+use stiction::identification;
 use stiction::jog::Asked;
 use stiction::link::{CHUNK, Numbered, PROTOCOL, REQUEST, Request, encode_request};
 use stiction::parameters::{ROOM, record};
@@ -67,6 +68,10 @@ fn requests() -> Vec<Request> {
         Request::Jog(Asked { effort: Some(0.5), ..Asked::default() }),
         Request::Stop,
         Request::ReadJog,
+        Request::IdentifyJoint(identification::Asked { time: Some(2.0), ..Default::default() }),
+        Request::Stop,
+        Request::ReadIdentification,
+        Request::ReadMap,
         Request::Clear,
         Request::Fault { index: 0 },
     ]);

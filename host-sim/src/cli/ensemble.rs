@@ -7,9 +7,9 @@ use std::sync::{Mutex, PoisonError};
 use super::print;
 use crate::ensemble::rules::{TUNING_SEEDS, rules};
 use crate::ensemble::{
-    Case, Ensemble, Family, Header, Kept, Kind, MachineEnsemble, Row, Shard, Tried, charts,
-    markdown, merge, object, read_rows, render, render_rows, run, sort_rows, summaries, traces,
-    tune,
+    Case, Ensemble, Family, Header, Kept, Kind, MachineEnsemble, Rates, Row, Shard, Tried, UNEVEN,
+    charts, markdown, merge, object, rates, rates_table, read_rows, render, render_rows, run,
+    sort_rows, summaries, traces, tune,
 };
 use crate::error::Error;
 use crate::figure::{prepare_figures, write_charts, write_figures};
@@ -79,6 +79,22 @@ enum Action {
     Merge(Merge),
     /// Run the constants that were tried for the rules of the laws, on joints that do not score
     Tune(Tune),
+    /// Run the identification of `device identify` on joints whose parameters are known, and tell
+    /// how often it finds them
+    Identify(Identify),
+}
+
+#[derive(Debug, clap::Args)]
+pub struct Identify {
+    /// Families of joints, rigid-uneven, or all of them
+    #[arg(long, value_name = "FAMILY", value_delimiter = ',', default_value = "all")]
+    plant: Vec<String>,
+    /// Joints of each family
+    #[arg(long, default_value_t = 40, value_parser = clap::value_parser!(u64).range(1..=1_000_000))]
+    cases: u64,
+    /// Seed of the joints
+    #[arg(long, default_value_t = 1)]
+    seed: u64,
 }
 
 #[derive(Debug, clap::Args)]
@@ -114,6 +130,7 @@ pub fn ensemble(arguments: &Arguments) -> Result<(), Error> {
     match &arguments.action {
         Some(Action::Merge(action)) => action.merge(),
         Some(Action::Tune(action)) => action.tune(),
+        Some(Action::Identify(action)) => action.identify(),
         None => arguments.run(),
     }
 }
@@ -287,6 +304,20 @@ impl Tune {
             }
         }
         print(&format!("{}\n", table.trim_fmt()))
+    }
+}
+
+impl Identify {
+    fn identify(&self) -> Result<(), Error> {
+        let is_all = self.plant.iter().any(|name| name == "all");
+        let mut names: Vec<&str> = self.plant.iter().map(String::as_str).collect();
+        if is_all {
+            names = Family::ALL.into_iter().map(Family::name).collect();
+            names.push(UNEVEN);
+        }
+        let of = |name: &&str| rates(name, self.seed, self.cases);
+        let all: Vec<Rates> = names.iter().map(of).collect::<Result<_, Error>>()?;
+        print(&rates_table(&all))
     }
 }
 

@@ -13,6 +13,7 @@ use crate::fixture::plans;
 
 mod bandwidth;
 mod change;
+mod identification;
 mod motion;
 mod parameters;
 mod ramp;

@@ -1,6 +1,7 @@
 //! `stiction device`.
 
 mod edit;
+mod identify;
 mod jog;
 mod moves;
 mod params;
@@ -84,15 +85,9 @@ enum Action {
     /// Push a new joint a little each way, without a loop, and say whether its encoder counts in
     /// the right sense: the first powered motion
     Jog(jog::Jog),
-    /// Find the friction by a ramp of the effort: up until the joint moves, down until it rests
-    Identify {
-        /// How fast the effort rises, V/s; slower is nearer to the truth
-        #[arg(long, value_name = "V/S", default_value_t = 0.02, allow_hyphen_values = true)]
-        rate: f32,
-        /// Time between the rise and the fall, s: some time constants of the joint
-        #[arg(long, value_name = "S", default_value_t = 10.0, allow_hyphen_values = true)]
-        hold: f32,
-    },
+    /// Identify the joint by a bounded sequence of motions: breakaway, friction, inertia, load, with
+    /// error bars and a verdict; or with --ramp, two levels by a ramp of the effort
+    Identify(identify::Identify),
     /// Parameters of the device
     Params {
         #[command(subcommand)]
@@ -238,9 +233,11 @@ fn with(action: &Action, machine: &str, wire: impl Wire) -> Result<(), Error> {
             print(&jog.shown(&jogged, client.warning())?)?;
             jog::agrees(&jogged)
         }
-        Action::Identify { rate, hold } => {
-            let text = then_off(&mut client, |client| identify(client, *rate, *hold))?;
-            say(text)
+        Action::Identify(identify) => {
+            identify.check()?;
+            let said = then_off(&mut client, |client| identify.run(client, machine))?;
+            print(&said.text)?;
+            said.ended
         }
         Action::Params { action } => {
             let text = params::params(action, &mut client, machine)?;
@@ -285,25 +282,6 @@ fn arm<W: Wire>(client: &mut Client<W>) -> Result<(), Error> {
         client.pass(Duration::from_millis(100))?;
     }
     client.arm()
-}
-
-/// Runs a ramp to its end.
-fn identify<W: Wire>(client: &mut Client<W>, rate: f32, hold: f32) -> Result<String, Error> {
-    client.identify(rate, hold)?;
-    let status = loop {
-        let status = client.pass(Duration::from_secs(1))?;
-        if status.state != StateCode::Armed {
-            break status;
-        }
-    };
-    let nothing = || {
-        let by = by(&status);
-        Error::Device(format!(
-            "identify: ended by {by}, before anything was found (docs/faults.md)"
-        ))
-    };
-    let found = client.levels()?.ok_or_else(nothing)?;
-    Ok(words::levels(&found, rate) + OFF)
 }
 
 const OFF: &str = "stopped: the motor is off now\n";

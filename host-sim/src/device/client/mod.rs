@@ -34,6 +34,7 @@ mod parameters;
 mod state;
 mod telemetry;
 
+pub use self::motion::Map;
 use stiction::link::{Deframer, Identity, Kind, PROTOCOL, Reply, Request};
 
 use self::exchange::Heard;

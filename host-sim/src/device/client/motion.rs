@@ -1,5 +1,6 @@
 //! Requests that arm, move and stop the joint.
 
+use stiction::identification::{self, MapPoint, SPEEDS, Summary};
 use stiction::jog::{Asked, Found};
 use stiction::link::{Reply, Request};
 use stiction::position::Position;
@@ -10,6 +11,9 @@ use super::Client;
 use crate::device::moved::longest_s;
 use crate::device::wire::Wire;
 use crate::error::Error;
+
+/// The map of the friction: each speed in both senses, the fastest first.
+pub type Map = [[MapPoint; 2]; SPEEDS];
 
 impl<W: Wire> Client<W> {
     /// Closes the loop where the joint is. From now on the device has to hear from the client
@@ -134,6 +138,31 @@ impl<W: Wire> Client<W> {
     pub fn jogged(&mut self) -> Result<Option<Found>, Error> {
         match self.ask(Request::ReadJog)? {
             Reply::Jog(found) => Ok(found),
+            _ => Err(self.unexpected()),
+        }
+    }
+
+    /// Arms and begins an identification, within the bounds that are asked for and the device's. It
+    /// ends by itself, and [`identified`](Self::identified) says what it has found. Meanwhile the
+    /// device has to hear from the client within its link timeout.
+    ///
+    /// # Errors
+    /// Says why the device refuses.
+    pub fn identify_joint(&mut self, asked: identification::Asked) -> Result<(), Error> {
+        self.done("identify", Request::IdentifyJoint(asked))
+    }
+
+    /// What the last identification has found; none before it is over, and none if something else
+    /// ended it.
+    ///
+    /// # Errors
+    /// Says that the device does not answer.
+    pub fn identified(&mut self) -> Result<Option<(Summary, Map)>, Error> {
+        let Reply::Identification(summary) = self.ask(Request::ReadIdentification)? else {
+            return Err(self.unexpected());
+        };
+        match self.ask(Request::ReadMap)? {
+            Reply::Map(map) => Ok(summary.zip(map)),
             _ => Err(self.unexpected()),
         }
     }

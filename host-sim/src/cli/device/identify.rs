@@ -1,0 +1,165 @@
+//! `stiction device identify`.
+
+use std::path::PathBuf;
+use std::time::Duration;
+
+use stiction::identification::{Asked, Outcome};
+use stiction::link::StateCode;
+
+use super::{OFF, by};
+use crate::device::client::Client;
+use crate::device::identified::{Identified, ended};
+use crate::device::wire::Wire;
+use crate::device::{machine_file, words};
+use crate::error::Error;
+use crate::experiment::Document;
+use crate::output::write_whole;
+
+/// Rate of a ramp, V/s, and time between its rise and its fall, s, unless somebody says otherwise.
+const RAMP_RATE: f32 = 0.02;
+const RAMP_HOLD: f32 = 10.0;
+
+#[derive(Debug, clap::Args)]
+pub struct Identify {
+    /// Only a ramp of the effort: up until the joint moves, down until it rests. --rate and --hold
+    /// ask for it as well
+    #[arg(long)]
+    ramp: bool,
+    /// Ramp: how fast the effort rises, V/s; slower is nearer to the truth [default: 0.02]
+    #[arg(long, value_name = "V/S", allow_hyphen_values = true)]
+    rate: Option<f32>,
+    /// Ramp: time between the rise and the fall, s: some time constants of the joint [default: 10]
+    #[arg(long, value_name = "S", allow_hyphen_values = true)]
+    hold: Option<f32>,
+    /// Largest effort, V [default: four times the device's limits.breakaway_v]
+    #[arg(long, value_name = "V", allow_hyphen_values = true)]
+    effort: Option<f32>,
+    /// Largest distance either way from where the joint stands, deg [default: 45]
+    #[arg(long, value_name = "DEG", allow_hyphen_values = true)]
+    travel: Option<f32>,
+    /// Largest speed, deg/s [default: the device's profile.velocity_deg_per_s, and no more]
+    #[arg(long, value_name = "DEG/S", allow_hyphen_values = true)]
+    speed: Option<f32>,
+    /// Longest time, s [default: 300]
+    #[arg(long, value_name = "S", allow_hyphen_values = true)]
+    time: Option<f32>,
+    /// Write the device's parameters with the joint that was found to this new machine's file
+    #[arg(long, value_name = "FILE.toml")]
+    into: Option<PathBuf>,
+    /// With --into: write over a file that is there
+    #[arg(long, requires = "into")]
+    overwrite: bool,
+    /// Print one JSON object
+    #[arg(long)]
+    pub json: bool,
+}
+
+/// What is said in the end, and whether the joint was identified.
+pub struct Said {
+    pub text: String,
+    pub ended: Result<(), Error>,
+}
+
+impl Identify {
+    /// Returns whether only a ramp is asked for.
+    const fn is_ramp(&self) -> bool {
+        self.ramp || self.rate.is_some() || self.hold.is_some()
+    }
+
+    /// Refuses, before anything moves, what cannot be done in the end.
+    pub fn check(&self) -> Result<(), Error> {
+        let of_sequence = [
+            ("--effort", self.effort.is_some()),
+            ("--travel", self.travel.is_some()),
+            ("--speed", self.speed.is_some()),
+            ("--time", self.time.is_some()),
+            ("--into", self.into.is_some()),
+            ("--json", self.json),
+        ];
+        if let Some((name, _)) = of_sequence.iter().find(|(_, given)| *given && self.is_ramp()) {
+            return Err(Error::Input(format!(
+                "device identify: {name} does not go with a ramp (--ramp, --rate, --hold)"
+            )));
+        }
+        match &self.into {
+            Some(file) if file.exists() && !self.overwrite => Err(Error::Input(format!(
+                "{}: it is there already; name another file, or give --overwrite as well",
+                file.display()
+            ))),
+            _ => Ok(()),
+        }
+    }
+
+    /// Runs the identification to its end. A written file has the SI units of `machine`, if that
+    /// is a data sheet.
+    pub fn run<W: Wire>(&self, client: &mut Client<W>, machine: &str) -> Result<Said, Error> {
+        if self.is_ramp() {
+            let rate = self.rate.unwrap_or(RAMP_RATE);
+            let text = ramp(client, rate, self.hold.unwrap_or(RAMP_HOLD))?;
+            return Ok(Said { text, ended: Ok(()) });
+        }
+        let units = Document::open(machine)?.mapping()?.map(|(_, mapping)| mapping.units);
+        let parameters = client.parameters()?;
+        if !client.status()?.at_rest {
+            client.pass(Duration::from_millis(100))?;
+        }
+        let Self { effort, travel, speed, time, .. } = *self;
+        client.identify_joint(Asked { effort, travel, speed, time })?;
+        let status = until_off(client)?;
+        let (summary, map) = client.identified()?.ok_or_else(|| {
+            let by = by(&status);
+            Error::Device(format!(
+                "identify: ended by {by}, before anything was found (docs/faults.md)"
+            ))
+        })?;
+        let found = Identified { summary, map, parameters, units };
+        let warning = client.warning();
+        let mut text = if self.json {
+            format!("{:#}\n", found.json(warning))
+        } else {
+            warning.map_or(String::new(), |warning| format!("{warning}\n")) + &found.words() + OFF
+        };
+        if let Some(file) = &self.into {
+            let joint = found.joint()?;
+            let header = warning.map_or(String::new(), |warning| format!("# {warning}\n"));
+            let whose = "this device, as it was identified";
+            let body = machine_file::render(&found.parameters, &joint, whose)?;
+            write_whole(file, (header + &body).as_bytes())?;
+            if !self.json {
+                text += &format!("{}: written, with the joint that was found\n", file.display());
+            }
+        }
+        let outcome = found.summary.outcome;
+        let ended = if outcome == Outcome::Done {
+            Ok(())
+        } else {
+            Err(Error::Device(format!("identify: {}", ended(outcome))))
+        };
+        Ok(Said { text, ended })
+    }
+}
+
+/// Stays until the device has ended by itself.
+fn until_off<W: Wire>(client: &mut Client<W>) -> Result<stiction::link::Status, Error> {
+    loop {
+        let status = client.pass(Duration::from_secs(1))?;
+        if status.state != StateCode::Armed {
+            return Ok(status);
+        }
+    }
+}
+
+/// Runs a ramp to its end.
+fn ramp<W: Wire>(client: &mut Client<W>, rate: f32, hold: f32) -> Result<String, Error> {
+    client.identify(rate, hold)?;
+    let status = until_off(client)?;
+    let nothing = || {
+        let by = by(&status);
+        Error::Device(format!(
+            "identify: ended by {by}, before anything was found (docs/faults.md)"
+        ))
+    };
+    let found = client.levels()?.ok_or_else(nothing)?;
+    let warning = client.warning().map_or(String::new(), |warning| format!("{warning}\n"));
+    Ok(warning + &words::levels(&found, rate) + OFF)
+}

@@ -1,0 +1,276 @@
+//! What an identification has found, for a person, for a script and for a machine's file.
+
+use serde_json::{Value, json};
+use stiction::Parameters;
+use stiction::identification::{Doubts, Estimate, Levels, MapPoint, Outcome, Summary};
+
+use super::client::Map;
+use crate::error::Error;
+use crate::joint::CoreUnits;
+use crate::machine::{Friction, Joint};
+use crate::written::single;
+
+/// An identification and what its numbers mean.
+#[derive(Clone, Debug)]
+pub struct Identified {
+    /// What was found.
+    pub summary: Summary,
+    /// The map of the friction.
+    pub map: Map,
+    /// The machine that was identified.
+    pub parameters: Parameters,
+    /// What a volt is in N m, if a data sheet says it.
+    pub units: Option<CoreUnits>,
+}
+
+/// Says in half a sentence how an identification has ended.
+pub const fn ended(outcome: Outcome) -> &'static str {
+    match outcome {
+        Outcome::Running => "it has not ended",
+        Outcome::Done => "the whole sequence was run",
+        Outcome::Reversed => {
+            "the encoder counts AGAINST the effort: run `jog`, which says what to set"
+        }
+        Outcome::Pulled => "the joint moved the same way under both efforts: take the load off it",
+        Outcome::Still => {
+            "nothing moved up to the largest effort: look at the wiring (`jog`), or raise --effort"
+        }
+        Outcome::RunsOn => "the joint goes on without effort: a load moves it, take it off",
+        Outcome::Travel => {
+            "the joint came to the bound of its travel: raise --travel, or lower --speed"
+        }
+        Outcome::Speed => {
+            "the joint came to the bound of its speed: lower --effort, or raise --speed"
+        }
+        Outcome::Time => "the time was over: raise --time",
+        Outcome::Capped => "drive or supply let less effort through than was asked for",
+    }
+}
+
+/// The doubts in words, a sentence each.
+pub fn doubts(doubts: &Doubts) -> Vec<&'static str> {
+    let all = [
+        (doubts.no_fit, "the motion does not tell the parameters: there is no fit"),
+        (
+            doubts.poor_fit,
+            "the fit is POOR: the model leaves more than 5 % of the effort; do not trust it",
+        ),
+        (
+            doubts.few_rows,
+            "there were few stretches of even sliding: give it more --travel or time",
+        ),
+        (
+            doubts.uneven,
+            "the breakaway differs by more than 15 % from place to place: friction that depends on \
+             the angle",
+        ),
+        (
+            doubts.lost_motion,
+            "the breakaway after a reversal differs by more than 15 % from the next one: backlash, \
+             or a shaft that winds up",
+        ),
+        (
+            doubts.unphysical,
+            "inertia, friction or damping came out negative: this is not the joint",
+        ),
+    ];
+    all.into_iter().filter_map(|(is_so, words)| is_so.then_some(words)).collect()
+}
+
+/// A name, a value with its deviation, and the factor and unit in SI.
+type Line = (&'static str, [f64; 2], &'static str, fn(&CoreUnits) -> f64, &'static str);
+
+fn wide(value: [f32; 2]) -> [f64; 2] {
+    value.map(f64::from)
+}
+
+fn lines(estimate: &Estimate) -> Vec<Line> {
+    let torque: fn(&CoreUnits) -> f64 = |units| units.effort(1.0);
+    let per_angle: fn(&CoreUnits) -> f64 = |units| 1.0 / units.per_degree(1.0);
+    let mut lines: Vec<Line> = vec![
+        ("inertia", wide(estimate.inertia), "V s^2/deg", per_angle, "kg m^2"),
+        ("viscous", wide(estimate.viscous), "V s/deg", per_angle, "N m s/rad"),
+        ("slip", wide(estimate.coulomb), "V", torque, "N m"),
+        ("slip +", wide(estimate.coulomb_positive), "V", torque, "N m"),
+        ("slip -", wide(estimate.coulomb_negative), "V", torque, "N m"),
+        ("load", wide(estimate.offset), "V", torque, "N m"),
+    ];
+    let [sine, cosine] = estimate.gravity.map(wide);
+    if sine[1] > 0.0 {
+        lines.push(("gravity sin", sine, "V", torque, "N m"));
+        lines.push(("gravity cos", cosine, "V", torque, "N m"));
+    }
+    if estimate.stribeck_velocity > 0.0 {
+        lines.push(("stribeck", wide(estimate.stribeck), "V", torque, "N m"));
+    }
+    lines
+}
+
+impl Identified {
+    /// Returns the verdict in a few words.
+    pub fn verdict(&self) -> &'static str {
+        let Summary { outcome, doubts, .. } = &self.summary;
+        match outcome {
+            _ if doubts.no_fit || doubts.unphysical => "no result",
+            Outcome::Done if doubts.is_none() => "good",
+            _ if doubts.poor_fit => "poor",
+            Outcome::Done => "doubtful",
+            _ => "not whole",
+        }
+    }
+
+    /// Writes the table and the verdict.
+    pub fn words(&self) -> String {
+        let Summary { outcome, breakaway, estimate, range, doubts: doubted, steps } = &self.summary;
+        let mut text = format!("identify   {}\n", ended(*outcome));
+        let si = |value: f64, unit: &str, factor: fn(&CoreUnits) -> f64| {
+            self.units.map_or(String::new(), |units| {
+                format!("   {:>11.5} {unit}", value * factor(&units))
+            })
+        };
+        let torque: fn(&CoreUnits) -> f64 = |units| units.effort(1.0);
+        for (Levels { least, median, largest, places }, sense) in breakaway.iter().zip(["+", "-"]) {
+            if *places > 0 {
+                text += &format!(
+                    "breakaway {sense} {median:>10.5} V, from {least:.5} to {largest:.5} V at {places} \
+                     places{}\n",
+                    si(f64::from(*median), "N m", torque)
+                );
+            }
+        }
+        if let Some(estimate) = estimate {
+            for (name, [value, deviation], unit, factor, in_si) in lines(estimate) {
+                let both = format!("{value:>10.3e} +- {deviation:.1e} {unit}");
+                text += &format!("{name:<11} {both:<32}{}\n", si(value, in_si, factor));
+            }
+            if estimate.stribeck_velocity > 0.0 {
+                text += &format!("at          {:>10.3} deg/s\n", estimate.stribeck_velocity);
+            }
+            text += &format!("delay       {:>10.2} ms\n", 1e3 * f64::from(estimate.delay[0]));
+            text += &format!(
+                "residual    {:>10.2} % of the effort, {} stretches, {range:.0} deg, {steps} steps\n",
+                100.0 * f64::from(estimate.relative_residual),
+                estimate.rows
+            );
+        }
+        for [forward, backward] in &self.map {
+            if forward.windows > 0 && backward.windows > 0 {
+                let friction = 0.5 * (forward.effort - backward.effort);
+                text += &format!(
+                    "at {:>8.3} deg/s: friction {friction:.5} V, load {:+.5} V\n",
+                    forward.velocity,
+                    0.5 * (forward.effort + backward.effort)
+                );
+            }
+        }
+        text += &format!("verdict    {}\n", self.verdict());
+        doubts(doubted).iter().for_each(|line| text += &format!("           {line}\n"));
+        text
+    }
+
+    /// Makes the object for a script.
+    pub fn json(&self, warning: Option<&str>) -> Value {
+        let Summary { outcome, steps, breakaway, estimate, range, doubts: doubted } = &self.summary;
+        let level = |levels: &Levels| {
+            (levels.places > 0).then(|| {
+                json!({
+                    "min_v": single(levels.least),
+                    "median_v": single(levels.median),
+                    "max_v": single(levels.largest),
+                    "places": levels.places,
+                })
+            })
+        };
+        let valued = |value: [f32; 2]| json!({"value": single(value[0]), "sd": single(value[1])});
+        let parameters = estimate.as_ref().map(|estimate| {
+            let [sine, cosine] = estimate.gravity;
+            json!({
+                "inertia": valued(estimate.inertia),
+                "viscous": valued(estimate.viscous),
+                "coulomb_positive": valued(estimate.coulomb_positive),
+                "coulomb_negative": valued(estimate.coulomb_negative),
+                "coulomb": valued(estimate.coulomb),
+                "offset": valued(estimate.offset),
+                "gravity_sin": (sine[1] > 0.0).then(|| valued(sine)),
+                "gravity_cos": (cosine[1] > 0.0).then(|| valued(cosine)),
+                "stribeck": (estimate.stribeck_velocity > 0.0).then(|| valued(estimate.stribeck)),
+                "stribeck_velocity_deg_per_s":
+                    (estimate.stribeck_velocity > 0.0).then(|| single(estimate.stribeck_velocity)),
+                "delay_s": valued(estimate.delay),
+            })
+        });
+        let in_si = estimate.as_ref().zip(self.units).map(|(estimate, units)| {
+            lines(estimate)
+                .into_iter()
+                .map(|(name, [value, deviation], _, factor, unit)| {
+                    let factor = factor(&units);
+                    let value = json!({
+                        "value": value * factor, "sd": deviation * factor, "unit": unit,
+                    });
+                    (name.to_owned(), value)
+                })
+                .collect::<serde_json::Map<String, Value>>()
+        });
+        let point = |point: &MapPoint| {
+            json!({
+                "velocity_deg_per_s": single(point.velocity),
+                "effort_v": single(point.effort),
+                "windows": point.windows,
+            })
+        };
+        let map: Vec<Value> =
+            self.map.iter().flatten().filter(|point| point.windows > 0).map(point).collect();
+        json!({
+            "schema": 1,
+            "warning": warning,
+            "outcome": format!("{outcome:?}").to_lowercase(),
+            "verdict": self.verdict(),
+            "doubts": doubts(doubted),
+            "steps": steps,
+            "range_deg": single(*range),
+            "breakaway_positive": level(&breakaway[0]),
+            "breakaway_negative": level(&breakaway[1]),
+            "parameters": parameters,
+            "si": in_si,
+            "relative_residual_percent":
+                estimate.as_ref().map(|estimate| 100.0 * f64::from(estimate.relative_residual)),
+            "stretches": estimate.as_ref().map(|estimate| estimate.rows),
+            "map": map,
+        })
+    }
+
+    /// Returns the joint of a machine's file.
+    ///
+    /// # Errors
+    /// Says why the result is none that a file should have.
+    pub fn joint(&self) -> Result<Joint, Error> {
+        let refused =
+            |why: &str| Error::Device(format!("identify --into: nothing is written: {why}"));
+        let Summary { outcome, breakaway, estimate, doubts: doubted, .. } = &self.summary;
+        if *outcome != Outcome::Done {
+            return Err(refused(ended(*outcome)));
+        }
+        let estimate = estimate.as_ref().filter(|_| !doubted.unphysical && !doubted.poor_fit);
+        let estimate = estimate.ok_or_else(|| {
+            refused(doubts(doubted).first().copied().unwrap_or("there is no fit"))
+        })?;
+        let slip_v = single(estimate.coulomb[0]);
+        let [positive, negative] = breakaway.map(|levels| single(levels.median));
+        let stick_v = 0.5 * (positive + negative);
+        if positive <= 0.0 || negative <= 0.0 {
+            return Err(refused("the breakaway was not found in both senses"));
+        }
+        Ok(Joint {
+            gain_deg_per_s2_per_v: 1.0 / single(estimate.inertia[0]),
+            // Less than none is the noise of none.
+            viscous_v_per_deg_per_s: single(estimate.viscous[0]).max(0.0),
+            friction: Friction {
+                stick_v: stick_v.max(slip_v),
+                slip_v,
+                band_deg_per_s: 0.0001,
+                added_v: 0.0,
+                added_during_s: None,
+            },
+        })
+    }
+}

@@ -1,0 +1,207 @@
+//! What an identification has found, as a link is told of it, and what there is to doubt.
+
+use serde::{Deserialize, Serialize};
+
+use super::model::{Estimate, Model};
+use super::plan::{PLACES, SPEEDS};
+use crate::open_loop::Bound;
+
+/// The residual beyond which a fit is poor, as a share of the efforts. A joint of the model leaves
+/// what drive and encoder round, which is a hundredth or less.
+const POOR: f32 = 0.05;
+/// What a breakaway may differ by between places, as a share of the median: the drive's rounding of
+/// a small level is up to 0.03 of it.
+const UNEVEN: f32 = 0.15;
+/// What a breakaway after a reversal may differ by from the next one in the same sense.
+const LOST: f32 = 0.15;
+/// Rows that a fit of eight parameters needs to be trusted.
+const FEW: u32 = 24;
+
+/// How an identification has ended.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+pub enum Outcome {
+    /// It has not ended.
+    #[default]
+    Running,
+    /// All of its steps were done.
+    Done,
+    /// The encoder counts against the effort.
+    Reversed,
+    /// The joint moved the same way under both efforts: a load moves it.
+    Pulled,
+    /// Nothing moved up to the effort's bound.
+    Still,
+    /// The joint went on without effort.
+    RunsOn,
+    /// The joint went as far as it may.
+    Travel,
+    /// The joint was as fast as it may be.
+    Speed,
+    /// The time was over.
+    Time,
+    /// Drive or supply let less effort through than was asked for.
+    Capped,
+}
+
+impl From<Bound> for Outcome {
+    fn from(bound: Bound) -> Self {
+        match bound {
+            Bound::Travel => Self::Travel,
+            Bound::Speed => Self::Speed,
+            Bound::Time => Self::Time,
+            Bound::Effort => Self::Capped,
+        }
+    }
+}
+
+/// The breakaway efforts in one sense, V, without their sign and with the load. They are zero where
+/// nothing was found.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct Levels {
+    /// The least of all places.
+    pub least: f32,
+    /// The median.
+    pub median: f32,
+    /// The largest.
+    pub largest: f32,
+    /// Number of places.
+    pub places: u8,
+}
+
+/// A point of the map: the means over all windows of a leg at its speed.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct MapPoint {
+    /// Velocity, deg/s.
+    pub velocity: f32,
+    /// Effort, V.
+    pub effort: f32,
+    /// Number of windows; zero: the joint did not slide evenly at this speed.
+    pub windows: u16,
+}
+
+/// What there is to doubt in a result.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+pub struct Doubts {
+    /// The rows do not tell the parameters.
+    pub no_fit: bool,
+    /// The fit leaves more than a twentieth of the efforts.
+    pub poor_fit: bool,
+    /// There were few rows.
+    pub few_rows: bool,
+    /// The breakaway differs between the places by more than 15 %.
+    pub uneven: bool,
+    /// The breakaway after a reversal differs from the next one in the same sense by more than
+    /// 15 %: backlash, or a shaft that winds up.
+    pub lost_motion: bool,
+    /// A parameter that is positive in nature came out as negative or as zero.
+    pub unphysical: bool,
+}
+
+impl Doubts {
+    /// Returns whether there is nothing to doubt.
+    pub fn is_none(&self) -> bool {
+        *self == Self::default()
+    }
+}
+
+/// What an identification has found. Before it has ended, there is nothing.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct Summary {
+    /// How it has ended.
+    pub outcome: Outcome,
+    /// Number of steps that were done.
+    pub steps: u8,
+    /// The breakaway in the positive and in the negative sense.
+    pub breakaway: [Levels; 2],
+    /// The parameters, if the rows tell them.
+    pub estimate: Option<Estimate>,
+    /// The angle that the joint has gone through, deg.
+    pub range: f32,
+    /// What there is to doubt.
+    pub doubts: Doubts,
+}
+
+/// The readings of an identification, from which a [`Summary`] is made away from the tick.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Findings {
+    /// How it has ended.
+    pub outcome: Outcome,
+    /// Number of steps that were done.
+    pub steps: u8,
+    /// The breakaway of each place in both senses, V; zero: not found.
+    pub levels: [[f32; PLACES]; 2],
+    /// What a breakaway after a reversal differed by from the next, as a share, at most.
+    pub lost: f32,
+    /// The angle that the joint has gone through, deg.
+    pub range: f32,
+    /// The regression.
+    pub model: Model,
+    /// The map: each speed in both senses, the fastest first.
+    pub map: [[MapPoint; 2]; SPEEDS],
+}
+
+impl Levels {
+    fn of(levels: &[f32; PLACES]) -> Self {
+        let mut sorted = *levels;
+        sorted.sort_unstable_by(f32::total_cmp);
+        let missing = sorted.iter().take_while(|level| **level <= 0.0).count();
+        let found = sorted.get(missing..).unwrap_or_default();
+        let middle = found.get(found.len() / 2).zip(found.get(found.len().wrapping_sub(1) / 2));
+        Self {
+            least: found.first().copied().unwrap_or(0.0),
+            median: middle.map_or(0.0, |(one, other)| 0.5 * (one + other)),
+            largest: found.last().copied().unwrap_or(0.0),
+            places: found.len() as u8,
+        }
+    }
+
+    fn is_uneven(&self) -> bool {
+        self.largest - self.least > UNEVEN * self.median
+    }
+}
+
+impl Findings {
+    /// Returns what is told of the readings. It takes some ten thousand instructions.
+    #[inline(never)]
+    pub fn summary(&self) -> Summary {
+        let [positive, negative] = &self.levels;
+        let breakaway = [Levels::of(positive), Levels::of(negative)];
+        let estimate = self.model.estimate(self.range);
+        let mut doubts = Doubts {
+            no_fit: estimate.is_none(),
+            uneven: breakaway.iter().any(Levels::is_uneven),
+            lost_motion: self.lost > LOST,
+            ..Doubts::default()
+        };
+        if let Some(found) = &estimate {
+            // What is no number is no good fit.
+            let fits = found.relative_residual <= POOR;
+            doubts.poor_fit = !fits;
+            doubts.few_rows = found.rows < FEW;
+            let positive = [found.inertia[0], found.coulomb[0]];
+            // No viscous friction is possible; less than none, beyond its deviation, is not.
+            doubts.unphysical = !positive.iter().all(|value| *value > 0.0)
+                || found.viscous[0] < -2.0 * found.viscous[1];
+        }
+        let Self { outcome, steps, range, .. } = *self;
+        Summary { outcome, steps, breakaway, estimate, range, doubts }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn levels_are_the_order_statistics_of_what_was_found() {
+        let of = |levels| {
+            let Levels { least, median, largest, places } = Levels::of(&levels);
+            ([least, median, largest], places)
+        };
+        assert_eq!(of([0.3, 0.5, 0.1, 0.2, 0.4]), ([0.1, 0.3, 0.5], 5));
+        assert_eq!(of([0.0, 0.5, 0.0, 0.25, 0.0]), ([0.25, 0.375, 0.5], 2));
+        assert_eq!(of([0.0; 5]), ([0.0; 3], 0));
+        let spread = |largest| Levels { least: 0.93, median: 1.0, largest, places: 5 }.is_uneven();
+        assert_eq!([1.07, 1.09].map(spread), [false, true]);
+    }
+}

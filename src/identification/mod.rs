@@ -1,0 +1,37 @@
+//! The identification of a joint: its friction levels from a ramp ([`ramp`]), and all of its
+//! parameters from a bounded sequence of motions ([`sequence`]).
+//!
+//! ```text
+//! sequence.rs   what the joint does, one phase after the other, within the bounds of open_loop.rs
+//!   settings.rs    its bounds, and what follows from them
+//!   plan.rs        its steps
+//!   breakaway.rs   effort rises until the joint leaves its place
+//!   follower.rs    a stiff loop leads the joint along speeds that the sequence asks for
+//!   window.rs      a stretch of sliding -> a row of the regression, in integral form
+//!   givens.rs      rows -> a triangle, by rotations
+//! model.rs      the triangle -> parameters, standard deviations, relative residual
+//! findings.rs   what a link is told, and what there is to doubt
+//! ```
+
+mod breakaway;
+mod findings;
+mod follower;
+pub mod givens;
+mod model;
+mod plan;
+mod ramp;
+mod sequence;
+mod settings;
+mod window;
+
+pub use breakaway::{Breakaway, Push};
+pub use findings::{Doubts, Findings, Levels, MapPoint, Outcome, Summary};
+pub use follower::Follower;
+pub use model::{CANDIDATES, COLUMNS, Estimate, Model};
+pub use plan::{PLACES, SPEEDS};
+pub(crate) use ramp::{HOLD, RATE};
+pub use ramp::{MAX_TICKS, Ramp, RampFindings, RampState};
+pub use sequence::Identification;
+pub use settings::{Asked, Settings};
+pub(crate) use settings::{EFFORT, SPEED, TIME, TRAVEL};
+pub use window::{Row, Window};

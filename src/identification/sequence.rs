@@ -1,0 +1,436 @@
+//! The identification of a joint: a bounded sequence of motions, one state machine in the tick.
+//!
+//! ```text
+//! try + -     the effort rises from zero until the joint leaves its place: direction, encoder,
+//!             and a rough breakaway effort F
+//! pulses      1.5 F and 2.5 F each way from rest: x = a t^2 / 2, and J = (u_2 - u_1) / (a_2 - a_1)
+//! legs + -    at six speeds in the ratio 0.45: the map of the friction  -+-> rows of the
+//! swings + -  at a speed that goes to and fro between 0.4 and 1.6        +   regression
+//! places      at five places, each way: breakaway at a fast rate, then at a slow one
+//! ```
+//!
+//! Every effort goes through [`Bounds::admit`](crate::open_loop::Bounds), which ends the
+//! sequence at the bounds of travel, speed and time, and the breakaway at that of the effort. So
+//! the guarantees are those of `open_loop.rs`. The servo's monitors stay on.
+//!
+//! Between two steps the effort is zero until the joint has rested. The rates of the breakaway are
+//! `F / 5` and `F / 20` a second: at the slow one a reading that is a tenth of a second late is
+//! high by half a percent, and the other one gives most of that back.
+//!
+//! Does badly: a load that moves the joint without effort ends it. A joint that slips and sticks at
+//! the slow speeds has no point of the map there, and its Stribeck curve is not found.
+
+use super::breakaway::{Breakaway, Push};
+use super::findings::{Findings, Outcome};
+use super::follower::Follower;
+use super::model::Model;
+use super::plan::{SPEEDS, Task, at, share};
+use super::settings::Settings;
+use super::window::{Row, Window};
+use crate::monitor::Standstill;
+use crate::open_loop::{Bound, OpenLoopState};
+use crate::saturation::bounded;
+
+/// Time of the first rise to the effort's bound, s.
+const RISE_S: f32 = 8.0;
+/// Rates of the breakaway, in rough breakaway efforts a second.
+const RATES: [f32; 2] = [0.2, 0.05];
+/// Where the ramps begin: in rough breakaway efforts, and in readings of the fast rate.
+const FROM: [f32; 2] = [0.5, 0.8];
+/// The pulses, in rough breakaway efforts, and the part of the effort's bound that the stronger one
+/// stays below.
+const PULSES: [f32; 2] = [1.5, 2.5];
+const BELOW: f32 = 0.9;
+/// A pulse lasts until the joint has gone so far (counts) for so long (ticks), or this long (s).
+const PULSE_COUNTS: u32 = 64;
+const PULSE_TICKS: u32 = 30;
+const PULSE_S: f32 = 1.0;
+/// It ends earlier at this part of the travel's and of the speed's bound.
+const PULSE_SHARE: f32 = 0.3;
+/// Time after which a joint without effort runs on, s.
+const RUNS_ON_S: f32 = 5.0;
+/// Part of the asked speed below which a joint does not slide evenly.
+const SLIDES: f32 = 0.25;
+/// Part by which the mean speed of a window of the map may differ from the asked one.
+const EVEN: f32 = 0.2;
+/// The shares of its mean speed between which a swing goes, and the time of each in windows.
+const SWING: [f32; 2] = [0.4, 1.6];
+const SWING_WINDOWS: f32 = 1.25;
+
+/// The phases of a step.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+enum Phase {
+    /// No effort, until the joint rests.
+    #[default]
+    Resting,
+    Pushing,
+    Pulsing,
+    Leading,
+    Over,
+}
+
+/// An identification with its state.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Identification {
+    settings: Settings,
+    open_loop: OpenLoopState,
+    standstill: Standstill,
+    phase: Phase,
+    /// Ticks since the phase began.
+    elapsed: u32,
+    /// Where the phase began, and the range of all positions, counts.
+    origin: i32,
+    range: [i32; 2],
+    /// The effort that has been held since the last tick, V.
+    applied: f32,
+    /// Rough breakaway effort either way, V, and on which side the joint left.
+    rough: [f32; 2],
+    went: [i32; 2],
+    /// The weaker pulse either way: effort (V) and acceleration (deg/s^2). Then one over the inertia
+    /// so far, and the rough inertia, V/(deg/s^2).
+    weaker: [[f32; 2]; 2],
+    per_inertia: f32,
+    inertia: f32,
+    push: Push,
+    breakaway: Breakaway,
+    /// The reading of the fast rate, V.
+    fast: f32,
+    follower: Follower,
+    /// Speed of the leg, deg/s, and its way, deg. Zero: it comes to its end.
+    speed: f32,
+    way: f32,
+    window: Window,
+    findings: Findings,
+}
+
+impl Identification {
+    /// Returns an identification before its first tick.
+    pub fn new(settings: &Settings) -> Self {
+        let slow = settings.slow.max(share(SPEEDS - 1) * settings.fast);
+        let model = Model::new(slow, settings.fast);
+        Self {
+            settings: *settings,
+            open_loop: OpenLoopState::start(0),
+            standstill: Standstill::default(),
+            phase: Phase::Resting,
+            elapsed: 0,
+            origin: 0,
+            range: [0; 2],
+            applied: 0.0,
+            rough: [0.0; 2],
+            went: [0; 2],
+            weaker: [[0.0; 2]; 2],
+            per_inertia: 0.0,
+            inertia: 0.0,
+            push: Push { from: 0.0, rung: 0.0, reverse: false },
+            breakaway: Breakaway::default(),
+            fast: 0.0,
+            follower: Follower::default(),
+            speed: 0.0,
+            way: 0.0,
+            window: Window::default(),
+            findings: Findings { model, ..Findings::default() },
+        }
+    }
+
+    /// Begins anew, with the joint at rest at zero.
+    #[inline(never)]
+    pub fn restart(&mut self) {
+        let settings = self.settings;
+        *self = Self::new(&settings);
+    }
+
+    /// Returns whether it has ended. Its effort is zero then.
+    pub const fn is_over(&self) -> bool {
+        matches!(self.phase, Phase::Over)
+    }
+
+    /// Returns its bounds.
+    pub const fn settings(&self) -> &Settings {
+        &self.settings
+    }
+
+    /// Returns what it has found so far.
+    pub const fn findings(&self) -> &Findings {
+        &self.findings
+    }
+
+    /// Takes the effort that the joint gets until the next tick, V.
+    pub const fn applied(&mut self, effort: f32) {
+        self.applied = effort;
+    }
+
+    /// Takes that less effort was let through than was asked for: a ramp has no reading then.
+    pub fn capped(&mut self) {
+        if self.phase == Phase::Pushing {
+            self.not_found();
+        }
+    }
+
+    /// Takes the joint's position in counts, and returns the effort from now on, V.
+    #[inline(never)]
+    pub fn update(&mut self, counts: i32) -> f32 {
+        if self.is_over() {
+            return 0.0;
+        }
+        let Settings { tick, count, .. } = self.settings;
+        let still = self.standstill.update(counts);
+        let [low, high] = &mut self.range;
+        (*low, *high) = ((*low).min(counts), (*high).max(counts));
+        self.follower.observe(counts, [tick, count]);
+        self.elapsed = self.elapsed.saturating_add(1);
+        let effort = match self.phase {
+            Phase::Resting => self.rest(counts, still),
+            Phase::Pushing => self.push(counts),
+            Phase::Pulsing => self.pulse(counts),
+            Phase::Leading => self.lead(counts),
+            Phase::Over => 0.0,
+        };
+        match self.settings.bounds.admit(&mut self.open_loop, counts, effort) {
+            Ok(effort) => effort,
+            Err(Bound::Effort) if self.phase == Phase::Pushing => {
+                self.not_found();
+                0.0
+            }
+            Err(bound) => self.end(bound.into()),
+        }
+    }
+
+    fn end(&mut self, outcome: Outcome) -> f32 {
+        let [low, high] = self.range;
+        self.findings.range = high.wrapping_sub(low) as f32 * self.settings.count;
+        self.findings.outcome = outcome;
+        self.phase = Phase::Over;
+        0.0
+    }
+
+    /// Lets the joint come to rest, after which the next step begins.
+    fn settle(&mut self) -> f32 {
+        self.findings.steps = self.findings.steps.saturating_add(1);
+        (self.phase, self.elapsed) = (Phase::Resting, 0);
+        // From now on: it may have stood still at the begin of a push.
+        self.standstill = Standstill::default();
+        0.0
+    }
+
+    fn task(&self) -> Option<Task> {
+        Task::of(self.findings.steps as usize)
+    }
+
+    fn rest(&mut self, counts: i32, still: u32) -> f32 {
+        if still < self.settings.quiet {
+            if self.elapsed > self.settings.ticks(RUNS_ON_S) {
+                return self.end(Outcome::RunsOn);
+            }
+            return 0.0;
+        }
+        (self.origin, self.elapsed) = (counts, 0);
+        self.follower = Follower::begin(counts);
+        match self.task() {
+            None => return self.end(Outcome::Done),
+            Some(Task::Try { reverse }) => {
+                let rung = self.settings.bounds.effort / RISE_S * self.settings.tick;
+                self.begin_push(Push { from: 0.0, rung, reverse });
+            }
+            Some(Task::Pulse { .. }) => match self.direction() {
+                Outcome::Running => self.phase = Phase::Pulsing,
+                wrong => return self.end(wrong),
+            },
+            Some(Task::Leg { speed, reverse }) => {
+                let speed = share(speed) * self.settings.fast;
+                self.begin_leg(speed, self.settings.way(speed), reverse);
+            }
+            Some(Task::Swing { reverse }) => {
+                let speed = 0.5 * self.settings.fast;
+                self.begin_leg(speed, 2.0 * self.settings.way(speed), reverse);
+            }
+            Some(Task::Go { place }) => {
+                let way = at(place) * self.settings.room() - self.position();
+                self.begin_leg(0.5 * self.settings.fast, way.abs(), way < 0.0);
+            }
+            Some(Task::Push { reverse, slow: false, .. }) => {
+                let rough = self.rough_friction(reverse);
+                let [rate, _] = RATES.map(|rate| rate * rough * self.settings.tick);
+                self.begin_push(Push { from: FROM[0] * rough, rung: rate, reverse });
+            }
+            Some(Task::Push { reverse, .. }) => {
+                if self.fast <= 0.0 {
+                    return self.settle();
+                }
+                let rate = RATES[1] * self.rough_friction(reverse) * self.settings.tick;
+                self.begin_push(Push { from: FROM[1] * self.fast, rung: rate, reverse });
+            }
+        }
+        0.0
+    }
+
+    /// Returns what the first two pushes say, or that nothing is wrong.
+    const fn direction(&self) -> Outcome {
+        match self.went {
+            [1, -1] => Outcome::Running,
+            [-1, 1] => Outcome::Reversed,
+            [0, _] | [_, 0] => Outcome::Still,
+            _ => Outcome::Pulled,
+        }
+    }
+
+    const fn rough_friction(&self, reverse: bool) -> f32 {
+        self.rough[reverse as usize]
+    }
+
+    /// Returns where the joint rests, deg.
+    const fn position(&self) -> f32 {
+        self.origin as f32 * self.settings.count
+    }
+
+    fn begin_push(&mut self, push: Push) {
+        self.push = push;
+        self.breakaway = Breakaway::begin(self.origin);
+        self.phase = Phase::Pushing;
+    }
+
+    fn push(&mut self, counts: i32) -> f32 {
+        let reading = match self.breakaway.update(&self.push, counts, self.settings.tick) {
+            Ok(effort) => return effort,
+            Err(reading) => reading,
+        };
+        let side = usize::from(self.push.reverse);
+        match self.task() {
+            Some(Task::Try { .. }) => {
+                self.rough[side] = reading;
+                self.went[side] = self.breakaway.travel().signum();
+            }
+            Some(Task::Push { slow: false, .. }) => self.fast = reading,
+            Some(Task::Push { place, .. }) => {
+                let rates = RATES.map(|rate| rate * self.rough[side]);
+                let level = Breakaway::at_rest([self.fast, reading], rates);
+                if let Some(found) = self.findings.levels[side].get_mut(place) {
+                    *found = level;
+                }
+                let lost = (self.fast / reading - 1.0).abs();
+                self.findings.lost = self.findings.lost.max(lost);
+            }
+            _ => {}
+        }
+        self.settle()
+    }
+
+    /// Ends a push without a reading.
+    fn not_found(&mut self) {
+        self.fast = 0.0;
+        self.settle();
+    }
+
+    fn pulse(&mut self, counts: i32) -> f32 {
+        let Some(Task::Pulse { strong, reverse }) = self.task() else { return self.settle() };
+        let Settings { bounds, tick, count, .. } = self.settings;
+        let side = usize::from(reverse);
+        let rough = self.rough[side];
+        let most = BELOW * bounds.effort;
+        let [weak_effort, strong_effort] = if PULSES[1] * rough < most {
+            PULSES.map(|share| share * rough)
+        } else {
+            [rough + 0.4 * (most - rough), most]
+        };
+        let size = if strong { strong_effort } else { weak_effort };
+        let moved = counts.wrapping_sub(self.origin).unsigned_abs();
+        // The speed at the end is twice the mean one.
+        let speed = 2.0 * moved as f32 / self.elapsed as f32;
+        let is_enough = moved >= PULSE_COUNTS && self.elapsed > PULSE_TICKS
+            || moved as f32 > PULSE_SHARE * bounds.travel as f32
+            || self.elapsed > PULSE_TICKS && speed > PULSE_SHARE * bounds.speed
+            || speed > 2.0 * PULSE_SHARE * bounds.speed && moved > 2 * PULSE_COUNTS
+            || self.elapsed > self.settings.ticks(PULSE_S);
+        if !is_enough {
+            return if reverse { -size } else { size };
+        }
+        // The effort has been held for a tick less.
+        let time = (self.elapsed as f32 - 1.0) * tick;
+        let acceleration = 2.0 * moved as f32 * count / (time * time);
+        if strong {
+            let [before, slower] = self.weaker[side];
+            let slope = (acceleration - slower) / (size - before);
+            // A joint that is no faster under more effort has at least this inertia.
+            let least = 0.1 * acceleration / size;
+            self.per_inertia += 0.5 * slope.max(least);
+            self.inertia = 1.0 / self.per_inertia;
+        }
+        self.weaker[side] = [size, acceleration];
+        self.settle()
+    }
+
+    /// Returns the acceleration of the legs, deg/s^2.
+    fn acceleration(&self) -> f32 {
+        let Settings { bounds, fast, .. } = self.settings;
+        let [positive, negative] = self.rough;
+        let left = (bounds.effort - positive.max(negative)).max(0.0);
+        (fast / self.settings.window_time()).min(0.5 * left / self.inertia)
+    }
+
+    fn begin_leg(&mut self, speed: f32, way: f32, reverse: bool) {
+        let sign = if reverse { -1.0 } else { 1.0 };
+        let brakes = 0.5 * speed * speed / self.acceleration();
+        let room = self.settings.room() - sign * self.position() - brakes;
+        self.way = way.min(room);
+        self.speed = sign * speed;
+        self.window = Window::begin(self.origin);
+        // It is not worth it, or the encoder would not show that the joint slides.
+        if self.way > 0.0 && speed >= self.settings.slow {
+            self.phase = Phase::Leading;
+        } else {
+            self.settle();
+        }
+    }
+
+    fn lead(&mut self, counts: i32) -> f32 {
+        let Settings { tick, count, window, .. } = self.settings;
+        let task = self.task();
+        let speed = self.speed;
+        let patience = 3.0 * self.way / speed.abs() + RUNS_ON_S;
+        let is_far = self.follower.reference.abs() >= self.way;
+        if is_far || self.elapsed > self.settings.ticks(patience) {
+            self.way = 0.0;
+        }
+        let ends = self.way <= 0.0;
+        if ends && self.follower.speed == 0.0 {
+            return self.settle();
+        }
+        let slides = self.follower.velocity * speed.signum() > SLIDES * speed.abs();
+        if slides {
+            let row = self.window.update(counts, self.applied, window, [tick, count]);
+            if let (Some(row), Some(Task::Leg { .. } | Task::Swing { .. })) = (row, task) {
+                self.take(&row);
+            }
+        } else {
+            self.window = Window::begin(counts);
+        }
+        let towards = match task {
+            _ if ends => 0.0,
+            Some(Task::Swing { .. }) => {
+                let half = self.settings.ticks(SWING_WINDOWS * self.settings.window_time());
+                speed * SWING[usize::from(self.elapsed / half.max(1) % 2 == 1)]
+            }
+            _ => speed,
+        };
+        let [positive, negative] = self.rough;
+        let rough = [self.inertia, self.rough_friction(speed < 0.0), positive.max(negative)];
+        let asked = self.follower.lead(towards, self.acceleration(), tick, rough);
+        bounded(asked, self.settings.bounds.effort)
+    }
+
+    /// Takes a row, and counts it for the map if it is of a leg.
+    fn take(&mut self, row: &Row) {
+        self.findings.model.add(row);
+        let Some(Task::Leg { speed, reverse }) = self.task() else { return };
+        if (row.velocity / self.speed - 1.0).abs() > EVEN {
+            return;
+        }
+        let of_speed = self.findings.map.get_mut(speed);
+        if let Some(point) = of_speed.and_then(|both| both.get_mut(usize::from(reverse))) {
+            point.windows = point.windows.saturating_add(1);
+            let share = 1.0 / f32::from(point.windows);
+            point.velocity += share * (row.velocity - point.velocity);
+            point.effort += share * (row.effort - point.effort);
+        }
+    }
+}

@@ -1,0 +1,152 @@
+//! The bounds of an identification, and what follows from them.
+
+use serde::{Deserialize, Serialize};
+
+use super::follower::Follower;
+use crate::controller::ControllerConfig;
+use crate::error::{Error, HUGE, above, between};
+use crate::monitor::Limits;
+use crate::open_loop::Bounds;
+use crate::profile::ProfileLimits;
+use crate::value::Key;
+
+/// The numbers of the bounds, under which a refusal names them.
+pub(crate) const EFFORT: Key = Key(0x0606);
+pub(crate) const TRAVEL: Key = Key(0x0607);
+pub(crate) const SPEED: Key = Key(0x0608);
+pub(crate) const TIME: Key = Key(0x0609);
+
+/// Travel either way unless a client says otherwise, deg.
+const TRAVEL_DEG: f32 = 45.0;
+/// The largest travel, deg: two turns.
+const FARTHEST_DEG: f32 = 720.0;
+/// The least travel, counts: what a window of the slowest speed needs.
+const LEAST_COUNTS: f32 = 500.0;
+/// Time unless a client says otherwise, and the longest one, s.
+const TIME_S: f32 = 300.0;
+const LONGEST_S: f32 = 1800.0;
+/// Effort unless a client says otherwise, in efforts that start the joint (`limits.breakaway_v`).
+const EFFORT_SHARE: f32 = 4.0;
+/// Time without two counts after which a joint rests, s.
+const QUIET_S: f32 = 0.2;
+/// Length of a window in time constants of the follower.
+const WINDOW: f32 = 4.0;
+/// Windows in the longest leg.
+const DWELL: f32 = 10.0;
+/// Part of the travel and of the speed that the motion makes use of: the rest is for what it
+/// overshoots.
+const USED: f32 = 0.85;
+const USED_SPEED: f32 = 0.7;
+/// Windows that fit between the start and the end of the travel at the fastest speed.
+const FEWEST: f32 = 5.0;
+
+/// What a client asks of an identification: bounds, or nothing.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct Asked {
+    /// Largest effort, V. Otherwise it is four times `limits.breakaway_v`, and no more than drive
+    /// and `duty_max` let through.
+    pub effort: Option<f32>,
+    /// Largest distance from where the joint was armed, deg. Otherwise it is 45 deg.
+    pub travel: Option<f32>,
+    /// Largest speed, deg/s. Otherwise it is that of `[profile]`.
+    pub speed: Option<f32>,
+    /// Longest time, s. Otherwise it is 300 s.
+    pub time: Option<f32>,
+}
+
+/// An identification that is prepared for a loop.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Settings {
+    pub(super) bounds: Bounds,
+    /// Time of a tick, s, and angle of a count, deg.
+    pub(super) tick: f32,
+    pub(super) count: f32,
+    /// Time within two counts after which the joint rests, ticks.
+    pub(super) quiet: u32,
+    /// Length of a window, ticks.
+    pub(super) window: u32,
+    /// The fastest speed of the map, deg/s, and the slowest that the encoder shows.
+    pub(super) fast: f32,
+    pub(super) slow: f32,
+}
+
+impl Settings {
+    /// Prepares an identification within what a client asks for.
+    ///
+    /// # Errors
+    /// Names the bound that is not allowed: an effort that the drive does not let through, a speed
+    /// of more than `[profile]`, a travel of less than 500 counts or of more than two turns, a time
+    /// of more than half an hour.
+    pub fn new(
+        asked: &Asked,
+        controller: &ControllerConfig,
+        limits: &Limits,
+        profile: &ProfileLimits,
+    ) -> Result<Self, Error> {
+        let (tick, count) = (controller.sample_time, controller.encoder.resolution);
+        let largest = controller.drive.full_scale * controller.drive.duty_max;
+        let usual = match limits.breakaway_effort {
+            known if known > 0.0 => (EFFORT_SHARE * known).min(largest),
+            _ => 0.5 * largest,
+        };
+        let least = LEAST_COUNTS * count;
+        let effort = asked.effort.unwrap_or(usual);
+        let travel = asked.travel.unwrap_or(TRAVEL_DEG.max(least));
+        let speed = asked.speed.unwrap_or(profile.velocity);
+        let time = asked.time.unwrap_or(TIME_S);
+        above(EFFORT, effort, 0.0, largest)?;
+        between(TRAVEL, travel, least, FARTHEST_DEG.max(least))?;
+        above(SPEED, speed, 0.0, profile.velocity.min(HUGE))?;
+        above(TIME, time, 0.0, LONGEST_S)?;
+        // The conversions saturate.
+        let ticks = |s: f32| (libm::roundf(s / tick) as u32).max(2);
+        let bandwidth = Follower::bandwidth(tick);
+        let window = WINDOW / bandwidth;
+        let fast = (USED_SPEED * speed).min(USED * travel / (FEWEST * window));
+        Ok(Self {
+            bounds: Bounds {
+                effort,
+                travel: (travel / count) as u32,
+                speed: speed * tick / count,
+                ticks: ticks(time),
+            },
+            tick,
+            count,
+            quiet: ticks(QUIET_S),
+            window: ticks(window),
+            fast,
+            // The filter of the follower has a rounding of some 2 w counts a second.
+            slow: 3.0 * bandwidth * count,
+        })
+    }
+
+    /// Returns the largest distance from where the joint was armed, counts.
+    pub const fn travel(&self) -> u32 {
+        self.bounds.travel
+    }
+
+    /// Returns the longest time, s.
+    pub const fn time(&self) -> f32 {
+        self.bounds.ticks as f32 * self.tick
+    }
+
+    /// Returns the part of the travel that the motion makes use of, deg.
+    pub(super) const fn room(&self) -> f32 {
+        USED * self.bounds.travel as f32 * self.count
+    }
+
+    /// Returns the time of a window, s.
+    pub(super) const fn window_time(&self) -> f32 {
+        self.window as f32 * self.tick
+    }
+
+    /// Returns the longest way of a leg at a speed, deg.
+    pub(super) const fn way(&self, speed: f32) -> f32 {
+        DWELL * self.window_time() * speed
+    }
+
+    /// Returns a number of ticks for a time, s.
+    pub(super) fn ticks(&self, time: f32) -> u32 {
+        libm::roundf(time / self.tick) as u32
+    }
+}

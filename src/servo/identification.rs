@@ -1,0 +1,66 @@
+//! The servo's part of an [identification](crate::identification): arming for it, and what it has
+//! found.
+
+use super::{ControlLoop, Refusal, Servo};
+use crate::identification::{Findings, Identification, Settings};
+use crate::motion::Course;
+
+impl Servo {
+    /// Arms the servo for a link: at the next tick an identification begins. The monitor that takes
+    /// the encoder's direction for known is off until the servo is armed anew. From now on, the
+    /// silence of that link is a fault.
+    ///
+    /// # Errors
+    /// Says what is in the way. A travel that leads out of the range of positions is; an armed
+    /// servo identifies nothing.
+    pub fn identify(&mut self, settings: &Settings) -> Result<(), Refusal> {
+        let here = self.follower.seen.position;
+        let control_loop = self.ready_to_arm()?;
+        if control_loop.is_too_near_to_the_end(settings.travel(), here) {
+            return Err(Refusal::OutOfRange);
+        }
+        control_loop.begin_identification(settings);
+        self.start_loop(true);
+        if let Some(control_loop) = &mut self.control_loop {
+            control_loop.watch.suppose_direction();
+        }
+        Ok(())
+    }
+
+    /// Returns what an identification has found, once it is over. There is nothing if a stop or a
+    /// fault ended it.
+    pub fn identified(&self) -> Option<&Findings> {
+        let ControlLoop { course: Course::Identification(identification), .. } =
+            self.control_loop.as_ref()?
+        else {
+            return None;
+        };
+        identification.is_over().then(|| identification.findings())
+    }
+
+    /// Returns the number of steps that a running identification has done.
+    pub fn identification_steps(&self) -> Option<u8> {
+        let ControlLoop { course: Course::Identification(identification), .. } =
+            self.control_loop.as_ref()?
+        else {
+            return None;
+        };
+        Some(identification.findings().steps)
+    }
+}
+
+impl ControlLoop {
+    /// Returns whether a joint at `position` (counts since power-on) may leave the range if it goes
+    /// so many counts either way.
+    fn is_too_near_to_the_end(&self, travel: u32, position: i32) -> bool {
+        let out = |travel: i32| self.monitors.is_out_of_range(position.wrapping_add(travel));
+        let travel = travel.min(i32::MAX as u32) as i32;
+        out(travel) || out(-travel)
+    }
+
+    /// Prepares an identification in its place: it is most of a kilobyte.
+    #[inline(never)]
+    fn begin_identification(&mut self, settings: &Settings) {
+        self.begin(Course::Identification(Identification::new(settings)));
+    }
+}

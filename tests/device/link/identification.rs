@@ -1,0 +1,97 @@
+//! The identification of a joint, asked for over the link. The joint is the thesis's: 27 deg/s^2
+//! per V, 0.02 V s/deg, 0.40 V to start it and 0.38 V to keep it moving.
+
+use std::time::Duration;
+
+use host_sim::device::client::Client;
+use host_sim::device::simulated::{SimulatedDevice, Wires};
+use host_sim::device::wire::SimulatedWire;
+use stiction::Fault;
+use stiction::identification::{Asked, Outcome, Summary};
+use stiction::link::StateCode;
+
+use super::client;
+use crate::fixture::plans;
+
+fn identified(client: &mut Client<SimulatedWire>, asked: Asked) -> Option<Summary> {
+    client.identify_joint(asked).unwrap();
+    while client.pass(Duration::from_secs(1)).unwrap().state == StateCode::Armed {}
+    client.identified().unwrap().map(|(summary, _)| summary)
+}
+
+#[test]
+fn a_joint_is_told_within_the_bounds_of_the_proof_and_the_output_is_off() {
+    let mut client = client();
+    assert_eq!(client.identified().unwrap(), None);
+    let summary = identified(&mut client, Asked::default()).unwrap();
+    let status = client.status().unwrap();
+    assert_eq!((status.state, status.faults, status.at_rest), (StateCode::Stopped, 0, true));
+    assert_eq!((summary.outcome, summary.doubts.is_none()), (Outcome::Done, true), "{summary:?}");
+    let estimate = summary.estimate.unwrap();
+    for (found, truth, share) in [
+        (summary.breakaway[0].median, 0.40, 0.03),
+        (summary.breakaway[1].median, 0.40, 0.03),
+        (estimate.coulomb[0], 0.38, 0.03),
+        (estimate.viscous[0], 0.02, 0.1),
+        (estimate.inertia[0], 1.0 / 27.0, 0.05),
+    ] {
+        assert!((found / truth - 1.0).abs() < share, "{found} {truth} {summary:?}");
+    }
+    // It stays within its travel of 45 deg, and says so.
+    assert!((30.0..90.0).contains(&summary.range), "{summary:?}");
+    // Whatever arms next takes its place.
+    client.arm().unwrap();
+    assert_eq!(client.identified().unwrap(), None);
+}
+
+#[test]
+fn it_begins_like_arming_refuses_more_than_the_device_allows_and_obeys_nothing_but_a_stop() {
+    let said = |error: host_sim::Error| error.to_string();
+    let mut client = client();
+    let ask = |asked| Asked { effort: Some(asked), ..Asked::default() };
+    let message = said(client.identify_joint(ask(5.1)).unwrap_err());
+    assert!(
+        message.contains("`effort_v` is 5.1; allowed is a number above 0, up to 5"),
+        "{message}"
+    );
+    for asked in [
+        ask(0.0),
+        ask(f32::NAN),
+        Asked { travel: Some(721.0), ..Asked::default() },
+        Asked { travel: Some(0.1), ..Asked::default() },
+        Asked { speed: Some(1e5), ..Asked::default() },
+        Asked { time: Some(1801.0), ..Asked::default() },
+    ] {
+        assert!(client.identify_joint(asked).is_err(), "{asked:?}");
+    }
+    client.identify_joint(Asked::default()).unwrap();
+    client.pass(Duration::from_secs(5)).unwrap();
+    assert!(said(client.move_to(1.0).unwrap_err()).contains("stop"));
+    assert!(client.arm().is_err());
+    client.stop().unwrap();
+    assert_eq!(client.status().unwrap().state, StateCode::Stopped);
+    assert_eq!(client.identified().unwrap(), None);
+}
+
+#[test]
+fn wires_that_are_wrong_end_it_at_the_first_step_in_words() {
+    for (wires, outcome) in [(Wires::Swapped, Outcome::Reversed), (Wires::Cut, Outcome::Still)] {
+        let mut device = SimulatedDevice::new(&plans("step-response", &[])[0]).unwrap();
+        device.wires = wires;
+        device.ticks(10);
+        let mut client = Client::connect(SimulatedWire::new(device)).unwrap();
+        // As much effort as starts it, so that the stall's monitor does not come first.
+        let asked = Asked { effort: Some(0.6), ..Asked::default() };
+        let found = identified(&mut client, asked);
+        let status = client.status().unwrap();
+        match found {
+            Some(summary) => {
+                assert_eq!(summary.outcome, outcome, "{wires:?}: {summary:?}");
+                assert!(summary.steps <= 2 && summary.range < 1.0, "{summary:?}");
+            }
+            // A dead encoder at more than the breakaway effort is a stall.
+            None => assert_eq!((wires, status.fault.code), (Wires::Cut, Fault::Stall as u8)),
+        }
+        assert_ne!(status.state, StateCode::Armed);
+    }
+}
