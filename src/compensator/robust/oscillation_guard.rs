@@ -11,7 +11,7 @@
 //! moving:             w = sign of p' - x2 beyond 0.3 |p'| + 0.4 q / h.  A change adds
 //!                     N_g / 6 + 1 to v_n, which leaks 1 in 8 ticks.  v_n >= N_g: lower g.
 //!                     One after |p' - x2| > v_m / 2 adds N_g, if the joint was not lost
-//!                     (encoder on the motor)
+//!                     (encoder on the motor, h <= 10 ms)
 //! lost:               the third time without a HOLD between: lower g
 //!
 //! lower:              g_c = max(0.85 g, g_min),  g = max(0.7 g, g_min)

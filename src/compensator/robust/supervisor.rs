@@ -8,7 +8,7 @@ use super::give_up::{Attempts, GiveUp};
 use super::hold_effort::{Held, HoldEffort};
 use super::load_rule::LoadRule;
 use super::oscillation_guard::{Guarded, OscillationGuard};
-use super::parameters::{RobustGains, Rules};
+use super::parameters::{RobustGains, Rules, SLOW};
 use super::pulse_planner::{Learned, Pulse, PulsePlanner};
 use super::rest_detector::{Rest, RestDetector};
 use super::reverse_pulse::ReversePulse;
@@ -165,8 +165,9 @@ impl Supervisor {
         let most_disturbance = 1.5 * told.breakaway_high + told.load;
         let Rules { bandwidth, on_load, .. } = rules;
         // A load that breaks away behind its transmission is as fast of itself: with the encoder on
-        // it, no swing is wide.
-        let wide = if on_load { f32::INFINITY } else { 0.5 * rules.speed };
+        // it, no swing is wide. In a slow loop a swing has a few ticks, and says less.
+        let is_wide = !on_load && sample_time <= SLOW;
+        let wide = if is_wide { 0.5 * rules.speed } else { f32::INFINITY };
         let observer = |bandwidth: f32| {
             ExtendedStateObserver::new(sample_time, [inertia, viscous], bandwidth, most_disturbance)
         };
