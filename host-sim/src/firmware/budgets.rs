@@ -19,7 +19,7 @@ pub const INTERRUPT_INSTRUCTIONS_ALONE: u32 = 1900;
 /// sequence, the regression, the search for the Stribeck speed, and what a link is told of them.
 /// Without the regression on the board, a host would have to be told every tick, and no board could
 /// tell its own joint alone. The part has seven times the room.
-pub const FLASH_BYTES: u64 = 112 << 10;
+pub const FLASH_BYTES: u64 = 116 << 10;
 /// Bytes of variables, and of the room for the stack.
 pub const RAM_BYTES: u64 = 24 << 10;
 /// Bytes of the state of a law that has a place in a sum.
