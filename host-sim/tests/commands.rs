@@ -216,7 +216,7 @@ fn the_first_run_can_be_followed_command_by_command() {
         .collect();
     assert_eq!(commands.len(), 8, "{commands:?}");
     for step in ["status", "jog", "identify", "move 1"] {
-        let is_there = commands.iter().any(|command| command.ends_with(step));
+        let is_there = commands.iter().any(|command| command.contains(&format!(" {step}")));
         assert!(is_there, "{step}: {commands:?}");
     }
     for command in commands {

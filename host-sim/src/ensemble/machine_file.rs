@@ -49,8 +49,8 @@ impl Spread {
         match numbers {
             Some([low, high]) if low.is_finite() && high.is_finite() && low <= high => {
                 let key = key.trim().to_owned();
-                let of_the_joint = |table: &&str| key.starts_with(&format!("{table}."));
-                if !OF_THE_JOINT.iter().any(|table| of_the_joint(&table)) {
+                let table = key.split('.').next().unwrap_or_default();
+                if !OF_THE_JOINT.contains(&table) {
                     return refuse("only keys of the joint vary; the controller is what is judged");
                 }
                 Ok(Self { key, range: [low, high] })

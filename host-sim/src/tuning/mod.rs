@@ -206,9 +206,9 @@ impl Request {
         controller: &str,
         rows: Vec<Row>,
     ) -> Result<Option<(Vec<String>, u8, Row)>, Error> {
-        let late = |row: &Row| match row.settled_s.filter(|_| row.faults().next().is_none()) {
-            Some(settled_s) => settled_s,
-            None => f64::INFINITY,
+        let late = |row: &Row| {
+            let settled_s = row.settled_s.filter(|_| row.faults().next().is_none());
+            settled_s.unwrap_or(f64::INFINITY)
         };
         // Rows of a case stand in the order of their delays.
         let worst = rows.into_iter().enumerate().max_by(|(_, a), (_, b)| {
