@@ -1,5 +1,5 @@
-//! The identification of a joint: its friction levels from a ramp ([`ramp`]), and all of its
-//! parameters from a bounded sequence of motions ([`sequence`]).
+//! The identification of a joint: its friction levels from a ramp (`ramp`), and all of its
+//! parameters from a bounded sequence of motions (`sequence`).
 //!
 //! ```text
 //! sequence.rs   what the joint does, one phase after the other, within the bounds of open_loop.rs
