@@ -144,7 +144,7 @@ faults! {
     /// is cut.
     14 Stall "stall: effort, but no count", "14 Stall",
         "effort" "V",
-        "`stall_s` beyond `stall_v`; 0.5 to 4 s beyond `breakaway_v`; 20 to 60 ms in motion", Clear,
+        "`stall_s` beyond `stall_v`; 0.125 to 4 s beyond `breakaway_v`; 20 to 60 ms in motion", Clear,
         [stall_effort, stall_time, breakaway_effort, stall_impulse, stop_gain];
     /// The first move went against the effort: encoder or motor is wired the wrong way around.
     15 EncoderReversed "encoder or motor reversed", "15 Encoder or motor reversed",
@@ -154,7 +154,7 @@ faults! {
         "error" "deg", "its tick", Clear, [following_error];
     /// Faster than the loop was made for.
     17 Overspeed "overspeed", "17 Overspeed",
-        "speed" "deg/s", "`velocity_window` ticks", Clear, [overspeed];
+        "speed" "deg/s", "`velocity_window` ticks; under `robust` up to 0.15 s", Clear, [overspeed];
     /// Outside of the range of positions.
     18 PositionLimit "position limit", "18 Position limit",
         "position since power-on" "deg", "its tick", Clear, [position_min, position_max];

@@ -137,6 +137,11 @@ pub trait Law: Sized {
     fn following_error(_: &Self::Gains, _: &Loop) -> Option<f32> {
         None
     }
+
+    /// Returns the error that asks for the full scale, deg, if it is not that of PD's gains.
+    fn saturating_error(_: &Self::Gains, _: &Loop) -> Option<f32> {
+        None
+    }
 }
 
 /// Registers the laws: a comment that says which law it is, under which feature it is there if it
@@ -230,21 +235,40 @@ macro_rules! gains {
             /// Returns the law's default of `overspeed_deg_per_s`; see [`Law::overspeed`].
             pub fn overspeed(&self, around: &Loop) -> Option<f32> {
                 match self {
-                    $($(#[cfg($feature)])? Self::$Law(gains) => <$Law as Law>::overspeed(gains, around),)+
+                    $(
+                        $(#[cfg($feature)])?
+                        Self::$Law(gains) => <$Law as Law>::overspeed(gains, around),
+                    )+
                 }
             }
 
             /// Returns the time of swings that the law ends itself, s; see [`Law::swing_time`].
             pub fn swing_time(&self, around: &Loop) -> Option<f32> {
                 match self {
-                    $($(#[cfg($feature)])? Self::$Law(gains) => <$Law as Law>::swing_time(gains, around),)+
+                    $(
+                        $(#[cfg($feature)])?
+                        Self::$Law(gains) => <$Law as Law>::swing_time(gains, around),
+                    )+
                 }
             }
 
             /// Returns the law's default of `following_error_deg`; see [`Law::following_error`].
             pub fn following_error(&self, around: &Loop) -> Option<f32> {
                 match self {
-                    $($(#[cfg($feature)])? Self::$Law(gains) => <$Law as Law>::following_error(gains, around),)+
+                    $(
+                        $(#[cfg($feature)])?
+                        Self::$Law(gains) => <$Law as Law>::following_error(gains, around),
+                    )+
+                }
+            }
+
+            /// Returns the error that asks for the full scale, deg; see [`Law::saturating_error`].
+            pub fn saturating_error(&self, around: &Loop) -> Option<f32> {
+                match self {
+                    $(
+                        $(#[cfg($feature)])?
+                        Self::$Law(gains) => <$Law as Law>::saturating_error(gains, around),
+                    )+
                 }
             }
         }

@@ -13,8 +13,9 @@ const TURN: f32 = 360.0;
 const UNDAMPED: f32 = 0.06;
 
 /// How much faster than the overspeed a tick of a swing may be that the law has to end: where its
-/// mean is within that limit, the fastest ticks of simulated ones were up to five times as fast.
-const SWING: f32 = 8.0;
+/// mean is within that limit, the fastest ticks of simulated ones were up to five times as fast. A
+/// swing whose period divides the time of the mean has no other limit of its speed.
+const SWING: f32 = 6.0;
 
 /// The impulse without a count is the breakaway effort for this time, s.
 const IMPULSE_TIME: f32 = 0.5;
@@ -31,7 +32,7 @@ table! {
     #[derive(Clone, Copy, Debug, PartialEq)]
     pub struct Limits (limits) "limits" {
         /// Travel in one tick, deg. Derived: that of a tick at twice the overspeed, and 4 counts;
-        /// no motor accelerates like that. At eight times under a law that ends swings itself.
+        /// no motor accelerates like that. At six times under a law that ends swings itself.
         encoder_jump: f32 = 0x0901 "encoder_jump_deg", OrOff(0.0, HUGE), Derived(3.343_013);
         /// Effort beyond any friction, V. Derived: twice `breakaway_v`, and no more than `duty_max`
         /// lets through. PD rests with less than the breakaway effort for ever; twice that moves a
@@ -43,11 +44,13 @@ table! {
         /// the noise that standstill allows; from rest a joint goes where it is pushed.
         reversal: f32 = 0x0904 "reversal_deg", OrOff(0.0, HUGE), Derived(0.019_36);
         /// Error beyond a jump of the set point, deg. Derived: full scale / Kp; beyond it more
-        /// error gives no more effort. Without Kp, a turn.
+        /// error gives no more effort. Without Kp, a turn. `robust` has a rule of its own:
+        /// docs/positioning.md.
         following_error: f32 = 0x0905 "following_error_deg", OrOff(0.0, HUGE), Derived(5.0);
         /// Measured speed, deg/s. Derived: 2.5 full scale / Kd, never below 16 counts a tick: the
         /// damping alone would take two and a half times the output. Without Kd, that of Kd = 0.15
-        /// s Kp. On the thesis's joint a step of 25 deg passes under every law, and an unstable
+        /// s Kp; under `robust`, twice its profile's speed, judged by the mean over 50 ms up to 10
+        /// ms of sample time (100 ms with the encoder on the load). On the thesis's joint a step of 25 deg passes under every law, and an unstable
         /// loop is seen within a second under PD and the laws of the thesis; at half as much again,
         /// or at the motor's speed without load, some are not. A swing of four ticks is measured
         /// too slow.
@@ -124,7 +127,10 @@ impl Limits {
         let (full_scale, count, sample_time) =
             (around.full_scale, around.resolution, around.sample_time);
         let laws = &controller.compensator;
-        let following_error = Self::saturating_error(controller);
+        let following_error = laws
+            .iter()
+            .find_map(|law| law.following_error(&around))
+            .unwrap_or_else(|| Self::saturating_error(controller));
         let damped = match controller.pd.kd {
             kd if kd > 0.0 => 2.5 * full_scale / kd,
             _ => following_error / UNDAMPED,
@@ -177,7 +183,7 @@ impl Limits {
             _ => TURN,
         };
         let laws = &controller.compensator;
-        laws.iter().find_map(|law| law.following_error(&around)).unwrap_or(of_pd)
+        laws.iter().find_map(|law| law.saturating_error(&around)).unwrap_or(of_pd)
     }
 }
 
@@ -211,6 +217,8 @@ impl Units {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::compensator::robust::EncoderSide;
+    use crate::compensator::{Gains, RobustGains};
     use crate::drive::DriveConfig;
     use crate::pd::PdGains;
     use crate::value::Values;
@@ -257,6 +265,52 @@ mod tests {
         // Without Kd the speed is that of Kd = 0.15 s Kp.
         let [without, with] = [derived(0.5, 0.0, 1.0, 0.0), derived(0.5, 0.075, 1.0, 0.0)];
         assert!((without.overspeed / with.overspeed - 1.0).abs() < 1e-6, "{without:?}");
+    }
+
+    /// A joint of 2022 deg/s^2 per V under `robust`, whose largest breakaway is 1 V of 5 V.
+    #[test]
+    fn limits_under_robust_know_its_swings_in_fast_loops_only() {
+        let of = |sample_time: f32, encoder_side: EncoderSide| {
+            let told = RobustGains {
+                inertia: 4.945e-4,
+                viscous: 1.89e-3,
+                breakaway_high: 1.0,
+                encoder_side,
+                ..RobustGains::EXAMPLE
+            };
+            let compensator = [Gains::Robust(told)].into_iter().collect();
+            let controller =
+                ControllerConfig { compensator, sample_time, ..ControllerConfig::EXAMPLE };
+            let limits = Limits::derived(&controller, &DeviceConfig::EXAMPLE, 0.4);
+            let jump = limits.encoder_jump - 4.0 * controller.encoder.resolution;
+            [
+                limits.overspeed,
+                jump / sample_time / limits.overspeed,
+                limits.following_error,
+                Limits::saturating_error(&controller),
+                Limits::swing_time(&controller),
+            ]
+        };
+        use EncoderSide::{Load, Motor};
+        // The profile's speed is 3 rad/s up to 10 ms, and 0.15 of 5 V / B beyond. The bandwidth is
+        // 16 pi, 14, 7 and 4 pi rad/s; 5 V ask for 1.25 V / J = 2528 deg/s^2. So the error is
+        // twice 5 V / (J w^2) at 1 kHz, and else 1 V / (J w^2), twice and once: the way v^2 / 2 a is
+        // less, 5.84 deg and 31.1 deg at 20 ms.
+        let slow = 0.15f32 * 5.0 / 1.89e-3;
+        for (tick, side, [overspeed, jump, error, saturating, swing]) in [
+            (0.001, Motor, [343.8, 6.0, 2.0 * 4.002, 4.002, 0.05]),
+            (0.001, Load, [343.8, 6.0, 12.81, 64.03, 0.1]),
+            (0.01, Motor, [343.8, 6.0, 2.0 * 10.32, 51.59, 0.05]),
+            (0.02, Motor, [2.0 * slow, 2.0, 41.27, 206.4, 0.0]),
+            (0.02, Load, [2.0 * slow, 2.0, 41.27, 206.4, 0.0]),
+        ] {
+            let found = of(tick, side);
+            let expected = [overspeed, jump, error, saturating, swing];
+            for (found, expected) in found.iter().zip(expected) {
+                let off = (found - expected).abs();
+                assert!(off <= 1e-3 * expected, "{tick} {side:?}: {found:?}, not {expected:?}");
+            }
+        }
     }
 
     #[test]

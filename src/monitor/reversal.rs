@@ -9,15 +9,17 @@
 //! A joint may move already when the effort rises beyond the breakaway effort: a load has driven
 //! it, or the spring of its gear. An effort beyond any friction slows such a joint down, while a
 //! reversed one gains speed against it. So travel against the effort counts by what it is more
-//! than the joint made in the last tick before:
+//! than the joint made in a tick before:
 //!
 //! ```text
 //! with += d                    d: travel of a tick with the effort
-//! with += d - min(d_0, 0)      where d < 0, and never above zero by that; d_0: d in the last tick
-//!                              with less than the breakaway effort
+//! with += d - min(d_0, 0)      where d < 0, and never above zero by that; d_0: the smaller travel of
+//!                              the last two ticks with less than the breakaway effort, zero if
+//!                              they differ in sign
 //! ```
 //!
-//! From rest `d_0` is zero, and each count against the effort counts.
+//! From rest `d_0` is zero, and each count against the effort counts: the jitter of an encoder goes
+//! to and fro, and a glitch has one tick.
 //!
 //! Does badly: once proven, a connector that is turned while the joint moves is left to following
 //! error and overspeed. A load that still gains speed against the breakaway effort in the first
@@ -42,7 +44,9 @@ pub(super) struct ReversalState {
     /// Direction in which the joint still moves because of the effort before that.
     coasts: i32,
     with: i32,
-    /// Travel in the last tick below the threshold, counts.
+    /// Travel in the last tick below the threshold, and what both of the last two have made,
+    /// counts.
+    last: i32,
     before: i32,
 }
 
@@ -63,14 +67,18 @@ impl Reversal {
             return None;
         }
         if code.abs() < self.code {
-            (state.with, state.before) = (0, travel);
+            let both = match travel {
+                1.. => state.last.min(travel).max(0),
+                _ => state.last.max(travel).min(0),
+            };
+            (state.with, state.last, state.before) = (0, travel, both);
             return None;
         }
         let sign = if code > 0 { 1 } else { -1 };
         if state.sign != sign {
             let (coasts, before) =
                 if state.sign == 0 { (0, state.before) } else { (travel.signum(), 0) };
-            *state = ReversalState { proven: false, sign, coasts, with: 0, before };
+            *state = ReversalState { proven: false, sign, coasts, with: 0, last: 0, before };
         }
         if travel.signum() == state.coasts {
             return None;

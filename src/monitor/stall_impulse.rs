@@ -1,15 +1,16 @@
 //! Effort beyond the breakaway, and the encoder does not count: the more effort, the sooner.
 //!
 //! ```text
-//! excess   = |effort| - breakaway     while that is positive; from breakaway/8 to breakaway
+//! excess   = |effort| - breakaway     while that is positive; from breakaway/8 to 4 breakaway
 //! impulse += excess h
 //! impulse  = 0                        when the encoder shows that it lives
 //! ```
 //!
 //! Trips when the impulse exceeds its limit: an inverse-time characteristic with a shortest and a
 //! longest time. By default the limit is the breakaway effort for half a second. So twice the
-//! breakaway trips after 0.5 s, and the least effort beyond it after 4 s. More than twice is for
-//! [`super::stall`].
+//! breakaway trips after 0.5 s, the least effort beyond it after 4 s, and five times or more after
+//! 0.125 s. More than twice that does not pause is for [`super::stall`]; pulses of it are for this
+//! one, since a pulse of the full scale moves a light joint far.
 //!
 //! The impulse is added up across pauses, pulses, changes of sign and arming. Only counts clear it,
 //! and not every count: one wire that is cut lets the other flicker between two neighbouring
@@ -37,13 +38,17 @@
 
 use super::limits::{Limits, Units};
 
-/// The longest time is so many times the shortest.
-const LONGEST: u32 = 8;
+/// The least excess is so small a part of the breakaway effort.
+const LEAST: u32 = 8;
+
+/// The largest excess is so many times the breakaway effort. A transmission that winds up behind the
+/// motor for a tenth of a second may take the full scale without a count of an encoder on the load.
+const MOST: u32 = 4;
 
 /// Impulse without a count against its limit.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct StallImpulse {
-    /// The largest code that is within the breakaway. It is the largest excess, too.
+    /// The largest code that is within the breakaway.
     breakaway: u32,
     /// Codes times ticks.
     most: u32,
@@ -106,7 +111,8 @@ impl StallImpulse {
         state.sign = sign;
         let beyond = size - self.breakaway;
         state.strong |= beyond >= self.breakaway;
-        let excess = beyond.max(self.breakaway / LONGEST).min(self.breakaway).max(1);
+        let most = self.breakaway.saturating_mul(MOST);
+        let excess = beyond.max(self.breakaway / LEAST).min(most).max(1);
         state.sum = state.sum.saturating_add(excess);
         let trips = state.sum > self.most;
         if trips {

@@ -46,12 +46,19 @@ fn a_joint_that_is_slowed_down_by_the_effort_has_no_wrong_wire() {
         moves.iter().find_map(|(code, travel)| monitor.check(&mut state, *code, *travel))
     };
     // A load drives it, until the effort is beyond the breakaway.
-    assert_eq!(first(&[(3, -9), (4, -9), (4, -8), (5, -7), (5, -9), (5, -5)]), None);
-    assert_eq!(first(&[(-3, 9), (-4, 9), (-4, 8), (-5, 7), (-5, 9), (-5, 5)]), None);
+    let driven =
+        |by: i32, then: &[(i32, i32)]| first(&[&[(by.signum() * -3, by); 2], then].concat());
+    assert_eq!(driven(-9, &[(4, -9), (4, -8), (5, -7), (5, -9), (5, -5)]), None);
+    assert_eq!(driven(9, &[(-4, 9), (-4, 8), (-5, 7), (-5, 9), (-5, 5)]), None);
     // A wrong wire makes it faster: by eight counts beyond the nine of each tick.
-    assert_eq!(first(&[(3, -9), (4, -12), (4, -15)]), Some(-9));
+    assert_eq!(driven(-9, &[(4, -12), (4, -15)]), Some(-9));
     // What it is slowed down by proves nothing.
-    assert_eq!(first(&[(3, -9), (4, -1), (4, -1), (4, -17)]), Some(-8));
+    assert_eq!(driven(-9, &[(4, -1), (4, -1), (4, -17)]), Some(-8));
+    // Of two ticks the slower one counts. A glitch has one tick, and jitter goes to and fro: each
+    // count counts then.
+    assert_eq!(first(&[(3, -4), (3, -9), (4, -8), (4, -8)]), Some(-8));
+    assert_eq!(first(&[(3, 0), (3, -700), (4, -4), (4, -4)]), Some(-8));
+    assert_eq!(first(&[(3, 1), (3, -1), (4, -4), (4, -4)]), Some(-8));
 }
 
 #[test]
@@ -100,10 +107,18 @@ fn an_impulse_grows_by_the_excess_and_only_counts_clear_it() {
             monitor.check(&mut state, code, position, travel)
         })
     };
-    // An eighth of the breakaway at least, all of it at most: 40 in steps of 2, 10 and 16.
+    // An eighth of the breakaway at least: 40 in steps of 2, 10, 16 and 36.
     assert_eq!(trips_after(16, &[0]), None);
     assert_eq!(trips_after(17, &[0]), Some(21));
-    assert_eq!([26, 80, -80].map(|code| trips_after(code, &[0])), [Some(5), Some(3), Some(3)]);
+    assert_eq!([26, 32, -52].map(|code| trips_after(code, &[0])), [Some(5), Some(3), Some(2)]);
+    // Four times the breakaway at most: 400 in steps of 60 and 64.
+    let slower = StallImpulse::new(&Limits { stall_impulse: 400.0, ..limits }, &UNITS);
+    let sums = |code: i32| {
+        let mut state = StallImpulseState::default();
+        (1..100).find(|_| slower.check(&mut state, code, 0, 0))
+    };
+    assert_eq!([76, 80, -9999].map(sums), [Some(7); 3]);
+    assert_eq!([73, 9999].map(sums), [Some(8), Some(7)]);
     // One wire flickers by a count, two counts are a joint that moves.
     assert_eq!(trips_after(26, &[0, 1]), Some(5));
     assert_eq!(trips_after(26, &[0, 2]), None);

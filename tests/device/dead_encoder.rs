@@ -137,9 +137,9 @@ fn gave_up(output: &Output, travel: f64, coasts: f64, error: f64) {
 
 #[test]
 fn pulses_that_give_up_add_up_to_a_stall_over_the_next_motions() {
-    // It gives up after three pulses of 1.5 times 1.03 V at least. Each of them is beyond 0.8 V,
-    // and so counts as 0.4 V for a tick: 0.024 V s in each motion at least, of 0.2 V s.
-    let most = (0.2f64 / 0.024).ceil() as usize;
+    // It gives up after three pulses of 1.5 times 1.03 V at least. Each of them counts as 1.145 V
+    // for a tick: 0.069 V s in each motion at least, of 0.2 V s.
+    let most = (0.2f64 / 0.069).ceil() as usize;
     for error in [0.025, 0.05, 0.1, 0.2, 0.35, 0.39, 0.41] {
         let mut device = armed("robust");
         device.wires = Wires::Cut;
@@ -154,7 +154,8 @@ fn pulses_that_give_up_add_up_to_a_stall_over_the_next_motions() {
             !is_armed
         });
         let motions = faulted.unwrap_or_else(|| panic!("{error} deg: armed after {most} motions"));
-        assert!(motions > 1, "{error} deg: this is the case of the test above");
+        // The pulses for a small error are small at first; the first test has what trips at once.
+        assert!(motions > 1 || error > 0.3, "{error} deg: {motions} motions");
         // As far as one motion of a law that goes on.
         assert!(furthest > 0.1 && furthest < pushed(0.45, 203.0), "{error} deg: {furthest} deg");
         let furthest = format!("{furthest:.1}");
@@ -164,8 +165,9 @@ fn pulses_that_give_up_add_up_to_a_stall_over_the_next_motions() {
 
 #[test]
 fn pulses_that_never_give_up_end_in_a_stall() {
-    // 25 pulses beyond 0.8 V are what trips. Nine pulses, each a fifth more than the last, lead
-    // from 0.32 V beyond 1.5 V, and a pulse has six ticks with its rest, or a few more.
+    // 0.2 V s are 10 V for a tick, and 2 V or more count as 1.6 V: seven ticks at least. Each pulse
+    // is a fifth more than the last, so 0.32 V, the least one, and 13 more make that if each has one
+    // tick; a pulse has six ticks with its rest, or two more.
     let set = ["loop.controller=robust", "controller.robust.give_up_attempts=0"];
     let plan = &plans("step-response", &[set[0], set[1], "reference.steps_deg=[5.0]"])[0];
     let mut device = SimulatedDevice::new(plan).unwrap();
@@ -184,7 +186,7 @@ fn pulses_that_never_give_up_end_in_a_stall() {
         }
     };
     assert_eq!(state, State::Faulted(Fault::Stall), "{ticks}");
-    assert!((25..=34 * 8).contains(&ticks), "{ticks}");
+    assert!((7..=14 * 8).contains(&ticks), "{ticks}");
 }
 
 #[test]

@@ -21,6 +21,7 @@ mod chaos;
 mod dead_encoder;
 mod dying_encoder;
 mod encoder_faults;
+mod fast_loops;
 #[path = "../first_run.rs"]
 mod first_run;
 mod fixture;

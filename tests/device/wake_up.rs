@@ -40,8 +40,8 @@ fn the_driver_is_enabled_for_its_wake_up_and_the_loop_is_then_as_without_one() {
             // Nothing is computed, so nothing winds up.
             assert_eq!((output.tick.code, output.tick.tick, output.tick.v_c), (0, 0, 0.0));
         }
-        // Before the stall of this joint, which nobody moves.
-        for _ in 0..8 {
+        // Before the stall of this joint, which nobody moves: 0.125 s at the full scale.
+        for _ in 0..6 {
             let (expected, found) = (tick(&mut plain, 0), tick(&mut waking, 0));
             assert_eq!((found.tick, told(&found)), (expected.tick, (false, true)), "{wake_up} s");
         }

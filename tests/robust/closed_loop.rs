@@ -60,6 +60,27 @@ fn a_load_that_drives_is_held_if_it_is_told_and_runs_away_if_not() {
     }
 }
 
+/// The load grows by 8 V while the joint is held, and then it slides: the hold effort of 10 V and the
+/// dynamic friction of 3 V do not hold 18 V.
+#[test]
+fn a_load_that_grows_until_the_joint_slides_is_held_again_without_a_long_way() {
+    for load in [10.0, -10.0] {
+        let (mut run, _) = overhauled(&RobustGains { load: 36.0, ..told() }, load, 5.0);
+        assert_eq!(run.state.mode(), Mode::Hold, "{load}");
+        run.joint.load *= 1.8;
+        let (mut furthest, mut least) = (0f64, f32::INFINITY);
+        run.run(5.0, 3.0, |run| {
+            furthest = furthest.max(run.off(5.0).abs());
+            least = least.min(-run.state.hold_effort() * load.signum() as f32);
+        });
+        assert!(run.off(5.0).abs() <= 2.0, "{load}: {} counts off", run.off(5.0));
+        let held = -run.applied * load.signum() as f32;
+        assert!((14.0..=22.0).contains(&held), "{load}: holds {held} V");
+        // It was lost, at 64 counts, and it never let go of half of what it held.
+        assert!(furthest > 64.0 && least > 5.0, "{load}: {furthest} counts, {least} V");
+    }
+}
+
 #[test]
 fn a_hold_effort_that_is_told_leaves_no_drop_at_enabling() {
     let told = RobustGains { load: 36.0, ..told() };

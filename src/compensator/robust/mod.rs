@@ -7,7 +7,7 @@
 //!           p' != 0 (from any state)                   |e| > 1.25 q for N_r ticks, or > 3.5 q
 //!   +-----------> MOVE --- p' = 0 and rest ---> STUCK -- |e| <= 1.25 q for N_h ticks --> HOLD --+
 //!   |                                            ^   |                                          |
-//!   | lost: |r - y| > 3 |e_b| + 64 q             |   +-- springs: step of u_b ----+             |
+//!   | lost: |r - y| > 3 |e_b| + 64 q *           |   +-- springs: step of u_b ----+             |
 //!   +----- STUCK, COAST, HOLD, GIVE_UP           |---+-- else PULSE (A, N) --> COAST -- judged, |
 //!                                                |                               |  gives up    |
 //!                                                +---- judged, learned ----------+--> GIVE_UP   |
@@ -23,7 +23,7 @@
 //!   Kp = g^2 J w_n^2,   Kd = g max(0, 2 zeta J w_n - B),   while it moves g is 0.3 at least
 //! ```
 //!
-//! `q` is one count. `p` is the profile within the set point `r`
+//! * With a load that is told, `|e_b| + 64 q`. `q` is one count. `p` is the profile within the set point `r`
 //! ([`BoundedAcceleration`](crate::profile::BoundedAcceleration)), `x2` and `x3` are the observer's
 //! ([`extended_state_observer`]), `R_i` the learned friction ([`sliding_friction`]), `A` and `N`
 //! planned ([`pulse_planner`], [`reverse_pulse`]), `u_b` the hold effort ([`hold_effort`],
@@ -190,6 +190,10 @@ impl Law for Robust {
     }
 
     fn signals(&self, state: &State) -> [f32; MAX_LAW_SIGNALS] {
+        if !state.begun {
+            // What it was has been forgotten, and may not even be a number.
+            return [0.0; MAX_LAW_SIGNALS];
+        }
         let s = &state.supervisor;
         let [backward, forward] = s.friction;
         [
@@ -211,22 +215,23 @@ impl Law for Robust {
     }
 
     /// The guard needs some swings to see that a gain is too high. Meanwhile the motor, or the load
-    /// that the encoder sits on, goes to and fro against the transmission.
+    /// that the encoder sits on, goes to and fro against the transmission. In a slow loop the guard
+    /// does not look at wide swings, and the monitor does.
     fn swing_time(gains: &RobustGains, around: &Loop) -> Option<f32> {
-        Some(if Rules::new(gains, around).on_load { 0.1 } else { 0.05 })
+        let fast = around.sample_time <= SLOW;
+        fast.then(|| if Rules::new(gains, around).on_load { 0.1 } else { 0.05 })
     }
 
     /// The way in which the profile comes to its full speed, `v_m^2 / (2 a_m)`: by so much it
-    /// trails a set point that sets out with that speed. And the error that asks for the largest
-    /// breakaway effort and load, `(F_hi + u_L) / (J w_n^2)`: by so much a joint may hang before
-    /// the loop has asked for what moves it. With the encoder on the motor this is the smaller one.
-    /// But no more than the error from the
-    /// profile that asks for the full scale, `u_m / (J w_n^2)`: that of a loop that has run away,
-    /// as it does with an encoder that is reversed in motion. Where this is less, a set point that
-    /// sets out with more than `sqrt(8) a_m / w_n` needs a larger limit, or a blend.
+    /// trails a set point that sets out with that speed. Or, if that is more, the error that asks
+    /// for the largest breakaway effort and load, `(F_hi + u_L) / (J w_n^2)`: by so much a joint may
+    /// hang before the loop has asked for what moves it. But no more than the error that asks for
+    /// the full scale, [`saturating_error`](Law::saturating_error): that of a loop that has run
+    /// away, as it does with an encoder that is reversed in motion. Where this is less, a set point
+    /// that sets out with more than `sqrt(8) a_m / w_n` needs a larger limit, or a blend.
     ///
-    /// Twice that with the encoder on the motor and a sample time up to 10 ms: a motor that swings
-    /// against its gear goes beyond it on either side before the guard has lowered the gain.
+    /// All of it twice with the encoder on the motor and a sample time up to 10 ms: a motor that
+    /// swings against its gear goes beyond it on either side before the guard has lowered the gain.
     fn following_error(gains: &RobustGains, around: &Loop) -> Option<f32> {
         let Rules { speed, acceleration, bandwidth, on_load, .. } = Rules::new(gains, around);
         let way = speed * speed / (2.0 * acceleration);
@@ -235,5 +240,11 @@ impl Law for Robust {
         let hanging = (gains.breakaway_high + gains.load) / stiffness;
         let swings = if on_load || around.sample_time > SLOW { 1.0 } else { 2.0 };
         Some((swings * way.max(hanging).min(saturating)).max(16.0 * around.resolution).min(HUGE))
+    }
+
+    /// `u_m / (J w_n^2)`.
+    fn saturating_error(gains: &RobustGains, around: &Loop) -> Option<f32> {
+        let bandwidth = Rules::new(gains, around).bandwidth;
+        Some((around.full_scale / (gains.inertia * bandwidth * bandwidth)).min(HUGE))
     }
 }

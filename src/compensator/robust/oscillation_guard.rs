@@ -10,8 +10,8 @@
 //!                     cleared by a rest, in HOLD, and by each attempt of the law
 //! moving:             w = sign of p' - x2 beyond 0.3 |p'| + 0.4 q / h.  A change adds
 //!                     N_g / 6 + 1 to v_n, which leaks 1 in 8 ticks.  v_n >= N_g: lower g.
-//!                     One after |p' - x2| > v_m / 2 adds N_g, if the joint was not lost
-//!                     (encoder on the motor, h <= 10 ms)
+//!                     One after |p' - x2| > v_m / 2 + 0.8 q / h adds N_g, if the joint was not
+//!                     pushed away (encoder on the motor, h <= 10 ms)
 //! lost:               the third time without a HOLD between: lower g
 //!
 //! lower:              g_c = max(0.85 g, g_min),  g = max(0.7 g, g_min)
@@ -75,6 +75,8 @@ pub struct Guarded {
     side: i8,
     /// Whether the speed error has been wide since its sign changed.
     widely: bool,
+    /// Whether the joint was pushed away since the last HOLD.
+    pushed: bool,
     /// Whether the gain was lowered since the last HOLD.
     lowered: bool,
 }
@@ -82,7 +84,7 @@ pub struct Guarded {
 impl OscillationGuard {
     /// Prepares the guard: the limit of the counter in motion (ticks), the least gain, the jitter
     /// of the encoder (counts), the sample time (s), the angle of a count (deg), and the
-    /// speed error that is `wide` (deg/s).
+    /// speed error (deg/s) beyond the encoder's own that is `wide`.
     pub fn new(
         limit: u16,
         least: f32,
@@ -97,7 +99,8 @@ impl OscillationGuard {
             least,
             reversal: (2.5 + jitter) * count,
             coarse: 0.4 * count / sample_time,
-            wide,
+            // The speed of a coarse encoder is off by a part of a count a tick, to either side.
+            wide: wide + 0.8 * count / sample_time,
         }
     }
 
@@ -157,7 +160,7 @@ impl OscillationGuard {
             }
         }
         // A joint that was pushed away comes back at any speed.
-        guarded.widely |= error.abs() > self.wide && guarded.losses == 0;
+        guarded.widely |= error.abs() > self.wide && !guarded.pushed;
         if guarded.motion >= self.limit {
             self.lower(guarded);
         }
@@ -171,8 +174,9 @@ impl OscillationGuard {
         guarded.extreme = position;
     }
 
-    /// Takes that the joint was lost.
-    pub fn lost(&self, guarded: &mut Guarded) {
+    /// Takes that the joint was lost: `pushed` away, or left behind by its set point.
+    pub fn lost(&self, guarded: &mut Guarded, pushed: bool) {
+        guarded.pushed |= pushed;
         guarded.losses = guarded.losses.saturating_add(1);
         if guarded.losses >= LOSSES {
             self.lower(guarded);
@@ -185,7 +189,7 @@ impl OscillationGuard {
             guarded.gain = (1.1 * guarded.gain).min(guarded.ceiling);
             guarded.ceiling = (1.002 * guarded.ceiling).min(1.0);
         }
-        guarded.lowered = false;
+        (guarded.lowered, guarded.pushed) = (false, false);
         guarded.losses = 0;
     }
 
@@ -218,7 +222,7 @@ mod tests {
 
     #[test]
     fn prepared_guard_is_the_one_of_these_tests() {
-        assert_eq!(OscillationGuard::new(100, 0.1, 0.0, 0.001, 1.0, 5000.0), GUARD);
+        assert_eq!(OscillationGuard::new(100, 0.1, 0.0, 0.001, 1.0, 4200.0), GUARD);
     }
 
     #[test]
@@ -258,16 +262,46 @@ mod tests {
         assert_eq!(gain_in_motion(140, 701.0), 1.0);
     }
 
+    /// Gain after a joint has swung to one side of the profile's speed by `error` for ten ticks, and
+    /// then is on the other side.
+    fn gain_after_a_swing(guarded: &mut Guarded, wanted: f32, error: f32) -> f32 {
+        for velocity in [[wanted - error; 10], [2.0 * wanted; 10]].concat() {
+            GUARD.in_motion(guarded, 0.0, wanted, velocity);
+        }
+        guarded.gain
+    }
+
+    #[test]
+    fn one_wide_swing_in_motion_lowers_the_gain_unless_the_joint_was_pushed() {
+        // Wide is half of the profile's speed and 0.8 counts a tick: 4200 + 800.
+        let swing = |error| gain_after_a_swing(&mut GUARD.start(), 9000.0, error);
+        assert_eq!([swing(4999.0), swing(5001.0)], [1.0, 0.7]);
+        // A wide error that stays on its side is a joint that lags, not one that swings.
+        let mut guarded = GUARD.start();
+        (0..1000).for_each(|_| GUARD.in_motion(&mut guarded, 0.0, 9000.0, 0.0));
+        assert_eq!(guarded.gain, 1.0);
+        // A joint that was left behind by a step still swings; one that was pushed comes back at
+        // any speed, until it has held again.
+        for (pushed, gain) in [(false, 0.7), (true, 1.0)] {
+            let mut guarded = GUARD.start();
+            GUARD.lost(&mut guarded, pushed);
+            assert_eq!(gain_after_a_swing(&mut guarded, 9000.0, 5001.0), gain, "{pushed}");
+            GUARD.holds(&mut guarded);
+            guarded.side = 0;
+            assert!(gain_after_a_swing(&mut guarded, 9000.0, 5001.0) < 0.8, "{pushed}");
+        }
+    }
+
     #[test]
     fn third_loss_without_a_hold_between_lowers_the_gain() {
         let mut guarded = GUARD.start();
         for _ in 0..2 {
-            GUARD.lost(&mut guarded);
-            GUARD.lost(&mut guarded);
+            GUARD.lost(&mut guarded, true);
+            GUARD.lost(&mut guarded, false);
             GUARD.holds(&mut guarded);
         }
         assert_eq!(guarded.gain, 1.0);
-        (0..3).for_each(|_| GUARD.lost(&mut guarded));
+        (0..3).for_each(|_| GUARD.lost(&mut guarded, true));
         assert_eq!((guarded.gain, guarded.ceiling), (0.7, 0.85));
     }
 

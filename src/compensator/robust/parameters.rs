@@ -5,16 +5,21 @@
 //! largest effort `u_m` and its step `u_q` are those of the loop. Each other value has a rule, and
 //! may be overridden; zero means the rule.
 //!
-//! | value | rule | why |
-//! |---|---|---|
-//! | bandwidth `w_n` | `min(2 pi 8, 0.14 / h)`; load side `2 pi 2` | a dead time of 1.5 h takes 12 degrees of phase; 8 Hz is below most transmissions, 2 Hz below the load behind one |
-//! | observer `w_e` | `min(110, 0.7 / h)` | one count is `l3 J` V of disturbance; `z` is no less than 1/2, so that two samples of delay are borne |
-//! | the same in motion `w_e'` | `w_e`; load side `min(15, 0.7 / h)` | the load swings at 5 Hz and more: its disturbance, fed back to the motor with less delay, drives the swing |
-//! | acceleration `a_m` | `0.25 u_m / J` | friction and damping get the other three quarters |
-//! | speed `v_m` | `0.15 u_m / B`, and no more than 3 rad/s if `h <= 10 ms` or `B = 0` | viscous friction takes 15 % of the limit; a profile needs a finite speed |
-//! | hold effort's step `db_0` | `0.15 F_lo` | a seventh of the smallest elastic range |
-//! | least gain `g_min` | 0.1; load side 0.05 | a motor of a tenth of the inertia |
-//! | wait `N_c` | 10 ms, load side 60 ms, at least 3 ticks | a period of what swings behind the encoder |
+//! - Bandwidth `w_n`: `min(2 pi 8, 0.14 / h)`, with the encoder on the load `2 pi 2`. A dead time
+//!   of 1.5 h takes 12 degrees of phase. 8 Hz is below most transmissions, and 2 Hz below the load
+//!   behind one.
+//! - Observer `w_e`: `min(110, 0.7 / h)`. One count is `l3 J` V of disturbance; `z` is no less than
+//!   1/2, so that two samples of delay are borne.
+//! - Observer in motion `w_e'`: `w_e`, with the encoder on the load `min(15, 0.7 / h)`. That load
+//!   swings at 5 Hz and more, and its disturbance drives the swing if it is fed back to the motor
+//!   with less delay. A bandwidth that is told holds for both.
+//! - Acceleration `a_m`: `0.25 u_m / J`. Friction and damping get the other three quarters.
+//! - Speed `v_m`: `0.15 u_m / B`, and no more than 3 rad/s if `h <= 10 ms` or `B = 0`. Viscous
+//!   friction takes 15 % of the limit, and a profile needs a finite speed.
+//! - Step of the hold effort `db_0`: `0.15 F_lo`, a seventh of the smallest elastic range.
+//! - Least gain `g_min`: 0.1, with the encoder on the load 0.05: a motor of a tenth of the inertia.
+//! - Wait `N_c`: 10 ms, with the encoder on the load 60 ms, and at least 3 ticks: a period of what
+//!   swings behind the encoder.
 //!
 //! The fixed times are 20 ms before a HOLD (at least 3 ticks), 40 ms before one is left (2), 20 to
 //! 100 ms after a step of the hold effort (3 and 6), 0.1 s of the guard's counter (load side 0.25
@@ -81,10 +86,13 @@ table! {
 
 impl RobustGains {
     /// Returns the same gains, with bandwidth, observer, acceleration and speed as the rules give
-    /// them where they are not told.
+    /// them where they are not told. The law is the same one. So the observer is left out with the
+    /// encoder on the load: there its rule has two values, and what is told holds for both.
     #[must_use]
     pub fn written_out(&self, around: &Loop) -> Self {
-        let Rules { bandwidth, observer, acceleration, speed, .. } = Rules::new(self, around);
+        let Rules { bandwidth, observer, acceleration, speed, on_load, .. } =
+            Rules::new(self, around);
+        let observer = if on_load { self.observer } else { observer };
         Self { bandwidth, observer, acceleration, speed, ..*self }
     }
 }
@@ -146,5 +154,43 @@ impl Rules {
             longest_wait: ticks(0.1, 6),
             guard: ticks(on(0.1, 0.25), 10),
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::value::Table;
+
+    #[test]
+    fn gains_that_are_written_out_are_the_same_law() {
+        for (sample_time, encoder_side) in [
+            (0.001, EncoderSide::Motor),
+            (0.001, EncoderSide::Load),
+            (0.02, EncoderSide::Motor),
+            (0.02, EncoderSide::Load),
+        ] {
+            let around = Loop { sample_time, ..Loop::EXAMPLE };
+            let told = RobustGains { encoder_side, ..RobustGains::EXAMPLE };
+            let written = told.written_out(&around);
+            assert!(written.bandwidth > 0.0 && written.speed > 0.0, "{written:?}");
+            assert_eq!(Rules::new(&written, &around), Rules::new(&told, &around));
+        }
+    }
+
+    #[test]
+    fn observer_is_slower_in_motion_with_the_encoder_on_the_load_unless_it_is_told() {
+        let of = |sample_time, encoder_side, observer| {
+            let told = RobustGains { encoder_side, observer, ..RobustGains::EXAMPLE };
+            let rules = Rules::new(&told, &Loop { sample_time, ..Loop::EXAMPLE });
+            [rules.observer, rules.observer_in_motion]
+        };
+        use EncoderSide::{Load, Motor};
+        assert_eq!(of(0.001, Motor, 0.0), [110.0, 110.0]);
+        assert_eq!(of(0.001, Load, 0.0), [110.0, 15.0]);
+        assert_eq!(of(0.001, Load, 80.0), [80.0, 80.0]);
+        // 0.7 / h is 35 rad/s at 20 ms, and 7 at 0.1 s.
+        assert_eq!([of(0.02, Motor, 0.0), of(0.02, Load, 0.0)], [[35.0, 35.0], [35.0, 15.0]]);
+        assert_eq!(of(0.1, Load, 0.0), [7.0, 7.0]);
     }
 }

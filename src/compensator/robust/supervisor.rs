@@ -133,7 +133,7 @@ pub(super) struct Supervisor {
     profile: BoundedAcceleration,
     rest: RestDetector,
     observer: ExtendedStateObserver,
-    /// The one in motion, and while the joint swings out after an attempt.
+    /// The observer in motion, and while the joint swings out after an attempt.
     observer_in_motion: ExtendedStateObserver,
     friction: SlidingFriction,
     guard: OscillationGuard,
@@ -254,7 +254,8 @@ impl Supervisor {
         if awaited
             && (reference - position).abs() > self.lost * s.attempt.error.abs() + 64.0 * self.count
         {
-            self.find(s, position);
+            let pushed = s.profile.velocity == 0.0;
+            self.find(s, position, pushed);
             self.profile.update(&mut s.profile, reference, velocity);
         }
         s.to_go = reference - s.profile.position;
@@ -320,9 +321,10 @@ impl Supervisor {
         if swings { &self.observer_in_motion } else { &self.observer }
     }
 
-    /// The joint is elsewhere: the profile leads it back from where it is.
+    /// The joint is elsewhere: the profile leads it back from where it is. It was pushed there
+    /// unless the profile had set out, since then the set point is what has moved.
     #[cold]
-    fn find(&self, s: &mut State, position: f32) {
+    fn find(&self, s: &mut State, position: f32, pushed: bool) {
         s.profile.position = position;
         s.profile.velocity = 0.0;
         if !self.load_rule.acts {
@@ -334,7 +336,7 @@ impl Supervisor {
         }
         s.held.springs = false;
         s.mode = Mode::Move;
-        self.guard.lost(&mut s.guarded);
+        self.guard.lost(&mut s.guarded, pushed);
     }
 
     /// Returns the observer's disturbance of a joint at rest: none, but for a load that is told

@@ -64,9 +64,10 @@ pub fn rows() -> Vec<Row> {
             mend: sound,
             within: [
                 Err("a joint at rest is not asked to move: blocked or not is the same"),
-                // From 0.5 V of cruising effort to 0.8 V at 5 deg/s is up to 0.3 s; then 0.2 s.
-                Ok([10, 25]),
-                Ok([10, 12]),
+                // From 0.5 V of cruising effort to 0.8 V at 5 deg/s is up to 0.3 s; then 0.2 s, or
+                // 0.125 s of 2 V and more.
+                Ok([7, 25]),
+                Ok([7, 12]),
             ],
         },
         Row {

@@ -55,9 +55,10 @@ pub const HELD: Row = Row {
     set: &["limits.stop_gain_deg_per_s2_per_v=0"],
     within: [
         STALL.within[0],
-        // From 0.5 V of cruising effort to 0.8 V at 5 deg/s is up to 0.3 s; then 0.2 s.
-        Ok([10, 25]),
-        Ok([10, 12]),
+        // From 0.5 V of cruising effort to 0.8 V at 5 deg/s is up to 0.3 s; then 0.2 s, or 0.125 s
+        // of 2 V and more.
+        Ok([7, 25]),
+        Ok([7, 12]),
     ],
     // Twice the breakaway effort of 0.4 V, to the full scale.
     value: [0.8 - 0.005, 5.0],
