@@ -205,6 +205,26 @@ fn a_build_without_the_emulator_says_how_to_build_one_with_it() {
     assert_eq!(said.lines().count(), 1, "{said}");
 }
 
+/// The defaults of a law stand in the table of that law, and in no other.
+#[test]
+fn shown_table_of_a_law_has_its_own_gains_only() {
+    let shown = |controller: &str| {
+        let file = ["--simulated", "--machine", "untuned-joints"];
+        let output = device(&[&file[..], &["--controller", controller, "params", "show"]].concat());
+        let said = text(&output.stdout);
+        let toml: toml::Table = said.trim_start_matches(SAYS_SO).parse().unwrap();
+        let table = toml["controller"][controller].as_table().unwrap();
+        table.keys().map(String::from).collect::<Vec<_>>()
+    };
+    let mut srnf = shown("srnf");
+    srnf.sort();
+    assert_eq!(srnf, ["alpha_per_deg", "kd_v_per_deg_per_s", "kp_v_per_deg", "v_ms_v"]);
+    let robust = shown("robust");
+    for key in ["inertia_v_s2_per_deg", "encoder_side", "give_up_attempts"] {
+        assert!(robust.iter().any(|name| name == key), "{key} of {robust:?}");
+    }
+}
+
 #[test]
 fn a_pulled_file_is_one_that_run_takes() {
     let directory = tempfile::tempdir().unwrap();

@@ -24,6 +24,11 @@ pub trait Declared {
     /// Tells what a value is that is left out, if that does not depend on others.
     fn otherwise(about: &About) -> Option<Scalar>;
 
+    /// Returns whether a value that is left out belongs into a table that has other ones.
+    fn belongs(_: &About, _has: &dyn Fn(&str) -> bool) -> bool {
+        true
+    }
+
     /// Tells what a value may be beside the other values of the example.
     fn allowed(about: &About) -> Option<Allowed>;
 
@@ -89,6 +94,14 @@ impl Declared for AllGains {
     fn otherwise(about: &About) -> Option<Scalar> {
         let bits = Gains::EXAMPLES.iter().find_map(|law| law.get(about.key))?;
         (about.absent == Absent::Default).then(|| scalar(about.kind, bits))
+    }
+
+    /// A default belongs to a law whose needed gains are there.
+    fn belongs(about: &About, has: &dyn Fn(&str) -> bool) -> bool {
+        Gains::ABOUT.iter().any(|law| {
+            let mut needed = law.iter().filter(|gain| gain.absent == Absent::Needed);
+            law.iter().any(|gain| gain.name == about.name) && needed.all(|gain| has(gain.name))
+        })
     }
 
     fn laws(about: &About) -> Vec<String> {

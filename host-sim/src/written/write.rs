@@ -10,7 +10,12 @@ impl<T: Declared, E: Extras> Serialize for Written<T, E> {
     fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
         let mut map = serializer.serialize_map(None)?;
         for about in T::about() {
-            let value = self.values.get(about.name).copied().or_else(|| T::otherwise(about));
+            let has = |name: &str| self.values.contains_key(name);
+            let value = match self.values.get(about.name) {
+                Some(value) => Some(*value),
+                None if T::belongs(about, &has) => T::otherwise(about),
+                None => None,
+            };
             match (value, about.kind) {
                 (Some(Scalar::Number(0.0)), _) if about.may_be_off() => {
                     map.serialize_entry(about.name, OFF)?;
