@@ -110,7 +110,9 @@ impl Page {
         loop {
             let message = timeout(PATIENCE, self.socket.next()).await.expect("nothing comes")?;
             let message = message.ok()?;
-            if self.lives {
+            // A word for what comes of the device, as the page gives it.
+            let is_predicted = message.to_text().is_ok_and(|text| text.contains(r#""predicted""#));
+            if self.lives && !is_predicted {
                 // The connection may end meanwhile.
                 let _ = self.socket.send(Message::Text(r#"{"do":"alive"}"#.into())).await;
             }
