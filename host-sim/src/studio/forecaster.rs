@@ -9,6 +9,7 @@ use std::time::Duration;
 
 use serde_json::{Value, json};
 use stiction::Parameters;
+use stiction::compensator::Gains;
 use tokio::sync::mpsc::Sender;
 
 use super::desk::{Shared, answer};
@@ -19,7 +20,8 @@ use super::prediction;
 use super::request::{Ask, Wish};
 use crate::device::machine_file;
 use crate::error::Error;
-use crate::experiment::Document;
+use crate::experiment::{Document, Experiment, for_a_device};
+use crate::machine::PD;
 
 /// Time after which the thread looks whether anybody is left.
 const LOOKS: Duration = Duration::from_millis(500);
@@ -110,17 +112,19 @@ pub fn run(wishes: &Arc<Wishes>, shared: &Shared, machine: &str) {
 }
 
 /// Compares what is in use with a machine's file: its values by their paths, and what is different
-/// as a line each.
+/// as a line each. Of the file's controllers, the one that is in use is compared if it is there.
 fn compared(in_use: &Parameters, machine: &str, text: &str) -> Result<Value, Error> {
-    let (name, text) = if text.is_empty() {
-        (machine, Document::text(machine)?)
-    } else {
-        ("the file", text.into())
-    };
-    let file = machine_file::read(name, &text)?;
+    let document =
+        if text.is_empty() { Document::open(machine)? } else { Document::parse("the file", text)? };
+    let law = in_use.controller.compensator.first().map_or(PD, Gains::name);
+    let has_it = document.get(&format!("controller.{law}")).is_some();
+    let wanted: Vec<String> = has_it.then(|| law.to_owned()).into_iter().collect();
+    let mut runs = Experiment::plan(&document, &wanted, &[])?.runs;
+    // A plan without runs has been refused.
+    let file = for_a_device(&runs.swap_remove(0))?;
     let values: BTreeMap<String, String> = form::values(&file)?.into_iter().collect();
     let changes = machine_file::changes(in_use, &file)?;
-    Ok(json!({ "name": name, "values": values, "changes": changes }))
+    Ok(json!({ "name": document.origin.name, "values": values, "changes": changes }))
 }
 
 fn predict(machine: &MachineInUse, asked: &Asked, wish: &Wish, is_old: impl Fn() -> bool) {

@@ -127,7 +127,7 @@ fn value(written: &str) -> toml::Value {
 }
 
 /// The declaration of a key; `controller.srnf` is a table of the kind `controller.NAME`.
-pub(super) fn about<'a>(rows: &'a [Row], table: &str, name: &str) -> Option<&'a Row> {
+pub fn about<'a>(rows: &'a [Row], table: &str, name: &str) -> Option<&'a Row> {
     let of = |wanted: &str| rows.iter().find(|row| row.table == wanted && row.name == name);
     let kind = table.split_once('.').map(|(first, _)| format!("{first}.NAME"));
     of(table).or_else(|| of(&kind?))

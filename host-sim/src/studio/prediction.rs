@@ -27,6 +27,10 @@ const SETTLES_S: f64 = 2.0;
 /// Time of a step, s.
 const STEP_S: f64 = 5.0;
 
+/// A set point has set out when it is so far from where it was, counts; the page looks for the
+/// same in what was measured.
+const SETS_OUT_COUNTS: f64 = 1e-3;
+
 /// Points of a curve, at most.
 const POINTS: usize = 600;
 
@@ -103,11 +107,8 @@ impl Predicted {
             all.effort.push(tick.v_applied);
         }
         // A step has jumped in the first tick.
-        let moves = all
-            .reference
-            .first()
-            .filter(|first| **first == 0.0)
-            .map_or(0, |first| all.reference.iter().position(|one| one != first).unwrap_or(0));
+        let least = (SETS_OUT_COUNTS * resolution) as f32;
+        let moves = all.reference.iter().position(|deg| deg.abs() > least).unwrap_or(0);
         all.begin = moves;
         let is_off = |error: &f32| f64::from(error.abs()) > BAND_COUNTS;
         let last = all.error.iter().rposition(is_off).map_or(0, |last| last + 1);

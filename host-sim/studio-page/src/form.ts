@@ -16,6 +16,8 @@ export class Form {
   rows: Row[] = [];
   edits = new Map<string, string>();
   enabled = false;
+  // A machine's file that the values are compared with.
+  compared: { name: string; values: Record<string, string> } | null = null;
 
   constructor(
     private readonly root: HTMLElement,
@@ -89,10 +91,14 @@ export class Form {
       const marks = [];
       if (edit !== undefined) marks.push(`✎ not set yet; in use is ${row.value}`);
       if (unsaved) marks.push(`◆ in use, not saved; saved is ${row.saved}`);
+      const there = this.compared?.values[row.path];
+      const differs = there !== undefined && there !== row.value;
+      box.classList.toggle('differs', differs);
+      if (differs) marks.push(`⇄ ${this.compared!.name} has ${there}`);
       box.querySelector('.marks')!.textContent = marks.join(' · ');
     }
     for (const group of this.root.querySelectorAll<HTMLElement>('details')) {
-      const changed = group.querySelectorAll('.edited, .unsaved').length;
+      const changed = group.querySelectorAll('.edited, .unsaved, .differs').length;
       group.querySelector('summary small')!.textContent = changed ? `${changed} changed` : '';
     }
   }
@@ -110,7 +116,7 @@ export class Form {
       for (const box of group.querySelectorAll<HTMLElement>('.parameter')) {
         const text = `${box.dataset.path} ${box.textContent}`.toLowerCase();
         const fits = wanted.every((word) => text.includes(word));
-        const changed = box.classList.contains('edited') || box.classList.contains('unsaved');
+        const changed = box.matches('.edited, .unsaved, .differs');
         box.hidden = !fits || (changedOnly && !changed);
         if (!box.hidden) found++;
       }

@@ -11,12 +11,14 @@ import { mkdirSync, mkdtempSync, readFileSync, writeFileSync } from 'node:fs';
 import { tmpdir } from 'node:os';
 import { join } from 'node:path';
 import { chromium } from 'playwright-core';
+import { views } from './views.mjs';
 
 const [program, browserName, ...options] = process.argv.slice(2);
 const browserPath = execFileSync('which', [browserName], { encoding: 'utf8' }).trim();
 const pictures = options.includes('--pictures') ? options[options.indexOf('--pictures') + 1] : null;
 const dist = join(import.meta.dirname, '../dist');
 const PATIENCE = 20_000;
+const VIEWS = ['live', 'planes', 'parameters', 'what-if', 'commissioning', 'session', 'faults'];
 // Longer than the default: a browser on a busy machine may be silent for half a second.
 const LINK_TIMEOUT_S = 2;
 
@@ -48,8 +50,8 @@ function serve(...more) {
   return { server, address };
 }
 
-async function visit(context, address) {
-  const page = await context.newPage();
+async function visit(context, address, page) {
+  page ??= await context.newPage();
   if (options.includes('--dist')) {
     for (const name of ['main.js', 'page.css'])
       await page.route(`**/${name}`, (route) => route.fulfill({ path: join(dist, name) }));
@@ -79,7 +81,7 @@ const said = (page, words) => page.locator('#said li', { hasText: words }).first
 
 const tests = {
   async 'every view opens, and says that nothing moves'(page) {
-    for (const view of ['live', 'planes', 'parameters', 'session', 'faults']) {
+    for (const view of VIEWS) {
       await page.locator(`[data-view=${view}]`).click();
       await page.locator(`#${view}`).waitFor();
       assert.match(await text(page, '#banner'), /SIMULATED JOINT\s*nothing moves/);
@@ -206,10 +208,11 @@ const tests = {
     await other.close();
   },
 
+  ...views({ state, text, said, visit, command }),
+
   async 'when the tab is closed, the link timeout turns the output off'(page, context, address) {
     const first = await visit(context, address);
-    await page.close();
-    // The first page has gone, so the command is free.
+    // The page before it has gone, so the command is free.
     await command(first);
     const other = await visit(context, address);
     await first.locator('#arm').click();
@@ -249,9 +252,9 @@ async function take(browser, address) {
         await page.waitForTimeout(2600);
       }
       await page.locator('#deg').blur();
-      for (const view of ['live', 'planes', 'session']) {
+      for (const view of ['live', 'planes', 'what-if', 'commissioning', 'session']) {
         await page.locator(`[data-view=${view}]`).click();
-        await page.waitForTimeout(300);
+        await page.waitForTimeout(view === 'what-if' ? 2500 : 300);
         await shoot(view);
       }
       await page.locator('#stop').click();

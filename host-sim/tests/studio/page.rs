@@ -5,7 +5,7 @@ use std::time::Duration;
 
 use futures_util::{SinkExt, StreamExt};
 use host_sim::device::simulated::SimulatedDevice;
-use host_sim::device::wire::SimulatedWire;
+use host_sim::device::wire::{SimulatedWire, Wire};
 use host_sim::experiment::{Document, Experiment};
 use host_sim::studio::{Server, Wanted};
 use serde_json::{Value, json};
@@ -17,17 +17,31 @@ use tokio_tungstenite::tungstenite::{Error, Message};
 /// Nothing takes longer, on a machine that has other things to do as well.
 pub const PATIENCE: Duration = Duration::from_secs(20);
 
-/// A studio around the thesis's joint, with keys of its file set.
-pub fn studio(set: &[&str]) -> Server {
+/// The thesis's joint, with keys of its file set.
+pub fn device(set: &[&str]) -> SimulatedDevice {
     let mut document = Document::open("step-response").unwrap();
     document.set(&set.iter().map(|text| (*text).to_owned()).collect::<Vec<_>>()).unwrap();
     let plan = Experiment::plan(&document, &["srnf".into()], &[]).unwrap().runs.remove(0);
+    SimulatedDevice::new(&plan).unwrap()
+}
+
+/// A studio around what stands behind a wire.
+pub fn studio_of<W: Wire>(
+    open: impl Fn() -> Result<W, host_sim::Error> + Send + 'static,
+) -> Server {
     let wanted = Wanted {
         listen: "127.0.0.1:0".parse().unwrap(),
         machine: "step-response".into(),
         every_tick: true,
     };
-    Server::start(wanted, move || SimulatedDevice::new(&plan).map(SimulatedWire::new)).unwrap()
+    Server::start(wanted, open).unwrap()
+}
+
+/// A studio around that joint.
+pub fn studio(set: &[&str]) -> Server {
+    let set: Vec<String> = set.iter().map(|text| (*text).to_owned()).collect();
+    let set = move || device(&set.iter().map(String::as_str).collect::<Vec<_>>());
+    studio_of(move || Ok(SimulatedWire::new(set())))
 }
 
 /// Runs a test.
