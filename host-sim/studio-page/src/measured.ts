@@ -14,6 +14,9 @@ export function measured(): Measured | null {
   const { motion, hello } = app;
   if (!motion || !hello || history.length === 0) return null;
   const tick = hello.sample_time_s;
+  // Another page has seen it, or it was before a reset.
+  if (history.clock(0) > motion.clock || history.clock(history.length - 1) < motion.clock)
+    return null;
   const first = Math.max(0, history.row((motion.clock - 10) * tick));
   const [lead, place, error, effort, status] = [
     reference(history),

@@ -236,7 +236,7 @@ fn a_trajectory_is_followed_and_what_cannot_be_followed_is_refused() {
         assert!(page.refused(go([2.0, 0.0, 0.2, 0.1])).await.contains("the speed"));
         assert!(page.refused(go([1e300, 4.0, 0.2, 0.1])).await.contains("trajectory"));
         page.done(go([2.0, 4.0, 0.2, 0.1])).await;
-        let told = page.event("motion").await;
+        let told = page.motion().await;
         assert_eq!(told["way"]["how"], "trajectory");
         // 0.1 s, 0.5 s there, 0.2 s, 0.5 s back, 0.1 s.
         page.watch(Duration::from_millis(2500)).await;

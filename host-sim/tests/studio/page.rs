@@ -80,8 +80,8 @@ impl<'a> Visit<'a> {
         }
         let connected = tokio_tungstenite::client_async(request.body(()).unwrap(), stream).await?;
         let (socket, rows) = (connected.0, Vec::new());
-        let (role, form) = (Value::Null, Value::Null);
-        Ok(Page { socket, lives: true, rows, columns: vec![], role, form, number: 0 })
+        let (role, form, motion) = (Value::Null, Value::Null, Value::Null);
+        Ok(Page { socket, lives: true, rows, columns: vec![], role, form, motion, number: 0 })
     }
 }
 
@@ -104,6 +104,8 @@ pub struct Page {
     pub role: Value,
     /// The form of the parameters that was told last.
     form: Value,
+    /// The move that was told last. It may be told before the answer to the request.
+    motion: Value,
     number: u32,
 }
 
@@ -141,6 +143,9 @@ impl Page {
                     }
                     if event["event"] == "parameters" {
                         self.form = event.clone();
+                    }
+                    if event["event"] == "motion" {
+                        self.motion = event.clone();
                     }
                     return Some(event);
                 }
@@ -214,6 +219,14 @@ impl Page {
             self.event("parameters").await;
         }
         self.form.clone()
+    }
+
+    /// Waits until a move was told, and returns the last one.
+    pub async fn motion(&mut self) -> Value {
+        while self.motion.is_null() {
+            self.next().await;
+        }
+        self.motion.clone()
     }
 
     /// Looks and gives words for so long.

@@ -50,7 +50,7 @@ fn a_simulated_device_does_what_was_predicted_count_by_count() {
         );
         page.done(arm()).await;
         page.done(json!({ "do": "move", "deg": 5.0 })).await;
-        let told = page.event("motion").await;
+        let told = page.motion().await;
         assert_eq!((&told["way"], &told["from_counts"]), (&way, &0.0.into()));
         page.watch(Duration::from_secs(4)).await;
         let on: Vec<bool> = page.signal("status").iter().map(is_on).collect();
