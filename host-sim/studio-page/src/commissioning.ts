@@ -11,6 +11,8 @@ type Step = {
   // Buttons that are elsewhere on the page: their names here, and what they press.
   buttons?: [label: string, then: string][];
   command?: string;
+  // The command drives no device.
+  alone?: boolean;
   live?: boolean;
 };
 
@@ -98,6 +100,7 @@ const STEPS: Step[] = [
       ['Parameters', 'parameters'],
     ],
     command: 'stiction tune joint.toml --out tuned.toml',
+    alone: true,
   },
   {
     title: 'Verify',
@@ -147,7 +150,7 @@ export class Commissioning {
 
   private go(to: number): void {
     this.at = Math.min(STEPS.length - 1, Math.max(0, to));
-    const { title, picture, text, buttons, command, live } = STEPS[this.at];
+    const { title, picture, text, buttons, command, alone, live } = STEPS[this.at];
     by('steps')
       .querySelectorAll('button')
       .forEach((one, place) =>
@@ -165,6 +168,9 @@ export class Commissioning {
       }),
     );
     by('step-command').hidden = !command;
+    by('step-command-when').textContent = alone
+      ? 'By the command line, which asks no device:'
+      : 'By the command line, with the studio ended:';
     by('step-command-text').textContent = command ?? '';
     on('step-copy', () => void this.copy(command ?? ''));
     by<HTMLButtonElement>('step-back').disabled = this.at === 0;

@@ -17,6 +17,9 @@ import { ask, listEvents, note, said } from './said';
 import { errorCounts, panels, position, reference, type Read } from './terms';
 import { WhatIf } from './what-if';
 
+// As in page.css.
+const NARROW = 900;
+
 let dirty = true;
 let lastState = '';
 
@@ -275,7 +278,12 @@ listen(
     ),
   },
 );
-for (const tab of tabs) tab.onclick = () => show(tab.dataset.view!);
+for (const tab of tabs)
+  tab.onclick = () => {
+    show(tab.dataset.view!);
+    // On a phone the view lies below the buttons.
+    if (innerWidth < NARROW) tab.parentElement!.scrollIntoView();
+  };
 
 on('stop', () => {
   forget();

@@ -3,13 +3,14 @@
 
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 use std::sync::{Arc, Mutex};
-use std::time::Duration;
+use std::time::{Duration, Instant};
 
 use host_sim::Error;
 use host_sim::device::wire::{SimulatedWire, Wire};
 use host_sim::studio::Server;
 use serde_json::json;
 use stiction::link::{Deframer, decode_request};
+use stiction::servo::State;
 use tokio::net::{TcpListener, TcpStream};
 
 use super::page::{Page, Visit, arm, device, run, studio, studio_of};
@@ -162,6 +163,85 @@ fn a_device_that_was_not_armed_from_here_is_left_alone_when_it_is_back() {
         page.event("back").await;
         let after = line.names().split_off(before);
         assert!(!after.contains(&"Stop".to_owned()), "{after:?}");
+    });
+}
+
+#[test]
+fn what_waits_is_not_obeyed_after_a_stop() {
+    run(async {
+        let line = Line::new(&[]);
+        let server = line.serve();
+        let mut page = Page::open(&server).await;
+        let mut reader = Page::open(&server).await;
+        reader.lives = false;
+        line.stalls_ms.store(600, Ordering::SeqCst);
+        tokio::time::sleep(Duration::from_millis(200)).await;
+        page.send(&json!({ "id": 77, "do": "arm" })).await;
+        tokio::time::sleep(Duration::from_millis(50)).await;
+        reader.done(json!({ "do": "stop" })).await;
+        let answer = page.until(|event| event["id"] == 77).await;
+        assert!(answer["said"].as_str().unwrap().contains("a stop came first"), "{answer}");
+        assert!(!line.names().iter().any(|name| name == "Arm"), "{:?}", line.names());
+    });
+}
+
+#[test]
+fn what_something_else_has_turned_on_is_not_kept_alive_by_the_studio() {
+    run(async {
+        let line = Line::new(&[]);
+        let server = line.serve();
+        let mut page = Page::open(&server).await;
+        page.lives = false;
+        page.watch(Duration::from_millis(400)).await;
+        line.device.lock().unwrap().simulated.device.servo().arm().unwrap();
+        page.state("armed").await;
+        // It was asked once when a sample said so.
+        page.watch(Duration::from_millis(200)).await;
+        let before = line.names().len();
+        // It is asked again after 1 s and two link timeouts.
+        page.watch(Duration::from_millis(1200)).await;
+        let asked = line.names().split_off(before);
+        assert!(asked.is_empty(), "{asked:?}");
+        page.done(json!({ "do": "stop" })).await;
+    });
+}
+
+#[test]
+fn a_studio_that_ends_leaves_the_motor_to_the_link_timeout() {
+    run(async {
+        let line = Line::new(&[]);
+        let server = line.serve();
+        let mut page = Page::open(&server).await;
+        page.done(arm()).await;
+        page.watch(Duration::from_millis(500)).await;
+        drop(server);
+        let is_armed = || {
+            let mut device = line.device.lock().unwrap();
+            // The device goes on.
+            device.receive(Duration::from_millis(20)).unwrap();
+            device.simulated.device.servo().state() == State::Armed
+        };
+        assert!(is_armed());
+        let ends = Instant::now() + Duration::from_secs(3);
+        while is_armed() && Instant::now() < ends {}
+        let latched = line.device.lock().unwrap().simulated.device.servo().latched().unwrap();
+        assert_eq!(latched.fault as u8, 22);
+    });
+}
+
+#[test]
+fn the_seventeenth_page_is_turned_away() {
+    run(async {
+        let server = studio(&[]);
+        let mut pages = Vec::new();
+        for _ in 0..16 {
+            pages.push(Visit::proper(&server).connect().await.unwrap());
+        }
+        assert!(Visit::proper(&server).connect().await.is_err());
+        pages.pop();
+        // Its place is free once the server has seen that it is gone.
+        tokio::time::sleep(Duration::from_millis(500)).await;
+        assert!(Visit::proper(&server).connect().await.is_ok());
     });
 }
 
