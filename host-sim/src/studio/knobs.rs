@@ -58,9 +58,11 @@ pub fn knobs(machine: &MachineInUse) -> Vec<Value> {
             of_joint(path, name, value, text);
         }
     }
+    let delay = number(DELAY).unwrap_or(0.0);
     all.push(json!({
-        "path": DELAY, "of": "joint", "name": "delay, samples", "value": number(DELAY).unwrap_or(0.0),
-        "text": "Samples from a reading to its output.", "low": 0.0, "high": 1.0, "scale": "whole",
+        "path": DELAY, "of": "joint", "name": "delay, samples", "value": delay,
+        "text": "Samples from a reading to its output.", "low": 0.0, "high": 1.0,
+        "scale": "whole",
     }));
     all
 }

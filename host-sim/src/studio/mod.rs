@@ -30,10 +30,12 @@
 //! | `news.rs` | what all pages are told: events as JSON, samples as binary frames |
 //! | `control.rs` | which page commands |
 //! | `desk.rs` | what connections and threads share: orders, answers, what the device runs |
-//! | `worker.rs`, `orders.rs`, `told.rs` | the thread that talks to the device, what it does for a page, what it tells all |
+//! | `worker.rs` | the thread that talks to the device |
+//! | `orders.rs`, `told.rs` | what it does for a page, and what it tells all |
 //! | `form.rs` | the parameters as a form |
 //! | `forecaster.rs`, `prediction.rs` | the thread that predicts, and how |
-//! | `machine_in_use.rs`, `knobs.rs` | the device's parameters with the joint of the file, and what of it can be turned |
+//! | `machine_in_use.rs` | the device's parameters with the joint of the file |
+//! | `knobs.rs` | what of it can be turned |
 //! | `guard.rs`, `listener.rs` | token, origin and host; the number of connections |
 //! | `socket.rs`, `server.rs` | one page's connection; the HTTP around it |
 //! | `assets.rs` | the page itself, as it was built in |

@@ -1,9 +1,9 @@
 //! What the machine in use would do: its simulated twin makes the same move, tick by tick.
 //!
 //! The twin is the core of the device, with soft start, profile and monitors, around the joint of
-//! the file in closed form. It is armed, waits out its soft start, and is told the move. Guarantees:
-//! the same numbers for the same request. Does badly: it knows the joint of the file, and nothing
-//! that the file does not say; a load that acts in one place only is not there.
+//! the file in closed form. It is armed, waits out its soft start, and is told the move.
+//! Guarantees: the same numbers for the same request. Does badly: it knows the joint of the file,
+//! and nothing that the file does not say; a load that acts in one place only is not there.
 
 use serde_json::{Value, json};
 use stiction::{Course, Motion, Parameters};

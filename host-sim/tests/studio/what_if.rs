@@ -148,7 +148,7 @@ fn a_reader_is_predicted_to_and_a_prediction_keeps_nothing_alive() {
             () = slides => {}
             on = ticks_on_after(&mut reader, last) => {
                 let on_s = on as f64 * TICK_S;
-                // The reader was predicted to meanwhile, so the page gave words for a little longer.
+                // The reader was predicted to first, and the page gave words meanwhile.
                 assert!(on_s < LINK_TIMEOUT_S + SLACK_S + 0.5, "{on_s} s");
             }
         }
