@@ -2,8 +2,9 @@
 //! machine's file.
 //!
 //! A device does not know its joint, so the file lends it. The other controllers of the file stand
-//! beside the one in use, with the gains of the file. Does badly: of a data sheet only the rigid
-//! joint is lent, without backlash, shaft, bristles or the drive's own lag.
+//! beside the one in use, with the gains of the file. Of a file with variants, the first one is
+//! meant, as for a simulated device. Does badly: of a data sheet only the rigid joint is lent,
+//! without backlash, shaft, bristles or the drive's own lag.
 
 use stiction::position::Position;
 use stiction::{Motion, Parameters};
@@ -32,7 +33,9 @@ impl MachineInUse {
     /// # Errors
     /// Says what is wrong with the file, or that no file says what the device runs.
     pub fn new(parameters: &Parameters, machine: &str) -> Result<Self, Error> {
-        let lent = Document::open(machine)?.machine()?;
+        // That of a simulated device: the file's first run, and so its first variant.
+        let first = Experiment::plan(&Document::open(machine)?, &[], &[])?.runs.swap_remove(0);
+        let lent = &*first.machine;
         // A motion that only holds has no place in a file.
         let motion = Motion::Step(Position::from_counts(1));
         let asked = Parameters { motion, ..parameters.clone() };
@@ -41,7 +44,7 @@ impl MachineInUse {
         let mut table: Table = toml::from_str(&text).map_err(|error| bad(&error))?;
         let law = table.get("loop").and_then(|own| own.get("controller"));
         let law = law.and_then(Value::as_str).unwrap_or_default().to_owned();
-        let of_file = Table::try_from(&lent).map_err(|error| bad(&error))?;
+        let of_file = Table::try_from(lent).map_err(|error| bad(&error))?;
         let mut laws = vec![law.clone()];
         if let (Some(Value::Table(all)), Some(Value::Table(others))) =
             (table.get_mut("controller"), of_file.get("controller"))

@@ -3,7 +3,8 @@
 //! The twin is the core of the device, with soft start, profile and monitors, around the joint of
 //! the file in closed form. It is armed, waits out its soft start, and is told the move.
 //! Guarantees: the same numbers for the same request. Does badly: it knows the joint of the file,
-//! and nothing that the file does not say; a load that acts in one place only is not there.
+//! and nothing that the file does not say. Its law begins afresh with each move, and so does not
+//! know what the device's law has learnt in the moves before.
 
 use serde_json::{Value, json};
 use stiction::{Course, Motion, Parameters};

@@ -2,6 +2,7 @@
 
 import { app, by, history, on } from './app';
 import type { Hello } from './history';
+import { mcap } from './mcap';
 import { read } from './parameters';
 import { png, svg } from './picture';
 import type { Planes } from './planes';
@@ -52,6 +53,7 @@ export function keep({ plots, planes, look, show, begin, windowMoved }: Page): v
   });
   const title = () => `${history.hello?.device ?? ''} – ${history.hello?.warning ?? 'measured'}`;
   on('csv', () => download(csv(history, plots.rows), `stiction-${stamp()}.csv`));
+  on('mcap', async () => download(await mcap(history, plots.rows), `stiction-${stamp()}.mcap`));
   on('png', async () => {
     const picture = await png(plots, title());
     if (picture) download(picture, `stiction-${stamp()}.png`);

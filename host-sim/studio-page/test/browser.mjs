@@ -10,6 +10,7 @@ import { execFileSync, spawn } from 'node:child_process';
 import { mkdirSync, mkdtempSync, readFileSync, writeFileSync } from 'node:fs';
 import { tmpdir } from 'node:os';
 import { join } from 'node:path';
+import { McapStreamReader } from '@mcap/core';
 import { chromium } from 'playwright-core';
 import { views } from './views.mjs';
 
@@ -78,6 +79,10 @@ async function command(page) {
 const state = (page, wanted) => page.locator(`#state.${wanted}`).waitFor();
 const text = (page, where) => page.locator(where).innerText();
 const said = (page, words) => page.locator('#said li', { hasText: words }).first().waitFor();
+
+// A sample has its number and its clock before its values.
+const session_counts = ({ hello }, sample) =>
+  sample[2 + hello.signals.findIndex(({ name }) => name === 'counts')];
 
 const tests = {
   async 'every view opens, and says that nothing moves'(page) {
@@ -179,6 +184,15 @@ const tests = {
       csv[0].startsWith('time_s,reference_deg,position_deg,error_deg,') &&
         csv.length === kept.length + 1,
     );
+    const mcap = new McapStreamReader();
+    mcap.append(readFileSync(await load('#mcap')));
+    const messages = [];
+    for (let record; (record = mcap.nextRecord());)
+      if (record.type === 'Message')
+        messages.push(JSON.parse(new TextDecoder().decode(record.data)));
+    assert.ok(mcap.done() && messages.length === kept.length);
+    const counts = session_counts(lines[0], kept.at(-1));
+    assert.equal(messages.at(-1).counts, counts);
     assert.match(readFileSync(await load('#svg'), 'utf8'), /^<svg /);
     assert.equal(
       readFileSync(await load('#png'))

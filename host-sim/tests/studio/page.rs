@@ -17,31 +17,51 @@ use tokio_tungstenite::tungstenite::{Error, Message};
 /// Nothing takes longer, on a machine that has other things to do as well.
 pub const PATIENCE: Duration = Duration::from_secs(20);
 
+/// The joint of a machine, with keys of its file set.
+fn device_of(machine: &str, law: &str, set: &[&str]) -> SimulatedDevice {
+    let mut document = Document::open(machine).unwrap();
+    document.set(&set.iter().map(|text| (*text).to_owned()).collect::<Vec<_>>()).unwrap();
+    let plan = Experiment::plan(&document, &[law.into()], &[]).unwrap().runs.remove(0);
+    SimulatedDevice::new(&plan).unwrap()
+}
+
 /// The thesis's joint, with keys of its file set.
 pub fn device(set: &[&str]) -> SimulatedDevice {
-    let mut document = Document::open("step-response").unwrap();
-    document.set(&set.iter().map(|text| (*text).to_owned()).collect::<Vec<_>>()).unwrap();
-    let plan = Experiment::plan(&document, &["srnf".into()], &[]).unwrap().runs.remove(0);
-    SimulatedDevice::new(&plan).unwrap()
+    device_of("step-response", "srnf", set)
+}
+
+/// A studio around what stands behind a wire, whose joint is that of a machine.
+fn serve<W: Wire>(
+    machine: &str,
+    open: impl Fn() -> Result<W, host_sim::Error> + Send + 'static,
+) -> Server {
+    let wanted = Wanted {
+        listen: "127.0.0.1:0".parse().unwrap(),
+        machine: machine.into(),
+        every_tick: true,
+    };
+    Server::start(wanted, open).unwrap()
 }
 
 /// A studio around what stands behind a wire.
 pub fn studio_of<W: Wire>(
     open: impl Fn() -> Result<W, host_sim::Error> + Send + 'static,
 ) -> Server {
-    let wanted = Wanted {
-        listen: "127.0.0.1:0".parse().unwrap(),
-        machine: "step-response".into(),
-        every_tick: true,
-    };
-    Server::start(wanted, open).unwrap()
+    serve("step-response", open)
 }
 
-/// A studio around that joint.
-pub fn studio(set: &[&str]) -> Server {
+/// A studio around a simulated machine.
+pub fn studio_around(machine: &'static str, law: &'static str, set: &[&str]) -> Server {
     let set: Vec<String> = set.iter().map(|text| (*text).to_owned()).collect();
-    let set = move || device(&set.iter().map(String::as_str).collect::<Vec<_>>());
-    studio_of(move || Ok(SimulatedWire::new(set())))
+    serve(machine, move || {
+        let set: Vec<&str> = set.iter().map(String::as_str).collect();
+        Ok(SimulatedWire::new(device_of(machine, law, &set)))
+    })
+}
+
+/// A studio around the thesis's joint.
+pub fn studio(set: &[&str]) -> Server {
+    studio_around("step-response", "srnf", set)
 }
 
 /// Runs a test.

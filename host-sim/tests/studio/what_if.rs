@@ -2,9 +2,10 @@
 
 use std::time::Duration;
 
+use host_sim::studio::Server;
 use serde_json::{Value, json};
 
-use super::page::{Page, arm, run, studio};
+use super::page::{Page, arm, run, studio, studio_around};
 use super::{
     LINK_TIMEOUT_S, RESOLUTION, SLACK_S, TICK_S, armed_with_a_reader, is_on, ticks_on_after,
 };
@@ -39,16 +40,24 @@ fn from_the_begin(reference: &[f64], position: &[f64]) -> Vec<[f64; 2]> {
 
 #[test]
 fn a_simulated_device_does_what_was_predicted_count_by_count() {
+    foretold(|| studio(&[]), "srnf");
+    // Its file has variants, and its law an observer.
+    foretold(|| studio_around("untuned-joints", "robust", &[]), "robust");
+}
+
+fn foretold(studio: impl FnOnce() -> Server, law: &str) {
     run(async {
-        let server = studio(&[]);
+        let server = studio();
         let mut page = Page::open(&server).await;
         let way = json!({ "how": "move", "deg": 5.0 });
-        let curves = predicted(&mut page, "laws", wish(&way, &["srnf"], &json!({}), 0)).await;
+        let curves = predicted(&mut page, "laws", wish(&way, &[law], &json!({}), 0)).await;
         let foreseen = from_the_begin(
             &numbers(&curves[0], "reference_deg"),
             &numbers(&curves[0], "position_deg"),
         );
         page.done(arm()).await;
+        // The twin waits out its soft start, too.
+        page.watch(Duration::from_millis(1000)).await;
         page.done(json!({ "do": "move", "deg": 5.0 })).await;
         let told = page.motion().await;
         assert_eq!((&told["way"], &told["from_counts"]), (&way, &0.0.into()));
