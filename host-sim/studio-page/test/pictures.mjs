@@ -3,7 +3,8 @@
 //   node test/pictures.mjs STICTION CHROMIUM DIRECTORY
 
 import { execFileSync, spawn } from 'node:child_process';
-import { writeFileSync } from 'node:fs';
+import { mkdtempSync, writeFileSync } from 'node:fs';
+import { tmpdir } from 'node:os';
 import { join } from 'node:path';
 import { chromium } from 'playwright-core';
 import { animation } from './animation.mjs';
@@ -12,8 +13,17 @@ const [program, browserName, directory] = process.argv.slice(2);
 const executablePath = execFileSync('which', [browserName], { encoding: 'utf8' }).trim();
 const [MACHINE, LAWS, DEG] = ['untuned-joints', ['pd', 'robust'], 2.5];
 
+// The joint as it stands, without the variants of the file.
+function joint() {
+  const text = execFileSync(program, ['show', MACHINE], { encoding: 'utf8' });
+  const file = join(mkdtempSync(join(tmpdir(), 'stiction-')), 'joint.toml');
+  // A browser that takes a picture may be silent for longer than the default.
+  writeFileSync(file, `${text.split('[[variant]]')[0]}\n[limits]\nlink_timeout_s = 5\n`);
+  return file;
+}
+
 async function serve() {
-  const more = ['studio', '--no-open', MACHINE, '--controller', 'robust'];
+  const more = ['studio', '--no-open', joint(), '--controller', 'robust'];
   const server = spawn(program, more, { stdio: ['ignore', 'pipe', 'inherit'] });
   let text = '';
   for await (const piece of server.stdout) {
@@ -51,17 +61,21 @@ try {
   await page.locator('#state.stopped').waitFor();
   await page.locator('#arm').click();
   await page.locator('#state.armed').waitFor();
-  for (const deg of ['5', String(DEG)]) {
-    await page.locator('#deg').fill(deg);
+  const move = async (deg) => {
+    await page.locator('#deg').fill(String(deg));
     await page.locator('#deg').press('Enter');
-    await page.waitForTimeout(3000);
-  }
-  await page.locator('#deg').blur();
-  await shoot('studio-live');
+    await page.waitForTimeout(3500);
+    await page.locator('#deg').blur();
+  };
+  await move(5);
   await view('what-if');
   await page.locator('#what-if-cloud-said', { hasText: 'joints' }).waitFor();
   await page.waitForTimeout(500);
   await shoot('studio-what-if');
+  await view('live');
+  await move(DEG);
+  await shoot('studio-live');
+  await view('what-if');
   await page.locator('#stop').click();
   await page.locator('#state.stopped, #state.faulted').waitFor();
   if (await page.locator('#clear').isEnabled()) await page.locator('#clear').click();
