@@ -21,6 +21,9 @@ const PANELS: { title: string; term: Term; height: number }[] = [
   { title: 'Effort, V', term: 'effort', height: 150 },
 ];
 
+// All panels fit into the window, unless they would be too low to read.
+const fits = () => Math.min(1.4, Math.max(0.7, (innerHeight - 400) / 510));
+
 export class Curves {
   private plots: (uPlot | null)[] = PANELS.map(() => null);
   private layout: string[] = PANELS.map(() => '');
@@ -81,7 +84,7 @@ export class Curves {
     const axis = { stroke: ink, grid, ticks: grid, font, labelFont: font };
     return {
       width: 600,
-      height: PANELS[place].height + (last ? 34 : 0),
+      height: Math.round(PANELS[place].height * fits()) + (last ? 34 : 0),
       padding: [6, 14, 0, 0],
       legend: { show: false },
       cursor: { sync: { key: 'what-if' }, drag: { x: false, y: false }, points: { show: false } },

@@ -44,7 +44,7 @@ export class Form {
       ...[...tables].map(([table, rows]) => {
         const group = document.createElement('details');
         group.dataset.table = table;
-        group.open = first ? table.startsWith('controller') || table === 'limits' : open.has(table);
+        group.open = first ? isOpen(table) : open.has(table);
         const summary = document.createElement('summary');
         summary.innerHTML = `<code></code> <small></small>`;
         summary.querySelector('code')!.textContent = `[${table}]`;
@@ -121,7 +121,7 @@ export class Form {
         if (!box.hidden) found++;
       }
       group.hidden = found === 0;
-      if (wanted.length || changedOnly) group.open = found > 0;
+      group.open = wanted.length || changedOnly ? found > 0 : isOpen(group.dataset.table!);
     }
   }
 
@@ -134,6 +134,11 @@ export class Form {
     first?.closest('details')?.setAttribute('open', '');
     first?.querySelector('input')?.focus();
   }
+}
+
+// The tables that are open unless somebody looks for something.
+function isOpen(table: string): boolean {
+  return table.startsWith('controller') || table === 'limits';
 }
 
 // Text whose names stand between backticks.
