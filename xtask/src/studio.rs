@@ -14,6 +14,9 @@ pub struct Arguments {
     /// Build it, and start nothing
     #[arg(long)]
     build: bool,
+    /// Make the pictures of docs/ in a browser, and start nothing else
+    #[arg(long)]
+    picture: bool,
     /// What `stiction studio` is given
     #[arg(trailing_var_arg = true, allow_hyphen_values = true)]
     arguments: Vec<String>,
@@ -32,6 +35,13 @@ pub fn studio(arguments: &Arguments) -> Result<(), String> {
     build(arguments.with_emulator)?;
     if arguments.build {
         return Ok(());
+    }
+    if arguments.picture {
+        let Some(browser) = browser() else {
+            return Err(format!("the pictures need one of {}", BROWSERS.join(", ")));
+        };
+        let job = Job::new("Making the pictures of docs/");
+        return job.run(script("pictures.mjs", browser).arg(root().join("docs")));
     }
     let mut run = cargo(&["run", "--quiet", "--bin", "stiction"]);
     options(&mut run, arguments.with_emulator);
@@ -95,8 +105,7 @@ pub fn test() -> Result<(), String> {
     };
     tests(&["--lib", "studio::"])?;
     tests(&["--test", "studio"])?;
-    let browser = BROWSERS.iter().find(|name| runs(Command::new(name).arg("--version")));
-    let Some(browser) = browser.filter(|_| runs(&mut npm(&["--version"]))) else {
+    let Some(browser) = browser().filter(|_| runs(&mut npm(&["--version"]))) else {
         println!(
             "== NOT RUN: the test of the studio's page in a browser; it needs npm and one of {}",
             BROWSERS.join(", ")
@@ -105,8 +114,19 @@ pub fn test() -> Result<(), String> {
     };
     page()?;
     build(false)?;
-    let program = target_dir().join("debug/stiction");
-    let mut test = Command::new("node");
-    test.arg("test/browser.mjs").arg(program).arg(browser).current_dir(directory());
-    Job::new("Test of the studio's page in a browser").run(&mut test)
+    let job = Job::new("Test of the studio's page in a browser");
+    job.run(&mut script("browser.mjs", browser))
+}
+
+/// A browser that is installed.
+fn browser() -> Option<&'static str> {
+    BROWSERS.into_iter().find(|name| runs(Command::new(name).arg("--version")))
+}
+
+/// A script that drives the page of the program that was built, in a browser.
+fn script(name: &str, browser: &str) -> Command {
+    let mut node = Command::new("node");
+    node.arg(format!("test/{name}")).arg(target_dir().join("debug/stiction")).arg(browser);
+    node.current_dir(directory());
+    node
 }

@@ -1,10 +1,25 @@
 //! The signals of a device, as it announces them: this program has no table of its own.
 
 use stiction::link::{Announced, MAX_SIGNALS, Sample};
-use stiction::signal::{Form, SIGNALS};
+use stiction::signal::{Form, SIGNALS, name};
 
 use crate::error::{Error, suggestion};
 use crate::output::Cell;
+
+/// The signals of a loop that every live view shows, beside those of its law.
+pub const OF_THE_LOOP: [&str; 11] = [
+    name("counts"),
+    name("reference_counts"),
+    name("reference_fraction"),
+    name("error"),
+    name("velocity"),
+    name("v_pd"),
+    name("v_c"),
+    name("v"),
+    name("v_applied"),
+    name("code"),
+    name("status"),
+];
 
 /// The signals of a tick that a device can send.
 #[derive(Clone, Debug, Default, PartialEq)]

@@ -6,10 +6,10 @@
 //! between two ticks, and has wires, a supply and a bridge's enable pin that may go wrong: a target
 //! with all of that would be this one, and the others would have to do without most of it.
 
-use stiction::Device;
 use stiction::link::Kind;
 use stiction::servo::{Boot, Input, Output};
 use stiction::store::Store;
+use stiction::{Device, Parameters};
 
 pub use crate::encoder::Wires;
 use crate::error::Error;
@@ -49,7 +49,15 @@ impl SimulatedDevice {
     /// # Errors
     /// Names a value that is not allowed.
     pub fn new(plan: &RunPlan) -> Result<Self, Error> {
-        let mut parameters = super::parameters(plan)?;
+        Self::running(&super::parameters(plan)?, plan)
+    }
+
+    /// The same with parameters of its own around the joint of a run.
+    ///
+    /// # Errors
+    /// Names a value of the joint that is not allowed.
+    pub fn running(parameters: &Parameters, plan: &RunPlan) -> Result<Self, Error> {
+        let mut parameters = parameters.clone();
         parameters.device.autostart = false;
         let mut store = Store::new(SimulatedFlash::new(2), SLOTS);
         // Cannot fail: the flash is new.

@@ -83,7 +83,11 @@ pub fn file(of: &Parameters, machine: &str, warning: Option<&str>) -> Result<Str
     Ok(warning + &machine_file::render(of, &joint, machine)?)
 }
 
-fn values(of: &Parameters) -> Result<Values, Error> {
+/// Every value of the parameters, by its path.
+///
+/// # Errors
+/// If a number cannot be written.
+pub fn values(of: &Parameters) -> Result<Values, Error> {
     let text = machine_file::tables(of)?;
     toml::from_str(&text).map_err(|error| Error::Input(error.to_string())).map(|table| flat(&table))
 }
@@ -123,7 +127,7 @@ fn value(written: &str) -> toml::Value {
 }
 
 /// The declaration of a key; `controller.srnf` is a table of the kind `controller.NAME`.
-fn about<'a>(rows: &'a [Row], table: &str, name: &str) -> Option<&'a Row> {
+pub fn about<'a>(rows: &'a [Row], table: &str, name: &str) -> Option<&'a Row> {
     let of = |wanted: &str| rows.iter().find(|row| row.table == wanted && row.name == name);
     let kind = table.split_once('.').map(|(first, _)| format!("{first}.NAME"));
     of(table).or_else(|| of(&kind?))

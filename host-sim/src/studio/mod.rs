@@ -3,9 +3,11 @@
 //! ```text
 //! page --- WebSocket --> socket.rs --- bounded queue of orders --> worker.rs --- Client -- device
 //!      <---------------- socket.rs <-- news.rs: bounded ring -----/  (a thread of its own)
+//!      --- wishes, the last one of each page --> forecaster.rs: a simulated twin (another thread)
 //! ```
 //!
-//! The server computes nothing of control, and the page neither: both get numbers of the device.
+//! The page computes nothing of control: it gets the numbers of the device, and of a simulated twin
+//! that predicts what the device would do.
 //!
 //! Guarantees:
 //! - A page without the [token](guard::Token), or of another origin, gets no connection, and
@@ -14,6 +16,7 @@
 //! - While the output is on, the studio asks the device nothing of its own accord. Each sign of
 //!   life is a word of the page that commands (`worker.rs`). If that page is gone, the device hears
 //!   nothing, and its link timeout turns the output off.
+//! - A prediction asks the device nothing, delays nobody who does, and is no sign of life.
 //! - A page that reads too slowly loses samples, and can tell which by their numbers. It never
 //!   delays the device or another page.
 //!
@@ -26,22 +29,33 @@
 //! | `request.rs` | what a page may ask for |
 //! | `news.rs` | what all pages are told: events as JSON, samples as binary frames |
 //! | `control.rs` | which page commands |
-//! | `worker.rs`, `orders.rs` | the thread that talks to the device, and what it does for a page |
+//! | `desk.rs` | what connections and threads share: orders, answers, what the device runs |
+//! | `worker.rs` | the thread that talks to the device |
+//! | `orders.rs`, `told.rs` | what it does for a page, and what it tells all |
 //! | `form.rs` | the parameters as a form |
+//! | `forecaster.rs`, `prediction.rs` | the thread that predicts, and how |
+//! | `machine_in_use.rs` | the device's parameters with the joint of the file |
+//! | `knobs.rs` | what of it can be turned |
 //! | `guard.rs`, `listener.rs` | token, origin and host; the number of connections |
 //! | `socket.rs`, `server.rs` | one page's connection; the HTTP around it |
 //! | `assets.rs` | the page itself, as it was built in |
 
 pub mod assets;
 pub mod control;
+mod desk;
+mod forecaster;
 mod form;
 pub mod guard;
+mod knobs;
 mod listener;
+mod machine_in_use;
 mod news;
 mod orders;
+mod prediction;
 mod request;
 mod server;
 mod socket;
+mod told;
 mod worker;
 
 pub use server::{Server, Wanted};

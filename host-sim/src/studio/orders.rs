@@ -3,15 +3,19 @@
 use std::time::Duration;
 
 use serde_json::Value;
-use stiction::Parameters;
 use stiction::jog::Asked;
+use stiction::{Parameters, identification};
 
 use super::form;
-use super::request::Ask;
+use super::machine_in_use::{self, MachineInUse};
+use super::request::{Ask, Way};
 use super::worker::{Running, Worker};
+use crate::device::identified::Identified;
 use crate::device::wire::Wire;
 use crate::device::{jogged, machine_file, words};
 use crate::error::Error;
+use crate::experiment::Document;
+use crate::machine::Trajectory;
 
 /// How many changes of the parameters can be undone.
 const UNDONE: usize = 32;
@@ -23,20 +27,21 @@ impl<W: Wire> Worker<'_, W> {
     /// Says why the device refuses, or that it does not answer.
     pub(super) fn obey(&mut self, what: &Ask) -> Result<Value, Error> {
         // Whatever becomes of the answer, the motor may be driven then.
-        let arms = matches!(what, Ask::Arm | Ask::Jog | Ask::Identify { .. });
+        let arms = matches!(what, Ask::Arm | Ask::Jog | Ask::Identify { .. } | Ask::IdentifyJoint);
         self.driven |= arms;
         self.armed_here |= arms;
+        // The joint counts as at rest 50 ms after it was stopped.
+        if arms && !self.client.status()?.at_rest {
+            self.client.pass(Duration::from_millis(100))?;
+        }
         let said: &str = match what {
-            Ask::Alive | Ask::Command => "",
+            // The thread that predicts answers the last two.
+            Ask::Alive | Ask::Command | Ask::Predict(_) | Ask::Compare(_) => "",
             Ask::Stop => {
                 self.client.stop()?;
                 "stopped: the motor is off"
             }
             Ask::Arm => {
-                // The joint counts as at rest 50 ms after it was stopped.
-                if !self.client.status()?.at_rest {
-                    self.client.pass(Duration::from_millis(100))?;
-                }
                 self.client.arm()?;
                 "armed: the loop is closed, and here is zero"
             }
@@ -46,11 +51,25 @@ impl<W: Wire> Worker<'_, W> {
             }
             Ask::Move(deg) => {
                 self.client.move_to(*deg)?;
+                self.began(&Way::Move(*deg))?;
                 return Ok(format!("moves to {deg} deg").into());
             }
             Ask::Step(deg) => {
                 self.client.step_to(*deg)?;
+                self.began(&Way::Step(*deg))?;
                 return Ok(format!("steps to {deg} deg").into());
+            }
+            Ask::Trajectory => {
+                let first = machine_in_use::first_trajectory(&self.about.machine)?;
+                return self.follow(first);
+            }
+            Ask::Trapezoid(fields) => {
+                return self.follow(machine_in_use::there_and_back(*fields)?);
+            }
+            Ask::IdentifyJoint => {
+                self.client.identify_joint(identification::Asked::default())?;
+                self.running = Some(Running::Identification);
+                "a sequence of motions begins, without a loop, and ends by itself"
             }
             Ask::Jog => {
                 self.client.jog(Asked::default())?;
@@ -96,6 +115,22 @@ impl<W: Wire> Worker<'_, W> {
         Ok(said.into())
     }
 
+    /// Follows a trajectory, whose positions are those of the zero of the arming.
+    fn follow(&mut self, trajectory: Trajectory) -> Result<Value, Error> {
+        let way = Way::Trajectory(trajectory);
+        let in_use = MachineInUse::new(&self.client.parameters()?, &self.about.machine)?;
+        self.client.move_along(in_use.motion(&way)?)?;
+        self.began(&way)?;
+        Ok("follows the trajectory".into())
+    }
+
+    /// A move has begun. Its tick is no later than that of the status that follows.
+    fn began(&mut self, way: &Way) -> Result<(), Error> {
+        let clock = self.client.status()?.clock;
+        self.tell_motion(way, clock);
+        Ok(())
+    }
+
     /// Lets the device take other parameters, all of them or none.
     fn take(&mut self, before: Parameters, after: &Parameters) -> Result<Value, Error> {
         let said = said_changes(&before, after)?;
@@ -118,6 +153,15 @@ impl<W: Wire> Worker<'_, W> {
             Running::Jog => match self.client.jogged()? {
                 Some(found) => jogged::words(&found, &self.client.parameters()?),
                 None => format!("jog: {nothing}"),
+            },
+            Running::Identification => match self.client.identified()? {
+                Some((summary, map)) => {
+                    let file = Document::open(&self.about.machine)?;
+                    let units = file.mapping()?.map(|(_, mapping)| mapping.units);
+                    let parameters = self.client.parameters()?;
+                    Identified { summary, map, parameters, units }.words()
+                }
+                None => format!("identify: {nothing}"),
             },
             Running::Ramp(rate) => match self.client.levels()? {
                 Some(levels) => words::levels(&levels, rate),

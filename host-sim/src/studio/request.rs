@@ -2,7 +2,9 @@
 
 use std::collections::BTreeMap;
 
-use serde::Deserialize;
+use serde::{Deserialize, Serialize};
+
+use crate::machine::Trajectory;
 
 /// The largest message of a page, bytes: a machine's file has less than half of it.
 pub const LARGEST: usize = 64 * 1024;
@@ -29,6 +31,86 @@ struct Written {
     hold: Option<f32>,
     values: Option<BTreeMap<String, String>>,
     text: Option<String>,
+    trapezoid: Option<[f64; 4]>,
+    wish: Option<Wish>,
+}
+
+/// How a set point goes somewhere, in the zero of the arming.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(try_from = "WrittenWay", into = "WrittenWay")]
+pub enum Way {
+    /// Within the limits of `[profile]`, to so many deg.
+    Move(f64),
+    /// At once, to so many deg.
+    Step(f64),
+    /// Through corners.
+    Trajectory(Trajectory),
+}
+
+/// The same as it is written. (A tag within the object would not do: a crate of the tree lets
+/// serde_json keep numbers as they are written, and serde does not see them as numbers then.)
+#[derive(Clone, Default, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+struct WrittenWay {
+    how: String,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    deg: Option<f64>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    trajectory: Option<Trajectory>,
+}
+
+impl TryFrom<WrittenWay> for Way {
+    type Error = String;
+
+    fn try_from(written: WrittenWay) -> Result<Self, String> {
+        match (written.how.as_str(), written.deg, written.trajectory) {
+            ("move", Some(deg), None) => Ok(Self::Move(deg)),
+            ("step", Some(deg), None) => Ok(Self::Step(deg)),
+            ("trajectory", None, Some(trajectory)) => Ok(Self::Trajectory(trajectory)),
+            (how, ..) => Err(format!("there is no way `{how}` with these values")),
+        }
+    }
+}
+
+impl From<Way> for WrittenWay {
+    fn from(way: Way) -> Self {
+        let (how, deg, trajectory) = match way {
+            Way::Move(deg) => ("move", Some(deg), None),
+            Way::Step(deg) => ("step", Some(deg), None),
+            Way::Trajectory(trajectory) => ("trajectory", None, Some(trajectory)),
+        };
+        Self { how: how.into(), deg, trajectory }
+    }
+}
+
+/// What a page wants to have predicted.
+#[derive(Clone, Debug, PartialEq, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Wish {
+    /// The move, as if the joint stood at zero.
+    pub way: Way,
+    /// Where it stands, deg; this is added to what is predicted.
+    #[serde(default)]
+    pub from_deg: f64,
+    /// The controllers; the cloud is that of the first one.
+    pub laws: Vec<String>,
+    /// What differs from the machine in use, by its path.
+    #[serde(default)]
+    pub values: BTreeMap<String, f64>,
+    /// Joints of the cloud.
+    #[serde(default)]
+    pub cloud: u8,
+}
+
+/// The largest wish: so many laws, so many changed values, so many joints.
+const LARGEST_WISH: [usize; 3] = [16, 128, 48];
+
+impl Wish {
+    fn is_small(&self) -> bool {
+        let [laws, values, cloud] = LARGEST_WISH;
+        let is_small = self.laws.len() <= laws && self.values.len() <= values;
+        is_small && usize::from(self.cloud) <= cloud
+    }
 }
 
 /// What a page asks for.
@@ -50,6 +132,13 @@ pub enum Ask {
     Step(f64),
     /// Push the joint a little each way.
     Jog,
+    /// Follow the first trajectory of the machine's file.
+    Trajectory,
+    /// Go to a place and back with a trapezoid of the speed: way (deg), speed (deg/s), rest between
+    /// there and back (s), half the time of a blend (s).
+    Trapezoid([f64; 4]),
+    /// Identify the joint by the device's bounded sequence of motions.
+    IdentifyJoint,
     /// Find the friction by a ramp.
     Identify {
         /// How fast the effort rises, V/s.
@@ -68,14 +157,27 @@ pub enum Ask {
     Undo,
     /// Keep what is in use across a reset.
     Save,
+    /// Say what a move would be like. It asks the device nothing, and is no word.
+    Predict(Box<Wish>),
+    /// Compare what is in use with a machine's file, whose text this is; empty: with the file that
+    /// the studio was started with. It asks the device nothing.
+    Compare(String),
 }
 
 impl TryFrom<Written> for Request {
     type Error = String;
 
     fn try_from(written: Written) -> Result<Self, String> {
-        let Written { id, r#do: what, deg, rate, hold, values, text } = written;
-        let all = [deg.is_some(), rate.is_some(), hold.is_some(), values.is_some(), text.is_some()];
+        let Written { id, r#do: what, deg, rate, hold, values, text, trapezoid, wish } = written;
+        let all = [
+            deg.is_some(),
+            rate.is_some(),
+            hold.is_some(),
+            values.is_some(),
+            text.is_some(),
+            trapezoid.is_some(),
+            wish.is_some(),
+        ];
         let given = all.into_iter().filter(|given| *given).count();
         let (ask, wanted) = match what.as_str() {
             "alive" => (Some(Ask::Alive), 0),
@@ -91,6 +193,11 @@ impl TryFrom<Written> for Request {
             "step" => (deg.map(Ask::Step), 1),
             "set" => (values.map(Ask::Set), 1),
             "push" => (text.map(Ask::Push), 1),
+            "compare" => (text.map(Ask::Compare), 1),
+            "predict" => (wish.filter(Wish::is_small).map(|wish| Ask::Predict(wish.into())), 1),
+            "trajectory" if given == 0 => (Some(Ask::Trajectory), 0),
+            "trajectory" => (trapezoid.map(Ask::Trapezoid), 1),
+            "identify" if given == 0 => (Some(Ask::IdentifyJoint), 0),
             "identify" => (rate.zip(hold).map(|(rate, hold)| Ask::Identify { rate, hold }), 2),
             _ => return Err(format!("there is nothing to do that is called `{what}`")),
         };
@@ -104,11 +211,18 @@ impl TryFrom<Written> for Request {
 impl Ask {
     /// Whether any page may ask for it, and not only the one that commands.
     pub const fn is_for_all(&self) -> bool {
-        matches!(self, Self::Stop | Self::Command)
+        matches!(self, Self::Stop | Self::Command) || self.is_apart()
+    }
+
+    /// Whether nothing is asked of the device: the thread that predicts answers, and the request is
+    /// no word that would keep a link alive.
+    pub const fn is_apart(&self) -> bool {
+        matches!(self, Self::Predict(_) | Self::Compare(_))
     }
 }
 
 #[cfg(test)]
+#[allow(clippy::panic)]
 mod tests {
     use super::*;
 
@@ -118,6 +232,10 @@ mod tests {
         let whole = Request { id: 7, what: Ask::Move(-2.5) };
         assert_eq!(read(r#"{"id":7,"do":"move","deg":-2.5}"#), Some(whole));
         assert_eq!(read(r#"{"do":"stop"}"#), Some(Request { id: 0, what: Ask::Stop }));
+        let wished = r#"{"do":"predict","wish":{"laws":["pd"],"way":{"how":"step","deg":1}}}"#;
+        let Some(Request { what: Ask::Predict(wish), .. }) = read(wished) else { panic!() };
+        assert_eq!((&wish.way, wish.cloud), (&Way::Step(1.0), 0));
+        assert_eq!(read(r#"{"do":"trajectory"}"#).map(|all| all.what), Some(Ask::Trajectory));
         for wrong in [
             r#"{"id":7,"do":"move"}"#,
             r#"{"id":7,"do":"arm","deg":1}"#,
@@ -127,6 +245,12 @@ mod tests {
             r#"{"id":7,"do":"move","deg":NaN}"#,
             r#"{"id":7,"do":"fly"}"#,
             r#"{"id":-1,"do":"arm"}"#,
+            r#"{"do":"trajectory","trapezoid":[1,2,3]}"#,
+            r#"{"do":"trajectory","deg":1}"#,
+            r#"{"do":"predict"}"#,
+            r#"{"do":"predict","wish":{"laws":["pd"]}}"#,
+            r#"{"do":"predict","wish":{"laws":["pd"],"way":{"how":"fly","deg":1}}}"#,
+            r#"{"do":"predict","wish":{"laws":["pd"],"cloud":49,"way":{"how":"move","deg":1}}}"#,
             r#"[{"do":"arm"}]"#,
             "",
         ] {

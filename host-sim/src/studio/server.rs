@@ -19,11 +19,13 @@ use tokio::net::TcpListener;
 use tokio::sync::{Semaphore, oneshot};
 
 use super::assets::{ASSETS, POLICY};
+use super::desk::Shared;
+use super::forecaster::{self, Wishes};
 use super::guard::{Token, is_host, is_origin};
 use super::listener::Bounded;
 use super::request::LARGEST;
 use super::socket::{Desk, serve};
-use super::worker::{self, About, Shared};
+use super::worker::{self, About};
 use crate::device::wire::Wire;
 use crate::error::Error;
 
@@ -87,10 +89,14 @@ impl Server {
         let about = About { machine: wanted.machine.clone(), every_tick: wanted.every_tick };
         let for_worker = shared.clone();
         std::thread::spawn(move || worker::run(open, &about, &for_worker, &waiting, &ready));
+        let wishes = Arc::new(Wishes::default());
+        let (for_forecaster, known, machine) =
+            (wishes.clone(), shared.clone(), wanted.machine.clone());
+        std::thread::spawn(move || forecaster::run(&for_forecaster, &known, &machine));
         let gone = || Error::Device("studio: the device's thread has ended".into());
         is_ready.recv().map_err(|_| gone())??;
         let door = Door {
-            desk: Desk { shared, orders },
+            desk: Desk { shared, orders, wishes },
             token: token.clone(),
             bound: address,
             pages: Arc::new(Semaphore::new(PAGES)),

@@ -14,9 +14,10 @@ use tokio::sync::{broadcast, mpsc};
 use tokio::time::timeout;
 
 use super::control::TAKEN;
+use super::desk::{Order, Shared, answer};
+use super::forecaster::Wishes;
 use super::news::News;
 use super::request::{Ask, Request};
-use super::worker::{Order, Shared, answer};
 use crate::error::Error;
 
 /// How many answers may wait for a page.
@@ -35,6 +36,8 @@ pub struct Desk {
     pub shared: Arc<Shared>,
     /// Takes orders for that thread.
     pub orders: SyncSender<Order>,
+    /// Takes wishes for the thread that predicts.
+    pub wishes: Arc<Wishes>,
 }
 
 /// A connection, which gives the command back when it ends, however that is.
@@ -74,6 +77,10 @@ async fn listen(mut from: SplitStream<WebSocket>, page: &Page, answers: &mpsc::S
         let said = match message {
             Message::Text(text) => match page.take(&text) {
                 Taken::Order(order) => page.order(order, answers),
+                Taken::Wish(Request { id, what }) => {
+                    page.desk.wishes.put(page.number, id, what, answers.clone());
+                    None
+                }
                 Taken::Said(said) => Some(said),
                 Taken::Nothing => None,
                 Taken::Mistake(said) => {
@@ -128,6 +135,8 @@ enum Taken {
     Said(String),
     /// Something for the thread that talks to the device.
     Order(Request),
+    /// Something for the thread that predicts.
+    Wish(Request),
     /// A word without an answer.
     Nothing,
     /// No request; this is said of it.
@@ -151,6 +160,10 @@ impl Page {
         };
         if request.what == Ask::Command {
             return Taken::Said(self.role(shared.control.ask(self.number)));
+        }
+        // Not a word: what is predicted keeps nobody's link alive.
+        if request.what.is_apart() {
+            return Taken::Wish(request);
         }
         let commands = shared.control.word(self.number);
         if commands {

@@ -12,23 +12,21 @@
 //! An order is obeyed if the page that gave it still commands, and if it is not [`LATE`]: nobody
 //! expects a motor to move for a button that was pressed before a save that took seconds.
 
-use std::sync::atomic::{AtomicBool, AtomicU32, AtomicU64, Ordering};
+use std::sync::atomic::Ordering;
 use std::sync::mpsc::{Receiver, RecvTimeoutError, SyncSender, TryRecvError};
 use std::time::{Duration, Instant};
 
-use serde_json::{Value, json};
+use serde_json::json;
 use stiction::Parameters;
-use stiction::link::{Kind, StateCode, Status};
-use stiction::signal::name;
+use stiction::link::{Sample, StateCode, Status};
 
-use super::control::{Control, TAKEN};
-use super::form;
-use super::news::{Frame, Newsroom};
+use super::control::TAKEN;
+use super::desk::{Order, Shared};
+use super::news::Frame;
 use super::request::Ask;
 use crate::device::client::Client;
 use crate::device::signals::Signals;
 use crate::device::wire::Wire;
-use crate::device::words;
 use crate::error::Error;
 
 /// Time between two requests for the status: a fifth of the default link timeout.
@@ -53,80 +51,13 @@ const SLICE: Duration = Duration::from_millis(10);
 /// Time between two tries to reach a device that is gone.
 const AGAIN: Duration = Duration::from_secs(1);
 
-/// What a wire of 921 600 baud carries, bytes a second, with a quarter left for answers.
-const CARRIED: f64 = 0.75 * 92_160.0;
-
-/// Bytes of a sample without its values: numbers, mask, length, checksum and stuffing.
-const AROUND: usize = 30;
-
-/// The signals that every page gets, beside those of the law.
-const SHOWN: [&str; 11] = [
-    name("counts"),
-    name("reference_counts"),
-    name("reference_fraction"),
-    name("error"),
-    name("velocity"),
-    name("v_pd"),
-    name("v_c"),
-    name("v"),
-    name("v_applied"),
-    name("code"),
-    name("status"),
-];
-
-/// What the thread and the connections share.
-#[derive(Debug, Default)]
-pub struct Shared {
-    /// Who commands.
-    pub control: Control,
-    /// What all pages are told.
-    pub news: Newsroom,
-    /// How many words the page that commands has given.
-    pub words: AtomicU64,
-    /// Somebody wants the output off: this passes every order that waits.
-    pub stop: AtomicBool,
-    /// The number of the last `hello`.
-    generation: AtomicU32,
-}
-
-/// An order of a page, and where its answer goes.
-#[derive(Debug)]
-pub struct Order {
-    /// The page that gives it.
-    pub page: u64,
-    /// When it was given.
-    pub given: Instant,
-    /// The page's number for it.
-    pub id: u32,
-    /// What is asked for.
-    pub what: Ask,
-    /// Takes the answer.
-    pub answer: tokio::sync::mpsc::Sender<String>,
-}
-
-impl Order {
-    /// Answers. A page that is gone, or does not read, needs none.
-    pub fn answered(&self, done: &Result<Value, Error>) {
-        let _ = self.answer.try_send(answer(self.id, done));
-    }
-}
-
-/// The answer to a request, for the page.
-pub fn answer(id: u32, done: &Result<Value, Error>) -> String {
-    let said = match done {
-        Ok(said) => json!({ "event": "answer", "id": id, "ok": true, "said": said }),
-        Err(error) => {
-            json!({ "event": "answer", "id": id, "ok": false, "said": error.to_string() })
-        }
-    };
-    said.to_string()
-}
-
 /// A motion that ends by itself and has found something then.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Running {
     /// A jog.
     Jog,
+    /// The sequence that identifies a joint.
+    Identification,
     /// A ramp of so many V/s.
     Ramp(f32),
 }
@@ -150,8 +81,8 @@ pub struct Worker<'a, W> {
     pub(super) before: Vec<Parameters>,
     /// Those that a reset would bring back, as far as they are known.
     pub(super) saved: Option<Parameters>,
-    signals: Signals,
-    frame: Frame,
+    pub(super) signals: Signals,
+    pub(super) frame: Frame,
     flushed: Instant,
     /// Whether the output is on, as far as was last heard.
     pub(super) driven: bool,
@@ -161,7 +92,9 @@ pub struct Worker<'a, W> {
     words: u64,
     heard: Instant,
     /// s; zero if it is off.
-    link_timeout: f32,
+    pub(super) link_timeout: f32,
+    /// The last sample: where the set point is, for who is told of a move.
+    pub(super) last: Option<Sample>,
 }
 
 /// Talks to the device until nobody has an order any more. `ready` hears whether it was there.
@@ -230,6 +163,7 @@ impl<'a, W: Wire> Worker<'a, W> {
             words: shared.words.load(Ordering::Relaxed),
             heard: now,
             link_timeout: 0.0,
+            last: None,
         };
         let status = worker.client.status()?;
         if !status.unsaved {
@@ -280,6 +214,7 @@ impl<'a, W: Wire> Worker<'a, W> {
             for sample in sample.into_iter().chain(std::iter::from_fn(|| self.client.kept())) {
                 self.driven = self.signals.is_armed(&sample);
                 self.frame.push(&sample, &self.shared.news);
+                self.last = Some(sample);
             }
             // Something else than a page has turned it on. Nobody may take it for off.
             if self.driven && !before {
@@ -344,104 +279,5 @@ impl<'a, W: Wire> Worker<'a, W> {
         }
         self.tell_status(&status);
         Ok(status)
-    }
-
-    fn tell_status(&self, status: &Status) {
-        let fault =
-            (status.fault.code != 0).then(|| words::fault(&status.fault, status.sample_time));
-        self.shared.news.tell(
-            "status",
-            json!({
-                "state": words::state(status.state),
-                "driven": status.state == StateCode::Armed,
-                "clock": status.clock,
-                "at_rest": status.at_rest,
-                "since_power_on_counts": status.position,
-                "unsaved": status.unsaved,
-                "wound_up": status.wound_up,
-                "heat_v": status.thermal_effort,
-                "faults": status.faults,
-                "fault": fault,
-                "text": words::status(status),
-                "lost": self.client.lost(),
-                "link_timeout_s": self.link_timeout,
-            }),
-        );
-    }
-
-    fn tell_faults(&mut self, status: &Status) -> Result<(), Error> {
-        let faults = self.client.faults()?;
-        let faults = faults.iter().map(|told| words::fault(told, status.sample_time));
-        let faults: Vec<Value> = faults.collect();
-        self.shared.news.tell("faults", json!({ "faults": faults }));
-        Ok(())
-    }
-
-    /// Asks the device what it is, what it can send and what it runs, and tells all of that.
-    pub(super) fn introduce(&mut self) -> Result<(), Error> {
-        let status = self.client.status()?;
-        let announced = self.client.signals()?;
-        let signals = Signals::new(announced.clone());
-        let law: Vec<String> = signals.of_law().map(str::to_owned).collect();
-        let mask = signals.mask(SHOWN.into_iter().chain(law.iter().map(String::as_str)));
-        let columns = mask.count_ones() as usize;
-        let every = if self.about.every_tick {
-            1
-        } else {
-            let took_s = (AROUND + 4 * columns) as f64 / CARRIED;
-            (took_s / f64::from(status.sample_time).max(1e-6)).ceil().clamp(1.0, 1000.0) as u16
-        };
-        let parameters = self.client.parameters().ok();
-        self.link_timeout = parameters.as_ref().map_or(0.0, |all| all.limits.link_timeout);
-        self.frame.flush(&self.shared.news);
-        self.client.subscribe(mask, every)?;
-        self.signals = signals;
-        self.frame.generation = self.shared.generation.fetch_add(1, Ordering::Relaxed) + 1;
-        self.frame.places =
-            (0..u64::BITS as usize).filter(|place| mask >> place & 1 == 1).collect();
-        let shown = self.frame.places.iter().filter_map(|place| announced.get(*place));
-        let columns: Vec<Value> = shown
-            .map(|signal| {
-                json!({
-                    "name": signal.name.as_str(),
-                    "unit": signal.unit.as_str(),
-                    "form": format!("{:?}", signal.form).to_lowercase(),
-                })
-            })
-            .collect();
-        let warning = self.client.warning();
-        let identity = self.client.identity();
-        let kind = match identity.map(|identity| identity.kind) {
-            Some(Kind::Simulated) => "simulated",
-            _ if warning.is_some() => "emulated",
-            _ => "board",
-        };
-        let version = identity.map_or(String::new(), |identity| identity.version.as_str().into());
-        self.shared.news.tell(
-            "hello",
-            json!({
-                "generation": self.frame.generation,
-                "device": self.client.wire().name(),
-                "firmware": version,
-                "program": env!("CARGO_PKG_VERSION"),
-                "kind": kind,
-                "warning": warning,
-                "sample_time_s": crate::written::single(status.sample_time),
-                "resolution_deg": crate::written::single(status.resolution),
-                "every": every,
-                "signals": columns,
-                "law": law,
-            }),
-        );
-        if let Some(parameters) = parameters {
-            let rows = form::rows(&parameters, self.saved.as_ref())?;
-            // A file that cannot be written is not there to be pulled either.
-            let file = form::file(&parameters, &self.about.machine, warning).ok();
-            self.shared.news.tell(
-                "parameters",
-                json!({ "rows": rows, "file": file, "undo": self.before.len() }),
-            );
-        }
-        Ok(())
     }
 }

@@ -16,6 +16,8 @@ export class Form {
   rows: Row[] = [];
   edits = new Map<string, string>();
   enabled = false;
+  // A machine's file that the values are compared with.
+  compared: { name: string; values: Record<string, string> } | null = null;
 
   constructor(
     private readonly root: HTMLElement,
@@ -42,7 +44,7 @@ export class Form {
       ...[...tables].map(([table, rows]) => {
         const group = document.createElement('details');
         group.dataset.table = table;
-        group.open = first ? table.startsWith('controller') || table === 'limits' : open.has(table);
+        group.open = first ? isOpen(table) : open.has(table);
         const summary = document.createElement('summary');
         summary.innerHTML = `<code></code> <small></small>`;
         summary.querySelector('code')!.textContent = `[${table}]`;
@@ -89,10 +91,14 @@ export class Form {
       const marks = [];
       if (edit !== undefined) marks.push(`✎ not set yet; in use is ${row.value}`);
       if (unsaved) marks.push(`◆ in use, not saved; saved is ${row.saved}`);
+      const there = this.compared?.values[row.path];
+      const differs = there !== undefined && there !== row.value;
+      box.classList.toggle('differs', differs);
+      if (differs) marks.push(`⇄ ${this.compared!.name} has ${there}`);
       box.querySelector('.marks')!.textContent = marks.join(' · ');
     }
     for (const group of this.root.querySelectorAll<HTMLElement>('details')) {
-      const changed = group.querySelectorAll('.edited, .unsaved').length;
+      const changed = group.querySelectorAll('.edited, .unsaved, .differs').length;
       group.querySelector('summary small')!.textContent = changed ? `${changed} changed` : '';
     }
   }
@@ -110,12 +116,12 @@ export class Form {
       for (const box of group.querySelectorAll<HTMLElement>('.parameter')) {
         const text = `${box.dataset.path} ${box.textContent}`.toLowerCase();
         const fits = wanted.every((word) => text.includes(word));
-        const changed = box.classList.contains('edited') || box.classList.contains('unsaved');
+        const changed = box.matches('.edited, .unsaved, .differs');
         box.hidden = !fits || (changedOnly && !changed);
         if (!box.hidden) found++;
       }
       group.hidden = found === 0;
-      if (wanted.length || changedOnly) group.open = found > 0;
+      group.open = wanted.length || changedOnly ? found > 0 : isOpen(group.dataset.table!);
     }
   }
 
@@ -128,6 +134,11 @@ export class Form {
     first?.closest('details')?.setAttribute('open', '');
     first?.querySelector('input')?.focus();
   }
+}
+
+// The tables that are open unless somebody looks for something.
+function isOpen(table: string): boolean {
+  return table.startsWith('controller') || table === 'limits';
 }
 
 // Text whose names stand between backticks.

@@ -3,11 +3,14 @@
 export function listen(stop: () => void, keys: Record<string, () => void>): void {
   const isText = (target: HTMLElement) =>
     target.matches('input:not([type=checkbox]):not([type=file]), select, textarea');
+  const isSlider = (target: HTMLElement) => target.matches('[type=range]');
   document.addEventListener(
     'keydown',
     (event) => {
-      const typing = isText(event.target as HTMLElement);
-      if (event.key === 'Escape' || (event.key === ' ' && !typing)) {
+      const target = event.target as HTMLElement;
+      const typing = isText(target);
+      // A slider takes the arrows, and no blank.
+      if (event.key === 'Escape' || (event.key === ' ' && (!typing || isSlider(target)))) {
         event.preventDefault();
         stop();
         return;

@@ -1,8 +1,10 @@
-// The connection to the server. Every message that comes is answered by a word, at most twenty a
+// The connection to the server. What comes of the device is answered by a word, at most twenty a
 // second: while the motor is driven, that word is what keeps the device's link alive. A page that
-// hangs gives none, and the device turns its output off.
+// hangs gives none, and the device turns its output off. What the server only computes or decides
+// is no news of the device, and is not answered.
 
 const BETWEEN_WORDS_MS = 50;
+const WITHOUT_A_WORD = new Set(['answer', 'gone', 'predicted', 'role', 'what-if']);
 
 export type Event = { event: string; [key: string]: any };
 export type Answer = { ok: boolean; said: string };
@@ -28,12 +30,13 @@ export class Link {
     const socket = new WebSocket(`ws://${location.host}/link?token=${token}`);
     socket.binaryType = 'arraybuffer';
     socket.onmessage = ({ data }) => {
+      const event: Event | null = typeof data === 'string' ? JSON.parse(data) : null;
       const now = performance.now();
-      if (now - this.word >= BETWEEN_WORDS_MS) {
+      if (!WITHOUT_A_WORD.has(event?.event ?? '') && now - this.word >= BETWEEN_WORDS_MS) {
         this.word = now;
         socket.send('{"do":"alive"}');
       }
-      if (typeof data === 'string') this.event(JSON.parse(data));
+      if (event) this.event(event);
       else this.samples(data);
     };
     socket.onclose = () => {
@@ -53,6 +56,11 @@ export class Link {
     const id = ++this.number;
     this.socket!.send(JSON.stringify({ id, do: what, ...more }));
     return new Promise((answered) => this.waiting.set(id, answered));
+  }
+
+  // Says something that is not answered by its number, or not at all.
+  tell(what: string, id: number, more: object): void {
+    if (this.open) this.socket!.send(JSON.stringify({ id, do: what, ...more }));
   }
 
   private event(event: Event): void {

@@ -10,13 +10,16 @@ import { execFileSync, spawn } from 'node:child_process';
 import { mkdirSync, mkdtempSync, readFileSync, writeFileSync } from 'node:fs';
 import { tmpdir } from 'node:os';
 import { join } from 'node:path';
+import { McapStreamReader } from '@mcap/core';
 import { chromium } from 'playwright-core';
+import { views } from './views.mjs';
 
 const [program, browserName, ...options] = process.argv.slice(2);
 const browserPath = execFileSync('which', [browserName], { encoding: 'utf8' }).trim();
 const pictures = options.includes('--pictures') ? options[options.indexOf('--pictures') + 1] : null;
 const dist = join(import.meta.dirname, '../dist');
 const PATIENCE = 20_000;
+const VIEWS = ['live', 'planes', 'parameters', 'what-if', 'commissioning', 'session', 'faults'];
 // Longer than the default: a browser on a busy machine may be silent for half a second.
 const LINK_TIMEOUT_S = 2;
 
@@ -48,8 +51,8 @@ function serve(...more) {
   return { server, address };
 }
 
-async function visit(context, address) {
-  const page = await context.newPage();
+async function visit(context, address, page) {
+  page ??= await context.newPage();
   if (options.includes('--dist')) {
     for (const name of ['main.js', 'page.css'])
       await page.route(`**/${name}`, (route) => route.fulfill({ path: join(dist, name) }));
@@ -77,9 +80,13 @@ const state = (page, wanted) => page.locator(`#state.${wanted}`).waitFor();
 const text = (page, where) => page.locator(where).innerText();
 const said = (page, words) => page.locator('#said li', { hasText: words }).first().waitFor();
 
+// A sample has its number and its clock before its values.
+const session_counts = ({ hello }, sample) =>
+  sample[2 + hello.signals.findIndex(({ name }) => name === 'counts')];
+
 const tests = {
   async 'every view opens, and says that nothing moves'(page) {
-    for (const view of ['live', 'planes', 'parameters', 'session', 'faults']) {
+    for (const view of VIEWS) {
       await page.locator(`[data-view=${view}]`).click();
       await page.locator(`#${view}`).waitFor();
       assert.match(await text(page, '#banner'), /SIMULATED JOINT\s*nothing moves/);
@@ -177,6 +184,15 @@ const tests = {
       csv[0].startsWith('time_s,reference_deg,position_deg,error_deg,') &&
         csv.length === kept.length + 1,
     );
+    const mcap = new McapStreamReader();
+    mcap.append(readFileSync(await load('#mcap')));
+    const messages = [];
+    for (let record; (record = mcap.nextRecord());)
+      if (record.type === 'Message')
+        messages.push(JSON.parse(new TextDecoder().decode(record.data)));
+    assert.ok(mcap.done() && messages.length === kept.length);
+    const counts = session_counts(lines[0], kept.at(-1));
+    assert.equal(messages.at(-1).counts, counts);
     assert.match(readFileSync(await load('#svg'), 'utf8'), /^<svg /);
     assert.equal(
       readFileSync(await load('#png'))
@@ -206,10 +222,11 @@ const tests = {
     await other.close();
   },
 
+  ...views({ state, text, said, visit, command }),
+
   async 'when the tab is closed, the link timeout turns the output off'(page, context, address) {
     const first = await visit(context, address);
-    await page.close();
-    // The first page has gone, so the command is free.
+    // The page before it has gone, so the command is free.
     await command(first);
     const other = await visit(context, address);
     await first.locator('#arm').click();
@@ -249,9 +266,9 @@ async function take(browser, address) {
         await page.waitForTimeout(2600);
       }
       await page.locator('#deg').blur();
-      for (const view of ['live', 'planes', 'session']) {
+      for (const view of ['live', 'planes', 'what-if', 'commissioning', 'session']) {
         await page.locator(`[data-view=${view}]`).click();
-        await page.waitForTimeout(300);
+        await page.waitForTimeout(view === 'what-if' ? 2500 : 300);
         await shoot(view);
       }
       await page.locator('#stop').click();

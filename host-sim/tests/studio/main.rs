@@ -1,7 +1,9 @@
 //! The server of `stiction studio`, spoken to as a page and as somebody else would.
 #![allow(missing_docs, clippy::unwrap_used, clippy::expect_used, clippy::panic)]
 
+mod bad_lines;
 mod page;
+mod what_if;
 
 use std::time::Duration;
 

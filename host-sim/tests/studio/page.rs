@@ -5,7 +5,7 @@ use std::time::Duration;
 
 use futures_util::{SinkExt, StreamExt};
 use host_sim::device::simulated::SimulatedDevice;
-use host_sim::device::wire::SimulatedWire;
+use host_sim::device::wire::{SimulatedWire, Wire};
 use host_sim::experiment::{Document, Experiment};
 use host_sim::studio::{Server, Wanted};
 use serde_json::{Value, json};
@@ -17,17 +17,51 @@ use tokio_tungstenite::tungstenite::{Error, Message};
 /// Nothing takes longer, on a machine that has other things to do as well.
 pub const PATIENCE: Duration = Duration::from_secs(20);
 
-/// A studio around the thesis's joint, with keys of its file set.
-pub fn studio(set: &[&str]) -> Server {
-    let mut document = Document::open("step-response").unwrap();
+/// The joint of a machine, with keys of its file set.
+fn device_of(machine: &str, law: &str, set: &[&str]) -> SimulatedDevice {
+    let mut document = Document::open(machine).unwrap();
     document.set(&set.iter().map(|text| (*text).to_owned()).collect::<Vec<_>>()).unwrap();
-    let plan = Experiment::plan(&document, &["srnf".into()], &[]).unwrap().runs.remove(0);
+    let plan = Experiment::plan(&document, &[law.into()], &[]).unwrap().runs.remove(0);
+    SimulatedDevice::new(&plan).unwrap()
+}
+
+/// The thesis's joint, with keys of its file set.
+pub fn device(set: &[&str]) -> SimulatedDevice {
+    device_of("step-response", "srnf", set)
+}
+
+/// A studio around what stands behind a wire, whose joint is that of a machine.
+fn serve<W: Wire>(
+    machine: &str,
+    open: impl Fn() -> Result<W, host_sim::Error> + Send + 'static,
+) -> Server {
     let wanted = Wanted {
         listen: "127.0.0.1:0".parse().unwrap(),
-        machine: "step-response".into(),
+        machine: machine.into(),
         every_tick: true,
     };
-    Server::start(wanted, move || SimulatedDevice::new(&plan).map(SimulatedWire::new)).unwrap()
+    Server::start(wanted, open).unwrap()
+}
+
+/// A studio around what stands behind a wire.
+pub fn studio_of<W: Wire>(
+    open: impl Fn() -> Result<W, host_sim::Error> + Send + 'static,
+) -> Server {
+    serve("step-response", open)
+}
+
+/// A studio around a simulated machine.
+pub fn studio_around(machine: &'static str, law: &'static str, set: &[&str]) -> Server {
+    let set: Vec<String> = set.iter().map(|text| (*text).to_owned()).collect();
+    serve(machine, move || {
+        let set: Vec<&str> = set.iter().map(String::as_str).collect();
+        Ok(SimulatedWire::new(device_of(machine, law, &set)))
+    })
+}
+
+/// A studio around the thesis's joint.
+pub fn studio(set: &[&str]) -> Server {
+    studio_around("step-response", "srnf", set)
 }
 
 /// Runs a test.
@@ -66,8 +100,8 @@ impl<'a> Visit<'a> {
         }
         let connected = tokio_tungstenite::client_async(request.body(()).unwrap(), stream).await?;
         let (socket, rows) = (connected.0, Vec::new());
-        let (role, form) = (Value::Null, Value::Null);
-        Ok(Page { socket, lives: true, rows, columns: vec![], role, form, number: 0 })
+        let (role, form, motion) = (Value::Null, Value::Null, Value::Null);
+        Ok(Page { socket, lives: true, rows, columns: vec![], role, form, motion, number: 0 })
     }
 }
 
@@ -90,6 +124,8 @@ pub struct Page {
     pub role: Value,
     /// The form of the parameters that was told last.
     form: Value,
+    /// The move that was told last. It may be told before the answer to the request.
+    motion: Value,
     number: u32,
 }
 
@@ -110,7 +146,9 @@ impl Page {
         loop {
             let message = timeout(PATIENCE, self.socket.next()).await.expect("nothing comes")?;
             let message = message.ok()?;
-            if self.lives {
+            // A word for what comes of the device, as the page gives it.
+            let is_predicted = message.to_text().is_ok_and(|text| text.contains(r#""predicted""#));
+            if self.lives && !is_predicted {
                 // The connection may end meanwhile.
                 let _ = self.socket.send(Message::Text(r#"{"do":"alive"}"#.into())).await;
             }
@@ -125,6 +163,9 @@ impl Page {
                     }
                     if event["event"] == "parameters" {
                         self.form = event.clone();
+                    }
+                    if event["event"] == "motion" {
+                        self.motion = event.clone();
                     }
                     return Some(event);
                 }
@@ -198,6 +239,14 @@ impl Page {
             self.event("parameters").await;
         }
         self.form.clone()
+    }
+
+    /// Waits until a move was told, and returns the last one.
+    pub async fn motion(&mut self) -> Value {
+        while self.motion.is_null() {
+            self.next().await;
+        }
+        self.motion.clone()
     }
 
     /// Looks and gives words for so long.

@@ -21,7 +21,7 @@ use crate::device::wire::Wire;
 use crate::device::words;
 use crate::error::Error;
 use keys::Flow;
-use model::{SIGNALS, WINDOW_S, Watched};
+use model::{WINDOW_S, Watched, subscribed};
 
 /// Samples of a plot: two for every dot of a wide terminal.
 const SAMPLES: f64 = 500.0;
@@ -63,7 +63,7 @@ pub fn watch<W: Wire>(client: &mut Client<W>) -> Result<String, Error> {
         client.identity().map_or(String::new(), |identity| identity.version.as_str().into());
     let name = format!("{}, firmware {version}", client.wire().name());
     let signals = Signals::new(client.signals()?);
-    let mask = signals.mask(SIGNALS);
+    let mask = signals.mask(subscribed());
     let mut watched = Watched::new(client.warning(), name, signals, status);
     let seen = client.subscribe(mask, every(&status));
     let seen = seen.and_then(|()| on_screen(client, &mut watched, &ending));

@@ -5,7 +5,7 @@ use std::collections::VecDeque;
 use stiction::link::{Sample, StateCode, Status};
 use stiction::signal::name;
 
-use crate::device::signals::Signals;
+use crate::device::signals::{OF_THE_LOOP, Signals};
 
 /// Length of the past that is plotted, s, unless a move takes longer.
 pub const WINDOW_S: f64 = 10.0;
@@ -13,22 +13,13 @@ pub const WINDOW_S: f64 = 10.0;
 /// The longest past that is plotted, s: at 50 samples a second, they are few enough.
 const LONGEST_WINDOW_S: f64 = 300.0;
 
+/// The signals that the view subscribes to, beside those of the loop: the duty.
+const OF_THE_DUTY: [&str; 2] = [name("compare"), name("reverse")];
+
 /// The signals that the view subscribes to.
-pub const SIGNALS: [&str; 13] = [
-    name("counts"),
-    name("reference_counts"),
-    name("reference_fraction"),
-    name("error"),
-    name("velocity"),
-    name("v_pd"),
-    name("v_c"),
-    name("v"),
-    name("v_applied"),
-    name("code"),
-    name("compare"),
-    name("reverse"),
-    name("status"),
-];
+pub fn subscribed() -> impl Iterator<Item = &'static str> {
+    OF_THE_LOOP.into_iter().chain(OF_THE_DUTY)
+}
 
 /// The terms of one tick, in a user's units.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]

@@ -8,7 +8,7 @@ use ratatui::style::Color;
 use stiction::link::{Sample, StateCode, Status, Told, WireErrors};
 
 use super::keys::{Flow, press};
-use super::model::{Moment, SIGNALS, Watched};
+use super::model::{Moment, Watched, subscribed};
 use super::view::draw;
 use crate::device::client::Client;
 use crate::device::signals::Signals;
@@ -58,8 +58,8 @@ fn sample(clock: u32, counts: i32, state: u32) -> Sample {
         other => panic!("{other}"),
     };
     let signals = Signals::of_core();
-    let mask = signals.mask(SIGNALS);
-    let sent = signals.names().filter(|name| SIGNALS.contains(name));
+    let mask = signals.mask(subscribed());
+    let sent = signals.names().filter(|name| subscribed().any(|one| one == *name));
     let values = sent.flat_map(|name| value(name).to_le_bytes()).collect();
     Sample { number: 0, clock, signals: mask, values }
 }

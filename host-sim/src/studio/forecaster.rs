@@ -1,0 +1,152 @@
+//! The thread that predicts. It has nothing to do with the device, and delays nobody who has.
+//!
+//! A page that moves a slider asks more often than there is time to answer. Of each page's wishes
+//! only the last one is kept, and a wish that has become old is given up while it is computed.
+
+use std::collections::BTreeMap;
+use std::sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError};
+use std::time::Duration;
+
+use serde_json::{Value, json};
+use stiction::Parameters;
+use stiction::compensator::Gains;
+use tokio::sync::mpsc::Sender;
+
+use super::desk::{Shared, answer};
+use super::form;
+use super::knobs::knobs;
+use super::machine_in_use::{MachineInUse, first_trajectory};
+use super::prediction;
+use super::request::{Ask, Wish};
+use crate::device::machine_file;
+use crate::error::Error;
+use crate::experiment::{Document, Experiment, for_a_device};
+use crate::machine::PD;
+
+/// Time after which the thread looks whether anybody is left.
+const LOOKS: Duration = Duration::from_millis(500);
+
+/// What a page wants to know, and where it is told.
+#[derive(Clone, Debug)]
+struct Asked {
+    /// The page's number for it.
+    id: u32,
+    what: Ask,
+    answer: Sender<String>,
+}
+
+/// A page, and whether it wants a comparison: that is not given up for a prediction.
+type Whose = (u64, bool);
+
+/// The wishes of all pages.
+#[derive(Debug, Default)]
+pub struct Wishes {
+    last: Mutex<BTreeMap<Whose, Asked>>,
+    come: Condvar,
+}
+
+impl Wishes {
+    fn last(&self) -> MutexGuard<'_, BTreeMap<Whose, Asked>> {
+        self.last.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+
+    /// Takes a wish of a page, in the place of the one that it had.
+    pub fn put(&self, page: u64, id: u32, what: Ask, answer: Sender<String>) {
+        let is_compared = matches!(what, Ask::Compare(_));
+        self.last().insert((page, is_compared), Asked { id, what, answer });
+        self.come.notify_one();
+    }
+
+    /// Whether a page has another wish by now.
+    fn is_old(&self, whose: Whose) -> bool {
+        self.last().contains_key(&whose)
+    }
+
+    fn next(&self) -> Option<(Whose, Asked)> {
+        let last = self.last();
+        let wait = self.come.wait_timeout_while(last, LOOKS, |last| last.is_empty());
+        wait.unwrap_or_else(PoisonError::into_inner).0.pop_first()
+    }
+}
+
+/// Predicts for as long as the connections have the wishes, too. `machine` is the file whose joint
+/// the device has.
+pub fn run(wishes: &Arc<Wishes>, shared: &Shared, machine: &str) {
+    let mut known: Option<(Parameters, Result<MachineInUse, String>)> = None;
+    while Arc::strong_count(wishes) > 1 {
+        let next = wishes.next();
+        let Some(parameters) = shared.in_use() else {
+            if let Some((_, asked)) = next {
+                tell(&asked, "refused", json!("it is not known what the device runs"));
+            }
+            continue;
+        };
+        if known.as_ref().is_none_or(|(before, _)| *before != parameters) {
+            let now = MachineInUse::new(&parameters, machine);
+            let now = now.map_err(|error| prediction::said(&error));
+            let (knobs, laws, why) = match &now {
+                Ok(now) => (knobs(now), now.laws.clone(), Value::Null),
+                Err(error) => (vec![], vec![], error.as_str().into()),
+            };
+            let file = first_trajectory(machine).ok();
+            shared.news.tell(
+                "what-if",
+                json!({ "knobs": knobs, "laws": laws, "why": why, "trajectory": file }),
+            );
+            known = Some((parameters, now));
+        }
+        let (Some((whose, asked)), Some((parameters, in_use))) = (next, &known) else { continue };
+        match (&asked.what, in_use) {
+            (Ask::Compare(text), _) => {
+                let compared = compared(parameters, machine, text);
+                let _ = asked.answer.try_send(answer(asked.id, &compared));
+            }
+            (Ask::Predict(wish), Ok(in_use)) => {
+                predict(in_use, &asked, wish, || wishes.is_old(whose));
+            }
+            (_, Err(why)) => tell(&asked, "refused", json!(why)),
+            // Nothing else comes here.
+            (_, Ok(_)) => {}
+        }
+    }
+}
+
+/// Compares what is in use with a machine's file: its values by their paths, and what is different
+/// as a line each. Of the file's controllers, the one that is in use is compared if it is there.
+fn compared(in_use: &Parameters, machine: &str, text: &str) -> Result<Value, Error> {
+    let document =
+        if text.is_empty() { Document::open(machine)? } else { Document::parse("the file", text)? };
+    let law = in_use.controller.compensator.first().map_or(PD, Gains::name);
+    let has_it = document.get(&format!("controller.{law}")).is_some();
+    let wanted: Vec<String> = has_it.then(|| law.to_owned()).into_iter().collect();
+    let mut runs = Experiment::plan(&document, &wanted, &[])?.runs;
+    // A plan without runs has been refused.
+    let file = for_a_device(&runs.swap_remove(0))?;
+    let values: BTreeMap<String, String> = form::values(&file)?.into_iter().collect();
+    let changes = machine_file::changes(in_use, &file)?;
+    Ok(json!({ "name": document.origin.name, "values": values, "changes": changes }))
+}
+
+fn predict(machine: &MachineInUse, asked: &Asked, wish: &Wish, is_old: impl Fn() -> bool) {
+    if let Err(error) = prediction::check(machine, &wish.way) {
+        return tell(asked, "refused", json!(prediction::said(&error)));
+    }
+    tell(asked, "laws", prediction::laws(machine, wish));
+    if wish.cloud == 0 || is_old() {
+        return;
+    }
+    match prediction::cloud(machine, wish, is_old) {
+        Ok(Some(cloud)) => tell(asked, "cloud", cloud),
+        Ok(None) => {}
+        Err(error @ (Error::Input(_) | Error::Refused(_))) => {
+            tell(asked, "cloud", json!({ "refused": prediction::said(&error) }));
+        }
+        Err(error) => tell(asked, "cloud", json!({ "refused": error.to_string() })),
+    }
+}
+
+/// Tells a part of an answer. A page that does not read needs none.
+fn tell(asked: &Asked, part: &str, content: Value) {
+    let told = json!({ "event": "predicted", "id": asked.id, "part": part, "content": content });
+    let _ = asked.answer.try_send(told.to_string());
+}

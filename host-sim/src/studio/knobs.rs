@@ -1,0 +1,68 @@
+//! What the what-if view has to turn: the gains of every controller, and the joint.
+//!
+//! A gain that is zero is off, and stays off. The bounds are those of a slider and no others: a
+//! value within them may still be refused by the core's rules, in their words.
+
+use serde_json::{Value, json};
+use toml::Table;
+
+use super::form::about;
+use super::machine_in_use::MachineInUse;
+use crate::keys;
+
+/// The joint's gain in a file: the inverse of its inertia.
+pub const GAIN: &str = "joint.gain_deg_per_s2_per_v";
+
+/// Inertia, in multiples of the file's; it is written as [`GAIN`].
+pub const INERTIA: &str = "inertia";
+
+/// Computation delay, whole samples.
+pub const DELAY: &str = "run.delay_samples";
+
+/// A slider goes from the value by this factor down, and up.
+const FACTOR: f64 = 8.0;
+
+/// Lists the knobs of a machine, those of the law in use first.
+pub fn knobs(machine: &MachineInUse) -> Vec<Value> {
+    let declared = keys::rows();
+    let number = |path: &str| {
+        let value = machine.document.get(path)?;
+        value.as_float().or(value.as_integer().map(|whole| whole as f64))
+    };
+    let knob = |path: &str, of: &str, name: &str, value: f64, text: &str| {
+        json!({
+            "path": path, "of": of, "name": name, "value": value, "text": text,
+            "low": value / FACTOR, "high": value * FACTOR, "scale": "ratio",
+        })
+    };
+    let mut all = Vec::new();
+    for law in &machine.laws {
+        let table = format!("controller.{law}");
+        let gains = machine.document.get(&table).and_then(toml::Value::as_table);
+        for (name, value) in gains.into_iter().flat_map(Table::iter) {
+            let Some(value) = value.as_float().filter(|value| *value > 0.0) else { continue };
+            let text = about(&declared, &table, name).map_or("", |row| &row.text);
+            all.push(knob(&format!("{table}.{name}"), law, name, value, text));
+        }
+    }
+    let mut of_joint = |path: &str, name: &str, value: f64, text: &str| {
+        all.push(knob(path, "joint", name, value, text));
+    };
+    of_joint(INERTIA, "inertia, × the file's", 1.0, "Twice the inertia is half the `joint.gain`.");
+    for (path, name, text) in [
+        ("joint.friction.stick_v", "stick_v", "The effort that starts the joint, V."),
+        ("joint.friction.slip_v", "slip_v", "The effort that keeps it moving slowly, V."),
+        ("joint.viscous_v_per_deg_per_s", "viscous_v_per_deg_per_s", "Viscous friction, V s/deg."),
+    ] {
+        if let Some(value) = number(path).filter(|value| *value > 0.0) {
+            of_joint(path, name, value, text);
+        }
+    }
+    let delay = number(DELAY).unwrap_or(0.0);
+    all.push(json!({
+        "path": DELAY, "of": "joint", "name": "delay, samples", "value": delay,
+        "text": "Samples from a reading to its output.", "low": 0.0, "high": 1.0,
+        "scale": "whole",
+    }));
+    all
+}

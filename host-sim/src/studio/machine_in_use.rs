@@ -1,0 +1,153 @@
+//! The machine that the device drives, as a document: the device's parameters with the joint of the
+//! machine's file.
+//!
+//! A device does not know its joint, so the file lends it. The other controllers of the file stand
+//! beside the one in use, with the gains of the file. Of a file with variants, the first one is
+//! meant, as for a simulated device. Does badly: of a data sheet only the rigid joint is lent,
+//! without backlash, shaft, bristles or the drive's own lag.
+
+use stiction::position::Position;
+use stiction::{Motion, Parameters};
+use toml::{Table, Value};
+
+use super::request::Way;
+use crate::device::machine_file;
+use crate::error::Error;
+use crate::experiment::{Document, Experiment, RunPlan, Task};
+use crate::machine::Trajectory;
+
+/// The document, and what is in it.
+#[derive(Clone, Debug)]
+pub struct MachineInUse {
+    /// The document.
+    pub document: Document,
+    /// The controller in use.
+    pub law: String,
+    /// All controllers; the one in use is the first.
+    pub laws: Vec<String>,
+}
+
+impl MachineInUse {
+    /// Puts the parameters of a device and the joint of a machine's file together.
+    ///
+    /// # Errors
+    /// Says what is wrong with the file, or that no file says what the device runs.
+    pub fn new(parameters: &Parameters, machine: &str) -> Result<Self, Error> {
+        // That of a simulated device: the file's first run, and so its first variant.
+        let first = Experiment::plan(&Document::open(machine)?, &[], &[])?.runs.swap_remove(0);
+        let lent = &*first.machine;
+        // A motion that only holds has no place in a file.
+        let motion = Motion::Step(Position::from_counts(1));
+        let asked = Parameters { motion, ..parameters.clone() };
+        let bad = |error: &dyn std::fmt::Display| Error::Input(error.to_string());
+        let text = machine_file::render(&asked, &lent.joint, machine)?;
+        let mut table: Table = toml::from_str(&text).map_err(|error| bad(&error))?;
+        let law = table.get("loop").and_then(|own| own.get("controller"));
+        let law = law.and_then(Value::as_str).unwrap_or_default().to_owned();
+        let of_file = Table::try_from(lent).map_err(|error| bad(&error))?;
+        let mut laws = vec![law.clone()];
+        if let (Some(Value::Table(all)), Some(Value::Table(others))) =
+            (table.get_mut("controller"), of_file.get("controller"))
+        {
+            for (name, gains) in others.iter().filter(|(name, _)| **name != law) {
+                all.insert(name.clone(), gains.clone());
+                laws.push(name.clone());
+            }
+        }
+        let delay = i64::from(lent.run.delay_samples);
+        let run = Table::from_iter([("delay_samples".to_owned(), Value::Integer(delay))]);
+        table.insert("run".into(), run.into());
+        let text = toml::to_string(&table).map_err(|error| bad(&error))?;
+        Ok(Self { document: Document::parse("the machine in use", &text)?, law, laws })
+    }
+
+    /// Plans a controller's step with keys set, `table.key=value` each.
+    ///
+    /// # Errors
+    /// Names a key that is not known, or a value that is not allowed.
+    pub fn plan(&self, law: &str, set: &[String]) -> Result<RunPlan, Error> {
+        let mut document = self.document.clone();
+        document.set(set)?;
+        let mut runs = Experiment::plan(&document, &[law.to_owned()], &[])?.runs;
+        // A plan without runs has been refused.
+        Ok(runs.swap_remove(0))
+    }
+
+    /// Turns a way into the motion that a device is told: positions in counts from the zero of the
+    /// arming.
+    ///
+    /// # Errors
+    /// Names a position or a time that is not allowed.
+    pub fn motion(&self, way: &Way) -> Result<Motion, Error> {
+        let plan = self.plan(&self.law, &[])?;
+        motion(&plan, way)
+    }
+}
+
+/// Does the same with a plan of the machine.
+///
+/// # Errors
+/// As [`MachineInUse::motion`].
+pub fn motion(plan: &RunPlan, way: &Way) -> Result<Motion, Error> {
+    let (task, asked_by) = match way {
+        // A step to the place where the joint is has no size, and is one here.
+        Way::Move(deg) | Way::Step(deg) if *deg == 0.0 => {
+            let here = Position::from_counts(0);
+            return Ok(if let Way::Move(_) = way {
+                Motion::Profiled(here)
+            } else {
+                Motion::Step(here)
+            });
+        }
+        Way::Move(deg) | Way::Step(deg) => (Task::Step(*deg), "the position"),
+        Way::Trajectory(trajectory) => (Task::Trajectory(trajectory.clone()), "trajectory"),
+    };
+    let motion = RunPlan { task, asked_by: asked_by.into(), ..plan.clone() }.motion()?;
+    Ok(match (way, motion) {
+        (Way::Move(_), Motion::Step(to)) => Motion::Profiled(to),
+        (_, motion) => motion,
+    })
+}
+
+/// Returns the first trajectory of a machine's file.
+///
+/// # Errors
+/// Says that it has none.
+pub fn first_trajectory(machine: &str) -> Result<Trajectory, Error> {
+    let mut all = Document::open(machine)?.machine()?.reference.trajectories;
+    if all.is_empty() {
+        return Err(Error::Input(format!(
+            "{machine}: it has no trajectory in `reference.trajectories`; give way and speed"
+        )));
+    }
+    Ok(all.swap_remove(0))
+}
+
+/// A trapezoid of the speed from here to a place and, after a rest there, back.
+///
+/// # Errors
+/// Says what is allowed.
+pub fn there_and_back(
+    [deg, speed_deg_per_s, rest_s, half_blend_s]: [f64; 4],
+) -> Result<Trajectory, Error> {
+    let refuse = |what: &str| Err(Error::Input(format!("trajectory: {what}")));
+    if !(speed_deg_per_s > 0.0 && speed_deg_per_s.is_finite()) {
+        return refuse("the speed has to be a number above 0, deg/s");
+    }
+    if !(half_blend_s > 0.0 && half_blend_s.is_finite()) {
+        return refuse("half a blend has to be a number above 0, s");
+    }
+    if !(rest_s >= 0.0 && rest_s.is_finite() && deg.is_finite()) {
+        return refuse("the way has to be a number, and the rest a number from 0, s");
+    }
+    // Blends must not overlap.
+    let way_s = (deg.abs() / speed_deg_per_s).max(2.0 * half_blend_s);
+    let rest_s = rest_s.max(2.0 * half_blend_s);
+    let first_s = half_blend_s;
+    let ends = [first_s, first_s + way_s, first_s + way_s + rest_s, first_s + 2.0 * way_s + rest_s];
+    Ok(Trajectory {
+        corner_times_s: ends.to_vec(),
+        corner_positions_deg: vec![0.0, deg, deg, 0.0],
+        half_blend_s,
+    })
+}

@@ -1,0 +1,265 @@
+//! What the machine in use would do: its simulated twin makes the same move, tick by tick.
+//!
+//! The twin is the core of the device, with soft start, profile and monitors, around the joint of
+//! the file in closed form. It is armed, waits out its soft start, and is told the move.
+//! Guarantees: the same numbers for the same request. Does badly: it knows the joint of the file,
+//! and nothing that the file does not say. Its law begins afresh with each move, and so does not
+//! know what the device's law has learnt in the moves before.
+
+use serde_json::{Value, json};
+use stiction::{Course, Motion, Parameters};
+
+use super::machine_in_use::{MachineInUse, motion};
+use super::request::{Way, Wish};
+use crate::device::moved::longest_s;
+use crate::device::simulated::SimulatedDevice;
+use crate::device::words;
+use crate::ensemble::{BAND_COUNTS, MachineEnsemble};
+use crate::error::Error;
+use crate::experiment::{RunPlan, for_a_device};
+use crate::tuning::assumed;
+
+/// The longest move that is predicted, s, and the largest number of its ticks.
+const LONGEST: [f64; 2] = [60.0, 100_000.0];
+
+/// Time after the set point has come to rest, s.
+const SETTLES_S: f64 = 2.0;
+
+/// Time of a step, s.
+const STEP_S: f64 = 5.0;
+
+/// A set point has set out when it is so far from where it was, counts; the page looks for the
+/// same in what was measured.
+const SETS_OUT_COUNTS: f64 = 1e-3;
+
+/// Points of a curve, at most.
+const POINTS: usize = 600;
+
+/// Points of a curve of the cloud, at most: there are many of them.
+const POINTS_OF_CLOUD: usize = 240;
+
+/// The joints of the cloud are those of this seed.
+const SEED: u64 = 1;
+
+/// A move of the twin, a value each tick.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Predicted {
+    /// s.
+    pub tick_s: f64,
+    /// Tick in which the set point sets out.
+    pub begin: usize,
+    /// theta_d, deg.
+    pub reference: Vec<f32>,
+    /// theta_a, deg.
+    pub position: Vec<f32>,
+    /// theta_e, counts.
+    pub error: Vec<f32>,
+    /// What the joint gets, V.
+    pub effort: Vec<f32>,
+    /// From when on the joint stays within 2 counts, s after the set point has set out.
+    pub settled_s: Option<f64>,
+    /// The fault that ended the move.
+    pub fault: Option<&'static str>,
+}
+
+impl Predicted {
+    /// Runs a move on the joint of a plan.
+    ///
+    /// # Errors
+    /// Says why the device would refuse to be armed or to move, or what is not allowed.
+    pub fn of(parameters: &Parameters, joint: &RunPlan, way: &Way) -> Result<Self, Error> {
+        let refused = |refusal: stiction::servo::Refusal| {
+            Error::Refused(format!("it would be refused: {}", words::refused(&refusal.into())))
+        };
+        let motion = motion(joint, way)?;
+        let course = motion.course(&parameters.controller, &parameters.profile);
+        let course = course.map_err(|error| joint.explain(&error))?;
+        let mut twin = SimulatedDevice::running(parameters, joint)?;
+        let tick_s = twin.sample_time_s();
+        twin.ticks((0.1 / tick_s).ceil() as u32 + 1);
+        twin.device.servo().arm_for_link(None).map_err(refused)?;
+        let device = &parameters.device;
+        let waits = device.reset_pulse + device.wake_up + device.soft_start;
+        for _ in 0..=parameters.ticks_at_least(waits) {
+            twin.device.servo().heard();
+            twin.tick();
+        }
+        match course {
+            Course::Follow(reference) => twin.device.servo().follow(reference),
+            Course::Profile(profile) => twin.device.servo().go_to(profile),
+            // No way is one of these.
+            Course::Ramp(_) | Course::Jog(_) | Course::Identification(_) => Ok(()),
+        }
+        .map_err(refused)?;
+        let resolution = f64::from(parameters.controller.encoder.resolution);
+        let time_s = time_s(parameters, way);
+        let mut all = Self { tick_s, ..Self::default() };
+        for _ in 0..(time_s / tick_s).min(LONGEST[1]) as u32 {
+            twin.device.servo().heard();
+            let tick = twin.tick().tick;
+            if let Some(latched) = twin.device.servo().latched() {
+                all.fault = Some(latched.fault.describe());
+                break;
+            }
+            let reference = f64::from(tick.reference_counts) + f64::from(tick.reference_fraction);
+            all.reference.push((reference * resolution) as f32);
+            all.position.push((f64::from(tick.counts) * resolution) as f32);
+            all.error.push((f64::from(tick.error) / resolution) as f32);
+            all.effort.push(tick.v_applied);
+        }
+        // A step has jumped in the first tick.
+        let least = (SETS_OUT_COUNTS * resolution) as f32;
+        let moves = all.reference.iter().position(|deg| deg.abs() > least).unwrap_or(0);
+        all.begin = moves;
+        let is_off = |error: &f32| f64::from(error.abs()) > BAND_COUNTS;
+        let last = all.error.iter().rposition(is_off).map_or(0, |last| last + 1);
+        let settles = all.fault.is_none() && last < all.error.len();
+        all.settled_s = settles.then(|| (last.saturating_sub(moves)) as f64 * tick_s);
+        Ok(all)
+    }
+
+    /// Error at the end, counts.
+    pub fn rest_counts(&self) -> f64 {
+        self.error.last().map_or(0.0, |error| f64::from(error.abs()))
+    }
+
+    /// What makes one of two joints the worse one: a fault, a late end, a large error.
+    fn badness(&self) -> (f64, f64) {
+        let late = self.settled_s.unwrap_or(f64::INFINITY);
+        (if self.fault.is_some() { f64::MAX } else { late.min(1e9) }, self.rest_counts())
+    }
+
+    fn json(&self, points: usize, from: f64) -> Value {
+        let every = self.error.len().div_ceil(points).max(1);
+        let thin = |all: &[f32], shift: f64| -> Vec<f64> {
+            // Six digits are more than a pixel tells.
+            let round = |value: f32| ((f64::from(value) + shift) * 1e5).round() / 1e5;
+            all.iter().step_by(every).map(|value| round(*value)).collect()
+        };
+        json!({
+            "begin_s": -(self.begin as f64) * self.tick_s,
+            "tick_s": every as f64 * self.tick_s,
+            "reference_deg": thin(&self.reference, from),
+            "position_deg": thin(&self.position, from),
+            "error_counts": thin(&self.error, 0.0),
+            "effort_v": thin(&self.effort, 0.0),
+            "settled_s": self.settled_s,
+            "rest_counts": (self.rest_counts() * 100.0).round() / 100.0,
+            "fault": self.fault,
+        })
+    }
+}
+
+/// How long a move is watched, s.
+fn time_s(parameters: &Parameters, way: &Way) -> f64 {
+    let time_s = match way {
+        Way::Move(deg) => longest_s(&parameters.profile, *deg) + SETTLES_S,
+        Way::Step(_) => STEP_S,
+        Way::Trajectory(motion) => {
+            let last_s = motion.corner_times_s.last().copied().unwrap_or(0.0);
+            last_s + motion.half_blend_s + SETTLES_S
+        }
+    };
+    time_s.clamp(0.0, LONGEST[0])
+}
+
+/// The keys that a wish sets, `table.key=value` each: those of the joint, and those of a law.
+fn set(machine: &MachineInUse, wish: &Wish, law: Option<&str>) -> Vec<String> {
+    let own = |path: &str| match law {
+        Some(law) => path
+            .strip_prefix("controller.")
+            .is_some_and(|rest| rest.split_once('.').is_some_and(|(name, _)| name == law)),
+        None => !path.starts_with("controller."),
+    };
+    let written = |(path, value): (&String, &f64)| match path.as_str() {
+        super::knobs::INERTIA => {
+            let gain = machine.document.get(super::knobs::GAIN).and_then(toml::Value::as_float);
+            format!("{}={:?}", super::knobs::GAIN, gain.unwrap_or_default() / value)
+        }
+        super::knobs::DELAY => format!("{path}={}", *value as i64),
+        _ => format!("{path}={value:?}"),
+    };
+    wish.values.iter().filter(|(path, _)| own(path)).map(written).collect()
+}
+
+/// Predicts the move under each law that was wished for.
+pub fn laws(machine: &MachineInUse, wish: &Wish) -> Value {
+    let joint = set(machine, wish, None);
+    let under = |law: &String| -> Result<Value, Error> {
+        let mut all = joint.clone();
+        all.extend(set(machine, wish, Some(law)));
+        let plan = machine.plan(law, &all)?;
+        Ok(Predicted::of(&for_a_device(&plan)?, &plan, &wish.way)?.json(POINTS, wish.from_deg))
+    };
+    let curves = wish.laws.iter().map(|law| {
+        let mut curve = under(law).unwrap_or_else(|error| json!({ "refused": said(&error) }));
+        curve["law"] = law.as_str().into();
+        curve
+    });
+    curves.collect()
+}
+
+/// A refusal in the words of the page, which sets nothing by a command line.
+pub fn said(error: &Error) -> String {
+    error.to_string().trim_start_matches("--set ").to_owned()
+}
+
+/// Predicts the move on joints that are drawn around the one that was wished for, as
+/// [`crate::tuning`] draws them: with a sample of delay and without. Gives up, with nothing, as
+/// soon as `is_old` says so.
+///
+/// # Errors
+/// Names a value that is not allowed.
+pub fn cloud(
+    machine: &MachineInUse,
+    wish: &Wish,
+    is_old: impl Fn() -> bool,
+) -> Result<Option<Value>, Error> {
+    let Some(law) = wish.laws.first() else { return Ok(None) };
+    let mut around = machine.clone();
+    around.document.set(&set(machine, wish, None))?;
+    around.document.set(&set(machine, wish, Some(law)))?;
+    let parameters = for_a_device(&around.plan(law, &[])?)?;
+    let spreads = assumed(&around.document);
+    let laws = [law.clone()];
+    let drawn = MachineEnsemble::around(law, around.document.clone(), [&laws, &spreads], STEP_S)?;
+    let mut all: Vec<(Predicted, Vec<String>)> = Vec::new();
+    for number in 0..u64::from(wish.cloud) {
+        let mut keys = drawn.drawn(SEED, number);
+        keys.push(format!("{}={}", super::knobs::DELAY, number % 2));
+        if is_old() {
+            return Ok(None);
+        }
+        let joint = around.plan(law, &keys)?;
+        all.push((Predicted::of(&parameters, &joint, &wish.way)?, keys));
+    }
+    let worst = all.iter().enumerate().max_by(|(_, (a, _)), (_, (b, _))| {
+        let ((late, rest), (other_late, other_rest)) = (a.badness(), b.badness());
+        late.total_cmp(&other_late).then(rest.total_cmp(&other_rest))
+    });
+    let worst = worst.map(|(place, (_, keys))| json!({ "place": place, "joint": keys }));
+    let settled = all.iter().filter(|(one, _)| one.settled_s.is_some()).count();
+    let curves = all.iter().map(|(one, _)| {
+        let mut curve = one.json(POINTS_OF_CLOUD, wish.from_deg);
+        // The cloud has neither set point nor effort.
+        for left_out in ["reference_deg", "effort_v"] {
+            curve.as_object_mut().map(|curve| curve.remove(left_out));
+        }
+        curve
+    });
+    Ok(Some(json!({
+        "law": law,
+        "spreads": spreads,
+        "settled": settled,
+        "worst": worst,
+        "curves": curves.collect::<Vec<_>>(),
+    })))
+}
+
+/// Returns the motion of a way in a machine, to see whether there is one.
+///
+/// # Errors
+/// Names a position or a time that is not allowed.
+pub fn check(machine: &MachineInUse, way: &Way) -> Result<Motion, Error> {
+    machine.motion(way)
+}

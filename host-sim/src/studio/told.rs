@@ -1,0 +1,136 @@
+//! What the thread tells the pages of the device: what it is, its status, its faults.
+
+use std::sync::atomic::Ordering;
+
+use serde_json::{Value, json};
+use stiction::link::{Kind, Sample, StateCode, Status};
+use stiction::signal::name;
+
+use super::form;
+use super::request::Way;
+use super::worker::Worker;
+use crate::device::signals::{OF_THE_LOOP, Signals};
+use crate::device::wire::Wire;
+use crate::device::words;
+use crate::error::Error;
+
+/// What a wire of 921 600 baud carries, bytes a second, with a quarter left for answers.
+const CARRIED: f64 = 0.75 * 92_160.0;
+
+/// Bytes of a sample without its values: numbers, mask, length, checksum and stuffing.
+const AROUND: usize = 30;
+
+impl<W: Wire> Worker<'_, W> {
+    pub(super) fn tell_status(&self, status: &Status) {
+        let fault =
+            (status.fault.code != 0).then(|| words::fault(&status.fault, status.sample_time));
+        self.shared.news.tell(
+            "status",
+            json!({
+                "state": words::state(status.state),
+                "driven": status.state == StateCode::Armed,
+                "clock": status.clock,
+                "at_rest": status.at_rest,
+                "since_power_on_counts": status.position,
+                "unsaved": status.unsaved,
+                "wound_up": status.wound_up,
+                "heat_v": status.thermal_effort,
+                "faults": status.faults,
+                "fault": fault,
+                "text": words::status(status),
+                "lost": self.client.lost(),
+                "link_timeout_s": self.link_timeout,
+            }),
+        );
+    }
+
+    pub(super) fn tell_faults(&mut self, status: &Status) -> Result<(), Error> {
+        let faults = self.client.faults()?;
+        let faults = faults.iter().map(|told| words::fault(told, status.sample_time));
+        let faults: Vec<Value> = faults.collect();
+        self.shared.news.tell("faults", json!({ "faults": faults }));
+        Ok(())
+    }
+
+    /// Asks the device what it is, what it can send and what it runs, and tells all of that.
+    pub(super) fn introduce(&mut self) -> Result<(), Error> {
+        let status = self.client.status()?;
+        let announced = self.client.signals()?;
+        let signals = Signals::new(announced.clone());
+        let law: Vec<String> = signals.of_law().map(str::to_owned).collect();
+        let mask = signals.mask(OF_THE_LOOP.into_iter().chain(law.iter().map(String::as_str)));
+        let columns = mask.count_ones() as usize;
+        let every = if self.about.every_tick {
+            1
+        } else {
+            let took_s = (AROUND + 4 * columns) as f64 / CARRIED;
+            (took_s / f64::from(status.sample_time).max(1e-6)).ceil().clamp(1.0, 1000.0) as u16
+        };
+        let parameters = self.client.parameters().ok();
+        self.link_timeout = parameters.as_ref().map_or(0.0, |all| all.limits.link_timeout);
+        self.frame.flush(&self.shared.news);
+        self.client.subscribe(mask, every)?;
+        self.signals = signals;
+        self.frame.generation = self.shared.generation.fetch_add(1, Ordering::Relaxed) + 1;
+        self.frame.places =
+            (0..u64::BITS as usize).filter(|place| mask >> place & 1 == 1).collect();
+        let shown = self.frame.places.iter().filter_map(|place| announced.get(*place));
+        let columns: Vec<Value> = shown
+            .map(|signal| {
+                json!({
+                    "name": signal.name.as_str(),
+                    "unit": signal.unit.as_str(),
+                    "form": format!("{:?}", signal.form).to_lowercase(),
+                })
+            })
+            .collect();
+        let warning = self.client.warning();
+        let identity = self.client.identity();
+        let kind = match identity.map(|identity| identity.kind) {
+            Some(Kind::Simulated) => "simulated",
+            _ if warning.is_some() => "emulated",
+            _ => "board",
+        };
+        let version = identity.map_or(String::new(), |identity| identity.version.as_str().into());
+        self.shared.news.tell(
+            "hello",
+            json!({
+                "generation": self.frame.generation,
+                "device": self.client.wire().name(),
+                "firmware": version,
+                "program": env!("CARGO_PKG_VERSION"),
+                "kind": kind,
+                "warning": warning,
+                "sample_time_s": crate::written::single(status.sample_time),
+                "resolution_deg": crate::written::single(status.resolution),
+                "every": every,
+                "signals": columns,
+                "law": law,
+            }),
+        );
+        self.shared.runs(parameters.clone());
+        if let Some(parameters) = parameters {
+            let rows = form::rows(&parameters, self.saved.as_ref())?;
+            // A file that cannot be written is not there to be pulled either.
+            let file = form::file(&parameters, &self.about.machine, warning).ok();
+            self.shared.news.tell(
+                "parameters",
+                json!({ "rows": rows, "file": file, "undo": self.before.len() }),
+            );
+        }
+        Ok(())
+    }
+
+    /// Tells of a move that begins now, so that a page can lay a prediction beside it.
+    pub(super) fn tell_motion(&self, way: &Way, clock: u32) {
+        let reference = |sample: &Sample| {
+            let whole = self.signals.number(sample, const { name("reference_counts") });
+            whole + self.signals.number(sample, const { name("reference_fraction") })
+        };
+        let armed = self.last.as_ref().filter(|sample| self.signals.is_armed(sample));
+        self.shared.news.tell(
+            "motion",
+            json!({ "way": way, "clock": clock, "from_counts": armed.map_or(0.0, reference) }),
+        );
+    }
+}

@@ -1,0 +1,54 @@
+// What all parts of the page know of the device and of the connection.
+
+import { History, type Hello } from './history';
+import type { Event } from './link';
+
+export const by = <T extends HTMLElement = HTMLElement>(id: string) =>
+  document.getElementById(id) as T;
+export const on = (id: string, what: () => void) => {
+  by(id).onclick = what;
+};
+
+export type App = {
+  hello: Hello | null;
+  status: Event | null;
+  // What is in use, as a machine's file.
+  file: string | null;
+  commands: boolean;
+  connected: boolean;
+  gone: string | null;
+  recording: boolean;
+  view: string;
+  // The last move that began, and what can be turned in the what-if view.
+  motion: Event | null;
+  knobs: Event | null;
+};
+
+export const history = new History();
+export const app: App = {
+  hello: null,
+  status: null,
+  file: null,
+  commands: false,
+  connected: false,
+  gone: null,
+  recording: false,
+  view: 'live',
+  motion: null,
+  knobs: null,
+};
+
+// Whether a request of this page would be listened to.
+export function may(): boolean {
+  return app.connected && app.commands && app.gone === null && !app.recording;
+}
+
+export function element<K extends keyof HTMLElementTagNameMap>(
+  name: K,
+  more: Partial<HTMLElementTagNameMap[K]> = {},
+  ...inside: (string | Node)[]
+): HTMLElementTagNameMap[K] {
+  const made = Object.assign(document.createElement(name), more);
+  made.append(...inside);
+  return made;
+}

@@ -1,0 +1,210 @@
+// The steps by which a new joint is put into service, a page each: what to do, a picture, and the
+// button or the command that does it. What no button does here is a command to copy, since it takes
+// minutes and drives the device itself: the studio has to be ended for it.
+
+import { app, by, element, on } from './app';
+
+type Step = {
+  title: string;
+  picture: string;
+  text: string[];
+  // Buttons that are elsewhere on the page: their names here, and what they press.
+  buttons?: [label: string, then: string][];
+  command?: string;
+  // The command drives no device.
+  alone?: boolean;
+  live?: boolean;
+};
+
+const joint = (x: number, angle: number) => `
+  <g transform="translate(${x} 60)"><circle r="26" class="body"/>
+  <path d="M0 0L${(24 * Math.cos(angle)).toFixed(1)} ${(-24 * Math.sin(angle)).toFixed(1)}" class="ink"/><circle r="3" class="dot"/></g>`;
+const box = (x: number, y: number, width: number, text: string) =>
+  `<rect x="${x}" y="${y}" width="${width}" height="34" rx="4" class="body"/><text x="${x + width / 2}" y="${y + 21}">${text}</text>`;
+const arrow = (path: string) => `<path d="${path}" class="ink" marker-end="url(#tip)"/>`;
+const picture = (inside: string) =>
+  `<svg viewBox="0 0 320 120" role="img" aria-hidden="true"><defs><marker id="tip" viewBox="0 0 8 8" refX="7" refY="4" markerWidth="7" markerHeight="7" orient="auto"><path d="M0 0L8 4L0 8z" class="tip"/></marker></defs>${inside}</svg>`;
+
+const STEPS: Step[] = [
+  {
+    title: 'Wiring',
+    picture: picture(
+      box(6, 43, 62, 'board') +
+        arrow('M68 52H110') +
+        box(112, 34, 62, 'bridge') +
+        arrow('M174 52H222') +
+        joint(252, 0.6) +
+        arrow('M252 92V108H37V80'),
+    ),
+    text: [
+      'Leave the supply of the motor off. Check the wires against docs/wiring.md.',
+      'Turn the joint by hand. The number below has to follow, to the same place after there and back. If it stands still or flickers by one, a wire of the encoder is loose.',
+      'Then turn on the supply, and keep clear of the joint.',
+    ],
+    command: 'stiction device --port DEV status',
+    live: true,
+  },
+  {
+    title: 'Direction',
+    picture: picture(
+      joint(160, 1.2) +
+        arrow('M122 92A46 46 0 0 1 118 36') +
+        arrow('M198 36A46 46 0 0 1 198 92') +
+        '<text x="160" y="112">a little each way</text>',
+    ),
+    text: [
+      'A loop whose encoder counts against its motor runs away. A jog finds that out without a loop: it pushes the joint a little each way, within the bounds of [jog].',
+      'If the two disagree, the jog says which of encoder.direction and drive.direction to set.',
+    ],
+    buttons: [['Jog', '.jog']],
+    command: 'stiction device --port DEV jog',
+  },
+  {
+    title: 'Limits',
+    picture: picture(
+      '<path d="M40 96H280" class="ink"/><path d="M70 26V96M250 26V96" class="bound"/>' +
+        '<path d="M70 84C110 84 120 44 160 44S210 84 250 40" class="curve"/>' +
+        '<text x="70" y="112">least</text><text x="250" y="112">most</text>',
+    ),
+    text: [
+      'Set how far the joint may go (limits.position_min_deg, limits.position_max_deg), how fast (limits.overspeed_deg_per_s, profile.*), and with what effort for long (limits.continuous_v).',
+      'Keep limits.link_timeout_s on: it turns the output off when this page is gone.',
+    ],
+    buttons: [['Show the limits', 'limits']],
+  },
+  {
+    title: 'Identify',
+    picture: picture(
+      '<path d="M40 100V16M40 100H290" class="ink"/><path d="M40 92L150 36" class="curve"/><path d="M150 36V62L270 48" class="curve"/>' +
+        '<text x="166" y="30">breakaway</text><text x="232" y="78">sliding</text><text x="96" y="112">effort, then speed</text>',
+    ),
+    text: [
+      'The device finds breakaway, friction, inertia and load by a bounded sequence of motions without a loop. It takes minutes, and ends by itself. What it has found stands on the left, with a verdict.',
+      'The command does the same and writes the joint to a new file, which the next step needs.',
+    ],
+    buttons: [['Identify the joint', '.identify']],
+    command: 'stiction device --port DEV identify --into joint.toml',
+  },
+  {
+    title: 'Tune',
+    picture: picture(
+      '<path d="M40 100V16M40 100H290" class="ink"/><path d="M40 100C70 20 90 30 120 44S180 40 290 42" class="curve"/>' +
+        '<path d="M40 100C60 -10 90 90 120 30S180 50 290 42" class="cloud"/><path d="M40 100C90 70 120 50 160 46S220 42 290 42" class="cloud"/><path d="M40 42H290" class="bound"/>',
+    ),
+    text: [
+      'Gains are looked for on joints around the one that was found, and judged on others. It needs no device, and takes minutes.',
+      'The view “What if” shows what a gain does, on this joint and on those around it. Push the new file under “Parameters”.',
+    ],
+    buttons: [
+      ['What if', 'what-if'],
+      ['Parameters', 'parameters'],
+    ],
+    command: 'stiction tune joint.toml --out tuned.toml',
+    alone: true,
+  },
+  {
+    title: 'Verify',
+    picture: picture(
+      '<path d="M40 100V16M40 100H290" class="ink"/><path d="M40 96C80 96 90 40 140 40H280" class="bound"/><path d="M40 96C84 96 96 36 146 40H280" class="curve"/>' +
+        '<path d="M236 70l12 12 26-30" class="good"/>',
+    ),
+    text: [
+      'Arm, move to both ends of the range, and look at the error under “Live”. Under “What if” the prediction lies beside the move that was just made: where the two differ, the joint is not the one of the file.',
+      'The self-test makes the moves and judges them. It is a command, and drives the device by itself: end the studio first.',
+    ],
+    buttons: [
+      ['Live', 'live'],
+      ['What if', 'what-if'],
+    ],
+    command: 'stiction device --port DEV selftest',
+  },
+  {
+    title: 'Save',
+    picture: picture(box(40, 43, 90, 'in use') + arrow('M130 60H186') + box(190, 43, 90, 'flash')),
+    text: [
+      'What is in use is forgotten by a reset. Save keeps it. Pull writes it to a file as well, which belongs to the machine’s papers.',
+    ],
+    buttons: [
+      ['Save', '#save'],
+      ['Pull', '#pull'],
+    ],
+    command: 'stiction device --port DEV params save',
+  },
+];
+
+export class Commissioning {
+  private at = 0;
+
+  constructor(private readonly show: (view: string, search?: string) => void) {
+    by('steps').replaceChildren(
+      ...STEPS.map(({ title }, place) => {
+        const button = element('button', { textContent: `${place + 1} ${title}` });
+        button.onclick = () => this.go(place);
+        return element('li', {}, button);
+      }),
+    );
+    on('step-back', () => this.go(this.at - 1));
+    on('step-on', () => this.go(this.at + 1));
+    this.go(0);
+  }
+
+  private go(to: number): void {
+    this.at = Math.min(STEPS.length - 1, Math.max(0, to));
+    const { title, picture, text, buttons, command, alone, live } = STEPS[this.at];
+    by('steps')
+      .querySelectorAll('button')
+      .forEach((one, place) =>
+        one.setAttribute('aria-current', place === this.at ? 'step' : 'false'),
+      );
+    by('step-title').textContent = `${this.at + 1} ${title}`;
+    by('step-picture').innerHTML = picture;
+    by('step-text').replaceChildren(...text.map((one) => element('p', { textContent: one })));
+    by('step-live').hidden = !live;
+    by('step-buttons').replaceChildren(
+      ...(buttons ?? []).map(([label, then]) => {
+        const button = element('button', { textContent: label });
+        button.onclick = () => this.press(then);
+        return button;
+      }),
+    );
+    by('step-command').hidden = !command;
+    by('step-command-when').textContent = alone
+      ? 'By the command line, which asks no device:'
+      : 'By the command line, with the studio ended:';
+    by('step-command-text').textContent = command ?? '';
+    on('step-copy', () => void this.copy(command ?? ''));
+    by<HTMLButtonElement>('step-back').disabled = this.at === 0;
+    by<HTMLButtonElement>('step-on').disabled = this.at === STEPS.length - 1;
+  }
+
+  private press(then: string): void {
+    if (then === 'limits') return this.show('parameters', 'limits');
+    if (then.startsWith('#') || then.startsWith('.')) {
+      document.querySelector<HTMLElement>(then)?.click();
+      return;
+    }
+    this.show(then);
+  }
+
+  private async copy(text: string): Promise<void> {
+    try {
+      await navigator.clipboard.writeText(text);
+      by('step-copy').textContent = 'Copied';
+    } catch {
+      // Not allowed here: it is marked, so that Ctrl+C takes it.
+      getSelection()?.selectAllChildren(by('step-command-text'));
+      by('step-copy').textContent = 'Marked';
+    }
+    setTimeout(() => (by('step-copy').textContent = 'Copy'), 2000);
+  }
+
+  // The place of the joint since power-on, which needs no loop.
+  look(): void {
+    const { status, hello } = app;
+    const counts = status?.since_power_on_counts;
+    by('step-live').textContent =
+      counts === undefined || !hello
+        ? 'Position: –'
+        : `Position since power-on: ${counts} counts, ${(counts * hello.resolution_deg).toFixed(4)} deg`;
+  }
+}

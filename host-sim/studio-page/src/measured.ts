@@ -1,0 +1,49 @@
+// The last move as it was measured, in the time of its set point.
+
+import { app, history } from './app';
+import { errorCounts, position, reference } from './terms';
+
+const LONGEST_S = 60;
+const MOST = 4000;
+// As in prediction.rs.
+const SETS_OUT_COUNTS = 1e-3;
+
+export type Measured = { times: number[]; position: number[]; error: number[]; effort: number[] };
+
+export function measured(): Measured | null {
+  const { motion, hello } = app;
+  if (!motion || !hello || history.length === 0) return null;
+  const tick = hello.sample_time_s;
+  // Another page has seen it, or it was before a reset.
+  if (history.clock(0) > motion.clock || history.clock(history.length - 1) < motion.clock)
+    return null;
+  const first = Math.max(0, history.row((motion.clock - 10) * tick));
+  const [lead, place, error, effort, status] = [
+    reference(history),
+    position(history),
+    errorCounts(history),
+    history.reader('v_applied_v'),
+    history.reader('status'),
+  ];
+  const from = motion.from_counts * hello.resolution_deg;
+  const on = (row: number) => (status(row) & 0xff) === 2;
+  let begin = first;
+  while (
+    begin < history.length &&
+    (!on(begin) || Math.abs(lead(begin) - from) <= SETS_OUT_COUNTS * hello.resolution_deg)
+  )
+    begin++;
+  if (begin >= history.length) return null;
+  const zero = history.time(begin);
+  let end = begin;
+  while (end < history.length && on(end) && history.time(end) - zero < LONGEST_S) end++;
+  const every = Math.max(1, Math.ceil((end - begin) / MOST));
+  const found: Measured = { times: [], position: [], error: [], effort: [] };
+  for (let row = begin; row < end; row += every) {
+    found.times.push(history.time(row) - zero);
+    found.position.push(place(row));
+    found.error.push(error(row));
+    found.effort.push(effort(row));
+  }
+  return found;
+}

@@ -1,0 +1,83 @@
+// What makes the joint move: arm, hold, move, step, trajectory, jog, identify. A real motor is
+// turned on only after a word was typed: the button may have been meant for another window.
+
+import { app, by, history, on } from './app';
+import type { Link } from './link';
+import { ask, number } from './said';
+import { reference } from './terms';
+
+const WORD = 'ARM';
+
+let wanted: (() => void) | null = null;
+
+// Turns the output on, at once or, of a real motor, when it was confirmed.
+function turnOn(what: string, then: () => void): void {
+  if (app.hello?.kind !== 'board') return then();
+  wanted = then;
+  by('confirm-what').textContent = what;
+  by('confirm').hidden = false;
+  by<HTMLInputElement>('confirm-word').value = '';
+  by('confirm-word').focus();
+}
+
+export function forget(): void {
+  wanted = null;
+  by('confirm').hidden = true;
+}
+
+export function motions(link: Link): void {
+  const go = (how: 'move' | 'step') => {
+    const deg = number('deg');
+    if (deg !== null) void ask(link, how, { deg });
+  };
+  on('arm', () => turnOn('Arm closes the loop', () => void ask(link, 'arm')));
+  on('hold', () => void ask(link, 'hold'));
+  on('clear', () => void ask(link, 'clear'));
+  on('step', () => go('step'));
+  by('move').onsubmit = (event) => {
+    event.preventDefault();
+    go('move');
+  };
+  for (const nudge of document.querySelectorAll<HTMLElement>('[data-by]')) {
+    nudge.onclick = () => {
+      const last = history.length - 1;
+      const from = last >= 0 ? reference(history)(last) : 0;
+      const deg = Number((from + Number(nudge.dataset.by)).toFixed(6));
+      by<HTMLInputElement>('deg').value = String(deg);
+      void ask(link, 'move', { deg });
+    };
+  }
+  on('file-trajectory', () => void ask(link, 'trajectory'));
+  by('trapezoid').onsubmit = (event) => {
+    event.preventDefault();
+    const fields = ['way', 'speed', 'rest', 'blend'].map((name) => number(`trapezoid-${name}`));
+    if (fields.every((one) => one !== null)) void ask(link, 'trajectory', { trapezoid: fields });
+  };
+  for (const jog of document.querySelectorAll<HTMLElement>('.jog'))
+    jog.onclick = () =>
+      turnOn('A jog pushes the joint a little each way', () => void ask(link, 'jog'));
+  for (const identify of document.querySelectorAll<HTMLElement>('.identify'))
+    identify.onclick = () =>
+      turnOn(
+        'The identification moves the joint to and fro, for minutes',
+        () => void ask(link, 'identify'),
+      );
+  by('ramp').onsubmit = (event) => {
+    event.preventDefault();
+    const [rate, hold] = [number('rate'), number('holding')];
+    if (rate === null || hold === null) return;
+    turnOn(
+      'A ramp raises the effort until the joint moves',
+      () => void ask(link, 'identify', { rate, hold }),
+    );
+  };
+  by('confirm').onsubmit = (event) => {
+    event.preventDefault();
+    const typed = by<HTMLInputElement>('confirm-word').value.trim().toUpperCase();
+    const then = wanted;
+    if (typed !== WORD || !then) return by('confirm-word').focus();
+    forget();
+    then();
+  };
+  on('confirm-not', forget);
+}

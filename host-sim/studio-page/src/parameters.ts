@@ -1,0 +1,131 @@
+// The view of the parameters: set, undo, save, push, pull, and compare with a file.
+
+import { app, by, element, may, on } from './app';
+import { Form } from './form';
+import type { Link } from './link';
+import { ask, said } from './said';
+import { download, stamp } from './session';
+
+let refusal = '';
+
+export function read(input: HTMLInputElement, then: (text: string, name: string) => void): void {
+  input.onchange = async () => {
+    const chosen = input.files?.[0];
+    input.value = '';
+    if (chosen) then(await chosen.text(), chosen.name);
+  };
+}
+
+export class Parameters {
+  readonly form: Form;
+
+  constructor(
+    private readonly link: Link,
+    private readonly look: () => void,
+  ) {
+    this.form = new Form(by('form'), () => {
+      refusal = '';
+      this.edited();
+    });
+    const { form } = this;
+    by('search').oninput = by('only-changed').onchange = () =>
+      form.find(by<HTMLInputElement>('search').value, by<HTMLInputElement>('only-changed').checked);
+    on('discard', () => {
+      refusal = '';
+      form.edits.clear();
+      form.told(form.rows);
+      this.edited();
+    });
+    on('set', () => void this.set(Object.fromEntries(form.edits)));
+    by('form').onsubmit = (event) => {
+      event.preventDefault();
+      by('set').click();
+    };
+    for (const what of ['undo', 'save']) on(what, () => void ask(link, what));
+    on('pull', () => {
+      if (app.file)
+        download(new Blob([app.file], { type: 'application/toml' }), `stiction-${stamp()}.toml`);
+    });
+    read(by('push'), (text) => void ask(link, 'push', { text }));
+    read(by('compare'), (text, name) => void this.compare(text, name));
+    on('compare-own', () => void this.compare('', ''));
+    on('compare-not', () => this.compared(null, []));
+  }
+
+  // Sets values, all or none; what is refused is shown at its value.
+  async set(values: Record<string, string>): Promise<boolean> {
+    const { form } = this;
+    const answer = await this.link.ask('set', { values });
+    said(answer.said, answer.ok);
+    refusal = answer.ok ? '' : answer.said;
+    if (answer.ok) {
+      form.edits.clear();
+      form.told(form.rows);
+    }
+    form.blame(refusal);
+    this.edited();
+    return answer.ok;
+  }
+
+  private async compare(text: string, chosen: string): Promise<void> {
+    const answer = await this.link.ask('compare', { text });
+    if (!answer.ok) return said(answer.said, false);
+    const { name, values, changes } = answer.said as any;
+    this.compared({ name: chosen || name, values }, changes);
+  }
+
+  private compared(file: Form['compared'], changes: string[]): void {
+    this.form.compared = file;
+    this.form.told(this.form.rows);
+    by('comparison').hidden = file === null;
+    if (!file) return;
+    const count = changes.length;
+    by('comparison-what').textContent = count
+      ? `${count} ${count === 1 ? 'value differs' : 'values differ'} from ${file.name}. In use, and what the file has:`
+      : `Nothing differs from ${file.name}.`;
+    by('comparison-list').replaceChildren(
+      ...changes.map((line) => element('li', { textContent: line.replace(' -> ', ' → ') })),
+    );
+  }
+
+  edited(): void {
+    const count = this.form.edits.size;
+    by('set').textContent = count ? `Set ${count} ${count === 1 ? 'value' : 'values'}` : 'Set';
+    by<HTMLButtonElement>('discard').disabled = count === 0;
+    this.look();
+  }
+
+  // What can be done now.
+  enable(driven: boolean): void {
+    const { form } = this;
+    const free = may() && !driven;
+    const set = (id: string, enabled: boolean) => {
+      by<HTMLButtonElement>(id).disabled = !enabled;
+    };
+    form.enable(free);
+    set('undo', free && Number(by('undo').dataset.left) > 0);
+    set('save', free && app.status?.unsaved === true);
+    set('pull', app.file !== null);
+    set('set', free && form.edits.size > 0);
+    by<HTMLInputElement>('push').disabled = !free;
+    by('parameters-said').textContent = refusal
+      ? `✕ Refused: ${refusal}`
+      : app.recording
+        ? 'A recording has no device to set.'
+        : driven
+          ? 'The output is on: stop first. Parameters are taken with the output off only.'
+          : app.status?.unsaved
+            ? 'Values in use are not saved: a reset forgets them.'
+            : '';
+  }
+
+  get law(): string {
+    const tables = this.form.rows
+      .map((row) => row.table)
+      .filter((table) => table.startsWith('controller.'));
+    return (
+      tables[0]?.slice('controller.'.length) ??
+      (app.hello?.law.length ? 'with signals of its own' : 'not known')
+    );
+  }
+}

@@ -1,0 +1,58 @@
+// What was said, and the events of the session.
+
+import { app, by, element, history } from './app';
+import type { Answer, Link } from './link';
+import type { Kept } from './session';
+
+const MOST_SAID = 30;
+const MOST_EVENTS = 500;
+
+let events: Kept[] = [];
+
+export const allEvents = () => events;
+
+export function putEvents(all: Kept[]): void {
+  events = all;
+}
+
+export function note(what: string): void {
+  const clock = history.length ? history.clock(history.length - 1) : 0;
+  events.push({ at: new Date().toISOString(), clock, said: what });
+  if (events.length > MOST_EVENTS) events.shift();
+  if (app.view === 'session') listEvents();
+}
+
+export function listEvents(): void {
+  const items = events.slice(-100).reverse();
+  by('events').replaceChildren(
+    ...items.map(({ at, said }) =>
+      element('li', {}, element('time', { textContent: at.slice(11, 19) }), ` ${said}`),
+    ),
+  );
+}
+
+export function said(what: string, ok: boolean): void {
+  const item = element('li', { className: ok ? 'done' : 'refused' });
+  item.textContent = `${ok ? '✓' : '✕ Refused:'} ${what}`;
+  by('said').prepend(item);
+  while (by('said').childElementCount > MOST_SAID) by('said').lastElementChild!.remove();
+  note(item.textContent);
+}
+
+// Asks for something, and says what came of it.
+export async function ask(link: Link, what: string, more: object = {}): Promise<Answer> {
+  const answer = await link.ask(what, more);
+  said(answer.said, answer.ok);
+  return answer;
+}
+
+// A number that was typed.
+export function number(id: string): number | null {
+  const field = by<HTMLInputElement>(id);
+  const typed = field.value.trim().replace(',', '.').replace('−', '-');
+  const value = typed === '' ? NaN : Number(typed);
+  if (Number.isFinite(value)) return value;
+  said(`${field.value || 'nothing'}: allowed is a number, as in -2.5`, false);
+  field.focus();
+  return null;
+}

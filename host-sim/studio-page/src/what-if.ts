@@ -1,0 +1,344 @@
+// What if: sliders for gains and joint. What the machine would do is computed by the server; it is
+// drawn here, with the last move that was measured on top.
+
+import { app, by, element, on } from './app';
+import { Curves, type Shown } from './curves';
+import type { Event, Link } from './link';
+import { measured } from './measured';
+import { shown } from './plots';
+import { LOOKS, type Look } from './terms';
+
+type Knob = {
+  path: string;
+  of: string;
+  name: string;
+  value: number;
+  text: string;
+  low: number;
+  high: number;
+  scale: 'ratio' | 'whole';
+};
+export type Curve = {
+  law: string;
+  begin_s: number;
+  tick_s: number;
+  reference_deg?: number[];
+  position_deg: number[];
+  error_counts: number[];
+  effort_v?: number[];
+  settled_s: number | null;
+  rest_counts: number;
+  fault: string | null;
+  refused?: string;
+};
+type Cloud = {
+  law: string;
+  settled: number;
+  spreads: string[];
+  worst: { place: number; joint: string[] } | null;
+  curves: Curve[];
+  refused?: string;
+};
+
+const STEPS = 1000;
+const CLOUD = 24;
+const PATIENCE_MS = 4000;
+const REDRAWN_MS = 200;
+
+// The laws: by colour and by dashes. The first is the one that is turned.
+const OF_LAWS: Look[] = [
+  LOOKS.second,
+  LOOKS.third,
+  LOOKS.compensation,
+  LOOKS.total,
+  { ...LOOKS.second, dash: [2, 3] },
+  { ...LOOKS.third, dash: [12, 3] },
+  { ...LOOKS.compensation, dash: [6, 2, 2, 2] },
+];
+const OF_CLOUD: Look = { light: '#9fb4c4', dark: '#46586a', width: 1 };
+const OF_WORST: Look = { light: '#b3261e', dark: '#ff7a6e', width: 1.5, dash: [3, 2] };
+
+export class WhatIf {
+  private knobs: Knob[] = [];
+  private values = new Map<string, number>();
+  private laws: string[] = [];
+  private chosen = new Set<string>();
+  private curves: Curve[] = [];
+  private cloud: Cloud | null = null;
+  private asked = 0;
+  private number = 0;
+  private waits = false;
+  private drawn = 0;
+  private readonly plots = new Curves(by('what-if-plots'));
+
+  constructor(
+    private readonly link: Link,
+    private readonly set: (values: Record<string, string>) => Promise<boolean>,
+  ) {
+    for (const id of ['what-if-way', 'what-if-deg', 'what-if-cloud'])
+      by(id).oninput = () => this.ask();
+    on('what-if-reset', () => {
+      this.values.clear();
+      this.build();
+      this.ask();
+    });
+    on('what-if-set', () => void this.set(this.gains()));
+  }
+
+  // What can be turned has been told anew: the device runs something else.
+  told(event: Event): void {
+    this.knobs = event.knobs;
+    this.laws = event.laws;
+    this.values.clear();
+    for (const law of this.chosen) if (!this.laws.includes(law)) this.chosen.delete(law);
+    if (this.chosen.size === 0 && this.laws[0]) this.chosen.add(this.laws[0]);
+    by('what-if-said').textContent = event.why ? `✕ ${event.why}` : '';
+    this.build();
+    if (app.view === 'what-if') this.ask();
+  }
+
+  open(): void {
+    this.ask();
+  }
+
+  moved(): void {
+    if (app.view === 'what-if') this.ask();
+  }
+
+  get law(): string {
+    return this.laws[0] ?? '';
+  }
+
+  // The gains of the law in use that were turned, as the form takes them.
+  private gains(): Record<string, string> {
+    const own = [...this.values].filter(([path]) => path.startsWith(`controller.${this.law}.`));
+    return Object.fromEntries(own.map(([path, value]) => [path, String(value)]));
+  }
+
+  private build(): void {
+    by('what-if-laws').replaceChildren(
+      ...this.laws.map((law, place) => {
+        const box = element('input', { type: 'checkbox', checked: this.chosen.has(law) });
+        box.oninput = () => {
+          if (box.checked) this.chosen.add(law);
+          else this.chosen.delete(law);
+          this.ask();
+        };
+        return element('label', {}, box, ` ${law}${place === 0 ? ' (in use)' : ''}`);
+      }),
+    );
+    const open = new Set(
+      [...document.querySelectorAll<HTMLDetailsElement>('#knobs details[open]')].map(
+        (one) => one.dataset.of,
+      ),
+    );
+    const groups = new Map<string, Knob[]>();
+    for (const knob of this.knobs) groups.set(knob.of, [...(groups.get(knob.of) ?? []), knob]);
+    const first = ['joint', this.law];
+    by('knobs').replaceChildren(
+      ...[...groups]
+        .sort(
+          ([a], [b]) =>
+            Number(b === this.law) - Number(a === this.law) ||
+            Number(b === 'joint') - Number(a === 'joint'),
+        )
+        .map(([of, knobs]) => {
+          const group = element('details', { open: open.size ? open.has(of) : first.includes(of) });
+          group.dataset.of = of;
+          const title = of === 'joint' ? 'The joint' : `Gains of ${of}`;
+          group.append(
+            element('summary', { textContent: title }),
+            ...knobs.map((k) => this.knob(k)),
+          );
+          return group;
+        }),
+    );
+    this.enable();
+  }
+
+  private knob(knob: Knob): HTMLElement {
+    const { low, high, scale, value: start } = knob;
+    const ratio = scale === 'ratio';
+    const to = (value: number) =>
+      ratio ? Math.round((STEPS * Math.log(value / low)) / Math.log(high / low)) : value;
+    const of = (place: number) =>
+      ratio ? Number((low * (high / low) ** (place / STEPS)).toPrecision(4)) : place;
+    const id = `knob-${knob.path}`;
+    const slider = element('input', { type: 'range', id, min: '0', step: '1' });
+    slider.max = ratio ? String(STEPS) : String(high);
+    const out = element('output');
+    const show = () => {
+      const value = this.values.get(knob.path) ?? start;
+      slider.value = String(to(value));
+      out.textContent = shown(value);
+      out.classList.toggle('turned', this.values.has(knob.path));
+    };
+    slider.oninput = () => {
+      const value = of(Number(slider.value));
+      if (Number(slider.value) === to(start)) this.values.delete(knob.path);
+      else this.values.set(knob.path, value);
+      show();
+      this.enable();
+      this.ask();
+    };
+    slider.ondblclick = () => {
+      this.values.delete(knob.path);
+      show();
+      this.enable();
+      this.ask();
+    };
+    show();
+    const label = element(
+      'label',
+      { htmlFor: id, title: knob.text.replaceAll('`', '') },
+      knob.name,
+    );
+    return element('div', { className: 'knob' }, label, out, slider);
+  }
+
+  enable(): void {
+    by<HTMLButtonElement>('what-if-reset').disabled = this.values.size === 0;
+    const free = app.connected && app.commands && !app.recording && !app.status?.driven;
+    by<HTMLButtonElement>('what-if-set').disabled = !free || Object.keys(this.gains()).length === 0;
+  }
+
+  // The move that is predicted, and where it begins.
+  private way(): { way: object; from: number } | null {
+    const how = by<HTMLSelectElement>('what-if-way').value;
+    const typed = Number(by<HTMLInputElement>('what-if-deg').value.replace(',', '.'));
+    by('what-if-deg').hidden = how !== 'move' && how !== 'step';
+    if (how === 'last' && app.motion && app.hello) {
+      const { way, from_counts } = app.motion;
+      if (way.how === 'trajectory') return { way, from: 0 };
+      const from = from_counts * app.hello.resolution_deg;
+      return { way: { how: way.how, deg: way.deg - from }, from };
+    }
+    if (how === 'trajectory') {
+      const trajectory = app.knobs?.trajectory;
+      return trajectory ? { way: { how, trajectory }, from: 0 } : null;
+    }
+    const deg = how === 'last' ? 5 : typed;
+    return Number.isFinite(deg)
+      ? { way: { how: how === 'step' ? how : 'move', deg }, from: 0 }
+      : null;
+  }
+
+  // Asks for a prediction, one at a time: what changes meanwhile is asked for with the answer.
+  private ask(): void {
+    const now = performance.now();
+    if (app.recording || this.laws.length === 0) return;
+    if (this.asked && now - this.asked < PATIENCE_MS) {
+      this.waits = true;
+      return;
+    }
+    const moved = this.way();
+    if (!moved) {
+      by('what-if-said').textContent = '✕ There is no such move.';
+      return;
+    }
+    this.asked = now;
+    this.waits = false;
+    const laws = [this.law, ...this.laws.slice(1)].filter((law) => this.chosen.has(law));
+    const cloud = by<HTMLInputElement>('what-if-cloud').checked && laws.length ? CLOUD : 0;
+    if (!cloud) this.cloud = null;
+    const values = Object.fromEntries(this.values);
+    const wish = { way: moved.way, from_deg: moved.from, laws, values, cloud };
+    this.link.tell('predict', ++this.number, { wish });
+  }
+
+  predicted({ id, part, content }: Event): void {
+    if (id !== this.number) return;
+    if (part === 'cloud') this.cloud = content.refused ? null : content;
+    if (part === 'laws') this.curves = content;
+    if (part === 'refused') this.curves = [];
+    const refused = [
+      ...(part === 'refused' ? [content] : []),
+      ...this.curves.filter((one) => one.refused).map((one) => `${one.law}: ${one.refused}`),
+    ];
+    if (part !== 'cloud') {
+      by('what-if-said').textContent = refused.map((why) => `✕ ${why}`).join('\n');
+      this.asked = 0;
+      if (this.waits) this.ask();
+    }
+    this.table();
+    this.draw(true);
+  }
+
+  private table(): void {
+    const row = (cells: string[], kind: 'td' | 'th' = 'td') =>
+      element('tr', {}, ...cells.map((cell) => element(kind, { textContent: cell })));
+    const settled = (one: Curve) =>
+      one.fault
+        ? `ends by a fault: ${one.fault}`
+        : one.settled_s === null
+          ? 'never'
+          : `${one.settled_s.toFixed(2)} s`;
+    const rows = this.curves
+      .filter((one) => !one.refused)
+      .map((one) => row([one.law, settled(one), `${shown(one.rest_counts)}`]));
+    if (this.cloud) {
+      const { law, curves, settled: good, worst } = this.cloud;
+      const one = worst ? curves[worst.place] : null;
+      if (one)
+        rows.push(
+          row([`worst of ${curves.length} joints, ${law}`, settled(one), shown(one.rest_counts)]),
+        );
+      by('what-if-cloud-said').textContent =
+        `${good} of ${curves.length} joints around this one settle within 2 counts.` +
+        (worst ? ` The worst has ${worst.joint.map(brief).join(', ')}.` : '');
+    } else by('what-if-cloud-said').textContent = '';
+    by('what-if-table').replaceChildren(
+      row(['Predicted', 'Within 2 counts after', 'Error at the end, counts'], 'th'),
+      ...rows,
+    );
+  }
+
+  // Draws, but not faster than somebody sees.
+  draw(now = false): void {
+    if (app.view !== 'what-if') return;
+    if (!now && performance.now() - this.drawn < REDRAWN_MS) return;
+    this.drawn = performance.now();
+    const good = this.curves.filter((one) => !one.refused);
+    const times = (one: Curve) => one.position_deg.map((_, k) => one.begin_s + k * one.tick_s);
+    const of = (one: Curve, name: string, look: Look): Shown => ({
+      name,
+      look,
+      times: times(one),
+      position: one.position_deg,
+      error: one.error_counts,
+      effort: one.effort_v,
+    });
+    const all: Shown[] = [];
+    this.cloud?.curves.forEach((one, place) =>
+      all.push(of(one, place === 0 ? 'joints around it' : '', OF_CLOUD)),
+    );
+    const worst = this.cloud?.worst;
+    if (worst) all.push(of(this.cloud!.curves[worst.place], 'worst joint', OF_WORST));
+    const set = good[0];
+    if (set?.reference_deg)
+      all.push({
+        name: 'reference',
+        look: LOOKS.reference,
+        times: set.reference_deg.map((_, k) => set.begin_s + k * set.tick_s),
+        position: set.reference_deg,
+      });
+    good.forEach((one) => {
+      const place = Math.max(0, this.laws.indexOf(one.law));
+      all.push(of(one, `${one.law}, predicted`, OF_LAWS[place % OF_LAWS.length]));
+    });
+    const last = by<HTMLSelectElement>('what-if-way').value === 'last' ? measured() : null;
+    if (last) all.push({ name: 'measured', look: LOOKS.primary, ...last });
+    const end = Math.max(...good.map((one) => times(one).at(-1) ?? 0), 1);
+    this.plots.show(all, [-0.05 * end, end]);
+  }
+
+  repaint(): void {
+    this.plots.repaint();
+  }
+}
+
+function brief(key: string): string {
+  const [path, value] = key.split('=');
+  const name = path.split('.').pop();
+  return `${name} ${shown(Number(value))}`;
+}

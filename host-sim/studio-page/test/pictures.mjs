@@ -1,0 +1,107 @@
+// Makes the pictures of docs/: the studio, and an animation of one move under two laws.
+//
+//   node test/pictures.mjs STICTION CHROMIUM DIRECTORY
+
+import { execFileSync, spawn } from 'node:child_process';
+import { mkdtempSync, writeFileSync } from 'node:fs';
+import { tmpdir } from 'node:os';
+import { join } from 'node:path';
+import { chromium } from 'playwright-core';
+import { animation } from './animation.mjs';
+
+const [program, browserName, directory] = process.argv.slice(2);
+const executablePath = execFileSync('which', [browserName], { encoding: 'utf8' }).trim();
+const [MACHINE, LAWS, DEG] = ['untuned-joints', ['pd', 'robust'], 2.5];
+
+// The joint as it stands, without the variants of the file.
+function joint() {
+  const text = execFileSync(program, ['show', MACHINE], { encoding: 'utf8' });
+  const file = join(mkdtempSync(join(tmpdir(), 'stiction-')), 'joint.toml');
+  // A browser that takes a picture may be silent for longer than the default.
+  writeFileSync(file, `${text.split('[[variant]]')[0]}\n[limits]\nlink_timeout_s = 5\n`);
+  return file;
+}
+
+async function serve() {
+  const more = ['studio', '--no-open', joint(), '--controller', 'robust'];
+  const server = spawn(program, more, { stdio: ['ignore', 'pipe', 'inherit'] });
+  let text = '';
+  for await (const piece of server.stdout) {
+    text += piece;
+    if (text.includes('\n')) break;
+  }
+  return { server, address: text.split('\n')[0] };
+}
+
+// The answer to the next prediction that the page asks for.
+function nextPrediction(socket) {
+  return new Promise((done) => {
+    socket.on('framereceived', ({ payload }) => {
+      if (typeof payload !== 'string') return;
+      const event = JSON.parse(payload);
+      if (event.event === 'predicted' && event.part === 'laws' && event.content.length === 2)
+        done(event.content);
+    });
+  });
+}
+
+const { server, address } = await serve();
+const browser = await chromium.launch({ executablePath, args: ['--no-sandbox'] });
+try {
+  const context = await browser.newContext({
+    viewport: { width: 1200, height: 780 },
+    colorScheme: 'light',
+  });
+  const page = await context.newPage();
+  const connected = page.waitForEvent('websocket');
+  await page.goto(address);
+  const predicted = nextPrediction(await connected);
+  const shoot = (name) => page.screenshot({ path: join(directory, `${name}.png`) });
+  const view = (name) => page.locator(`[data-view=${name}]`).click();
+  await page.locator('#state.stopped').waitFor();
+  await page.locator('#arm').click();
+  await page.locator('#state.armed').waitFor();
+  const move = async (deg) => {
+    await page.locator('#deg').fill(String(deg));
+    await page.locator('#deg').press('Enter');
+    await page.waitForTimeout(3500);
+    await page.locator('#deg').blur();
+  };
+  await move(5);
+  await view('what-if');
+  await page.locator('#what-if-cloud-said', { hasText: 'joints' }).waitFor();
+  await page.waitForTimeout(500);
+  await shoot('studio-what-if');
+  await view('live');
+  await move(DEG);
+  await shoot('studio-live');
+  await view('what-if');
+  await page.locator('#stop').click();
+  await page.locator('#state.stopped, #state.faulted').waitFor();
+  if (await page.locator('#clear').isEnabled()) await page.locator('#clear').click();
+  await page.locator('#state.stopped').waitFor();
+  await page.locator('#what-if-way').selectOption('step');
+  await page.locator('#what-if-deg').fill(String(DEG));
+  await page.locator('#what-if-laws label', { hasText: /^ ?pd$/ }).click();
+  const content = await predicted;
+  const curves = LAWS.map((law) => content.find((one) => one.law === law));
+  const svg = animation({
+    laws: LAWS,
+    curves,
+    deg: DEG,
+    until: 2.5,
+    title: `A step of ${DEG} deg against stick-slip friction`,
+    note: 'Simulated: the core of the firmware around a joint that sticks.',
+  });
+  writeFileSync(join(directory, 'stick-slip.svg'), svg);
+  await view('parameters');
+  await page.locator('#search').fill('');
+  await page.locator('[data-path="limits.stall_s"] input').fill('-1');
+  await page.locator('#set').click();
+  await page.locator('.parameter.refused').waitFor();
+  await page.waitForTimeout(300);
+  await shoot('studio-parameters');
+} finally {
+  server.kill();
+  await browser.close();
+}

@@ -1,0 +1,350 @@
+//! What the studio does when the way to the device or to the page is bad: late orders, a device
+//! that was out of reach, a network that is cut while the motor is driven.
+
+use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
+use std::sync::{Arc, Mutex};
+use std::time::{Duration, Instant};
+
+use host_sim::Error;
+use host_sim::device::wire::{SimulatedWire, Wire};
+use host_sim::studio::Server;
+use serde_json::json;
+use stiction::link::{Deframer, decode_request};
+use stiction::servo::State;
+use tokio::net::{TcpListener, TcpStream};
+
+use super::page::{Page, Visit, arm, device, run, studio, studio_of};
+use super::{LINK_TIMEOUT_S, SLACK_S, TICK_S, ticks_on_after};
+
+/// A device that stays where it is, whoever opens the line to it.
+#[derive(Clone)]
+struct Line {
+    device: Arc<Mutex<SimulatedWire>>,
+    /// The next request waits for so long, ms.
+    stalls_ms: Arc<AtomicU64>,
+    /// Nothing gets through.
+    is_cut: Arc<AtomicBool>,
+    /// What the device was asked for.
+    asked: Arc<Mutex<Vec<String>>>,
+    deframer: Arc<Mutex<Deframer>>,
+}
+
+impl Line {
+    fn new(set: &[&str]) -> Self {
+        Self {
+            device: Arc::new(Mutex::new(SimulatedWire::new(device(set)))),
+            stalls_ms: Arc::default(),
+            is_cut: Arc::default(),
+            asked: Arc::default(),
+            deframer: Arc::default(),
+        }
+    }
+
+    fn serve(&self) -> Server {
+        let line = self.clone();
+        studio_of(move || Ok(line.clone()))
+    }
+
+    fn names(&self) -> Vec<String> {
+        self.asked.lock().unwrap().clone()
+    }
+}
+
+impl Wire for Line {
+    fn send(&mut self, bytes: &[u8]) -> Result<(), Error> {
+        if self.is_cut.load(Ordering::SeqCst) {
+            return Ok(());
+        }
+        for byte in bytes {
+            let mut deframer = self.deframer.lock().unwrap();
+            let Some(message) = deframer.push(*byte) else { continue };
+            let (_, request) = decode_request(message).unwrap();
+            self.asked.lock().unwrap().push(format!("{:?}", request.unwrap()));
+        }
+        let stalls = self.stalls_ms.swap(0, Ordering::SeqCst);
+        std::thread::sleep(Duration::from_millis(stalls));
+        self.device.lock().unwrap().send(bytes)
+    }
+
+    fn receive(&mut self, at_most: Duration) -> Result<Vec<u8>, Error> {
+        if self.is_cut.load(Ordering::SeqCst) {
+            std::thread::sleep(at_most);
+            return Ok(vec![]);
+        }
+        self.device.lock().unwrap().receive(at_most)
+    }
+
+    fn name(&self) -> String {
+        "the device of the test".into()
+    }
+
+    fn real_time(&mut self) {
+        self.device.lock().unwrap().real_time();
+    }
+
+    fn warning(&self) -> Option<&'static str> {
+        None
+    }
+}
+
+#[test]
+fn an_order_that_has_waited_for_more_than_a_second_is_not_obeyed() {
+    run(async {
+        let line = Line::new(&[]);
+        let server = line.serve();
+        let mut page = Page::open(&server).await;
+        // The device is busy for so long, and the order is given meanwhile.
+        line.stalls_ms.store(1500, Ordering::SeqCst);
+        tokio::time::sleep(Duration::from_millis(200)).await;
+        let said = page.refused(arm()).await;
+        assert!(said.contains("the device was busy"), "{said}");
+        assert!(!line.names().iter().any(|name| name == "Arm"), "{:?}", line.names());
+        // One that is as old as half of that is.
+        line.stalls_ms.store(500, Ordering::SeqCst);
+        tokio::time::sleep(Duration::from_millis(150)).await;
+        page.done(arm()).await;
+        page.done(json!({ "do": "stop" })).await;
+    });
+}
+
+#[test]
+fn an_order_of_a_page_that_is_gone_is_not_obeyed() {
+    run(async {
+        let line = Line::new(&[]);
+        let server = line.serve();
+        let mut page = Page::open(&server).await;
+        let mut reader = Page::open(&server).await;
+        reader.lives = false;
+        line.stalls_ms.store(700, Ordering::SeqCst);
+        tokio::time::sleep(Duration::from_millis(200)).await;
+        page.send(&arm()).await;
+        tokio::time::sleep(Duration::from_millis(50)).await;
+        drop(page);
+        reader.watch(Duration::from_millis(1500)).await;
+        assert!(!line.names().iter().any(|name| name == "Arm"), "{:?}", line.names());
+        assert_eq!(reader.event("status").await["state"], "stopped");
+    });
+}
+
+#[test]
+fn a_device_that_was_out_of_reach_while_armed_from_here_is_told_to_stop_first() {
+    run(async {
+        let line = Line::new(&["limits.link_timeout_s=30"]);
+        let server = line.serve();
+        let mut page = Page::open(&server).await;
+        page.done(arm()).await;
+        page.watch(Duration::from_millis(300)).await;
+        line.is_cut.store(true, Ordering::SeqCst);
+        let gone = page.event("gone").await;
+        assert!(gone["said"].as_str().unwrap().contains("THE MOTOR MAY STILL BE DRIVEN"), "{gone}");
+        let said = page.refused(json!({ "do": "move", "deg": 1.0 })).await;
+        assert!(said.contains("does not answer"), "{said}");
+        let before = line.names().len();
+        line.is_cut.store(false, Ordering::SeqCst);
+        page.event("back").await;
+        let after = line.names().split_off(before);
+        assert!(after[0].starts_with("Hello"), "a session begins with it: {after:?}");
+        assert_eq!(after[1], "Stop", "{after:?}");
+        let status = page.state("stopped").await;
+        assert!(status["fault"].is_null(), "{status}");
+    });
+}
+
+#[test]
+fn a_device_that_was_not_armed_from_here_is_left_alone_when_it_is_back() {
+    run(async {
+        let line = Line::new(&[]);
+        let server = line.serve();
+        let mut page = Page::open(&server).await;
+        line.is_cut.store(true, Ordering::SeqCst);
+        page.event("gone").await;
+        let before = line.names().len();
+        line.is_cut.store(false, Ordering::SeqCst);
+        page.event("back").await;
+        let after = line.names().split_off(before);
+        assert!(!after.contains(&"Stop".to_owned()), "{after:?}");
+    });
+}
+
+#[test]
+fn what_waits_is_not_obeyed_after_a_stop() {
+    run(async {
+        let line = Line::new(&[]);
+        let server = line.serve();
+        let mut page = Page::open(&server).await;
+        let mut reader = Page::open(&server).await;
+        reader.lives = false;
+        line.stalls_ms.store(600, Ordering::SeqCst);
+        tokio::time::sleep(Duration::from_millis(200)).await;
+        page.send(&json!({ "id": 77, "do": "arm" })).await;
+        tokio::time::sleep(Duration::from_millis(50)).await;
+        reader.done(json!({ "do": "stop" })).await;
+        let answer = page.until(|event| event["id"] == 77).await;
+        assert!(answer["said"].as_str().unwrap().contains("a stop came first"), "{answer}");
+        assert!(!line.names().iter().any(|name| name == "Arm"), "{:?}", line.names());
+    });
+}
+
+#[test]
+fn what_something_else_has_turned_on_is_not_kept_alive_by_the_studio() {
+    run(async {
+        let line = Line::new(&[]);
+        let server = line.serve();
+        let mut page = Page::open(&server).await;
+        page.lives = false;
+        page.watch(Duration::from_millis(400)).await;
+        line.device.lock().unwrap().simulated.device.servo().arm().unwrap();
+        page.state("armed").await;
+        // It was asked once when a sample said so. (To watch would wait for an event.)
+        tokio::time::sleep(Duration::from_millis(200)).await;
+        let before = line.names().len();
+        tokio::time::sleep(Duration::from_millis(1200)).await;
+        let asked = line.names().split_off(before);
+        assert!(asked.is_empty(), "{asked:?}");
+        // It is asked again after 1 s and two link timeouts.
+        tokio::time::sleep(Duration::from_millis(1100)).await;
+        let asked = line.names().split_off(before);
+        assert_eq!(asked, ["Status"]);
+        page.done(json!({ "do": "stop" })).await;
+    });
+}
+
+#[test]
+fn a_studio_that_ends_leaves_the_motor_to_the_link_timeout() {
+    run(async {
+        let line = Line::new(&[]);
+        let server = line.serve();
+        let mut page = Page::open(&server).await;
+        page.done(arm()).await;
+        page.watch(Duration::from_millis(500)).await;
+        drop(server);
+        let is_armed = || {
+            let mut device = line.device.lock().unwrap();
+            // The device goes on.
+            device.receive(Duration::from_millis(20)).unwrap();
+            device.simulated.device.servo().state() == State::Armed
+        };
+        assert!(is_armed());
+        let ends = Instant::now() + Duration::from_secs(3);
+        while is_armed() && Instant::now() < ends {}
+        let latched = line.device.lock().unwrap().simulated.device.servo().latched().unwrap();
+        assert_eq!(latched.fault as u8, 22);
+    });
+}
+
+#[test]
+fn the_seventeenth_page_is_turned_away() {
+    run(async {
+        let server = studio(&[]);
+        let mut pages = Vec::new();
+        for _ in 0..16 {
+            pages.push(Visit::proper(&server).connect().await.unwrap());
+        }
+        assert!(Visit::proper(&server).connect().await.is_err());
+        pages.pop();
+        // Its place is free once the server has seen that it is gone.
+        tokio::time::sleep(Duration::from_millis(500)).await;
+        assert!(Visit::proper(&server).connect().await.is_ok());
+    });
+}
+
+/// A network between a page and the server, which can be cut: nothing gets through then, and no end
+/// of the connection is seen.
+async fn network(server: &Server, is_cut: Arc<AtomicBool>) -> std::net::SocketAddr {
+    let listener = TcpListener::bind("127.0.0.1:0").await.unwrap();
+    let (address, to) = (listener.local_addr().unwrap(), server.address());
+    tokio::spawn(async move {
+        let (near, _) = listener.accept().await.unwrap();
+        let far = TcpStream::connect(to).await.unwrap();
+        let ((mut from_near, mut to_near), (mut from_far, mut to_far)) =
+            (near.into_split(), far.into_split());
+        let cut = is_cut.clone();
+        tokio::spawn(async move { carry(&mut from_far, &mut to_near, &cut).await });
+        carry(&mut from_near, &mut to_far, &is_cut).await;
+    });
+    address
+}
+
+async fn carry(
+    from: &mut tokio::net::tcp::OwnedReadHalf,
+    to: &mut tokio::net::tcp::OwnedWriteHalf,
+    is_cut: &AtomicBool,
+) {
+    use tokio::io::{AsyncReadExt, AsyncWriteExt};
+    let mut buffer = [0; 4096];
+    loop {
+        let count = from.read(&mut buffer).await.unwrap_or(0);
+        if count == 0 {
+            return;
+        }
+        while is_cut.load(Ordering::SeqCst) {
+            tokio::time::sleep(Duration::from_millis(20)).await;
+        }
+        if to.write_all(&buffer[..count]).await.is_err() {
+            return;
+        }
+    }
+}
+
+#[test]
+fn a_network_that_is_cut_while_armed_turns_the_output_off_within_the_link_timeout() {
+    run(async {
+        let server = studio(&[]);
+        let is_cut = Arc::new(AtomicBool::new(false));
+        let address = network(&server, is_cut.clone()).await;
+        let mut page = Visit { address, ..Visit::proper(&server) }.connect().await.unwrap();
+        page.role = page.event("role").await;
+        page.event("status").await;
+        let mut reader = Page::open(&server).await;
+        reader.lives = false;
+        page.done(arm()).await;
+        page.watch(Duration::from_millis(1000)).await;
+        let last = page.rows.last().unwrap().clock;
+        is_cut.store(true, Ordering::SeqCst);
+        let on_s = ticks_on_after(&mut reader, last).await as f64 * TICK_S;
+        assert!((LINK_TIMEOUT_S - 0.15..LINK_TIMEOUT_S + SLACK_S).contains(&on_s), "{on_s} s");
+        assert_eq!(reader.state("faulted").await["fault"]["code"], 22);
+    });
+}
+
+#[test]
+fn a_trajectory_is_followed_and_what_cannot_be_followed_is_refused() {
+    run(async {
+        let server = studio(&[]);
+        let mut page = Page::open(&server).await;
+        let go = |fields: [f64; 4]| json!({ "do": "trajectory", "trapezoid": fields });
+        assert!(page.refused(go([2.0, 4.0, 0.2, 0.1])).await.contains("`arm` first"));
+        page.done(arm()).await;
+        assert!(page.refused(json!({ "do": "trajectory" })).await.contains("has no trajectory"));
+        assert!(page.refused(go([2.0, 0.0, 0.2, 0.1])).await.contains("the speed"));
+        assert!(page.refused(go([1e300, 4.0, 0.2, 0.1])).await.contains("trajectory"));
+        page.done(go([2.0, 4.0, 0.2, 0.1])).await;
+        let told = page.motion().await;
+        assert_eq!(told["way"]["how"], "trajectory");
+        // 0.1 s, 0.5 s there, 0.2 s, 0.5 s back, 0.1 s.
+        page.watch(Duration::from_millis(2500)).await;
+        page.done(json!({ "do": "stop" })).await;
+        let lead = page.signal("reference_counts").into_iter().map(|bits| bits as i32);
+        let most = f64::from(lead.max().unwrap()) * super::RESOLUTION;
+        assert!((most - 2.0).abs() < 0.01, "{most} deg");
+        let (counts, status) = (page.signal("counts"), page.signal("status"));
+        let last = status.iter().rposition(super::is_on).unwrap();
+        assert!((counts[last] as i32).abs() <= 12, "{} counts", counts[last] as i32);
+        // Where the joint is not at zero, the device refuses to begin at zero.
+        page.state("stopped").await;
+    });
+}
+
+#[test]
+fn the_joint_is_identified_by_the_device_s_own_sequence() {
+    run(async {
+        let server = studio(&[]);
+        let mut page = Page::open(&server).await;
+        let said = page.done(json!({ "do": "identify" })).await;
+        assert!(said.contains("ends by itself"), "{said}");
+        page.state("armed").await;
+        // It takes minutes; a stop ends it, and then nothing was found.
+        page.done(json!({ "do": "stop" })).await;
+        page.state("stopped").await;
+    });
+}
