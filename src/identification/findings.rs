@@ -15,7 +15,7 @@ const UNEVEN: f32 = 0.15;
 /// What a breakaway after a reversal may differ by from the next one in the same sense.
 const LOST: f32 = 0.15;
 /// Counts that a joint gives way by before it breaks away, and the number of pushes in which it has
-/// to do so: of 20 pushes on each of 240 stiff joints, one did in two joints.
+/// to do so: of 20 pushes on each of 240 stiff joints (seed 7), one did in one joint.
 pub(super) const GIVES_WAY: u32 = 2;
 const GIVES_WAY_OFTEN: u8 = 3;
 /// The part of the inertia at low frequency that a pulse from rest has to meet. It meets more than
