@@ -14,7 +14,7 @@ use host_sim::device::client::Client;
 use host_sim::device::simulated::SimulatedDevice;
 use host_sim::device::wire::{SimulatedWire, Wire};
 use host_sim::emulator::wire::EmulatedWire;
-use host_sim::ensemble::{Case, Family, Identified, Rates, Truth, UNEVEN, drawn, rates_table};
+use host_sim::ensemble::{Case, Family, Identified, Rates, Truth, UNEVEN, drawn, rates_markdown};
 use host_sim::experiment::RunPlan;
 use host_sim::joint::{CoreUnits, Substitute};
 use stiction::identification::Asked;
@@ -106,12 +106,14 @@ fn families_in_the_image_are_identified_as_on_the_host() {
             if (&there.summary, &there.map) != (&here.summary, &here.map) {
                 differ.push(format!("{family} {joint}: {there:?}, on the host {here:?}"));
             }
-            println!("{family} {joint}: {:.0} s of the device", there.time_s);
+            let fault = client.status().unwrap().fault;
+            let outcome = there.summary.map(|summary| summary.outcome);
+            println!("{family} {joint}: {:.0} s, {outcome:?}, {fault:?}", there.time_s);
             on_the_host.count(&here);
             in_the_image.count(&there);
         }
         tables.extend([on_the_host, in_the_image]);
-        println!("{}", rates_table(&tables));
+        println!("{}", rates_markdown(&tables));
     }
     assert!(differ.is_empty(), "{} differ: {}", differ.len(), differ.join("\n"));
 }
