@@ -82,6 +82,13 @@ impl Breakaway {
         self.counts.wrapping_sub(self.origin)
     }
 
+    /// Returns what the joint had given way by before the run of counts that is its motion, counts:
+    /// bristles, backlash or a shaft. A stiff joint gives way by one at most, from the edge of a
+    /// count.
+    pub const fn gave_way(&self) -> u32 {
+        self.run.wrapping_sub(self.origin).unsigned_abs()
+    }
+
     /// Takes the position of a tick (counts) and its length (s). Returns the effort from now on
     /// (V), or the reading (V, without its sign) if the joint has broken away.
     pub fn update(&mut self, push: &Push, counts: i32, tick: f32) -> Result<f32, f32> {
@@ -215,5 +222,7 @@ mod tests {
         let reading = state.update(&push, -13, 1e-3).unwrap_err();
         assert!((reading - 0.2001).abs() < 1e-6, "{reading}");
         assert_eq!(state.travel(), -20);
+        // Of which the four were no motion.
+        assert_eq!(state.gave_way(), 4);
     }
 }

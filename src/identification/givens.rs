@@ -91,6 +91,11 @@ impl<const N: usize, const P: usize> Triangle<N, P> {
         self.unexplained
     }
 
+    /// Supposes another sum of squares, from which the standard deviations follow.
+    pub const fn suppose_unexplained(&mut self, sum: f32) {
+        self.unexplained = sum;
+    }
+
     /// Takes a row `x p = y`.
     pub fn add(&mut self, x: [f32; N], y: f32) {
         self.rows = self.rows.saturating_add(1);

@@ -16,8 +16,15 @@
 //! and gravity only where the joint has gone through 60 degrees. A smaller angle does not tell it
 //! from the offset.
 //!
-//! The standard deviations suppose that the errors of the rows are independent and alike. The
-//! errors of a model that does not fit are neither.
+//! Standard deviations come from the largest one of three variances of a row. The first is what is
+//! left, over its degrees of freedom; it would do if the errors of the rows were independent and
+//! alike. The second is that of the swings alone: only they tell the inertia, and their errors are
+//! the larger ones. It is the mean square of what the triangle of all columns has not explained of
+//! each as it came (recursive residuals; Brown, Durbin and Evans, *J. Royal Statistical Society* B
+//! 37, 1975). The third is the lack of fit (Draper and Smith, *Applied Regression Analysis*): what
+//! the columns that the fit leaves out would still explain, over their number, times the square of
+//! Student's t over 1.96. The errors of a model that does not fit are few and large, and
+//! there are only as many of them as columns that show them.
 //!
 //! A constant load and a friction that differs between both senses are the same two numbers: the
 //! levels either way are `C + off` and `C - off`.
@@ -50,6 +57,11 @@ const WIDE: f32 = 60.0;
 /// Steps of the search from one candidate to the next, and of the first, coarse search.
 const STEPS: usize = 16;
 const COARSE: usize = 4;
+/// The columns that a fit leaves out with none, one and both of its terms, and Student's t at 95 %
+/// (two-sided) of as many degrees of freedom, over the normal distribution's 1.96.
+const LACK: [[f32; 2]; 3] = [[9.0, 1.154], [7.0, 1.207], [5.0, 1.312]];
+/// Columns that only the swings tell: the inertia's and the delay's.
+const ONLY_IN_SWINGS: u32 = 2;
 /// The part of a column that others have to leave of it. `f32` has seven digits, and a hundred rows
 /// cost one of them.
 const TOLERANCE: f32 = 1e-4;
@@ -61,6 +73,9 @@ pub struct Model {
     /// The first of the candidates' speeds, deg/s, and the ratio from one to the next.
     first: f32,
     ratio: f32,
+    /// The sum of squares that no column explained when the last row of a leg had come, and the
+    /// number of rows.
+    legs: (f32, u32),
 }
 
 /// The parameters of a joint with their standard deviations, in volts, degrees and seconds.
@@ -103,7 +118,7 @@ impl Model {
     pub fn new(slow: f32, fast: f32) -> Self {
         let steps = (CANDIDATES - 1) as f32;
         let ratio = libm::expf(libm::logf((0.5 * fast / slow).max(1.1)) / steps);
-        Self { triangle: Triangle::new(), first: slow, ratio }
+        Self { triangle: Triangle::new(), first: slow, ratio, legs: (0.0, 0) }
     }
 
     /// Returns the number of rows.
@@ -111,8 +126,8 @@ impl Model {
         self.triangle.rows()
     }
 
-    /// Takes a row of sliding.
-    pub fn add(&mut self, row: &Row) {
+    /// Takes a row of sliding: of a leg at a constant speed, or of a swing.
+    pub fn add(&mut self, row: &Row, is_of_leg: bool) {
         let sense = if row.velocity < 0.0 { -1.0 } else { 1.0 };
         let [sin, cos] = row.gravity;
         let mut x = [0.0; COLUMNS];
@@ -126,6 +141,9 @@ impl Model {
             speed *= self.ratio;
         }
         self.triangle.add(x, row.effort);
+        if is_of_leg {
+            self.legs = (self.triangle.unexplained(), self.rows());
+        }
     }
 
     /// Returns the fit with a Stribeck term at a step of the search, or none, with or without
@@ -161,6 +179,18 @@ impl Model {
         fit
     }
 
+    /// Returns the sum of squares that the standard deviations are made of.
+    fn uncertain(&self, fit: &Fit, terms: usize, freedom: f32) -> f32 {
+        let left = fit.unexplained();
+        let [columns, widened] = LACK[terms.min(LACK.len() - 1)];
+        let unexplained = self.triangle.unexplained();
+        let lack = (left - unexplained) / columns * widened * widened;
+        let (of_legs, before) = self.legs;
+        let swings = self.rows().saturating_sub(before + ONLY_IN_SWINGS) as f32;
+        let of_swings = if swings > 0.0 { (unexplained - of_legs) / swings } else { 0.0 };
+        left.max(lack.max(of_swings) * freedom)
+    }
+
     /// Returns the parameters, if the rows tell them. `range` is the angle that the joint has gone
     /// through, deg.
     pub fn estimate(&self, range: f32) -> Option<Estimate> {
@@ -170,35 +200,53 @@ impl Model {
             gained * freedom > TELLING * columns * more.unexplained()
                 && more.solve(TOLERANCE).is_some()
         };
+        let last = STEPS * (CANDIDATES - 1);
         let mut best = (None, self.fit(None, false, false));
         let mut gravity = false;
-        if range >= WIDE {
-            let with = self.fit(None, true, false);
-            if tells(&with, &best.1, 2.0) {
-                (best.1, gravity) = (with, true);
+        // Where the one has hidden the other, the second pass finds it.
+        for pass in 0..2 {
+            let mut is_new = pass == 0;
+            if !gravity && range >= WIDE {
+                let with = self.fit(best.0, true, false);
+                if tells(&with, &best.1, 2.0) {
+                    (best.1, gravity, is_new) = (with, true, true);
+                }
+            }
+            if !is_new {
+                break;
+            }
+            let without = self.fit(None, gravity, false);
+            let mut look = |step: usize| {
+                let with = self.fit(Some(step), gravity, false);
+                let falls = with.solve(TOLERANCE).is_some_and(|fit| fit.values[STRIBECK] > 0.0);
+                // Two numbers are found: the level and its speed.
+                if falls && tells(&with, &without, 2.0) && with.unexplained() < best.1.unexplained()
+                {
+                    best = (Some(step), with);
+                }
+                best.0
+            };
+            let mut coarse = None;
+            for step in (0..=last).step_by(COARSE) {
+                coarse = look(step);
+            }
+            if let Some(around) = coarse {
+                for step in around.saturating_sub(COARSE - 1)..=(around + COARSE - 1).min(last) {
+                    look(step);
+                }
             }
         }
-        let without = best.1;
-        let last = STEPS * (CANDIDATES - 1);
-        let mut look = |step: usize| {
-            let with = self.fit(Some(step), gravity, false);
-            let falls = with.solve(TOLERANCE).is_some_and(|fit| fit.values[STRIBECK] > 0.0);
-            // Two numbers are found: the level and its speed.
-            if falls && tells(&with, &without, 2.0) && with.unexplained() < best.1.unexplained() {
-                best = (Some(step), with);
-            }
-            best.0
-        };
-        let mut coarse = None;
-        for step in (0..=last).step_by(COARSE) {
-            coarse = look(step);
-        }
-        if let Some(around) = coarse {
-            for step in around.saturating_sub(COARSE - 1)..=(around + COARSE - 1).min(last) {
-                look(step);
+        let (step, mut fit) = best;
+        // The speed is a parameter like others: the others are less certain for it.
+        if let Some(step) = step {
+            let with = self.fit(Some(step.min(last - 1)), gravity, true);
+            if with.solve(TOLERANCE).is_some() {
+                fit = with;
             }
         }
-        let (step, fit) = best;
+        let relative_residual = fit.relative_residual();
+        let terms = usize::from(gravity) + usize::from(step.is_some());
+        fit.suppose_unexplained(self.uncertain(&fit, terms, freedom));
         let solution = fit.solve(TOLERANCE)?;
         let of_step = libm::expf(libm::logf(self.ratio) / STEPS as f32);
         let estimate = Estimate::of(&solution);
@@ -206,7 +254,7 @@ impl Model {
         let speed = |step: usize| (0..step).fold(self.first, |speed, _| speed * of_step);
         Some(Estimate {
             stribeck_velocity: step.map_or(0.0, speed),
-            relative_residual: fit.relative_residual(),
+            relative_residual,
             rows: self.rows(),
             gravity: estimate.gravity.map(|value| found(gravity, value)),
             stribeck: found(step.is_some(), estimate.stribeck),
@@ -271,7 +319,7 @@ mod tests {
                 + gravity * angle.sin()
                 + noise * random();
             let gravity = [angle.sin(), angle.cos()];
-            model.add(&Row { acceleration, velocity, spread: 0.0, effort, rate, gravity });
+            model.add(&Row { acceleration, velocity, spread: 0.0, effort, rate, gravity }, true);
         }
         model
     }
@@ -327,6 +375,78 @@ mod tests {
         }
     }
 
+    /// The first pass cannot tell a small load from what a large Stribeck term leaves.
+    #[test]
+    fn gravity_that_a_stribeck_curve_hides_is_found() {
+        let estimate = model([1.0, 5.0], 0.02, 0.003).estimate(90.0).unwrap();
+        assert!(close(estimate.gravity[0], 0.02), "{estimate:?}");
+        assert!(estimate.gravity[0][0] > 0.015, "{estimate:?}");
+    }
+
+    /// Friction that falls as `1 / (1 + (v / v_s)^2)` and not as the exponential does. Of noise
+    /// alone, the lack of fit is that of the residual times an F ratio with 7 degrees of freedom,
+    /// which is below 2.7 in 99 of 100 cases. If all that is left were in the columns that are left
+    /// out, it would be `(240 - 9) / 7` times as much. Both are times 1.207 squared.
+    #[test]
+    fn what_the_model_does_not_know_widens_the_deviations_and_noise_does_not() {
+        let ratio = |drop: f32| {
+            let mut model = Model::new(1.0, 60.0);
+            let mut state = 5u32;
+            for index in 0..240 {
+                state = state.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
+                let random = state as i32 as f32 / (1u32 << 31) as f32;
+                let sense = if index % 2 == 0 { 1.0 } else { -1.0 };
+                let velocity = sense * libm::powf(60.0, (index % 12) as f32 / 11.0);
+                let [j, b, delay, c, off] = TRUTH;
+                let [acceleration, rate] = [400.0 * random, 4.0 * (random * 97.0).sin()];
+                let level = c + drop / (1.0 + (velocity / 8.0).powi(2));
+                let effort = j * acceleration + b * velocity + delay * rate + sense * level + off;
+                let effort = effort + 0.001 * (random * 1013.0).sin();
+                let gravity = [0.0, 1.0];
+                model
+                    .add(&Row { acceleration, velocity, spread: 0.0, effort, rate, gravity }, true);
+            }
+            let fits = (0..STEPS * (CANDIDATES - 1)).map(|step| model.fit(Some(step), false, true));
+            let best = fits.min_by(|a, b| a.unexplained().total_cmp(&b.unexplained())).unwrap();
+            model.uncertain(&best, 1, 231.0) / best.unexplained()
+        };
+        let [noise, foreign] = [0.0, 0.3].map(ratio);
+        assert!((1.0..4.0).contains(&noise), "{noise}");
+        assert!((10.0..48.1).contains(&foreign), "{foreign}");
+    }
+
+    /// Swings with ten times the noise, and the same efforts otherwise: the inertia is as uncertain
+    /// as if all rows had the swings' noise, but for what 118 squares say of their mean (5 sigma).
+    #[test]
+    fn the_inertia_is_as_uncertain_as_the_swings_are_noisy() {
+        let deviation = |[of_legs, of_swings]: [f32; 2]| {
+            let mut model = Model::new(1.0, 60.0);
+            let mut state = 3u32;
+            let mut random = || {
+                state = state.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
+                state as i32 as f32 / (1u32 << 31) as f32
+            };
+            for index in 0..240 {
+                let is_of_leg = index < 120;
+                let sense = if index % 2 == 0 { 1.0 } else { -1.0 };
+                let velocity = sense * libm::powf(60.0, (index % 12) as f32 / 11.0);
+                let [j, b, delay, c, off] = TRUTH;
+                let acceleration = if is_of_leg { 0.0 } else { 400.0 * random() };
+                let rate = 4.0 * random();
+                let noise = random() * if is_of_leg { of_legs } else { of_swings };
+                let effort =
+                    j * acceleration + b * velocity + delay * rate + sense * c + off + noise;
+                let gravity = [0.0, 1.0];
+                let row = Row { acceleration, velocity, spread: 0.0, effort, rate, gravity };
+                model.add(&row, is_of_leg);
+            }
+            model.estimate(0.0).unwrap().inertia[1]
+        };
+        let ratio = deviation([1e-3, 1e-2]) / deviation([1e-2, 1e-2]);
+        // The variance of the square of an even distribution is 4/5 of its mean's square.
+        assert!((ratio - 1.0).abs() < 2.5 * (0.8f32 / 118.0).sqrt() * 2.0, "{ratio}");
+    }
+
     #[test]
     fn rows_of_one_sense_tell_nothing() {
         let mut model = Model::new(1.0, 60.0);
@@ -335,7 +455,7 @@ mod tests {
             let acceleration = (index * index % 17) as f32;
             let gravity = [0.0, 1.0];
             let row = Row { acceleration, velocity, spread: 0.0, effort: 0.4, rate: 0.0, gravity };
-            model.add(&row);
+            model.add(&row, true);
         }
         assert_eq!(model.estimate(90.0), None);
     }

@@ -3,7 +3,8 @@
 //! ```text
 //! try + -     the effort rises from zero until the joint leaves its place: direction, encoder,
 //!             and a rough breakaway effort F
-//! pulses      1.5 F and 2.5 F each way from rest: x = a t^2 / 2, and J = (u_2 - u_1) / (a_2 - a_1)
+//! pulses      1.5 F and 2.5 F each way from rest: x = a t^2 / 2, J = (u_2 - u_1) / (a_2 - a_1);
+//!             with a larger F, and again, if the joint has not left its place after a second
 //! legs + -    at six speeds in the ratio 0.45: the map of the friction  -+-> rows of the
 //! swings + -  at a speed that goes to and fro between 0.4 and 1.6        +   regression
 //! places      at five places, each way: breakaway at a fast rate, then at a slow one
@@ -21,7 +22,7 @@
 //! the slow speeds has no point of the map there, and its Stribeck curve is not found.
 
 use super::breakaway::{Breakaway, Push};
-use super::findings::{Findings, Outcome};
+use super::findings::{Findings, GIVES_WAY, Outcome};
 use super::follower::Follower;
 use super::model::Model;
 use super::plan::{SPEEDS, Task, at, share};
@@ -86,8 +87,8 @@ pub struct Identification {
     /// Rough breakaway effort either way, V, and on which side the joint left.
     rough: [f32; 2],
     went: [i32; 2],
-    /// The weaker pulse either way: effort (V) and acceleration (deg/s^2). Then one over the inertia
-    /// so far, and the rough inertia, V/(deg/s^2).
+    /// The weaker pulse either way: effort (V) and acceleration (deg/s^2). Then one over the
+    /// inertia so far, and the rough inertia, V/(deg/s^2).
     weaker: [[f32; 2]; 2],
     per_inertia: f32,
     inertia: f32,
@@ -207,6 +208,11 @@ impl Identification {
     /// Lets the joint come to rest, after which the next step begins.
     fn settle(&mut self) -> f32 {
         self.findings.steps = self.findings.steps.saturating_add(1);
+        self.again()
+    }
+
+    /// Lets the joint come to rest, after which the same step begins anew.
+    fn again(&mut self) -> f32 {
         (self.phase, self.elapsed) = (Phase::Resting, 0);
         // From now on: it may have stood still at the begin of a push.
         self.standstill = Standstill::default();
@@ -300,8 +306,13 @@ impl Identification {
                 self.rough[side] = reading;
                 self.went[side] = self.breakaway.travel().signum();
             }
-            Some(Task::Push { slow: false, .. }) => self.fast = reading,
-            Some(Task::Push { place, .. }) => {
+            Some(Task::Push { place, slow, .. }) => {
+                let gave_way = self.breakaway.gave_way() >= GIVES_WAY;
+                self.findings.gave_way = self.findings.gave_way.saturating_add(gave_way.into());
+                if !slow {
+                    self.fast = reading;
+                    return self.settle();
+                }
                 let rates = RATES.map(|rate| rate * self.rough[side]);
                 let level = Breakaway::at_rest([self.fast, reading], rates);
                 if let Some(found) = self.findings.levels[side].get_mut(place) {
@@ -344,6 +355,12 @@ impl Identification {
         if !is_enough {
             return if reverse { -size } else { size };
         }
+        // What gave way before was a bristle or a shaft, and the joint itself has not left its
+        // place: it takes more than that.
+        if moved < PULSE_COUNTS && self.elapsed > self.settings.ticks(PULSE_S) {
+            self.rough[side] = size;
+            return if size < BELOW * most { self.again() } else { self.end(Outcome::Still) };
+        }
         // The effort has been held for a tick less.
         let time = (self.elapsed as f32 - 1.0) * tick;
         let acceleration = 2.0 * moved as f32 * count / (time * time);
@@ -354,6 +371,7 @@ impl Identification {
             let least = 0.1 * acceleration / size;
             self.per_inertia += 0.5 * slope.max(least);
             self.inertia = 1.0 / self.per_inertia;
+            self.findings.met = self.inertia;
         }
         self.weaker[side] = [size, acceleration];
         self.settle()
@@ -395,7 +413,9 @@ impl Identification {
         if ends && self.follower.speed == 0.0 {
             return self.settle();
         }
-        let slides = self.follower.velocity * speed.signum() > SLIDES * speed.abs();
+        // Of the least speed that is asked for.
+        let share = if let Some(Task::Swing { .. }) = task { SWING[0] * SLIDES } else { SLIDES };
+        let slides = self.follower.velocity * speed.signum() > share * speed.abs();
         if slides {
             let row = self.window.update(counts, self.applied, window, [tick, count]);
             if let (Some(row), Some(Task::Leg { .. } | Task::Swing { .. })) = (row, task) {
@@ -420,8 +440,9 @@ impl Identification {
 
     /// Takes a row, and counts it for the map if it is of a leg.
     fn take(&mut self, row: &Row) {
-        self.findings.model.add(row);
-        let Some(Task::Leg { speed, reverse }) = self.task() else { return };
+        let task = self.task();
+        self.findings.model.add(row, matches!(task, Some(Task::Leg { .. })));
+        let Some(Task::Leg { speed, reverse }) = task else { return };
         if (row.velocity / self.speed - 1.0).abs() > EVEN {
             return;
         }

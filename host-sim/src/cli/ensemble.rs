@@ -8,8 +8,8 @@ use super::print;
 use crate::ensemble::rules::{TUNING_SEEDS, rules};
 use crate::ensemble::{
     Case, Ensemble, Family, Header, Kept, Kind, MachineEnsemble, Rates, Row, Shard, Tried, UNEVEN,
-    charts, markdown, merge, object, rates, rates_table, read_rows, render, render_rows, run,
-    sort_rows, summaries, traces, tune,
+    charts, markdown, merge, object, rates, rates_markdown, rates_table, read_rows, render,
+    render_rows, run, sort_rows, summaries, traces, tune,
 };
 use crate::error::Error;
 use crate::figure::{prepare_figures, write_charts, write_figures};
@@ -95,6 +95,9 @@ pub struct Identify {
     /// Seed of the joints
     #[arg(long, default_value_t = 1)]
     seed: u64,
+    /// The table in Markdown, as pages want it
+    #[arg(long)]
+    markdown: bool,
 }
 
 #[derive(Debug, clap::Args)]
@@ -317,7 +320,7 @@ impl Identify {
         }
         let of = |name: &&str| rates(name, self.seed, self.cases);
         let all: Vec<Rates> = names.iter().map(of).collect::<Result<_, Error>>()?;
-        print(&rates_table(&all))
+        print(&if self.markdown { rates_markdown(&all) } else { rates_table(&all) })
     }
 }
 

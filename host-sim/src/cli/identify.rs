@@ -181,8 +181,8 @@ impl Arguments {
         let scale = Scale::new(time_s, unit, counts.unwrap_or(1.0), self.effort_gain);
         if scale.is_linear && self.gravity {
             return refuse(
-                "--gravity is that of a load that turns; on a machine along a line it is a constant \
-                 load, which `offset` has"
+                "--gravity is that of a load that turns; on a machine along a line it is a \
+                 constant load, which `offset` has"
                     .into(),
             );
         }

@@ -31,11 +31,17 @@ pub const fn ended(outcome: Outcome) -> &'static str {
         Outcome::Reversed => {
             "the encoder counts AGAINST the effort: run `jog`, which says what to set"
         }
-        Outcome::Pulled => "the joint moved the same way under both efforts: take the load off it",
+        Outcome::Pulled => {
+            "the joint moved the same way under both efforts: a load moves it; take the load off, \
+             or balance it, and identify again"
+        }
         Outcome::Still => {
             "nothing moved up to the largest effort: look at the wiring (`jog`), or raise --effort"
         }
-        Outcome::RunsOn => "the joint goes on without effort: a load moves it, take it off",
+        Outcome::RunsOn => {
+            "the joint goes on without effort: a load moves it; take the load off, or balance it, \
+             and identify again"
+        }
         Outcome::Travel => {
             "the joint came to the bound of its travel: raise --travel, or lower --speed"
         }
@@ -61,13 +67,14 @@ pub fn doubts(doubts: &Doubts) -> Vec<&'static str> {
         ),
         (
             doubts.uneven,
-            "the breakaway differs by more than 15 % from place to place: friction that depends on \
-             the angle",
+            "the breakaway differs by more than 15 % from place to place, by no gravity: friction \
+             or a load that depends on the angle",
         ),
         (
             doubts.lost_motion,
-            "the breakaway after a reversal differs by more than 15 % from the next one: backlash, \
-             or a shaft that winds up",
+            "the joint gives way before it breaks away, breaks away otherwise after a reversal, or \
+             is lighter to a short pulse than to a long motion: backlash, bristles, or a shaft \
+             that winds up",
         ),
         (
             doubts.unphysical,
@@ -75,6 +82,25 @@ pub fn doubts(doubts: &Doubts) -> Vec<&'static str> {
         ),
     ];
     all.into_iter().filter_map(|(is_so, words)| is_so.then_some(words)).collect()
+}
+
+/// The range of five values in standard deviations of one of them (Tippett, *Biometrika* 17, 1925).
+const RANGE_OF_FIVE: f64 = 2.326;
+/// A reading is late by a tenth of a second at most, at a rate of a twentieth of the effort a
+/// second.
+const LATE: f64 = 0.1 / 20.0;
+
+/// Returns the standard deviation of a median breakaway effort, V, of a drive with a step of `lsb`
+/// (V). It has three parts: the spread over the places, of which the median has `pi/2` times the
+/// variance of the mean; the rounding of the drive; and the lateness of the readings. Two rates
+/// give most of that back, and what is left is taken for evenly distributed up to its bound.
+pub fn breakaway_deviation(levels: &Levels, lsb: f64) -> f64 {
+    let [least, median, largest] = [levels.least, levels.median, levels.largest].map(f64::from);
+    let places = f64::from(levels.places.max(1));
+    let of_places =
+        (largest - least) / RANGE_OF_FIVE * (0.5 * std::f64::consts::PI / places).sqrt();
+    let of_drive = lsb / 12f64.sqrt();
+    of_places.hypot(of_drive).hypot(LATE * median / 3f64.sqrt())
 }
 
 /// A name, a value with its deviation, and the factor and unit in SI.
@@ -107,6 +133,11 @@ fn lines(estimate: &Estimate) -> Vec<Line> {
 }
 
 impl Identified {
+    /// Returns the step of the drive, V.
+    fn lsb(&self) -> f64 {
+        f64::from(self.parameters.controller.drive.lsb)
+    }
+
     /// Returns the verdict in a few words.
     pub fn verdict(&self) -> &'static str {
         let Summary { outcome, doubts, .. } = &self.summary;
@@ -129,11 +160,13 @@ impl Identified {
             })
         };
         let torque: fn(&CoreUnits) -> f64 = |units| units.effort(1.0);
-        for (Levels { least, median, largest, places }, sense) in breakaway.iter().zip(["+", "-"]) {
+        for (levels, sense) in breakaway.iter().zip(["+", "-"]) {
+            let Levels { least, median, largest, places } = levels;
             if *places > 0 {
+                let deviation = breakaway_deviation(levels, self.lsb());
                 text += &format!(
-                    "breakaway {sense} {median:>10.5} V, from {least:.5} to {largest:.5} V at {places} \
-                     places{}\n",
+                    "breakaway {sense} {median:>10.5} +- {deviation:.1e} V, from {least:.5} to \
+                     {largest:.5} V at {places} places{}\n",
                     si(f64::from(*median), "N m", torque)
                 );
             }
@@ -147,9 +180,10 @@ impl Identified {
                 text += &format!("at          {:>10.3} deg/s\n", estimate.stribeck_velocity);
             }
             text += &format!("delay       {:>10.2} ms\n", 1e3 * f64::from(estimate.delay[0]));
+            let percent = 100.0 * f64::from(estimate.relative_residual);
             text += &format!(
-                "residual    {:>10.2} % of the effort, {} stretches, {range:.0} deg, {steps} steps\n",
-                100.0 * f64::from(estimate.relative_residual),
+                "residual    {percent:>10.2} % of the effort, {} stretches, {range:.0} deg, \
+                 {steps} steps\n",
                 estimate.rows
             );
         }
@@ -176,6 +210,7 @@ impl Identified {
                 json!({
                     "min_v": single(levels.least),
                     "median_v": single(levels.median),
+                    "sd_v": breakaway_deviation(levels, self.lsb()),
                     "max_v": single(levels.largest),
                     "places": levels.places,
                 })

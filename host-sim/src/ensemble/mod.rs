@@ -41,7 +41,9 @@ pub use case::{Motion, Row, run_and_show};
 pub use draw::{Case, Kind};
 pub use family::{Family, Units};
 pub use figures::{charts, traces};
-pub use identified::{Identified, Rates, Truth, UNEVEN, identify, rates, rates_table};
+pub use identified::{
+    Identified, Rates, Truth, UNEVEN, drawn, identify, rates, rates_markdown, rates_table,
+};
 pub use json::object;
 pub use machine_file::MachineEnsemble;
 pub use markdown::markdown;

@@ -48,7 +48,8 @@ const SEARCHED: usize = 8_000;
 pub struct Misfit {
     /// A short name for scripts.
     pub cause: &'static str,
-    /// Part of the residual's power that it predicts.
+    /// Part of the residual's power that it predicts in the half of the log that it was not fitted
+    /// to; of `flexibility`, the part that a fit behind the lower cut-off takes away there.
     pub share: f64,
     /// What it is, in words.
     pub words: String,

@@ -149,6 +149,40 @@ fn counts_against_a_counter_come_back_in_the_effort_s_own_unit() {
     assert_eq!(found["units"]["inertia"], "effort s^2/rad");
 }
 
+/// An effort that is cut in the log, and a standstill in which friction holds whatever the effort
+/// is. Taken for what moves the machine, the cut effort would make it lighter.
+#[test]
+fn a_cut_effort_and_a_standstill_are_left_out_and_told() {
+    let machine = [0.5, 0.8, 0.8, 1.5, 1.5];
+    // Where the machine turns, it can as well stand still.
+    let turns = (4000..).find(|i| {
+        let speed = |i: u32| motion(1e-3 * f64::from(i))[1];
+        speed(*i) * speed(i + 1) <= 0.0
+    });
+    let turns = turns.unwrap();
+    let largest = (0..12_000).map(|i| effort(motion(1e-3 * f64::from(i)), machine).abs());
+    let cut = 0.75 * largest.fold(0.0, f64::max);
+    let log = log("cut.csv", "time,q_rad,tau\n", 14_000, |i, text| {
+        let is_still = (turns..turns + 2000).contains(&i);
+        let moved = if i < turns { i } else { turns.max(i.saturating_sub(2000)) };
+        let at = motion(1e-3 * f64::from(moved));
+        let tau = if is_still { 0.9 * (0.01 * f64::from(i)).sin() } else { effort(at, machine) };
+        let _ =
+            writeln!(text, "{:.3},{:.8},{:.5}", 1e-3 * f64::from(i), at[0], tau.clamp(-cut, cut));
+    });
+    let columns = ["--time", "time", "--position", "q_rad", "--effort", "tau"];
+    let output = std::process::Command::new(env!("CARGO_BIN_EXE_stiction"))
+        .args(["identify", &log.path, "--json", "--model", "symmetric"])
+        .args(columns)
+        .output()
+        .unwrap();
+    let said = String::from_utf8_lossy(&output.stderr);
+    assert!(output.status.success(), "{said}");
+    let found: Value = serde_json::from_slice(&output.stdout).unwrap();
+    assert!(found["verdict"]["words"].to_string().contains("saturated"), "{found}");
+    assert_near(&found, &[("inertia", 0.5), ("viscous", 0.8), ("coulomb", 1.5)], 0.03);
+}
+
 /// Rows without a number, a gap, jitter and rounded times: told, and the machine comes back.
 #[test]
 fn holes_gaps_and_uneven_times_are_handled_and_told() {

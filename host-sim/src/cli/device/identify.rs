@@ -100,8 +100,14 @@ impl Identify {
         }
         let units = Document::open(machine)?.mapping()?.map(|(_, mapping)| mapping.units);
         let parameters = client.parameters()?;
-        if !client.status()?.at_rest {
-            client.pass(Duration::from_millis(100))?;
+        if !client.status()?.at_rest && !client.pass(Duration::from_millis(100))?.at_rest {
+            return Err(Error::Device(
+                "identify: the joint moves though the motor is off: a load moves it, or somebody \
+                 does. Hold it still; if it is a load, take it off or balance it (a counterweight, \
+                 another posture), and identify again. A joint that its load moves without effort \
+                 cannot be identified with the load on it"
+                    .into(),
+            ));
         }
         let Self { effort, travel, speed, time, .. } = *self;
         client.identify_joint(Asked { effort, travel, speed, time })?;
