@@ -127,13 +127,12 @@ impl Request {
             figures.cost(&start, self.goal, &self.limits)
         };
         let factors = search::least(knobs.len(), &cost)?;
-        let judged = self.seed + 1;
+        let judged = self.judged();
         let found = set(controller, &knobs, &factors);
         let before = self.rows(controller, &[], judged)?;
         let after = self.rows(controller, &found, judged)?;
         let [was, is] = [&before, &after].map(|rows| Figures::of(rows));
-        let worth = |figures: &Figures| figures.cost(&was, self.goal, &self.limits);
-        let better = worth(&is) < worth(&was);
+        let better = is.are_better_than(&was, self.goal, &self.limits);
         let (stays, rows, set) =
             if better { (is, after, found) } else { (was, before, Vec::new()) };
         let turned = knobs.iter().zip(&factors).map(|(knob, factor)| {
@@ -150,6 +149,11 @@ impl Request {
             margins: self.margins(controller, &set)?,
             worst: self.worst(controller, rows)?,
         })
+    }
+
+    /// The seed of the joints on which gains are judged.
+    const fn judged(&self) -> u64 {
+        self.seed.wrapping_add(1)
     }
 
     /// Runs every joint under a controller with keys set, without a delay and with one.
@@ -176,15 +180,21 @@ impl Request {
     }
 
     /// The smallest and the largest factor on the joint's gain up to which all succeed. A joint of a
-    /// data sheet has none, since its gain is not written.
+    /// data sheet has a larger gain if it has less inertia, of the load and of the rotor.
     fn margins(&self, controller: &str, set: &[String]) -> Result<[f64; 2], Error> {
         const GAIN: &str = "joint.gain_deg_per_s2_per_v";
-        let Some(gain) = self.document.get(GAIN).and_then(toml::Value::as_float) else {
-            return Ok([1.0, 1.0]);
+        const INERTIAS: [&str; 2] = ["load.inertia_kg_m2", "motor.rotor_inertia_kg_m2"];
+        let exactly = |key: &str, value: f64| format!("{key}={value:?}..{value:?}");
+        let around = |factor: f64| -> Vec<String> {
+            let gain = number(&self.document, GAIN).map(|gain| exactly(GAIN, gain * factor));
+            let inertia = |key| Some(exactly(key, number(&self.document, key)? / factor));
+            gain.into_iter().chain(INERTIAS.into_iter().filter_map(inertia)).collect()
         };
+        if around(1.0).is_empty() {
+            return Ok([1.0; 2]);
+        }
         let succeeds = |factor: f64| -> Result<bool, Error> {
-            let mut alone = self.clone();
-            alone.spreads = vec![format!("{GAIN}={0:?}..{0:?}", gain * factor)];
+            let alone = Self { spreads: around(factor), ..self.clone() };
             let rows = alone.ensemble(controller, set, 1)?.run(self.seed, 1)?;
             let figures = Figures::of(&rows);
             Ok(figures.successes == figures.cases)
@@ -215,7 +225,7 @@ impl Request {
             late(a).total_cmp(&late(b)).then(a.rest_counts.total_cmp(&b.rest_counts))
         });
         let Some((place, row)) = worst else { return Ok(None) };
-        let drawn = self.ensemble(controller, &[], 0)?.drawn(self.seed + 1, row.case);
+        let drawn = self.ensemble(controller, &[], 0)?.drawn(self.judged(), row.case);
         Ok(Some((drawn, (place % 2) as u8, row)))
     }
 }
@@ -250,10 +260,7 @@ pub fn assumed(document: &Document) -> Vec<String> {
         ["joint.friction.slip_v", "joint.friction.stick_v"],
         ["friction.slip_nm", "friction.stick_nm"],
     ];
-    let number = |key: &str| {
-        let value = document.get(key)?;
-        value.as_float().or(value.as_integer().map(|whole| whole as f64))
-    };
+    let number = |key: &str| number(document, key);
     let range =
         |key: &str, low: f64, high: f64| format!("{key}={:?}..{:?}", rounded(low), rounded(high));
     let alone = ALONE.into_iter().filter_map(|(key, share)| {
@@ -266,4 +273,10 @@ pub fn assumed(document: &Document) -> Vec<String> {
         Some([range(slip, 0.75 * below, middle), range(stick, middle, 1.25 * above)])
     });
     alone.chain(levels.flatten()).collect()
+}
+
+/// The number that a file gives a key.
+fn number(document: &Document, key: &str) -> Option<f64> {
+    let value = document.get(key)?;
+    value.as_float().or(value.as_integer().map(|whole| whole as f64))
 }
