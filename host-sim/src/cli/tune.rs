@@ -11,7 +11,7 @@ use crate::experiment::Document;
 use crate::figure::chart::{Chart, Cloud, LogAxis, Point, Shown};
 use crate::figure::{prepare_figures, write_charts};
 use crate::output::write_whole;
-use crate::tuning::{Figures, Goal, Request, Tuned, assumed, object, render, rewritten};
+use crate::tuning::{Figures, Goal, Request, Tuned, object, render, rewritten, spreads};
 
 #[derive(Debug, clap::Args)]
 pub struct Arguments {
@@ -28,8 +28,9 @@ pub struct Arguments {
     /// chatter_v_per_s or held_v; may be repeated
     #[arg(long, value_name = "FIGURE=MOST")]
     limit: Vec<String>,
-    /// A key of the joint and how far it may be off, instead of 20 % of the inertia, 25 % of stick
-    /// and slip friction and 50 % of the viscous friction; may be repeated
+    /// A key of the joint and how far it may be off, instead of the file's [spread], or else 20 %
+    /// of the inertia, 25 % of stick and slip friction and 50 % of the viscous friction; may be
+    /// repeated
     #[arg(long, value_name = "KEY=LOW..HIGH")]
     spread: Vec<String>,
     /// Joints around the file's; each is run with and without a sample of delay
@@ -53,6 +54,21 @@ pub fn tune(arguments: &Arguments) -> Result<(), Error> {
     arguments.run()
 }
 
+/// Tunes controllers one after the other, each on all cores.
+pub(super) fn tune_each(request: &Request, controllers: &[String]) -> Result<Vec<Tuned>, Error> {
+    let bar = ProgressBar::new_spinner();
+    let style = ProgressStyle::with_template("{spinner} {prefix}: {pos} sets of gains tried");
+    let bar = style.map_or_else(|_| ProgressBar::hidden(), |style| bar.with_style(style));
+    let each = |controller: &String| {
+        bar.set_position(0);
+        bar.set_prefix(controller.clone());
+        request.tune(controller, &|| bar.inc(1))
+    };
+    let tuned = controllers.iter().map(each).collect();
+    bar.finish_and_clear();
+    tuned
+}
+
 impl Arguments {
     fn run(&self) -> Result<(), Error> {
         let document = Document::open(&self.file)?;
@@ -73,22 +89,13 @@ impl Arguments {
             file: self.file.clone(),
             goal: self.goal,
             limits: self.limit.iter().map(|text| limit(text)).collect::<Result<_, _>>()?,
-            spreads: if self.spread.is_empty() { assumed(&document) } else { self.spread.clone() },
+            spreads: if self.spread.is_empty() { spreads(&document)? } else { self.spread.clone() },
             cases: self.cases,
             seed: self.seed,
             document,
         };
         let controllers = self.controllers(&request.document)?;
-        let bar = ProgressBar::new_spinner();
-        let style = ProgressStyle::with_template("{spinner} {prefix}: {pos} sets of gains tried");
-        let bar = style.map_or_else(|_| ProgressBar::hidden(), |style| bar.with_style(style));
-        let mut tuned = Vec::new();
-        for controller in &controllers {
-            bar.set_position(0);
-            bar.set_prefix(controller.clone());
-            tuned.push(request.tune(controller, &bar)?);
-        }
-        bar.finish_and_clear();
+        let tuned = tune_each(&request, &controllers)?;
         if let Some(directory) = &self.plot {
             let charts = charts(&self.file, &tuned);
             write_charts(directory, &charts)?;

@@ -7,6 +7,7 @@
 //! with all of that would be this one, and the others would have to do without most of it.
 
 use stiction::Device;
+use stiction::Parameters;
 use stiction::link::Kind;
 use stiction::servo::{Boot, Input, Output};
 use stiction::store::Store;
@@ -51,10 +52,18 @@ impl SimulatedDevice {
     pub fn new(plan: &RunPlan) -> Result<Self, Error> {
         let mut parameters = super::parameters(plan)?;
         parameters.device.autostart = false;
+        Self::running(plan, &parameters, Boot::default())
+    }
+
+    /// Power comes up with other parameters in the flash than those of the run.
+    ///
+    /// # Errors
+    /// Names a value of the run that is not allowed.
+    pub fn running(plan: &RunPlan, parameters: &Parameters, boot: Boot) -> Result<Self, Error> {
         let mut store = Store::new(SimulatedFlash::new(2), SLOTS);
         // Cannot fail: the flash is new.
-        let _ = store.save(&parameters);
-        Self::with(plan, store, Boot::default())
+        let _ = store.save(parameters);
+        Self::with(plan, store, boot)
     }
 
     /// The same with what is in a flash already.
