@@ -145,15 +145,15 @@ fn told(tuning: &Tuning, tuned: &[Tuned]) -> String {
         let some = tuned.iter().filter(|one| one.better == better);
         some.map(|one| one.controller.as_str()).collect::<Vec<_>>().join(", ")
     };
-    let none = |names: String| if names.is_empty() { "none".into() } else { names };
-    format!(
-        "Tuned on {} joints around the file's, seed {}: {}.\nOf the file's gains, none better \
-         found: {}.\n",
-        tuning.cases,
-        tuning.seed,
-        none(names(true)),
-        none(names(false))
-    )
+    let joints = format!("on {} joints around the file's, seed {}", tuning.cases, tuning.seed);
+    let mut text = String::new();
+    if !names(true).is_empty() {
+        text += &format!("Tuned {joints}: {}.\n", names(true));
+    }
+    if !names(false).is_empty() {
+        text += &format!("Nothing better was found {joints}: {}.\n", names(false));
+    }
+    text
 }
 
 fn render(scores: &[Score]) -> String {

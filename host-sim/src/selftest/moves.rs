@@ -11,6 +11,9 @@ const SHORT: f64 = 1.0 / 50.0;
 /// But no shorter than this, counts: twice the band within which a joint counts as settled.
 const SHORTEST_COUNTS: f64 = 4.0;
 
+/// A range that nobody has asked for is no wider than this, deg: most joints have so much room.
+const MOST_DEG: f64 = 10.0;
+
 /// Share of the room between the limits of the position that is used.
 const ROOM: f64 = 0.9;
 
@@ -24,13 +27,13 @@ pub struct Range {
 }
 
 impl Range {
-    /// Derives the range from a device's limits: as far as a profiled move from rest to rest goes
-    /// in a second, `min(v, a / 4)`, and no farther than the limits of the position leave room
-    /// around `position_deg`, where the joint is.
+    /// Derives the range from a device's limits: as far as a profiled move from rest to rest goes in
+    /// a second, `min(v, a / 4)`, but no more than 10 deg, and no farther than the limits of the
+    /// position leave room around `position_deg`, where the joint is.
     pub fn derived(parameters: &Parameters, position_deg: f64) -> Self {
         let Parameters { profile, controller, .. } = parameters;
         let in_a_second = f64::from(profile.velocity).min(0.25 * f64::from(profile.acceleration));
-        let deg = in_a_second.min(ROOM * room(parameters, position_deg));
+        let deg = in_a_second.min(MOST_DEG).min(ROOM * room(parameters, position_deg));
         Self { deg, count_deg: controller.encoder.resolution.into() }
     }
 
@@ -111,10 +114,12 @@ mod tests {
             motion: stiction::Motion::Hold,
             ..crate::experiment::for_a_device(&plan()).unwrap()
         };
-        (parameters.profile.velocity, parameters.profile.acceleration) = (20.0, 100.0);
-        assert_eq!(Range::derived(&parameters, 3.0).deg, 20.0);
-        parameters.profile.acceleration = 40.0;
+        (parameters.profile.velocity, parameters.profile.acceleration) = (200.0, 1000.0);
         assert_eq!(Range::derived(&parameters, 3.0).deg, 10.0);
+        parameters.profile.velocity = 6.0;
+        assert_eq!(Range::derived(&parameters, 3.0).deg, 6.0);
+        parameters.profile.acceleration = 16.0;
+        assert_eq!(Range::derived(&parameters, 3.0).deg, 4.0);
         (parameters.limits.position_min, parameters.limits.position_max) = (-4.0, 5.0);
         assert!((Range::derived(&parameters, 3.0).deg - 1.8).abs() < 1e-12);
         assert_eq!(Range::derived(&parameters, 6.0).deg, 0.0);

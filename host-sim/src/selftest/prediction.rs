@@ -24,7 +24,7 @@ pub struct Request {
     pub parameters: Parameters,
     /// Keys of the joint that vary, `KEY=LOW..HIGH`.
     pub spreads: Vec<String>,
-    /// The number of joints.
+    /// The number of joints: the file's own, and the others around it.
     pub joints: u64,
     /// The seed by which they are drawn.
     pub seed: u64,
@@ -53,7 +53,10 @@ impl Request {
             self.spreads.iter().map(|text| Spread::read(text)).collect::<Result<_, _>>()?;
         let run = |number: u64| {
             let mut document = self.document.clone();
-            document.set(&drawn(&spreads, self.seed, number))?;
+            // The first one is the file's own.
+            if number > 0 {
+                document.set(&drawn(&spreads, self.seed, number))?;
+            }
             // A counter that is read between two counts is as far from the next one as chance has
             // it: the joints begin evenly spread between two.
             let phase = (number as f64 + 0.5) / self.joints as f64;

@@ -14,7 +14,7 @@ const SEED: u64 = 2026;
 #[derive(Debug, clap::Args)]
 pub struct Arguments {
     /// Largest distance either way from where the joint stands, deg [default: as far as a profiled
-    /// move goes in a second, within the limits of the position]
+    /// move goes in a second, no more than 10 deg, within the limits of the position]
     #[arg(long, value_name = "DEG")]
     range: Option<f64>,
     /// Moves
