@@ -58,26 +58,25 @@ fn another_joint_fails_by_the_figure_that_shows_it_on_either_side() {
     let sliding = |tested: &Tested| -> Check {
         *tested.checks.iter().find(|check| check.name == "sliding_v").unwrap()
     };
-    for (slip_v, is_more) in [("0.56", true), ("0.20", false)] {
-        let set =
-            [format!("joint.friction.stick_v={slip_v}"), format!("joint.friction.slip_v={slip_v}")];
-        let tested = tested(&[&set[0], &set[1]]);
+    let dry = ["joint.friction.stick_v=0.20", "joint.friction.slip_v=0.20"];
+    let viscous = ["joint.viscous_v_per_deg_per_s=0.08"];
+    for (set, is_more) in [(&dry[..], false), (&viscous, true)] {
+        let tested = tested(set);
         let found = failed(&tested);
-        assert!(
-            found.contains(&"sliding_v"),
-            "{slip_v}: {:?} {:?}",
-            tested.ended_by,
-            tested.checks
-        );
+        assert!(found.contains(&"sliding_v"), "{set:?}: {:?} {:?}", tested.ended_by, tested.checks);
         let check = sliding(&tested);
         let measured = check.measured.unwrap();
         assert_eq!(measured > check.most, is_more, "{check:?}");
         assert_eq!(measured < check.least.unwrap(), !is_more, "{check:?}");
     }
-    // Half of the inertia, and twice as much.
-    for gain in ["54.0", "13.5"] {
+    // So much friction that the monitor of a stall comes first.
+    let stuck = tested(&["joint.friction.stick_v=0.56", "joint.friction.slip_v=0.56"]);
+    assert!(!stuck.passes() && stuck.ended_by.is_some_and(|by| by.contains("stall")));
+    // Half of the inertia, and twice as much: a loop that lags so far behind pushes while the set
+    // point brakes, and shows it in the effort along the way.
+    for (gain, shown) in [("54.0", "accelerating_v"), ("13.5", "sliding_v")] {
         let tested = tested(&[&format!("joint.gain_deg_per_s2_per_v={gain}")]);
-        assert!(failed(&tested).contains(&"accelerating_v"), "{gain}: {:?}", tested.checks);
+        assert!(failed(&tested).contains(&shown), "{gain}: {:?}", tested.checks);
     }
 }
 

@@ -26,10 +26,10 @@ const GOAL: Goal = Goal::Settle;
 
 /// The true joint in the data sheet's keys, as shares of what it says.
 const OFF: [(&str, [f64; 2]); 4] = [
-    ("load.inertia_kg_m2", [0.6, 1.6]),
-    ("friction.viscous_nm_s_per_rad", [0.5, 2.0]),
-    ("friction.slip_nm", [0.6, 1.0]),
-    ("friction.stick_nm", [1.0, 1.6]),
+    ("load.inertia_kg_m2", [0.7, 1.4]),
+    ("friction.viscous_nm_s_per_rad", [0.5, 1.5]),
+    ("friction.slip_nm", [0.85, 1.0]),
+    ("friction.stick_nm", [1.0, 1.2]),
 ];
 
 fn sheet(typical: &str) -> Document {
@@ -46,14 +46,21 @@ fn first(document: &Document, law: &str) -> RunPlan {
 /// sheet says; none if there is nothing that it would write.
 fn identified(sheet: &Document, truth: &Document, law: &str) -> Option<Document> {
     let told = parameters(&first(sheet, law));
-    let device = SimulatedDevice::running(&first(truth, law), &told, Boot::default()).unwrap();
-    let mut client = Client::connect(SimulatedWire::new(device)).unwrap();
-    client.pass(Duration::from_millis(200)).unwrap();
-    client.identify_joint(Asked::default()).unwrap();
-    while client.pass(Duration::from_secs(1)).unwrap().state == StateCode::Armed {}
-    let (summary, map) = client.identified().unwrap()?;
-    let found = Identified { summary, map, parameters: told, units: None };
-    let joint = found.joint().ok()?;
+    let plan = first(truth, law);
+    // As its words advise where it comes to a bound: with less effort.
+    let breakaway = told.limits.breakaway_effort;
+    let efforts = [None, Some(2.5 * breakaway), Some(1.8 * breakaway)];
+    let (found, joint) = efforts.into_iter().find_map(|effort| {
+        let device = SimulatedDevice::running(&plan, &told, Boot::default()).unwrap();
+        let mut client = Client::connect(SimulatedWire::new(device)).unwrap();
+        client.pass(Duration::from_millis(200)).unwrap();
+        client.identify_joint(Asked { effort, ..Asked::default() }).unwrap();
+        while client.pass(Duration::from_secs(1)).unwrap().state == StateCode::Armed {}
+        let (summary, map) = client.identified().unwrap()?;
+        let found = Identified { summary, map, parameters: told.clone(), units: None };
+        let joint = found.joint().map_err(|why| println!("{law}, {effort:?} V: {why}")).ok()?;
+        Some((found, joint))
+    })?;
     let body = machine_file::render(&found.parameters, &joint, "the identified joint").unwrap();
     let whole = body + &spread::table(&spread::spread(&found, &joint));
     Some(Document::parse("found.toml", &whole).unwrap())
@@ -97,9 +104,8 @@ fn tuned(sheet: &Document, law: &str, number: u64) -> Option<Pair> {
 }
 
 /// The table of docs/tuning.md, printed whether won or lost.
-fn table(typical: &str, joints: u64) -> Vec<(String, Vec<f64>)> {
+fn table(typical: &str, joints: u64) {
     let sheet = sheet(typical);
-    let mut all = Vec::new();
     for law in ["robust", "srnf"] {
         let pairs: Vec<Pair> =
             (0..joints).filter_map(|number| tuned(&sheet, law, number)).collect();
@@ -126,15 +132,11 @@ fn table(typical: &str, joints: u64) -> Vec<(String, Vec<f64>)> {
             Sorted::new(ratios.iter().copied()).quantile(0.5).unwrap_or(f64::NAN),
             ratios.iter().copied().fold(0.0, f64::max),
         );
-        all.push((law.to_owned(), ratios));
     }
-    all
 }
 
 #[test]
 #[ignore = "prints the table of docs/tuning.md: -- --ignored --nocapture tuned::the_table"]
 fn the_table_before_and_after() {
-    for typical in ["thesis", "harmonic"] {
-        table(typical, 20);
-    }
+    table("thesis", 20);
 }

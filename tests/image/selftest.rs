@@ -39,7 +39,7 @@ fn tested(set: &[&str]) -> Tested {
 fn it_passes_for_the_joint_of_the_file_and_fails_for_one_with_other_friction() {
     let right = tested(&[]);
     assert!(right.passes() && right.moves.len() == 4, "{:?}", right.checks);
-    let wrong = tested(&["joint.friction.stick_v=0.56", "joint.friction.slip_v=0.56"]);
+    let wrong = tested(&["joint.viscous_v_per_deg_per_s=0.08"]);
     let failed: Vec<&str> =
         wrong.checks.iter().filter(|check| !check.passes()).map(|check| check.name).collect();
     assert!(failed.contains(&"sliding_v"), "{:?}", wrong.checks);
