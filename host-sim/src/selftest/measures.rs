@@ -177,7 +177,7 @@ mod tests {
     /// A sample in a core that has every signal; its values stand in the order of the places.
     fn sample(clock: u32, values: [f64; 5]) -> Sample {
         let [counts, velocity, acceleration, measured, applied] = values;
-        let mut all = vec![
+        let mut all = [
             (index("counts"), (counts as i32).to_le_bytes()),
             (index(SIGNALS[1]), (velocity as f32).to_le_bytes()),
             (index(SIGNALS[2]), (acceleration as f32).to_le_bytes()),
