@@ -179,10 +179,10 @@ mod tests {
         let [counts, velocity, acceleration, measured, applied] = values;
         let mut all = [
             (index("counts"), (counts as i32).to_le_bytes()),
-            (index(SIGNALS[1]), (velocity as f32).to_le_bytes()),
-            (index(SIGNALS[2]), (acceleration as f32).to_le_bytes()),
-            (index(SIGNALS[3]), (measured as f32).to_le_bytes()),
-            (index(SIGNALS[4]), (applied as f32).to_le_bytes()),
+            (index("reference_velocity"), (velocity as f32).to_le_bytes()),
+            (index("reference_acceleration"), (acceleration as f32).to_le_bytes()),
+            (index("velocity"), (measured as f32).to_le_bytes()),
+            (index("v_applied"), (applied as f32).to_le_bytes()),
         ];
         all.sort_by_key(|(place, _)| *place);
         let signals = all.iter().fold(0, |mask, (place, _)| mask | 1 << place);
