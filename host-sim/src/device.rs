@@ -10,6 +10,7 @@ pub mod moved;
 pub mod port;
 pub mod signals;
 pub mod simulated;
+pub mod spread;
 pub mod wire;
 pub(crate) mod words;
 

@@ -41,6 +41,7 @@ pub mod properties;
 #[cfg(feature = "report")]
 pub mod report;
 pub mod run;
+pub mod selftest;
 pub mod setup;
 pub mod solver;
 #[cfg(feature = "studio")]

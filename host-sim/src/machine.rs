@@ -78,6 +78,12 @@ pub struct Machine {
     /// Bounds of the guarded jog, which a device keeps; the simulator has no use for them.
     #[serde(default)]
     pub jog: Written<JogBounds>,
+    // One line of the schema.
+    #[doc = "How far the joint may be off, for `tune` and `device selftest`: by keys of the joint, \
+             quoted, as in `\"joint.friction.stick_v\" = [0.3, 0.5]`, the lowest and the highest \
+             value. `device identify --into` writes it."]
+    #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
+    pub spread: BTreeMap<String, [f64; 2]>,
     /// How it is simulated.
     #[serde(default)]
     pub run: Run,

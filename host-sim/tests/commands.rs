@@ -229,6 +229,36 @@ fn the_first_run_can_be_followed_command_by_command() {
     }
 }
 
+/// docs/commissioning.md, from a data sheet to a page on the joint that was found, with a device that
+/// is simulated. A ranking takes no more than three commands.
+#[test]
+fn a_joint_is_commissioned_command_by_command() {
+    let page = read("docs/commissioning.md");
+    let directory = prepared();
+    let commands = shown(&page).into_iter().filter(|shown| shown.whole);
+    let commands: Vec<String> = commands.map(|shown| shown.command).collect();
+    let place = |part: &str| commands.iter().position(|command| command.contains(part)).unwrap();
+    assert!(place("benchmark arm.toml") < 3, "{commands:?}");
+    let steps = ["jog", "identify --into", "tune found", "params push", "selftest", "report"];
+    assert!(steps.windows(2).all(|pair| place(pair[0]) < place(pair[1])), "{commands:?}");
+    for command in commands {
+        let done = shell(directory.path(), &command);
+        assert!(done.status.success(), "{command}: {}", String::from_utf8_lossy(&done.stderr));
+        let said = String::from_utf8_lossy(&done.stdout).into_owned();
+        for (part, expected) in [
+            ("benchmark", "Ranked by the"),
+            (" jog", "in the sense of the effort"),
+            ("identify", "verdict    good"),
+            ("selftest", "selftest   pass"),
+            ("report", "found.tuned.html"),
+        ] {
+            assert!(!command.contains(part) || said.contains(expected), "{command}: {said}");
+        }
+    }
+    let page = fs::read_to_string(directory.path().join("report/found.tuned.html")).unwrap();
+    assert!(page.contains("Nothing has run on a motor") && page.contains("selftest"));
+}
+
 #[test]
 fn the_readme_fits_a_screen_or_two_and_no_link_is_broken() {
     let words = read("README.md").split_whitespace().count();

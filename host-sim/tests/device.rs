@@ -25,7 +25,7 @@ fn every_output_of_a_simulated_device_says_so_first() {
     let directory = tempfile::tempdir().unwrap();
     let file = |name: &str| directory.path().join(name).to_str().unwrap().to_owned();
     let (log, record, toml) = (file("log.csv"), file("device.params"), file("device.toml"));
-    let actions: [&[&str]; 12] = [
+    let actions: [&[&str]; 13] = [
         &["status"],
         &["stop"],
         &["arm", "--for", "0.2"],
@@ -38,6 +38,7 @@ fn every_output_of_a_simulated_device_says_so_first() {
         &["params", "pull", &toml],
         &["params", "push", "trajectory"],
         &["identify", "--rate", "0.1", "--hold", "1"],
+        &["selftest", "--moves", "3", "--joints", "3"],
     ];
     for action in actions {
         let output = device(&[&["--simulated"], action].concat());

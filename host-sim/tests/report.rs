@@ -90,3 +90,53 @@ fn the_report_stands_alone_and_has_every_figure_and_a_verdict_for_every_claim() 
     assert_eq!((counts.iter().sum::<usize>(), counts[3]), (rows.len(), 0));
     assert!(said.contains(&format!("{} figures", svgs.len())), "{said}");
 }
+
+fn stiction(arguments: &[&str]) -> std::process::Output {
+    let mut command = Command::new(env!("CARGO_BIN_EXE_stiction"));
+    command.args(arguments).stdin(Stdio::null()).output().unwrap()
+}
+
+/// The page on a joint of one's own: it stands alone, has every law of the file, and what a self-test
+/// should show is what `device selftest` predicts.
+#[test]
+fn a_joint_of_one_s_own_has_a_page_with_its_laws_and_what_the_bench_should_show() {
+    let directory = tempfile::tempdir().unwrap();
+    let path = |name: &str| directory.path().join(name).to_str().unwrap().to_owned();
+    // A name with a point in it keeps all of it.
+    let (file, out) = (path("arm.first.toml"), path("report"));
+    assert!(stiction(&["new", &file, "--typical", "thesis"]).status.success());
+    let made = stiction(&["report", &file, "--out", &out]);
+    let said = String::from_utf8(made.stdout).unwrap();
+    assert!(made.status.success(), "{}", String::from_utf8_lossy(&made.stderr));
+    assert!(
+        said.contains("arm.first.html") && said.contains("nothing has run on a motor"),
+        "{said}"
+    );
+    let page = fs::read_to_string(directory.path().join("report/arm.first.html")).unwrap();
+    assert!(page.trim_end().ends_with("</html>") && page.contains("Nothing has run on a motor."));
+    assert_eq!(loaded(&page), Vec::<&str>::new());
+    for part in
+        ["<code>robust</code>", "<code>srnf</code>", "<code>pd</code>", "kg m^2", "load.inertia"]
+    {
+        assert!(page.contains(part), "{part}");
+    }
+    // The law that stands first is the one whose self-test is predicted.
+    let (_, rest) = page.split_once("<h2>The law ").unwrap();
+    let (chosen, _) = rest.split_once("</h2>").unwrap();
+    let tested = ["device", "--simulated", "--machine", &file, "--controller", chosen, "selftest"];
+    let tested = stiction(&[&tested[..], &["--json"]].concat());
+    let tested: serde_json::Value = serde_json::from_slice(&tested.stdout).unwrap();
+    let sliding =
+        tested["checks"].as_array().unwrap().iter().find(|one| one["name"] == "sliding_v");
+    let predicted = &sliding.unwrap()["predicted"];
+    let (_, row) = page.split_once("sliding effort, mean (V)</td>").unwrap();
+    let row = row.split("</tr>").next().unwrap();
+    for name in ["least", "median", "largest"] {
+        let value = format!("{:.3}", predicted[name].as_f64().unwrap());
+        assert!(row.contains(&value), "{name}: {value}, and {row}");
+    }
+    // What is asked of a file is not asked of the thesis.
+    let refused = stiction(&["report", "--tuned", "--out", &out]);
+    assert_eq!(refused.status.code(), Some(2));
+    assert!(String::from_utf8_lossy(&refused.stderr).contains("FILE.toml"));
+}

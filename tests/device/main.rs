@@ -34,6 +34,8 @@ mod matrix;
 mod power_cuts;
 mod profiled;
 mod seeds;
+mod selftest;
 mod soak;
 mod thesis;
+mod tuned;
 mod wake_up;

@@ -47,6 +47,8 @@ mod parameters;
 #[cfg(feature = "emulator")]
 mod ramps;
 #[cfg(feature = "emulator")]
+mod selftest;
+#[cfg(feature = "emulator")]
 mod stuck;
 #[cfg(feature = "emulator")]
 mod supply_and_crystal;

@@ -3,12 +3,15 @@
 use std::collections::BTreeMap;
 use std::path::PathBuf;
 
+use super::tune::tune_each;
 use super::{drawn, print, warn, wrote};
-use crate::benchmark::{Score, Weights, benchmark};
+use crate::benchmark::{Score, Weights, benchmark, plain_runs};
+use crate::ensemble::rules::TUNING_SEEDS;
 use crate::error::Error;
 use crate::experiment::{Document, Experiment};
 use crate::figure::{figures, prepare_figures, write_figures};
 use crate::output::table::{self, number};
+use crate::tuning::{Goal, Request, Tuned, spreads};
 
 #[derive(Debug, clap::Args)]
 pub struct Arguments {
@@ -24,11 +27,80 @@ pub struct Arguments {
     /// The columns: rest, overshoot, settling, tracking, chatter, hunting, sticks
     #[arg(long, value_name = "COLUMN=WEIGHT", value_delimiter = ',')]
     weights: Vec<String>,
+    #[command(flatten)]
+    tuning: Tuning,
+}
+
+/// Laws that are compared after each was tuned.
+#[derive(Debug, clap::Args)]
+pub struct Tuning {
+    /// Tune each controller first, as `stiction tune` does, on joints around the file's; no file is
+    /// written. This takes as long as `tune --controller all`
+    #[arg(long)]
+    tuned: bool,
+    /// What the gains are to be good at
+    #[arg(long, value_enum, default_value_t = Goal::Balanced, requires = "tuned")]
+    goal: Goal,
+    /// Joints on which gains are looked for
+    #[arg(long, default_value_t = 8, requires = "tuned")]
+    #[arg(value_parser = clap::value_parser!(u64).range(1..=1000))]
+    cases: u64,
+    /// Their seed; the gains are judged on the joints of the next one
+    #[arg(long, default_value_t = *TUNING_SEEDS.start(), requires = "tuned")]
+    seed: u64,
+}
+
+impl Tuning {
+    /// Tells whether laws are to be tuned.
+    #[cfg(feature = "report")]
+    pub const fn is_asked(&self) -> bool {
+        self.tuned
+    }
+
+    /// The number of joints, and their seed.
+    #[cfg(feature = "report")]
+    pub const fn joints(&self) -> (u64, u64) {
+        (self.cases, self.seed)
+    }
+
+    /// Tunes the controllers of documents that name the same ones, and sets the gains in all of
+    /// them. The first is tuned on, with the trajectories of any.
+    ///
+    /// # Errors
+    /// As of `tune`.
+    pub fn applied(&self, documents: &mut [Document]) -> Result<Vec<Tuned>, Error> {
+        const TRAJECTORIES: &str = "reference.trajectories";
+        let Some(first) = documents.first().filter(|_| self.tuned) else { return Ok(vec![]) };
+        let mut document = first.clone();
+        let trajectories = documents.iter().find_map(|one| one.get(TRAJECTORIES));
+        if let Some(trajectories) = trajectories {
+            document.set(&[format!("{TRAJECTORIES}={trajectories}")])?;
+        }
+        let mut controllers: Vec<String> = Vec::new();
+        for name in plain_runs(&document)?.into_iter().filter_map(|plan| plan.controller) {
+            if !controllers.contains(&name) {
+                controllers.push(name);
+            }
+        }
+        let request = Request {
+            file: document.origin.name.clone(),
+            goal: self.goal,
+            limits: vec![],
+            spreads: spreads(&document)?,
+            cases: self.cases,
+            seed: self.seed,
+            document,
+        };
+        let tuned = tune_each(&request, &controllers)?;
+        let set: Vec<String> = tuned.iter().flat_map(Tuned::set).collect();
+        documents.iter_mut().try_for_each(|document| document.set(&set))?;
+        Ok(tuned)
+    }
 }
 
 pub fn rank(arguments: &Arguments) -> Result<(), Error> {
     let weights = Weights::read(&arguments.weights)?;
-    let documents = match &arguments.file {
+    let mut documents = match &arguments.file {
         Some(file) => vec![Document::open(file)?],
         None => vec![Document::open("step-response")?, Document::open("trajectory")?],
     };
@@ -39,6 +111,7 @@ pub fn rank(arguments: &Arguments) -> Result<(), Error> {
     if let Some(directory) = &arguments.plot {
         prepare_figures(directory)?;
     }
+    let tuned = arguments.tuning.applied(&mut documents)?;
     let ranked = benchmark(&documents, &weights)?;
     if let Some(directory) = &arguments.plot {
         let mut count = 0;
@@ -50,14 +123,37 @@ pub fn rank(arguments: &Arguments) -> Result<(), Error> {
         wrote(&drawn(count, directory))?;
     }
     if arguments.json {
-        let object = serde_json::json!({
+        let mut object = serde_json::json!({
             "schema": 1,
             "weights": weights.iter().collect::<BTreeMap<_, _>>(),
             "controllers": ranked.scores,
         });
+        if let (Some(first), false) = (documents.first(), tuned.is_empty()) {
+            object["tuned"] = crate::tuning::object(&first.origin.name, &tuned);
+        }
         return print(&format!("{object:#}\n"));
     }
-    print(&render(&ranked.scores))
+    print(&(render(&ranked.scores) + &told(&arguments.tuning, &tuned)))
+}
+
+/// Says which controllers have gains of their own now.
+fn told(tuning: &Tuning, tuned: &[Tuned]) -> String {
+    if tuned.is_empty() {
+        return String::new();
+    }
+    let names = |better: bool| {
+        let some = tuned.iter().filter(|one| one.better == better);
+        some.map(|one| one.controller.as_str()).collect::<Vec<_>>().join(", ")
+    };
+    let joints = format!("on {} joints around the file's, seed {}", tuning.cases, tuning.seed);
+    let mut text = String::new();
+    if !names(true).is_empty() {
+        text += &format!("Tuned {joints}: {}.\n", names(true));
+    }
+    if !names(false).is_empty() {
+        text += &format!("Nothing better was found {joints}: {}.\n", names(false));
+    }
+    text
 }
 
 fn render(scores: &[Score]) -> String {

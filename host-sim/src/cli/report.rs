@@ -2,24 +2,59 @@
 
 use std::path::PathBuf;
 
+use super::benchmark::Tuning;
 use crate::error::Error;
 
 #[derive(Debug, clap::Args)]
 pub struct Arguments {
-    /// Where the page and its figures are written
+    /// A machine's own TOML file, for a page on its joint; left out: the page of the thesis
+    file: Option<String>,
+    /// Where the page is written, with that of the thesis its figures, too
     #[arg(long, value_name = "DIR", default_value = "report")]
     out: PathBuf,
+    #[command(flatten)]
+    tuning: Tuning,
 }
 
 #[cfg(not(feature = "report"))]
 pub fn report(arguments: &Arguments) -> Result<(), Error> {
-    let option = format!("report in {}", arguments.out.display());
+    let Arguments { file: _, out, tuning: _ } = arguments;
+    let option = format!("report in {}", out.display());
     Err(crate::error::not_built(&option, "what makes it is", "report"))
 }
 
 #[cfg(feature = "report")]
 pub fn report(arguments: &Arguments) -> Result<(), Error> {
-    let made = crate::report::make(&arguments.out)?;
+    match &arguments.file {
+        Some(file) => of_a_joint(file, arguments),
+        None if arguments.tuning.is_asked() => {
+            Err(Error::Input("report --tuned needs a machine's file: FILE.toml".into()))
+        }
+        None => of_the_thesis(&arguments.out),
+    }
+}
+
+#[cfg(feature = "report")]
+fn of_a_joint(file: &str, arguments: &Arguments) -> Result<(), Error> {
+    use crate::document::Document;
+    use crate::report::joint::{Asked, make};
+
+    let document = Document::open(file)?;
+    if document.is_lab() {
+        let why = "is a friction experiment, which has no controller";
+        return Err(Error::Input(format!("{file} {why}")));
+    }
+    let mut documents = [document];
+    let tuned = arguments.tuning.applied(&mut documents)?;
+    let [document] = documents;
+    let (cases, seed) = arguments.tuning.joints();
+    let page = make(&Asked { document, tuned, cases, seed }, &arguments.out)?;
+    super::print(&format!("{}\nAll simulated: nothing has run on a motor.\n", page.display()))
+}
+
+#[cfg(feature = "report")]
+fn of_the_thesis(out: &std::path::Path) -> Result<(), Error> {
+    let made = crate::report::make(out)?;
     let claims = made.claims;
     super::print(&format!(
         "{}\n{} figures beside it, as SVG and PNG. Of the thesis's claims {} hold, {} hold \

@@ -8,10 +8,10 @@ use super::{drawn, print, wrote};
 use crate::ensemble::rules::TUNING_SEEDS;
 use crate::error::{Error, suggestion};
 use crate::experiment::Document;
-use crate::figure::chart::{Chart, Cloud, LogAxis, Shown};
+use crate::figure::chart::{Chart, Cloud, LogAxis, Point, Shown};
 use crate::figure::{prepare_figures, write_charts};
 use crate::output::write_whole;
-use crate::tuning::{Figures, Goal, Request, Tuned, assumed, object, render, rewritten};
+use crate::tuning::{Figures, Goal, Request, Tuned, object, render, rewritten, spreads};
 
 #[derive(Debug, clap::Args)]
 pub struct Arguments {
@@ -28,8 +28,9 @@ pub struct Arguments {
     /// chatter_v_per_s or held_v; may be repeated
     #[arg(long, value_name = "FIGURE=MOST")]
     limit: Vec<String>,
-    /// A key of the joint and how far it may be off, instead of 20 % of the inertia, 25 % of stick
-    /// and slip friction and 50 % of the viscous friction; may be repeated
+    /// A key of the joint and how far it may be off, instead of the file's [spread], or else 20 %
+    /// of the inertia, 25 % of stick and slip friction and 50 % of the viscous friction; may be
+    /// repeated
     #[arg(long, value_name = "KEY=LOW..HIGH")]
     spread: Vec<String>,
     /// Joints around the file's; each is run with and without a sample of delay
@@ -53,6 +54,21 @@ pub fn tune(arguments: &Arguments) -> Result<(), Error> {
     arguments.run()
 }
 
+/// Tunes controllers one after the other, each on all cores.
+pub(super) fn tune_each(request: &Request, controllers: &[String]) -> Result<Vec<Tuned>, Error> {
+    let bar = ProgressBar::new_spinner();
+    let style = ProgressStyle::with_template("{spinner} {prefix}: {pos} sets of gains tried");
+    let bar = style.map_or_else(|_| ProgressBar::hidden(), |style| bar.with_style(style));
+    let each = |controller: &String| {
+        bar.set_position(0);
+        bar.set_prefix(controller.clone());
+        request.tune(controller, &|| bar.inc(1))
+    };
+    let tuned = controllers.iter().map(each).collect();
+    bar.finish_and_clear();
+    tuned
+}
+
 impl Arguments {
     fn run(&self) -> Result<(), Error> {
         let document = Document::open(&self.file)?;
@@ -73,25 +89,17 @@ impl Arguments {
             file: self.file.clone(),
             goal: self.goal,
             limits: self.limit.iter().map(|text| limit(text)).collect::<Result<_, _>>()?,
-            spreads: if self.spread.is_empty() { assumed(&document) } else { self.spread.clone() },
+            spreads: if self.spread.is_empty() { spreads(&document)? } else { self.spread.clone() },
             cases: self.cases,
             seed: self.seed,
             document,
         };
         let controllers = self.controllers(&request.document)?;
-        let bar = ProgressBar::new_spinner();
-        let style = ProgressStyle::with_template("{spinner} {prefix}: {pos} sets of gains tried");
-        let bar = style.map_or_else(|_| ProgressBar::hidden(), |style| bar.with_style(style));
-        let mut tuned = Vec::new();
-        for controller in &controllers {
-            bar.set_position(0);
-            bar.set_prefix(controller.clone());
-            tuned.push(request.tune(controller, &bar)?);
-        }
-        bar.finish_and_clear();
+        let tuned = tune_each(&request, &controllers)?;
         if let Some(directory) = &self.plot {
-            write_charts(directory, &[chart(&self.file, &tuned)])?;
-            wrote(&drawn(1, directory))?;
+            let charts = charts(&self.file, &tuned);
+            write_charts(directory, &charts)?;
+            wrote(&drawn(charts.len(), directory))?;
         }
         write_whole(&out, rewritten(&text, &tuned)?.as_bytes())?;
         wrote(&out.display().to_string())?;
@@ -142,39 +150,69 @@ fn limit(text: &str) -> Result<(String, f64), Error> {
     }
 }
 
-fn chart(file: &str, tuned: &[Tuned]) -> Chart {
-    let point = |figures: &Figures| {
-        [figures.settling_s, figures.tracking_counts.unwrap_or(figures.rest_counts)]
-    };
-    let clouds = tuned.iter().flat_map(|one| {
-        let name = |what: &str| format!("{}: {what}", one.controller);
-        let of = |what: &str, points| Cloud { name: name(what), points };
-        [
-            of("tried", one.tried.iter().map(point).collect()),
-            of("the file's", vec![point(&one.before)]),
-            of("kept", vec![point(&one.after)]),
-        ]
-    });
-    let label = if tuned.iter().all(|one| one.before.tracking_counts.is_none()) {
-        "rest error (counts)"
-    } else {
-        "tracking error (counts)"
-    };
-    let axis = |label: &str, decades, bound, beyond: &str| LogAxis {
-        label: label.into(),
-        decades,
-        bound,
-        beyond: beyond.into(),
-    };
-    Chart {
-        stem: "tuning".into(),
-        title: format!("Gains tried on {file}"),
-        subtitle: "simulated; a point is a set of gains, its means over the joints".into(),
-        shown: Shown::Clouds {
-            axes: [axis("settling (s)", [-2, 1], 5.0, ""), axis(label, [-1, 4], 2.0, "")],
-            clouds: clouds.collect(),
-        },
-    }
+/// Quantities of a chart: its stem, and of each axis label, decades, a bound and value.
+type Plane = (&'static str, [(&'static str, [i32; 2], f64, fn(&Figures) -> f64); 2]);
+
+/// What was tried in three planes: what a step needs, what a motion needs, what both cost.
+fn charts(file: &str, tuned: &[Tuned]) -> Vec<Chart> {
+    let settling: (_, _, _, fn(&Figures) -> f64) =
+        ("settling (s)", [-2, 1], 5.0, |of| of.settling_s);
+    let rest: (_, _, _, fn(&Figures) -> f64) =
+        ("rest error (counts)", [-1, 4], 2.0, |of| of.rest_counts);
+    let planes: [Plane; 3] = [
+        (
+            "tuning",
+            [
+                settling,
+                ("tracking error (counts)", [-1, 4], 2.0, |of| {
+                    of.tracking_counts.unwrap_or(f64::NAN)
+                }),
+            ],
+        ),
+        ("tuning-chatter", [settling, ("chatter (V/s)", [-2, 3], 1e3, |of| of.chatter_v_per_s)]),
+        ("tuning-heat", [rest, ("held effort (V)", [-4, 1], 10.0, |of| of.held_v)]),
+    ];
+    let has_motion = tuned.iter().any(|one| one.before.tracking_counts.is_some());
+    let shown = planes.into_iter().filter(|(stem, _)| has_motion || *stem != "tuning");
+    shown
+        .map(|(stem, axes)| {
+            let [across, up] = axes.map(|(.., of)| of);
+            let point = |figures: &Figures| [across(figures), up(figures)];
+            let clouds = tuned.iter().flat_map(|one| {
+                let of = |what: &str, points| Cloud {
+                    name: format!("{}: {what}", one.controller),
+                    points,
+                };
+                let tried: Vec<Point> = one.tried.iter().map(point).collect();
+                [
+                    of("Pareto front", front(&tried)),
+                    of("tried", tried),
+                    of("the file's", vec![point(&one.before)]),
+                    of("kept", vec![point(&one.after)]),
+                ]
+            });
+            Chart {
+                stem: stem.into(),
+                title: format!("Gains tried on {file}"),
+                subtitle: "simulated; a point is a set of gains, its means over the joints".into(),
+                shown: Shown::Clouds {
+                    axes: axes.map(|(label, decades, bound, _)| LogAxis {
+                        label: label.into(),
+                        decades,
+                        bound,
+                        beyond: String::new(),
+                    }),
+                    clouds: clouds.collect(),
+                },
+            }
+        })
+        .collect()
+}
+
+/// The points of which no other is better in one value and as good in the other (Pareto's front).
+fn front(points: &[Point]) -> Vec<Point> {
+    let beats = |a: &Point, b: &Point| a[0] <= b[0] && a[1] <= b[1] && a != b;
+    points.iter().filter(|b| !points.iter().any(|a| beats(a, b))).copied().collect()
 }
 
 fn legend(cases: u64, spreads: &[String]) -> String {
@@ -186,4 +224,15 @@ fn legend(cases: u64, spreads: &[String]) -> String {
         text += &format!("  {spread}\n");
     }
     text
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_front_has_what_nothing_beats_in_both_values() {
+        let points = [[1.0, 4.0], [2.0, 2.0], [2.0, 3.0], [4.0, 1.0], [4.0, 4.0]];
+        assert_eq!(front(&points), [[1.0, 4.0], [2.0, 2.0], [4.0, 1.0]]);
+    }
 }

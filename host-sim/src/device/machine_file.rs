@@ -7,6 +7,8 @@
 //! holds, a ramp together with gains, a law twice) has no text. A device does not know its joint,
 //! so that of another machine has to be lent.
 
+use std::collections::BTreeMap;
+
 use stiction::pd::PdGains;
 use stiction::position::Position;
 use stiction::value::Table as _;
@@ -158,6 +160,7 @@ fn of(parameters: &Parameters) -> Machine {
         limits: Written::out(limits),
         profile: Written::out(profile),
         jog: Written::out(jog),
+        spread: BTreeMap::new(),
         run: Run::default(),
         variant: vec![],
     }

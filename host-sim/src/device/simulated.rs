@@ -49,20 +49,20 @@ impl SimulatedDevice {
     /// # Errors
     /// Names a value that is not allowed.
     pub fn new(plan: &RunPlan) -> Result<Self, Error> {
-        Self::running(&super::parameters(plan)?, plan)
+        let mut parameters = super::parameters(plan)?;
+        parameters.device.autostart = false;
+        Self::running(plan, &parameters, Boot::default())
     }
 
-    /// The same with parameters of its own around the joint of a run.
+    /// Power comes up with other parameters in the flash than those of the run.
     ///
     /// # Errors
-    /// Names a value of the joint that is not allowed.
-    pub fn running(parameters: &Parameters, plan: &RunPlan) -> Result<Self, Error> {
-        let mut parameters = parameters.clone();
-        parameters.device.autostart = false;
+    /// Names a value of the run that is not allowed.
+    pub fn running(plan: &RunPlan, parameters: &Parameters, boot: Boot) -> Result<Self, Error> {
         let mut store = Store::new(SimulatedFlash::new(2), SLOTS);
         // Cannot fail: the flash is new.
-        let _ = store.save(&parameters);
-        Self::with(plan, store, Boot::default())
+        let _ = store.save(parameters);
+        Self::with(plan, store, boot)
     }
 
     /// The same with what is in a flash already.

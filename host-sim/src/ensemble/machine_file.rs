@@ -66,6 +66,12 @@ impl Spread {
     }
 }
 
+/// Draws the keys of a joint, as `KEY=VALUE`.
+pub fn drawn(spreads: &[Spread], seed: u64, number: u64) -> Vec<String> {
+    let draws = &mut Draws::new(seed, 0, Purpose::Joint, number);
+    spreads.iter().map(|spread| spread.draw(draws)).collect()
+}
+
 /// An ensemble around a file.
 #[derive(Clone, Debug)]
 pub struct MachineEnsemble {
@@ -139,8 +145,7 @@ impl MachineEnsemble {
 
     /// Draws the keys of a joint.
     pub fn drawn(&self, seed: u64, number: u64) -> Vec<String> {
-        let draws = &mut Draws::new(seed, 0, Purpose::Joint, number);
-        self.spreads.iter().map(|spread| spread.draw(draws)).collect()
+        drawn(&self.spreads, seed, number)
     }
 
     fn case(&self, seed: u64, number: u64) -> Result<Vec<Row>, Error> {

@@ -211,7 +211,7 @@ impl TrackingJudge {
 
 /// Reversals of a motion.
 #[derive(Clone, Copy, Debug, Default)]
-struct Reversals {
+pub(crate) struct Reversals {
     range: Option<[f64; 2]>,
     direction: f64,
     extreme: f64,
@@ -221,8 +221,9 @@ struct Reversals {
 }
 
 impl Reversals {
+    /// Takes the position at a tick, counts.
     #[inline]
-    fn see(&mut self, k: u32, position: f64) {
+    pub(crate) fn see(&mut self, k: u32, position: f64) {
         let Some([low, high]) = &mut self.range else {
             (self.range, self.extreme) = (Some([position; 2]), position);
             return;
@@ -245,6 +246,11 @@ impl Reversals {
             self.last = k;
             self.count += 1;
         }
+    }
+
+    /// Returns the number of reversals.
+    pub(crate) const fn count(&self) -> u32 {
+        self.count
     }
 
     fn swing(&self) -> f64 {

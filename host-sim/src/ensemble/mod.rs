@@ -45,9 +45,10 @@ pub use identified::{
     Identified, Rates, Truth, UNEVEN, drawn, identify, rates, rates_markdown, rates_table,
 };
 pub use json::object;
-pub use machine_file::MachineEnsemble;
+pub use machine_file::{MachineEnsemble, Spread, drawn};
 pub use markdown::markdown;
-pub use measures::{BAND_COUNTS, HUNTING_REVERSALS, Sample};
+pub(crate) use measures::Reversals;
+pub use measures::{BAND_COUNTS, HUNTING_REVERSALS, Sample, TrackingJudge, TrackingMeasures};
 pub use rows::{
     Group, Header, Kept, Shard, merge, read as read_rows, render as render_rows, sort as sort_rows,
 };

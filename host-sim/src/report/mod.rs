@@ -10,6 +10,7 @@ mod claims;
 mod content;
 mod evidence;
 mod figures;
+pub mod joint;
 mod page;
 mod runs;
 mod tables;

@@ -7,6 +7,8 @@
 //! know what the device's law has learnt in the moves before.
 
 use serde_json::{Value, json};
+use stiction::parameters::DeviceConfig;
+use stiction::servo::Boot;
 use stiction::{Course, Motion, Parameters};
 
 use super::machine_in_use::{MachineInUse, motion};
@@ -74,7 +76,10 @@ impl Predicted {
         let motion = motion(joint, way)?;
         let course = motion.course(&parameters.controller, &parameters.profile);
         let course = course.map_err(|error| joint.explain(&error))?;
-        let mut twin = SimulatedDevice::running(parameters, joint)?;
+        // A twin that armed itself would not wait for the move.
+        let device = DeviceConfig { autostart: false, ..parameters.device };
+        let by_hand = Parameters { device, ..parameters.clone() };
+        let mut twin = SimulatedDevice::running(joint, &by_hand, Boot::default())?;
         let tick_s = twin.sample_time_s();
         twin.ticks((0.1 / tick_s).ceil() as u32 + 1);
         twin.device.servo().arm_for_link(None).map_err(refused)?;

@@ -7,7 +7,9 @@ use crate::ensemble::{Row, Sorted};
 /// A success settles so soon, s; what does not is taken for twice as late.
 const WITHIN_S: f64 = 5.0;
 
-/// What a joint that fails costs: more than any gain of a figure by 20, which is e^3.
+/// What it costs if all joints fail: as much as a figure of weight 1 that is e^20 times as large. One
+/// failure of a few dozen joints costs less than a large gain of a figure, so that the search is not
+/// stopped by it; [`Figures::are_better_than`] is.
 const FAILURE: f64 = 20.0;
 
 /// What a figure costs that is above its limit, for each factor of e.
@@ -120,6 +122,12 @@ impl Figures {
         FAILURE * failed + gained + EXCESS * above
     }
 
+    /// Tells whether these figures are better than `start`: they cost less, and no joint more fails.
+    pub fn are_better_than(&self, start: &Self, goal: Goal, limits: &[(String, f64)]) -> bool {
+        let cost = |figures: &Self| figures.cost(start, goal, limits);
+        self.successes >= start.successes && cost(self) < cost(start)
+    }
+
     /// The names that a limit may have.
     pub fn names() -> [&'static str; 5] {
         ["settling_s", "tracking_counts", "rest_counts", "chatter_v_per_s", "held_v"]
@@ -146,6 +154,16 @@ mod tests {
             assert_eq!(slow.cost(&slow, goal, &[]), 0.0);
             assert!(fast.cost(&slow, goal, &[]) > 5.0);
         }
+    }
+
+    #[test]
+    fn what_lets_one_joint_more_fail_is_not_better_however_much_faster_it_is() {
+        let slow = Figures { cases: 40, successes: 40, ..Figures::of(&[row(Some(4.0), 1.0)]) };
+        let fast = Figures { settling_s: 0.1, ..slow };
+        let careless = Figures { successes: 39, ..fast };
+        assert!(careless.cost(&slow, Goal::Settle, &[]) < slow.cost(&slow, Goal::Settle, &[]));
+        let is_better = |figures: &Figures| figures.are_better_than(&slow, Goal::Settle, &[]);
+        assert!(is_better(&fast) && !is_better(&careless) && !is_better(&slow));
     }
 
     #[test]

@@ -9,10 +9,10 @@
 //! ```
 //!
 //! The joints on which gains are judged are not those on which they were found. Gains that are no
-//! better there than those of the file are dropped, and the file's stay. Guarantees: the same result
-//! for the same seed on any number of cores; no more failures on the joints of the judgement than
-//! the file's gains have. Does badly: it finds a valley near the file's gains, not the lowest one;
-//! it knows the joint of the file with its spread, and nothing that the file does not say.
+//! better there than those of the file are dropped, and the file's stay. Guarantees: the same
+//! result for the same seed on any number of cores; no more failures on the joints of the judgement
+//! than the file's gains have. Does badly: it finds a valley near the file's gains, not the lowest
+//! one; it knows the joint of the file with its spread, and nothing that the file does not say.
 
 mod figures;
 mod knobs;
@@ -20,8 +20,6 @@ mod search;
 mod text;
 
 use std::sync::{Mutex, PoisonError};
-
-use indicatif::ProgressBar;
 
 pub use self::figures::{Figures, Goal};
 pub use self::knobs::Knob;
@@ -90,13 +88,34 @@ pub struct Tuned {
     pub worst: Option<(Vec<String>, u8, Row)>,
 }
 
+/// What the gains of a file come to.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Standing {
+    /// On the joints of the judgement.
+    pub figures: Figures,
+    /// As of [`Tuned`].
+    pub margins: [f64; 2],
+    /// As of [`Tuned`].
+    pub worst: Option<(Vec<String>, u8, Row)>,
+}
+
+impl Tuned {
+    /// The keys of a document that give it these gains; none if the file's stay.
+    pub fn set(&self) -> Vec<String> {
+        let gains = self.gains.iter().filter(|_| self.better);
+        let key =
+            |gain: &Turned| format!("controller.{}.{}={:?}", self.controller, gain.key, gain.to);
+        gains.map(key).collect()
+    }
+}
+
 impl Request {
-    /// Tunes a controller of the file.
+    /// Tunes a controller of the file, and calls `tried_one` after each set of gains.
     ///
     /// # Errors
     /// Names what is wrong with the file, a spread or a limit, or a controller that has nothing to
     /// turn.
-    pub fn tune(&self, controller: &str, bar: &ProgressBar) -> Result<Tuned, Error> {
+    pub fn tune(&self, controller: &str, tried_one: &(dyn Fn() + Sync)) -> Result<Tuned, Error> {
         let wanted = [controller.to_owned()];
         let runs = Experiment::plan(&self.document, &wanted, &[])?.runs;
         let plan = runs.iter().find(|run| run.controller.is_some()).ok_or_else(|| {
@@ -116,7 +135,7 @@ impl Request {
         }
         let tried = Mutex::new(vec![start]);
         let cost = |factors: &[f64]| {
-            bar.inc(1);
+            tried_one();
             // Gains that the core refuses are no gains.
             let Ok(rows) = self.rows(controller, &set(controller, &knobs, factors), self.seed)
             else {
@@ -127,13 +146,12 @@ impl Request {
             figures.cost(&start, self.goal, &self.limits)
         };
         let factors = search::least(knobs.len(), &cost)?;
-        let judged = self.seed + 1;
+        let judged = self.judged();
         let found = set(controller, &knobs, &factors);
         let before = self.rows(controller, &[], judged)?;
         let after = self.rows(controller, &found, judged)?;
         let [was, is] = [&before, &after].map(|rows| Figures::of(rows));
-        let worth = |figures: &Figures| figures.cost(&was, self.goal, &self.limits);
-        let better = worth(&is) < worth(&was);
+        let better = is.are_better_than(&was, self.goal, &self.limits);
         let (stays, rows, set) =
             if better { (is, after, found) } else { (was, before, Vec::new()) };
         let turned = knobs.iter().zip(&factors).map(|(knob, factor)| {
@@ -150,6 +168,24 @@ impl Request {
             margins: self.margins(controller, &set)?,
             worst: self.worst(controller, rows)?,
         })
+    }
+
+    /// Judges a controller of the file as it stands.
+    ///
+    /// # Errors
+    /// Names what is wrong with the file or a spread.
+    pub fn standing(&self, controller: &str) -> Result<Standing, Error> {
+        let rows = self.rows(controller, &[], self.judged())?;
+        Ok(Standing {
+            figures: Figures::of(&rows),
+            margins: self.margins(controller, &[])?,
+            worst: self.worst(controller, rows)?,
+        })
+    }
+
+    /// The seed of the joints on which gains are judged.
+    const fn judged(&self) -> u64 {
+        self.seed.wrapping_add(1)
     }
 
     /// Runs every joint under a controller with keys set, without a delay and with one.
@@ -175,16 +211,22 @@ impl Request {
         MachineEnsemble::around(&self.file, document, [&controllers, &self.spreads], DURATION_S)
     }
 
-    /// The smallest and the largest factor on the joint's gain up to which all succeed. A joint of a
-    /// data sheet has none, since its gain is not written.
+    /// The smallest and the largest factor on the joint's gain up to which all succeed. A joint of
+    /// a data sheet has a larger gain if it has less inertia, of the load and of the rotor.
     fn margins(&self, controller: &str, set: &[String]) -> Result<[f64; 2], Error> {
         const GAIN: &str = "joint.gain_deg_per_s2_per_v";
-        let Some(gain) = self.document.get(GAIN).and_then(toml::Value::as_float) else {
-            return Ok([1.0, 1.0]);
+        const INERTIAS: [&str; 2] = ["load.inertia_kg_m2", "motor.rotor_inertia_kg_m2"];
+        let exactly = |key: &str, value: f64| format!("{key}={value:?}..{value:?}");
+        let around = |factor: f64| -> Vec<String> {
+            let gain = number(&self.document, GAIN).map(|gain| exactly(GAIN, gain * factor));
+            let inertia = |key| Some(exactly(key, number(&self.document, key)? / factor));
+            gain.into_iter().chain(INERTIAS.into_iter().filter_map(inertia)).collect()
         };
+        if around(1.0).is_empty() {
+            return Ok([1.0; 2]);
+        }
         let succeeds = |factor: f64| -> Result<bool, Error> {
-            let mut alone = self.clone();
-            alone.spreads = vec![format!("{GAIN}={0:?}..{0:?}", gain * factor)];
+            let alone = Self { spreads: around(factor), ..self.clone() };
             let rows = alone.ensemble(controller, set, 1)?.run(self.seed, 1)?;
             let figures = Figures::of(&rows);
             Ok(figures.successes == figures.cases)
@@ -215,7 +257,7 @@ impl Request {
             late(a).total_cmp(&late(b)).then(a.rest_counts.total_cmp(&b.rest_counts))
         });
         let Some((place, row)) = worst else { return Ok(None) };
-        let drawn = self.ensemble(controller, &[], 0)?.drawn(self.seed + 1, row.case);
+        let drawn = self.ensemble(controller, &[], 0)?.drawn(self.judged(), row.case);
         Ok(Some((drawn, (place % 2) as u8, row)))
     }
 }
@@ -235,10 +277,22 @@ fn rounded(value: f64) -> f64 {
     format!("{value:.3e}").parse().unwrap_or(value)
 }
 
-/// The spread of a file that nobody has said anything about: inertia of 20 % and viscous friction of
-/// 50 % to either side; slip friction from 25 % below to the middle between slip and stick, and stick
-/// friction from there to 25 % above. So friction is off as far as methods of identification leave it
-/// at worst, and no joint slips with more than it sticks with.
+/// How far the joint of a file may be off: what its `[spread]` says, or else [`assumed`].
+///
+/// # Errors
+/// Names what is wrong with the file.
+pub fn spreads(document: &Document) -> Result<Vec<String>, Error> {
+    let written = document.machine()?.spread;
+    if written.is_empty() {
+        return Ok(assumed(document));
+    }
+    Ok(written.into_iter().map(|(key, [low, high])| format!("{key}={low:?}..{high:?}")).collect())
+}
+
+/// The spread of a file that nobody has said anything about: inertia of 20 % and viscous friction
+/// of 50 % to either side; slip friction from 25 % below to the middle between slip and stick, and
+/// stick friction from there to 25 % above. So friction is off as far as methods of identification
+/// leave it at worst, and no joint slips with more than it sticks with.
 pub fn assumed(document: &Document) -> Vec<String> {
     const ALONE: [(&str, f64); 4] = [
         ("joint.gain_deg_per_s2_per_v", 0.2),
@@ -250,10 +304,7 @@ pub fn assumed(document: &Document) -> Vec<String> {
         ["joint.friction.slip_v", "joint.friction.stick_v"],
         ["friction.slip_nm", "friction.stick_nm"],
     ];
-    let number = |key: &str| {
-        let value = document.get(key)?;
-        value.as_float().or(value.as_integer().map(|whole| whole as f64))
-    };
+    let number = |key: &str| number(document, key);
     let range =
         |key: &str, low: f64, high: f64| format!("{key}={:?}..{:?}", rounded(low), rounded(high));
     let alone = ALONE.into_iter().filter_map(|(key, share)| {
@@ -266,4 +317,10 @@ pub fn assumed(document: &Document) -> Vec<String> {
         Some([range(slip, 0.75 * below, middle), range(stick, middle, 1.25 * above)])
     });
     alone.chain(levels.flatten()).collect()
+}
+
+/// The number that a file gives a key.
+fn number(document: &Document, key: &str) -> Option<f64> {
+    let value = document.get(key)?;
+    value.as_float().or(value.as_integer().map(|whole| whole as f64))
 }

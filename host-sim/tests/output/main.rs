@@ -11,6 +11,7 @@ use serde_json::Value;
 
 mod csv;
 mod experiments;
+mod identified;
 mod identify;
 mod json;
 mod new_joint;

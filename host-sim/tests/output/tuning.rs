@@ -64,3 +64,23 @@ fn a_limit_is_kept_where_the_goal_alone_would_pass_it() {
     let bound = chatter("bound.toml", &["--limit", &most]);
     assert!(bound < 0.9 * free, "{bound} and {free} V/s");
 }
+
+#[test]
+fn a_ranking_of_tuned_laws_is_that_of_the_gains_that_tune_finds_and_the_same_again() {
+    let directory = tempfile::tempdir().unwrap();
+    let joint = file(&directory, "joint.toml");
+    stiction(&["new", &joint, "--typical", "thesis"]);
+    let before = fs::read_to_string(&joint).unwrap();
+    let asked = ["benchmark", &joint, "--tuned", "--cases", "2", "--json"];
+    let ranked: Value = serde_json::from_str(&stiction(&asked)).unwrap();
+    assert_eq!(fs::read_to_string(&joint).unwrap(), before);
+    assert_eq!(ranked, serde_json::from_str::<Value>(&stiction(&asked)).unwrap());
+    // A file with these gains has the same ranking.
+    let out = file(&directory, "tuned.toml");
+    stiction(&["tune", &joint, "--controller", "all", "--cases", "2", "--out", &out]);
+    let of_file: Value = serde_json::from_str(&stiction(&["benchmark", &out, "--json"])).unwrap();
+    assert_eq!(ranked["controllers"], of_file["controllers"]);
+    let plain: Value = serde_json::from_str(&stiction(&["benchmark", &joint, "--json"])).unwrap();
+    assert_ne!(ranked["controllers"], plain["controllers"]);
+    assert!(plain.get("tuned").is_none() && ranked["tuned"]["controllers"]["srnf"].is_object());
+}

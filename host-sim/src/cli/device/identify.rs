@@ -10,7 +10,7 @@ use super::{OFF, by};
 use crate::device::client::Client;
 use crate::device::identified::{Identified, ended};
 use crate::device::wire::Wire;
-use crate::device::{machine_file, words};
+use crate::device::{machine_file, spread, words};
 use crate::error::Error;
 use crate::experiment::Document;
 use crate::output::write_whole;
@@ -130,6 +130,7 @@ impl Identify {
             let header = warning.map_or(String::new(), |warning| format!("# {warning}\n"));
             let whose = "this device, as it was identified";
             let body = machine_file::render(&found.parameters, &joint, whose)?;
+            let body = body + &spread::table(&spread::spread(&found, &joint));
             write_whole(file, (header + &body).as_bytes())?;
             if !self.json {
                 text += &format!("{}: written, with the joint that was found\n", file.display());

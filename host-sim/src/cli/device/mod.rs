@@ -5,6 +5,7 @@ mod identify;
 mod jog;
 mod moves;
 mod params;
+mod selftest;
 #[cfg(feature = "watch")]
 mod watch;
 #[cfg(not(feature = "watch"))]
@@ -88,6 +89,9 @@ enum Action {
     /// Identify the joint by a bounded sequence of motions: breakaway, friction, inertia, load, with
     /// error bars and a verdict; or with --ramp, two levels by a ramp of the effort
     Identify(identify::Identify),
+    /// Make twenty moves within stated bounds, and say whether the joint does what the simulation of
+    /// --machine predicts, with its error bars
+    Selftest(selftest::Arguments),
     /// Parameters of the device
     Params {
         #[command(subcommand)]
@@ -236,6 +240,11 @@ fn with(action: &Action, machine: &str, wire: impl Wire) -> Result<(), Error> {
         Action::Identify(identify) => {
             identify.check()?;
             let said = then_off(&mut client, |client| identify.run(client, machine))?;
+            print(&said.text)?;
+            said.ended
+        }
+        Action::Selftest(arguments) => {
+            let said = selftest::test(arguments, &mut client, machine)?;
             print(&said.text)?;
             said.ended
         }

@@ -1,0 +1,173 @@
+//! One page on a user's own joint: what it is and how far it may be off, the laws compared on it,
+//! the one that stands first, and what a bench should show.
+//!
+//! `rows.rs` makes the tables; the template is `host-sim/report/joint.html`. Everything is
+//! simulated when the page is made. Guarantees: the page stands alone; the same file and seed make
+//! the same page. Does badly: it knows the file's joint with its spread, and no more of the real
+//! one.
+
+mod rows;
+
+use std::path::{Path, PathBuf};
+
+use minijinja::value::Serde;
+use minijinja::{AutoEscape, Environment, Value, context};
+
+use self::rows::{Described, Expected, Off};
+use super::page::DrawingView;
+use crate::benchmark::{Benchmark, Score, Weights, benchmark};
+use crate::device::{self, machine_file};
+use crate::document::Document;
+use crate::error::Error;
+use crate::experiment::{Experiment, RunPlan};
+use crate::figure::figures;
+use crate::output::{prepare_directory, write_whole};
+use crate::run::RunResult;
+use crate::selftest::{self, Range, targets};
+use crate::tuning::{Goal, Request, Tuned, spreads};
+
+/// Moves, joints and seed of the self-test that the page predicts: its own defaults.
+const SELFTEST: (usize, u64, u64) = (20, 24, 2026);
+
+/// Laws that are drawn over each other; no more are told apart in print.
+const COMPARED: usize = 3;
+
+/// What the page is made of.
+#[derive(Clone, Debug)]
+pub struct Asked {
+    /// The file, with the gains of `tuned`.
+    pub document: Document,
+    /// What tuning has found, if laws were tuned.
+    pub tuned: Vec<Tuned>,
+    /// Joints around the file's on which each law is judged.
+    pub cases: u64,
+    /// The seed of tuning; they are judged on the joints of the next one.
+    pub seed: u64,
+}
+
+/// Makes the page in a directory; it has the name of the file.
+///
+/// # Errors
+/// Says what is wrong with the file, or what could not be written.
+pub fn make(asked: &Asked, directory: &Path) -> Result<PathBuf, Error> {
+    prepare_directory(directory)?;
+    let page = rendered(asked)?;
+    let stem = Path::new(&asked.document.origin.name).file_stem().unwrap_or_default();
+    let path = directory.join(format!("{}.html", stem.to_string_lossy()));
+    write_whole(&path, page.as_bytes())?;
+    Ok(path)
+}
+
+fn rendered(asked: &Asked) -> Result<String, Error> {
+    let Asked { document, tuned, cases, seed } = asked;
+    let file = &document.origin.name;
+    let machine = document.machine()?;
+    let ranked = benchmark(std::slice::from_ref(document), &Weights::default())?;
+    let chosen = ranked
+        .scores
+        .iter()
+        .find(|score| score.disqualified.is_none())
+        .or(ranked.scores.first())
+        .ok_or_else(|| Error::Input(format!("{file}: it has no controller to report on")))?;
+    let request = Request {
+        file: file.clone(),
+        document: document.clone(),
+        goal: Goal::Balanced,
+        limits: vec![],
+        spreads: spreads(document)?,
+        cases: *cases,
+        seed: *seed,
+    };
+    let laws = rows::laws(&ranked.scores, &request, tuned)?;
+    let expected = expected(document, &chosen.controller, &request.spreads)?;
+    let described: Vec<Described> = rows::described(document)?;
+    let off: Vec<Off> = rows::off(&request.spreads);
+    let gains = rows::gains(&machine, &chosen.controller, tuned);
+    let drawings = drawings(file, &ranked, &chosen.controller)?;
+    let worst = request.standing(&chosen.controller)?.worst;
+    let worst = worst.map(|(drawn, delay, row)| rows::worst(&drawn, delay, &row));
+    let broken = |error: minijinja::Error| Error::Figure(format!("the joint's page: {error}"));
+    let mut environment = Environment::new();
+    environment.set_auto_escape_callback(|_| AutoEscape::Html);
+    let template = environment
+        .template_from_str(include_str!("../../../report/joint.html"))
+        .map_err(broken)?;
+    let page = template.render(context! {
+        style => Value::from_safe_string(include_str!("../../../report/page.css").into()),
+        script => Value::from_safe_string(include_str!("../../../report/page.js").into()),
+        version => env!("CARGO_PKG_VERSION"),
+        file => file,
+        title => if machine.title.is_empty() { file.as_str() } else { machine.title.as_str() },
+        source => machine.source,
+        doubts => document.doubts()?,
+        described => Value::from(Serde(described)),
+        has_si => document.data_sheet()?.is_some(),
+        off => Value::from(Serde(off)),
+        off_is_assumed => machine.spread.is_empty(),
+        laws => Value::from(Serde(laws)),
+        is_tuned => !tuned.is_empty(),
+        chosen => chosen.controller.clone(),
+        disqualified => chosen.disqualified.map(|why| why.describe()),
+        gains => Value::from(Serde(gains)),
+        worst => worst,
+        drawings => Value::from(Serde(drawings)),
+        expected => Value::from(Serde(expected)),
+        cases => cases,
+        seed => seed.wrapping_add(1),
+    });
+    page.map_err(broken)
+}
+
+/// What a self-test under a controller should show; none of one that lives on the host.
+fn expected(
+    document: &Document,
+    controller: &str,
+    spreads: &[String],
+) -> Result<Option<Expected>, Error> {
+    let runs = Experiment::plan(document, &[controller.to_owned()], &[])?.runs;
+    let Some(Ok(parameters)) = runs.first().map(device::parameters) else { return Ok(None) };
+    let range = Range::derived(&parameters, 0.0);
+    if range.deg < range.least_deg() {
+        return Ok(None);
+    }
+    let (moves, joints, seed) = SELFTEST;
+    let request = selftest::Request {
+        document: document.clone(),
+        parameters,
+        spreads: spreads.to_vec(),
+        joints,
+        seed,
+        targets: targets(range, moves),
+    };
+    let prediction = request.predict()?;
+    let told = machine_file::tables(&request.parameters)?;
+    Ok(Some(rows::expected(range, &request.targets, &prediction, told)))
+}
+
+/// The first laws over each other, then the chosen one's motions.
+fn drawings(file: &str, ranked: &Benchmark, chosen: &str) -> Result<Vec<DrawingView>, Error> {
+    let of = |plan: &RunPlan, names: &[&str]| {
+        names.iter().any(|name| plan.controller.as_deref() == Some(*name))
+    };
+    let some = |names: &[&str]| -> Vec<RunResult> {
+        ranked.results.iter().flatten().filter(|run| of(&run.plan, names)).cloned().collect()
+    };
+    let first: Vec<&str> = ranked
+        .scores
+        .iter()
+        .take(COMPARED)
+        .map(|score: &Score| score.controller.as_str())
+        .collect();
+    let mut named = figures(file, &some(&first), &[]);
+    named.retain(|one| one.stem.contains("-compared"));
+    named.extend(figures(file, &some(&[chosen]), &[]));
+    let draw = |(place, one): (usize, &crate::figure::NamedFigure)| {
+        let id = format!("drawing-{place}");
+        let svg = one
+            .figure
+            .to_inline_svg(&id)
+            .map_err(|error| Error::Figure(format!("`{}`: {error}", one.stem)))?;
+        Ok(DrawingView { title: one.figure.title.clone(), svg })
+    };
+    named.iter().enumerate().map(draw).collect()
+}

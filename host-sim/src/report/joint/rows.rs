@@ -1,0 +1,251 @@
+//! The tables of the page on a joint.
+
+use serde::Serialize;
+
+use crate::benchmark::Score;
+use crate::data_sheet::told;
+use crate::document::Document;
+use crate::ensemble::{Row, Sorted};
+use crate::error::{Error, rounded};
+use crate::machine::Machine;
+use crate::selftest::{Measures, Prediction, Range, bounds};
+use crate::tuning::{Request, Tuned};
+
+/// A number of the joint in both units.
+#[derive(Debug, Serialize)]
+pub struct Described {
+    what: String,
+    core: String,
+    si: String,
+    how: String,
+}
+
+/// Tells what the file says of its joint: of a data sheet, every derived number.
+///
+/// # Errors
+/// Names what is wrong with the file.
+pub fn described(document: &Document) -> Result<Vec<Described>, Error> {
+    let machine = document.machine()?;
+    let mut rows: Vec<Described> = match document.mapping()? {
+        Some((sheet, mapping)) => told::rows(&sheet, &mapping)
+            .into_iter()
+            .map(|told::Row { what, si, core, how }| Described { what: what.into(), core, si, how })
+            .collect(),
+        None => {
+            let joint = &machine.joint;
+            let row = |what: &str, value: f64, unit: &str| Described {
+                what: what.into(),
+                core: format!("{} {unit}", rounded(value)),
+                si: String::new(),
+                how: String::new(),
+            };
+            vec![
+                row("acceleration of a volt", joint.gain_deg_per_s2_per_v, "deg/s^2"),
+                row("viscous friction", joint.viscous_v_per_deg_per_s, "V s/deg"),
+                row("stick friction", joint.friction.stick_v, "V"),
+                row("slip friction", joint.friction.slip_v, "V"),
+                row("encoder's count", machine.encoder.resolution_deg(), "deg"),
+            ]
+        }
+    };
+    rows.push(Described {
+        what: "samples".into(),
+        core: format!("{} a second", rounded(1.0 / machine.sampling.sample_time_s())),
+        si: String::new(),
+        how: String::new(),
+    });
+    Ok(rows)
+}
+
+/// A key of the joint that may be off.
+#[derive(Debug, Serialize)]
+pub struct Off {
+    key: String,
+    low: String,
+    high: String,
+}
+
+/// Takes `KEY=LOW..HIGH` apart.
+pub fn off(spreads: &[String]) -> Vec<Off> {
+    let number = |text: &str| text.parse().map_or_else(|_| text.to_owned(), rounded);
+    let parts = spreads.iter().filter_map(|text| {
+        let (key, range) = text.split_once('=')?;
+        let (low, high) = range.split_once("..")?;
+        Some(Off { key: key.into(), low: number(low), high: number(high) })
+    });
+    parts.collect()
+}
+
+/// A law: on the file's joint, and on those around it.
+#[derive(Debug, Serialize)]
+pub struct Law {
+    name: String,
+    place: String,
+    rest: String,
+    settled: String,
+    tracking: String,
+    chatter: String,
+    success: String,
+    around_settled: String,
+    around_rest: String,
+    margins: String,
+    remark: String,
+}
+
+fn shown(value: Option<f64>, digits: usize) -> String {
+    value.filter(|value| value.is_finite()).map_or_else(|| "-".into(), |v| format!("{v:.digits$}"))
+}
+
+/// The laws in the order of the benchmark.
+///
+/// # Errors
+/// As of [`Request::standing`].
+pub fn laws(scores: &[Score], request: &Request, tuned: &[Tuned]) -> Result<Vec<Law>, Error> {
+    let law = |score: &Score| {
+        let standing = request.standing(&score.controller)?;
+        let figures = standing.figures;
+        let [low, high] = standing.margins;
+        let found = tuned.iter().find(|one| one.controller == score.controller);
+        let remark = match (score.disqualified, found) {
+            (Some(why), _) => why.describe().to_owned(),
+            (None, Some(one)) if one.better => "tuned".into(),
+            (None, Some(_)) => "nothing better was found".into(),
+            (None, None) => String::new(),
+        };
+        Ok(Law {
+            name: score.controller.clone(),
+            place: shown(score.mean_place, 1),
+            rest: shown(score.rest_error_counts, 1),
+            settled: score.settling_time_s.map_or_else(|| "never".into(), |s| format!("{s:.2}")),
+            tracking: shown(score.tracking_rms_deg, 3),
+            chatter: shown(score.chatter_v_per_s, 2),
+            success: format!("{} of {}", figures.successes, figures.cases),
+            around_settled: shown(Some(figures.settling_s), 2),
+            around_rest: shown(Some(figures.rest_counts), 1),
+            margins: if low < high {
+                format!("{} to {}", rounded(low), rounded(high))
+            } else {
+                "-".into()
+            },
+            remark,
+        })
+    };
+    scores.iter().map(law).collect()
+}
+
+/// A gain of the chosen law.
+#[derive(Debug, Serialize)]
+pub struct Gain {
+    key: String,
+    value: String,
+    before: String,
+}
+
+/// The gains of a controller; after tuning, what they were before.
+pub fn gains(machine: &Machine, controller: &str, tuned: &[Tuned]) -> Vec<Gain> {
+    let turned = tuned.iter().find(|one| one.controller == controller && one.better);
+    let turned = turned.map_or(&[][..], |one| &one.gains);
+    let written = machine.controller.get(controller);
+    let table = written.and_then(|gains| toml::Table::try_from(gains).ok()).unwrap_or_default();
+    let number = |value: &toml::Value| value.as_float();
+    // A gain of zero is off, or one of another law's.
+    let entries = table.iter().filter_map(|(key, value)| Some((key, number(value)?)));
+    entries
+        .filter(|(_, value)| *value != 0.0)
+        .map(|(key, value)| {
+            let before = turned.iter().find(|gain| gain.key == key && gain.from != gain.to);
+            Gain {
+                key: key.clone(),
+                value: rounded(value),
+                before: before.map_or_else(String::new, |gain| rounded(gain.from)),
+            }
+        })
+        .collect()
+}
+
+/// The worst joint in a sentence.
+pub fn worst(drawn: &[String], delay: u8, row: &Row) -> String {
+    let fault = row.faults().next().map(|name| format!(", and ends with {name}"));
+    let settled = row
+        .settled_s
+        .map_or_else(|| "never settles".into(), |s| format!("settles in {} s", rounded(s)));
+    let keys: Vec<String> = drawn
+        .iter()
+        .filter_map(|text| {
+            let (key, value) = text.split_once('=')?;
+            Some(format!("{key} = {}", value.parse().map_or_else(|_| value.into(), rounded)))
+        })
+        .collect();
+    format!(
+        "The worst of them {settled}{}, rests {} counts off, and has {} and {delay} samples of \
+         delay.",
+        fault.unwrap_or_default(),
+        rounded(row.rest_counts),
+        keys.join(", ")
+    )
+}
+
+/// What a self-test should show.
+#[derive(Debug, Serialize)]
+pub struct Expected {
+    range: String,
+    joints: usize,
+    ended: Vec<String>,
+    figures: Vec<Figure>,
+    moves: Vec<Move>,
+    told: String,
+}
+
+#[derive(Debug, Serialize)]
+struct Figure {
+    what: &'static str,
+    low: String,
+    median: String,
+    high: String,
+    allowed: String,
+}
+
+#[derive(Debug, Serialize)]
+struct Move {
+    to: String,
+    settled: String,
+    rest: String,
+}
+
+/// The figures of a prediction with their bounds, and its moves one by one.
+pub fn expected(range: Range, targets: &[f64], prediction: &Prediction, told: String) -> Expected {
+    let figures = bounds(prediction).into_iter().map(|check| {
+        let digits = if check.name.ends_with("_v") || check.name.ends_with("_s") { 3 } else { 0 };
+        let value = |value: f64| format!("{value:.digits$}");
+        let [low, median, high] = check.predicted.map(value);
+        let allowed = match check.least {
+            Some(least) => format!("{} to {}", value(least), value(check.most)),
+            None => format!("up to {}", value(check.most)),
+        };
+        Figure { what: check.words, low, median, high, allowed }
+    });
+    let spread = |place: usize, digits: usize, of: &dyn Fn(&Measures) -> f64| {
+        let all = prediction.moves.iter().filter_map(|moves| moves.get(place)).map(of);
+        let sorted = Sorted::new(all);
+        let value = |value: Option<f64>| match value {
+            Some(value) if value.is_finite() => format!("{value:.digits$}"),
+            Some(_) => "never".into(),
+            None => "-".into(),
+        };
+        let [low, high] = [sorted.quantile(0.0), sorted.max()].map(value);
+        if low == high { low } else { format!("{low} to {high}") }
+    };
+    let moves = targets.iter().enumerate().map(|(place, to)| Move {
+        to: rounded(*to),
+        settled: spread(place, 2, &|one| one.settled_s.unwrap_or(f64::INFINITY)),
+        rest: spread(place, 0, &|one| one.rest_counts),
+    });
+    Expected {
+        range: rounded(range.deg),
+        joints: prediction.figures.len(),
+        ended: prediction.ended.clone(),
+        figures: figures.collect(),
+        moves: moves.collect(),
+        told,
+    }
+}

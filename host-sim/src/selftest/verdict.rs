@@ -1,0 +1,148 @@
+//! Whether what was measured lies within what was predicted.
+//!
+//! ```text
+//! least = min - m, most = max + m,   m = max((max - min) / 4, s)
+//! ```
+//!
+//! min and max are the quantiles 0 and 1 of the figure over the N predicted joints: that of the file,
+//! and those drawn around it. A true joint that is drawn like them lies beyond the largest with a
+//! chance of 1 / N. A quarter of the range on top makes that smaller still: the keys are drawn from
+//! bounded ranges, so that their figures are bounded, too. `s` is what is not worth a word, or not
+//! simulated.
+//!
+//! Only the two efforts are bounded below: a joint that rests nearer and settles sooner than was
+//! predicted is none to complain of, but one that takes less effort is another joint.
+
+use super::measures::Figures;
+use super::prediction::Prediction;
+
+/// Share of the range of the prediction that is allowed beyond it.
+const MARGIN: f64 = 0.25;
+
+/// Share of an effort that a simulation is not to be trusted for: of a supply that sags, a winding
+/// that is warm, a bridge that loses.
+const EFFORT_SHARE: f64 = 0.05;
+
+/// A figure with its bounds.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Check {
+    /// The name that it has in JSON, with its unit.
+    pub name: &'static str,
+    /// The name for people.
+    pub words: &'static str,
+    /// What was measured; none if no move told it.
+    pub measured: Option<f64>,
+    /// Least, median and largest of the predicted joints.
+    pub predicted: [f64; 3],
+    /// Bounds; without a lower one, less is no fault.
+    pub least: Option<f64>,
+    /// The upper bound.
+    pub most: f64,
+}
+
+impl Check {
+    /// Tells whether the figure is within its bounds. One that was predicted and not measured is
+    /// not.
+    pub fn passes(&self) -> bool {
+        self.measured.is_some_and(|value| {
+            value <= self.most && self.least.is_none_or(|least| value >= least)
+        })
+    }
+}
+
+/// A figure: names, value, what is not worth a word beside the median, and whether less is wrong.
+type Row = (&'static str, &'static str, fn(&Figures) -> Option<f64>, [f64; 2], bool);
+
+const ROWS: [Row; 8] = [
+    ("missed_moves", "moves that did not settle", |of| Some(of.missed.into()), [0.0, 0.0], false),
+    ("settling_s", "settling, mean (s)", |of| of.settled_s, [0.1, 0.0], false),
+    ("rest_counts", "rest error, largest (counts)", |of| Some(of.rest_counts), [1.0, 0.0], false),
+    ("reversals", "reversals at rest", |of| Some(of.reversals.into()), [2.0, 0.0], false),
+    ("sticks_in_motion", "stops on the way", |of| Some(of.sticks.into()), [2.0, 0.0], false),
+    ("held_v", "held effort, rms (V)", |of| Some(of.held_v), [0.01, EFFORT_SHARE], false),
+    ("sliding_v", "sliding effort, mean (V)", |of| of.sliding_v, [0.01, EFFORT_SHARE], true),
+    (
+        "accelerating_v",
+        "accelerating effort, mean (V)",
+        |of| of.accelerating_v,
+        [0.01, EFFORT_SHARE],
+        true,
+    ),
+];
+
+/// Puts what was measured beside what was predicted. A figure that no predicted joint has is left
+/// out.
+pub fn verdict(measured: &Figures, prediction: &Prediction) -> Vec<Check> {
+    checks(Some(measured), prediction)
+}
+
+/// The bounds of every figure before anything was measured.
+pub fn bounds(prediction: &Prediction) -> Vec<Check> {
+    checks(None, prediction)
+}
+
+fn checks(measured: Option<&Figures>, prediction: &Prediction) -> Vec<Check> {
+    ROWS.into_iter()
+        .filter_map(|(name, words, of, [size, share], is_bounded_below)| {
+            let mut all: Vec<f64> = prediction.figures.iter().filter_map(of).collect();
+            all.sort_by(f64::total_cmp);
+            let (low, high) = (*all.first()?, *all.last()?);
+            let median = *all.get(all.len() / 2)?;
+            let margin = (MARGIN * (high - low)).max(size).max(share * median.abs());
+            Some(Check {
+                name,
+                words,
+                measured: measured.and_then(of),
+                predicted: [low, median, high],
+                least: is_bounded_below.then_some(low - margin),
+                most: high + margin,
+            })
+        })
+        .collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn bounds_are_the_range_and_a_quarter_or_what_is_not_worth_a_word() {
+        let of = |settled_s, sliding_v| Figures {
+            settled_s: Some(settled_s),
+            sliding_v: Some(sliding_v),
+            ..Figures::default()
+        };
+        let prediction = Prediction {
+            figures: vec![of(0.2, 1.0), of(1.0, 1.2), of(0.4, 1.4)],
+            ..Prediction::default()
+        };
+        let checks = |figures: Figures| verdict(&figures, &prediction);
+        let named = |checks: &[Check], name| {
+            let found = checks.iter().find(|check| check.name == name);
+            found.copied().unwrap()
+        };
+        let fine = checks(of(0.5, 1.2));
+        assert!(fine.iter().all(Check::passes), "{fine:?}");
+        assert!(fine.iter().all(|check| check.name != "accelerating_v"));
+        let settling = named(&fine, "settling_s");
+        assert_eq!(settling.predicted, [0.2, 0.4, 1.0]);
+        assert!((settling.most - 1.2).abs() < 1e-12 && settling.least.is_none());
+        let sliding = named(&fine, "sliding_v");
+        let (least, most) = (sliding.least.unwrap(), sliding.most);
+        assert!((least - 0.9).abs() < 1e-12 && (most - 1.5).abs() < 1e-12);
+        // Beyond each bound, and what was not measured.
+        for (figures, name, passes) in [
+            (of(1.19, 1.2), "settling_s", true),
+            (of(1.21, 1.2), "settling_s", false),
+            (of(0.0, 1.2), "settling_s", true),
+            (of(0.5, 1.51), "sliding_v", false),
+            (of(0.5, 0.89), "sliding_v", false),
+            (Figures { settled_s: None, ..of(0.5, 1.2) }, "settling_s", false),
+            (Figures { missed: 1, ..of(0.5, 1.2) }, "missed_moves", false),
+            (Figures { rest_counts: 1.0, ..of(0.5, 1.2) }, "rest_counts", true),
+            (Figures { rest_counts: 2.0, ..of(0.5, 1.2) }, "rest_counts", false),
+        ] {
+            assert_eq!(named(&checks(figures), name).passes(), passes, "{name}: {figures:?}");
+        }
+    }
+}

@@ -1,0 +1,142 @@
+//! Gains that were tuned on an identified joint, on the joint itself.
+//!
+//! A data sheet is off: the true joint is drawn around it. The device, with the gains that `stiction
+//! new` derives from the data sheet, identifies the joint; `tune` looks for gains on joints around
+//! the one that was found, within its error bars; gains before and after are judged on the true one,
+//! with and without a sample of delay. Blind to what the simulated joint does not have.
+
+use std::time::Duration;
+
+use host_sim::device::client::Client;
+use host_sim::device::identified::Identified;
+use host_sim::device::simulated::SimulatedDevice;
+use host_sim::device::wire::SimulatedWire;
+use host_sim::device::{machine_file, spread};
+use host_sim::draft::{Typical, text};
+use host_sim::ensemble::{Sorted, Spread, drawn};
+use host_sim::experiment::{Document, Experiment, RunPlan};
+use host_sim::tuning::{Figures, Goal, Request, spreads};
+use stiction::identification::Asked;
+use stiction::link::StateCode;
+use stiction::servo::Boot;
+
+use crate::fixture::parameters;
+
+const GOAL: Goal = Goal::Settle;
+
+/// The true joint in the data sheet's keys, as shares of what it says.
+const OFF: [(&str, [f64; 2]); 4] = [
+    ("load.inertia_kg_m2", [0.7, 1.4]),
+    ("friction.viscous_nm_s_per_rad", [0.5, 1.5]),
+    ("friction.slip_nm", [0.85, 1.0]),
+    ("friction.stick_nm", [1.0, 1.2]),
+];
+
+fn sheet(typical: &str) -> Document {
+    let typical = Typical::find(typical).unwrap();
+    let whole = text("arm.toml", &typical.answers().unwrap(), Some(&typical)).unwrap();
+    Document::parse("arm.toml", &whole).unwrap()
+}
+
+fn first(document: &Document, law: &str) -> RunPlan {
+    Experiment::plan(document, &[law.to_owned()], &[]).unwrap().runs.remove(0)
+}
+
+/// The file that `device identify --into` writes of the true joint, whose device runs what the data
+/// sheet says; none if there is nothing that it would write.
+fn identified(sheet: &Document, truth: &Document, law: &str) -> Option<Document> {
+    let told = parameters(&first(sheet, law));
+    let plan = first(truth, law);
+    // As its words advise where it comes to a bound: with less effort.
+    let breakaway = told.limits.breakaway_effort;
+    let efforts = [None, Some(2.5 * breakaway), Some(1.8 * breakaway)];
+    let (found, joint) = efforts.into_iter().find_map(|effort| {
+        let device = SimulatedDevice::running(&plan, &told, Boot::default()).unwrap();
+        let mut client = Client::connect(SimulatedWire::new(device)).unwrap();
+        client.pass(Duration::from_millis(200)).unwrap();
+        client.identify_joint(Asked { effort, ..Asked::default() }).unwrap();
+        while client.pass(Duration::from_secs(1)).unwrap().state == StateCode::Armed {}
+        let (summary, map) = client.identified().unwrap()?;
+        let found = Identified { summary, map, parameters: told.clone(), units: None };
+        let joint = found.joint().map_err(|why| println!("{law}, {effort:?} V: {why}")).ok()?;
+        Some((found, joint))
+    })?;
+    let body = machine_file::render(&found.parameters, &joint, "the identified joint").unwrap();
+    let whole = body + &spread::table(&spread::spread(&found, &joint));
+    Some(Document::parse("found.toml", &whole).unwrap())
+}
+
+fn request(file: &str, document: Document, spreads: Vec<String>, cases: u64) -> Request {
+    Request { file: file.into(), document, goal: GOAL, limits: vec![], spreads, cases, seed: 1 }
+}
+
+/// Gains before and after, on the true joint.
+struct Pair {
+    before: Figures,
+    after: Figures,
+}
+
+impl Pair {
+    /// Factor on the goal's figures, as the cost weighs them; above 1 is worse.
+    fn ratio(&self) -> f64 {
+        self.after.cost(&self.before, GOAL, &[]).exp()
+    }
+}
+
+/// Tunes one joint; none if it was not identified.
+fn tuned(sheet: &Document, law: &str, number: u64) -> Option<Pair> {
+    let around = OFF.map(|(key, [low, high])| {
+        let value = sheet.get(key).unwrap();
+        let value = value.as_float().or(value.as_integer().map(|whole| whole as f64)).unwrap();
+        Spread::read(&format!("{key}={:?}..{:?}", low * value, high * value)).unwrap()
+    });
+    let mut truth = sheet.clone();
+    truth.set(&drawn(&around, 1, number)).unwrap();
+    let found = identified(sheet, &truth, law)?;
+    let around_found = spreads(&found).unwrap();
+    let tuning = request("found.toml", found, around_found, 8);
+    let tuned = tuning.tune(law, &|| {}).unwrap();
+    let figures =
+        |document| request("arm.toml", document, vec![], 1).standing(law).unwrap().figures;
+    let before = figures(truth.clone());
+    truth.set(&tuned.set()).unwrap();
+    Some(Pair { before, after: figures(truth) })
+}
+
+/// The table of docs/tuning.md, printed whether won or lost.
+fn table(typical: &str, joints: u64) {
+    let sheet = sheet(typical);
+    for law in ["robust", "srnf"] {
+        let pairs: Vec<Pair> =
+            (0..joints).filter_map(|number| tuned(&sheet, law, number)).collect();
+        let ratios: Vec<f64> = pairs.iter().map(Pair::ratio).collect();
+        let median = |of: &dyn Fn(&Pair) -> f64| {
+            Sorted::new(pairs.iter().map(of)).quantile(0.5).unwrap_or(f64::NAN)
+        };
+        let count = |holds: &dyn Fn(f64) -> bool| ratios.iter().filter(|one| holds(**one)).count();
+        let wins =
+            |of: fn(&Pair) -> &Figures| pairs.iter().map(|pair| of(pair).successes).sum::<usize>();
+        println!(
+            "| {typical} | `{law}` | {joints} | {} | {} | {} | {} | {:.2} | {:.2} | {}/{} | {}/{} | \
+             {:.2} | {:.2} |",
+            pairs.len(),
+            count(&|ratio| ratio < 0.995),
+            count(&|ratio| (0.995..=1.005).contains(&ratio)),
+            count(&|ratio| ratio > 1.005),
+            median(&|pair| pair.before.settling_s),
+            median(&|pair| pair.after.settling_s),
+            wins(|pair| &pair.before),
+            2 * pairs.len(),
+            wins(|pair| &pair.after),
+            2 * pairs.len(),
+            Sorted::new(ratios.iter().copied()).quantile(0.5).unwrap_or(f64::NAN),
+            ratios.iter().copied().fold(0.0, f64::max),
+        );
+    }
+}
+
+#[test]
+#[ignore = "prints the table of docs/tuning.md: -- --ignored --nocapture tuned::the_table"]
+fn the_table_before_and_after() {
+    table("thesis", 20);
+}
