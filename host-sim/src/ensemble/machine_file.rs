@@ -118,7 +118,7 @@ impl MachineEnsemble {
         }
         let mut written = vec![format!("run.duration_s={duration_s:?}")];
         if let Some(rate_hz) = rate_hz {
-            written.push(format!("sampling.sample_time_s={:?}", 1.0 / rate_hz));
+            written.push(format!("loop.sample_time_s={:?}", 1.0 / rate_hz));
         }
         document.set(&written)?;
         written.extend(spreads.iter().cloned());
