@@ -246,6 +246,9 @@ impl Controller {
         if let Some(law) = self.compensator.signals(&state.compensator) {
             tick.law = law;
         }
+        if self.compensator.has_given_up(&state.compensator) {
+            tick.status = Tick::GAVE_UP;
+        }
         tick
     }
 

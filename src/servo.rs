@@ -115,6 +115,12 @@ impl Servo {
         self.control_loop.as_ref().is_some_and(|control_loop| control_loop.watch.warning())
     }
 
+    /// Returns whether the law has ended its attempts to reach the set point: something is in the
+    /// way. A new motion tries again.
+    pub fn has_given_up(&self) -> bool {
+        self.control_loop.as_ref().is_some_and(|control_loop| control_loop.watch.gave_up())
+    }
+
     /// Returns the steady effort that would heat the motor as much as it is heated, V.
     pub fn thermal_effort(&self) -> f32 {
         self.control_loop

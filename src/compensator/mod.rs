@@ -120,6 +120,11 @@ pub trait Law: Sized {
         [0.0; MAX_LAW_SIGNALS]
     }
 
+    /// Returns whether the law has ended its attempts to reach the set point.
+    fn has_given_up(_: &Self::State) -> bool {
+        false
+    }
+
     /// Returns the default of `overspeed_deg_per_s`, if the law says more about it than PD's gains
     /// do.
     fn overspeed(_: &Self::Gains, _: &Loop) -> Option<f32> {
@@ -511,6 +516,13 @@ impl Compensator {
             v_c += law.update(state, input);
         }
         v_c
+    }
+
+    /// Returns whether the law has ended its attempts to reach the set point. Only the law that is
+    /// too large for a sum makes any.
+    #[inline]
+    pub fn has_given_up(&self, state: &CompensatorState) -> bool {
+        self.alone.is_some() && Alone::has_given_up(&state.alone)
     }
 
     /// Returns the values of the signals of the first law that publishes any.

@@ -148,6 +148,8 @@ pub struct Status {
     pub wire: WireErrors,
     /// Whether the part runs from a crystal whose frequency it could not measure.
     pub crystal_not_measured: bool,
+    /// Whether the law has ended its attempts to reach the set point. The output stays on.
+    pub gave_up: bool,
 }
 
 /// The errors of the wire that bytes come over. Each costs the frame that it hits, which is also

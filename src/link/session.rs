@@ -431,6 +431,7 @@ impl<const RING: usize> Session<RING> {
             has_brown_out,
             wire,
             crystal_not_measured,
+            gave_up: servo.has_given_up(),
         })
     }
 }

@@ -55,7 +55,8 @@ impl Servo {
     #[inline]
     pub(super) fn output(&self, mut tick: Tick, enable: bool, wound_up: bool) -> Output {
         let (state, clock) = (self.state, self.clock);
-        tick.status = status(state, enable, tick.saturated, wound_up);
+        let gave_up = if enable { tick.status & Tick::GAVE_UP } else { 0 };
+        tick.status = status(state, enable, tick.saturated, wound_up) | gave_up;
         Output { enable, wakes: false, state, tick, clock, wound_up }
     }
 }

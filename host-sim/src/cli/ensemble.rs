@@ -4,11 +4,13 @@ use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
 use std::sync::{Mutex, PoisonError};
 
+use clap::builder::TypedValueParser;
+
 use super::print;
 use crate::ensemble::rules::{TUNING_SEEDS, rules};
 use crate::ensemble::{
-    Case, Ensemble, Family, Header, Kept, Kind, MachineEnsemble, Rates, Row, Shard, Tried, UNEVEN,
-    charts, markdown, merge, object, rates, rates_markdown, rates_table, read_rows, render,
+    Around, Case, Ensemble, Family, Header, Kept, Kind, MachineEnsemble, Rates, Row, Shard, Tried,
+    UNEVEN, charts, markdown, merge, object, rates, rates_markdown, rates_table, read_rows, render,
     render_rows, run, sort_rows, summaries, traces, tune,
 };
 use crate::error::Error;
@@ -23,8 +25,11 @@ const RATE_HZ: f64 = 1000.0;
 pub struct Arguments {
     #[command(subcommand)]
     action: Option<Action>,
-    /// Families of joints, or all of them: rigid, loaded, gravity, overhauling, lugre,
-    /// flexible-motor, flexible-backlash, flexible-load, thesis-axis; or a machine's own FILE.toml
+    /// Families of joints: rigid, loaded, gravity, overhauling, lugre, flexible-motor,
+    /// flexible-backlash, flexible-load, thesis-axis, arm (these are all); or, by their names only,
+    /// arm-uncoupled, overhauling-gravity, overhauling-lugre, overhauling-flexible, end-stop,
+    /// end-stop-lugre, end-stop-flexible, end-stop-thesis, dwell, drifting, noisy, noisy-told; or a
+    /// machine's own FILE.toml
     #[arg(long, value_name = "FAMILY|FILE", value_delimiter = ',', default_value = "all")]
     plant: Vec<String>,
     /// A machine's own file: a key of its joint that varies, as in
@@ -32,7 +37,7 @@ pub struct Arguments {
     #[arg(long, value_name = "KEY=LOW..HIGH")]
     spread: Vec<String>,
     /// Joints of each family
-    #[arg(long, default_value_t = 100, value_parser = clap::value_parser!(u64).range(1..=1_000_000))]
+    #[arg(long, default_value_t = 100, value_parser = cases())]
     cases: u64,
     /// Seed of the joints; from 1000000 to 1999999 they are those on which laws were tuned
     #[arg(long, default_value_t = 1)]
@@ -43,7 +48,8 @@ pub struct Arguments {
     /// Stick friction of 2 to 4 times the slip friction, instead of 1.05 to 2 times
     #[arg(long)]
     hard: bool,
-    /// Samples per second, Hz; thesis-axis and a machine's own file have their own [default: 1000]
+    /// Samples per second, Hz; thesis-axis has its own, and a machine's own file has one already
+    /// [default: 1000]
     #[arg(long, value_name = "HZ")]
     rate: Option<f64>,
     /// Then this many random moves in a row, the first of them judged against the last
@@ -90,7 +96,7 @@ pub struct Identify {
     #[arg(long, value_name = "FAMILY", value_delimiter = ',', default_value = "all")]
     plant: Vec<String>,
     /// Joints of each family
-    #[arg(long, default_value_t = 40, value_parser = clap::value_parser!(u64).range(1..=1_000_000))]
+    #[arg(long, default_value_t = 40, value_parser = cases())]
     cases: u64,
     /// Seed of the joints
     #[arg(long, default_value_t = 1)]
@@ -106,10 +112,10 @@ pub struct Tune {
     #[arg(long, value_name = "FAMILY", value_delimiter = ',', default_value = "all")]
     plant: Vec<String>,
     /// Joints of each family
-    #[arg(long, default_value_t = 40, value_parser = clap::value_parser!(u64).range(1..=1_000_000))]
+    #[arg(long, default_value_t = 40, value_parser = cases())]
     cases: u64,
     /// Seed of the joints
-    #[arg(long, default_value_t = *TUNING_SEEDS.start(), value_parser = clap::value_parser!(u64).range(TUNING_SEEDS))]
+    #[arg(long, default_value_t = *TUNING_SEEDS.start(), value_parser = tuning_seeds())]
     seed: u64,
     /// Only these laws
     #[arg(long, value_name = "NAME", value_delimiter = ',')]
@@ -127,6 +133,16 @@ pub struct Merge {
     /// Write all lines to this file
     #[arg(long, value_name = "FILE")]
     csv: Option<PathBuf>,
+}
+
+/// How many joints a family may have.
+fn cases() -> impl TypedValueParser<Value = u64> {
+    clap::value_parser!(u64).range(1..=1_000_000)
+}
+
+/// Seeds that do not score.
+fn tuning_seeds() -> impl TypedValueParser<Value = u64> {
+    clap::value_parser!(u64).range(TUNING_SEEDS)
 }
 
 pub fn ensemble(arguments: &Arguments) -> Result<(), Error> {
@@ -150,34 +166,14 @@ impl Arguments {
         }
         let ensemble = self.ensemble()?;
         let header = Header::of(&ensemble);
-        let shard = self.shard.as_deref().map(Shard::read).transpose()?;
         if let Some(directory) = &self.plot {
             prepare_figures(directory)?;
         }
-        let (kept, rows) = match &self.resume {
-            Some(path) => {
-                let (kept, rows) = Kept::open(path, &header)?;
-                (Some(Mutex::new(kept)), rows)
-            }
-            None => (None, Vec::new()),
-        };
-        let there: BTreeSet<(String, u64, String)> =
-            rows.iter().map(|row| (row.family.clone(), row.case, row.law.clone())).collect();
-        let rows = Mutex::new(rows);
-        let wanted = |family: Family, case: u64, law: &str| {
-            shard.is_none_or(|shard| shard.has(case))
-                && self.case.is_none_or(|only| only == case)
-                && !there.contains(&(family.name().to_owned(), case, law.to_owned()))
-        };
-        run(&ensemble, wanted, |row| {
-            if let Some(kept) = &kept {
-                kept.lock().unwrap_or_else(PoisonError::into_inner).add(&row)?;
-            }
-            rows.lock().unwrap_or_else(PoisonError::into_inner).push(row);
-            Ok(())
+        let rows = self.collect(&header, |part| {
+            let wanted =
+                |family: Family, case: u64, law: &str| part.wants(family.name(), case, law);
+            run(&ensemble, wanted, |row| part.take(row))
         })?;
-        let mut rows = rows.into_inner().unwrap_or_else(PoisonError::into_inner);
-        sort_rows(&header, &mut rows);
         if let Some(directory) = &self.plot {
             self.draw(directory, &ensemble, &rows)?;
         }
@@ -187,15 +183,36 @@ impl Arguments {
         report(&header, &rows, self.json, self.csv.as_ref())
     }
 
+    /// Runs what is wanted of an ensemble, and returns all rows of it that are there then, in the
+    /// order of reports.
+    fn collect(
+        &self,
+        header: &Header,
+        run: impl FnOnce(&Part) -> Result<(), Error>,
+    ) -> Result<Vec<Row>, Error> {
+        let shard = self.shard.as_deref().map(Shard::read).transpose()?;
+        let (kept, rows) = match &self.resume {
+            Some(path) => {
+                let (kept, rows) = Kept::open(path, header)?;
+                (Some(Mutex::new(kept)), rows)
+            }
+            None => (None, Vec::new()),
+        };
+        let there =
+            rows.iter().map(|row| (row.family.clone(), row.case, row.law.clone())).collect();
+        let part = Part { shard, only: self.case, there, kept, rows: Mutex::new(rows) };
+        run(&part)?;
+        let mut rows = part.rows.into_inner().unwrap_or_else(PoisonError::into_inner);
+        sort_rows(header, &mut rows);
+        Ok(rows)
+    }
+
     /// The machine's own file instead of families.
     fn run_machine(&self, file: &str) -> Result<(), Error> {
         let foreign = [
             ("--hard", self.hard),
-            ("--rate", self.rate.is_some()),
             ("--moves", self.moves > 0),
-            ("--resume", self.resume.is_some()),
             ("--case", self.case.is_some()),
-            ("--markdown", self.markdown),
             ("another family", self.plant.len() > 1),
         ];
         if let Some((option, _)) = foreign.iter().find(|(_, given)| *given) {
@@ -204,12 +221,19 @@ impl Arguments {
         if let Some(directory) = &self.plot {
             prepare_figures(directory)?;
         }
-        let machine = MachineEnsemble::open(file, &self.controller, &self.spread)?;
+        let rate_hz = self.rate.map(allowed_rate).transpose()?;
+        let (controllers, spreads) = (&*self.controller, &*self.spread);
+        let machine = MachineEnsemble::open(file, Around { controllers, spreads, rate_hz })?;
         let header = Header::of_machine(&machine, self.seed, self.cases);
-        let mut rows = machine.run(self.seed, self.cases)?;
-        sort_rows(&header, &mut rows);
+        let rows = self.collect(&header, |part| {
+            let wanted = |case: u64, law: &str| part.wants(&machine.group.name, case, law);
+            machine.run_some([self.seed, self.cases], wanted, |row| part.take(row))
+        })?;
         if let Some(directory) = &self.plot {
             write_charts(directory, &charts(&header, &summaries(&header, &rows), &rows))?;
+        }
+        if self.markdown {
+            return print(&markdown(&header, &summaries(&header, &rows)));
         }
         report(&header, &rows, self.json, self.csv.as_ref())
     }
@@ -236,12 +260,7 @@ impl Arguments {
     }
 
     fn ensemble(&self) -> Result<Ensemble, Error> {
-        // What the core's ticks and the device's timer are made for.
-        let rate_hz = self.rate.unwrap_or(RATE_HZ);
-        if !(50.0..=10_000.0).contains(&rate_hz) {
-            let allowed = "allowed is a number from 50 to 10000";
-            return Err(Error::Input(format!("--rate {rate_hz}: {allowed}")));
-        }
+        let rate_hz = allowed_rate(self.rate.unwrap_or(RATE_HZ))?;
         if let Some(case) = self.case.filter(|case| *case >= self.cases) {
             let (cases, last) = (self.cases, self.cases - 1);
             return Err(Error::Input(format!(
@@ -259,16 +278,50 @@ impl Arguments {
     }
 }
 
+/// The part of an ensemble that is run, and the rows that are there.
+struct Part {
+    shard: Option<Shard>,
+    /// The only case, if one was asked for.
+    only: Option<u64>,
+    /// Family, case and law of the rows that a file had.
+    there: BTreeSet<(String, u64, String)>,
+    kept: Option<Mutex<Kept>>,
+    rows: Mutex<Vec<Row>>,
+}
+
+impl Part {
+    fn wants(&self, family: &str, case: u64, law: &str) -> bool {
+        self.shard.is_none_or(|shard| shard.has(case))
+            && self.only.is_none_or(|only| only == case)
+            && !self.there.contains(&(family.to_owned(), case, law.to_owned()))
+    }
+
+    fn take(&self, row: Row) -> Result<(), Error> {
+        if let Some(kept) = &self.kept {
+            kept.lock().unwrap_or_else(PoisonError::into_inner).add(&row)?;
+        }
+        self.rows.lock().unwrap_or_else(PoisonError::into_inner).push(row);
+        Ok(())
+    }
+}
+
+/// Samples per second that the core's ticks and the device's timer are made for, Hz.
+fn allowed_rate(rate_hz: f64) -> Result<f64, Error> {
+    if (50.0..=10_000.0).contains(&rate_hz) {
+        return Ok(rate_hz);
+    }
+    Err(Error::Input(format!("--rate {rate_hz}: allowed is a number from 50 to 10000")))
+}
+
 /// The families that are named, each once.
 fn families(names: &[String]) -> Result<Vec<Family>, Error> {
-    if names.iter().any(|name| name == "all") {
-        return Ok(Family::ALL.to_vec());
-    }
     let mut families: Vec<Family> = Vec::new();
     for name in names {
-        let family = Family::named(name)?;
-        if !families.contains(&family) {
-            families.push(family);
+        let named = if name == "all" { Family::USUAL.to_vec() } else { vec![Family::named(name)?] };
+        for family in named {
+            if !families.contains(&family) {
+                families.push(family);
+            }
         }
     }
     Ok(families)
@@ -315,7 +368,11 @@ impl Identify {
         let is_all = self.plant.iter().any(|name| name == "all");
         let mut names: Vec<&str> = self.plant.iter().map(String::as_str).collect();
         if is_all {
-            names = Family::ALL.into_iter().map(Family::name).collect();
+            names = Family::USUAL
+                .into_iter()
+                .filter(|family| !family.is_arm())
+                .map(Family::name)
+                .collect();
             names.push(UNEVEN);
         }
         let of = |name: &&str| rates(name, self.seed, self.cases);

@@ -189,6 +189,11 @@ pub fn status(status: &Status) -> String {
         let then = "           if it lasts, `stop`, and see docs/faults.md";
         lines.extend([what, then].map(String::from));
     }
+    if status.gave_up {
+        let what = "warning    the law has given up: something holds the joint before its target.";
+        let then = "           A new move tries again; see docs/faults.md";
+        lines.extend([what, then].map(String::from));
+    }
     if status.is_damaged {
         let what =
             "warning    one of the two saved sets of parameters is damaged: those in use may be";

@@ -46,8 +46,12 @@ pub fn parameters(told: &Told, tuned: &Tuned) -> Parameters {
 
 /// Returns the step of a case from where it is armed.
 pub fn step(case: &Case) -> Reference {
-    let to = position(case.step / case.count());
-    Reference::Step(Step { to, ..Step::default() })
+    step_to(case.step / case.count())
+}
+
+/// Returns a step of so many counts.
+pub fn step_to(counts: f64) -> Reference {
+    Reference::Step(Step { to: position(counts), ..Step::default() })
 }
 
 /// A trajectory with the ticks in which it is judged.
@@ -66,7 +70,15 @@ pub struct Tracked {
 /// # Errors
 /// If the core refuses it, which it does at a rate that has no tick in half a blend.
 pub fn trapezoid(case: &Case) -> Result<Tracked, Error> {
-    let Trapezoid { distance, speed, dwell_s, half_blend_s } = case.trapezoid;
+    trapezoid_of(case, &case.trapezoid)
+}
+
+/// Returns that of either joint of a case.
+///
+/// # Errors
+/// As [`trapezoid`].
+pub fn trapezoid_of(case: &Case, of_joint: &Trapezoid) -> Result<Tracked, Error> {
+    let Trapezoid { distance, speed, dwell_s, half_blend_s } = *of_joint;
     let way_s = distance.abs() / speed;
     let times_s = [1.0, 1.0 + way_s, 1.0 + way_s + dwell_s, 1.0 + 2.0 * way_s + dwell_s];
     let h = case.told.sample_time;

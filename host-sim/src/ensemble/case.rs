@@ -2,6 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 
+use super::arm_case;
 use super::assemble;
 use super::draw::Case;
 use super::measures::{Sample, StepJudge, StepMeasures, TrackingJudge, TrackingMeasures};
@@ -12,6 +13,7 @@ use crate::error::Error;
 
 /// What a law comes to on a joint; a line of `--csv`. An empty value is one that is not there.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[serde(default)]
 pub struct Row {
     /// Name of the family.
     pub family: String,
@@ -63,13 +65,22 @@ pub struct Row {
     pub moves_rms_last: Option<f64>,
     /// Fault that ended the row.
     pub moves_fault: Option<String>,
+    /// Moves of the whole row that did not end within 2 counts.
+    pub missed: u32,
+    /// Time after which the joint stays near its target, s, if its family says what that is.
+    pub near_s: Option<f64>,
+    /// Time at which the law gave up before a wall, s.
+    pub gave_up_s: Option<f64>,
+    /// Largest effort from the next tick on, in the family's unit.
+    pub effort_after: Option<f64>,
 }
 
 impl Row {
     /// Says whether the joint settled in time, stayed until the end, and no monitor tripped in the
-    /// step.
+    /// step. Before a wall it is as good that the law gives up in time.
     pub fn is_success(&self, within_s: f64) -> bool {
-        self.step_fault.is_none() && self.settled_s.is_some_and(|settled_s| settled_s <= within_s)
+        let ends = [self.settled_s, self.gave_up_s];
+        self.step_fault.is_none() && ends.into_iter().flatten().any(|end_s| end_s <= within_s)
     }
 
     /// Returns the faults of the case. Nothing is wrong with a joint of an ensemble.
@@ -90,11 +101,12 @@ pub enum Motion {
     Trajectory,
 }
 
-/// Runs a case under a law with its gains; then `moves` moves in a row that `seed` draws.
+/// Runs a case under a law with its gains, of each of its joints; then `moves` moves in a row that
+/// `seed` draws. An arm makes none.
 ///
 /// # Errors
 /// If the core refuses the gains.
-pub fn run(case: &Case, law: &str, tuned: &Tuned, [seed, moves]: [u64; 2]) -> Result<Row, Error> {
+pub fn run(case: &Case, law: &str, tuned: &[Tuned], [seed, moves]: [u64; 2]) -> Result<Row, Error> {
     run_and_show(case, law, tuned, [seed, moves], |_, _, _| {})
 }
 
@@ -105,15 +117,26 @@ pub fn run(case: &Case, law: &str, tuned: &Tuned, [seed, moves]: [u64; 2]) -> Re
 pub fn run_and_show(
     case: &Case,
     law: &str,
-    tuned: &Tuned,
+    tuned: &[Tuned],
     [seed, moves]: [u64; 2],
     mut show: impl FnMut(Motion, f64, &Sample),
 ) -> Result<Row, Error> {
-    let (step, step_fault) =
+    if case.family.is_arm() {
+        return arm_case::run(case, law, tuned, show);
+    }
+    let [tuned] = tuned else {
+        return Err(Error::Input("gains for one joint are wanted".into()));
+    };
+    let Stepped { measures: step, fault: step_fault, end } =
         stepped(case, tuned, |time_s, sample| show(Motion::Step, time_s, sample))?;
-    let (tracking, tracking_fault) =
-        tracked(case, tuned, |time_s, sample| show(Motion::Trajectory, time_s, sample))?;
-    let moves = u32::try_from(moves).unwrap_or(u32::MAX);
+    // A trajectory would lead far beyond a wall.
+    let has_wall = case.family.has_wall();
+    let (tracking, tracking_fault) = if has_wall {
+        (TrackingMeasures::default(), None)
+    } else {
+        tracked(case, tuned, |time_s, sample| show(Motion::Trajectory, time_s, sample))?
+    };
+    let moves = if has_wall { 0 } else { u32::try_from(moves).unwrap_or(u32::MAX) };
     let wear = if moves > 0 { moves::run(case, tuned, seed, moves)? } else { Wear::default() };
     let count = case.count();
     Ok(Row {
@@ -142,16 +165,33 @@ pub fn run_and_show(
         moves_rms_first: wear.rms_counts[0].map(|rms| rms * count),
         moves_rms_last: wear.rms_counts[1].map(|rms| rms * count),
         moves_fault: wear.fault.map(|fault| fault.describe().into()),
+        missed: wear.missed_of_all,
+        near_s: case.family.near().and(step.near_s),
+        gave_up_s: end.map(|(time_s, _)| time_s),
+        effort_after: end.map(|(_, effort)| effort),
     })
 }
 
 type Judged<M> = Result<(M, Option<String>), Error>;
 
+/// What a step comes to.
+struct Stepped {
+    measures: StepMeasures,
+    fault: Option<String>,
+    /// When the law gave up before a wall (s), and the largest effort afterwards.
+    end: Option<(f64, f64)>,
+}
+
 /// Runs the step. A fault ends it: the servo lets go, and its brake is no part of the joint.
-fn stepped(case: &Case, tuned: &Tuned, mut show: impl FnMut(f64, &Sample)) -> Judged<StepMeasures> {
+fn stepped(
+    case: &Case,
+    tuned: &Tuned,
+    mut show: impl FnMut(f64, &Sample),
+) -> Result<Stepped, Error> {
     let h = case.told.sample_time;
     let samples = (case.family.duration_s() / h).round() as u32;
-    let mut judge = StepJudge::new(samples);
+    let mut judge = StepJudge::new(samples, near_counts(case));
+    let mut end: Option<(f64, f64)> = None;
     let mut rig = Rig::armed(case, tuned)?;
     // A step is refused after a fault only, which the first tick tells.
     let _ = rig.follow(assemble::step(case));
@@ -163,9 +203,21 @@ fn stepped(case: &Case, tuned: &Tuned, mut show: impl FnMut(f64, &Sample)) -> Ju
         }
         judge.see(&last);
         show(f64::from(k) * h, &last);
+        if case.family.has_wall() {
+            end = match end {
+                // The law's effort of the tick in which it gives up is still under way.
+                Some((time_s, effort)) => Some((time_s, effort.max(last.effort.abs()))),
+                None => rig.has_given_up().then(|| (f64::from(k) * h, 0.0)),
+            };
+        }
     }
     let fault = rig.fault().map(|fault| fault.describe().to_owned());
-    Ok((judge.measures(h, &last), fault))
+    Ok(Stepped { measures: judge.measures(h, &last), fault, end })
+}
+
+/// The error within which a joint is nearly there, counts.
+pub(super) fn near_counts(case: &Case) -> f64 {
+    case.family.near().map_or(f64::INFINITY, |near| near / case.count())
 }
 
 fn tracked(

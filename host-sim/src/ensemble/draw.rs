@@ -3,42 +3,36 @@
 //! The draws of a case are made in the order of the functions below, each joint anew.
 //! docs/ensemble.md has the distributions as a table.
 
-use std::f64::consts::{PI, TAU};
+use std::f64::consts::{LN_2, PI, TAU};
 
+use super::arm_draw::{self, ArmCase};
 use super::distribution::{Draws, Purpose};
 use super::family::Family;
-use super::rules::Told;
+use super::rules::{Rule, Told, Tuned};
+use super::thesis_draw;
 use crate::joint::{
-    Body, Bristle, Description, Encoder, Gravity, Load, Shaft, Side, Stribeck, Train,
+    Body, Bristle, Description, Dwell, Encoder, Friction, Gravity, Load, Shaft, Side, Stops,
+    Stribeck, Thermal, Train,
 };
 use crate::plant::Delay;
 
 /// Nominal inertia of the SI families, kg m^2, and viscous friction, N m s/rad.
-const NOMINAL: [f64; 2] = [0.34, 1.3];
+pub(super) const NOMINAL: [f64; 2] = [0.34, 1.3];
 
 /// Effort limit of the SI families and its step, N m.
-const EFFORT: [f64; 2] = [60.0, 0.06];
+pub(super) const EFFORT: [f64; 2] = [60.0, 0.06];
 
 /// What is told of the breakaway of the SI families, N m: F_c U(2, 6) times U(1.05, 2).
-const BREAKAWAY: [f64; 2] = [2.0, 12.0];
+pub(super) const BREAKAWAY: [f64; 2] = [2.0, 12.0];
 
 /// The same of a hard joint: times U(2, 4).
-const HARD_BREAKAWAY: [f64; 2] = [2.0, 24.0];
+pub(super) const HARD_BREAKAWAY: [f64; 2] = [2.0, 24.0];
 
 /// The largest load that drives a joint, in multiples of its stick friction.
 const OVERHAULING: [f64; 2] = [0.5, 3.0];
 
-/// Nominal inertia of the thesis's axis, V s^2/deg, and viscous friction, V s/deg.
-const THESIS: [f64; 2] = [1.0 / 27.0, 0.02];
-
-/// The full scale of the thesis's D/A and its step, V.
-const THESIS_EFFORT: [f64; 2] = [5.0, 0.00488];
-
-/// What is told of the breakaway of the thesis's axis, V: 0.38 L(0.5, 2) times U(1, 1.35).
-const THESIS_BREAKAWAY: [f64; 2] = [0.19, 1.03];
-
-/// Count of the thesis's encoder, deg, and its sample time, s.
-const THESIS_LOOP: [f64; 2] = [0.00242, 0.02];
+/// How far before its target a joint meets the wall, counts.
+const WALL: f64 = 5.0;
 
 /// What an ensemble varies beside the seed.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -97,6 +91,8 @@ pub struct Case {
     /// How far a load slides when it breaks away behind a shaft, counts; of a load that the encoder
     /// sits on.
     pub jump_counts: Option<f64>,
+    /// Of an arm both joints; `joint` is its first one without the links' motion then.
+    pub arm: Option<Box<ArmCase>>,
 }
 
 impl Case {
@@ -104,9 +100,21 @@ impl Case {
     pub fn draw(seed: u64, family: Family, number: u64, kind: Kind) -> Self {
         let draws = &mut Draws::new(seed, family.number(), Purpose::Joint, number);
         match family {
-            Family::ThesisAxis => thesis_axis(draws, number),
+            Family::ThesisAxis | Family::EndStopThesis => thesis_draw::axis(draws, family, number),
+            Family::Arm | Family::ArmUncoupled => arm_draw::arm(draws, family, number, kind),
             _ => in_si(draws, family, number, kind),
         }
+    }
+
+    /// Returns the gains of a law for each of its joints.
+    pub fn gains(&self, rule: &Rule) -> Vec<Tuned> {
+        self.each(|told| rule.gains(told))
+    }
+
+    /// Does something with what is told of each of its joints.
+    pub(super) fn each<T>(&self, does: impl Fn(&Told) -> T) -> Vec<T> {
+        let second = self.arm.as_deref().map(|arm| &arm.told);
+        std::iter::once(&self.told).chain(second).map(does).collect()
     }
 
     /// Returns the angle of a count, in the unit of the joint.
@@ -120,11 +128,13 @@ fn in_si(draws: &mut Draws, family: Family, number: u64, kind: Kind) -> Case {
     let [inertia, viscous] = NOMINAL.map(|nominal| nominal * draws.uniform(0.5, 1.5));
     let coulomb = draws.uniform(2.0, 6.0);
     // A load of three times a hard joint's friction would be more than the motor has.
-    let hard = kind.hard && family != Family::Overhauling;
+    let hard = kind.hard && !family.is_overhauling();
     let ratio = if hard { draws.uniform(2.0, 4.0) } else { draws.uniform(1.05, 2.0) };
     let stribeck_velocity = draws.log_uniform(5e-3, 0.2);
     let curve = Stribeck { coulomb, stick: ratio * coulomb, stribeck_velocity, viscous };
-    let step = draws.sign() * draws.log_uniform(1e-3, 0.5);
+    // So far that the coarse encoder has more counts than the wall is before the target.
+    let least = if family.has_wall() { 0.01 } else { 1e-3 };
+    let step = draws.sign() * draws.log_uniform(least, 0.5);
     let counts_per_turn = if number.is_multiple_of(2) { 1e5 } else { 1e4 };
     let count = TAU / counts_per_turn;
     let start = count * draws.uniform(-0.5, 0.5);
@@ -145,44 +155,82 @@ fn in_si(draws: &mut Draws, family: Family, number: u64, kind: Kind) -> Case {
             Train::Rigid(Body { inertia, friction: curve.into() })
         }
         Family::Overhauling => {
-            let [least, most] = OVERHAULING;
-            load.constant = draws.sign() * draws.uniform(least, most) * curve.stick;
+            load.constant = draws.sign() * overhauling(draws) * curve.stick;
             Train::Rigid(Body { inertia, friction: curve.into() })
         }
-        Family::LuGre => {
+        Family::OverhaulingGravity => {
+            let amplitude = draws.sign() * overhauling(draws) * curve.stick;
+            load.gravity = Some(Gravity { amplitude, angle: draws.uniform(-PI, PI) });
+            Train::Rigid(Body { inertia, friction: curve.into() })
+        }
+        Family::LuGre | Family::OverhaulingLuGre | Family::EndStopLuGre => {
             let deflection = count * draws.uniform(3.0, 10.0);
-            load.constant = draws.uniform(-1.2, 1.2);
+            load.constant = if family == Family::OverhaulingLuGre {
+                draws.sign() * overhauling(draws) * curve.stick
+            } else {
+                draws.uniform(-1.2, 1.2)
+            };
             let bristle = Bristle::breaking_at(deflection, curve.stick, inertia);
             Train::LuGre { inertia, curve, bristle }
         }
-        Family::FlexibleMotor | Family::FlexibleBacklash | Family::FlexibleLoad => {
+        Family::FlexibleMotor
+        | Family::FlexibleBacklash
+        | Family::FlexibleLoad
+        | Family::OverhaulingFlexible
+        | Family::EndStopFlexible => {
             let widest = if family == Family::FlexibleBacklash { 20.0 } else { 4.0 };
             let (train, jump) = flexible(draws, inertia, &curve, widest * count);
             jump_counts = (side == Side::Load).then_some(jump / count);
+            if family.is_overhauling() {
+                load.constant = draws.sign() * overhauling(draws) * curve.stick;
+            }
             train
         }
-        Family::Rigid | Family::ThesisAxis => {
-            Train::Rigid(Body { inertia, friction: curve.into() })
+        Family::Dwell => {
+            let [growth, time_s] = [draws.uniform(0.2, 1.0), draws.log_uniform(0.1, 10.0)];
+            let dwell = Some(Dwell { growth, time_s });
+            Train::Rigid(Body { inertia, friction: Friction { dwell, ..curve.into() } })
         }
+        Family::Drifting => {
+            // The levels begin at half to twice of what they tend to.
+            let thermal = Some(Thermal {
+                start_k: 100.0 * draws.uniform(-LN_2, LN_2),
+                heating_k_per_w: 0.0,
+                time_s: draws.log_uniform(2.0, 20.0),
+                levels_per_k: 0.01,
+                viscous_per_k: 0.01,
+            });
+            Train::Rigid(Body { inertia, friction: Friction { thermal, ..curve.into() } })
+        }
+        Family::Rigid
+        | Family::Noisy
+        | Family::NoisyTold
+        | Family::EndStop
+        | Family::ThesisAxis
+        | Family::EndStopThesis
+        | Family::Arm
+        | Family::ArmUncoupled => Train::Rigid(Body { inertia, friction: curve.into() }),
     };
+    let stops = if family.has_wall() { wall(step, count) } else { Stops::default() };
 
     let scale = Scale { effort: EFFORT[0] / 5.0, angle: PI / 180.0 };
     let breakaway = if hard { HARD_BREAKAWAY } else { BREAKAWAY };
-    let is_braked = family == Family::Overhauling;
+    let is_braked = family.is_overhauling();
     let largest_load = if is_braked { OVERHAULING[1] * BREAKAWAY[1] } else { 0.0 };
     let told = scale.told(NOMINAL, breakaway, largest_load, EFFORT, [count, 1.0 / kind.rate_hz]);
     // Last of all, so that the joints are the same without it.
     let known = if is_braked { draws.uniform(0.8, 1.2) } else { 0.0 };
     let told = Told {
         encoder_at_load: side == Side::Load,
-        hold_effort: -known * load.constant / scale.effort,
+        jitter: if family == Family::NoisyTold { 2.0 } else { 0.0 },
+        hold_effort: -known * load.at(start) / scale.effort,
         ..told
     };
     let (distance, speed, dwell_s, half_blend_s) = (0.5 * step.signum(), 0.5, 0.5, 0.125);
     Case {
         family,
         number,
-        joint: Description { load, lag_s, start, ..Description::of(train, count) },
+        joint: Description { load, lag_s, start, stops, ..Description::of(train, count) },
         encoder: Encoder { count, side },
         delay,
         scale,
@@ -191,6 +239,23 @@ fn in_si(draws: &mut Draws, family: Family, number: u64, kind: Kind) -> Case {
         trapezoid: Trapezoid { distance, speed, dwell_s, half_blend_s },
         is_braked,
         jump_counts,
+        arm: None,
+    }
+}
+
+/// A load that drives the joint, in multiples of its stick friction.
+fn overhauling(draws: &mut Draws) -> f64 {
+    let [least, most] = OVERHAULING;
+    draws.uniform(least, most)
+}
+
+/// A wall before the target of a step.
+pub(super) fn wall(step: f64, count: f64) -> Stops {
+    let at = step - step.signum() * WALL * count;
+    if step > 0.0 {
+        Stops { upper: at, ..Stops::default() }
+    } else {
+        Stops { lower: at, ..Stops::default() }
     }
 }
 
@@ -221,37 +286,10 @@ fn flexible(draws: &mut Draws, inertia: f64, curve: &Stribeck, widest: f64) -> (
     (train, jump)
 }
 
-/// The thesis's axis with other friction and inertia, in degrees and volts.
-fn thesis_axis(draws: &mut Draws, number: u64) -> Case {
-    let inertia = THESIS[0] * draws.log_uniform(0.5, 2.0);
-    let viscous = THESIS[1] * draws.uniform(0.5, 1.5);
-    let coulomb = 0.38 * draws.log_uniform(0.5, 2.0);
-    let stick = coulomb * draws.uniform(1.0, 1.35);
-    let curve = Stribeck { coulomb, stick, stribeck_velocity: 0.0, viscous };
-    let [count, sample_time] = THESIS_LOOP;
-    let start = -count * draws.uniform(0.0, 1.0);
-    let delay = if draws.coin() { Delay::OneSample } else { Delay::None };
-    let scale = Scale { effort: 1.0, angle: 1.0 };
-    let train = Train::Rigid(Body { inertia, friction: curve.into() });
-    Case {
-        family: Family::ThesisAxis,
-        number,
-        joint: Description { start, ..Description::of(train, count) },
-        encoder: Encoder { count, side: Side::Motor },
-        delay,
-        scale,
-        told: scale.told(THESIS, THESIS_BREAKAWAY, 0.0, THESIS_EFFORT, [count, sample_time]),
-        step: 2.5,
-        trapezoid: Trapezoid { distance: 50.0, speed: 5.0, dwell_s: 2.0, half_blend_s: 0.25 },
-        is_braked: false,
-        jump_counts: None,
-    }
-}
-
 impl Scale {
     /// Returns what is told of a joint: inertia and viscous friction, breakaway, largest load,
     /// effort limit and its step, count (all in the unit of the joint) and sample time (s).
-    fn told(
+    pub(super) fn told(
         self,
         [inertia, viscous]: [f64; 2],
         breakaway: [f64; 2],
@@ -272,12 +310,14 @@ impl Scale {
             count: count / self.angle,
             sample_time,
             encoder_at_load: false,
+            jitter: 0.0,
         }
     }
 }
 
 #[cfg(test)]
 mod tests {
+    use super::super::thesis_draw::{BREAKAWAY as THESIS_BREAKAWAY, NOMINAL as THESIS};
     use super::*;
 
     const EASY: Kind = Kind { hard: false, rate_hz: 1000.0 };
@@ -329,7 +369,7 @@ mod tests {
     #[test]
     fn what_is_told_encloses_what_is_drawn() {
         for hard in [false, true] {
-            for family in Family::ALL {
+            for family in Family::all() {
                 for case in drawn(family, Kind { hard, ..EASY }) {
                     let bodies = bodies(&case);
                     let is_flexible = matches!(case.joint.train, Train::Flexible { .. });
@@ -341,7 +381,8 @@ mod tests {
                     assert!(bounds.contains(&stick_v), "{family:?}: {stick_v}");
                     assert!(case.joint.build().is_ok(), "{case:?}");
                     // The motor can move every joint.
-                    let load = case.joint.load.constant.abs();
+                    let Load { constant, gravity } = case.joint.load;
+                    let load = constant.abs() + gravity.map_or(0.0, |of| of.amplitude.abs());
                     let [full_scale, count] = [case.told.full_scale, case.told.count];
                     assert!(load + stick < full_scale * case.scale.effort, "{case:?}");
                     assert!((count * case.scale.angle / case.count() - 1.0).abs() < 1e-12);
@@ -354,7 +395,7 @@ mod tests {
     #[test]
     fn loads_are_below_the_friction_but_where_they_shall_drive_the_joint() {
         let share = |case: &Case| {
-            let gravity = case.joint.load.gravity.map_or(0.0, |gravity| gravity.amplitude);
+            let gravity = case.joint.load.gravity.map_or(0.0, |of| of.amplitude.abs());
             let load = case.joint.load.constant.abs().max(gravity);
             load / bodies(case)[0].friction.curve.stick
         };
@@ -363,10 +404,38 @@ mod tests {
             assert!(cases.iter().all(|case| (0.0..0.6).contains(&share(case)) && !case.is_braked));
             assert!(mean(&cases, share) > 0.05, "{family:?}");
         }
-        let driven = drawn(Family::Overhauling, EASY);
-        assert!(driven.iter().all(|case| (0.5..3.0).contains(&share(case)) && case.is_braked));
-        let more = driven.iter().filter(|case| share(case) > 1.0).count() as f64 / CASES as f64;
-        assert!((more - 0.8).abs() < 0.04, "{more}");
+        for family in [Family::Overhauling, Family::OverhaulingGravity, Family::OverhaulingLuGre] {
+            let driven = drawn(family, EASY);
+            assert!(driven.iter().all(|case| (0.5..3.0).contains(&share(case)) && case.is_braked));
+            let more = driven.iter().filter(|case| share(case) > 1.0).count() as f64 / CASES as f64;
+            assert!((more - 0.8).abs() < 0.04, "{more}");
+            // The effort that is told is that of the load where the joint is armed, within 20 %.
+            for case in &driven {
+                let held = -case.told.hold_effort * case.scale.effort;
+                let load = case.joint.load.at(case.joint.start);
+                assert!((0.8..1.2).contains(&(held / load)), "{family:?}: {held} {load}");
+            }
+        }
+        for case in drawn(Family::OverhaulingFlexible, EASY) {
+            let [motor, load] = bodies(&case).map(|body| body.friction.curve.stick);
+            let share = case.joint.load.constant.abs() / (motor + load);
+            assert!((0.5..3.0).contains(&share) && case.is_braked, "{share}");
+        }
+    }
+
+    #[test]
+    fn a_wall_stands_five_counts_before_the_target_on_the_way_there() {
+        for family in Family::all().filter(|family| family.has_wall()) {
+            for case in drawn(family, EASY) {
+                let Stops { lower, upper } = case.joint.stops;
+                let wall = if case.step > 0.0 { upper } else { lower };
+                let before = (case.step - wall) / case.count() * case.step.signum();
+                assert!((before - 5.0).abs() < 1e-6, "{family:?}: {before}");
+                assert!(lower.is_infinite() || upper.is_infinite());
+                // It is on the way, and not behind the joint.
+                assert!(wall * case.step > 0.0 && wall.abs() > 10.0 * case.count());
+            }
+        }
     }
 
     #[test]

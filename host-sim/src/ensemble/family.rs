@@ -24,11 +24,37 @@ pub enum Family {
     FlexibleLoad,
     /// The thesis's axis and its neighbours, at 20 ms.
     ThesisAxis,
+    /// A geared arm of two links, with a controller for each joint.
+    Arm,
+    /// The same arms without what the motion of one joint does to the other.
+    ArmUncoupled,
+    /// One inertia with a pendulum that drives the joint when the motor is off.
+    OverhaulingGravity,
+    /// One inertia on a bristle, with a constant load that drives it.
+    OverhaulingLuGre,
+    /// Two inertias and a shaft, encoder on the motor, with a constant load that drives the load.
+    OverhaulingFlexible,
+    /// A rigid joint with a wall before its target.
+    EndStop,
+    /// The same of a joint on a bristle.
+    EndStopLuGre,
+    /// The same of a flexible joint, whose load meets the wall.
+    EndStopFlexible,
+    /// The same of the thesis's axis.
+    EndStopThesis,
+    /// A rigid joint whose stick friction grows while it rests.
+    Dwell,
+    /// A rigid joint whose friction drifts from its begin on.
+    Drifting,
+    /// A rigid joint whose encoder is a count off in two readings of three, which no law is told.
+    Noisy,
+    /// The same joints, and the laws that ask for the encoder's jitter are told it.
+    NoisyTold,
 }
 
 impl Family {
-    /// Every family, in the order of reports.
-    pub const ALL: [Self; 9] = [
+    /// Those that `all` means, in the order of reports.
+    pub const USUAL: [Self; 10] = [
         Self::Rigid,
         Self::Loaded,
         Self::Gravity,
@@ -38,7 +64,29 @@ impl Family {
         Self::FlexibleBacklash,
         Self::FlexibleLoad,
         Self::ThesisAxis,
+        Self::Arm,
     ];
+
+    /// Those that are run where they are named only: they ask one question each.
+    pub const SPECIAL: [Self; 12] = [
+        Self::ArmUncoupled,
+        Self::OverhaulingGravity,
+        Self::OverhaulingLuGre,
+        Self::OverhaulingFlexible,
+        Self::EndStop,
+        Self::EndStopLuGre,
+        Self::EndStopFlexible,
+        Self::EndStopThesis,
+        Self::Dwell,
+        Self::Drifting,
+        Self::Noisy,
+        Self::NoisyTold,
+    ];
+
+    /// Every family.
+    pub fn all() -> impl Iterator<Item = Self> {
+        Self::USUAL.into_iter().chain(Self::SPECIAL)
+    }
 
     /// Returns the name in options and reports.
     pub const fn name(self) -> &'static str {
@@ -52,11 +100,24 @@ impl Family {
             Self::FlexibleBacklash => "flexible-backlash",
             Self::FlexibleLoad => "flexible-load",
             Self::ThesisAxis => "thesis-axis",
+            Self::Arm => "arm",
+            Self::ArmUncoupled => "arm-uncoupled",
+            Self::OverhaulingGravity => "overhauling-gravity",
+            Self::OverhaulingLuGre => "overhauling-lugre",
+            Self::OverhaulingFlexible => "overhauling-flexible",
+            Self::EndStop => "end-stop",
+            Self::EndStopLuGre => "end-stop-lugre",
+            Self::EndStopFlexible => "end-stop-flexible",
+            Self::EndStopThesis => "end-stop-thesis",
+            Self::Dwell => "dwell",
+            Self::Drifting => "drifting",
+            Self::Noisy => "noisy",
+            Self::NoisyTold => "noisy-told",
         }
     }
 
     /// Returns the number that its draws begin with. A number that was given never means another
-    /// family.
+    /// family. An arm is the same with its coupling and without, and a joint whatever is told.
     pub const fn number(self) -> u8 {
         match self {
             Self::Rigid => 1,
@@ -68,6 +129,17 @@ impl Family {
             Self::FlexibleBacklash => 7,
             Self::FlexibleLoad => 8,
             Self::ThesisAxis => 9,
+            Self::Arm | Self::ArmUncoupled => 10,
+            Self::OverhaulingGravity => 11,
+            Self::OverhaulingLuGre => 12,
+            Self::OverhaulingFlexible => 13,
+            Self::EndStop => 14,
+            Self::EndStopLuGre => 15,
+            Self::EndStopFlexible => 16,
+            Self::EndStopThesis => 17,
+            Self::Dwell => 18,
+            Self::Drifting => 19,
+            Self::Noisy | Self::NoisyTold => 20,
         }
     }
 
@@ -76,8 +148,8 @@ impl Family {
     /// # Errors
     /// Names the nearest one.
     pub fn named(name: &str) -> Result<Self, Error> {
-        Self::ALL.into_iter().find(|family| family.name() == name).ok_or_else(|| {
-            let near = suggestion(name, Self::ALL.map(Self::name));
+        Self::all().find(|family| family.name() == name).ok_or_else(|| {
+            let near = suggestion(name, Self::all().map(Self::name));
             Error::Input(format!("--plant {name}: there is no family of that name{near}"))
         })
     }
@@ -86,7 +158,7 @@ impl Family {
     /// in volts; all others are in rad and N m.
     pub const fn units(self) -> Units {
         match self {
-            Self::ThesisAxis => Units { angle: "deg", effort: "V" },
+            Self::ThesisAxis | Self::EndStopThesis => Units { angle: "deg", effort: "V" },
             _ => Units { angle: "rad", effort: "N m" },
         }
     }
@@ -94,22 +166,69 @@ impl Family {
     /// Returns how long a step is watched, s.
     pub const fn duration_s(self) -> f64 {
         match self {
-            Self::ThesisAxis => 20.0,
+            Self::ThesisAxis | Self::EndStopThesis => 20.0,
             _ => 30.0,
         }
     }
 
-    /// Returns the time in which a joint has to settle, s.
+    /// Returns the time in which a joint has to settle, or in which its law has to give up before a
+    /// wall, s.
     pub const fn settles_within_s(self) -> f64 {
         match self {
             Self::FlexibleLoad => 10.0,
+            _ if self.has_wall() => 2.0,
             _ => 5.0,
+        }
+    }
+
+    /// Returns whether a wall stands before the target.
+    pub const fn has_wall(self) -> bool {
+        matches!(
+            self,
+            Self::EndStop | Self::EndStopLuGre | Self::EndStopFlexible | Self::EndStopThesis
+        )
+    }
+
+    /// Returns whether a load drives the joint, and a brake holds it until the move begins.
+    pub const fn is_overhauling(self) -> bool {
+        matches!(
+            self,
+            Self::Overhauling
+                | Self::OverhaulingGravity
+                | Self::OverhaulingLuGre
+                | Self::OverhaulingFlexible
+        )
+    }
+
+    /// Returns whether the encoder is a count off in two readings of three.
+    pub const fn has_noise(self) -> bool {
+        matches!(self, Self::Noisy | Self::NoisyTold)
+    }
+
+    /// Returns whether it is an arm of two joints.
+    pub const fn is_arm(self) -> bool {
+        matches!(self, Self::Arm | Self::ArmUncoupled)
+    }
+
+    /// Returns the error within which a joint is nearly there, in its unit; a settling into it is
+    /// told beside that into 2 counts.
+    pub const fn near(self) -> Option<f64> {
+        match self {
+            // Settled means that on the thesis's axis everywhere else (docs/laws.md).
+            Self::ThesisAxis => Some(0.05),
+            _ => None,
         }
     }
 
     /// Returns whether the joint has a load whose place is another than the encoder's.
     pub const fn has_unseen_load(self) -> bool {
-        matches!(self, Self::FlexibleMotor | Self::FlexibleBacklash)
+        matches!(
+            self,
+            Self::FlexibleMotor
+                | Self::FlexibleBacklash
+                | Self::OverhaulingFlexible
+                | Self::EndStopFlexible
+        )
     }
 }
 
@@ -128,9 +247,14 @@ mod tests {
 
     #[test]
     fn names_and_numbers_are_each_family_s_own() {
-        for (i, family) in Family::ALL.into_iter().enumerate() {
+        let all: Vec<Family> = Family::all().collect();
+        for (i, family) in all.iter().copied().enumerate() {
             assert_eq!(Family::named(family.name()).unwrap(), family);
-            assert!(Family::ALL[..i].iter().all(|other| other.number() != family.number()));
+            let is_same = |other: &Family| {
+                family.is_arm() && other.is_arm() || family.has_noise() && other.has_noise()
+            };
+            let is_other = |other: &Family| other.number() != family.number();
+            assert!(all[..i].iter().all(|other| is_other(other) || is_same(other)));
         }
         let message = Family::named("flexible-moter").unwrap_err().to_string();
         assert!(message.contains("did you mean `flexible-motor`?"), "{message}");

@@ -71,7 +71,7 @@ fn cloud(header: &Header, group: &Group, rows: &[Row]) -> Chart {
 /// If the core refuses gains.
 pub fn traces(joint: &Case, rule: &Rule) -> Result<Vec<NamedFigure>, Error> {
     let mut seen: [Vec<(f64, Sample)>; 2] = [Vec::new(), Vec::new()];
-    let tuned = rule.gains(&joint.told);
+    let tuned = joint.gains(rule);
     case::run_and_show(joint, rule.law, &tuned, [0, 0], |motion, time_s, sample| {
         seen[motion as usize].push((time_s, *sample));
     })?;
@@ -79,7 +79,11 @@ pub fn traces(joint: &Case, rule: &Rule) -> Result<Vec<NamedFigure>, Error> {
         let samples = &seen[motion as usize];
         figure(joint, rule.law, name, samples, motion == Motion::Step)
     };
-    Ok(vec![of(Motion::Step, "step"), of(Motion::Trajectory, "trajectory")])
+    let mut drawn = vec![of(Motion::Step, "step")];
+    if !joint.family.has_wall() {
+        drawn.push(of(Motion::Trajectory, "trajectory"));
+    }
+    Ok(drawn)
 }
 
 fn figure(
@@ -99,6 +103,9 @@ fn figure(
     let mut errors = vec![Line::new("at the encoder", Style::Primary, points(|s| s.error))];
     if joint.family.has_unseen_load() {
         errors.push(Line::new("of the load", Style::Second, points(|s| s.load_error)));
+    }
+    if joint.family.is_arm() {
+        errors.push(Line::new("of the second joint", Style::Second, points(|s| s.load_error)));
     }
     let ends = [samples.first(), samples.last()].map(|end| end.map_or(0.0, |(time_s, _)| *time_s));
     for (name, bound) in [("2 counts", BAND_COUNTS), ("", -BAND_COUNTS)] {

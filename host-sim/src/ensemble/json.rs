@@ -70,6 +70,14 @@ fn law(summary: &Summary) -> Value {
     if summary.load_rest_counts.max().is_some() {
         object.insert("load_rest_counts".into(), quantiles(&summary.load_rest_counts, &usual));
     }
+    if summary.near_s.max().is_some() {
+        object.insert("near_s".into(), quantiles(&summary.near_s, &usual));
+    }
+    if summary.gave_up_s.max().is_some() {
+        object.insert("gave_up_s".into(), quantiles(&summary.gave_up_s, &settling));
+        object.insert("gave_up_cases".into(), json!(summary.gave_up_s.finite()));
+        object.insert("effort_after".into(), quantiles(&summary.effort_after, &usual));
+    }
     if !summary.by_jump.is_empty() {
         let class = |(name, cases, success): &(&str, usize, usize)| {
             let of_class = json!({
@@ -84,10 +92,13 @@ fn law(summary: &Summary) -> Value {
             summary.by_jump.iter().map(class).collect::<Map<_, _>>().into(),
         );
     }
-    if let Some(MovesSummary { moves, judged, missed, tracking_rms }) = &summary.moves {
+    if let Some(MovesSummary { moves, judged, missed, missed_of_all, tracking_rms }) =
+        &summary.moves
+    {
         let tenth = |missed: u64, rms: &Sorted| json!({ "moves": judged, "missed": missed, "tracking_rms": quantiles(rms, &usual) });
         let [first, last] = [0, 1].map(|i: usize| tenth(missed[i], &tracking_rms[i]));
-        object.insert("moves".into(), json!({ "moves": moves, "first": first, "last": last }));
+        let row = json!({ "moves": moves, "missed": missed_of_all, "first": first, "last": last });
+        object.insert("moves".into(), row);
     }
     value
 }

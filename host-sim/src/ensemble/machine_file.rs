@@ -7,6 +7,7 @@
 //! Positions are in degrees, efforts in volts.
 
 use std::path::Path;
+use std::sync::{Mutex, PoisonError};
 
 use rayon::prelude::*;
 
@@ -82,6 +83,18 @@ pub struct MachineEnsemble {
     pub laws: Vec<String>,
     spreads: Vec<Spread>,
     nominal: Vec<RunPlan>,
+    written: Vec<String>,
+}
+
+/// What is asked of a machine's file beside its text.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct Around<'a> {
+    /// Names of the controllers that are run; all if none is named.
+    pub controllers: &'a [String],
+    /// Keys that vary, `KEY=LOW..HIGH` each.
+    pub spreads: &'a [String],
+    /// Samples per second instead of the file's, Hz.
+    pub rate_hz: Option<f64>,
 }
 
 impl MachineEnsemble {
@@ -89,8 +102,10 @@ impl MachineEnsemble {
     ///
     /// # Errors
     /// Names what is wrong with the file, or a controller that it does not have.
-    pub fn open(file: &str, controllers: &[String], spreads: &[String]) -> Result<Self, Error> {
-        Self::around(file, Document::open(file)?, [controllers, spreads], DURATION_S)
+    pub fn open(file: &str, around: Around<'_>) -> Result<Self, Error> {
+        let mut machine = Self::around(file, Document::open(file)?, around, DURATION_S)?;
+        machine.written.insert(0, Document::text(file)?);
+        Ok(machine)
     }
 
     /// Does the same with a document that has been opened, and watches its steps for `duration_s`.
@@ -100,14 +115,19 @@ impl MachineEnsemble {
     pub fn around(
         file: &str,
         mut document: Document,
-        [controllers, spreads]: [&[String]; 2],
+        Around { controllers, spreads, rate_hz }: Around<'_>,
         duration_s: f64,
     ) -> Result<Self, Error> {
         if document.is_lab() {
             let why = "is a friction experiment, which positions nothing";
             return Err(Error::Input(format!("--plant {file}: {why}")));
         }
-        document.set(&[format!("run.duration_s={duration_s:?}")])?;
+        let mut written = vec![format!("run.duration_s={duration_s:?}")];
+        if let Some(rate_hz) = rate_hz {
+            written.push(format!("loop.sample_time_s={:?}", 1.0 / rate_hz));
+        }
+        document.set(&written)?;
+        written.extend(spreads.iter().cloned());
         let nominal = plans(&document, controllers)?;
         let mut laws: Vec<String> = Vec::new();
         for law in nominal.iter().filter_map(|plan| plan.controller.clone()) {
@@ -123,7 +143,7 @@ impl MachineEnsemble {
         let stem = Path::new(file).file_stem().unwrap_or_default().to_string_lossy();
         let [unit, effort_unit] = ["deg", "V"].map(str::to_owned);
         let group = Group { name: stem.into(), unit, effort_unit, settles_within_s: 5.0 };
-        Ok(Self { document, group, laws, spreads, nominal })
+        Ok(Self { document, group, laws, spreads, nominal, written })
     }
 
     /// Returns the samples per second of the file.
@@ -131,28 +151,54 @@ impl MachineEnsemble {
         self.nominal.first().map_or(0.0, |plan| 1.0 / plan.machine.sampling.sample_time_s())
     }
 
-    /// Runs `cases` joints; the rows are in no order.
+    /// Returns what tells this ensemble from one around another file, or around the same otherwise.
+    pub fn written(&self) -> Vec<String> {
+        self.written.clone()
+    }
+
+    /// Runs all of `cases` joints; the rows are in no order.
     ///
     /// # Errors
     /// Names a value that no joint can have.
     pub fn run(&self, seed: u64, cases: u64) -> Result<Vec<Row>, Error> {
-        let rows: Vec<Vec<Row>> = (0..cases)
-            .into_par_iter()
-            .map(|number| self.case(seed, number))
-            .collect::<Result<_, _>>()?;
-        Ok(rows.into_iter().flatten().collect())
+        let rows = Mutex::new(Vec::new());
+        self.run_some(
+            [seed, cases],
+            |_, _| true,
+            |row| {
+                rows.lock().unwrap_or_else(PoisonError::into_inner).push(row);
+                Ok(())
+            },
+        )?;
+        Ok(rows.into_inner().unwrap_or_else(PoisonError::into_inner))
+    }
+
+    /// Runs the cases for which `wanted` says so (number of the case, controller), and gives each
+    /// row to `take` as soon as it is there, in any order.
+    ///
+    /// # Errors
+    /// The first of a case or of `take`; other cases may have been run then.
+    pub fn run_some(
+        &self,
+        [seed, cases]: [u64; 2],
+        wanted: impl Fn(u64, &str) -> bool + Sync,
+        take: impl Fn(Row) -> Result<(), Error> + Sync,
+    ) -> Result<(), Error> {
+        (0..cases).into_par_iter().try_for_each(|number| {
+            let laws: Vec<&String> = self.laws.iter().filter(|law| wanted(number, law)).collect();
+            if laws.is_empty() {
+                return Ok(());
+            }
+            let mut document = self.document.clone();
+            document.set(&self.drawn(seed, number))?;
+            let joints = plans(&document, &self.laws)?;
+            laws.into_iter().try_for_each(|law| take(self.under(law, number, &joints)?))
+        })
     }
 
     /// Draws the keys of a joint.
     pub fn drawn(&self, seed: u64, number: u64) -> Vec<String> {
         drawn(&self.spreads, seed, number)
-    }
-
-    fn case(&self, seed: u64, number: u64) -> Result<Vec<Row>, Error> {
-        let mut document = self.document.clone();
-        document.set(&self.drawn(seed, number))?;
-        let joints = plans(&document, &self.laws)?;
-        self.laws.iter().map(|law| self.under(law, number, &joints)).collect()
     }
 
     fn under(&self, law: &str, number: u64, joints: &[RunPlan]) -> Result<Row, Error> {
@@ -230,7 +276,7 @@ fn drive_with<S: AxisSolver>(
 }
 
 fn step(row: &mut Row, nominal: &RunPlan, joint: &RunPlan) -> Result<(), Error> {
-    let mut judge = StepJudge::new(joint.samples()?);
+    let mut judge = StepJudge::new(joint.samples()?, f64::INFINITY);
     let mut last = Sample::default();
     row.step_fault = drive([nominal, joint], joint.samples()?, |sample| {
         judge.see(sample);
@@ -291,7 +337,8 @@ mod tests {
     fn the_thesis_s_joint_under_its_own_controllers_is_judged_as_it_is_known_to_be() {
         let spreads = ["joint.friction.slip_v=0.30..0.39".to_owned()];
         let laws = ["pd", "srnf"].map(str::to_owned);
-        let ensemble = MachineEnsemble::open("step-response", &laws, &spreads).unwrap();
+        let around = Around { controllers: &laws, spreads: &spreads, rate_hz: None };
+        let ensemble = MachineEnsemble::open("step-response", around).unwrap();
         assert_eq!(ensemble.laws, laws);
         let rows = ensemble.run(1, 3).unwrap();
         assert_eq!(rows, ensemble.run(1, 3).unwrap());
@@ -304,7 +351,8 @@ mod tests {
         let pd: Vec<f64> =
             rows.iter().filter(|row| row.law == "pd").map(|row| row.rest_counts).collect();
         assert!(pd[0] != pd[1] || pd[1] != pd[2], "the friction does not vary: {pd:?}");
-        let error = MachineEnsemble::open("step-response", &["pdd".into()], &[]).unwrap_err();
+        let unknown = Around { controllers: &["pdd".into()], ..Around::default() };
+        let error = MachineEnsemble::open("step-response", unknown).unwrap_err();
         assert!(error.to_string().contains("pdd"), "{error}");
     }
 }

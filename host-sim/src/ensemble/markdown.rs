@@ -41,8 +41,9 @@ fn scale(group: &Group) -> f64 {
 
 /// Two digits, and more of what is large.
 fn quantile(value: Option<f64>, scale: f64) -> String {
-    match value.map(|value| scale * value).filter(|value| value.is_finite()) {
-        None => "fault".into(),
+    match value.map(|value| scale * value) {
+        None => "-".into(),
+        Some(value) if value.is_infinite() => "fault".into(),
         Some(value) if value >= 100.0 => format!("{value:.0}"),
         Some(value) if value >= 10.0 => format!("{value:.1}"),
         Some(value) if value >= 1.0 => format!("{value:.2}"),

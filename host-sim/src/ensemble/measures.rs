@@ -7,6 +7,7 @@
 //! | measure | over | meaning |
 //! |---|---|---|
 //! | settled | the step | time of the first sample after the last one that is more than 2 counts off |
+//! | near | the step | the same with the family's wider band |
 //! | rest | last half of the step | largest error |
 //! | hunting | last half of the step | at least 3 reversals: retreats of more than a count from the last extreme |
 //! | variation | last half, or motion | total variation of the held effort per second |
@@ -49,6 +50,8 @@ pub struct StepJudge {
     half: u32,
     last: u32,
     k: u32,
+    near: f64,
+    far_until: Option<u32>,
     unsettled: Option<u32>,
     within: bool,
     rest: f64,
@@ -63,6 +66,8 @@ pub struct StepJudge {
 pub struct StepMeasures {
     /// Time after which the joint stays within 2 counts, s; none if it is outside at the end.
     pub settled_s: Option<f64>,
+    /// Time after which it stays within the wider band, s.
+    pub near_s: Option<f64>,
     /// Largest error of the last half, counts.
     pub rest_counts: f64,
     /// Largest error of the load in the last half, counts.
@@ -80,12 +85,14 @@ pub struct StepMeasures {
 }
 
 impl StepJudge {
-    /// Judges `samples` samples after the first.
-    pub fn new(samples: u32) -> Self {
+    /// Judges `samples` samples after the first; `near` is the wider band, counts.
+    pub fn new(samples: u32, near: f64) -> Self {
         Self {
             half: samples / 2,
             last: samples,
             k: 0,
+            near,
+            far_until: None,
             unsettled: None,
             within: true,
             rest: 0.0,
@@ -102,6 +109,9 @@ impl StepJudge {
         // What is not a number is as far off as can be.
         let far = |error: f64| if error.is_nan() { f64::INFINITY } else { error.abs() };
         let error = far(sample.error);
+        if error > self.near {
+            self.far_until = Some(self.k);
+        }
         self.within = error <= BAND_COUNTS;
         if !self.within {
             self.unsettled = Some(self.k);
@@ -126,6 +136,8 @@ impl StepJudge {
         let far = |rest: f64, error: f64| if is_whole { rest } else { rest.max(error.abs()) };
         StepMeasures {
             settled_s: settled.then(|| self.unsettled.map_or(0.0, after)),
+            near_s: (is_whole && self.far_until != Some(self.last))
+                .then(|| self.far_until.map_or(0.0, after)),
             rest_counts: far(self.rest, last.error),
             load_rest_counts: far(self.load_rest, last.load_error),
             reversals: self.hunt.count,
@@ -296,7 +308,7 @@ mod tests {
                 ..Sample::default()
             }
         };
-        let mut judge = StepJudge::new(1000);
+        let mut judge = StepJudge::new(1000, 20.0);
         (0..=1000).for_each(|k| judge.see(&sample(k)));
         judge.measures(H, &sample(1000))
     }
@@ -305,6 +317,10 @@ mod tests {
     fn settled_is_the_first_sample_after_the_last_one_outside_of_two_counts() {
         // 100 exp(-t) is 2 at ln 50 = 3.912 s: 391 is outside, 392 is the first one within.
         assert_eq!(stepped(|t| 100.0 * (-t).exp()).settled_s, Some(392.0 * H));
+        // 100 exp(-t) is 20 at ln 5 = 1.609 s.
+        assert_eq!(stepped(|t| 100.0 * (-t).exp()).near_s, Some(161.0 * H));
+        assert_eq!(stepped(|_| 20.001).near_s, None);
+        assert_eq!(stepped(|_| -20.0).near_s, Some(0.0));
         // Exactly two counts are within, a little more is not.
         assert_eq!(stepped(|_| 2.0).settled_s, Some(0.0));
         assert_eq!(stepped(|_| -2.000_001).settled_s, None);
@@ -325,7 +341,7 @@ mod tests {
 
     #[test]
     fn a_run_that_ends_early_is_not_settled_and_rests_where_it_was() {
-        let mut judge = StepJudge::new(1000);
+        let mut judge = StepJudge::new(1000, 20.0);
         let at = |error| Sample { error, ..Sample::default() };
         (0..=999).for_each(|_| judge.see(&at(0.5)));
         let found = judge.measures(H, &at(7.0));
@@ -355,7 +371,7 @@ mod tests {
 
     #[test]
     fn variation_and_heat_of_the_effort_are_those_of_the_last_half() {
-        let mut judge = StepJudge::new(1000);
+        let mut judge = StepJudge::new(1000, 20.0);
         let effort = |k: u32| if k < 500 { 99.0 } else { f64::from(k % 2) * 3.0 };
         for k in 0..=1000 {
             judge.see(&Sample { effort: effort(k), ..Sample::default() });

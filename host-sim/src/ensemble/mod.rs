@@ -2,6 +2,7 @@
 //!
 //! ```text
 //! family, seed, number -> draw.rs: a joint, its loop, what is told of it ----+
+//!                         (arm_draw.rs, arm_rig.rs, arm_case.rs: two joints) |
 //!                             told -> rules/: gains of a law --+             |
 //!                                                              v             v
 //!                     measures.rs <- samples <- rig.rs: servo with all monitors, joint
@@ -14,11 +15,16 @@
 //! and the law, and on nothing else: so that any part of an ensemble may be run anywhere, and a
 //! summary of rows does not depend on who ran them.
 
+mod arm_case;
+mod arm_draw;
+mod arm_rig;
 mod assemble;
 mod case;
 mod distribution;
 mod draw;
 mod family;
+#[cfg(test)]
+mod family_tests;
 mod figures;
 mod identified;
 mod json;
@@ -35,6 +41,7 @@ mod summary;
 mod table;
 #[cfg(test)]
 mod tests;
+mod thesis_draw;
 mod tune;
 
 pub use case::{Motion, Row, run_and_show};
@@ -45,7 +52,7 @@ pub use identified::{
     Identified, Rates, Truth, UNEVEN, drawn, identify, rates, rates_markdown, rates_table,
 };
 pub use json::object;
-pub use machine_file::{MachineEnsemble, Spread, drawn};
+pub use machine_file::{Around, MachineEnsemble, Spread, drawn};
 pub use markdown::markdown;
 pub(crate) use measures::Reversals;
 pub use measures::{BAND_COUNTS, HUNTING_REVERSALS, Sample, TrackingJudge, TrackingMeasures};

@@ -30,6 +30,8 @@ pub struct Wear {
     pub judged: u32,
     /// Moves that were missed.
     pub missed: [u32; 2],
+    /// Moves of the whole row that were missed.
+    pub missed_of_all: u32,
     /// Root mean square of the error while the set point of a trapezoid moved, counts.
     pub rms_counts: [Option<f64>; 2],
     /// Fault that ended the row; every move after it is missed.
@@ -77,6 +79,7 @@ pub fn run(case: &Case, tuned: &Tuned, seed: u64, moves: u32) -> Result<Wear, Er
         }
         // What is not a number is missed.
         let hit = follows && rig.fault().is_none() && error.abs() <= BAND_COUNTS;
+        wear.missed_of_all += u32::from(!hit);
         for (missed, is_judged) in wear.missed.iter_mut().zip(tenths) {
             *missed += u32::from(is_judged && !hit);
         }

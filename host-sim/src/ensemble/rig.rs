@@ -5,6 +5,7 @@
 //! it is told to move, as over a link: this is time zero of all measures. A brake that holds the
 //! joint opens at the same time.
 
+use stiction::Tick;
 use stiction::compensator::Gains;
 use stiction::fault::Fault;
 use stiction::reference::Reference;
@@ -12,10 +13,10 @@ use stiction::reference::Reference;
 use super::assemble::parameters;
 use super::draw::Case;
 use super::measures::Sample;
-use super::rules::Tuned;
+use super::rules::{Told, Tuned};
 use crate::error::Error;
-use crate::joint::{AnyJoint, Encoder, Joint, Side, Turn};
-use crate::plant::DelayLine;
+use crate::joint::{AnyJoint, CountNoise, Encoder, Joint, Side, Turn};
+use crate::plant::{Delay, DelayLine};
 use crate::target::{Target, WatchedServo};
 
 /// A brake that holds any joint, in multiples of the effort limit.
@@ -24,15 +25,81 @@ const BRAKE: f64 = 10.0;
 /// A servo and its joint.
 #[derive(Debug)]
 pub struct Rig {
-    servo: WatchedServo,
     joint: AnyJoint,
     encoder: Encoder,
+    noise: Option<CountNoise>,
+    amplified: Amplified,
+    sample_time_s: f64,
+}
+
+/// A servo with its amplifier.
+#[derive(Debug)]
+pub(super) struct Amplified {
+    pub servo: WatchedServo,
     delay: DelayLine,
     /// Effort of a code, in the unit of the joint.
     per_code: f64,
     /// Angle of a degree, in the unit of the joint.
     per_degree: f64,
-    sample_time_s: f64,
+    /// Whether the law has given up, as of the last tick.
+    has_given_up: bool,
+}
+
+/// Arms a servo at so many counts; returns it with the ticks of its soft start.
+pub(super) fn armed(
+    case: &Case,
+    told: &Told,
+    tuned: &Tuned,
+    counts: i64,
+) -> Result<(WatchedServo, u32), Error> {
+    let parameters = parameters(told, tuned);
+    let law = tuned.laws.iter().map(Gains::name).collect::<Vec<_>>().join(" + ");
+    let (family, number) = (case.family.name(), case.number);
+    parameters.check().map_err(|error| {
+        let key = error.key.0;
+        Error::Input(format!(
+            "the rule of `{law}` gives a value that the core refuses, on case {number} of \
+             {family}: number {key:#06x} is {}; {:?}",
+            error.found, error.allowed
+        ))
+    })?;
+    let lead_in = parameters.ticks_at_least(parameters.device.soft_start);
+    Ok((WatchedServo::new(parameters, counts as u32, counts as i32)?, lead_in))
+}
+
+impl Amplified {
+    /// A servo behind a delay; `scale` is the effort of a volt and the angle of a degree.
+    pub fn new(
+        servo: WatchedServo,
+        told: &Told,
+        delay: Delay,
+        [effort, per_degree]: [f64; 2],
+    ) -> Self {
+        let delay = DelayLine::new(delay);
+        Self { servo, delay, per_code: told.lsb * effort, per_degree, has_given_up: false }
+    }
+
+    /// Puts a tick out, and says where the joint was: the encoder's side, and the load. `count` is
+    /// the angle of a count, and ticks are `tick_s` apart.
+    #[inline]
+    pub fn sample(
+        &mut self,
+        tick: &Tick,
+        [turn, load]: [Turn; 2],
+        [count, tick_s]: [f64; 2],
+    ) -> Sample {
+        self.has_given_up = tick.status & Tick::GAVE_UP != 0;
+        let setpoint = f64::from(tick.reference_counts) + f64::from(tick.reference_fraction);
+        let speed = f64::from(tick.reference_velocity) * self.per_degree;
+        Sample {
+            error: setpoint - turn.position / count,
+            load_error: setpoint - load.position / count,
+            position: turn.position / count,
+            speed_ratio: if speed == 0.0 { 0.0 } else { turn.velocity / speed },
+            speed: speed * tick_s / count,
+            effort: f64::from(self.delay.put(tick.code)) * self.per_code,
+        }
+    }
 }
 
 impl Rig {
@@ -42,30 +109,16 @@ impl Rig {
     /// If gains are not allowed, or the servo refuses to be armed.
     pub fn armed(case: &Case, tuned: &Tuned) -> Result<Self, Error> {
         let mut joint = case.joint.build()?;
-        let parameters = parameters(&case.told, tuned);
-        let law = tuned.laws.iter().map(Gains::name).collect::<Vec<_>>().join(" + ");
-        let (family, number) = (case.family.name(), case.number);
-        parameters.check().map_err(|error| {
-            let key = error.key.0;
-            Error::Input(format!(
-                "the rule of `{law}` gives a value that the core refuses, on case {number} of \
-                 {family}: number {key:#06x} is {}; {:?}",
-                error.found, error.allowed
-            ))
-        })?;
-        let lead_in = parameters.ticks_at_least(parameters.device.soft_start);
-        let counts = case.encoder.read(&joint);
-        let servo = WatchedServo::new(parameters, counts as u32, counts as i32)?;
+        let (servo, lead_in) = armed(case, &case.told, tuned, case.encoder.read(&joint))?;
         if case.is_braked {
             joint.set_brake(BRAKE * case.told.full_scale * case.scale.effort);
         }
+        let scale = [case.scale.effort, case.scale.angle];
         let mut rig = Self {
-            servo,
             joint,
             encoder: case.encoder,
-            delay: DelayLine::new(case.delay),
-            per_code: case.told.lsb * case.scale.effort,
-            per_degree: case.scale.angle,
+            noise: case.family.has_noise().then(|| CountNoise::new(case.number)),
+            amplified: Amplified::new(servo, &case.told, case.delay, scale),
             sample_time_s: case.told.sample_time,
         };
         for _ in 0..lead_in {
@@ -79,37 +132,33 @@ impl Rig {
     /// has tripped does not, and none follows a trajectory that begins too far from its joint.
     #[must_use]
     pub fn follow(&mut self, reference: Reference) -> bool {
-        self.servo.follow(reference).is_ok()
+        self.amplified.servo.follow(reference).is_ok()
     }
 
     /// Returns the fault that has ended the motion, if there was one.
     pub fn fault(&self) -> Option<Fault> {
-        self.servo.fault.map(|(latched, _)| latched.fault)
+        self.amplified.servo.fault.map(|(latched, _)| latched.fault)
+    }
+
+    /// Returns whether the law had given up at the last tick.
+    pub const fn has_given_up(&self) -> bool {
+        self.amplified.has_given_up
     }
 
     /// Runs a tick, and moves the joint on to the next one; returns where it was at the tick.
     #[inline]
     pub fn tick(&mut self) -> Sample {
-        let counter = self.encoder.read(&self.joint) as u32;
-        let tick = self.servo.tick(counter).unwrap_or_default();
-        let effort = f64::from(self.delay.put(tick.code)) * self.per_code;
+        let noise = self.noise.as_mut().map_or(0, CountNoise::next);
+        let counter = self.encoder.read(&self.joint).wrapping_add(noise) as u32;
+        let tick = self.amplified.servo.tick(counter).unwrap_or_default();
         let load = self.joint.load();
-        let Turn { position, velocity } = match self.encoder.side {
+        let turn = match self.encoder.side {
             Side::Motor => self.joint.motor(),
             Side::Load => load,
         };
-        let setpoint = f64::from(tick.reference_counts) + f64::from(tick.reference_fraction);
-        let speed = f64::from(tick.reference_velocity) * self.per_degree;
         let count = self.encoder.count;
-        let sample = Sample {
-            error: setpoint - position / count,
-            load_error: setpoint - load.position / count,
-            position: position / count,
-            speed_ratio: if speed == 0.0 { 0.0 } else { velocity / speed },
-            speed: speed * self.sample_time_s / count,
-            effort,
-        };
-        self.joint.hold(effort, self.sample_time_s);
+        let sample = self.amplified.sample(&tick, [turn, load], [count, self.sample_time_s]);
+        self.joint.hold(sample.effort, self.sample_time_s);
         sample
     }
 }

@@ -47,6 +47,9 @@ pub struct Header {
     pub families: Vec<Group>,
     /// Names of the laws, in the order of reports.
     pub laws: Vec<String>,
+    /// Of a machine's own file: its text, and then the keys that were set or vary.
+    #[serde(default)]
+    pub machine: Vec<String>,
 }
 
 /// A family as reports need it.
@@ -91,6 +94,7 @@ impl Header {
             moves: ensemble.moves,
             families: ensemble.families.iter().copied().map(Group::from).collect(),
             laws: ensemble.rules.iter().map(|rule| rule.law.into()).collect(),
+            machine: Vec::new(),
         }
     }
 
@@ -106,6 +110,7 @@ impl Header {
             moves: 0,
             families: vec![machine.group.clone()],
             laws: machine.laws.clone(),
+            machine: machine.written(),
         }
     }
 
@@ -122,7 +127,12 @@ impl Header {
         let (ours, theirs) = (values(self)?, values(other)?);
         ours.into_iter().find_map(|(key, value)| {
             let found = theirs.get(&key)?;
-            (*found != value).then(|| format!("its `{key}` is {found}, not {value}"))
+            let is_other = *found != value;
+            is_other.then(|| match &*key {
+                // A whole file is too long for a message.
+                "machine" => "its machine's file, rate or spread is another one".into(),
+                _ => format!("its `{key}` is {found}, not {value}"),
+            })
         })
     }
 }

@@ -64,7 +64,7 @@ pub(super) fn run_with(
             take(case::run(
                 &joint,
                 rule.law,
-                &gains(rule, &joint.told),
+                &joint.each(|told| gains(rule, told)),
                 [*seed, (*moves).into()],
             )?)?;
         }

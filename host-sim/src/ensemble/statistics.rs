@@ -52,6 +52,11 @@ impl Sorted {
         self.0.get(rank.max(1) - 1).copied()
     }
 
+    /// Returns how many values there are that are finite.
+    pub fn finite(&self) -> usize {
+        self.0.iter().filter(|value| value.is_finite()).count()
+    }
+
     /// Returns the largest value.
     pub fn max(&self) -> Option<f64> {
         self.0.last().copied()

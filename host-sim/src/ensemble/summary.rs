@@ -3,6 +3,7 @@
 use std::collections::BTreeMap;
 
 use super::case::Row;
+use super::family::Family;
 use super::measures::HUNTING_REVERSALS;
 use super::rows::{Group, Header};
 use super::statistics::{Sorted, wilson};
@@ -28,6 +29,12 @@ pub struct Summary {
     pub success_ci: [f64; 2],
     /// Settling, s.
     pub settling_s: Sorted,
+    /// Settling into the wider band, s; empty if the family has none.
+    pub near_s: Sorted,
+    /// When the law gave up before a wall, s; empty without a wall.
+    pub gave_up_s: Sorted,
+    /// Largest effort afterwards, in the family's unit.
+    pub effort_after: Sorted,
     /// Rest error, counts.
     pub rest_counts: Sorted,
     /// Rest error of a load that the encoder does not see, counts; empty if there is none.
@@ -38,7 +45,8 @@ pub struct Summary {
     pub hunting_counts: Sorted,
     /// Their periods, s.
     pub hunting_period_s: Sorted,
-    /// Tracking error, in the family's unit; infinite if a fault ended the motion.
+    /// Tracking error, in the family's unit; infinite if a fault ended the motion, and empty if
+    /// there was no trajectory.
     pub tracking_rms: Sorted,
     /// Stops in motion.
     pub sticks_in_motion: Sorted,
@@ -69,6 +77,8 @@ pub struct MovesSummary {
     pub judged: u64,
     /// Those that missed.
     pub missed: [u64; 2],
+    /// Those of all moves.
+    pub missed_of_all: u64,
     /// Tracking error, in the family's unit.
     pub tracking_rms: [Sorted; 2],
 }
@@ -101,18 +111,29 @@ impl Summary {
         for fault in rows.iter().flat_map(|row| row.faults()) {
             *faults.entry(fault.to_owned()).or_default() += 1;
         }
+        let family = Family::named(&group.name).ok();
+        let is = |of: fn(Family) -> bool| family.is_some_and(of);
+        let late = |of: fn(&Row) -> Option<f64>, is_asked: bool| {
+            let rows = rows.iter().filter(|_| is_asked);
+            Sorted::new(rows.map(|row| of(row).unwrap_or(f64::INFINITY)))
+        };
+        let has_trajectory =
+            rows.iter().any(|row| row.tracking_rms.is_some() || row.tracking_fault.is_some());
         Self {
             law: law.into(),
             cases: rows.len(),
             success,
             success_ci: wilson(success, rows.len()),
             settling_s: all(|row| row.settled_s.unwrap_or(f64::INFINITY)),
+            near_s: late(|row| row.near_s, is(|family| family.near().is_some())),
+            gave_up_s: late(|row| row.gave_up_s, is(Family::has_wall)),
+            effort_after: Sorted::new(rows.iter().filter_map(|row| row.effort_after)),
             rest_counts: all(|row| row.rest_counts),
             load_rest_counts: Sorted::new(rows.iter().filter_map(|row| row.load_rest_counts)),
             hunting_cases: hunting.len(),
             hunting_counts: Sorted::new(hunting.iter().map(|row| row.swing_counts)),
             hunting_period_s: Sorted::new(hunting.iter().filter_map(|row| row.period_s)),
-            tracking_rms: all(|row| row.tracking_rms.unwrap_or(f64::INFINITY)),
+            tracking_rms: late(|row| row.tracking_rms, has_trajectory),
             sticks_in_motion: all(|row| f64::from(row.sticks_in_motion)),
             variation_rest_per_s: mean(|row| row.variation_rest_per_s),
             variation_motion_per_s: mean(|row| row.variation_motion_per_s),
@@ -135,6 +156,7 @@ impl MovesSummary {
             moves,
             judged: sum(|row| row.judged_moves),
             missed: [sum(|row| row.missed_first), sum(|row| row.missed_last)],
+            missed_of_all: sum(|row| row.missed),
             tracking_rms: [rms(|row| row.moves_rms_first), rms(|row| row.moves_rms_last)],
         })
     }

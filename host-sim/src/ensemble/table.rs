@@ -24,7 +24,7 @@ pub fn render(header: &Header, families: &[(Group, Vec<Summary>)]) -> String {
             precision(&ranked),
             motion(&ranked, unit, effort_unit),
         );
-        for remark in ranked.iter().flat_map(|summary| remarks(summary, unit)) {
+        for remark in ranked.iter().flat_map(|summary| remarks(summary, group)) {
             text += &(remark + "\n");
         }
         text.push('\n');
@@ -112,9 +112,11 @@ fn readable(unit: &str) -> (f64, &str) {
 }
 
 /// What has no column: faults, hunting, the load that is not seen, jumps, and a row of moves.
-fn remarks(summary: &Summary, unit: &str) -> Vec<String> {
+fn remarks(summary: &Summary, group: &Group) -> Vec<String> {
     let law = &summary.law;
-    let (scale, unit) = readable(unit);
+    let Group { name, unit: whole, effort_unit, .. } = group;
+    let (scale, unit) = readable(whole);
+    let near = Family::named(name).ok().and_then(Family::near);
     let worst: Vec<String> = summary.worst.iter().map(u64::to_string).collect();
     let mut remarks = vec![format!("{law}: the worst cases are {}", worst.join(", "))];
     if !summary.faults.is_empty() {
@@ -142,14 +144,42 @@ fn remarks(summary: &Summary, unit: &str) -> Vec<String> {
         let classes: Vec<String> = summary.by_jump.iter().map(class).collect();
         remarks.push(format!("{law} by the load's jump in counts: {}", classes.join(", ")));
     }
-    if let Some(MovesSummary { moves, judged, missed: [first, last], tracking_rms }) =
-        &summary.moves
+    if let Some(near) = near
+        && summary.near_s.max().is_some()
+    {
+        remarks.push(format!(
+            "{law} is within {near} {whole} after {} s (p50), {} s (p90), {} s (all)",
+            time(summary.near_s.quantile(0.5)),
+            time(summary.near_s.quantile(0.9)),
+            time(summary.near_s.max()),
+        ));
+    }
+    if summary.gave_up_s.max().is_some() {
+        remarks.push(format!(
+            "{law} gives up before {} of {} walls: after {} s (p50), {} s (p95), {} s (all); then \
+             it holds {} {effort_unit} (p50), {} (max)",
+            summary.gave_up_s.finite(),
+            summary.cases,
+            time(summary.gave_up_s.quantile(0.5)),
+            time(summary.gave_up_s.quantile(0.95)),
+            time(summary.gave_up_s.max()),
+            short(summary.effort_after.quantile(0.5)),
+            short(summary.effort_after.max()),
+        ));
+    }
+    if let Some(MovesSummary {
+        moves,
+        judged,
+        missed: [first, last],
+        missed_of_all,
+        tracking_rms,
+    }) = &summary.moves
     {
         let [rms_first, rms_last] =
             [0, 1].map(|i: usize| short(tracking_rms[i].quantile(0.5).map(|rms| scale * rms)));
         remarks.push(format!(
-            "{law} in {moves} moves in a row: misses {first} of the first {judged}, {last} of the \
-             last; tracks to {rms_first}, then {rms_last} {unit}"
+            "{law} in {moves} moves in a row: misses {missed_of_all}: {first} of the first {judged}, \
+             {last} of the last; tracks to {rms_first}, then {rms_last} {unit}"
         ));
     }
     remarks

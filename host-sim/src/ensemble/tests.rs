@@ -5,6 +5,7 @@ use std::sync::Mutex;
 use super::case::{self, Row};
 use super::draw::{Case, Kind};
 use super::family::Family;
+use super::machine_file::{Around, MachineEnsemble};
 use super::rows::{self, Header, Kept, Shard};
 use super::rules::{Rule, rules};
 use super::run::{Ensemble, run};
@@ -19,7 +20,7 @@ fn rule(law: &str) -> &'static Rule {
 
 fn ran(case: &Case, law: &str) -> Row {
     let rule = rule(law);
-    case::run(case, law, &rule.gains(&case.told), [1, 0]).unwrap()
+    case::run(case, law, &case.gains(rule), [1, 0]).unwrap()
 }
 
 /// A rigid joint with as much friction as nothing but the caller says, and without load, lag and
@@ -237,4 +238,56 @@ fn the_object_has_the_keys_that_are_promised() {
     assert_eq!(of("worst").as_array().unwrap().len(), 5);
     // A row of two moves: one is a tenth, rounded up.
     assert_eq!(of("moves")["first"]["moves"], 5);
+}
+
+#[test]
+fn an_ensemble_around_a_file_goes_on_and_is_merged_to_the_bit() {
+    let laws = ["pd", "srnf"].map(str::to_owned);
+    let spreads = ["joint.friction.slip_v=0.30..0.39".to_owned()];
+    let around = Around { controllers: &laws, spreads: &spreads, rate_hz: Some(100.0) };
+    let machine = MachineEnsemble::open("step-response", around).unwrap();
+    assert!((machine.rate_hz() - 100.0).abs() < 1e-9);
+    let header = Header::of_machine(&machine, 1, 5);
+    let collect = |wanted: &(dyn Fn(u64, &str) -> bool + Sync)| {
+        let rows = Mutex::new(Vec::new());
+        machine
+            .run_some([1, 5], wanted, |row| {
+                rows.lock().unwrap().push(row);
+                Ok(())
+            })
+            .unwrap();
+        let mut rows = rows.into_inner().unwrap();
+        rows::sort(&header, &mut rows);
+        rows
+    };
+    let whole = collect(&|_, _| true);
+    assert_eq!(whole.len(), 10);
+    let directory = tempfile::tempdir().unwrap();
+    let shards = [1, 2].map(|k| {
+        let shard = Shard::read(&format!("{k}/2")).unwrap();
+        let path = directory.path().join(format!("{k}.csv"));
+        let rows = collect(&|case, _| shard.has(case));
+        std::fs::write(&path, rows::render(&header, &rows).unwrap()).unwrap();
+        let (header, rows) = rows::read(&path).unwrap();
+        (path.display().to_string(), header, rows)
+    });
+    let (found, merged) = rows::merge(&shards).unwrap();
+    assert_eq!((&found, &merged), (&header, &whole));
+    assert_eq!(report(&found, &merged), report(&header, &whole));
+    // What is there is not run again, and a file of another spread is refused.
+    let (mut kept, there) = Kept::open(&directory.path().join("1.csv"), &header).unwrap();
+    let had = |case: u64, law: &str| there.iter().any(|row| row.case == case && row.law == law);
+    let rest = collect(&|case, law| !had(case, law));
+    assert_eq!(rest.len() + there.len(), 10);
+    rest.iter().for_each(|row| kept.add(row).unwrap());
+    let (_, mut all) = rows::read(&directory.path().join("1.csv")).unwrap();
+    rows::sort(&header, &mut all);
+    assert_eq!(all, whole);
+    let other = ["joint.friction.slip_v=0.30..0.38".to_owned()];
+    for around in [Around { spreads: &other, ..around }, Around { rate_hz: None, ..around }] {
+        let machine = MachineEnsemble::open("step-response", around).unwrap();
+        let other = Header { rate_hz: header.rate_hz, ..Header::of_machine(&machine, 1, 5) };
+        let refusal = Kept::open(&directory.path().join("1.csv"), &other).unwrap_err().to_string();
+        assert!(refusal.contains("rate or spread is another one"), "{refusal}");
+    }
 }

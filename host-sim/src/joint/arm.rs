@@ -98,6 +98,7 @@ impl ArmDescription {
             state: [self.start[0], 0.0, self.start[1], 0.0],
             mode: [0; 2],
             unfollowed_s: 0.0,
+            is_coupled: true,
         })
     }
 }
@@ -112,6 +113,7 @@ pub struct GearedArm {
     state: State,
     mode: Mode<2>,
     unfollowed_s: f64,
+    is_coupled: bool,
 }
 
 /// Position and velocity of the first joint, then of the second; or their rates.
@@ -136,6 +138,14 @@ impl SetValued for Here<'_> {
 }
 
 impl GearedArm {
+    /// Returns the arm without what the motion of one joint does to the other: no kick-back, no
+    /// centrifugal and no Coriolis force. Inertia and gravity still depend on the pose. It is there
+    /// to be compared with.
+    #[must_use]
+    pub fn without_coupling(self) -> Self {
+        Self { is_coupled: false, ..self }
+    }
+
     /// Moves the arm on for a time (s) under efforts (N m, at the joints) that the amplifiers hold.
     #[inline]
     pub fn hold(&mut self, efforts: [f64; 2], duration_s: f64) {
@@ -183,7 +193,11 @@ impl GearedArm {
 
     #[inline]
     fn terms(&self, state: &State) -> Terms<2> {
-        let mut terms = self.links.terms(0.0, &[state[0], state[2]], &[state[1], state[3]]);
+        let speeds = if self.is_coupled { [state[1], state[3]] } else { [0.0; 2] };
+        let mut terms = self.links.terms(0.0, &[state[0], state[2]], &speeds);
+        if !self.is_coupled {
+            (terms.mass[0][1], terms.mass[1][0]) = (0.0, 0.0);
+        }
         for i in 0..2 {
             terms.mass[i][i] += self.rotor[i];
         }

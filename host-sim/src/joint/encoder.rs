@@ -35,7 +35,13 @@ impl Encoder {
     /// The count at the joint's position.
     #[inline]
     pub fn read(&self, joint: &impl Joint) -> i64 {
-        let counts = self.position(joint) / self.count + 0.5;
+        self.count_at(self.position(joint))
+    }
+
+    /// The count at a position (rad).
+    #[inline]
+    pub fn count_at(&self, position: f64) -> i64 {
+        let counts = position / self.count + 0.5;
         // Conversion truncates: without SSE 4.1 `floor` is a call.
         let whole = counts as i64;
         whole.saturating_sub(i64::from(whole as f64 > counts))

@@ -34,6 +34,7 @@ impl<W: Wire> Worker<'_, W> {
                 "since_power_on_counts": status.position,
                 "unsaved": status.unsaved,
                 "wound_up": status.wound_up,
+                "gave_up": status.gave_up,
                 "heat_v": status.thermal_effort,
                 "faults": status.faults,
                 "fault": fault,

@@ -24,7 +24,7 @@ use std::sync::{Mutex, PoisonError};
 pub use self::figures::{Figures, Goal};
 pub use self::knobs::Knob;
 pub use self::text::{object, render, rewritten};
-use crate::ensemble::{MachineEnsemble, Row};
+use crate::ensemble::{Around, MachineEnsemble, Row};
 use crate::error::Error;
 use crate::experiment::{Document, Experiment};
 
@@ -208,7 +208,8 @@ impl Request {
         document.set(&[format!("run.delay_samples={delay}")])?;
         document.set(set)?;
         let controllers = [controller.to_owned()];
-        MachineEnsemble::around(&self.file, document, [&controllers, &self.spreads], DURATION_S)
+        let around = Around { controllers: &controllers, spreads: &self.spreads, rate_hz: None };
+        MachineEnsemble::around(&self.file, document, around, DURATION_S)
     }
 
     /// The smallest and the largest factor on the joint's gain up to which all succeed. A joint of

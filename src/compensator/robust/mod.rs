@@ -208,6 +208,10 @@ impl Law for Robust {
         ]
     }
 
+    fn has_given_up(state: &State) -> bool {
+        matches!(state.mode(), Mode::GiveUp)
+    }
+
     /// Twice the profile's speed: no part of the law asks for more.
     fn overspeed(gains: &RobustGains, around: &Loop) -> Option<f32> {
         let slowest = 16.0 * around.resolution / around.sample_time;

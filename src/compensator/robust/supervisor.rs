@@ -7,7 +7,7 @@ use super::extended_state_observer::{Estimate, ExtendedStateObserver};
 use super::give_up::{Attempts, GiveUp};
 use super::hold_effort::{Held, HoldEffort};
 use super::load_rule::LoadRule;
-use super::oscillation_guard::{Guarded, OscillationGuard};
+use super::oscillation_guard::{Guarded, LEAST_IN_MOTION, OscillationGuard};
 use super::parameters::{RobustGains, Rules, SLOW};
 use super::pulse_planner::{Learned, Pulse, PulsePlanner};
 use super::rest_detector::{Rest, RestDetector};
@@ -160,7 +160,9 @@ impl Supervisor {
         let Loop { sample_time, resolution: count, full_scale: limit, lsb, .. } = *around;
         let RobustGains { inertia, viscous, .. } = *told;
         let range = [told.breakaway_low, told.breakaway_high];
-        let friction = SlidingFriction::new(sample_time, range, count);
+        let learning = 3.0 / rules.observer + 0.2;
+        let learned_to = (told.breakaway_low / viscous).max(rules.acceleration * learning);
+        let friction = SlidingFriction::new(sample_time, range, learned_to, count);
         let most_held = 0.8 * told.breakaway_high + told.load;
         let most_disturbance = 1.5 * told.breakaway_high + told.load;
         let Rules { bandwidth, on_load, .. } = rules;
@@ -263,11 +265,13 @@ impl Supervisor {
         let runs = s.profile.velocity != 0.0;
         let rests = s.rest.ticks >= self.rest_ticks;
         let error = reference - if rests { s.rest.mean } else { position };
-        let guard = if runs && s.guarded.gain < 0.3 { 0.3 } else { s.guarded.gain };
+        let least = if runs { LEAST_IN_MOTION } else { 0.0 };
+        let guard = if s.guarded.gain < least { least } else { s.guarded.gain };
+        let damping = if runs && s.guarded.is_wild() { 0.5 * guard } else { guard };
         let gains = LoopGains {
             guard,
             proportional: self.proportional * guard * guard,
-            derivative: self.derivative * guard,
+            derivative: self.derivative * damping,
         };
         if runs && s.mode != Mode::Move {
             s.mode = Mode::Move;

@@ -55,6 +55,8 @@ pub struct Told {
     pub sample_time: f64,
     /// Whether the encoder sits on the load, behind an elastic gear.
     pub encoder_at_load: bool,
+    /// Counts by which the encoder changes at rest.
+    pub jitter: f64,
 }
 
 impl Told {
@@ -200,6 +202,7 @@ mod tests {
             count: 0.0036,
             sample_time: 1e-3,
             encoder_at_load: false,
+            jitter: 0.0,
         }
     };
 

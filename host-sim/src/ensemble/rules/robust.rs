@@ -9,7 +9,7 @@ use super::{Rule, Told, around_pd};
 /// The rule.
 pub const RULE: Rule = Rule {
     law: "robust",
-    text: "is told J, B, F_lo, F_hi, the encoder's side, and of a load that drives its largest and \
+    text: "is told J, B, F_lo, F_hi, the encoder's side and jitter, and of a load that drives its largest and \
            what holds it within 20 %",
     constant: 1.0,
     tried: &[],
@@ -23,6 +23,7 @@ fn gains(told: &Told) -> RobustGains {
         breakaway_low: told.breakaway[0] as f32,
         breakaway_high: told.breakaway[1] as f32,
         encoder_side: if told.encoder_at_load { EncoderSide::Load } else { EncoderSide::Motor },
+        jitter: told.jitter as f32,
         load: told.load as f32,
         hold_effort: told.hold_effort as f32,
         ..RobustGains::EXAMPLE

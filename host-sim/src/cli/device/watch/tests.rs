@@ -36,6 +36,7 @@ fn status() -> Status {
         has_brown_out: true,
         wire: WireErrors::default(),
         crystal_not_measured: false,
+        gave_up: false,
     }
 }
 

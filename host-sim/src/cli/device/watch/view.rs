@@ -93,6 +93,9 @@ fn state_of(watched: &Watched) -> Line<'static> {
     if status.wound_up {
         say("effort at standstill".into(), Color::Yellow);
     }
+    if status.gave_up {
+        say("given up: something is in the way".into(), Color::Yellow);
+    }
     if watched.lost > 0 {
         say(format!("{} samples lost", watched.lost), Color::Yellow);
     }
