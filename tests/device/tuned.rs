@@ -13,7 +13,7 @@ use host_sim::device::simulated::SimulatedDevice;
 use host_sim::device::wire::SimulatedWire;
 use host_sim::device::{machine_file, spread};
 use host_sim::draft::{Typical, text};
-use host_sim::ensemble::{Sorted, Spread, drawn};
+use host_sim::ensemble::{Sorted, Spread, drawn_keys};
 use host_sim::experiment::{Document, Experiment, RunPlan};
 use host_sim::tuning::{Figures, Goal, Request, spreads};
 use stiction::identification::Asked;
@@ -91,7 +91,7 @@ fn tuned(sheet: &Document, law: &str, number: u64) -> Option<Pair> {
         Spread::read(&format!("{key}={:?}..{:?}", low * value, high * value)).unwrap()
     });
     let mut truth = sheet.clone();
-    truth.set(&drawn(&around, 1, number)).unwrap();
+    truth.set(&drawn_keys(&around, 1, number)).unwrap();
     let found = identified(sheet, &truth, law)?;
     let around_found = spreads(&found).unwrap();
     let tuning = request("found.toml", found, around_found, 8);

@@ -85,7 +85,9 @@ fn number<T: std::str::FromStr>(name: &str, otherwise: T) -> T {
 #[test]
 #[ignore = "minutes a joint: by hand, as the head of the file says"]
 fn families_in_the_image_are_identified_as_on_the_host() {
-    let all = [&Family::ALL.map(Family::name)[..], &[UNEVEN]].concat().join(",");
+    // An arm has two joints.
+    let single = Family::USUAL.into_iter().filter(|family| !family.is_arm()).map(Family::name);
+    let all = single.chain([UNEVEN]).collect::<Vec<_>>().join(",");
     let families = std::env::var("STICTION_FAMILIES").unwrap_or(all);
     let (joints, seed) = (number("STICTION_JOINTS", 10), number("STICTION_SEED", 1));
     let (mut tables, mut differ) = (Vec::new(), Vec::new());

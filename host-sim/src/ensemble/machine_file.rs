@@ -68,7 +68,7 @@ impl Spread {
 }
 
 /// Draws the keys of a joint, as `KEY=VALUE`.
-pub fn drawn(spreads: &[Spread], seed: u64, number: u64) -> Vec<String> {
+pub fn drawn_keys(spreads: &[Spread], seed: u64, number: u64) -> Vec<String> {
     let draws = &mut Draws::new(seed, 0, Purpose::Joint, number);
     spreads.iter().map(|spread| spread.draw(draws)).collect()
 }
@@ -198,7 +198,7 @@ impl MachineEnsemble {
 
     /// Draws the keys of a joint.
     pub fn drawn(&self, seed: u64, number: u64) -> Vec<String> {
-        drawn(&self.spreads, seed, number)
+        drawn_keys(&self.spreads, seed, number)
     }
 
     fn under(&self, law: &str, number: u64, joints: &[RunPlan]) -> Result<Row, Error> {

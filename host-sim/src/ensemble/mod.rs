@@ -52,7 +52,7 @@ pub use identified::{
     Identified, Rates, Truth, UNEVEN, drawn, identify, rates, rates_markdown, rates_table,
 };
 pub use json::object;
-pub use machine_file::{Around, MachineEnsemble, Spread, drawn};
+pub use machine_file::{Around, MachineEnsemble, Spread, drawn_keys};
 pub use markdown::markdown;
 pub(crate) use measures::Reversals;
 pub use measures::{BAND_COUNTS, HUNTING_REVERSALS, Sample, TrackingJudge, TrackingMeasures};

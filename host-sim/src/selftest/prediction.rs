@@ -11,7 +11,7 @@ use crate::device::client::Client;
 use crate::device::simulated::SimulatedDevice;
 use crate::device::wire::SimulatedWire;
 use crate::device::words;
-use crate::ensemble::{Spread, drawn};
+use crate::ensemble::{Spread, drawn_keys};
 use crate::error::Error;
 use crate::experiment::{Document, Experiment, RunPlan};
 
@@ -55,7 +55,7 @@ impl Request {
             let mut document = self.document.clone();
             // The first one is the file's own.
             if number > 0 {
-                document.set(&drawn(&spreads, self.seed, number))?;
+                document.set(&drawn_keys(&spreads, self.seed, number))?;
             }
             // A counter that is read between two counts is as far from the next one as chance has
             // it: the joints begin evenly spread between two.

@@ -23,7 +23,8 @@
 //!   Kp = g^2 J w_n^2,   Kd = g max(0, 2 zeta J w_n - B),   while it moves g is 0.3 at least
 //! ```
 //!
-//! * With a load that is told, `|e_b| + 64 q`. `q` is one count. `p` is the profile within the set point `r`
+//! `q` is one count. With a load that is told, the joint is lost (*) beyond `|e_b| + 64 q` already.
+//! `p` is the profile within the set point `r`
 //! ([`BoundedAcceleration`](crate::profile::BoundedAcceleration)), `x2` and `x3` are the observer's
 //! ([`extended_state_observer`]), `R_i` the learned friction ([`sliding_friction`]), `A` and `N`
 //! planned ([`pulse_planner`], [`reverse_pulse`]), `u_b` the hold effort ([`hold_effort`],
