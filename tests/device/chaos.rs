@@ -74,6 +74,7 @@ struct Chaos {
     place: f64,
     speed: f64,
     was_armed: bool,
+    was_open: bool,
     /// Whether the wires have been sound since arming.
     is_sound: bool,
     /// Ticks with a dead encoder and an effort beyond the breakaway, and beyond any friction.
@@ -103,6 +104,7 @@ impl Chaos {
             place: 0.0,
             speed: 0.0,
             was_armed: false,
+            was_open: false,
             is_sound: true,
             dead: [0; 2],
             armed: 0,
@@ -119,7 +121,11 @@ impl Chaos {
         let (before, speed) = (self.device.position_deg(), self.device.velocity_deg_per_s());
         let output = self.device.tick();
         let is_armed = output.state == State::Armed;
-        if is_armed != self.was_armed {
+        let servo = self.device.device.servo();
+        let is_open = is_armed && (servo.is_jogging() || servo.identification_steps().is_some());
+        // A motion without a loop may be stopped and armed anew between two ticks.
+        if is_armed != self.was_armed || is_open != self.was_open {
+            self.was_open = is_open;
             (self.place, self.speed, self.span) = (before, speed, [0; 2]);
             self.is_sound = self.device.wires == Wires::Sound;
             self.was_armed = is_armed;
@@ -135,8 +141,7 @@ impl Chaos {
         }
         self.armed += 1;
         self.is_sound &= self.device.wires == Wires::Sound;
-        let servo = self.device.device.servo();
-        if servo.is_jogging() || servo.identification_steps().is_some() {
+        if is_open {
             self.open += 1;
             if self.is_sound {
                 // Eight counts are let pass with all of the effort, and friction ends the rest.
