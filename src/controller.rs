@@ -243,13 +243,17 @@ impl Controller {
         let output = self.output.apply(&mut state.output, asked, reading.supply, Rise::Soft);
         let terms = Terms { error, v_pd, v_c };
         let mut tick = record(state, &setpoint, velocity, &terms, &output, non_finite);
-        if let Some(law) = self.compensator.signals(&state.compensator) {
+        // What has been forgotten may not even be a number.
+        if !non_finite && let Some(law) = self.compensator.signals(&state.compensator) {
             tick.law = law;
         }
-        if self.compensator.has_given_up(&state.compensator) {
-            tick.status = Tick::GAVE_UP;
-        }
         tick
+    }
+
+    /// Returns whether the law has ended its attempts to reach the set point.
+    #[inline]
+    pub fn has_given_up(&self, state: &ControllerState) -> bool {
+        self.compensator.has_given_up(&state.compensator)
     }
 
     /// Runs one tick with the loop open: `effort` gives the output (V) at a position in counts. The

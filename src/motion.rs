@@ -463,6 +463,11 @@ impl CourseState {
         self.controller.tick()
     }
 
+    /// Returns the state of the controller.
+    pub(crate) const fn controller(&self) -> &ControllerState {
+        &self.controller
+    }
+
     /// Returns theta_a as of the last tick, counts.
     pub const fn counts(&self) -> i32 {
         self.controller.counts()

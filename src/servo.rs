@@ -118,7 +118,10 @@ impl Servo {
     /// Returns whether the law has ended its attempts to reach the set point: something is in the
     /// way. A new motion tries again.
     pub fn has_given_up(&self) -> bool {
-        self.control_loop.as_ref().is_some_and(|control_loop| control_loop.watch.gave_up())
+        let given_up = |control_loop: &ControlLoop| {
+            control_loop.controller.has_given_up(control_loop.state.controller())
+        };
+        self.state == State::Armed && self.control_loop.as_ref().is_some_and(given_up)
     }
 
     /// Returns the steady effort that would heat the motor as much as it is heated, V.

@@ -251,8 +251,8 @@ signals! {
         /// A term was not a finite number: the output is zero and the compensator starts afresh.
         non_finite: bool = "non_finite", "";
         /// The servo: bits 0 to 7 the state (0 boot, 1 stopped, 2 armed, 3 faulted), 8 to 15 the
-        /// fault's code, 16 saturated, 17 wound up, 18 bridge on, 19 the law has given up. A loop
-        /// without a servo has the last one only.
+        /// fault's code, 16 saturated, 17 wound up, 18 bridge on, 19 the law has given up. Zero
+        /// in a loop without a servo.
         status: u32 = "status", "";
     }
 }

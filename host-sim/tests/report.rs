@@ -96,7 +96,8 @@ fn stiction(arguments: &[&str]) -> std::process::Output {
     command.args(arguments).stdin(Stdio::null()).output().unwrap()
 }
 
-/// The page on a joint of one's own: it stands alone, has every law of the file, and what a self-test
+/// The page on a joint of one's own: it stands alone, has every law of the file, and what a
+/// self-test
 /// should show is what `device selftest` predicts.
 #[test]
 fn a_joint_of_one_s_own_has_a_page_with_its_laws_and_what_the_bench_should_show() {

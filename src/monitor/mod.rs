@@ -86,7 +86,6 @@ pub(crate) struct MonitorState {
     link: LinkState,
     wound_up: u32,
     warning: bool,
-    gave_up: bool,
 }
 
 /// What the encoder says of a tick, armed or not.
@@ -195,7 +194,7 @@ impl Monitors {
         self.thermal.check(&mut state.thermal, 0);
         self.impulse.see(&mut state.impulse, seen.position);
         state.code = 0;
-        (state.warning, state.gave_up) = (false, false);
+        state.warning = false;
     }
 
     /// A tick of the driver's wake-up, without output: what forbids arming still may come, and the
@@ -258,7 +257,6 @@ impl Monitors {
             return trip(Fault::LinkTimeout, ticks as f32 * self.units.tick);
         }
         state.warning = self.wind_up.check(&mut state.wound_up, tick.v_c, seen.standstill);
-        state.gave_up = tick.status & Tick::GAVE_UP != 0;
         None
     }
 }
@@ -282,11 +280,6 @@ impl MonitorState {
     /// The compensator holds effort at standstill.
     pub const fn warning(&self) -> bool {
         self.warning
-    }
-
-    /// The law has ended its attempts to reach the set point.
-    pub const fn gave_up(&self) -> bool {
-        self.gave_up
     }
 
     /// An effort that would heat the motor as much as it is, V.

@@ -55,7 +55,7 @@ impl Servo {
     #[inline]
     pub(super) fn output(&self, mut tick: Tick, enable: bool, wound_up: bool) -> Output {
         let (state, clock) = (self.state, self.clock);
-        let gave_up = if enable { tick.status & Tick::GAVE_UP } else { 0 };
+        let gave_up = if enable && self.has_given_up() { Tick::GAVE_UP } else { 0 };
         tick.status = status(state, enable, tick.saturated, wound_up) | gave_up;
         Output { enable, wakes: false, state, tick, clock, wound_up }
     }

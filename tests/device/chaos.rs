@@ -235,7 +235,8 @@ fn nothing_moves_unasked_and_the_joint_stays_within_what_was_asked_whatever_goes
             }
             let opens = matches!(content, Request::Jog(_) | Request::IdentifyJoint(_));
             send(&mut chaos, content);
-            // A motion without a loop takes a second or more to set out, and a client that is there.
+            // A motion without a loop takes a second or more to set out, and a client that is
+            // there.
             for _ in 0..if opens { 12 } else { 0 } {
                 for _ in 0..12 {
                     chaos.tick(&format!("{law}, message {message}"));

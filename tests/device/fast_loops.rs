@@ -1,4 +1,5 @@
-//! `robust` in a loop of 1 kHz leaves the swings of a motor against its gear to its own guard. So its
+//! `robust` in a loop of 1 kHz leaves the swings of a motor against its gear to its own guard. So
+//! its
 //! monitors have wider limits there than under another law: how late they see a fault, and how far
 //! the joint goes until then.
 //!
@@ -319,7 +320,8 @@ fn end(joint: &Joint, device: &mut Device) -> End {
     End { fault, time_s: f64::from(ticks) * TICK_S, travel, impulse, bound }
 }
 
-/// Both wires or one are cut at rest or on the way of steps. In each case a stall ends it, or the law
+/// Both wires or one are cut at rest or on the way of steps. In each case a stall ends it, or the
+/// law
 /// gives up, and the joint is at rest.
 #[test]
 fn an_encoder_that_dies_leads_no_farther_than_the_impulse_lets_it() {

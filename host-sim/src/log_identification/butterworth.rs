@@ -30,7 +30,8 @@ struct Section {
 }
 
 impl LowPass {
-    /// A low-pass with the cut-off given as a part of the sampling frequency, above 0 and below 0.5.
+    /// A low-pass with the cut-off given as a part of the sampling frequency, above 0 and below
+    /// 0.5.
     pub fn new(cut_off: f64) -> Self {
         let k = (std::f64::consts::PI * cut_off).tan();
         let mut sections = [Section::default(); SECTIONS];

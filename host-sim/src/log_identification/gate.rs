@@ -3,12 +3,14 @@
 //! Left out are: standstill and creeping, below `max(0.05 v_99, 2 c fc)` with the speed v_99 that
 //! a hundredth of the samples exceeds, the count c and the cut-off fc; what the low-pass mixes
 //! with them, `0.5/fc` on either side; the same around a saturated effort; and `1/fc` at the ends
-//! of a stretch. At standstill friction is whatever the effort is. Below two counts in a period of the
+//! of a stretch. At standstill friction is whatever the effort is. Below two counts in a period of
+//! the
 //! cut-off, the staircase of the counts passes the low-pass.
 //!
 //! An effort counts as saturated where it holds its largest or its smallest value for three samples
 //! or more, if twice as many samples lie there as in the next fiftieth of its range, and if at most
-//! a fifth of all samples do. An effort that is switched between two values is known, not saturated.
+//! a fifth of all samples do. An effort that is switched between two values is known, not
+//! saturated.
 
 use super::time_grid::Grid;
 

@@ -1,7 +1,8 @@
 //! A machine's file of an identified joint, by data sheet.
 //!
 //! The effort of the log stands for the core's volts: `motor.amplifier_a_per_v` is 1 and
-//! `motor.kt_nm_per_a` the effort gain, with the gear's ratio 1. So all that the regression found is
+//! `motor.kt_nm_per_a` the effort gain, with the gear's ratio 1. So all that the regression found
+//! is
 //! at the joint. A user who knows motor and gear writes them instead.
 
 use std::f64::consts::TAU;

@@ -10,7 +10,8 @@
 //! Halves are every other of 20 blocks in time. What is found by chance in one half does not show
 //! in the other, so noise has a share near or below 0 (cross-validation, M. Stone, *J. Royal
 //! Statistical Society* B 36 (1974), 111). A cause is told if its share is above 0.2, and what it
-//! explains is above 1.5 % of the effort: less matters to nobody. Two bodies with a spring between are
+//! explains is above 1.5 % of the effort: less matters to nobody. Two bodies with a spring between
+//! are
 //! told by their inertia, which varies with the cut-off, by more than 3 % and two standard
 //! deviations.
 

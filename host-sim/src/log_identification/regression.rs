@@ -1,8 +1,10 @@
 //! The regression over the rows of a log: which model, which Stribeck velocity, which delay.
 //!
 //! *Model*: asymmetric, if friction differs by the direction by more than two standard deviations,
-//! and symmetric if it does not. *Stribeck velocity*: least squares is linear in all but v_s, which is searched for on 24
-//! values in geometric steps from the speed that a fiftieth of the rows does not reach to half of the fast one, then by
+//! and symmetric if it does not. *Stribeck velocity*: least squares is linear in all but v_s, which
+//! is searched for on 24
+//! values in geometric steps from the speed that a fiftieth of the rows does not reach to half of
+//! the fast one, then by
 //! golden section between the neighbours of the best. *Delay*: a
 //! log may have the effort that was asked for, which acts half a sample later on the mean, and
 //! later behind a slow drive. The residual's power over the delay is a parabola near its lowest

@@ -7,8 +7,10 @@ use crate::ensemble::{Row, Sorted};
 /// A success settles so soon, s; what does not is taken for twice as late.
 const WITHIN_S: f64 = 5.0;
 
-/// What it costs if all joints fail: as much as a figure of weight 1 that is e^20 times as large. One
-/// failure of a few dozen joints costs less than a large gain of a figure, so that the search is not
+/// What it costs if all joints fail: as much as a figure of weight 1 that is e^20 times as large.
+/// One
+/// failure of a few dozen joints costs less than a large gain of a figure, so that the search is
+/// not
 /// stopped by it; [`Figures::are_better_than`] is.
 const FAILURE: f64 = 20.0;
 
@@ -46,7 +48,8 @@ pub struct Figures {
     pub successes: usize,
     /// Mean settling, s; of what does not settle, 10 s.
     pub settling_s: f64,
-    /// Mean tracking error, rms, counts; none if the file has no trajectory, infinite after a fault.
+    /// Mean tracking error, rms, counts; none if the file has no trajectory, infinite after a
+    /// fault.
     pub tracking_counts: Option<f64>,
     /// Rest error that 90 % of the joints do not exceed, counts.
     pub rest_counts: f64,
@@ -82,7 +85,8 @@ impl Figures {
         }
     }
 
-    /// The figures by the names that limits have, each with the size below which it does not matter.
+    /// The figures by the names that limits have, each with the size below which it does not
+    /// matter.
     fn named(&self) -> [(&'static str, f64, f64); 5] {
         [
             ("settling_s", self.settling_s, 1e-3),
@@ -93,7 +97,8 @@ impl Figures {
         ]
     }
 
-    /// What these figures cost beside those of the gains to begin with, for a goal and under limits:
+    /// What these figures cost beside those of the gains to begin with, for a goal and under
+    /// limits:
     ///
     /// ```text
     /// cost = 20 (failures / joints) + sum w_i ln((x_i + s_i) / (x_i0 + s_i))
@@ -122,7 +127,8 @@ impl Figures {
         FAILURE * failed + gained + EXCESS * above
     }
 
-    /// Tells whether these figures are better than `start`: they cost less, and no joint more fails.
+    /// Tells whether these figures are better than `start`: they cost less, and no joint more
+    /// fails.
     pub fn are_better_than(&self, start: &Self, goal: Goal, limits: &[(String, f64)]) -> bool {
         let cost = |figures: &Self| figures.cost(start, goal, limits);
         self.successes >= start.successes && cost(self) < cost(start)

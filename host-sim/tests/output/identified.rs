@@ -1,5 +1,6 @@
 //! `stiction device identify --into`: the joint that was found, with its error bars, as a file that
-//! other commands take; and its table in SI units. The joint is simulated, so that its truth is known.
+//! other commands take; and its table in SI units. The joint is simulated, so that its truth is
+//! known.
 
 use std::fs;
 use std::path::Path;

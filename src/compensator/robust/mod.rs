@@ -191,10 +191,6 @@ impl Law for Robust {
     }
 
     fn signals(&self, state: &State) -> [f32; MAX_LAW_SIGNALS] {
-        if !state.begun {
-            // What it was has been forgotten, and may not even be a number.
-            return [0.0; MAX_LAW_SIGNALS];
-        }
         let s = &state.supervisor;
         let [backward, forward] = s.friction;
         [
@@ -210,7 +206,7 @@ impl Law for Robust {
     }
 
     fn has_given_up(state: &State) -> bool {
-        matches!(state.mode(), Mode::GiveUp)
+        state.begun && matches!(state.mode(), Mode::GiveUp)
     }
 
     /// Twice the profile's speed: no part of the law asks for more.
@@ -229,7 +225,8 @@ impl Law for Robust {
 
     /// The way in which the profile comes to its full speed, `v_m^2 / (2 a_m)`: by so much it
     /// trails a set point that sets out with that speed. Or, if that is more, the error that asks
-    /// for the largest breakaway effort and load, `(F_hi + u_L) / (J w_n^2)`: by so much a joint may
+    /// for the largest breakaway effort and load, `(F_hi + u_L) / (J w_n^2)`: by so much a joint
+    /// may
     /// hang before the loop has asked for what moves it. But no more than the error that asks for
     /// the full scale, [`saturating_error`](Law::saturating_error): that of a loop that has run
     /// away, as it does with an encoder that is reversed in motion. Where this is less, a set point

@@ -28,7 +28,8 @@
 //! moves to just below the level that oscillated, and the ceiling lets that level be tried again
 //! some 80 moves later.
 //!
-//! In motion the law uses a gain of 0.3 at least, since a joint with less does not follow. A motor of
+//! In motion the law uses a gain of 0.3 at least, since a joint with less does not follow. A motor
+//! of
 //! a tenth of the inertia swings with that, too, and wider from period to period. It needs less
 //! damping, whose velocity comes late, and as much stiffness as before: with a gain of 0.1 instead
 //! of 0.3, 33 of 2000 simulated joints fell behind their trajectory, and 3 had swung.
@@ -65,6 +66,8 @@ pub struct Guarded {
     pub gain: f32,
     /// Ceiling g_c.
     pub ceiling: f32,
+    /// Factor on the damping in motion: one half after a wide swing with the least gain of motion.
+    pub damping: f32,
     /// Last extreme of the position at rest y_e, deg from the law's origin.
     pub extreme: f32,
     /// Direction in which the joint leaves it; zero: none yet.
@@ -83,29 +86,12 @@ pub struct Guarded {
     widely: bool,
     /// Whether the joint was pushed away since the last HOLD.
     pushed: bool,
-    /// What was lowered since the last HOLD.
-    lowered: Lowered,
-}
-
-/// What was lowered since the last HOLD.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-enum Lowered {
-    #[default]
-    Nothing,
-    Gain,
-    /// The damping in motion as well: the gain was that of motion already.
-    Damping,
+    /// Whether the gain was lowered since the last HOLD.
+    lowered: bool,
 }
 
 /// The least gain in motion.
 pub(super) const LEAST_IN_MOTION: f32 = 0.3;
-
-impl Guarded {
-    /// Returns whether the joint has swung widely with the least gain of motion.
-    pub const fn is_wild(&self) -> bool {
-        matches!(self.lowered, Lowered::Damping)
-    }
-}
 
 impl OscillationGuard {
     /// Prepares the guard: the limit of the counter in motion (ticks), the least gain, the jitter
@@ -132,7 +118,7 @@ impl OscillationGuard {
 
     /// Begins with the whole gain.
     pub fn start(&self) -> Guarded {
-        Guarded { gain: 1.0, ceiling: 1.0, ..Guarded::default() }
+        Guarded { gain: 1.0, ceiling: 1.0, damping: 1.0, ..Guarded::default() }
     }
 
     /// Takes a tick in which the reference rests. In a HOLD, and after a long rest, the joint is
@@ -178,7 +164,7 @@ impl OscillationGuard {
                 let swing = if guarded.widely { self.limit } else { self.swing };
                 guarded.motion = guarded.motion.saturating_add(swing);
                 if guarded.widely && guarded.gain <= LEAST_IN_MOTION {
-                    guarded.lowered = Lowered::Damping;
+                    guarded.damping = 0.5;
                 }
             }
             (guarded.side, guarded.widely) = (side, false);
@@ -214,11 +200,11 @@ impl OscillationGuard {
 
     /// Takes that a HOLD begins.
     pub fn holds(&self, guarded: &mut Guarded) {
-        if guarded.lowered == Lowered::Nothing {
+        if !guarded.lowered {
             guarded.gain = (1.1 * guarded.gain).min(guarded.ceiling);
             guarded.ceiling = (1.002 * guarded.ceiling).min(1.0);
         }
-        (guarded.lowered, guarded.pushed) = (Lowered::Nothing, false);
+        (guarded.lowered, guarded.pushed, guarded.damping) = (false, false, 1.0);
         guarded.losses = 0;
     }
 
@@ -226,9 +212,7 @@ impl OscillationGuard {
         guarded.ceiling = (0.85 * guarded.gain).max(self.least);
         guarded.gain = (0.7 * guarded.gain).max(self.least);
         (guarded.motion, guarded.swings, guarded.losses) = (0, 0, 0);
-        if guarded.lowered == Lowered::Nothing {
-            guarded.lowered = Lowered::Gain;
-        }
+        guarded.lowered = true;
     }
 }
 
@@ -293,7 +277,8 @@ mod tests {
         assert_eq!(gain_in_motion(140, 701.0), 1.0);
     }
 
-    /// Gain after a joint has swung to one side of the profile's speed by `error` for ten ticks, and
+    /// Gain after a joint has swung to one side of the profile's speed by `error` for ten ticks,
+    /// and
     /// then is on the other side.
     fn gain_after_a_swing(guarded: &mut Guarded, wanted: f32, error: f32) -> f32 {
         for velocity in [[wanted - error; 10], [2.0 * wanted; 10]].concat() {
@@ -332,20 +317,20 @@ mod tests {
         };
         let mut gains = [0.0; 3];
         for gain in &mut gains {
-            assert!(!guarded.is_wild(), "{guarded:?}");
+            assert!(guarded.damping == 1.0, "{guarded:?}");
             swing(&mut guarded, 5001.0);
             *gain = guarded.gain;
         }
         // It is lowered at each change of the sign but the first: 0.7, 0.7^3, 0.7^5.
         assert!(gains[1] > LEAST_IN_MOTION && gains[2] < LEAST_IN_MOTION, "{gains:?}");
-        assert!(guarded.is_wild());
+        assert!(guarded.damping == 0.5);
         GUARD.holds(&mut guarded);
         GUARD.at_rest(&mut guarded, 0.0, true);
-        assert!(!guarded.is_wild());
+        assert!(guarded.damping == 1.0);
         // One that is not wide leaves it.
         guarded.gain = 0.2;
         (0..40).for_each(|_| swing(&mut guarded, 2000.0));
-        assert!(!guarded.is_wild() && guarded.gain < 0.2, "{guarded:?}");
+        assert!(guarded.damping == 1.0 && guarded.gain < 0.2, "{guarded:?}");
     }
 
     #[test]

@@ -251,15 +251,13 @@ impl Supervisor {
         let Seen { position, reference, velocity, applied } = *seen;
         self.rest.update(&mut s.rest, position);
         self.observer_of(s).update(&mut s.estimate, applied, position);
-        self.profile.update(&mut s.profile, reference, velocity);
         let awaited = !matches!(s.mode, Mode::Move | Mode::Pulse);
         if awaited
             && (reference - position).abs() > self.lost * s.attempt.error.abs() + 64.0 * self.count
         {
-            let pushed = s.profile.velocity == 0.0;
-            self.find(s, position, pushed);
-            self.profile.update(&mut s.profile, reference, velocity);
+            self.find(s, position, reference);
         }
+        self.profile.update(&mut s.profile, reference, velocity);
         s.to_go = reference - s.profile.position;
 
         let runs = s.profile.velocity != 0.0;
@@ -267,11 +265,10 @@ impl Supervisor {
         let error = reference - if rests { s.rest.mean } else { position };
         let least = if runs { LEAST_IN_MOTION } else { 0.0 };
         let guard = if s.guarded.gain < least { least } else { s.guarded.gain };
-        let damping = if runs && s.guarded.is_wild() { 0.5 * guard } else { guard };
         let gains = LoopGains {
             guard,
             proportional: self.proportional * guard * guard,
-            derivative: self.derivative * damping,
+            derivative: self.derivative * guard,
         };
         if runs && s.mode != Mode::Move {
             s.mode = Mode::Move;
@@ -326,9 +323,10 @@ impl Supervisor {
     }
 
     /// The joint is elsewhere: the profile leads it back from where it is. It was pushed there
-    /// unless the profile had set out, since then the set point is what has moved.
+    /// unless the set point has left the profile.
     #[cold]
-    fn find(&self, s: &mut State, position: f32, pushed: bool) {
+    fn find(&self, s: &mut State, position: f32, reference: f32) {
+        let pushed = (reference - s.profile.position).abs() < self.count;
         s.profile.position = position;
         s.profile.velocity = 0.0;
         if !self.load_rule.acts {
@@ -367,7 +365,7 @@ impl Supervisor {
         let disturbance = -self.inertia * s.estimate.disturbance;
         let expected = *friction * sign + held;
         let effort = gains.proportional * (position - seen.position)
-            + gains.derivative * (velocity - s.estimate.velocity)
+            + s.guarded.damping * gains.derivative * (velocity - s.estimate.velocity)
             + self.inertia * acceleration
             + self.viscous * velocity
             + gains.guard * disturbance

@@ -26,7 +26,8 @@ pub struct Arguments {
     /// Their seed
     #[arg(long, default_value_t = SEED)]
     seed: u64,
-    /// A key of the joint and how far it may be off, instead of the file's [spread]; may be repeated
+    /// A key of the joint and how far it may be off, instead of the file's [spread]; may be
+    /// repeated
     #[arg(long, value_name = "KEY=LOW..HIGH")]
     spread: Vec<String>,
     /// Print one JSON object
