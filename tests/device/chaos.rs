@@ -158,9 +158,10 @@ impl Chaos {
         if [least, most] == [0, 0] {
             // No command but arming: a joint that is at rest, within two counts, stays there. With
             // swapped wires a law may push it away from a count, until eight counts tell that
-            // (reversed_encoder.rs); and with dead ones a joint that coasts is taken for one at
-            // rest.
-            let bound = if self.is_sound { 3.0 * COUNT } else { 0.2 + coasting(self.speed) };
+            // (reversed_encoder.rs); and with dead ones, or some that were dead until now, a joint
+            // that coasts is taken for one at rest.
+            let noticed = if self.is_sound { 3.0 * COUNT } else { 0.2 };
+            let bound = noticed + coasting(self.speed);
             assert!(travel.abs() <= bound, "{name}: {travel} deg, and nobody asked");
         } else {
             self.moved += 1;
