@@ -22,12 +22,14 @@
 //! ring holds the changes of the speed, so that a speed that has always been the same is a ring of
 //! zeros.
 //!
-//! Guarantees: the limits hold exactly, whatever the targets and whenever they change, from rest as
-//! in motion. It lands on the target's count and stays, and never passes a target that it can still
-//! stop at. A tick takes a bounded number of instructions, none of them in a loop. Does badly: `T`
-//! is a power of two of ticks, so that up to half of the jerk is not used. A fraction of a count is
-//! rounded to the grid, 2^-8 counts at the worst. `T` is 256 ticks at the most. What it
-//! does not know is friction: a joint trails.
+//! Guarantees: velocity and acceleration keep their limits exactly, whatever the targets and
+//! whenever they change, from rest as in motion; the jerk keeps its own within 1e-5 of it (a length
+//! that is a power of two but for the rounding of decimals is taken as that power). It lands on the
+//! target's count and stays, and never passes a target that it can still stop at. A tick takes a
+//! bounded number of instructions, none of them in a loop. Does badly: `T` is a power of two of
+//! ticks, so that up to half of the jerk is not used. A fraction of a count is rounded to the grid,
+//! 2^-8 counts at the worst. `T` is 256 ticks at the most. What it does not know is friction: a
+//! joint trails.
 
 mod approach;
 mod bounded_acceleration;

@@ -18,6 +18,9 @@ use super::{HALF_ULP, config};
 
 /// What the limits may be exceeded by: they are computed in a handful of operations.
 const ROUNDING: f64 = 1.0 + 8.0 * HALF_ULP;
+/// What the jerk may be exceeded by: a length of the averages that is a power of two but for 1e-5 is
+/// taken as that power, since 0.02 s and 0.16 s are no binary numbers.
+const ROUNDED_LENGTH: f64 = 1.0 + 1.1e-5;
 
 /// The loop that a profile is made for, with limits that it can keep.
 #[derive(Clone, Copy, Debug)]
@@ -191,7 +194,7 @@ impl Judge {
         prop_assert!((0.0..1.0).contains(&position.fraction), "{position:?}");
         prop_assert!(travel.abs() <= v * ROUNDING + seen, "velocity {travel} of {v}");
         prop_assert!(change.abs() <= a * ROUNDING + 2.0 * seen, "acceleration {change} of {a}");
-        prop_assert!(turn.abs() <= j * ROUNDING + 4.0 * seen, "jerk {turn} of {j}");
+        prop_assert!(turn.abs() <= j * ROUNDED_LENGTH + 4.0 * seen, "jerk {turn} of {j}");
         let (h, count) = (f64::from(self.made.sample_time), f64::from(self.made.resolution));
         let told = f64::from(now.velocity) / count * h;
         prop_assert!((told - travel).abs() <= 2.0 * seen + 1e-6 * v, "{told}, not {travel}");
@@ -316,7 +319,8 @@ proptest! {
             + f64::from(first.position.fraction) - f64::from(begin.fraction);
         let [_, a, j] = made.per_tick();
         let off = (travel - f64::from(share) * v).abs();
-        prop_assert!(off <= j.min(a) * ROUNDING + 1.0 / 128.0 + v / 1e5, "{off}");
+        let most = (j * ROUNDED_LENGTH).min(a * ROUNDING);
+        prop_assert!(off <= most + 1.0 / 128.0 + v / 1e5, "{off}");
         // From here on by differences: what a set point says of its velocity is rounded.
         let travel = |from: Setpoint, to: Setpoint| {
             f64::from(to.position.counts.wrapping_sub(from.position.counts))

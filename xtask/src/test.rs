@@ -40,8 +40,12 @@ pub fn test() -> Result<(), String> {
     Job::new("Lints of the firmware")
         .run(toolchain.cargo(&firmware::arguments("clippy")).args(STRICT))?;
     let image = firmware::build()?;
-    Job::new("Tests, the image in the loop among them")
-        .run(cargo(&["test", "--workspace"]).args(EMULATOR).env("STICTION_IMAGE", image))?;
+    // To the end: one failure shall not hide another.
+    Job::new("Tests, the image in the loop among them").run(
+        cargo(&["test", "--workspace", "--no-fail-fast"])
+            .args(EMULATOR)
+            .env("STICTION_IMAGE", image),
+    )?;
     // These are the sentences that only a program without those parts says.
     Job::new("Tests of the command line without emulator, live view, figures and report").run(
         &mut cargo(&[

@@ -156,7 +156,7 @@ impl MachineEnsemble {
         self.written.clone()
     }
 
-    /// Runs all of `cases` joints; the rows are in no order.
+    /// Runs all of `cases` joints; the rows are in the order of cases, and of controllers in each.
     ///
     /// # Errors
     /// Names a value that no joint can have.
@@ -170,7 +170,10 @@ impl MachineEnsemble {
                 Ok(())
             },
         )?;
-        Ok(rows.into_inner().unwrap_or_else(PoisonError::into_inner))
+        let mut rows = rows.into_inner().unwrap_or_else(PoisonError::into_inner);
+        let place = |row: &Row| (row.case, self.laws.iter().position(|law| *law == row.law));
+        rows.sort_by_key(place);
+        Ok(rows)
     }
 
     /// Runs the cases for which `wanted` says so (number of the case, controller), and gives each
