@@ -230,8 +230,7 @@ fn the_first_run_can_be_followed_command_by_command() {
 }
 
 /// docs/commissioning.md, from a data sheet to a page on the joint that was found, with a device
-/// that
-/// is simulated. A ranking takes no more than three commands.
+/// that is simulated. A ranking takes no more than three commands.
 #[test]
 fn a_joint_is_commissioned_command_by_command() {
     let page = read("docs/commissioning.md");

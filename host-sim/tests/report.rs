@@ -97,8 +97,7 @@ fn stiction(arguments: &[&str]) -> std::process::Output {
 }
 
 /// The page on a joint of one's own: it stands alone, has every law of the file, and what a
-/// self-test
-/// should show is what `device selftest` predicts.
+/// self-test should show is what `device selftest` predicts.
 #[test]
 fn a_joint_of_one_s_own_has_a_page_with_its_laws_and_what_the_bench_should_show() {
     let directory = tempfile::tempdir().unwrap();

@@ -28,8 +28,7 @@
 //! and half a tick of `u'` either way leads to each, exactly to second order. With phi in the
 //! middle of the tick, a tick h of delay would make the inertia too large by the part `(w h)^2 / 2`
 //! at the frequency w: 0.6 % at 20 ms. The part is `(w h)^2 / 2 (d^2 - d)` for d ticks now: zero
-//! for
-//! none and for one.
+//! for none and for one.
 //!
 //! The gear's angle changes little in a window, and is taken at the mean position over `phi`.
 //! The level of the Stribeck curve is the mean of two: a standard deviation of the speed below and

@@ -51,10 +51,9 @@ table! {
         /// damping alone would take two and a half times the output. Without Kd, that of Kd = 0.15
         /// s Kp; under `robust`, twice its profile's speed, judged by the mean over 50 ms up to 10
         /// ms of sample time (100 ms with the encoder on the load). On the thesis's joint a step of
-        /// 25 deg passes under every law, and an unstable
-        /// loop is seen within a second under PD and the laws of the thesis; at half as much again,
-        /// or at the motor's speed without load, some are not. A swing of four ticks is measured
-        /// too slow.
+        /// 25 deg passes under every law, and an unstable loop is seen within a second under PD and
+        /// the laws of the thesis; at half as much again, or at the motor's speed without load,
+        /// some are not. A swing of four ticks is measured too slow.
         overspeed: f32 = 0x0906 "overspeed_deg_per_s", OrOff(0.0, HUGE), Derived(83.333_336);
         /// Lowest position, deg from where the joint stood at power-on. Both limits zero: there are
         /// none.
@@ -294,9 +293,8 @@ mod tests {
         };
         use EncoderSide::{Load, Motor};
         // The profile's speed is 3 rad/s up to 10 ms, and 0.15 of 5 V / B beyond. The bandwidth is
-        // 16 pi, 14, 7 and 4 pi rad/s; 5 V ask for 1.25 V / J = 2528 deg/s^2. So the error is
-        // twice 5 V / (J w^2) at 1 kHz, and else 1 V / (J w^2), twice and once: the way v^2 / 2 a
-        // is
+        // 16 pi, 14, 7 and 4 pi rad/s; 5 V ask for 1.25 V / J = 2528 deg/s^2. So the error is twice
+        // 5 V / (J w^2) at 1 kHz, and else 1 V / (J w^2), twice and once: the way v^2 / 2 a is
         // less, 5.84 deg and 31.1 deg at 20 ms.
         let slow = 0.15f32 * 5.0 / 1.89e-3;
         for (tick, side, [overspeed, jump, error, saturating, swing]) in [

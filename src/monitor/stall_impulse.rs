@@ -42,8 +42,8 @@ use super::limits::{Limits, Units};
 const LEAST: u32 = 8;
 
 /// The largest excess is so many times the breakaway effort. A transmission that winds up behind
-/// the
-/// motor for a tenth of a second may take the full scale without a count of an encoder on the load.
+/// the motor for a tenth of a second may take the full scale without a count of an encoder on the
+/// load.
 const MOST: u32 = 4;
 
 /// Impulse without a count against its limit.

@@ -167,8 +167,7 @@ fn pulses_that_give_up_add_up_to_a_stall_over_the_next_motions() {
 fn pulses_that_never_give_up_end_in_a_stall() {
     // 0.2 V s are 10 V for a tick, and 2 V or more count as 1.6 V: seven ticks at least. Each pulse
     // is a fifth more than the last, so 0.32 V, the least one, and 13 more make that if each has
-    // one
-    // tick; a pulse has six ticks with its rest, or two more.
+    // one tick; a pulse has six ticks with its rest, or two more.
     let set = ["loop.controller=robust", "controller.robust.give_up_attempts=0"];
     let plan = &plans("step-response", &[set[0], set[1], "reference.steps_deg=[5.0]"])[0];
     let mut device = SimulatedDevice::new(plan).unwrap();

@@ -1,7 +1,6 @@
 //! `robust` in a loop of 1 kHz leaves the swings of a motor against its gear to its own guard. So
-//! its
-//! monitors have wider limits there than under another law: how late they see a fault, and how far
-//! the joint goes until then.
+//! its monitors have wider limits there than under another law: how late they see a fault, and how
+//! far the joint goes until then.
 //!
 //! Two joints have 5 V at full scale, 0.4 V that start them and 0.38 V that keep them moving: the
 //! thesis's, and a light one. The encoder is on either side of the transmission, which is rigid.
@@ -321,8 +320,7 @@ fn end(joint: &Joint, device: &mut Device) -> End {
 }
 
 /// Both wires or one are cut at rest or on the way of steps. In each case a stall ends it, or the
-/// law
-/// gives up, and the joint is at rest.
+/// law gives up, and the joint is at rest.
 #[test]
 fn an_encoder_that_dies_leads_no_farther_than_the_impulse_lets_it() {
     for (joint, side, _) in cases() {

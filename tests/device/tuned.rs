@@ -1,11 +1,10 @@
 //! Gains that were tuned on an identified joint, on the joint itself.
 //!
 //! A data sheet is off: the true joint is drawn around it. The device, with the gains that
-//! `stiction
-//! new` derives from the data sheet, identifies the joint; `tune` looks for gains on joints around
-//! the one that was found, within its error bars; gains before and after are judged on the true
-//! one,
-//! with and without a sample of delay. Blind to what the simulated joint does not have.
+//! `stiction new` derives from the data sheet, identifies the joint; `tune` looks for gains on
+//! joints around the one that was found, within its error bars; gains before and after are judged
+//! on the true one, with and without a sample of delay. Blind to what the simulated joint does not
+//! have.
 
 use std::time::Duration;
 

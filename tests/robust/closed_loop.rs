@@ -61,8 +61,7 @@ fn a_load_that_drives_is_held_if_it_is_told_and_runs_away_if_not() {
 }
 
 /// The load grows by 8 V while the joint is held, and then it slides: the hold effort of 10 V and
-/// the
-/// dynamic friction of 3 V do not hold 18 V.
+/// the dynamic friction of 3 V do not hold 18 V.
 #[test]
 fn a_load_that_grows_until_the_joint_slides_is_held_again_without_a_long_way() {
     for load in [10.0, -10.0] {

@@ -6,7 +6,6 @@ use std::fs;
 
 use crate::firmware::{self, PROFILE};
 use crate::job::{Job, cargo, root};
-use crate::simulator::EMULATOR;
 use crate::toolchain::{TARGET, Toolchain};
 
 /// The page with the golden table.
@@ -21,7 +20,7 @@ pub struct Arguments {
 }
 
 /// Builds the images, measures them in the emulator, and compares.
-pub fn measure(arguments: &Arguments) -> Result<(), String> {
+pub fn measure(arguments: &Arguments, features: [&str; 3]) -> Result<(), String> {
     let image = firmware::build()?;
     let toolchain = Toolchain::ready()?;
     let build = ["build", "--profile", PROFILE, "--package", YARDSTICK, "--target", TARGET];
@@ -42,13 +41,14 @@ pub fn measure(arguments: &Arguments) -> Result<(), String> {
         measuring.extend([option.into(), value]);
     }
     measuring.extend(arguments.bless.then(|| "--bless".into()));
-    run("Counting instructions and cycles in the emulator (a minute on two cores)", &measuring)
+    let what = "Counting instructions and cycles in the emulator (a minute on two cores)";
+    run(what, features, &measuring)
 }
 
-/// Runs `stiction-cost`. It is built with the features of the tests of the image, and so from the
-/// very same parts.
-pub fn run(what: &'static str, arguments: &[OsString]) -> Result<(), String> {
+/// Runs `stiction-cost`, built with features that have the emulator. Those of a build that is there
+/// already save another.
+pub fn run(what: &'static str, features: [&str; 3], arguments: &[OsString]) -> Result<(), String> {
     let mut command = cargo(&["run", "--bin", "stiction-cost"]);
-    command.args(EMULATOR).arg("--");
+    command.args(features).arg("--");
     Job::new(what).run(command.args(arguments))
 }

@@ -18,10 +18,11 @@ const MISSING: &str = "the_control_path_can_panic";
 const KEPT: [&[u8]; 2] = [b"8stiction5servo7control", b"8stiction4link7request8numbered"];
 
 /// Runs every gate.
-pub fn pass() -> Result<(), String> {
+pub fn pass(features: [&str; 3]) -> Result<(), String> {
     let image = firmware::build()?;
     no_panic(&Toolchain::ready()?)?;
-    cost::run("Looking through the image", &["gates".into(), "--image".into(), image.into()])
+    let arguments = ["gates".into(), "--image".into(), image.into()];
+    cost::run("Looking through the image", features, &arguments)
 }
 
 /// Links the control path and the link with a panic handler that cannot be linked, and then again

@@ -18,6 +18,7 @@ mod toolchain;
 use std::process::ExitCode;
 
 use clap::{Parser, Subcommand};
+use simulator::EMULATOR;
 
 /// The project's jobs. Each does its own set-up.
 #[derive(Debug, Parser)]
@@ -70,8 +71,8 @@ fn main() -> ExitCode {
         Work::Setup => setup(),
         Work::Firmware => firmware::build().map(|_| ()),
         Work::Flash => firmware::flash(),
-        Work::Cost(arguments) => cost::measure(&arguments),
-        Work::Gates => gates::pass(),
+        Work::Cost(arguments) => cost::measure(&arguments, EMULATOR),
+        Work::Gates => gates::pass(EMULATOR),
         Work::Ranking => ranking::rank(),
         Work::Reliability(arguments) => reliability::measure(&arguments),
         Work::Mutations(arguments) => mutations::run(&arguments),

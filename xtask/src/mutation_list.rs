@@ -8,6 +8,8 @@
 pub enum Suite {
     /// The core's own tests.
     Core,
+    /// `robust` with a joint, beside the core: tests/robust/.
+    Robust,
     /// The device in process: tests/device/.
     Device,
     /// The flash image on the emulated part: tests/image/.
@@ -18,6 +20,7 @@ impl Suite {
     pub const fn describe(self) -> &'static str {
         match self {
             Self::Core => "the core",
+            Self::Robust => "`robust`",
             Self::Device => "the device",
             Self::Image => "the image",
         }
@@ -93,7 +96,7 @@ pub const MUTATIONS: &[Mutation] = &[
         ["s.held.effort = self.load_rule.held(-self.inertia * s.estimate.disturbance, sign);",
          "s.held.effort *= 0.5;"],
         "a load that grows until it slides is let go by half",
-        Suite::Core, &["closed_loop"]),
+        Suite::Robust, &["closed_loop"]),
     fault("src/compensator/robust/parameters.rs",
         ["let observer = if on_load { self.observer } else { observer };",
          ""],

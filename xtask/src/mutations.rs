@@ -79,7 +79,7 @@ pub fn run(arguments: &Arguments) -> Result<(), String> {
                 && arguments.suite.is_none_or(|suite| suite == mutation.suite)
         })
         .collect();
-    for suite in [Suite::Core, Suite::Device, Suite::Image] {
+    for suite in [Suite::Core, Suite::Robust, Suite::Device, Suite::Image] {
         let of_suite =
             MUTATIONS.iter().zip(&asked).filter(|(m, asked)| **asked && m.suite == suite);
         let mut tests: Vec<&str> = of_suite.flat_map(|(m, _)| m.tests).copied().collect();
@@ -178,7 +178,7 @@ fn tested(tree: &Path, suite: Suite, tests: &[&str]) -> Result<Fate, String> {
     let cargo = |arguments: &[&str]| {
         let mut command = Command::new(std::env::var_os("CARGO").unwrap_or_else(|| "cargo".into()));
         command.args(arguments).current_dir(tree).env("CARGO_TARGET_DIR", built(tree));
-        if suite == Suite::Core {
+        if matches!(suite, Suite::Core | Suite::Robust) {
             // A fault is compiled once and run for a second.
             command.env("CARGO_PROFILE_DEV_OPT_LEVEL", "0").env("CARGO_PROFILE_DEV_DEBUG", "0");
         }
@@ -188,23 +188,19 @@ fn tested(tree: &Path, suite: Suite, tests: &[&str]) -> Result<Fate, String> {
         let output = command.stdin(Stdio::null()).output();
         output.map_err(|error| format!("cannot start cargo: {error}"))
     };
-    let mut test = match suite {
-        Suite::Core => cargo(&["test", "--package", "stiction", "--lib"]),
-        Suite::Device => cargo(&["test", "--package", "loop-tests", "--test", "device"]),
-        Suite::Image => cargo(&["run", "--package", "xtask", "--", "image"]),
+    let target = match suite {
+        Suite::Core => ["stiction", "--lib"].as_slice(),
+        Suite::Robust => &["stiction", "--test", "robust"],
+        Suite::Device => &["loop-tests", "--test", "device"],
+        Suite::Image => &[],
     };
-    let build = match suite {
-        Suite::Core | Suite::Device => {
-            let mut build = cargo(&["test", "--no-run", "--package"]);
-            match suite {
-                Suite::Core => build.args(["stiction", "--lib"]),
-                _ => build.args(["loop-tests", "--test", "device"]),
-            };
-            build
-        }
-        Suite::Image => cargo(&["run", "--package", "xtask", "--", "firmware"]),
+    let [mut build, mut test] = match suite {
+        Suite::Image => [["firmware"], ["image"]]
+            .map(|job| cargo(&[&["run", "--package", "xtask", "--"], &job[..]].concat())),
+        _ => [["test", "--no-run", "--package"].as_slice(), &["test", "--package"]]
+            .map(|command| cargo(&[command, target].concat())),
     };
-    if !told(&mut { build })?.status.success() {
+    if !told(&mut build)?.status.success() {
         return Ok(Fate::NotBuilt);
     }
     if suite != Suite::Image {

@@ -16,6 +16,10 @@ pub enum Simulator {
 /// Cargo's arguments for the emulator, which declares a newer compiler than it needs.
 pub const EMULATOR: [&str; 3] = ["--features", "emulator", "--ignore-rust-version"];
 
+/// The same for all that can be built in: the studio as well.
+pub const EVERYTHING: [&str; 3] =
+    ["--features", "emulator,host-sim/studio", "--ignore-rust-version"];
+
 impl Simulator {
     fn options(self) -> &'static [&'static str] {
         match self {

@@ -4,7 +4,7 @@ use std::path::PathBuf;
 use std::process::Command;
 
 use crate::job::{Job, cargo, root, target_dir};
-use crate::simulator::EMULATOR;
+use crate::simulator::{EMULATOR, EVERYTHING};
 
 #[derive(Debug, clap::Args)]
 pub struct Arguments {
@@ -23,7 +23,7 @@ pub struct Arguments {
 }
 
 /// The options of a build with the studio.
-pub const STUDIO: [&str; 4] = ["--package", "host-sim", "--features", "studio"];
+const STUDIO: [&str; 4] = ["--package", "host-sim", "--features", "studio"];
 
 /// Where browsers are that the tests can drive.
 const BROWSERS: [&str; 4] =
@@ -96,24 +96,27 @@ fn page() -> Result<(), String> {
     Job::new("Building the page").run(&mut npm(&["run", "build"]))
 }
 
-/// Tests the server, and the page in a browser where there are both.
-pub fn test() -> Result<(), String> {
-    let strict = ["--all-targets", "--", "--deny", "warnings"];
-    Job::new("Lints of the studio").run(cargo(&["clippy"]).args(STUDIO).args(strict))?;
-    let tests = |which: &[&str]| {
-        Job::new("Tests of the studio's server").run(cargo(&["test"]).args(STUDIO).args(which))
-    };
-    tests(&["--lib", "studio::"])?;
-    tests(&["--test", "studio"])?;
-    let Some(browser) = browser().filter(|_| runs(&mut npm(&["--version"]))) else {
+/// Builds the page for a test in a browser, and returns the browser; nothing if that or npm is
+/// missing.
+pub fn ready() -> Result<Option<&'static str>, String> {
+    let browser = browser().filter(|_| runs(&mut npm(&["--version"])));
+    if browser.is_some() {
+        page()?;
+    }
+    Ok(browser)
+}
+
+/// Tests the page in a browser, on the program that has everything built in.
+pub fn test(browser: Option<&str>) -> Result<(), String> {
+    let Some(browser) = browser else {
         println!(
             "== NOT RUN: the test of the studio's page in a browser; it needs npm and one of {}",
             BROWSERS.join(", ")
         );
         return Ok(());
     };
-    page()?;
-    build(false)?;
+    let mut build = cargo(&["build", "--bin", "stiction"]);
+    Job::new("Building the simulator with the studio").run(build.args(EVERYTHING))?;
     let job = Job::new("Test of the studio's page in a browser");
     job.run(&mut script("browser.mjs", browser))
 }

@@ -1,7 +1,7 @@
 //! `cargo xtask test` runs everything that must pass before a change lands.
 
 use crate::job::{Job, cargo};
-use crate::simulator::EMULATOR;
+use crate::simulator::{EMULATOR, EVERYTHING};
 use crate::toolchain::Toolchain;
 use crate::{cost, firmware, gates, studio};
 
@@ -32,10 +32,12 @@ pub fn image(arguments: &ImageArguments) -> Result<(), String> {
 
 pub fn test() -> Result<(), String> {
     Job::new("Format").run(&mut cargo(&["fmt", "--all", "--check"]))?;
+    // The page is there before the program that has it built in.
+    let browser = studio::ready()?;
     // All that can be built in is built in. What stands for a part that is left out is compiled
     // with `bad_input` below.
     Job::new("Lints")
-        .run(cargo(&["clippy", "--workspace", "--all-targets"]).args(EMULATOR).args(STRICT))?;
+        .run(cargo(&["clippy", "--workspace", "--all-targets"]).args(EVERYTHING).args(STRICT))?;
     let toolchain = Toolchain::ready()?;
     Job::new("Lints of the firmware")
         .run(toolchain.cargo(&firmware::arguments("clippy")).args(STRICT))?;
@@ -43,7 +45,7 @@ pub fn test() -> Result<(), String> {
     // To the end: one failure shall not hide another.
     Job::new("Tests, the image in the loop among them").run(
         cargo(&["test", "--workspace", "--no-fail-fast"])
-            .args(EMULATOR)
+            .args(EVERYTHING)
             .env("STICTION_IMAGE", image),
     )?;
     // These are the sentences that only a program without those parts says.
@@ -57,12 +59,12 @@ pub fn test() -> Result<(), String> {
             "bad_input",
         ]),
     )?;
-    studio::test()?;
-    gates::pass()?;
-    cost::measure(&cost::Arguments::default())?;
+    studio::test(browser)?;
+    gates::pass(EVERYTHING)?;
+    cost::measure(&cost::Arguments::default(), EVERYTHING)?;
     Job::new("Documentation").run(
         cargo(&["doc", "--workspace", "--no-deps"])
-            .args(EMULATOR)
+            .args(EVERYTHING)
             .env("RUSTDOCFLAGS", "--deny warnings"),
     )
 }

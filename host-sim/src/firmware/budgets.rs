@@ -7,11 +7,7 @@
 /// they save.
 pub const CORE_INSTRUCTIONS: u32 = 520;
 /// The same under `robust`, which computes more.
-///
-/// 1000 were asked for, and met (989) until a light motor's damping was halved after a wide swing, a
-/// slow loop's friction was learned at low speeds only, and a pushed joint was told from a step.
-/// These end false trips and late moves; the worst tick takes 1020 with them, 2 % too many.
-pub const CORE_INSTRUCTIONS_ALONE: u32 = 1024;
+pub const CORE_INSTRUCTIONS_ALONE: u32 = 1000;
 /// Instructions of the whole control interrupt under any law of the thesis, with all that can be
 /// turned on.
 pub const INTERRUPT_INSTRUCTIONS: u32 = 1300;

@@ -10,8 +10,8 @@
 //!
 //! n is the larger one of that of the counts and `(V(f_1) - V(f_1/2))/(f_1^5 (1 - 1/32))`. V is the
 //! power of the logged acceleration below a cut-off, and f_1 = fs/8 is the highest one that is
-//! tried. The cut-off is the
-//! highest of `f_1 2^(-k/4)` at which `N(fc) <= 0.002 V(fc)`: the inertia loses at most 0.2 %.
+//! tried. The cut-off is the highest of `f_1 2^(-k/4)` at which `N(fc) <= 0.002 V(fc)`: the inertia
+//! loses at most 0.2 %.
 //!
 //! Guarantees: what moves in the uppermost octave counts as noise, so the cut-off errs to the low
 //! side; effort and position pass the same low-pass, so that this costs information, and no bias.

@@ -7,8 +7,7 @@
 //! An implicit step of friction (nonsmooth time stepping, J. J. Moreau 1988): the new velocity is
 //! that of a slip the positive way if it is positive, of a slip the negative way if it is negative,
 //! and else 0. The step is at most a twentieth of J/B and of a sample. Errors are of the first
-//! order
-//! in it.
+//! order in it.
 //!
 //! Nothing holds the simulated position to the logged one: an error of the effort adds up in it.
 //! The velocity has friction to forget by, so it is the fairer check of a long log; both are told.

@@ -1,10 +1,9 @@
 //! Which moments of a log tell something of a machine in motion.
 //!
-//! Left out are: standstill and creeping, below `max(0.05 v_99, 2 c fc)` with the speed v_99 that
-//! a hundredth of the samples exceeds, the count c and the cut-off fc; what the low-pass mixes
-//! with them, `0.5/fc` on either side; the same around a saturated effort; and `1/fc` at the ends
-//! of a stretch. At standstill friction is whatever the effort is. Below two counts in a period of
-//! the
+//! Left out are: standstill and creeping, below `max(0.05 v_99, 2 c fc)` with the speed v_99 that a
+//! hundredth of the samples exceeds, the count c and the cut-off fc; what the low-pass mixes with
+//! them, `0.5/fc` on either side; the same around a saturated effort; and `1/fc` at the ends of a
+//! stretch. At standstill friction is whatever the effort is. Below two counts in a period of the
 //! cut-off, the staircase of the counts passes the low-pass.
 //!
 //! An effort counts as saturated where it holds its largest or its smallest value for three samples

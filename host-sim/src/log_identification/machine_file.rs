@@ -2,8 +2,7 @@
 //!
 //! The effort of the log stands for the core's volts: `motor.amplifier_a_per_v` is 1 and
 //! `motor.kt_nm_per_a` the effort gain, with the gear's ratio 1. So all that the regression found
-//! is
-//! at the joint. A user who knows motor and gear writes them instead.
+//! is at the joint. A user who knows motor and gear writes them instead.
 
 use std::f64::consts::TAU;
 use std::fmt::Write as _;

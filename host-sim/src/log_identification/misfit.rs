@@ -11,8 +11,7 @@
 //! in the other, so noise has a share near or below 0 (cross-validation, M. Stone, *J. Royal
 //! Statistical Society* B 36 (1974), 111). A cause is told if its share is above 0.2, and what it
 //! explains is above 1.5 % of the effort: less matters to nobody. Two bodies with a spring between
-//! are
-//! told by their inertia, which varies with the cut-off, by more than 3 % and two standard
+//! are told by their inertia, which varies with the cut-off, by more than 3 % and two standard
 //! deviations.
 
 use super::model::{Fitted, Moment};

@@ -2,14 +2,12 @@
 //!
 //! *Model*: asymmetric, if friction differs by the direction by more than two standard deviations,
 //! and symmetric if it does not. *Stribeck velocity*: least squares is linear in all but v_s, which
-//! is searched for on 24
-//! values in geometric steps from the speed that a fiftieth of the rows does not reach to half of
-//! the fast one, then by
-//! golden section between the neighbours of the best. *Delay*: a
-//! log may have the effort that was asked for, which acts half a sample later on the mean, and
-//! later behind a slow drive. The residual's power over the delay is a parabola near its lowest
-//! value; it is laid through the best of -2 to 3 samples and its neighbours. The
-//! delay counts only if it takes 2 % of the residual's power away, or else is 0.
+//! is searched for on 24 values in geometric steps from the speed that a fiftieth of the rows does
+//! not reach to half of the fast one, then by golden section between the neighbours of the best.
+//! *Delay*: a log may have the effort that was asked for, which acts half a sample later on the
+//! mean, and later behind a slow drive. The residual's power over the delay is a parabola near its
+//! lowest value; it is laid through the best of -2 to 3 samples and its neighbours. The delay
+//! counts only if it takes 2 % of the residual's power away, or else is 0.
 
 use super::Request;
 use super::least_squares::Fit;

@@ -3,8 +3,7 @@
 //!
 //! `runs` says what is run, `evidence` runs it, `claims` measure and judge, `figures` draw,
 //! `tables` look up what is used, `beyond` ranks laws that the thesis does not have; texts are data
-//! in `host-sim/report/`, and `page` puts all of it
-//! into their template.
+//! in `host-sim/report/`, and `page` puts all of it into their template.
 
 mod beyond;
 mod claims;

@@ -28,8 +28,7 @@ pub struct Range {
 
 impl Range {
     /// Derives the range from a device's limits: as far as a profiled move from rest to rest goes
-    /// in
-    /// a second, `min(v, a / 4)`, but no more than 10 deg, and no farther than the limits of the
+    /// in a second, `min(v, a / 4)`, but no more than 10 deg, and no farther than the limits of the
     /// position leave room around `position_deg`, where the joint is.
     pub fn derived(parameters: &Parameters, position_deg: f64) -> Self {
         let Parameters { profile, controller, .. } = parameters;

@@ -5,11 +5,10 @@
 //! ```
 //!
 //! min and max are the quantiles 0 and 1 of the figure over the N predicted joints: that of the
-//! file,
-//! and those drawn around it. A true joint that is drawn like them lies beyond the largest with a
-//! chance of 1 / N. A quarter of the range on top makes that smaller still: the keys are drawn from
-//! bounded ranges, so that their figures are bounded, too. `s` is what is not worth a word, or not
-//! simulated.
+//! file, and those drawn around it. A true joint that is drawn like them lies beyond the largest
+//! with a chance of 1 / N. A quarter of the range on top makes that smaller still: the keys are
+//! drawn from bounded ranges, so that their figures are bounded, too. `s` is what is not worth a
+//! word, or not simulated.
 //!
 //! Only the two efforts are bounded below: a joint that rests nearer and settles sooner than was
 //! predicted is none to complain of, but one that takes less effort is another joint.

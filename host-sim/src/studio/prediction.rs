@@ -16,7 +16,7 @@ use super::request::{Way, Wish};
 use crate::device::moved::longest_s;
 use crate::device::simulated::SimulatedDevice;
 use crate::device::words;
-use crate::ensemble::{BAND_COUNTS, MachineEnsemble};
+use crate::ensemble::{Around, BAND_COUNTS, MachineEnsemble};
 use crate::error::Error;
 use crate::experiment::{RunPlan, for_a_device};
 use crate::tuning::assumed;
@@ -227,7 +227,8 @@ pub fn cloud(
     let parameters = for_a_device(&around.plan(law, &[])?)?;
     let spreads = assumed(&around.document);
     let laws = [law.clone()];
-    let drawn = MachineEnsemble::around(law, around.document.clone(), [&laws, &spreads], STEP_S)?;
+    let joints = Around { controllers: &laws, spreads: &spreads, rate_hz: None };
+    let drawn = MachineEnsemble::around(law, around.document.clone(), joints, STEP_S)?;
     let mut all: Vec<(Predicted, Vec<String>)> = Vec::new();
     for number in 0..u64::from(wish.cloud) {
         let mut keys = drawn.drawn(SEED, number);

@@ -8,10 +8,8 @@ use crate::ensemble::{Row, Sorted};
 const WITHIN_S: f64 = 5.0;
 
 /// What it costs if all joints fail: as much as a figure of weight 1 that is e^20 times as large.
-/// One
-/// failure of a few dozen joints costs less than a large gain of a figure, so that the search is
-/// not
-/// stopped by it; [`Figures::are_better_than`] is.
+/// One failure of a few dozen joints costs less than a large gain of a figure, so that the search
+/// is not stopped by it; [`Figures::are_better_than`] is.
 const FAILURE: f64 = 20.0;
 
 /// What a figure costs that is above its limit, for each factor of e.

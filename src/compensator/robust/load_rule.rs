@@ -27,9 +27,8 @@
 //! different. L6 is not the prototype's: a hold effort that is halved there lets the load creep
 //! away for ever. Does badly: while the joint is first released nobody holds it, and it drops until
 //! the observer has learned the load, which takes some 20 ms; tell the hold effort at enabling.
-//! Where
-//! no load can drive the joint the rule leaves a hold effort that heats the motor for nothing. Of
-//! flexible joints a few may still spin: the overspeed monitor is what stops them.
+//! Where no load can drive the joint the rule leaves a hold effort that heats the motor for
+//! nothing. Of flexible joints a few may still spin: the overspeed monitor is what stops them.
 
 use crate::saturation::bounded;
 

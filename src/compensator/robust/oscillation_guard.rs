@@ -29,8 +29,7 @@
 //! some 80 moves later.
 //!
 //! In motion the law uses a gain of 0.3 at least, since a joint with less does not follow. A motor
-//! of
-//! a tenth of the inertia swings with that, too, and wider from period to period. It needs less
+//! of a tenth of the inertia swings with that, too, and wider from period to period. It needs less
 //! damping, whose velocity comes late, and as much stiffness as before: with a gain of 0.1 instead
 //! of 0.3, 33 of 2000 simulated joints fell behind their trajectory, and 3 had swung.
 //!
@@ -278,8 +277,7 @@ mod tests {
     }
 
     /// Gain after a joint has swung to one side of the profile's speed by `error` for ten ticks,
-    /// and
-    /// then is on the other side.
+    /// and then is on the other side.
     fn gain_after_a_swing(guarded: &mut Guarded, wanted: f32, error: f32) -> f32 {
         for velocity in [[wanted - error; 10], [2.0 * wanted; 10]].concat() {
             GUARD.in_motion(guarded, 0.0, wanted, velocity);

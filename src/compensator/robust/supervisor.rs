@@ -218,17 +218,17 @@ impl Supervisor {
         }
     }
 
-    /// Returns the state of a joint at rest at the origin.
-    pub fn start(&self) -> State {
+    /// Begins anew, for a joint at rest at the origin.
+    pub fn start(&self, state: &mut State) {
         let gain = if self.reverse.is_some() { 0.5 } else { 1.0 };
-        State {
+        *state = State {
             guarded: self.guard.start(),
             held: self.hold_effort.start(self.told),
             friction: [self.friction.first; 2],
             learned: [Learned { gain, least: self.planner.least }; 2],
             reverse: 1.0,
             ..State::default()
-        }
+        };
     }
 
     /// Returns whether the joint rests.

@@ -87,12 +87,10 @@ enum Action {
     /// the right sense: the first powered motion
     Jog(jog::Jog),
     /// Identify the joint by a bounded sequence of motions: breakaway, friction, inertia, load,
-    /// with
-    /// error bars and a verdict; or with --ramp, two levels by a ramp of the effort
+    /// with error bars and a verdict; or with --ramp, two levels by a ramp of the effort
     Identify(identify::Identify),
     /// Make twenty moves within stated bounds, and say whether the joint does what the simulation
-    /// of
-    /// --machine predicts, with its error bars
+    /// of --machine predicts, with its error bars
     Selftest(selftest::Arguments),
     /// Parameters of the device
     Params {
