@@ -115,9 +115,11 @@ impl ControllerState {
         compensator.forget();
     }
 
-    /// Lets a motion begin at the next tick. Everything else goes on.
-    pub const fn begin_motion(&mut self) {
+    /// Lets a motion begin at the next tick. Everything else goes on; a law that has given up tries
+    /// again.
+    pub fn begin_motion(&mut self) {
         self.tick = 0;
+        self.compensator.begin_motion();
     }
 }
 

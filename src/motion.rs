@@ -479,7 +479,7 @@ impl CourseState {
     }
 
     /// Lets another motion begin at the next tick. The loop goes on.
-    pub const fn begin_motion(&mut self) {
+    pub fn begin_motion(&mut self) {
         self.controller.begin_motion();
     }
 

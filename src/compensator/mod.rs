@@ -125,6 +125,10 @@ pub trait Law: Sized {
         false
     }
 
+    /// Takes that a motion begins, also one to where the set point is already: a law that has given
+    /// up tries again.
+    fn begin_motion(_: &mut Self::State) {}
+
     /// Returns the default of `overspeed_deg_per_s`, if the law says more about it than PD's gains
     /// do.
     fn overspeed(_: &Self::Gains, _: &Loop) -> Option<f32> {
@@ -464,6 +468,11 @@ impl CompensatorState {
     pub(crate) fn forget(&mut self) {
         self.terms.fill(LawState::None);
         self.alone.forget();
+    }
+
+    /// Takes that a motion begins. Only the law that is too large for a sum gives up.
+    pub(crate) fn begin_motion(&mut self) {
+        Alone::begin_motion(&mut self.alone);
     }
 }
 

@@ -96,6 +96,8 @@ pub struct Identification {
     breakaway: Breakaway,
     /// The reading of the fast rate, V.
     fast: f32,
+    /// Where a pulse was after half of its longest time, counts.
+    halfway: i32,
     follower: Follower,
     /// Speed of the leg, deg/s, and its way, deg. Zero: it comes to its end.
     speed: f32,
@@ -126,6 +128,7 @@ impl Identification {
             push: Push { from: 0.0, rung: 0.0, reverse: false },
             breakaway: Breakaway::default(),
             fast: 0.0,
+            halfway: 0,
             follower: Follower::default(),
             speed: 0.0,
             way: 0.0,
@@ -353,11 +356,17 @@ impl Identification {
             || speed > 2.0 * PULSE_SHARE * bounds.speed && moved > 2 * PULSE_COUNTS
             || self.elapsed > self.settings.ticks(PULSE_S);
         if !is_enough {
+            if 2 * self.elapsed <= self.settings.ticks(PULSE_S) {
+                self.halfway = counts;
+            }
             return if reverse { -size } else { size };
         }
         // What gave way before was a bristle or a shaft, and the joint itself has not left its
-        // place: it takes more than that.
-        if moved < PULSE_COUNTS && self.elapsed > self.settings.ticks(PULSE_S) {
+        // place: it takes more than that. A joint that slides goes farther in the second half of
+        // the time than in the first, however few its counts are.
+        let later = counts.wrapping_sub(self.halfway).unsigned_abs();
+        let stands = 2 * later <= moved;
+        if moved < PULSE_COUNTS && stands && self.elapsed > self.settings.ticks(PULSE_S) {
             self.rough[side] = size;
             return if size < BELOW * most { self.again() } else { self.end(Outcome::Still) };
         }

@@ -13,8 +13,8 @@
 //!
 //! ```text
 //! with += d                    d: travel of a tick with the effort
-//! with += d - min(d_0, 0)      where d < 0, and never above zero by that; d_0: the smaller travel of
-//!                              the last two ticks with less than the breakaway effort, zero if
+//! with += d - min(d_0, 0)      where d < 0, and never above zero by that; d_0: the smaller travel
+//!                              of the last two ticks with less than the breakaway effort, zero if
 //!                              they differ in sign
 //! ```
 //!

@@ -148,7 +148,7 @@ impl ControlLoop {
     }
 
     /// Begins a motion that the course goes over into.
-    const fn goes_on(&mut self) {
+    fn goes_on(&mut self) {
         self.replaced = true;
         self.watch.listen();
         self.state.begin_motion();

@@ -179,7 +179,8 @@ impl Chaos {
             assert!(outside < bound, "{name}: {outside} deg outside of {least} to {most} counts");
             self.outside = self.outside.max(outside);
         }
-        // A dead encoder: 0.5 to 4 s beyond the breakaway, whatever else comes, unless it counts.
+        // A dead encoder: 4 s beyond the breakaway at most, and 0.5 s of them beyond twice of it,
+        // whatever else comes, unless it counts.
         if matches!(self.device.wires, Wires::Cut) {
             let code = output.tick.code.unsigned_abs();
             self.dead[0] += u32::from(code > BREAKAWAY);

@@ -101,6 +101,7 @@ fn an_encoder_that_is_dead_from_rest_is_seen_under_every_law_and_error() {
             if is_armed && law == "robust" {
                 told.push(format!("gives up at {travel:.1}"));
                 gave_up(&output, travel, coasts, error);
+                assert!(device.device.servo().has_given_up(), "{error} deg: it does not say so");
                 continue;
             }
             told.push(if is_armed { "rests".into() } else { format!("{travel:.1}") });

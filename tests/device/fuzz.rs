@@ -1,6 +1,6 @@
 //! Random bytes, messages and parameters are given to the properties of `host_sim::properties`,
 //! which the targets of `fuzz/` call as well. `STICTION_FUZZ` is the number of messages through the
-//! state machine: 100 000 in a test run, ten million in `cargo xtask reliability`. These tests are
+//! state machine: 100 000 in a test run, a million in `cargo xtask reliability`. These tests are
 //! blind to what a coverage-guided fuzzer would find behind a checksum: messages are made with a
 //! good one, bytes with mostly bad ones. `fuzz/` is for that.
 

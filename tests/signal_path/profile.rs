@@ -18,8 +18,8 @@ use super::{HALF_ULP, config};
 
 /// What the limits may be exceeded by: they are computed in a handful of operations.
 const ROUNDING: f64 = 1.0 + 8.0 * HALF_ULP;
-/// What the jerk may be exceeded by: a length of the averages that is a power of two but for 1e-5 is
-/// taken as that power, since 0.02 s and 0.16 s are no binary numbers.
+/// What the jerk may be exceeded by: a length of the averages that is a power of two but for 1e-5
+/// is taken as that power, since 0.02 s and 0.16 s are no binary numbers.
 const ROUNDED_LENGTH: f64 = 1.0 + 1.1e-5;
 
 /// The loop that a profile is made for, with limits that it can keep.

@@ -32,7 +32,7 @@ const MARK: &str = "reliability: ";
 #[derive(Debug, clap::Args)]
 pub struct Arguments {
     /// So many random messages through the state machine
-    #[arg(long, value_name = "N", default_value_t = 10_000_000)]
+    #[arg(long, value_name = "N", default_value_t = 1_000_000)]
     messages: u64,
     /// Also the matrix of faults in the flash image: takes the emulator, and builds the firmware
     /// before

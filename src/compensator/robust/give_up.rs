@@ -8,7 +8,7 @@
 //! ```
 //!
 //! A HOLD and a new motion clear both. In GIVE_UP the effort is `u_b`, constant; a joint that is
-//! lost, or a new motion, leaves it.
+//! lost, or a new motion, leaves it, also one to the same target.
 //!
 //! Why this form: no friction of the declared range stands against three pulses of half as much
 //! again as its upper end, so something else is in the way. A pulse with the encoder on the load

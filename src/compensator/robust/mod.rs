@@ -13,7 +13,7 @@
 //!                                                +---- judged, learned ----------+--> GIVE_UP   |
 //!                                                +------------------ springs = true ------------+
 //!
-//!   MOVE   u = Kp (p - y) + Kd (p' - x2) + J p'' + B p' - g J x3 + (1 - g) R_i s    p' != 0
+//!   MOVE   u = Kp (p - y) + d Kd (p' - x2) + J p'' + B p' - g J x3 + (1 - g) R_i s  p' != 0
 //!          u = Kp e + Kd (r' - x2) + u_b + 0.8 g R_i sat(e / 8 q)                   p' = 0
 //!   STUCK  u = u_b + Kp e - Kd x2
 //!   PULSE  u = u_b + s A
@@ -28,7 +28,8 @@
 //! ([`BoundedAcceleration`](crate::profile::BoundedAcceleration)), `x2` and `x3` are the observer's
 //! ([`extended_state_observer`]), `R_i` the learned friction ([`sliding_friction`]), `A` and `N`
 //! planned ([`pulse_planner`], [`reverse_pulse`]), `u_b` the hold effort ([`hold_effort`],
-//! [`load_rule`]), `g` the guard's gain ([`oscillation_guard`]). The rest is that of
+//! [`load_rule`]), `g` the guard's gain and `d` its factor on the damping, 1 or 1/2
+//! ([`oscillation_guard`]). The rest is that of
 //! [`rest_detector`], the end that of [`give_up`]. `e = r - y`, of the mean of a rest. Several
 //! transitions may happen in a tick, in the order MOVE, HOLD, STUCK, then PULSE or COAST: a pulse
 //! of one tick shows as COAST.
@@ -211,6 +212,10 @@ impl Law for Robust {
         state.begun && matches!(state.mode(), Mode::GiveUp)
     }
 
+    fn begin_motion(state: &mut State) {
+        state.supervisor.try_again();
+    }
+
     /// Twice the profile's speed: no part of the law asks for more.
     fn overspeed(gains: &RobustGains, around: &Loop) -> Option<f32> {
         let slowest = 16.0 * around.resolution / around.sample_time;
@@ -249,5 +254,32 @@ impl Law for Robust {
     fn saturating_error(gains: &RobustGains, around: &Loop) -> Option<f32> {
         let bandwidth = Rules::new(gains, around).bandwidth;
         Some((around.full_scale / (gains.inertia * bandwidth * bandwidth)).min(HUGE))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::position::Position;
+    use crate::reference::Setpoint;
+    use crate::value::Table;
+
+    /// Kd = 2 zeta J w_n - B, times p' - x2.
+    #[test]
+    fn guard_halves_the_damping_of_a_motion_and_nothing_else() {
+        let gains = RobustGains { bandwidth: 40.0, ..RobustGains::EXAMPLE };
+        let law = Robust::new(&gains, &Loop::EXAMPLE);
+        let mut state = State::default();
+        law.update(&mut state, &LawInput::default());
+        // The first tick of a profile that sets out.
+        let setpoint = Setpoint::at_rest(Position::from_counts(1000));
+        let input = LawInput { setpoint, ..LawInput::default() };
+        let mut guarded = state;
+        guarded.supervisor.guarded.damping = 0.5;
+        let [whole, half] = [&mut state, &mut guarded].map(|state| law.update(state, &input));
+        let behind = state.supervisor.profile.velocity - state.supervisor.estimate.velocity;
+        let derivative = 2.0 * gains.damping * gains.inertia * gains.bandwidth - gains.viscous;
+        let expected = 0.5 * derivative * behind;
+        assert!(expected > 0.01 && (whole - half - expected).abs() < 1e-5, "{whole} {half}");
     }
 }

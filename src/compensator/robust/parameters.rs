@@ -12,7 +12,7 @@
 //!   1/2, so that two samples of delay are borne.
 //! - Observer in motion `w_e'`: `w_e`, with the encoder on the load `min(15, 0.7 / h)`. That load
 //!   swings at 5 Hz and more, and its disturbance drives the swing if it is fed back to the motor
-//!   with less delay. A bandwidth that is told holds for both.
+//!   with less delay. An `observer_rad_per_s` that is told holds for both.
 //! - Acceleration `a_m`: `0.25 u_m / J`. Friction and damping get the other three quarters.
 //! - Speed `v_m`: `0.15 u_m / B`, and no more than 3 rad/s if `h <= 10 ms` or `B = 0`. Viscous
 //!   friction takes 15 % of the limit, and a profile needs a finite speed.

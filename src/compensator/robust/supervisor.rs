@@ -154,6 +154,16 @@ pub(super) struct Supervisor {
     leave_ticks: u16,
 }
 
+impl State {
+    /// Leaves GIVE_UP as after a motion, with all attempts ahead.
+    pub fn try_again(&mut self) {
+        if self.mode == Mode::GiveUp {
+            self.mode = Mode::Move;
+            self.attempts = Attempts::default();
+        }
+    }
+}
+
 impl Supervisor {
     pub fn new(told: &RobustGains, around: &Loop) -> Self {
         let rules = Rules::new(told, around);
@@ -348,8 +358,8 @@ impl Supervisor {
         if self.load_rule.acts { -s.held.effort * self.per_inertia } else { 0.0 }
     }
 
-    /// MOVE while the profile runs: `u = Kp (p - y) + Kd (p' - x2) + J p'' + B p' - g_e J x3 + (1 -
-    /// g_e) R_i s`.
+    /// MOVE while the profile runs: `u = Kp (p - y) + d Kd (p' - x2) + J p'' + B p' - g_e J x3 +
+    /// (1 - g_e) R_i s`.
     #[inline]
     fn follow(&self, s: &mut State, seen: &Seen, gains: LoopGains) -> f32 {
         let Limited { position, velocity, acceleration } = s.profile;

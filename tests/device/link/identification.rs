@@ -95,3 +95,19 @@ fn wires_that_are_wrong_end_it_at_the_first_step_in_words() {
         assert_ne!(status.state, StateCode::Armed);
     }
 }
+
+/// In the second of a pulse of 0.63 V it goes 27 (0.63 - 0.38) / 2 deg less what is viscous: 3 deg,
+/// which are 50 counts.
+#[test]
+fn a_joint_of_few_counts_that_slides_is_not_taken_for_one_that_stands() {
+    let coarse = "encoder.resolution_deg=0.06";
+    let mut device = SimulatedDevice::new(&plans("step-response", &[coarse])[0]).unwrap();
+    device.ticks(10);
+    let mut client = Client::connect(SimulatedWire::new(device)).unwrap();
+    let asked = Asked { effort: Some(0.7), travel: Some(60.0), ..Asked::default() };
+    let found = identified(&mut client, asked);
+    let summary = found.unwrap_or_else(|| panic!("{:?}", client.status().unwrap()));
+    assert_eq!(summary.outcome, Outcome::Done, "{summary:?}");
+    let [inertia, deviation] = summary.estimate.unwrap().inertia;
+    assert!((inertia - 1.0 / 27.0).abs() < 4.0 * deviation.max(0.0025), "{summary:?}");
+}
