@@ -3,7 +3,7 @@
 //! Each law is one module that begins with its equation, and implements [`Law`]. Its gains are what
 //! a user sets, in the thesis's units, and are declared as a table. The law itself is made of them
 //! once, for a sample time, and holds what a tick needs. Its state is apart, `Copy`, and starts as
-//! its `Default`. The list at the end of this file registers the laws: [`Gains`], [`PreparedLaw`]
+//! its `Default`. The list in this file registers the laws: [`Gains`], [`PreparedLaw`]
 //! and [`LawState`] are the closed sets of them. A [`Compensator`] is a sum of up to [`MAX_TERMS`]
 //! laws (none: plain PD). A law that [replaces](Law::REPLACES_PD) the PD loop stands alone.
 //!
@@ -16,6 +16,7 @@
 pub mod discontinuous_nonlinear_proportional;
 pub mod disturbance_observer;
 pub mod feedforward;
+mod law;
 pub mod rate_variable_integral;
 pub mod reset_integral;
 pub mod reset_offset_integral;
@@ -23,6 +24,7 @@ pub mod reset_offset_integral;
 pub mod rival;
 pub mod robust;
 pub mod smooth_robust_nonlinear;
+mod sum;
 
 use heapless::Vec;
 
@@ -31,6 +33,7 @@ pub use discontinuous_nonlinear_proportional::{
 };
 pub use disturbance_observer::{DisturbanceObserver, DisturbanceObserverGains};
 pub use feedforward::{Feedforward, FeedforwardGains};
+pub use law::{Law, LawInput, Loop};
 pub use rate_variable_integral::{RateVariableIntegral, RateVariableIntegralGains};
 pub use reset_integral::{ResetIntegral, ResetIntegralGains};
 pub use reset_offset_integral::{ResetOffsetIntegral, ResetOffsetIntegralGains};
@@ -41,117 +44,14 @@ pub use rival::{
 };
 pub use robust::{Robust, RobustGains};
 pub use smooth_robust_nonlinear::{SmoothRobustNonlinear, SmoothRobustNonlinearGains};
+pub use sum::{Compensator, CompensatorState};
 
 use crate::error::Allowed;
-use crate::reference::Setpoint;
 use crate::signal::{LawSignal, MAX_LAW_SIGNALS};
 use crate::value::{About, Absent, Key, Kind, Table, Unfit, Values};
 
 /// The largest number of laws in a sum.
 pub const MAX_TERMS: usize = 4;
-
-/// The input of a law: what it sees of one tick.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct LawInput {
-    /// Position theta_a, counts.
-    pub counts: i32,
-    /// Travel since the last tick, counts.
-    pub travel: i32,
-    /// Set point theta_d and its derivatives.
-    pub setpoint: Setpoint,
-    /// Error theta_e = theta_d - theta_a, deg.
-    pub error: f32,
-    /// Measured velocity theta_a', deg/s.
-    pub velocity: f32,
-    /// Velocity error theta_d' - theta_a', deg/s.
-    pub velocity_error: f32,
-    /// Output of the PD loop, V; zero if the law replaces it.
-    pub v_pd: f32,
-    /// Effort that the joint had since the last tick, V: after saturation, scaling and soft start.
-    pub applied: f32,
-    /// Whether that effort was less than was asked for.
-    pub saturated: bool,
-}
-
-/// The loop around the laws: what they take from it.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Loop {
-    /// Time between samples h, s.
-    pub sample_time: f32,
-    /// Angle of a count, deg.
-    pub resolution: f32,
-    /// Largest output, V: no integral grows beyond it.
-    pub full_scale: f32,
-    /// Effort of one code of the drive, V.
-    pub lsb: f32,
-    /// Proportional gain of the PD loop, V/deg.
-    pub kp: f32,
-}
-
-impl Loop {
-    /// The loop of the thesis: 20 ms, 0.00242 deg, 5 V in steps of 0.00488 V, Kp = 1 V/deg.
-    pub const EXAMPLE: Self =
-        Self { sample_time: 0.02, resolution: 0.00242, full_scale: 5.0, lsb: 0.00488, kp: 1.0 };
-}
-
-/// A control law, made of its gains for a loop.
-pub trait Law: Sized {
-    /// The law's gains, which a user sets.
-    type Gains: Table + Copy;
-    /// The law's state from tick to tick; its default is that of a joint at rest.
-    type State: Copy + Default;
-
-    /// Whether the law's output takes the place of PD's; otherwise it is added to it.
-    const REPLACES_PD: bool = false;
-    /// Whether the law is in the image of a device. The others are there to be compared with, and
-    /// live on the host.
-    const ON_THE_DEVICE: bool = true;
-    /// The signals that the law publishes of itself beside its output: at most [`MAX_LAW_SIGNALS`].
-    const SIGNALS: &'static [LawSignal] = &[];
-
-    /// Prepares the law for a loop. The gains have been validated.
-    fn new(gains: &Self::Gains, around: &Loop) -> Self;
-
-    /// Returns the law's v_c for one tick, V.
-    fn update(&self, state: &mut Self::State, input: &LawInput) -> f32;
-
-    /// Returns the values of [`SIGNALS`](Self::SIGNALS) after an update.
-    fn signals(&self, _: &Self::State) -> [f32; MAX_LAW_SIGNALS] {
-        [0.0; MAX_LAW_SIGNALS]
-    }
-
-    /// Returns whether the law has ended its attempts to reach the set point.
-    fn has_given_up(_: &Self::State) -> bool {
-        false
-    }
-
-    /// Takes that a motion begins, also one to where the set point is already: a law that has given
-    /// up tries again.
-    fn begin_motion(_: &mut Self::State) {}
-
-    /// Returns the default of `overspeed_deg_per_s`, if the law says more about it than PD's gains
-    /// do.
-    fn overspeed(_: &Self::Gains, _: &Loop) -> Option<f32> {
-        None
-    }
-
-    /// Returns the time in which the joint may swing to and fro, if the law ends swings itself, s:
-    /// the overspeed is judged by the mean of the speed over it.
-    fn swing_time(_: &Self::Gains, _: &Loop) -> Option<f32> {
-        None
-    }
-
-    /// Returns the default of `following_error_deg`, if the law says more about it than PD's gains
-    /// do.
-    fn following_error(_: &Self::Gains, _: &Loop) -> Option<f32> {
-        None
-    }
-
-    /// Returns the error that asks for the full scale, deg, if it is not that of PD's gains.
-    fn saturating_error(_: &Self::Gains, _: &Loop) -> Option<f32> {
-        None
-    }
-}
 
 /// Registers the laws: a comment that says which law it is, under which feature it is there if it
 /// is not always, then `number "name in a machine's file" Type;`. After `alone` comes the one that
@@ -441,110 +341,6 @@ pub(crate) const ABOUT: &[About] = &[About {
 /// first.
 pub(crate) fn declared(key: Key) -> Key {
     term(key).map_or(key, |_| FIRST_LAW)
-}
-
-/// A sum of laws; the empty sum is plain PD.
-#[derive(Clone, Debug, Default, PartialEq)]
-pub struct Compensator {
-    terms: Vec<PreparedLaw, MAX_TERMS>,
-    /// The law that is too large for a sum, if it is the one.
-    alone: Option<Alone>,
-    /// Whether the law takes the place of PD. It is looked up once: a tick only asks.
-    replaces_pd: bool,
-    /// Whether a law publishes signals of its own.
-    publishes: bool,
-}
-
-/// The states of a sum's laws from tick to tick. The law that is too large for a sum has a place of
-/// its own, once.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct CompensatorState {
-    terms: [LawState; MAX_TERMS],
-    alone: <Alone as Law>::State,
-}
-
-impl CompensatorState {
-    /// Forgets what the laws remember, in place.
-    pub(crate) fn forget(&mut self) {
-        self.terms.fill(LawState::None);
-        self.alone.forget();
-    }
-
-    /// Takes that a motion begins. Only the law that is too large for a sum gives up.
-    pub(crate) fn begin_motion(&mut self) {
-        Alone::begin_motion(&mut self.alone);
-    }
-}
-
-impl Compensator {
-    /// Prepares the sum for a loop. The gains have been validated.
-    pub fn new(gains: &Vec<Gains, MAX_TERMS>, around: &Loop) -> Self {
-        let mut terms = Vec::new();
-        for law in gains.iter().filter_map(|gains| PreparedLaw::new(gains, around)) {
-            // Cannot fail: both vectors have the same capacity.
-            let _ = terms.push(law);
-        }
-        let alone = gains.first().and_then(|gains| alone(gains, around));
-        let replaces_pd = gains.first().is_some_and(Gains::replaces_pd);
-        let publishes = gains.iter().any(|gains| !gains.signals().is_empty());
-        Self { terms, alone, replaces_pd, publishes }
-    }
-
-    /// Returns the state that the sum starts from.
-    pub fn rest(&self) -> CompensatorState {
-        let mut state = CompensatorState::default();
-        for (law, state) in self.terms.iter().zip(&mut state.terms) {
-            *state = law.rest();
-        }
-        state
-    }
-
-    /// Lets the sum begin anew from rest, in place.
-    pub fn begin_anew(&self, state: &mut CompensatorState) {
-        for (law, state) in self.terms.iter().zip(&mut state.terms) {
-            *state = law.rest();
-        }
-        state.alone.forget();
-    }
-
-    /// Returns whether the law takes the place of PD.
-    #[inline]
-    pub const fn replaces_pd(&self) -> bool {
-        self.replaces_pd
-    }
-
-    /// Returns the sum's v_c for one tick, V.
-    #[inline]
-    pub fn update(&self, state: &mut CompensatorState, input: &LawInput) -> f32 {
-        // The question costs the sums nothing: their loop asks whether it is empty, anyway.
-        if self.terms.is_empty() {
-            return self.alone.as_ref().map_or(0.0, |law| law.update(&mut state.alone, input));
-        }
-        let mut v_c = 0.0;
-        for (law, state) in self.terms.iter().zip(&mut state.terms) {
-            v_c += law.update(state, input);
-        }
-        v_c
-    }
-
-    /// Returns whether the law has ended its attempts to reach the set point. Only the law that is
-    /// too large for a sum makes any.
-    #[inline]
-    pub fn has_given_up(&self, state: &CompensatorState) -> bool {
-        self.alone.is_some() && Alone::has_given_up(&state.alone)
-    }
-
-    /// Returns the values of the signals of the first law that publishes any.
-    #[inline]
-    pub fn signals(&self, state: &CompensatorState) -> Option<[f32; MAX_LAW_SIGNALS]> {
-        if !self.publishes {
-            return None;
-        }
-        if let Some(law) = &self.alone {
-            return Some(law.signals(&state.alone));
-        }
-        self.terms.iter().zip(&state.terms).find_map(|(law, state)| law.signals(state))
-    }
 }
 
 /// The laws of a sum as values: which laws they are, and their gains. A law is there once at most,

@@ -3,19 +3,22 @@
 //! Positions are angles from an origin that the law moves; efforts are V. The unit of the angles is
 //! deg, and no equation here depends on it.
 
+mod attempt;
+
 use super::extended_state_observer::{Estimate, ExtendedStateObserver};
 use super::give_up::{Attempts, GiveUp};
 use super::hold_effort::{Held, HoldEffort};
 use super::load_rule::LoadRule;
 use super::oscillation_guard::{Guarded, LEAST_IN_MOTION, OscillationGuard};
 use super::parameters::{RobustGains, Rules, SLOW};
-use super::pulse_planner::{Learned, Pulse, PulsePlanner};
+use super::pulse_planner::{Learned, PulsePlanner};
 use super::rest_detector::{Rest, RestDetector};
 use super::reverse_pulse::ReversePulse;
 use super::sliding_friction::SlidingFriction;
 use crate::compensator::Loop;
 use crate::profile::{BoundedAcceleration, Limited};
 use crate::saturation::bounded;
+use attempt::Attempt;
 
 /// The state of the supervisor, as its signal tells it.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -33,37 +36,6 @@ pub enum Mode {
     Hold = 4,
     /// The attempts have ended without success.
     GiveUp = 5,
-}
-
-/// What an attempt is.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-enum Kind {
-    #[default]
-    Pulse,
-    /// A step of the hold effort.
-    Step,
-    /// A step that went too far, and was taken back.
-    Undone,
-}
-
-/// The attempt that runs, or the last one.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
-struct Attempt {
-    /// Error e_b from which it began, deg.
-    error: f32,
-    /// The farthest distance towards the target, deg.
-    peak: f32,
-    /// Effort of the whole pulse, u_b included, V.
-    output: f32,
-    /// Effort A of its pulse towards the target, V.
-    effort: f32,
-    /// Ticks to wait before it may be judged.
-    wait: u16,
-    /// Ticks that are left of a pulse.
-    left: u8,
-    kind: Kind,
-    /// Whether a reverse pulse has come.
-    braked: bool,
 }
 
 /// The state from tick to tick.
@@ -460,132 +432,5 @@ impl Supervisor {
         self.guard.clear(&mut s.guarded, position);
         self.attempt(s, error);
         effort
-    }
-
-    /// Begins an attempt: a step of the hold effort, or a pulse.
-    #[inline]
-    fn attempt(&self, s: &mut State, error: f32) {
-        let sign = if error > 0.0 { 1.0 } else { -1.0 };
-        let started = Attempt { error, ..Attempt::default() };
-        if self.hold_effort.step(&mut s.held, sign) {
-            s.attempt = Attempt { kind: Kind::Step, wait: s.held.wait, ..started };
-            s.rest.ticks = 0;
-            s.mode = Mode::Coast;
-            return;
-        }
-        let forward = error > 0.0;
-        let Learned { least, .. } = s.learned[usize::from(forward)];
-        let pulse =
-            self.planner.plan(s.friction[usize::from(forward)], self.distance(s, error), least);
-        s.attempt = Attempt { effort: pulse.effort, ..started };
-        self.fire(s, sign, pulse);
-    }
-
-    /// Returns the distance that a pulse for an error is planned for, deg.
-    fn distance(&self, s: &State, error: f32) -> f32 {
-        let size = error.abs();
-        let wanted = match &self.reverse {
-            Some(rule) if size > rule.farthest => rule.farthest,
-            _ => size,
-        };
-        wanted * s.learned[usize::from(error > 0.0)].gain
-    }
-
-    fn fire(&self, s: &mut State, sign: f32, Pulse { effort, ticks }: Pulse) {
-        s.attempt.output = s.held.effort + sign * effort;
-        s.attempt.left = ticks;
-        s.mode = Mode::Pulse;
-    }
-
-    /// PULSE: its effort, for its ticks.
-    #[inline]
-    fn pulse(&self, s: &mut State) -> f32 {
-        s.attempt.left = s.attempt.left.saturating_sub(1);
-        if s.attempt.left == 0 {
-            s.mode = Mode::Coast;
-            s.attempt.wait = self.coast_ticks;
-        }
-        s.attempt.output
-    }
-
-    /// COAST: `u = u_b - Kd x2`, and `+ Kp e` after a step, until the joint has rested and the
-    /// attempt is judged.
-    #[inline]
-    fn coast(&self, s: &mut State, error: f32, gains: LoopGains) -> f32 {
-        let sign = if s.attempt.error > 0.0 { 1.0 } else { -1.0 };
-        let wanted = s.attempt.error.abs();
-        let moved = (s.attempt.error - error) * sign;
-        let mut effort = s.held.effort - gains.derivative * s.estimate.velocity;
-        if s.attempt.kind == Kind::Step {
-            effort += gains.proportional * error;
-        }
-        if moved > s.attempt.peak {
-            s.attempt.peak = moved;
-        }
-        if let Some(rule) = &self.reverse
-            && s.attempt.kind == Kind::Pulse
-            && !s.attempt.braked
-            && rule.is_due(moved, sign * error, sign * s.estimate.velocity)
-        {
-            let distance = rule.distance(s.reverse, self.distance(s, s.attempt.error));
-            let against = s.friction[usize::from(s.attempt.error < 0.0)];
-            let pulse = self.planner.plan(against, distance, 0.0);
-            s.attempt.braked = true;
-            self.fire(s, -sign, pulse);
-            effort = self.pulse(s);
-        }
-        if s.attempt.kind == Kind::Step && moved > 2.0 * wanted + 8.0 * self.count {
-            self.hold_effort.undo(&mut s.held, sign);
-            s.attempt.kind = Kind::Undone;
-        }
-        if s.mode != Mode::Coast {
-            return effort;
-        }
-        if s.attempt.wait > 0 {
-            s.attempt.wait -= 1;
-        } else if s.rest.ticks >= self.coast_ticks {
-            let gives_up = match s.attempt.kind {
-                Kind::Pulse => self.judge_pulse(s, sign, wanted, moved, sign * error),
-                Kind::Step => {
-                    self.hold_effort.judge(&mut s.held, wanted, moved);
-                    self.give_up.step(&mut s.attempts)
-                }
-                Kind::Undone => false,
-            };
-            s.mode = if gives_up { Mode::GiveUp } else { Mode::Stuck };
-            s.rest.ticks = self.rest_ticks;
-        }
-        effort
-    }
-
-    /// Learns from a pulse after which the joint has come to rest, `moved` from where it was and
-    /// still `ahead` of its target. Returns whether it is time to give up.
-    fn judge_pulse(&self, s: &mut State, sign: f32, wanted: f32, moved: f32, ahead: f32) -> bool {
-        let peak = s.attempt.peak;
-        if let Some(rule) = &self.reverse
-            && s.attempt.braked
-        {
-            rule.learn(&mut s.reverse, wanted, moved, ahead);
-        }
-        if !self.hold_effort.sprang_back(&mut s.held, wanted, moved, peak) {
-            let learned = &mut s.learned[usize::from(sign > 0.0)];
-            let exhausted = learned.least >= self.limit;
-            self.planner.learn(learned, wanted, moved, peak);
-            if let Some(rule) = &self.reverse {
-                if peak >= 0.5 * self.count {
-                    if rule.is_beyond(ahead) {
-                        s.held.effort *= 0.5;
-                    }
-                } else if exhausted {
-                    // The whole effort does not move the load: wind the transmission up, and begin
-                    // again with six tenths of it.
-                    let stepped = s.held.effort + sign * s.held.step;
-                    s.held.effort = bounded(stepped, self.hold_effort.most);
-                    learned.least = 0.6 * self.limit;
-                    learned.gain *= 0.5;
-                }
-            }
-        }
-        self.give_up.pulse(&mut s.attempts, s.attempt.effort, peak)
     }
 }
