@@ -11,19 +11,21 @@
 //! has no position: the joint stays where it is when the motion begins, at arming (which makes that
 //! place zero) as later.
 
+mod course;
+
+pub use course::{Course, CourseState};
+
 use heapless::Vec;
 use serde::{Deserialize, Serialize};
 
-use crate::controller::{Controller, ControllerConfig, ControllerState, Reading};
+use crate::controller::ControllerConfig;
 use crate::error::{Allowed, Error, between};
-use crate::identification::{self, Identification, Ramp, RampState};
-use crate::jog::{Jog, JogState};
+use crate::identification::{self, Ramp};
 use crate::position::Position;
 use crate::profile::{Profile, ProfileLimits};
 use crate::reference::{
     CORNER_TIMES, Corner, HALF_BLEND, MAX_CORNERS, Reference, Step, Trajectory,
 };
-use crate::signal::Tick;
 use crate::value::{About, Absent, Key, Kind, Unfit, Values};
 
 /// A motion as data.
@@ -51,31 +53,6 @@ pub enum Motion {
     },
     /// The set point goes to a position within the limits of a profile.
     Profiled(Position),
-}
-
-/// A motion that is prepared for a loop.
-#[allow(clippy::large_enum_variant)]
-#[derive(Clone, Debug, PartialEq)]
-pub enum Course {
-    /// The loop is closed and follows a reference, which has no end.
-    Follow(Reference),
-    /// The loop is open and applies a ramp, which ends by itself.
-    Ramp(Ramp),
-    /// The loop is closed and follows a profile, which remembers where it is.
-    Profile(Profile),
-    /// The loop is open and applies the efforts of a jog, which ends by itself.
-    Jog(Jog),
-    /// The loop is open and applies the efforts of an identification, which ends by itself. It has
-    /// its state with it, in the place that a trajectory's corners would take.
-    Identification(Identification),
-}
-
-/// The state of a course from tick to tick.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct CourseState {
-    controller: ControllerState,
-    ramp: RampState,
-    jog: JogState,
 }
 
 const KIND: Key = Key(0x0600);
@@ -188,13 +165,6 @@ const fn about(
 
 /// The range of a fraction, `[0, 1)`.
 const FRACTION: Allowed = Allowed::Between(0.0, 1.0 - f32::EPSILON / 2.0);
-
-impl Default for Course {
-    /// Returns a course that stays at zero.
-    fn default() -> Self {
-        Self::Follow(Reference::Step(Step::default()))
-    }
-}
 
 impl Motion {
     /// Validates the motion for a loop and prepares it. [`Motion::Hold`] is prepared as staying at
@@ -380,137 +350,5 @@ impl Values for Motion {
             _ => return Ok(false),
         }
         Ok(true)
-    }
-}
-
-impl Course {
-    /// Runs one tick of the course.
-    #[inline]
-    pub fn tick(
-        &mut self,
-        controller: &Controller,
-        state: &mut CourseState,
-        reading: Reading,
-    ) -> Tick {
-        let CourseState { controller: remembered, ramp: progress, jog: jogged } = state;
-        match self {
-            Self::Follow(reference) => controller.tick(remembered, reading, reference),
-            Self::Profile(profile) => controller.follow(remembered, reading, profile.update()),
-            Self::Ramp(ramp) => {
-                controller.open_loop(remembered, reading, |counts| ramp.update(progress, counts))
-            }
-            Self::Jog(jog) => {
-                controller.open_loop(remembered, reading, |counts| jog.update(jogged, counts))
-            }
-            Self::Identification(identification) => {
-                identify(controller, remembered, reading, identification)
-            }
-        }
-    }
-
-    /// Returns whether the loop is open.
-    pub(crate) const fn is_open(&self) -> bool {
-        matches!(self, Self::Ramp(_) | Self::Jog(_) | Self::Identification(_))
-    }
-
-    /// Lets the course begin from its begin, as the loop does: a profile is where the last tick
-    /// has left it. It sets out after so many ticks.
-    pub(crate) fn restart(&mut self, wait: u32) {
-        if let Self::Profile(profile) = self {
-            profile.restart();
-            profile.wait(wait);
-        }
-        if let Self::Identification(identification) = self {
-            identification.restart();
-        }
-    }
-}
-
-/// Runs a tick of an identification. It is a function of its own, so that the other courses cost
-/// what they did.
-#[inline(never)]
-fn identify(
-    controller: &Controller,
-    state: &mut ControllerState,
-    reading: Reading,
-    identification: &mut Identification,
-) -> Tick {
-    let tick = controller.open_loop(state, reading, |counts| identification.update(counts));
-    identification.applied(tick.v_applied);
-    tick
-}
-
-impl CourseState {
-    /// Forgets everything, in place.
-    pub(crate) fn forget(&mut self) {
-        self.controller.forget();
-        self.ramp = RampState::default();
-        self.jog = JogState::default();
-    }
-
-    /// Returns the state of a joint at rest in position `counts`, before the first tick of the
-    /// course.
-    pub fn start(controller: &Controller, counts: i32) -> Self {
-        Self {
-            controller: controller.start(counts),
-            ramp: RampState::start(counts),
-            jog: JogState::start(counts),
-        }
-    }
-
-    /// Returns the number of the next tick, counted from the begin of the motion.
-    pub const fn tick(&self) -> u32 {
-        self.controller.tick()
-    }
-
-    /// Returns the state of the controller.
-    pub(crate) const fn controller(&self) -> &ControllerState {
-        &self.controller
-    }
-
-    /// Returns theta_a as of the last tick, counts.
-    pub const fn counts(&self) -> i32 {
-        self.controller.counts()
-    }
-
-    /// Returns the ticks until the output's limit has risen to the full scale after arming.
-    pub(crate) const fn soft_start_left(&self, controller: &Controller) -> u32 {
-        controller.soft_start_left(&self.controller)
-    }
-
-    /// Lets another motion begin at the next tick. The loop goes on.
-    pub fn begin_motion(&mut self) {
-        self.controller.begin_motion();
-    }
-
-    /// Returns the state of the ramp. In any other course, it stays as at a ramp's start.
-    pub const fn ramp(&self) -> &RampState {
-        &self.ramp
-    }
-
-    /// Returns the state of the jog. In any other course, it stays as at a jog's start.
-    pub const fn jog(&self) -> &JogState {
-        &self.jog
-    }
-
-    /// Returns whether a course that has an end is over.
-    pub const fn is_over(&self, course: &Course) -> bool {
-        match course {
-            Course::Follow(_) | Course::Profile(_) => false,
-            Course::Ramp(_) => self.ramp.is_over(),
-            Course::Jog(_) => self.jog.is_over(),
-            Course::Identification(identification) => identification.is_over(),
-        }
-    }
-
-    /// Takes that an open loop did not get the effort that it asked for: a ramp has found the
-    /// levels of another effort then, and a jog has come to the end of its way.
-    pub(crate) fn capped(&mut self, course: &mut Course) {
-        match course {
-            Course::Follow(_) | Course::Profile(_) => {}
-            Course::Ramp(_) => self.ramp.abandon(),
-            Course::Jog(_) => self.jog.capped(),
-            Course::Identification(identification) => identification.capped(),
-        }
     }
 }
