@@ -106,7 +106,12 @@ export class Curves {
           labelSize: 18,
           values: (_, all) => all.map((s) => (last ? String(+s.toFixed(4)) : '')),
         },
-        { ...axis, size: 62, space: 24, values: (_, all) => all.map((v) => String(+v.toPrecision(6))) },
+        {
+          ...axis,
+          size: 62,
+          space: 24,
+          values: (_, all) => all.map((v) => String(+v.toPrecision(6))),
+        },
       ],
       series: [
         {},

@@ -21,7 +21,7 @@ export function read(
     const { name, size } = chosen;
     if (size > most)
       return said(
-        `${name}: it has ${Math.ceil(size / 1024)} KiB; allowed are ${most / 1024}`,
+        `${name}: it has ${Math.ceil(size / 1024)} KiB; allowed are ${most / 1024} KiB`,
         false,
       );
     then(await chosen.text(), name);

@@ -115,7 +115,12 @@ export class Plots {
           labelFont: font,
           values: (_, all) => (last ? all.map((s) => String(+s.toFixed(4))) : all.map(() => '')),
         },
-        { ...axis, size: 62, space: 24, values: (_, all) => all.map((v) => String(+v.toPrecision(6))) },
+        {
+          ...axis,
+          size: 62,
+          space: 24,
+          values: (_, all) => all.map((v) => String(+v.toPrecision(6))),
+        },
       ],
       series: [
         {},
