@@ -76,8 +76,14 @@ async fn listen(mut from: SplitStream<WebSocket>, page: &Page, answers: &mpsc::S
     while let Some(message) = from.next().await {
         let message = match message {
             Ok(message) => message,
-            // A message that is too large, or a connection that is cut.
-            Err(error) => return refuse(&format!("the connection ends: {error}")),
+            Err(error) => {
+                let why = error.to_string();
+                // A page that is gone without a word is not refused. A message that is too large is.
+                if !why.contains("Connection reset") {
+                    refuse(&format!("the connection ends: {why}"));
+                }
+                return;
+            }
         };
         let said = match message {
             Message::Text(text) => match page.take(&text) {
