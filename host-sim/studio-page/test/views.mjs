@@ -38,7 +38,9 @@ export const views = ({ state, text, said, visit, command }) => ({
     // The last move was made by a simulated joint, so it was as it is predicted.
     await page.locator('.legend', { hasText: 'measured' }).waitFor();
     await page.locator('.legend', { hasText: 'joints around it' }).waitFor();
-    assert.match(await text(page, '#what-if-cloud-said'), /of 24 joints .* The worst has/);
+    const around = await text(page, '#what-if-cloud-said');
+    assert.match(around, /of 24 joints .* one is assumed\. The worst has/);
+    assert.match(await text(page, '#what-if-file'), /joint\.toml$/);
     const before = await rest.innerText();
     const slider = page.locator('[id="knob-inertia"]');
     await slider.fill('800');
