@@ -102,7 +102,8 @@ export class WhatIf {
     for (const law of this.chosen) if (!this.laws.includes(law)) this.chosen.delete(law);
     if (this.chosen.size === 0 && this.laws[0]) this.chosen.add(this.laws[0]);
     by('what-if-said').textContent = event.why ? `✕ ${event.why}` : '';
-    by('what-if-file').textContent = event.machine ?? 'no file';
+    by('what-if-file').textContent = event.machine?.split(/[/\\]/).pop() ?? 'no file';
+    by('what-if-file').title = event.machine ?? '';
     if (event.why) {
       [this.curves, this.cloud] = [[], null];
       this.table();

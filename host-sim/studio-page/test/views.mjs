@@ -40,7 +40,7 @@ export const views = ({ state, text, said, visit, command }) => ({
     await page.locator('.legend', { hasText: 'joints around it' }).waitFor();
     const around = await text(page, '#what-if-cloud-said');
     assert.match(around, /of 24 joints .* one is assumed\. The worst has/);
-    assert.match(await text(page, '#what-if-file'), /joint\.toml$/);
+    assert.match(await text(page, '#what-if-file'), /^joint\.toml$/);
     const before = await rest.innerText();
     const slider = page.locator('[id="knob-inertia"]');
     await slider.fill('800');
