@@ -250,15 +250,17 @@ export const views = ({ state, text, said, visit, command }) => ({
 
   async 'a real motor is turned on after a word was typed only'(page, context, address) {
     const board = await context.newPage();
-    // The same device, which says that it is a board.
+    // The same device, which says that it is a board, and that nobody has told its joint.
+    const NO_FILE = { machine: null, knobs: [], laws: [], why: 'the joint is not known' };
+    const changed = (text) => {
+      const event = JSON.parse(text);
+      if (event.event === 'hello') event.kind = 'board';
+      return JSON.stringify(event.event === 'what-if' ? { ...event, ...NO_FILE } : event);
+    };
     await board.routeWebSocket(/\/link/, (near) => {
       const far = near.connectToServer();
       far.onMessage((message) =>
-        near.send(
-          typeof message === 'string'
-            ? message.replace('"kind":"simulated"', '"kind":"board"')
-            : message,
-        ),
+        near.send(typeof message === 'string' ? changed(message) : message),
       );
     });
     // The page that commanded so far gives way.
@@ -266,6 +268,11 @@ export const views = ({ state, text, said, visit, command }) => ({
     await visit(context, address, board);
     await command(board);
     assert.match(await text(board, '#banner'), /A REAL MOTOR\s*it is off/);
+    await board.locator('[data-view=what-if]').click();
+    await board.locator('#what-if-said', { hasText: 'the joint is not known' }).waitFor();
+    assert.equal(await text(board, '#what-if-file'), 'no file');
+    assert.equal(await board.locator('#knobs input, #what-if-table td').count(), 0);
+    await board.locator('[data-view=live]').click();
     for (const word of ['', 'yes']) {
       await board.locator('#arm').click();
       await board.locator('#confirm-word').fill(word);
