@@ -118,7 +118,13 @@ pub fn test(browser: Option<&str>) -> Result<(), String> {
     let mut build = cargo(&["build", "--bin", "stiction"]);
     Job::new("Building the simulator with the studio").run(build.args(EVERYTHING))?;
     let job = Job::new("Test of the studio's page in a browser");
-    job.run(&mut script("browser.mjs", browser))
+    let mut test = script("browser.mjs", browser);
+    // Without an image the test says what it has not run.
+    let image = target_dir().join("firmware").join("stiction-firmware.elf");
+    if image.exists() {
+        test.arg("--image").arg(image);
+    }
+    job.run(&mut test)
 }
 
 /// A browser that is installed.

@@ -13,9 +13,10 @@ use crate::studio::{Server, Wanted};
 
 #[derive(Debug, clap::Args)]
 pub struct Arguments {
-    /// Whose joint is simulated: a name from `stiction list`, or a machine's own TOML file
-    #[arg(value_name = "NAME|FILE.toml", default_value = "step-response")]
-    machine: String,
+    /// Whose joint is simulated and predicted: a name from `stiction list`, or a machine's own TOML
+    /// file [default: step-response; of a board none, and nothing is predicted]
+    #[arg(value_name = "NAME|FILE.toml")]
+    machine: Option<String>,
     /// The core in this program, around the simulated joint: no motor moves or stops [default]
     #[arg(long, conflicts_with_all = ["emulator", "port"])]
     simulated: bool,
@@ -42,11 +43,19 @@ pub struct Arguments {
     no_open: bool,
 }
 
+impl Arguments {
+    /// The file that was given, or the one that stands in for it.
+    fn machine(&self) -> &str {
+        self.machine.as_deref().unwrap_or("step-response")
+    }
+}
+
 /// Serves the page until the program is ended.
 pub fn studio(arguments: &Arguments) -> Result<(), Error> {
     let wanted = Wanted {
         listen: arguments.listen,
-        machine: arguments.machine.clone(),
+        machine: arguments.machine().into(),
+        is_its_file: arguments.machine.is_some() || arguments.port.is_none(),
         every_tick: arguments.port.is_none() && !arguments.emulator,
     };
     let (server, warning) = if let Some(port) = arguments.port.clone() {
@@ -55,7 +64,7 @@ pub fn studio(arguments: &Arguments) -> Result<(), Error> {
     } else if arguments.emulator {
         emulated(wanted, arguments)?
     } else {
-        let plan = planned(&arguments.machine, arguments.controller.as_deref())?;
+        let plan = planned(arguments.machine(), arguments.controller.as_deref())?;
         let open = move || SimulatedDevice::new(&plan).map(SimulatedWire::new);
         (Server::start(wanted, open)?, SIMULATED)
     };
@@ -80,7 +89,7 @@ fn emulated(_: Wanted, _: &Arguments) -> Result<(Server, &'static str), Error> {
 fn emulated(wanted: Wanted, arguments: &Arguments) -> Result<(Server, &'static str), Error> {
     use crate::emulator::wire::{EMULATED, EmulatedWire};
 
-    let plan = planned(&arguments.machine, arguments.controller.as_deref())?;
+    let plan = planned(arguments.machine(), arguments.controller.as_deref())?;
     let image = arguments.image.clone();
     let open = move || EmulatedWire::new(image.as_deref(), &plan);
     Ok((Server::start(wanted, open)?, EMULATED))

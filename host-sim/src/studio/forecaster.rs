@@ -69,9 +69,13 @@ impl Wishes {
     }
 }
 
+/// Why nothing is predicted of a device whose joint nobody has told.
+const NO_FILE: &str = "the joint is not known, so nothing is predicted: the studio was started \
+                       without a machine's file. `stiction studio --port DEV FILE.toml` takes one";
+
 /// Predicts for as long as the connections have the wishes, too. `machine` is the file whose joint
-/// the device has.
-pub fn run(wishes: &Arc<Wishes>, shared: &Shared, machine: &str) {
+/// the device has, if somebody has told one.
+pub fn run(wishes: &Arc<Wishes>, shared: &Shared, machine: Option<&str>) {
     let mut known: Option<(Parameters, Result<MachineInUse, String>)> = None;
     while Arc::strong_count(wishes) > 1 {
         let next = wishes.next();
@@ -82,16 +86,22 @@ pub fn run(wishes: &Arc<Wishes>, shared: &Shared, machine: &str) {
             continue;
         };
         if known.as_ref().is_none_or(|(before, _)| *before != parameters) {
-            let now = MachineInUse::new(&parameters, machine);
-            let now = now.map_err(|error| prediction::said(&error));
+            let now = match machine {
+                Some(machine) => MachineInUse::new(&parameters, machine)
+                    .map_err(|error| prediction::said(&error)),
+                None => Err(NO_FILE.to_owned()),
+            };
             let (knobs, laws, why) = match &now {
                 Ok(now) => (knobs(now), now.laws.clone(), Value::Null),
                 Err(error) => (vec![], vec![], error.as_str().into()),
             };
-            let file = first_trajectory(machine).ok();
+            let first = machine.and_then(|machine| first_trajectory(machine).ok());
             shared.news.tell(
                 "what-if",
-                json!({ "knobs": knobs, "laws": laws, "why": why, "trajectory": file }),
+                json!({
+                    "machine": machine, "knobs": knobs, "laws": laws, "why": why,
+                    "trajectory": first,
+                }),
             );
             known = Some((parameters, now));
         }
@@ -113,9 +123,15 @@ pub fn run(wishes: &Arc<Wishes>, shared: &Shared, machine: &str) {
 
 /// Compares what is in use with a machine's file: its values by their paths, and what is different
 /// as a line each. Of the file's controllers, the one that is in use is compared if it is there.
-fn compared(in_use: &Parameters, machine: &str, text: &str) -> Result<Value, Error> {
-    let document =
-        if text.is_empty() { Document::open(machine)? } else { Document::parse("the file", text)? };
+fn compared(in_use: &Parameters, machine: Option<&str>, text: &str) -> Result<Value, Error> {
+    let document = match (text, machine) {
+        ("", Some(machine)) => Document::open(machine)?,
+        ("", None) => {
+            let why = "compare: the studio was started without a machine's file; choose one";
+            return Err(Error::Input(why.into()));
+        }
+        _ => Document::parse("the file", text)?,
+    };
     let law = in_use.controller.compensator.first().map_or(PD, Gains::name);
     let has_it = document.get(&format!("controller.{law}")).is_some();
     let wanted: Vec<String> = has_it.then(|| law.to_owned()).into_iter().collect();

@@ -41,7 +41,7 @@ impl Listener for Bounded {
                 Ok((stream, address)) => match self.room.clone().try_acquire_owned() {
                     Ok(permit) => return (Counted { stream, _permit: permit }, address),
                     Err(_) if self.told.swap(true, Ordering::Relaxed) => {}
-                    Err(_) => super::server::say(&format!(
+                    Err(_) => super::refusals::say(&format!(
                         "more than {CONNECTIONS} connections: those beyond are closed"
                     )),
                 },

@@ -57,6 +57,9 @@ impl MachineInUse {
         let delay = i64::from(lent.run.delay_samples);
         let run = Table::from_iter([("delay_samples".to_owned(), Value::Integer(delay))]);
         table.insert("run".into(), run.into());
+        if let Some(spread) = of_file.get("spread") {
+            table.insert("spread".into(), spread.clone());
+        }
         let text = toml::to_string(&table).map_err(|error| bad(&error))?;
         Ok(Self { document: Document::parse("the machine in use", &text)?, law, laws })
     }

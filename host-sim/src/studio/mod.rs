@@ -37,6 +37,7 @@
 //! | `machine_in_use.rs` | the device's parameters with the joint of the file |
 //! | `knobs.rs` | what of it can be turned |
 //! | `guard.rs`, `listener.rs` | token, origin and host; the number of connections |
+//! | `refusals.rs` | what is told at the terminal of what was refused |
 //! | `socket.rs`, `server.rs` | one page's connection; the HTTP around it |
 //! | `assets.rs` | the page itself, as it was built in |
 
@@ -52,6 +53,7 @@ mod machine_in_use;
 mod news;
 mod orders;
 mod prediction;
+mod refusals;
 mod request;
 mod server;
 mod socket;

@@ -15,6 +15,7 @@ use crate::device::wire::Wire;
 use crate::device::{jogged, machine_file, words};
 use crate::error::Error;
 use crate::experiment::Document;
+use crate::joint::CoreUnits;
 use crate::machine::Trajectory;
 
 /// How many changes of the parameters can be undone.
@@ -51,12 +52,12 @@ impl<W: Wire> Worker<'_, W> {
             }
             Ask::Move(deg) => {
                 self.client.move_to(*deg)?;
-                self.began(&Way::Move(*deg))?;
+                self.tell_motion(&Way::Move(*deg));
                 return Ok(format!("moves to {deg} deg").into());
             }
             Ask::Step(deg) => {
                 self.client.step_to(*deg)?;
-                self.began(&Way::Step(*deg))?;
+                self.tell_motion(&Way::Step(*deg));
                 return Ok(format!("steps to {deg} deg").into());
             }
             Ask::Trajectory => {
@@ -120,15 +121,8 @@ impl<W: Wire> Worker<'_, W> {
         let way = Way::Trajectory(trajectory);
         let in_use = MachineInUse::new(&self.client.parameters()?, &self.about.machine)?;
         self.client.move_along(in_use.motion(&way)?)?;
-        self.began(&way)?;
+        self.tell_motion(&way);
         Ok("follows the trajectory".into())
-    }
-
-    /// A move has begun. Its tick is no later than that of the status that follows.
-    fn began(&mut self, way: &Way) -> Result<(), Error> {
-        let clock = self.client.status()?.clock;
-        self.tell_motion(way, clock);
-        Ok(())
     }
 
     /// Lets the device take other parameters, all of them or none.
@@ -146,6 +140,18 @@ impl<W: Wire> Worker<'_, W> {
         Ok(said)
     }
 
+    /// The units of the machine's file, if it has any; if it cannot be read, why. What was found
+    /// in minutes is told all the same.
+    fn units(&self) -> (Option<CoreUnits>, String) {
+        if !self.about.is_its_file {
+            return (None, String::new());
+        }
+        match Document::open(&self.about.machine).and_then(|file| file.mapping()) {
+            Ok(mapping) => (mapping.map(|(_, mapping)| mapping.units), String::new()),
+            Err(error) => (None, format!("\nnot in SI units: {error}")),
+        }
+    }
+
     /// What a motion has found that has ended.
     pub(super) fn found(&mut self, running: Running) -> Result<String, Error> {
         let nothing = "ended before anything was found";
@@ -156,10 +162,9 @@ impl<W: Wire> Worker<'_, W> {
             },
             Running::Identification => match self.client.identified()? {
                 Some((summary, map)) => {
-                    let file = Document::open(&self.about.machine)?;
-                    let units = file.mapping()?.map(|(_, mapping)| mapping.units);
+                    let (units, without) = self.units();
                     let parameters = self.client.parameters()?;
-                    Identified { summary, map, parameters, units }.words()
+                    Identified { summary, map, parameters, units }.words() + &without
                 }
                 None => format!("identify: {nothing}"),
             },

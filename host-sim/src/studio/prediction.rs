@@ -18,7 +18,7 @@ use crate::device::simulated::SimulatedDevice;
 use crate::device::words;
 use crate::ensemble::{Around, BAND_COUNTS, MachineEnsemble};
 use crate::error::Error;
-use crate::experiment::{RunPlan, for_a_device};
+use crate::experiment::{Document, RunPlan, for_a_device};
 use crate::tuning::assumed;
 
 /// The longest move that is predicted, s, and the largest number of its ticks.
@@ -135,15 +135,15 @@ impl Predicted {
     }
 
     fn json(&self, points: usize, from: f64) -> Value {
-        let every = self.error.len().div_ceil(points).max(1);
+        let thinned = Thinned::of(self.error.len(), points);
         let thin = |all: &[f32], shift: f64| -> Vec<f64> {
             // Six digits are more than a pixel tells.
             let round = |value: f32| ((f64::from(value) + shift) * 1e5).round() / 1e5;
-            all.iter().step_by(every).map(|value| round(*value)).collect()
+            thinned.values(all).into_iter().map(round).collect()
         };
         json!({
             "begin_s": -(self.begin as f64) * self.tick_s,
-            "tick_s": every as f64 * self.tick_s,
+            "tick_s": thinned.ticks() * self.tick_s,
             "reference_deg": thin(&self.reference, from),
             "position_deg": thin(&self.position, from),
             "error_counts": thin(&self.error, 0.0),
@@ -152,6 +152,41 @@ impl Predicted {
             "rest_counts": (self.rest_counts() * 100.0).round() / 100.0,
             "fault": self.fault,
         })
+    }
+}
+
+/// A curve of fewer points: of each piece the least and the largest value, in the order in which
+/// they come, so that no peak is lost. The two stand half a piece apart.
+#[derive(Clone, Copy, Debug, PartialEq)]
+struct Thinned {
+    /// Values of a piece; one leaves the curve as it is.
+    piece: usize,
+}
+
+impl Thinned {
+    /// Of so many values so many points at most.
+    fn of(values: usize, points: usize) -> Self {
+        let piece = if values <= points { 1 } else { (2 * values).div_ceil(points.max(1)) };
+        Self { piece: piece.max(1) }
+    }
+
+    /// Ticks from a point to the next one.
+    fn ticks(self) -> f64 {
+        if self.piece == 1 { 1.0 } else { self.piece as f64 / 2.0 }
+    }
+
+    fn values(self, all: &[f32]) -> Vec<f32> {
+        if self.piece == 1 {
+            return all.to_vec();
+        }
+        let ends = |piece: &[f32]| {
+            let numbered = || piece.iter().copied().enumerate();
+            let by_value = |a: &(usize, f32), b: &(usize, f32)| a.1.total_cmp(&b.1);
+            let low = numbered().min_by(by_value).unwrap_or_default();
+            let high = numbered().max_by(by_value).unwrap_or_default();
+            if low.0 <= high.0 { [low.1, high.1] } else { [high.1, low.1] }
+        };
+        all.chunks(self.piece).flat_map(ends).collect()
     }
 }
 
@@ -209,6 +244,29 @@ pub fn said(error: &Error) -> String {
     error.to_string().trim_start_matches("--set ").to_owned()
 }
 
+/// How far the joint may be off that was wished for, and whether the machine's file says so: its
+/// `[spread]`, in the same ratio to the joint that was turned as to the joint of the file.
+///
+/// A spread in the units of a data sheet is of keys that the joint in use does not have. If no
+/// other is there, what [`assumed`] says is taken.
+///
+/// # Errors
+/// Names what is wrong with the file.
+fn spread(machine: &Document, turned: &Document) -> Result<(Vec<String>, bool), Error> {
+    let number = |document: &Document, key: &str| {
+        let value = document.get(key)?;
+        value.as_float().or(value.as_integer().map(|whole| whole as f64))
+    };
+    let written = machine.machine()?.spread;
+    let written = written.into_iter().filter_map(|(key, [low, high])| {
+        let (before, after) = (number(machine, &key)?, number(turned, &key)?);
+        let ratio = if before == 0.0 { 1.0 } else { after / before };
+        Some(format!("{key}={:?}..{:?}", low * ratio, high * ratio))
+    });
+    let written: Vec<String> = written.collect();
+    Ok(if written.is_empty() { (assumed(turned), false) } else { (written, true) })
+}
+
 /// Predicts the move on joints that are drawn around the one that was wished for, as
 /// [`crate::tuning`] draws them: with a sample of delay and without. Gives up, with nothing, as
 /// soon as `is_old` says so.
@@ -225,7 +283,7 @@ pub fn cloud(
     around.document.set(&set(machine, wish, None))?;
     around.document.set(&set(machine, wish, Some(law)))?;
     let parameters = for_a_device(&around.plan(law, &[])?)?;
-    let spreads = assumed(&around.document);
+    let (spreads, is_written) = spread(&machine.document, &around.document)?;
     let laws = [law.clone()];
     let joints = Around { controllers: &laws, spreads: &spreads, rate_hz: None };
     let drawn = MachineEnsemble::around(law, around.document.clone(), joints, STEP_S)?;
@@ -256,6 +314,7 @@ pub fn cloud(
     Ok(Some(json!({
         "law": law,
         "spreads": spreads,
+        "is_written": is_written,
         "settled": settled,
         "worst": worst,
         "curves": curves.collect::<Vec<_>>(),
@@ -268,4 +327,27 @@ pub fn cloud(
 /// Names a position or a time that is not allowed.
 pub fn check(machine: &MachineInUse, way: &Way) -> Result<Motion, Error> {
     machine.motion(way)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_peak_of_one_tick_is_not_lost_and_stands_where_it_was() {
+        for (values, points) in [(600, 600), (601, 600), (5000, 600), (12_345, 240)] {
+            let mut all = vec![0.0; values];
+            (all[values / 3], all[values / 2]) = (7.0, -5.0);
+            let thinned = Thinned::of(values, points);
+            let few = thinned.values(&all);
+            assert!(few.len() <= points + 2 && few.len() >= points / 2, "{}", few.len());
+            for (peak, at) in [(7.0, values / 3), (-5.0, values / 2)] {
+                let found = few.iter().position(|value| *value == peak);
+                let tick = found.map_or(f64::INFINITY, |place| place as f64 * thinned.ticks());
+                assert!((tick - at as f64).abs() <= thinned.piece as f64, "{values}: {tick}");
+            }
+        }
+        // Of few values none is left out.
+        assert_eq!(Thinned::of(3, 3).values(&[1.0, 2.0, 3.0]), [1.0, 2.0, 3.0]);
+    }
 }

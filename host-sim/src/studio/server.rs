@@ -1,6 +1,5 @@
 //! The HTTP around the connections: who is let in, and what the page is made of.
 
-use std::io::Write;
 use std::net::SocketAddr;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicU64, Ordering};
@@ -23,6 +22,7 @@ use super::desk::Shared;
 use super::forecaster::{self, Wishes};
 use super::guard::{Token, is_host, is_origin};
 use super::listener::Bounded;
+use super::refusals::refusal;
 use super::request::LARGEST;
 use super::socket::{Desk, serve};
 use super::worker::{self, About};
@@ -42,6 +42,9 @@ pub struct Wanted {
     pub listen: SocketAddr,
     /// Whose joint a pulled file has.
     pub machine: String,
+    /// Whether that is the file of this device. If not, nothing is predicted and no file is
+    /// compared: a board without a file has a joint that nobody has told.
+    pub is_its_file: bool,
     /// Whether every tick is sent: the device is simulated, and no wire limits that.
     pub every_tick: bool,
 }
@@ -86,13 +89,14 @@ impl Server {
         let shared = Arc::new(Shared::default());
         let (orders, waiting) = sync_channel(ORDERS);
         let (ready, is_ready) = sync_channel(1);
-        let about = About { machine: wanted.machine.clone(), every_tick: wanted.every_tick };
+        let Wanted { machine, is_its_file, every_tick, .. } = wanted;
+        let own = is_its_file.then(|| machine.clone());
+        let about = About { machine, is_its_file, every_tick };
         let for_worker = shared.clone();
         std::thread::spawn(move || worker::run(open, &about, &for_worker, &waiting, &ready));
         let wishes = Arc::new(Wishes::default());
-        let (for_forecaster, known, machine) =
-            (wishes.clone(), shared.clone(), wanted.machine.clone());
-        std::thread::spawn(move || forecaster::run(&for_forecaster, &known, &machine));
+        let (for_forecaster, known) = (wishes.clone(), shared.clone());
+        std::thread::spawn(move || forecaster::run(&for_forecaster, &known, own.as_deref()));
         let gone = || Error::Device("studio: the device's thread has ended".into());
         is_ready.recv().map_err(|_| gone())??;
         let door = Door {
@@ -149,12 +153,6 @@ impl Drop for Server {
     }
 }
 
-/// Tells the person at the terminal.
-pub fn say(what: &str) {
-    // If even this cannot be written there is nobody to tell.
-    let _ = writeln!(std::io::stderr(), "stiction: studio: {what}");
-}
-
 fn routes(door: Door) -> Router {
     let mut router = Router::new().route("/link", get(link));
     for asset in ASSETS {
@@ -171,7 +169,7 @@ fn routes(door: Door) -> Router {
 }
 
 fn refused(why: &'static str) -> Response {
-    say(&format!("a connection was refused: {why}"));
+    refusal(&format!("a connection was refused: {why}"));
     (StatusCode::FORBIDDEN, format!("{why}\n")).into_response()
 }
 

@@ -17,6 +17,7 @@ use super::control::TAKEN;
 use super::desk::{Order, Shared, answer};
 use super::forecaster::Wishes;
 use super::news::News;
+use super::refusals::refusal;
 use super::request::{Ask, Request};
 use crate::error::Error;
 
@@ -71,9 +72,19 @@ pub async fn serve(socket: WebSocket, number: u64, desk: Desk) {
 /// Takes what a page asks for, until it leaves or makes too many mistakes.
 async fn listen(mut from: SplitStream<WebSocket>, page: &Page, answers: &mpsc::Sender<String>) {
     let mut mistakes = 0;
-    // A page sends no binary messages; an error is a message that is too large, or a connection
-    // that is cut.
-    while let Some(Ok(message)) = from.next().await {
+    let refuse = |why: &str| refusal(&format!("page {}: {why}", page.number));
+    while let Some(message) = from.next().await {
+        let message = match message {
+            Ok(message) => message,
+            Err(error) => {
+                let why = error.to_string();
+                // A page that is gone without a word is not refused. A message that is too large is.
+                if !why.contains("Connection reset") {
+                    refuse(&format!("the connection ends: {why}"));
+                }
+                return;
+            }
+        };
         let said = match message {
             Message::Text(text) => match page.take(&text) {
                 Taken::Order(order) => page.order(order, answers),
@@ -83,16 +94,22 @@ async fn listen(mut from: SplitStream<WebSocket>, page: &Page, answers: &mpsc::S
                 }
                 Taken::Said(said) => Some(said),
                 Taken::Nothing => None,
-                Taken::Mistake(said) => {
+                Taken::Mistake(why) => {
                     mistakes += 1;
-                    Some(said)
+                    refuse(&format!("a message was refused: {why}"));
+                    Some(answer(0, &Err(why)))
                 }
             },
             Message::Ping(_) | Message::Pong(_) => None,
-            Message::Binary(_) | Message::Close(_) => return,
+            // A page sends none.
+            Message::Binary(_) => return refuse("the connection ends: a message was binary"),
+            Message::Close(_) => return,
         };
+        if mistakes > MISTAKES {
+            return refuse("the connection ends: too many messages were no request");
+        }
         // A page that has so many answers to read does not read.
-        if said.is_some_and(|said| answers.try_send(said).is_err()) || mistakes > MISTAKES {
+        if said.is_some_and(|said| answers.try_send(said).is_err()) {
             return;
         }
     }
@@ -139,8 +156,8 @@ enum Taken {
     Wish(Request),
     /// A word without an answer.
     Nothing,
-    /// No request; this is said of it.
-    Mistake(String),
+    /// No request; this is why.
+    Mistake(Error),
 }
 
 impl Page {
@@ -154,8 +171,7 @@ impl Page {
         let request: Request = match serde_json::from_str(text) {
             Ok(request) => request,
             Err(error) => {
-                let error = Error::Input(format!("this is no request: {error}"));
-                return Taken::Mistake(answer(0, &Err(error)));
+                return Taken::Mistake(Error::Input(format!("this is no request: {error}")));
             }
         };
         if request.what == Ask::Command {

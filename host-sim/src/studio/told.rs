@@ -122,12 +122,15 @@ impl<W: Wire> Worker<'_, W> {
         Ok(())
     }
 
-    /// Tells of a move that begins now, so that a page can lay a prediction beside it.
-    pub(super) fn tell_motion(&self, way: &Way, clock: u32) {
+    /// Tells of a move that has just begun, so that a page can lay a prediction beside it: with the
+    /// tick and the set point of the last sample from before the request. The joint sets out after
+    /// that, however long the answer took.
+    pub(super) fn tell_motion(&self, way: &Way) {
         let reference = |sample: &Sample| {
             let whole = self.signals.number(sample, const { name("reference_counts") });
             whole + self.signals.number(sample, const { name("reference_fraction") })
         };
+        let clock = self.last.as_ref().map_or(0, |sample| sample.clock);
         let armed = self.last.as_ref().filter(|sample| self.signals.is_armed(sample));
         self.shared.news.tell(
             "motion",

@@ -67,6 +67,8 @@ pub enum Running {
 pub struct About {
     /// Whose joint a pulled file has.
     pub machine: String,
+    /// Whether that is the file of this device, and not one that stands in for it.
+    pub is_its_file: bool,
     /// Whether every tick is sent, however many bytes that takes: the wire is none.
     pub every_tick: bool,
 }
@@ -273,7 +275,10 @@ impl<'a, W: Wire> Worker<'a, W> {
         if !self.driven
             && let Some(running) = self.running.take()
         {
-            let text = self.found(running)?;
+            let text = match self.found(running) {
+                Err(error @ (Error::Device(_) | Error::Emulator(_))) => return Err(error),
+                found => found.unwrap_or_else(|error| error.to_string()),
+            };
             self.shared.news.tell("found", json!({ "said": text }));
             self.shared.news.forget("found");
         }

@@ -1,4 +1,5 @@
-// Whether a motor can move: in words, always, and not by colour alone.
+// Whether a motor can move: in words, always, and not by colour alone. A recording that is shown
+// changes nothing of that: the device is there all the same.
 
 import type { Hello } from './history';
 
@@ -9,16 +10,16 @@ export type Seen = {
   hello: Hello | null;
   driven: boolean;
 };
+type Said = [kind: string, what: string, more: string];
 
-export function banner({
-  connected,
-  gone,
-  recording,
-  hello,
-  driven,
-}: Seen): [kind: string, what: string, more: string] {
-  if (recording)
-    return ['quiet', 'A RECORDING', 'no device is shown, and the buttons do nothing but stop'];
+const RECORDING = 'A RECORDING IS SHOWN, and not the device; the buttons do nothing but stop';
+
+export function banner(seen: Seen): Said {
+  const [kind, what, more] = device(seen);
+  return seen.recording ? [kind, what, `${more}. ${RECORDING}`] : [kind, what, more];
+}
+
+function device({ connected, gone, hello, driven }: Seen): Said {
   if (!connected) {
     return hello && hello.kind !== 'board'
       ? [

@@ -110,13 +110,13 @@ const STEPS: Step[] = [
     ),
     text: [
       'Arm, move to both ends of the range, and look at the error under “Live”. Under “What if” the prediction lies beside the move that was just made: where the two differ, the joint is not the one of the file.',
-      'The self-test makes the moves and judges them. It is a command, and drives the device by itself: end the studio first.',
+      'The self-test makes the moves and judges them by the joint of the file from the step before. It is a command, and drives the device by itself: end the studio first.',
     ],
     buttons: [
       ['Live', 'live'],
       ['What if', 'what-if'],
     ],
-    command: 'stiction device --port DEV selftest',
+    command: 'stiction device --port DEV --machine tuned.toml selftest',
   },
   {
     title: 'Save',
@@ -132,8 +132,26 @@ const STEPS: Step[] = [
   },
 ];
 
+const isElsewhere = (then: string) => then.startsWith('#') || then.startsWith('.');
+
+// Why a button of the page cannot be pressed now.
+function reason(then: string): string {
+  const { connected, gone, recording, commands, status } = app;
+  if (!connected) return 'there is no connection to the studio';
+  if (then === '#pull') return 'what the device runs is not known, or no file can say it';
+  if (gone !== null) return 'the device does not answer';
+  if (recording) return 'a recording is shown; “Back to the device” under “Session” ends that';
+  if (!commands) return 'this page only looks, and another one commands';
+  if (status?.driven) return 'the output is on; stop first';
+  if (then === '#save' && status?.unsaved === false) return 'what is in use is saved';
+  if (status?.state === 'faulted') return 'a fault is latched; clear it first';
+  return 'the device is not ready';
+}
+
 export class Commissioning {
   private at = 0;
+  // Buttons of this step that press another one.
+  private pressed: [HTMLButtonElement, string][] = [];
 
   constructor(private readonly show: (view: string, search?: string) => void) {
     by('steps').replaceChildren(
@@ -160,13 +178,16 @@ export class Commissioning {
     by('step-picture').innerHTML = picture;
     by('step-text').replaceChildren(...text.map((one) => element('p', { textContent: one })));
     by('step-live').hidden = !live;
+    this.pressed = [];
     by('step-buttons').replaceChildren(
       ...(buttons ?? []).map(([label, then]) => {
         const button = element('button', { textContent: label });
         button.onclick = () => this.press(then);
+        if (isElsewhere(then)) this.pressed.push([button, then]);
         return button;
       }),
     );
+    this.look();
     by('step-command').hidden = !command;
     by('step-command-when').textContent = alone
       ? 'By the command line, which asks no device:'
@@ -179,7 +200,7 @@ export class Commissioning {
 
   private press(then: string): void {
     if (then === 'limits') return this.show('parameters', 'limits');
-    if (then.startsWith('#') || then.startsWith('.')) {
+    if (isElsewhere(then)) {
       document.querySelector<HTMLElement>(then)?.click();
       return;
     }
@@ -198,9 +219,17 @@ export class Commissioning {
     setTimeout(() => (by('step-copy').textContent = 'Copy'), 2000);
   }
 
-  // The place of the joint since power-on, which needs no loop.
+  // The place of the joint since power-on, which needs no loop; and what can be pressed now.
   look(): void {
     const { status, hello } = app;
+    const why = new Set<string>();
+    for (const [button, then] of this.pressed) {
+      button.disabled = document.querySelector(then)?.matches(':disabled') ?? true;
+      if (button.disabled) why.add(`${button.textContent}: ${reason(then)}.`);
+    }
+    // It is told aloud when it changes, and not with each status.
+    const text = [...why].join(' ');
+    if (by('step-why').textContent !== text) by('step-why').textContent = text;
     const counts = status?.since_power_on_counts;
     by('step-live').textContent =
       counts === undefined || !hello

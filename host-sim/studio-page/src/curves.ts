@@ -21,8 +21,8 @@ const PANELS: { title: string; term: Term; height: number }[] = [
   { title: 'Effort, V', term: 'effort', height: 150 },
 ];
 
-// All panels fit into the window, unless they would be too low to read.
-const fits = () => Math.min(1.4, Math.max(0.7, (innerHeight - 400) / 510));
+// All panels and the table fit into the window, unless they would be too low to read.
+const fits = () => Math.min(1.4, Math.max(0.7, (innerHeight - 480) / 510));
 
 export class Curves {
   private plots: (uPlot | null)[] = PANELS.map(() => null);
@@ -106,7 +106,12 @@ export class Curves {
           labelSize: 18,
           values: (_, all) => all.map((s) => (last ? String(+s.toFixed(4)) : '')),
         },
-        { ...axis, size: 62, values: (_, all) => all.map((v) => String(+v.toPrecision(6))) },
+        {
+          ...axis,
+          size: 62,
+          space: 24,
+          values: (_, all) => all.map((v) => String(+v.toPrecision(6))),
+        },
       ],
       series: [
         {},

@@ -19,6 +19,7 @@ export type Gap = { begin: number; end: number; lost: number };
 const MINUTES = 10;
 const MOST_ROWS = 1 << 20;
 const MOST_GAPS = 1000;
+const ANEW_S = 0.5;
 
 type Column = Float32Array | Int32Array | Uint32Array;
 
@@ -53,9 +54,26 @@ export class History {
     const layout = (of: Hello) =>
       JSON.stringify([of.device, of.sample_time_s, of.resolution_deg, of.every, of.signals]);
     if (!this.hello || layout(hello) !== layout(this.hello)) return false;
+    // Who was away and hears the same again has missed what its numbers say.
+    if (hello.generation !== this.hello.generation) this.fresh = true;
     this.hello = hello;
-    this.fresh = true;
     return true;
+  }
+
+  // Has from now on what another one has.
+  take(other: History): void {
+    Object.assign(this, other);
+  }
+
+  // The same as it is now, whatever comes.
+  still(): History {
+    const copy = new History();
+    copy.take(this);
+    copy.numbers = this.numbers.slice();
+    copy.clocks = this.clocks.slice();
+    copy.columns = this.columns.map((column) => column.slice());
+    copy.gaps = [...this.gaps];
+    return copy;
   }
 
   // A frame: generation, columns, rows, 0, then rows of number, clock, values.
@@ -75,9 +93,11 @@ export class History {
     if (this.length > 0) {
       const last = this.at(this.length - 1);
       // A device that was reset begins its time anew.
-      if (clock < this.clocks[last]) this.length = this.begin = this.gaps.length = 0;
-      else if (!this.fresh) {
-        const lost = (number - this.numbers[last] - 1) >>> 0;
+      if (clock < this.clocks[last]) this.length = this.begin = this.gaps.length = this.lost = 0;
+      else {
+        const lost = this.fresh
+          ? this.unsent(clock - this.clocks[last])
+          : (number - this.numbers[last] - 1) >>> 0;
         if (lost > 0) {
           this.lost += lost;
           this.gaps.push({
@@ -97,6 +117,13 @@ export class History {
     this.clocks[at] = clock;
     for (let column = 0; column < this.columns.length; column++)
       this.columns[column][at] = value(column);
+  }
+
+  // Samples whose numbers began anew tell what is missing by their ticks. The device sends none for
+  // an instant while it is asked what it sends.
+  private unsent(ticks: number): number {
+    const every = this.hello?.every ?? 1;
+    return this.seconds(ticks) > ANEW_S ? Math.max(0, Math.round(ticks / every) - 1) : 0;
   }
 
   private at(row: number): number {
@@ -152,4 +179,16 @@ export class History {
     }
     return low;
   }
+}
+
+// The least and the largest value of a piece, in the order in which they come, so that
+// no peak is lost.
+export function ends(of: (row: number) => number, first: number, last: number): [number, number] {
+  let [low, high, lowAt, highAt] = [Infinity, -Infinity, first, first];
+  for (let row = first; row <= last; row++) {
+    const value = of(row);
+    if (value < low) [low, lowAt] = [value, row];
+    if (value > high) [high, highAt] = [value, row];
+  }
+  return lowAt <= highAt ? [low, high] : [high, low];
 }

@@ -1,7 +1,7 @@
 // The view of the session: keep it, open one, export pictures and numbers.
 
 import { app, by, history, on } from './app';
-import type { Hello } from './history';
+import type { Hello, History } from './history';
 import { mcap } from './mcap';
 import { read } from './parameters';
 import { png, svg } from './picture';
@@ -21,14 +21,27 @@ export type Page = {
 };
 
 export function keep({ plots, planes, look, show, begin, windowMoved }: Page): void {
-  on('keep', () => {
-    if (!history.hello) return;
-    const kept = { hello: history.hello, file: app.file, events: allEvents() };
-    download(save(history, kept), `stiction-${stamp()}.jsonl`);
-  });
-  read(by('open'), (text, name) => {
+  // What takes long is written of the history as it is now. Samples go on coming meanwhile.
+  const write = (id: string, kind: string, what: (of: History) => Promise<Blob>) =>
+    on(id, async () => {
+      if (!history.hello) return;
+      const button = by<HTMLButtonElement>(id);
+      button.disabled = true;
+      try {
+        download(await what(history.still()), `stiction-${stamp()}.${kind}`);
+      } catch (error) {
+        said(`${kind}: ${(error as Error).message}`, false);
+      } finally {
+        button.disabled = false;
+      }
+    });
+  write('keep', 'jsonl', (of) =>
+    save(of, { hello: of.hello!, file: app.file, events: [...allEvents()] }),
+  );
+  read(by('open'), async (text, name) => {
     try {
-      const session = open(text, history);
+      const [session, opened] = await open(text);
+      history.take(opened);
       app.recording = true;
       app.motion = null;
       putEvents(session.events);
@@ -40,8 +53,8 @@ export function keep({ plots, planes, look, show, begin, windowMoved }: Page): v
       said(`opened ${name}: ${history.length} samples of ${session.hello.device}`, true);
       show('live');
     } catch (error) {
+      // What was shown so far stays.
       said(`${name}: ${(error as Error).message}`, false);
-      if (app.hello && !app.recording) begin(app.hello);
     }
     look();
   });
@@ -52,8 +65,8 @@ export function keep({ plots, planes, look, show, begin, windowMoved }: Page): v
     look();
   });
   const title = () => `${history.hello?.device ?? ''} – ${history.hello?.warning ?? 'measured'}`;
-  on('csv', () => download(csv(history, plots.rows), `stiction-${stamp()}.csv`));
-  on('mcap', async () => download(await mcap(history, plots.rows), `stiction-${stamp()}.mcap`));
+  write('csv', 'csv', (of) => csv(of, plots.rows));
+  write('mcap', 'mcap', (of) => mcap(of, plots.rows));
   on('png', async () => {
     const picture = await png(plots, title());
     if (picture) download(picture, `stiction-${stamp()}.png`);

@@ -1,4 +1,5 @@
-// The keyboard. Escape stops wherever the focus is, and Space does outside of a field of text.
+// The keyboard. Escape stops wherever the focus is, and Space does outside of a field of text. So
+// Enter does what Space does elsewhere: it presses buttons, toggles boxes and opens files.
 
 export function listen(stop: () => void, keys: Record<string, () => void>): void {
   const isText = (target: HTMLElement) =>
@@ -13,6 +14,11 @@ export function listen(stop: () => void, keys: Record<string, () => void>): void
       if (event.key === 'Escape' || (event.key === ' ' && (!typing || isSlider(target)))) {
         event.preventDefault();
         stop();
+        return;
+      }
+      if (event.key === 'Enter' && target.matches('[type=checkbox], [type=file]')) {
+        event.preventDefault();
+        target.click();
         return;
       }
       if (typing || event.ctrlKey || event.altKey || event.metaKey || !keys[event.key]) return;

@@ -4,6 +4,8 @@
 // is no news of the device, and is not answered.
 
 const BETWEEN_WORDS_MS = 50;
+// As in request.rs.
+export const LARGEST = 64 * 1024;
 const WITHOUT_A_WORD = new Set(['answer', 'gone', 'predicted', 'role', 'what-if']);
 
 export type Event = { event: string; [key: string]: any };
@@ -54,7 +56,15 @@ export class Link {
     if (!this.open)
       return Promise.resolve({ ok: false, said: `${what}: there is no connection to the studio` });
     const id = ++this.number;
-    this.socket!.send(JSON.stringify({ id, do: what, ...more }));
+    const message = JSON.stringify({ id, do: what, ...more });
+    const bytes = new TextEncoder().encode(message).length;
+    // The server would cut the connection, also while the motor is driven.
+    if (bytes > LARGEST)
+      return Promise.resolve({
+        ok: false,
+        said: `${what}: that is a message of ${Math.ceil(bytes / 1024)} KiB; allowed are ${LARGEST / 1024} KiB`,
+      });
+    this.socket!.send(message);
     return new Promise((answered) => this.waiting.set(id, answered));
   }
 

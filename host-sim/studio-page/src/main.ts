@@ -142,17 +142,17 @@ function look(): void {
   by('device').textContent = hello
     ? `${hello.device}, firmware ${hello.firmware}, law: ${parameters.law}`
     : '';
-  const state = recording ? 'recording' : (status?.state ?? 'unknown');
+  const state = status?.state ?? 'unknown';
   by('state').className = state;
   by('state').replaceChildren(
     element('strong', { textContent: state }),
-    element('span', { textContent: recording ? '' : (WORDS[state] ?? '') }),
+    element('span', { textContent: WORDS[state] ?? '' }),
   );
-  if (!recording && status?.fault)
+  if (status?.fault)
     by('state').append(
       element('p', { textContent: `${status.fault.said}. ${remedy(status.fault)}` }),
     );
-  if (!recording && status && status.link_timeout_s === 0)
+  if (status && status.link_timeout_s === 0)
     by('state').append(
       element('p', {
         textContent:
@@ -181,7 +181,7 @@ function look(): void {
   whatIf.enable();
   commissioning.look();
   by('back').hidden = !recording;
-  by('status').textContent = recording ? '' : (status?.text ?? '');
+  by('status').textContent = status?.text ?? '';
 }
 
 function windowMoved(): void {
@@ -234,7 +234,10 @@ function readings(): void {
       element('dd', { textContent: value }),
     ]),
   );
-  const lost = history.lost ? `${history.lost} lost in ${history.gaps.length} gaps` : 'none lost';
+  const gaps = history.gaps.length;
+  const lost = history.lost
+    ? `${history.lost} lost in ${gaps} ${gaps === 1 ? 'gap' : 'gaps'}`
+    : 'none lost';
   by('samples').textContent = `${history.length} samples, ${lost}`;
   by('samples').title = `drawn ${rate.toFixed(0)} times a second`;
 }

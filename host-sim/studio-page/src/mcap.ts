@@ -2,7 +2,9 @@
 // messages, one for each sample.
 
 import { McapWriter } from '@mcap/core';
+import { Breath } from './breath';
 import type { History } from './history';
+import { PIECE } from './session';
 import { position, reference } from './terms';
 
 // The writer gives pieces, and wants to know how many bytes there are.
@@ -57,6 +59,7 @@ export async function mcap(of: History, [first, end]: [number, number]): Promise
     ...hello.signals.map(({ name }) => of.reader(name)),
   ];
   const text = new TextEncoder();
+  const breath = new Breath();
   for (let row = first; row < end; row++) {
     const time = BigInt(Math.round(of.time(row) * 1e6)) * 1000n;
     const values = Object.fromEntries(names.map((name, place) => [name, readers[place](row)]));
@@ -67,6 +70,7 @@ export async function mcap(of: History, [first, end]: [number, number]): Promise
       publishTime: time,
       data: text.encode(JSON.stringify(values)),
     });
+    if (row % PIECE === 0) await breath.take();
   }
   await writer.end();
   return new Blob(pieces.all, { type: 'application/octet-stream' });

@@ -1,6 +1,7 @@
 // The last move as it was measured, in the time of its set point.
 
 import { app, history } from './app';
+import { ends } from './history';
 import { errorCounts, position, reference } from './terms';
 
 const LONGEST_S = 60;
@@ -17,7 +18,8 @@ export function measured(): Measured | null {
   // Another page has seen it, or it was before a reset.
   if (history.clock(0) > motion.clock || history.clock(history.length - 1) < motion.clock)
     return null;
-  const first = Math.max(0, history.row((motion.clock - 10) * tick));
+  // That tick is one from before the request, so the set point stood there still.
+  const first = history.row((motion.clock - 0.5) * tick);
   const [lead, place, error, effort, status] = [
     reference(history),
     position(history),
@@ -37,13 +39,21 @@ export function measured(): Measured | null {
   const zero = history.time(begin);
   let end = begin;
   while (end < history.length && on(end) && history.time(end) - zero < LONGEST_S) end++;
-  const every = Math.max(1, Math.ceil((end - begin) / MOST));
+  const piece = Math.max(1, Math.ceil((2 * (end - begin)) / MOST));
   const found: Measured = { times: [], position: [], error: [], effort: [] };
-  for (let row = begin; row < end; row += every) {
-    found.times.push(history.time(row) - zero);
-    found.position.push(place(row));
-    found.error.push(error(row));
-    found.effort.push(effort(row));
+  const terms: [keyof Measured, (row: number) => number][] = [
+    ['position', place],
+    ['error', error],
+    ['effort', effort],
+  ];
+  for (let row = begin; row < end; row += piece) {
+    const last = Math.min(end, row + piece) - 1;
+    const rows = row === last ? [row] : [row, last];
+    found.times.push(...rows.map((one) => history.time(one) - zero));
+    for (const [term, of] of terms) {
+      const values = row === last ? [of(row)] : ends(of, row, last);
+      found[term].push(...values);
+    }
   }
   return found;
 }

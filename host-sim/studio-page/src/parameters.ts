@@ -2,17 +2,29 @@
 
 import { app, by, element, may, on } from './app';
 import { Form } from './form';
-import type { Link } from './link';
+import { LARGEST, type Link } from './link';
 import { ask, said } from './said';
 import { download, stamp } from './session';
 
 let refusal = '';
 
-export function read(input: HTMLInputElement, then: (text: string, name: string) => void): void {
+// Takes a file that is chosen. One of more bytes than are allowed is refused and not read.
+export function read(
+  input: HTMLInputElement,
+  then: (text: string, name: string) => void,
+  most = Infinity,
+): void {
   input.onchange = async () => {
     const chosen = input.files?.[0];
     input.value = '';
-    if (chosen) then(await chosen.text(), chosen.name);
+    if (!chosen) return;
+    const { name, size } = chosen;
+    if (size > most)
+      return said(
+        `${name}: it has ${Math.ceil(size / 1024)} KiB; allowed are ${most / 1024} KiB`,
+        false,
+      );
+    then(await chosen.text(), name);
   };
 }
 
@@ -46,8 +58,8 @@ export class Parameters {
       if (app.file)
         download(new Blob([app.file], { type: 'application/toml' }), `stiction-${stamp()}.toml`);
     });
-    read(by('push'), (text) => void ask(link, 'push', { text }));
-    read(by('compare'), (text, name) => void this.compare(text, name));
+    read(by('push'), (text) => void ask(link, 'push', { text }), LARGEST);
+    read(by('compare'), (text, name) => void this.compare(text, name), LARGEST);
     on('compare-own', () => void this.compare('', ''));
     on('compare-not', () => this.compared(null, []));
   }
@@ -59,7 +71,9 @@ export class Parameters {
     said(answer.said, answer.ok);
     refusal = answer.ok ? '' : answer.said;
     if (answer.ok) {
-      form.edits.clear();
+      // What was typed and not sent stays.
+      for (const [path, value] of Object.entries(values))
+        if (form.edits.get(path) === value) form.edits.delete(path);
       form.told(form.rows);
     }
     form.blame(refusal);

@@ -1,7 +1,7 @@
 // The live plots: one below the other, with one time axis, one cursor and one window of time.
 
 import uPlot from 'uplot';
-import type { History } from './history';
+import { ends, type History } from './history';
 import { colour, isDark, type Panel, type Term } from './terms';
 
 // The window of time: that length up to now, or a piece of the past.
@@ -115,7 +115,12 @@ export class Plots {
           labelFont: font,
           values: (_, all) => (last ? all.map((s) => String(+s.toFixed(4))) : all.map(() => '')),
         },
-        { ...axis, size: 62, values: (_, all) => all.map((v) => String(+v.toPrecision(6))) },
+        {
+          ...axis,
+          size: 62,
+          space: 24,
+          values: (_, all) => all.map((v) => String(+v.toPrecision(6))),
+        },
       ],
       series: [
         {},
@@ -261,15 +266,7 @@ export function curves(
       continue;
     }
     times.push(of.time(row), of.time(stop - 1));
-    readers.forEach((read, at) => {
-      let [low, high, lowAt, highAt] = [Infinity, -Infinity, row, row];
-      for (let i = row; i < stop; i++) {
-        const value = read(i);
-        if (value < low) [low, lowAt] = [value, i];
-        if (value > high) [high, highAt] = [value, i];
-      }
-      values[at].push(...(lowAt <= highAt ? [low, high] : [high, low]));
-    });
+    readers.forEach((read, at) => values[at].push(...ends(read, row, stop - 1)));
   }
   return [times, ...values];
 }

@@ -1,6 +1,7 @@
 // A session in a file: a line of JSON with what the device is and runs, a line for each event, and
 // lines of samples. Any program that reads JSON can read it.
 
+import { Breath } from './breath';
 import { History, type Hello } from './history';
 import { position, reference } from './terms';
 
@@ -8,8 +9,11 @@ export type Kept = { at: string; clock: number; said: string };
 export type Session = { hello: Hello; file: string | null; events: Kept[] };
 
 const LINE = 200;
+// Rows after which it is looked how long that took.
+export const PIECE = 500;
 
-export function save(of: History, session: Session): Blob {
+export async function save(of: History, session: Session): Promise<Blob> {
+  const breath = new Breath();
   const { events, ...about } = session;
   const lines = [
     JSON.stringify({ stiction_session: 1, saved: new Date().toISOString(), ...about }),
@@ -19,24 +23,37 @@ export function save(of: History, session: Session): Blob {
     const samples = [];
     for (let i = row; i < Math.min(row + LINE, of.length); i++) samples.push(of.raw(i));
     lines.push(JSON.stringify({ samples }));
+    await breath.take();
   }
-  return new Blob([lines.join('\n') + '\n'], { type: 'application/jsonl' });
+  return new Blob(
+    lines.map((line) => `${line}\n`),
+    { type: 'application/jsonl' },
+  );
 }
 
-export function open(text: string, into: History): Session {
+// Reads a session, whole or not at all.
+export async function open(text: string): Promise<[Session, History]> {
+  const breath = new Breath();
+  const into = new History();
   const [first, ...lines] = text.split('\n').filter((line) => line.trim());
   const head = read(first ?? '');
   if (head.stiction_session !== 1 || !head.hello)
     throw new Error('this file is no session of stiction studio');
+  const columns = head.hello.signals?.length;
+  if (!columns) throw new Error('this session does not say which signals its samples have');
   into.reset(head.hello);
   const events: Kept[] = [];
   for (const line of lines) {
     const { event, samples } = read(line);
     if (event) events.push(event);
-    for (const [number, clock, ...values] of samples ?? [])
-      into.push(number, clock, (column) => values[column]);
+    for (const sample of samples ?? []) {
+      if (!Array.isArray(sample) || sample.length !== 2 + columns)
+        throw new Error('a sample of this session has other signals than the session says');
+      into.push(sample[0], sample[1], (column) => sample[2 + column]);
+    }
+    await breath.take();
   }
-  return { hello: head.hello, file: head.file ?? null, events };
+  return [{ hello: head.hello, file: head.file ?? null, events }, into];
 }
 
 function read(line: string): any {
@@ -48,7 +65,8 @@ function read(line: string): any {
 }
 
 // The columns of `stiction run --csv`, as far as a device knows them.
-export function csv(of: History, [first, end]: [number, number]): Blob {
+export async function csv(of: History, [first, end]: [number, number]): Promise<Blob> {
+  const breath = new Breath();
   const law = of.hello!.law;
   const head = [
     'time_s',
@@ -64,12 +82,12 @@ export function csv(of: History, [first, end]: [number, number]): Blob {
     'v_applied_v',
     ...law,
   ];
-  const lines = [head.join(',')];
+  const pieces = [head.join(',') + '\n'];
   const begin = first < end ? of.time(first) : 0;
   const [lead, place] = [reference(of), position(of)];
   for (let row = first; row < end; row++) {
     const value = (name: string) => of.value(name, row);
-    lines.push(
+    pieces.push(
       [
         +(of.time(row) - begin).toFixed(6),
         lead(row),
@@ -83,10 +101,11 @@ export function csv(of: History, [first, end]: [number, number]): Blob {
         value('velocity_deg_per_s') === 0,
         value('v_applied_v'),
         ...law.map(value),
-      ].join(','),
+      ].join(',') + '\n',
     );
+    if (row % PIECE === 0) await breath.take();
   }
-  return new Blob([lines.join('\n') + '\n'], { type: 'text/csv' });
+  return new Blob(pieces, { type: 'text/csv' });
 }
 
 export function download(blob: Blob, name: string): void {

@@ -1,7 +1,7 @@
 // What if: sliders for gains and joint. What the machine would do is computed by the server; it is
 // drawn here, with the last move that was measured on top.
 
-import { app, by, element, on } from './app';
+import { app, by, element, may, on } from './app';
 import { Curves, type Shown } from './curves';
 import type { Event, Link } from './link';
 import { measured } from './measured';
@@ -35,6 +35,7 @@ type Cloud = {
   law: string;
   settled: number;
   spreads: string[];
+  is_written: boolean;
   worst: { place: number; joint: string[] } | null;
   curves: Curve[];
   refused?: string;
@@ -44,6 +45,8 @@ const STEPS = 1000;
 const CLOUD = 24;
 const PATIENCE_MS = 4000;
 const REDRAWN_MS = 200;
+// A slider gives four digits.
+const SAME = 1e-4;
 
 // The laws: by colour and by dashes. The first is the one that is turned.
 const OF_LAWS: Look[] = [
@@ -55,7 +58,8 @@ const OF_LAWS: Look[] = [
   { ...LOOKS.third, dash: [12, 3] },
   { ...LOOKS.compensation, dash: [6, 2, 2, 2] },
 ];
-const OF_CLOUD: Look = { light: '#9fb4c4', dark: '#46586a', width: 1 };
+const OF_CLOUD: Look = { light: '#9fb4c4', dark: '#6b8197', width: 1 };
+const OF_MEASURED: Look = { ...LOOKS.primary, width: 3.5 };
 const OF_WORST: Look = { light: '#b3261e', dark: '#ff7a6e', width: 1.5, dash: [3, 2] };
 
 export class WhatIf {
@@ -89,10 +93,22 @@ export class WhatIf {
   told(event: Event): void {
     this.knobs = event.knobs;
     this.laws = event.laws;
-    this.values.clear();
+    // What was turned stays, but for what is in use by now.
+    for (const [path, value] of this.values) {
+      const knob = this.knobs.find((one) => one.path === path);
+      const isOther = knob && Math.abs(value - knob.value) > SAME * Math.abs(knob.value);
+      if (!isOther || value < knob.low || value > knob.high) this.values.delete(path);
+    }
     for (const law of this.chosen) if (!this.laws.includes(law)) this.chosen.delete(law);
     if (this.chosen.size === 0 && this.laws[0]) this.chosen.add(this.laws[0]);
     by('what-if-said').textContent = event.why ? `✕ ${event.why}` : '';
+    by('what-if-file').textContent = event.machine?.split(/[/\\]/).pop() ?? 'no file';
+    by('what-if-file').title = event.machine ?? '';
+    if (event.why) {
+      [this.curves, this.cloud] = [[], null];
+      this.table();
+      this.draw(true);
+    }
     this.build();
     if (app.view === 'what-if') this.ask();
   }
@@ -198,7 +214,7 @@ export class WhatIf {
 
   enable(): void {
     by<HTMLButtonElement>('what-if-reset').disabled = this.values.size === 0;
-    const free = app.connected && app.commands && !app.recording && !app.status?.driven;
+    const free = may() && !app.status?.driven;
     by<HTMLButtonElement>('what-if-set').disabled = !free || Object.keys(this.gains()).length === 0;
   }
 
@@ -277,14 +293,17 @@ export class WhatIf {
       .filter((one) => !one.refused)
       .map((one) => row([one.law, settled(one), `${shown(one.rest_counts)}`]));
     if (this.cloud) {
-      const { law, curves, settled: good, worst } = this.cloud;
+      const { law, curves, settled: good, worst, is_written } = this.cloud;
       const one = worst ? curves[worst.place] : null;
       if (one)
         rows.push(
           row([`worst of ${curves.length} joints, ${law}`, settled(one), shown(one.rest_counts)]),
         );
       by('what-if-cloud-said').textContent =
-        `${good} of ${curves.length} joints around this one settle within 2 counts.` +
+        `${good} of ${curves.length} joints around this one settle within 2 counts. ` +
+        (is_written
+          ? 'They are drawn from the [spread] of the file.'
+          : 'The file has no [spread] of these values: one is assumed.') +
         (worst ? ` The worst has ${worst.joint.map(brief).join(', ')}.` : '');
     } else by('what-if-cloud-said').textContent = '';
     by('what-if-table').replaceChildren(
@@ -322,12 +341,14 @@ export class WhatIf {
         times: set.reference_deg.map((_, k) => set.begin_s + k * set.tick_s),
         position: set.reference_deg,
       });
+    // The measurement is broad, and the predictions lie on it.
+    const last = by<HTMLSelectElement>('what-if-way').value === 'last' ? measured() : null;
+    if (last) all.push({ name: 'measured', look: OF_MEASURED, ...last });
     good.forEach((one) => {
       const place = Math.max(0, this.laws.indexOf(one.law));
-      all.push(of(one, `${one.law}, predicted`, OF_LAWS[place % OF_LAWS.length]));
+      const look = { ...OF_LAWS[place % OF_LAWS.length], width: 1.6 };
+      all.push(of(one, `${one.law}, predicted`, look));
     });
-    const last = by<HTMLSelectElement>('what-if-way').value === 'last' ? measured() : null;
-    if (last) all.push({ name: 'measured', look: LOOKS.primary, ...last });
     const end = Math.max(...good.map((one) => times(one).at(-1) ?? 0), 1);
     this.plots.show(all, [-0.05 * end, end]);
   }

@@ -1,8 +1,8 @@
 // Drives the page in a headless Chromium, against the simulated device.
 //
-//   node test/browser.mjs STICTION CHROMIUM [--pictures DIRECTORY] [--dist]
+//   node test/browser.mjs STICTION CHROMIUM [--image ELF] [--pictures DIRECTORY] [--dist]
 //
-// With --pictures it also writes one picture of every view in both themes. With --dist it takes the
+// With --image it also drives the flash image on the emulated microcontroller. With --pictures it also writes one picture of every view in both themes. With --dist it takes the
 // files of the page from dist/, so that an edit of the page needs no build of the program.
 
 import assert from 'node:assert/strict';
@@ -12,11 +12,13 @@ import { tmpdir } from 'node:os';
 import { join } from 'node:path';
 import { McapStreamReader } from '@mcap/core';
 import { chromium } from 'playwright-core';
+import { emulated } from './emulated.mjs';
 import { views } from './views.mjs';
 
 const [program, browserName, ...options] = process.argv.slice(2);
 const browserPath = execFileSync('which', [browserName], { encoding: 'utf8' }).trim();
-const pictures = options.includes('--pictures') ? options[options.indexOf('--pictures') + 1] : null;
+const after = (name) => (options.includes(name) ? options[options.indexOf(name) + 1] : null);
+const [pictures, image] = [after('--pictures'), after('--image')];
 const dist = join(import.meta.dirname, '../dist');
 const PATIENCE = 20_000;
 const VIEWS = ['live', 'planes', 'parameters', 'what-if', 'commissioning', 'session', 'faults'];
@@ -171,9 +173,28 @@ const tests = {
       kept.length > 50 &&
         kept.every(([number], i) => i === 0 || number < 5 || number === kept[i - 1][0] + 1),
     );
-    await page
-      .locator('#open')
-      .setInputFiles({ name: 'a.jsonl', mimeType: 'text/plain', buffer: readFileSync(session) });
+    const choose = (name, buffer) =>
+      page.locator('#open').setInputFiles({ name, mimeType: 'text/plain', buffer });
+    // What is no session, or not whole, leaves what was seen as it was.
+    const whole = readFileSync(session);
+    const other = structuredClone(lines[0]);
+    other.hello.signals.pop();
+    for (const [name, wrong, why] of [
+      ['b.jsonl', Buffer.from('{}'), 'b.jsonl: this file is no session'],
+      ['c.jsonl', whole.subarray(0, whole.length - 40), 'it was cut off'],
+      [
+        'd.jsonl',
+        Buffer.from([other, ...lines.slice(1)].map((line) => JSON.stringify(line)).join('\n')),
+        'other signals',
+      ],
+    ]) {
+      await choose(name, wrong);
+      await said(page, why);
+      assert.doesNotMatch(await text(page, '#banner'), /RECORDING/);
+      const seen = Number((await text(page, '#samples')).split(' ')[0]);
+      assert.ok(seen >= kept.length, `${seen} samples of ${kept.length}`);
+    }
+    await choose('a.jsonl', whole);
     await page.locator('#banner', { hasText: 'A RECORDING' }).waitFor();
     assert.equal(Number((await text(page, '#samples')).split(' ')[0]), kept.length);
     await page.locator('[data-view=session]').click();
@@ -200,11 +221,6 @@ const tests = {
         .toString(),
       'PNG',
     );
-    await page
-      .locator('#open')
-      .setInputFiles({ name: 'b.jsonl', mimeType: 'text/plain', buffer: Buffer.from('{}') });
-    await said(page, 'is no session');
-    await page.locator('[data-view=session]').click();
     await page.locator('#back').click();
     await state(page, 'stopped');
     await page.locator('[data-view=live]').click();
@@ -335,6 +351,16 @@ try {
   await ended;
   await last.locator('#banner', { hasText: 'NO CONNECTION' }).waitFor();
   console.log('ok      a server that is killed is seen');
+  await last.close();
+  if (image) {
+    const other = serve('--emulator', '--image', image);
+    try {
+      await emulated({ state, text, said, visit, command }, context, await other.address);
+      console.log('ok      the flash image on the emulated microcontroller is driven');
+    } finally {
+      other.server.kill();
+    }
+  } else console.log('NOT RUN the flash image on the emulated microcontroller: no --image');
 } catch (error) {
   failed++;
   console.log(`FAILED\n${error.stack}`);

@@ -1,6 +1,8 @@
 // Makes the pictures of docs/: the studio, and an animation of one move under two laws.
 //
-//   node test/pictures.mjs STICTION CHROMIUM DIRECTORY
+//   node test/pictures.mjs STICTION CHROMIUM DIRECTORY [--dist]
+//
+// With --dist it takes the files of the page from dist/, as browser.mjs does.
 
 import { execFileSync, spawn } from 'node:child_process';
 import { mkdtempSync, writeFileSync } from 'node:fs';
@@ -9,7 +11,12 @@ import { join } from 'node:path';
 import { chromium } from 'playwright-core';
 import { animation } from './animation.mjs';
 
-const [program, browserName, directory] = process.argv.slice(2);
+const [program, browserName, directory, ...options] = process.argv.slice(2);
+const dist = join(import.meta.dirname, '../dist');
+// Tall enough for the three panels, the table, the gains and the joint.
+const [WIDE, TALL, LIVE] = [1200, 1220, 780];
+// Of 1000: twice the inertia.
+const TURNED = 667;
 const executablePath = execFileSync('which', [browserName], { encoding: 'utf8' }).trim();
 const [MACHINE, LAWS, DEG] = ['untuned-joints', ['pd', 'robust'], 2.5];
 
@@ -46,13 +53,22 @@ function nextPrediction(socket) {
 }
 
 const { server, address } = await serve();
-const browser = await chromium.launch({ executablePath, args: ['--no-sandbox'] });
+const args = [
+  '--no-sandbox',
+  ...(options.includes('--dist') ? ['--disable-features=LocalNetworkAccessChecks'] : []),
+];
+const browser = await chromium.launch({ executablePath, args });
 try {
   const context = await browser.newContext({
-    viewport: { width: 1200, height: 780 },
+    viewport: { width: WIDE, height: TALL },
     colorScheme: 'light',
   });
   const page = await context.newPage();
+  if (options.includes('--dist')) {
+    for (const name of ['main.js', 'page.css'])
+      await page.route(`**/${name}`, (route) => route.fulfill({ path: join(dist, name) }));
+    await page.route(/:\d+\/$/, (route) => route.fulfill({ path: join(dist, 'index.html') }));
+  }
   const connected = page.waitForEvent('websocket');
   await page.goto(address);
   const predicted = nextPrediction(await connected);
@@ -70,8 +86,12 @@ try {
   await move(5);
   await view('what-if');
   await page.locator('#what-if-cloud-said', { hasText: 'joints' }).waitFor();
-  await page.waitForTimeout(500);
+  await page.locator('[id="knob-inertia"]').fill(String(TURNED));
+  await page.waitForTimeout(2000);
   await shoot('studio-what-if');
+  await page.locator('#what-if-reset').click();
+  await page.waitForTimeout(1000);
+  await page.setViewportSize({ width: WIDE, height: LIVE });
   await view('live');
   await move(DEG);
   await shoot('studio-live');

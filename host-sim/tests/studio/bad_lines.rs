@@ -13,7 +13,7 @@ use stiction::link::{Deframer, decode_request};
 use stiction::servo::State;
 use tokio::net::{TcpListener, TcpStream};
 
-use super::page::{Page, Visit, arm, device, run, studio, studio_of};
+use super::page::{Page, Visit, arm, device, run, studio, studio_of, studio_of_file};
 use super::{LINK_TIMEOUT_S, SLACK_S, TICK_S, ticks_on_after};
 
 /// A device that stays where it is, whoever opens the line to it.
@@ -27,6 +27,8 @@ struct Line {
     /// What the device was asked for.
     asked: Arc<Mutex<Vec<String>>>,
     deframer: Arc<Mutex<Deframer>>,
+    /// Its time is not that on the wall.
+    in_haste: bool,
 }
 
 impl Line {
@@ -37,6 +39,7 @@ impl Line {
             is_cut: Arc::default(),
             asked: Arc::default(),
             deframer: Arc::default(),
+            in_haste: false,
         }
     }
 
@@ -79,7 +82,9 @@ impl Wire for Line {
     }
 
     fn real_time(&mut self) {
-        self.device.lock().unwrap().real_time();
+        if !self.in_haste {
+            self.device.lock().unwrap().real_time();
+        }
     }
 
     fn warning(&self) -> Option<&'static str> {
@@ -330,8 +335,14 @@ fn a_trajectory_is_followed_and_what_cannot_be_followed_is_refused() {
         let (counts, status) = (page.signal("counts"), page.signal("status"));
         let last = status.iter().rposition(super::is_on).unwrap();
         assert!((counts[last] as i32).abs() <= 12, "{} counts", counts[last] as i32);
-        // Where the joint is not at zero, the device refuses to begin at zero.
         page.state("stopped").await;
+        // Where the joint is far from zero, the device refuses to begin at zero.
+        page.done(arm()).await;
+        page.done(json!({ "do": "move", "deg": 15.0 })).await;
+        page.watch(Duration::from_millis(5000)).await;
+        let said = page.refused(go([2.0, 4.0, 0.2, 0.1])).await;
+        assert!(said.contains("begins too far from the joint"), "{said}");
+        page.done(json!({ "do": "stop" })).await;
     });
 }
 
@@ -343,8 +354,46 @@ fn the_joint_is_identified_by_the_device_s_own_sequence() {
         let said = page.done(json!({ "do": "identify" })).await;
         assert!(said.contains("ends by itself"), "{said}");
         page.state("armed").await;
-        // It takes minutes; a stop ends it, and then nothing was found.
+        page.watch(Duration::from_secs(3)).await;
+        let pushed = page.signal("v_applied_v").into_iter().map(f32::from_bits);
+        assert!(pushed.fold(0.0, |most: f32, volt| most.max(volt.abs())) > 0.01, "it pushes");
+        // It takes minutes; a stop ends it, and then nothing was found: nothing is told.
         page.done(json!({ "do": "stop" })).await;
-        page.state("stopped").await;
+        let mut found = false;
+        let begin = Instant::now();
+        while begin.elapsed() < Duration::from_secs(1) {
+            let event = page.next().await.unwrap();
+            found |= event["event"] == "found";
+            if event["event"] == "status" {
+                assert_eq!(event["state"], "stopped", "{event}");
+            }
+        }
+        assert!(!found);
+    });
+}
+
+#[test]
+fn what_was_identified_is_told_although_the_machine_s_file_is_gone() {
+    let name = format!("stiction-studio-gone-{}.toml", std::process::id());
+    let file = std::env::temp_dir().join(name);
+    let text = std::fs::read_to_string("experiments/step-response.toml").unwrap();
+    std::fs::write(&file, text).unwrap();
+    run(async {
+        // Its time passes as fast as it can be computed, so minutes take seconds.
+        let line = Line { in_haste: true, ..Line::new(&["limits.link_timeout_s=\"off\""]) };
+        let opened = line.clone();
+        let server = studio_of_file(file.to_str().unwrap(), move || Ok(opened.clone()));
+        let mut page = Page::open(&server).await;
+        page.done(json!({ "do": "identify" })).await;
+        std::fs::remove_file(&file).unwrap();
+        let found = loop {
+            let event = page.next().await.unwrap();
+            assert_ne!(event["event"], "gone", "{event}");
+            if event["event"] == "found" {
+                break event["said"].as_str().unwrap().to_owned();
+            }
+        };
+        assert!(found.contains("breakaway +") && found.contains("inertia"), "{found}");
+        assert!(found.contains("not in SI units"), "{found}");
     });
 }

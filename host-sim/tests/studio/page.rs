@@ -33,11 +33,13 @@ pub fn device(set: &[&str]) -> SimulatedDevice {
 /// A studio around what stands behind a wire, whose joint is that of a machine.
 fn serve<W: Wire>(
     machine: &str,
+    is_its_file: bool,
     open: impl Fn() -> Result<W, host_sim::Error> + Send + 'static,
 ) -> Server {
     let wanted = Wanted {
         listen: "127.0.0.1:0".parse().unwrap(),
         machine: machine.into(),
+        is_its_file,
         every_tick: true,
     };
     Server::start(wanted, open).unwrap()
@@ -47,13 +49,26 @@ fn serve<W: Wire>(
 pub fn studio_of<W: Wire>(
     open: impl Fn() -> Result<W, host_sim::Error> + Send + 'static,
 ) -> Server {
-    serve("step-response", open)
+    serve("step-response", true, open)
+}
+
+/// A studio around what stands behind a wire, with a machine's file.
+pub fn studio_of_file<W: Wire>(
+    machine: &str,
+    open: impl Fn() -> Result<W, host_sim::Error> + Send + 'static,
+) -> Server {
+    serve(machine, true, open)
+}
+
+/// A studio around the thesis's joint, of which nobody has told that it is one.
+pub fn studio_without_a_file() -> Server {
+    serve("step-response", false, || Ok(SimulatedWire::new(device(&[]))))
 }
 
 /// A studio around a simulated machine.
 pub fn studio_around(machine: &'static str, law: &'static str, set: &[&str]) -> Server {
     let set: Vec<String> = set.iter().map(|text| (*text).to_owned()).collect();
-    serve(machine, move || {
+    serve(machine, true, move || {
         let set: Vec<&str> = set.iter().map(String::as_str).collect();
         Ok(SimulatedWire::new(device_of(machine, law, &set)))
     })

@@ -5,7 +5,7 @@ use std::time::Duration;
 use host_sim::studio::Server;
 use serde_json::{Value, json};
 
-use super::page::{Page, arm, run, studio, studio_around};
+use super::page::{Page, Visit, arm, run, studio, studio_around, studio_without_a_file};
 use super::{
     LINK_TIMEOUT_S, RESOLUTION, SLACK_S, TICK_S, armed_with_a_reader, is_on, ticks_on_after,
 };
@@ -63,6 +63,11 @@ fn foretold(studio: impl FnOnce() -> Server, law: &str) {
         assert_eq!((&told["way"], &told["from_counts"]), (&way, &0.0.into()));
         page.watch(Duration::from_secs(4)).await;
         let on: Vec<bool> = page.signal("status").iter().map(is_on).collect();
+        // The tick that is told of the move is one from before it, and of not long before it.
+        let lead = page.signal("reference_counts");
+        let sets_out = lead.iter().zip(&on).position(|(to, on)| *on && *to != 0).unwrap();
+        let since = i64::from(page.rows[sets_out].clock) - told["clock"].as_i64().unwrap();
+        assert!((1..=(0.5 / TICK_S) as i64).contains(&since), "{since} ticks");
         let deg = |bits: Vec<u32>| -> Vec<f64> {
             let on_only = bits.iter().zip(&on).filter(|(_, on)| **on);
             on_only.map(|(bits, _)| f64::from(*bits as i32) * RESOLUTION).collect()
@@ -103,10 +108,17 @@ fn laws_stand_side_by_side_and_a_changed_joint_is_another_one() {
         let stiff = json!({ "controller.pd.kp_v_per_deg": 2.0, "inertia": 2.0 });
         let stiff = predicted(&mut page, "laws", wish(&way, &["pd"], &stiff, 0)).await;
         assert!(stiff[0]["rest_counts"].as_f64().unwrap() < 84.0, "{stiff}");
-        // What no joint can have is refused by name, and the other law goes on.
-        let wrong = json!({ "joint.friction.slip_v": 0.5, "controller.pd.kp_v_per_deg": -1.0 });
-        let refused = predicted(&mut page, "laws", wish(&way, &["pd"], &wrong, 0)).await;
-        assert!(refused[0]["refused"].as_str().unwrap().contains("_v"), "{refused}");
+        // What no joint and no law can have is refused by name, and the other law goes on.
+        for (path, goes_on) in
+            [("joint.friction.slip_v", false), ("controller.pd.kp_v_per_deg", true)]
+        {
+            let wrong = json!({ path: if goes_on { -1.0 } else { 0.5 } });
+            let laws = predicted(&mut page, "laws", wish(&way, &["pd", "srnf"], &wrong, 0)).await;
+            let name = path.rsplit('.').next().unwrap();
+            assert!(laws[0]["refused"].as_str().unwrap().contains(name), "{laws}");
+            assert_eq!(laws[1]["refused"].is_null(), goes_on, "{laws}");
+            assert_eq!(laws[1]["position_deg"].is_array(), goes_on, "{laws}");
+        }
         let far = json!({ "how": "move", "deg": 1e300 });
         let refused = predicted(&mut page, "refused", wish(&far, &["pd"], &values, 0)).await;
         assert!(refused.as_str().unwrap().contains("2^30"), "{refused}");
@@ -132,6 +144,69 @@ fn the_cloud_has_its_worst_joint_picked_out() {
         assert_eq!(worst.fold(0.0, f64::max), rest[place]);
         let joint = cloud["worst"]["joint"].as_array().unwrap();
         assert!(joint.iter().any(|key| key.as_str().unwrap().starts_with("joint.friction.")));
+    });
+}
+
+#[test]
+fn the_cloud_is_drawn_from_the_spread_of_the_file_around_the_joint_that_is_turned() {
+    let name = format!("stiction-studio-spread-{}.toml", std::process::id());
+    let file = std::env::temp_dir().join(name);
+    let text = std::fs::read_to_string("experiments/step-response.toml").unwrap();
+    let spread = "\n[spread]\n\"joint.friction.stick_v\" = [0.39, 0.41]\n";
+    std::fs::write(&file, text + spread).unwrap();
+    let machine: &'static str = file.to_str().unwrap().to_owned().leak();
+    run(async {
+        let server = studio_around(machine, "srnf", &[]);
+        let mut page = Page::open(&server).await;
+        let way = json!({ "how": "move", "deg": 1.0 });
+        for (values, low, high) in
+            [(json!({}), 0.39, 0.41), (json!({ "joint.friction.stick_v": 0.8 }), 0.78, 0.82)]
+        {
+            let cloud = predicted(&mut page, "cloud", wish(&way, &["pd"], &values, 6)).await;
+            assert_eq!(cloud["is_written"], true, "{cloud}");
+            let joint = cloud["worst"]["joint"].as_array().unwrap();
+            let keys: Vec<_> = joint.iter().filter_map(|key| key.as_str()).collect();
+            let [stick] = keys[..1] else { panic!("{keys:?}") };
+            let drawn = stick.strip_prefix("joint.friction.stick_v=").unwrap();
+            let drawn: f64 = drawn.parse().unwrap();
+            assert!((low..=high).contains(&drawn), "{drawn}");
+            // Nothing else is drawn but the delay.
+            assert_eq!(keys.len(), 2, "{keys:?}");
+        }
+    });
+    std::fs::remove_file(&file).unwrap();
+    run(async {
+        let server = studio(&[]);
+        let mut page = Page::open(&server).await;
+        let way = json!({ "how": "move", "deg": 1.0 });
+        let cloud = predicted(&mut page, "cloud", wish(&way, &["pd"], &json!({}), 2)).await;
+        assert_eq!(cloud["is_written"], false, "{cloud}");
+    });
+}
+
+#[test]
+fn of_a_device_without_a_file_nothing_is_predicted_and_the_reason_is_told() {
+    run(async {
+        let server = studio_without_a_file();
+        let mut page = Page::open(&server).await;
+        let way = json!({ "how": "move", "deg": 1.0 });
+        let refused = predicted(&mut page, "refused", wish(&way, &["pd"], &json!({}), 0)).await;
+        assert!(refused.as_str().unwrap().contains("without a machine's file"), "{refused}");
+        let said = page.refused(json!({ "do": "compare", "text": "" })).await;
+        assert!(said.contains("without a machine's file"), "{said}");
+        // It is driven all the same.
+        page.done(arm()).await;
+        page.done(json!({ "do": "stop" })).await;
+        // A page that comes later is told, too.
+        let mut other = Visit::proper(&server).connect().await.unwrap();
+        let told = other.event("what-if").await;
+        assert!(told["machine"].is_null() && told["laws"] == json!([]), "{told}");
+        assert!(told["why"].as_str().unwrap().contains("without a machine's file"), "{told}");
+    });
+    run(async {
+        let server = studio(&[]);
+        let mut page = Visit::proper(&server).connect().await.unwrap();
+        assert_eq!(page.event("what-if").await["machine"], "step-response");
     });
 }
 
