@@ -228,9 +228,7 @@ impl MachineEnsemble {
 
 /// The runs of a file, without its variants.
 fn plans(document: &Document, controllers: &[String]) -> Result<Vec<RunPlan>, Error> {
-    let mut plans = Experiment::plan(document, controllers, &[])?.runs;
-    plans.retain(|plan| plan.variant.is_empty() && plan.controller.is_some());
-    Ok(plans)
+    Experiment::without_variants(document, controllers)
 }
 
 /// Runs the servo of one plan on the joint of another, up to a fault; returns its words.

@@ -117,8 +117,8 @@ impl Request {
     /// turn.
     pub fn tune(&self, controller: &str, tried_one: &(dyn Fn() + Sync)) -> Result<Tuned, Error> {
         let wanted = [controller.to_owned()];
-        let runs = Experiment::plan(&self.document, &wanted, &[])?.runs;
-        let plan = runs.iter().find(|run| run.controller.is_some()).ok_or_else(|| {
+        let runs = Experiment::without_variants(&self.document, &wanted)?;
+        let plan = runs.first().ok_or_else(|| {
             Error::Input(format!("{}: {controller} positions nothing", self.file))
         })?;
         let knobs = knobs::knobs(plan)?;

@@ -68,7 +68,7 @@ fn rendered(asked: &Asked) -> Result<String, Error> {
         .iter()
         .find(|score| score.disqualified.is_none())
         .or(ranked.scores.first())
-        .ok_or_else(|| Error::Input(format!("{file}: it has no controller to report on")))?;
+        .ok_or_else(|| none_to_report_on(document))?;
     let request = Request {
         file: file.clone(),
         document: document.clone(),
@@ -118,13 +118,24 @@ fn rendered(asked: &Asked) -> Result<String, Error> {
     page.map_err(broken)
 }
 
+/// Says why a file has no run that the benchmark ranks.
+fn none_to_report_on(document: &Document) -> Error {
+    Experiment::without_variants(document, &[]).err().unwrap_or_else(|| {
+        Error::Input(format!(
+            "{}: every run has a sample of delay, and only runs without one are ranked; set \
+             `run.delay_samples` to 0",
+            document.origin.of("run.delay_samples")
+        ))
+    })
+}
+
 /// What a self-test under a controller should show; none of one that lives on the host.
 fn expected(
     document: &Document,
     controller: &str,
     spreads: &[String],
 ) -> Result<Option<Expected>, Error> {
-    let runs = Experiment::plan(document, &[controller.to_owned()], &[])?.runs;
+    let runs = Experiment::without_variants(document, &[controller.to_owned()])?;
     let Some(Ok(parameters)) = runs.first().map(device::parameters) else { return Ok(None) };
     let range = Range::derived(&parameters, 0.0);
     if range.deg < range.least_deg() {
