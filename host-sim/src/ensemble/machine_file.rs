@@ -142,7 +142,15 @@ impl MachineEnsemble {
         let spreads = spreads.iter().map(|text| Spread::read(text)).collect::<Result<_, _>>()?;
         let stem = Path::new(file).file_stem().unwrap_or_default().to_string_lossy();
         let [unit, effort_unit] = ["deg", "V"].map(str::to_owned);
-        let group = Group { name: stem.into(), unit, effort_unit, settles_within_s: 5.0 };
+        let group = Group {
+            name: stem.into(),
+            unit,
+            effort_unit,
+            settles_within_s: 5.0,
+            is_family: false,
+            near: None,
+            has_wall: false,
+        };
         Ok(Self { document, group, laws, spreads, nominal, written })
     }
 
