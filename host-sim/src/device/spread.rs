@@ -5,51 +5,88 @@
 //! | gain | 1 / J, with the inertia J two standard deviations off, and at least 2 % |
 //! | viscous friction | two standard deviations to either side, and at least 5 % |
 //! | slip friction | two standard deviations to either side, and at least 2 % |
-//! | stick friction | from the least breakaway to the largest that was read, the means of both senses, and at least 2 % |
+//! | stick friction | from the least to the largest breakaway that was read, at least 2 % |
 //!
-//! The floors are for what the model does not say; no error of less than a percent or two is to be
-//! taken for real (docs/identification-on-the-board.md). Where the ranges of slip and stick
-//! friction overlap, they meet in the middle between both: no joint slips with more than it sticks
-//! with.
-
+//! A breakaway is the mean of both senses. The floors are for what the model does not say; no error
+//! of less than a percent or two is to be taken for real (docs/identification-on-the-board.md).
+//! Where the ranges of slip and stick friction overlap, they meet in the middle between both: no
+//! joint slips with more than it sticks with.
+//!
+//! What is doubted has a wider range, since its bars are those of a model that does not hold:
+//!
+//! | doubt | wider | why |
+//! |---|---|---|
+//! | few stretches | four deviations, not two | Student's t is 3.2 with 3 degrees of freedom |
+//! | uneven breakaway | stick: r/(n - 1) more to either side | n places of an even distribution show (n - 1)/(n + 1) of it |
+//! | | slip: as many percent as stick | the levels rise and fall together |
+//! | | viscous: that of slip over the fastest speed | it may all be taken for a slope |
+//! | lost motion | stick: up to its read value again beyond slip, and down to slip | what gave way first is not the joint |
+//! | | gain: from half to twice the inertia | LOST |
+//!
 use std::collections::BTreeMap;
 
-use super::identified::Identified;
+use stiction::identification::{Levels, Summary};
+
+use super::identified::{Identified, doubts};
 use crate::machine::Joint;
 
 /// Least share by which each of gain, viscous friction, slip and stick may be off.
 const LEAST: [f64; 4] = [0.02, 0.05, 0.02, 0.02];
 
-/// Standard deviations to either side.
-const DEVIATIONS: f64 = 2.0;
+/// Standard deviations to either side, and of few stretches.
+const DEVIATIONS: [f64; 2] = [2.0, 4.0];
+
+/// With lost motion, the largest share by which the inertia is off, and by which the breakaway is
+/// higher than what was read.
+const LOST: [f64; 2] = [0.5, 1.0];
 
 /// Makes the `[spread]` of an identified joint. A joint without an estimate has none.
 pub fn spread(found: &Identified, joint: &Joint) -> BTreeMap<String, [f64; 2]> {
     let Some(estimate) = &found.summary.estimate else { return BTreeMap::new() };
+    let Summary { breakaway, doubts, .. } = &found.summary;
     let [gain, viscous, slip, stick] = LEAST;
-    let deviation = |value: [f32; 2]| DEVIATIONS * f64::from(value[1]);
+    let deviations = DEVIATIONS[usize::from(doubts.few_rows)];
+    let deviation = |value: [f32; 2]| deviations * f64::from(value[1]);
     let around = |value: f64, off: f64, least: f64| {
         let off = off.max(least * value);
         [(value - off).max(0.0), value + off]
     };
+    let wider = |a: [f64; 2], b: [f64; 2]| [a[0].min(b[0]), a[1].max(b[1])];
+
     let inertia = 1.0 / joint.gain_deg_per_s2_per_v;
     // An inertia that may be none at all is known to be above half of what was found.
-    let [light, heavy] = around(inertia, deviation(estimate.inertia).min(0.5 * inertia), gain);
+    let off = deviation(estimate.inertia).min(0.5 * inertia);
+    let off = if doubts.lost_motion { off.max(LOST[0] * inertia) } else { off };
+    let [light, heavy] = around(inertia, off, gain);
+
     let friction = &joint.friction;
     let mut slips = around(friction.slip_v, deviation(estimate.coulomb), slip);
-    let read = |of: fn(&stiction::identification::Levels) -> f32| {
-        found.summary.breakaway.iter().map(|levels| f64::from(of(levels))).sum::<f64>() / 2.0
+    let mut viscouses = around(joint.viscous_v_per_deg_per_s, deviation(estimate.viscous), viscous);
+    // The mean of both senses, whose load cancels in it.
+    let read = |of: fn(&Levels) -> f64| breakaway.iter().map(of).sum::<f64>() / 2.0;
+    let [least, largest] = [read(|of| of.least.into()), read(|of| of.largest.into())];
+    let mut sticks = wider([least, largest], around(friction.stick_v, 0.0, stick));
+    if doubts.uneven {
+        let beyond = read(|of| f64::from(of.largest - of.least) / further(of));
+        sticks = wider(sticks, [(least - beyond).max(0.0), largest + beyond]);
+        let [low, high] = sticks.map(|level| level / friction.stick_v);
+        slips = wider(slips, [low * friction.slip_v, high * friction.slip_v]);
+        let off = (high - 1.0).max(1.0 - low) * friction.slip_v / fastest(found);
+        let off = off.min(joint.viscous_v_per_deg_per_s.max(deviation(estimate.viscous)));
+        viscouses = wider(viscouses, around(joint.viscous_v_per_deg_per_s, off, viscous));
+    }
+    let middle = if doubts.lost_motion {
+        sticks = wider(sticks, [friction.slip_v, (1.0 + LOST[1]) * largest]);
+        friction.slip_v
+    } else {
+        0.5 * (friction.slip_v + friction.stick_v)
     };
-    let [least, most] = around(friction.stick_v, 0.0, stick);
-    let mut sticks = [read(|of| of.least).min(least), read(|of| of.largest).max(most)];
-    let middle = 0.5 * (friction.slip_v + friction.stick_v);
     if slips[1] > sticks[0] {
         (slips[1], sticks[0]) = (slips[1].min(middle), sticks[0].max(middle));
     }
-    let viscous = around(joint.viscous_v_per_deg_per_s, deviation(estimate.viscous), viscous);
     [
         ("joint.gain_deg_per_s2_per_v", [1.0 / heavy, 1.0 / light]),
-        ("joint.viscous_v_per_deg_per_s", viscous),
+        ("joint.viscous_v_per_deg_per_s", viscouses),
         ("joint.friction.slip_v", slips),
         ("joint.friction.stick_v", sticks),
     ]
@@ -57,16 +94,55 @@ pub fn spread(found: &Identified, joint: &Joint) -> BTreeMap<String, [f64; 2]> {
     .into()
 }
 
+/// One less than the places, and one at least.
+fn further(levels: &Levels) -> f64 {
+    f64::from(levels.places.saturating_sub(1).max(1))
+}
+
+/// The fastest speed of the map, deg/s; none of no map is next to nothing, which bounds nothing.
+fn fastest(found: &Identified) -> f64 {
+    let points = found.map.iter().flatten().filter(|point| point.windows > 0);
+    points.map(|point| f64::from(point.velocity.abs())).fold(f64::MIN_POSITIVE, f64::max)
+}
+
 /// To five digits.
 fn rounded(value: f64) -> f64 {
     format!("{value:.4e}").parse().unwrap_or(value)
 }
 
-/// Writes the table as it stands at the end of a file.
-pub fn table(spread: &BTreeMap<String, [f64; 2]>) -> String {
-    let begin = "\n# How far the joint may be off, by the error bars of its identification. `tune`\n\
-                 # and `device selftest` draw their joints from here.\n[spread]\n";
-    let lines =
-        spread.iter().map(|(key, [low, high])| format!("\"{key}\" = [{low:?}, {high:?}]\n"));
-    begin.to_owned() + &lines.collect::<String>()
+/// Writes the table as it stands at the end of a file, with what is doubted of it.
+pub fn table(found: &Identified, joint: &Joint) -> String {
+    let mut text = format!(
+        "\n# How far the joint may be off, by the error bars of its identification. `tune`\n\
+         # and `device selftest` draw their joints from here.\n# Verdict: {}.\n",
+        found.verdict()
+    );
+    let doubted = doubts(&found.summary.doubts);
+    for doubt in &doubted {
+        text += &commented(&format!("- {doubt}"));
+    }
+    if !doubted.is_empty() {
+        text += &commented(
+            "The ranges of what is doubted are wider than the error bars \
+             (docs/identification-on-the-board.md).",
+        );
+    }
+    text += "[spread]\n";
+    for (key, [low, high]) in spread(found, joint) {
+        text += &format!("\"{key}\" = [{low:?}, {high:?}]\n");
+    }
+    text
+}
+
+/// A comment of a file, in lines of at most 80 columns.
+fn commented(sentence: &str) -> String {
+    let (mut text, mut line) = (String::new(), String::from("#"));
+    for word in sentence.split_whitespace() {
+        if line.len() + 1 + word.len() > 80 {
+            text += &format!("{line}\n");
+            line = "#  ".into();
+        }
+        line += &format!(" {word}");
+    }
+    text + &line + "\n"
 }

@@ -13,6 +13,8 @@ pub struct Origin {
     pub(super) variant: Option<String>,
     /// What was set by hand, as typed.
     pub(super) set: Vec<String>,
+    /// What was drawn within a spread, as `KEY=VALUE`.
+    pub(super) drawn: Vec<String>,
 }
 
 impl Origin {
@@ -22,6 +24,9 @@ impl Origin {
             let typed = assignment.split('=').next().unwrap_or_default().trim();
             within(key, typed) || within(typed, key)
         };
+        if let Some(drawn) = self.drawn.iter().rfind(set) {
+            return format!("{self}: its spread gives {}", brief(drawn));
+        }
         match self.set.iter().rfind(set) {
             Some(assignment) => format!("--set {}", brief(assignment)),
             None => {

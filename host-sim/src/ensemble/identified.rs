@@ -14,9 +14,9 @@ use super::draw::{Case, Kind};
 use super::family::Family;
 use super::rules::RULES;
 use crate::device::identified::breakaway_deviation;
-use crate::error::Error;
+use crate::error::{Error, suggestion};
 use crate::hardware::STM32F405;
-use crate::joint::{Body, Joint as _, Ripple, Train};
+use crate::joint::{Body, CountNoise, Joint as _, Ripple, Train};
 use crate::output::table;
 use crate::plant::DelayLine;
 
@@ -76,9 +76,12 @@ pub fn identify(case: &Case, asked: &Asked) -> Result<Identified, Error> {
     let mut delay = DelayLine::new(case.delay);
     let per_code = case.told.lsb * case.scale.effort;
     let (mut ticks, mut farthest) = (0u32, 0);
+    let mut noise = case.family.has_noise().then(|| CountNoise::new(case.number));
     let mut tick = |servo: &mut Servo| {
         servo.heard();
-        let output = servo.tick(Input { counter: case.encoder.read(&joint) as u32, supply });
+        let noise = noise.as_mut().map_or(0, CountNoise::next);
+        let counter = case.encoder.read(&joint).wrapping_add(noise) as u32;
+        let output = servo.tick(Input { counter, supply });
         let code = if output.enable { delay.put(output.tick.code) } else { delay.put(0) };
         joint.hold(f64::from(code) * per_code, case.told.sample_time);
     };
@@ -134,14 +137,32 @@ impl Truth {
     }
 }
 
+/// The names of those of some families whose joints can be identified, and [`UNEVEN`].
+pub fn identified_names(families: impl IntoIterator<Item = Family>) -> Vec<&'static str> {
+    let single = families.into_iter().filter(|family| !family.is_arm());
+    single.map(Family::name).chain([UNEVEN]).collect()
+}
+
 /// Draws a joint of a family, or a rigid one whose friction varies with the angle.
 ///
 /// # Errors
-/// If there is no such family.
+/// If there is no such family, or its joints are two.
 pub fn drawn(name: &str, seed: u64, number: u64) -> Result<Case, Error> {
     let kind = Kind { hard: false, rate_hz: 1000.0 };
     if name != UNEVEN {
-        return Ok(Case::draw(seed, Family::named(name)?, number, kind));
+        let names = identified_names(Family::all());
+        let family = Family::all().find(|family| family.name() == name);
+        let family = family.ok_or_else(|| {
+            let near = suggestion(name, names);
+            Error::Input(format!("--plant {name}: there is no family of that name{near}"))
+        })?;
+        if family.is_arm() {
+            return Err(Error::Input(format!(
+                "--plant {name}: an arm has two joints that move each other, and the sequence \
+                 identifies one; take a family with one joint"
+            )));
+        }
+        return Ok(Case::draw(seed, family, number, kind));
     }
     let mut case = Case::draw(seed, Family::Rigid, number, kind);
     if let Train::Rigid(body) = &mut case.joint.train {
@@ -201,7 +222,10 @@ impl Identified {
         let Truth { inertia, viscous, slip, stick, .. } = self.truth;
         let half = |of: [f64; 2]| 0.5 * (of[0] + of[1]);
         let level = half(summary.breakaway.map(|way| f64::from(way.median)));
-        let deviation = half(summary.breakaway.map(|way| breakaway_deviation(&way, self.lsb)));
+        // One place tells no deviation, and so holds no truth.
+        let deviation = half(
+            summary.breakaway.map(|way| breakaway_deviation(&way, self.lsb).unwrap_or(f64::NAN)),
+        );
         let of = |[value, deviation]: [f32; 2], truth| [value.into(), deviation.into(), truth];
         Some([
             [level, deviation, stick],
@@ -282,13 +306,25 @@ fn heads() -> Vec<&'static str> {
     ["family", "joints"].into_iter().chain(of).chain(["time\ns"]).collect()
 }
 
-/// Makes the table of some families.
+/// Makes the tables of some families for people, within 80 columns: what was found, then what it is
+/// worth. Both have the family first.
 pub fn rates_table(all: &[Rates]) -> String {
-    let mut table = table::new(&heads());
-    all.iter().for_each(|rates| {
-        table.add_row(rates.cells());
-    });
-    format!("{}\n", table.trim_fmt())
+    /// The columns of the whole table that each has.
+    const PARTS: [&[usize]; 2] = [&[0, 1, 2, 3, 12, 13, 14], &[0, 4, 5, 6, 7, 8, 9, 10, 11]];
+    let heads = heads();
+    let part = |columns: &[usize]| {
+        let of = |cells: &[String]| -> Vec<String> {
+            columns.iter().filter_map(|column| cells.get(*column)).cloned().collect()
+        };
+        let heads: Vec<&str> =
+            columns.iter().filter_map(|column| heads.get(*column)).copied().collect();
+        let mut table = table::new(&heads);
+        all.iter().for_each(|rates| {
+            table.add_row(of(&rates.cells()));
+        });
+        table.trim_fmt()
+    };
+    format!("{}\n\n{}\n", part(PARTS[0]), part(PARTS[1]))
 }
 
 /// Makes the same table in Markdown.
@@ -303,6 +339,7 @@ pub fn rates_markdown(all: &[Rates]) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::device;
 
     /// Joints of the model, by the truth that they were drawn with. 200 of them are in
     /// docs/identification-on-the-board.md, as `stiction ensemble identify` prints them.
@@ -346,6 +383,98 @@ mod tests {
             println!("{family}: {done} whole, {flagged} flagged of 6");
             assert!(done >= 4 && flagged >= 5, "{family}: {done} whole, {flagged} flagged of 6");
         }
+    }
+
+    /// How many of the doubtful joints among so many have their truth within the `[spread]` that a
+    /// file would have: gain, viscous friction, slip, stick; and how many there are.
+    fn held_by_the_spread(name: &str, cases: u64) -> ([usize; 4], usize) {
+        let (mut held, mut doubtful) = ([0; 4], 0);
+        for number in 0..cases {
+            let case = drawn(name, 3, number).unwrap();
+            let found = identify(&case, &Asked::default()).unwrap();
+            let Some(summary) = found.summary else { continue };
+            let pd = RULES.iter().find(|rule| rule.law == "pd").unwrap();
+            let of_device = device::identified::Identified {
+                summary,
+                map: found.map,
+                parameters: parameters(&case.told, &pd.gains(&case.told)),
+                units: None,
+            };
+            let Ok(joint) = of_device.joint() else { continue };
+            if of_device.verdict() != "doubtful" {
+                continue;
+            }
+            doubtful += 1;
+            let Truth { inertia, viscous, slip, stick, .. } = found.truth;
+            let truths = [
+                ("joint.gain_deg_per_s2_per_v", 1.0 / inertia),
+                ("joint.viscous_v_per_deg_per_s", viscous),
+                ("joint.friction.slip_v", slip),
+                ("joint.friction.stick_v", stick),
+            ];
+            let spread = device::spread::spread(&of_device, &joint);
+            let line = truths.map(|(key, truth)| {
+                let [low, high] = spread[key];
+                format!("{:.2}..{:.2}", low / truth, high / truth)
+            });
+            let friction = &joint.friction;
+            println!(
+                "{name} {number}: {line:?} {:.2} {:.2}",
+                stick / friction.stick_v,
+                inertia * joint.gain_deg_per_s2_per_v
+            );
+            for (count, (key, truth)) in held.iter_mut().zip(truths) {
+                let [low, high] = spread[key];
+                *count += usize::from((low..=high).contains(&truth));
+            }
+        }
+        println!("{name}: {held:?} of {doubtful}");
+        (held, doubtful)
+    }
+
+    /// Error bars of a model that does not hold do not hold the truth: of `lugre` and
+    /// `flexible-backlash` the two of the breakaway held 16 and 19 % (200 joints, seed 1).
+    #[test]
+    fn a_doubtful_joint_is_within_what_its_file_says_that_it_may_be_off() {
+        for name in [UNEVEN, "lugre", "flexible-motor", "flexible-backlash"] {
+            let (held, doubtful) = held_by_the_spread(name, 12);
+            assert!(doubtful >= 8, "{name}: {doubtful}");
+            assert!(held.iter().all(|held| held + 2 >= doubtful), "{name}: {held:?} of {doubtful}");
+        }
+    }
+
+    #[test]
+    fn an_arm_is_refused_noise_is_simulated_and_uneven_joints_are_among_the_names() {
+        let why = |name: &str| drawn(name, 1, 0).unwrap_err().to_string();
+        assert!(why("arm").contains("two joints"), "{}", why("arm"));
+        assert!(why("rigid-unevn").contains("`rigid-uneven`"), "{}", why("rigid-unevn"));
+        // The same joints, whose encoder is a count off now and then.
+        let found = |noisy: bool| {
+            let mut case = drawn("noisy", 3, 0).unwrap();
+            case.family = if noisy { Family::Noisy } else { Family::Rigid };
+            identify(&case, &Asked { time: Some(5.0), ..Asked::default() }).unwrap().farthest
+        };
+        assert_ne!(found(true), found(false));
+    }
+
+    #[test]
+    fn no_word_of_the_tables_is_broken() {
+        let rates = Rates {
+            family: "overhauling-flexible".into(),
+            cases: 1000,
+            done: 1000,
+            within: [1000; 4],
+            held: [1000; 4],
+            ..Rates::default()
+        };
+        let text = rates_table(&[rates]);
+        assert!(text.lines().all(|line| line.chars().count() <= 80), "{text}");
+        // Two tables of two lines of titles, and of one row each.
+        let rows: Vec<&str> = text.lines().filter(|line| line.starts_with("overhauling")).collect();
+        assert_eq!(rows.len(), 2, "{text}");
+        let cells = |row: &str| row.split_whitespace().count();
+        assert_eq!([cells(rows[0]), cells(rows[1])], [7, 9], "{text}");
+        assert!(["flagged", "viscous", "unseen", "misled"].iter().all(|word| text.contains(word)));
     }
 
     #[test]

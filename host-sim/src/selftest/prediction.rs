@@ -55,7 +55,7 @@ impl Request {
             let mut document = self.document.clone();
             // The first one is the file's own.
             if number > 0 {
-                document.set(&drawn_keys(&spreads, self.seed, number))?;
+                document.draw(&drawn_keys(&spreads, self.seed, number))?;
             }
             // A counter that is read between two counts is as far from the next one as chance has
             // it: the joints begin evenly spread between two.

@@ -148,9 +148,8 @@ pub fn words(tested: &Tested) -> String {
         None if tested.passes() => {
             let also = tested.misses_as_predicted().map_or(String::new(), |missed| {
                 format!(
-                    ", and that is to MISS: {missed}\n           \
-                     The law misses on the file's own joint; tune it, or take another one\n           \
-                     (docs/commissioning.md)"
+                    ", and that is to MISS:\n           {missed}.\n           \
+                     The law is no good for this joint: tune it, or take another one"
                 )
             });
             format!("selftest   pass: the joint does what its file says{also}\n")
@@ -273,10 +272,10 @@ mod tests {
         assert_eq!(ends([0.101, 0.104], 2, "-"), "0.10");
         assert_eq!(ends([0.1, f64::INFINITY], 2, " to "), "0.10 to never");
         let text = words(&tested([None; 3]));
-        let row = text.lines().find(|line| line.starts_with("-123.456")).unwrap();
+        let row = text.lines().find(|line| line.trim_start().starts_with("-123.456")).unwrap();
         assert_eq!(row.split_whitespace().nth(2), Some("never"), "{text}");
         let text = words(&tested([Some(12.34), None, None]));
-        let row = text.lines().find(|line| line.starts_with("0.200")).unwrap();
+        let row = text.lines().find(|line| line.trim_start().starts_with("0.200")).unwrap();
         assert_eq!(row.split_whitespace().nth(2), Some("12.34-never"), "{text}");
         assert!(text.lines().all(|line| line.chars().count() <= 80), "{text}");
     }
@@ -288,7 +287,7 @@ mod tests {
         assert!(missing.passes(), "{:?}", missing.checks);
         let text = words(&missing);
         assert!(
-            text.contains("that is to MISS: 4 of 4 moves do not settle; predicted 4"),
+            text.contains("that is to MISS:\n           4 of 4 moves do not settle; predicted 4."),
             "{text}"
         );
         assert!(text.lines().all(|line| line.chars().count() <= 80), "{text}");
