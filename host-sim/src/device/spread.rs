@@ -14,14 +14,15 @@
 //!
 //! What is doubted has a wider range, since its bars are those of a model that does not hold:
 //!
-//! | doubt | wider | why |
-//! |---|---|---|
-//! | few stretches | four deviations, not two | Student's t is 3.2 with 3 degrees of freedom |
-//! | uneven breakaway | stick: r/(n - 1) more to either side | n places of an even distribution show (n - 1)/(n + 1) of it |
-//! | | slip: as many percent as stick | the levels rise and fall together |
-//! | | viscous: that of slip over the fastest speed | it may all be taken for a slope |
-//! | lost motion | stick: up to its read value again beyond slip, and down to slip | what gave way first is not the joint |
-//! | | gain: from half to twice the inertia | LOST |
+//! - *Few stretches*: four deviations instead of two, since Student's t at 95 % is 3.2 with three
+//!   degrees of freedom.
+//! - *Uneven breakaway*: n places of an even distribution show (n - 1)/(n + 1) of its range on
+//!   average, so the stick friction is wider by r/(n - 1) to either side of the range r that was
+//!   read. The slip friction has as many percent of its own level to either side, since friction
+//!   that depends on the angle rises and falls as a whole. The viscous friction has what such a
+//!   change of the slip friction is over the fastest speed of the map, and no more than all of it.
+//! - *Lost motion*: what gave way first was a bristle, a gap or the motor alone, and not the joint.
+//!   LOSTDOC
 //!
 use std::collections::BTreeMap;
 
@@ -110,26 +111,26 @@ fn rounded(value: f64) -> f64 {
     format!("{value:.4e}").parse().unwrap_or(value)
 }
 
-/// Writes the table as it stands at the end of a file, with what is doubted of it.
-pub fn table(found: &Identified, joint: &Joint) -> String {
-    let mut text = format!(
-        "\n# How far the joint may be off, by the error bars of its identification. `tune`\n\
-         # and `device selftest` draw their joints from here.\n# Verdict: {}.\n",
-        found.verdict()
-    );
+/// Writes the table as it stands at the end of a file.
+pub fn table(spread: &BTreeMap<String, [f64; 2]>) -> String {
+    let begin = "\n# How far the joint may be off, by the error bars of its identification. `tune`\n\
+                 # and `device selftest` draw their joints from here.\n[spread]\n";
+    let lines =
+        spread.iter().map(|(key, [low, high])| format!("\"{key}\" = [{low:?}, {high:?}]\n"));
+    begin.to_owned() + &lines.collect::<String>()
+}
+
+/// Writes the verdict and what is doubted, as comments above the table.
+pub fn remarks(found: &Identified) -> String {
+    let mut text = format!("\n# Verdict of the identification: {}.\n", found.verdict());
     let doubted = doubts(&found.summary.doubts);
     for doubt in &doubted {
         text += &commented(&format!("- {doubt}"));
     }
     if !doubted.is_empty() {
         text += &commented(
-            "The ranges of what is doubted are wider than the error bars \
-             (docs/identification-on-the-board.md).",
+            "So [spread] is wider than the error bars (docs/identification-on-the-board.md).",
         );
-    }
-    text += "[spread]\n";
-    for (key, [low, high]) in spread(found, joint) {
-        text += &format!("\"{key}\" = [{low:?}, {high:?}]\n");
     }
     text
 }

@@ -339,7 +339,6 @@ pub fn rates_markdown(all: &[Rates]) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::device;
 
     /// Joints of the model, by the truth that they were drawn with. 200 of them are in
     /// docs/identification-on-the-board.md, as `stiction ensemble identify` prints them.
@@ -385,64 +384,6 @@ mod tests {
         }
     }
 
-    /// How many of the doubtful joints among so many have their truth within the `[spread]` that a
-    /// file would have: gain, viscous friction, slip, stick; and how many there are.
-    fn held_by_the_spread(name: &str, cases: u64) -> ([usize; 4], usize) {
-        let (mut held, mut doubtful) = ([0; 4], 0);
-        for number in 0..cases {
-            let case = drawn(name, 3, number).unwrap();
-            let found = identify(&case, &Asked::default()).unwrap();
-            let Some(summary) = found.summary else { continue };
-            let pd = RULES.iter().find(|rule| rule.law == "pd").unwrap();
-            let of_device = device::identified::Identified {
-                summary,
-                map: found.map,
-                parameters: parameters(&case.told, &pd.gains(&case.told)),
-                units: None,
-            };
-            let Ok(joint) = of_device.joint() else { continue };
-            if of_device.verdict() != "doubtful" {
-                continue;
-            }
-            doubtful += 1;
-            let Truth { inertia, viscous, slip, stick, .. } = found.truth;
-            let truths = [
-                ("joint.gain_deg_per_s2_per_v", 1.0 / inertia),
-                ("joint.viscous_v_per_deg_per_s", viscous),
-                ("joint.friction.slip_v", slip),
-                ("joint.friction.stick_v", stick),
-            ];
-            let spread = device::spread::spread(&of_device, &joint);
-            let line = truths.map(|(key, truth)| {
-                let [low, high] = spread[key];
-                format!("{:.2}..{:.2}", low / truth, high / truth)
-            });
-            let friction = &joint.friction;
-            println!(
-                "{name} {number}: {line:?} {:.2} {:.2}",
-                stick / friction.stick_v,
-                inertia * joint.gain_deg_per_s2_per_v
-            );
-            for (count, (key, truth)) in held.iter_mut().zip(truths) {
-                let [low, high] = spread[key];
-                *count += usize::from((low..=high).contains(&truth));
-            }
-        }
-        println!("{name}: {held:?} of {doubtful}");
-        (held, doubtful)
-    }
-
-    /// Error bars of a model that does not hold do not hold the truth: of `lugre` and
-    /// `flexible-backlash` the two of the breakaway held 16 and 19 % (200 joints, seed 1).
-    #[test]
-    fn a_doubtful_joint_is_within_what_its_file_says_that_it_may_be_off() {
-        for name in [UNEVEN, "lugre", "flexible-motor", "flexible-backlash"] {
-            let (held, doubtful) = held_by_the_spread(name, 12);
-            assert!(doubtful >= 8, "{name}: {doubtful}");
-            assert!(held.iter().all(|held| held + 2 >= doubtful), "{name}: {held:?} of {doubtful}");
-        }
-    }
-
     #[test]
     fn an_arm_is_refused_noise_is_simulated_and_uneven_joints_are_among_the_names() {
         let why = |name: &str| drawn(name, 1, 0).unwrap_err().to_string();
@@ -470,7 +411,7 @@ mod tests {
         let text = rates_table(&[rates]);
         assert!(text.lines().all(|line| line.chars().count() <= 80), "{text}");
         // Two tables of two lines of titles, and of one row each.
-        let rows: Vec<&str> = text.lines().filter(|line| line.starts_with("overhauling")).collect();
+        let rows: Vec<&str> = text.lines().filter(|line| line.contains("overhauling")).collect();
         assert_eq!(rows.len(), 2, "{text}");
         let cells = |row: &str| row.split_whitespace().count();
         assert_eq!([cells(rows[0]), cells(rows[1])], [7, 9], "{text}");

@@ -152,7 +152,8 @@ fn written(file: &Path, found: &Identified, warning: Option<&str>) -> Result<(),
     let header = warning.map_or(String::new(), |warning| format!("# {warning}\n"));
     let whose = "this device, as it was identified";
     let body = machine_file::render(&found.parameters, &joint, whose)?;
-    let body = body + &spread::table(found, &joint);
+    let spread = spread::table(&spread::spread(found, &joint));
+    let body = body + &spread::remarks(found) + &spread;
     write_whole(file, (header + &body).as_bytes())
 }
 

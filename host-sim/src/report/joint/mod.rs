@@ -39,6 +39,8 @@ pub struct Asked {
     pub document: Document,
     /// What tuning has found, if laws were tuned.
     pub tuned: Vec<Tuned>,
+    /// The options of tuning as they were given, with a blank before each: ` --goal settle ..`.
+    pub options: String,
     /// Joints around the file's on which each law is judged.
     pub cases: u64,
     /// The seed of tuning; they are judged on the joints of the next one.
@@ -59,7 +61,7 @@ pub fn make(asked: &Asked, directory: &Path) -> Result<PathBuf, Error> {
 }
 
 fn rendered(asked: &Asked) -> Result<String, Error> {
-    let Asked { document, tuned, cases, seed } = asked;
+    let Asked { document, tuned, options, cases, seed } = asked;
     let file = &document.origin.name;
     let machine = document.machine()?;
     let ranked = benchmark(std::slice::from_ref(document), &Weights::default())?;
@@ -106,6 +108,10 @@ fn rendered(asked: &Asked) -> Result<String, Error> {
         off_is_assumed => machine.spread.is_empty(),
         laws => Value::from(Serde(laws)),
         is_tuned => !tuned.is_empty(),
+        options => options,
+        has_new_gains =>
+            tuned.iter().any(|one| one.better && one.controller == chosen.controller),
+        is_first => machine.sampling.extras.list().first() == Some(&chosen.controller),
         chosen => chosen.controller.clone(),
         disqualified => chosen.disqualified.map(|why| why.describe()),
         gains => Value::from(Serde(gains)),
