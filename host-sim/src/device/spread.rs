@@ -22,8 +22,10 @@
 //!   that depends on the angle rises and falls as a whole. The viscous friction has what such a
 //!   change of the slip friction is over the fastest speed of the map, and no more than all of it.
 //! - *Lost motion*: what gave way first was a bristle, a gap or the motor alone, and not the joint.
-//!   LOSTDOC
-//!
+//!   So the stick friction is anything from the slip friction's highest value to twice that, as of
+//!   the joints of docs/ensemble.md, and the inertia is half as much to one and a half times as
+//!   much.
+
 use std::collections::BTreeMap;
 
 use stiction::identification::{Levels, Summary};
@@ -37,9 +39,12 @@ const LEAST: [f64; 4] = [0.02, 0.05, 0.02, 0.02];
 /// Standard deviations to either side, and of few stretches.
 const DEVIATIONS: [f64; 2] = [2.0, 4.0];
 
-/// With lost motion, the largest share by which the inertia is off, and by which the breakaway is
-/// higher than what was read.
-const LOST: [f64; 2] = [0.5, 1.0];
+/// With lost motion, the share by which the inertia may be off: half of it may be beyond the gap.
+const LOST: f64 = 0.5;
+
+/// Stick friction of a geared joint in multiples of its slip friction, at most: that of the joints
+/// of docs/ensemble.md.
+const STICK_TO_SLIP: f64 = 2.0;
 
 /// Makes the `[spread]` of an identified joint. A joint without an estimate has none.
 pub fn spread(found: &Identified, joint: &Joint) -> BTreeMap<String, [f64; 2]> {
@@ -57,7 +62,7 @@ pub fn spread(found: &Identified, joint: &Joint) -> BTreeMap<String, [f64; 2]> {
     let inertia = 1.0 / joint.gain_deg_per_s2_per_v;
     // An inertia that may be none at all is known to be above half of what was found.
     let off = deviation(estimate.inertia).min(0.5 * inertia);
-    let off = if doubts.lost_motion { off.max(LOST[0] * inertia) } else { off };
+    let off = if doubts.lost_motion { off.max(LOST * inertia) } else { off };
     let [light, heavy] = around(inertia, off, gain);
 
     let friction = &joint.friction;
@@ -76,13 +81,11 @@ pub fn spread(found: &Identified, joint: &Joint) -> BTreeMap<String, [f64; 2]> {
         let off = off.min(joint.viscous_v_per_deg_per_s.max(deviation(estimate.viscous)));
         viscouses = wider(viscouses, around(joint.viscous_v_per_deg_per_s, off, viscous));
     }
-    let middle = if doubts.lost_motion {
-        sticks = wider(sticks, [friction.slip_v, (1.0 + LOST[1]) * largest]);
-        friction.slip_v
-    } else {
-        0.5 * (friction.slip_v + friction.stick_v)
-    };
-    if slips[1] > sticks[0] {
+    let middle = 0.5 * (friction.slip_v + friction.stick_v);
+    if doubts.lost_motion {
+        // What was read tells no more than that the joint slips.
+        sticks = [slips[1], sticks[1].max(STICK_TO_SLIP * slips[1])];
+    } else if slips[1] > sticks[0] {
         (slips[1], sticks[0]) = (slips[1].min(middle), sticks[0].max(middle));
     }
     [
