@@ -20,7 +20,7 @@
 //!   average, so the stick friction is wider by r/(n - 1) to either side of the range r that was
 //!   read. The slip friction has as many percent of its own level to either side, since friction
 //!   that depends on the angle rises and falls as a whole. The viscous friction has what such a
-//!   change of the slip friction is over the fastest speed of the map, and no more than all of it.
+//!   change of the slip friction is over the fastest speed of the map.
 //! - *Lost motion*: what gave way first was a bristle, a gap or the motor alone, and not the joint.
 //!   So the stick friction is anything from the slip friction's highest value to twice that, as of
 //!   the joints of docs/ensemble.md, and the inertia is half as much to one and a half times as
@@ -77,8 +77,8 @@ pub fn spread(found: &Identified, joint: &Joint) -> BTreeMap<String, [f64; 2]> {
         sticks = wider(sticks, [(least - beyond).max(0.0), largest + beyond]);
         let [low, high] = sticks.map(|level| level / friction.stick_v);
         slips = wider(slips, [low * friction.slip_v, high * friction.slip_v]);
-        let off = (high - 1.0).max(1.0 - low) * friction.slip_v / fastest(found);
-        let off = off.min(joint.viscous_v_per_deg_per_s.max(deviation(estimate.viscous)));
+        let change = (high - 1.0).max(1.0 - low) * friction.slip_v;
+        let off = fastest(found).map_or(joint.viscous_v_per_deg_per_s, |speed| change / speed);
         viscouses = wider(viscouses, around(joint.viscous_v_per_deg_per_s, off, viscous));
     }
     let middle = 0.5 * (friction.slip_v + friction.stick_v);
@@ -103,10 +103,10 @@ fn further(levels: &Levels) -> f64 {
     f64::from(levels.places.saturating_sub(1).max(1))
 }
 
-/// The fastest speed of the map, deg/s; none of no map is next to nothing, which bounds nothing.
-fn fastest(found: &Identified) -> f64 {
+/// The fastest speed of the map, deg/s.
+fn fastest(found: &Identified) -> Option<f64> {
     let points = found.map.iter().flatten().filter(|point| point.windows > 0);
-    points.map(|point| f64::from(point.velocity.abs())).fold(f64::MIN_POSITIVE, f64::max)
+    points.map(|point| f64::from(point.velocity.abs())).filter(|v| *v > 0.0).reduce(f64::max)
 }
 
 /// To five digits.

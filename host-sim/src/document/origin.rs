@@ -29,6 +29,11 @@ impl Origin {
         }
         match self.set.iter().rfind(set) {
             Some(assignment) => format!("--set {}", brief(assignment)),
+            // What was drawn may be what the key no longer goes with.
+            None if !self.drawn.is_empty() => {
+                let drawn: Vec<String> = self.drawn.iter().map(|drawn| brief(drawn)).collect();
+                format!("{self}: its spread gives {}", drawn.join(", "))
+            }
             None => {
                 // A key of the file that no longer goes with one that was set.
                 let with = if self.set.is_empty() { "" } else { " with" };

@@ -84,14 +84,14 @@ fn a_sequence_that_is_not_whole_writes_no_file() {
     assert!(words(&ended.stdout).contains("verdict    not whole"), "{}", words(&ended.stdout));
 }
 
-/// A gear whose friction varies by 22 % with the angle, of a data sheet.
+/// A gear whose friction varies by 10 % to either side with the angle, of a data sheet.
 #[test]
 fn the_file_of_a_doubtful_joint_says_what_is_doubted_and_is_wider_than_its_error_bars() {
     let directory = tempfile::tempdir().unwrap();
     let [sheet, file] = ["joint.toml", "found.toml"].map(|name| path(directory.path(), name));
     stiction(&["new", &sheet, "--typical", "thesis"]);
     let text = fs::read_to_string(&sheet).unwrap();
-    let ripple = "[friction]\nripple = 0.22\nripple_per_turn = 7\n";
+    let ripple = "[friction]\nripple = 0.1\nripple_per_turn = 9\n";
     fs::write(&sheet, text.replace("[friction]\n", ripple)).unwrap();
     let found = device(&["--machine", &sheet, "identify", "--into", &file]);
     assert!(found.status.success(), "{}", words(&found.stderr));
@@ -104,8 +104,8 @@ fn the_file_of_a_doubtful_joint_says_what_is_doubted_and_is_wider_than_its_error
     assert!(comment.lines().all(|line| line.chars().count() <= 80), "{table}");
     let written: toml::Table = text.parse().unwrap();
     let end = |end: usize| written["spread"]["joint.friction.slip_v"][end].as_float().unwrap();
-    // A seventh of the level at the least, where the bars of a good fit are some percent.
-    assert!(end(1) / end(0) > 1.3, "{table}");
+    // The levels of the joint are 10 % off either way; the bars of a good fit are some percent.
+    assert!(end(1) / end(0) > 1.1, "{table}");
 }
 
 /// The joint of a data sheet by hand: `J = J_load + n^2 J_rotor`, and a winding that brakes by its
