@@ -79,6 +79,10 @@ pub fn list(table: Option<&str>) -> Result<String, Error> {
     let tables = tables(&rows);
     let is_wanted = |name: &str| table.is_none_or(|table| name == table || name == table_of(table));
     if let Some(table) = table.filter(|_| !tables.iter().any(|name| is_wanted(name))) {
+        // A table whose keys are the user's own has no rows but the one that says what it is.
+        if let Some(row) = rows.iter().find(|row| row.table == AT_THE_TOP && row.name == table) {
+            return Ok(shown_row(row));
+        }
         let near = suggestion(table, tables.iter().map(String::as_str));
         return Err(Error::Input(format!("keys {table}: there is no such table{near}")));
     }
@@ -86,12 +90,18 @@ pub fn list(table: Option<&str>) -> Result<String, Error> {
     for name in tables.iter().filter(|name| is_wanted(name)) {
         text += &format!("[{name}]\n");
         for row in rows.iter().filter(|row| row.table == *name) {
-            text += &format!("  {}\n      {}; {}\n", row.name, row.allowed, row.otherwise);
-            text += &wrapped(&row.text, 6);
+            text += &shown_row(row);
         }
     }
     Ok(text)
 }
+
+fn shown_row(row: &Row) -> String {
+    format!("  {}\n      {}; {}\n", row.name, row.allowed, row.otherwise) + &wrapped(&row.text, 6)
+}
+
+/// The table of what stands in none.
+const AT_THE_TOP: &str = "at the top";
 
 /// The page docs/parameters.md.
 pub fn markdown() -> String {
@@ -260,7 +270,7 @@ fn row(root: &Value, table: &str, name: &str, property: &Value, is_required: boo
         None => "none".to_owned(),
     };
     Row {
-        table: if table.is_empty() { "at the top".into() } else { table.to_owned() },
+        table: if table.is_empty() { AT_THE_TOP.into() } else { table.to_owned() },
         name: name.to_owned(),
         allowed: allowed(root, target),
         otherwise,

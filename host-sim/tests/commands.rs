@@ -1,6 +1,9 @@
-//! Every command that README.md and the pages of docs/ show works. Commands of `stiction` run here,
-//! page by page, in the order of the page; jobs and tests of cargo are looked up. These tests are
-//! blind to what a command prints, and to what needs a board.
+//! Every command that README.md, ARCHITECTURE.md and the pages of docs/ show works. Commands of
+//! `stiction` run here, page by page, in the order of the page; jobs and tests of cargo are looked
+//! up. Those of `PARSED_ONLY` are parsed, and run elsewhere if at all. docs/commissioning.md and the
+//! first run of docs/wiring.md are followed as a whole, on a simulated device for the board, with a
+//! look at what the steps that decide print. Of all else these tests are blind to what a command
+//! prints, and to what needs a board.
 #![cfg(unix)]
 #![allow(missing_docs, clippy::unwrap_used, clippy::panic)]
 

@@ -135,8 +135,35 @@ fn a_joint_of_one_s_own_has_a_page_with_its_laws_and_what_the_bench_should_show(
         let value = format!("{:.3}", predicted[name].as_f64().unwrap());
         assert!(row.contains(&value), "{name}: {value}, and {row}");
     }
+    // It says how it was made and of which law it is, and what a device has to be told first.
+    let plain = page.replace("&#x2f;", "/");
+    assert!(plain.contains(&format!("Made by <code>stiction report {file}</code>.")));
+    assert!(page.contains(&format!("those of the law <code>{chosen}</code> with the gains of")));
     // What is asked of a file is not asked of the thesis.
     let refused = stiction(&["report", "--tuned", "--out", &out]);
     assert_eq!(refused.status.code(), Some(2));
     assert!(String::from_utf8_lossy(&refused.stderr).contains("FILE.toml"));
+}
+
+#[test]
+fn a_page_of_tuned_laws_says_how_it_was_made_and_that_no_device_has_these_gains() {
+    let directory = tempfile::tempdir().unwrap();
+    let path = |name: &str| directory.path().join(name).to_str().unwrap().to_owned();
+    let (file, out) = (path("arm.toml"), path("report"));
+    assert!(stiction(&["new", &file, "--typical", "thesis"]).status.success());
+    // One law is enough, and the quickest is best.
+    let text = fs::read_to_string(&file).unwrap();
+    let names = text.lines().find(|line| line.starts_with("controller = ")).unwrap();
+    fs::write(&file, text.replace(names, "controller = \"srnf\"")).unwrap();
+    let asked = ["--tuned", "--goal", "settle", "--cases", "2", "--seed", "1000007"];
+    let made = stiction(&[&["report", &file, "--out", &out], &asked[..]].concat());
+    assert!(made.status.success(), "{}", String::from_utf8_lossy(&made.stderr));
+    let page = fs::read_to_string(directory.path().join("report/arm.html")).unwrap();
+    let page = page.replace("&#x2f;", "/");
+    let made_by = format!("Made by <code>stiction report {file} {}</code>.", asked.join(" "));
+    assert!(page.contains(&made_by), "{made_by}");
+    let write =
+        format!("stiction tune {file} --controller srnf {} --out NEW", asked[1..].join(" "));
+    assert!(page.contains(&write), "{write}");
+    assert!(page.contains("params push NEW.toml") && page.contains("NEW.toml selftest"));
 }

@@ -57,6 +57,17 @@ impl Tuning {
         self.tuned
     }
 
+    /// The options that were asked for, with a blank before each; none if nothing is tuned.
+    #[cfg(feature = "report")]
+    pub fn options(&self) -> String {
+        if !self.tuned {
+            return String::new();
+        }
+        let goal = clap::ValueEnum::to_possible_value(&self.goal);
+        let goal = goal.map_or_else(String::new, |goal| format!(" --goal {}", goal.get_name()));
+        format!("{goal} --cases {} --seed {}", self.cases, self.seed)
+    }
+
     /// The number of joints, and their seed.
     #[cfg(feature = "report")]
     pub const fn joints(&self) -> (u64, u64) {

@@ -6,12 +6,13 @@ use std::sync::{Mutex, PoisonError};
 
 use clap::builder::TypedValueParser;
 
-use super::print;
+use super::{print, warn};
+use crate::document::Document;
 use crate::ensemble::rules::{TUNING_SEEDS, rules};
 use crate::ensemble::{
     Around, Case, Ensemble, Family, Header, Kept, Kind, MachineEnsemble, Rates, Row, Shard, Tried,
-    UNEVEN, charts, markdown, merge, object, rates, rates_markdown, rates_table, read_rows, render,
-    render_rows, run, sort_rows, summaries, traces, tune,
+    charts, identified_names, markdown, merge, object, rates, rates_markdown, rates_table,
+    read_rows, render, render_rows, run, sort_rows, summaries, traces, tune, written_spreads,
 };
 use crate::error::Error;
 use crate::figure::{prepare_figures, write_charts, write_figures};
@@ -33,7 +34,7 @@ pub struct Arguments {
     #[arg(long, value_name = "FAMILY|FILE", value_delimiter = ',', default_value = "all")]
     plant: Vec<String>,
     /// A machine's own file: a key of its joint that varies, as in
-    /// joint.friction.stick_v=0.3..0.6; its own controllers are run
+    /// joint.friction.stick_v=0.3..0.6, instead of the file's [spread]; its own controllers are run
     #[arg(long, value_name = "KEY=LOW..HIGH")]
     spread: Vec<String>,
     /// Joints of each family
@@ -92,7 +93,9 @@ enum Action {
 
 #[derive(Debug, clap::Args)]
 pub struct Identify {
-    /// Families of joints, rigid-uneven, or all of them
+    /// Families of joints, or rigid-uneven, whose friction varies with the angle; all: the ten of
+    /// `ensemble` without arm, and rigid-uneven. The twelve special families are identified where
+    /// they are named, but for arms, which have two joints
     #[arg(long, value_name = "FAMILY", value_delimiter = ',', default_value = "all")]
     plant: Vec<String>,
     /// Joints of each family
@@ -222,7 +225,16 @@ impl Arguments {
             prepare_figures(directory)?;
         }
         let rate_hz = self.rate.map(allowed_rate).transpose()?;
-        let (controllers, spreads) = (&*self.controller, &*self.spread);
+        let written = written_spreads(&Document::open(file)?)?;
+        let spreads = if self.spread.is_empty() { &*written } else { &*self.spread };
+        if spreads.is_empty() && self.cases > 1 {
+            warn(&[format!(
+                "{file}: nothing varies, so that all {} joints are the file's own; give it a \
+                 [spread] (`stiction keys spread`), or --spread KEY=LOW..HIGH",
+                self.cases
+            )]);
+        }
+        let controllers = &*self.controller;
         let machine = MachineEnsemble::open(file, Around { controllers, spreads, rate_hz })?;
         let header = Header::of_machine(&machine, self.seed, self.cases);
         let rows = self.collect(&header, |part| {
@@ -368,12 +380,7 @@ impl Identify {
         let is_all = self.plant.iter().any(|name| name == "all");
         let mut names: Vec<&str> = self.plant.iter().map(String::as_str).collect();
         if is_all {
-            names = Family::USUAL
-                .into_iter()
-                .filter(|family| !family.is_arm())
-                .map(Family::name)
-                .collect();
-            names.push(UNEVEN);
+            names = identified_names(Family::USUAL);
         }
         let of = |name: &&str| rates(name, self.seed, self.cases);
         let all: Vec<Rates> = names.iter().map(of).collect::<Result<_, Error>>()?;

@@ -66,7 +66,8 @@ enum Command {
     Identify(identify::Arguments),
     /// Draw what `run --csv` or a device's `log` has written, one over the other
     Plot(plot::Arguments),
-    /// Every figure and table of the thesis as one HTML page, claims beside measurements
+    /// One HTML page on your own joint: laws compared, margins, what a self-test should show; or
+    /// without a file, every figure and table of the thesis, claims beside measurements
     Report(report::Arguments),
     /// What lets a shell complete commands and options with Tab
     Completions(completions::Arguments),

@@ -48,7 +48,8 @@ fn of_a_joint(file: &str, arguments: &Arguments) -> Result<(), Error> {
     let tuned = arguments.tuning.applied(&mut documents)?;
     let [document] = documents;
     let (cases, seed) = arguments.tuning.joints();
-    let page = make(&Asked { document, tuned, cases, seed }, &arguments.out)?;
+    let options = arguments.tuning.options();
+    let page = make(&Asked { document, tuned, options, cases, seed }, &arguments.out)?;
     super::print(&format!("{}\nAll simulated: nothing has run on a motor.\n", page.display()))
 }
 

@@ -45,7 +45,8 @@ pub struct Arguments {
     /// One JSON object instead of a table
     #[arg(long)]
     json: bool,
-    /// Draw what was tried into this directory, settling against tracking
+    /// Draw what was tried into this directory: settling against tracking (if the file has a
+    /// trajectory), settling against chatter, and rest error against held effort
     #[arg(long, value_name = "DIR")]
     plot: Option<PathBuf>,
 }

@@ -84,8 +84,9 @@ pub fn doubts(doubts: &Doubts) -> Vec<&'static str> {
     all.into_iter().filter_map(|(is_so, words)| is_so.then_some(words)).collect()
 }
 
-/// The range of five values in standard deviations of one of them (Tippett, *Biometrika* 17, 1925).
-const RANGE_OF_FIVE: f64 = 2.326;
+/// The mean range of two, three, four and five values in standard deviations of one of them, if
+/// they are normal (Tippett, *Biometrika* 17, 1925). No sequence has more places.
+const RANGES: [f64; 4] = [1.128, 1.693, 2.059, 2.326];
 /// A reading is late by a tenth of a second at most, at a rate of a twentieth of the effort a
 /// second.
 const LATE: f64 = 0.1 / 20.0;
@@ -93,14 +94,16 @@ const LATE: f64 = 0.1 / 20.0;
 /// Returns the standard deviation of a median breakaway effort, V, of a drive with a step of `lsb`
 /// (V). It has three parts: the spread over the places, of which the median has `pi/2` times the
 /// variance of the mean; the rounding of the drive; and the lateness of the readings. Two rates
-/// give most of that back, and what is left is taken for evenly distributed up to its bound.
-pub fn breakaway_deviation(levels: &Levels, lsb: f64) -> f64 {
+/// give most of that back, and what is left is taken for evenly distributed up to its bound. One
+/// place tells nothing of the others, so it has none.
+pub fn breakaway_deviation(levels: &Levels, lsb: f64) -> Option<f64> {
     let [least, median, largest] = [levels.least, levels.median, levels.largest].map(f64::from);
-    let places = f64::from(levels.places.max(1));
-    let of_places =
-        (largest - least) / RANGE_OF_FIVE * (0.5 * std::f64::consts::PI / places).sqrt();
+    let further = usize::from(levels.places).checked_sub(2)?;
+    let range = RANGES[further.min(RANGES.len() - 1)];
+    let variance_of_median = 0.5 * std::f64::consts::PI / f64::from(levels.places);
+    let of_places = (largest - least) / range * variance_of_median.sqrt();
     let of_drive = lsb / 12f64.sqrt();
-    of_places.hypot(of_drive).hypot(LATE * median / 3f64.sqrt())
+    Some(of_places.hypot(of_drive).hypot(LATE * median / 3f64.sqrt()))
 }
 
 /// A name, a value with its deviation, and the factor and unit in SI.
@@ -163,12 +166,14 @@ impl Identified {
         for (levels, sense) in breakaway.iter().zip(["+", "-"]) {
             let Levels { least, median, largest, places } = levels;
             if *places > 0 {
-                let deviation = breakaway_deviation(levels, self.lsb());
-                text += &format!(
-                    "breakaway {sense} {median:>10.5} +- {deviation:.1e} V, from {least:.5} to \
-                     {largest:.5} V at {places} places{}\n",
-                    si(f64::from(*median), "N m", torque)
-                );
+                let si = si(f64::from(*median), "N m", torque);
+                text += &match breakaway_deviation(levels, self.lsb()) {
+                    Some(deviation) => format!(
+                        "breakaway {sense} {median:>10.5} +- {deviation:.1e} V, from {least:.5} to \
+                         {largest:.5} V at {places} places{si}\n"
+                    ),
+                    None => format!("breakaway {sense} {median:>10.5} V, at one place only{si}\n"),
+                };
             }
         }
         if let Some(estimate) = estimate {

@@ -5,56 +5,108 @@
 //! | gain | 1 / J, with the inertia J two standard deviations off, and at least 2 % |
 //! | viscous friction | two standard deviations to either side, and at least 5 % |
 //! | slip friction | two standard deviations to either side, and at least 2 % |
-//! | stick friction | from the least breakaway to the largest that was read, the means of both senses, and at least 2 % |
+//! | stick friction | from the least to the largest breakaway that was read, at least 2 % |
 //!
-//! The floors are for what the model does not say; no error of less than a percent or two is to be
-//! taken for real (docs/identification-on-the-board.md). Where the ranges of slip and stick
-//! friction overlap, they meet in the middle between both: no joint slips with more than it sticks
-//! with.
+//! A breakaway is the mean of both senses. The floors are for what the model does not say; no error
+//! of less than a percent or two is to be taken for real (docs/identification-on-the-board.md).
+//! Where the ranges of slip and stick friction overlap, they meet in the middle between both: no
+//! joint slips with more than it sticks with.
+//!
+//! What is doubted has a wider range, since its bars are those of a model that does not hold:
+//!
+//! - *Few stretches*: four deviations instead of two, since Student's t at 95 % is 3.2 with three
+//!   degrees of freedom.
+//! - *Uneven breakaway*: n places of an even distribution show (n - 1)/(n + 1) of its range on
+//!   average, so the stick friction is wider by r/(n - 1) to either side of the range r that was
+//!   read. The slip friction has as many percent of its own level to either side, since friction
+//!   that depends on the angle rises and falls as a whole. The viscous friction has what such a
+//!   change of the slip friction is over the fastest speed of the map.
+//! - *Lost motion*: what gave way first was a bristle, a gap or the motor alone, and not the joint.
+//!   So the stick friction is anything from the slip friction's highest value to twice that, as of
+//!   the joints of docs/ensemble.md, and the inertia is half as much to one and a half times as
+//!   much.
 
 use std::collections::BTreeMap;
 
-use super::identified::Identified;
+use stiction::identification::{Levels, Summary};
+
+use super::identified::{Identified, doubts};
 use crate::machine::Joint;
 
 /// Least share by which each of gain, viscous friction, slip and stick may be off.
 const LEAST: [f64; 4] = [0.02, 0.05, 0.02, 0.02];
 
-/// Standard deviations to either side.
-const DEVIATIONS: f64 = 2.0;
+/// Standard deviations to either side, and of few stretches.
+const DEVIATIONS: [f64; 2] = [2.0, 4.0];
+
+/// With lost motion, the share by which the inertia may be off: half of it may be beyond the gap.
+const LOST: f64 = 0.5;
+
+/// Stick friction of a geared joint in multiples of its slip friction, at most: that of the joints
+/// of docs/ensemble.md.
+const STICK_TO_SLIP: f64 = 2.0;
 
 /// Makes the `[spread]` of an identified joint. A joint without an estimate has none.
 pub fn spread(found: &Identified, joint: &Joint) -> BTreeMap<String, [f64; 2]> {
     let Some(estimate) = &found.summary.estimate else { return BTreeMap::new() };
+    let Summary { breakaway, doubts, .. } = &found.summary;
     let [gain, viscous, slip, stick] = LEAST;
-    let deviation = |value: [f32; 2]| DEVIATIONS * f64::from(value[1]);
+    let deviations = DEVIATIONS[usize::from(doubts.few_rows)];
+    let deviation = |value: [f32; 2]| deviations * f64::from(value[1]);
     let around = |value: f64, off: f64, least: f64| {
         let off = off.max(least * value);
         [(value - off).max(0.0), value + off]
     };
+    let wider = |a: [f64; 2], b: [f64; 2]| [a[0].min(b[0]), a[1].max(b[1])];
+
     let inertia = 1.0 / joint.gain_deg_per_s2_per_v;
     // An inertia that may be none at all is known to be above half of what was found.
-    let [light, heavy] = around(inertia, deviation(estimate.inertia).min(0.5 * inertia), gain);
+    let off = deviation(estimate.inertia).min(0.5 * inertia);
+    let off = if doubts.lost_motion { off.max(LOST * inertia) } else { off };
+    let [light, heavy] = around(inertia, off, gain);
+
     let friction = &joint.friction;
     let mut slips = around(friction.slip_v, deviation(estimate.coulomb), slip);
-    let read = |of: fn(&stiction::identification::Levels) -> f32| {
-        found.summary.breakaway.iter().map(|levels| f64::from(of(levels))).sum::<f64>() / 2.0
-    };
-    let [least, most] = around(friction.stick_v, 0.0, stick);
-    let mut sticks = [read(|of| of.least).min(least), read(|of| of.largest).max(most)];
+    let mut viscouses = around(joint.viscous_v_per_deg_per_s, deviation(estimate.viscous), viscous);
+    // The mean of both senses, whose load cancels in it.
+    let read = |of: fn(&Levels) -> f64| breakaway.iter().map(of).sum::<f64>() / 2.0;
+    let [least, largest] = [read(|of| of.least.into()), read(|of| of.largest.into())];
+    let mut sticks = wider([least, largest], around(friction.stick_v, 0.0, stick));
+    if doubts.uneven {
+        let beyond = read(|of| f64::from(of.largest - of.least) / further(of));
+        sticks = wider(sticks, [(least - beyond).max(0.0), largest + beyond]);
+        let [low, high] = sticks.map(|level| level / friction.stick_v);
+        slips = wider(slips, [low * friction.slip_v, high * friction.slip_v]);
+        let change = (high - 1.0).max(1.0 - low) * friction.slip_v;
+        let off = fastest(found).map_or(joint.viscous_v_per_deg_per_s, |speed| change / speed);
+        viscouses = wider(viscouses, around(joint.viscous_v_per_deg_per_s, off, viscous));
+    }
     let middle = 0.5 * (friction.slip_v + friction.stick_v);
-    if slips[1] > sticks[0] {
+    if doubts.lost_motion {
+        // What was read tells no more than that the joint slips.
+        sticks = [slips[1], sticks[1].max(STICK_TO_SLIP * slips[1])];
+    } else if slips[1] > sticks[0] {
         (slips[1], sticks[0]) = (slips[1].min(middle), sticks[0].max(middle));
     }
-    let viscous = around(joint.viscous_v_per_deg_per_s, deviation(estimate.viscous), viscous);
     [
         ("joint.gain_deg_per_s2_per_v", [1.0 / heavy, 1.0 / light]),
-        ("joint.viscous_v_per_deg_per_s", viscous),
+        ("joint.viscous_v_per_deg_per_s", viscouses),
         ("joint.friction.slip_v", slips),
         ("joint.friction.stick_v", sticks),
     ]
     .map(|(key, range)| (key.to_owned(), range.map(rounded)))
     .into()
+}
+
+/// One less than the places, and one at least.
+fn further(levels: &Levels) -> f64 {
+    f64::from(levels.places.saturating_sub(1).max(1))
+}
+
+/// The fastest speed of the map, deg/s.
+fn fastest(found: &Identified) -> Option<f64> {
+    let points = found.map.iter().flatten().filter(|point| point.windows > 0);
+    points.map(|point| f64::from(point.velocity.abs())).filter(|v| *v > 0.0).reduce(f64::max)
 }
 
 /// To five digits.
@@ -69,4 +121,32 @@ pub fn table(spread: &BTreeMap<String, [f64; 2]>) -> String {
     let lines =
         spread.iter().map(|(key, [low, high])| format!("\"{key}\" = [{low:?}, {high:?}]\n"));
     begin.to_owned() + &lines.collect::<String>()
+}
+
+/// Writes the verdict and what is doubted, as comments above the table.
+pub fn remarks(found: &Identified) -> String {
+    let mut text = format!("\n# Verdict of the identification: {}.\n", found.verdict());
+    let doubted = doubts(&found.summary.doubts);
+    for doubt in &doubted {
+        text += &commented(&format!("- {doubt}"));
+    }
+    if !doubted.is_empty() {
+        text += &commented(
+            "So [spread] is wider than the error bars (docs/identification-on-the-board.md).",
+        );
+    }
+    text
+}
+
+/// A comment of a file, in lines of at most 80 columns.
+fn commented(sentence: &str) -> String {
+    let (mut text, mut line) = (String::new(), String::from("#"));
+    for word in sentence.split_whitespace() {
+        if line.len() + 1 + word.len() > 80 {
+            text += &format!("{line}\n");
+            line = "#  ".into();
+        }
+        line += &format!(" {word}");
+    }
+    text + &line + "\n"
 }

@@ -53,6 +53,7 @@ impl Document {
     pub fn open(name: &str) -> Result<Self, Error> {
         let document = Self::parse(name, &Self::text(name)?)?;
         document.check()?;
+        document.check_spread()?;
         Ok(document)
     }
 
@@ -78,7 +79,10 @@ impl Document {
             let (line, what) = syntax(text, &error);
             Error::Input(format!("{name}, line {line}: {what}"))
         })?;
-        Ok(Self { origin: Origin { name: name.into(), variant: None, set: vec![] }, table })
+        Ok(Self {
+            origin: Origin { name: name.into(), variant: None, set: vec![], drawn: vec![] },
+            table,
+        })
     }
 
     /// Sets keys as on the command line, `table.key=value` each, and checks the result.
@@ -87,15 +91,59 @@ impl Document {
     /// Names the assignment.
     pub fn set(&mut self, assignments: &[String]) -> Result<(), Error> {
         for assignment in assignments {
-            let done = match assignment.split_once('=') {
-                Some((key, value)) => parse_value(value.trim())
-                    .and_then(|value| self.put(key.trim(), value, HOW_TO_SET)),
-                None => Err(HOW_TO_SET.into()),
-            };
-            done.map_err(|why| Error::Input(format!("--set {}: {why}", brief(assignment))))?;
+            self.assign(assignment)
+                .map_err(|why| Error::Input(format!("--set {}: {why}", brief(assignment))))?;
             self.origin.set.push(assignment.clone());
         }
         self.check()
+    }
+
+    /// Does the same with keys that were drawn within a spread, and that nobody has typed.
+    ///
+    /// # Errors
+    /// Names the spread.
+    pub fn draw(&mut self, assignments: &[String]) -> Result<(), Error> {
+        for assignment in assignments {
+            self.assign(assignment).map_err(|why| {
+                let drawn = brief(assignment);
+                Error::Input(format!("{}: its spread gives {drawn}: {why}", self.origin))
+            })?;
+            self.origin.drawn.push(assignment.clone());
+        }
+        self.check()
+    }
+
+    fn assign(&mut self, assignment: &str) -> Result<(), String> {
+        let (key, value) = assignment.split_once('=').ok_or(HOW_TO_SET)?;
+        self.put(key.trim(), parse_value(value.trim())?, HOW_TO_SET)
+    }
+
+    /// Refuses a `[spread]` from which no joint can be drawn, before anything is.
+    fn check_spread(&self) -> Result<(), Error> {
+        if self.is_lab() {
+            return Ok(());
+        }
+        let spread = self.machine()?.spread;
+        for (key, range) in &spread {
+            let refuse = |why: &str| {
+                Err(Error::Input(format!("{}: `spread.\"{key}\"`: {why}", self.origin)))
+            };
+            if let Some(why) = refused_spread(key, *range) {
+                return refuse(why);
+            }
+            if self.get(key).is_some_and(|value| value.is_float() || value.is_integer()) {
+                continue;
+            }
+            // A key that the file does not have may be none.
+            let mut joint = self.clone();
+            let drawn = joint.put(key, Value::Float(range[0]), HOW_TO_SET);
+            if let Err(why) = drawn.map_err(Error::Input).and_then(|()| joint.check()) {
+                let why = why.to_string();
+                let why = why.strip_prefix(&format!("{}: ", self.origin)).unwrap_or(&why);
+                return refuse(why);
+            }
+        }
+        Ok(())
     }
 
     /// Whether it is a friction experiment, and not a machine.
@@ -252,6 +300,19 @@ impl Document {
         table.insert((*last).into(), value);
         Ok(())
     }
+}
+
+/// Tables of the joint: the core's, and those of a data sheet.
+const OF_THE_JOINT: [&str; 5] = ["joint", "motor", "gear", "load", "friction"];
+
+/// Says why a key does not vary over a range, if it does not.
+pub fn refused_spread(key: &str, [low, high]: [f64; 2]) -> Option<&'static str> {
+    let table = key.split('.').next().unwrap_or_default();
+    if !OF_THE_JOINT.contains(&table) {
+        return Some("only keys of the joint vary; the controller is what is judged");
+    }
+    let is_range = low.is_finite() && high.is_finite() && low <= high;
+    (!is_range).then_some("the range is LOW..HIGH of two numbers, the lower one first")
 }
 
 /// The value at a path with indices, such as `figures[0].of`.

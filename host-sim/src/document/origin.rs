@@ -13,6 +13,8 @@ pub struct Origin {
     pub(super) variant: Option<String>,
     /// What was set by hand, as typed.
     pub(super) set: Vec<String>,
+    /// What was drawn within a spread, as `KEY=VALUE`.
+    pub(super) drawn: Vec<String>,
 }
 
 impl Origin {
@@ -22,8 +24,16 @@ impl Origin {
             let typed = assignment.split('=').next().unwrap_or_default().trim();
             within(key, typed) || within(typed, key)
         };
+        if let Some(drawn) = self.drawn.iter().rfind(set) {
+            return format!("{self}: its spread gives {}", brief(drawn));
+        }
         match self.set.iter().rfind(set) {
             Some(assignment) => format!("--set {}", brief(assignment)),
+            // What was drawn may be what the key no longer goes with.
+            None if !self.drawn.is_empty() => {
+                let drawn: Vec<String> = self.drawn.iter().map(|drawn| brief(drawn)).collect();
+                format!("{self}: its spread gives {}", drawn.join(", "))
+            }
             None => {
                 // A key of the file that no longer goes with one that was set.
                 let with = if self.set.is_empty() { "" } else { " with" };

@@ -13,7 +13,7 @@ use crate::error::Error;
 
 /// What a law comes to on a joint; a line of `--csv`. An empty value is one that is not there.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
-#[serde(default)]
+#[serde(deny_unknown_fields)]
 pub struct Row {
     /// Name of the family.
     pub family: String,

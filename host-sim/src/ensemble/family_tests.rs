@@ -4,6 +4,7 @@ use super::case::{self, Row};
 use super::draw::{Case, Kind};
 use super::family::Family;
 use super::rules::rules;
+use crate::joint::{Friction, Stribeck, Train};
 
 const EASY: Kind = Kind { hard: false, rate_hz: 1000.0 };
 
@@ -29,23 +30,59 @@ fn an_arm_moves_under_two_controllers_and_a_success_is_one_of_both() {
     assert!(row.settled_s.is_none() && (row.rest_counts / way - 1.0).abs() < 0.01, "{row:?}");
 }
 
+/// The first joint of an arm at rest is driven, and the second one is held by friction beyond any
+/// reaction. Lagrange's equation of the second one, at rest at the begin: friction holds
+/// `M_21 q1'' + g_2`, with g_2 = m_2 g l_2 sin(q_1 + q_2) and M_21 = m_2 (l_2^2 + l_1 l_2 cos q_2).
+/// So it breaks away from less friction than that, and stays with more; uncoupled it is g_2 alone.
 #[test]
-fn joints_of_an_arm_without_coupling_move_as_if_the_other_stood_still() {
-    let case = Case::draw(4, Family::ArmUncoupled, 2, EASY);
-    let mut still = case.clone();
-    still.arm.as_mut().unwrap().step = 0.0;
-    // The second joint's angle is in the first one's inertia and gravity: let it weigh nothing.
-    for case in [&case, &still] {
-        assert!(ran(case, "pd").step_fault.is_none());
-    }
-    let light = |mut case: Case| {
-        let arm = &mut case.arm.as_mut().unwrap().arm;
-        (arm.mass[1], arm.friction[1].coulomb) = (1e-9, 1e-3);
-        arm.friction[1].stick = 1e-3;
-        ran(&case, "pd").rest_counts
+fn a_joint_of_an_arm_pushes_the_other_one_only_if_they_are_coupled() {
+    let drawn = Case::draw(4, Family::Arm, 2, EASY).arm.unwrap().arm;
+    let (m2, [l1, l2], [q1, q2]) = (drawn.mass[1], drawn.length, drawn.start);
+    let coupling = m2 * (l2 * l2 + l1 * l2 * q2.cos());
+    let gravity = m2 * crate::mechanism::GRAVITY * l2 * (q1 + q2).sin();
+    let first = drawn.mass[0] * l1 * l1
+        + m2 * (l1 * l1 + l2 * l2 + 2.0 * l1 * l2 * q2.cos())
+        + drawn.rotor[0];
+    let second = m2 * l2 * l2 + drawn.rotor[1];
+    assert!(coupling > 0.02 * second, "there is nothing to see: {coupling} {second}");
+    // So fast that the reaction is four times what gravity asks of the second joint, and more.
+    let acceleration = (4.0 * gravity.abs() + 5.0) / coupling;
+    let load = drawn.mass[0] * crate::mechanism::GRAVITY * l1 * q1.sin()
+        + m2 * crate::mechanism::GRAVITY * (l1 * q1.sin() + l2 * (q1 + q2).sin());
+    let moves = |is_coupled: bool, share: f64| {
+        let mut arm = drawn;
+        let level = share * (coupling * acceleration + gravity).abs();
+        arm.friction[0] =
+            Stribeck { coulomb: 0.0, stick: 0.0, stribeck_velocity: 0.0, viscous: 0.0 };
+        arm.friction[1] = Stribeck { coulomb: level, stick: level, ..arm.friction[0] };
+        let arm = arm.build().unwrap();
+        let mut arm = if is_coupled { arm } else { arm.without_coupling() };
+        (0..2).for_each(|_| arm.hold([first * acceleration + load, 0.0], 1e-3));
+        let found = arm.turn(0).velocity / (acceleration * 2e-3);
+        assert!((found - 1.0).abs() < 0.3, "the first joint does not move as it should: {found}");
+        !arm.is_joint_stuck(1)
     };
-    let (moving, resting) = (light(case), light(still));
-    assert!((moving - resting).abs() < 1e-3, "{moving} {resting}");
+    assert_eq!([0.8, 1.2].map(|share| moves(true, share)), [true, false]);
+    assert!(!moves(false, 0.8));
+}
+
+/// Each of these families is a rigid joint but for one thing, which is to be seen at the rig.
+#[test]
+fn noise_dwell_and_drift_each_change_what_a_joint_does() {
+    let case = Case::draw(2, Family::Noisy, 0, EASY);
+    // Under PD's gain a reading that is a count off is an effort, also at rest.
+    let silent = Case { family: Family::Rigid, ..case.clone() };
+    let [noisy, silent] = [&case, &silent].map(|case| ran(case, "pd").variation_rest_per_s);
+    assert!(silent == 0.0 && noisy > 1.0, "{noisy} {silent}");
+    for family in [Family::Dwell, Family::Drifting] {
+        let case = Case::draw(2, family, 0, EASY);
+        let mut constant = case.clone();
+        let Train::Rigid(body) = &mut constant.joint.train else { panic!("{case:?}") };
+        let Friction { dwell, thermal, .. } = &mut body.friction;
+        assert!(dwell.take().is_some() != thermal.take().is_some(), "{family:?}");
+        let [changing, constant] = [&case, &constant].map(|case| ran(case, "srnf"));
+        assert!(changing != constant, "{family:?}: {changing:?}");
+    }
 }
 
 #[test]

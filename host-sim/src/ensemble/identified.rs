@@ -14,9 +14,9 @@ use super::draw::{Case, Kind};
 use super::family::Family;
 use super::rules::RULES;
 use crate::device::identified::breakaway_deviation;
-use crate::error::Error;
+use crate::error::{Error, suggestion};
 use crate::hardware::STM32F405;
-use crate::joint::{Body, Joint as _, Ripple, Train};
+use crate::joint::{Body, CountNoise, Joint as _, Ripple, Train};
 use crate::output::table;
 use crate::plant::DelayLine;
 
@@ -76,9 +76,12 @@ pub fn identify(case: &Case, asked: &Asked) -> Result<Identified, Error> {
     let mut delay = DelayLine::new(case.delay);
     let per_code = case.told.lsb * case.scale.effort;
     let (mut ticks, mut farthest) = (0u32, 0);
+    let mut noise = case.family.has_noise().then(|| CountNoise::new(case.number));
     let mut tick = |servo: &mut Servo| {
         servo.heard();
-        let output = servo.tick(Input { counter: case.encoder.read(&joint) as u32, supply });
+        let noise = noise.as_mut().map_or(0, CountNoise::next);
+        let counter = case.encoder.read(&joint).wrapping_add(noise) as u32;
+        let output = servo.tick(Input { counter, supply });
         let code = if output.enable { delay.put(output.tick.code) } else { delay.put(0) };
         joint.hold(f64::from(code) * per_code, case.told.sample_time);
     };
@@ -134,14 +137,32 @@ impl Truth {
     }
 }
 
+/// The names of those of some families whose joints can be identified, and [`UNEVEN`].
+pub fn identified_names(families: impl IntoIterator<Item = Family>) -> Vec<&'static str> {
+    let single = families.into_iter().filter(|family| !family.is_arm());
+    single.map(Family::name).chain([UNEVEN]).collect()
+}
+
 /// Draws a joint of a family, or a rigid one whose friction varies with the angle.
 ///
 /// # Errors
-/// If there is no such family.
+/// If there is no such family, or its joints are two.
 pub fn drawn(name: &str, seed: u64, number: u64) -> Result<Case, Error> {
     let kind = Kind { hard: false, rate_hz: 1000.0 };
     if name != UNEVEN {
-        return Ok(Case::draw(seed, Family::named(name)?, number, kind));
+        let names = identified_names(Family::all());
+        let family = Family::all().find(|family| family.name() == name);
+        let family = family.ok_or_else(|| {
+            let near = suggestion(name, names);
+            Error::Input(format!("--plant {name}: there is no family of that name{near}"))
+        })?;
+        if family.is_arm() {
+            return Err(Error::Input(format!(
+                "--plant {name}: an arm has two joints that move each other, and the sequence \
+                 identifies one; take a family with one joint"
+            )));
+        }
+        return Ok(Case::draw(seed, family, number, kind));
     }
     let mut case = Case::draw(seed, Family::Rigid, number, kind);
     if let Train::Rigid(body) = &mut case.joint.train {
@@ -201,7 +222,10 @@ impl Identified {
         let Truth { inertia, viscous, slip, stick, .. } = self.truth;
         let half = |of: [f64; 2]| 0.5 * (of[0] + of[1]);
         let level = half(summary.breakaway.map(|way| f64::from(way.median)));
-        let deviation = half(summary.breakaway.map(|way| breakaway_deviation(&way, self.lsb)));
+        // One place tells no deviation, and so holds no truth.
+        let deviation = half(
+            summary.breakaway.map(|way| breakaway_deviation(&way, self.lsb).unwrap_or(f64::NAN)),
+        );
         let of = |[value, deviation]: [f32; 2], truth| [value.into(), deviation.into(), truth];
         Some([
             [level, deviation, stick],
@@ -282,13 +306,27 @@ fn heads() -> Vec<&'static str> {
     ["family", "joints"].into_iter().chain(of).chain(["time\ns"]).collect()
 }
 
-/// Makes the table of some families.
+/// Makes the tables of some families for people, within 80 columns: what was found, then what it is
+/// worth. Both have the family first.
 pub fn rates_table(all: &[Rates]) -> String {
-    let mut table = table::new(&heads());
-    all.iter().for_each(|rates| {
-        table.add_row(rates.cells());
-    });
-    format!("{}\n", table.trim_fmt())
+    /// The columns of the whole table that each has.
+    const PARTS: [&[usize]; 2] = [&[0, 1, 2, 3, 12, 13, 14], &[0, 4, 5, 6, 7, 8, 9, 10, 11]];
+    // Shorter words, so that none is broken by the width.
+    let short = |head: &str| head.replace("viscous", "vis-\ncous").replace("inertia", "iner-\ntia");
+    let heads: Vec<String> = heads().into_iter().map(short).collect();
+    let part = |columns: &[usize]| {
+        let of = |cells: &[String]| -> Vec<String> {
+            columns.iter().filter_map(|column| cells.get(*column)).cloned().collect()
+        };
+        let heads: Vec<&str> =
+            columns.iter().filter_map(|column| heads.get(*column)).map(String::as_str).collect();
+        let mut table = table::new(&heads);
+        all.iter().for_each(|rates| {
+            table.add_row(of(&rates.cells()));
+        });
+        table.trim_fmt()
+    };
+    format!("{}\n\n{}\n", part(PARTS[0]), part(PARTS[1]))
 }
 
 /// Makes the same table in Markdown.
@@ -346,6 +384,41 @@ mod tests {
             println!("{family}: {done} whole, {flagged} flagged of 6");
             assert!(done >= 4 && flagged >= 5, "{family}: {done} whole, {flagged} flagged of 6");
         }
+    }
+
+    #[test]
+    fn an_arm_is_refused_noise_is_simulated_and_uneven_joints_are_among_the_names() {
+        let why = |name: &str| drawn(name, 1, 0).unwrap_err().to_string();
+        assert!(why("arm").contains("two joints"), "{}", why("arm"));
+        assert!(why("rigid-unevn").contains("`rigid-uneven`"), "{}", why("rigid-unevn"));
+        // The same joints, whose encoder is a count off now and then.
+        let found = |noisy: bool| {
+            let mut case = drawn("noisy", 3, 0).unwrap();
+            case.family = if noisy { Family::Noisy } else { Family::Rigid };
+            identify(&case, &Asked { time: Some(5.0), ..Asked::default() }).unwrap().farthest
+        };
+        assert_ne!(found(true), found(false));
+    }
+
+    #[test]
+    fn no_word_of_the_tables_is_broken() {
+        let rates = Rates {
+            family: "overhauling-flexible".into(),
+            cases: 1000,
+            done: 1000,
+            within: [1000; 4],
+            held: [1000; 4],
+            ..Rates::default()
+        };
+        let text = rates_table(&[rates]);
+        assert!(text.lines().all(|line| line.chars().count() <= 80), "{text}");
+        // Two tables: two and three lines of titles, a row each, and a line between them.
+        assert_eq!(text.lines().count(), 2 + 1 + 1 + 3 + 1, "{text}");
+        let rows: Vec<&str> = text.lines().filter(|line| line.contains("overhauling")).collect();
+        let cells = |row: &str| row.split_whitespace().count();
+        assert_eq!([cells(rows[0]), cells(rows[1])], [7, 9], "{text}");
+        let whole = ["flagged", "unseen", "misled", "vis-", "iner-"];
+        assert!(whole.iter().all(|word| text.contains(word)), "{text}");
     }
 
     #[test]

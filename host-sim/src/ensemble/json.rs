@@ -95,7 +95,10 @@ fn law(summary: &Summary) -> Value {
     if let Some(MovesSummary { moves, judged, missed, missed_of_all, tracking_rms }) =
         &summary.moves
     {
-        let tenth = |missed: u64, rms: &Sorted| json!({ "moves": judged, "missed": missed, "tracking_rms": quantiles(rms, &usual) });
+        let tenth = |missed: u64, rms: &Sorted| {
+            let rms = quantiles(rms, &usual);
+            json!({ "moves": judged, "missed": missed, "tracking_rms": rms })
+        };
         let [first, last] = [0, 1].map(|i: usize| tenth(missed[i], &tracking_rms[i]));
         let row = json!({ "moves": moves, "missed": missed_of_all, "first": first, "last": last });
         object.insert("moves".into(), row);

@@ -16,6 +16,7 @@ use super::distribution::{Draws, Purpose};
 use super::measures::{Sample, StepJudge, TrackingJudge};
 use super::rows::Group;
 use crate::closed_loop::Moment;
+use crate::document::refused_spread;
 use crate::error::Error;
 use crate::experiment::{Document, Experiment, RunPlan, Task, parameters};
 use crate::solver::AxisSolver;
@@ -23,9 +24,6 @@ use crate::target::WatchedServo;
 
 /// So long a step is watched, s.
 const DURATION_S: f64 = 30.0;
-
-/// Tables of the joint: the core's, and those of a data sheet.
-const OF_THE_JOINT: [&str; 5] = ["joint", "motor", "gear", "load", "friction"];
 
 /// A key of the file with the range from which it is drawn.
 #[derive(Clone, Debug, PartialEq)]
@@ -47,16 +45,12 @@ impl Spread {
         let numbers = range.split_once("..").and_then(|(low, high)| {
             Some([low.trim().parse::<f64>().ok()?, high.trim().parse::<f64>().ok()?])
         });
-        match numbers {
-            Some([low, high]) if low.is_finite() && high.is_finite() && low <= high => {
-                let key = key.trim().to_owned();
-                let table = key.split('.').next().unwrap_or_default();
-                if !OF_THE_JOINT.contains(&table) {
-                    return refuse("only keys of the joint vary; the controller is what is judged");
-                }
-                Ok(Self { key, range: [low, high] })
-            }
-            _ => refuse("the range is LOW..HIGH of two numbers, the lower one first"),
+        let key = key.trim().to_owned();
+        // What is no number is no range either.
+        let range = numbers.unwrap_or([f64::NAN; 2]);
+        match refused_spread(&key, range) {
+            Some(why) => refuse(why),
+            None => Ok(Self { key, range }),
         }
     }
 
@@ -71,6 +65,15 @@ impl Spread {
 pub fn drawn_keys(spreads: &[Spread], seed: u64, number: u64) -> Vec<String> {
     let draws = &mut Draws::new(seed, 0, Purpose::Joint, number);
     spreads.iter().map(|spread| spread.draw(draws)).collect()
+}
+
+/// How far the joint of a file may be off by its own `[spread]`, as `KEY=LOW..HIGH`.
+///
+/// # Errors
+/// Names what is wrong with the file.
+pub fn written_spreads(document: &Document) -> Result<Vec<String>, Error> {
+    let spread = document.machine()?.spread;
+    Ok(spread.into_iter().map(|(key, [low, high])| format!("{key}={low:?}..{high:?}")).collect())
 }
 
 /// An ensemble around a file.
@@ -142,7 +145,15 @@ impl MachineEnsemble {
         let spreads = spreads.iter().map(|text| Spread::read(text)).collect::<Result<_, _>>()?;
         let stem = Path::new(file).file_stem().unwrap_or_default().to_string_lossy();
         let [unit, effort_unit] = ["deg", "V"].map(str::to_owned);
-        let group = Group { name: stem.into(), unit, effort_unit, settles_within_s: 5.0 };
+        let group = Group {
+            name: stem.into(),
+            unit,
+            effort_unit,
+            settles_within_s: 5.0,
+            is_family: false,
+            near: None,
+            has_wall: false,
+        };
         Ok(Self { document, group, laws, spreads, nominal, written })
     }
 
@@ -193,7 +204,7 @@ impl MachineEnsemble {
                 return Ok(());
             }
             let mut document = self.document.clone();
-            document.set(&self.drawn(seed, number))?;
+            document.draw(&self.drawn(seed, number))?;
             let joints = plans(&document, &self.laws)?;
             laws.into_iter().try_for_each(|law| take(self.under(law, number, &joints)?))
         })
@@ -228,9 +239,7 @@ impl MachineEnsemble {
 
 /// The runs of a file, without its variants.
 fn plans(document: &Document, controllers: &[String]) -> Result<Vec<RunPlan>, Error> {
-    let mut plans = Experiment::plan(document, controllers, &[])?.runs;
-    plans.retain(|plan| plan.variant.is_empty() && plan.controller.is_some());
-    Ok(plans)
+    Experiment::without_variants(document, controllers)
 }
 
 /// Runs the servo of one plan on the joint of another, up to a fault; returns its words.

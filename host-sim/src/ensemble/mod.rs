@@ -49,10 +49,11 @@ pub use draw::{Case, Kind};
 pub use family::{Family, Units};
 pub use figures::{charts, traces};
 pub use identified::{
-    Identified, Rates, Truth, UNEVEN, drawn, identify, rates, rates_markdown, rates_table,
+    Identified, Rates, Truth, UNEVEN, drawn, identified_names, identify, rates, rates_markdown,
+    rates_table,
 };
 pub use json::object;
-pub use machine_file::{Around, MachineEnsemble, Spread, drawn_keys};
+pub use machine_file::{Around, MachineEnsemble, Spread, drawn_keys, written_spreads};
 pub use markdown::markdown;
 pub(crate) use measures::Reversals;
 pub use measures::{BAND_COUNTS, HUNTING_REVERSALS, Sample, TrackingJudge, TrackingMeasures};

@@ -4,12 +4,13 @@
 //! The file is CSV with one line before it that says which ensemble it is of:
 //!
 //! ```text
-//! #{"schema":1,"seed":1,"cases":200,"hard":false,"rate_hz":1000.0,...}
+//! #{"schema":2,"seed":1,"cases":200,"hard":false,"rate_hz":1000.0,...}
 //! family,law,case,...
 //! rigid,pd,0,...
 //! ```
 //!
-//! Numbers are written so that they are read back bit for bit.
+//! Numbers are written so that they are read back bit for bit. A file has every column, or is
+//! refused: what is missing would be taken for what never was.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::fs::{self, File, OpenOptions};
@@ -24,6 +25,10 @@ use super::machine_file::MachineEnsemble;
 use super::run::Ensemble;
 use crate::error::Error;
 use crate::output::write_whole;
+
+/// The form of a file: 2 since every column has to be there, and a group says whether it is a
+/// family and what is asked of its joints.
+const SCHEMA: u32 = 2;
 
 /// Which ensemble rows are of. Rows of two files go together if this is the same.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -64,6 +69,12 @@ pub struct Group {
     pub effort_unit: String,
     /// Time in which a joint has to settle, s.
     pub settles_within_s: f64,
+    /// Whether it is a family, whose laws have their gains by rules; else it is a machine's file.
+    pub is_family: bool,
+    /// The error within which a joint is nearly there, in its unit, if that is asked for.
+    pub near: Option<f64>,
+    /// Whether a wall stands before the target.
+    pub has_wall: bool,
 }
 
 impl From<Family> for Group {
@@ -74,6 +85,9 @@ impl From<Family> for Group {
             unit: units.angle.into(),
             effort_unit: units.effort.into(),
             settles_within_s: family.settles_within_s(),
+            is_family: true,
+            near: family.near(),
+            has_wall: family.has_wall(),
         }
     }
 }
@@ -85,7 +99,7 @@ impl Header {
     /// Returns the header of an ensemble.
     pub fn of(ensemble: &Ensemble) -> Self {
         Self {
-            schema: 1,
+            schema: SCHEMA,
             version: env!("CARGO_PKG_VERSION").into(),
             seed: ensemble.seed,
             cases: ensemble.cases,
@@ -101,7 +115,7 @@ impl Header {
     /// Returns the header of an ensemble around a machine's own file.
     pub fn of_machine(machine: &MachineEnsemble, seed: u64, cases: u64) -> Self {
         Self {
-            schema: 1,
+            schema: SCHEMA,
             version: env!("CARGO_PKG_VERSION").into(),
             seed,
             cases,
@@ -183,15 +197,36 @@ fn parse(text: &str) -> Result<(Header, Vec<Row>), String> {
     const NONE: &str = "these are no rows of an ensemble; allowed is what --csv or --resume wrote";
     let (first, body) = text.split_once('\n').unwrap_or((text, ""));
     let json = first.strip_prefix('#').ok_or(NONE)?;
-    let header = serde_json::from_str(json).map_err(|error| format!("{NONE} ({error})"))?;
+    let header: serde_json::Value =
+        serde_json::from_str(json).map_err(|error| format!("{NONE} ({error})"))?;
+    if let Some(schema) = header.get("schema").filter(|schema| **schema != SCHEMA) {
+        return Err(format!(
+            "its rows have the form {schema}, and this program reads the form {SCHEMA}; run the \
+             ensemble anew"
+        ));
+    }
+    let header = serde_json::from_value(header).map_err(|error| format!("{NONE} ({error})"))?;
     let whole = body.rfind('\n').map_or("", |end| &body[..=end]);
     let mut reader = csv::Reader::from_reader(whole.as_bytes());
+    let found = reader.headers().map_err(|error| format!("line 2: {error}"))?;
+    // A value that is not there is read as none, also where its whole column is missing.
+    if let Some(title) = titles()?.iter().find(|title| !found.iter().any(|one| one == *title)) {
+        return Err(format!("line 2: the column `{title}` is missing"));
+    }
     // The line before the table is the first one.
     let rows = reader
         .deserialize()
         .enumerate()
         .map(|(i, row)| row.map_err(|error: csv::Error| format!("line {}: {error}", i + 3)));
     Ok((header, rows.collect::<Result<_, _>>()?))
+}
+
+/// The titles of the columns.
+fn titles() -> Result<Vec<String>, String> {
+    let text = lines(&[Row::default()], true).map_err(|error| error.to_string())?;
+    let mut reader = csv::Reader::from_reader(text.as_slice());
+    let titles = reader.headers().map_err(|error| error.to_string())?;
+    Ok(titles.iter().map(str::to_owned).collect())
 }
 
 /// Puts the rows of several files together, as if they had been one run.
@@ -216,7 +251,8 @@ pub fn merge(files: &[(String, Header, Vec<Row>)]) -> Result<(Header, Vec<Row>),
             {
                 let Row { family, law, case, .. } = row;
                 return Err(Error::Input(format!(
-                    "{name}: case {case} of {family} under {law} is in another file with other values"
+                    "{name}: case {case} of {family} under {law} is in another file with other \
+                     values"
                 )));
             }
         }

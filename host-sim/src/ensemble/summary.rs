@@ -3,7 +3,6 @@
 use std::collections::BTreeMap;
 
 use super::case::Row;
-use super::family::Family;
 use super::measures::HUNTING_REVERSALS;
 use super::rows::{Group, Header};
 use super::statistics::{Sorted, wilson};
@@ -111,8 +110,6 @@ impl Summary {
         for fault in rows.iter().flat_map(|row| row.faults()) {
             *faults.entry(fault.to_owned()).or_default() += 1;
         }
-        let family = Family::named(&group.name).ok();
-        let is = |of: fn(Family) -> bool| family.is_some_and(of);
         let late = |of: fn(&Row) -> Option<f64>, is_asked: bool| {
             let rows = rows.iter().filter(|_| is_asked);
             Sorted::new(rows.map(|row| of(row).unwrap_or(f64::INFINITY)))
@@ -125,8 +122,8 @@ impl Summary {
             success,
             success_ci: wilson(success, rows.len()),
             settling_s: all(|row| row.settled_s.unwrap_or(f64::INFINITY)),
-            near_s: late(|row| row.near_s, is(|family| family.near().is_some())),
-            gave_up_s: late(|row| row.gave_up_s, is(Family::has_wall)),
+            near_s: late(|row| row.near_s, group.near.is_some()),
+            gave_up_s: late(|row| row.gave_up_s, group.has_wall),
             effort_after: Sorted::new(rows.iter().filter_map(|row| row.effort_after)),
             rest_counts: all(|row| row.rest_counts),
             load_rest_counts: Sorted::new(rows.iter().filter_map(|row| row.load_rest_counts)),

@@ -2,7 +2,6 @@
 
 use std::fmt::Write as _;
 
-use super::family::Family;
 use super::rows::{Group, Header};
 use super::rules::{RULES, TUNING_SEEDS};
 use super::statistics::Sorted;
@@ -13,7 +12,7 @@ use crate::output::table::{self, number};
 pub fn render(header: &Header, families: &[(Group, Vec<Summary>)]) -> String {
     let mut text = String::new();
     for (group, summaries) in families.iter().filter(|(_, summaries)| !summaries.is_empty()) {
-        let Group { name, unit, effort_unit, settles_within_s } = group;
+        let Group { name, unit, effort_unit, settles_within_s, .. } = group;
         let ranked = ranked(summaries);
         // Writing to a string does not fail.
         let _ = write!(
@@ -114,9 +113,8 @@ fn readable(unit: &str) -> (f64, &str) {
 /// What has no column: faults, hunting, the load that is not seen, jumps, and a row of moves.
 fn remarks(summary: &Summary, group: &Group) -> Vec<String> {
     let law = &summary.law;
-    let Group { name, unit: whole, effort_unit, .. } = group;
+    let Group { unit: whole, effort_unit, near, .. } = group;
     let (scale, unit) = readable(whole);
-    let near = Family::named(name).ok().and_then(Family::near);
     let worst: Vec<String> = summary.worst.iter().map(u64::to_string).collect();
     let mut remarks = vec![format!("{law}: the worst cases are {}", worst.join(", "))];
     if !summary.faults.is_empty() {
@@ -148,21 +146,21 @@ fn remarks(summary: &Summary, group: &Group) -> Vec<String> {
         && summary.near_s.max().is_some()
     {
         remarks.push(format!(
-            "{law} is within {near} {whole} after {} s (p50), {} s (p90), {} s (all)",
-            time(summary.near_s.quantile(0.5)),
-            time(summary.near_s.quantile(0.9)),
-            time(summary.near_s.max()),
+            "{law} is within {near} {whole}: {} (p50), {} (p90), {} (all)",
+            after(summary.near_s.quantile(0.5)),
+            after(summary.near_s.quantile(0.9)),
+            after(summary.near_s.max()),
         ));
     }
     if summary.gave_up_s.max().is_some() {
         remarks.push(format!(
-            "{law} gives up before {} of {} walls: after {} s (p50), {} s (p95), {} s (all); then \
-             it holds {} {effort_unit} (p50), {} (max)",
+            "{law} gives up before {} of {} walls: {} (p50), {} (p95), {} (all); then it holds {} \
+             {effort_unit} (p50), {} (max)",
             summary.gave_up_s.finite(),
             summary.cases,
-            time(summary.gave_up_s.quantile(0.5)),
-            time(summary.gave_up_s.quantile(0.95)),
-            time(summary.gave_up_s.max()),
+            after(summary.gave_up_s.quantile(0.5)),
+            after(summary.gave_up_s.quantile(0.95)),
+            after(summary.gave_up_s.max()),
             short(summary.effort_after.quantile(0.5)),
             short(summary.effort_after.max()),
         ));
@@ -178,8 +176,8 @@ fn remarks(summary: &Summary, group: &Group) -> Vec<String> {
         let [rms_first, rms_last] =
             [0, 1].map(|i: usize| short(tracking_rms[i].quantile(0.5).map(|rms| scale * rms)));
         remarks.push(format!(
-            "{law} in {moves} moves in a row: misses {missed_of_all}: {first} of the first {judged}, \
-             {last} of the last; tracks to {rms_first}, then {rms_last} {unit}"
+            "{law} in {moves} moves in a row: misses {missed_of_all}: {first} of the first \
+             {judged}, {last} of the last; tracks to {rms_first}, then {rms_last} {unit}"
         ));
     }
     remarks
@@ -198,8 +196,7 @@ docs/ensemble.md says more.
     if TUNING_SEEDS.contains(&header.seed) {
         text += "Seed of the tuning: the rules were made on such joints, so this is no score.\n";
     }
-    let is_family = |group: &Group| Family::named(&group.name).is_ok();
-    if !header.families.iter().all(is_family) {
+    if !header.families.iter().all(|group| group.is_family) {
         return text + "The gains are those of the file.\n";
     }
     let rules = RULES.iter().filter(|rule| header.laws.iter().any(|law| law == rule.law));
@@ -208,6 +205,14 @@ docs/ensemble.md says more.
         text += &format!("  {}: {}\n", rule.law, rule.text);
     }
     text
+}
+
+/// After how long something is so, with the unit; what never is, in words.
+fn after(value: Option<f64>) -> String {
+    match value {
+        Some(value) if value.is_finite() => format!("after {} s", number(Some(value), 2)),
+        value => time(value),
+    }
 }
 
 /// A time, s; what never settles is told in words.

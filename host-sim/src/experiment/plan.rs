@@ -121,6 +121,44 @@ impl Experiment {
         affordable(&document.origin, &runs)?;
         Ok(Self { name: document.origin.name.clone(), source: machine.source, runs, left_out })
     }
+
+    /// Plans the runs of a document's controllers on the joint as the file describes it: those of
+    /// a variant may have another joint, and set what was drawn or set before.
+    ///
+    /// # Errors
+    /// As [`plan`](Self::plan); and names the variants if there is no other run.
+    pub fn without_variants(document: &Document, wanted: &[String]) -> Result<Vec<RunPlan>, Error> {
+        let all = Self::plan(document, wanted, &[])?.runs;
+        let (runs, others): (Vec<RunPlan>, Vec<RunPlan>) =
+            all.into_iter().partition(|run| run.variant.is_empty() && run.controller.is_some());
+        if !runs.is_empty() {
+            return Ok(runs);
+        }
+        let mut slugs: Vec<&str> = others.iter().map(|run| run.variant.as_str()).collect();
+        slugs.retain(|slug| !slug.is_empty());
+        slugs.dedup();
+        let origin = &document.origin;
+        Err(Error::Input(if slugs.is_empty() {
+            format!(
+                "{origin}: no controller positions anything: `reference.steps_deg` and \
+                 `reference.trajectories` are empty"
+            )
+        } else {
+            format!(
+                "{origin}: it has nothing but variants (`{}`), and what is looked at here is the \
+                 file as it stands; add a `[[variant]]` with `slug = \"\"`, or take them out",
+                slugs.join("`, `")
+            )
+        }))
+    }
+
+    /// The run by which a device is set up: the first of the file as it stands, or, of a file that
+    /// has nothing but variants, the first of all. None of a plan without runs, which
+    /// [`plan`](Self::plan) refuses.
+    pub fn into_first(mut self) -> Option<RunPlan> {
+        let plain = self.runs.iter().position(|run| run.variant.is_empty()).unwrap_or(0);
+        (plain < self.runs.len()).then(|| self.runs.swap_remove(plain))
+    }
 }
 
 /// Leaves out the variants of the file that it was copied from: those that set a controller which

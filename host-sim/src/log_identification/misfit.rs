@@ -181,8 +181,8 @@ fn flexibility(fitted: &Fitted, smooth: &[Moment]) -> Option<Misfit> {
     let larger = if drift > 0.0 { "larger" } else { "smaller" };
     let percent = (100.0 * drift.abs()).round();
     let words = format!(
-        "the inertia is {percent} % {larger} behind a cut-off a third as high, as of two bodies with \
-         a spring or a backlash between"
+        "the inertia is {percent} % {larger} behind a cut-off a third as high, as of two bodies \
+         with a spring or a backlash between"
     );
     Some(Misfit { cause: "flexibility", share, words })
 }

@@ -37,6 +37,11 @@ pub struct Mean {
 }
 
 impl Mean {
+    #[cfg(test)]
+    pub(super) const fn of(value: f64) -> Self {
+        Self { sum: value, count: 1 }
+    }
+
     fn see(&mut self, value: f64) {
         (self.sum, self.count) = (self.sum + value, self.count + 1);
     }

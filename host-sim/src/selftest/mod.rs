@@ -30,5 +30,5 @@ pub use self::moves::{Range, targets};
 pub use self::prediction::{Prediction, Request};
 pub use self::prepare::{Asked, Prepared};
 pub use self::session::{Session, run};
-pub use self::text::{Tested, object, words};
+pub use self::text::{Tested, ends, late, object, words};
 pub use self::verdict::{Check, bounds, verdict};

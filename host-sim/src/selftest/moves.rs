@@ -15,7 +15,7 @@ const SHORTEST_COUNTS: f64 = 4.0;
 const MOST_DEG: f64 = 10.0;
 
 /// Share of the room between the limits of the position that is used.
-const ROOM: f64 = 0.9;
+pub(super) const ROOM: f64 = 0.9;
 
 /// The range of the moves to either side of where the joint is armed.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -41,6 +41,12 @@ impl Range {
     pub fn least_deg(&self) -> f64 {
         10.0 * SHORTEST_COUNTS * self.count_deg
     }
+}
+
+/// The longest way of one of the moves, deg; the first begins at zero.
+pub fn longest_way(targets: &[f64]) -> f64 {
+    let from = std::iter::once(&0.0).chain(targets);
+    from.zip(targets).map(|(from, to)| (to - from).abs()).fold(0.0, f64::max)
 }
 
 /// The room between the limits of the position on the nearer side, deg.

@@ -55,13 +55,14 @@ impl Request {
             let mut document = self.document.clone();
             // The first one is the file's own.
             if number > 0 {
-                document.set(&drawn_keys(&spreads, self.seed, number))?;
+                document.draw(&drawn_keys(&spreads, self.seed, number))?;
             }
             // A counter that is read between two counts is as far from the next one as chance has
             // it: the joints begin evenly spread between two.
             let phase = (number as f64 + 0.5) / self.joints as f64;
             document.set(&[format!("encoder.phase={phase:?}")])?;
-            self.one(&Experiment::plan(&document, &[], &[])?.runs.swap_remove(0))
+            // There is one, or it has been refused.
+            self.one(&Experiment::without_variants(&document, &[])?.swap_remove(0))
         };
         let all: Vec<_> =
             (0..self.joints).into_par_iter().map(run).collect::<Result<Vec<_>, Error>>()?;
@@ -95,5 +96,45 @@ impl Request {
             return Ok(Ok(session.moves));
         }
         Ok(Err(words::told(&status.fault, status.sample_time)))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::experiment::parameters;
+
+    /// The thesis's joint under SRNF, with other variants than its own.
+    fn with(variants: &str) -> Document {
+        let text = Document::text("step-response").unwrap();
+        let (machine, _) = text.split_once("[[variant]]").unwrap();
+        let mut document = Document::parse("mine.toml", &format!("{machine}{variants}")).unwrap();
+        document.set(&["loop.controller=srnf".into()]).unwrap();
+        document
+    }
+
+    fn predicted(document: &Document) -> Result<Vec<Figures>, Error> {
+        let plan = Experiment::plan(&with(""), &[], &[])?.runs.swap_remove(0);
+        let request = Request {
+            document: document.clone(),
+            parameters: parameters(&plan)?,
+            spreads: vec!["joint.friction.slip_v=0.30..0.39".into()],
+            joints: 3,
+            seed: 1,
+            targets: vec![1.0, 0.0],
+        };
+        Ok(request.predict()?.figures)
+    }
+
+    /// A variant sets its keys last: it would put its own joint in the place of each that is drawn.
+    #[test]
+    fn a_variant_before_the_file_as_it_stands_is_no_part_of_the_prediction() {
+        const OTHER: &str = "[[variant]]\nslug = \"dry\"\n\
+             set = { \"joint.friction.stick_v\" = 0.1, \"joint.friction.slip_v\" = 0.1 }\n";
+        let plain = predicted(&with("")).unwrap();
+        assert!(plain[0].sliding_v != plain[1].sliding_v, "the friction does not vary: {plain:?}");
+        assert_eq!(predicted(&with(&format!("{OTHER}[[variant]]\nslug = \"\"\n"))).unwrap(), plain);
+        let refused = predicted(&with(OTHER)).unwrap_err().to_string();
+        assert!(refused.contains("nothing but variants (`dry`)"), "{refused}");
     }
 }

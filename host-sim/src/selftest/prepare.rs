@@ -4,9 +4,9 @@
 use stiction::Parameters;
 
 use super::measures::Figures;
-use super::moves::{Range, room, targets};
+use super::moves::{ROOM, Range, longest_way, room, targets};
 use super::prediction::{Prediction, Request};
-use super::session::Session;
+use super::session::{LONGEST_S, Session, time_s};
 use super::text::Tested;
 use super::verdict::verdict;
 use crate::device::client::Client;
@@ -86,25 +86,7 @@ impl Asked {
     fn range<W: Wire>(&self, client: &mut Client<W>, found: &Parameters) -> Result<Range, Error> {
         let status = client.status()?;
         let at_deg = f64::from(status.position) * f64::from(status.resolution);
-        let derived = Range::derived(found, at_deg);
-        let deg = self.range_deg.unwrap_or(derived.deg);
-        let (least, most) = (derived.least_deg(), room(found, at_deg));
-        let refuse =
-            |allowed: String| Err(Error::Input(format!("selftest --range {deg}: {allowed}")));
-        if !deg.is_finite() || deg < least {
-            return refuse(format!(
-                "allowed is a number from {} on, ten times the shortest move",
-                rounded(least)
-            ));
-        }
-        if deg > most {
-            return refuse(format!(
-                "the joint stands {} deg from a limit of its position (`limits.position_min_deg`, \
-             `limits.position_max_deg`), and moves to either side",
-                rounded(most)
-            ));
-        }
-        Ok(Range { deg, ..derived })
+        allowed(self.range_deg, found, at_deg, self.moves)
     }
 }
 
@@ -132,13 +114,96 @@ impl Prepared {
     }
 }
 
+/// The range of `moves` moves of a joint at `at_deg`: the one that was asked for, or else the
+/// derived one.
+fn allowed(
+    asked_deg: Option<f64>,
+    found: &Parameters,
+    at_deg: f64,
+    moves: usize,
+) -> Result<Range, Error> {
+    const LIMITS: &str = "`limits.position_min_deg`, `limits.position_max_deg`";
+    let derived = Range::derived(found, at_deg);
+    let (least, room) = (derived.least_deg(), room(found, at_deg));
+    if ROOM * room < least {
+        return Err(Error::Input(format!(
+            "selftest: the joint stands {} deg from a limit of its position ({LIMITS}), and moves \
+             to either side; move it to at least {} deg from both",
+            rounded(room),
+            rounded(least / ROOM),
+        )));
+    }
+    let deg = asked_deg.unwrap_or(derived.deg);
+    let refuse = |why: String| {
+        let what = match asked_deg {
+            Some(_) => format!("selftest --range {deg}"),
+            None => format!("selftest: the moves would lead {} deg either way", rounded(deg)),
+        };
+        Err(Error::Input(format!("{what}: {why}")))
+    };
+    if !deg.is_finite() || deg < least {
+        return refuse(match asked_deg {
+            Some(_) => format!(
+                "allowed is a number from {} on, ten times the shortest move",
+                rounded(least)
+            ),
+            None => format!(
+                "that is as far as `profile.velocity_deg_per_s` and \
+                 `profile.acceleration_deg_per_s2` lead in a second, and less than ten times the \
+                 shortest move; --range {} is the least that there is",
+                rounded(least)
+            ),
+        });
+    }
+    if deg > ROOM * room {
+        return refuse(format!(
+            "the joint stands {} deg from a limit of its position ({LIMITS}), and moves to either \
+             side over {} of that at most: up to {} deg",
+            rounded(room),
+            rounded(ROOM),
+            rounded(ROOM * room),
+        ));
+    }
+    let range = |deg: f64| Range { deg, ..derived };
+    let time_s = |deg: f64| time_s(&found.profile, longest_way(&targets(range(deg), moves)));
+    if time_s(deg) > LONGEST_S {
+        let fits = largest(least, deg, |deg| time_s(deg) <= LONGEST_S);
+        return refuse(format!(
+            "its longest move takes up to {} s within [profile], and a self-test has {LONGEST_S} s \
+             for each; {}",
+            rounded(time_s(deg).ceil()),
+            match fits {
+                Some(deg) => format!("a range up to {} deg fits", rounded(deg)),
+                None => "no range fits: raise the limits of [profile]".into(),
+            }
+        ));
+    }
+    Ok(range(deg))
+}
+
+/// The largest number between two of which something holds, if it holds of the lower one and not
+/// beyond it; to three digits, rounded down.
+fn largest(low: f64, high: f64, holds: impl Fn(f64) -> bool) -> Option<f64> {
+    if !holds(low) {
+        return None;
+    }
+    let (mut low, mut high) = (low, high);
+    for _ in 0..50 {
+        let middle = 0.5 * (low + high);
+        if holds(middle) { low = middle } else { high = middle }
+    }
+    let unit = 10f64.powf(low.log10().floor() - 2.0);
+    let down = (low / unit).floor() * unit;
+    Some(if holds(down) { down } else { low })
+}
+
 /// In what the device's parameters differ from those of the file's nearest controller.
 fn differences(
     machine: &str,
     document: &Document,
     found: &Parameters,
 ) -> Result<Vec<String>, Error> {
-    let runs = Experiment::plan(document, &[], &[])?.runs;
+    let runs = Experiment::without_variants(document, &[])?;
     let compared = |plan: &RunPlan| -> Result<Vec<String>, Error> {
         let mut lines = machine_file::changes(&parameters(plan)?, found)?;
         // A session does not ask what starts by itself, nor where a run of the file leads; and a
@@ -162,4 +227,50 @@ fn differences(
              name the device's own by --machine"
         )))
     })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn found(velocity: f32, position: [f32; 2]) -> Parameters {
+        let document = Document::open("step-response").unwrap();
+        let plan = Experiment::without_variants(&document, &["srnf".into()]).unwrap().remove(0);
+        let mut found = parameters(&plan).unwrap();
+        found.profile.velocity = velocity;
+        [found.limits.position_min, found.limits.position_max] = position;
+        found
+    }
+
+    fn said(range: Result<Range, Error>) -> String {
+        range.unwrap_err().to_string()
+    }
+
+    #[test]
+    fn a_range_whose_longest_move_takes_too_long_is_refused_and_one_that_fits_is_named() {
+        let slow = found(2.0, [0.0; 2]);
+        let why = said(allowed(Some(800.0), &slow, 0.0, 20));
+        assert!(why.contains("selftest --range 800") && why.contains("60 s"), "{why}");
+        let fits: f64 =
+            why.split("up to ").last().unwrap().split(' ').next().unwrap().parse().unwrap();
+        assert_eq!(allowed(Some(fits), &slow, 0.0, 20).unwrap().deg, fits);
+        // Some 46 s at 2 deg/s in five fourths of it, over a little more than the range.
+        assert!((45.0..93.0).contains(&fits), "{fits}");
+        assert!(said(allowed(Some(1.03 * fits), &slow, 0.0, 20)).contains("takes up to 6"));
+        assert!(allowed(Some(800.0), &found(200.0, [0.0; 2]), 0.0, 20).is_ok());
+    }
+
+    #[test]
+    fn a_limit_that_is_near_is_told_as_such_and_a_given_range_leaves_room_too() {
+        let bounded = found(20.0, [-5.0, 5.0]);
+        // No option was given, so none is blamed.
+        let why = said(allowed(None, &bounded, 4.99, 20));
+        assert!(why.contains("0.01 deg from a limit") && !why.contains("--range"), "{why}");
+        let count_deg = Range::derived(&bounded, 0.0).count_deg;
+        let least = format!("at least {} deg from both", rounded(40.0 * count_deg / 0.9));
+        assert!(why.contains(&least), "{why}: {least}");
+        assert_eq!(allowed(Some(4.5), &bounded, 0.0, 20).unwrap().deg, 4.5);
+        let why = said(allowed(Some(4.6), &bounded, 0.0, 20));
+        assert!(why.contains("--range 4.6") && why.contains("up to 4.5 deg"), "{why}");
+    }
 }

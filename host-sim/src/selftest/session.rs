@@ -2,8 +2,8 @@
 
 use std::time::Duration;
 
-use stiction::Parameters;
 use stiction::link::{StateCode, Status};
+use stiction::{Parameters, ProfileLimits};
 
 use super::measures::{Measures, SIGNALS, measures};
 use crate::device::client::Client;
@@ -19,8 +19,14 @@ const LOOKED_AT_S: f64 = 0.01;
 /// and the second in which rest is judged.
 const SETTLES_S: f64 = 2.0;
 
-/// A move takes no longer than this, s, whatever its limits are.
-const LONGEST_S: f64 = 60.0;
+/// A move that takes longer than this, s, is none of a self-test: its range is refused before
+/// anything moves.
+pub(super) const LONGEST_S: f64 = 60.0;
+
+/// The time that a move over so many degrees has, s: that of its set point, and to settle.
+pub(super) fn time_s(profile: &ProfileLimits, way_deg: f64) -> f64 {
+    longest_s(profile, way_deg) + SETTLES_S
+}
 
 /// What a session has come to.
 #[derive(Clone, Debug, PartialEq)]
@@ -63,7 +69,7 @@ pub fn run<W: Wire>(
             break;
         }
         let motion = client.profiled(*to_deg)?;
-        let time_s = (longest_s(&profile, to_deg - at_deg) + SETTLES_S).min(LONGEST_S);
+        let time_s = time_s(&profile, to_deg - at_deg);
         while client.kept().is_some() {}
         client.move_along(motion)?;
         status = client.pass_armed(Duration::from_secs_f64(time_s))?;

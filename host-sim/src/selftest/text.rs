@@ -37,6 +37,20 @@ impl Tested {
         self.ended_by.is_none() && !self.checks.is_empty() && self.checks.iter().all(Check::passes)
     }
 
+    /// Says how many moves do not settle if it is no more than what is predicted of most joints.
+    /// Such a test passes, and tells that the law is no good for this joint.
+    pub fn misses_as_predicted(&self) -> Option<String> {
+        let check = self.checks.iter().find(|check| check.name == "missed_moves")?;
+        let [_, median, _] = check.predicted;
+        (self.passes() && median > 0.0).then(|| {
+            let missed = check.measured.unwrap_or(0.0);
+            format!(
+                "{missed:.0} of {} moves do not settle; predicted {median:.0}",
+                self.moves.len()
+            )
+        })
+    }
+
     /// The names of the figures that are out of their bounds.
     pub fn failed(&self) -> Vec<&'static str> {
         let failed = self.checks.iter().filter(|check| !check.passes());
@@ -56,7 +70,17 @@ fn predicted(
     Some([least?, median?, sorted.max()?])
 }
 
-fn late(one: &Measures) -> f64 {
+/// A range in words: both ends, or one if they are written alike; what is infinite never comes.
+pub fn ends(ends: [f64; 2], digits: usize, between: &str) -> String {
+    let shown = |value: f64| {
+        if value.is_finite() { format!("{value:.digits$}") } else { "never".into() }
+    };
+    let [low, high] = ends.map(shown);
+    if low == high { low } else { format!("{low}{between}{high}") }
+}
+
+/// When a move settled, s; what never does takes infinitely long.
+pub fn late(one: &Measures) -> f64 {
     one.settled_s.unwrap_or(f64::INFINITY)
 }
 
@@ -65,10 +89,10 @@ pub fn words(tested: &Tested) -> String {
     let mut text = String::new();
     let mut moves = table::new(&[
         "move to\ndeg",
-        "settled\ns",
-        "predicted\ns",
+        "set-\ntled\ns",
+        "pre-\ndicted\ns",
         "rest\ncounts",
-        "predicted\ncounts",
+        "pre-\ndicted\ncounts",
         "rever-\nsals",
         "stops",
         "sliding\nV",
@@ -76,11 +100,8 @@ pub fn words(tested: &Tested) -> String {
     ]);
     for (place, one) in tested.moves.iter().enumerate() {
         let range = |of: fn(&Measures) -> f64, digits: usize| {
-            let shown = |value: f64| {
-                if value.is_finite() { format!("{value:.digits$}") } else { "never".into() }
-            };
             let range = predicted(&tested.prediction, place, of);
-            range.map_or("-".into(), |[low, _, high]| format!("{}-{}", shown(low), shown(high)))
+            range.map_or("-".into(), |[low, _, high]| ends([low, high], digits, "-"))
         };
         moves.add_row([
             format!("{:.3}", one.to_deg),
@@ -98,8 +119,7 @@ pub fn words(tested: &Tested) -> String {
     if !tested.checks.is_empty() {
         let mut figures = table::new(&["all moves", "measured", "predicted", "allowed", ""]);
         for check in &tested.checks {
-            let digits =
-                if check.name.ends_with("_v") || check.name.ends_with("_s") { 3 } else { 0 };
+            let digits = check.digits();
             let [low, _, high] = check.predicted;
             let allowed = match check.least {
                 Some(least) => format!("{least:.digits$}-{:.digits$}", check.most),
@@ -108,7 +128,7 @@ pub fn words(tested: &Tested) -> String {
             figures.add_row([
                 check.words.into(),
                 number(check.measured, digits),
-                format!("{low:.digits$}-{high:.digits$}"),
+                ends([low, high], digits, "-"),
                 allowed,
                 if check.passes() { "pass" } else { "FAIL" }.into(),
             ]);
@@ -125,7 +145,15 @@ pub fn words(tested: &Tested) -> String {
     text += &remarks(tested);
     text + &match &tested.ended_by {
         Some(by) => format!("selftest   FAIL: ended by {by}\n"),
-        None if tested.passes() => "selftest   pass: the joint does what its file says\n".into(),
+        None if tested.passes() => {
+            let also = tested.misses_as_predicted().map_or(String::new(), |missed| {
+                format!(
+                    ", and that is to MISS:\n           {missed}.\n           \
+                     The law is no good for this joint: tune it, or take another one"
+                )
+            });
+            format!("selftest   pass: the joint does what its file says{also}\n")
+        }
         None => format!("selftest   FAIL: {}\n", tested.failed().join("; ")),
     }
 }
@@ -185,6 +213,7 @@ pub fn object(tested: &Tested, warning: Option<&str>) -> Value {
         "warning": warning,
         "machine": tested.machine,
         "verdict": if tested.passes() { "pass" } else { "fail" },
+        "remark": tested.misses_as_predicted(),
         "ended_by": tested.ended_by,
         "range_deg": tested.range_deg,
         "seed": tested.seed,
@@ -195,4 +224,76 @@ pub fn object(tested: &Tested, warning: Option<&str>) -> Value {
         "checks": checks.collect::<Vec<_>>(),
         "moves": moves.collect::<Vec<_>>(),
     })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::measures::{Figures, Mean};
+    use super::super::verdict::verdict;
+    use super::*;
+
+    fn moved(to_deg: f64, settled_s: Option<f64>) -> Measures {
+        Measures {
+            to_deg,
+            settled_s,
+            rest_counts: 150.0,
+            held_v: 0.123,
+            sliding_v: Mean::of(0.456),
+            ..Measures::default()
+        }
+    }
+
+    /// A session of four moves as it was predicted: the second settles on one joint of three, and
+    /// the others on none.
+    fn tested(settled_s: [Option<f64>; 3]) -> Tested {
+        let session = |second| {
+            let to = [-123.456, 0.2, 0.4, 0.0];
+            to.map(|to| moved(to, if to == 0.2 { second } else { None })).to_vec()
+        };
+        let moves = settled_s.map(session).to_vec();
+        let figures = moves.iter().map(|moves| Figures::of(moves)).collect();
+        let prediction = Prediction { figures, moves, ended: vec![] };
+        let moves = session(None);
+        Tested {
+            machine: "joint.toml".into(),
+            range_deg: 130.0,
+            spreads: vec![],
+            seed: 1,
+            checks: verdict(&Figures::of(&moves), &prediction),
+            prediction,
+            moves,
+            ended_by: None,
+            differences: vec![],
+        }
+    }
+
+    #[test]
+    fn a_range_with_one_end_is_told_once_and_no_row_of_the_moves_is_broken() {
+        assert_eq!(ends([0.101, 0.104], 2, "-"), "0.10");
+        assert_eq!(ends([0.1, f64::INFINITY], 2, " to "), "0.10 to never");
+        let text = words(&tested([None; 3]));
+        let row = text.lines().find(|line| line.trim_start().starts_with("-123.456")).unwrap();
+        assert_eq!(row.split_whitespace().nth(2), Some("never"), "{text}");
+        let text = words(&tested([Some(12.34), None, None]));
+        let row = text.lines().find(|line| line.trim_start().starts_with("0.200")).unwrap();
+        assert_eq!(row.split_whitespace().nth(2), Some("12.34-never"), "{text}");
+        assert!(text.lines().all(|line| line.chars().count() <= 80), "{text}");
+    }
+
+    #[test]
+    fn a_pass_of_a_law_that_misses_says_so() {
+        let missing = tested([None; 3]);
+        // Nothing settles on any joint, so the mean time of settling is none that could fail.
+        assert!(missing.passes(), "{:?}", missing.checks);
+        let text = words(&missing);
+        assert!(
+            text.contains("that is to MISS:\n           4 of 4 moves do not settle; predicted 4."),
+            "{text}"
+        );
+        assert!(text.lines().all(|line| line.chars().count() <= 80), "{text}");
+        let mut settling = missing;
+        settling.checks[0].predicted = [0.0, 0.0, 4.0];
+        let text = words(&settling);
+        assert!(text.ends_with("the joint does what its file says\n"), "{text}");
+    }
 }

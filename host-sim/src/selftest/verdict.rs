@@ -5,10 +5,11 @@
 //! ```
 //!
 //! min and max are the quantiles 0 and 1 of the figure over the N predicted joints: that of the
-//! file, and those drawn around it. A true joint that is drawn like them lies beyond the largest
-//! with a chance of 1 / N. A quarter of the range on top makes that smaller still: the keys are
-//! drawn from bounded ranges, so that their figures are bounded, too. `s` is what is not worth a
-//! word, or not simulated.
+//! file, and those drawn around it. A true joint that is drawn like them is one of N + 1 alike, so
+//! it lies beyond all others with a chance of 1 / (N + 1) for each of ten bounds: six figures have
+//! one, two have two. With N = 24 that is about 1 in 25 for each. The margin m makes it smaller,
+//! since the keys are drawn from bounded ranges, so that their figures are bounded, too. By how much
+//! has not been computed. `s` is what is not worth a word, or not simulated.
 //!
 //! Only the two efforts are bounded below: a joint that rests nearer and settles sooner than was
 //! predicted is none to complain of, but one that takes less effort is another joint.
@@ -41,6 +42,11 @@ pub struct Check {
 }
 
 impl Check {
+    /// Digits behind the point with which it is shown.
+    pub fn digits(&self) -> usize {
+        if self.name.ends_with("_v") || self.name.ends_with("_s") { 3 } else { 0 }
+    }
+
     /// Tells whether the figure is within its bounds. One that was predicted and not measured is
     /// not.
     pub fn passes(&self) -> bool {

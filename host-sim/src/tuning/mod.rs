@@ -24,7 +24,7 @@ use std::sync::{Mutex, PoisonError};
 pub use self::figures::{Figures, Goal};
 pub use self::knobs::Knob;
 pub use self::text::{object, render, rewritten};
-use crate::ensemble::{Around, MachineEnsemble, Row};
+use crate::ensemble::{Around, MachineEnsemble, Row, written_spreads};
 use crate::error::Error;
 use crate::experiment::{Document, Experiment};
 
@@ -117,8 +117,8 @@ impl Request {
     /// turn.
     pub fn tune(&self, controller: &str, tried_one: &(dyn Fn() + Sync)) -> Result<Tuned, Error> {
         let wanted = [controller.to_owned()];
-        let runs = Experiment::plan(&self.document, &wanted, &[])?.runs;
-        let plan = runs.iter().find(|run| run.controller.is_some()).ok_or_else(|| {
+        let runs = Experiment::without_variants(&self.document, &wanted)?;
+        let plan = runs.first().ok_or_else(|| {
             Error::Input(format!("{}: {controller} positions nothing", self.file))
         })?;
         let knobs = knobs::knobs(plan)?;
@@ -283,11 +283,8 @@ fn rounded(value: f64) -> f64 {
 /// # Errors
 /// Names what is wrong with the file.
 pub fn spreads(document: &Document) -> Result<Vec<String>, Error> {
-    let written = document.machine()?.spread;
-    if written.is_empty() {
-        return Ok(assumed(document));
-    }
-    Ok(written.into_iter().map(|(key, [low, high])| format!("{key}={low:?}..{high:?}")).collect())
+    let written = written_spreads(document)?;
+    Ok(if written.is_empty() { assumed(document) } else { written })
 }
 
 /// The spread of a file that nobody has said anything about: inertia of 20 % and viscous friction

@@ -17,6 +17,7 @@ mod names;
 mod not_built_in;
 mod refusal;
 mod set_keys;
+mod spread;
 mod too_much_work;
 mod writing;
 

@@ -80,6 +80,32 @@ fn a_sequence_that_is_not_whole_writes_no_file() {
     let said = words(&ended.stderr);
     assert!(said.contains("nothing is written") && said.contains("--time"), "{said}");
     assert!(said.contains("the motor is off") && !Path::new(&file).exists(), "{said}");
+    // Twenty seconds of motion have found something, and that is told.
+    assert!(words(&ended.stdout).contains("verdict    not whole"), "{}", words(&ended.stdout));
+}
+
+/// A gear whose friction varies by 10 % to either side with the angle, of a data sheet.
+#[test]
+fn the_file_of_a_doubtful_joint_says_what_is_doubted_and_is_wider_than_its_error_bars() {
+    let directory = tempfile::tempdir().unwrap();
+    let [sheet, file] = ["joint.toml", "found.toml"].map(|name| path(directory.path(), name));
+    stiction(&["new", &sheet, "--typical", "thesis"]);
+    let text = fs::read_to_string(&sheet).unwrap();
+    let ripple = "[friction]\nripple = 0.1\nripple_per_turn = 9\n";
+    fs::write(&sheet, text.replace("[friction]\n", ripple)).unwrap();
+    let found = device(&["--machine", &sheet, "identify", "--into", &file]);
+    assert!(found.status.success(), "{}", words(&found.stderr));
+    let text = fs::read_to_string(&file).unwrap();
+    let (_, table) = text.split_once("# Verdict of the identification").unwrap();
+    let (comment, _) = table.split_once("[spread]").unwrap();
+    let joined = comment.replace("\n#", " ").split_whitespace().collect::<Vec<_>>().join(" ");
+    assert!(joined.starts_with(": doubtful."), "{table}");
+    assert!(joined.contains("differs by more than 15 % from place to place"), "{table}");
+    assert!(comment.lines().all(|line| line.chars().count() <= 80), "{table}");
+    let written: toml::Table = text.parse().unwrap();
+    let end = |end: usize| written["spread"]["joint.friction.slip_v"][end].as_float().unwrap();
+    // The levels of the joint are 10 % off either way; the bars of a good fit are some percent.
+    assert!(end(1) / end(0) > 1.1, "{table}");
 }
 
 /// The joint of a data sheet by hand: `J = J_load + n^2 J_rotor`, and a winding that brakes by its

@@ -1,8 +1,9 @@
 //! A user's own machine file has a controller of its own.
 
 use std::fs;
+use std::process::Command;
 
-use super::{labels, run};
+use super::{labels, run, stiction};
 
 #[test]
 fn a_user_s_own_controller_adds_its_laws() {
@@ -54,4 +55,37 @@ fn a_user_s_own_controller_adds_its_laws() {
     assert_eq!(v_c_at_5_s(""), 0.0);
     let both = v_c_at_5_s("\"feedforward\", \"srnf\"");
     assert!(both > 0.38 && both <= 0.42, "{both} V");
+}
+
+/// Of a file whose `[spread]` says how far its joint may be off, `ensemble` asks what `tune` does.
+#[test]
+fn an_ensemble_around_a_file_draws_from_its_spread_and_warns_of_joints_that_are_all_alike() {
+    let directory = tempfile::tempdir().unwrap();
+    let path = |name: &str| directory.path().join(name).to_str().unwrap().to_owned();
+    let text = stiction(&["show", "step-response"]);
+    fs::write(path("plain.toml"), &text).unwrap();
+    let spread = "\n[spread]\n\"joint.friction.slip_v\" = [0.30, 0.39]\n";
+    fs::write(path("spread.toml"), text + spread).unwrap();
+    let rests = |file: &str, more: &[&str]| {
+        let (file, csv) = (path(file), path("rows.csv"));
+        let asked = ["ensemble", "--plant", &file, "--controller", "pd", "--cases", "3"];
+        let mut command = Command::new(env!("CARGO_BIN_EXE_stiction"));
+        let done = command.args(asked).args(["--csv", &csv]).args(more).output().unwrap();
+        assert!(done.status.success(), "{}", String::from_utf8_lossy(&done.stderr));
+        let rows = fs::read_to_string(csv).unwrap();
+        let (_, table) = rows.split_once('\n').unwrap();
+        let mut reader = csv::Reader::from_reader(table.as_bytes());
+        let column = reader.headers().unwrap().iter().position(|name| name == "rest_counts");
+        let cell = |row: Result<csv::StringRecord, _>| row.unwrap()[column.unwrap()].to_owned();
+        let rests: Vec<String> = reader.records().map(cell).collect();
+        (rests, String::from_utf8(done.stderr).unwrap())
+    };
+    let (alike, said) = rests("plain.toml", &[]);
+    assert!(alike[0] == alike[1] && alike[1] == alike[2], "{alike:?}");
+    assert!(said.contains("warning") && said.contains("nothing varies"), "{said}");
+    let (drawn, said) = rests("spread.toml", &[]);
+    assert!(drawn[0] != drawn[1] && said.is_empty(), "{drawn:?} {said}");
+    // What is given takes the place of what is written.
+    let given = ["--spread", "joint.friction.slip_v=0.38..0.38"];
+    assert_eq!(rests("spread.toml", &given).0, alike);
 }

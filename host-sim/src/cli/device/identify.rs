@@ -1,6 +1,6 @@
 //! `stiction device identify`.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::time::Duration;
 
 use stiction::identification::{Asked, Outcome};
@@ -125,25 +125,36 @@ impl Identify {
         } else {
             warning.map_or(String::new(), |warning| format!("{warning}\n")) + &found.words() + OFF
         };
-        if let Some(file) = &self.into {
-            let joint = found.joint()?;
-            let header = warning.map_or(String::new(), |warning| format!("# {warning}\n"));
-            let whose = "this device, as it was identified";
-            let body = machine_file::render(&found.parameters, &joint, whose)?;
-            let body = body + &spread::table(&spread::spread(&found, &joint));
-            write_whole(file, (header + &body).as_bytes())?;
-            if !self.json {
-                text += &format!("{}: written, with the joint that was found\n", file.display());
-            }
-        }
         let outcome = found.summary.outcome;
-        let ended = if outcome == Outcome::Done {
+        let mut ended = if outcome == Outcome::Done {
             Ok(())
         } else {
             Err(Error::Device(format!("identify: {}", ended(outcome))))
         };
+        // Minutes of motion: what they have found is told, whatever becomes of the file.
+        if let Some(file) = &self.into {
+            match written(file, &found, warning) {
+                Ok(()) if self.json => {}
+                Ok(()) => {
+                    let file = file.display();
+                    text += &format!("{file}: written, with the joint that was found\n");
+                }
+                Err(error) => ended = Err(Error::Device(format!("{error}; the motor is off"))),
+            }
+        }
         Ok(Said { text, ended })
     }
+}
+
+/// Writes the file of a joint that was found.
+fn written(file: &Path, found: &Identified, warning: Option<&str>) -> Result<(), Error> {
+    let joint = found.joint()?;
+    let header = warning.map_or(String::new(), |warning| format!("# {warning}\n"));
+    let whose = "this device, as it was identified";
+    let body = machine_file::render(&found.parameters, &joint, whose)?;
+    let spread = spread::table(&spread::spread(found, &joint));
+    let body = body + &spread::remarks(found) + &spread;
+    write_whole(file, (header + &body).as_bytes())
 }
 
 /// Stays until the device has ended by itself.

@@ -183,9 +183,8 @@ pub(super) fn planned(machine: &str, controller: Option<&str>) -> Result<RunPlan
 fn first_run(machine: &str, controller: Option<&str>) -> Result<RunPlan, Error> {
     let document = Document::open(machine)?;
     let wanted: Vec<String> = controller.iter().map(|name| (*name).to_owned()).collect();
-    let mut runs = Experiment::plan(&document, &wanted, &[])?.runs;
-    // A plan without runs has been refused.
-    Ok(runs.swap_remove(0))
+    let first = Experiment::plan(&document, &wanted, &[])?.into_first();
+    first.ok_or_else(|| Error::Input(format!("{machine}: there is nothing to run")))
 }
 
 fn with(action: &Action, machine: &str, wire: impl Wire) -> Result<(), Error> {

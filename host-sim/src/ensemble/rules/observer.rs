@@ -32,8 +32,8 @@ const TRIED: &[f64] = &[1.0, 3.0, 10.0];
 /// The rule of the observer alone.
 pub const ALONE: Rule = Rule {
     law: "observer",
-    text: "PD's with w no more than 0.08/h, zeta 0.87 and a window of 4; w_e = min(110, 0.8/h), J, B as told, \
-           band 1.5 q, ramp min(3, 0.012 s/h) F_lo/s, largest F_hi",
+    text: "PD's with w no more than 0.08/h, zeta 0.87 and a window of 4; w_e = min(110, 0.8/h), \
+           J, B as told, band 1.5 q, ramp min(3, 0.012 s/h) F_lo/s, largest F_hi",
     constant: CONSTANT,
     tried: TRIED,
     tune: |told, c| around(told, vec![observer(told, c, 0.0)]),

@@ -39,6 +39,8 @@ pub struct Asked {
     pub document: Document,
     /// What tuning has found, if laws were tuned.
     pub tuned: Vec<Tuned>,
+    /// The options of tuning as they were given, with a blank before each: ` --goal settle ..`.
+    pub options: String,
     /// Joints around the file's on which each law is judged.
     pub cases: u64,
     /// The seed of tuning; they are judged on the joints of the next one.
@@ -59,7 +61,7 @@ pub fn make(asked: &Asked, directory: &Path) -> Result<PathBuf, Error> {
 }
 
 fn rendered(asked: &Asked) -> Result<String, Error> {
-    let Asked { document, tuned, cases, seed } = asked;
+    let Asked { document, tuned, options, cases, seed } = asked;
     let file = &document.origin.name;
     let machine = document.machine()?;
     let ranked = benchmark(std::slice::from_ref(document), &Weights::default())?;
@@ -68,7 +70,7 @@ fn rendered(asked: &Asked) -> Result<String, Error> {
         .iter()
         .find(|score| score.disqualified.is_none())
         .or(ranked.scores.first())
-        .ok_or_else(|| Error::Input(format!("{file}: it has no controller to report on")))?;
+        .ok_or_else(|| none_to_report_on(document))?;
     let request = Request {
         file: file.clone(),
         document: document.clone(),
@@ -106,6 +108,10 @@ fn rendered(asked: &Asked) -> Result<String, Error> {
         off_is_assumed => machine.spread.is_empty(),
         laws => Value::from(Serde(laws)),
         is_tuned => !tuned.is_empty(),
+        options => options,
+        has_new_gains =>
+            tuned.iter().any(|one| one.better && one.controller == chosen.controller),
+        is_first => machine.sampling.extras.list().first() == Some(&chosen.controller),
         chosen => chosen.controller.clone(),
         disqualified => chosen.disqualified.map(|why| why.describe()),
         gains => Value::from(Serde(gains)),
@@ -118,13 +124,24 @@ fn rendered(asked: &Asked) -> Result<String, Error> {
     page.map_err(broken)
 }
 
+/// Says why a file has no run that the benchmark ranks.
+fn none_to_report_on(document: &Document) -> Error {
+    Experiment::without_variants(document, &[]).err().unwrap_or_else(|| {
+        Error::Input(format!(
+            "{}: every run has a sample of delay, and only runs without one are ranked; set \
+             `run.delay_samples` to 0",
+            document.origin.of("run.delay_samples")
+        ))
+    })
+}
+
 /// What a self-test under a controller should show; none of one that lives on the host.
 fn expected(
     document: &Document,
     controller: &str,
     spreads: &[String],
 ) -> Result<Option<Expected>, Error> {
-    let runs = Experiment::plan(document, &[controller.to_owned()], &[])?.runs;
+    let runs = Experiment::without_variants(document, &[controller.to_owned()])?;
     let Some(Ok(parameters)) = runs.first().map(device::parameters) else { return Ok(None) };
     let range = Range::derived(&parameters, 0.0);
     if range.deg < range.least_deg() {

@@ -8,7 +8,7 @@ use crate::document::Document;
 use crate::ensemble::{Row, Sorted};
 use crate::error::{Error, rounded};
 use crate::machine::Machine;
-use crate::selftest::{Measures, Prediction, Range, bounds};
+use crate::selftest::{Measures, Prediction, Range, bounds, ends, late};
 use crate::tuning::{Request, Tuned};
 
 /// A number of the joint in both units.
@@ -215,7 +215,7 @@ struct Move {
 /// The figures of a prediction with their bounds, and its moves one by one.
 pub fn expected(range: Range, targets: &[f64], prediction: &Prediction, told: String) -> Expected {
     let figures = bounds(prediction).into_iter().map(|check| {
-        let digits = if check.name.ends_with("_v") || check.name.ends_with("_s") { 3 } else { 0 };
+        let digits = check.digits();
         let value = |value: f64| format!("{value:.digits$}");
         let [low, median, high] = check.predicted.map(value);
         let allowed = match check.least {
@@ -227,17 +227,12 @@ pub fn expected(range: Range, targets: &[f64], prediction: &Prediction, told: St
     let spread = |place: usize, digits: usize, of: &dyn Fn(&Measures) -> f64| {
         let all = prediction.moves.iter().filter_map(|moves| moves.get(place)).map(of);
         let sorted = Sorted::new(all);
-        let value = |value: Option<f64>| match value {
-            Some(value) if value.is_finite() => format!("{value:.digits$}"),
-            Some(_) => "never".into(),
-            None => "-".into(),
-        };
-        let [low, high] = [sorted.quantile(0.0), sorted.max()].map(value);
-        if low == high { low } else { format!("{low} to {high}") }
+        let both = sorted.quantile(0.0).zip(sorted.max());
+        both.map_or("-".into(), |(low, high)| ends([low, high], digits, " to "))
     };
     let moves = targets.iter().enumerate().map(|(place, to)| Move {
         to: rounded(*to),
-        settled: spread(place, 2, &|one| one.settled_s.unwrap_or(f64::INFINITY)),
+        settled: spread(place, 2, &late),
         rest: spread(place, 0, &|one| one.rest_counts),
     });
     Expected {
