@@ -151,11 +151,11 @@ fn a_page_of_tuned_laws_says_how_it_was_made_and_that_no_device_has_these_gains(
     let path = |name: &str| directory.path().join(name).to_str().unwrap().to_owned();
     let (file, out) = (path("arm.toml"), path("report"));
     assert!(stiction(&["new", &file, "--typical", "thesis"]).status.success());
-    // One law is enough, and the quickest is best.
+    // One law is enough. On these joints tuning finds better gains for it.
     let text = fs::read_to_string(&file).unwrap();
     let names = text.lines().find(|line| line.starts_with("controller = ")).unwrap();
     fs::write(&file, text.replace(names, "controller = \"srnf\"")).unwrap();
-    let asked = ["--tuned", "--goal", "settle", "--cases", "2", "--seed", "1000007"];
+    let asked = ["--tuned", "--goal", "settle", "--cases", "2", "--seed", "1000000"];
     let made = stiction(&[&["report", &file, "--out", &out], &asked[..]].concat());
     assert!(made.status.success(), "{}", String::from_utf8_lossy(&made.stderr));
     let page = fs::read_to_string(directory.path().join("report/arm.html")).unwrap();

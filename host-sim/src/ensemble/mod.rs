@@ -34,6 +34,8 @@ mod measures;
 mod moves;
 mod rig;
 mod rows;
+#[cfg(test)]
+mod rows_tests;
 pub mod rules;
 mod run;
 mod statistics;

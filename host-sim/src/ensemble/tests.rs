@@ -231,17 +231,6 @@ fn a_run_that_was_cut_off_goes_on_from_its_file() {
     let other = Header { cases: 6, ..header };
     let refusal = Kept::open(&path, &other).unwrap_err().to_string();
     assert!(refusal.contains("its `cases` is 5, not 6"), "{refusal}");
-    // A column of another name would be read as one in which nothing is.
-    let text = std::fs::read_to_string(&path).unwrap();
-    for (from, to, said) in [
-        (",settled_s,", ",settling_s,", "line 2: the column `settled_s` is missing"),
-        (",near_s,", ",near_s,more,", "line 3: "),
-        ("#{\"schema\":2,", "#{\"schema\":1,", "the form 1, and this program reads the form 2"),
-    ] {
-        std::fs::write(&path, text.replacen(from, to, 1)).unwrap();
-        let refusal = rows::read(&path).unwrap_err().to_string();
-        assert!(refusal.contains("rows.csv") && refusal.contains(said), "{refusal}");
-    }
     std::fs::write(&path, "time_s,error_deg\n").unwrap();
     let refusal = Kept::open(&path, &other).unwrap_err().to_string();
     assert!(refusal.contains("these are no rows of an ensemble"), "{refusal}");
@@ -282,37 +271,6 @@ fn the_object_has_the_keys_that_are_promised() {
     assert_eq!(of("worst").as_array().unwrap().len(), 5);
     // A row of two moves: one is a tenth, rounded up.
     assert_eq!(of("moves")["first"]["moves"], 5);
-}
-
-/// A machine's file has the name that its user gave it.
-#[test]
-fn a_file_with_the_name_of_a_family_is_no_such_family() {
-    let laws = ["pd".to_owned()];
-    for name in ["end-stop.toml", "thesis-axis.toml"] {
-        let document = crate::experiment::Document::open("step-response").unwrap();
-        let around = Around { controllers: &laws, ..Around::default() };
-        let machine = MachineEnsemble::around(name, document, around, 15.0).unwrap();
-        let header = Header::of_machine(&machine, 1, 1);
-        let families = summary::summaries(&header, &machine.run(1, 1).unwrap());
-        let found = &families[0].1[0];
-        assert!(found.gave_up_s.max().is_none() && found.near_s.max().is_none(), "{name}");
-        let text = super::table::render(&header, &families);
-        assert!(text.contains("The gains are those of the file."), "{text}");
-    }
-}
-
-#[test]
-fn what_never_happens_is_told_without_a_unit() {
-    let mut header = Header::of(&small(&["pd"]));
-    header.families = vec![Family::ThesisAxis.into(), Family::EndStop.into()];
-    let row = |family: &str| Row { family: family.into(), law: "pd".into(), ..Row::default() };
-    let rows = ["thesis-axis", "end-stop"].map(row);
-    let text = super::table::render(&header, &summary::summaries(&header, &rows));
-    assert!(text.contains("is within 0.05 deg: never (p50), never (p90)"), "{text}");
-    assert!(
-        text.contains("before 0 of 1 walls: never (p50)") && !text.contains("never s"),
-        "{text}"
-    );
 }
 
 #[test]
