@@ -11,8 +11,8 @@
 //! breakaway trips after 0.5 s, the least effort beyond it after 4 s, and five times or more after
 //! 0.125 s. So from 3.5 times the breakaway on this comes before the default of [`super::stall`],
 //! which looks at effort of more than twice the breakaway that does not pause: who lengthens that
-//! time has to raise this limit, too. Pulses are for this one alone, since a pulse of the full scale
-//! moves a light joint far.
+//! time has to raise this limit, too. Pulses are for this one alone, since a pulse of the full
+//! scale moves a light joint far.
 //!
 //! The impulse is added up across pauses, pulses, changes of sign and arming. Only counts clear it,
 //! and not every count: one wire that is cut lets the other flicker between two neighbouring

@@ -16,8 +16,8 @@ const COST: &str = "docs/cost.md";
 const BEGIN: &str = "<!-- ranking: written by `cargo xtask ranking` -->\n";
 const END: &str = "<!-- end of the ranking -->";
 
-/// A seed on which nothing was tuned, and so many joints that an interval is 9 % wide at its widest.
-/// Arms have a row in docs/ensemble.md.
+/// A seed on which nothing was tuned, and so many joints that an interval is 9 % wide at its
+/// widest. Arms have a row in docs/ensemble.md.
 const RUN: [&str; 9] = [
     "ensemble",
     "--plant",

@@ -78,7 +78,8 @@ async fn listen(mut from: SplitStream<WebSocket>, page: &Page, answers: &mpsc::S
             Ok(message) => message,
             Err(error) => {
                 let why = error.to_string();
-                // A page that is gone without a word is not refused. A message that is too large is.
+                // A page that is gone without a word is not refused. A message that is too large
+                // is.
                 if !why.contains("Connection reset") {
                     refuse(&format!("the connection ends: {why}"));
                 }

@@ -171,7 +171,7 @@ impl Law for Impulsive {
     /// let gains = ImpulsiveGains { inertia: 0.0004, low: 1.0, high: 1.0, largest: 2.0 };
     /// let law = Impulsive::new(&gains, &Loop::EXAMPLE);
     /// let mut state = State::default();
-    /// // 2 V for 20 ms against 1 V move 0.0004 V/(deg/s^2) by 2 (2 - 1) 0.02^2/(2 * 0.0004) = 1 deg.
+    /// // 2 V for 20 ms against 1 V move 4e-4 V/(deg/s^2) by 2 (2 - 1) 0.02^2/(2 * 0.0004) = 1 deg.
     /// let input = LawInput { error: 1.0, v_pd: 0.25, ..LawInput::default() };
     /// let v_c = [(); 4].map(|()| law.update(&mut state, &input));
     /// assert_eq!(v_c, [0.0, 0.0, 1.75, 0.0]);

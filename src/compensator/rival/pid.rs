@@ -1,8 +1,8 @@
 //! PID: an integral of the error beside PD, which stops at the drive's limits.
 //!
 //! ```text
-//! v_c(t) = v_c(t - h) + Ki theta_e h    unless the drive limits the effort, and theta_e has its sign
-//!        = v_c(t - h)                   otherwise
+//! v_c(t) = v_c(t - h) + Ki theta_e h  unless the drive limits the effort, and theta_e has its sign
+//!        = v_c(t - h)                 otherwise
 //! ```
 //!
 //! The second line is the anti-windup: conditional integration (Astrom and Hagglund, *PID

@@ -26,10 +26,10 @@
 //!
 //! Why this form: within the limits it is PID to the letter; from far away it comes back along
 //! `s = 0`, overdamped with the time constant `H`, whatever the gains. The integral cannot wind up,
-//! since `w` follows from what the drive can give. Guarantees: |v_c| <= U. Does badly: at rest it is
-//! PID, and hunts as PID does on a joint that really sticks (Armstrong and Amin, *Automatica* 32(5),
-//! 1996). On a joint with bristles, which creeps under the integral, it settles nicely: a test of
-//! such joints alone is half a test.
+//! since `w` follows from what the drive can give. Guarantees: |v_c| <= U. Does badly: at rest it
+//! is PID, and hunts as PID does on a joint that really sticks (Armstrong and Amin, *Automatica*
+//! 32(5), 1996). On a joint with bristles, which creeps under the integral, it settles nicely: a
+//! test of such joints alone is half a test.
 
 use crate::compensator::{Law, LawInput, Loop};
 use crate::error::HUGE;
