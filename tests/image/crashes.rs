@@ -184,6 +184,8 @@ fn an_overrun_is_latched_and_a_short_stall_is_not_one() {
     assert!(observed.resets.is_empty(), "{:?}", observed.resets);
     assert_off_after(&observed, AT + 30 * MS, MS);
     assert!(observed.says("faulted: control overrun"), "{:?}", observed.log);
+    // By both: the outputs and the enable pin. Each alone turns a bridge off, if it is wired.
+    assert!(observed.any_ns < AT + 31 * MS, "by half until {} ns", observed.any_ns);
     // 4 ms of 20: late, if it hits the tick at all, but by less than a quarter.
     let observed = stall(4);
     assert!(observed.on_after(UNTIL - MS) && observed.on_ns.len() == 1, "{observed:?}");
