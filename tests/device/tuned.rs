@@ -137,7 +137,7 @@ fn table(typical: &str, joints: u64) {
 }
 
 #[test]
-#[ignore = "prints the table of docs/tuning.md: -- --ignored --nocapture tuned::the_table"]
+#[ignore = "asserts nothing, prints docs/tuning.md's: -- --ignored --nocapture tuned::the_table"]
 fn the_table_before_and_after() {
     table("thesis", 20);
 }

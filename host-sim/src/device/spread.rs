@@ -116,8 +116,10 @@ fn rounded(value: f64) -> f64 {
 
 /// Writes the table as it stands at the end of a file.
 pub fn table(spread: &BTreeMap<String, [f64; 2]>) -> String {
-    let begin = "\n# How far the joint may be off, by the error bars of its identification. `tune`\n\
-                 # and `device selftest` draw their joints from here.\n[spread]\n";
+    let begin = "\n\
+        # How far the joint may be off, by the error bars of its identification. `tune`\n\
+        # and `device selftest` draw their joints from here.\n\
+        [spread]\n";
     let lines =
         spread.iter().map(|(key, [low, high])| format!("\"{key}\" = [{low:?}, {high:?}]\n"));
     begin.to_owned() + &lines.collect::<String>()

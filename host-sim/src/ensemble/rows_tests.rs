@@ -1,4 +1,5 @@
-//! Files of rows that are refused, and reports on files and families that are not taken for another.
+//! Files of rows that are refused, and reports on files and families that are not taken for one
+//! another.
 
 use super::case::Row;
 use super::draw::Kind;

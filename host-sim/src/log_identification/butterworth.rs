@@ -1,7 +1,7 @@
 //! A low-pass without phase: Butterworth of the fourth order, forward and backward.
 //!
 //! ```text
-//! |H(f)|^2 of one pass = 1/(1 + (tan(pi f/fs)/tan(pi fc/fs))^8)     both passes: gain |H|^2, phase 0
+//! |H(f)|^2 of one pass = 1/(1 + (tan(pi f/fs)/tan(pi fc/fs))^8)   both passes: gain |H|^2, phase 0
 //! ```
 //!
 //! Source: S. Butterworth, *Wireless Engineer* 7 (1930), 536; the bilinear transformation with its

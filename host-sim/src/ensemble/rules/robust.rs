@@ -9,8 +9,8 @@ use super::{Rule, Told, around_pd};
 /// The rule.
 pub const RULE: Rule = Rule {
     law: "robust",
-    text: "is told J, B, F_lo, F_hi, the encoder's side and its jitter. If a load drives the joint, \
-           it is told the largest load as well, and within 20 % what holds it",
+    text: "is told J, B, F_lo, F_hi, the encoder's side and its jitter. If a load drives the \
+           joint, it is told the largest load as well, and within 20 % what holds it",
     constant: 1.0,
     tried: &[],
     tune: |told, _| around_pd(told, Some(Gains::Robust(gains(told)))),
