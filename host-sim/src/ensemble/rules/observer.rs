@@ -4,7 +4,8 @@
 //! ```text
 //! w = min(w_n, 0.08/h),  Kp = J w^2,  Kd = 1.74 J w - B
 //! observer     w_e = min(110, 0.8/h),  J and B as told,  theta_o = 1.5 q,
-//!              R = min(c, 0.012 s/h) F_lo/s, largest F_hi,  F = v_slip in a sum with feedforward, else 0
+//!              R = min(c, 0.012 s/h) F_lo/s,  largest F_hi,
+//!              F = v_slip in a sum with feedforward, else 0
 //! feedforward  v_slip = 0.85 sqrt(F_lo F_hi),  V_ff = 0.02 q/h,  B,  0.85 J
 //! SRNF         v_ms = 0.5 sqrt(F_lo F_hi),  alpha = Kp/v_ms
 //! ```
