@@ -6,6 +6,11 @@
 //! the effort prove the wiring until the next arming; as many against it trip. A joint that is
 //! still coasting from an effort the other way does not count until it has stopped.
 //!
+//! A sum against the effort ends where the effort falls below the breakaway effort or changes its
+//! sign. A sum with it is kept, since it says that the wiring is right. A move of a few counts is
+//! braked before it proves that, and noise of a count ends the coasting too early: the counts of
+//! the braking are then set off against those of the push.
+//!
 //! A joint may move already when the effort rises beyond the breakaway effort: a load has driven
 //! it, or the spring of its gear. An effort beyond any friction slows such a joint down, while a
 //! reversed one gains speed against it. So travel against the effort counts by what it is more
@@ -21,7 +26,8 @@
 //! From rest `d_0` is zero, and each count against the effort counts: the jitter of an encoder goes
 //! to and fro, and a glitch has one tick.
 //!
-//! Does badly: once proven, a connector that is turned while the joint moves is left to following
+//! Does badly: a joint that a load has moved with a reversed effort is seen by as many counts
+//! later, fewer than `reversal_deg` has. Once proven, a connector that is turned while the joint moves is left to following
 //! error and overspeed. A load that still gains speed against the breakaway effort in the first
 //! move looks like a wrong wire. A joint that was already moving when the effort rose has to gain
 //! `reversal_deg` over that speed before a wrong wire is seen.
@@ -71,14 +77,15 @@ impl Reversal {
                 1.. => state.last.min(travel).max(0),
                 _ => state.last.max(travel).min(0),
             };
-            (state.with, state.last, state.before) = (0, travel, both);
+            (state.with, state.last, state.before) = (state.with.max(0), travel, both);
             return None;
         }
         let sign = if code > 0 { 1 } else { -1 };
         if state.sign != sign {
             let (coasts, before) =
                 if state.sign == 0 { (0, state.before) } else { (travel.signum(), 0) };
-            *state = ReversalState { proven: false, sign, coasts, with: 0, last: 0, before };
+            let with = state.with.max(0);
+            *state = ReversalState { proven: false, sign, coasts, with, last: 0, before };
         }
         if travel.signum() == state.coasts {
             return None;

@@ -79,9 +79,10 @@ impl Told {
             } else {
                 0.0
             },
-            // What came after the prototype: giving up, and another observer in motion with the
-            // encoder on the load.
+            // What came after the prototype: giving up, another observer in motion with the
+            // encoder on the load, and friction that is learned up to a speed.
             attempts: 0,
+            learned_to: f32::MAX,
             observer: if side == EncoderSide::Load {
                 (0.7 / self.number("h") as f32).min(110.0)
             } else {

@@ -18,6 +18,9 @@
 //!   friction takes 15 % of the limit, and a profile needs a finite speed.
 //! - Step of the hold effort `db_0`: `0.15 F_lo`, a seventh of the smallest elastic range.
 //! - Least gain `g_min`: 0.1, with the encoder on the load 0.05: a motor of a tenth of the inertia.
+//! - Speed up to which friction is learned `v_R`: any up to `h = 10 ms`, above that `0.3 F_lo / B`.
+//!   There, an error of the viscous friction by all of `B` is no more than the least friction that
+//!   is learned ([`super::sliding_friction`]).
 //! - Wait `N_c`: 10 ms, with the encoder on the load 60 ms, and at least 3 ticks: a period of what
 //!   swings behind the encoder.
 //!
@@ -27,6 +30,7 @@
 //! takes). The figures were found by a prototype on random joints, and not again by this law.
 
 use super::Loop;
+use super::sliding_friction::LEAST_LEARNED;
 use crate::error::HUGE;
 use crate::value::{choice, table};
 
@@ -81,6 +85,9 @@ table! {
         /// Attempts without success after which it gives up; eight times as many with the encoder
         /// on the load. 0: it never does.
         attempts: u32 = 0x1712 "give_up_attempts", Between(0.0, 60000.0), Default(50);
+        /// Speed of the inner profile up to which sliding friction is learned v_R, deg/s. 0: that
+        /// of the rule.
+        learned_to: f32 = 0x1713 "friction_learned_to_deg_per_s", Between(0.0, HUGE), Default(0.0);
     }
 }
 
@@ -112,6 +119,7 @@ pub(super) struct Rules {
     pub observer_in_motion: f32,
     pub acceleration: f32,
     pub speed: f32,
+    pub learned_to: f32,
     pub hold_step: f32,
     pub least_gain: f32,
     /// Ticks: N_z, N_c, N_h, N_r, N_b0 and its cap, N_g.
@@ -137,6 +145,8 @@ impl Rules {
         let viscous_speed = 0.15 * around.full_scale / told.viscous;
         let capped = !slow || told.viscous == 0.0;
         let speed = if capped { viscous_speed.min(SPEED_CAP) } else { viscous_speed };
+        let least_learned = LEAST_LEARNED * told.breakaway_low;
+        let learned_to = if slow { least_learned / told.viscous } else { f32::INFINITY };
         Self {
             on_load,
             bandwidth: or(told.bandwidth, (hertz * on(8.0, 2.0)).min(0.14 / h)),
@@ -144,6 +154,7 @@ impl Rules {
             observer_in_motion: or(told.observer, (0.7 / h).min(on(110.0, 15.0))),
             acceleration: or(told.acceleration, 0.25 * around.full_scale / told.inertia),
             speed: or(told.speed, speed.min(HUGE)),
+            learned_to: or(told.learned_to, learned_to),
             hold_step: or(told.hold_step, 0.15 * told.breakaway_low),
             least_gain: or(told.least_gain, on(0.1, 0.05)),
             rest: if slow { 3 } else { 6 },
@@ -176,6 +187,18 @@ mod tests {
             assert!(written.bandwidth > 0.0 && written.speed > 0.0, "{written:?}");
             assert_eq!(Rules::new(&written, &around), Rules::new(&told, &around));
         }
+    }
+
+    #[test]
+    fn slow_loop_learns_friction_up_to_a_speed_and_a_fast_one_at_any() {
+        let of = |sample_time, viscous, learned_to| {
+            let told = RobustGains { viscous, learned_to, ..RobustGains::EXAMPLE };
+            Rules::new(&told, &Loop { sample_time, ..Loop::EXAMPLE }).learned_to
+        };
+        // 0.3 * 0.19 V / (0.02 V s/deg)
+        assert!((of(0.02, 0.02, 0.0) - 2.85).abs() < 1e-6);
+        assert_eq!([of(0.01, 0.02, 0.0), of(0.02, 0.0, 0.0)], [f32::INFINITY; 2]);
+        assert_eq!([of(0.01, 0.02, 7.0), of(0.02, 0.02, 7.0)], [7.0; 2]);
     }
 
     #[test]

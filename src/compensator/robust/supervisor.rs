@@ -142,9 +142,7 @@ impl Supervisor {
         let Loop { sample_time, resolution: count, full_scale: limit, lsb, .. } = *around;
         let RobustGains { inertia, viscous, .. } = *told;
         let range = [told.breakaway_low, told.breakaway_high];
-        let learning = 3.0 / rules.observer + 0.2;
-        let learned_to = (told.breakaway_low / viscous).max(rules.acceleration * learning);
-        let friction = SlidingFriction::new(sample_time, range, learned_to, count);
+        let friction = SlidingFriction::new(sample_time, range, rules.learned_to, count);
         let most_held = 0.8 * told.breakaway_high + told.load;
         let most_disturbance = 1.5 * told.breakaway_high + told.load;
         let Rules { bandwidth, on_load, .. } = rules;
