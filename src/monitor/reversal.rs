@@ -6,10 +6,10 @@
 //! the effort prove the wiring until the next arming; as many against it trip. A joint that is
 //! still coasting from an effort the other way does not count until it has stopped.
 //!
-//! A sum against the effort ends where the effort falls below the breakaway effort or changes its
-//! sign. A sum with it is kept, since it says that the wiring is right. A move of a few counts is
-//! braked before it proves that, and noise of a count ends the coasting too early: the counts of
-//! the braking are then set off against those of the push.
+//! The sum ends where the effort falls below the breakaway effort or changes its sign. What the last
+//! one came to with the effort is then set off against the next one: a move of a few counts is
+//! braked before it proves the wiring, and noise of a count ends the coasting too early, so that
+//! the braking looks like a wrong wire.
 //!
 //! A joint may move already when the effort rises beyond the breakaway effort: a load has driven
 //! it, or the spring of its gear. An effort beyond any friction slows such a joint down, while a
@@ -50,6 +50,8 @@ pub(super) struct ReversalState {
     /// Direction in which the joint still moves because of the effort before that.
     coasts: i32,
     with: i32,
+    /// What the last sum came to with the effort, counts.
+    pushed: i32,
     /// Travel in the last tick below the threshold, and what both of the last two have made,
     /// counts.
     last: i32,
@@ -77,15 +79,16 @@ impl Reversal {
                 1.. => state.last.min(travel).max(0),
                 _ => state.last.max(travel).min(0),
             };
-            (state.with, state.last, state.before) = (state.with.max(0), travel, both);
+            state.end_sum();
+            (state.last, state.before) = (travel, both);
             return None;
         }
         let sign = if code > 0 { 1 } else { -1 };
         if state.sign != sign {
             let (coasts, before) =
                 if state.sign == 0 { (0, state.before) } else { (travel.signum(), 0) };
-            let with = state.with.max(0);
-            *state = ReversalState { proven: false, sign, coasts, with, last: 0, before };
+            state.end_sum();
+            *state = ReversalState { sign, coasts, last: 0, before, ..*state };
         }
         if travel.signum() == state.coasts {
             return None;
@@ -100,11 +103,20 @@ impl Reversal {
             state.with = state.with.saturating_add(travel);
         }
         state.proven = state.with >= self.counts;
-        (state.with <= -self.counts && self.counts < i32::MAX).then_some(state.with)
+        let against = state.with.saturating_add(state.pushed);
+        (against <= -self.counts && self.counts < i32::MAX).then_some(state.with)
     }
 }
 
 impl ReversalState {
+    /// Ends the sum, and keeps what it came to with the effort.
+    fn end_sum(&mut self) {
+        if self.with != 0 {
+            self.pushed = self.with.max(0);
+        }
+        self.with = 0;
+    }
+
     /// Takes the wiring for proven, until the next arming.
     pub const fn suppose(&mut self) {
         self.proven = true;

@@ -81,7 +81,10 @@ fn travel_against_the_effort_trips_and_a_joint_that_still_coasts_does_not() {
     assert_eq!(first(&[(4, 3), (-4, 9), (-4, 9)]), None);
     // What it went with the effort is set off against what it goes back against it.
     assert_eq!(first(&[(4, 3), (-4, 9), (-4, 0), (-4, 10)]), None);
-    assert_eq!(first(&[(4, 3), (-4, 9), (-4, 0), (-4, 11)]), Some(-8));
+    assert_eq!(first(&[(4, 3), (-4, 9), (-4, 0), (-4, 11)]), Some(-11));
+    // That of two pushes is not added up, and proves nothing.
+    assert_eq!(first(&[(4, 5), (3, 0), (4, 5), (-4, 0), (-4, 12)]), None);
+    assert_eq!(first(&[(4, 5), (3, 0), (4, 5), (-4, 0), (-4, 13)]), Some(-13));
 }
 
 /// The travel of a joint of the family `noisy-told` in its first move, to the tick in which it
