@@ -29,6 +29,11 @@
 /// ([`crate::monitor::Standstill`]).
 pub const SLACK: u32 = 8;
 
+/// Travel beyond the speed's bound at which [`OpenLoopState::drives_on`] lets go, counts: what a
+/// single count shows of a joint that is slower. The rest of the slack is for the way in which the
+/// joint slows down.
+const LETS_GO: f32 = 1.0;
+
 /// The bounds of an open loop, in the units of a tick.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Bounds {
@@ -75,6 +80,24 @@ impl OpenLoopState {
     /// Returns the distance from where it began, counts.
     pub const fn distance(&self) -> u32 {
         self.counts.wrapping_sub(self.start).unsigned_abs()
+    }
+
+    /// Returns whether an effort drives on a joint that has come to the speed's bound. Who follows
+    /// a joint lets go then: a joint breaks free with all the effort that it took, and slows down
+    /// by its friction before the slack is used up.
+    ///
+    /// ```
+    /// use stiction::open_loop::{Bounds, OpenLoopState};
+    /// let bounds = Bounds { effort: 1.0, travel: 100, speed: 2.0, ticks: 1000 };
+    /// let mut state = OpenLoopState::start(0);
+    /// bounds.admit(&mut state, 3, 1.0).unwrap(); // a count too many
+    /// assert!(!state.drives_on(1.0));
+    /// bounds.admit(&mut state, 6, 1.0).unwrap(); // two
+    /// assert!(state.drives_on(1.0) && !state.drives_on(-1.0));
+    /// ```
+    pub fn drives_on(&self, effort: f32) -> bool {
+        let [up, down] = self.beyond;
+        (if effort > 0.0 { up } else { down }) > LETS_GO
     }
 }
 

@@ -3,6 +3,7 @@
 
 pub mod client;
 pub mod identified;
+pub mod into;
 pub mod jogged;
 pub mod log;
 pub mod machine_file;
@@ -11,6 +12,7 @@ pub mod port;
 pub mod signals;
 pub mod simulated;
 pub mod spread;
+pub mod told;
 pub mod wire;
 pub(crate) mod words;
 

@@ -10,6 +10,11 @@
 //! places      at five places, each way: breakaway at a fast rate, then at a slow one
 //! ```
 //!
+//! The sequence keeps itself within the bound of the speed. A pulse ends at 0.6 of it, however
+//! short it is then: two pulses of a few counts still tell the inertia within a factor of two, which
+//! is enough for the loop. The loop lets go of a joint that has come to the bound: a joint whose
+//! friction falls breaks free faster than any loop of 20 rad/s can catch it.
+//!
 //! Every effort goes through [`Bounds::admit`](crate::open_loop::Bounds), which ends the
 //! sequence at the bounds of travel, speed and time, and the breakaway at that of the effort. So
 //! the guarantees are those of `open_loop.rs`. The servo's monitors stay on.
@@ -46,8 +51,10 @@ const BELOW: f32 = 0.9;
 const PULSE_COUNTS: u32 = 64;
 const PULSE_TICKS: u32 = 30;
 const PULSE_S: f32 = 1.0;
-/// It ends earlier at this part of the travel's and of the speed's bound.
+/// It ends earlier at this part of the travel's and of the speed's bound. At twice this part of the
+/// speed's bound it ends at once, if the counts are more than a disc on an edge shows.
 const PULSE_SHARE: f32 = 0.3;
+const PULSE_EDGE: u32 = 2;
 /// Time after which a joint without effort runs on, s.
 const RUNS_ON_S: f32 = 5.0;
 /// Part of the asked speed below which a joint does not slide evenly.
@@ -353,7 +360,7 @@ impl Identification {
         let is_enough = moved >= PULSE_COUNTS && self.elapsed > PULSE_TICKS
             || moved as f32 > PULSE_SHARE * bounds.travel as f32
             || self.elapsed > PULSE_TICKS && speed > PULSE_SHARE * bounds.speed
-            || speed > 2.0 * PULSE_SHARE * bounds.speed && moved > 2 * PULSE_COUNTS
+            || speed > 2.0 * PULSE_SHARE * bounds.speed && moved > PULSE_EDGE
             || self.elapsed > self.settings.ticks(PULSE_S);
         if !is_enough {
             if 2 * self.elapsed <= self.settings.ticks(PULSE_S) {
@@ -370,8 +377,12 @@ impl Identification {
             self.rough[side] = size;
             return if size < BELOW * most { self.again() } else { self.end(Outcome::Still) };
         }
-        // The effort has been held for a tick less.
-        let time = (self.elapsed as f32 - 1.0) * tick;
+        // A pulse that was cut short tells the inertia roughly: not what a shaft takes off it.
+        let is_short = self.elapsed <= PULSE_TICKS && moved <= 2 * PULSE_COUNTS;
+        // The effort has been held for a tick less, and for two with a delay. Of few ticks that is
+        // much, and the loop bears an inertia that is too small better than one too large.
+        let held = self.elapsed.saturating_sub(1 + u32::from(is_short)).max(1);
+        let time = held as f32 * tick;
         let acceleration = 2.0 * moved as f32 * count / (time * time);
         if strong {
             let [before, slower] = self.weaker[side];
@@ -380,7 +391,9 @@ impl Identification {
             let least = 0.1 * acceleration / size;
             self.per_inertia += 0.5 * slope.max(least);
             self.inertia = 1.0 / self.per_inertia;
-            self.findings.met = self.inertia;
+            // The second side tells it, if the first one did.
+            let tells = !is_short && (side == 0 || self.findings.met > 0.0);
+            self.findings.met = if tells { self.inertia } else { 0.0 };
         }
         self.weaker[side] = [size, acceleration];
         self.settle()
@@ -444,6 +457,9 @@ impl Identification {
         let [positive, negative] = self.rough;
         let rough = [self.inertia, self.rough_friction(speed < 0.0), positive.max(negative)];
         let asked = self.follower.lead(towards, self.acceleration(), tick, rough);
+        if self.open_loop.drives_on(asked) {
+            return 0.0;
+        }
         bounded(asked, self.settings.bounds.effort)
     }
 

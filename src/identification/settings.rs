@@ -125,6 +125,30 @@ impl Settings {
         self.bounds.travel
     }
 
+    /// Returns the speed's bound at which the encoder shows the slower motions of the sequence,
+    /// deg/s: with less, nothing tells the inertia. None: it shows them, or the travel is too short
+    /// for faster ones.
+    ///
+    /// ```
+    /// use stiction::identification::Asked;
+    /// use stiction::{ControllerConfig, Limits, ProfileLimits, identification::Settings};
+    /// let controller = ControllerConfig::EXAMPLE; // 0.0024 deg, 20 ms, 5 rad/s
+    /// let of = |speed| {
+    ///     let asked = Asked { speed: Some(speed), ..Asked::default() };
+    ///     let (limits, profile) = (Limits::EXAMPLE, ProfileLimits::EXAMPLE);
+    ///     Settings::new(&asked, &controller, &limits, &profile).unwrap().faster()
+    /// };
+    /// // 2 * 3 * 5 rad/s * 0.00242 deg / 0.7
+    /// let least = of(0.05).unwrap();
+    /// assert!((least - 0.1037).abs() < 1e-3, "{least}");
+    /// assert_eq!(of(0.11), None);
+    /// ```
+    pub fn faster(&self) -> Option<f32> {
+        let shows = 2.0 * self.slow;
+        let is_by_speed = shows <= self.room() / (FEWEST * self.window_time());
+        (self.fast < shows && is_by_speed).then_some(shows / USED_SPEED)
+    }
+
     /// Returns the longest time, s.
     pub const fn time(&self) -> f32 {
         self.bounds.ticks as f32 * self.tick

@@ -10,9 +10,9 @@ use std::time::Duration;
 
 use host_sim::device::client::Client;
 use host_sim::device::identified::Identified;
+use host_sim::device::into;
 use host_sim::device::simulated::SimulatedDevice;
 use host_sim::device::wire::SimulatedWire;
-use host_sim::device::{machine_file, spread};
 use host_sim::draft::{Typical, text};
 use host_sim::ensemble::{Sorted, Spread, drawn_keys};
 use host_sim::experiment::{Document, Experiment, RunPlan};
@@ -44,32 +44,26 @@ fn first(document: &Document, law: &str) -> RunPlan {
 }
 
 /// The file that `device identify --into` writes of the true joint, whose device runs what the data
-/// sheet says; none if there is nothing that it would write.
+/// sheet says, within the bounds by default; none if there is nothing that it would write.
 fn identified(sheet: &Document, truth: &Document, law: &str) -> Option<Document> {
     let told = parameters(&first(sheet, law));
-    let plan = first(truth, law);
-    // As its words advise where it comes to a bound: with less effort.
-    let breakaway = told.limits.breakaway_effort;
-    let efforts = [None, Some(2.5 * breakaway), Some(1.8 * breakaway)];
-    let (found, joint) = efforts.into_iter().find_map(|effort| {
-        let device = SimulatedDevice::running(&plan, &told, Boot::default()).unwrap();
-        let mut client = Client::connect(SimulatedWire::new(device)).unwrap();
-        client.pass(Duration::from_millis(200)).unwrap();
-        client.identify_joint(Asked { effort, ..Asked::default() }).unwrap();
-        while client.pass(Duration::from_secs(1)).unwrap().state == StateCode::Armed {}
-        let (summary, map) = client.identified().unwrap()?;
-        let found = Identified { summary, map, parameters: told.clone(), units: None };
-        let joint = found.joint().map_err(|why| println!("{law}, {effort:?} V: {why}")).ok()?;
-        Some((found, joint))
-    })?;
-    let body = machine_file::render(&found.parameters, &joint, "the identified joint").unwrap();
-    let whole = body + &spread::table(&spread::spread(&found, &joint));
-    Some(Document::parse("found.toml", &whole).unwrap())
+    let device = SimulatedDevice::running(&first(truth, law), &told, Boot::default()).unwrap();
+    let mut client = Client::connect(SimulatedWire::new(device)).unwrap();
+    client.pass(Duration::from_millis(200)).unwrap();
+    client.identify_joint(Asked::default()).unwrap();
+    while client.pass(Duration::from_secs(1)).unwrap().state == StateCode::Armed {}
+    let (summary, map) = client.identified().unwrap()?;
+    let found = Identified { summary, map, parameters: told, units: None };
+    let text = into::text(&found, sheet).map_err(|why| println!("{law}: {why}")).ok()?;
+    Some(Document::parse("found.toml", &text).unwrap())
 }
 
 fn request(file: &str, document: Document, spreads: Vec<String>, cases: u64) -> Request {
     Request { file: file.into(), document, goal: GOAL, limits: vec![], spreads, cases, seed: 1 }
 }
+
+/// A factor on the figures up to which gains are no worse: half a percent.
+const SAME: f64 = 1.005;
 
 /// Gains before and after, on the true joint.
 struct Pair {
@@ -78,9 +72,11 @@ struct Pair {
 }
 
 impl Pair {
-    /// Factor on the goal's figures, as the cost weighs them; above 1 is worse.
+    /// Factor on the goal's figures, as the cost weighs them; above 1 is worse. A run that fails
+    /// under both counts in neither.
     fn ratio(&self) -> f64 {
-        self.after.cost(&self.before, GOAL, &[]).exp()
+        let cost = |figures: &Figures| figures.cost(&self.before, GOAL, &[]);
+        (cost(&self.after) - cost(&self.before)).exp()
     }
 }
 
@@ -95,17 +91,35 @@ fn tuned(sheet: &Document, law: &str, number: u64) -> Option<Pair> {
     truth.set(&drawn_keys(&around, 1, number)).unwrap();
     let found = identified(sheet, &truth, law)?;
     let around_found = spreads(&found).unwrap();
+    let flashed = flashed(&found, law);
     let tuning = request("found.toml", found, around_found, 8);
     let tuned = tuning.tune(law, &|| {}).unwrap();
-    let figures =
-        |document| request("arm.toml", document, vec![], 1).standing(law).unwrap().figures;
-    let before = figures(truth.clone());
+    truth.set(&flashed).unwrap();
+    let standing = |document| request("arm.toml", document, vec![], 1).standing(law).unwrap();
+    let before = standing(truth.clone()).figures;
     truth.set(&tuned.set()).unwrap();
-    Some(Pair { before, after: figures(truth) })
+    let after = standing(truth);
+    let pair = Pair { before, after: after.figures };
+    if pair.ratio() > SAME {
+        println!("{law} {number}: {:.2}, {:?}, {:?}", pair.ratio(), tuned.gains, after.worst);
+    }
+    Some(pair)
 }
 
-/// The table of docs/tuning.md, printed whether won or lost.
-fn table(typical: &str, joints: u64) {
+/// What a device is told by the file of the identified joint: its thresholds, which are written
+/// out, and all of its controller.
+fn flashed(found: &Document, law: &str) -> Vec<String> {
+    let of = |table: &str| -> Vec<String> {
+        let keys = found.get(table).unwrap().as_table().unwrap();
+        keys.iter().map(|(key, value)| format!("{table}.{key}={value}")).collect()
+    };
+    [of("limits"), of(&format!("controller.{law}"))].concat()
+}
+
+/// Tunes so many joints under either law, and prints the table of docs/tuning.md. No joint may be
+/// worse under its tuned gains than under its default ones (of SRNF one in twenty), and the median
+/// has to be better.
+fn tuned_is_no_worse(typical: &str, joints: u64) {
     let sheet = sheet(typical);
     for law in ["robust", "srnf"] {
         let pairs: Vec<Pair> =
@@ -117,27 +131,36 @@ fn table(typical: &str, joints: u64) {
         let count = |holds: &dyn Fn(f64) -> bool| ratios.iter().filter(|one| holds(**one)).count();
         let wins =
             |of: fn(&Pair) -> &Figures| pairs.iter().map(|pair| of(pair).successes).sum::<usize>();
+        let [before, after] = [wins(|pair| &pair.before), wins(|pair| &pair.after)];
+        let (worse, runs) = (count(&|ratio| ratio > SAME), 2 * pairs.len());
+        let middle = median(&Pair::ratio);
         println!(
-            "| {typical} | `{law}` | {joints} | {} | {} | {} | {} | {:.2} | {:.2} | {}/{} | {}/{} | \
-             {:.2} | {:.2} |",
+            "| {typical} | `{law}` | {joints} | {} | {} | {} | {worse} | {:.2} | {:.2} | \
+             {before}/{runs} | {after}/{runs} | {middle:.2} | {:.2} |",
             pairs.len(),
             count(&|ratio| ratio < 0.995),
-            count(&|ratio| (0.995..=1.005).contains(&ratio)),
-            count(&|ratio| ratio > 1.005),
+            count(&|ratio| (0.995..=SAME).contains(&ratio)),
             median(&|pair| pair.before.settling_s),
             median(&|pair| pair.after.settling_s),
-            wins(|pair| &pair.before),
-            2 * pairs.len(),
-            wins(|pair| &pair.after),
-            2 * pairs.len(),
-            Sorted::new(ratios.iter().copied()).quantile(0.5).unwrap_or(f64::NAN),
             ratios.iter().copied().fold(0.0, f64::max),
         );
+        // One that takes a fifth more effort than its device was told of may be a stall.
+        assert!(10 * pairs.len() as u64 >= 9 * joints, "{law}: {} of {joints}", pairs.len());
+        // SRNF rests some counts off by its nature, and one joint in twenty rests beyond the two
+        // that are a success, though its kind did not on the joints of the judgement.
+        let most = if law == "srnf" { joints as usize / 20 } else { 0 };
+        assert!(worse <= most && after >= before, "{law}: {worse} worse, {before} to {after}");
+        assert!(middle < 0.8, "{law}: the median is {middle}");
     }
 }
 
 #[test]
-#[ignore = "asserts nothing, prints docs/tuning.md's: -- --ignored --nocapture tuned::the_table"]
+fn gains_tuned_on_the_identified_joint_are_no_worse_on_the_true_one() {
+    tuned_is_no_worse("thesis", 3);
+}
+
+#[test]
+#[ignore = "minutes; docs/tuning.md has what it prints: -- --ignored --nocapture tuned::the_table"]
 fn the_table_before_and_after() {
-    table("thesis", 20);
+    tuned_is_no_worse("thesis", 20);
 }

@@ -5,13 +5,14 @@ use std::path::{Path, PathBuf};
 use std::sync::{Mutex, PoisonError};
 
 use clap::builder::TypedValueParser;
+use stiction::identification::Asked;
 
 use super::{print, warn};
 use crate::document::Document;
 use crate::ensemble::rules::{TUNING_SEEDS, rules};
 use crate::ensemble::{
     Around, Case, Ensemble, Family, Header, Kept, Kind, MachineEnsemble, Rates, Row, Shard, Tried,
-    charts, identified_names, markdown, merge, object, rates, rates_markdown, rates_table,
+    charts, identified_names, markdown, merge, object, rates_markdown, rates_table, rates_within,
     read_rows, render, render_rows, run, sort_rows, summaries, traces, tune, written_spreads,
 };
 use crate::error::Error;
@@ -104,6 +105,10 @@ pub struct Identify {
     /// Seed of the joints
     #[arg(long, default_value_t = 1)]
     seed: u64,
+    /// Largest speed, deg/s, as of `device identify` [default: that of the profile, which the gains
+    /// of PD give]
+    #[arg(long, value_name = "DEG/S")]
+    speed: Option<f32>,
     /// The table in Markdown, as pages want it
     #[arg(long)]
     markdown: bool,
@@ -382,7 +387,8 @@ impl Identify {
         if is_all {
             names = identified_names(Family::USUAL);
         }
-        let of = |name: &&str| rates(name, self.seed, self.cases);
+        let asked = Asked { speed: self.speed, ..Asked::default() };
+        let of = |name: &&str| rates_within(&asked, name, self.seed, self.cases);
         let all: Vec<Rates> = names.iter().map(of).collect::<Result<_, Error>>()?;
         print(&if self.markdown { rates_markdown(&all) } else { rates_table(&all) })
     }

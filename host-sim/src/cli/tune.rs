@@ -107,7 +107,7 @@ impl Arguments {
         if self.json {
             return print(&format!("{:#}\n", object(&self.file, &tuned)));
         }
-        print(&(render(&tuned) + &legend(self.cases, &request.spreads)))
+        print(&(render(&tuned) + &legend(request.judges(), &request.spreads)))
     }
 
     /// The controllers that were asked for, by their names in the file.

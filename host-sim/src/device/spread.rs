@@ -141,7 +141,7 @@ pub fn remarks(found: &Identified) -> String {
 }
 
 /// A comment of a file, in lines of at most 80 columns.
-fn commented(sentence: &str) -> String {
+pub(super) fn commented(sentence: &str) -> String {
     let (mut text, mut line) = (String::new(), String::from("#"));
     for word in sentence.split_whitespace() {
         if line.len() + 1 + word.len() > 80 {

@@ -13,6 +13,8 @@
 //! v_slip = 0.9 F_c, V_ff = one count a second    feedforward
 //! J_v, b, F_lo = F_c / 2, F_hi = 2 F_s           robust: what it is told
 //! load   = what drives the joint, if that is more than F_c holds
+//! v_max  = min(0.075 U / b, 86 deg/s, 1.25 U / Kd)          [profile]: of a move, an identification
+//! a_max  = 0.125 U / J_v, reached in min(0.1 s, 200 h)
 //! ```
 //!
 //! Why: 0.14/h leaves two samples of delay a phase of 0.28 rad. 8 Hz is below the resonance of most
@@ -21,7 +23,12 @@
 //! `alpha` = 100, and there `alpha q` = 0.24). Feedforward that is more than the friction drives
 //! the joint by itself, so it is a tenth less. `robust` bears any friction in the range that it is
 //! told, and a data sheet says nothing of place, direction and temperature, hence the factors of
-//! two.
+//! two. It makes its own profile of 0.15 U / b, no more than 3 rad/s, and 0.25 U / J_v, with the
+//! largest effort U. A move from outside has half of both, so that the inner profile does nothing
+//! but land; and half of the speed at which the other controllers' default monitor trips, as their
+//! gains alone would give it. Without `[profile]` a device with `robust` would crawl: of Kp and Kd
+//! there is nothing to derive it from. An identification at 10 deg/s tells little of a joint with a
+//! coarse encoder.
 //!
 //! Guarantees: on the rigid joint of the data sheet PD has the damping ratio `zeta`. Does badly:
 //! knows nothing of resonances and backlash, and is as good as the data sheet. Nothing of it has
@@ -57,7 +64,28 @@ pub struct FirstGains {
     pub v_ff: f64,
     /// What `robust` is told.
     pub robust: Told,
+    /// Limits of a move.
+    pub profile: Profile,
 }
+
+/// Limits of a move from rest to rest.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Profile {
+    /// deg/s.
+    pub velocity: f64,
+    /// deg/s^2.
+    pub acceleration: f64,
+    /// deg/s^3.
+    pub jerk: f64,
+}
+
+/// The fastest move of a first file, deg/s: half of the inner profile's 3 rad/s.
+const FASTEST: f64 = 86.0;
+
+/// Time within which a move reaches its acceleration, s, and the same in ticks. The generator
+/// averages over no more than 256.
+const JERK_TIME_S: f64 = 0.1;
+const JERK_TICKS: f64 = 200.0;
 
 /// What `robust` is told of a joint, in the core's units.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -75,17 +103,28 @@ pub struct Told {
 }
 
 impl Told {
-    fn of(sheet: &DataSheet, mapping: &Mapping) -> Self {
+    /// Makes it of a joint with an inertia (V s^2/deg), a viscous friction (V s/deg), a friction
+    /// between the lowest and the highest one that is known of (V), and a load (V).
+    pub fn new(inertia: f64, viscous: f64, [lowest, highest]: [f64; 2], load: f64) -> Self {
+        Self {
+            inertia,
+            viscous,
+            breakaway: [0.5 * lowest, 2.0 * highest],
+            behind_a_spring: false,
+            load: if load > lowest { load } else { 0.0 },
+        }
+    }
+
+    /// Makes it of a data sheet.
+    pub fn of(sheet: &DataSheet, mapping: &Mapping) -> Self {
         let lowest = mapping.volts(sheet.slip()[0].min(sheet.slip()[1]));
         let highest = mapping.volts(sheet.stick()[0].max(sheet.stick()[1]));
         let load = mapping.volts(sheet.load.constant_nm.abs() + sheet.load.unbalance_nm.abs());
         let springs = sheet.gear.stiffness_nm_per_rad.or(sheet.gear.stiffness_nm_per_deg).is_some();
+        let inertia = mapping.units.per_degree(mapping.inertia);
         Self {
-            inertia: mapping.units.per_degree(mapping.inertia),
-            viscous: mapping.viscous_v(),
-            breakaway: [0.5 * lowest, 2.0 * highest],
             behind_a_spring: springs && sheet.encoder.at == Some(Side::Load),
-            load: if load > lowest { load } else { 0.0 },
+            ..Self::new(inertia, mapping.viscous_v(), [lowest, highest], load)
         }
     }
 }
@@ -99,6 +138,13 @@ impl FirstGains {
         let kd = 2.0 * DAMPING_RATIO * inertia * natural_frequency - mapping.viscous_v();
         let v_ms = mapping.volts(sheet.stick()[0].max(sheet.stick()[1]));
         let stiffest = inertia * (STIFFEST / sample_time_s).powi(2) - kp;
+        let largest_v = mapping.full_scale_v * mapping.duty_max;
+        // Of a joint without viscous friction, or a loop without Kd, a share is infinite.
+        let velocity = FASTEST.min(0.075 * largest_v / mapping.viscous_v());
+        let velocity = if kd > 0.0 { velocity.min(1.25 * largest_v / kd) } else { velocity };
+        let acceleration = 0.125 * largest_v / inertia;
+        let jerk_time_s = JERK_TIME_S.min(JERK_TICKS * sample_time_s);
+        let profile = Profile { velocity, acceleration, jerk: 2.0 * acceleration / jerk_time_s };
         let alpha = if v_ms > 0.0 { (0.25 / count_deg).min(stiffest / v_ms) } else { 0.0 };
         Self {
             natural_frequency,
@@ -109,6 +155,7 @@ impl FirstGains {
             v_slip: 0.9 * mapping.volts(sheet.slip()[0].min(sheet.slip()[1])),
             v_ff: count_deg,
             robust: Told::of(sheet, mapping),
+            profile,
         }
     }
 }

@@ -12,6 +12,7 @@ pub mod questions;
 mod text;
 pub mod typical;
 
+pub use gains::Told;
 pub use questions::{Answer, Answers, QUESTIONS, Question};
-pub use text::text;
+pub use text::{robust, text};
 pub use typical::{TYPICAL, Typical};

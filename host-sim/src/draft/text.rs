@@ -2,7 +2,7 @@
 
 use toml::Value;
 
-use super::gains::{DAMPING_RATIO, FirstGains, Told};
+use super::gains::{DAMPING_RATIO, FirstGains, Profile, Told};
 use super::questions::{Answers, typed};
 use super::typical::Typical;
 use crate::document::Document;
@@ -73,9 +73,25 @@ pub fn text(name: &str, answers: &Answers, like: Option<&Typical>) -> Result<Str
     let first = if sticks { "\"robust\", " } else { "" };
     text += &loops(&format!("{first}\"srnf\", \"both\", \"pd\""));
     if sticks {
-        text += &robust(&gains.robust);
+        text += &robust(&gains.robust, &BY_SHEET);
+    }
+    if sticks {
+        text += &controllers(&gains);
+        return Ok(text + &profile(&gains.profile) + REFERENCE);
     }
     Ok(text + &controllers(&gains) + REFERENCE)
+}
+
+/// Limits of a move: `robust` has no gains of which a device could derive them.
+fn profile(profile: &Profile) -> String {
+    let line = |key: &str, value: f64, why: &str| {
+        commented(&format!("{key} = {:?}", rounded(value).parse().unwrap_or(value)), why)
+    };
+    "\n[profile]                           # of moves and of `device identify`, at most\n"
+        .to_owned()
+        + &line("velocity_deg_per_s", profile.velocity, "half of the inner profile of robust")
+        + &line("acceleration_deg_per_s2", profile.acceleration, "an eighth of the full effort")
+        + &line("jerk_deg_per_s3", profile.jerk, "reaches that within 0.1 s")
 }
 
 /// The gains for what has been written so far.
@@ -115,18 +131,27 @@ fn controllers(gains: &FirstGains) -> String {
     )
 }
 
-/// What the law is told that knows neither friction nor inertia well.
-fn robust(told: &Told) -> String {
+/// Why `robust` is told what it is told of a data sheet: inertia, viscous friction, breakaway.
+const BY_SHEET: [&str; 4] = [
+    "30 % off costs tracking, not the rest",
+    "the slope of effort over speed",
+    "half of the lowest friction",
+    "twice the highest",
+];
+
+/// Writes what the law is told that knows neither friction nor inertia well, with why.
+pub fn robust(told: &Told, whys: &[&str; 4]) -> String {
     let line = |key: &str, value: f64, why: &str| {
         commented(&format!("{key} = {:?}", rounded(value).parse().unwrap_or(value)), why)
     };
     let [low, high] = told.breakaway;
+    let [of_inertia, of_viscous, of_low, of_high] = *whys;
     let mut text = "\n[controller.robust]                 # rests on the count in simulation\n"
         .to_owned()
-        + &line("inertia_v_s2_per_deg", told.inertia, "30 % off costs tracking, not the rest")
-        + &line("viscous_v_s_per_deg", told.viscous, "the slope of effort over speed")
-        + &line("breakaway_low_v", low, "half of the lowest friction")
-        + &line("breakaway_high_v", high, "twice the highest");
+        + &line("inertia_v_s2_per_deg", told.inertia, of_inertia)
+        + &line("viscous_v_s_per_deg", told.viscous, of_viscous)
+        + &line("breakaway_low_v", low, of_low)
+        + &line("breakaway_high_v", high, of_high);
     if told.behind_a_spring {
         text += &commented("encoder_side = \"load\"", "the transmission springs");
     }

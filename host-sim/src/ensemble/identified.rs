@@ -261,12 +261,20 @@ impl Rates {
     }
 }
 
-/// Identifies so many joints of a family, on all cores.
+/// Identifies so many joints of a family within the bounds by default, on all cores.
+///
+/// # Errors
+/// If there is no such family.
+pub fn rates(family: &str, seed: u64, cases: u64) -> Result<Rates, Error> {
+    rates_within(&Asked::default(), family, seed, cases)
+}
+
+/// Identifies so many joints of a family within bounds, on all cores.
 ///
 /// # Errors
 /// If there is no such family, or a bound is not allowed.
-pub fn rates(family: &str, seed: u64, cases: u64) -> Result<Rates, Error> {
-    let one = |number| identify(&drawn(family, seed, number)?, &Asked::default());
+pub fn rates_within(asked: &Asked, family: &str, seed: u64, cases: u64) -> Result<Rates, Error> {
+    let one = |number| identify(&drawn(family, seed, number)?, asked);
     let all = (0..cases).into_par_iter().map(one).collect::<Result<Vec<_>, Error>>()?;
     let mut rates = Rates { family: family.into(), ..Rates::default() };
     all.iter().for_each(|found| rates.count(found));

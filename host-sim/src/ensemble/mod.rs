@@ -52,7 +52,7 @@ pub use family::{Family, Units};
 pub use figures::{charts, traces};
 pub use identified::{
     Identified, Rates, Truth, UNEVEN, drawn, identified_names, identify, rates, rates_markdown,
-    rates_table,
+    rates_table, rates_within,
 };
 pub use json::object;
 pub use machine_file::{Around, MachineEnsemble, Spread, drawn_keys, written_spreads};

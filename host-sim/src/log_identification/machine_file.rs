@@ -10,11 +10,16 @@ use std::fmt::Write as _;
 use toml::Value;
 
 use super::Identified;
-use crate::draft::{Answers, text};
+use super::model::Fitted;
+use crate::document::Document;
+use crate::draft::{Answers, Told, robust, text};
 use crate::error::{Error, rounded};
 
 /// Lines of an encoder whose counts are too fine to be seen in the log.
 const ASSUMED_LINES: u32 = 4096;
+
+/// Where the table of the law begins that is told of the joint.
+const ROBUST: &str = "\n[controller.robust]";
 
 /// Sample times of a board, s.
 const SAMPLE_TIMES: [f64; 2] = [1e-4, 0.02];
@@ -129,7 +134,81 @@ pub fn machine_file(name: &str, log: &str, identified: &Identified) -> Result<St
         );
     }
     let text = text.replacen("[friction]\n", &format!("[friction]\n{friction}"), 1);
-    Ok(text.replacen("[load]\n", &format!("[load]\n{load}"), 1))
+    let text = text.replacen("[load]\n", &format!("[load]\n{load}"), 1);
+    Ok(retold(name, text, fitted)? + &spread(fitted, slip, stribeck, viscous))
+}
+
+/// Why `robust` is told what it is told of a log.
+const BY_LOG: [&str; 4] = [
+    "identified",
+    "identified, mean of both ways",
+    "half of the lowest slip, less 2 sd",
+    "twice the highest stick, plus 2 sd",
+];
+
+/// Tells `robust` the friction of both ways, with its error bars, and the load.
+fn retold(name: &str, text: String, fitted: &Fitted) -> Result<String, Error> {
+    let Some((sheet, mapping)) = Document::parse(name, &text)?.mapping()? else { return Ok(text) };
+    let Some((before, law)) = text.split_once(ROBUST) else { return Ok(text) };
+    let after = law.split_once("\n[").map_or("", |(_, after)| after);
+    let by_sheet = Told::of(&sheet, &mapping);
+    let [low, high] = by_sheet.breakaway.map(|level| level / mapping.volts(1.0));
+    // Half of the lowest, and twice the highest. What is no more than its error bar is no zero.
+    let [low_off, high_off] = off(fitted);
+    let low = (low - 0.5 * low_off).max(0.5 * low);
+    let breakaway = [low, high + 2.0 * high_off].map(|level| mapping.volts(level));
+    Ok(format!("{before}{}\n[{after}", robust(&Told { breakaway, ..by_sheet }, &BY_LOG)))
+}
+
+/// Two standard deviations of the lower and of the upper end of the friction, N m.
+fn off(fitted: &Fitted) -> [f64; 2] {
+    let deviation = |name: &str| fitted.get(name).map_or(0.0, |found| found.sd);
+    let slip = ["coulomb", "coulomb_positive", "coulomb_negative"].map(deviation);
+    let slip = slip.into_iter().fold(0.0, f64::max);
+    [2.0 * slip, 2.0 * (slip + deviation("stribeck"))]
+}
+
+/// The error bars as `[spread]`, from which `tune` draws its joints: two standard deviations, and
+/// at least 2 %; of the viscous friction 5 %. A log of motion does not tell the stick friction: it
+/// may be a quarter more.
+fn spread(fitted: &Fitted, slip: f64, stribeck: f64, viscous: f64) -> String {
+    let deviation = |name: &str| fitted.get(name).map_or(0.0, |found| 2.0 * found.sd);
+    let range = |value: f64, off: f64, least: f64| {
+        let off = off.max(least * value);
+        [(value - off).max(0.0), value + off]
+    };
+    let inertia = fitted.inertia();
+    let of_viscous = ["viscous", "viscous_positive", "viscous_negative"].map(deviation);
+    let [slip_off, stick_off] = off(fitted);
+    let stick = slip + stribeck;
+    let middle = 0.5 * (slip + stick);
+    let mut slips = range(slip, slip_off, 0.02);
+    let is_told = stribeck > 0.0;
+    let mut sticks = range(stick, stick_off, if is_told { 0.02 } else { 0.25 });
+    // No joint slips with more than it sticks with.
+    if !is_told {
+        sticks[0] = slips[1];
+    } else if slips[1] > sticks[0] {
+        (slips[1], sticks[0]) = (slips[1].min(middle), sticks[0].max(middle));
+    }
+    // An inertia that may be none at all is known to be above half of what was found.
+    let inertias = range(inertia, deviation("inertia").min(0.5 * inertia), 0.02);
+    let viscouses = range(viscous, of_viscous.into_iter().fold(0.0, f64::max), 0.05);
+    let mut text = "\n# How far the joint may be off, by the error bars of the fit. `tune` and\n\
+        # `device selftest` draw their joints from here.\n[spread]\n"
+        .to_owned();
+    for (key, ends) in [
+        ("load.inertia_kg_m2", inertias),
+        ("friction.viscous_nm_s_per_rad", viscouses),
+        ("friction.slip_nm", slips),
+        ("friction.stick_nm", sticks),
+    ] {
+        let [low, high] = ends.map(rounded_number);
+        if high > 0.0 {
+            let _ = writeln!(text, "\"{key}\" = [{low:?}, {high:?}]");
+        }
+    }
+    text
 }
 
 /// Lines of an encoder with the counts of the log, and where that is from.

@@ -8,10 +8,11 @@
 //!      -> tried again on joints of another seed -> text.rs: a new file, a table
 //! ```
 //!
-//! The joints on which gains are judged are not those on which they were found. Gains that are no
-//! better there than those of the file are dropped, and the file's stay. Guarantees: the same
-//! result for the same seed on any number of cores; no more failures on the joints of the judgement
-//! than the file's gains have. Does badly: it finds a valley near the file's gains, not the lowest
+//! The joints on which gains are judged are not those on which they were found, and three times as
+//! many: a judgement is two sets of gains, the search some forty. Gains that are no better there
+//! than those of the file are dropped, and the file's stay. Guarantees: the same result for the
+//! same seed on any number of cores; no more failures on the joints of the judgement than the
+//! file's gains have. Does badly: it finds a valley near the file's gains, not the lowest
 //! one; it knows the joint of the file with its spread, and nothing that the file does not say.
 
 mod figures;
@@ -30,6 +31,9 @@ use crate::experiment::{Document, Experiment};
 
 /// So long a step is watched, s: three times the time within which it should settle.
 const DURATION_S: f64 = 15.0;
+
+/// Joints of the judgement for each joint of the search.
+const JUDGES: u64 = 3;
 
 /// Factors on the joint's gain that the margins try; their inverses as well.
 const FACTORS: [f64; 6] = [1.25, 1.5, 2.0, 3.0, 4.0, 6.0];
@@ -126,7 +130,7 @@ impl Request {
             let why = "has no gain above zero to turn";
             return Err(Error::Input(format!("{}: the controller {controller} {why}", self.file)));
         }
-        let start = Figures::of(&self.rows(controller, &[], self.seed)?);
+        let start = Figures::of(&self.rows(controller, &[], [self.seed, self.cases])?);
         if self.goal == Goal::Track && start.tracking_counts.is_none() {
             return Err(Error::Input(format!(
                 "{}: --goal track needs a trajectory in `reference.trajectories`",
@@ -137,8 +141,8 @@ impl Request {
         let cost = |factors: &[f64]| {
             tried_one();
             // Gains that the core refuses are no gains.
-            let Ok(rows) = self.rows(controller, &set(controller, &knobs, factors), self.seed)
-            else {
+            let set = set(controller, &knobs, factors);
+            let Ok(rows) = self.rows(controller, &set, [self.seed, self.cases]) else {
                 return 1e3;
             };
             let figures = Figures::of(&rows);
@@ -146,7 +150,7 @@ impl Request {
             figures.cost(&start, self.goal, &self.limits)
         };
         let factors = search::least(knobs.len(), &cost)?;
-        let judged = self.judged();
+        let judged = [self.judged(), self.judges()];
         let found = set(controller, &knobs, &factors);
         let before = self.rows(controller, &[], judged)?;
         let after = self.rows(controller, &found, judged)?;
@@ -175,7 +179,7 @@ impl Request {
     /// # Errors
     /// Names what is wrong with the file or a spread.
     pub fn standing(&self, controller: &str) -> Result<Standing, Error> {
-        let rows = self.rows(controller, &[], self.judged())?;
+        let rows = self.rows(controller, &[], [self.judged(), self.cases])?;
         Ok(Standing {
             figures: Figures::of(&rows),
             margins: self.margins(controller, &[])?,
@@ -188,11 +192,22 @@ impl Request {
         self.seed.wrapping_add(1)
     }
 
-    /// Runs every joint under a controller with keys set, without a delay and with one.
-    fn rows(&self, controller: &str, set: &[String], seed: u64) -> Result<Vec<Row>, Error> {
+    /// The number of joints on which new gains are judged.
+    pub const fn judges(&self) -> u64 {
+        self.cases.saturating_mul(JUDGES)
+    }
+
+    /// Runs so many joints of a seed under a controller with keys set, without a delay and with
+    /// one.
+    fn rows(
+        &self,
+        controller: &str,
+        set: &[String],
+        [seed, cases]: [u64; 2],
+    ) -> Result<Vec<Row>, Error> {
         let mut rows = Vec::new();
         for delay in 0..2 {
-            rows.extend(self.ensemble(controller, set, delay)?.run(seed, self.cases)?);
+            rows.extend(self.ensemble(controller, set, delay)?.run(seed, cases)?);
         }
         rows.sort_by_key(|row| row.case);
         Ok(rows)

@@ -82,6 +82,30 @@ fn a_simulated_joint_comes_back_from_its_log_and_its_file_runs() {
     let units = stiction(&["show", "--units", &into]);
     assert!(units.contains("0.437"), "{units}");
     stiction(&["run", &into, "--controller", "srnf"]);
+    // The law is told of the friction with its error bars; so are those who draw joints around it.
+    let text = std::fs::read_to_string(&into).unwrap();
+    let written: toml::Table = text.parse().unwrap();
+    let told = |key: &str| written["controller"]["robust"][key].as_float().unwrap();
+    let per_volt = 1.81076;
+    let inertia = 0.437 * std::f64::consts::PI / 180.0 / per_volt;
+    assert!((told("inertia_v_s2_per_deg") / inertia - 1.0).abs() < 0.01, "{text}");
+    let sd = number(&found["parameters"]["coulomb"]["sd"]);
+    let [low, high] = [0.5 * (4.1 - 2.0 * sd), 2.0 * (4.1 + 2.0 * sd)].map(|nm| nm / per_volt);
+    assert!((told("breakaway_low_v") / low - 1.0).abs() < 0.01, "{low}: {text}");
+    assert!((told("breakaway_high_v") / high - 1.0).abs() < 0.01, "{high}: {text}");
+    assert!(text.contains("# half of the lowest slip, less 2 sd"), "{text}");
+    let ends = |key: &str| [0, 1].map(|end| written["spread"][key][end].as_float().unwrap());
+    for (key, truth) in [
+        ("load.inertia_kg_m2", 0.437),
+        ("friction.viscous_nm_s_per_rad", 9.5299),
+        ("friction.slip_nm", 4.1),
+    ] {
+        let [low, high] = ends(key);
+        assert!(low < truth && truth < high && high < 1.2 * low, "{key}: {low} to {high}");
+    }
+    // A log of motion does not tell the stick friction, which is 4.9 N m.
+    let [low, high] = ends("friction.stick_nm");
+    assert!(low <= 4.2 && high > 4.9, "{low} to {high}");
 }
 
 /// Milliseconds, millimetres and amperes of a linear axis, with decimal commas between semicolons,

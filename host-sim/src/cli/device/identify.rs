@@ -3,6 +3,7 @@
 use std::path::{Path, PathBuf};
 use std::time::Duration;
 
+use stiction::Parameters;
 use stiction::identification::{Asked, Outcome};
 use stiction::link::StateCode;
 
@@ -10,7 +11,7 @@ use super::{OFF, by};
 use crate::device::client::Client;
 use crate::device::identified::{Identified, ended};
 use crate::device::wire::Wire;
-use crate::device::{machine_file, spread, words};
+use crate::device::{into, words};
 use crate::error::Error;
 use crate::experiment::Document;
 use crate::output::write_whole;
@@ -98,7 +99,8 @@ impl Identify {
             let text = ramp(client, rate, self.hold.unwrap_or(RAMP_HOLD))?;
             return Ok(Said { text, ended: Ok(()) });
         }
-        let units = Document::open(machine)?.mapping()?.map(|(_, mapping)| mapping.units);
+        let document = Document::open(machine)?;
+        let units = document.mapping()?.map(|(_, mapping)| mapping.units);
         let parameters = client.parameters()?;
         if !client.status()?.at_rest && !client.pass(Duration::from_millis(100))?.at_rest {
             return Err(Error::Device(
@@ -110,7 +112,9 @@ impl Identify {
             ));
         }
         let Self { effort, travel, speed, time, .. } = *self;
-        client.identify_joint(Asked { effort, travel, speed, time })?;
+        let asked = Asked { effort, travel, speed, time };
+        check_speed(&asked, &parameters)?;
+        client.identify_joint(asked)?;
         let status = until_off(client)?;
         let (summary, map) = client.identified()?.ok_or_else(|| {
             let by = by(&status);
@@ -133,7 +137,7 @@ impl Identify {
         };
         // Minutes of motion: what they have found is told, whatever becomes of the file.
         if let Some(file) = &self.into {
-            match written(file, &found, warning) {
+            match written(file, &found, &document, warning) {
                 Ok(()) if self.json => {}
                 Ok(()) => {
                     let file = file.display();
@@ -146,14 +150,39 @@ impl Identify {
     }
 }
 
+/// Refuses a bound of the speed at which the encoder shows nothing of the sequence but its fastest
+/// leg: minutes of motion would tell no inertia. What the device refuses is left to it.
+fn check_speed(asked: &Asked, parameters: &Parameters) -> Result<(), Error> {
+    let Some(least) = parameters.identify(asked).ok().and_then(|settings| settings.faster()) else {
+        return Ok(());
+    };
+    let most = parameters.profile.velocity;
+    // A tenth more, so that no rounding is in the way.
+    let least = (1.1 * least).ceil();
+    let how = if least <= most {
+        format!("give it --speed {least} or more")
+    } else {
+        format!(
+            "set profile.velocity_deg_per_s, which is {most}, to {least} or more, with an \
+             acceleration and a jerk that go with it"
+        )
+    };
+    Err(Error::Device(format!(
+        "identify: at the bound of its speed, {} deg/s, the encoder counts too coarsely to tell the \
+         inertia; {how}. Nothing has moved",
+        asked.speed.unwrap_or(most)
+    )))
+}
+
 /// Writes the file of a joint that was found.
-fn written(file: &Path, found: &Identified, warning: Option<&str>) -> Result<(), Error> {
-    let joint = found.joint()?;
+fn written(
+    file: &Path,
+    found: &Identified,
+    of: &Document,
+    warning: Option<&str>,
+) -> Result<(), Error> {
     let header = warning.map_or(String::new(), |warning| format!("# {warning}\n"));
-    let whose = "this device, as it was identified";
-    let body = machine_file::render(&found.parameters, &joint, whose)?;
-    let spread = spread::table(&spread::spread(found, &joint));
-    let body = body + &spread::remarks(found) + &spread;
+    let body = into::text(found, of)?;
     write_whole(file, (header + &body).as_bytes())
 }
 

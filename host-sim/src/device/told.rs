@@ -1,0 +1,109 @@
+//! What `robust` is told of a joint that was identified.
+//!
+//! | told | from what was found |
+//! |---|---|
+//! | inertia, viscous friction | as found |
+//! | lowest breakaway | half of the least of: the slip friction less its error bar, each breakaway |
+//! | highest breakaway | twice the largest of: the top of the stick friction's range, each breakaway |
+//! | load | constant load and gravity, if that is more than the least slip friction holds |
+//!
+//! The factors of two are those of a first file ([`Told`]): an identification sees the joint of one
+//! day, at one temperature. Where the joint is doubted, the ranges of `[spread]` are wider, and so
+//! is this one. Everything else that the law was given, a bandwidth for one, stays, and the file
+//! says so.
+
+use std::collections::BTreeMap;
+
+use stiction::Parameters;
+use stiction::compensator::{Gains, RobustGains};
+use stiction::value::{About, Absent, Table as _, Values as _};
+
+use super::identified::Identified;
+use super::spread::commented;
+use crate::draft::Told;
+use crate::error::rounded;
+use crate::machine::Joint;
+
+/// Tells the `robust` of the device's parameters what was found, and says so in a comment. Without
+/// that law there is nothing to tell.
+pub fn retold(
+    found: &Identified,
+    joint: &Joint,
+    spread: &BTreeMap<String, [f64; 2]>,
+) -> (Parameters, Option<String>) {
+    let mut parameters = found.parameters.clone();
+    let told = of(found, joint, spread);
+    let mut remark = None;
+    for law in &mut parameters.controller.compensator {
+        if let Gains::Robust(gains) = law {
+            let before = *gains;
+            tell(gains, &told);
+            remark = Some(said(&before, gains));
+        }
+    }
+    (parameters, remark)
+}
+
+fn of(found: &Identified, joint: &Joint, spread: &BTreeMap<String, [f64; 2]>) -> Told {
+    let end = |key: &str, end: usize, otherwise: f64| {
+        spread.get(key).and_then(|range| range.get(end)).copied().unwrap_or(otherwise)
+    };
+    let slip = end("joint.friction.slip_v", 0, joint.friction.slip_v);
+    let stick = end("joint.friction.stick_v", 1, joint.friction.stick_v);
+    let senses = &found.summary.breakaway;
+    let least = senses.iter().map(|sense| f64::from(sense.least)).fold(slip, f64::min);
+    let largest = senses.iter().map(|sense| f64::from(sense.largest)).fold(stick, f64::max);
+    let load = found.summary.estimate.map_or(0.0, |estimate| {
+        let [sine, cosine] = estimate.gravity.map(|[value, _]| f64::from(value));
+        f64::from(estimate.offset[0]).abs() + sine.hypot(cosine)
+    });
+    let inertia = 1.0 / joint.gain_deg_per_s2_per_v;
+    let told = Told::new(inertia, joint.viscous_v_per_deg_per_s, [least, largest], load);
+    // What drives the joint is what its friction alone does not hold.
+    Told { load: if load > slip { load } else { 0.0 }, ..told }
+}
+
+/// Four digits, as the first file has them: the error bars bear no more.
+fn tell(gains: &mut RobustGains, told: &Told) {
+    let number = |value: f64| rounded(value).parse().unwrap_or(value) as f32;
+    gains.inertia = number(told.inertia);
+    gains.viscous = number(told.viscous);
+    [gains.breakaway_low, gains.breakaway_high] = told.breakaway.map(number);
+    if told.load > 0.0 {
+        gains.load = number(told.load);
+    }
+}
+
+/// Says what was told anew, and what was left alone.
+fn said(before: &RobustGains, after: &RobustGains) -> String {
+    let number =
+        |gains: &RobustGains, about: &About| gains.get(about.key).map_or(f32::NAN, f32::from_bits);
+    let of = |holds: &dyn Fn(&About) -> bool, word: &dyn Fn(&About) -> String| {
+        let chosen = RobustGains::ABOUT.iter().filter(|about| holds(about));
+        chosen.map(word).collect::<Vec<_>>().join(", ")
+    };
+    let is_new = |about: &About| before.get(about.key) != after.get(about.key);
+    let anew = of(&is_new, &|about| {
+        let was = rounded(f64::from(number(before, about)));
+        format!("{} (it was {was})", about.name)
+    });
+    let is_kept = |about: &About| {
+        about.absent == Absent::Default
+            && !is_new(about)
+            && before.get(about.key) != RobustGains::EXAMPLE.get(about.key)
+    };
+    let kept = of(&is_kept, &|about| about.name.to_owned());
+    let mut text = if anew.is_empty() {
+        commented("What `robust` is told is what the identification has found.")
+    } else {
+        commented(&format!("From the identification, with its error bars: {anew}."))
+    };
+    text += &commented(
+        "The breakaway is from half of the lowest to twice the highest that was found \
+         (docs/identification-on-the-board.md).",
+    );
+    if !kept.is_empty() {
+        text += &commented(&format!("Left alone, as somebody has set them: {kept}."));
+    }
+    text
+}
