@@ -135,9 +135,9 @@ fn compared(in_use: &Parameters, machine: Option<&str>, text: &str) -> Result<Va
     let law = in_use.controller.compensator.first().map_or(PD, Gains::name);
     let has_it = document.get(&format!("controller.{law}")).is_some();
     let wanted: Vec<String> = has_it.then(|| law.to_owned()).into_iter().collect();
-    let mut runs = Experiment::plan(&document, &wanted, &[])?.runs;
-    // A plan without runs has been refused.
-    let file = for_a_device(&runs.swap_remove(0))?;
+    let first = Experiment::plan(&document, &wanted, &[])?.into_first();
+    let nothing = || Error::Input(format!("{}: there is nothing to run", document.origin.name));
+    let file = for_a_device(&first.ok_or_else(nothing)?)?;
     let values: BTreeMap<String, String> = form::values(&file)?.into_iter().collect();
     let changes = machine_file::changes(in_use, &file)?;
     Ok(json!({ "name": document.origin.name, "values": values, "changes": changes }))

@@ -16,7 +16,8 @@
 //! - While the output is on, the studio asks the device nothing of its own accord. Each sign of
 //!   life is a word of the page that commands (`worker.rs`). If that page is gone, the device hears
 //!   nothing, and its link timeout turns the output off.
-//! - A prediction asks the device nothing, delays nobody who does, and is no sign of life.
+//! - A prediction or a tuning asks the device nothing, delays nobody who does, and is no sign of
+//!   life.
 //! - A page that reads too slowly loses samples, and can tell which by their numbers. It never
 //!   delays the device or another page.
 //!
@@ -36,6 +37,7 @@
 //! | `forecaster.rs`, `prediction.rs` | the thread that predicts, and how |
 //! | `machine_in_use.rs` | the device's parameters with the joint of the file |
 //! | `knobs.rs` | what of it can be turned |
+//! | `tuner.rs`, `spare_cores.rs` | tunes gains on a thread of its own, which leaves a core free |
 //! | `guard.rs`, `listener.rs` | token, origin and host; the number of connections |
 //! | `refusals.rs` | what is told at the terminal of what was refused |
 //! | `socket.rs`, `server.rs` | one page's connection; the HTTP around it |
@@ -57,7 +59,9 @@ mod refusals;
 mod request;
 mod server;
 mod socket;
+mod spare_cores;
 mod told;
+mod tuner;
 mod worker;
 
 pub use server::{Server, Wanted};

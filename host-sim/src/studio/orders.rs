@@ -36,8 +36,9 @@ impl<W: Wire> Worker<'_, W> {
             self.client.pass(Duration::from_millis(100))?;
         }
         let said: &str = match what {
-            // The thread that predicts answers the last two.
-            Ask::Alive | Ask::Command | Ask::Predict(_) | Ask::Compare(_) => "",
+            // Others answer these.
+            Ask::Alive | Ask::Command => "",
+            Ask::Predict(_) | Ask::Compare(_) | Ask::Tune(..) | Ask::CancelTuning => "",
             Ask::Stop => {
                 self.client.stop()?;
                 "stopped: the motor is off"

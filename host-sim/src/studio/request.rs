@@ -5,6 +5,7 @@ use std::collections::BTreeMap;
 use serde::{Deserialize, Serialize};
 
 use crate::machine::Trajectory;
+use crate::tuning::Goal;
 
 /// The largest message of a page, bytes: a machine's file has less than half of it.
 pub const LARGEST: usize = 64 * 1024;
@@ -33,6 +34,8 @@ struct Written {
     text: Option<String>,
     trapezoid: Option<[f64; 4]>,
     wish: Option<Wish>,
+    laws: Option<Vec<String>>,
+    goal: Option<Goal>,
 }
 
 /// How a set point goes somewhere, in the zero of the arming.
@@ -162,13 +165,19 @@ pub enum Ask {
     /// Compare what is in use with a machine's file, whose text this is; empty: with the file that
     /// the studio was started with. It asks the device nothing.
     Compare(String),
+    /// Tune these controllers of the machine's file for a goal; none of them means all. It asks the
+    /// device nothing.
+    Tune(Vec<String>, Goal),
+    /// End the tuning that runs.
+    CancelTuning,
 }
 
 impl TryFrom<Written> for Request {
     type Error = String;
 
     fn try_from(written: Written) -> Result<Self, String> {
-        let Written { id, r#do: what, deg, rate, hold, values, text, trapezoid, wish } = written;
+        let Written { id, r#do: what, deg, rate, hold, values, text, .. } = written;
+        let Written { trapezoid, wish, laws, goal, .. } = written;
         let all = [
             deg.is_some(),
             rate.is_some(),
@@ -177,6 +186,8 @@ impl TryFrom<Written> for Request {
             text.is_some(),
             trapezoid.is_some(),
             wish.is_some(),
+            laws.is_some(),
+            goal.is_some(),
         ];
         let given = all.into_iter().filter(|given| *given).count();
         let (ask, wanted) = match what.as_str() {
@@ -195,6 +206,8 @@ impl TryFrom<Written> for Request {
             "push" => (text.map(Ask::Push), 1),
             "compare" => (text.map(Ask::Compare), 1),
             "predict" => (wish.filter(Wish::is_small).map(|wish| Ask::Predict(wish.into())), 1),
+            "tune" => (laws.zip(goal).map(|(laws, goal)| Ask::Tune(laws, goal)), 2),
+            "cancel-tuning" => (Some(Ask::CancelTuning), 0),
             "trajectory" if given == 0 => (Some(Ask::Trajectory), 0),
             "trajectory" => (trapezoid.map(Ask::Trapezoid), 1),
             "identify" if given == 0 => (Some(Ask::IdentifyJoint), 0),
@@ -214,10 +227,10 @@ impl Ask {
         matches!(self, Self::Stop | Self::Command) || self.is_apart()
     }
 
-    /// Whether nothing is asked of the device: the thread that predicts answers, and the request is
-    /// no word that would keep a link alive.
+    /// Whether nothing is asked of the device: other threads answer, and the request is no word
+    /// that would keep a link alive.
     pub const fn is_apart(&self) -> bool {
-        matches!(self, Self::Predict(_) | Self::Compare(_))
+        matches!(self, Self::Predict(_) | Self::Compare(_) | Self::Tune(..) | Self::CancelTuning)
     }
 }
 
@@ -248,6 +261,8 @@ mod tests {
             r#"{"do":"trajectory","trapezoid":[1,2,3]}"#,
             r#"{"do":"trajectory","deg":1}"#,
             r#"{"do":"predict"}"#,
+            r#"{"do":"tune","goal":"settle"}"#,
+            r#"{"do":"tune","laws":[],"goal":"win"}"#,
             r#"{"do":"predict","wish":{"laws":["pd"]}}"#,
             r#"{"do":"predict","wish":{"laws":["pd"],"way":{"how":"fly","deg":1}}}"#,
             r#"{"do":"predict","wish":{"laws":["pd"],"cloud":49,"way":{"how":"move","deg":1}}}"#,

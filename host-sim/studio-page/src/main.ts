@@ -15,6 +15,7 @@ import { Planes } from './planes';
 import { Plots, shown } from './plots';
 import { ask, listEvents, note, said } from './said';
 import { errorCounts, panels, position, reference, type Read } from './terms';
+import { Tuning } from './tuning';
 import { WhatIf } from './what-if';
 
 // As in page.css.
@@ -43,6 +44,11 @@ const plots = new Plots(by('plots'), history, windowMoved);
 const planes = new Planes(by('plane-plots'), history);
 const parameters = new Parameters(link, look);
 const whatIf = new WhatIf(link, (values) => parameters.set(values));
+const tuning = new Tuning(link, (gains) => {
+  const count = parameters.put(gains);
+  show('parameters');
+  return count;
+});
 const commissioning = new Commissioning((view, search) => {
   if (search !== undefined) {
     by<HTMLInputElement>('search').value = search;
@@ -90,6 +96,12 @@ function told(event: Event): void {
       app.knobs = event;
       by<HTMLButtonElement>('file-trajectory').hidden = !event.trajectory;
       whatIf.told(event);
+      break;
+    case 'tuning':
+      tuning.told(event);
+      break;
+    case 'tuned':
+      tuning.found(event);
       break;
     case 'predicted':
       whatIf.predicted(event);
@@ -179,6 +191,8 @@ function look(): void {
   if (state !== 'stopped') forget();
   parameters.enable(driven);
   whatIf.enable();
+  tuning.prefer(parameters.law);
+  tuning.enable();
   commissioning.look();
   by('back').hidden = !recording;
   by('status').textContent = status?.text ?? '';
