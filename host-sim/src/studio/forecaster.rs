@@ -15,7 +15,7 @@ use tokio::sync::mpsc::Sender;
 use super::desk::{Shared, answer};
 use super::form;
 use super::knobs::knobs;
-use super::machine_in_use::{MachineInUse, first_trajectory};
+use super::machine_in_use::{MachineInUse, first_trajectory, no_file};
 use super::prediction;
 use super::request::{Ask, Wish};
 use crate::device::machine_file;
@@ -69,10 +69,6 @@ impl Wishes {
     }
 }
 
-/// Why nothing is predicted of a device whose joint nobody has told.
-const NO_FILE: &str = "the joint is not known, so nothing is predicted: the studio was started \
-                       without a machine's file. `stiction studio --port DEV FILE.toml` takes one";
-
 /// Predicts for as long as the connections have the wishes, too. `machine` is the file whose joint
 /// the device has, if somebody has told one.
 pub fn run(wishes: &Arc<Wishes>, shared: &Shared, machine: Option<&str>) {
@@ -89,7 +85,7 @@ pub fn run(wishes: &Arc<Wishes>, shared: &Shared, machine: Option<&str>) {
             let now = match machine {
                 Some(machine) => MachineInUse::new(&parameters, machine)
                     .map_err(|error| prediction::said(&error)),
-                None => Err(NO_FILE.to_owned()),
+                None => Err(no_file("nothing is predicted").to_string()),
             };
             let (knobs, laws, why) = match &now {
                 Ok(now) => (knobs(now), now.laws.clone(), Value::Null),

@@ -16,6 +16,14 @@ use crate::error::Error;
 use crate::experiment::{Document, Experiment, RunPlan, Task};
 use crate::machine::Trajectory;
 
+/// Why something cannot be done for a device whose joint nobody has told; `so` says what.
+pub fn no_file(so: &str) -> Error {
+    Error::Input(format!(
+        "the joint is not known, so {so}: the studio was started without a machine's file. \
+         `stiction studio --port DEV FILE.toml` takes one"
+    ))
+}
+
 /// The document, and what is in it.
 #[derive(Clone, Debug)]
 pub struct MachineInUse {

@@ -33,6 +33,7 @@
 //! | `desk.rs` | what connections and threads share: orders, answers, what the device runs |
 //! | `worker.rs` | the thread that talks to the device |
 //! | `orders.rs`, `told.rs` | what it does for a page, and what it tells all |
+//! | `selftest.rs` | the moves of a self-test, each on a word of the page that has begun it |
 //! | `form.rs` | the parameters as a form |
 //! | `forecaster.rs`, `prediction.rs` | the thread that predicts, and how |
 //! | `machine_in_use.rs` | the device's parameters with the joint of the file |
@@ -57,6 +58,7 @@ mod orders;
 mod prediction;
 mod refusals;
 mod request;
+mod selftest;
 mod server;
 mod socket;
 mod spare_cores;

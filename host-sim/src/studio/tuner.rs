@@ -14,6 +14,7 @@ use std::time::{Duration, Instant};
 use serde_json::{Value, json};
 
 use super::desk::Shared;
+use super::machine_in_use::no_file;
 use super::spare_cores::on_spare_cores;
 use crate::ensemble::rules::TUNING_SEEDS;
 use crate::error::Error;
@@ -22,11 +23,6 @@ use crate::tuning::{CASES, Goal, Request, Tuned, charts, object, rewritten, spre
 
 /// Time between two reports of how far it is.
 const TOLD: Duration = Duration::from_millis(250);
-
-/// Why nothing is tuned for a device whose joint nobody has told.
-const NO_FILE: &str = "the joint is not known, so there is nothing to tune for: the studio was \
-                       started without a machine's file. `stiction studio --port DEV FILE.toml` \
-                       takes one";
 
 /// Tunes for all pages.
 #[derive(Debug)]
@@ -77,7 +73,8 @@ impl Tuner {
 
     /// The file, as it is now.
     fn file(&self) -> Result<(&str, Document), Error> {
-        let machine = self.machine.as_deref().ok_or_else(|| Error::Input(NO_FILE.into()))?;
+        let machine =
+            self.machine.as_deref().ok_or_else(|| no_file("there is nothing to tune for"))?;
         let document = Document::open(machine)?;
         if document.is_lab() {
             let why = "is a friction experiment, which has no controller";

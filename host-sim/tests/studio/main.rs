@@ -3,6 +3,7 @@
 
 mod bad_lines;
 mod page;
+mod selftest;
 mod tune;
 mod what_if;
 
