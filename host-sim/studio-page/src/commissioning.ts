@@ -18,7 +18,7 @@ type Step = {
   here?: (typeof HERE)[number];
 };
 
-const HERE = ['tuning'] as const;
+const HERE = ['tuning', 'selftest'] as const;
 
 const joint = (x: number, angle: number) => `
   <g transform="translate(${x} 60)"><circle r="26" class="body"/>
@@ -115,13 +115,14 @@ const STEPS: Step[] = [
     ),
     text: [
       'Arm, move to both ends of the range, and look at the error under “Live”. Under “What if” the prediction lies beside the move that was just made: where the two differ, the joint is not the one of the file.',
-      'The self-test makes the moves and judges them by the joint of the file from the step before. It is a command, and drives the device by itself: end the studio first.',
+      'The self-test makes twenty moves by itself, and judges them by what the joint of the file would do. It is predicted first, which moves nothing. Then you begin the moves. Stop, Escape, or closing this page ends it.',
     ],
     buttons: [
       ['Live', 'live'],
       ['What if', 'what-if'],
     ],
     command: 'stiction device --port DEV --machine tuned.toml selftest',
+    here: 'selftest',
   },
   {
     title: 'Save',
@@ -140,7 +141,7 @@ const STEPS: Step[] = [
 const isElsewhere = (then: string) => then.startsWith('#') || then.startsWith('.');
 
 // Why a button of the page cannot be pressed now.
-function reason(then: string): string {
+export function reason(then: string): string {
   const { connected, gone, recording, commands, status } = app;
   if (!connected) return 'there is no connection to the studio';
   if (then === '#pull') return 'what the device runs is not known, or no file can say it';

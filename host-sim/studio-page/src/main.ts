@@ -15,6 +15,7 @@ import { Planes } from './planes';
 import { Plots, shown } from './plots';
 import { ask, listEvents, note, said } from './said';
 import { errorCounts, panels, position, reference, type Read } from './terms';
+import { Selftest } from './selftest';
 import { Tuning } from './tuning';
 import { WhatIf } from './what-if';
 
@@ -49,6 +50,7 @@ const tuning = new Tuning(link, (gains) => {
   show('parameters');
   return count;
 });
+const selftest = new Selftest(link);
 const commissioning = new Commissioning((view, search) => {
   if (search !== undefined) {
     by<HTMLInputElement>('search').value = search;
@@ -96,6 +98,9 @@ function told(event: Event): void {
       app.knobs = event;
       by<HTMLButtonElement>('file-trajectory').hidden = !event.trajectory;
       whatIf.told(event);
+      break;
+    case 'selftest':
+      selftest.told(event);
       break;
     case 'tuning':
       tuning.told(event);
@@ -172,18 +177,20 @@ function look(): void {
       }),
     );
   by<HTMLFieldSetElement>('actions').disabled = !may();
+  // A self-test moves the joint by itself, and nothing else does meanwhile.
+  const moves = driven && !app.testing;
   for (const [id, enabled] of [
     ['arm', state === 'stopped'],
-    ['hold', driven],
+    ['hold', moves],
     ['clear', state === 'faulted'],
-    ['step', driven],
-    ['file-trajectory', driven],
+    ['step', moves],
+    ['file-trajectory', moves],
   ] as const)
     by<HTMLButtonElement>(id).disabled = !enabled;
   for (const button of document.querySelectorAll<HTMLButtonElement>(
     '#move button, #trapezoid button',
   ))
-    button.disabled = !driven;
+    button.disabled = !moves;
   for (const button of document.querySelectorAll<HTMLButtonElement>(
     '.jog, .identify, #ramp button',
   ))
@@ -193,6 +200,7 @@ function look(): void {
   whatIf.enable();
   tuning.prefer(parameters.law);
   tuning.enable();
+  selftest.enable();
   commissioning.look();
   by('back').hidden = !recording;
   by('status').textContent = status?.text ?? '';

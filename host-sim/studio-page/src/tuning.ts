@@ -222,7 +222,7 @@ export function table(head: string[], rows: string[][]): HTMLElement {
   return element('div', { className: 'wide' }, made);
 }
 
-function brief(key: string): string {
+export function brief(key: string): string {
   const [path, value] = key.split('=');
   const number = Number(value);
   return `${path.split('.').pop()} ${Number.isFinite(number) ? shown(number) : value.replace('..', ' to ')}`;
