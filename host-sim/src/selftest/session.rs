@@ -193,3 +193,37 @@ pub fn run<W: Wire>(
     client.subscribe(0, 0)?;
     Ok(steps.ended(status))
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use stiction::signal::index;
+
+    /// The prediction has a sample every 10 ms. A studio that shows every tick has more.
+    #[test]
+    fn of_samples_that_come_more_often_than_is_needed_so_many_are_kept() {
+        let sample = |clock: u32, state: u32| Sample {
+            number: 0,
+            clock,
+            signals: 1 << index("status"),
+            values: state.to_le_bytes().into_iter().collect(),
+        };
+        let profile = ProfileLimits { velocity: 10.0, acceleration: 20.0, jerk: 400.0 };
+        let mut steps = Steps {
+            targets: vec![],
+            signals: Signals::of_core(),
+            profile,
+            count_deg: 0.01,
+            sample_time_s: 0.001,
+            to_deg: None,
+            samples: vec![],
+            moves: vec![],
+            begun: 0,
+        };
+        assert_eq!(steps.every(), 10);
+        (0..5).for_each(|clock| steps.see(&sample(clock, 1)));
+        (5..105).for_each(|clock| steps.see(&sample(clock, 2)));
+        let clocks: Vec<u32> = steps.samples.iter().map(|sample| sample.clock).collect();
+        assert_eq!(clocks, (0..10).map(|k| 5 + 10 * k).collect::<Vec<_>>());
+    }
+}

@@ -222,7 +222,7 @@ impl<W: Wire> Worker<'_, W> {
             return;
         };
         let Moving { prepared, steps, .. } = *moving;
-        let session: Session = steps.ended(status.clone());
+        let session: Session = steps.ended(*status);
         let tested = prepared.clone().judged(session);
         let labels: serde_json::Map<String, Value> =
             tested.checks.iter().map(|check| (check.name.to_owned(), check.words.into())).collect();

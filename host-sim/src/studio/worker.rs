@@ -125,6 +125,7 @@ pub fn run<W: Wire>(
         Ok(worker) => worker,
         Err(error) => return drop(ready.send(Err(error))),
     };
+    worker.tell_no_test(None);
     let _ = ready.send(Ok(()));
     loop {
         let Err(error) = worker.work(orders) else { return };
@@ -132,6 +133,10 @@ pub fn run<W: Wire>(
         let was_armed = worker.armed_here;
         let driven = if worker.driven { ". THE MOTOR MAY STILL BE DRIVEN" } else { "" };
         shared.news.tell("gone", json!({ "said": format!("{error}{driven}") }));
+        if worker.test.is_some() {
+            let why = "selftest: the device did not answer; predict it anew";
+            worker.tell_no_test(Some(why.into()));
+        }
         // The wire is closed before it is opened again.
         drop(worker);
         worker = loop {
@@ -182,7 +187,6 @@ impl<'a, W: Wire> Worker<'a, W> {
         worker.introduce()?;
         worker.tell_faults(&status)?;
         worker.tell_status(&status);
-        worker.tell_no_test(None);
         Ok(worker)
     }
 

@@ -73,7 +73,7 @@ export class Selftest {
     if (event.phase === 'ready') this.ready(event);
     if (event.phase === 'done') {
       this.done(event);
-      if (before === 'moving') said(`self-test: ${event.said}`, event.ok);
+      if (before === 'moving') said(`self-test: ${event.said}`, event.ok, event.ok ? '✓' : '✕');
     }
     if (event.phase === 'none' || event.phase === 'predicting')
       by('selftest-result').replaceChildren();
@@ -168,13 +168,13 @@ export class Selftest {
       ),
     );
     const figures = table(
-      ['all moves', 'measured', 'predicted', 'allowed', ''],
+      ['', 'all moves', 'measured', 'predicted', 'allowed'],
       checks.map((one) => [
+        one.pass ? '✓ pass' : '✕ FAIL',
         labels[one.name] ?? one.name,
         one.measured === null || one.measured === undefined ? '–' : shown(one.measured),
         range(one.predicted),
         allowed(one),
-        one.pass ? '✓ pass' : '✕ FAIL',
       ]),
     );
     by('selftest-result').replaceChildren(

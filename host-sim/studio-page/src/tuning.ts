@@ -109,9 +109,8 @@ export class Tuning {
 
   // What was found last.
   found(event: Event): void {
-    const before = by('tune-said').textContent;
     by('tune-said').textContent = `${event.ok ? '✓' : '✕'} ${event.said}`;
-    if (before && this.running) said(event.said, event.ok);
+    if (this.running) said(event.said, event.ok, event.ok ? '✓' : '✕');
     this.clear();
     if (!event.ok) return;
     const all: [string, Tuned][] = Object.entries(event.result.controllers);
