@@ -60,10 +60,13 @@ fn the_verdict_is_that_of_the_command() {
             if told["phase"] == "done" {
                 break told;
             }
-            made.push(told["made"].as_u64().unwrap());
+            // What is told of the arming may come before the answer.
+            if told["to_deg"].is_f64() {
+                made.push(told["made"].as_u64().unwrap());
+            }
         };
-        // At the arming, and at the begin of each move.
-        assert_eq!(made, [0, 0, 1, 2]);
+        // At the begin of each move.
+        assert_eq!(made, [0, 1, 2]);
         assert_eq!(page.state("stopped").await["driven"], false);
         let by_page = &done["result"];
         assert_eq!((&done["ok"], &by_page["verdict"]), (&json!(true), &by_command["verdict"]));
