@@ -18,6 +18,8 @@ export const commissioning = ({ state, text, said, visit, command }) => {
     await step(page, 'Verify');
     await page.locator('#selftest-moves').fill(String(moves));
     await page.locator('#selftest-predict').click();
+    // A self-test that was made before could be repeated: the button alone tells nothing.
+    await page.locator('#selftest-said', { hasText: `${moves} moves, within` }).waitFor();
     await page.locator('#selftest-go:enabled').waitFor();
   };
 
