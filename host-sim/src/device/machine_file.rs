@@ -23,15 +23,17 @@ use crate::written::{Written, single};
 /// Of a controller with several laws, or with one twice.
 const OF_SEVERAL: &str = "device";
 
-/// Reads the parameters of the first run of a machine's file.
+/// Reads the parameters of a machine's file: those of the first run of it as it stands, or, if it
+/// has nothing but variants, of the first of these.
 ///
 /// # Errors
 /// Names the key, what was found and what is allowed.
 pub fn read(name: &str, text: &str) -> Result<Parameters, Error> {
     let document = Document::parse(name, text)?;
-    let mut runs = Experiment::plan(&document, &[], &[])?.runs;
-    // A plan without runs has been refused.
-    super::parameters(&runs.swap_remove(0))
+    let first = Experiment::plan(&document, &[], &[])?.into_first();
+    super::parameters(
+        &first.ok_or_else(|| Error::Input(format!("{name}: there is nothing to run")))?,
+    )
 }
 
 /// Writes a machine's file of these parameters; `joint` is that of `whose`.

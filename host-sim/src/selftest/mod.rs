@@ -25,10 +25,11 @@ mod session;
 mod text;
 mod verdict;
 
+pub use self::measures::SIGNALS;
 pub use self::measures::{Figures, Measures};
 pub use self::moves::{Range, targets};
 pub use self::prediction::{Prediction, Request};
-pub use self::prepare::{Asked, Prepared};
-pub use self::session::{Session, run};
-pub use self::text::{Tested, ends, late, object, words};
+pub use self::prepare::{Asked, JOINTS, MOVES, Planned, Prepared, SEED};
+pub use self::session::{Next, Session, Steps, run};
+pub use self::text::{Tested, ends, late, object, sentence, words};
 pub use self::verdict::{Check, bounds, verdict};

@@ -2,13 +2,14 @@
 //! moves lead, and what is predicted of them.
 
 use stiction::Parameters;
+use stiction::link::Status;
 
 use super::measures::Figures;
 use super::moves::{ROOM, Range, longest_way, room, targets};
 use super::prediction::{Prediction, Request};
 use super::session::{LONGEST_S, Session, time_s};
 use super::text::Tested;
-use super::verdict::verdict;
+use super::verdict::{Check, bounds, verdict};
 use crate::device::client::Client;
 use crate::device::wire::Wire;
 use crate::device::{machine_file, parameters, words};
@@ -18,6 +19,15 @@ use crate::tuning::spreads;
 
 /// Tables in which a difference between device and file makes another machine.
 const OF_THE_MACHINE: [&str; 3] = ["encoder.", "drive.", "loop.sample_time_s"];
+
+/// How many moves there are if nobody says otherwise.
+pub const MOVES: usize = 20;
+
+/// How many joints make the prediction if nobody says otherwise.
+pub const JOINTS: u64 = 24;
+
+/// Their seed: the first year of the project, as for ensembles. No joint was tuned on it.
+pub const SEED: u64 = 2026;
 
 /// What is asked for.
 #[derive(Clone, Debug)]
@@ -34,6 +44,16 @@ pub struct Asked {
     pub seed: u64,
     /// Keys of the joint that vary, `KEY=LOW..HIGH`; of none, what the file says.
     pub spreads: Vec<String>,
+}
+
+/// A self-test of which is settled what is to be predicted.
+#[derive(Clone, Debug)]
+pub struct Planned {
+    /// What is to be predicted of what.
+    pub request: Request,
+    machine: String,
+    range: Range,
+    differences: Vec<String>,
 }
 
 /// A self-test with its prediction, before the moves.
@@ -54,6 +74,14 @@ impl Asked {
     /// Says what is wrong with the file, the range or the device, or that the moves end before in
     /// most of the simulated joints.
     pub fn prepare<W: Wire>(&self, client: &mut Client<W>) -> Result<Prepared, Error> {
+        self.plan(client)?.predict()
+    }
+
+    /// Asks a device for its parameters, which takes a few requests.
+    ///
+    /// # Errors
+    /// Says what is wrong with the file, the range or the device.
+    pub fn plan<W: Wire>(&self, client: &mut Client<W>) -> Result<Planned, Error> {
         let document = Document::open(&self.machine)?;
         let parameters = client.parameters()?;
         let differences = differences(&self.machine, &document, &parameters)?;
@@ -68,29 +96,84 @@ impl Asked {
             seed: self.seed,
             targets: targets(range, self.moves),
         };
+        let machine = self.machine.clone();
+        Ok(Planned { request, machine, range, differences })
+    }
+
+    /// The range that was asked for, or else the derived one.
+    fn range<W: Wire>(&self, client: &mut Client<W>, found: &Parameters) -> Result<Range, Error> {
+        let status = client.status()?;
+        allowed(self.range_deg, found, at_deg(&status), self.moves)
+    }
+}
+
+fn at_deg(status: &Status) -> f64 {
+    f64::from(status.position) * f64::from(status.resolution)
+}
+
+impl Planned {
+    /// Predicts, on all cores, and asks no device.
+    ///
+    /// # Errors
+    /// Names a key that does not vary, or says that the moves end before in most of the simulated
+    /// joints.
+    pub fn predict(self) -> Result<Prepared, Error> {
+        let Self { request, machine, range, differences } = self;
         let prediction = request.predict()?;
         if prediction.figures.len() < prediction.ended.len().max(1) {
             let why = prediction.ended.first().map_or("", String::as_str);
             return Err(Error::Device(format!(
                 "selftest: nothing was moved: of {} simulated joints {} end before, the first by \
                  {why}; a smaller --range may help, or other gains",
-                self.joints,
+                request.joints,
                 prediction.ended.len()
             )));
         }
-        let machine = self.machine.clone();
         Ok(Prepared { request, machine, range, prediction, differences })
-    }
-
-    /// The range that was asked for, or else the derived one.
-    fn range<W: Wire>(&self, client: &mut Client<W>, found: &Parameters) -> Result<Range, Error> {
-        let status = client.status()?;
-        let at_deg = f64::from(status.position) * f64::from(status.resolution);
-        allowed(self.range_deg, found, at_deg, self.moves)
     }
 }
 
 impl Prepared {
+    /// Whether the prediction is that of a device as it is now. Somebody may have set other
+    /// parameters since, or turned the joint by hand.
+    ///
+    /// # Errors
+    /// Says what has changed.
+    pub fn fits<W: Wire>(&self, client: &mut Client<W>) -> Result<(), Error> {
+        let found = client.parameters()?;
+        if found != self.request.parameters {
+            let why = "selftest: the device runs other parameters than those of the prediction; \
+                       predict anew";
+            return Err(Error::Refused(why.into()));
+        }
+        let status = client.status()?;
+        allowed(Some(self.range.deg), &found, at_deg(&status), self.request.targets.len())?;
+        Ok(())
+    }
+
+    /// The farthest target to either side, deg.
+    pub const fn range_deg(&self) -> f64 {
+        self.range.deg
+    }
+
+    /// In what the device differs from the file.
+    pub fn differences(&self) -> &[String] {
+        &self.differences
+    }
+
+    /// How long the moves have, all of them, s.
+    pub fn longest_s(&self) -> f64 {
+        let targets = &self.request.targets;
+        let from = std::iter::once(&0.0).chain(targets);
+        let profile = &self.request.parameters.profile;
+        from.zip(targets).map(|(from, to)| time_s(profile, to - from)).sum()
+    }
+
+    /// What the device is to do: the figures with their bounds.
+    pub fn bounds(&self) -> Vec<Check> {
+        bounds(&self.prediction)
+    }
+
     /// Judges what the device has made of the moves.
     pub fn judged(self, session: Session) -> Tested {
         let Session { moves, status, is_ended } = session;

@@ -1,9 +1,12 @@
 //! A session of moves over the link: any device, real, emulated or simulated.
+//!
+//! [`Steps`] says what comes next and judges what came. Who waits meanwhile is another matter: the
+//! command talks to the device in [`run`], and the studio serves its pages.
 
 use std::time::Duration;
 
-use stiction::link::{StateCode, Status};
-use stiction::{Parameters, ProfileLimits};
+use stiction::link::{Sample, StateCode, Status};
+use stiction::{Motion, Parameters, ProfileLimits};
 
 use super::measures::{Measures, SIGNALS, measures};
 use crate::device::client::Client;
@@ -39,6 +42,130 @@ pub struct Session {
     pub is_ended: bool,
 }
 
+/// A move that is to begin.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Next {
+    /// What the device is told.
+    pub motion: Motion,
+    /// Where it leads, deg.
+    pub to_deg: f64,
+    /// How long it has. It is over before if the device is not armed any more.
+    pub time: Duration,
+}
+
+/// A session in steps.
+#[derive(Clone, Debug)]
+pub struct Steps {
+    targets: Vec<f64>,
+    signals: Signals,
+    profile: ProfileLimits,
+    count_deg: f64,
+    sample_time_s: f64,
+    /// Where the move leads that is made, deg.
+    to_deg: Option<f64>,
+    samples: Vec<Sample>,
+    moves: Vec<Measures>,
+    begun: usize,
+}
+
+impl Steps {
+    /// Arms a device where its joint is. The first move begins after the time that is returned: the
+    /// soft start is no part of it.
+    ///
+    /// # Errors
+    /// Says why the device refuses, or that it does not answer.
+    pub fn arm<W: Wire>(
+        client: &mut Client<W>,
+        targets: &[f64],
+    ) -> Result<(Self, Duration), Error> {
+        let signals = Signals::new(client.signals()?);
+        let Parameters { profile, device, .. } = client.parameters()?;
+        let status = client.status()?;
+        if !status.at_rest {
+            client.pass(Duration::from_millis(100))?;
+        }
+        client.arm()?;
+        let waits = [device.reset_pulse, device.wake_up, device.soft_start].map(f64::from);
+        let [count_deg, sample_time_s] = [status.resolution, status.sample_time].map(f64::from);
+        let steps = Self {
+            targets: targets.to_vec(),
+            signals,
+            profile,
+            count_deg,
+            sample_time_s,
+            to_deg: None,
+            samples: vec![],
+            moves: vec![],
+            begun: 0,
+        };
+        Ok((steps, Duration::from_secs_f64(waits.iter().sum::<f64>() + SETTLES_S)))
+    }
+
+    /// The signals that are needed, as a sum of 1 << place.
+    pub fn mask(&self) -> u64 {
+        self.signals.mask(SIGNALS)
+    }
+
+    /// Ticks from one sample to the next one that is needed.
+    pub fn every(&self) -> u16 {
+        (LOOKED_AT_S / self.sample_time_s).clamp(1.0, 1000.0).round() as u16
+    }
+
+    /// How many moves are over.
+    pub const fn made(&self) -> usize {
+        self.moves.len()
+    }
+
+    /// Takes a sample. Of samples that come more often than [`every`](Self::every) says, only so
+    /// many are kept: the prediction has no more. One from just before a move begins changes
+    /// nothing of it, since the set point stands still in it.
+    pub fn see(&mut self, sample: &Sample) {
+        let is_due =
+            |last: &Sample| sample.clock.wrapping_sub(last.clock) >= u32::from(self.every());
+        if self.signals.is_armed(sample) && self.samples.last().is_none_or(is_due) {
+            self.samples.push(sample.clone());
+        }
+    }
+
+    /// Judges the move whose time is over, and says which one begins now; none if there is none
+    /// any more, or the device is not armed.
+    ///
+    /// # Errors
+    /// Says that the device does not answer.
+    pub fn next<W: Wire>(
+        &mut self,
+        client: &mut Client<W>,
+        status: &Status,
+    ) -> Result<Option<Next>, Error> {
+        self.judge();
+        let Some(to_deg) = self.targets.get(self.begun).copied() else { return Ok(None) };
+        if status.state != StateCode::Armed {
+            return Ok(None);
+        }
+        let from_deg = self.begun.checked_sub(1).and_then(|last| self.targets.get(last));
+        let way_deg = to_deg - from_deg.copied().unwrap_or(0.0);
+        let time = Duration::from_secs_f64(time_s(&self.profile, way_deg));
+        let motion = client.profiled(to_deg)?;
+        (self.to_deg, self.begun) = (Some(to_deg), self.begun + 1);
+        Ok(Some(Next { motion, to_deg, time }))
+    }
+
+    fn judge(&mut self) {
+        let samples = std::mem::take(&mut self.samples);
+        if let Some(to_deg) = self.to_deg.take() {
+            let each = [self.count_deg, self.sample_time_s];
+            self.moves.extend(measures(&samples, &self.signals, to_deg, each));
+        }
+    }
+
+    /// What it has come to, with the status after the last move.
+    pub fn ended(mut self, status: Status) -> Session {
+        self.judge();
+        let is_ended = status.state != StateCode::Armed;
+        Session { moves: self.moves, status, is_ended }
+    }
+}
+
 /// Arms a device where its joint is, and makes the moves, one after the other. `seen` is told how
 /// many are done. The device stays armed, unless it ends the session by itself: the caller turns
 /// its output off, whatever comes back.
@@ -50,40 +177,53 @@ pub fn run<W: Wire>(
     targets: &[f64],
     mut seen: impl FnMut(usize),
 ) -> Result<Session, Error> {
-    let signals = Signals::new(client.signals()?);
-    let Parameters { profile, device, .. } = client.parameters()?;
-    if !client.status()?.at_rest {
-        client.pass(Duration::from_millis(100))?;
-    }
-    client.arm()?;
-    // The soft start is no part of the first move.
-    let waits = [device.reset_pulse, device.wake_up, device.soft_start].map(f64::from);
-    let waits_s = waits.iter().sum::<f64>() + SETTLES_S;
-    let mut status = client.pass_armed(Duration::from_secs_f64(waits_s))?;
-    let [count_deg, sample_time_s] = [status.resolution, status.sample_time].map(f64::from);
-    let every = (LOOKED_AT_S / sample_time_s).clamp(1.0, 1000.0).round() as u16;
-    client.subscribe(signals.mask(SIGNALS), every)?;
-    let (mut moves, mut at_deg) = (Vec::new(), 0.0);
-    for to_deg in targets {
-        if status.state != StateCode::Armed {
-            break;
-        }
-        let motion = client.profiled(*to_deg)?;
-        let time_s = time_s(&profile, to_deg - at_deg);
+    let (mut steps, waits) = Steps::arm(client, targets)?;
+    let mut status = client.pass_armed(waits)?;
+    client.subscribe(steps.mask(), steps.every())?;
+    while let Some(next) = steps.next(client, &status)? {
+        seen(steps.made());
         while client.kept().is_some() {}
-        client.move_along(motion)?;
-        status = client.pass_armed(Duration::from_secs_f64(time_s))?;
-        let mut samples = Vec::new();
+        client.move_along(next.motion)?;
+        status = client.pass_armed(next.time)?;
         while let Some(sample) = client.kept() {
-            if signals.is_armed(&sample) {
-                samples.push(sample);
-            }
+            steps.see(&sample);
         }
-        moves.extend(measures(&samples, &signals, *to_deg, [count_deg, sample_time_s]));
-        at_deg = *to_deg;
-        seen(moves.len());
     }
+    seen(steps.made());
     client.subscribe(0, 0)?;
-    let is_ended = status.state != StateCode::Armed;
-    Ok(Session { moves, status, is_ended })
+    Ok(steps.ended(status))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use stiction::signal::index;
+
+    /// The prediction has a sample every 10 ms. A studio that shows every tick has more.
+    #[test]
+    fn of_samples_that_come_more_often_than_is_needed_so_many_are_kept() {
+        let sample = |clock: u32, state: u32| Sample {
+            number: 0,
+            clock,
+            signals: 1 << index("status"),
+            values: state.to_le_bytes().into_iter().collect(),
+        };
+        let profile = ProfileLimits { velocity: 10.0, acceleration: 20.0, jerk: 400.0 };
+        let mut steps = Steps {
+            targets: vec![],
+            signals: Signals::of_core(),
+            profile,
+            count_deg: 0.01,
+            sample_time_s: 0.001,
+            to_deg: None,
+            samples: vec![],
+            moves: vec![],
+            begun: 0,
+        };
+        assert_eq!(steps.every(), 10);
+        (0..5).for_each(|clock| steps.see(&sample(clock, 1)));
+        (5..105).for_each(|clock| steps.see(&sample(clock, 2)));
+        let clocks: Vec<u32> = steps.samples.iter().map(|sample| sample.clock).collect();
+        assert_eq!(clocks, (0..10).map(|k| 5 + 10 * k).collect::<Vec<_>>());
+    }
 }

@@ -143,18 +143,23 @@ pub fn words(tested: &Tested) -> String {
     );
     tested.spreads.iter().for_each(|spread| text += &format!("  {spread}\n"));
     text += &remarks(tested);
-    text + &match &tested.ended_by {
-        Some(by) => format!("selftest   FAIL: ended by {by}\n"),
+    text + &format!("selftest   {}\n", sentence(tested).replace('\n', "\n           "))
+}
+
+/// The verdict in words, a line each.
+pub fn sentence(tested: &Tested) -> String {
+    match &tested.ended_by {
+        Some(by) => format!("FAIL: ended by {by}"),
         None if tested.passes() => {
             let also = tested.misses_as_predicted().map_or(String::new(), |missed| {
                 format!(
-                    ", and that is to MISS:\n           {missed}.\n           \
+                    ", and that is to MISS:\n{missed}.\n\
                      The law is no good for this joint: tune it, or take another one"
                 )
             });
-            format!("selftest   pass: the joint does what its file says{also}\n")
+            format!("pass: the joint does what its file says{also}")
         }
-        None => format!("selftest   FAIL: {}\n", tested.failed().join("; ")),
+        None => format!("FAIL: {}", tested.failed().join("; ")),
     }
 }
 

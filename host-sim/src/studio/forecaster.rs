@@ -15,7 +15,7 @@ use tokio::sync::mpsc::Sender;
 use super::desk::{Shared, answer};
 use super::form;
 use super::knobs::knobs;
-use super::machine_in_use::{MachineInUse, first_trajectory};
+use super::machine_in_use::{MachineInUse, first_trajectory, no_file};
 use super::prediction;
 use super::request::{Ask, Wish};
 use crate::device::machine_file;
@@ -69,10 +69,6 @@ impl Wishes {
     }
 }
 
-/// Why nothing is predicted of a device whose joint nobody has told.
-const NO_FILE: &str = "the joint is not known, so nothing is predicted: the studio was started \
-                       without a machine's file. `stiction studio --port DEV FILE.toml` takes one";
-
 /// Predicts for as long as the connections have the wishes, too. `machine` is the file whose joint
 /// the device has, if somebody has told one.
 pub fn run(wishes: &Arc<Wishes>, shared: &Shared, machine: Option<&str>) {
@@ -89,7 +85,7 @@ pub fn run(wishes: &Arc<Wishes>, shared: &Shared, machine: Option<&str>) {
             let now = match machine {
                 Some(machine) => MachineInUse::new(&parameters, machine)
                     .map_err(|error| prediction::said(&error)),
-                None => Err(NO_FILE.to_owned()),
+                None => Err(no_file("nothing is predicted").to_string()),
             };
             let (knobs, laws, why) = match &now {
                 Ok(now) => (knobs(now), now.laws.clone(), Value::Null),
@@ -135,9 +131,9 @@ fn compared(in_use: &Parameters, machine: Option<&str>, text: &str) -> Result<Va
     let law = in_use.controller.compensator.first().map_or(PD, Gains::name);
     let has_it = document.get(&format!("controller.{law}")).is_some();
     let wanted: Vec<String> = has_it.then(|| law.to_owned()).into_iter().collect();
-    let mut runs = Experiment::plan(&document, &wanted, &[])?.runs;
-    // A plan without runs has been refused.
-    let file = for_a_device(&runs.swap_remove(0))?;
+    let first = Experiment::plan(&document, &wanted, &[])?.into_first();
+    let nothing = || Error::Input(format!("{}: there is nothing to run", document.origin.name));
+    let file = for_a_device(&first.ok_or_else(nothing)?)?;
     let values: BTreeMap<String, String> = form::values(&file)?.into_iter().collect();
     let changes = machine_file::changes(in_use, &file)?;
     Ok(json!({ "name": document.origin.name, "values": values, "changes": changes }))

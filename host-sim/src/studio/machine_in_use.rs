@@ -2,8 +2,8 @@
 //! machine's file.
 //!
 //! A device does not know its joint, so the file lends it. The other controllers of the file stand
-//! beside the one in use, with the gains of the file. Of a file with variants, the first one is
-//! meant, as for a simulated device. Does badly: of a data sheet only the rigid joint is lent,
+//! beside the one in use, with the gains of the file. A file with variants is meant as it
+//! stands; of one that has nothing else, the first is meant, as for a simulated device. Does badly: of a data sheet only the rigid joint is lent,
 //! without backlash, shaft, bristles or the drive's own lag.
 
 use stiction::position::Position;
@@ -15,6 +15,14 @@ use crate::device::machine_file;
 use crate::error::Error;
 use crate::experiment::{Document, Experiment, RunPlan, Task};
 use crate::machine::Trajectory;
+
+/// Why something cannot be done for a device whose joint nobody has told; `so` says what.
+pub fn no_file(so: &str) -> Error {
+    Error::Input(format!(
+        "the joint is not known, so {so}: the studio was started without a machine's file. \
+         `stiction studio --port DEV FILE.toml` takes one"
+    ))
+}
 
 /// The document, and what is in it.
 #[derive(Clone, Debug)]
@@ -33,8 +41,10 @@ impl MachineInUse {
     /// # Errors
     /// Says what is wrong with the file, or that no file says what the device runs.
     pub fn new(parameters: &Parameters, machine: &str) -> Result<Self, Error> {
-        // That of a simulated device: the file's first run, and so its first variant.
-        let first = Experiment::plan(&Document::open(machine)?, &[], &[])?.runs.swap_remove(0);
+        // That of a simulated device.
+        let first = Experiment::plan(&Document::open(machine)?, &[], &[])?.into_first();
+        let nothing = || Error::Input(format!("{machine}: there is nothing to run"));
+        let first = first.ok_or_else(nothing)?;
         let lent = &*first.machine;
         // A motion that only holds has no place in a file.
         let motion = Motion::Step(Position::from_counts(1));

@@ -16,7 +16,8 @@
 //! - While the output is on, the studio asks the device nothing of its own accord. Each sign of
 //!   life is a word of the page that commands (`worker.rs`). If that page is gone, the device hears
 //!   nothing, and its link timeout turns the output off.
-//! - A prediction asks the device nothing, delays nobody who does, and is no sign of life.
+//! - A prediction or a tuning asks the device nothing, delays nobody who does, and is no sign of
+//!   life.
 //! - A page that reads too slowly loses samples, and can tell which by their numbers. It never
 //!   delays the device or another page.
 //!
@@ -32,10 +33,12 @@
 //! | `desk.rs` | what connections and threads share: orders, answers, what the device runs |
 //! | `worker.rs` | the thread that talks to the device |
 //! | `orders.rs`, `told.rs` | what it does for a page, and what it tells all |
+//! | `selftest.rs` | the moves of a self-test, each on a word of the page that has begun it |
 //! | `form.rs` | the parameters as a form |
 //! | `forecaster.rs`, `prediction.rs` | the thread that predicts, and how |
 //! | `machine_in_use.rs` | the device's parameters with the joint of the file |
 //! | `knobs.rs` | what of it can be turned |
+//! | `tuner.rs`, `spare_cores.rs` | tunes gains on a thread of its own, which leaves a core free |
 //! | `guard.rs`, `listener.rs` | token, origin and host; the number of connections |
 //! | `refusals.rs` | what is told at the terminal of what was refused |
 //! | `socket.rs`, `server.rs` | one page's connection; the HTTP around it |
@@ -55,9 +58,12 @@ mod orders;
 mod prediction;
 mod refusals;
 mod request;
+mod selftest;
 mod server;
 mod socket;
+mod spare_cores;
 mod told;
+mod tuner;
 mod worker;
 
 pub use server::{Server, Wanted};

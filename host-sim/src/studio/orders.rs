@@ -22,13 +22,16 @@ use crate::machine::Trajectory;
 const UNDONE: usize = 32;
 
 impl<W: Wire> Worker<'_, W> {
-    /// Does what a page asks for, and says what was done.
+    /// Does what this page asks for, and says what was done.
     ///
     /// # Errors
     /// Says why the device refuses, or that it does not answer.
-    pub(super) fn obey(&mut self, what: &Ask) -> Result<Value, Error> {
+    pub(super) fn obey(&mut self, page: u64, what: &Ask) -> Result<Value, Error> {
         // Whatever becomes of the answer, the motor may be driven then.
-        let arms = matches!(what, Ask::Arm | Ask::Jog | Ask::Identify { .. } | Ask::IdentifyJoint);
+        let arms = matches!(
+            what,
+            Ask::Arm | Ask::Jog | Ask::Identify { .. } | Ask::IdentifyJoint | Ask::Selftest
+        );
         self.driven |= arms;
         self.armed_here |= arms;
         // The joint counts as at rest 50 ms after it was stopped.
@@ -36,8 +39,13 @@ impl<W: Wire> Worker<'_, W> {
             self.client.pass(Duration::from_millis(100))?;
         }
         let said: &str = match what {
-            // The thread that predicts answers the last two.
-            Ask::Alive | Ask::Command | Ask::Predict(_) | Ask::Compare(_) => "",
+            // Others answer these.
+            Ask::Alive | Ask::Command => "",
+            Ask::Predict(_) | Ask::Compare(_) | Ask::Tune(..) | Ask::CancelTuning => "",
+            Ask::PredictSelftest { range_deg, moves } => {
+                return self.predict_selftest(*range_deg, *moves);
+            }
+            Ask::Selftest => return self.begin_selftest(page),
             Ask::Stop => {
                 self.client.stop()?;
                 "stopped: the motor is off"

@@ -1,10 +1,12 @@
 //! What a page may ask for: one JSON object a message.
 
 use std::collections::BTreeMap;
+use std::ops::RangeInclusive;
 
 use serde::{Deserialize, Serialize};
 
 use crate::machine::Trajectory;
+use crate::tuning::Goal;
 
 /// The largest message of a page, bytes: a machine's file has less than half of it.
 pub const LARGEST: usize = 64 * 1024;
@@ -33,7 +35,13 @@ struct Written {
     text: Option<String>,
     trapezoid: Option<[f64; 4]>,
     wish: Option<Wish>,
+    laws: Option<Vec<String>>,
+    goal: Option<Goal>,
+    moves: Option<usize>,
 }
+
+/// How many moves a self-test may have, as on the command line.
+const MOVES: RangeInclusive<usize> = 2..=200;
 
 /// How a set point goes somewhere, in the zero of the arming.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -162,13 +170,29 @@ pub enum Ask {
     /// Compare what is in use with a machine's file, whose text this is; empty: with the file that
     /// the studio was started with. It asks the device nothing.
     Compare(String),
+    /// Predict a self-test of so many moves: within so many deg to either side, or else within the
+    /// range that is derived.
+    PredictSelftest {
+        /// Range to either side, deg.
+        range_deg: Option<f64>,
+        /// Moves.
+        moves: usize,
+    },
+    /// Make the moves of the self-test that was predicted last.
+    Selftest,
+    /// Tune these controllers of the machine's file for a goal; none of them means all. It asks the
+    /// device nothing.
+    Tune(Vec<String>, Goal),
+    /// End the tuning that runs.
+    CancelTuning,
 }
 
 impl TryFrom<Written> for Request {
     type Error = String;
 
     fn try_from(written: Written) -> Result<Self, String> {
-        let Written { id, r#do: what, deg, rate, hold, values, text, trapezoid, wish } = written;
+        let Written { id, r#do: what, deg, rate, hold, values, text, .. } = written;
+        let Written { trapezoid, wish, laws, goal, moves, .. } = written;
         let all = [
             deg.is_some(),
             rate.is_some(),
@@ -177,6 +201,9 @@ impl TryFrom<Written> for Request {
             text.is_some(),
             trapezoid.is_some(),
             wish.is_some(),
+            laws.is_some(),
+            goal.is_some(),
+            moves.is_some(),
         ];
         let given = all.into_iter().filter(|given| *given).count();
         let (ask, wanted) = match what.as_str() {
@@ -195,6 +222,14 @@ impl TryFrom<Written> for Request {
             "push" => (text.map(Ask::Push), 1),
             "compare" => (text.map(Ask::Compare), 1),
             "predict" => (wish.filter(Wish::is_small).map(|wish| Ask::Predict(wish.into())), 1),
+            "selftest" => (Some(Ask::Selftest), 0),
+            "predict-selftest" => {
+                let moves = moves.filter(|moves| MOVES.contains(moves));
+                let ask = moves.map(|moves| Ask::PredictSelftest { range_deg: deg, moves });
+                (ask, 1 + usize::from(deg.is_some()))
+            }
+            "tune" => (laws.zip(goal).map(|(laws, goal)| Ask::Tune(laws, goal)), 2),
+            "cancel-tuning" => (Some(Ask::CancelTuning), 0),
             "trajectory" if given == 0 => (Some(Ask::Trajectory), 0),
             "trajectory" => (trapezoid.map(Ask::Trapezoid), 1),
             "identify" if given == 0 => (Some(Ask::IdentifyJoint), 0),
@@ -214,10 +249,10 @@ impl Ask {
         matches!(self, Self::Stop | Self::Command) || self.is_apart()
     }
 
-    /// Whether nothing is asked of the device: the thread that predicts answers, and the request is
-    /// no word that would keep a link alive.
+    /// Whether nothing is asked of the device: other threads answer, and the request is no word
+    /// that would keep a link alive.
     pub const fn is_apart(&self) -> bool {
-        matches!(self, Self::Predict(_) | Self::Compare(_))
+        matches!(self, Self::Predict(_) | Self::Compare(_) | Self::Tune(..) | Self::CancelTuning)
     }
 }
 
@@ -248,6 +283,10 @@ mod tests {
             r#"{"do":"trajectory","trapezoid":[1,2,3]}"#,
             r#"{"do":"trajectory","deg":1}"#,
             r#"{"do":"predict"}"#,
+            r#"{"do":"tune","goal":"settle"}"#,
+            r#"{"do":"predict-selftest","deg":2}"#,
+            r#"{"do":"predict-selftest","moves":1}"#,
+            r#"{"do":"tune","laws":[],"goal":"win"}"#,
             r#"{"do":"predict","wish":{"laws":["pd"]}}"#,
             r#"{"do":"predict","wish":{"laws":["pd"],"way":{"how":"fly","deg":1}}}"#,
             r#"{"do":"predict","wish":{"laws":["pd"],"cloud":49,"way":{"how":"move","deg":1}}}"#,

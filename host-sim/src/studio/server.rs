@@ -25,6 +25,7 @@ use super::listener::Bounded;
 use super::refusals::refusal;
 use super::request::LARGEST;
 use super::socket::{Desk, serve};
+use super::tuner::Tuner;
 use super::worker::{self, About};
 use crate::device::wire::Wire;
 use crate::error::Error;
@@ -56,6 +57,7 @@ pub struct Server {
     token: Token,
     end: Option<oneshot::Sender<()>>,
     thread: Option<JoinHandle<()>>,
+    tuner: Arc<Tuner>,
 }
 
 /// What every request of HTTP is judged by.
@@ -95,12 +97,13 @@ impl Server {
         let for_worker = shared.clone();
         std::thread::spawn(move || worker::run(open, &about, &for_worker, &waiting, &ready));
         let wishes = Arc::new(Wishes::default());
+        let tuner = Tuner::new(own.clone(), shared.clone());
         let (for_forecaster, known) = (wishes.clone(), shared.clone());
         std::thread::spawn(move || forecaster::run(&for_forecaster, &known, own.as_deref()));
         let gone = || Error::Device("studio: the device's thread has ended".into());
         is_ready.recv().map_err(|_| gone())??;
         let door = Door {
-            desk: Desk { shared, orders, wishes },
+            desk: Desk { shared, orders, wishes, tuner: tuner.clone() },
             token: token.clone(),
             bound: address,
             pages: Arc::new(Semaphore::new(PAGES)),
@@ -117,7 +120,7 @@ impl Server {
                 }
             });
         });
-        Ok(Self { address, token, end: Some(end), thread: Some(thread) })
+        Ok(Self { address, token, end: Some(end), thread: Some(thread), tuner })
     }
 
     /// Where it listens.
@@ -147,6 +150,8 @@ impl Server {
 
 impl Drop for Server {
     fn drop(&mut self) {
+        // If none runs, nothing is to be cancelled.
+        let _ = self.tuner.cancel();
         // One of them is gone already if the server has ended.
         let _ = self.end.take().map(|end| end.send(()));
         let _ = self.thread.take().map(JoinHandle::join);

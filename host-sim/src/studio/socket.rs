@@ -19,6 +19,7 @@ use super::forecaster::Wishes;
 use super::news::News;
 use super::refusals::refusal;
 use super::request::{Ask, Request};
+use super::tuner::Tuner;
 use crate::error::Error;
 
 /// How many answers may wait for a page.
@@ -39,6 +40,8 @@ pub struct Desk {
     pub orders: SyncSender<Order>,
     /// Takes wishes for the thread that predicts.
     pub wishes: Arc<Wishes>,
+    /// Tunes.
+    pub tuner: Arc<Tuner>,
 }
 
 /// A connection, which gives the command back when it ends, however that is.
@@ -180,7 +183,12 @@ impl Page {
         }
         // Not a word: what is predicted keeps nobody's link alive.
         if request.what.is_apart() {
-            return Taken::Wish(request);
+            let Self { desk: Desk { tuner, .. }, .. } = self;
+            return match &request.what {
+                Ask::Tune(laws, goal) => Taken::Said(answer(request.id, &tuner.start(laws, *goal))),
+                Ask::CancelTuning => Taken::Said(answer(request.id, &tuner.cancel())),
+                _ => Taken::Wish(request),
+            };
         }
         let commands = shared.control.word(self.number);
         if commands {

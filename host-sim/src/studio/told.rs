@@ -13,6 +13,7 @@ use crate::device::signals::{OF_THE_LOOP, Signals};
 use crate::device::wire::Wire;
 use crate::device::words;
 use crate::error::Error;
+use crate::selftest;
 
 /// What a wire of 921 600 baud carries, bytes a second, with a quarter left for answers.
 const CARRIED: f64 = 0.75 * 92_160.0;
@@ -59,7 +60,9 @@ impl<W: Wire> Worker<'_, W> {
         let announced = self.client.signals()?;
         let signals = Signals::new(announced.clone());
         let law: Vec<String> = signals.of_law().map(str::to_owned).collect();
-        let mask = signals.mask(OF_THE_LOOP.into_iter().chain(law.iter().map(String::as_str)));
+        // A self-test that begins needs no other ones, so that no page has to begin anew.
+        let named = OF_THE_LOOP.into_iter().chain(selftest::SIGNALS);
+        let mask = signals.mask(named.chain(law.iter().map(String::as_str)));
         let columns = mask.count_ones() as usize;
         let every = if self.about.every_tick {
             1

@@ -24,6 +24,7 @@ use super::control::TAKEN;
 use super::desk::{Order, Shared};
 use super::news::Frame;
 use super::request::Ask;
+use super::selftest::Test;
 use crate::device::client::Client;
 use crate::device::signals::Signals;
 use crate::device::wire::Wire;
@@ -41,6 +42,10 @@ const QUIET: Duration = Duration::from_millis(500);
 
 /// Age at which an order is not obeyed any more.
 const LATE: Duration = Duration::from_secs(1);
+
+/// What is said to an order while a self-test moves the joint.
+const TESTING: &str =
+    "a self-test moves the joint, and nothing else is done meanwhile; stop ends it";
 
 /// Time between two frames.
 const FRAME: Duration = Duration::from_millis(30);
@@ -79,6 +84,8 @@ pub struct Worker<'a, W> {
     pub(super) shared: &'a Shared,
     pub(super) about: &'a About,
     pub(super) running: Option<Running>,
+    /// The self-test, as far as it is.
+    pub(super) test: Option<Test>,
     /// Parameters that were in use before changes of this session, the latest last.
     pub(super) before: Vec<Parameters>,
     /// Those that a reset would bring back, as far as they are known.
@@ -118,6 +125,7 @@ pub fn run<W: Wire>(
         Ok(worker) => worker,
         Err(error) => return drop(ready.send(Err(error))),
     };
+    worker.tell_no_test(None);
     let _ = ready.send(Ok(()));
     loop {
         let Err(error) = worker.work(orders) else { return };
@@ -125,6 +133,10 @@ pub fn run<W: Wire>(
         let was_armed = worker.armed_here;
         let driven = if worker.driven { ". THE MOTOR MAY STILL BE DRIVEN" } else { "" };
         shared.news.tell("gone", json!({ "said": format!("{error}{driven}") }));
+        if worker.test.is_some() {
+            let why = "selftest: the device did not answer; predict it anew";
+            worker.tell_no_test(Some(why.into()));
+        }
         // The wire is closed before it is opened again.
         drop(worker);
         worker = loop {
@@ -154,6 +166,7 @@ impl<'a, W: Wire> Worker<'a, W> {
             shared,
             about,
             running: None,
+            test: None,
             before: Vec::new(),
             saved: None,
             signals: Signals::default(),
@@ -183,10 +196,15 @@ impl<'a, W: Wire> Worker<'a, W> {
         loop {
             self.stop_if_asked(orders)?;
             match orders.try_recv() {
+                // Not even the status is asked for then: nobody but its own page keeps a self-test
+                // going.
+                Ok(order) if order.what != Ask::Stop && self.is_testing() => {
+                    order.answered(&Err(Error::Refused(TESTING.into())));
+                }
                 Ok(order) => {
                     let done = match self.shared.control.is_held_by(order.page) {
-                        _ if order.what == Ask::Stop => self.obey(&order.what),
-                        true if order.given.elapsed() < LATE => self.obey(&order.what),
+                        _ if order.what == Ask::Stop => self.obey(order.page, &order.what),
+                        true if order.given.elapsed() < LATE => self.obey(order.page, &order.what),
                         true => Err(Error::Refused("the device was busy; say it again".into())),
                         false => Err(Error::Refused(TAKEN.into())),
                     };
@@ -202,22 +220,25 @@ impl<'a, W: Wire> Worker<'a, W> {
                 Err(TryRecvError::Empty) => {}
             }
             self.listen();
-            if self.link_timeout == 0.0 && self.armed_here && self.heard.elapsed() > QUIET {
+            self.take_prediction();
+            let is_left = self.heard.elapsed() > QUIET || !self.has_its_page();
+            if self.link_timeout == 0.0 && self.armed_here && is_left {
                 self.client.stop()?;
                 self.ask_status()?;
             }
             if self.may_ask() {
+                let has_word = self.has_word();
                 let status = self.ask_status()?;
+                if has_word {
+                    self.go_on_testing(&status)?;
+                }
                 if faults.replace(status.faults).is_some_and(|before| before != status.faults) {
                     self.tell_faults(&status)?;
                 }
             }
             let (sample, before) = (self.client.sample(SLICE)?, self.driven);
-            for sample in sample.into_iter().chain(std::iter::from_fn(|| self.client.kept())) {
-                self.driven = self.signals.is_armed(&sample);
-                self.frame.push(&sample, &self.shared.news);
-                self.last = Some(sample);
-            }
+            sample.into_iter().for_each(|sample| self.show(sample));
+            self.show_kept();
             // Something else than a page has turned it on. Nobody may take it for off.
             if self.driven && !before {
                 self.ask_status()?;
@@ -226,6 +247,21 @@ impl<'a, W: Wire> Worker<'a, W> {
                 self.flushed = Instant::now();
                 self.frame.flush(&self.shared.news);
             }
+        }
+    }
+
+    /// Shows the pages a sample, and the self-test.
+    fn show(&mut self, sample: Sample) {
+        self.driven = self.signals.is_armed(&sample);
+        self.frame.push(&sample, &self.shared.news);
+        self.test_sees(&sample);
+        self.last = Some(sample);
+    }
+
+    /// Shows those that have come meanwhile.
+    pub(super) fn show_kept(&mut self) {
+        while let Some(sample) = self.client.kept() {
+            self.show(sample);
         }
     }
 
@@ -261,13 +297,19 @@ impl<'a, W: Wire> Worker<'a, W> {
     /// Whether the status may be asked for. A device that is driven and that nobody keeps alive is
     /// asked once its link timeout is long over, in case its samples do not come.
     fn may_ask(&self) -> bool {
-        let has_word = !self.shared.control.is_free() && self.heard.elapsed() < FRESH;
         let is_over = Duration::from_secs_f32(1.0 + 2.0 * self.link_timeout.clamp(0.0, 60.0));
         let since = self.asked.elapsed();
-        since >= ASKED && (!self.driven || has_word) || since > is_over
+        since >= ASKED && (!self.driven || self.has_word()) || since > is_over
     }
 
-    fn ask_status(&mut self) -> Result<Status, Error> {
+    /// Whether the page that commands has just given a word. While a self-test moves the joint,
+    /// that has to be the page that has begun it.
+    fn has_word(&self) -> bool {
+        let is_held = !self.shared.control.is_free() && self.has_its_page();
+        is_held && self.heard.elapsed() < FRESH
+    }
+
+    pub(super) fn ask_status(&mut self) -> Result<Status, Error> {
         self.asked = Instant::now();
         let status = self.client.status()?;
         self.driven = status.state == StateCode::Armed;
@@ -281,6 +323,9 @@ impl<'a, W: Wire> Worker<'a, W> {
             };
             self.shared.news.tell("found", json!({ "said": text }));
             self.shared.news.forget("found");
+        }
+        if !self.driven {
+            self.end_testing(&status);
         }
         self.tell_status(&status);
         Ok(status)

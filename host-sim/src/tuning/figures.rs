@@ -1,6 +1,7 @@
 //! What gains come to on a set of joints, and what that is worth for a goal.
 
 use clap::ValueEnum;
+use serde::Deserialize;
 
 use crate::ensemble::{Row, Sorted};
 
@@ -16,7 +17,8 @@ const FAILURE: f64 = 20.0;
 const EXCESS: f64 = 20.0;
 
 /// What the gains are to be good at.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize, ValueEnum)]
+#[serde(rename_all = "lowercase")]
 pub enum Goal {
     /// To be at rest within two counts soon after a step
     Settle,

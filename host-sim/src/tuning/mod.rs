@@ -5,7 +5,7 @@
 //! file, spreads -> joints around the file's, each with and    |
 //!      without a sample of delay -> servo, monitors -> rows   v
 //! search.rs: gains -> figures.rs: cost for a goal, under limits -> the least
-//!      -> tried again on joints of another seed -> text.rs: a new file, a table
+//!      -> tried again on joints of another seed -> text.rs: a new file, a table; pareto.rs: charts
 //! ```
 //!
 //! The joints on which gains are judged are not those on which they were found, and three times as
@@ -17,17 +17,24 @@
 
 mod figures;
 mod knobs;
+mod pareto;
 mod search;
 mod text;
 
+use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Mutex, PoisonError};
 
 pub use self::figures::{Figures, Goal};
 pub use self::knobs::Knob;
+pub use self::pareto::charts;
 pub use self::text::{object, render, rewritten};
 use crate::ensemble::{Around, MachineEnsemble, Row, written_spreads};
 use crate::error::Error;
 use crate::experiment::{Document, Experiment};
+
+/// How many joints gains are tried on, if nobody says otherwise; each is run with and without a
+/// sample of delay.
+pub const CASES: u64 = 8;
 
 /// So long a step is watched, s: three times the time within which it should settle.
 const DURATION_S: f64 = 15.0;
@@ -114,12 +121,31 @@ impl Tuned {
 }
 
 impl Request {
-    /// Tunes a controller of the file, and calls `tried_one` after each set of gains.
+    /// Tunes a controller of the file, and calls `tried_one` before each set of gains.
     ///
     /// # Errors
     /// Names what is wrong with the file, a spread or a limit, or a controller that has nothing to
     /// turn.
     pub fn tune(&self, controller: &str, tried_one: &(dyn Fn() + Sync)) -> Result<Tuned, Error> {
+        let goes_on = || {
+            tried_one();
+            true
+        };
+        let cancelled = || Error::Input(format!("{}: the search has ended by itself", self.file));
+        self.tune_while(controller, &goes_on)?.ok_or_else(cancelled)
+    }
+
+    /// Tunes as [`tune`](Self::tune) does, and asks `goes_on` before each set of gains. Returns
+    /// nothing if that said no: within the time of the one set that was being tried, since what is
+    /// left of the search then costs nothing.
+    ///
+    /// # Errors
+    /// As [`tune`](Self::tune).
+    pub fn tune_while(
+        &self,
+        controller: &str,
+        goes_on: &(dyn Fn() -> bool + Sync),
+    ) -> Result<Option<Tuned>, Error> {
         let wanted = [controller.to_owned()];
         let runs = Experiment::without_variants(&self.document, &wanted)?;
         let plan = runs.first().ok_or_else(|| {
@@ -138,8 +164,13 @@ impl Request {
             )));
         }
         let tried = Mutex::new(vec![start]);
+        let is_cancelled = AtomicBool::new(false);
         let cost = |factors: &[f64]| {
-            tried_one();
+            // The search has no way out, but it ends soon where all costs are the same.
+            if is_cancelled.load(Ordering::Relaxed) || !goes_on() {
+                is_cancelled.store(true, Ordering::Relaxed);
+                return 0.0;
+            }
             // Gains that the core refuses are no gains.
             let set = set(controller, &knobs, factors);
             let Ok(rows) = self.rows(controller, &set, [self.seed, self.cases]) else {
@@ -150,6 +181,9 @@ impl Request {
             figures.cost(&start, self.goal, &self.limits)
         };
         let factors = search::least(knobs.len(), &cost)?;
+        if is_cancelled.into_inner() {
+            return Ok(None);
+        }
         let judged = [self.judged(), self.judges()];
         let found = set(controller, &knobs, &factors);
         let before = self.rows(controller, &[], judged)?;
@@ -162,7 +196,7 @@ impl Request {
             let to = if better { rounded(knob.start * factor) } else { knob.start };
             Turned { key: knob.key, from: knob.start, to }
         });
-        Ok(Tuned {
+        Ok(Some(Tuned {
             controller: controller.into(),
             gains: turned.collect(),
             better,
@@ -171,7 +205,7 @@ impl Request {
             tried: tried.into_inner().unwrap_or_else(PoisonError::into_inner),
             margins: self.margins(controller, &set)?,
             worst: self.worst(controller, rows)?,
-        })
+        }))
     }
 
     /// Judges a controller of the file as it stands.

@@ -18,6 +18,8 @@ export type App = {
   connected: boolean;
   gone: string | null;
   recording: boolean;
+  // A self-test moves the joint.
+  testing: boolean;
   view: string;
   // The last move that began, and what can be turned in the what-if view.
   motion: Event | null;
@@ -33,6 +35,7 @@ export const app: App = {
   connected: false,
   gone: null,
   recording: false,
+  testing: false,
   view: 'live',
   motion: null,
   knobs: null,

@@ -1,6 +1,6 @@
 // The steps by which a new joint is put into service, a page each: what to do, a picture, and the
-// button or the command that does it. What no button does here is a command to copy, since it takes
-// minutes and drives the device itself: the studio has to be ended for it.
+// button that does it. Beside it stands the command that does the same. If that drives the device,
+// the studio has to be ended for it.
 
 import { app, by, element, on } from './app';
 
@@ -14,7 +14,11 @@ type Step = {
   // The command drives no device.
   alone?: boolean;
   live?: boolean;
+  // What is done here, below the step.
+  here?: (typeof HERE)[number];
 };
+
+const HERE = ['tuning', 'selftest'] as const;
 
 const joint = (x: number, angle: number) => `
   <g transform="translate(${x} 60)"><circle r="26" class="body"/>
@@ -92,8 +96,8 @@ const STEPS: Step[] = [
         '<path d="M40 100C60 -10 90 90 120 30S180 50 290 42" class="cloud"/><path d="M40 100C90 70 120 50 160 46S220 42 290 42" class="cloud"/><path d="M40 42H290" class="bound"/>',
     ),
     text: [
-      'Gains are looked for on joints around the one that was found, and judged on others. It needs no device, and takes minutes.',
-      'The view “What if” shows what a gain does, on this joint and on those around it. Push the new file under “Parameters”.',
+      'Gains are looked for on joints around the one of the file, and judged on others. It needs no device, moves nothing, and may take minutes. If the step before has found another joint, start the studio with the file that it has written.',
+      'The view “What if” shows what a gain does, on this joint and on those around it. Better gains go into the form under “Parameters”, where “Set” sends them; the new file can be pushed there.',
     ],
     buttons: [
       ['What if', 'what-if'],
@@ -101,6 +105,7 @@ const STEPS: Step[] = [
     ],
     command: 'stiction tune joint.toml --out tuned.toml',
     alone: true,
+    here: 'tuning',
   },
   {
     title: 'Verify',
@@ -110,13 +115,14 @@ const STEPS: Step[] = [
     ),
     text: [
       'Arm, move to both ends of the range, and look at the error under “Live”. Under “What if” the prediction lies beside the move that was just made: where the two differ, the joint is not the one of the file.',
-      'The self-test makes the moves and judges them by the joint of the file from the step before. It is a command, and drives the device by itself: end the studio first.',
+      'The self-test makes twenty moves by itself, and judges them by what the joint of the file would do. It is predicted first, which moves nothing. Then you begin the moves. Stop, Escape, or closing this page ends it.',
     ],
     buttons: [
       ['Live', 'live'],
       ['What if', 'what-if'],
     ],
     command: 'stiction device --port DEV --machine tuned.toml selftest',
+    here: 'selftest',
   },
   {
     title: 'Save',
@@ -135,7 +141,7 @@ const STEPS: Step[] = [
 const isElsewhere = (then: string) => then.startsWith('#') || then.startsWith('.');
 
 // Why a button of the page cannot be pressed now.
-function reason(then: string): string {
+export function reason(then: string): string {
   const { connected, gone, recording, commands, status } = app;
   if (!connected) return 'there is no connection to the studio';
   if (then === '#pull') return 'what the device runs is not known, or no file can say it';
@@ -168,7 +174,8 @@ export class Commissioning {
 
   private go(to: number): void {
     this.at = Math.min(STEPS.length - 1, Math.max(0, to));
-    const { title, picture, text, buttons, command, alone, live } = STEPS[this.at];
+    const { title, picture, text, buttons, command, alone, live, here } = STEPS[this.at];
+    for (const one of HERE) by(one).hidden = one !== here;
     by('steps')
       .querySelectorAll('button')
       .forEach((one, place) =>

@@ -6,7 +6,16 @@
 const BETWEEN_WORDS_MS = 50;
 // As in request.rs.
 export const LARGEST = 64 * 1024;
-const WITHOUT_A_WORD = new Set(['answer', 'gone', 'predicted', 'role', 'what-if']);
+const WITHOUT_A_WORD = new Set([
+  'answer',
+  'gone',
+  'predicted',
+  'role',
+  'selftest',
+  'tuned',
+  'tuning',
+  'what-if',
+]);
 
 export type Event = { event: string; [key: string]: any };
 export type Answer = { ok: boolean; said: string };

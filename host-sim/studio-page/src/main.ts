@@ -15,6 +15,8 @@ import { Planes } from './planes';
 import { Plots, shown } from './plots';
 import { ask, listEvents, note, said } from './said';
 import { errorCounts, panels, position, reference, type Read } from './terms';
+import { Selftest } from './selftest';
+import { Tuning } from './tuning';
 import { WhatIf } from './what-if';
 
 // As in page.css.
@@ -43,6 +45,12 @@ const plots = new Plots(by('plots'), history, windowMoved);
 const planes = new Planes(by('plane-plots'), history);
 const parameters = new Parameters(link, look);
 const whatIf = new WhatIf(link, (values) => parameters.set(values));
+const tuning = new Tuning(link, (gains) => {
+  const count = parameters.put(gains);
+  show('parameters');
+  return count;
+});
+const selftest = new Selftest(link);
 const commissioning = new Commissioning((view, search) => {
   if (search !== undefined) {
     by<HTMLInputElement>('search').value = search;
@@ -90,6 +98,15 @@ function told(event: Event): void {
       app.knobs = event;
       by<HTMLButtonElement>('file-trajectory').hidden = !event.trajectory;
       whatIf.told(event);
+      break;
+    case 'selftest':
+      selftest.told(event);
+      break;
+    case 'tuning':
+      tuning.told(event);
+      break;
+    case 'tuned':
+      tuning.found(event);
       break;
     case 'predicted':
       whatIf.predicted(event);
@@ -160,18 +177,20 @@ function look(): void {
       }),
     );
   by<HTMLFieldSetElement>('actions').disabled = !may();
+  // A self-test moves the joint by itself, and nothing else does meanwhile.
+  const moves = driven && !app.testing;
   for (const [id, enabled] of [
     ['arm', state === 'stopped'],
-    ['hold', driven],
+    ['hold', moves],
     ['clear', state === 'faulted'],
-    ['step', driven],
-    ['file-trajectory', driven],
+    ['step', moves],
+    ['file-trajectory', moves],
   ] as const)
     by<HTMLButtonElement>(id).disabled = !enabled;
   for (const button of document.querySelectorAll<HTMLButtonElement>(
     '#move button, #trapezoid button',
   ))
-    button.disabled = !driven;
+    button.disabled = !moves;
   for (const button of document.querySelectorAll<HTMLButtonElement>(
     '.jog, .identify, #ramp button',
   ))
@@ -179,6 +198,9 @@ function look(): void {
   if (state !== 'stopped') forget();
   parameters.enable(driven);
   whatIf.enable();
+  tuning.prefer(parameters.law);
+  tuning.enable();
+  selftest.enable();
   commissioning.look();
   by('back').hidden = !recording;
   by('status').textContent = status?.text ?? '';

@@ -11,7 +11,7 @@ const WORD = 'ARM';
 let wanted: (() => void) | null = null;
 
 // Turns the output on, at once or, of a real motor, when it was confirmed.
-function turnOn(what: string, then: () => void): void {
+export function turnOn(what: string, then: () => void): void {
   if (app.hello?.kind !== 'board') return then();
   wanted = then;
   by('confirm-what').textContent = what;

@@ -81,6 +81,23 @@ export class Parameters {
     return answer.ok;
   }
 
+  // Puts values into the form as if they were typed, and says how many differ from what is in use.
+  put(values: Record<string, number>): number {
+    const { form } = this;
+    for (const { path, value } of form.rows) {
+      if (!(path in values)) continue;
+      if (Number(value) === values[path]) form.edits.delete(path);
+      else form.edits.set(path, String(values[path]));
+    }
+    by<HTMLInputElement>('search').value = '';
+    by<HTMLInputElement>('only-changed').checked = false;
+    refusal = '';
+    form.told(form.rows);
+    form.find('', false);
+    this.edited();
+    return Object.keys(values).filter((path) => form.edits.has(path)).length;
+  }
+
   private async compare(text: string, chosen: string): Promise<void> {
     const answer = await this.link.ask('compare', { text });
     if (!answer.ok) return said(answer.said, false);

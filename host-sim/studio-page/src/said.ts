@@ -31,9 +31,9 @@ export function listEvents(): void {
   );
 }
 
-export function said(what: string, ok: boolean): void {
+export function said(what: string, ok: boolean, mark = ok ? '✓' : '✕ Refused:'): void {
   const item = element('li', { className: ok ? 'done' : 'refused' });
-  item.textContent = `${ok ? '✓' : '✕ Refused:'} ${what}`;
+  item.textContent = `${mark} ${what}`;
   by('said').prepend(item);
   while (by('said').childElementCount > MOST_SAID) by('said').lastElementChild!.remove();
   note(item.textContent);

@@ -12,6 +12,7 @@ import { tmpdir } from 'node:os';
 import { join } from 'node:path';
 import { McapStreamReader } from '@mcap/core';
 import { chromium } from 'playwright-core';
+import { commissioning } from './commissioning.mjs';
 import { emulated } from './emulated.mjs';
 import { views } from './views.mjs';
 
@@ -85,6 +86,13 @@ const said = (page, words) => page.locator('#said li', { hasText: words }).first
 // A sample has its number and its clock before its values.
 const session_counts = ({ hello }, sample) =>
   sample[2 + hello.signals.findIndex(({ name }) => name === 'counts')];
+
+// In their order: the last ones of each close the page.
+function parts() {
+  const of = { state, text, said, visit, command };
+  const [tunes, tests, board] = Object.entries(commissioning(of));
+  return Object.fromEntries([tunes, tests, ...Object.entries(views(of)), board]);
+}
 
 const tests = {
   async 'every view opens, and says that nothing moves'(page) {
@@ -238,7 +246,7 @@ const tests = {
     await other.close();
   },
 
-  ...views({ state, text, said, visit, command }),
+  ...parts(),
 
   async 'when the tab is closed, the link timeout turns the output off'(page, context, address) {
     const first = await visit(context, address);

@@ -156,6 +156,27 @@ fn a_device_that_was_out_of_reach_while_armed_from_here_is_told_to_stop_first() 
 }
 
 #[test]
+fn a_self_test_that_has_lost_its_device_says_so_and_the_device_is_told_to_stop_first() {
+    run(async {
+        let line = Line::new(&[]);
+        let server = line.serve();
+        let mut page = Page::open(&server).await;
+        page.done(json!({ "do": "predict-selftest", "moves": 2 })).await;
+        page.until(|event| event["phase"] == "ready").await;
+        page.done(json!({ "do": "selftest" })).await;
+        line.is_cut.store(true, Ordering::SeqCst);
+        let told = page.until(|event| event["phase"] == "none").await;
+        assert!(told["said"].as_str().unwrap().contains("did not answer"), "{told}");
+        line.asked.lock().unwrap().clear();
+        line.is_cut.store(false, Ordering::SeqCst);
+        page.event("back").await;
+        assert_eq!(line.names().get(1).map(String::as_str), Some("Stop"), "{:?}", line.names());
+        // It does not go on by itself.
+        assert!(page.refused(json!({ "do": "selftest" })).await.contains("predict it first"));
+    });
+}
+
+#[test]
 fn a_device_that_was_not_armed_from_here_is_left_alone_when_it_is_back() {
     run(async {
         let line = Line::new(&[]);

@@ -3,6 +3,8 @@
 
 mod bad_lines;
 mod page;
+mod selftest;
+mod tune;
 mod what_if;
 
 use std::time::Duration;

@@ -17,11 +17,15 @@ use tokio_tungstenite::tungstenite::{Error, Message};
 /// Nothing takes longer, on a machine that has other things to do as well.
 pub const PATIENCE: Duration = Duration::from_secs(20);
 
+/// As in link.ts.
+const WITHOUT_A_WORD: [&str; 8] =
+    ["answer", "gone", "predicted", "role", "selftest", "tuned", "tuning", "what-if"];
+
 /// The joint of a machine, with keys of its file set.
 fn device_of(machine: &str, law: &str, set: &[&str]) -> SimulatedDevice {
     let mut document = Document::open(machine).unwrap();
     document.set(&set.iter().map(|text| (*text).to_owned()).collect::<Vec<_>>()).unwrap();
-    let plan = Experiment::plan(&document, &[law.into()], &[]).unwrap().runs.remove(0);
+    let plan = Experiment::plan(&document, &[law.into()], &[]).unwrap().into_first().unwrap();
     SimulatedDevice::new(&plan).unwrap()
 }
 
@@ -161,15 +165,19 @@ impl Page {
         loop {
             let message = timeout(PATIENCE, self.socket.next()).await.expect("nothing comes")?;
             let message = message.ok()?;
+            let event = match &message {
+                Message::Text(text) => serde_json::from_str(text).unwrap(),
+                _ => Value::Null,
+            };
             // A word for what comes of the device, as the page gives it.
-            let is_predicted = message.to_text().is_ok_and(|text| text.contains(r#""predicted""#));
-            if self.lives && !is_predicted {
+            let is_news =
+                event["event"].as_str().is_none_or(|kind| !WITHOUT_A_WORD.contains(&kind));
+            if self.lives && is_news {
                 // The connection may end meanwhile.
                 let _ = self.socket.send(Message::Text(r#"{"do":"alive"}"#.into())).await;
             }
             match message {
-                Message::Text(text) => {
-                    let event: Value = serde_json::from_str(&text).unwrap();
+                Message::Text(_) => {
                     if event["event"] == "hello" {
                         let names = event["signals"].as_array().unwrap();
                         let name = |signal: &Value| signal["name"].as_str().unwrap().to_owned();

@@ -45,6 +45,30 @@ fn a_simulated_device_does_what_was_predicted_count_by_count() {
     foretold(|| studio_around("untuned-joints", "robust", &[]), "robust");
 }
 
+/// The twin has the joint of the file as it stands, as the device has.
+#[test]
+fn a_variant_before_the_file_as_it_stands_is_no_joint_of_the_prediction() {
+    let name = format!("stiction-studio-variant-{}.toml", std::process::id());
+    let file = std::env::temp_dir().join(name);
+    let text = std::fs::read_to_string("experiments/step-response.toml").unwrap();
+    let (own, _) = text.split_once("[[variant]]").unwrap();
+    // The variant sticks four times as much.
+    let variants = "[[variant]]\nslug = \"sticky\"\n\
+                    set = { \"joint.friction.stick_v\" = 1.6, \"joint.friction.slip_v\" = 1.5 }\n\
+                    [[variant]]\nslug = \"\"\n";
+    std::fs::write(&file, format!("{own}{variants}")).unwrap();
+    let machine: &'static str = file.to_str().unwrap().to_owned().leak();
+    foretold(|| studio_around(machine, "srnf", &[]), "srnf");
+    run(async {
+        let server = studio_around(machine, "srnf", &[]);
+        let mut page = Visit::proper(&server).connect().await.unwrap();
+        let knobs = page.event("what-if").await["knobs"].clone();
+        let stick = knobs.as_array().unwrap().iter().find(|one| one["name"] == "stick_v").cloned();
+        assert_eq!(stick.unwrap()["value"], 0.4);
+    });
+    std::fs::remove_file(&file).unwrap();
+}
+
 fn foretold(studio: impl FnOnce() -> Server, law: &str) {
     run(async {
         let server = studio();

@@ -6,10 +6,7 @@ use super::{OFF, then_off};
 use crate::device::client::Client;
 use crate::device::wire::Wire;
 use crate::error::Error;
-use crate::selftest::{Asked, object, run, words};
-
-/// The first year of the project, as for ensembles: no joint was tuned on it.
-const SEED: u64 = 2026;
+use crate::selftest::{Asked, JOINTS, MOVES, SEED, object, run, words};
 
 #[derive(Debug, clap::Args)]
 pub struct Arguments {
@@ -18,10 +15,10 @@ pub struct Arguments {
     #[arg(long, value_name = "DEG")]
     range: Option<f64>,
     /// Moves
-    #[arg(long, default_value_t = 20, value_parser = clap::value_parser!(u16).range(2..=200))]
+    #[arg(long, default_value_t = MOVES as u16, value_parser = clap::value_parser!(u16).range(2..=200))]
     moves: u16,
     /// Simulated joints around the file's that make the prediction
-    #[arg(long, default_value_t = 24, value_parser = clap::value_parser!(u64).range(3..=1000))]
+    #[arg(long, default_value_t = JOINTS, value_parser = clap::value_parser!(u64).range(3..=1000))]
     joints: u64,
     /// Their seed
     #[arg(long, default_value_t = SEED)]

@@ -1,0 +1,217 @@
+// The self-test: predicted by the server, which moves nothing, and then made by the device. A move
+// begins only while this page gives its words.
+
+import { app, by, element, may, on } from './app';
+import { reason } from './commissioning';
+import type { Event, Link } from './link';
+import { turnOn } from './motions';
+import { shown } from './plots';
+import { ask, number, said } from './said';
+import { download, stamp } from './session';
+import { brief, table } from './tuning';
+
+type Range = { least: number | null; median: number | null; largest: number | null };
+type Check = {
+  name: string;
+  words?: string;
+  measured?: number | null;
+  predicted: Range;
+  least: number | null;
+  most: number;
+  pass?: boolean;
+};
+type Move = {
+  to_deg: number;
+  settled_s: number | null;
+  rest_counts: number;
+  reversals: number;
+  sticks_in_motion: number;
+  held_v: number;
+  sliding_v: number | null;
+  predicted_settled_s: Range | null;
+  predicted_rest_counts: Range | null;
+};
+
+export class Selftest {
+  private phase = 'none';
+  private why: string | null = null;
+
+  constructor(private readonly link: Link) {
+    on('selftest-predict', () => void this.predict());
+    on('selftest-go', () =>
+      turnOn(
+        'The self-test moves the joint by itself, for minutes',
+        () => void ask(this.link, 'selftest'),
+      ),
+    );
+  }
+
+  private async predict(): Promise<void> {
+    const moves = number('selftest-moves');
+    const isGiven = by<HTMLInputElement>('selftest-range').value.trim() !== '';
+    const deg = isGiven ? number('selftest-range') : undefined;
+    if (moves === null || deg === null) return;
+    if (!Number.isInteger(moves) || moves < 2 || moves > 200)
+      return said(`${moves} moves: allowed is a whole number from 2 to 200`, false);
+    const answer = await ask(this.link, 'predict-selftest', { moves, deg });
+    if (!answer.ok) by('selftest-said').textContent = `✕ ${answer.said}`;
+  }
+
+  told(event: Event): void {
+    const before = this.phase;
+    this.phase = event.phase;
+    this.why = event.why ?? null;
+    app.testing = event.phase === 'moving';
+    const count = event.moves ? `${event.moves} ` : '';
+    by('selftest-go').textContent = `2. Make the ${count}moves`;
+    const bar = by<HTMLProgressElement>('selftest-runs');
+    if (event.phase === 'moving') [bar.max, bar.value] = [event.moves, event.made];
+    else bar.removeAttribute('value');
+    by('selftest-said').textContent = this.words(event);
+    const passed = event.result?.remark ? 'doubted' : 'passed';
+    by('selftest-said').className = event.phase === 'done' ? (event.ok ? passed : 'failed') : '';
+    if (event.phase === 'ready') this.ready(event);
+    if (event.phase === 'done') {
+      this.done(event);
+      if (before === 'moving') said(`self-test: ${event.said}`, event.ok, event.ok ? '✓' : '✕');
+    }
+    if (event.phase === 'none' || event.phase === 'predicting')
+      by('selftest-result').replaceChildren();
+    this.enable();
+  }
+
+  private words(event: Event): string {
+    switch (event.phase) {
+      case 'predicting':
+        return `Predicted: ${event.moves} moves of ${event.joints} simulated joints. Nothing moves.`;
+      case 'ready':
+        return (
+          `${event.moves} moves, within ${shown(event.range_deg)} deg to either side of where the joint stands, ` +
+          `in up to ${duration(event.longest_s)}. Keep that room clear.`
+        );
+      case 'moving':
+        return event.to_deg === null
+          ? 'Armed: the first move begins when the soft start is over.'
+          : `Move ${event.made + 1} of ${event.moves}, to ${shown(event.to_deg)} deg.`;
+      case 'done':
+        return `${event.ok ? '✓' : '✕'} ${event.said}`;
+      default:
+        return event.said ? `✕ ${event.said}` : '';
+    }
+  }
+
+  enable(): void {
+    const { phase, why } = this;
+    const off = may() && app.status?.state === 'stopped' && why === null;
+    const set = (id: string, enabled: boolean) => {
+      by<HTMLButtonElement>(id).disabled = !enabled;
+    };
+    const busy = phase === 'predicting' || phase === 'moving';
+    for (const id of ['selftest-predict', 'selftest-moves', 'selftest-range'])
+      set(id, off && !busy);
+    set('selftest-go', off && (phase === 'ready' || phase === 'done'));
+    by('selftest-runs').hidden = !busy;
+    const text =
+      why !== null ? `✕ ${why}` : off || phase === 'moving' ? '' : `Not now: ${reason('')}.`;
+    if (by('selftest-why').textContent !== text) by('selftest-why').textContent = text;
+  }
+
+  private ready({ checks, joints, spreads, differences }: Event): void {
+    by('selftest-result').replaceChildren(
+      element('p', {
+        className: 'hint',
+        textContent: `What ${joints} simulated joints do, with ${spreads.map(brief).join(', ')}:`,
+      }),
+      table(
+        ['all moves', 'predicted', 'allowed'],
+        checks.map((one: Check) => [one.words ?? one.name, range(one.predicted), allowed(one)]),
+      ),
+      ...differing(differences),
+    );
+  }
+
+  private done({ result, labels }: Event): void {
+    const save = element('button', { id: 'selftest-save', textContent: 'Download as JSON' });
+    save.onclick = () =>
+      download(
+        new Blob([`${JSON.stringify(result, null, 2)}\n`], { type: 'application/json' }),
+        `selftest-${stamp()}.json`,
+      );
+    const checks: Check[] = result.checks;
+    const moves: Move[] = result.moves;
+    const each = element('details');
+    each.append(
+      element('summary', { textContent: `Each of the ${moves.length} moves` }),
+      table(
+        [
+          'to, deg',
+          'settled, s',
+          'predicted',
+          'rest, counts',
+          'predicted',
+          'reversals',
+          'stops',
+          'sliding, V',
+          'held, V',
+        ],
+        moves.map((one) => [
+          one.to_deg.toFixed(3),
+          one.settled_s === null ? 'never' : one.settled_s.toFixed(2),
+          range(one.predicted_settled_s),
+          shown(one.rest_counts),
+          range(one.predicted_rest_counts),
+          String(one.reversals),
+          String(one.sticks_in_motion),
+          one.sliding_v === null ? '–' : one.sliding_v.toFixed(3),
+          one.held_v.toFixed(3),
+        ]),
+      ),
+    );
+    const figures = table(
+      ['', 'all moves', 'measured', 'predicted', 'allowed'],
+      checks.map((one) => [
+        one.pass ? '✓ pass' : '✕ FAIL',
+        labels[one.name] ?? one.name,
+        one.measured === null || one.measured === undefined ? '–' : shown(one.measured),
+        range(one.predicted),
+        allowed(one),
+      ]),
+    );
+    by('selftest-result').replaceChildren(
+      ...(result.warning ? [element('p', { className: 'hint', textContent: result.warning })] : []),
+      ...(checks.length ? [figures] : []),
+      ...differing(result.differences),
+      ...(moves.length ? [each] : []),
+      element('div', { className: 'tools' }, save),
+    );
+  }
+}
+
+// A fault is predicted of nobody, so an end that is missing is one that never comes.
+function range(of: Range | null): string {
+  if (!of) return '–';
+  const [low, high] = [of.least, of.largest].map((one) => (one === null ? 'never' : shown(one)));
+  return low === high ? low : `${low} to ${high}`;
+}
+
+function allowed({ name, least, most }: Check): string {
+  // What is counted is a whole number.
+  const end = /_(v|s)$/.test(name) ? shown(most) : String(Math.floor(most));
+  return least === null ? `up to ${end}` : `${shown(least)} to ${end}`;
+}
+
+function differing(lines: string[]): HTMLElement[] {
+  if (lines.length === 0) return [];
+  const list = element('details');
+  list.append(
+    element('summary', {
+      textContent: `The device differs from the file in ${lines.length} values, and the prediction is of the device’s`,
+    }),
+    element('ul', {}, ...lines.map((line) => element('li', { textContent: line }))),
+  );
+  return [list];
+}
+
+function duration(seconds: number): string {
+  return seconds < 100 ? `${Math.ceil(seconds)} s` : `${Math.ceil(seconds / 60)} minutes`;
+}

@@ -1,0 +1,228 @@
+// Tuning: the server looks for gains on simulated joints, as `stiction tune` does. Nothing moves,
+// and nothing is set.
+
+import { app, by, element, on } from './app';
+import type { Event, Link } from './link';
+import { shown } from './plots';
+import { ask, said } from './said';
+import { download } from './session';
+
+type Figures = {
+  cases: number;
+  successes: number;
+  settling_s: number;
+  tracking_counts: number | null;
+  rest_counts: number;
+  chatter_v_per_s: number;
+  held_v: number;
+};
+type Tuned = {
+  better: boolean;
+  gains: Record<string, { from: number; to: number }>;
+  before: Figures;
+  after: Figures;
+  tried: number;
+  gain_margins: [number, number];
+  worst: {
+    drawn: string[];
+    delay_samples: number;
+    settled_s: number | null;
+    rest_counts: number;
+    fault: string | null;
+  } | null;
+};
+
+const ALL = 'all of the file';
+const HEAD = ['', 'success, %', 'settled, s', 'tracking, counts', 'rest, counts'];
+const MORE = ['chatter, V/s', 'held, V'];
+
+export class Tuning {
+  private running = false;
+  private why: string | null = null;
+  private laws = '';
+  private pictures: string[] = [];
+
+  constructor(
+    private readonly link: Link,
+    // Puts gains into the form, and says how many differ from those in use.
+    private readonly put: (gains: Record<string, number>) => number,
+  ) {
+    on('tune-start', () => void this.start());
+    on('tune-cancel', () => void ask(this.link, 'cancel-tuning'));
+  }
+
+  private async start(): Promise<void> {
+    const law = by<HTMLSelectElement>('tune-law').value;
+    const goal = by<HTMLSelectElement>('tune-goal').value;
+    await ask(this.link, 'tune', { laws: law === ALL ? [] : [law], goal });
+  }
+
+  // What could be tuned, and what runs.
+  told({ laws, why, running }: Event): void {
+    const list = JSON.stringify(laws);
+    if (list !== this.laws) {
+      this.laws = list;
+      const option = (law: string) => element('option', { value: law, textContent: law });
+      by('tune-law').replaceChildren(...laws.map(option), option(ALL));
+    }
+    if (running && !this.running) this.clear();
+    this.why = why;
+    this.running = running !== null;
+    const how =
+      running &&
+      `${running.law}, law ${running.place} of ${running.of}, for ${running.goal}: ${running.tried} sets of gains tried`;
+    if (running || why) by('tune-said').textContent = running ? how : `✕ ${why}`;
+    this.enable();
+  }
+
+  // The law that the device has is the one that is asked for first.
+  prefer(law: string): void {
+    const select = by<HTMLSelectElement>('tune-law');
+    if (!select.dataset.chosen && [...select.options].some(({ value }) => value === law)) {
+      select.value = law;
+      select.dataset.chosen = law;
+    }
+  }
+
+  enable(): void {
+    const free = app.connected && !this.running && this.why === null;
+    for (const id of ['tune-law', 'tune-goal', 'tune-start'])
+      by<HTMLButtonElement>(id).disabled = !free;
+    by('tune-cancel').hidden = by('tune-runs').hidden = !this.running;
+    const put = by('tune-result').querySelectorAll<HTMLElement>('[data-law]');
+    for (const one of put) {
+      const there = this.isInUse(one.dataset.law!);
+      one.querySelector('button')!.hidden = !there;
+      one.querySelector('p')!.hidden = there;
+    }
+  }
+
+  private isInUse(law: string): boolean {
+    return document.querySelector(`#form [data-table="controller.${CSS.escape(law)}"]`) !== null;
+  }
+
+  private clear(): void {
+    this.pictures.forEach((url) => URL.revokeObjectURL(url));
+    this.pictures = [];
+    by('tune-result').replaceChildren();
+  }
+
+  // What was found last.
+  found(event: Event): void {
+    by('tune-said').textContent = `${event.ok ? '✓' : '✕'} ${event.said}`;
+    if (this.running) said(event.said, event.ok, event.ok ? '✓' : '✕');
+    this.clear();
+    if (!event.ok) return;
+    const all: [string, Tuned][] = Object.entries(event.result.controllers);
+    const save = element('button', { id: 'tune-save', textContent: `Download ${event.file}` });
+    save.onclick = () => download(new Blob([event.toml], { type: 'application/toml' }), event.file);
+    const picture = (svg: string, place: number) => {
+      const url = URL.createObjectURL(new Blob([svg], { type: 'image/svg+xml' }));
+      this.pictures.push(url);
+      const title = new DOMParser().parseFromString(svg, 'image/svg+xml').querySelector('text');
+      const alt = `${title?.textContent ?? 'Gains tried'}, ${place + 1} of ${event.charts.length}`;
+      return element('img', { src: url, alt, loading: 'lazy' });
+    };
+    const pictures = element('details', { className: 'pictures' });
+    pictures.append(
+      element('summary', { textContent: 'What was tried, and its Pareto front' }),
+      ...event.charts.map(picture),
+    );
+    by('tune-result').append(
+      element('p', {
+        className: 'hint',
+        textContent:
+          `All simulated, tuned for ${event.goal}. The figures are of ${event.joints} joints that the gains were not found on, ` +
+          `each with and without a sample of delay: ${event.spreads.map(brief).join(', ')}.`,
+      }),
+      ...all.map(([law, tuned]) => this.law(law, tuned)),
+      ...(all.some(([, { better }]) => better)
+        ? [element('div', { className: 'tools' }, save)]
+        : []),
+      ...(event.charts.length ? [pictures] : []),
+    );
+    this.enable();
+  }
+
+  private law(law: string, tuned: Tuned): HTMLElement {
+    const { better, gains, before, after, tried, gain_margins, worst } = tuned;
+    const [least, most] = gain_margins;
+    const box = element('section', { className: 'tuned' });
+    const what = better ? 'better gains were found' : 'the file’s gains stay';
+    box.append(element('h3', { textContent: `${law}: ${what}` }));
+    if (better)
+      box.append(
+        table(
+          ['gain', 'file', 'tuned'],
+          Object.entries(gains).map(([key, { from, to }]) => [key, shown(from), shown(to)]),
+        ),
+      );
+    box.append(
+      table(
+        [...HEAD, ...MORE],
+        [['file', ...figures(before)], ...(better ? [['tuned', ...figures(after)]] : [])],
+      ),
+    );
+    const words = [`${tried} sets of gains were tried.`];
+    if (least < most)
+      words.push(
+        `With a sample of delay it succeeds from ${shown(least)} to ${shown(most)} times the joint’s gain.`,
+      );
+    if (worst)
+      words.push(
+        `The worst joint ${worst.settled_s === null ? 'never settles' : `settles in ${shown(worst.settled_s)} s`}` +
+          ` and rests ${shown(worst.rest_counts)} counts off${worst.fault ? `, ${worst.fault}` : ''};` +
+          ` it has ${[...worst.drawn.map(brief), `delay ${worst.delay_samples}`].join(', ')}.`,
+      );
+    box.append(element('p', { className: 'hint', textContent: words.join(' ') }));
+    if (better) {
+      const put = element('button', { textContent: `Put the gains of ${law} into the form` });
+      put.onclick = () => {
+        const entries = Object.entries(gains).map(([key, { to }]) => [
+          `controller.${law}.${key}`,
+          to,
+        ]);
+        const count = this.put(Object.fromEntries(entries));
+        said(
+          count
+            ? `${count} gains stand in the form; “Set” sends them to the device`
+            : 'the device has these gains already',
+          true,
+        );
+      };
+      const other = element('p', {
+        className: 'hint',
+        textContent: `The device runs another law than ${law}. Push the new file to change that: of its list, the device takes the first law.`,
+      });
+      const row = element('div', {}, put, other);
+      row.dataset.law = law;
+      box.append(row);
+    }
+    return box;
+  }
+}
+
+function figures(of: Figures): string[] {
+  const tracking = of.tracking_counts;
+  return [
+    ((100 * of.successes) / Math.max(1, of.cases)).toFixed(1),
+    of.settling_s.toFixed(3),
+    tracking === null ? '–' : tracking.toFixed(2),
+    of.rest_counts.toFixed(2),
+    of.chatter_v_per_s.toFixed(2),
+    of.held_v.toFixed(3),
+  ];
+}
+
+export function table(head: string[], rows: string[][]): HTMLElement {
+  const row = (cells: string[], kind: 'td' | 'th') =>
+    element('tr', {}, ...cells.map((cell) => element(kind, { textContent: cell })));
+  const made = element('table', {}, row(head, 'th'), ...rows.map((cells) => row(cells, 'td')));
+  return element('div', { className: 'wide' }, made);
+}
+
+export function brief(key: string): string {
+  const [path, value] = key.split('=');
+  const number = Number(value);
+  return `${path.split('.').pop()} ${Number.isFinite(number) ? shown(number) : value.replace('..', ' to ')}`;
+}
