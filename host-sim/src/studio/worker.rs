@@ -90,6 +90,8 @@ pub struct Worker<'a, W> {
     pub(super) driven: bool,
     /// Whether a page of this studio has turned it on.
     pub(super) armed_here: bool,
+    /// How many faults the device remembered when it was last asked.
+    faults: Option<u32>,
     asked: Instant,
     words: u64,
     heard: Instant,
@@ -146,7 +148,11 @@ pub fn run<W: Wire>(
 }
 
 impl<'a, W: Wire> Worker<'a, W> {
-    fn new(mut client: Client<W>, shared: &'a Shared, about: &'a About) -> Result<Self, Error> {
+    pub(super) fn new(
+        mut client: Client<W>,
+        shared: &'a Shared,
+        about: &'a About,
+    ) -> Result<Self, Error> {
         client.wire().real_time();
         let now = Instant::now();
         let mut worker = Self {
@@ -161,6 +167,7 @@ impl<'a, W: Wire> Worker<'a, W> {
             flushed: now,
             driven: false,
             armed_here: false,
+            faults: None,
             asked: now,
             words: shared.words.load(Ordering::Relaxed),
             heard: now,
@@ -179,54 +186,59 @@ impl<'a, W: Wire> Worker<'a, W> {
 
     /// Works until there is nobody left to work for, or the device does not answer.
     fn work(&mut self, orders: &Receiver<Order>) -> Result<(), Error> {
-        let mut faults = None;
-        loop {
-            self.stop_if_asked(orders)?;
-            match orders.try_recv() {
-                Ok(order) => {
-                    let done = match self.shared.control.is_held_by(order.page) {
-                        _ if order.what == Ask::Stop => self.obey(&order.what),
-                        true if order.given.elapsed() < LATE => self.obey(&order.what),
-                        true => Err(Error::Refused("the device was busy; say it again".into())),
-                        false => Err(Error::Refused(TAKEN.into())),
-                    };
-                    order.answered(&done);
-                    self.asked = Instant::now();
-                    if let Err(error @ (Error::Device(_) | Error::Emulator(_))) = done {
-                        return Err(error);
-                    }
-                    // What it has changed is told at once.
-                    self.ask_status()?;
+        while self.pass(orders)? {}
+        Ok(())
+    }
+
+    /// Obeys an order, if one waits, and waits for a moment for what the device sends. Tells
+    /// whether anybody is left to work for.
+    pub(super) fn pass(&mut self, orders: &Receiver<Order>) -> Result<bool, Error> {
+        self.stop_if_asked(orders)?;
+        match orders.try_recv() {
+            Ok(order) => {
+                let done = match self.shared.control.is_held_by(order.page) {
+                    _ if order.what == Ask::Stop => self.obey(&order.what),
+                    true if order.given.elapsed() < LATE => self.obey(&order.what),
+                    true => Err(Error::Refused("the device was busy; say it again".into())),
+                    false => Err(Error::Refused(TAKEN.into())),
+                };
+                order.answered(&done);
+                self.asked = Instant::now();
+                if let Err(error @ (Error::Device(_) | Error::Emulator(_))) = done {
+                    return Err(error);
                 }
-                Err(TryRecvError::Disconnected) => return Ok(()),
-                Err(TryRecvError::Empty) => {}
-            }
-            self.listen();
-            if self.link_timeout == 0.0 && self.armed_here && self.heard.elapsed() > QUIET {
-                self.client.stop()?;
+                // What it has changed is told at once.
                 self.ask_status()?;
             }
-            if self.may_ask() {
-                let status = self.ask_status()?;
-                if faults.replace(status.faults).is_some_and(|before| before != status.faults) {
-                    self.tell_faults(&status)?;
-                }
-            }
-            let (sample, before) = (self.client.sample(SLICE)?, self.driven);
-            for sample in sample.into_iter().chain(std::iter::from_fn(|| self.client.kept())) {
-                self.driven = self.signals.is_armed(&sample);
-                self.frame.push(&sample, &self.shared.news);
-                self.last = Some(sample);
-            }
-            // Something else than a page has turned it on. Nobody may take it for off.
-            if self.driven && !before {
-                self.ask_status()?;
-            }
-            if self.flushed.elapsed() >= FRAME {
-                self.flushed = Instant::now();
-                self.frame.flush(&self.shared.news);
+            Err(TryRecvError::Disconnected) => return Ok(false),
+            Err(TryRecvError::Empty) => {}
+        }
+        self.listen();
+        if self.link_timeout == 0.0 && self.armed_here && self.heard.elapsed() > QUIET {
+            self.client.stop()?;
+            self.ask_status()?;
+        }
+        if self.may_ask() {
+            let status = self.ask_status()?;
+            if self.faults.replace(status.faults).is_some_and(|before| before != status.faults) {
+                self.tell_faults(&status)?;
             }
         }
+        let (sample, before) = (self.client.sample(SLICE)?, self.driven);
+        for sample in sample.into_iter().chain(std::iter::from_fn(|| self.client.kept())) {
+            self.driven = self.signals.is_armed(&sample);
+            self.frame.push(&sample, &self.shared.news);
+            self.last = Some(sample);
+        }
+        // Something else than a page has turned it on. Nobody may take it for off.
+        if self.driven && !before {
+            self.ask_status()?;
+        }
+        if self.flushed.elapsed() >= FRAME {
+            self.flushed = Instant::now();
+            self.frame.flush(&self.shared.news);
+        }
+        Ok(true)
     }
 
     /// Turns the output off if somebody wants that. No order that waits is obeyed any more.
