@@ -3,6 +3,7 @@
 
 mod bad_lines;
 mod page;
+mod playground;
 mod what_if;
 
 use std::time::Duration;
