@@ -11,8 +11,8 @@
 #![cfg_attr(target_family = "wasm", allow(dead_code, unused_mut))]
 
 pub mod benchmark;
-// Whoever works at a terminal has serial ports, too; WebAssembly (`playground/`) has neither. This and
-// `device::port` are all that is left out there.
+// WebAssembly (`playground/`) has no terminal and no serial ports. This and `device::port` are all
+// that is left out there.
 #[cfg(not(target_family = "wasm"))]
 pub mod cli;
 pub mod closed_loop;

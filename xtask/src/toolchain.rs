@@ -208,8 +208,8 @@ fn link() -> Result<(), String> {
 fn install_debian(target: &Target) -> Result<(), String> {
     if !Path::new("/etc/debian_version").exists() || !is_root() {
         return Err(format!(
-            "no compiler here builds for {name}; run\n    rustup target add {name}\nor, on Debian 12, \
-             the same command as root: it installs {}",
+            "no compiler here builds for {name}; run\n    rustup target add {name}\nor, on Debian \
+             12, the same command as root: it installs {}",
             target.packages().join(" "),
             name = target.name,
         ));

@@ -24,7 +24,7 @@ use serde_json::json;
 const USUAL: &str = "srnf";
 
 thread_local! {
-    /// The one that the page has open, or why there is none.
+    /// The one that the page has open.
     static OPEN: RefCell<Option<Playground>> = const { RefCell::new(None) };
 }
 
@@ -69,7 +69,7 @@ pub extern "C" fn playground_pass() {
             playground.ask(&line);
         }
         playground.pass();
-        while let Some(news) = playground.next() {
+        for news in playground.by_ref() {
             match news {
                 News::Event(text) => told(b't', text.as_bytes()),
                 News::Samples(frame) => told(b'b', &frame),

@@ -40,7 +40,7 @@
 //! | `refusals.rs` | what is told at the terminal of what was refused |
 //! | `socket.rs`, `server.rs` | one page's connection; the HTTP around it |
 //! | `assets.rs` | the page itself, as it was built in |
-//! | `playground.rs` | all of this but the server, passed through by who holds it: in the page itself |
+//! | `playground.rs` | all of this but the server, for a page that has it in itself |
 
 pub mod control;
 mod desk;

@@ -99,33 +99,32 @@ impl Playground {
         };
         match what {
             Ask::Predict(_) | Ask::Compare(_) => {
-                return self.wishes.put(PAGE, id, what, self.answer.clone());
+                self.wishes.put(PAGE, id, what, self.answer.clone());
             }
             _ if what.is_apart() => {
                 let why = "this page has no threads for that: `stiction` does it on a computer";
-                return self.say(answer(id, &Err(Error::Refused(why.into()))));
+                self.say(answer(id, &Err(Error::Refused(why.into()))));
             }
-            _ => {}
+            _ => self.order(id, what),
         }
-        // A word of the page: it lives.
+    }
+
+    /// Hands an order to the worker. Whatever it is, the page lives.
+    fn order(&mut self, id: u32, what: Ask) {
         self.shared.control.word(PAGE);
         self.shared.words.fetch_add(1, Ordering::Relaxed);
-        let given = Instant::now();
-        match what {
-            Ask::Alive | Ask::Command => {}
-            _ => {
-                if what == Ask::Stop {
-                    self.shared.stop.store(true, Ordering::SeqCst);
-                }
-                let answer_to = self.answer.clone();
-                let order = Order { page: PAGE, given, id, what, answer: answer_to };
-                if let Err(full) = self.orders.try_send(order) {
-                    let why = Error::Refused("too many requests wait; say it again".into());
-                    let (std::sync::mpsc::TrySendError::Full(order)
-                    | std::sync::mpsc::TrySendError::Disconnected(order)) = full;
-                    order.answered(&Err(why));
-                }
-            }
+        if matches!(what, Ask::Alive | Ask::Command) {
+            return;
+        }
+        // It passes what waits, and finds its own order behind it, which is answered.
+        if what == Ask::Stop {
+            self.shared.stop.store(true, Ordering::SeqCst);
+        }
+        let order =
+            Order { page: PAGE, given: Instant::now(), id, what, answer: self.answer.clone() };
+        if self.orders.try_send(order).is_err() {
+            let why = "too many requests wait for the device; say it again";
+            self.say(answer(id, &Err(Error::Refused(why.into()))));
         }
     }
 
@@ -139,8 +138,16 @@ impl Playground {
         self.forecaster.pass(&self.wishes, self.shared, next);
     }
 
-    /// What the page has to be told next; nothing until there is something.
-    pub fn next(&mut self) -> Option<News> {
+    fn say(&mut self, said: String) {
+        self.told.push_back(News::Event(said.into()));
+    }
+}
+
+/// What the page has to be told, as far as there is something; more may come with the next pass.
+impl Iterator for Playground {
+    type Item = News;
+
+    fn next(&mut self) -> Option<News> {
         while let Ok(said) = self.answers.try_recv() {
             self.say(said);
         }
@@ -152,9 +159,5 @@ impl Playground {
             }
         }
         self.told.pop_front()
-    }
-
-    fn say(&mut self, said: String) {
-        self.told.push_back(News::Event(said.into()));
     }
 }

@@ -13,7 +13,7 @@ fn until(playground: &mut Playground, is_it: impl Fn(&Value) -> bool) -> Value {
     let begin = Instant::now();
     while begin.elapsed() < Duration::from_secs(20) {
         playground.pass();
-        while let Some(news) = playground.next() {
+        for news in playground.by_ref() {
             let News::Event(text) = news else { continue };
             let event: Value = serde_json::from_str(&text).unwrap();
             if is_it(&event) {
