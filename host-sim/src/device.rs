@@ -8,6 +8,7 @@ pub mod jogged;
 pub mod log;
 pub mod machine_file;
 pub mod moved;
+#[cfg(not(target_family = "wasm"))]
 pub mod port;
 pub mod signals;
 pub mod simulated;

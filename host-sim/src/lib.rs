@@ -7,8 +7,13 @@
 //!
 //! Apart from the control core there is the friction lab ([`lab`]): mechanisms, frictions and
 //! solvers that know nothing of each other.
+// What a terminal, a port or a server asks for, nothing asks for in a page.
+#![cfg_attr(target_family = "wasm", allow(dead_code, unused_mut))]
 
 pub mod benchmark;
+// WebAssembly (`playground/`) has no terminal and no serial ports. This and `device::port` are all
+// that is left out there.
+#[cfg(not(target_family = "wasm"))]
 pub mod cli;
 pub mod closed_loop;
 pub mod data_sheet;
@@ -44,7 +49,7 @@ pub mod run;
 pub mod selftest;
 pub mod setup;
 pub mod solver;
-#[cfg(feature = "studio")]
+#[cfg(feature = "playground")]
 pub mod studio;
 pub mod target;
 pub mod tuning;

@@ -6,7 +6,7 @@ use std::fs;
 
 use crate::firmware::{self, PROFILE};
 use crate::job::{Job, cargo, root};
-use crate::toolchain::{TARGET, Toolchain};
+use crate::toolchain::{MICROCONTROLLER, TARGET, Toolchain};
 
 /// The page with the golden table.
 const PAGE: &str = "docs/cost.md";
@@ -22,7 +22,7 @@ pub struct Arguments {
 /// Builds the images, measures them in the emulator, and compares.
 pub fn measure(arguments: &Arguments, features: [&str; 3]) -> Result<(), String> {
     let image = firmware::build()?;
-    let toolchain = Toolchain::ready()?;
+    let toolchain = Toolchain::ready(&MICROCONTROLLER)?;
     let build = ["build", "--profile", PROFILE, "--package", YARDSTICK, "--target", TARGET];
     Job::new("Building the yardsticks").run(&mut toolchain.cargo(&build))?;
     let built = firmware::built(YARDSTICK);

@@ -6,7 +6,7 @@ use std::process::Command;
 
 use crate::job::{Job, root, target_dir};
 use crate::simulator::Simulator;
-use crate::toolchain::{TARGET, Toolchain};
+use crate::toolchain::{MICROCONTROLLER, TARGET, Toolchain};
 
 /// The profile of the image, and of whatever is measured or proved beside it.
 pub const PROFILE: &str = "firmware";
@@ -50,7 +50,7 @@ const SMALL: [&str; 2] = ["-C", "llvm-args=-inline-threshold=25 -inlinehint-thre
 
 /// Builds the image and puts it where people and tests look for it; returns the ELF file's path.
 pub fn build() -> Result<PathBuf, String> {
-    let toolchain = Toolchain::ready()?;
+    let toolchain = Toolchain::ready(&MICROCONTROLLER)?;
     println!("   compiler: {}", toolchain.describe());
     Job::new("Building the firmware")
         .run(toolchain.cargo(&arguments("rustc")).arg("--").args(SMALL))?;

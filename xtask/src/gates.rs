@@ -8,7 +8,7 @@ use std::process::Command;
 use crate::cost;
 use crate::firmware::{self, PROFILE};
 use crate::job::Job;
-use crate::toolchain::{TARGET, Toolchain};
+use crate::toolchain::{MICROCONTROLLER, TARGET, Toolchain};
 
 const PROGRAM: &str = "no-panic";
 /// The function that the proof's panic handler calls, and nobody defines.
@@ -20,7 +20,7 @@ const KEPT: [&[u8]; 2] = [b"8stiction5servo7control", b"8stiction4link7request8n
 /// Runs every gate.
 pub fn pass(features: [&str; 3]) -> Result<(), String> {
     let image = firmware::build()?;
-    no_panic(&Toolchain::ready()?)?;
+    no_panic(&Toolchain::ready(&MICROCONTROLLER)?)?;
     let arguments = ["gates".into(), "--image".into(), image.into()];
     cost::run("Looking through the image", features, &arguments)
 }

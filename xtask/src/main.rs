@@ -8,6 +8,7 @@ mod gates;
 mod job;
 mod mutation_list;
 mod mutations;
+mod playground;
 mod ranking;
 mod reliability;
 mod simulator;
@@ -89,7 +90,7 @@ fn main() -> ExitCode {
 }
 
 fn setup() -> Result<(), String> {
-    let toolchain = toolchain::Toolchain::ready()?;
+    let toolchain = toolchain::Toolchain::ready(&toolchain::MICROCONTROLLER)?;
     println!("The firmware is built by {}.", toolchain.describe());
     Ok(())
 }

@@ -4,6 +4,7 @@ use std::path::PathBuf;
 use std::process::Command;
 
 use crate::job::{Job, cargo, root, target_dir};
+use crate::playground;
 use crate::simulator::{EMULATOR, EVERYTHING};
 
 #[derive(Debug, clap::Args)]
@@ -17,6 +18,13 @@ pub struct Arguments {
     /// Make the pictures of docs/ in a browser, and start nothing else
     #[arg(long)]
     picture: bool,
+    /// Build the page with the simulator in it, as static files in target/playground, and start
+    /// nothing
+    #[arg(long, conflicts_with_all = ["with_emulator", "picture"])]
+    playground: bool,
+    /// Test the playground in a browser as well
+    #[arg(long, requires = "playground")]
+    test: bool,
     /// What `stiction studio` is given
     #[arg(trailing_var_arg = true, allow_hyphen_values = true)]
     arguments: Vec<String>,
@@ -26,11 +34,15 @@ pub struct Arguments {
 const STUDIO: [&str; 4] = ["--package", "host-sim", "--features", "studio"];
 
 /// Where browsers are that the tests can drive.
-const BROWSERS: [&str; 4] =
+pub const BROWSERS: [&str; 4] =
     ["chromium", "chromium-browser", "google-chrome", "google-chrome-stable"];
 
 /// Builds the page and the program, and starts it.
 pub fn studio(arguments: &Arguments) -> Result<(), String> {
+    if arguments.playground {
+        let directory = playground::build()?;
+        return if arguments.test { playground::test(&directory) } else { Ok(()) };
+    }
     page()?;
     build(arguments.with_emulator)?;
     if arguments.build {
@@ -55,13 +67,15 @@ fn options(command: &mut Command, with_emulator: bool) {
     }
 }
 
-fn build(with_emulator: bool) -> Result<(), String> {
+/// Builds the program with the page in it.
+pub fn build(with_emulator: bool) -> Result<(), String> {
     let mut build = cargo(&["build", "--bin", "stiction"]);
     options(&mut build, with_emulator);
     Job::new("Building the simulator with the studio").run(&mut build)
 }
 
-fn directory() -> PathBuf {
+/// Where the page is made.
+pub fn directory() -> PathBuf {
     root().join("host-sim/studio-page")
 }
 
@@ -78,7 +92,7 @@ fn runs(command: &mut Command) -> bool {
 }
 
 /// Builds the page into `host-sim/studio-page/dist`, of what `package-lock.json` names.
-fn page() -> Result<(), String> {
+pub fn page() -> Result<(), String> {
     if !runs(&mut npm(&["--version"])) {
         return Err(
             "the page of the studio is built by npm, which comes with Node.js 20 or newer \
@@ -128,12 +142,12 @@ pub fn test(browser: Option<&str>) -> Result<(), String> {
 }
 
 /// A browser that is installed.
-fn browser() -> Option<&'static str> {
+pub fn browser() -> Option<&'static str> {
     BROWSERS.into_iter().find(|name| runs(Command::new(name).arg("--version")))
 }
 
 /// A script that drives the page of the program that was built, in a browser.
-fn script(name: &str, browser: &str) -> Command {
+pub fn script(name: &str, browser: &str) -> Command {
     let mut node = Command::new("node");
     node.arg(format!("test/{name}")).arg(target_dir().join("debug/stiction")).arg(browser);
     node.current_dir(directory());

@@ -2,7 +2,7 @@
 
 use crate::job::{Job, cargo};
 use crate::simulator::{EMULATOR, EVERYTHING};
-use crate::toolchain::Toolchain;
+use crate::toolchain::{MICROCONTROLLER, Toolchain};
 use crate::{cost, firmware, gates, studio};
 
 const STRICT: [&str; 3] = ["--", "--deny", "warnings"];
@@ -38,7 +38,7 @@ pub fn test() -> Result<(), String> {
     // with `bad_input` below.
     Job::new("Lints")
         .run(cargo(&["clippy", "--workspace", "--all-targets"]).args(EVERYTHING).args(STRICT))?;
-    let toolchain = Toolchain::ready()?;
+    let toolchain = Toolchain::ready(&MICROCONTROLLER)?;
     Job::new("Lints of the firmware")
         .run(toolchain.cargo(&firmware::arguments("clippy")).args(STRICT))?;
     let image = firmware::build()?;

@@ -1,4 +1,4 @@
-//! Finds the compiler for the microcontroller: an installed one, else rustup's, else Debian's.
+//! Finds the compiler for a target: an installed one, else rustup's, else Debian's.
 //!
 //! The user's default tool chain is never updated and never replaced. Debian's compiler has no
 //! library for the target, so that is built once from Debian's own sources and put beside the
@@ -12,8 +12,57 @@ use std::process::Command;
 
 use crate::job::{Job, cargo, root, target_dir};
 
-/// The target: a Cortex-M4 with a single-precision unit.
+/// The target of the firmware: a Cortex-M4 with a single-precision unit.
 pub const TARGET: &str = "thumbv7em-none-eabihf";
+
+/// What something is built for that does not run on this machine.
+#[derive(Debug)]
+pub struct Target {
+    /// Its name.
+    pub name: &'static str,
+    /// The crates of the standard library that are built for it.
+    library: &'static str,
+    /// What building them is called.
+    builds: &'static str,
+    /// What rustup's adding it is called.
+    adds: &'static str,
+    /// Debian's package of its C library, and where that is.
+    c_library: Option<(&'static str, &'static str)>,
+}
+
+/// The microcontroller.
+pub const MICROCONTROLLER: Target = Target {
+    name: TARGET,
+    library: "core,alloc,compiler_builtins",
+    builds: "Building the core library for thumbv7em-none-eabihf (once, less than a minute)",
+    adds: "Adding the target thumbv7em-none-eabihf by rustup",
+    c_library: None,
+};
+
+/// A page in a browser: WebAssembly that is given files and a clock.
+pub const PAGE: Target = Target {
+    name: "wasm32-wasip1",
+    library: "std,panic_abort",
+    builds: "Building the standard library for wasm32-wasip1 (once, about a minute)",
+    adds: "Adding the target wasm32-wasip1 by rustup",
+    c_library: Some(("wasi-libc", "/usr/lib/wasm32-wasi")),
+};
+
+impl Target {
+    /// Debian's packages for it.
+    fn packages(&self) -> Vec<&'static str> {
+        PACKAGES.into_iter().chain(self.c_library.map(|(package, _)| package)).collect()
+    }
+
+    /// Where Debian's compiler looks for its libraries.
+    fn directory(&self) -> PathBuf {
+        Path::new(RUSTLIB).join(self.name)
+    }
+
+    fn stamp_file(&self) -> PathBuf {
+        self.directory().join("stiction.stamp")
+    }
+}
 
 /// The name under which rustup knows Debian's compiler.
 const LINKED: &str = "stiction";
@@ -32,7 +81,7 @@ const PACKAGES: [&str; 7] = [
 /// The directory in which Debian keeps the libraries of each target.
 const RUSTLIB: &str = "/usr/lib/rustlib";
 
-/// A tool chain that can build for [`TARGET`].
+/// A tool chain that can build for a [`Target`].
 pub enum Toolchain {
     /// The tool chain that cargo uses here anyway.
     Default,
@@ -45,24 +94,24 @@ impl Toolchain {
     ///
     /// # Errors
     /// Names the command that the user has to run.
-    pub fn ready() -> Result<Self, String> {
-        if default_has_target() {
+    pub fn ready(target: &Target) -> Result<Self, String> {
+        if default_has(target) {
             return Ok(Self::Default);
         }
-        if debian_is_built() {
+        if debian_is_built(target) {
             // This needs no root: another user of this machine may have installed the packages.
             link()?;
             return Ok(Self::Debian);
         }
         if rustup_may_install() {
-            let what = "Adding the target thumbv7em-none-eabihf by rustup";
-            let added = Job::new(what).run(Command::new("rustup").args(["target", "add", TARGET]));
+            let mut add = Command::new("rustup");
+            let added = Job::new(target.adds).run(add.args(["target", "add", target.name]));
             match added {
-                Ok(()) if default_has_target() => return Ok(Self::Default),
+                Ok(()) if default_has(target) => return Ok(Self::Default),
                 _ => println!("   rustup could not; trying Debian's packages"),
             }
         }
-        install_debian()?;
+        install_debian(target)?;
         link()?;
         Ok(Self::Debian)
     }
@@ -106,11 +155,11 @@ fn default_rustc() -> OsString {
     std::env::var_os("RUSTC").unwrap_or_else(|| "rustc".into())
 }
 
-fn default_has_target() -> bool {
+fn default_has(target: &Target) -> bool {
     let mut rustc = Command::new(default_rustc());
     let sysroot = output(rustc.args(["--print", "sysroot"]).current_dir(root()));
     sysroot.is_some_and(|sysroot| {
-        has_core(&Path::new(sysroot.trim()).join("lib/rustlib").join(TARGET))
+        has_core(&Path::new(sysroot.trim()).join("lib/rustlib").join(target.name))
     })
 }
 
@@ -129,18 +178,14 @@ fn rustup_may_install() -> bool {
     has_rustup() && std::env::var_os("RUSTUP_AUTO_INSTALL").is_none_or(|value| value != "0")
 }
 
-fn stamp_file() -> PathBuf {
-    Path::new(RUSTLIB).join(TARGET).join("stiction.stamp")
-}
-
 fn debian_version() -> Option<String> {
     output(Command::new("/usr/bin/rustc").arg("-vV"))
 }
 
-fn debian_is_built() -> bool {
-    let built_for = fs::read_to_string(stamp_file()).ok();
+fn debian_is_built(target: &Target) -> bool {
+    let built_for = fs::read_to_string(target.stamp_file()).ok();
     let same_compiler = built_for.is_some() && built_for == debian_version();
-    same_compiler && has_core(&Path::new(RUSTLIB).join(TARGET))
+    same_compiler && has_core(&target.directory())
 }
 
 fn is_linked() -> bool {
@@ -160,31 +205,31 @@ fn link() -> Result<(), String> {
         .run(Command::new("rustup").args(["toolchain", "link", LINKED, "/usr"]))
 }
 
-fn install_debian() -> Result<(), String> {
+fn install_debian(target: &Target) -> Result<(), String> {
     if !Path::new("/etc/debian_version").exists() || !is_root() {
         return Err(format!(
-            "no compiler here builds for {TARGET}; run\n    rustup target add {TARGET}\nor, on \
-             Debian 12 and as \
-             root, `cargo xtask setup`: it installs {}",
-            PACKAGES.join(" ")
+            "no compiler here builds for {name}; run\n    rustup target add {name}\nor, on Debian \
+             12, the same command as root: it installs {}",
+            target.packages().join(" "),
+            name = target.name,
         ));
     }
-    install_packages()?;
+    install_packages(target)?;
     let version =
         debian_version().ok_or("/usr/bin/rustc does not start, though its package is installed")?;
-    build_library(&version)?;
+    build_library(target, &version)?;
     name_linker(&version)?;
     // The stamp comes last, so that a run that was interrupted begins anew.
-    fs::write(stamp_file(), version).map_err(|error| cannot("write", &stamp_file(), &error))
+    write(&target.stamp_file(), &version)
 }
 
 fn is_root() -> bool {
     output(Command::new("id").arg("-u")).is_some_and(|id| id.trim() == "0")
 }
 
-fn install_packages() -> Result<(), String> {
+fn install_packages(target: &Target) -> Result<(), String> {
     let missing: Vec<&str> =
-        PACKAGES.into_iter().filter(|package| !is_installed(package)).collect();
+        target.packages().into_iter().filter(|package| !is_installed(package)).collect();
     if missing.is_empty() {
         return Ok(());
     }
@@ -205,11 +250,11 @@ fn is_installed(package: &str) -> bool {
     status.is_some_and(|status| status.ends_with("ok installed"))
 }
 
-/// Builds `core` and `alloc` for the target in an empty crate, and puts them where the compiler
-/// looks for them.
-fn build_library(version: &str) -> Result<(), String> {
-    let library = Path::new(RUSTLIB).join(TARGET).join("lib");
-    if has_core(&Path::new(RUSTLIB).join(TARGET)) {
+/// Builds the library for the target in an empty crate, and puts it where the compiler looks for
+/// it.
+fn build_library(target: &Target, version: &str) -> Result<(), String> {
+    let library = target.directory().join("lib");
+    if has_core(&target.directory()) {
         // What is there belongs to another compiler, or to a run that was interrupted.
         fs::remove_dir_all(&library).map_err(|error| cannot("remove", &library, &error))?;
     }
@@ -222,14 +267,8 @@ fn build_library(version: &str) -> Result<(), String> {
     let target_dir = empty.join(release_of(version));
     let mut build = Command::new("/usr/bin/cargo");
     build
-        .args([
-            "build",
-            "--quiet",
-            "--release",
-            "-Zbuild-std=core,alloc,compiler_builtins",
-            "--target",
-            TARGET,
-        ])
+        .args(["build", "--quiet", "--release", "--target", target.name])
+        .arg(format!("-Zbuild-std={}", target.library))
         .arg("--target-dir")
         .arg(&target_dir)
         .current_dir(&empty)
@@ -238,10 +277,9 @@ fn build_library(version: &str) -> Result<(), String> {
         .env("RUSTFLAGS", "-Cembed-bitcode=yes -Zforce-unstable-if-unmarked")
         .env_remove("RUSTUP_TOOLCHAIN")
         .env_remove("CARGO_TARGET_DIR");
-    Job::new("Building the core library for thumbv7em-none-eabihf (once, less than a minute)")
-        .run(&mut build)?;
+    Job::new(target.builds).run(&mut build)?;
     make_dir(&library)?;
-    let built = target_dir.join(TARGET).join("release/deps");
+    let built = target_dir.join(target.name).join("release/deps");
     let files = fs::read_dir(&built).map_err(|error| cannot("read", &built, &error))?;
     for file in files.flatten().map(|file| file.path()) {
         let is_library = file.extension() == Some(OsStr::new("rlib"));
@@ -250,6 +288,13 @@ fn build_library(version: &str) -> Result<(), String> {
             fs::copy(&file, library.join(file_name))
                 .map_err(|error| cannot("copy", &file, &error))?;
         }
+    }
+    let Some((_, from)) = target.c_library else { return Ok(()) };
+    let beside = library.join("self-contained");
+    make_dir(&beside)?;
+    for file in ["libc.a", "crt1-command.o", "crt1-reactor.o"] {
+        let from = Path::new(from).join(file);
+        fs::copy(&from, beside.join(file)).map_err(|error| cannot("copy", &from, &error))?;
     }
     Ok(())
 }

@@ -122,7 +122,7 @@ pub fn told(told: &Told, sample_time: f32) -> String {
 }
 
 /// The same for a page, with its section of docs/faults.md, and with how it ends.
-#[cfg(feature = "studio")]
+#[cfg(feature = "playground")]
 pub fn fault(of: &Told, sample_time: f32) -> serde_json::Value {
     let fault = Fault::from_code(of.code);
     let ends = fault.map(|fault| match (fault.is_clearable(), fault.ends_with_parameters()) {

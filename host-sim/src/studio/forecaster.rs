@@ -28,7 +28,7 @@ const LOOKS: Duration = Duration::from_millis(500);
 
 /// What a page wants to know, and where it is told.
 #[derive(Clone, Debug)]
-struct Asked {
+pub struct Asked {
     /// The page's number for it.
     id: u32,
     what: Ask,
@@ -36,7 +36,7 @@ struct Asked {
 }
 
 /// A page, and whether it wants a comparison: that is not given up for a prediction.
-type Whose = (u64, bool);
+pub type Whose = (u64, bool);
 
 /// The wishes of all pages.
 #[derive(Debug, Default)]
@@ -62,6 +62,11 @@ impl Wishes {
         self.last().contains_key(&whose)
     }
 
+    /// Takes the next wish, if there is one.
+    pub fn take(&self) -> Option<(Whose, Asked)> {
+        self.last().pop_first()
+    }
+
     fn next(&self) -> Option<(Whose, Asked)> {
         let last = self.last();
         let wait = self.come.wait_timeout_while(last, LOOKS, |last| last.is_empty());
@@ -72,14 +77,36 @@ impl Wishes {
 /// Predicts for as long as the connections have the wishes, too. `machine` is the file whose joint
 /// the device has, if somebody has told one.
 pub fn run(wishes: &Arc<Wishes>, shared: &Shared, machine: Option<&str>) {
-    let mut known: Option<(Parameters, Result<MachineInUse, String>)> = None;
+    let mut forecaster = Forecaster::new(machine);
     while Arc::strong_count(wishes) > 1 {
         let next = wishes.next();
+        forecaster.pass(wishes, shared, next);
+    }
+}
+
+/// What is known of the machine that the device drives.
+#[derive(Debug)]
+pub struct Forecaster<'a> {
+    machine: Option<&'a str>,
+    known: Option<(Parameters, Result<MachineInUse, String>)>,
+}
+
+impl<'a> Forecaster<'a> {
+    /// As [`run`], which looks after it.
+    pub const fn new(machine: Option<&'a str>) -> Self {
+        Self { machine, known: None }
+    }
+
+    /// Tells what can be turned, if the device runs something else by now, and predicts the next of
+    /// the wishes, if there is one.
+    pub fn pass(&mut self, wishes: &Wishes, shared: &Shared, next: Option<(Whose, Asked)>) {
+        let Self { machine, known } = self;
+        let machine = *machine;
         let Some(parameters) = shared.in_use() else {
             if let Some((_, asked)) = next {
                 tell(&asked, "refused", json!("it is not known what the device runs"));
             }
-            continue;
+            return;
         };
         if known.as_ref().is_none_or(|(before, _)| *before != parameters) {
             let now = match machine {
@@ -99,9 +126,9 @@ pub fn run(wishes: &Arc<Wishes>, shared: &Shared, machine: Option<&str>) {
                     "trajectory": first,
                 }),
             );
-            known = Some((parameters, now));
+            *known = Some((parameters, now));
         }
-        let (Some((whose, asked)), Some((parameters, in_use))) = (next, &known) else { continue };
+        let (Some((whose, asked)), Some((parameters, in_use))) = (next, known) else { return };
         match (&asked.what, in_use) {
             (Ask::Compare(text), _) => {
                 let compared = compared(parameters, machine, text);

@@ -43,27 +43,40 @@
 //! | `refusals.rs` | what is told at the terminal of what was refused |
 //! | `socket.rs`, `server.rs` | one page's connection; the HTTP around it |
 //! | `assets.rs` | the page itself, as it was built in |
+//! | `playground.rs` | all of this but the server, for a page that has it in itself |
 
-pub mod assets;
 pub mod control;
 mod desk;
 mod forecaster;
 mod form;
-pub mod guard;
 mod knobs;
-mod listener;
 mod machine_in_use;
 mod news;
 mod orders;
+mod playground;
 mod prediction;
-mod refusals;
 mod request;
 mod selftest;
-mod server;
-mod socket;
 mod spare_cores;
 mod told;
 mod tuner;
 mod worker;
 
+// The server, which a page that runs all of the above by itself does without.
+#[cfg(feature = "studio")]
+pub mod assets;
+#[cfg(feature = "studio")]
+pub mod guard;
+#[cfg(feature = "studio")]
+mod listener;
+#[cfg(feature = "studio")]
+mod refusals;
+#[cfg(feature = "studio")]
+mod server;
+#[cfg(feature = "studio")]
+mod socket;
+
+pub use news::News;
+pub use playground::Playground;
+#[cfg(feature = "studio")]
 pub use server::{Server, Wanted};

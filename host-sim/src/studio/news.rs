@@ -14,7 +14,7 @@
 use std::collections::BTreeMap;
 use std::sync::{Arc, Mutex, PoisonError};
 
-use axum::body::Bytes;
+use bytes::Bytes;
 use serde_json::Value;
 use stiction::link::Sample;
 use tokio::sync::broadcast;

@@ -97,6 +97,8 @@ pub struct Worker<'a, W> {
     pub(super) driven: bool,
     /// Whether a page of this studio has turned it on.
     pub(super) armed_here: bool,
+    /// How many faults the device remembered when it was last asked.
+    faults: Option<u32>,
     asked: Instant,
     words: u64,
     heard: Instant,
@@ -158,7 +160,11 @@ pub fn run<W: Wire>(
 }
 
 impl<'a, W: Wire> Worker<'a, W> {
-    fn new(mut client: Client<W>, shared: &'a Shared, about: &'a About) -> Result<Self, Error> {
+    pub(super) fn new(
+        mut client: Client<W>,
+        shared: &'a Shared,
+        about: &'a About,
+    ) -> Result<Self, Error> {
         client.wire().real_time();
         let now = Instant::now();
         let mut worker = Self {
@@ -174,6 +180,7 @@ impl<'a, W: Wire> Worker<'a, W> {
             flushed: now,
             driven: false,
             armed_here: false,
+            faults: None,
             asked: now,
             words: shared.words.load(Ordering::Relaxed),
             heard: now,
@@ -192,62 +199,67 @@ impl<'a, W: Wire> Worker<'a, W> {
 
     /// Works until there is nobody left to work for, or the device does not answer.
     fn work(&mut self, orders: &Receiver<Order>) -> Result<(), Error> {
-        let mut faults = None;
-        loop {
-            self.stop_if_asked(orders)?;
-            match orders.try_recv() {
-                // Not even the status is asked for then: nobody but its own page keeps a self-test
-                // going.
-                Ok(order) if order.what != Ask::Stop && self.is_testing() => {
-                    order.answered(&Err(Error::Refused(TESTING.into())));
-                }
-                Ok(order) => {
-                    let done = match self.shared.control.is_held_by(order.page) {
-                        _ if order.what == Ask::Stop => self.obey(order.page, &order.what),
-                        true if order.given.elapsed() < LATE => self.obey(order.page, &order.what),
-                        true => Err(Error::Refused("the device was busy; say it again".into())),
-                        false => Err(Error::Refused(TAKEN.into())),
-                    };
-                    order.answered(&done);
-                    self.asked = Instant::now();
-                    if let Err(error @ (Error::Device(_) | Error::Emulator(_))) = done {
-                        return Err(error);
-                    }
-                    // What it has changed is told at once.
-                    self.ask_status()?;
-                }
-                Err(TryRecvError::Disconnected) => return Ok(()),
-                Err(TryRecvError::Empty) => {}
+        while self.pass(orders)? {}
+        Ok(())
+    }
+
+    /// Obeys an order, if one waits, and waits for a moment for what the device sends. Tells
+    /// whether anybody is left to work for.
+    pub(super) fn pass(&mut self, orders: &Receiver<Order>) -> Result<bool, Error> {
+        self.stop_if_asked(orders)?;
+        match orders.try_recv() {
+            // Not even the status is asked for then: nobody but its own page keeps a self-test
+            // going.
+            Ok(order) if order.what != Ask::Stop && self.is_testing() => {
+                order.answered(&Err(Error::Refused(TESTING.into())));
             }
-            self.listen();
-            self.take_prediction();
-            let is_left = self.heard.elapsed() > QUIET || !self.has_its_page();
-            if self.link_timeout == 0.0 && self.armed_here && is_left {
-                self.client.stop()?;
+            Ok(order) => {
+                let done = match self.shared.control.is_held_by(order.page) {
+                    _ if order.what == Ask::Stop => self.obey(order.page, &order.what),
+                    true if order.given.elapsed() < LATE => self.obey(order.page, &order.what),
+                    true => Err(Error::Refused("the device was busy; say it again".into())),
+                    false => Err(Error::Refused(TAKEN.into())),
+                };
+                order.answered(&done);
+                self.asked = Instant::now();
+                if let Err(error @ (Error::Device(_) | Error::Emulator(_))) = done {
+                    return Err(error);
+                }
+                // What it has changed is told at once.
                 self.ask_status()?;
             }
-            if self.may_ask() {
-                let has_word = self.has_word();
-                let status = self.ask_status()?;
-                if has_word {
-                    self.go_on_testing(&status)?;
-                }
-                if faults.replace(status.faults).is_some_and(|before| before != status.faults) {
-                    self.tell_faults(&status)?;
-                }
+            Err(TryRecvError::Disconnected) => return Ok(false),
+            Err(TryRecvError::Empty) => {}
+        }
+        self.listen();
+        self.take_prediction();
+        let is_left = self.heard.elapsed() > QUIET || !self.has_its_page();
+        if self.link_timeout == 0.0 && self.armed_here && is_left {
+            self.client.stop()?;
+            self.ask_status()?;
+        }
+        if self.may_ask() {
+            let has_word = self.has_word();
+            let status = self.ask_status()?;
+            if has_word {
+                self.go_on_testing(&status)?;
             }
-            let (sample, before) = (self.client.sample(SLICE)?, self.driven);
-            sample.into_iter().for_each(|sample| self.show(sample));
-            self.show_kept();
-            // Something else than a page has turned it on. Nobody may take it for off.
-            if self.driven && !before {
-                self.ask_status()?;
-            }
-            if self.flushed.elapsed() >= FRAME {
-                self.flushed = Instant::now();
-                self.frame.flush(&self.shared.news);
+            if self.faults.replace(status.faults).is_some_and(|before| before != status.faults) {
+                self.tell_faults(&status)?;
             }
         }
+        let (sample, before) = (self.client.sample(SLICE)?, self.driven);
+        sample.into_iter().for_each(|sample| self.show(sample));
+        self.show_kept();
+        // Something else than a page has turned it on. Nobody may take it for off.
+        if self.driven && !before {
+            self.ask_status()?;
+        }
+        if self.flushed.elapsed() >= FRAME {
+            self.flushed = Instant::now();
+            self.frame.flush(&self.shared.news);
+        }
+        Ok(true)
     }
 
     /// Shows the pages a sample, and the self-test.

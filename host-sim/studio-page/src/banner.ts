@@ -4,6 +4,8 @@
 import type { Hello } from './history';
 
 export type Seen = {
+  // The studio itself is in the page (playground/).
+  inPage: boolean;
   connected: boolean;
   gone: string | null;
   recording: boolean;
@@ -19,7 +21,13 @@ export function banner(seen: Seen): Said {
   return seen.recording ? [kind, what, `${more}. ${RECORDING}`] : [kind, what, more];
 }
 
-function device({ connected, gone, hello, driven }: Seen): Said {
+function device({ inPage, connected, gone, hello, driven }: Seen): Said {
+  if (inPage)
+    return [
+      'quiet',
+      'A SIMULATION IN THIS PAGE',
+      gone ?? 'no motor: nothing is connected, and nothing moves',
+    ];
   if (!connected) {
     return hello && hello.kind !== 'board'
       ? [

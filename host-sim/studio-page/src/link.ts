@@ -1,7 +1,9 @@
-// The connection to the server. What comes of the device is answered by a word, at most twenty a
+// The connection to the studio. What comes of the device is answered by a word, at most twenty a
 // second: while the motor is driven, that word is what keeps the device's link alive. A page that
 // hangs gives none, and the device turns its output off. What the server only computes or decides
 // is no news of the device, and is not answered.
+
+import { connect, type Wire } from './wire';
 
 const BETWEEN_WORDS_MS = 50;
 // As in request.rs.
@@ -21,7 +23,7 @@ export type Event = { event: string; [key: string]: any };
 export type Answer = { ok: boolean; said: string };
 
 export class Link {
-  private socket: WebSocket | null = null;
+  private wire: Wire | null = null;
   private number = 0;
   private waiting = new Map<number, (answer: Answer) => void>();
   private word = 0;
@@ -33,32 +35,30 @@ export class Link {
   ) {}
 
   get open(): boolean {
-    return this.socket?.readyState === WebSocket.OPEN;
+    return this.wire?.open ?? false;
   }
 
   connect(): void {
-    const token = encodeURIComponent(location.hash.slice(1));
-    const socket = new WebSocket(`ws://${location.host}/link?token=${token}`);
-    socket.binaryType = 'arraybuffer';
-    socket.onmessage = ({ data }) => {
+    const news = (data: string | ArrayBuffer) => {
       const event: Event | null = typeof data === 'string' ? JSON.parse(data) : null;
       const now = performance.now();
       if (!WITHOUT_A_WORD.has(event?.event ?? '') && now - this.word >= BETWEEN_WORDS_MS) {
         this.word = now;
-        socket.send('{"do":"alive"}');
+        wire.send('{"do":"alive"}');
       }
       if (event) this.event(event);
-      else this.samples(data);
+      else this.samples(data as ArrayBuffer);
     };
-    socket.onclose = () => {
-      if (this.socket !== socket) return;
+    const cut = () => {
+      if (this.wire !== wire) return;
       for (const answered of this.waiting.values())
         answered({ ok: false, said: 'the connection to the studio is cut' });
       this.waiting.clear();
       this.cut();
       setTimeout(() => this.connect(), 1000);
     };
-    this.socket = socket;
+    const wire = connect(news, cut);
+    this.wire = wire;
   }
 
   ask(what: string, more: object = {}): Promise<Answer> {
@@ -73,13 +73,13 @@ export class Link {
         ok: false,
         said: `${what}: that is a message of ${Math.ceil(bytes / 1024)} KiB; allowed are ${LARGEST / 1024} KiB`,
       });
-    this.socket!.send(message);
+    this.wire!.send(message);
     return new Promise((answered) => this.waiting.set(id, answered));
   }
 
   // Says something that is not answered by its number, or not at all.
   tell(what: string, id: number, more: object): void {
-    if (this.open) this.socket!.send(JSON.stringify({ id, do: what, ...more }));
+    if (this.open) this.wire!.send(JSON.stringify({ id, do: what, ...more }));
   }
 
   private event(event: Event): void {

@@ -18,6 +18,7 @@ import { errorCounts, panels, position, reference, type Read } from './terms';
 import { Selftest } from './selftest';
 import { Tuning } from './tuning';
 import { WhatIf } from './what-if';
+import { IN_PAGE } from './wire';
 
 // As in page.css.
 const NARROW = 900;
@@ -151,7 +152,7 @@ const WORDS: Record<string, string> = {
 function look(): void {
   const { status, hello, recording } = app;
   const driven = status?.driven ?? false;
-  const [kind, what, more] = banner({ ...app, driven });
+  const [kind, what, more] = banner({ ...app, driven, inPage: IN_PAGE });
   by('banner').className = kind;
   by('banner-what').textContent = what;
   by('banner-more').textContent = more;

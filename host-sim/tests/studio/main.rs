@@ -5,6 +5,7 @@ mod bad_lines;
 mod page;
 mod selftest;
 mod tune;
+mod playground;
 mod what_if;
 
 use std::time::Duration;

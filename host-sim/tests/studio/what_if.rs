@@ -10,12 +10,12 @@ use super::{
     LINK_TIMEOUT_S, RESOLUTION, SLACK_S, TICK_S, armed_with_a_reader, is_on, ticks_on_after,
 };
 
-fn wish(way: &Value, laws: &[&str], values: &Value, cloud: u8) -> Value {
+pub fn wish(way: &Value, laws: &[&str], values: &Value, cloud: u8) -> Value {
     let wish = json!({ "way": way, "laws": laws, "values": values, "cloud": cloud });
     json!({ "do": "predict", "wish": wish })
 }
 
-async fn predicted(page: &mut Page, part: &str, wish: Value) -> Value {
+pub async fn predicted(page: &mut Page, part: &str, wish: Value) -> Value {
     page.send(&wish).await;
     let is_it = |event: &Value| {
         let is_part = event["part"] == part || event["part"] == "refused";

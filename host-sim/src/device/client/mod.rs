@@ -34,6 +34,8 @@ mod parameters;
 mod state;
 mod telemetry;
 
+use std::hash::{BuildHasher as _, RandomState};
+
 pub use self::motion::Map;
 use stiction::link::{Deframer, Identity, Kind, PROTOCOL, Reply, Request};
 
@@ -70,9 +72,8 @@ impl<W: Wire> Client<W> {
         };
         // A zero ends a frame that an earlier session may have left unfinished.
         client.wire.send(&[0])?;
-        let session = std::time::SystemTime::now()
-            .duration_since(std::time::UNIX_EPOCH)
-            .map_or(0, |since| since.subsec_nanos() ^ since.as_secs() as u32 ^ std::process::id());
+        // Random: the standard library has no other source of that on every system.
+        let session = RandomState::new().hash_one(()) as u32;
         match client.ask(Request::Hello { protocol: PROTOCOL, session })? {
             Reply::Hello(identity) if identity.protocol == PROTOCOL => {
                 client.identity = Some(identity);

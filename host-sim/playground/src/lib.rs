@@ -1,0 +1,87 @@
+//! The studio in the page itself: [`Playground`] as WebAssembly (wasm32-wasip1).
+//!
+//! The page's worker (`studio-page/src/playground/worker.ts`) gives it what a program has: its
+//! arguments, a file, a clock, standard input and output. So nothing but bytes crosses the border,
+//! and no address does.
+//!
+//! ```text
+//! arguments        the machine: the name of a built-in experiment, of a typical joint, or a file
+//! standard input   what the page asks for, a line of JSON each
+//! standard output  what the page is told: `t` or `b`, length (u32, little endian), text or frame
+//! playground_pass  does what was asked for, and lets the device go on until it waits. The page's
+//!                  clock stands still meanwhile, but for that wait
+//! ```
+
+use std::cell::RefCell;
+use std::io::{BufRead as _, Write as _, stdin, stdout};
+
+use host_sim::Error;
+use host_sim::draft::{TYPICAL, text};
+use host_sim::studio::{News, Playground};
+use serde_json::json;
+
+/// The controller that a built-in experiment begins with, as in `stiction studio`.
+const USUAL: &str = "srnf";
+
+thread_local! {
+    /// The one that the page has open.
+    static OPEN: RefCell<Option<Playground>> = const { RefCell::new(None) };
+}
+
+/// Opens the machine that the arguments name, and tells whether that was possible. If not, the page
+/// has been told why.
+#[unsafe(no_mangle)]
+#[allow(unsafe_code, reason = "a name that the page calls, and no other item has it")]
+pub extern "C" fn playground_open() -> bool {
+    let machine = std::env::args().nth(1).unwrap_or_default();
+    match opened(&machine) {
+        Ok(playground) => {
+            OPEN.set(Some(playground));
+            true
+        }
+        Err(error) => {
+            let why = json!({ "event": "not-opened", "said": error.to_string() });
+            told(b't', why.to_string().as_bytes());
+            false
+        }
+    }
+}
+
+fn opened(machine: &str) -> Result<Playground, Error> {
+    let Some(typical) = TYPICAL.iter().find(|typical| typical.name == machine) else {
+        let is_file = machine.ends_with(".toml");
+        return Playground::open(machine, (!is_file).then_some(USUAL));
+    };
+    let file = format!("/{machine}.toml");
+    let written = text(&file, &typical.answers()?, Some(typical))?;
+    std::fs::write(&file, written).map_err(|error| Error::Input(format!("{file}: {error}")))?;
+    Playground::open(&file, None)
+}
+
+/// Takes what the page has asked for, lets the device go on for a moment, and tells what came of
+/// it.
+#[unsafe(no_mangle)]
+#[allow(unsafe_code, reason = "a name that the page calls, and no other item has it")]
+pub extern "C" fn playground_pass() {
+    OPEN.with_borrow_mut(|open| {
+        let Some(playground) = open else { return };
+        for line in stdin().lock().lines().map_while(Result::ok) {
+            playground.ask(&line);
+        }
+        playground.pass();
+        for news in playground.by_ref() {
+            match news {
+                News::Event(text) => told(b't', text.as_bytes()),
+                News::Samples(frame) => told(b'b', &frame),
+            }
+        }
+    });
+}
+
+/// Tells the page something. It reads all that is written.
+fn told(kind: u8, bytes: &[u8]) {
+    let mut out = stdout().lock();
+    let length = (bytes.len() as u32).to_le_bytes();
+    let _ = out.write_all(&[kind]).and_then(|()| out.write_all(&length));
+    let _ = out.write_all(bytes).and_then(|()| out.flush());
+}

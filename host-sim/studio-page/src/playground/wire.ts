@@ -1,0 +1,86 @@
+// The playground's studio is in the page itself, in a worker (worker.ts). Which joint it has stands
+// behind the `#` of the address, and another one begins the page anew. A file of somebody's own
+// stays in this tab.
+
+import simulator from 'playground:simulator';
+import worker from 'playground:worker';
+import { app, by, element } from '../app';
+import { read } from '../parameters';
+import type { Wire } from '../wire';
+
+export const IN_PAGE = true;
+
+// A name is that of a built-in experiment, or of a joint of `stiction new --typical`.
+const JOINTS: [name: string, title: string][] = [
+  ['step-response', 'The axis of the thesis'],
+  ['harmonic', 'A harmonic drive'],
+  ['gimbal', 'A geared gimbal'],
+];
+const OWN = 'own.toml';
+const FIRST_VIEW = 'what-if';
+// A machine's file has less than half of it (document/mod.rs allows more).
+const LARGEST = 256 * 1024;
+
+export type Begin = { simulator: ArrayBuffer; machine: string; file: string | null };
+
+export function connect(news: (data: string | ArrayBuffer) => void): Wire {
+  const [joint, view = FIRST_VIEW] = decodeURIComponent(location.hash.slice(1)).split('/');
+  const own = sessionStorage.getItem(OWN);
+  const name =
+    joint === OWN && own !== null ? OWN : (JOINTS.find(([one]) => one === joint) ?? JOINTS[0])[0];
+  choose(name, own);
+  document.querySelector<HTMLElement>(`[data-view="${CSS.escape(view)}"]`)?.click();
+
+  const address = URL.createObjectURL(new Blob([worker], { type: 'text/javascript' }));
+  const studio = new Worker(address);
+  URL.revokeObjectURL(address);
+  studio.onmessage = ({ data }) => {
+    if (typeof data !== 'string' || !data.startsWith('{"event":"not-opened"')) return news(data);
+    by('playground-said').textContent = `✕ ${JSON.parse(data).said}`;
+  };
+  studio.onerror = ({ message }) => {
+    by('playground-said').textContent = `✕ The simulation has ended: ${message}`;
+  };
+  let ready = false;
+  void unpacked().then((bytes) => {
+    const begin: Begin = { simulator: bytes, machine: name, file: name === OWN ? own : null };
+    studio.postMessage(begin, [bytes]);
+    ready = true;
+  });
+  return {
+    get open() {
+      return ready;
+    },
+    send: (text) => studio.postMessage(text),
+  };
+}
+
+async function unpacked(): Promise<ArrayBuffer> {
+  const packed = new Blob([simulator as BlobPart]).stream();
+  return new Response(packed.pipeThrough(new DecompressionStream('gzip'))).arrayBuffer();
+}
+
+// Shows which joint it is, and lets somebody choose another one.
+function choose(now: string, own: string | null): void {
+  const all = own === null ? JOINTS : [...JOINTS, [OWN, 'My own file'] as const];
+  const begin = (name: string) => {
+    location.hash = `${name}/${app.view}`;
+    location.reload();
+  };
+  const select = by<HTMLSelectElement>('playground-joint');
+  select.replaceChildren(
+    ...all.map(([value, textContent]) =>
+      element('option', { value, textContent, selected: value === now }),
+    ),
+  );
+  select.onchange = () => begin(select.value);
+  read(
+    by('playground-file'),
+    (text) => {
+      sessionStorage.setItem(OWN, text);
+      begin(OWN);
+    },
+    LARGEST,
+  );
+  by('playground').hidden = false;
+}

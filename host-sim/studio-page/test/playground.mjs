@@ -1,0 +1,314 @@
+// Drives the playground in a headless Chromium, opened as a file, beside the studio of the program:
+// both have to tell the same of the same joint.
+//
+//   node test/playground.mjs STICTION CHROMIUM DIRECTORY [--pictures DIRECTORY]
+
+import assert from 'node:assert/strict';
+import { execFileSync, spawn } from 'node:child_process';
+import { mkdirSync, mkdtempSync, readFileSync, writeFileSync } from 'node:fs';
+import { tmpdir } from 'node:os';
+import { join, resolve } from 'node:path';
+import { pathToFileURL } from 'node:url';
+import { chromium } from 'playwright-core';
+
+const [program, browserName, directory, ...options] = process.argv.slice(2);
+const browserPath = execFileSync('which', [browserName], { encoding: 'utf8' }).trim();
+const pictures = options[0] === '--pictures' ? options[1] : null;
+const address = pathToFileURL(join(resolve(directory), 'index.html')).href;
+const PATIENCE = 30_000;
+
+// A joint of everybody's own.
+const gimbal = join(mkdtempSync(join(tmpdir(), 'stiction-')), 'gimbal.toml');
+execFileSync(program, ['new', '--typical', 'gimbal', gimbal]);
+
+// Keeps what a page asks for and is told, whatever carries it, with the time.
+function recorded() {
+  globalThis.heard = [];
+  const keep = (way, data) => {
+    if (typeof data === 'string') globalThis.heard.push({ at: performance.now(), way, data });
+  };
+  for (const [kind, method] of [
+    [Worker, 'postMessage'],
+    [WebSocket, 'send'],
+  ]) {
+    const send = kind.prototype[method];
+    kind.prototype[method] = function (data, ...more) {
+      keep('asked', data);
+      return send.call(this, data, ...more);
+    };
+    const place = Object.getOwnPropertyDescriptor(kind.prototype, 'onmessage');
+    Object.defineProperty(kind.prototype, 'onmessage', {
+      ...place,
+      set(listener) {
+        place.set.call(this, (event) => {
+          keep('told', event.data);
+          listener(event);
+        });
+      },
+    });
+  }
+}
+
+async function visit(context, url) {
+  const page = await context.newPage();
+  page.setDefaultTimeout(PATIENCE);
+  page.mistakes = [];
+  page.asked = [];
+  page.on('pageerror', (error) => page.mistakes.push(String(error)));
+  page.on('console', (message) => page.mistakes.push(message.text()));
+  page.on('request', (request) => page.asked.push(request.url()));
+  await page.addInitScript(recorded);
+  await page.goto(url);
+  await page.locator('#state.stopped').waitFor();
+  return page;
+}
+
+function serve(machine) {
+  const server = spawn(program, ['studio', '--no-open', machine], {
+    stdio: ['ignore', 'pipe', 'inherit'],
+  });
+  const url = new Promise((done, failed) => {
+    let text = '';
+    server.stdout.on('data', (piece) => {
+      text += piece;
+      if (text.includes('\n')) done(text.split('\n')[0]);
+    });
+    server.on('exit', (code) => failed(new Error(`the studio has ended with ${code}: ${text}`)));
+  });
+  return { server, url };
+}
+
+const text = (page, where) => page.locator(where).innerText();
+const state = (page, wanted) => page.locator(`#state.${wanted}`).waitFor();
+
+// The last prediction of the laws and of the cloud, once both are there and nothing is asked for.
+async function predicted(page) {
+  await page.waitForFunction(() => {
+    const all = globalThis.heard.map(({ data }) => JSON.parse(data));
+    const asked = all.filter((one) => one.do === 'predict').at(-1);
+    const parts = all.filter((one) => one.event === 'predicted' && one.id === asked?.id);
+    return parts.some(({ part }) => part === 'cloud');
+  });
+  // The page may have asked anew with the answer.
+  await page.waitForTimeout(1500);
+  return page.evaluate(() => {
+    const all = globalThis.heard.map(({ at, data }) => ({ at, ...JSON.parse(data) }));
+    const asked = all.filter((one) => one.do === 'predict').at(-1);
+    const parts = all.filter((one) => one.event === 'predicted' && one.id === asked.id);
+    const of = (part) => parts.find((one) => one.part === part);
+    return {
+      wish: asked.wish,
+      laws: of('laws').content,
+      cloud: of('cloud').content,
+      took: [of('laws').at - asked.at, of('cloud').at - of('laws').at],
+    };
+  });
+}
+
+async function turn(page, path, place) {
+  await page.locator(`[id="knob-${path}"]`).evaluate((slider, value) => {
+    slider.value = value;
+    slider.dispatchEvent(new Event('input'));
+  }, String(place));
+}
+
+// Every law, a step or a move, one gain and one part of the joint turned.
+async function turned(page, way) {
+  await page.locator('[data-view=what-if]').click();
+  await page.locator('#what-if-way').selectOption(way);
+  for (const box of await page.locator('#what-if-laws input').all()) await box.check();
+  await page
+    .locator('#knobs details')
+    .evaluateAll((all) => all.forEach((one) => (one.open = true)));
+  await turn(page, 'inertia', 620);
+  await turn(page, 'joint.friction.stick_v', 540);
+  await turn(page, 'controller.pd.kp_v_per_deg', 450);
+  return predicted(page);
+}
+
+// The samples of a move of 5 deg, each term of each, from the tick in which the set point sets out.
+async function moved(page) {
+  await page.locator('[data-view=live]').click();
+  await page.locator('#arm').click();
+  await state(page, 'armed');
+  // Its soft start is over.
+  await page.waitForTimeout(3000);
+  await page.locator('#deg').fill('5');
+  await page.locator('#deg').press('Enter');
+  await page.waitForTimeout(4000);
+  await page.locator('#stop').click();
+  await state(page, 'stopped');
+  await page.locator('[data-view=session]').click();
+  const [file] = await Promise.all([page.waitForEvent('download'), page.locator('#keep').click()]);
+  const lines = readFileSync(await file.path(), 'utf8')
+    .trim()
+    .split('\n')
+    .map((line) => JSON.parse(line));
+  const names = lines[0].hello.signals.map(({ name }) => name);
+  const samples = lines.flatMap(({ samples }) => samples ?? []);
+  assert.ok(
+    samples.every(([number], k) => k === 0 || number === samples[k - 1][0] + 1),
+    'a gap',
+  );
+  const place = 2 + names.indexOf('reference_counts');
+  const fraction = 2 + names.indexOf('reference_fraction');
+  const begin = samples.findIndex((one) => one[place] !== 0 || one[fraction] !== 0);
+  const rows = samples.slice(begin, begin + Math.round(3 / lines[0].hello.sample_time_s));
+  return { names, rows: rows.map((row) => row.slice(2)) };
+}
+
+const own = async (page, file) => {
+  await Promise.all([
+    page.waitForEvent('load'),
+    page.locator('#playground-file').setInputFiles(file),
+  ]);
+};
+
+const tests = {
+  async 'it opens as a file, asks no server, and says that there is no motor'(page) {
+    assert.match(await text(page, '#banner'), /A SIMULATION IN THIS PAGE\s*no motor/);
+    await page.locator('#what-if-table td').first().waitFor();
+    const others = page.asked.filter((url) => !/^(file|blob|data):/.test(url));
+    assert.deepEqual(others, []);
+  },
+
+  async 'a slider changes the curve'(page) {
+    const before = await predicted(page);
+    await turn(page, 'joint.friction.stick_v', 700);
+    const after = await predicted(page);
+    assert.notDeepEqual(after.laws[0].position_deg, before.laws[0].position_deg);
+    await page.locator('#what-if-reset').click();
+    assert.deepEqual((await predicted(page)).laws, before.laws);
+  },
+
+  async 'a joint is armed, moved, stopped, and changed'(page) {
+    await page.locator('[data-view=live]').click();
+    await page.locator('#arm').click();
+    await state(page, 'armed');
+    await page.locator('#deg').fill('5');
+    await page.locator('#deg').press('Enter');
+    await page
+      .locator('#now dd', { hasText: /^(4\.99|5\.00)\d deg$/ })
+      .first()
+      .waitFor();
+    assert.match(await text(page, '#samples'), /^\d+ samples, none lost$/);
+    await page.keyboard.press('Escape');
+    await state(page, 'stopped');
+    await page.locator('[data-view=parameters]').click();
+    const row = page.locator('[data-path="limits.stall_s"]');
+    await row.locator('input').fill('-1');
+    await page.locator('#set').click();
+    await page.locator('.parameter.refused').waitFor();
+    await row.locator('input').fill('0.75');
+    await page.locator('#set').click();
+    await page.locator('[data-path="limits.stall_s"].unsaved:not(.edited)').waitFor();
+    await page.locator('#undo').click();
+    await page.locator('[data-path="limits.stall_s"]:not(.unsaved)').waitFor();
+  },
+
+  async 'a file that is wrong is refused with the reason'(page) {
+    const wrong = `${gimbal}.toml`;
+    writeFileSync(wrong, readFileSync(gimbal, 'utf8').replace('ratio =', 'ration ='));
+    await own(page, wrong);
+    await page.locator('#playground-said', { hasText: 'ration' }).waitFor();
+    assert.match(await text(page, '#banner'), /no motor/);
+    await Promise.all([
+      page.waitForEvent('load'),
+      page.locator('#playground-joint').selectOption('harmonic'),
+    ]);
+    await state(page, 'stopped');
+    assert.match(await text(page, '#what-if-file'), /harmonic/);
+  },
+};
+
+// The same of a joint, in the page and by the program.
+async function alike(context, page, machine) {
+  const { server, url } = serve(machine);
+  try {
+    const other = await visit(context, await url);
+    for (const way of ['move', 'step']) {
+      const [here, there] = [await turned(page, way), await turned(other, way)];
+      assert.deepEqual(here.wish, there.wish);
+      assert.deepEqual(here.laws, there.laws);
+      assert.deepEqual(here.cloud, there.cloud);
+      const ms = (times) => times.map((time) => `${time.toFixed(0)} ms`).join(' and ');
+      console.log(
+        `        ${way}, ${here.laws.length} laws and a cloud of ${here.cloud.curves.length}: ` +
+          `${ms(here.took)}; by the program ${ms(there.took)}`,
+      );
+    }
+    const [here, there] = [await moved(page), await moved(other)];
+    assert.deepEqual(here.names, there.names);
+    assert.ok(here.rows.length > 100 && new Set(here.rows.flat()).size > 100);
+    const numbers = here.rows.length * here.names.length;
+    const differ = here.names.filter((_, k) =>
+      here.rows.some((row, tick) => !Object.is(row[k], there.rows[tick]?.[k])),
+    );
+    console.log(`        a move: ${numbers} numbers of ${here.rows.length} ticks`);
+    assert.deepEqual(differ, [], 'terms that differ');
+    assert.deepEqual([...page.mistakes, ...other.mistakes], []);
+    await other.close();
+  } finally {
+    server.kill();
+  }
+}
+
+async function take(browser) {
+  mkdirSync(pictures, { recursive: true });
+  for (const width of [1200, 390]) {
+    for (const colorScheme of ['light', 'dark']) {
+      const context = await browser.newContext({ viewport: { width, height: 900 }, colorScheme });
+      const page = await visit(context, address);
+      await predicted(page);
+      const shoot = (name) =>
+        page.screenshot({
+          path: join(pictures, `${name}-${width}-${colorScheme}.png`),
+          fullPage: true,
+        });
+      await shoot('what-if');
+      await page.locator('[data-view=live]').click();
+      await page.locator('#arm').click();
+      await state(page, 'armed');
+      await page.locator('#deg').press('Enter');
+      await page.waitForTimeout(4000);
+      await shoot('live');
+      await context.close();
+    }
+  }
+}
+
+const browser = await chromium.launch({ executablePath: browserPath, args: ['--no-sandbox'] });
+let failed = 0;
+const run = async (name, test) => {
+  try {
+    await test();
+    console.log(`ok      ${name}`);
+  } catch (error) {
+    failed++;
+    console.log(`FAILED  ${name}\n${error.stack}`);
+  }
+};
+try {
+  if (pictures) await take(browser);
+  const context = await browser.newContext({ viewport: { width: 1280, height: 800 } });
+  const page = await visit(context, address);
+  for (const [name, test] of Object.entries(tests))
+    await run(name, async () => {
+      await test(page);
+      assert.deepEqual(page.mistakes, []);
+    });
+  await page.close();
+  await run('it tells of the axis of the thesis what the program tells', async () =>
+    alike(context, await visit(context, `${address}#step-response/what-if`), 'step-response'),
+  );
+  await run('it tells of a file of one’s own what the program tells', async () => {
+    const other = await visit(context, address);
+    await own(other, gimbal);
+    await state(other, 'stopped');
+    await alike(context, other, gimbal);
+  });
+} finally {
+  await browser.close();
+}
+console.log(failed ? `${failed} failed` : 'all passed');
+process.exit(failed ? 1 : 0);
