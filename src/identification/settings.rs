@@ -131,6 +131,7 @@ impl Settings {
     ///
     /// ```
     /// use stiction::identification::Asked;
+    /// use stiction::value::Table as _;
     /// use stiction::{ControllerConfig, Limits, ProfileLimits, identification::Settings};
     /// let controller = ControllerConfig::EXAMPLE; // 0.0024 deg, 20 ms, 5 rad/s
     /// let of = |speed| {
