@@ -3,9 +3,9 @@
 
 mod bad_lines;
 mod page;
+mod playground;
 mod selftest;
 mod tune;
-mod playground;
 mod what_if;
 
 use std::time::Duration;
