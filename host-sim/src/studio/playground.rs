@@ -35,6 +35,10 @@ use crate::experiment::{Document, Experiment};
 /// The page.
 const PAGE: u64 = 0;
 
+/// Why it neither tunes nor predicts a self-test.
+const NO_THREADS: &str =
+    "this page has no threads for that: the program `stiction` does it on a computer";
+
 /// How many orders, and how many answers may wait: a page asks for a few at once.
 const WAITING: usize = 64;
 
@@ -74,6 +78,10 @@ impl Playground {
         let commands = shared.control.ask(PAGE);
         let role = json!({ "event": "role", "commands": commands, "why": "" });
         let worker = Worker::new(Client::connect(SimulatedWire::new(device))?, shared, about)?;
+        let tuning = json!({ "machine": null, "laws": [], "why": NO_THREADS, "running": null });
+        shared.news.tell("tuning", tuning);
+        let why = NO_THREADS;
+        shared.news.tell("selftest", json!({ "phase": "none", "why": why, "said": null }));
         Ok(Self {
             shared,
             worker,
@@ -102,8 +110,7 @@ impl Playground {
                 self.wishes.put(PAGE, id, what, self.answer.clone());
             }
             _ if what.is_apart() || matches!(what, Ask::PredictSelftest { .. }) => {
-                let why = "this page has no threads for that: `stiction` does it on a computer";
-                self.say(answer(id, &Err(Error::Refused(why.into()))));
+                self.say(answer(id, &Err(Error::Refused(NO_THREADS.into()))));
             }
             _ => self.order(id, what),
         }
