@@ -21,7 +21,7 @@
 //! friction of a loose joint. Pulses that were planned with it went twice as far as they should,
 //! to and fro, and 81 of 120,000 moves of the thesis's axis were late. At the speed `v_R` an error
 //! of the viscous friction by all of `B` is no more than the least friction that is learned. At
-//! twice that speed, 12 of 400,000 moves were late, at `v_R` none, at two thirds of it one, and at a
+//! twice that speed, 12 of 400,000 moves were late; at `v_R` none, at two thirds of it one, at a
 //! third none.
 //!
 //! Guarantees: `R_i` stays within `[0.3 F_lo, 1.2 F_hi]`. Does badly: a constant load appears in
