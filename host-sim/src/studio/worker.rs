@@ -324,6 +324,8 @@ impl<'a, W: Wire> Worker<'a, W> {
     pub(super) fn ask_status(&mut self) -> Result<Status, Error> {
         self.asked = Instant::now();
         let status = self.client.status()?;
+        // What came before the answer is older, and may tell of an output that was off then.
+        self.show_kept();
         self.driven = status.state == StateCode::Armed;
         self.armed_here &= self.driven;
         if !self.driven
