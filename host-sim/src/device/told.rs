@@ -3,8 +3,8 @@
 //! | told | from what was found |
 //! |---|---|
 //! | inertia, viscous friction | as found |
-//! | lowest breakaway | half of the least of: the slip friction less its error bar, each breakaway |
-//! | highest breakaway | twice the largest of: the top of the stick friction's range, each breakaway |
+//! | lowest breakaway | half of the least of: slip friction less its error bar, each breakaway |
+//! | highest breakaway | twice the largest of: top of the stick friction's range, each breakaway |
 //! | load | constant load and gravity, if that is more than the least slip friction holds |
 //!
 //! The factors of two are those of a first file ([`Told`]): an identification sees the joint of one

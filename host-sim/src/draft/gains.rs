@@ -13,7 +13,7 @@
 //! v_slip = 0.9 F_c, V_ff = one count a second    feedforward
 //! J_v, b, F_lo = F_c / 2, F_hi = 2 F_s           robust: what it is told
 //! load   = what drives the joint, if that is more than F_c holds
-//! v_max  = min(0.075 U / b, 86 deg/s, 1.25 U / Kd)          [profile]: of a move, an identification
+//! v_max  = min(0.075 U / b, 86 deg/s, 1.25 U / Kd)         [profile]: of a move, an identification
 //! a_max  = 0.125 U / J_v, reached in min(0.1 s, 200 h)
 //! ```
 //!

@@ -2,9 +2,10 @@
 //! machine's file.
 //!
 //! A device does not know its joint, so the file lends it. The other controllers of the file stand
-//! beside the one in use, with the gains of the file. A file with variants is meant as it
-//! stands; of one that has nothing else, the first is meant, as for a simulated device. Does badly: of a data sheet only the rigid joint is lent,
-//! without backlash, shaft, bristles or the drive's own lag.
+//! beside the one in use, with the gains of the file. A file with variants is meant as it stands;
+//! of one that has nothing else, the first is meant, as for a simulated device. Does badly: of a
+//! data sheet only the rigid joint is lent, without backlash, shaft, bristles or the drive's own
+//! lag.
 
 use stiction::position::Position;
 use stiction::{Motion, Parameters};

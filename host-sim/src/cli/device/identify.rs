@@ -168,8 +168,8 @@ fn check_speed(asked: &Asked, parameters: &Parameters) -> Result<(), Error> {
         )
     };
     Err(Error::Device(format!(
-        "identify: at the bound of its speed, {} deg/s, the encoder counts too coarsely to tell the \
-         inertia; {how}. Nothing has moved",
+        "identify: at the bound of its speed, {} deg/s, the encoder counts too coarsely to tell \
+         the inertia; {how}. Nothing has moved",
         asked.speed.unwrap_or(most)
     )))
 }

@@ -15,7 +15,11 @@ pub struct Arguments {
     #[arg(long, value_name = "DEG")]
     range: Option<f64>,
     /// Moves
-    #[arg(long, default_value_t = MOVES as u16, value_parser = clap::value_parser!(u16).range(2..=200))]
+    #[arg(
+        long,
+        default_value_t = MOVES as u16,
+        value_parser = clap::value_parser!(u16).range(2..=200)
+    )]
     moves: u16,
     /// Simulated joints around the file's that make the prediction
     #[arg(long, default_value_t = JOINTS, value_parser = clap::value_parser!(u64).range(3..=1000))]
