@@ -6,6 +6,12 @@
 //! the effort prove the wiring until the next arming; as many against it trip. A joint that is
 //! still coasting from an effort the other way does not count until it has stopped.
 //!
+//! The sum ends where the effort falls below the breakaway effort or changes its sign. What the
+//! last one came to with the effort is then set off against the next one: a move of a few counts is
+//! braked before it proves the wiring, and noise of a count ends the coasting too early, so that
+//! the braking looks like a wrong wire. The push before that is forgotten: were the counts of all
+//! pushes set off, a wire that is swapped later would be seen after all of them.
+//!
 //! A joint may move already when the effort rises beyond the breakaway effort: a load has driven
 //! it, or the spring of its gear. An effort beyond any friction slows such a joint down, while a
 //! reversed one gains speed against it. So travel against the effort counts by what it is more
@@ -21,10 +27,11 @@
 //! From rest `d_0` is zero, and each count against the effort counts: the jitter of an encoder goes
 //! to and fro, and a glitch has one tick.
 //!
-//! Does badly: once proven, a connector that is turned while the joint moves is left to following
-//! error and overspeed. A load that still gains speed against the breakaway effort in the first
-//! move looks like a wrong wire. A joint that was already moving when the effort rose has to gain
-//! `reversal_deg` over that speed before a wrong wire is seen.
+//! Does badly: a wire that is swapped after a push is seen later by the counts of that push, fewer
+//! than `reversal_deg` has. Once proven, a connector that is turned while the joint moves is left
+//! to following error and overspeed. A load that still gains speed against the breakaway effort in
+//! the first move looks like a wrong wire. A joint that was already moving when the effort rose has
+//! to gain `reversal_deg` over that speed before a wrong wire is seen.
 
 use super::limits::{Limits, Units};
 
@@ -44,6 +51,8 @@ pub(super) struct ReversalState {
     /// Direction in which the joint still moves because of the effort before that.
     coasts: i32,
     with: i32,
+    /// What the last sum came to with the effort, counts; zero if it went against it.
+    pushed: i32,
     /// Travel in the last tick below the threshold, and what both of the last two have made,
     /// counts.
     last: i32,
@@ -71,14 +80,16 @@ impl Reversal {
                 1.. => state.last.min(travel).max(0),
                 _ => state.last.max(travel).min(0),
             };
-            (state.with, state.last, state.before) = (0, travel, both);
+            state.end_sum();
+            (state.last, state.before) = (travel, both);
             return None;
         }
         let sign = if code > 0 { 1 } else { -1 };
         if state.sign != sign {
             let (coasts, before) =
                 if state.sign == 0 { (0, state.before) } else { (travel.signum(), 0) };
-            *state = ReversalState { proven: false, sign, coasts, with: 0, last: 0, before };
+            state.end_sum();
+            *state = ReversalState { sign, coasts, last: 0, before, ..*state };
         }
         if travel.signum() == state.coasts {
             return None;
@@ -93,11 +104,20 @@ impl Reversal {
             state.with = state.with.saturating_add(travel);
         }
         state.proven = state.with >= self.counts;
-        (state.with <= -self.counts && self.counts < i32::MAX).then_some(state.with)
+        let against = state.with.saturating_add(state.pushed);
+        (against <= -self.counts && self.counts < i32::MAX).then_some(state.with)
     }
 }
 
 impl ReversalState {
+    /// Ends the sum, and keeps what it came to with the effort.
+    fn end_sum(&mut self) {
+        if self.with != 0 {
+            self.pushed = self.with.max(0);
+        }
+        self.with = 0;
+    }
+
     /// Takes the wiring for proven, until the next arming.
     pub const fn suppose(&mut self) {
         self.proven = true;

@@ -79,7 +79,36 @@ fn travel_against_the_effort_trips_and_a_joint_that_still_coasts_does_not() {
     assert_eq!(first(&[(4, 8), (4, -20)]), None);
     // The effort turns, the joint goes on until it has stopped.
     assert_eq!(first(&[(4, 3), (-4, 9), (-4, 9)]), None);
-    assert_eq!(first(&[(4, 3), (-4, 9), (-4, 0), (-4, 9)]), Some(-9));
+    // What it went with the effort is set off against what it goes back against it.
+    assert_eq!(first(&[(4, 3), (-4, 9), (-4, 0), (-4, 10)]), None);
+    assert_eq!(first(&[(4, 3), (-4, 9), (-4, 0), (-4, 11)]), Some(-11));
+    // That of two pushes is not added up, and proves nothing.
+    assert_eq!(first(&[(4, 5), (3, 0), (4, 5), (-4, 0), (-4, 12)]), None);
+    assert_eq!(first(&[(4, 5), (3, 0), (4, 5), (-4, 0), (-4, 13)]), Some(-13));
+}
+
+/// The travel of a joint of the family `noisy-told` in its first move, to the tick in which it
+/// tripped once: pushed by seven counts, braked for ten ticks.
+#[test]
+fn noise_of_a_count_in_a_short_move_that_is_braked_looks_like_no_wrong_wire() {
+    let pushed = [-1, 1, -2, 1, 0, 1, 1, 0, 1, -1, 2, 1, 2, -1, 2].map(|travel| (4, travel));
+    let between = [(-3, 2)];
+    let braked = [0, 0, 1, 0, 3, 1, -1, 1, 1, 1, -1, 2].map(|travel| (-4, travel));
+    let limits = Limits { reversal: 8.0, breakaway_effort: 4.0, ..Limits::OFF };
+    let monitor = Reversal::new(&limits, &UNITS);
+    let first = |moves: &[&[(i32, i32)]], sign: i32| {
+        let mut state = ReversalState::default();
+        let moves = moves.concat();
+        let trip = |(code, by): &(i32, i32)| monitor.check(&mut state, sign * code, sign * by);
+        moves.iter().find_map(trip)
+    };
+    for sign in [1, -1] {
+        assert_eq!(first(&[&pushed, &between, &braked], sign), None);
+        // The braking alone goes eight counts against the effort. So it does after a push against
+        // the effort, which is forgotten below the breakaway effort.
+        assert_eq!(first(&[&braked], sign), Some(-8));
+        assert_eq!(first(&[&[(4, -7)], &between, &braked], sign), Some(-8));
+    }
 }
 
 #[test]
