@@ -21,19 +21,19 @@ use stiction::value::Table;
 const TRACES: &[u8] = include_bytes!("golden.csv.gz");
 
 /// What a trace's comment line tells.
-struct Told {
-    name: String,
+pub struct Told {
+    pub name: String,
     values: Vec<(String, String)>,
 }
 
 /// A trace: what the law is told, and its rows.
-struct Trace {
-    told: Told,
+pub struct Trace {
+    pub told: Told,
     rows: Vec<Row>,
 }
 
 /// A tick of a trace.
-struct Row {
+pub struct Row {
     counts: i32,
     reference: f64,
     velocity: f64,
@@ -64,7 +64,8 @@ impl Told {
         !self.name.contains("thesis")
     }
 
-    fn gains(&self) -> RobustGains {
+    /// The gains of the prototype.
+    pub fn gains(&self) -> RobustGains {
         let [viscous, limit] = ["B", "umax"].map(|name| self.number(name));
         let side = if self.word("side") == "load" { EncoderSide::Load } else { EncoderSide::Motor };
         RobustGains {
@@ -104,7 +105,7 @@ impl Told {
     }
 }
 
-fn traces() -> Vec<Trace> {
+pub fn traces() -> Vec<Trace> {
     let mut text = String::new();
     GzDecoder::new(TRACES).read_to_string(&mut text).unwrap();
     let mut traces: Vec<Trace> = Vec::new();
@@ -134,7 +135,7 @@ fn traces() -> Vec<Trace> {
 impl Trace {
     /// Runs the law along the trace, fed with its own effort, and calls `f` with each row and what
     /// the law gave there.
-    fn replay(&self, gains: &RobustGains, mut f: impl FnMut(usize, &Row, f32, &State)) {
+    pub fn replay(&self, gains: &RobustGains, mut f: impl FnMut(usize, &Row, f32, &State)) {
         let law = self.told.law(gains);
         let count = self.told.number("q");
         let (mut state, mut applied) = (State::default(), 0.0);

@@ -5,6 +5,7 @@
 // The fixtures of tests may panic like the tests themselves.
 #![allow(clippy::unwrap_used)]
 
+mod beyond;
 mod closed_loop;
 mod golden;
 mod joint;

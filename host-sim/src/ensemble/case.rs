@@ -73,6 +73,9 @@ pub struct Row {
     pub gave_up_s: Option<f64>,
     /// Largest effort from the next tick on, in the family's unit.
     pub effort_after: Option<f64>,
+    /// What the law published of itself at the end of the step, `name=value` with a space between;
+    /// empty for an arm and for a machine's own file.
+    pub law_signals: String,
 }
 
 impl Row {
@@ -127,7 +130,7 @@ pub fn run_and_show(
     let [tuned] = tuned else {
         return Err(Error::Input("gains for one joint are wanted".into()));
     };
-    let Stepped { measures: step, fault: step_fault, end } =
+    let Stepped { measures: step, fault: step_fault, end, law_signals } =
         stepped(case, tuned, |time_s, sample| show(Motion::Step, time_s, sample))?;
     // A trajectory would lead far beyond a wall.
     let has_wall = case.family.has_wall();
@@ -169,6 +172,7 @@ pub fn run_and_show(
         near_s: case.family.near().and(step.near_s),
         gave_up_s: end.map(|(time_s, _)| time_s),
         effort_after: end.map(|(_, effort)| effort),
+        law_signals,
     })
 }
 
@@ -180,6 +184,7 @@ struct Stepped {
     fault: Option<String>,
     /// When the law gave up before a wall (s), and the largest effort afterwards.
     end: Option<(f64, f64)>,
+    law_signals: String,
 }
 
 /// Runs the step. A fault ends it: the servo lets go, and its brake is no part of the joint.
@@ -212,7 +217,8 @@ fn stepped(
         }
     }
     let fault = rig.fault().map(|fault| fault.describe().to_owned());
-    Ok(Stepped { measures: judge.measures(h, &last), fault, end })
+    let law_signals = rig.published(&tuned.laws);
+    Ok(Stepped { measures: judge.measures(h, &last), fault, end, law_signals })
 }
 
 /// The error within which a joint is nearly there, counts.

@@ -9,6 +9,7 @@ use stiction::Tick;
 use stiction::compensator::Gains;
 use stiction::fault::Fault;
 use stiction::reference::Reference;
+use stiction::signal::MAX_LAW_SIGNALS;
 
 use super::assemble::parameters;
 use super::draw::Case;
@@ -43,6 +44,8 @@ pub(super) struct Amplified {
     per_degree: f64,
     /// Whether the law has given up, as of the last tick.
     has_given_up: bool,
+    /// What the law published of itself in the last tick.
+    published: [f32; MAX_LAW_SIGNALS],
 }
 
 /// Arms a servo at so many counts; returns it with the ticks of its soft start.
@@ -76,7 +79,9 @@ impl Amplified {
         [effort, per_degree]: [f64; 2],
     ) -> Self {
         let delay = DelayLine::new(delay);
-        Self { servo, delay, per_code: told.lsb * effort, per_degree, has_given_up: false }
+        let published = [0.0; MAX_LAW_SIGNALS];
+        let per_code = told.lsb * effort;
+        Self { servo, delay, per_code, per_degree, has_given_up: false, published }
     }
 
     /// Puts a tick out, and says where the joint was: the encoder's side, and the load. `count` is
@@ -89,6 +94,7 @@ impl Amplified {
         [count, tick_s]: [f64; 2],
     ) -> Sample {
         self.has_given_up = tick.status & Tick::GAVE_UP != 0;
+        self.published = tick.law;
         let setpoint = f64::from(tick.reference_counts) + f64::from(tick.reference_fraction);
         let speed = f64::from(tick.reference_velocity) * self.per_degree;
         Sample {
@@ -143,6 +149,16 @@ impl Rig {
     /// Returns whether the law had given up at the last tick.
     pub const fn has_given_up(&self) -> bool {
         self.amplified.has_given_up
+    }
+
+    /// Returns what the laws published of themselves in the last tick, `name=value` with a space
+    /// between; of several laws the first that publishes anything does so.
+    pub fn published(&self, laws: &[Gains]) -> String {
+        let signals = laws.iter().map(Gains::signals).find(|signals| !signals.is_empty());
+        let values = signals.into_iter().flatten().zip(self.amplified.published);
+        let told: Vec<_> =
+            values.map(|(signal, value)| format!("{}={value}", signal.name)).collect();
+        told.join(" ")
     }
 
     /// Runs a tick, and moves the joint on to the next one; returns where it was at the tick.

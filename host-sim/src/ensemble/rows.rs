@@ -4,7 +4,7 @@
 //! The file is CSV with one line before it that says which ensemble it is of:
 //!
 //! ```text
-//! #{"schema":2,"seed":1,"cases":200,"hard":false,"rate_hz":1000.0,...}
+//! #{"schema":3,"seed":1,"cases":200,"hard":false,"rate_hz":1000.0,...}
 //! family,law,case,...
 //! rigid,pd,0,...
 //! ```
@@ -27,8 +27,8 @@ use crate::error::Error;
 use crate::output::write_whole;
 
 /// The form of a file: 2 since every column has to be there, and a group says whether it is a
-/// family and what is asked of its joints.
-const SCHEMA: u32 = 2;
+/// family and what is asked of its joints; 3 with `law_signals`.
+const SCHEMA: u32 = 3;
 
 /// Which ensemble rows are of. Rows of two files go together if this is the same.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]

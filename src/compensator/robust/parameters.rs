@@ -18,9 +18,10 @@
 //!   friction takes 15 % of the limit, and a profile needs a finite speed.
 //! - Step of the hold effort `db_0`: `0.15 F_lo`, a seventh of the smallest elastic range.
 //! - Least gain `g_min`: 0.1, with the encoder on the load 0.05: a motor of a tenth of the inertia.
-//! - Speed up to which friction is learned `v_R`: any up to `h = 10 ms`, above that `0.3 F_lo / B`.
-//!   There, an error of the viscous friction by all of `B` is no more than the least friction that
-//!   is learned ([`super::sliding_friction`]).
+//! - Speed up to which friction is learned `v_R`: any up to `h = 10 ms`, above that the larger one
+//!   of `0.3 F_lo / B` and `3 a_m h`. At the first, an error of the viscous friction by all of `B`
+//!   is no more than the least friction that is learned ([`super::sliding_friction`]). Below the
+//!   second, a profile of its own has less than three ticks, and would teach nothing.
 //! - Wait `N_c`: 10 ms, with the encoder on the load 60 ms, and at least 3 ticks: a period of what
 //!   swings behind the encoder.
 //!
@@ -145,14 +146,16 @@ impl Rules {
         let viscous_speed = 0.15 * around.full_scale / told.viscous;
         let capped = !slow || told.viscous == 0.0;
         let speed = if capped { viscous_speed.min(SPEED_CAP) } else { viscous_speed };
+        let acceleration = or(told.acceleration, 0.25 * around.full_scale / told.inertia);
         let least_learned = LEAST_LEARNED * told.breakaway_low;
-        let learned_to = if slow { least_learned / told.viscous } else { f32::INFINITY };
+        let slowly = (least_learned / told.viscous).max(3.0 * acceleration * h);
+        let learned_to = if slow { slowly } else { f32::INFINITY };
         Self {
             on_load,
             bandwidth: or(told.bandwidth, (hertz * on(8.0, 2.0)).min(0.14 / h)),
             observer: or(told.observer, (0.7 / h).min(110.0)),
             observer_in_motion: or(told.observer, (0.7 / h).min(on(110.0, 15.0))),
-            acceleration: or(told.acceleration, 0.25 * around.full_scale / told.inertia),
+            acceleration,
             speed: or(told.speed, speed.min(HUGE)),
             learned_to: or(told.learned_to, learned_to),
             hold_step: or(told.hold_step, 0.15 * told.breakaway_low),
@@ -197,6 +200,8 @@ mod tests {
         };
         // 0.3 * 0.19 V / (0.02 V s/deg)
         assert!((of(0.02, 0.02, 0.0) - 2.85).abs() < 1e-6);
+        // 3 * 33.75 deg/s^2 * 0.1 s, where that is more
+        assert!((of(0.1, 0.02, 0.0) - 10.125).abs() < 1e-4);
         assert_eq!([of(0.01, 0.02, 0.0), of(0.02, 0.0, 0.0)], [f32::INFINITY; 2]);
         assert_eq!([of(0.01, 0.02, 7.0), of(0.02, 0.02, 7.0)], [7.0; 2]);
     }

@@ -3,9 +3,9 @@
 //! In the direction `i` of the profile, with `s = sgn p'` and the observer's `x2` and `x3`:
 //!
 //! ```text
-//! s x2 > |p'| / 2,  s x2 > 0.02 q / h  and  the joint does not rest:
+//! s x2 > |p'| / 2,  s x2 > 0.02 q / h,  |p'| <= v_R  and  the joint does not rest:
 //!     R_i += min(1/2, 5 h) (min(max(-J x3 s, 0.3 F_lo), 1.2 F_hi) - R_i)
-//! h > 10 ms:  |p'| <= v_R = 0.3 F_lo / B  as well
+//! v_R = max(0.3 F_lo / B, 3 a_m h)  where h > 10 ms, else infinite; or what is told
 //! ```
 //!
 //! It begins as `R_0 = 0.8 sqrt(F_lo F_hi)`, four fifths of the geometric mean of the breakaway
@@ -19,10 +19,13 @@
 //! In a slow loop a pulse is a single tick, and `R_i` decides how far it goes. What is told of the
 //! viscous friction is wrong by a part of `B p'`, which at the full speed is more than the sliding
 //! friction of a loose joint. Pulses that were planned with it went twice as far as they should,
-//! to and fro, and 81 of 120,000 moves of the thesis's axis were late. At the speed `v_R` an error
+//! to and fro, and 81 of 120,000 moves of the thesis's axis were late. At `0.3 F_lo / B` an error
 //! of the viscous friction by all of `B` is no more than the least friction that is learned. At
-//! twice that speed, 12 of 400,000 moves were late; at `v_R` none, at two thirds of it one, at a
-//! third none.
+//! twice that speed, 12 of 400,000 moves were late; at that speed none, at two thirds of it one, at
+//! a third none.
+//!
+//! The profile of a light joint passes that speed in its first tick. It learns from the three ticks
+//! at either end of a move, instead of nothing.
 //!
 //! Guarantees: `R_i` stays within `[0.3 F_lo, 1.2 F_hi]`. Does badly: a constant load appears in
 //! both directions with opposite signs, and friction that depends on the place is averaged. A slow
