@@ -146,9 +146,9 @@ const STEPS: Step[] = [
       'Arm, move to both ends of the range, and look at the error under “Live”. ' +
         'Under “What if” the prediction lies beside the move that was just made: ' +
         'where the two differ, the joint is not the one of the file.',
-      'The self-test makes twenty moves by itself, and judges them by what the joint ' +
-        'of the file would do. It is predicted first, which moves nothing. Then you ' +
-        'begin the moves. Stop, Escape, or closing this page ends it.',
+      'The self-test makes twenty moves by itself, and judges them by what the joint of a file ' +
+        'would do: that of the studio, or the one that was found. It is predicted first, which ' +
+        'moves nothing. Then you begin the moves. Stop, Escape, or closing this page ends it.',
     ],
     buttons: [
       ['Live', 'live'],

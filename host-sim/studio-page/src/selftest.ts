@@ -122,7 +122,7 @@ export class Selftest {
     switch (event.phase) {
       case 'predicting':
         return (
-          `Predicted: ${event.moves} moves of ${event.joints} simulated joints around that of ` +
+          `Predicting ${event.moves} moves of ${event.joints} simulated joints around that of ` +
           `${last(event.machine)}. Nothing moves.`
         );
       case 'ready':

@@ -92,11 +92,11 @@ export const commissioning = ({ said, visit, command }) => {
         await page.locator(`#tune-${field}`).fill(before);
       }
       await page.locator('#tune-chatter_v_per_s').fill('1e3');
-      await page.locator('#tune-cases').fill('5');
+      await page.locator('#tune-cases').fill('6');
       await page.locator('#tune-goal').selectOption('settle');
       await page.locator('#tune-start:enabled').click();
       await page.locator('#tune-said', { hasText: 'better gains were found' }).waitFor();
-      assert.match(await text(page, '#tune-result'), /The figures are of 15 joints/);
+      assert.match(await text(page, '#tune-result'), /The figures are of 18 joints/);
       assert.equal(await page.locator('#tune-result table').count(), 2);
       await page.locator('.pictures summary').click();
       const drawn = () =>
