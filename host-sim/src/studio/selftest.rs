@@ -26,7 +26,7 @@ use stiction::link::{Sample, StateCode, Status};
 use super::desk::Order;
 use super::machine_in_use::no_file;
 use super::request::{Source, Way};
-use super::spare_cores::on_spare_cores;
+use super::spare_cores::{begin, on_spare_cores};
 use super::wording::of_a_page;
 use super::worker::Worker;
 use crate::device::wire::Wire;
@@ -151,7 +151,7 @@ impl<W: Wire> Worker<'_, W> {
         let (done, coming) = sync_channel(1);
         let (over, goes_on) = (Arc::new(AtomicU64::new(0)), Arc::new(AtomicBool::new(true)));
         let (counted, still) = (over.clone(), goes_on.clone());
-        std::thread::spawn(move || {
+        begin(move || {
             let look = |over| {
                 counted.fetch_max(over, Ordering::Relaxed);
                 still.load(Ordering::Relaxed)

@@ -1,12 +1,14 @@
 //! Work of minutes, beside which the studio stays awake.
 
+#[cfg(not(target_family = "wasm"))]
 use std::sync::OnceLock;
 
-use rayon::{ThreadPool, ThreadPoolBuilder};
+use rayon::ThreadPool;
 
 use crate::error::Error;
 
 /// The threads of all such work, so that two of them together leave a core free, too.
+#[cfg(not(target_family = "wasm"))]
 static SPARE: OnceLock<ThreadPool> = OnceLock::new();
 
 /// Runs what computes in parallel on all cores but one, and on one at least: the thread that talks
@@ -27,12 +29,28 @@ pub fn let_others_in() {
     rayon::yield_now();
 }
 
+/// Begins work on a thread of its own. A page has no threads: there the work is dropped, and who
+/// waits for it sees that.
+pub fn begin(work: impl FnOnce() + Send + 'static) {
+    #[cfg(not(target_family = "wasm"))]
+    std::thread::spawn(work);
+    // The C library of WebAssembly need not even have the names of threads.
+    #[cfg(target_family = "wasm")]
+    drop(work);
+}
+
+#[cfg(target_family = "wasm")]
+fn pool() -> Result<&'static ThreadPool, Error> {
+    Err(Error::Input("studio: a page has no threads to compute on".into()))
+}
+
+#[cfg(not(target_family = "wasm"))]
 fn pool() -> Result<&'static ThreadPool, Error> {
     if let Some(pool) = SPARE.get() {
         return Ok(pool);
     }
     let cores = std::thread::available_parallelism().map_or(1, usize::from);
-    let pool = ThreadPoolBuilder::new().num_threads(cores.saturating_sub(1).max(1)).build();
+    let pool = rayon::ThreadPoolBuilder::new().num_threads(cores.saturating_sub(1).max(1)).build();
     let failed = |error| Error::Input(format!("studio: no thread to compute on: {error}"));
     // Of two that were made at once one is dropped.
     let pool = pool.map_err(failed)?;

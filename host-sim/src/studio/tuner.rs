@@ -17,7 +17,7 @@ use serde_json::{Value, json};
 use super::desk::Shared;
 use super::machine_in_use::no_file;
 use super::request::{Source, Tuning};
-use super::spare_cores::{let_others_in, on_spare_cores};
+use super::spare_cores::{begin, let_others_in, on_spare_cores};
 use super::wording::of_a_page;
 use crate::ensemble::rules::TUNING_SEEDS;
 use crate::error::Error;
@@ -127,7 +127,7 @@ impl Tuner {
         }
         let busy = Busy(self.clone());
         // A file may be long, and the connections have one thread.
-        std::thread::spawn(move || match busy.0.task(&wanted) {
+        begin(move || match busy.0.task(&wanted) {
             Ok(task) => {
                 let Request { file, goal, .. } = &task.request;
                 let said = format!("tunes {} of {file} for {}", task.laws.join(", "), name(*goal));

@@ -128,8 +128,10 @@ async function moved(page) {
     samples.every(([number], k) => k === 0 || number === samples[k - 1][0] + 1),
     'a gap',
   );
-  const place = 2 + names.indexOf('reference_counts');
-  const fraction = 2 + names.indexOf('reference_fraction');
+  const [place, fraction] = ['reference_counts', 'reference_fraction_counts'].map((name) => {
+    assert.ok(names.includes(name), name);
+    return 2 + names.indexOf(name);
+  });
   const begin = samples.findIndex((one) => one[place] !== 0 || one[fraction] !== 0);
   const rows = samples.slice(begin, begin + Math.round(3 / lines[0].hello.sample_time_s));
   return { names, rows: rows.map((row) => row.slice(2)) };
