@@ -20,7 +20,7 @@ pub struct Arguments {
     picture: bool,
     /// Build the page with the simulator in it, as static files in target/playground, and start
     /// nothing
-    #[arg(long, conflicts_with_all = ["with_emulator", "picture"])]
+    #[arg(long, conflicts_with_all = ["with_emulator", "build", "picture", "arguments"])]
     playground: bool,
     /// Test the playground in a browser as well
     #[arg(long, requires = "playground")]

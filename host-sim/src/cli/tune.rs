@@ -11,7 +11,7 @@ use crate::experiment::Document;
 use crate::figure::{prepare_figures, write_charts};
 use crate::output::write_whole;
 use crate::tuning::{
-    CASES, Figures, Goal, Request, Tuned, charts, object, render, rewritten, spreads,
+    self, CASES, CASES_ALLOWED, Goal, Request, Tuned, charts, object, render, rewritten, spreads,
 };
 
 #[derive(Debug, clap::Args)]
@@ -35,7 +35,8 @@ pub struct Arguments {
     #[arg(long, value_name = "KEY=LOW..HIGH")]
     spread: Vec<String>,
     /// Joints around the file's; each is run with and without a sample of delay
-    #[arg(long, default_value_t = CASES, value_parser = clap::value_parser!(u64).range(1..=1000))]
+    #[arg(long, default_value_t = CASES,
+          value_parser = clap::value_parser!(u64).range(CASES_ALLOWED))]
     cases: u64,
     /// Seed of the joints; the gains are judged on those of the next one
     #[arg(long, default_value_t = *TUNING_SEEDS.start())]
@@ -138,18 +139,7 @@ fn tuned_name(file: &str) -> PathBuf {
 }
 
 fn limit(text: &str) -> Result<(String, f64), Error> {
-    let refuse = |why: String| Err(Error::Input(format!("--limit {text}: {why}")));
-    let Some((name, most)) = text.split_once('=') else {
-        return refuse("write FIGURE=MOST, as in chatter_v_per_s=5".into());
-    };
-    let name = name.trim();
-    if !Figures::names().contains(&name) {
-        return refuse(format!("there is no such figure{}", suggestion(name, Figures::names())));
-    }
-    match most.trim().parse::<f64>() {
-        Ok(most) if most.is_finite() && most > 0.0 => Ok((name.to_owned(), most)),
-        _ => refuse("allowed is a number above 0".into()),
-    }
+    tuning::limit(text).map_err(|why| Error::Input(format!("--limit {text}: {why}")))
 }
 
 fn legend(cases: u64, spreads: &[String]) -> String {

@@ -1,5 +1,7 @@
 //! What joints around that of a file do in the same session.
 
+use std::sync::atomic::{AtomicU64, Ordering};
+
 use rayon::prelude::*;
 use stiction::Parameters;
 use stiction::link::StateCode;
@@ -49,9 +51,28 @@ impl Request {
     /// # Errors
     /// Names a key that does not vary, or a value that no joint can have.
     pub fn predict(&self) -> Result<Prediction, Error> {
+        let cancelled = || Error::Input("selftest: the prediction has ended by itself".into());
+        self.predict_while(&|_| true)?.ok_or_else(cancelled)
+    }
+
+    /// Does the same, and asks `goes_on` before each move of each joint, with the number of joints
+    /// that are done. Returns nothing if that said no: within the time of one move of each joint
+    /// that is under way.
+    ///
+    /// # Errors
+    /// As [`predict`](Self::predict).
+    pub fn predict_while(
+        &self,
+        goes_on: &(dyn Fn(u64) -> bool + Sync),
+    ) -> Result<Option<Prediction>, Error> {
         let spreads: Vec<Spread> =
             self.spreads.iter().map(|text| Spread::read(text)).collect::<Result<_, _>>()?;
-        let run = |number: u64| {
+        let over = AtomicU64::new(0);
+        let run = |number: u64| -> Result<Option<Result<Vec<Measures>, String>>, Error> {
+            let still = || goes_on(over.load(Ordering::Relaxed));
+            if !still() {
+                return Ok(None);
+            }
             let mut document = self.document.clone();
             // The first one is the file's own.
             if number > 0 {
@@ -62,40 +83,50 @@ impl Request {
             let phase = (number as f64 + 0.5) / self.joints as f64;
             document.set(&[format!("encoder.phase={phase:?}")])?;
             // There is one, or it has been refused.
-            self.one(&Experiment::without_variants(&document, &[])?.swap_remove(0))
+            let plan = Experiment::without_variants(&document, &[])?.swap_remove(0);
+            let one = self.one(&plan, still)?;
+            over.fetch_add(u64::from(one.is_some()), Ordering::Relaxed);
+            Ok(one)
         };
         let all: Vec<_> =
             (0..self.joints).into_par_iter().map(run).collect::<Result<Vec<_>, Error>>()?;
         let mut prediction = Prediction::default();
         for one in all {
             match one {
-                Ok(moves) => {
+                None => return Ok(None),
+                Some(Ok(moves)) => {
                     prediction.figures.push(Figures::of(&moves));
                     prediction.moves.push(moves);
                 }
-                Err(why) => prediction.ended.push(why),
+                Some(Err(why)) => prediction.ended.push(why),
             }
         }
-        Ok(prediction)
+        Ok(Some(prediction))
     }
 
-    /// The moves of a joint, or what has ended them.
-    fn one(&self, plan: &RunPlan) -> Result<Result<Vec<Measures>, String>, Error> {
+    /// The moves of a joint, or what has ended them; none of both if it is not to go on.
+    fn one(
+        &self,
+        plan: &RunPlan,
+        goes_on: impl Fn() -> bool,
+    ) -> Result<Option<Result<Vec<Measures>, String>>, Error> {
         let mut parameters = self.parameters.clone();
         parameters.device.autostart = false;
         let device = SimulatedDevice::running(plan, &parameters, Boot::default())?;
         let mut client = Client::connect(SimulatedWire::new(device))?;
         // A joint that the device refuses to arm, since its load moves it, ends like one that
         // trips.
-        let session = match session::run(&mut client, &self.targets, |_| {}) {
-            Ok(session) => session,
-            Err(why) => return Ok(Err(why.to_string())),
+        let session = match session::run_while(&mut client, &self.targets, |_| goes_on()) {
+            Ok(Some(session)) => session,
+            Ok(None) => return Ok(None),
+            Err(why) => return Ok(Some(Err(why.to_string()))),
         };
         let status = &session.status;
-        if status.state == StateCode::Armed {
-            return Ok(Ok(session.moves));
-        }
-        Ok(Err(words::told(&status.fault, status.sample_time)))
+        Ok(Some(if status.state == StateCode::Armed {
+            Ok(session.moves)
+        } else {
+            Err(words::told(&status.fault, status.sample_time))
+        }))
     }
 }
 
@@ -136,5 +167,37 @@ mod tests {
         assert_eq!(predicted(&with(&format!("{OTHER}[[variant]]\nslug = \"\"\n"))).unwrap(), plain);
         let refused = predicted(&with(OTHER)).unwrap_err().to_string();
         assert!(refused.contains("nothing but variants (`dry`)"), "{refused}");
+    }
+
+    #[test]
+    fn a_prediction_ends_as_soon_as_nobody_wants_it() {
+        let plan = Experiment::plan(&with(""), &[], &[]).unwrap().runs.swap_remove(0);
+        let request = Request {
+            document: with(""),
+            parameters: parameters(&plan).unwrap(),
+            spreads: vec![],
+            joints: 4,
+            seed: 1,
+            targets: vec![1.0, 0.0],
+        };
+        let asked_until = |last: u64| {
+            let (asked, most) = (AtomicU64::new(0), AtomicU64::new(0));
+            let goes_on = |over| {
+                most.fetch_max(over, Ordering::Relaxed);
+                asked.fetch_add(1, Ordering::Relaxed) < last
+            };
+            let predicted = request.predict_while(&goes_on).unwrap();
+            (asked.into_inner(), most.into_inner(), predicted.map(|all| all.figures.len()))
+        };
+        // Of each joint: at its begin, at both moves, and once all of them are made.
+        let (asked, most, predicted) = asked_until(u64::MAX);
+        assert_eq!((asked, predicted), (16, Some(4)));
+        assert!((1..4).contains(&most), "{most} joints were told of");
+        for last in [0, 1, 5] {
+            let (asked, most, predicted) = asked_until(last);
+            // Each joint is told once that it is over.
+            assert!(predicted.is_none() && (last + 1..=last + 4).contains(&asked), "{asked}");
+            assert!(most <= last / 4, "{most}");
+        }
     }
 }

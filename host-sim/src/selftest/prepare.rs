@@ -82,7 +82,19 @@ impl Asked {
     /// # Errors
     /// Says what is wrong with the file, the range or the device.
     pub fn plan<W: Wire>(&self, client: &mut Client<W>) -> Result<Planned, Error> {
-        let document = Document::open(&self.machine)?;
+        self.plan_of(client, Document::open(&self.machine)?)
+    }
+
+    /// Does the same with the joint of a document that is in no file; `machine` is what it is
+    /// called.
+    ///
+    /// # Errors
+    /// As [`plan`](Self::plan).
+    pub fn plan_of<W: Wire>(
+        &self,
+        client: &mut Client<W>,
+        document: Document,
+    ) -> Result<Planned, Error> {
         let parameters = client.parameters()?;
         let differences = differences(&self.machine, &document, &parameters)?;
         let range = self.range(client, &parameters)?;
@@ -118,8 +130,21 @@ impl Planned {
     /// Names a key that does not vary, or says that the moves end before in most of the simulated
     /// joints.
     pub fn predict(self) -> Result<Prepared, Error> {
+        let cancelled = || Error::Input("selftest: the prediction has ended by itself".into());
+        self.predict_while(&|_| true)?.ok_or_else(cancelled)
+    }
+
+    /// Does the same, and asks `goes_on` meanwhile, with the number of joints that are done.
+    /// Returns nothing if that said no.
+    ///
+    /// # Errors
+    /// As [`predict`](Self::predict).
+    pub fn predict_while(
+        self,
+        goes_on: &(dyn Fn(u64) -> bool + Sync),
+    ) -> Result<Option<Prepared>, Error> {
         let Self { request, machine, range, differences } = self;
-        let prediction = request.predict()?;
+        let Some(prediction) = request.predict_while(goes_on)? else { return Ok(None) };
         if prediction.figures.len() < prediction.ended.len().max(1) {
             let why = prediction.ended.first().map_or("", String::as_str);
             return Err(Error::Device(format!(
@@ -129,17 +154,17 @@ impl Planned {
                 prediction.ended.len()
             )));
         }
-        Ok(Prepared { request, machine, range, prediction, differences })
+        Ok(Some(Prepared { request, machine, range, prediction, differences }))
     }
 }
 
 impl Prepared {
     /// Whether the prediction is that of a device as it is now. Somebody may have set other
-    /// parameters since, or turned the joint by hand.
+    /// parameters since, or turned the joint by hand. Returns how the device stands.
     ///
     /// # Errors
     /// Says what has changed.
-    pub fn fits<W: Wire>(&self, client: &mut Client<W>) -> Result<(), Error> {
+    pub fn fits<W: Wire>(&self, client: &mut Client<W>) -> Result<Status, Error> {
         let found = client.parameters()?;
         if found != self.request.parameters {
             let why = "selftest: the device runs other parameters than those of the prediction; \
@@ -148,7 +173,12 @@ impl Prepared {
         }
         let status = client.status()?;
         allowed(Some(self.range.deg), &found, at_deg(&status), self.request.targets.len())?;
-        Ok(())
+        Ok(status)
+    }
+
+    /// What was predicted is of this machine: the name of its file.
+    pub fn machine(&self) -> &str {
+        &self.machine
     }
 
     /// The farthest target to either side, deg.
@@ -176,9 +206,10 @@ impl Prepared {
 
     /// Judges what the device has made of the moves.
     pub fn judged(self, session: Session) -> Tested {
-        let Session { moves, status, is_ended } = session;
-        let by = || match status.fault.code {
-            0 => "a stop".into(),
+        let Session { moves, status, is_ended, refused } = session;
+        let by = || match (status.fault.code, refused) {
+            (0, None) => "a stop".into(),
+            (0, Some(why)) => why,
             _ => words::told(&status.fault, status.sample_time),
         };
         let checks =
@@ -307,7 +338,7 @@ fn differences(
     other.map_or(Ok(lines.clone()), |line| {
         Err(Error::Device(format!(
             "selftest: the device is another machine than {machine} ({line}); push that file, or \
-             name the device's own by --machine"
+             test with the device's own"
         )))
     })
 }

@@ -1,7 +1,8 @@
 //! A session of moves over the link: any device, real, emulated or simulated.
 //!
-//! [`Steps`] says what comes next and judges what came. Who waits meanwhile is another matter: the
-//! command talks to the device in [`run`], and the studio serves its pages.
+//! [`Steps`] says what comes next and judges what came, and asks no device. Who arms, moves and
+//! waits is another matter: the command does it in [`run`], and the studio serves its pages and
+//! looks before each request whether it is wanted still.
 
 use std::time::Duration;
 
@@ -9,7 +10,7 @@ use stiction::link::{Sample, StateCode, Status};
 use stiction::{Motion, Parameters, ProfileLimits};
 
 use super::measures::{Measures, SIGNALS, measures};
-use crate::device::client::Client;
+use crate::device::client::{Client, position_of};
 use crate::device::moved::longest_s;
 use crate::device::signals::Signals;
 use crate::device::wire::Wire;
@@ -40,6 +41,8 @@ pub struct Session {
     pub status: Status,
     /// Whether the device ended it: a fault, or a stop.
     pub is_ended: bool,
+    /// Why the device refused a move, if one was refused.
+    pub refused: Option<String>,
 }
 
 /// A move that is to begin.
@@ -66,37 +69,37 @@ pub struct Steps {
     samples: Vec<Sample>,
     moves: Vec<Measures>,
     begun: usize,
+    refused: Option<String>,
 }
 
 impl Steps {
-    /// Arms a device where its joint is. The first move begins after the time that is returned: the
-    /// soft start is no part of it.
+    /// Moves of a device that has these signals and parameters, and stood like that. It is armed
+    /// where its joint is, and the first move begins after the time that is returned: the soft
+    /// start is no part of it.
     ///
     /// # Errors
-    /// Says why the device refuses, or that it does not answer.
-    pub fn arm<W: Wire>(
-        client: &mut Client<W>,
+    /// Says that a target is no position.
+    pub fn of(
         targets: &[f64],
+        signals: Signals,
+        parameters: &Parameters,
+        status: &Status,
     ) -> Result<(Self, Duration), Error> {
-        let signals = Signals::new(client.signals()?);
-        let Parameters { profile, device, .. } = client.parameters()?;
-        let status = client.status()?;
-        if !status.at_rest {
-            client.pass(Duration::from_millis(100))?;
-        }
-        client.arm()?;
-        let waits = [device.reset_pulse, device.wake_up, device.soft_start].map(f64::from);
+        let Parameters { profile, device, .. } = parameters;
         let [count_deg, sample_time_s] = [status.resolution, status.sample_time].map(f64::from);
+        targets.iter().try_for_each(|deg| position_of(*deg, count_deg).map(|_| ()))?;
+        let waits = [device.reset_pulse, device.wake_up, device.soft_start].map(f64::from);
         let steps = Self {
             targets: targets.to_vec(),
             signals,
-            profile,
+            profile: *profile,
             count_deg,
             sample_time_s,
             to_deg: None,
             samples: vec![],
             moves: vec![],
             begun: 0,
+            refused: None,
         };
         Ok((steps, Duration::from_secs_f64(waits.iter().sum::<f64>() + SETTLES_S)))
     }
@@ -131,12 +134,8 @@ impl Steps {
     /// any more, or the device is not armed.
     ///
     /// # Errors
-    /// Says that the device does not answer.
-    pub fn next<W: Wire>(
-        &mut self,
-        client: &mut Client<W>,
-        status: &Status,
-    ) -> Result<Option<Next>, Error> {
+    /// Says that a target is no position, which [`of`](Self::of) has refused already.
+    pub fn next(&mut self, status: &Status) -> Result<Option<Next>, Error> {
         self.judge();
         let Some(to_deg) = self.targets.get(self.begun).copied() else { return Ok(None) };
         if status.state != StateCode::Armed {
@@ -145,7 +144,7 @@ impl Steps {
         let from_deg = self.begun.checked_sub(1).and_then(|last| self.targets.get(last));
         let way_deg = to_deg - from_deg.copied().unwrap_or(0.0);
         let time = Duration::from_secs_f64(time_s(&self.profile, way_deg));
-        let motion = client.profiled(to_deg)?;
+        let motion = Motion::Profiled(position_of(to_deg, self.count_deg)?);
         (self.to_deg, self.begun) = (Some(to_deg), self.begun + 1);
         Ok(Some(Next { motion, to_deg, time }))
     }
@@ -158,11 +157,16 @@ impl Steps {
         }
     }
 
+    /// The move that was to begin was refused: it was not made, and none comes after it.
+    pub fn refused(&mut self, why: String) {
+        (self.to_deg, self.refused) = (None, Some(why));
+    }
+
     /// What it has come to, with the status after the last move.
     pub fn ended(mut self, status: Status) -> Session {
         self.judge();
-        let is_ended = status.state != StateCode::Armed;
-        Session { moves: self.moves, status, is_ended }
+        let is_ended = status.state != StateCode::Armed || self.refused.is_some();
+        Session { moves: self.moves, status, is_ended, refused: self.refused }
     }
 }
 
@@ -177,11 +181,37 @@ pub fn run<W: Wire>(
     targets: &[f64],
     mut seen: impl FnMut(usize),
 ) -> Result<Session, Error> {
-    let (mut steps, waits) = Steps::arm(client, targets)?;
+    let goes_on = |made| {
+        seen(made);
+        true
+    };
+    let cancelled = || Error::Input("selftest: the moves have ended by themselves".into());
+    run_while(client, targets, goes_on)?.ok_or_else(cancelled)
+}
+
+/// Does the same, and asks before each move whether to go on. Returns nothing if not.
+///
+/// # Errors
+/// As [`run`].
+pub fn run_while<W: Wire>(
+    client: &mut Client<W>,
+    targets: &[f64],
+    mut goes_on: impl FnMut(usize) -> bool,
+) -> Result<Option<Session>, Error> {
+    let signals = Signals::new(client.signals()?);
+    let parameters = client.parameters()?;
+    let status = client.status()?;
+    let (mut steps, waits) = Steps::of(targets, signals, &parameters, &status)?;
+    if !status.at_rest {
+        client.pass(Duration::from_millis(100))?;
+    }
+    client.arm()?;
     let mut status = client.pass_armed(waits)?;
     client.subscribe(steps.mask(), steps.every())?;
-    while let Some(next) = steps.next(client, &status)? {
-        seen(steps.made());
+    while let Some(next) = steps.next(&status)? {
+        if !goes_on(steps.made()) {
+            return Ok(None);
+        }
         while client.kept().is_some() {}
         client.move_along(next.motion)?;
         status = client.pass_armed(next.time)?;
@@ -189,9 +219,10 @@ pub fn run<W: Wire>(
             steps.see(&sample);
         }
     }
-    seen(steps.made());
+    // All are made: nobody can cancel them any more.
+    goes_on(steps.made());
     client.subscribe(0, 0)?;
-    Ok(steps.ended(status))
+    Ok(Some(steps.ended(status)))
 }
 
 #[cfg(test)]
@@ -219,6 +250,7 @@ mod tests {
             samples: vec![],
             moves: vec![],
             begun: 0,
+            refused: None,
         };
         assert_eq!(steps.every(), 10);
         (0..5).for_each(|clock| steps.see(&sample(clock, 1)));

@@ -8,8 +8,8 @@
 //! file, and those drawn around it. A true joint that is drawn like them is one of N + 1 alike, so
 //! it lies beyond all others with a chance of 1 / (N + 1) for each of ten bounds: six figures have
 //! one, two have two. With N = 24 that is about 1 in 25 for each. The margin m makes it smaller,
-//! since the keys are drawn from bounded ranges, so that their figures are bounded, too. By how much
-//! has not been computed. `s` is what is not worth a word, or not simulated.
+//! since the keys are drawn from bounded ranges, and so their figures are bounded as well. By how
+//! much has not been computed. `s` is what is not worth a word, or not simulated.
 //!
 //! Only the two efforts are bounded below: a joint that rests nearer and settles sooner than was
 //! predicted is none to complain of, but one that takes less effort is another joint.

@@ -1,8 +1,9 @@
 //! What the connections and the threads behind them share: orders with their answers, who commands,
 //! the news, and what the device runs.
 
-use std::sync::atomic::{AtomicBool, AtomicU32, AtomicU64};
-use std::sync::{Mutex, PoisonError};
+use std::sync::atomic::{AtomicBool, AtomicU32, Ordering};
+use std::sync::mpsc::{SyncSender, TrySendError};
+use std::sync::{Mutex, MutexGuard, PoisonError};
 use std::time::Instant;
 
 use serde_json::{Value, json};
@@ -13,6 +14,9 @@ use super::news::Newsroom;
 use super::request::Ask;
 use crate::error::Error;
 
+/// How many stops may wait that have found no place among the orders.
+const STOPS: usize = 256;
+
 /// What the thread and the connections share.
 #[derive(Debug, Default)]
 pub struct Shared {
@@ -20,26 +24,92 @@ pub struct Shared {
     pub control: Control,
     /// What all pages are told.
     pub news: Newsroom,
-    /// How many words the page that commands has given.
-    pub words: AtomicU64,
+    /// When the page that commands has given its last word.
+    word: Mutex<Option<Instant>>,
     /// Somebody wants the output off: this passes every order that waits.
     pub stop: AtomicBool,
+    /// Stops that have found no place among the orders, and are answered all the same.
+    stops: Mutex<Vec<Order>>,
     /// The number of the last `hello`.
     pub(super) generation: AtomicU32,
     /// What the device runs, as far as is known: for those who compute with it and ask nothing of
     /// the device.
     in_use: Mutex<Option<Parameters>>,
+    /// The joint that was identified last.
+    found: Mutex<Option<FoundJoint>>,
+}
+
+/// A joint that was identified here, as a machine's file that stands nowhere yet.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct FoundJoint {
+    /// What the file is called.
+    pub name: String,
+    /// What is in it.
+    pub text: String,
+}
+
+fn locked<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
+    mutex.lock().unwrap_or_else(PoisonError::into_inner)
 }
 
 impl Shared {
     /// Says what the device runs.
     pub fn runs(&self, parameters: Option<Parameters>) {
-        *self.in_use.lock().unwrap_or_else(PoisonError::into_inner) = parameters;
+        *locked(&self.in_use) = parameters;
     }
 
     /// Returns what the device runs, as far as is known.
     pub fn in_use(&self) -> Option<Parameters> {
-        self.in_use.lock().unwrap_or_else(PoisonError::into_inner).clone()
+        locked(&self.in_use).clone()
+    }
+
+    /// The page that commands has given a word.
+    pub fn gives_word(&self) {
+        *locked(&self.word) = Some(Instant::now());
+    }
+
+    /// When it has given the last one.
+    pub fn word(&self) -> Option<Instant> {
+        *locked(&self.word)
+    }
+
+    /// Keeps the joint that was identified.
+    pub fn finds(&self, joint: FoundJoint) {
+        *locked(&self.found) = Some(joint);
+    }
+
+    /// Returns the joint that was identified last.
+    ///
+    /// # Errors
+    /// Says that none was.
+    pub fn found(&self) -> Result<FoundJoint, Error> {
+        let none = || Error::Input("no joint was identified here yet; identify it first".into());
+        locked(&self.found).clone().ok_or_else(none)
+    }
+
+    /// Hands over a stop. It passes every order that waits, and is answered however many do.
+    pub fn stops(&self, orders: &SyncSender<Order>, order: Order) {
+        match orders.try_send(order) {
+            Ok(()) => {}
+            Err(TrySendError::Full(order)) => {
+                let mut stops = locked(&self.stops);
+                if stops.len() < STOPS {
+                    stops.push(order);
+                } else {
+                    let why = "too many stops wait; the first of them turns the motor off";
+                    order.answered(&Err(Error::Refused(why.into())));
+                }
+            }
+            Err(TrySendError::Disconnected(order)) => {
+                order.answered(&Err(Error::Device("the studio ends".into())));
+            }
+        }
+        self.stop.store(true, Ordering::SeqCst);
+    }
+
+    /// Takes the stops that have found no place among the orders.
+    pub fn take_stops(&self) -> Vec<Order> {
+        std::mem::take(&mut locked(&self.stops))
     }
 }
 

@@ -18,8 +18,8 @@
 //!   nothing, and its link timeout turns the output off.
 //! - A prediction or a tuning asks the device nothing, delays nobody who does, and is no sign of
 //!   life.
-//! - A page that reads too slowly loses samples, and can tell which by their numbers. It never
-//!   delays the device or another page.
+//! - A page that reads too slowly loses samples, and can tell which by their numbers. It is told
+//!   again what stands. It never delays the device or another page.
 //!
 //! Does badly: the connection is not encrypted, so whoever reads a network that the studio was told
 //! to listen on reads the token, too. A request takes up to 10 ms to leave, since one thread waits
@@ -38,6 +38,7 @@
 //! | `forecaster.rs`, `prediction.rs` | the thread that predicts, and how |
 //! | `machine_in_use.rs` | the device's parameters with the joint of the file |
 //! | `knobs.rs` | what of it can be turned |
+//! | `wording.rs` | refusals of commands in the words of a page |
 //! | `tuner.rs`, `spare_cores.rs` | tunes gains on a thread of its own, which leaves a core free |
 //! | `guard.rs`, `listener.rs` | token, origin and host; the number of connections |
 //! | `refusals.rs` | what is told at the terminal of what was refused |
@@ -60,6 +61,7 @@ mod selftest;
 mod spare_cores;
 mod told;
 mod tuner;
+mod wording;
 mod worker;
 
 // The server, which a page that runs all of the above by itself does without.

@@ -77,6 +77,13 @@ impl Newsroom {
         let kept = self.kept.lock().unwrap_or_else(PoisonError::into_inner);
         (kept.values().cloned().collect(), receiver)
     }
+
+    /// The last event of each kind, for a page that has missed some.
+    #[cfg(feature = "studio")]
+    pub fn kept(&self) -> Vec<String> {
+        let kept = self.kept.lock().unwrap_or_else(PoisonError::into_inner);
+        kept.values().map(|event| event.as_ref().to_owned()).collect()
+    }
 }
 
 /// Samples on their way into a frame.

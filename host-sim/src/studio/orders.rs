@@ -1,18 +1,22 @@
 //! What the thread does when the page that commands asks for it.
 
+use std::path::Path;
 use std::time::Duration;
 
-use serde_json::Value;
+use serde_json::{Value, json};
+use stiction::identification::Summary;
 use stiction::jog::Asked;
 use stiction::{Parameters, identification};
 
+use super::desk::{FoundJoint, Order};
 use super::form;
 use super::machine_in_use::{self, MachineInUse};
 use super::request::{Ask, Way};
-use super::worker::{Running, Worker};
+use super::worker::{CANCELLED_BY_STOP, Running, Worker};
+use crate::device::client::Map;
 use crate::device::identified::Identified;
 use crate::device::wire::Wire;
-use crate::device::{jogged, machine_file, words};
+use crate::device::{into, jogged, machine_file, words};
 use crate::error::Error;
 use crate::experiment::Document;
 use crate::joint::CoreUnits;
@@ -26,7 +30,8 @@ impl<W: Wire> Worker<'_, W> {
     ///
     /// # Errors
     /// Says why the device refuses, or that it does not answer.
-    pub(super) fn obey(&mut self, page: u64, what: &Ask) -> Result<Value, Error> {
+    pub(super) fn obey(&mut self, order: &Order) -> Result<Value, Error> {
+        let what = &order.what;
         // Whatever becomes of the answer, the motor may be driven then.
         let arms = matches!(
             what,
@@ -38,16 +43,27 @@ impl<W: Wire> Worker<'_, W> {
         if arms && !self.client.status()?.at_rest {
             self.client.pass(Duration::from_millis(100))?;
         }
+        // That took its time.
+        self.is_expected(order)?;
         let said: &str = match what {
             // Others answer these.
             Ask::Alive | Ask::Command => "",
-            Ask::Predict(_) | Ask::Compare(_) | Ask::Tune(..) | Ask::CancelTuning => "",
-            Ask::PredictSelftest { range_deg, moves } => {
-                return self.predict_selftest(*range_deg, *moves);
+            Ask::Predict(_) | Ask::Compare(_) | Ask::Tune(_) | Ask::CancelTuning => "",
+            Ask::PredictSelftest { range_deg, moves, joint } => {
+                return self.predict_selftest(*range_deg, *moves, *joint);
             }
-            Ask::Selftest => return self.begin_selftest(page),
+            Ask::CancelSelftest => {
+                let said = "the prediction of the self-test is cancelled";
+                if !self.cancel_prediction(said) {
+                    let why = "selftest: none is being predicted";
+                    return Err(Error::Refused(why.into()));
+                }
+                said
+            }
+            Ask::Selftest => return self.begin_selftest(order),
             Ask::Stop => {
                 self.client.stop()?;
+                self.cancel_prediction(CANCELLED_BY_STOP);
                 "stopped: the motor is off"
             }
             Ask::Arm => {
@@ -148,16 +164,60 @@ impl<W: Wire> Worker<'_, W> {
         Ok(said)
     }
 
-    /// The units of the machine's file, if it has any; if it cannot be read, why. What was found
+    /// The machine's file with its units, if it has any; if it cannot be read, why. What was found
     /// in minutes is told all the same.
-    fn units(&self) -> (Option<CoreUnits>, String) {
+    fn of_file(&self) -> Result<(Option<Document>, Option<CoreUnits>), Error> {
         if !self.about.is_its_file {
-            return (None, String::new());
+            return Ok((None, None));
         }
-        match Document::open(&self.about.machine).and_then(|file| file.mapping()) {
-            Ok(mapping) => (mapping.map(|(_, mapping)| mapping.units), String::new()),
-            Err(error) => (None, format!("\nnot in SI units: {error}")),
+        let document = Document::open(&self.about.machine)?;
+        let units = document.mapping()?.map(|(_, mapping)| mapping.units);
+        Ok((Some(document), units))
+    }
+
+    /// Tells all pages of an identification that has ended, and keeps the joint that was found as a
+    /// machine's file: the one that `device identify --into` writes. Returns it in words.
+    fn identified(&mut self, summary: Summary, map: Map) -> Result<String, Error> {
+        let ((document, units), without) = match self.of_file() {
+            Ok(known) => (known, String::new()),
+            Err(error) => ((None, None), format!("\nnot in SI units: {error}")),
+        };
+        let found = Identified { summary, map, parameters: self.client.parameters()?, units };
+        let mut said = found.words() + &without;
+        if said.contains(" --") {
+            said += "\n(what begins with -- is an option of `stiction device identify`)";
         }
+        // Without a file there are no other motions to be taken over.
+        let nothing = || Document::parse("no file", "");
+        let file = document.map_or_else(nothing, Ok).and_then(|of| self.file_of(&found, &of));
+        let told = match file {
+            Ok((joint, laws)) => {
+                let told = json!({
+                    "ok": true, "said": said, "file": joint.name, "toml": joint.text, "laws": laws,
+                });
+                self.shared.finds(joint);
+                told
+            }
+            Err(error) => json!({ "ok": false, "said": said, "why": error.to_string() }),
+        };
+        self.shared.news.tell("identified", told);
+        Ok(said)
+    }
+
+    /// The file of a joint that was found, and the laws in it.
+    fn file_of(
+        &self,
+        found: &Identified,
+        of: &Document,
+    ) -> Result<(FoundJoint, Vec<String>), Error> {
+        let own = self.about.is_its_file.then_some(self.about.machine.as_str());
+        let name = Path::new(own.unwrap_or("joint")).with_extension("identified.toml");
+        let name = name.file_name().map_or_else(String::new, |name| name.to_string_lossy().into());
+        let warning = self.client.warning();
+        let header = warning.map_or(String::new(), |warning| format!("# {warning}\n"));
+        let text = header + &into::text(found, of)?;
+        let laws = Document::parse(&name, &text)?.machine()?.sampling.extras.list().to_vec();
+        Ok((FoundJoint { name, text }, laws))
     }
 
     /// What a motion has found that has ended.
@@ -169,11 +229,7 @@ impl<W: Wire> Worker<'_, W> {
                 None => format!("jog: {nothing}"),
             },
             Running::Identification => match self.client.identified()? {
-                Some((summary, map)) => {
-                    let (units, without) = self.units();
-                    let parameters = self.client.parameters()?;
-                    Identified { summary, map, parameters, units }.words() + &without
-                }
+                Some((summary, map)) => self.identified(summary, map)?,
                 None => format!("identify: {nothing}"),
             },
             Running::Ramp(rate) => match self.client.levels()? {

@@ -14,7 +14,6 @@
 //! meanwhile.
 
 use std::collections::VecDeque;
-use std::sync::atomic::Ordering;
 use std::sync::mpsc::{Receiver, SyncSender, sync_channel};
 use std::time::Instant;
 
@@ -78,10 +77,12 @@ impl Playground {
         let commands = shared.control.ask(PAGE);
         let role = json!({ "event": "role", "commands": commands, "why": "" });
         let worker = Worker::new(Client::connect(SimulatedWire::new(device))?, shared, about)?;
-        let tuning = json!({ "machine": null, "laws": [], "why": NO_THREADS, "running": null });
-        shared.news.tell("tuning", tuning);
         let why = NO_THREADS;
-        shared.news.tell("selftest", json!({ "phase": "none", "why": why, "said": null }));
+        let tuning = json!({ "machine": null, "laws": [], "why": why, "running": null,
+                             "of_found": false });
+        shared.news.tell("tuning", tuning);
+        let test = json!({ "phase": "none", "why": why, "said": null, "of_found": false });
+        shared.news.tell("selftest", test);
         Ok(Self {
             shared,
             worker,
@@ -119,16 +120,15 @@ impl Playground {
     /// Hands an order to the worker. Whatever it is, the page lives.
     fn order(&mut self, id: u32, what: Ask) {
         self.shared.control.word(PAGE);
-        self.shared.words.fetch_add(1, Ordering::Relaxed);
+        self.shared.gives_word();
         if matches!(what, Ask::Alive | Ask::Command) {
             return;
         }
-        // It passes what waits, and finds its own order behind it, which is answered.
-        if what == Ask::Stop {
-            self.shared.stop.store(true, Ordering::SeqCst);
-        }
         let order =
             Order { page: PAGE, given: Instant::now(), id, what, answer: self.answer.clone() };
+        if order.what == Ask::Stop {
+            return self.shared.stops(&self.orders, order);
+        }
         if self.orders.try_send(order).is_err() {
             let why = "too many requests wait for the device; say it again";
             self.say(answer(id, &Err(Error::Refused(why.into()))));

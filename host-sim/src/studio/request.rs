@@ -38,7 +38,39 @@ struct Written {
     laws: Option<Vec<String>>,
     goal: Option<Goal>,
     moves: Option<usize>,
+    joint: Option<Source>,
+    limits: Option<Vec<String>>,
+    cases: Option<u64>,
 }
+
+/// Whose joint is computed with.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum Source {
+    /// That of the file that the studio was started with.
+    #[default]
+    File,
+    /// The one that was identified here.
+    Found,
+}
+
+/// What is to be tuned, as `stiction tune` takes it.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Tuning {
+    /// Controllers of the file; none of them means all.
+    pub laws: Vec<String>,
+    /// What the gains are to be good at.
+    pub goal: Goal,
+    /// Whose joint it is.
+    pub joint: Source,
+    /// Figures that are not to be exceeded, `FIGURE=MOST`.
+    pub limits: Vec<String>,
+    /// Joints; none means as many as the command takes.
+    pub cases: Option<u64>,
+}
+
+/// The largest number of limits: twice as many as there are figures.
+const LIMITS: usize = 10;
 
 /// How many moves a self-test may have, as on the command line.
 const MOVES: RangeInclusive<usize> = 2..=200;
@@ -177,12 +209,15 @@ pub enum Ask {
         range_deg: Option<f64>,
         /// Moves.
         moves: usize,
+        /// Whose joint it is.
+        joint: Source,
     },
+    /// End the prediction of a self-test that is computed.
+    CancelSelftest,
     /// Make the moves of the self-test that was predicted last.
     Selftest,
-    /// Tune these controllers of the machine's file for a goal; none of them means all. It asks the
-    /// device nothing.
-    Tune(Vec<String>, Goal),
+    /// Tune controllers for a goal. It asks the device nothing.
+    Tune(Box<Tuning>),
     /// End the tuning that runs.
     CancelTuning,
 }
@@ -192,7 +227,7 @@ impl TryFrom<Written> for Request {
 
     fn try_from(written: Written) -> Result<Self, String> {
         let Written { id, r#do: what, deg, rate, hold, values, text, .. } = written;
-        let Written { trapezoid, wish, laws, goal, moves, .. } = written;
+        let Written { trapezoid, wish, laws, goal, moves, joint, limits, cases, .. } = written;
         let all = [
             deg.is_some(),
             rate.is_some(),
@@ -204,8 +239,13 @@ impl TryFrom<Written> for Request {
             laws.is_some(),
             goal.is_some(),
             moves.is_some(),
+            joint.is_some(),
+            limits.is_some(),
+            cases.is_some(),
         ];
         let given = all.into_iter().filter(|given| *given).count();
+        let also = |some: &[bool]| some.iter().filter(|some| **some).count();
+        let whose = joint.unwrap_or_default();
         let (ask, wanted) = match what.as_str() {
             "alive" => (Some(Ask::Alive), 0),
             "command" => (Some(Ask::Command), 0),
@@ -225,10 +265,19 @@ impl TryFrom<Written> for Request {
             "selftest" => (Some(Ask::Selftest), 0),
             "predict-selftest" => {
                 let moves = moves.filter(|moves| MOVES.contains(moves));
-                let ask = moves.map(|moves| Ask::PredictSelftest { range_deg: deg, moves });
-                (ask, 1 + usize::from(deg.is_some()))
+                let ask = |moves| Ask::PredictSelftest { range_deg: deg, moves, joint: whose };
+                (moves.map(ask), 1 + also(&[deg.is_some(), joint.is_some()]))
             }
-            "tune" => (laws.zip(goal).map(|(laws, goal)| Ask::Tune(laws, goal)), 2),
+            "cancel-selftest" => (Some(Ask::CancelSelftest), 0),
+            "tune" => {
+                let more = also(&[joint.is_some(), limits.is_some(), cases.is_some()]);
+                let limits = limits.unwrap_or_default();
+                let wanted = laws.zip(goal).filter(|_| limits.len() <= LIMITS);
+                let tuning = wanted.map(|(laws, goal)| {
+                    Ask::Tune(Tuning { laws, goal, joint: whose, limits, cases }.into())
+                });
+                (tuning, 2 + more)
+            }
             "cancel-tuning" => (Some(Ask::CancelTuning), 0),
             "trajectory" if given == 0 => (Some(Ask::Trajectory), 0),
             "trajectory" => (trapezoid.map(Ask::Trapezoid), 1),
@@ -252,7 +301,7 @@ impl Ask {
     /// Whether nothing is asked of the device: other threads answer, and the request is no word
     /// that would keep a link alive.
     pub const fn is_apart(&self) -> bool {
-        matches!(self, Self::Predict(_) | Self::Compare(_) | Self::Tune(..) | Self::CancelTuning)
+        matches!(self, Self::Predict(_) | Self::Compare(_) | Self::Tune(_) | Self::CancelTuning)
     }
 }
 
@@ -271,6 +320,12 @@ mod tests {
         let Some(Request { what: Ask::Predict(wish), .. }) = read(wished) else { panic!() };
         assert_eq!((&wish.way, wish.cloud), (&Way::Step(1.0), 0));
         assert_eq!(read(r#"{"do":"trajectory"}"#).map(|all| all.what), Some(Ask::Trajectory));
+        let tuned = r#"{"do":"tune","laws":["pd"],"goal":"settle","joint":"found","cases":3}"#;
+        let Some(Request { what: Ask::Tune(tuning), .. }) = read(tuned) else { panic!() };
+        assert_eq!((tuning.joint, tuning.cases), (Source::Found, Some(3)));
+        let tested = r#"{"do":"predict-selftest","moves":2,"joint":"found"}"#;
+        let of = Ask::PredictSelftest { range_deg: None, moves: 2, joint: Source::Found };
+        assert_eq!(read(tested).map(|all| all.what), Some(of));
         for wrong in [
             r#"{"id":7,"do":"move"}"#,
             r#"{"id":7,"do":"arm","deg":1}"#,
@@ -287,6 +342,10 @@ mod tests {
             r#"{"do":"predict-selftest","deg":2}"#,
             r#"{"do":"predict-selftest","moves":1}"#,
             r#"{"do":"tune","laws":[],"goal":"win"}"#,
+            r#"{"do":"tune","laws":[],"goal":"settle","joint":"mine"}"#,
+            r#"{"do":"tune","laws":[],"goal":"settle","cases":-1}"#,
+            r#"{"do":"tune","laws":[],"goal":"settle","cases":8,"moves":2}"#,
+            r#"{"do":"cancel-selftest","moves":2}"#,
             r#"{"do":"predict","wish":{"laws":["pd"]}}"#,
             r#"{"do":"predict","wish":{"laws":["pd"],"way":{"how":"fly","deg":1}}}"#,
             r#"{"do":"predict","wish":{"laws":["pd"],"cloud":49,"way":{"how":"move","deg":1}}}"#,

@@ -8,35 +8,73 @@
 //!
 //! The moves, their times and their judgement are those of [`crate::selftest::Steps`]. The two are
 //! apart because a prediction takes its time: nobody expects a motor to move for a button that was
-//! pressed long before. A move begins, and the status is asked for, only while the page that has
-//! begun the self-test commands and gives its words. So that page alone keeps the link alive: if it
-//! is gone, the device's link timeout ends the self-test, also where another page commands by then.
+//! pressed long before. For the same reason the last thing before the arming is to look whether the
+//! order is expected still, and nothing is asked between a look at the page's word and a move. A
+//! move begins, and the status is asked for, only while the page that has begun the self-test
+//! commands and gives its words. So that page alone keeps the link alive: if it is gone, the
+//! device's link timeout ends the self-test, also where another page commands by then. Does badly:
+//! on a link whose answers take as long as a word is worth, 0.15 s, no move begins.
 
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 use std::sync::mpsc::{Receiver, TryRecvError, sync_channel};
 use std::time::Duration;
 
 use serde_json::{Value, json};
 use stiction::link::{Sample, StateCode, Status};
 
+use super::desk::Order;
 use super::machine_in_use::no_file;
-use super::request::Way;
-use super::spare_cores::on_spare_cores;
+use super::request::{Source, Way};
+use super::spare_cores::{begin, on_spare_cores};
+use super::wording::of_a_page;
 use super::worker::Worker;
 use crate::device::wire::Wire;
 use crate::error::Error;
+use crate::experiment::Document;
 use crate::selftest::{
-    Asked, Check, JOINTS, Next, Prepared, SEED, Session, Steps, object, sentence, words,
+    Asked, Check, JOINTS, Next, Prepared, SEED, Session, Steps, object, sentence,
 };
 
 /// A self-test, as far as it is.
 #[derive(Debug)]
 pub enum Test {
     /// Another thread predicts it.
-    Predicting(Receiver<Result<Prepared, Error>>),
+    Predicting(Predicting),
     /// It may begin.
     Ready(Box<Prepared>),
     /// It moves the joint.
     Moving(Box<Moving>),
+}
+
+/// A self-test that is being predicted. The prediction ends when this is dropped.
+#[derive(Debug)]
+pub struct Predicting {
+    coming: Receiver<Result<Option<Prepared>, Error>>,
+    moves: usize,
+    machine: String,
+    /// How many joints are done, and how many the pages have been told of.
+    over: Arc<AtomicU64>,
+    told: u64,
+    goes_on: Arc<AtomicBool>,
+}
+
+impl Drop for Predicting {
+    fn drop(&mut self) {
+        self.goes_on.store(false, Ordering::Relaxed);
+    }
+}
+
+impl Predicting {
+    fn told(&self) -> Value {
+        json!({
+            "phase": "predicting",
+            "moves": self.moves,
+            "joints": JOINTS,
+            "over": self.told,
+            "machine": self.machine,
+        })
+    }
 }
 
 /// A self-test that moves the joint.
@@ -46,8 +84,8 @@ pub struct Moving {
     steps: Steps,
     /// The page that has begun it.
     page: u64,
-    /// The tick in which the wait began that is on.
-    since: u32,
+    /// The tick in which the wait was seen to begin that is on.
+    since: Option<u32>,
     /// How long it is.
     time: Duration,
 }
@@ -66,10 +104,18 @@ impl<W: Wire> Worker<'_, W> {
         }
     }
 
+    /// Tells how far the self-test is, and whose joints it could be predicted with.
+    fn tell_test(&self, mut told: Value) {
+        let Self { about, .. } = self;
+        told["file"] = about.is_its_file.then_some(&about.machine).map(String::as_str).into();
+        told["why"] = (!about.is_its_file).then(|| nothing_known().to_string()).into();
+        told["of_found"] = true.into();
+        self.shared.news.tell("selftest", told);
+    }
+
     /// Tells that nothing is predicted, and why.
     pub(super) fn tell_no_test(&self, said: Option<String>) {
-        let why = (!self.about.is_its_file).then(|| nothing_known().to_string());
-        self.shared.news.tell("selftest", json!({ "phase": "none", "why": why, "said": said }));
+        self.tell_test(json!({ "phase": "none", "said": said }));
     }
 
     /// Lets another thread predict the moves from where the joint is. Nothing moves.
@@ -77,8 +123,9 @@ impl<W: Wire> Worker<'_, W> {
         &mut self,
         range_deg: Option<f64>,
         moves: usize,
+        joint: Source,
     ) -> Result<Value, Error> {
-        if !self.about.is_its_file {
+        if joint == Source::File && !self.about.is_its_file {
             return Err(nothing_known());
         }
         if let Some(Test::Predicting(_)) = self.test {
@@ -90,36 +137,68 @@ impl<W: Wire> Worker<'_, W> {
                        joint is then";
             return Err(Error::Refused(why.into()));
         }
-        let machine = self.about.machine.clone();
-        let asked =
-            Asked { machine, range_deg, moves, joints: JOINTS, seed: SEED, spreads: vec![] };
-        let planned = asked.plan(&mut self.client).map_err(of_a_page)?;
-        let (done, is_done) = sync_channel(1);
-        std::thread::spawn(move || {
-            let predicted = on_spare_cores(|| planned.predict()).and_then(|predicted| predicted);
+        let (machine, document) = match joint {
+            Source::File => (self.about.machine.clone(), Document::open(&self.about.machine)?),
+            Source::Found => {
+                let found = self.shared.found()?;
+                let document = Document::parse(&found.name, &found.text)?;
+                (found.name, document)
+            }
+        };
+        let (joints, seed, spreads) = (JOINTS, SEED, vec![]);
+        let asked = Asked { machine: machine.clone(), range_deg, moves, joints, seed, spreads };
+        let planned = asked.plan_of(&mut self.client, document).map_err(of_a_page)?;
+        let (done, coming) = sync_channel(1);
+        let (over, goes_on) = (Arc::new(AtomicU64::new(0)), Arc::new(AtomicBool::new(true)));
+        let (counted, still) = (over.clone(), goes_on.clone());
+        begin(move || {
+            let look = |over| {
+                counted.fetch_max(over, Ordering::Relaxed);
+                still.load(Ordering::Relaxed)
+            };
+            let predicted = on_spare_cores(|| planned.predict_while(&look));
             // A studio that has ended needs none.
-            let _ = done.send(predicted);
+            let _ = done.send(predicted.and_then(|predicted| predicted));
         });
-        self.test = Some(Test::Predicting(is_done));
-        let told = json!({ "phase": "predicting", "moves": moves, "joints": JOINTS });
-        self.shared.news.tell("selftest", told);
-        Ok("predicts the self-test: nothing moves".into())
+        let said = format!("predicts the self-test with the joint of {machine}: nothing moves");
+        let predicting = Predicting { coming, moves, machine, over, told: 0, goes_on };
+        self.tell_test(predicting.told());
+        self.test = Some(Test::Predicting(predicting));
+        Ok(said.into())
+    }
+
+    /// Ends the prediction that is computed, and tells why; whether there was one.
+    pub(super) fn cancel_prediction(&mut self, why: &str) -> bool {
+        let is_predicting = matches!(self.test, Some(Test::Predicting(_)));
+        if is_predicting {
+            self.test = None;
+            self.tell_no_test(Some(why.to_owned()));
+        }
+        is_predicting
     }
 
     /// Takes what was predicted, if it is there.
     pub(super) fn take_prediction(&mut self) {
-        let Some(Test::Predicting(coming)) = &self.test else { return };
-        let predicted = match coming.try_recv() {
-            Ok(predicted) => predicted,
-            Err(TryRecvError::Empty) => return,
-            Err(TryRecvError::Disconnected) => {
-                Err(Error::Device("selftest: the prediction has ended by itself".into()))
+        let Some(Test::Predicting(predicting)) = &mut self.test else { return };
+        let by_itself = || Error::Device("selftest: the prediction has ended by itself".into());
+        let predicted = match predicting.coming.try_recv() {
+            Ok(predicted) => predicted.and_then(|predicted| predicted.ok_or_else(by_itself)),
+            Err(TryRecvError::Empty) => {
+                let over = predicting.over.load(Ordering::Relaxed);
+                if over != predicting.told {
+                    predicting.told = over;
+                    let told = predicting.told();
+                    self.tell_test(told);
+                }
+                return;
             }
+            Err(TryRecvError::Disconnected) => Err(by_itself()),
         };
         match predicted {
             Ok(prepared) => {
                 let told = json!({
                     "phase": "ready",
+                    "machine": prepared.machine(),
                     "range_deg": prepared.range_deg(),
                     "moves": prepared.request.targets.len(),
                     "longest_s": prepared.longest_s(),
@@ -128,7 +207,7 @@ impl<W: Wire> Worker<'_, W> {
                     "differences": prepared.differences(),
                     "checks": prepared.bounds().iter().map(bound).collect::<Vec<_>>(),
                 });
-                self.shared.news.tell("selftest", told);
+                self.tell_test(told);
                 self.test = Some(Test::Ready(prepared.into()));
             }
             Err(error) => {
@@ -138,17 +217,22 @@ impl<W: Wire> Worker<'_, W> {
         }
     }
 
-    /// Arms the device for the self-test that was predicted last. `page` has begun it.
-    pub(super) fn begin_selftest(&mut self, page: u64) -> Result<Value, Error> {
+    /// Arms the device for the self-test that was predicted last, unless the order is not expected
+    /// any more by then.
+    pub(super) fn begin_selftest(&mut self, order: &Order) -> Result<Value, Error> {
         let Some(Test::Ready(prepared)) = &self.test else {
             return Err(Error::Refused("selftest: predict it first".into()));
         };
-        prepared.fits(&mut self.client).map_err(of_a_page)?;
         let prepared = Prepared::clone(prepared);
-        let (steps, time) = Steps::arm(&mut self.client, &prepared.request.targets)?;
-        let since = self.client.status()?.clock;
-        let moves = prepared.request.targets.len();
+        let status = prepared.fits(&mut self.client).map_err(of_a_page)?;
+        let (signals, request) = (self.signals.clone(), &prepared.request);
+        let (steps, time) = Steps::of(&request.targets, signals, &request.parameters, &status)?;
+        let moves = request.targets.len();
         let deg = prepared.range_deg();
+        // All that was asked so far took its time.
+        self.is_expected(order)?;
+        self.client.arm()?;
+        let (page, since) = (order.page, None);
         self.test = Some(Test::Moving(Moving { prepared, steps, page, since, time }.into()));
         self.tell_moves(0, moves, None);
         Ok(format!("the self-test begins: {moves} moves within {deg:.3} deg either way").into())
@@ -161,53 +245,52 @@ impl<W: Wire> Worker<'_, W> {
         }
     }
 
-    /// Begins the next move if the last one is over. The page that has begun the self-test has just
-    /// given a word.
+    /// A wait of the self-test that has just begun is counted from this tick on.
+    pub(super) fn testing_since(&mut self, clock: u32) {
+        if let Some(Test::Moving(moving)) = &mut self.test {
+            moving.since.get_or_insert(clock);
+        }
+    }
+
+    /// Begins the next move if the last one is over, if the page that has begun the self-test has
+    /// just given a word, and if nobody wants to stop.
     ///
     /// # Errors
     /// Says that the device does not answer.
     pub(super) fn go_on_testing(&mut self, status: &Status) -> Result<(), Error> {
         let Some(Test::Moving(moving)) = &self.test else { return Ok(()) };
-        let ticks = status.clock.wrapping_sub(moving.since);
+        let Some(since) = moving.since else { return Ok(()) };
+        let ticks = status.clock.wrapping_sub(since);
         let passed_s = f64::from(ticks) * f64::from(status.sample_time);
         if status.state != StateCode::Armed || passed_s < moving.time.as_secs_f64() {
             return Ok(());
         }
         // They are of the move that is over.
         self.show_kept();
-        let next = match &mut self.test {
-            Some(Test::Moving(moving)) => moving.steps.next(&mut self.client, status),
-            _ => Ok(None),
-        };
-        let begun = next.and_then(|next| match next {
-            Some(Next { motion, to_deg, time }) => {
-                self.client.move_along(motion)?;
-                self.tell_motion(&Way::Move(to_deg));
-                Ok(Some((self.client.status()?.clock, time, to_deg)))
-            }
-            None => Ok(None),
-        });
-        match begun {
-            Ok(Some((since, time, to_deg))) => {
-                if let Some(Test::Moving(moving)) = &mut self.test {
-                    (moving.since, moving.time) = (since, time);
-                    let (made, all) = (moving.steps.made(), moving.prepared.request.targets.len());
-                    self.tell_moves(made, all, Some(to_deg));
-                }
-            }
+        // Nothing is asked between this look and the move.
+        if self.shared.stop.load(Ordering::SeqCst) || !self.has_word() {
+            return Ok(());
+        }
+        let Some(Test::Moving(moving)) = &mut self.test else { return Ok(()) };
+        let Some(Next { motion, to_deg, time }) = moving.steps.next(status)? else {
             // It was the last one. The verdict is that of the device that was armed until now.
-            Ok(None) => {
-                self.client.stop()?;
-                self.end_testing(status);
-                self.ask_status()?;
+            self.client.stop()?;
+            self.end_testing(status);
+            self.ask_status()?;
+            return Ok(());
+        };
+        match self.client.move_along(motion) {
+            Ok(()) => {
+                (moving.since, moving.time) = (None, time);
+                let (made, all) = (moving.steps.made(), moving.prepared.request.targets.len());
+                self.tell_motion(&Way::Move(to_deg));
+                self.tell_moves(made, all, Some(to_deg));
             }
             Err(error @ (Error::Device(_) | Error::Emulator(_))) => return Err(error),
+            // What was made so far is judged, with the reason.
             Err(refused) => {
+                moving.steps.refused(refused.to_string());
                 self.client.stop()?;
-                if let Some(Test::Moving(moving)) = self.test.take() {
-                    self.test = Some(Test::Ready(moving.prepared.into()));
-                }
-                self.tell_no_test(Some(refused.to_string()));
                 self.ask_status()?;
             }
         }
@@ -232,17 +315,17 @@ impl<W: Wire> Worker<'_, W> {
             "said": sentence(&tested),
             "moves": prepared.request.targets.len(),
             "labels": labels,
+            "machine": prepared.machine(),
             "result": object(&tested, self.client.warning()),
-            "text": words(&tested),
         });
-        self.shared.news.tell("selftest", told);
+        self.tell_test(told);
         // It may be repeated.
         self.test = Some(Test::Ready(prepared.into()));
     }
 
     fn tell_moves(&self, made: usize, all: usize, to_deg: Option<f64>) {
         let told = json!({ "phase": "moving", "made": made, "moves": all, "to_deg": to_deg });
-        self.shared.news.tell("selftest", told);
+        self.tell_test(told);
     }
 }
 
@@ -260,16 +343,4 @@ fn bound(check: &Check) -> Value {
 
 fn nothing_known() -> Error {
     no_file("there is nothing that a self-test could be judged by")
-}
-
-/// A refusal in the words of the page, which has no options.
-fn of_a_page(error: Error) -> Error {
-    let said = |text: String| text.replace("--range", "range");
-    match error {
-        Error::Input(text) => Error::Input(said(text)),
-        Error::Refused(text) => Error::Refused(said(text)),
-        // Not of the link: the session goes on.
-        Error::Device(text) if text.starts_with("selftest") => Error::Refused(said(text)),
-        other => other,
-    }
 }

@@ -1,13 +1,12 @@
 //! The connection of one page: what it asks for, and what it is told.
 
 use std::sync::Arc;
-use std::sync::atomic::Ordering;
 use std::sync::mpsc::{SyncSender, TrySendError};
 use std::time::{Duration, Instant};
 
 use axum::extract::ws::{Message, WebSocket};
-use futures_util::stream::{SplitSink, SplitStream};
-use futures_util::{SinkExt, StreamExt};
+use futures_util::stream::SplitStream;
+use futures_util::{Sink, SinkExt, StreamExt};
 use serde_json::json;
 use tokio::sync::broadcast::error::RecvError;
 use tokio::sync::{broadcast, mpsc};
@@ -16,9 +15,9 @@ use tokio::time::timeout;
 use super::control::TAKEN;
 use super::desk::{Order, Shared, answer};
 use super::forecaster::Wishes;
-use super::news::News;
+use super::news::{News, Newsroom};
 use super::refusals::refusal;
-use super::request::{Ask, Request};
+use super::request::{Ask, Request, Tuning};
 use super::tuner::Tuner;
 use crate::error::Error;
 
@@ -68,7 +67,7 @@ pub async fn serve(socket: WebSocket, number: u64, desk: Desk) {
     let (into, from) = socket.split();
     tokio::select! {
         () = listen(from, &page, &answers) => {}
-        () = tell(into, first, answered, news) => {}
+        () = tell(into, first, answered, news, &shared.news) => {}
     }
 }
 
@@ -96,6 +95,14 @@ async fn listen(mut from: SplitStream<WebSocket>, page: &Page, answers: &mpsc::S
                     page.desk.wishes.put(page.number, id, what, answers.clone());
                     None
                 }
+                Taken::Tuning(id, tuning) => {
+                    let answers = answers.clone();
+                    page.desk.tuner.start(*tuning, move |done| {
+                        // A page that is gone, or does not read, needs no answer.
+                        let _ = answers.try_send(answer(id, &done));
+                    });
+                    None
+                }
                 Taken::Said(said) => Some(said),
                 Taken::Nothing => None,
                 Taken::Mistake(why) => {
@@ -119,12 +126,14 @@ async fn listen(mut from: SplitStream<WebSocket>, page: &Page, answers: &mpsc::S
     }
 }
 
-/// Tells a page what there is, until it does not take it.
+/// Tells a page what there is, until it does not take it. A page that was too slow is told anew all
+/// that stands: what was left out may have been an event that is told once.
 async fn tell(
-    mut into: SplitSink<WebSocket, Message>,
+    mut into: impl Sink<Message> + Unpin,
     first: Vec<String>,
     mut answered: mpsc::Receiver<String>,
     mut news: broadcast::Receiver<News>,
+    newsroom: &Newsroom,
 ) {
     let mut first = first.into_iter();
     loop {
@@ -138,6 +147,7 @@ async fn tell(
                     Ok(News::Samples(frame)) => Message::Binary(frame),
                     Err(RecvError::Lagged(messages)) => {
                         let lost = json!({ "event": "skipped", "messages": messages });
+                        first = newsroom.kept().into_iter();
                         Message::Text(lost.to_string().into())
                     }
                     Err(RecvError::Closed) => return,
@@ -158,6 +168,8 @@ enum Taken {
     Order(Request),
     /// Something for the thread that predicts.
     Wish(Request),
+    /// Something to be tuned.
+    Tuning(u32, Box<Tuning>),
     /// A word without an answer.
     Nothing,
     /// No request; this is why.
@@ -183,16 +195,16 @@ impl Page {
         }
         // Not a word: what is predicted keeps nobody's link alive.
         if request.what.is_apart() {
-            let Self { desk: Desk { tuner, .. }, .. } = self;
-            return match &request.what {
-                Ask::Tune(laws, goal) => Taken::Said(answer(request.id, &tuner.start(laws, *goal))),
-                Ask::CancelTuning => Taken::Said(answer(request.id, &tuner.cancel())),
+            let id = request.id;
+            return match request.what {
+                Ask::Tune(tuning) => Taken::Tuning(id, tuning),
+                Ask::CancelTuning => Taken::Said(answer(id, &self.desk.tuner.cancel())),
                 _ => Taken::Wish(request),
             };
         }
         let commands = shared.control.word(self.number);
         if commands {
-            shared.words.fetch_add(1, Ordering::Relaxed);
+            shared.gives_word();
         }
         match request.what {
             Ask::Alive => Taken::Nothing,
@@ -204,16 +216,14 @@ impl Page {
     /// Gives an order. What has to be said at once is returned.
     fn order(&self, request: Request, answers: &mpsc::Sender<String>) -> Option<String> {
         let Request { id, what } = request;
-        let is_stop = what == Ask::Stop;
         let (page, given, answer_to) = (self.number, Instant::now(), answers.clone());
-        let sent = self.desk.orders.try_send(Order { page, given, id, what, answer: answer_to });
-        // It passes what waits, and finds its own order behind it, which is answered.
-        if is_stop {
-            self.desk.shared.stop.store(true, Ordering::SeqCst);
+        let order = Order { page, given, id, what, answer: answer_to };
+        if order.what == Ask::Stop {
+            self.desk.shared.stops(&self.desk.orders, order);
+            return None;
         }
-        match sent {
+        match self.desk.orders.try_send(order) {
             Ok(()) => None,
-            Err(TrySendError::Full(_)) if is_stop => None,
             Err(TrySendError::Full(_)) => {
                 let why = "too many requests wait for the device; say it again";
                 Some(answer(id, &Err(Error::Refused(why.into()))))
@@ -222,5 +232,55 @@ impl Page {
                 Some(answer(id, &Err(Error::Device("the studio ends".into()))))
             }
         }
+    }
+}
+
+#[cfg(test)]
+#[allow(clippy::unwrap_used)]
+mod tests {
+    use std::convert::Infallible;
+    use std::sync::Mutex;
+
+    use futures_util::sink::unfold;
+    use serde_json::Value;
+
+    use super::*;
+
+    /// What a page is told that has read nothing while so many events were told behind the one that
+    /// is told once.
+    fn told_behind(events: u32) -> Vec<Value> {
+        let newsroom = Newsroom::default();
+        let (_, news) = newsroom.listen();
+        newsroom.tell("tuned", json!({ "said": "better gains were found" }));
+        (0..events).for_each(|clock| newsroom.tell("status", json!({ "clock": clock })));
+        let told = Mutex::new(vec![]);
+        let into = unfold((), |(), message: Message| {
+            let Message::Text(text) = message else { unreachable!() };
+            told.lock().unwrap().push(serde_json::from_str(&text).unwrap());
+            async { Ok::<_, Infallible>(()) }
+        });
+        let (_answer, answered) = mpsc::channel(1);
+        let runtime = tokio::runtime::Builder::new_current_thread().enable_all().build().unwrap();
+        runtime.block_on(async {
+            let tells = tell(Box::pin(into), vec![], answered, news, &newsroom);
+            // It waits for more as soon as all was told.
+            let _ = timeout(Duration::from_millis(50), tells).await;
+        });
+        told.into_inner().unwrap()
+    }
+
+    #[test]
+    fn a_page_that_was_too_slow_is_told_again_what_was_told_once() {
+        let kinds = |told: &[Value]| -> Vec<String> {
+            told.iter().map(|event| event["event"].as_str().unwrap().to_owned()).collect()
+        };
+        let fast = kinds(&told_behind(10));
+        assert_eq!((fast[0].as_str(), fast.len()), ("tuned", 11), "{fast:?}");
+        let all = told_behind(200);
+        let slow = kinds(&all);
+        assert_eq!(slow[..3], ["skipped", "status", "tuned"], "{slow:?}");
+        assert_eq!(slow.iter().filter(|kind| *kind == "tuned").count(), 1);
+        // What it is told in the end is what stands.
+        assert_eq!((&all[1]["clock"], &all.last().unwrap()["clock"]), (&json!(199), &json!(199)));
     }
 }

@@ -47,6 +47,13 @@ const LATE: Duration = Duration::from_secs(1);
 const TESTING: &str =
     "a self-test moves the joint, and nothing else is done meanwhile; stop ends it";
 
+/// What is said to an order that a stop has passed.
+const OVERTAKEN: &str = "a stop came first; say it again";
+
+/// What is said of a prediction that a stop has ended.
+pub(super) const CANCELLED_BY_STOP: &str =
+    "the prediction of the self-test was cancelled by a stop";
+
 /// Time between two frames.
 const FRAME: Duration = Duration::from_millis(30);
 
@@ -100,7 +107,8 @@ pub struct Worker<'a, W> {
     /// How many faults the device remembered when it was last asked.
     faults: Option<u32>,
     asked: Instant,
-    words: u64,
+    /// The last word of the page that commands that was seen, and when that was.
+    word: Option<Instant>,
     heard: Instant,
     /// s; zero if it is off.
     pub(super) link_timeout: f32,
@@ -150,6 +158,9 @@ pub fn run<W: Wire>(
                 Err(RecvTimeoutError::Disconnected) => return,
                 Err(RecvTimeoutError::Timeout) => {}
             }
+            for stop in shared.take_stops() {
+                stop.answered(&Err(Error::Device("the device does not answer".into())));
+            }
             if let Ok(worker) = begin(was_armed) {
                 break worker;
             }
@@ -182,7 +193,7 @@ impl<'a, W: Wire> Worker<'a, W> {
             armed_here: false,
             faults: None,
             asked: now,
-            words: shared.words.load(Ordering::Relaxed),
+            word: shared.word(),
             heard: now,
             link_timeout: 0.0,
             last: None,
@@ -214,12 +225,7 @@ impl<'a, W: Wire> Worker<'a, W> {
                 order.answered(&Err(Error::Refused(TESTING.into())));
             }
             Ok(order) => {
-                let done = match self.shared.control.is_held_by(order.page) {
-                    _ if order.what == Ask::Stop => self.obey(order.page, &order.what),
-                    true if order.given.elapsed() < LATE => self.obey(order.page, &order.what),
-                    true => Err(Error::Refused("the device was busy; say it again".into())),
-                    false => Err(Error::Refused(TAKEN.into())),
-                };
+                let done = self.is_expected(&order).and_then(|()| self.obey(&order));
                 order.answered(&done);
                 self.asked = Instant::now();
                 if let Err(error @ (Error::Device(_) | Error::Emulator(_))) = done {
@@ -239,12 +245,10 @@ impl<'a, W: Wire> Worker<'a, W> {
             self.ask_status()?;
         }
         if self.may_ask() {
-            let has_word = self.has_word();
             let status = self.ask_status()?;
-            if has_word {
-                self.go_on_testing(&status)?;
-            }
-            if self.faults.replace(status.faults).is_some_and(|before| before != status.faults) {
+            self.go_on_testing(&status)?;
+            let may_go_on = !self.driven || self.has_word();
+            if may_go_on && self.faults.replace(status.faults).is_some_and(|b| b != status.faults) {
                 self.tell_faults(&status)?;
             }
         }
@@ -282,11 +286,13 @@ impl<'a, W: Wire> Worker<'a, W> {
         if !self.shared.stop.swap(false, Ordering::SeqCst) {
             return Ok(());
         }
-        let waiting: Vec<Order> = orders.try_iter().collect();
+        let mut waiting: Vec<Order> = orders.try_iter().collect();
+        waiting.extend(self.shared.take_stops());
         let stopped = self.client.stop();
         self.running = None;
+        self.cancel_prediction(CANCELLED_BY_STOP);
         for order in waiting {
-            let overtaken = || Error::Refused("a stop came first; say it again".into());
+            let overtaken = || Error::Refused(OVERTAKEN.into());
             let failed = |error: &Error| Error::Device(error.to_string());
             order.answered(&match (&order.what, &stopped) {
                 (_, Err(error)) => Err(failed(error)),
@@ -300,10 +306,26 @@ impl<'a, W: Wire> Worker<'a, W> {
 
     /// Looks whether the page that commands has given a word.
     fn listen(&mut self) {
-        let words = self.shared.words.load(Ordering::Relaxed);
-        if words != self.words {
-            (self.words, self.heard) = (words, Instant::now());
+        let word = self.shared.word();
+        if word != self.word {
+            (self.word, self.heard) = (word, Instant::now());
         }
+    }
+
+    /// Refuses an order that nobody expects to be obeyed any more. A stop always is.
+    pub(super) fn is_expected(&self, order: &Order) -> Result<(), Error> {
+        let why = if order.what == Ask::Stop {
+            return Ok(());
+        } else if self.shared.stop.load(Ordering::SeqCst) {
+            OVERTAKEN
+        } else if !self.shared.control.is_held_by(order.page) {
+            TAKEN
+        } else if order.given.elapsed() >= LATE {
+            "the device was busy; say it again"
+        } else {
+            return Ok(());
+        };
+        Err(Error::Refused(why.into()))
     }
 
     /// Whether the status may be asked for. A device that is driven and that nobody keeps alive is
@@ -315,10 +337,11 @@ impl<'a, W: Wire> Worker<'a, W> {
     }
 
     /// Whether the page that commands has just given a word. While a self-test moves the joint,
-    /// that has to be the page that has begun it.
-    fn has_word(&self) -> bool {
+    /// that has to be the page that has begun it. What counts is when the word was given, and not
+    /// when this thread has seen it.
+    pub(super) fn has_word(&self) -> bool {
         let is_held = !self.shared.control.is_free() && self.has_its_page();
-        is_held && self.heard.elapsed() < FRESH
+        is_held && self.shared.word().is_some_and(|word| word.elapsed() < FRESH)
     }
 
     pub(super) fn ask_status(&mut self) -> Result<Status, Error> {
@@ -328,6 +351,7 @@ impl<'a, W: Wire> Worker<'a, W> {
         self.show_kept();
         self.driven = status.state == StateCode::Armed;
         self.armed_here &= self.driven;
+        self.testing_since(status.clock);
         if !self.driven
             && let Some(running) = self.running.take()
         {

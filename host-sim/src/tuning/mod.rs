@@ -17,6 +17,7 @@
 
 mod figures;
 mod knobs;
+mod limits;
 mod pareto;
 mod search;
 mod text;
@@ -26,6 +27,7 @@ use std::sync::{Mutex, PoisonError};
 
 pub use self::figures::{Figures, Goal};
 pub use self::knobs::Knob;
+pub use self::limits::{CASES_ALLOWED, limit};
 pub use self::pareto::charts;
 pub use self::text::{object, render, rewritten};
 use crate::ensemble::{Around, MachineEnsemble, Row, written_spreads};
@@ -127,23 +129,21 @@ impl Request {
     /// Names what is wrong with the file, a spread or a limit, or a controller that has nothing to
     /// turn.
     pub fn tune(&self, controller: &str, tried_one: &(dyn Fn() + Sync)) -> Result<Tuned, Error> {
-        let goes_on = || {
-            tried_one();
-            true
-        };
         let cancelled = || Error::Input(format!("{}: the search has ended by itself", self.file));
-        self.tune_while(controller, &goes_on)?.ok_or_else(cancelled)
+        self.tune_while(controller, tried_one, &|| true)?.ok_or_else(cancelled)
     }
 
-    /// Tunes as [`tune`](Self::tune) does, and asks `goes_on` before each set of gains. Returns
-    /// nothing if that said no: within the time of the one set that was being tried, since what is
-    /// left of the search then costs nothing.
+    /// Tunes as [`tune`](Self::tune) does, and asks `goes_on` before each set of joints that is
+    /// run: those of the begin, of each set of gains, of the judgement, of each margin. Returns
+    /// nothing if that said no. So a tuning ends within the time of one set, which in the judgement
+    /// is that of three sets of the search.
     ///
     /// # Errors
     /// As [`tune`](Self::tune).
     pub fn tune_while(
         &self,
         controller: &str,
+        tried_one: &(dyn Fn() + Sync),
         goes_on: &(dyn Fn() -> bool + Sync),
     ) -> Result<Option<Tuned>, Error> {
         let wanted = [controller.to_owned()];
@@ -156,10 +156,13 @@ impl Request {
             let why = "has no gain above zero to turn";
             return Err(Error::Input(format!("{}: the controller {controller} {why}", self.file)));
         }
+        if !goes_on() {
+            return Ok(None);
+        }
         let start = Figures::of(&self.rows(controller, &[], [self.seed, self.cases])?);
         if self.goal == Goal::Track && start.tracking_counts.is_none() {
             return Err(Error::Input(format!(
-                "{}: --goal track needs a trajectory in `reference.trajectories`",
+                "{}: the goal track needs a trajectory in `reference.trajectories`",
                 self.file
             )));
         }
@@ -171,6 +174,7 @@ impl Request {
                 is_cancelled.store(true, Ordering::Relaxed);
                 return 0.0;
             }
+            tried_one();
             // Gains that the core refuses are no gains.
             let set = set(controller, &knobs, factors);
             let Ok(rows) = self.rows(controller, &set, [self.seed, self.cases]) else {
@@ -186,7 +190,13 @@ impl Request {
         }
         let judged = [self.judged(), self.judges()];
         let found = set(controller, &knobs, &factors);
+        if !goes_on() {
+            return Ok(None);
+        }
         let before = self.rows(controller, &[], judged)?;
+        if !goes_on() {
+            return Ok(None);
+        }
         let after = self.rows(controller, &found, judged)?;
         let [was, is] = [&before, &after].map(|rows| Figures::of(rows));
         let better = is.are_better_than(&was, self.goal, &self.limits);
@@ -196,6 +206,7 @@ impl Request {
             let to = if better { rounded(knob.start * factor) } else { knob.start };
             Turned { key: knob.key, from: knob.start, to }
         });
+        let Some(margins) = self.margins(controller, &set, goes_on)? else { return Ok(None) };
         Ok(Some(Tuned {
             controller: controller.into(),
             gains: turned.collect(),
@@ -203,7 +214,7 @@ impl Request {
             before: was,
             after: stays,
             tried: tried.into_inner().unwrap_or_else(PoisonError::into_inner),
-            margins: self.margins(controller, &set)?,
+            margins,
             worst: self.worst(controller, rows)?,
         }))
     }
@@ -216,7 +227,8 @@ impl Request {
         let rows = self.rows(controller, &[], [self.judged(), self.cases])?;
         Ok(Standing {
             figures: Figures::of(&rows),
-            margins: self.margins(controller, &[])?,
+            // Nobody cancels it.
+            margins: self.margins(controller, &[], &|| true)?.unwrap_or([1.0; 2]),
             worst: self.worst(controller, rows)?,
         })
     }
@@ -262,8 +274,14 @@ impl Request {
     }
 
     /// The smallest and the largest factor on the joint's gain up to which all succeed. A joint of
-    /// a data sheet has a larger gain if it has less inertia, of the load and of the rotor.
-    fn margins(&self, controller: &str, set: &[String]) -> Result<[f64; 2], Error> {
+    /// a data sheet has a larger gain if it has less inertia, of the load and of the rotor. None if
+    /// `goes_on` says no.
+    fn margins(
+        &self,
+        controller: &str,
+        set: &[String],
+        goes_on: &(dyn Fn() -> bool + Sync),
+    ) -> Result<Option<[f64; 2]>, Error> {
         const GAIN: &str = "joint.gain_deg_per_s2_per_v";
         const INERTIAS: [&str; 2] = ["load.inertia_kg_m2", "motor.rotor_inertia_kg_m2"];
         let exactly = |key: &str, value: f64| format!("{key}={value:?}..{value:?}");
@@ -273,7 +291,7 @@ impl Request {
             gain.into_iter().chain(INERTIAS.into_iter().filter_map(inertia)).collect()
         };
         if around(1.0).is_empty() {
-            return Ok([1.0; 2]);
+            return Ok(Some([1.0; 2]));
         }
         let succeeds = |factor: f64| -> Result<bool, Error> {
             let alone = Self { spreads: around(factor), ..self.clone() };
@@ -284,13 +302,16 @@ impl Request {
         let mut margins = [1.0; 2];
         for (margin, up) in margins.iter_mut().zip([false, true]) {
             for factor in FACTORS.map(|factor| if up { factor } else { 1.0 / factor }) {
+                if !goes_on() {
+                    return Ok(None);
+                }
                 if !succeeds(factor)? {
                     break;
                 }
                 *margin = factor;
             }
         }
-        Ok(margins)
+        Ok(Some(margins))
     }
 
     fn worst(

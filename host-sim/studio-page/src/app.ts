@@ -24,6 +24,8 @@ export type App = {
   // The last move that began, and what can be turned in the what-if view.
   motion: Event | null;
   knobs: Event | null;
+  // The joint that was identified last.
+  found: Event | null;
 };
 
 export const history = new History();
@@ -39,6 +41,7 @@ export const app: App = {
   view: 'live',
   motion: null,
   knobs: null,
+  found: null,
 };
 
 // Whether a request of this page would be listened to.

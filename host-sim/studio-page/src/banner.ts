@@ -38,7 +38,8 @@ function device({ inPage, connected, gone, hello, driven }: Seen): Said {
       : [
           'unknown',
           '? NO CONNECTION',
-          'nothing is known of the motor. If one is there, it may be driven for as long as the link timeout',
+          'nothing is known of the motor. If one is there, it may be driven for as ' +
+            'long as the link timeout',
         ];
   }
   if (gone !== null) return ['unknown', '? THE DEVICE DOES NOT ANSWER', gone];

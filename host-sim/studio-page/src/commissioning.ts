@@ -18,16 +18,23 @@ type Step = {
   here?: (typeof HERE)[number];
 };
 
-const HERE = ['tuning', 'selftest'] as const;
+const HERE = ['identified', 'tuning', 'selftest'] as const;
 
-const joint = (x: number, angle: number) => `
-  <g transform="translate(${x} 60)"><circle r="26" class="body"/>
-  <path d="M0 0L${(24 * Math.cos(angle)).toFixed(1)} ${(-24 * Math.sin(angle)).toFixed(1)}" class="ink"/><circle r="3" class="dot"/></g>`;
+const joint = (x: number, angle: number) => {
+  const [dx, dy] = [24 * Math.cos(angle), -24 * Math.sin(angle)].map((one) => one.toFixed(1));
+  return (
+    `<g transform="translate(${x} 60)"><circle r="26" class="body"/>` +
+    `<path d="M0 0L${dx} ${dy}" class="ink"/><circle r="3" class="dot"/></g>`
+  );
+};
 const box = (x: number, y: number, width: number, text: string) =>
-  `<rect x="${x}" y="${y}" width="${width}" height="34" rx="4" class="body"/><text x="${x + width / 2}" y="${y + 21}">${text}</text>`;
+  `<rect x="${x}" y="${y}" width="${width}" height="34" rx="4" class="body"/><text ` +
+  `x="${x + width / 2}" y="${y + 21}">${text}</text>`;
 const arrow = (path: string) => `<path d="${path}" class="ink" marker-end="url(#tip)"/>`;
 const picture = (inside: string) =>
-  `<svg viewBox="0 0 320 120" role="img" aria-hidden="true"><defs><marker id="tip" viewBox="0 0 8 8" refX="7" refY="4" markerWidth="7" markerHeight="7" orient="auto"><path d="M0 0L8 4L0 8z" class="tip"/></marker></defs>${inside}</svg>`;
+  `<svg viewBox="0 0 320 120" role="img" aria-hidden="true"><defs><marker id="tip" ` +
+  `viewBox="0 0 8 8" refX="7" refY="4" markerWidth="7" markerHeight="7" ` +
+  `orient="auto"><path d="M0 0L8 4L0 8z" class="tip"/></marker></defs>${inside}</svg>`;
 
 const STEPS: Step[] = [
   {
@@ -42,7 +49,9 @@ const STEPS: Step[] = [
     ),
     text: [
       'Leave the supply of the motor off. Check the wires against docs/wiring.md.',
-      'Turn the joint by hand. The number below has to follow, to the same place after there and back. If it stands still or flickers by one, a wire of the encoder is loose.',
+      'Turn the joint by hand. The number below has to follow, to the same place ' +
+        'after there and back. If it stands still or flickers by one, a wire of the ' +
+        'encoder is loose.',
       'Then turn on the supply, and keep clear of the joint.',
     ],
     command: 'stiction device --port DEV status',
@@ -57,7 +66,8 @@ const STEPS: Step[] = [
         '<text x="160" y="112">a little each way</text>',
     ),
     text: [
-      'A loop whose encoder counts against its motor runs away. A jog finds that out without a loop: it pushes the joint a little each way, within the bounds of [jog].',
+      'A loop whose encoder counts against its motor runs away. A jog finds that out ' +
+        'without a loop: it pushes the joint a little each way, within the bounds of [jog].',
       'If the two disagree, the jog says which of encoder.direction and drive.direction to set.',
     ],
     buttons: [['Jog', '.jog']],
@@ -71,7 +81,9 @@ const STEPS: Step[] = [
         '<text x="70" y="112">least</text><text x="250" y="112">most</text>',
     ),
     text: [
-      'Set how far the joint may go (limits.position_min_deg, limits.position_max_deg), how fast (limits.overspeed_deg_per_s, profile.*), and with what effort for long (limits.continuous_v).',
+      'Set how far the joint may go (limits.position_min_deg, ' +
+        'limits.position_max_deg), how fast (limits.overspeed_deg_per_s, profile.*), ' +
+        'and with what effort for long (limits.continuous_v).',
       'Keep limits.link_timeout_s on: it turns the output off when this page is gone.',
     ],
     buttons: [['Show the limits', 'limits']],
@@ -79,25 +91,41 @@ const STEPS: Step[] = [
   {
     title: 'Identify',
     picture: picture(
-      '<path d="M40 100V16M40 100H290" class="ink"/><path d="M40 92L150 36" class="curve"/><path d="M150 36V62L270 48" class="curve"/>' +
-        '<text x="166" y="30">breakaway</text><text x="232" y="78">sliding</text><text x="96" y="112">effort, then speed</text>',
+      '<path d="M40 100V16M40 100H290" class="ink"/><path d="M40 92L150 36" ' +
+        'class="curve"/><path d="M150 36V62L270 48" class="curve"/>' +
+        '<text x="166" y="30">breakaway</text><text x="232" ' +
+        'y="78">sliding</text><text x="96" y="112">effort, then speed</text>',
     ),
     text: [
-      'The device finds breakaway, friction, inertia and load by a bounded sequence of motions without a loop. It takes minutes, and ends by itself. What it has found stands on the left, with a verdict.',
-      'The command does the same and writes the joint to a new file, which the next step needs.',
+      'The device finds breakaway, friction, inertia and load by a bounded sequence of motions ' +
+        'without a loop. It takes minutes, and ends by itself. What it has found stands below, ' +
+        'with a verdict.',
+      'The joint that was found is a machine’s file at once. The next steps take it ' +
+        'if you choose ' +
+        'it there. Download it to keep it: the studio forgets it when it ends.',
     ],
     buttons: [['Identify the joint', '.identify']],
     command: 'stiction device --port DEV identify --into joint.toml',
+    here: 'identified',
   },
   {
     title: 'Tune',
     picture: picture(
-      '<path d="M40 100V16M40 100H290" class="ink"/><path d="M40 100C70 20 90 30 120 44S180 40 290 42" class="curve"/>' +
-        '<path d="M40 100C60 -10 90 90 120 30S180 50 290 42" class="cloud"/><path d="M40 100C90 70 120 50 160 46S220 42 290 42" class="cloud"/><path d="M40 42H290" class="bound"/>',
+      '<path d="M40 100V16M40 100H290" class="ink"/><path d="M40 100C70 20 90 30 120 ' +
+        '44S180 40 290 42" class="curve"/>' +
+        '<path d="M40 100C60 -10 90 90 120 30S180 50 290 42" class="cloud"/><path ' +
+        'd="M40 100C90 70 120 50 160 46S220 42 290 42" class="cloud"/><path d="M40 ' +
+        '42H290" class="bound"/>',
     ),
     text: [
-      'Gains are looked for on joints around the one of the file, and judged on others. It needs no device, moves nothing, and may take minutes. If the step before has found another joint, start the studio with the file that it has written.',
-      'The view “What if” shows what a gain does, on this joint and on those around it. Better gains go into the form under “Parameters”, where “Set” sends them; the new file can be pushed there.',
+      'Gains are looked for on joints around one, and judged on others. It needs no ' +
+        'device, moves ' +
+        'nothing, and may take minutes. “Joint” says around which: that of the file, or the one ' +
+        'that the step before has found.',
+      'The view “What if” shows what a gain does, on the joint of the file and on ' +
+        'those around it. ' +
+        'Better gains go into the form under “Parameters”, where “Set” sends them; the new file ' +
+        'can be pushed there.',
     ],
     buttons: [
       ['What if', 'what-if'],
@@ -110,12 +138,17 @@ const STEPS: Step[] = [
   {
     title: 'Verify',
     picture: picture(
-      '<path d="M40 100V16M40 100H290" class="ink"/><path d="M40 96C80 96 90 40 140 40H280" class="bound"/><path d="M40 96C84 96 96 36 146 40H280" class="curve"/>' +
+      '<path d="M40 100V16M40 100H290" class="ink"/><path d="M40 96C80 96 90 40 140 ' +
+        '40H280" class="bound"/><path d="M40 96C84 96 96 36 146 40H280" class="curve"/>' +
         '<path d="M236 70l12 12 26-30" class="good"/>',
     ),
     text: [
-      'Arm, move to both ends of the range, and look at the error under “Live”. Under “What if” the prediction lies beside the move that was just made: where the two differ, the joint is not the one of the file.',
-      'The self-test makes twenty moves by itself, and judges them by what the joint of the file would do. It is predicted first, which moves nothing. Then you begin the moves. Stop, Escape, or closing this page ends it.',
+      'Arm, move to both ends of the range, and look at the error under “Live”. ' +
+        'Under “What if” the prediction lies beside the move that was just made: ' +
+        'where the two differ, the joint is not the one of the file.',
+      'The self-test makes twenty moves by itself, and judges them by what the joint of a file ' +
+        'would do: that of the studio, or the one that was found. It is predicted first, which ' +
+        'moves nothing. Then you begin the moves. Stop, Escape, or closing this page ends it.',
     ],
     buttons: [
       ['Live', 'live'],
@@ -128,7 +161,8 @@ const STEPS: Step[] = [
     title: 'Save',
     picture: picture(box(40, 43, 90, 'in use') + arrow('M130 60H186') + box(190, 43, 90, 'flash')),
     text: [
-      'What is in use is forgotten by a reset. Save keeps it. Pull writes it to a file as well, which belongs to the machine’s papers.',
+      'What is in use is forgotten by a reset. Save keeps it. Pull writes it to a ' +
+        'file as well, which belongs to the machine’s papers.',
     ],
     buttons: [
       ['Save', '#save'],
@@ -241,6 +275,7 @@ export class Commissioning {
     by('step-live').textContent =
       counts === undefined || !hello
         ? 'Position: –'
-        : `Position since power-on: ${counts} counts, ${(counts * hello.resolution_deg).toFixed(4)} deg`;
+        : `Position since power-on: ${counts} counts, ` +
+          `${(counts * hello.resolution_deg).toFixed(4)} deg`;
   }
 }

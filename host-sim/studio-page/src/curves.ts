@@ -69,7 +69,10 @@ export class Curves {
     const one = ({ name, look }: Shown) => {
       const chip = element('span', { className: 'chip' });
       const dash = look.dash ? ` stroke-dasharray="${look.dash.join(' ')}"` : '';
-      chip.innerHTML = `<svg width="28" height="8" aria-hidden="true"><line x1="0" y1="4" x2="28" y2="4" stroke="${colour(look)}" stroke-width="${look.width + 0.5}"${dash}/></svg><span></span>`;
+      chip.innerHTML =
+        `<svg width="28" height="8" aria-hidden="true"><line x1="0" y1="4" ` +
+        `x2="28" y2="4" stroke="${colour(look)}" ` +
+        `stroke-width="${look.width + 0.5}"${dash}/></svg><span></span>`;
       chip.querySelector('span')!.textContent = name;
       return chip;
     };

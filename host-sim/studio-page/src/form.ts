@@ -59,7 +59,10 @@ export class Form {
     const box = document.createElement('div');
     box.className = 'parameter';
     box.dataset.path = row.path;
-    box.innerHTML = `<label><code></code></label><div class="value"><input autocomplete="off" spellcheck="false"><span class="marks"></span></div><div class="about"><p></p><small></small></div>`;
+    box.innerHTML =
+      `<label><code></code></label><div class="value"><input autocomplete="off" ` +
+      `spellcheck="false"><span class="marks"></span></div><div ` +
+      `class="about"><p></p><small></small></div>`;
     const input = box.querySelector('input')!;
     const label = box.querySelector('label')!;
     input.id = `p-${row.path}`;

@@ -11,6 +11,7 @@ export const LARGEST = 64 * 1024;
 const WITHOUT_A_WORD = new Set([
   'answer',
   'gone',
+  'identified',
   'predicted',
   'role',
   'selftest',
@@ -31,7 +32,8 @@ export class Link {
   constructor(
     private readonly told: (event: Event) => void,
     private readonly samples: (frame: ArrayBuffer) => void,
-    private readonly cut: () => void,
+    // With a reason the studio has ended for good.
+    private readonly cut: (why?: string) => void,
   ) {}
 
   get open(): boolean {
@@ -49,13 +51,13 @@ export class Link {
       if (event) this.event(event);
       else this.samples(data as ArrayBuffer);
     };
-    const cut = () => {
+    const cut = (why?: string) => {
       if (this.wire !== wire) return;
       for (const answered of this.waiting.values())
-        answered({ ok: false, said: 'the connection to the studio is cut' });
+        answered({ ok: false, said: why ?? 'the connection to the studio is cut' });
       this.waiting.clear();
-      this.cut();
-      setTimeout(() => this.connect(), 1000);
+      this.cut(why);
+      if (why === undefined) setTimeout(() => this.connect(), 1000);
     };
     const wire = connect(news, cut);
     this.wire = wire;
@@ -68,11 +70,11 @@ export class Link {
     const message = JSON.stringify({ id, do: what, ...more });
     const bytes = new TextEncoder().encode(message).length;
     // The server would cut the connection, also while the motor is driven.
-    if (bytes > LARGEST)
-      return Promise.resolve({
-        ok: false,
-        said: `${what}: that is a message of ${Math.ceil(bytes / 1024)} KiB; allowed are ${LARGEST / 1024} KiB`,
-      });
+    if (bytes > LARGEST) {
+      const [has, most] = [Math.ceil(bytes / 1024), LARGEST / 1024];
+      const said = `${what}: that is a message of ${has} KiB; allowed are ${most} KiB`;
+      return Promise.resolve({ ok: false, said });
+    }
     this.wire!.send(message);
     return new Promise((answered) => this.waiting.set(id, answered));
   }

@@ -6,6 +6,7 @@ import { banner } from './banner';
 import { Commissioning } from './commissioning';
 import { list as listFaults, remedy } from './faults';
 import type { Hello } from './history';
+import { Identified } from './identified';
 import { keep } from './keep';
 import { listen } from './keys';
 import { Link, type Event } from './link';
@@ -34,10 +35,14 @@ const link = new Link(
       dirty = true;
     }
   },
-  () => {
+  (why) => {
     app.connected = false;
     app.commands = false;
     app.status = null;
+    if (why !== undefined) {
+      app.gone = why;
+      said(why, false);
+    }
     forget();
     look();
   },
@@ -52,6 +57,7 @@ const tuning = new Tuning(link, (gains) => {
   return count;
 });
 const selftest = new Selftest(link);
+const identified = new Identified();
 const commissioning = new Commissioning((view, search) => {
   if (search !== undefined) {
     by<HTMLInputElement>('search').value = search;
@@ -99,6 +105,12 @@ function told(event: Event): void {
       app.knobs = event;
       by<HTMLButtonElement>('file-trajectory').hidden = !event.trajectory;
       whatIf.told(event);
+      break;
+    case 'identified':
+      app.found = event;
+      identified.told(event);
+      tuning.whose();
+      selftest.whose();
       break;
     case 'selftest':
       selftest.told(event);
@@ -174,7 +186,8 @@ function look(): void {
     by('state').append(
       element('p', {
         textContent:
-          '⚠ limits.link_timeout_s is off: only the studio stops the motor when this page is gone, and nothing does if the studio is gone.',
+          '⚠ limits.link_timeout_s is off: only the studio stops the motor when this page is ' +
+          'gone, and nothing does if the studio is gone.',
       }),
     );
   by<HTMLFieldSetElement>('actions').disabled = !may();

@@ -112,7 +112,8 @@ export class Parameters {
     if (!file) return;
     const count = changes.length;
     by('comparison-what').textContent = count
-      ? `${count} ${count === 1 ? 'value differs' : 'values differ'} from ${file.name}. In use, and what the file has:`
+      ? `${count} ${count === 1 ? 'value differs' : 'values differ'} from ` +
+        `${file.name}. In use, and what the file has:`
       : `Nothing differs from ${file.name}.`;
     by('comparison-list').replaceChildren(
       ...changes.map((line) => element('li', { textContent: line.replace(' -> ', ' → ') })),

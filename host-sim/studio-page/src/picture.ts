@@ -66,7 +66,8 @@ export function svg(plots: Plots, title: string): Blob {
     text(10, top + 12, panel.title, 'font-weight="bold"');
     for (const value of ticks(min, max, 5)) {
       parts.push(
-        `<path d="M${left} ${y(value).toFixed(1)}H${width - 20}" stroke="${isDark() ? '#33393f' : '#dddddd'}"/>`,
+        `<path d="M${left} ${y(value).toFixed(1)}H${width - 20}" ` +
+          `stroke="${isDark() ? '#33393f' : '#dddddd'}"/>`,
       );
       text(left - 6, y(value) + 4, String(+value.toPrecision(6)), 'text-anchor="end"');
     }
@@ -74,7 +75,8 @@ export function svg(plots: Plots, title: string): Blob {
     panel.terms.forEach((term, series) => {
       if (plots.hidden.has(term.name)) return;
       const { look } = term;
-      const style = `fill="none" stroke="${colour(look)}" stroke-width="${look.width}"${look.dash ? ` stroke-dasharray="${look.dash.join(' ')}"` : ''}`;
+      const dash = look.dash ? ` stroke-dasharray="${look.dash.join(' ')}"` : '';
+      const style = `fill="none" stroke="${colour(look)}" stroke-width="${look.width}"${dash}`;
       parts.push(`<path d="M${at} ${top + 8}h28" ${style}/>`);
       text(at + 34, top + 12, term.name);
       at += 60 + 7 * term.name.length;
@@ -97,10 +99,13 @@ export function svg(plots: Plots, title: string): Blob {
       text((left + width) / 2, top + 18, 'Time since power-on, s', 'text-anchor="middle"');
     }
   });
-  const body = `<rect width="100%" height="100%" fill="${ground()}"/><g font-family="sans-serif" font-size="12" fill="${ink()}">${parts.join('\n')}</g>`;
+  const body =
+    `<rect width="100%" height="100%" fill="${ground()}"/><g ` +
+    `font-family="sans-serif" font-size="12" fill="${ink()}">${parts.join('\n')}</g>`;
   return new Blob(
     [
-      `<svg xmlns="http://www.w3.org/2000/svg" width="${width}" height="${top + 30}">${body}</svg>\n`,
+      `<svg xmlns="http://www.w3.org/2000/svg" width="${width}" ` +
+        `height="${top + 30}">${body}</svg>\n`,
     ],
     { type: 'image/svg+xml' },
   );

@@ -72,7 +72,10 @@ export class Plots {
     chip.className = 'chip';
     const { look } = term;
     const dash = look.dash ? ` stroke-dasharray="${look.dash.join(' ')}"` : '';
-    chip.innerHTML = `<svg width="28" height="8" aria-hidden="true"><line x1="0" y1="4" x2="28" y2="4" stroke="${colour(look)}" stroke-width="${look.width + 0.5}"${dash}/></svg><span></span><output></output>`;
+    chip.innerHTML =
+      `<svg width="28" height="8" aria-hidden="true"><line x1="0" y1="4" x2="28" ` +
+      `y2="4" stroke="${colour(look)}" ` +
+      `stroke-width="${look.width + 0.5}"${dash}/></svg><span></span><output></output>`;
     chip.querySelector('span')!.textContent = term.name;
     const show = () => {
       const shown = !this.hidden.has(term.name);
@@ -234,7 +237,8 @@ function padded(low: number | null, high: number | null): [number, number] {
 }
 
 // The rows as curves. Of more rows than twice the pixels, the least and the largest of each piece
-// are kept, so that no peak is lost. Nothing is drawn where the loop is open or samples are missing.
+// are kept, so that no peak is lost. Nothing is drawn where the loop is open or samples are
+// missing.
 export function curves(
   of: History,
   terms: Term[],

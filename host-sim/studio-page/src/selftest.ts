@@ -3,6 +3,7 @@
 
 import { app, by, element, may, on } from './app';
 import { reason } from './commissioning';
+import { last, offer } from './identified';
 import type { Event, Link } from './link';
 import { turnOn } from './motions';
 import { shown } from './plots';
@@ -32,12 +33,22 @@ type Move = {
   predicted_rest_counts: Range | null;
 };
 
+// What is asked for; another one is another prediction.
+const FIELDS = ['selftest-joint', 'selftest-moves', 'selftest-range'];
+
 export class Selftest {
   private phase = 'none';
   private why: string | null = null;
+  private ofFound = false;
+  private file: string | null = null;
+  // What was predicted last is what the fields say.
+  private fits = true;
 
   constructor(private readonly link: Link) {
     on('selftest-predict', () => void this.predict());
+    // The end of the prediction says it aloud.
+    on('selftest-cancel', () => void this.link.ask('cancel-selftest'));
+    for (const id of FIELDS) by(id).oninput = () => this.changed();
     on('selftest-go', () =>
       turnOn(
         'The self-test moves the joint by itself, for minutes',
@@ -46,28 +57,53 @@ export class Selftest {
     );
   }
 
+  // Nobody shall make the moves of an older prediction than the fields show.
+  private changed(): void {
+    this.fits = false;
+    this.enable();
+  }
+
   private async predict(): Promise<void> {
+    this.changed();
+    const joint = by<HTMLSelectElement>('selftest-joint').value || 'file';
     const moves = number('selftest-moves');
     const isGiven = by<HTMLInputElement>('selftest-range').value.trim() !== '';
     const deg = isGiven ? number('selftest-range') : undefined;
     if (moves === null || deg === null) return;
     if (!Number.isInteger(moves) || moves < 2 || moves > 200)
       return said(`${moves} moves: allowed is a whole number from 2 to 200`, false);
-    const answer = await ask(this.link, 'predict-selftest', { moves, deg });
-    if (!answer.ok) by('selftest-said').textContent = `✕ ${answer.said}`;
+    const answer = await ask(this.link, 'predict-selftest', { moves, deg, joint });
+    if (!answer.ok) this.say(`✕ ${answer.said}`);
+  }
+
+  // It is told aloud when it changes, and not with each joint.
+  private say(text: string): void {
+    if (by('selftest-said').textContent !== text) by('selftest-said').textContent = text;
+  }
+
+  // The joints that can be chosen.
+  whose(): void {
+    offer('selftest-joint', this.file && last(this.file), this.ofFound);
+    this.enable();
   }
 
   told(event: Event): void {
     const before = this.phase;
     this.phase = event.phase;
-    this.why = event.why ?? null;
+    [this.why, this.ofFound, this.file] = [event.why, event.of_found, event.file ?? null];
     app.testing = event.phase === 'moving';
-    const count = event.moves ? `${event.moves} ` : '';
-    by('selftest-go').textContent = `2. Make the ${count}moves`;
+    if (event.phase === 'ready') {
+      this.fits = true;
+      // Another page may have asked for it, or this one before it was loaded anew.
+      by<HTMLInputElement>('selftest-moves').value = String(event.moves);
+    }
+    const range = event.range_deg ?? event.result?.range_deg;
+    if (range !== undefined)
+      by('selftest-go').textContent = `2. Make the ${event.moves} moves within ${shown(range)} deg`;
     const bar = by<HTMLProgressElement>('selftest-runs');
     if (event.phase === 'moving') [bar.max, bar.value] = [event.moves, event.made];
-    else bar.removeAttribute('value');
-    by('selftest-said').textContent = this.words(event);
+    else if (event.phase === 'predicting') [bar.max, bar.value] = [event.joints, event.over];
+    this.say(this.words(event));
     const passed = event.result?.remark ? 'doubted' : 'passed';
     by('selftest-said').className = event.phase === 'done' ? (event.ok ? passed : 'failed') : '';
     if (event.phase === 'ready') this.ready(event);
@@ -75,19 +111,24 @@ export class Selftest {
       this.done(event);
       if (before === 'moving') said(`self-test: ${event.said}`, event.ok, event.ok ? '✓' : '✕');
     }
+    const isOver = before === 'predicting' || before === 'moving';
+    if (event.phase === 'none' && event.said && isOver) said(event.said, false, '✕');
     if (event.phase === 'none' || event.phase === 'predicting')
       by('selftest-result').replaceChildren();
-    this.enable();
+    this.whose();
   }
 
   private words(event: Event): string {
     switch (event.phase) {
       case 'predicting':
-        return `Predicted: ${event.moves} moves of ${event.joints} simulated joints. Nothing moves.`;
+        return (
+          `Predicting ${event.moves} moves of ${event.joints} simulated joints around that of ` +
+          `${last(event.machine)}. Nothing moves.`
+        );
       case 'ready':
         return (
-          `${event.moves} moves, within ${shown(event.range_deg)} deg to either side of where the joint stands, ` +
-          `in up to ${duration(event.longest_s)}. Keep that room clear.`
+          `${event.moves} moves, within ${shown(event.range_deg)} deg to either side of where ` +
+          `the joint stands, in up to ${duration(event.longest_s)}. Keep that room clear.`
         );
       case 'moving':
         return event.to_deg === null
@@ -102,25 +143,32 @@ export class Selftest {
 
   enable(): void {
     const { phase, why } = this;
-    const off = may() && app.status?.state === 'stopped' && why === null;
+    const isKnown = by<HTMLSelectElement>('selftest-joint').value !== '';
+    const off = may() && app.status?.state === 'stopped' && isKnown;
     const set = (id: string, enabled: boolean) => {
       by<HTMLButtonElement>(id).disabled = !enabled;
     };
     const busy = phase === 'predicting' || phase === 'moving';
-    for (const id of ['selftest-predict', 'selftest-moves', 'selftest-range'])
-      set(id, off && !busy);
-    set('selftest-go', off && (phase === 'ready' || phase === 'done'));
+    for (const id of ['selftest-predict', ...FIELDS]) set(id, off && !busy);
+    const isPredicted = phase === 'ready' || phase === 'done';
+    set('selftest-go', off && isPredicted && this.fits);
+    set('selftest-cancel', may() && phase === 'predicting');
+    by('selftest-cancel').hidden = phase !== 'predicting';
     by('selftest-runs').hidden = !busy;
-    const text =
-      why !== null ? `✕ ${why}` : off || phase === 'moving' ? '' : `Not now: ${reason('')}.`;
+    let text = '';
+    if (!isKnown && why !== null) text = `✕ ${why}`;
+    else if (!off && phase !== 'moving') text = `Not now: ${reason('')}.`;
+    else if (isPredicted && !this.fits) text = 'Predict what the fields say before the moves.';
     if (by('selftest-why').textContent !== text) by('selftest-why').textContent = text;
   }
 
-  private ready({ checks, joints, spreads, differences }: Event): void {
+  private ready({ checks, joints, spreads, differences, machine }: Event): void {
     by('selftest-result').replaceChildren(
       element('p', {
         className: 'hint',
-        textContent: `What ${joints} simulated joints do, with ${spreads.map(brief).join(', ')}:`,
+        textContent:
+          `What ${joints} simulated joints around that of ${last(machine)} do, with ` +
+          `${spreads.map(brief).join(', ')}:`,
       }),
       table(
         ['all moves', 'predicted', 'allowed'],
@@ -205,7 +253,9 @@ function differing(lines: string[]): HTMLElement[] {
   const list = element('details');
   list.append(
     element('summary', {
-      textContent: `The device differs from the file in ${lines.length} values, and the prediction is of the device’s`,
+      textContent:
+        `The device differs from the file in ${lines.length} values, and the prediction is ` +
+        'of the device’s',
     }),
     element('ul', {}, ...lines.map((line) => element('li', { textContent: line }))),
   );

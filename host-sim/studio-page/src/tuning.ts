@@ -2,9 +2,10 @@
 // and nothing is set.
 
 import { app, by, element, on } from './app';
+import { last, offer } from './identified';
 import type { Event, Link } from './link';
 import { shown } from './plots';
-import { ask, said } from './said';
+import { ask, number, said } from './said';
 import { download } from './session';
 
 type Figures = {
@@ -35,10 +36,20 @@ type Tuned = {
 const ALL = 'all of the file';
 const HEAD = ['', 'success, %', 'settled, s', 'tracking, counts', 'rest, counts'];
 const MORE = ['chatter, V/s', 'held, V'];
+// As `stiction tune --limit` has them.
+const LIMITS = [
+  ['settling_s', 'settled, s'],
+  ['tracking_counts', 'tracking, counts'],
+  ['rest_counts', 'rest, counts'],
+  ['chatter_v_per_s', 'chatter, V/s'],
+  ['held_v', 'held, V'],
+];
+const JOINTS = 8;
 
 export class Tuning {
   private running = false;
   private why: string | null = null;
+  private file: Event | null = null;
   private laws = '';
   private pictures: string[] = [];
 
@@ -49,29 +60,77 @@ export class Tuning {
   ) {
     on('tune-start', () => void this.start());
     on('tune-cancel', () => void ask(this.link, 'cancel-tuning'));
+    by('tune-joint').onchange = () => this.whose();
+    const field = (id: string, label: string, more: object) =>
+      element('label', {}, `${label} `, element('input', { id, autocomplete: 'off', ...more }));
+    by('tune-limits').append(
+      ...LIMITS.map(([name, label]) => field(`tune-${name}`, label, { placeholder: 'no limit' })),
+      field('tune-cases', 'joints', {
+        value: String(JOINTS),
+        title: 'The gains are looked for on so many, and judged on three times as many',
+      }),
+    );
   }
 
   private async start(): Promise<void> {
-    const law = by<HTMLSelectElement>('tune-law').value;
-    const goal = by<HTMLSelectElement>('tune-goal').value;
-    await ask(this.link, 'tune', { laws: law === ALL ? [] : [law], goal });
+    const value = (id: string) => by<HTMLSelectElement>(id).value;
+    const law = value('tune-law');
+    const limits: string[] = [];
+    for (const [name] of LIMITS) {
+      if (value(`tune-${name}`).trim() === '') continue;
+      const most = number(`tune-${name}`);
+      if (most === null) return;
+      limits.push(`${name}=${most}`);
+    }
+    const cases = number('tune-cases');
+    if (cases === null) return;
+    if (!Number.isInteger(cases) || cases < 0)
+      return said(`${cases} joints: allowed is a whole number from 1 to 1000`, false);
+    const laws = law === ALL ? [] : [law];
+    const joint = value('tune-joint') || 'file';
+    await ask(this.link, 'tune', { laws, goal: value('tune-goal'), joint, limits, cases });
   }
 
   // What could be tuned, and what runs.
-  told({ laws, why, running }: Event): void {
+  told(event: Event): void {
+    const { why, running } = event;
+    this.file = event;
+    if (running && !this.running) this.clear();
+    this.running = running !== null;
+    this.whose();
+    // The count is told to nobody aloud.
+    by('tune-count').textContent = running ? `${running.tried} sets of gains tried` : '';
+    if (running)
+      this.say(
+        `${running.law}, law ${running.place} of ${running.of}, for ${running.goal}, ` +
+          `with the joint of ${last(running.machine)}`,
+      );
+    else if (this.why) this.say(`✕ ${why}`);
+    this.enable();
+  }
+
+  private say(text: string): void {
+    if (by('tune-said').textContent !== text) by('tune-said').textContent = text;
+  }
+
+  // The joints that can be chosen, and the laws of the one that is.
+  whose(): void {
+    const { file } = this;
+    if (!file) return;
+    offer('tune-joint', file.why === null ? last(file.machine) : null, file.of_found);
+    const joint = by<HTMLSelectElement>('tune-joint').value;
+    this.why = joint === '' ? file.why : null;
+    const laws: string[] = joint === 'found' ? app.found!.laws : file.laws;
     const list = JSON.stringify(laws);
     if (list !== this.laws) {
       this.laws = list;
       const option = (law: string) => element('option', { value: law, textContent: law });
-      by('tune-law').replaceChildren(...laws.map(option), option(ALL));
+      const all = laws.length === 1 ? [] : [option(ALL)];
+      by('tune-law').replaceChildren(...laws.map(option), ...all);
+      delete by('tune-law').dataset.chosen;
     }
-    if (running && !this.running) this.clear();
-    this.why = why;
-    this.running = running !== null;
-    const how =
-      running &&
-      `${running.law}, law ${running.place} of ${running.of}, for ${running.goal}: ${running.tried} sets of gains tried`;
-    if (running || why) by('tune-said').textContent = running ? how : `✕ ${why}`;
+    // It was said that there is no joint, and now there is one.
+    if (this.why === null && by('tune-said').textContent === `✕ ${file.why}`) this.say('');
     this.enable();
   }
 
@@ -86,8 +145,9 @@ export class Tuning {
 
   enable(): void {
     const free = app.connected && !this.running && this.why === null;
-    for (const id of ['tune-law', 'tune-goal', 'tune-start'])
+    for (const id of ['tune-joint', 'tune-law', 'tune-goal', 'tune-start', 'tune-cases'])
       by<HTMLButtonElement>(id).disabled = !free;
+    for (const [name] of LIMITS) by<HTMLInputElement>(`tune-${name}`).disabled = !free;
     by('tune-cancel').hidden = by('tune-runs').hidden = !this.running;
     const put = by('tune-result').querySelectorAll<HTMLElement>('[data-law]');
     for (const one of put) {
@@ -109,7 +169,8 @@ export class Tuning {
 
   // What was found last.
   found(event: Event): void {
-    by('tune-said').textContent = `${event.ok ? '✓' : '✕'} ${event.said}`;
+    by('tune-count').textContent = '';
+    this.say(`${event.ok ? '✓' : '✕'} ${event.said}`);
     if (this.running) said(event.said, event.ok, event.ok ? '✓' : '✕');
     this.clear();
     if (!event.ok) return;
@@ -132,8 +193,10 @@ export class Tuning {
       element('p', {
         className: 'hint',
         textContent:
-          `All simulated, tuned for ${event.goal}. The figures are of ${event.joints} joints that the gains were not found on, ` +
-          `each with and without a sample of delay: ${event.spreads.map(brief).join(', ')}.`,
+          `All simulated, tuned for ${event.goal} with the joint of ${last(event.machine)}` +
+          `${event.joint === 'found' ? ', which was found' : ''}. The figures are of ` +
+          `${event.joints} joints that the gains were not found on, each with and without a ` +
+          `sample of delay: ${event.spreads.map(brief).join(', ')}.`,
       }),
       ...all.map(([law, tuned]) => this.law(law, tuned)),
       ...(all.some(([, { better }]) => better)
@@ -166,14 +229,18 @@ export class Tuning {
     const words = [`${tried} sets of gains were tried.`];
     if (least < most)
       words.push(
-        `With a sample of delay it succeeds from ${shown(least)} to ${shown(most)} times the joint’s gain.`,
+        `With a sample of delay it succeeds from ${shown(least)} to ${shown(most)} times the ` +
+          'joint’s gain.',
       );
-    if (worst)
+    if (worst) {
+      const { settled_s, rest_counts, fault, drawn, delay_samples } = worst;
+      const settles = settled_s === null ? 'never settles' : `settles in ${shown(settled_s)} s`;
+      const ends = fault ? `, ${fault}` : '';
       words.push(
-        `The worst joint ${worst.settled_s === null ? 'never settles' : `settles in ${shown(worst.settled_s)} s`}` +
-          ` and rests ${shown(worst.rest_counts)} counts off${worst.fault ? `, ${worst.fault}` : ''};` +
-          ` it has ${[...worst.drawn.map(brief), `delay ${worst.delay_samples}`].join(', ')}.`,
+        `The worst joint ${settles} and rests ${shown(rest_counts)} counts off${ends}; ` +
+          `it has ${[...drawn.map(brief), `delay ${delay_samples}`].join(', ')}.`,
       );
+    }
     box.append(element('p', { className: 'hint', textContent: words.join(' ') }));
     if (better) {
       const put = element('button', { textContent: `Put the gains of ${law} into the form` });
@@ -192,7 +259,9 @@ export class Tuning {
       };
       const other = element('p', {
         className: 'hint',
-        textContent: `The device runs another law than ${law}. Push the new file to change that: of its list, the device takes the first law.`,
+        textContent:
+          `The device runs another law than ${law}. Push the new file to change that: of its ` +
+          'list, the device takes the first law.',
       });
       const row = element('div', {}, put, other);
       row.dataset.law = law;
@@ -223,6 +292,7 @@ export function table(head: string[], rows: string[][]): HTMLElement {
 
 export function brief(key: string): string {
   const [path, value] = key.split('=');
-  const number = Number(value);
-  return `${path.split('.').pop()} ${Number.isFinite(number) ? shown(number) : value.replace('..', ' to ')}`;
+  const one = Number(value);
+  const written = Number.isFinite(one) ? shown(one) : value.replace('..', ' to ');
+  return `${path.split('.').pop()} ${written}`;
 }

@@ -5,12 +5,16 @@ export const IN_PAGE = false;
 
 export type Wire = { readonly open: boolean; send(text: string): void };
 
-export function connect(news: (data: string | ArrayBuffer) => void, cut: () => void): Wire {
+// `cut` is told when nothing comes any more; with a reason if there is no use in trying again.
+export function connect(
+  news: (data: string | ArrayBuffer) => void,
+  cut: (why?: string) => void,
+): Wire {
   const token = encodeURIComponent(location.hash.slice(1));
   const socket = new WebSocket(`ws://${location.host}/link?token=${token}`);
   socket.binaryType = 'arraybuffer';
   socket.onmessage = ({ data }) => news(data);
-  socket.onclose = cut;
+  socket.onclose = () => cut();
   return {
     get open() {
       return socket.readyState === WebSocket.OPEN;

@@ -38,14 +38,17 @@ export function animation({ laws, curves, title, deg, until, note }) {
   const text = (tx, ty, what, more = '') =>
     parts.push(`<text x="${tx}" y="${ty}" ${more}>${what}</text>`);
   const style = (k) =>
-    `fill="none" stroke="${LOOKS[k].colour}" stroke-width="2.2" stroke-linejoin="round"${LOOKS[k].dash ? ` stroke-dasharray="${LOOKS[k].dash}"` : ''}`;
+    `fill="none" stroke="${LOOKS[k].colour}" stroke-width="2.2" ` +
+    `stroke-linejoin="round"${LOOKS[k].dash ? ` stroke-dasharray="${LOOKS[k].dash}"` : ''}`;
   curves.forEach((one, k) => {
     parts.push(`<path d="${line(one.position_deg, one, yPosition)}" ${style(k)}/>`);
     parts.push(`<path d="${line(one.error_counts, one, yError)}" ${style(k)}/>`);
   });
   // What is not yet: a cover that slides away.
   parts.push(
-    `<g class="cover"><rect x="${LEFT}" y="36" width="${RIGHT - LEFT + 12}" height="${HEIGHT - 66}" fill="#fff"/><path d="M${LEFT} 36V${PANELS.error[1]}" stroke="#999"/></g>`,
+    `<g class="cover"><rect x="${LEFT}" y="36" width="${RIGHT - LEFT + 12}" ` +
+      `height="${HEIGHT - 66}" fill="#fff"/><path d="M${LEFT} 36V${PANELS.error[1]}" ` +
+      `stroke="#999"/></g>`,
     `<rect x="${RIGHT + 1}" y="0" width="${WIDTH - RIGHT}" height="${HEIGHT}" fill="#fff"/>`,
   );
   const grid = (y, value, label) => {
@@ -80,9 +83,13 @@ export function animation({ laws, curves, title, deg, until, note }) {
       return `${(cx + 78 * Math.sin(angle)).toFixed(1)} ${(cy - 78 * Math.cos(angle)).toFixed(1)}`;
     };
     parts.push(
-      `<path d="M${arc(-60)}A78 78 0 0 1 ${arc(60)}" fill="none" stroke="#999" stroke-width="1.5"/>`,
+      `<path d="M${arc(-60)}A78 78 0 0 1 ${arc(60)}" fill="none" stroke="#999" ` +
+        `stroke-width="1.5"/>`,
       `<path d="M${cx} ${cy - 84}V${cy - 70}" stroke="#000" stroke-width="2"/>`,
-      `<g style="transform-origin:${cx}px ${cy}px;transform:rotate(${last}deg);animation:n${k} ${(end / (1 - PAUSE)).toFixed(1)}s linear infinite" class="needle"><path d="M${cx} ${cy}V${cy - 74}" stroke="${LOOKS[k].colour}" stroke-width="3"/></g>`,
+      `<g style="transform-origin:${cx}px ` +
+        `${cy}px;transform:rotate(${last}deg);animation:n${k} ` +
+        `${(end / (1 - PAUSE)).toFixed(1)}s linear infinite" class="needle"><path ` +
+        `d="M${cx} ${cy}V${cy - 74}" stroke="${LOOKS[k].colour}" stroke-width="3"/></g>`,
       `<circle cx="${cx}" cy="${cy}" r="5" fill="${LOOKS[k].colour}"/>`,
     );
     text(cx - 82, cy - 30, `+${band}`, 'text-anchor="end" fill="#777"');
@@ -97,7 +104,17 @@ export function animation({ laws, curves, title, deg, until, note }) {
   });
   text(700, HEIGHT - 8, note, 'text-anchor="middle" font-size="11" fill="#555"');
   const dur = (end / (1 - PAUSE)).toFixed(1);
-  const slide = `@keyframes s{0%{transform:translateX(0)}${(100 * (1 - PAUSE)).toFixed(0)}%,100%{transform:translateX(${RIGHT - LEFT}px)}}`;
-  const css = `${slide}${keyframes.join('')}.cover{transform:translateX(${RIGHT - LEFT}px);animation:s ${dur}s linear infinite}@media(prefers-reduced-motion:reduce){.cover,.needle{animation:none!important}}`;
-  return `<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 ${WIDTH} ${HEIGHT}" width="${WIDTH}" height="${HEIGHT}"><title>${title}. ${note}</title><style>${css}</style><rect width="${WIDTH}" height="${HEIGHT}" fill="#fff"/><g font-family="sans-serif" font-size="12" fill="#222">\n${parts.join('\n')}\n</g></svg>\n`;
+  const away = `transform:translateX(${RIGHT - LEFT}px)`;
+  const still = `${(100 * (1 - PAUSE)).toFixed(0)}%`;
+  const css =
+    `@keyframes s{0%{transform:translateX(0)}${still},100%{${away}}}` +
+    `${keyframes.join('')}.cover{${away};animation:s ${dur}s linear infinite}` +
+    '@media(prefers-reduced-motion:reduce){.cover,.needle{animation:none!important}}';
+  return (
+    `<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 ${WIDTH} ${HEIGHT}" ` +
+    `width="${WIDTH}" height="${HEIGHT}"><title>${title}. ` +
+    `${note}</title><style>${css}</style><rect width="${WIDTH}" height="${HEIGHT}" ` +
+    `fill="#fff"/><g font-family="sans-serif" font-size="12" ` +
+    `fill="#222">\n${parts.join('\n')}\n</g></svg>\n`
+  );
 }

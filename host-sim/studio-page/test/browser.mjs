@@ -2,25 +2,23 @@
 //
 //   node test/browser.mjs STICTION CHROMIUM [--image ELF] [--pictures DIRECTORY] [--dist]
 //
-// With --image it also drives the flash image on the emulated microcontroller. With --pictures it also writes one picture of every view in both themes. With --dist it takes the
-// files of the page from dist/, so that an edit of the page needs no build of the program.
+// With --image it also drives the flash image on the emulated microcontroller. With --pictures it
+// also writes one picture of every view in both themes. With --dist it takes the files of the page
+// from dist/, so that an edit of the page needs no build of the program.
 
 import assert from 'node:assert/strict';
-import { execFileSync, spawn } from 'node:child_process';
-import { mkdirSync, mkdtempSync, readFileSync, writeFileSync } from 'node:fs';
-import { tmpdir } from 'node:os';
+import { execFileSync } from 'node:child_process';
+import { appendFileSync, mkdirSync, readFileSync } from 'node:fs';
 import { join } from 'node:path';
 import { McapStreamReader } from '@mcap/core';
-import { chromium } from 'playwright-core';
-import { commissioning } from './commissioning.mjs';
+import { begins, commissioning, isFound } from './commissioning.mjs';
 import { emulated } from './emulated.mjs';
+import { after, file, launch, open, serve, shown, state, text, told } from './studio.mjs';
 import { views } from './views.mjs';
 
 const [program, browserName, ...options] = process.argv.slice(2);
-const browserPath = execFileSync('which', [browserName], { encoding: 'utf8' }).trim();
-const after = (name) => (options.includes(name) ? options[options.indexOf(name) + 1] : null);
-const [pictures, image] = [after('--pictures'), after('--image')];
-const dist = join(import.meta.dirname, '../dist');
+const [pictures, image] = ['--pictures', '--image'].map((name) => after(options, name));
+const isDist = options.includes('--dist');
 const PATIENCE = 20_000;
 const VIEWS = ['live', 'planes', 'parameters', 'what-if', 'commissioning', 'session', 'faults'];
 // Longer than the default: a browser on a busy machine may be silent for half a second.
@@ -28,46 +26,24 @@ const LINK_TIMEOUT_S = 2;
 
 // The thesis's joint, with that timeout.
 function machine() {
-  const text = execFileSync(program, ['show', 'step-response'], { encoding: 'utf8' });
-  assert.ok(!text.includes('[limits]'));
-  const file = join(mkdtempSync(join(tmpdir(), 'stiction-')), 'joint.toml');
-  writeFileSync(file, `${text}\n[limits]\nlink_timeout_s = ${LINK_TIMEOUT_S}\n`);
-  return file;
+  const toml = shown(program, 'step-response');
+  assert.ok(!toml.includes('[limits]'));
+  return file('joint.toml', `${toml}\n[limits]\nlink_timeout_s = ${LINK_TIMEOUT_S}\n`);
 }
 
-function serve(...more) {
-  const server = spawn(
-    program,
-    ['studio', '--no-open', machine(), '--controller', 'srnf', ...more],
-    {
-      stdio: ['ignore', 'pipe', 'inherit'],
-    },
-  );
-  const address = new Promise((done, failed) => {
-    let text = '';
-    server.stdout.on('data', (piece) => {
-      text += piece;
-      if (text.includes('\n')) done(text.split('\n')[0]);
-    });
-    server.on('exit', (code) => failed(new Error(`the studio has ended with ${code}: ${text}`)));
-  });
-  return { server, address };
+// A joint whose identification takes two minutes, and not five.
+function gimbal() {
+  const path = file('gimbal.toml');
+  execFileSync(program, ['new', '--typical', 'gimbal', path]);
+  // The page of it is in the background, and may be silent for longer.
+  appendFileSync(path, '\n[limits]\nlink_timeout_s = 5\n');
+  return path;
 }
 
 async function visit(context, address, page) {
-  page ??= await context.newPage();
-  if (options.includes('--dist')) {
-    for (const name of ['main.js', 'page.css'])
-      await page.route(`**/${name}`, (route) => route.fulfill({ path: join(dist, name) }));
-    await page.route(/:\d+\/$/, (route) => route.fulfill({ path: join(dist, 'index.html') }));
-  }
-  page.setDefaultTimeout(PATIENCE);
-  page.mistakes = [];
-  page.on('pageerror', (error) => page.mistakes.push(String(error)));
-  page.on('console', (message) => message.type() === 'error' && page.mistakes.push(message.text()));
-  await page.goto(address);
-  await page.locator('#state.stopped, #state.faulted, #state.armed').waitFor();
-  return page;
+  const opened = await open(context, address, { page, patience: PATIENCE, isDist });
+  await opened.locator('#state.stopped, #state.faulted, #state.armed').waitFor();
+  return opened;
 }
 
 // Asks until the server has seen that the page that commanded is gone.
@@ -79,8 +55,6 @@ async function command(page) {
   await page.locator('#role').waitFor({ state: 'hidden' });
 }
 
-const state = (page, wanted) => page.locator(`#state.${wanted}`).waitFor();
-const text = (page, where) => page.locator(where).innerText();
 const said = (page, words) => page.locator('#said li', { hasText: words }).first().waitFor();
 
 // A sample has its number and its clock before its values.
@@ -327,13 +301,11 @@ async function take(browser, address) {
   }
 }
 
-const { server, address } = serve();
-// A page that the test has put in place of the server's comes from no local address.
-const args = [
-  '--no-sandbox',
-  ...(options.includes('--dist') ? ['--disable-features=LocalNetworkAccessChecks'] : []),
-];
-const browser = await chromium.launch({ executablePath: browserPath, args });
+const joint = [machine(), '--controller', 'srnf'];
+const { server, address } = serve(program, ...joint);
+// A studio of its own for what takes minutes.
+const bench = serve(program, gimbal());
+const browser = await launch(browserName, isDist);
 let failed = 0;
 try {
   const url = await address;
@@ -341,17 +313,23 @@ try {
     viewport: { width: 1280, height: 800 },
     acceptDownloads: true,
   });
+  const other = await visit(context, await bench.address);
+  await begins(other);
   const page = await visit(context, url);
   for (const [name, test] of Object.entries(tests)) {
-    try {
+    const isFine = await told(name, async () => {
       await test(page, context, url);
       assert.deepEqual(page.mistakes, []);
-      console.log(`ok      ${name}`);
-    } catch (error) {
-      failed++;
-      console.log(`FAILED  ${name}\n${error.stack}`);
-    }
+    });
+    failed += isFine ? 0 : 1;
   }
+  const isFine = await told('what was identified is tuned and tested with', async () => {
+    await isFound(other);
+    assert.deepEqual(other.mistakes, []);
+  });
+  failed += isFine ? 0 : 1;
+  bench.server.kill();
+  await other.close();
   if (pictures) await take(browser, url);
   const last = await visit(context, url);
   const ended = new Promise((done) => server.on('exit', done));
@@ -361,12 +339,12 @@ try {
   console.log('ok      a server that is killed is seen');
   await last.close();
   if (image) {
-    const other = serve('--emulator', '--image', image);
+    const part = serve(program, ...joint, '--emulator', '--image', image);
     try {
-      await emulated({ state, text, said, visit, command }, context, await other.address);
+      await emulated({ state, text, said, visit, command }, context, await part.address);
       console.log('ok      the flash image on the emulated microcontroller is driven');
     } finally {
-      other.server.kill();
+      part.server.kill();
     }
   } else console.log('NOT RUN the flash image on the emulated microcontroller: no --image');
 } catch (error) {
@@ -374,6 +352,7 @@ try {
   console.log(`FAILED\n${error.stack}`);
 } finally {
   server.kill();
+  bench.server.kill();
   await browser.close();
 }
 console.log(failed ? `${failed} failed` : 'all passed');

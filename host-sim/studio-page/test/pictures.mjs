@@ -4,40 +4,25 @@
 //
 // With --dist it takes the files of the page from dist/, as browser.mjs does.
 
-import { execFileSync, spawn } from 'node:child_process';
-import { mkdtempSync, writeFileSync } from 'node:fs';
-import { tmpdir } from 'node:os';
+import { writeFileSync } from 'node:fs';
 import { join } from 'node:path';
-import { chromium } from 'playwright-core';
 import { animation } from './animation.mjs';
+import { file, launch, open, serve, shown } from './studio.mjs';
 
 const [program, browserName, directory, ...options] = process.argv.slice(2);
-const dist = join(import.meta.dirname, '../dist');
+const isDist = options.includes('--dist');
 // Tall enough for the three panels, the table, the gains and the joint.
 const [WIDE, TALL, LIVE] = [1200, 1220, 780];
 // Of 1000: twice the inertia.
 const TURNED = 667;
-const executablePath = execFileSync('which', [browserName], { encoding: 'utf8' }).trim();
+const PATIENCE = 30_000;
 const [MACHINE, LAWS, DEG] = ['untuned-joints', ['pd', 'robust'], 2.5];
 
 // The joint as it stands, without the variants of the file.
 function joint() {
-  const text = execFileSync(program, ['show', MACHINE], { encoding: 'utf8' });
-  const file = join(mkdtempSync(join(tmpdir(), 'stiction-')), 'joint.toml');
+  const [text] = shown(program, MACHINE).split('[[variant]]');
   // A browser that takes a picture may be silent for longer than the default.
-  writeFileSync(file, `${text.split('[[variant]]')[0]}\n[limits]\nlink_timeout_s = 5\n`);
-  return file;
-}
-
-async function serve() {
-  const more = ['studio', '--no-open', joint(), '--controller', 'robust'];
-  const server = spawn(program, more, { stdio: ['ignore', 'pipe', 'inherit'] });
-  let text = '';
-  for await (const piece of server.stdout) {
-    text += piece;
-    if (text.includes('\n')) break;
-  }
-  return { server, address: text.split('\n')[0] };
+  return file('joint.toml', `${text}\n[limits]\nlink_timeout_s = 5\n`);
 }
 
 // The answer to the next prediction that the page asks for.
@@ -52,25 +37,16 @@ function nextPrediction(socket) {
   });
 }
 
-const { server, address } = await serve();
-const args = [
-  '--no-sandbox',
-  ...(options.includes('--dist') ? ['--disable-features=LocalNetworkAccessChecks'] : []),
-];
-const browser = await chromium.launch({ executablePath, args });
+const { server, address } = serve(program, joint(), '--controller', 'robust');
+const browser = await launch(browserName, isDist);
 try {
   const context = await browser.newContext({
     viewport: { width: WIDE, height: TALL },
     colorScheme: 'light',
   });
   const page = await context.newPage();
-  if (options.includes('--dist')) {
-    for (const name of ['main.js', 'page.css'])
-      await page.route(`**/${name}`, (route) => route.fulfill({ path: join(dist, name) }));
-    await page.route(/:\d+\/$/, (route) => route.fulfill({ path: join(dist, 'index.html') }));
-  }
   const connected = page.waitForEvent('websocket');
-  await page.goto(address);
+  await open(context, await address, { page, patience: PATIENCE, isDist });
   const predicted = nextPrediction(await connected);
   const shoot = (name) => page.screenshot({ path: join(directory, `${name}.png`) });
   const view = (name) => page.locator(`[data-view=${name}]`).click();

@@ -4,21 +4,19 @@
 //   node test/playground.mjs STICTION CHROMIUM DIRECTORY [--pictures DIRECTORY]
 
 import assert from 'node:assert/strict';
-import { execFileSync, spawn } from 'node:child_process';
-import { mkdirSync, mkdtempSync, readFileSync, writeFileSync } from 'node:fs';
-import { tmpdir } from 'node:os';
+import { execFileSync } from 'node:child_process';
+import { mkdirSync, readFileSync, writeFileSync } from 'node:fs';
 import { join, resolve } from 'node:path';
 import { pathToFileURL } from 'node:url';
-import { chromium } from 'playwright-core';
+import { after, file, launch, open, serve, state, text, told } from './studio.mjs';
 
 const [program, browserName, directory, ...options] = process.argv.slice(2);
-const browserPath = execFileSync('which', [browserName], { encoding: 'utf8' }).trim();
-const pictures = options[0] === '--pictures' ? options[1] : null;
+const pictures = after(options, '--pictures');
 const address = pathToFileURL(join(resolve(directory), 'index.html')).href;
 const PATIENCE = 30_000;
 
 // A joint of everybody's own.
-const gimbal = join(mkdtempSync(join(tmpdir(), 'stiction-')), 'gimbal.toml');
+const gimbal = file('gimbal.toml');
 execFileSync(program, ['new', '--typical', 'gimbal', gimbal]);
 
 // Keeps what a page asks for and is told, whatever carries it, with the time.
@@ -51,35 +49,15 @@ function recorded() {
 
 async function visit(context, url) {
   const page = await context.newPage();
-  page.setDefaultTimeout(PATIENCE);
-  page.mistakes = [];
   page.asked = [];
-  page.on('pageerror', (error) => page.mistakes.push(String(error)));
-  page.on('console', (message) => page.mistakes.push(message.text()));
   page.on('request', (request) => page.asked.push(request.url()));
   await page.addInitScript(recorded);
-  await page.goto(url);
+  // Nothing is to be written at all.
+  page.on('console', (one) => one.type() !== 'error' && page.mistakes.push(one.text()));
+  await open(context, url, { page, patience: PATIENCE });
   await page.locator('#state.stopped').waitFor();
   return page;
 }
-
-function serve(machine) {
-  const server = spawn(program, ['studio', '--no-open', machine], {
-    stdio: ['ignore', 'pipe', 'inherit'],
-  });
-  const url = new Promise((done, failed) => {
-    let text = '';
-    server.stdout.on('data', (piece) => {
-      text += piece;
-      if (text.includes('\n')) done(text.split('\n')[0]);
-    });
-    server.on('exit', (code) => failed(new Error(`the studio has ended with ${code}: ${text}`)));
-  });
-  return { server, url };
-}
-
-const text = (page, where) => page.locator(where).innerText();
-const state = (page, wanted) => page.locator(`#state.${wanted}`).waitFor();
 
 // The last prediction of the laws and of the cloud, once both are there and nothing is asked for.
 async function predicted(page) {
@@ -150,8 +128,10 @@ async function moved(page) {
     samples.every(([number], k) => k === 0 || number === samples[k - 1][0] + 1),
     'a gap',
   );
-  const place = 2 + names.indexOf('reference_counts');
-  const fraction = 2 + names.indexOf('reference_fraction');
+  const [place, fraction] = ['reference_counts', 'reference_fraction_counts'].map((name) => {
+    assert.ok(names.includes(name), name);
+    return 2 + names.indexOf(name);
+  });
   const begin = samples.findIndex((one) => one[place] !== 0 || one[fraction] !== 0);
   const rows = samples.slice(begin, begin + Math.round(3 / lines[0].hello.sample_time_s));
   return { names, rows: rows.map((row) => row.slice(2)) };
@@ -163,6 +143,9 @@ const own = async (page, file) => {
     page.locator('#playground-file').setInputFiles(file),
   ]);
 };
+
+// A worker that ends, a way to trap in the middle, and a page that cannot unpack the simulator.
+const ENDED = /the simulation has ended: .*Reload the page/;
 
 const tests = {
   async 'it opens as a file, asks no server, and says that there is no motor'(page) {
@@ -206,6 +189,42 @@ const tests = {
     await page.locator('[data-path="limits.stall_s"]:not(.unsaved)').waitFor();
   },
 
+  async 'a simulation that has ended is said, and is not begun again by itself'(page, context) {
+    const other = await context.newPage();
+    other.setDefaultTimeout(PATIENCE);
+    // A trap: the page cannot tell it from any other mistake of the worker.
+    await other.addInitScript(() => {
+      const own = globalThis.Worker;
+      globalThis.begun = 0;
+      globalThis.Worker = class extends own {
+        constructor(...all) {
+          super(...all);
+          globalThis.begun++;
+          globalThis.trap = () => this.onerror(new ErrorEvent('error', { message: 'unreachable' }));
+        }
+      };
+    });
+    // What stands behind the `#` is no text of an address.
+    await other.goto(`${address}#%E0%A4%A`);
+    await state(other, 'stopped');
+    await other.evaluate(() => globalThis.trap());
+    await other.locator('#playground-said', { hasText: ENDED }).waitFor();
+    assert.match(await text(other, '#banner'), ENDED);
+    assert.ok(await other.locator('#arm').isDisabled());
+    await other.keyboard.press('Escape');
+    await other.locator('#said li', { hasText: 'there is no connection' }).waitFor();
+    await other.waitForTimeout(1500);
+    assert.equal(await other.evaluate(() => globalThis.begun), 1);
+    await other.close();
+    const broken = await context.newPage();
+    broken.setDefaultTimeout(PATIENCE);
+    await broken.addInitScript(() => delete globalThis.DecompressionStream);
+    await broken.goto(address);
+    await broken.locator('#playground-said', { hasText: ENDED }).waitFor();
+    await broken.close();
+    assert.match(await text(page, '#banner'), /no motor/);
+  },
+
   async 'a file that is wrong is refused with the reason'(page) {
     const wrong = `${gimbal}.toml`;
     writeFileSync(wrong, readFileSync(gimbal, 'utf8').replace('ratio =', 'ration ='));
@@ -223,9 +242,9 @@ const tests = {
 
 // The same of a joint, in the page and by the program.
 async function alike(context, page, machine) {
-  const { server, url } = serve(machine);
+  const { server, address } = serve(program, machine);
   try {
-    const other = await visit(context, await url);
+    const other = await visit(context, await address);
     for (const way of ['move', 'step']) {
       const [here, there] = [await turned(page, way), await turned(other, way)];
       assert.deepEqual(here.wish, there.wish);
@@ -277,16 +296,10 @@ async function take(browser) {
   }
 }
 
-const browser = await chromium.launch({ executablePath: browserPath, args: ['--no-sandbox'] });
+const browser = await launch(browserName);
 let failed = 0;
 const run = async (name, test) => {
-  try {
-    await test();
-    console.log(`ok      ${name}`);
-  } catch (error) {
-    failed++;
-    console.log(`FAILED  ${name}\n${error.stack}`);
-  }
+  failed += (await told(name, test)) ? 0 : 1;
 };
 try {
   if (pictures) await take(browser);
@@ -294,7 +307,7 @@ try {
   const page = await visit(context, address);
   for (const [name, test] of Object.entries(tests))
     await run(name, async () => {
-      await test(page);
+      await test(page, context);
       assert.deepEqual(page.mistakes, []);
     });
   await page.close();

@@ -7,14 +7,22 @@ use std::time::{Duration, Instant};
 
 use host_sim::Error;
 use host_sim::device::wire::{SimulatedWire, Wire};
+use host_sim::ensemble::rules::TUNING_SEEDS;
+use host_sim::experiment::Document;
 use host_sim::studio::Server;
-use serde_json::json;
+use host_sim::tuning::{Goal, Request, object, spreads};
+use serde_json::{Value, json};
 use stiction::link::{Deframer, decode_request};
 use stiction::servo::State;
 use tokio::net::{TcpListener, TcpStream};
 
-use super::page::{Page, Visit, arm, device, run, studio, studio_of, studio_of_file};
+use super::page::{
+    Page, Visit, arm, device, run, studio, studio_of, studio_of_file, studio_of_unknown,
+};
 use super::{LINK_TIMEOUT_S, SLACK_S, TICK_S, ticks_on_after};
+
+/// What is done before a request reaches the device: it is told which one.
+type Before = Box<dyn FnMut(&str, &mut SimulatedWire) + Send>;
 
 /// A device that stays where it is, whoever opens the line to it.
 #[derive(Clone)]
@@ -27,6 +35,7 @@ struct Line {
     /// What the device was asked for.
     asked: Arc<Mutex<Vec<String>>>,
     deframer: Arc<Mutex<Deframer>>,
+    before: Arc<Mutex<Option<Before>>>,
     /// Its time is not that on the wall.
     in_haste: bool,
 }
@@ -39,6 +48,7 @@ impl Line {
             is_cut: Arc::default(),
             asked: Arc::default(),
             deframer: Arc::default(),
+            before: Arc::default(),
             in_haste: false,
         }
     }
@@ -51,6 +61,37 @@ impl Line {
     fn names(&self) -> Vec<String> {
         self.asked.lock().unwrap().clone()
     }
+
+    fn was_asked(&self, what: &str) -> bool {
+        self.names().iter().any(|name| name.starts_with(what))
+    }
+
+    fn before(&self, what: impl FnMut(&str, &mut SimulatedWire) + Send + 'static) {
+        *self.before.lock().unwrap() = Some(Box::new(what));
+    }
+
+    /// The next request of a kind waits for so long. Tells when it does.
+    fn stalls(&self, kind: &'static str, time: Duration) -> Arc<AtomicBool> {
+        let is_stalled = Arc::new(AtomicBool::new(false));
+        let stalled = is_stalled.clone();
+        self.before(move |name, _| {
+            if name.starts_with(kind) && !stalled.swap(true, Ordering::SeqCst) {
+                std::thread::sleep(time);
+            }
+        });
+        is_stalled
+    }
+}
+
+/// Waits, and gives no word meanwhile.
+async fn until(flag: &AtomicBool) {
+    for _ in 0..2000 {
+        if flag.load(Ordering::SeqCst) {
+            return;
+        }
+        tokio::time::sleep(Duration::from_millis(5)).await;
+    }
+    panic!("it does not come");
 }
 
 impl Wire for Line {
@@ -62,7 +103,11 @@ impl Wire for Line {
             let mut deframer = self.deframer.lock().unwrap();
             let Some(message) = deframer.push(*byte) else { continue };
             let (_, request) = decode_request(message).unwrap();
-            self.asked.lock().unwrap().push(format!("{:?}", request.unwrap()));
+            let name = format!("{:?}", request.unwrap());
+            self.asked.lock().unwrap().push(name.clone());
+            if let Some(before) = &mut *self.before.lock().unwrap() {
+                before(&name, &mut self.device.lock().unwrap());
+            }
         }
         let stalls = self.stalls_ms.swap(0, Ordering::SeqCst);
         std::thread::sleep(Duration::from_millis(stalls));
@@ -173,6 +218,160 @@ fn a_self_test_that_has_lost_its_device_says_so_and_the_device_is_told_to_stop_f
         assert_eq!(line.names().get(1).map(String::as_str), Some("Stop"), "{:?}", line.names());
         // It does not go on by itself.
         assert!(page.refused(json!({ "do": "selftest" })).await.contains("predict it first"));
+    });
+}
+
+async fn predicted(page: &mut Page, moves: usize) {
+    page.done(json!({ "do": "predict-selftest", "moves": moves })).await;
+    page.until(|event| event["phase"] == "ready").await;
+}
+
+#[test]
+fn a_self_test_that_is_not_expected_any_more_while_it_is_prepared_never_arms() {
+    run(async {
+        let line = Line::new(&[]);
+        let server = line.serve();
+        let mut page = Page::open(&server).await;
+        predicted(&mut page, 2).await;
+        let begin = json!({ "id": 70, "do": "selftest" });
+        let answer = |event: &Value| event["event"] == "answer" && event["id"] == 70;
+        // A stop comes while the parameters are read that the prediction has to fit.
+        let stalled = line.stalls("ReadParameters", Duration::from_millis(400));
+        page.send(&begin).await;
+        until(&stalled).await;
+        page.send(&json!({ "id": 71, "do": "stop" })).await;
+        let said = page.until(answer).await;
+        assert!(said["said"].as_str().unwrap().contains("a stop came first"), "{said}");
+        page.until(|event| event["event"] == "answer" && event["id"] == 71).await;
+        assert!(!line.was_asked("Arm"), "{:?}", line.names());
+        // It takes so long that nobody expects it.
+        line.stalls("ReadParameters", Duration::from_millis(1100));
+        page.send(&begin).await;
+        let said = page.until(answer).await;
+        assert!(said["said"].as_str().unwrap().contains("the device was busy"), "{said}");
+        assert!(!line.was_asked("Arm"), "{:?}", line.names());
+        // As long as the first one, but nobody stops it.
+        line.stalls("ReadParameters", Duration::from_millis(400));
+        page.send(&begin).await;
+        assert_eq!(page.until(answer).await["ok"], true);
+        assert!(line.was_asked("Arm"));
+        page.done(json!({ "do": "stop" })).await;
+        // The page that has given it is gone.
+        line.asked.lock().unwrap().clear();
+        let stalled = line.stalls("ReadParameters", Duration::from_millis(600));
+        let mut reader = Page::open(&server).await;
+        reader.lives = false;
+        page.send(&begin).await;
+        until(&stalled).await;
+        drop(page);
+        reader.watch(Duration::from_millis(1500)).await;
+        assert!(line.was_asked("ReadParameters") && !line.was_asked("Arm"), "{:?}", line.names());
+    });
+}
+
+/// A self-test whose device answers late when it is asked for the status with which the first move
+/// is due. Returns when it is.
+async fn due(line: &Line, page: &mut Page) {
+    // The soft start, and 2 s.
+    const WAITS_S: f64 = 2.2;
+    predicted(page, 2).await;
+    let (is_due, mut armed) = (Arc::new(AtomicBool::new(false)), None::<Instant>);
+    let due = is_due.clone();
+    line.before(move |name, _| {
+        if name == "Arm" {
+            armed = Some(Instant::now());
+        }
+        let is_late = armed.is_some_and(|at| at.elapsed().as_secs_f64() > WAITS_S - 0.1);
+        if name == "Status" && is_late && !due.swap(true, Ordering::SeqCst) {
+            // Less than what a simulated device catches up with, and more than a word is worth.
+            std::thread::sleep(Duration::from_millis(190));
+        }
+    });
+    page.done(json!({ "do": "selftest" })).await;
+    // It gives a word for all that comes, and none from then on.
+    while !is_due.load(Ordering::SeqCst) {
+        let _ = tokio::time::timeout(Duration::from_millis(5), page.next()).await;
+    }
+}
+
+#[test]
+fn no_move_of_a_self_test_begins_on_an_old_word_or_after_a_stop() {
+    const SET: [&str; 2] = ["device.soft_start_s=0.2", "limits.link_timeout_s=5"];
+    run(async {
+        let line = Line::new(&SET);
+        let server = line.serve();
+        let mut page = Page::open(&server).await;
+        due(&line, &mut page).await;
+        page.send(&json!({ "do": "stop" })).await;
+        let done = page.until(|event| event["phase"] == "done").await;
+        assert_eq!(done["result"]["ended_by"], "a stop", "{done}");
+        assert!(!line.was_asked("Move"), "{:?}", line.names());
+    });
+    run(async {
+        let line = Line::new(&SET);
+        let server = line.serve();
+        let mut page = Page::open(&server).await;
+        due(&line, &mut page).await;
+        // The page hangs: it has given its last word before the status was asked for.
+        tokio::time::sleep(Duration::from_millis(600)).await;
+        assert!(!line.was_asked("Move"), "{:?}", line.names());
+        // With its next words the move begins.
+        page.until(|event| event["phase"] == "moving" && event["to_deg"].is_f64()).await;
+        assert!(line.was_asked("Move"));
+        page.done(json!({ "do": "stop" })).await;
+    });
+}
+
+#[test]
+fn a_move_of_a_self_test_that_is_refused_ends_it_with_that_reason_and_keeps_the_moves() {
+    run(async {
+        let line = Line::new(&[]);
+        let server = line.serve();
+        let mut page = Page::open(&server).await;
+        predicted(&mut page, 3).await;
+        let mut moves = 0;
+        // Something else turns the output off just before the second move.
+        line.before(move |name, wire| {
+            moves += u32::from(name.starts_with("Move"));
+            if moves == 2 {
+                wire.simulated.device.servo().stop();
+            }
+        });
+        page.done(json!({ "do": "selftest" })).await;
+        let done = page.until(|event| event["phase"] == "done").await;
+        assert_eq!((&done["ok"], &done["result"]["checks"]), (&json!(false), &json!([])));
+        let by = done["result"]["ended_by"].as_str().unwrap();
+        assert!(by.contains("refuses"), "{by}");
+        assert!(done["said"].as_str().unwrap().contains(by), "{done}");
+        assert_eq!(done["result"]["moves"].as_array().unwrap().len(), 1, "{done}");
+    });
+}
+
+#[test]
+fn a_stop_is_answered_however_many_orders_wait() {
+    run(async {
+        let line = Line::new(&[]);
+        let server = line.serve();
+        let mut page = Page::open(&server).await;
+        line.stalls_ms.store(900, Ordering::SeqCst);
+        tokio::time::sleep(Duration::from_millis(200)).await;
+        for id in 100..140 {
+            page.send(&json!({ "id": id, "do": "arm" })).await;
+        }
+        page.send(&json!({ "id": 99, "do": "stop" })).await;
+        let (mut full, mut overtaken) = (0, 0);
+        let stopped = loop {
+            let event = page.event("answer").await;
+            let said = event["said"].as_str().unwrap();
+            full += u32::from(said.contains("too many requests wait"));
+            overtaken += u32::from(said.contains("a stop came first"));
+            if event["id"] == 99 {
+                break event;
+            }
+        };
+        assert_eq!((&stopped["ok"], full, overtaken), (&json!(true), 8, 32), "{stopped}");
+        assert!(stopped["said"].as_str().unwrap().contains("the motor is off"), "{stopped}");
+        assert!(!line.was_asked("Arm"), "{:?}", line.names());
     });
 }
 
@@ -416,5 +615,62 @@ fn what_was_identified_is_told_although_the_machine_s_file_is_gone() {
         };
         assert!(found.contains("breakaway +") && found.contains("inertia"), "{found}");
         assert!(found.contains("not in SI units"), "{found}");
+    });
+}
+
+#[test]
+fn the_joint_that_was_found_is_a_file_and_is_tuned_and_tested_with() {
+    const GAIN: &str = "joint.gain_deg_per_s2_per_v";
+    run(async {
+        let line = Line { in_haste: true, ..Line::new(&["limits.link_timeout_s=\"off\""]) };
+        let opened = line.clone();
+        // Nobody has told its joint.
+        let server = studio_of_unknown(move || Ok(opened.clone()));
+        let mut page = Page::open(&server).await;
+        let test = json!({ "do": "predict-selftest", "moves": 2, "joint": "found" });
+        let tune = json!({ "do": "tune", "laws": [], "goal": "settle", "joint": "found",
+                           "cases": 2 });
+        for early in [&test, &tune] {
+            assert!(page.refused(early.clone()).await.contains("identify it first"));
+        }
+        page.done(json!({ "do": "identify" })).await;
+        let found = page.event("identified").await;
+        assert_eq!((&found["ok"], &found["file"]), (&json!(true), &json!("joint.identified.toml")));
+        assert_eq!(found["laws"], json!(["srnf"]));
+        let text = found["toml"].as_str().unwrap();
+        assert!(text.starts_with("# SIMULATED DEVICE") && text.contains("[spread]"), "{text}");
+        // It is the joint of the device, and no other one.
+        let of = |document: &Document| document.get(GAIN).unwrap().as_float().unwrap();
+        let is = of(&Document::parse("found", text).unwrap());
+        let was = of(&Document::open("step-response").unwrap());
+        assert!((is / was - 1.0).abs() < 0.05, "{is} of {was}");
+        // A page that comes later is told it, too.
+        let mut later = Visit::proper(&server).connect().await.unwrap();
+        later.lives = false;
+        assert_eq!(later.event("identified").await["toml"], found["toml"]);
+        // The gains are those that the command finds with that file.
+        let said = page.done(tune).await;
+        assert!(said.contains("joint.identified.toml"), "{said}");
+        let tuned = page.event("tuned").await;
+        assert_eq!((&tuned["machine"], &tuned["joint"]), (&found["file"], &json!("found")));
+        let document = Document::parse("joint.identified.toml", text).unwrap();
+        let same = Request {
+            file: "joint.identified.toml".into(),
+            goal: Goal::Settle,
+            limits: vec![],
+            spreads: spreads(&document).unwrap(),
+            cases: 2,
+            seed: *TUNING_SEEDS.start(),
+            document,
+        };
+        let same = [same.tune("srnf", &|| ()).unwrap()];
+        assert_eq!(tuned["result"], object("joint.identified.toml", &same));
+        // The moves are judged by the joint that was found.
+        page.done(test).await;
+        let ready = page.until(|event| event["phase"] == "ready").await;
+        assert_eq!(ready["machine"], found["file"]);
+        page.done(json!({ "do": "selftest" })).await;
+        let done = page.until(|event| event["phase"] == "done").await;
+        assert_eq!((&done["ok"], &done["result"]["machine"]), (&json!(true), &found["file"]));
     });
 }

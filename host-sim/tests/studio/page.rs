@@ -18,8 +18,8 @@ use tokio_tungstenite::tungstenite::{Error, Message};
 pub const PATIENCE: Duration = Duration::from_secs(20);
 
 /// As in link.ts.
-const WITHOUT_A_WORD: [&str; 8] =
-    ["answer", "gone", "predicted", "role", "selftest", "tuned", "tuning", "what-if"];
+const WITHOUT_A_WORD: [&str; 9] =
+    ["answer", "gone", "identified", "predicted", "role", "selftest", "tuned", "tuning", "what-if"];
 
 /// The joint of a machine, with keys of its file set.
 fn device_of(machine: &str, law: &str, set: &[&str]) -> SimulatedDevice {
@@ -64,9 +64,16 @@ pub fn studio_of_file<W: Wire>(
     serve(machine, true, open)
 }
 
+/// A studio around what stands behind a wire, whose joint nobody has told.
+pub fn studio_of_unknown<W: Wire>(
+    open: impl Fn() -> Result<W, host_sim::Error> + Send + 'static,
+) -> Server {
+    serve("step-response", false, open)
+}
+
 /// A studio around the thesis's joint, of which nobody has told that it is one.
 pub fn studio_without_a_file() -> Server {
-    serve("step-response", false, || Ok(SimulatedWire::new(device(&[]))))
+    studio_of_unknown(|| Ok(SimulatedWire::new(device(&[]))))
 }
 
 /// A studio around a simulated machine.

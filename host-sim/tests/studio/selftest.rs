@@ -93,6 +93,7 @@ fn the_verdict_is_that_of_the_command() {
             }
         }
         let [ours, theirs] = [by_page, &by_command].map(|of| of["checks"].as_array().unwrap());
+        assert_eq!((ours.len(), theirs.len()), (8, 8));
         for (ours, theirs) in ours.iter().zip(theirs) {
             for key in ["name", "predicted", "least", "most", "pass"] {
                 assert_eq!(ours[key], theirs[key], "{ours}");
@@ -100,7 +101,10 @@ fn the_verdict_is_that_of_the_command() {
         }
         // What was predicted before is what it was judged by.
         let bounds = ready["checks"].as_array().unwrap();
-        assert!(bounds.iter().zip(ours).all(|(bound, check)| bound["most"] == check["most"]));
+        assert_eq!(bounds.len(), ours.len());
+        for (bound, check) in bounds.iter().zip(ours) {
+            assert_eq!((&bound["name"], &bound["most"]), (&check["name"], &check["most"]));
+        }
     });
 }
 
@@ -126,6 +130,12 @@ fn a_self_test_is_refused_where_it_could_not_be_judged_or_is_not_expected() {
         let wide = json!({ "do": "predict-selftest", "moves": 4, "deg": 1e6 });
         let said = page.refused(wide).await;
         assert!(said.contains("range 1000000: ") && !said.contains("--"), "{said}");
+        // Another machine: the file says what it is to be compared with.
+        let other = json!({ "do": "set", "values": { "encoder.direction": "reverse" } });
+        page.done(other).await;
+        let said = page.refused(predict(4)).await;
+        assert!(said.contains("another machine") && !said.contains("--"), "{said}");
+        page.done(json!({ "do": "undo" })).await;
         page.done(arm()).await;
         assert!(page.refused(predict(4)).await.contains("stop first"));
         page.done(json!({ "do": "stop" })).await;
@@ -178,6 +188,33 @@ fn a_self_test_whose_page_is_closed_ends_by_the_link_timeout_whoever_commands_th
         let done = phase(&mut later, "done").await;
         let by = done["result"]["ended_by"].as_str().unwrap();
         assert!(by.contains("fault 22"), "{by}");
+    });
+}
+
+#[test]
+fn a_prediction_tells_how_far_it_is_and_ends_when_it_is_cancelled_or_the_motor_is_stopped() {
+    run(async {
+        let server = studio(&[]);
+        let mut page = Page::open(&server).await;
+        let cancel = || json!({ "do": "cancel-selftest" });
+        assert!(page.refused(cancel()).await.contains("none is being predicted"));
+        page.done(predict(200)).await;
+        let far = page.until(|event| event["over"].as_u64().is_some_and(|over| over > 0)).await;
+        assert_eq!((&far["phase"], &far["joints"]), (&json!("predicting"), &json!(24)), "{far}");
+        assert!(far["over"].as_u64().unwrap() < 24, "{far}");
+        page.done(cancel()).await;
+        let none = phase(&mut page, "none").await;
+        assert!(none["said"].as_str().unwrap().contains("is cancelled"), "{none}");
+        assert!(page.refused(begin()).await.contains("predict it first"));
+        page.done(predict(200)).await;
+        // Every page may stop.
+        let mut reader = Visit::proper(&server).connect().await.unwrap();
+        reader.send(&json!({ "do": "stop" })).await;
+        let none = phase(&mut page, "none").await;
+        assert!(none["said"].as_str().unwrap().contains("cancelled by a stop"), "{none}");
+        // Another one begins at once, and is not that one.
+        page.done(predict(2)).await;
+        assert_eq!(phase(&mut page, "ready").await["moves"], 2);
     });
 }
 

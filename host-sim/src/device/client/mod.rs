@@ -36,7 +36,7 @@ mod telemetry;
 
 use std::hash::{BuildHasher as _, RandomState};
 
-pub use self::motion::Map;
+pub use self::motion::{Map, position_of};
 use stiction::link::{Deframer, Identity, Kind, PROTOCOL, Reply, Request};
 
 use self::exchange::Heard;

@@ -91,15 +91,7 @@ impl<W: Wire> Client<W> {
     }
 
     fn counted(&mut self, deg: f64) -> Result<Position, Error> {
-        let resolution = f64::from(self.status()?.resolution);
-        let counts = deg / resolution;
-        // 2^30 counts, as for steps of a machine's file.
-        if !counts.is_finite() || counts.abs() > f64::from(1 << 30) {
-            return Err(Error::Input(format!(
-                "move {deg}: allowed is a position within 2^30 counts"
-            )));
-        }
-        Ok(crate::experiment::position(counts))
+        position_of(deg, self.status()?.resolution.into())
     }
 
     /// Begins a motion, whose positions are counted from the zero that arming has set.
@@ -177,4 +169,17 @@ impl<W: Wire> Client<W> {
             _ => Err(self.unexpected()),
         }
     }
+}
+
+/// Turns an angle (deg) into the counts of an encoder, of which one is so many deg.
+///
+/// # Errors
+/// Says that there is no such position.
+pub fn position_of(deg: f64, resolution_deg: f64) -> Result<Position, Error> {
+    let counts = deg / resolution_deg;
+    // 2^30 counts, as for steps of a machine's file.
+    if !counts.is_finite() || counts.abs() > f64::from(1 << 30) {
+        return Err(Error::Input(format!("move {deg}: allowed is a position within 2^30 counts")));
+    }
+    Ok(crate::experiment::position(counts))
 }

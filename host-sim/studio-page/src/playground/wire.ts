@@ -23,36 +23,57 @@ const LARGEST = 256 * 1024;
 
 export type Begin = { simulator: ArrayBuffer; machine: string; file: string | null };
 
-export function connect(news: (data: string | ArrayBuffer) => void): Wire {
-  const [joint, view = FIRST_VIEW] = decodeURIComponent(location.hash.slice(1)).split('/');
+export function connect(
+  news: (data: string | ArrayBuffer) => void,
+  cut: (why?: string) => void,
+): Wire {
+  const [joint, view = FIRST_VIEW] = address().split('/');
   const own = sessionStorage.getItem(OWN);
   const name =
     joint === OWN && own !== null ? OWN : (JOINTS.find(([one]) => one === joint) ?? JOINTS[0])[0];
   choose(name, own);
   document.querySelector<HTMLElement>(`[data-view="${CSS.escape(view)}"]`)?.click();
 
-  const address = URL.createObjectURL(new Blob([worker], { type: 'text/javascript' }));
-  const studio = new Worker(address);
-  URL.revokeObjectURL(address);
+  const script = URL.createObjectURL(new Blob([worker], { type: 'text/javascript' }));
+  const studio = new Worker(script);
+  URL.revokeObjectURL(script);
+  let ready = false;
+  // It does not start, or it has trapped: it answers nothing any more.
+  const ended = (why: string) => {
+    const said = `the simulation has ended: ${why}. Reload the page`;
+    ready = false;
+    studio.terminate();
+    by('playground-said').textContent = `✕ ${said}`;
+    cut(said);
+  };
   studio.onmessage = ({ data }) => {
     if (typeof data !== 'string' || !data.startsWith('{"event":"not-opened"')) return news(data);
     by('playground-said').textContent = `✕ ${JSON.parse(data).said}`;
   };
-  studio.onerror = ({ message }) => {
-    by('playground-said').textContent = `✕ The simulation has ended: ${message}`;
-  };
-  let ready = false;
-  void unpacked().then((bytes) => {
-    const begin: Begin = { simulator: bytes, machine: name, file: name === OWN ? own : null };
-    studio.postMessage(begin, [bytes]);
-    ready = true;
-  });
+  studio.onerror = ({ message }) => ended(message);
+  studio.onmessageerror = () => ended('what it has told cannot be read');
+  unpacked()
+    .then((bytes) => {
+      const begin: Begin = { simulator: bytes, machine: name, file: name === OWN ? own : null };
+      studio.postMessage(begin, [bytes]);
+      ready = true;
+    })
+    .catch((error: Error) => ended(error.message));
   return {
     get open() {
       return ready;
     },
     send: (text) => studio.postMessage(text),
   };
+}
+
+// What stands behind the `#`; somebody may have typed anything there.
+function address(): string {
+  try {
+    return decodeURIComponent(location.hash.slice(1));
+  } catch {
+    return '';
+  }
 }
 
 async function unpacked(): Promise<ArrayBuffer> {

@@ -1,0 +1,49 @@
+// The joint that the device has identified: in words, and as a machine's file, which the tuning and
+// the self-test can take at once.
+
+import { app, by, element, on } from './app';
+import type { Event } from './link';
+import { download } from './session';
+
+export class Identified {
+  constructor() {
+    on('identified-save', () => {
+      const { found } = app;
+      if (found?.ok) download(new Blob([found.toml], { type: 'application/toml' }), found.file);
+    });
+  }
+
+  told({ ok, said, why, file }: Event): void {
+    by('identified-words').textContent = said;
+    by('identified-words').hidden = false;
+    by('identified-said').textContent = ok
+      ? `✓ ${file} has this joint, with how far it may be off. “Tune” and “Verify” can take it.`
+      : `✕ This is no joint for a file: ${why}`;
+    by('identified-save').textContent = `Download ${file ?? ''}`;
+    by('identified-save').hidden = !ok;
+  }
+}
+
+// Whose joint a select offers: that of the studio's file, and the one that was found. With one of
+// them there is nothing to choose.
+export function offer(id: string, file: string | null, ofFound: boolean): void {
+  const select = by<HTMLSelectElement>(id);
+  const found: string | null = ofFound && app.found?.ok ? app.found.file : null;
+  const all: [string, string][] = [
+    ...(file === null ? [] : [['file', file] as [string, string]]),
+    ...(found === null ? [] : [['found', `${found}, which was found`] as [string, string]]),
+  ];
+  const list = JSON.stringify(all);
+  if (select.dataset.all !== list) {
+    const chosen = select.value;
+    select.dataset.all = list;
+    select.replaceChildren(
+      ...all.map(([value, textContent]) => element('option', { value, textContent })),
+    );
+    if (all.some(([value]) => value === chosen)) select.value = chosen;
+  }
+  select.parentElement!.hidden = all.length === 0;
+}
+
+// The name of a file without the directories before it.
+export const last = (path: string) => path.split(/[\\/]/).pop()!;
