@@ -153,7 +153,7 @@ impl Identify {
 /// Refuses a bound of the speed at which the encoder shows nothing of the sequence but its fastest
 /// leg: minutes of motion would tell no inertia. What the device refuses is left to it.
 fn check_speed(asked: &Asked, parameters: &Parameters) -> Result<(), Error> {
-    let Some(least) = parameters.identify(asked).ok().and_then(|settings| settings.faster()) else {
+    let Some(least) = parameters.identify(asked).ok().and_then(|settings| settings.least_speed()) else {
         return Ok(());
     };
     let most = parameters.profile.velocity;
