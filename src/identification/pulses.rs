@@ -245,7 +245,7 @@ mod tests {
         assert!(0.94 < trusted[0] && trusted[0] < 0.96, "{trusted:?}");
         assert!(1.12 < trusted[1] && trusted[1] < 1.17, "{trusted:?}");
         // Three counts in two ticks, of which one is taken for the delay's; and a weak and a strong
-        // pulse that differ by that tick, where no more than all of the effort is taken for inertia.
+        // pulse that differ by that tick, where all of the effort is taken for inertia at most.
         assert!(0.14 < rough[0] && rough[0] < 0.17, "{rough:?}");
         assert!(1.7 < rough[1] && rough[1] < 1.9, "{rough:?}");
     }
