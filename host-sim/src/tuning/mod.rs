@@ -12,10 +12,10 @@
 //! The joints on which gains are judged are not those on which they were found, and three times as
 //! many: a judgement is two to six sets of gains, the search some forty. Gains that are no better
 //! there than those of the file are dropped, and if the next best ones are no better either, the
-//! file's stay. Guarantees: the same result for the same seed on any number of cores; no joint of
-//! the judgement fails that does not with the file's gains. Does badly: it finds a valley near the
-//! file's gains, not the lowest one; it knows the joint of the file with its spread, and nothing
-//! that the file does not say.
+//! file's stay. Guarantees: the same result for the same seed on any number of cores; no more
+//! failures on the joints of the judgement than the file's gains have. Does badly: it finds a
+//! valley near the file's gains, not the lowest one; it knows the joint of the file with its
+//! spread, and nothing that the file does not say.
 
 mod figures;
 mod judgement;
