@@ -2,8 +2,7 @@
 //!
 //! ```text
 //! effort of this tick -> |effort|            <= effort   -+
-//! position            -> |position - start|  <= travel    +-> the effort, or the bound that ends
-//! it
+//! position            -> |position - start|  <= travel    +-> the effort, or what ends it
 //!                     -> travel in any time t <= speed t + 8 counts
 //!                     -> ticks               <= ticks    -+
 //! ```
@@ -82,9 +81,10 @@ impl OpenLoopState {
         self.counts.wrapping_sub(self.start).unsigned_abs()
     }
 
-    /// Returns whether an effort drives on a joint that has come to the speed's bound. Who follows
-    /// a joint lets go then: a joint breaks free with all the effort that it took, and slows down
-    /// by its friction before the slack is used up.
+    /// Returns whether an effort drives on a joint that has come to the speed's bound at the last
+    /// position that was admitted. Who follows a joint lets go then: it has broken free with all
+    /// the effort that it took, and its friction may slow it down before the slack is used up. It
+    /// does not for all: docs/identification-on-the-board.md has the share that ends by the bound.
     ///
     /// ```
     /// use stiction::open_loop::{Bounds, OpenLoopState};

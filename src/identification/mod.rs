@@ -5,6 +5,7 @@
 //! sequence.rs   what the joint does, one phase after the other, within the bounds of open_loop.rs
 //!   settings.rs    its bounds, and what follows from them
 //!   plan.rs        its steps
+//!   pulses.rs      two efforts from rest -> a rough inertia
 //!   breakaway.rs   effort rises until the joint leaves its place
 //!   follower.rs    a stiff loop leads the joint along speeds that the sequence asks for
 //!   window.rs      a stretch of sliding -> a row of the regression, in integral form
@@ -19,6 +20,7 @@ mod follower;
 pub mod givens;
 mod model;
 mod plan;
+mod pulses;
 mod ramp;
 mod sequence;
 mod settings;

@@ -3,17 +3,16 @@
 //! ```text
 //! try + -     the effort rises from zero until the joint leaves its place: direction, encoder,
 //!             and a rough breakaway effort F
-//! pulses      1.5 F and 2.5 F each way from rest: x = a t^2 / 2, J = (u_2 - u_1) / (a_2 - a_1);
-//!             with a larger F, and again, if the joint has not left its place after a second
+//! pulses      1.5 F and 2.5 F each way from rest: a rough inertia, for the loop of what follows
 //! legs + -    at six speeds in the ratio 0.45: the map of the friction  -+-> rows of the
 //! swings + -  at a speed that goes to and fro between 0.4 and 1.6        +   regression
 //! places      at five places, each way: breakaway at a fast rate, then at a slow one
 //! ```
 //!
-//! The sequence keeps itself within the bound of the speed. A pulse ends at 0.6 of it, however
-//! short it is then: two pulses of a few counts still tell the inertia within a factor of two, which
-//! is enough for the loop. The loop lets go of a joint that has come to the bound: a joint whose
-//! friction falls breaks free faster than any loop of 20 rad/s can catch it.
+//! The sequence tries to keep itself within the bound of the speed. A pulse ends at 0.6 of it,
+//! however short it is then. The loop lets go of a joint that has come to the bound: a joint whose
+//! friction falls breaks free faster than any loop of 20 rad/s can catch it. Some come to the bound
+//! all the same, and it ends the sequence (docs/identification-on-the-board.md has the share).
 //!
 //! Every effort goes through [`Bounds::admit`](crate::open_loop::Bounds), which ends the
 //! sequence at the bounds of travel, speed and time, and the breakaway at that of the effort. So
@@ -31,6 +30,7 @@ use super::findings::{Findings, GIVES_WAY, Outcome};
 use super::follower::Follower;
 use super::model::Model;
 use super::plan::{SPEEDS, Task, at, share};
+use super::pulses::{Next, Pulse, Pulses};
 use super::settings::Settings;
 use super::window::{Row, Window};
 use crate::monitor::Standstill;
@@ -41,20 +41,10 @@ use crate::saturation::bounded;
 const RISE_S: f32 = 8.0;
 /// Rates of the breakaway, in rough breakaway efforts a second.
 const RATES: [f32; 2] = [0.2, 0.05];
-/// Where the ramps begin: in rough breakaway efforts, and in readings of the fast rate.
-const FROM: [f32; 2] = [0.5, 0.8];
-/// The pulses, in rough breakaway efforts, and the part of the effort's bound that the stronger one
-/// stays below.
-const PULSES: [f32; 2] = [1.5, 2.5];
-const BELOW: f32 = 0.9;
-/// A pulse lasts until the joint has gone so far (counts) for so long (ticks), or this long (s).
-const PULSE_COUNTS: u32 = 64;
-const PULSE_TICKS: u32 = 30;
-const PULSE_S: f32 = 1.0;
-/// It ends earlier at this part of the travel's and of the speed's bound. At twice this part of the
-/// speed's bound it ends at once, if the counts are more than a disc on an edge shows.
-const PULSE_SHARE: f32 = 0.3;
-const PULSE_EDGE: u32 = 2;
+/// Where the ramps begin: in rough breakaway efforts, and in readings of the fast rate. What is
+/// more than 15 % below the fast reading shows lost motion, so the slow one begins below that. It
+/// creeps up for 3 s, of which the monitor of the stall bears what is beyond `limits.breakaway_v`.
+const FROM: [f32; 2] = [0.5, 0.85];
 /// Time after which a joint without effort runs on, s.
 const RUNS_ON_S: f32 = 5.0;
 /// Part of the asked speed below which a joint does not slide evenly.
@@ -94,17 +84,11 @@ pub struct Identification {
     /// Rough breakaway effort either way, V, and on which side the joint left.
     rough: [f32; 2],
     went: [i32; 2],
-    /// The weaker pulse either way: effort (V) and acceleration (deg/s^2). Then one over the
-    /// inertia so far, and the rough inertia, V/(deg/s^2).
-    weaker: [[f32; 2]; 2],
-    per_inertia: f32,
-    inertia: f32,
+    pulses: Pulses,
     push: Push,
     breakaway: Breakaway,
     /// The reading of the fast rate, V.
     fast: f32,
-    /// Where a pulse was after half of its longest time, counts.
-    halfway: i32,
     follower: Follower,
     /// Speed of the leg, deg/s, and its way, deg. Zero: it comes to its end.
     speed: f32,
@@ -129,13 +113,10 @@ impl Identification {
             applied: 0.0,
             rough: [0.0; 2],
             went: [0; 2],
-            weaker: [[0.0; 2]; 2],
-            per_inertia: 0.0,
-            inertia: 0.0,
+            pulses: Pulses::default(),
             push: Push { from: 0.0, rung: 0.0, reverse: false },
             breakaway: Breakaway::default(),
             fast: 0.0,
-            halfway: 0,
             follower: Follower::default(),
             speed: 0.0,
             way: 0.0,
@@ -198,6 +179,8 @@ impl Identification {
             Phase::Over => 0.0,
         };
         match self.settings.bounds.admit(&mut self.open_loop, counts, effort) {
+            // The loop lets go of a joint that has come to the bound of the speed.
+            Ok(effort) if self.phase == Phase::Leading && self.open_loop.drives_on(effort) => 0.0,
             Ok(effort) => effort,
             Err(Bound::Effort) if self.phase == Phase::Pushing => {
                 self.not_found();
@@ -344,59 +327,23 @@ impl Identification {
 
     fn pulse(&mut self, counts: i32) -> f32 {
         let Some(Task::Pulse { strong, reverse }) = self.task() else { return self.settle() };
-        let Settings { bounds, tick, count, .. } = self.settings;
         let side = usize::from(reverse);
-        let rough = self.rough[side];
-        let most = BELOW * bounds.effort;
-        let [weak_effort, strong_effort] = if PULSES[1] * rough < most {
-            PULSES.map(|share| share * rough)
-        } else {
-            [rough + 0.4 * (most - rough), most]
-        };
-        let size = if strong { strong_effort } else { weak_effort };
+        let size = Pulse::size(strong, self.rough[side], self.settings.bounds.effort);
         let moved = counts.wrapping_sub(self.origin).unsigned_abs();
-        // The speed at the end is twice the mean one.
-        let speed = 2.0 * moved as f32 / self.elapsed as f32;
-        let is_enough = moved >= PULSE_COUNTS && self.elapsed > PULSE_TICKS
-            || moved as f32 > PULSE_SHARE * bounds.travel as f32
-            || self.elapsed > PULSE_TICKS && speed > PULSE_SHARE * bounds.speed
-            || speed > 2.0 * PULSE_SHARE * bounds.speed && moved > PULSE_EDGE
-            || self.elapsed > self.settings.ticks(PULSE_S);
-        if !is_enough {
-            if 2 * self.elapsed <= self.settings.ticks(PULSE_S) {
-                self.halfway = counts;
+        let pulse = Pulse { strong, reverse, size, elapsed: self.elapsed, moved };
+        match self.pulses.update(&pulse, counts, &self.settings) {
+            Next::Lasts if reverse => -size,
+            Next::Lasts => size,
+            Next::Told => {
+                self.findings.met = self.pulses.met();
+                self.settle()
             }
-            return if reverse { -size } else { size };
+            Next::Again => {
+                self.rough[side] = size;
+                self.again()
+            }
+            Next::Still => self.end(Outcome::Still),
         }
-        // What gave way before was a bristle or a shaft, and the joint itself has not left its
-        // place: it takes more than that. A joint that slides goes farther in the second half of
-        // the time than in the first, however few its counts are.
-        let later = counts.wrapping_sub(self.halfway).unsigned_abs();
-        let stands = 2 * later <= moved;
-        if moved < PULSE_COUNTS && stands && self.elapsed > self.settings.ticks(PULSE_S) {
-            self.rough[side] = size;
-            return if size < BELOW * most { self.again() } else { self.end(Outcome::Still) };
-        }
-        // A pulse that was cut short tells the inertia roughly: not what a shaft takes off it.
-        let is_short = self.elapsed <= PULSE_TICKS && moved <= 2 * PULSE_COUNTS;
-        // The effort has been held for a tick less, and for two with a delay. Of few ticks that is
-        // much, and the loop bears an inertia that is too small better than one too large.
-        let held = self.elapsed.saturating_sub(1 + u32::from(is_short)).max(1);
-        let time = held as f32 * tick;
-        let acceleration = 2.0 * moved as f32 * count / (time * time);
-        if strong {
-            let [before, slower] = self.weaker[side];
-            let slope = (acceleration - slower) / (size - before);
-            // A joint that is no faster under more effort has at least this inertia.
-            let least = 0.1 * acceleration / size;
-            self.per_inertia += 0.5 * slope.max(least);
-            self.inertia = 1.0 / self.per_inertia;
-            // The second side tells it, if the first one did.
-            let tells = !is_short && (side == 0 || self.findings.met > 0.0);
-            self.findings.met = if tells { self.inertia } else { 0.0 };
-        }
-        self.weaker[side] = [size, acceleration];
-        self.settle()
     }
 
     /// Returns the acceleration of the legs, deg/s^2.
@@ -404,7 +351,7 @@ impl Identification {
         let Settings { bounds, fast, .. } = self.settings;
         let [positive, negative] = self.rough;
         let left = (bounds.effort - positive.max(negative)).max(0.0);
-        (fast / self.settings.window_time()).min(0.5 * left / self.inertia)
+        (fast / self.settings.window_time()).min(0.5 * left / self.pulses.inertia)
     }
 
     fn begin_leg(&mut self, speed: f32, way: f32, reverse: bool) {
@@ -455,11 +402,8 @@ impl Identification {
             _ => speed,
         };
         let [positive, negative] = self.rough;
-        let rough = [self.inertia, self.rough_friction(speed < 0.0), positive.max(negative)];
+        let rough = [self.pulses.inertia, self.rough_friction(speed < 0.0), positive.max(negative)];
         let asked = self.follower.lead(towards, self.acceleration(), tick, rough);
-        if self.open_loop.drives_on(asked) {
-            return 0.0;
-        }
         bounded(asked, self.settings.bounds.effort)
     }
 

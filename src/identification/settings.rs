@@ -125,9 +125,10 @@ impl Settings {
         self.bounds.travel
     }
 
-    /// Returns the speed's bound at which the encoder shows the slower motions of the sequence,
-    /// deg/s: with less, nothing tells the inertia. None: it shows them, or the travel is too short
-    /// for faster ones.
+    /// Returns the least bound of the speed at which the encoder shows the swings, deg/s, if this
+    /// one is less: without swings nothing tells the inertia. They go at half of the fastest speed.
+    ///
+    /// A travel of 500 counts, the least that is allowed, has room for three times that speed.
     ///
     /// ```
     /// use stiction::identification::Asked;
@@ -137,17 +138,16 @@ impl Settings {
     /// let of = |speed| {
     ///     let asked = Asked { speed: Some(speed), ..Asked::default() };
     ///     let (limits, profile) = (Limits::EXAMPLE, ProfileLimits::EXAMPLE);
-    ///     Settings::new(&asked, &controller, &limits, &profile).unwrap().faster()
+    ///     Settings::new(&asked, &controller, &limits, &profile).unwrap().least_speed()
     /// };
     /// // 2 * 3 * 5 rad/s * 0.00242 deg / 0.7
     /// let least = of(0.05).unwrap();
     /// assert!((least - 0.1037).abs() < 1e-3, "{least}");
     /// assert_eq!(of(0.11), None);
     /// ```
-    pub fn faster(&self) -> Option<f32> {
+    pub fn least_speed(&self) -> Option<f32> {
         let shows = 2.0 * self.slow;
-        let is_by_speed = shows <= self.room() / (FEWEST * self.window_time());
-        (self.fast < shows && is_by_speed).then_some(shows / USED_SPEED)
+        (self.fast < shows).then_some(shows / USED_SPEED)
     }
 
     /// Returns the longest time, s.

@@ -70,7 +70,13 @@ impl ProfileLimits {
             let acceleration = velocity / CRAWL_TIME;
             Self { velocity, acceleration, jerk: 2.0 * acceleration / CRAWL_JERK_TIME }
         };
-        Grid::nearest(&derived, controller.sample_time, controller.encoder.resolution)
+        derived.nearest(controller.sample_time, controller.encoder.resolution)
+    }
+
+    /// Returns the limits nearest to these that the generator can keep at a sample time (s) and an
+    /// angle of a count (deg).
+    pub fn nearest(&self, sample_time: f32, resolution: f32) -> Self {
+        Grid::nearest(self, sample_time, resolution)
     }
 
     /// Refuses limits that the generator cannot keep at this sample time and encoder, and a

@@ -65,7 +65,8 @@ fn request(file: &str, document: Document, spreads: Vec<String>, cases: u64) -> 
 /// A factor on the figures up to which gains are no worse: half a percent.
 const SAME: f64 = 1.005;
 
-/// Gains before and after, on the true joint.
+/// Gains before and after, on the true joint: as often as a judgement has joints for one of the
+/// search, each time with the same result.
 struct Pair {
     before: Figures,
     after: Figures,
@@ -81,14 +82,14 @@ impl Pair {
 }
 
 /// Tunes one joint; none if it was not identified.
-fn tuned(sheet: &Document, law: &str, number: u64) -> Option<Pair> {
+fn tuned(sheet: &Document, law: &str, [seed, number]: [u64; 2]) -> Option<Pair> {
     let around = OFF.map(|(key, [low, high])| {
         let value = sheet.get(key).unwrap();
         let value = value.as_float().or(value.as_integer().map(|whole| whole as f64)).unwrap();
         Spread::read(&format!("{key}={:?}..{:?}", low * value, high * value)).unwrap()
     });
     let mut truth = sheet.clone();
-    truth.set(&drawn_keys(&around, 1, number)).unwrap();
+    truth.set(&drawn_keys(&around, seed, number)).unwrap();
     let found = identified(sheet, &truth, law)?;
     let around_found = spreads(&found).unwrap();
     let flashed = flashed(&found, law);
@@ -116,26 +117,28 @@ fn flashed(found: &Document, law: &str) -> Vec<String> {
     [of("limits"), of(&format!("controller.{law}"))].concat()
 }
 
-/// Tunes so many joints under either law, and prints the table of docs/tuning.md. No joint may be
-/// worse under its tuned gains than under its default ones (of SRNF one in twenty), and the median
-/// has to be better.
-fn tuned_is_no_worse(typical: &str, joints: u64) {
+/// Tunes so many joints of a seed under either law, and prints the rows of docs/tuning.md. No joint
+/// may be worse under its tuned gains than under those of the file that was identified (of SRNF one
+/// in twenty), and the median has to be better.
+fn tuned_is_no_worse(typical: &str, seed: u64, joints: u64) {
     let sheet = sheet(typical);
     for law in ["robust", "srnf"] {
         let pairs: Vec<Pair> =
-            (0..joints).filter_map(|number| tuned(&sheet, law, number)).collect();
+            (0..joints).filter_map(|number| tuned(&sheet, law, [seed, number])).collect();
         let ratios: Vec<f64> = pairs.iter().map(Pair::ratio).collect();
         let median = |of: &dyn Fn(&Pair) -> f64| {
             Sorted::new(pairs.iter().map(of)).quantile(0.5).unwrap_or(f64::NAN)
         };
         let count = |holds: &dyn Fn(f64) -> bool| ratios.iter().filter(|one| holds(**one)).count();
-        let wins =
-            |of: fn(&Pair) -> &Figures| pairs.iter().map(|pair| of(pair).successes).sum::<usize>();
+        // Of both delays.
+        let wins = |of: fn(&Pair) -> &Figures| {
+            pairs.iter().map(|pair| 2 * of(pair).successes / of(pair).cases).sum::<usize>()
+        };
         let [before, after] = [wins(|pair| &pair.before), wins(|pair| &pair.after)];
         let (worse, runs) = (count(&|ratio| ratio > SAME), 2 * pairs.len());
         let middle = median(&Pair::ratio);
         println!(
-            "| {typical} | `{law}` | {joints} | {} | {} | {} | {worse} | {:.2} | {:.2} | \
+            "| {seed} | `{law}` | {joints} | {} | {} | {} | {worse} | {:.2} | {:.2} | \
              {before}/{runs} | {after}/{runs} | {middle:.2} | {:.2} |",
             pairs.len(),
             count(&|ratio| ratio < 0.995),
@@ -144,7 +147,7 @@ fn tuned_is_no_worse(typical: &str, joints: u64) {
             median(&|pair| pair.after.settling_s),
             ratios.iter().copied().fold(0.0, f64::max),
         );
-        // One that takes a fifth more effort than its device was told of may be a stall.
+        // One that takes a quarter more effort than its device was told of may be a stall.
         assert!(10 * pairs.len() as u64 >= 9 * joints, "{law}: {} of {joints}", pairs.len());
         // SRNF rests some counts off by its nature, and one joint in twenty rests beyond the two
         // that are a success, though its kind did not on the joints of the judgement.
@@ -156,11 +159,11 @@ fn tuned_is_no_worse(typical: &str, joints: u64) {
 
 #[test]
 fn gains_tuned_on_the_identified_joint_are_no_worse_on_the_true_one() {
-    tuned_is_no_worse("thesis", 3);
+    tuned_is_no_worse("thesis", 1, 3);
 }
 
 #[test]
 #[ignore = "minutes; docs/tuning.md has what it prints: -- --ignored --nocapture tuned::the_table"]
 fn the_table_before_and_after() {
-    tuned_is_no_worse("thesis", 20);
+    tuned_is_no_worse("thesis", 1, 20);
 }

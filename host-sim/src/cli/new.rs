@@ -11,7 +11,7 @@ use crate::data_sheet::tables::{DrivenBy, Side};
 use crate::draft::questions::{Kind, typed};
 use crate::draft::{Answers, QUESTIONS, Question, TYPICAL, Typical, text};
 use crate::error::Error;
-use crate::experiment::{Document, Experiment};
+use crate::experiment::{Document, Experiment, parameters};
 use crate::output::write_whole;
 use crate::setup::name_of;
 
@@ -158,6 +158,10 @@ fn write(file: &Path, answers: &Answers, like: Option<&Typical>) -> Result<(), E
     let document = Document::parse(&name, &text)?;
     let experiment = Experiment::plan(&document, &[], &[])?;
     warn(&document.doubts()?);
+    // A loop that no board has may be simulated all the same.
+    if let Some(Err(why)) = experiment.runs.first().map(parameters) {
+        warn(&[format!("no device can run it: {why}")]);
+    }
     write_whole(file, text.as_bytes())?;
     print(&format!(
         "{name}: {} runs; `stiction run {name}` makes them, `stiction show --units {name}` tells \

@@ -10,7 +10,7 @@
 //! A device knows one motion. The file that a user has of the machine has more, and `tune`,
 //! `benchmark` and `report` judge by all of them: gains that were never tried on a trajectory may
 //! trip a monitor in one. So the rest of the file's steps and its trajectories come along, if its
-//! first step is the device's.
+//! first step is the device's. Otherwise the file says that they did not, and why.
 
 use stiction::{Motion, Parameters};
 use toml_edit::{DocumentMut, Item};
@@ -18,6 +18,7 @@ use toml_edit::{DocumentMut, Item};
 use super::identified::Identified;
 use super::{machine_file, spread, told};
 use crate::document::Document;
+use crate::draft;
 use crate::error::Error;
 
 /// A step of the device is the file's if it is no farther off than this part of it: the device's
@@ -34,43 +35,111 @@ pub fn text(found: &Identified, of: &Document) -> Result<String, Error> {
     let (parameters, remark) = told::retold(found, &joint, &off);
     let whose = "this device, as it was identified";
     let body = machine_file::render(&parameters, &joint, whose)?;
-    let body = with_motions(&body, &parameters, of).unwrap_or(body);
+    let (body, left_out) = match with_motions(&body, &parameters, of) {
+        Ok(body) => (body, String::new()),
+        Err(why) => (body, why.map_or(String::new(), |why| without_motions(of, why))),
+    };
     let body = match remark {
         // Of a device there is one controller.
         Some(remark) => body.replacen("\n[controller.", &format!("\n{remark}[controller."), 1),
         None => body,
     };
-    Ok(body + &spread::remarks(found) + &spread::table(&off))
+    let ranges = off.iter().map(|(key, range)| (key.as_str(), *range));
+    Ok(body + &left_out + &spread::remarks(found) + &draft::spread::table(ranges))
 }
 
-/// Adds the motions of another file; none if they do not begin with the device's, or a device would
-/// be told something else for them.
-fn with_motions(body: &str, parameters: &Parameters, of: &Document) -> Option<String> {
-    if !matches!(parameters.motion, Motion::Step(_)) {
-        return None;
-    }
-    let mut whole: DocumentMut = body.parse().ok()?;
-    let reference = toml::to_string(of.get("reference")?).ok()?;
-    let reference: DocumentMut = reference.parse().ok()?;
+/// Says which motions did not come along, and why.
+fn without_motions(of: &Document, why: &str) -> String {
+    let sentence = format!(
+        "The steps and trajectories of {} are not here, since {why}. Copy its [reference] if this \
+         is the same machine: `tune`, `benchmark` and `report` judge by all motions of a file.",
+        of.origin.name
+    );
+    format!("\n{}", spread::commented(&sentence))
+}
+
+/// Adds the motions of another file.
+///
+/// # Errors
+/// Says why they do not come along: they do not begin with the device's, or a device would be told
+/// something else for them. There is no reason if there are none.
+fn with_motions(
+    body: &str,
+    parameters: &Parameters,
+    of: &Document,
+) -> Result<String, Option<&'static str>> {
+    let reference = of.get("reference").and_then(|table| toml::to_string(table).ok());
+    let reference: DocumentMut = reference.and_then(|text| text.parse().ok()).ok_or(None)?;
     let steps = |item: &Item| -> Vec<f64> {
         let array = item.get("steps_deg").and_then(Item::as_array);
         let number =
             |value: &toml_edit::Value| value.as_float().or(value.as_integer().map(|n| n as f64));
         array.into_iter().flatten().filter_map(number).collect()
     };
-    let own = *steps(whole.get("reference")?).first()?;
     let others = steps(reference.as_item());
-    let (first, rest) = others.split_first()?;
-    if (own - first).abs() > SAME * first.abs() {
-        return None;
+    let trajectories = reference
+        .get("trajectories")
+        .filter(|all| !all.as_array().is_some_and(toml_edit::Array::is_empty));
+    let Some((first, rest)) = others.split_first() else {
+        return Err(trajectories.map(|_| "its first motion is no step"));
+    };
+    let is_alone = rest.is_empty() && trajectories.is_none();
+    if !matches!(parameters.motion, Motion::Step(_)) {
+        return Err(Some("the motion of the device is no step"));
     }
-    let table = whole.get_mut("reference")?.as_table_mut()?;
-    let array = table.get_mut("steps_deg")?.as_array_mut()?;
+    let mut whole: DocumentMut = body.parse().map_err(|_| None)?;
+    let own = whole.get("reference").and_then(|table| steps(table).first().copied());
+    if own.is_none_or(|own| (own - first).abs() > SAME * first.abs()) {
+        return Err(Some("its first step is not that of the device"));
+    }
+    if is_alone {
+        return Ok(body.to_owned());
+    }
+    let table = whole.get_mut("reference").and_then(Item::as_table_mut).ok_or(None)?;
+    let array = table.get_mut("steps_deg").and_then(Item::as_array_mut).ok_or(None)?;
     rest.iter().for_each(|step| array.push(*step));
-    if let Some(trajectories) = reference.get("trajectories") {
+    if let Some(trajectories) = trajectories {
         table.insert("trajectories", trajectories.clone());
     }
     let text = whole.to_string();
-    let again = machine_file::read("", &text).ok()?;
-    (again == *parameters).then_some(text)
+    let is_same = machine_file::read("", &text).is_ok_and(|again| again == *parameters);
+    if is_same { Ok(text) } else { Err(Some("a device would be told something else for them")) }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::draft::{Typical, text};
+    use crate::experiment::Experiment;
+
+    #[test]
+    fn motions_come_along_if_the_first_is_the_device_s_and_else_the_file_says_why_not() {
+        let typical = Typical::find("thesis").unwrap();
+        let sheet = text("arm.toml", &typical.answers().unwrap(), Some(&typical)).unwrap();
+        let sheet = Document::parse("arm.toml", &sheet).unwrap();
+        let first =
+            |document: &Document| Experiment::plan(document, &[], &[]).unwrap().runs.remove(0);
+        let parameters = super::super::parameters(&first(&sheet)).unwrap();
+        let joint = sheet.machine().unwrap().joint;
+        let body = machine_file::render(&parameters, &joint, "a test").unwrap();
+        let whole = with_motions(&body, &parameters, &sheet).unwrap();
+        let of = |text: &str| Document::parse("", text).unwrap().machine().unwrap().reference;
+        let (steps, trajectories) = (of(&whole).steps_deg, of(&whole).trajectories.len());
+        // The device has counts of its step.
+        assert!((steps[0] - 1.0).abs() < 1e-6, "{steps:?}");
+        assert_eq!((&steps[1..], trajectories), (&[5.0][..], 1));
+        let mut other = sheet.clone();
+        other.set(&["reference.steps_deg=[2.0, 5.0]".to_owned()]).unwrap();
+        let why = with_motions(&body, &parameters, &other).unwrap_err().unwrap();
+        let said = without_motions(&other, why);
+        assert!(said.contains("arm.toml") && said.contains("first step"), "{said}");
+        assert!(said.lines().all(|line| line.is_empty() || line.starts_with('#')), "{said}");
+        // A file of the one step has nothing that could be left out.
+        other
+            .set(&["reference.steps_deg=[1.0]".into(), "reference.trajectories=[]".into()])
+            .unwrap();
+        assert_eq!(with_motions(&body, &parameters, &other).as_deref(), Ok(body.as_str()));
+        other.set(&["reference.steps_deg=[]".to_owned()]).unwrap();
+        assert_eq!(with_motions(&body, &parameters, &other), Err(None));
+    }
 }

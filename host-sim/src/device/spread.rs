@@ -7,10 +7,9 @@
 //! | slip friction | two standard deviations to either side, and at least 2 % |
 //! | stick friction | from the least to the largest breakaway that was read, at least 2 % |
 //!
-//! A breakaway is the mean of both senses. The floors are for what the model does not say; no error
-//! of less than a percent or two is to be taken for real (docs/identification-on-the-board.md).
-//! Where the ranges of slip and stick friction overlap, they meet in the middle between both: no
-//! joint slips with more than it sticks with.
+//! A breakaway is the mean of both senses. The floors are for what the model does not say
+//! (docs/identification-on-the-board.md). `draft/spread.rs` has them, the rule by which slip and
+//! stick friction stay apart, and the text: they are those of a log, too.
 //!
 //! What is doubted has a wider range, since its bars are those of a model that does not hold:
 //!
@@ -31,10 +30,8 @@ use std::collections::BTreeMap;
 use stiction::identification::{Levels, Summary};
 
 use super::identified::{Identified, doubts};
+use crate::draft::spread::{LEAST, around, of_inertia, part, rounded};
 use crate::machine::Joint;
-
-/// Least share by which each of gain, viscous friction, slip and stick may be off.
-const LEAST: [f64; 4] = [0.02, 0.05, 0.02, 0.02];
 
 /// Standard deviations to either side, and of few stretches.
 const DEVIATIONS: [f64; 2] = [2.0, 4.0];
@@ -50,20 +47,15 @@ const STICK_TO_SLIP: f64 = 2.0;
 pub fn spread(found: &Identified, joint: &Joint) -> BTreeMap<String, [f64; 2]> {
     let Some(estimate) = &found.summary.estimate else { return BTreeMap::new() };
     let Summary { breakaway, doubts, .. } = &found.summary;
-    let [gain, viscous, slip, stick] = LEAST;
+    let [least_inertia, viscous, slip, stick] = LEAST;
     let deviations = DEVIATIONS[usize::from(doubts.few_rows)];
     let deviation = |value: [f32; 2]| deviations * f64::from(value[1]);
-    let around = |value: f64, off: f64, least: f64| {
-        let off = off.max(least * value);
-        [(value - off).max(0.0), value + off]
-    };
     let wider = |a: [f64; 2], b: [f64; 2]| [a[0].min(b[0]), a[1].max(b[1])];
 
     let inertia = 1.0 / joint.gain_deg_per_s2_per_v;
-    // An inertia that may be none at all is known to be above half of what was found.
-    let off = deviation(estimate.inertia).min(0.5 * inertia);
+    let off = of_inertia(inertia, deviation(estimate.inertia));
     let off = if doubts.lost_motion { off.max(LOST * inertia) } else { off };
-    let [light, heavy] = around(inertia, off, gain);
+    let [light, heavy] = around(inertia, off, least_inertia);
 
     let friction = &joint.friction;
     let mut slips = around(friction.slip_v, deviation(estimate.coulomb), slip);
@@ -81,12 +73,11 @@ pub fn spread(found: &Identified, joint: &Joint) -> BTreeMap<String, [f64; 2]> {
         let off = fastest(found).map_or(joint.viscous_v_per_deg_per_s, |speed| change / speed);
         viscouses = wider(viscouses, around(joint.viscous_v_per_deg_per_s, off, viscous));
     }
-    let middle = 0.5 * (friction.slip_v + friction.stick_v);
     if doubts.lost_motion {
         // What was read tells no more than that the joint slips.
         sticks = [slips[1], sticks[1].max(STICK_TO_SLIP * slips[1])];
-    } else if slips[1] > sticks[0] {
-        (slips[1], sticks[0]) = (slips[1].min(middle), sticks[0].max(middle));
+    } else {
+        part(&mut slips, &mut sticks, [friction.slip_v, friction.stick_v]);
     }
     [
         ("joint.gain_deg_per_s2_per_v", [1.0 / heavy, 1.0 / light]),
@@ -107,22 +98,6 @@ fn further(levels: &Levels) -> f64 {
 fn fastest(found: &Identified) -> Option<f64> {
     let points = found.map.iter().flatten().filter(|point| point.windows > 0);
     points.map(|point| f64::from(point.velocity.abs())).filter(|v| *v > 0.0).reduce(f64::max)
-}
-
-/// To five digits.
-fn rounded(value: f64) -> f64 {
-    format!("{value:.4e}").parse().unwrap_or(value)
-}
-
-/// Writes the table as it stands at the end of a file.
-pub fn table(spread: &BTreeMap<String, [f64; 2]>) -> String {
-    let begin = "\n\
-        # How far the joint may be off, by the error bars of its identification. `tune`\n\
-        # and `device selftest` draw their joints from here.\n\
-        [spread]\n";
-    let lines =
-        spread.iter().map(|(key, [low, high])| format!("\"{key}\" = [{low:?}, {high:?}]\n"));
-    begin.to_owned() + &lines.collect::<String>()
 }
 
 /// Writes the verdict and what is doubted, as comments above the table.

@@ -5,7 +5,7 @@
 //! | inertia, viscous friction | as found |
 //! | lowest breakaway | half of the least of: slip friction less its error bar, each breakaway |
 //! | highest breakaway | twice the largest of: top of the stick friction's range, each breakaway |
-//! | load | constant load and gravity, if that is more than the least slip friction holds |
+//! | load | constant load and gravity, if that is more than the slip friction less its bar holds |
 //!
 //! The factors of two are those of a first file ([`Told`]): an identification sees the joint of one
 //! day, at one temperature. Where the joint is doubted, the ranges of `[spread]` are wider, and so
@@ -58,9 +58,7 @@ fn of(found: &Identified, joint: &Joint, spread: &BTreeMap<String, [f64; 2]>) ->
         f64::from(estimate.offset[0]).abs() + sine.hypot(cosine)
     });
     let inertia = 1.0 / joint.gain_deg_per_s2_per_v;
-    let told = Told::new(inertia, joint.viscous_v_per_deg_per_s, [least, largest], load);
-    // What drives the joint is what its friction alone does not hold.
-    Told { load: if load > slip { load } else { 0.0 }, ..told }
+    Told::new(inertia, joint.viscous_v_per_deg_per_s, [least, largest]).with_load(load, slip)
 }
 
 /// Four digits, as the first file has them: the error bars bear no more.
@@ -99,8 +97,8 @@ fn said(before: &RobustGains, after: &RobustGains) -> String {
         commented(&format!("From the identification, with its error bars: {anew}."))
     };
     text += &commented(
-        "The breakaway is from half of the lowest to twice the highest that was found \
-         (docs/identification-on-the-board.md).",
+        "The breakaway is from half of the lowest friction to twice the highest, with their error \
+         bars (docs/identification-on-the-board.md).",
     );
     if !kept.is_empty() {
         text += &commented(&format!("Left alone, as somebody has set them: {kept}."));

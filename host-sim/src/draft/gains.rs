@@ -11,10 +11,11 @@
 //! v_ms  = F_s                                    SRNF: what starts the joint
 //! alpha = min(0.25 / q, (J_v (0.66 / h)^2 - Kp) / v_ms), not below 0
 //! v_slip = 0.9 F_c, V_ff = one count a second    feedforward
+//!          F_c is less and F_s more by a constant load, which friction holds one way only
 //! J_v, b, F_lo = F_c / 2, F_hi = 2 F_s           robust: what it is told
 //! load   = what drives the joint, if that is more than F_c holds
 //! v_max  = min(0.075 U / b, 86 deg/s, 1.25 U / Kd)         [profile]: of a move, an identification
-//! a_max  = 0.125 U / J_v, reached in min(0.1 s, 200 h)
+//! a_max  = 0.125 U / J_v, reached in min(0.1 s, 200 h)     all three as the core can keep them
 //! ```
 //!
 //! Why: 0.14/h leaves two samples of delay a phase of 0.28 rad. 8 Hz is below the resonance of most
@@ -24,11 +25,12 @@
 //! the joint by itself, so it is a tenth less. `robust` bears any friction in the range that it is
 //! told, and a data sheet says nothing of place, direction and temperature, hence the factors of
 //! two. It makes its own profile of 0.15 U / b, no more than 3 rad/s, and 0.25 U / J_v, with the
-//! largest effort U. A move from outside has half of both, so that the inner profile does nothing
-//! but land; and half of the speed at which the other controllers' default monitor trips, as their
-//! gains alone would give it. Without `[profile]` a device with `robust` would crawl: of Kp and Kd
-//! there is nothing to derive it from. An identification at 10 deg/s tells little of a joint with a
-//! coarse encoder.
+//! largest effort U (`duty_max` of the full scale). A move from outside has no more than half of
+//! both, so that the inner profile does nothing but land. With 1.25 U / Kd its velocity is also no
+//! more than half of the speed at which the default monitor of the other controllers trips, as
+//! their gains alone would give it. Without `[profile]` a device with `robust` would crawl: of Kp
+//! and Kd there is nothing to derive it from. An identification at 10 deg/s tells little of a joint
+//! with a coarse encoder. A joint without friction has neither `robust` nor `[profile]`.
 //!
 //! Guarantees: on the rigid joint of the data sheet PD has the damping ratio `zeta`. Does badly:
 //! knows nothing of resonances and backlash, and is as good as the data sheet. Nothing of it has
@@ -36,8 +38,11 @@
 
 use std::f64::consts::TAU;
 
+use stiction::ProfileLimits;
+
 use crate::data_sheet::tables::Side;
 use crate::data_sheet::{DataSheet, Mapping};
+use crate::error::rounded;
 
 /// Damping ratio of PD on the joint.
 pub const DAMPING_RATIO: f64 = 0.9;
@@ -77,6 +82,55 @@ pub struct Profile {
     pub acceleration: f64,
     /// deg/s^3.
     pub jerk: f64,
+    /// Why the velocity is what it is.
+    pub why: &'static str,
+}
+
+/// So often limits are made those that the core can keep: each rounding may lead out again, of
+/// which the next pass makes less.
+const PASSES: u32 = 4;
+
+impl Profile {
+    /// Returns the limits with four digits that the core's generator can keep, at a sample time (s)
+    /// and an angle of a count (deg): it counts in whole units, of which a tick has no more than so
+    /// many.
+    fn kept(self, [sample_time_s, count_deg]: [f64; 2]) -> Self {
+        let four = |value: f64| rounded(value).parse().unwrap_or(value);
+        let mut kept = Self {
+            velocity: four(self.velocity),
+            acceleration: four(self.acceleration),
+            jerk: four(self.jerk),
+            ..self
+        };
+        for _ in 0..PASSES {
+            let asked = ProfileLimits {
+                velocity: kept.velocity as f32,
+                acceleration: kept.acceleration as f32,
+                jerk: kept.jerk as f32,
+            };
+            let near = asked.nearest(sample_time_s as f32, count_deg as f32);
+            if near == asked {
+                break;
+            }
+            let change = |from: f64, asked: f32, near: f32| {
+                if near == asked { from } else { floored(near.into()) }
+            };
+            kept = Self {
+                velocity: change(kept.velocity, asked.velocity, near.velocity),
+                acceleration: change(kept.acceleration, asked.acceleration, near.acceleration),
+                jerk: change(kept.jerk, asked.jerk, near.jerk),
+                why: if near.velocity == asked.velocity { kept.why } else { "as the core counts" },
+            };
+        }
+        kept
+    }
+}
+
+/// The largest number of four digits that is no more.
+fn floored(value: f64) -> f64 {
+    let digit = 10f64.powf(value.abs().log10().floor() - 3.0);
+    let floor = (value / digit).floor() * digit;
+    rounded(floor).parse().unwrap_or(floor)
 }
 
 /// The fastest move of a first file, deg/s: half of the inner profile's 3 rad/s.
@@ -103,30 +157,39 @@ pub struct Told {
 }
 
 impl Told {
-    /// Makes it of a joint with an inertia (V s^2/deg), a viscous friction (V s/deg), a friction
-    /// between the lowest and the highest one that is known of (V), and a load (V).
-    pub fn new(inertia: f64, viscous: f64, [lowest, highest]: [f64; 2], load: f64) -> Self {
-        Self {
-            inertia,
-            viscous,
-            breakaway: [0.5 * lowest, 2.0 * highest],
-            behind_a_spring: false,
-            load: if load > lowest { load } else { 0.0 },
-        }
+    /// Makes it of a joint with an inertia (V s^2/deg), a viscous friction (V s/deg), and a
+    /// friction between the lowest and the highest one that is known of (V).
+    pub const fn new(inertia: f64, viscous: f64, [lowest, highest]: [f64; 2]) -> Self {
+        let breakaway = [0.5 * lowest, 2.0 * highest];
+        Self { inertia, viscous, breakaway, behind_a_spring: false, load: 0.0 }
+    }
+
+    /// Tells it a load (V) as well, if a friction of `holds` (V) does not hold it.
+    pub const fn with_load(self, load: f64, holds: f64) -> Self {
+        Self { load: if load > holds { load } else { 0.0 }, ..self }
     }
 
     /// Makes it of a data sheet.
     pub fn of(sheet: &DataSheet, mapping: &Mapping) -> Self {
-        let lowest = mapping.volts(sheet.slip()[0].min(sheet.slip()[1]));
-        let highest = mapping.volts(sheet.stick()[0].max(sheet.stick()[1]));
+        let friction = either_way(sheet).map(|level| mapping.volts(level));
+        let holds = mapping.volts(sheet.slip()[0].min(sheet.slip()[1]));
         let load = mapping.volts(sheet.load.constant_nm.abs() + sheet.load.unbalance_nm.abs());
         let springs = sheet.gear.stiffness_nm_per_rad.or(sheet.gear.stiffness_nm_per_deg).is_some();
         let inertia = mapping.units.per_degree(mapping.inertia);
         Self {
             behind_a_spring: springs && sheet.encoder.at == Some(Side::Load),
-            ..Self::new(inertia, mapping.viscous_v(), [lowest, highest], load)
+            ..Self::new(inertia, mapping.viscous_v(), friction).with_load(load, holds)
         }
     }
+}
+
+/// The least effort that keeps the joint moving slowly and the largest that starts it, N m, over
+/// both ways. A constant load that the friction holds is friction that differs by the way; of one
+/// that it does not hold, `robust` is told by itself.
+fn either_way(sheet: &DataSheet) -> [f64; 2] {
+    let slip = sheet.slip()[0].min(sheet.slip()[1]);
+    let load = Some(sheet.load.constant_nm.abs()).filter(|load| *load < slip).unwrap_or(0.0);
+    [slip - load, sheet.stick()[0].max(sheet.stick()[1]) + load]
 }
 
 impl FirstGains {
@@ -136,15 +199,22 @@ impl FirstGains {
         let natural_frequency = (TAU * 8.0).min(0.14 / sample_time_s);
         let kp = inertia * natural_frequency.powi(2);
         let kd = 2.0 * DAMPING_RATIO * inertia * natural_frequency - mapping.viscous_v();
-        let v_ms = mapping.volts(sheet.stick()[0].max(sheet.stick()[1]));
+        let [slip, v_ms] = either_way(sheet).map(|level| mapping.volts(level));
         let stiffest = inertia * (STIFFEST / sample_time_s).powi(2) - kp;
         let largest_v = mapping.full_scale_v * mapping.duty_max;
         // Of a joint without viscous friction, or a loop without Kd, a share is infinite.
-        let velocity = FASTEST.min(0.075 * largest_v / mapping.viscous_v());
-        let velocity = if kd > 0.0 { velocity.min(1.25 * largest_v / kd) } else { velocity };
+        let of_kd = if kd > 0.0 { 1.25 * largest_v / kd } else { f64::INFINITY };
+        let (velocity, why) = [
+            (FASTEST, "half of the 3 rad/s of robust at most"),
+            (0.075 * largest_v / mapping.viscous_v(), "half of the inner profile of robust"),
+            (of_kd, "half of what trips the other controllers"),
+        ]
+        .into_iter()
+        .fold((f64::INFINITY, ""), |least, one| if one.0 < least.0 { one } else { least });
         let acceleration = 0.125 * largest_v / inertia;
         let jerk_time_s = JERK_TIME_S.min(JERK_TICKS * sample_time_s);
-        let profile = Profile { velocity, acceleration, jerk: 2.0 * acceleration / jerk_time_s };
+        let jerk = 2.0 * acceleration / jerk_time_s;
+        let profile = Profile { velocity, acceleration, jerk, why };
         let alpha = if v_ms > 0.0 { (0.25 / count_deg).min(stiffest / v_ms) } else { 0.0 };
         Self {
             natural_frequency,
@@ -152,10 +222,10 @@ impl FirstGains {
             kd: kd.max(0.0),
             v_ms,
             alpha: alpha.max(0.0),
-            v_slip: 0.9 * mapping.volts(sheet.slip()[0].min(sheet.slip()[1])),
+            v_slip: 0.9 * slip,
             v_ff: count_deg,
             robust: Told::of(sheet, mapping),
-            profile,
+            profile: profile.kept([sample_time_s, count_deg]),
         }
     }
 }

@@ -5,14 +5,15 @@
 //! ```
 //!
 //! [`questions`] are what has to be known of a joint, [`typical`] answers them for three joints,
-//! [`gains`] has the rules, [`text`](text()) the file.
+//! [`gains`] has the rules, [`text`](text()) the file, and [`spread`] how far its joint may be off.
 
 pub mod gains;
 pub mod questions;
+pub mod spread;
 mod text;
 pub mod typical;
 
 pub use gains::Told;
 pub use questions::{Answer, Answers, QUESTIONS, Question};
-pub use text::{robust, text};
+pub use text::{Whys, Words, text, text_with};
 pub use typical::{TYPICAL, Typical};

@@ -11,22 +11,64 @@ use crate::error::{Error, rounded};
 /// Where the comments of a line begin.
 const COMMENT_AT: usize = 36;
 
+/// Why `robust` is told what it is told: inertia, viscous friction, lowest and highest breakaway.
+pub type Whys = [&'static str; 4];
+
+/// What a file says of a joint beside the answers.
+#[derive(Clone, Debug)]
+pub struct Words {
+    /// How the first comment begins: who has written the file.
+    pub begin: String,
+    /// The title.
+    pub title: String,
+    /// Where the joint is from, if it is known.
+    pub source: Option<&'static str>,
+    /// Further lines of `[drive]`.
+    pub drive: &'static str,
+    /// Further numbers, by table (one that has answers, or `limits`) and key, with a comment each.
+    pub more: Vec<(&'static str, &'static str, f64, &'static str)>,
+    /// What `robust` is told, and why; none: what the data sheet says.
+    pub told: Option<(Told, Whys)>,
+}
+
+impl Words {
+    /// Those of `stiction new`; a typical joint is named as its source.
+    pub fn of(like: Option<&Typical>) -> Self {
+        Self {
+            begin: "# Written by `stiction new`. ".into(),
+            title: like.map_or("A joint of my own", |typical| typical.title).into(),
+            source: like.map(|typical| typical.source),
+            drive: like.map_or("", |typical| typical.drive),
+            more: vec![],
+            told: None,
+        }
+    }
+}
+
 /// Writes the file `name` of a joint; a typical joint is named as its source.
 ///
 /// # Errors
 /// Names an answer with which no joint can be simulated.
 pub fn text(name: &str, answers: &Answers, like: Option<&Typical>) -> Result<String, Error> {
-    let title = like.map_or("A joint of my own", |typical| typical.title);
+    text_with(name, answers, &Words::of(like))
+}
+
+/// Writes the file `name` of a joint with words of its own.
+///
+/// # Errors
+/// Names an answer with which no joint can be simulated.
+pub fn text_with(name: &str, answers: &Answers, words: &Words) -> Result<String, Error> {
+    let Words { begin, title, source, drive, more: further, told } = words;
     let mut text = format!(
-        "# Written by `stiction new`. Change what differs on your joint, and run it:\n\
+        "{begin}Change what differs on your joint, and run it:\n\
          #   stiction run FILE            stiction benchmark FILE\n\
          #   stiction show --units FILE   tells it in the core's volts and degrees\n\
          #   stiction keys                explains every key, and those that are not here\n\
          # The gains are by rule (docs/units.md). Nothing of this has been tried on a motor.\n\
          title = {title:?}\n"
     );
-    if let Some(typical) = like {
-        text += &format!("source = {:?}\n", typical.source);
+    if let Some(source) = source {
+        text += &format!("source = {source:?}\n");
     }
     for table in ["motor", "gear", "load", "friction", "supply", "encoder"] {
         let lines: String = answers
@@ -43,7 +85,15 @@ pub fn text(name: &str, answers: &Answers, like: Option<&Typical>) -> Result<Str
             })
             .collect();
         if !lines.is_empty() {
-            let more = MORE.iter().filter(|(of, ..)| *of == table);
+            let further = further.iter().filter(|(of, ..)| *of == table);
+            let written: Vec<&str> = further.clone().map(|(_, key, ..)| *key).collect();
+            let lines: String = lines
+                + &further
+                    .map(|(_, key, value, why)| commented(&format!("{key} = {value:?}"), why))
+                    .collect::<String>();
+            let more = MORE.iter().filter(|(of, line, _)| {
+                *of == table && !written.iter().any(|key| line.starts_with(key))
+            });
             let more: String =
                 more.map(|(_, line, why)| commented(&format!("# {line}"), why)).collect();
             // The counter of the board.
@@ -54,7 +104,7 @@ pub fn text(name: &str, answers: &Answers, like: Option<&Typical>) -> Result<Str
     text += "\n[drive]                             # its volts follow from the tables above\n";
     text += "mode = \"locked-antiphase\"\n";
     text += &commented("pwm_hz = 20000.0", "assumed; above what is heard");
-    text += like.map_or("", |typical| typical.drive);
+    text += drive;
     let sample_time_s = answers.get("loop.sample_time_s").map(|answer| &answer.value);
     let sample_time_s = sample_time_s.and_then(Value::as_float).unwrap_or_default();
     let loops = |names: &str| {
@@ -68,18 +118,23 @@ pub fn text(name: &str, answers: &Answers, like: Option<&Typical>) -> Result<Str
         )
     };
     let gains = gains(name, &(text.clone() + &loops("\"pd\"")), sample_time_s)?;
+    let (told, whys) = told.unwrap_or((gains.robust, BY_SHEET));
     // Without friction there is nothing that `robust` could be told.
-    let sticks = gains.robust.breakaway[0] > 0.0;
+    let sticks = told.breakaway[0] > 0.0;
     let first = if sticks { "\"robust\", " } else { "" };
     text += &loops(&format!("{first}\"srnf\", \"both\", \"pd\""));
-    if sticks {
-        text += &robust(&gains.robust, &BY_SHEET);
-    }
-    if sticks {
-        text += &controllers(&gains);
-        return Ok(text + &profile(&gains.profile) + REFERENCE);
-    }
-    Ok(text + &controllers(&gains) + REFERENCE)
+    let [law, limits] = if sticks {
+        [robust(&told, &whys), profile(&gains.profile)]
+    } else {
+        [String::new(), String::new()]
+    };
+    let of_limits = further.iter().filter(|(of, ..)| *of == "limits");
+    let thresholds: String = of_limits
+        .map(|(_, key, value, why)| commented(&format!("{key} = {value:?}"), why))
+        .collect();
+    let thresholds =
+        if thresholds.is_empty() { thresholds } else { format!("\n[limits]\n{thresholds}") };
+    Ok(text + &law + &controllers(&gains) + &limits + &thresholds + REFERENCE)
 }
 
 /// Limits of a move: `robust` has no gains of which a device could derive them.
@@ -89,8 +144,12 @@ fn profile(profile: &Profile) -> String {
     };
     "\n[profile]                           # of moves and of `device identify`, at most\n"
         .to_owned()
-        + &line("velocity_deg_per_s", profile.velocity, "half of the inner profile of robust")
-        + &line("acceleration_deg_per_s2", profile.acceleration, "an eighth of the full effort")
+        + &line("velocity_deg_per_s", profile.velocity, profile.why)
+        + &line(
+            "acceleration_deg_per_s2",
+            profile.acceleration,
+            "an eighth of the full effort at most",
+        )
         + &line("jerk_deg_per_s3", profile.jerk, "reaches that within 0.1 s")
 }
 
@@ -131,8 +190,8 @@ fn controllers(gains: &FirstGains) -> String {
     )
 }
 
-/// Why `robust` is told what it is told of a data sheet: inertia, viscous friction, breakaway.
-const BY_SHEET: [&str; 4] = [
+/// Why `robust` is told what it is told of a data sheet.
+const BY_SHEET: Whys = [
     "30 % off costs tracking, not the rest",
     "the slope of effort over speed",
     "half of the lowest friction",
@@ -140,7 +199,7 @@ const BY_SHEET: [&str; 4] = [
 ];
 
 /// Writes what the law is told that knows neither friction nor inertia well, with why.
-pub fn robust(told: &Told, whys: &[&str; 4]) -> String {
+fn robust(told: &Told, whys: &Whys) -> String {
     let line = |key: &str, value: f64, why: &str| {
         commented(&format!("{key} = {:?}", rounded(value).parse().unwrap_or(value)), why)
     };

@@ -5,21 +5,20 @@
 //! is at the joint. A user who knows motor and gear writes them instead.
 
 use std::f64::consts::TAU;
-use std::fmt::Write as _;
 
 use toml::Value;
 
 use super::Identified;
 use super::model::Fitted;
-use crate::document::Document;
-use crate::draft::{Answers, Told, robust, text};
+use crate::draft::spread::{LEAST, around, of_inertia, part, table};
+use crate::draft::{Answers, Told, Whys, Words, text_with};
 use crate::error::{Error, rounded};
 
 /// Lines of an encoder whose counts are too fine to be seen in the log.
 const ASSUMED_LINES: u32 = 4096;
 
-/// Where the table of the law begins that is told of the joint.
-const ROBUST: &str = "\n[controller.robust]";
+/// Range of a stick friction that a log of motion does not tell, as a part of it.
+const UNTOLD: f64 = 0.25;
 
 /// Sample times of a board, s.
 const SAMPLE_TIMES: [f64; 2] = [1e-4, 0.02];
@@ -44,13 +43,12 @@ pub fn machine_file(name: &str, log: &str, identified: &Identified) -> Result<St
     };
     let fitted = &identified.fitted;
     let [forward, backward] = fitted.levels();
-    let mean = 0.5 * (forward + backward);
-    // A load that is stronger than the friction is no friction of either direction.
-    let is_friction = forward >= 0.0 && backward >= 0.0;
-    if mean < 0.0 {
+    let slip = 0.5 * (forward + backward);
+    if slip < 0.0 {
         return Err(refuse("the friction comes out negative, and no joint has that"));
     }
-    let slip = if is_friction { forward } else { mean };
+    // Of what the effort has to bear the load is the other way round.
+    let constant = if rounded(forward) == rounded(backward) { 0.0 } else { backward - slip };
     let stribeck = fitted.stribeck(0.0).max(0.0);
     let [b_forward, b_backward] = fitted.viscous();
     let viscous = (0.5 * (b_forward + b_backward)).max(0.0);
@@ -79,7 +77,7 @@ pub fn machine_file(name: &str, log: &str, identified: &Identified) -> Result<St
             number(slip + stribeck),
             if stribeck > 0.0 { "identified" } else { "as slip: a log of motion does not tell it" },
         ),
-        ("friction.slip_nm", number(slip), "identified"),
+        ("friction.slip_nm", number(slip), "identified, mean of both ways"),
         ("friction.viscous_nm_s_per_rad", number(viscous), "identified, mean of both ways"),
         ("encoder.lines", Value::Integer(lines.into()), lines_from),
         ("encoder.at", Value::String("load".into()), ""),
@@ -91,124 +89,116 @@ pub fn machine_file(name: &str, log: &str, identified: &Identified) -> Result<St
     ] {
         answers.put(key, value, source);
     }
-    let text = text(name, &answers, None)?;
     let begin = format!(
         "# Written by `stiction identify {log}`: a fit that is {}.\n# Residual {} % of the effort; \
-         velocity of the free run explained by {} %.\n",
+         velocity of the free run explained by {} %.\n# ",
         identified.verdict.quality.word(),
         super::output::short(fitted.relative_residual_percent()),
         super::output::short(100.0 * identified.free_run.velocity_r2)
     );
-    let text = text.replacen("# Written by `stiction new`. ", &format!("{begin}# "), 1);
-    let text = text.replacen(
-        "title = \"A joint of my own\"",
-        &format!("title = {:?}", format!("Identified from {log}")),
-        1,
-    );
-    let mut friction = String::new();
-    if is_friction && rounded(forward) != rounded(backward) {
-        let _ = writeln!(
-            friction,
-            "slip_reverse_nm = {:?}\nstick_reverse_nm = {:?}",
-            rounded_number(backward),
-            rounded_number(backward + stribeck)
-        );
-    }
+    let mut more = Vec::new();
     if let Some(velocity) = fitted.model.stribeck.filter(|_| stribeck > 0.0) {
-        let _ = writeln!(friction, "stribeck_rad_per_s = {:?}", rounded_number(velocity));
+        more.push(("friction", "stribeck_rad_per_s", velocity, "identified"));
     }
-    let mut load = String::new();
-    if !is_friction {
-        // A constant torque on the joint is what the effort has to bear, turned round.
-        let _ = writeln!(load, "constant_nm = {:?}", rounded_number(-0.5 * (forward - backward)));
+    if constant != 0.0 {
+        let why = "identified: half of what both ways differ by";
+        more.push(("load", "constant_nm", constant, why));
+        // What the monitors derive of the friction alone is too little the one way.
+        let starts = (slip + stribeck + constant.abs()) / gain.abs();
+        more.push(("limits", "breakaway_v", starts, "stick friction and constant load"));
     }
+    // g_s sin q + g_c cos q = U sin(q - q_h).
+    let [sine, cosine] = ["gravity_sine", "gravity_cosine"]
+        .map(|name| fitted.get(name).map_or(0.0, |found| found.value));
     if fitted.model.has_gravity {
-        // g_s sin q + g_c cos q = U sin(q - q_h).
-        let [sine, cosine] = ["gravity_sine", "gravity_cosine"]
-            .map(|name| fitted.get(name).map_or(0.0, |found| found.value));
-        let _ = writeln!(
-            load,
-            "unbalance_nm = {:?}\nhangs_at_rad = {:?}",
-            rounded_number(sine.hypot(cosine)),
-            rounded_number((-cosine).atan2(sine))
-        );
+        more.push(("load", "unbalance_nm", sine.hypot(cosine), "identified"));
+        more.push(("load", "hangs_at_rad", (-cosine).atan2(sine), "identified"));
     }
-    let text = text.replacen("[friction]\n", &format!("[friction]\n{friction}"), 1);
-    let text = text.replacen("[load]\n", &format!("[load]\n{load}"), 1);
-    Ok(retold(name, text, fitted)? + &spread(fitted, slip, stribeck, viscous))
+    more.iter_mut().for_each(|(_, _, value, _)| *value = rounded_number(*value));
+    let volts = |torque: f64| torque / gain.abs();
+    // A load that is stronger than the friction is no friction of either direction.
+    let is_held = constant.abs() < slip;
+    let [low, high] =
+        if is_held { [forward.min(backward), forward.max(backward)] } else { [slip; 2] };
+    let off = off(fitted);
+    // What is no more than its error bar is no zero.
+    let ends = [(low - off.slip).max(0.5 * low), high + stribeck + off.stick].map(volts);
+    let told = Told::new(volts(fitted.inertia()).to_radians(), volts(viscous).to_radians(), ends)
+        .with_load(volts(constant.abs() + sine.hypot(cosine)), volts(slip));
+    let words = Words {
+        begin,
+        title: format!("Identified from {log}"),
+        more,
+        told: Some((told, BY_LOG)),
+        ..Words::of(None)
+    };
+    Ok(text_with(name, &answers, &words)?
+        + &spread(fitted, [slip, stribeck, viscous, constant], &off))
 }
 
-/// Why `robust` is told what it is told of a log.
-const BY_LOG: [&str; 4] = [
+/// Why `robust` is told what it is told of a log. An end is no nearer to zero than by half.
+const BY_LOG: Whys = [
     "identified",
     "identified, mean of both ways",
-    "half of the lowest slip, less 2 sd",
-    "twice the highest stick, plus 2 sd",
+    "half of: lowest slip - 2 sd",
+    "twice: highest stick + 2 sd",
 ];
 
-/// Tells `robust` the friction of both ways, with its error bars, and the load.
-fn retold(name: &str, text: String, fitted: &Fitted) -> Result<String, Error> {
-    let Some((sheet, mapping)) = Document::parse(name, &text)?.mapping()? else { return Ok(text) };
-    let Some((before, law)) = text.split_once(ROBUST) else { return Ok(text) };
-    let after = law.split_once("\n[").map_or("", |(_, after)| after);
-    let by_sheet = Told::of(&sheet, &mapping);
-    let [low, high] = by_sheet.breakaway.map(|level| level / mapping.volts(1.0));
-    // Half of the lowest, and twice the highest. What is no more than its error bar is no zero.
-    let [low_off, high_off] = off(fitted);
-    let low = (low - 0.5 * low_off).max(0.5 * low);
-    let breakaway = [low, high + 2.0 * high_off].map(|level| mapping.volts(level));
-    Ok(format!("{before}{}\n[{after}", robust(&Told { breakaway, ..by_sheet }, &BY_LOG)))
+/// Two standard deviations, N m.
+struct Off {
+    /// Of the level of either way, which has that of the constant load in it.
+    slip: f64,
+    stick: f64,
+    /// Of the mean of both ways.
+    mean: f64,
+    load: f64,
 }
 
-/// Two standard deviations of the lower and of the upper end of the friction, N m.
-fn off(fitted: &Fitted) -> [f64; 2] {
-    let deviation = |name: &str| fitted.get(name).map_or(0.0, |found| found.sd);
-    let slip = ["coulomb", "coulomb_positive", "coulomb_negative"].map(deviation);
-    let slip = slip.into_iter().fold(0.0, f64::max);
-    [2.0 * slip, 2.0 * (slip + deviation("stribeck"))]
-}
-
-/// The error bars as `[spread]`, from which `tune` draws its joints: two standard deviations, and
-/// at least 2 %; of the viscous friction 5 %. A log of motion does not tell the stick friction: it
-/// may be a quarter more.
-fn spread(fitted: &Fitted, slip: f64, stribeck: f64, viscous: f64) -> String {
+/// The error bars of the friction.
+fn off(fitted: &Fitted) -> Off {
     let deviation = |name: &str| fitted.get(name).map_or(0.0, |found| 2.0 * found.sd);
-    let range = |value: f64, off: f64, least: f64| {
-        let off = off.max(least * value);
-        [(value - off).max(0.0), value + off]
+    let parameters = fitted.parameters();
+    let load = parameters.iter().find(|(name, _)| *name == "offset");
+    let load = load.map_or(0.0, |(_, offset)| 2.0 * offset.sd);
+    let ways = ["coulomb_positive", "coulomb_negative"].map(deviation);
+    let larger = ways[0].max(ways[1]);
+    let [slip, mean] = if fitted.model.is_asymmetric {
+        [larger; 2]
+    } else {
+        [deviation("coulomb").hypot(load), deviation("coulomb")]
     };
+    Off { slip, stick: slip + deviation("stribeck"), mean, load }
+}
+
+/// The error bars as `[spread]`, from which `tune` draws its joints. A log of motion does not tell
+/// the stick friction: it may be a quarter more.
+fn spread(fitted: &Fitted, [slip, stribeck, viscous, constant]: [f64; 4], off: &Off) -> String {
+    let deviation = |name: &str| fitted.get(name).map_or(0.0, |found| 2.0 * found.sd);
+    let [least_inertia, least_viscous, least_slip, least_stick] = LEAST;
     let inertia = fitted.inertia();
+    let inertias = around(inertia, of_inertia(inertia, deviation("inertia")), least_inertia);
     let of_viscous = ["viscous", "viscous_positive", "viscous_negative"].map(deviation);
-    let [slip_off, stick_off] = off(fitted);
+    let of_viscous = of_viscous.into_iter().fold(0.0, f64::max);
     let stick = slip + stribeck;
-    let middle = 0.5 * (slip + stick);
-    let mut slips = range(slip, slip_off, 0.02);
+    let mut slips = around(slip, off.mean, least_slip);
     let is_told = stribeck > 0.0;
-    let mut sticks = range(stick, stick_off, if is_told { 0.02 } else { 0.25 });
-    // No joint slips with more than it sticks with.
-    if !is_told {
+    let of_stick = off.mean + deviation("stribeck");
+    let mut sticks = around(stick, of_stick, if is_told { least_stick } else { UNTOLD });
+    if is_told {
+        part(&mut slips, &mut sticks, [slip, stick]);
+    } else {
+        // No joint slips with more than it sticks with.
         sticks[0] = slips[1];
-    } else if slips[1] > sticks[0] {
-        (slips[1], sticks[0]) = (slips[1].min(middle), sticks[0].max(middle));
     }
-    // An inertia that may be none at all is known to be above half of what was found.
-    let inertias = range(inertia, deviation("inertia").min(0.5 * inertia), 0.02);
-    let viscouses = range(viscous, of_viscous.into_iter().fold(0.0, f64::max), 0.05);
-    let mut text = "\n# How far the joint may be off, by the error bars of the fit. `tune` and\n\
-        # `device selftest` draw their joints from here.\n[spread]\n"
-        .to_owned();
-    for (key, ends) in [
+    let frictions = [
         ("load.inertia_kg_m2", inertias),
-        ("friction.viscous_nm_s_per_rad", viscouses),
+        ("friction.viscous_nm_s_per_rad", around(viscous, of_viscous, least_viscous)),
         ("friction.slip_nm", slips),
         ("friction.stick_nm", sticks),
-    ] {
-        let [low, high] = ends.map(rounded_number);
-        if high > 0.0 {
-            let _ = writeln!(text, "\"{key}\" = [{low:?}, {high:?}]");
-        }
-    }
-    text
+    ];
+    let load = (constant != 0.0)
+        .then_some(("load.constant_nm", [constant - off.load, constant + off.load]));
+    table(frictions.into_iter().filter(|(_, [_, high])| *high > 0.0).chain(load))
 }
 
 /// Lines of an encoder with the counts of the log, and where that is from.

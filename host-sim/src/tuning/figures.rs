@@ -59,11 +59,15 @@ pub struct Figures {
     pub held_v: f64,
 }
 
+/// Whether a joint settles in time, stays, and trips no monitor.
+pub(super) fn is_fine(row: &Row) -> bool {
+    row.is_success(WITHIN_S) && row.faults().next().is_none()
+}
+
 impl Figures {
     /// Sums up the rows of one law.
     pub fn of(rows: &[Row]) -> Self {
         let cases = rows.len();
-        let fine = |row: &&Row| row.is_success(WITHIN_S) && row.faults().next().is_none();
         let mean =
             |of: &dyn Fn(&Row) -> f64| rows.iter().map(of).sum::<f64>() / cases.max(1) as f64;
         let has_motion =
@@ -71,7 +75,7 @@ impl Figures {
         let tracking = |row: &Row| row.tracking_rms.map_or(f64::INFINITY, |rms| rms / row.count);
         Self {
             cases,
-            successes: rows.iter().filter(fine).count(),
+            successes: rows.iter().filter(|row| is_fine(row)).count(),
             settling_s: mean(&|row| {
                 let settled_s = row.settled_s.filter(|_| row.step_fault.is_none());
                 settled_s.map_or(2.0 * WITHIN_S, |settled_s| settled_s.min(2.0 * WITHIN_S))

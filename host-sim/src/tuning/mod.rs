@@ -5,17 +5,20 @@
 //! file, spreads -> joints around the file's, each with and    |
 //!      without a sample of delay -> servo, monitors -> rows   v
 //! search.rs: gains -> figures.rs: cost for a goal, under limits -> the least
-//!      -> tried again on joints of another seed -> text.rs: a new file, a table; pareto.rs: charts
+//!      -> judgement.rs: tried again on joints of another seed -> text.rs: a new file, a table;
+//!         pareto.rs: charts
 //! ```
 //!
 //! The joints on which gains are judged are not those on which they were found, and three times as
-//! many: a judgement is two sets of gains, the search some forty. Gains that are no better there
-//! than those of the file are dropped, and the file's stay. Guarantees: the same result for the
-//! same seed on any number of cores; no more failures on the joints of the judgement than the
-//! file's gains have. Does badly: it finds a valley near the file's gains, not the lowest
-//! one; it knows the joint of the file with its spread, and nothing that the file does not say.
+//! many: a judgement is two to six sets of gains, the search some forty. Gains that are no better
+//! there than those of the file are dropped, and if the next best ones are no better either, the
+//! file's stay. Guarantees: the same result for the same seed on any number of cores; no more
+//! failures on the joints of the judgement than the file's gains have. Does badly: it finds a
+//! valley near the file's gains, not the lowest one; it knows the joint of the file with its
+//! spread, and nothing that the file does not say.
 
 mod figures;
+mod judgement;
 mod knobs;
 mod limits;
 mod pareto;
@@ -104,7 +107,7 @@ pub struct Tuned {
 /// What the gains of a file come to.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Standing {
-    /// On the joints of the judgement.
+    /// On the joints of the judgement, those on which [`Tuned`] has its figures.
     pub figures: Figures,
     /// As of [`Tuned`].
     pub margins: [f64; 2],
@@ -167,6 +170,7 @@ impl Request {
             )));
         }
         let tried = Mutex::new(vec![start]);
+        let candidates = Mutex::new(Vec::new());
         let is_cancelled = AtomicBool::new(false);
         let cost = |factors: &[f64]| {
             // The search has no way out, but it ends soon where all costs are the same.
@@ -182,26 +186,35 @@ impl Request {
             };
             let figures = Figures::of(&rows);
             tried.lock().unwrap_or_else(PoisonError::into_inner).push(figures);
-            figures.cost(&start, self.goal, &self.limits)
+            let cost = figures.cost(&start, self.goal, &self.limits);
+            let candidate = (cost - start.cost(&start, self.goal, &self.limits), factors.to_vec());
+            candidates.lock().unwrap_or_else(PoisonError::into_inner).push(candidate);
+            cost
         };
-        let factors = search::least(knobs.len(), &cost)?;
+        search::least(knobs.len(), &cost)?;
         if is_cancelled.into_inner() {
             return Ok(None);
         }
         let judged = [self.judged(), self.judges()];
-        let found = set(controller, &knobs, &factors);
         if !goes_on() {
             return Ok(None);
         }
         let before = self.rows(controller, &[], judged)?;
-        if !goes_on() {
-            return Ok(None);
-        }
-        let after = self.rows(controller, &found, judged)?;
-        let [was, is] = [&before, &after].map(|rows| Figures::of(rows));
-        let better = is.are_better_than(&was, self.goal, &self.limits);
-        let (stays, rows, set) =
-            if better { (is, after, found) } else { (was, before, Vec::new()) };
+        let was = Figures::of(&before);
+        let passed = judgement::first(
+            candidates.into_inner().unwrap_or_else(PoisonError::into_inner),
+            &before,
+            (self.goal, &self.limits),
+            |factors| set(controller, &knobs, factors),
+            |set| if goes_on() { self.rows(controller, set, judged).map(Some) } else { Ok(None) },
+        )?;
+        let judgement::Outcome::Judged(passed) = passed else { return Ok(None) };
+        let better = passed.is_some();
+        let judgement::Passed { factors, set, rows } = passed.unwrap_or_else(|| {
+            let factors = vec![1.0; knobs.len()];
+            judgement::Passed { factors, set: Vec::new(), rows: before }
+        });
+        let stays = Figures::of(&rows);
         let turned = knobs.iter().zip(&factors).map(|(knob, factor)| {
             let to = if better { rounded(knob.start * factor) } else { knob.start };
             Turned { key: knob.key, from: knob.start, to }
@@ -224,7 +237,7 @@ impl Request {
     /// # Errors
     /// Names what is wrong with the file or a spread.
     pub fn standing(&self, controller: &str) -> Result<Standing, Error> {
-        let rows = self.rows(controller, &[], [self.judged(), self.cases])?;
+        let rows = self.rows(controller, &[], [self.judged(), self.judges()])?;
         Ok(Standing {
             figures: Figures::of(&rows),
             // Nobody cancels it.
@@ -238,7 +251,7 @@ impl Request {
         self.seed.wrapping_add(1)
     }
 
-    /// The number of joints on which new gains are judged.
+    /// The number of joints on which gains are judged.
     pub const fn judges(&self) -> u64 {
         self.cases.saturating_mul(JUDGES)
     }

@@ -113,7 +113,7 @@ fn the_file_of_a_doubtful_joint_says_what_is_doubted_and_is_wider_than_its_error
 /// Every typical joint is identified within the bounds by default, as docs/commissioning.md has it.
 #[test]
 fn each_typical_joint_is_found_within_the_bounds_by_default_as_its_data_sheet_has_it() {
-    for name in ["harmonic", "gimbal", "thesis"] {
+    for name in host_sim::draft::TYPICAL.map(|typical| typical.name) {
         let directory = tempfile::tempdir().unwrap();
         let [file, into] = ["joint.toml", "found.toml"].map(|name| path(directory.path(), name));
         stiction(&["new", &file, "--typical", name]);
@@ -164,7 +164,8 @@ fn each_typical_joint_is_found_within_the_bounds_by_default_as_its_data_sheet_ha
             let share = level / of("friction", "stick_nm");
             assert!((share - 1.0).abs() < 0.03, "{name} {sense}: {level} N m");
         }
-        // What the law is told anew is this joint, and the range holds what was read.
+        // What the law is told anew is this joint, and the range holds what was read: half of the
+        // least slip friction or breakaway, twice the largest breakaway, and their error bars.
         let sheet = &sheet["controller"]["robust"];
         let written: toml::Table = fs::read_to_string(&into).unwrap().parse().unwrap();
         let told = &written["controller"]["robust"];
@@ -172,6 +173,16 @@ fn each_typical_joint_is_found_within_the_bounds_by_default_as_its_data_sheet_ha
             let [was, is] = [sheet, told].map(|table| table[key].as_float().unwrap());
             assert!((is / was - 1.0).abs() < share, "{name} {key}: {was} and {is}");
         }
+        let read = |end: &str| {
+            ["breakaway_positive", "breakaway_negative"].map(|sense| number(&found[sense][end]))
+        };
+        let slip = number(&found["parameters"]["coulomb"]["value"]);
+        let least = read("min_v").into_iter().fold(slip, f64::min);
+        let largest = read("max_v").into_iter().fold(0.0, f64::max);
+        let of = |key: &str| told[key].as_float().unwrap();
+        let [low, high] = [of("breakaway_low_v") / least, of("breakaway_high_v") / largest];
+        assert!((0.45..0.5).contains(&low), "{name}: {low} of {least} V");
+        assert!((2.0..2.2).contains(&high), "{name}: {high} of {largest} V");
     }
 }
 

@@ -102,6 +102,26 @@ fn options_answer_instead_of_a_typical_joint_or_on_top_of_it() {
     assert!(text.contains("stick_nm = 0.1  ") && text.contains("assumed; the data sheet has none"));
 }
 
+/// A tick of a profile has 8192 counts at most, of which 20 ms of a fine encoder have more.
+#[test]
+fn the_profile_of_a_slow_loop_with_a_fine_encoder_is_one_that_a_device_takes() {
+    let directory = tempfile::tempdir().unwrap();
+    let path = file(&directory, "joint.toml");
+    let fine = ["--lines", "5000", "--ratio", "100", "--at", "motor", "--sample-time-s", "0.02"];
+    let light = ["--inertia-kg-m2", "1", "--viscous-nm-s-per-rad", "1"];
+    let friction = ["--stick-nm", "12", "--slip-nm", "11.4"];
+    let begin = ["new", &path, "--typical", "thesis"];
+    stiction(&[&begin[..], &fine, &light, &friction].concat());
+    let written: toml::Table = fs::read_to_string(&path).unwrap().parse().unwrap();
+    let velocity = written["profile"]["velocity_deg_per_s"].as_float().unwrap();
+    // 86 deg/s would be 9556 counts a tick, of 2,000,000 in a turn.
+    let most = 8192.0 / (2e6 / 360.0) / 0.02;
+    assert!(velocity <= most && velocity > 0.998 * most, "{velocity}, of {most} deg/s");
+    let show = ["device", "--simulated", "--machine", &path, "params", "show"];
+    let told = std::process::Command::new(env!("CARGO_BIN_EXE_stiction")).args(show).output();
+    assert!(told.as_ref().unwrap().status.success(), "{told:?}");
+}
+
 #[test]
 fn the_two_systems_of_units_are_told_side_by_side() {
     let directory = tempfile::tempdir().unwrap();

@@ -3,7 +3,6 @@
 use std::path::{Path, PathBuf};
 use std::time::Duration;
 
-use stiction::Parameters;
 use stiction::identification::{Asked, Outcome};
 use stiction::link::StateCode;
 
@@ -113,7 +112,6 @@ impl Identify {
         }
         let Self { effort, travel, speed, time, .. } = *self;
         let asked = Asked { effort, travel, speed, time };
-        check_speed(&asked, &parameters)?;
         client.identify_joint(asked)?;
         let status = until_off(client)?;
         let (summary, map) = client.identified()?.ok_or_else(|| {
@@ -148,30 +146,6 @@ impl Identify {
         }
         Ok(Said { text, ended })
     }
-}
-
-/// Refuses a bound of the speed at which the encoder shows nothing of the sequence but its fastest
-/// leg: minutes of motion would tell no inertia. What the device refuses is left to it.
-fn check_speed(asked: &Asked, parameters: &Parameters) -> Result<(), Error> {
-    let Some(least) = parameters.identify(asked).ok().and_then(|settings| settings.faster()) else {
-        return Ok(());
-    };
-    let most = parameters.profile.velocity;
-    // A tenth more, so that no rounding is in the way.
-    let least = (1.1 * least).ceil();
-    let how = if least <= most {
-        format!("give it --speed {least} or more")
-    } else {
-        format!(
-            "set profile.velocity_deg_per_s, which is {most}, to {least} or more, with an \
-             acceleration and a jerk that go with it"
-        )
-    };
-    Err(Error::Device(format!(
-        "identify: at the bound of its speed, {} deg/s, the encoder counts too coarsely to tell \
-         the inertia; {how}. Nothing has moved",
-        asked.speed.unwrap_or(most)
-    )))
 }
 
 /// Writes the file of a joint that was found.

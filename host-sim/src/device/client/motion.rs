@@ -139,8 +139,11 @@ impl<W: Wire> Client<W> {
     /// device has to hear from the client within its link timeout.
     ///
     /// # Errors
-    /// Says why the device refuses.
+    /// Says why the device refuses, or that the encoder is too coarse for the bound of the speed.
     pub fn identify_joint(&mut self, asked: identification::Asked) -> Result<(), Error> {
+        if let Some(why) = shows_too_little(&asked, &self.parameters()?) {
+            return Err(Error::Device(why));
+        }
         self.done("identify", Request::IdentifyJoint(asked))
     }
 
@@ -182,4 +185,65 @@ pub fn position_of(deg: f64, resolution_deg: f64) -> Result<Position, Error> {
         return Err(Error::Input(format!("move {deg}: allowed is a position within 2^30 counts")));
     }
     Ok(crate::experiment::position(counts))
+}
+
+/// Says that a bound of the speed is one at which the encoder does not show the swings: minutes of
+/// motion would tell no inertia. What the device refuses is left to it.
+fn shows_too_little(asked: &identification::Asked, parameters: &Parameters) -> Option<String> {
+    let least = parameters.identify(asked).ok()?.least_speed()?;
+    let most = parameters.profile.velocity;
+    let how = if least <= most {
+        format!("give it --speed {} or more", enough(least).min(most))
+    } else {
+        format!(
+            "set profile.velocity_deg_per_s, which is {most}, to {} or more, with an acceleration \
+             and a jerk that go with it",
+            enough(least)
+        )
+    };
+    Some(format!(
+        "identify: at the bound of its speed, {} deg/s, the encoder counts too coarsely to tell \
+         the inertia; {how}. Nothing has moved",
+        asked.speed.unwrap_or(most)
+    ))
+}
+
+/// A tenth more, so that no rounding is in the way, in two digits.
+fn enough(least: f32) -> f32 {
+    let more = 1.1 * f64::from(least);
+    let digit = 10f64.powf(more.log10().floor() - 1.0);
+    // What is two digits but for its rounding stays.
+    let up = (more / digit - 1e-6).ceil() * digit;
+    format!("{up:.1e}").parse().unwrap_or(up as f32)
+}
+
+#[cfg(test)]
+mod tests {
+    use stiction::value::Table as _;
+    use stiction::{ControllerConfig, Limits, ProfileLimits};
+
+    use super::*;
+
+    #[test]
+    fn a_speed_is_told_in_two_digits_with_a_tenth_to_spare_and_within_the_profile() {
+        assert_eq!([0.1037, 19.286, 1.0, 90.0].map(enough), [0.12, 22.0, 1.1, 99.0]);
+        // The thesis's encoder at 20 ms shows the swings from 0.1037 deg/s on.
+        let said = |most: f32| {
+            let controller = ControllerConfig::EXAMPLE;
+            let profile = ProfileLimits { velocity: most, ..ProfileLimits::EXAMPLE };
+            let parameters = Parameters {
+                controller,
+                motion: Motion::Hold,
+                device: stiction::parameters::DeviceConfig::CAUTIOUS,
+                limits: Limits::EXAMPLE,
+                profile,
+                jog: stiction::jog::JogBounds::EXAMPLE,
+            };
+            let asked = identification::Asked { speed: Some(0.05), ..Default::default() };
+            shows_too_little(&asked, &parameters).unwrap()
+        };
+        assert!(said(1.0).contains("give it --speed 0.12 or more"), "{}", said(1.0));
+        assert!(said(0.11).contains("give it --speed 0.11 or more"), "{}", said(0.11));
+        assert!(said(0.1).contains("which is 0.1, to 0.12 or more"), "{}", said(0.1));
+    }
 }

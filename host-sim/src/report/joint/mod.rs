@@ -118,7 +118,7 @@ fn rendered(asked: &Asked) -> Result<String, Error> {
         worst => worst,
         drawings => Value::from(Serde(drawings)),
         expected => Value::from(Serde(expected)),
-        cases => cases,
+        cases => request.judges(),
         seed => seed.wrapping_add(1),
     });
     page.map_err(broken)
