@@ -198,11 +198,12 @@ fn a_prediction_tells_how_far_it_is_and_ends_when_it_is_cancelled_or_the_motor_i
         let mut page = Page::open(&server).await;
         let cancel = || json!({ "do": "cancel-selftest" });
         assert!(page.refused(cancel()).await.contains("none is being predicted"));
-        page.done(predict(200)).await;
+        // What is told of it may come before the answer.
+        page.send(&predict(200)).await;
         let far = page.until(|event| event["over"].as_u64().is_some_and(|over| over > 0)).await;
         assert_eq!((&far["phase"], &far["joints"]), (&json!("predicting"), &json!(24)), "{far}");
         assert!(far["over"].as_u64().unwrap() < 24, "{far}");
-        page.done(cancel()).await;
+        page.send(&cancel()).await;
         let none = phase(&mut page, "none").await;
         assert!(none["said"].as_str().unwrap().contains("is cancelled"), "{none}");
         assert!(page.refused(begin()).await.contains("predict it first"));
