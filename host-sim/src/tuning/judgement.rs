@@ -4,7 +4,7 @@
 //! first by which no joint is lost stays: none that succeeds with the file's gains fails with the
 //! new ones. Joints are compared one by one, each with its delay, since a count of failures lets
 //! gains trade a joint that they save for one that they lose. If each loses a joint, the first that
-//! passes stays: docs/tuning.md says what it costs to ask for more. The candidates are judged in the
+//! passes stays: docs/tuning.md says what it costs to ask for more. Candidates are judged in the
 //! order of their costs in the search, and so many at most ([`CANDIDATES`]).
 
 use super::figures::{Figures, Goal, is_fine};
