@@ -2,7 +2,7 @@
 
 /// Instructions of the core's tick under any law of the thesis, with all that can be turned on.
 ///
-/// 500 were asked for, and met until moves had a profile. That SRNF takes 513 is the price of a
+/// 500 were asked for, and met until moves had a profile. That SRNF takes 517 is the price of a
 /// tick that knows four kinds of motion: functions of their own for the rarer ones cost as much as
 /// they save.
 pub const CORE_INSTRUCTIONS: u32 = 520;
