@@ -41,7 +41,8 @@ table! {
         /// Time without a count under that effort, s.
         stall_time: f32 = 0x0903 "stall_s", Between(0.0, LONGEST), Default(0.2);
         /// Travel against the effort in the first move after arming, deg. Derived: 8 counts, twice
-        /// the noise that standstill allows; from rest a joint goes where it is pushed.
+        /// the noise that standstill allows; from rest a joint goes where it is pushed. What the
+        /// push before went with the effort, fewer counts than these, is set off.
         reversal: f32 = 0x0904 "reversal_deg", OrOff(0.0, HUGE), Derived(0.019_36);
         /// Error beyond a jump of the set point, deg. Derived: full scale / Kp; beyond it more
         /// error gives no more effort. Without Kp, a turn. `robust` has a rule of its own:

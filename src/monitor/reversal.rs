@@ -7,10 +7,10 @@
 //! still coasting from an effort the other way does not count until it has stopped.
 //!
 //! The sum ends where the effort falls below the breakaway effort or changes its sign. What the
-//! last one came to with the effort is then set off against the next one: a move of a few counts is
-//! braked before it proves the wiring, and noise of a count ends the coasting too early, so that
-//! the braking looks like a wrong wire. The push before that is forgotten: were the counts of all
-//! pushes set off, a wire that is swapped later would be seen after all of them.
+//! last one that was not zero came to with the effort is then set off against the next one: a move
+//! of a few counts is braked before it proves the wiring, and noise of a count ends the coasting
+//! too early, so that the braking looks like a wrong wire. The push before that is forgotten: were
+//! the counts of all pushes set off, a wire that is swapped later would be seen after all of them.
 //!
 //! A joint may move already when the effort rises beyond the breakaway effort: a load has driven
 //! it, or the spring of its gear. An effort beyond any friction slows such a joint down, while a
@@ -51,7 +51,8 @@ pub(super) struct ReversalState {
     /// Direction in which the joint still moves because of the effort before that.
     coasts: i32,
     with: i32,
-    /// What the last sum came to with the effort, counts; zero if it went against it.
+    /// What the last sum that was not zero came to with the effort, counts; zero if it went
+    /// against it.
     pushed: i32,
     /// Travel in the last tick below the threshold, and what both of the last two have made,
     /// counts.

@@ -3,9 +3,9 @@
 //! load rule, and giving up.
 //!
 //! No second version stands behind these. They are what the law gave when they were written, so
-//! they tell of a change that nobody meant, and not of a mistake; the closed loops beside them judge
-//! what the joint does. `STICTION_TRACES=write cargo test -p stiction --test robust` writes them
-//! anew.
+//! they tell of a change that nobody meant, and not of a mistake; the closed loops beside them
+//! judge what the joint does. `STICTION_TRACES=write cargo test -p stiction --test robust` writes
+//! them anew.
 
 use std::fmt::Write;
 use std::fs;

@@ -86,8 +86,8 @@ pub struct Profile {
     pub why: &'static str,
 }
 
-/// So often limits are made those that the core can keep: each rounding may lead out again, of
-/// which the next pass makes less.
+/// Passes at most: rounding to four digits may leave the range that the core can keep, and the next
+/// pass corrects that.
 const PASSES: u32 = 4;
 
 impl Profile {
@@ -113,7 +113,7 @@ impl Profile {
                 break;
             }
             let change = |from: f64, asked: f32, near: f32| {
-                if near == asked { from } else { floored(near.into()) }
+                if near == asked { from } else { four_digits(near.into(), near > asked) }
             };
             kept = Self {
                 velocity: change(kept.velocity, asked.velocity, near.velocity),
@@ -126,11 +126,12 @@ impl Profile {
     }
 }
 
-/// The largest number of four digits that is no more.
-fn floored(value: f64) -> f64 {
+/// The largest number of four digits that is no more, or the smallest one that is no less.
+fn four_digits(value: f64, no_less: bool) -> f64 {
     let digit = 10f64.powf(value.abs().log10().floor() - 3.0);
-    let floor = (value / digit).floor() * digit;
-    rounded(floor).parse().unwrap_or(floor)
+    let digits = value / digit;
+    let near = if no_less { digits.ceil() } else { digits.floor() } * digit;
+    rounded(near).parse().unwrap_or(near)
 }
 
 /// The fastest move of a first file, deg/s: half of the inner profile's 3 rad/s.
@@ -227,5 +228,37 @@ impl FirstGains {
             robust: Told::of(sheet, mapping),
             profile: profile.kept([sample_time_s, count_deg]),
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Slow limits are raised to what the core counts, and fast ones lowered.
+    #[test]
+    fn limits_of_a_first_file_are_ones_that_the_core_keeps_as_they_are_written() {
+        let mut changed = [0; 2];
+        let velocities = (-6..4).map(|power| 3.14159 * 10f64.powi(power));
+        for velocity in velocities {
+            for (sample_time_s, count_deg) in [(1e-4, 1e-3), (1e-3, 3.6e-3), (0.02, 1.8e-4)] {
+                for (a, j) in [(2.0, 10.0), (40.0, 20.0)] {
+                    let (acceleration, jerk) = (a * velocity, j * a * velocity);
+                    let asked = Profile { velocity, acceleration, jerk, why: "" };
+                    let Profile { velocity: v, acceleration: a, jerk: j, .. } =
+                        asked.kept([sample_time_s, count_deg]);
+                    let kept = ProfileLimits {
+                        velocity: v as f32,
+                        acceleration: a as f32,
+                        jerk: j as f32,
+                    };
+                    let near = kept.nearest(sample_time_s as f32, count_deg as f32);
+                    assert_eq!(near, kept, "{asked:?} at {sample_time_s} s, {count_deg} deg");
+                    changed[0] += u32::from(v > 1.001 * velocity);
+                    changed[1] += u32::from(v < 0.999 * velocity);
+                }
+            }
+        }
+        assert!(changed.iter().all(|cases| *cases > 0), "raised and lowered: {changed:?}");
     }
 }

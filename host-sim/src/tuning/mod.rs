@@ -10,7 +10,7 @@
 //! ```
 //!
 //! The joints on which gains are judged are not those on which they were found, and three times as
-//! many: a judgement is two to six sets of gains, the search some forty. Gains that are no better
+//! many: a judgement is one to six sets of gains, the search some forty. Gains that are no better
 //! there than those of the file are dropped, and if the next best ones are no better either, the
 //! file's stay. Guarantees: the same result for the same seed on any number of cores; no more
 //! failures on the joints of the judgement than the file's gains have. Does badly: it finds a
@@ -137,7 +137,7 @@ impl Request {
     }
 
     /// Tunes as [`tune`](Self::tune) does, and asks `goes_on` before each set of joints that is
-    /// run: those of the begin, of each set of gains, of the judgement, of each margin. Returns
+    /// run: those of the file's gains, of each set of gains, of the judgement, of each margin. Returns
     /// nothing if that said no. So a tuning ends within the time of one set, which in the judgement
     /// is that of three sets of the search.
     ///

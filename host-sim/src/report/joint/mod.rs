@@ -41,7 +41,7 @@ pub struct Asked {
     pub tuned: Vec<Tuned>,
     /// The options of tuning as they were given, with a blank before each: ` --goal settle ..`.
     pub options: String,
-    /// Joints around the file's on which each law is judged.
+    /// Joints that gains are looked for on; each law is judged on three times as many.
     pub cases: u64,
     /// The seed of tuning; they are judged on the joints of the next one.
     pub seed: u64,
