@@ -4,6 +4,12 @@
 import { app, by, element, on } from './app';
 import type { Event } from './link';
 import { download } from './session';
+import { IN_PAGE } from './wire';
+
+// The playground neither tunes nor tests.
+const TAKEN = IN_PAGE
+  ? 'Download it, and take it with the program “stiction”.'
+  : '“Tune” and “Verify” can take it.';
 
 export class Identified {
   constructor() {
@@ -17,7 +23,7 @@ export class Identified {
     by('identified-words').textContent = said;
     by('identified-words').hidden = false;
     by('identified-said').textContent = ok
-      ? `✓ ${file} has this joint, with how far it may be off. “Tune” and “Verify” can take it.`
+      ? `✓ ${file} has this joint, with how far it may be off. ${TAKEN}`
       : `✕ This is no joint for a file: ${why}`;
     by('identified-save').textContent = `Download ${file ?? ''}`;
     by('identified-save').hidden = !ok;

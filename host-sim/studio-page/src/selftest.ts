@@ -46,8 +46,7 @@ export class Selftest {
 
   constructor(private readonly link: Link) {
     on('selftest-predict', () => void this.predict());
-    // The end of the prediction says it aloud.
-    on('selftest-cancel', () => void this.link.ask('cancel-selftest'));
+    on('selftest-cancel', () => void this.cancel());
     for (const id of FIELDS) by(id).oninput = () => this.changed();
     on('selftest-go', () =>
       turnOn(
@@ -55,6 +54,12 @@ export class Selftest {
         () => void ask(this.link, 'selftest'),
       ),
     );
+  }
+
+  // The end of the prediction says it aloud.
+  private async cancel(): Promise<void> {
+    const answer = await this.link.ask('cancel-selftest');
+    if (!answer.ok) said(answer.said, false);
   }
 
   // Nobody shall make the moves of an older prediction than the fields show.
