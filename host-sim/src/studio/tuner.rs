@@ -242,13 +242,13 @@ impl Task {
         let Found { tuned, failed, is_cancelled } = found;
         let better = tuned.iter().filter(|one| one.better).count();
         let mut said = match (better, tuned.len()) {
-            (_, 0) if *is_cancelled => return "cancelled: nothing was found".into(),
+            (_, 0) if *is_cancelled => "cancelled: nothing was found".to_owned(),
             (_, 0) => "nothing was tuned".to_owned(),
             (0, _) => "nothing better was found: the file's gains stay".to_owned(),
             (1, 1) => "better gains were found".to_owned(),
             (better, of) => format!("better gains were found for {better} of {of} laws"),
         };
-        if *is_cancelled {
+        if *is_cancelled && !tuned.is_empty() {
             let (over, of) = (tuned.len() + failed.len(), self.laws.len());
             said = format!("cancelled after {over} of {of} laws: {said}");
         }
@@ -338,6 +338,9 @@ mod tests {
         let told = task.told(&found).unwrap();
         let said = "better gains were found for 1 of 2 laws; dnpf: it has no gain to turn";
         assert_eq!((&told["ok"], &told["said"]), (&json!(true), &json!(said)));
+        let found = Found { tuned: vec![], failed: failed.clone(), is_cancelled: true };
+        let said = "cancelled: nothing was found; dnpf: it has no gain to turn";
+        assert_eq!(task.said(&found), said);
         let found = Found { tuned: vec![], failed, is_cancelled: false };
         let told = task.told(&found).unwrap();
         let said = "nothing was tuned; dnpf: it has no gain to turn";
