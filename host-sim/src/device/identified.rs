@@ -284,8 +284,7 @@ impl Identified {
     /// # Errors
     /// Says why the result is none that a file should have.
     pub fn joint(&self) -> Result<Joint, Error> {
-        let refused =
-            |why: &str| Error::Device(format!("identify --into: nothing is written: {why}"));
+        let refused = |why: &str| Error::Device(why.to_owned());
         let Summary { outcome, breakaway, estimate, doubts: doubted, .. } = &self.summary;
         if *outcome != Outcome::Done {
             return Err(refused(ended(*outcome)));

@@ -239,7 +239,7 @@ mod tests {
     #[test]
     fn limits_of_a_first_file_are_ones_that_the_core_keeps_as_they_are_written() {
         let mut changed = [0; 2];
-        let velocities = (-6..4).map(|power| 3.14159 * 10f64.powi(power));
+        let velocities = (-6..4).map(|power| 3.7 * 10f64.powi(power));
         for velocity in velocities {
             for (sample_time_s, count_deg) in [(1e-4, 1e-3), (1e-3, 3.6e-3), (0.02, 1.8e-4)] {
                 for (a, j) in [(2.0, 10.0), (40.0, 20.0)] {

@@ -32,6 +32,8 @@ pub struct Shared {
     stops: Mutex<Vec<Order>>,
     /// The number of the last `hello`.
     pub(super) generation: AtomicU32,
+    /// The number of the last prediction of a self-test.
+    pub(super) predictions: AtomicU32,
     /// What the device runs, as far as is known: for those who compute with it and ask nothing of
     /// the device.
     in_use: Mutex<Option<Parameters>>,
@@ -46,6 +48,8 @@ pub struct FoundJoint {
     pub name: String,
     /// What is in it.
     pub text: String,
+    /// The laws in it.
+    pub laws: Vec<String>,
 }
 
 fn locked<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {

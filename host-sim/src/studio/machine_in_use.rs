@@ -25,6 +25,15 @@ pub fn no_file(so: &str) -> Error {
     ))
 }
 
+/// The same of what an identified joint would do for as well.
+pub fn no_joint(so: &str) -> Error {
+    Error::Input(format!(
+        "the joint is not known, so {so}: the studio was started without a machine's file. \
+         Identify the joint in the step Identify, or end the studio and start it with its file: \
+         `stiction studio --port DEV FILE.toml`"
+    ))
+}
+
 /// The document, and what is in it.
 #[derive(Clone, Debug)]
 pub struct MachineInUse {

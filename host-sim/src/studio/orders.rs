@@ -12,6 +12,7 @@ use super::desk::{FoundJoint, Order};
 use super::form;
 use super::machine_in_use::{self, MachineInUse};
 use super::request::{Ask, Way};
+use super::wording::{of_a_page, without_bounds};
 use super::worker::{CANCELLED_BY_STOP, Running, Worker};
 use crate::device::client::Map;
 use crate::device::identified::Identified;
@@ -35,13 +36,18 @@ impl<W: Wire> Worker<'_, W> {
         // Whatever becomes of the answer, the motor may be driven then.
         let arms = matches!(
             what,
-            Ask::Arm | Ask::Jog | Ask::Identify { .. } | Ask::IdentifyJoint | Ask::Selftest
+            Ask::Arm | Ask::Jog | Ask::Identify { .. } | Ask::IdentifyJoint | Ask::Selftest(_)
         );
         self.driven |= arms;
         self.armed_here |= arms;
         // The joint counts as at rest 50 ms after it was stopped.
         if arms && !self.client.status()?.at_rest {
             self.client.pass(Duration::from_millis(100))?;
+        }
+        if *what == Ask::IdentifyJoint {
+            self.client
+                .check_identification(&identification::Asked::default())
+                .map_err(of_a_page)?;
         }
         // That took its time.
         self.is_expected(order)?;
@@ -60,7 +66,7 @@ impl<W: Wire> Worker<'_, W> {
                 }
                 said
             }
-            Ask::Selftest => return self.begin_selftest(order),
+            Ask::Selftest(number) => return self.begin_selftest(*number, order),
             Ask::Stop => {
                 self.client.stop()?;
                 self.cancel_prediction(CANCELLED_BY_STOP);
@@ -176,7 +182,8 @@ impl<W: Wire> Worker<'_, W> {
     }
 
     /// Tells all pages of an identification that has ended, and keeps the joint that was found as a
-    /// machine's file: the one that `device identify --into` writes. Returns it in words.
+    /// machine's file: the one that `device identify --into` writes. If it is no joint for a file,
+    /// the one that was found before stays, and is told again. Returns what was found in words.
     fn identified(&mut self, summary: Summary, map: Map) -> Result<String, Error> {
         let ((document, units), without) = match self.of_file() {
             Ok(known) => (known, String::new()),
@@ -190,26 +197,30 @@ impl<W: Wire> Worker<'_, W> {
         // Without a file there are no other motions to be taken over.
         let nothing = || Document::parse("no file", "");
         let file = document.map_or_else(nothing, Ok).and_then(|of| self.file_of(&found, &of));
-        let told = match file {
-            Ok((joint, laws)) => {
-                let told = json!({
-                    "ok": true, "said": said, "file": joint.name, "toml": joint.text, "laws": laws,
-                });
-                self.shared.finds(joint);
-                told
+        let mut told = match &file {
+            Ok(_) => json!({ "ok": true, "said": said }),
+            Err(error) => {
+                json!({ "ok": false, "said": said, "why": without_bounds(&error.to_string()) })
             }
-            Err(error) => json!({ "ok": false, "said": said, "why": error.to_string() }),
         };
+        let is_new = file.is_ok();
+        if let Ok(joint) = file {
+            self.shared.finds(joint);
+        }
+        if let Ok(FoundJoint { name, text, laws }) = self.shared.found() {
+            told["file"] = name.into();
+            told["toml"] = text.into();
+            told["laws"] = laws.into();
+        }
         self.shared.news.tell("identified", told);
+        if is_new {
+            self.drop_test_of_found();
+        }
         Ok(said)
     }
 
-    /// The file of a joint that was found, and the laws in it.
-    fn file_of(
-        &self,
-        found: &Identified,
-        of: &Document,
-    ) -> Result<(FoundJoint, Vec<String>), Error> {
+    /// The file of a joint that was found.
+    fn file_of(&self, found: &Identified, of: &Document) -> Result<FoundJoint, Error> {
         let own = self.about.is_its_file.then_some(self.about.machine.as_str());
         let name = Path::new(own.unwrap_or("joint")).with_extension("identified.toml");
         let name = name.file_name().map_or_else(String::new, |name| name.to_string_lossy().into());
@@ -217,7 +228,7 @@ impl<W: Wire> Worker<'_, W> {
         let header = warning.map_or(String::new(), |warning| format!("# {warning}\n"));
         let text = header + &into::text(found, of)?;
         let laws = Document::parse(&name, &text)?.machine()?.sampling.extras.list().to_vec();
-        Ok((FoundJoint { name, text }, laws))
+        Ok(FoundJoint { name, text, laws })
     }
 
     /// What a motion has found that has ended.

@@ -41,6 +41,7 @@ struct Written {
     joint: Option<Source>,
     limits: Option<Vec<String>>,
     cases: Option<u64>,
+    number: Option<u32>,
 }
 
 /// Whose joint is computed with.
@@ -214,8 +215,8 @@ pub enum Ask {
     },
     /// End the prediction of a self-test that is computed.
     CancelSelftest,
-    /// Make the moves of the self-test that was predicted last.
-    Selftest,
+    /// Make the moves of the self-test that was predicted last, if its prediction has this number.
+    Selftest(u32),
     /// Tune controllers for a goal. It asks the device nothing.
     Tune(Box<Tuning>),
     /// End the tuning that runs.
@@ -228,6 +229,7 @@ impl TryFrom<Written> for Request {
     fn try_from(written: Written) -> Result<Self, String> {
         let Written { id, r#do: what, deg, rate, hold, values, text, .. } = written;
         let Written { trapezoid, wish, laws, goal, moves, joint, limits, cases, .. } = written;
+        let number = written.number;
         let all = [
             deg.is_some(),
             rate.is_some(),
@@ -242,6 +244,7 @@ impl TryFrom<Written> for Request {
             joint.is_some(),
             limits.is_some(),
             cases.is_some(),
+            number.is_some(),
         ];
         let given = all.into_iter().filter(|given| *given).count();
         let also = |some: &[bool]| some.iter().filter(|some| **some).count();
@@ -262,7 +265,7 @@ impl TryFrom<Written> for Request {
             "push" => (text.map(Ask::Push), 1),
             "compare" => (text.map(Ask::Compare), 1),
             "predict" => (wish.filter(Wish::is_small).map(|wish| Ask::Predict(wish.into())), 1),
-            "selftest" => (Some(Ask::Selftest), 0),
+            "selftest" => (number.map(Ask::Selftest), 1),
             "predict-selftest" => {
                 let moves = moves.filter(|moves| MOVES.contains(moves));
                 let ask = |moves| Ask::PredictSelftest { range_deg: deg, moves, joint: whose };
@@ -326,6 +329,8 @@ mod tests {
         let tested = r#"{"do":"predict-selftest","moves":2,"joint":"found"}"#;
         let of = Ask::PredictSelftest { range_deg: None, moves: 2, joint: Source::Found };
         assert_eq!(read(tested).map(|all| all.what), Some(of));
+        let made = read(r#"{"do":"selftest","number":2}"#).map(|all| all.what);
+        assert_eq!(made, Some(Ask::Selftest(2)));
         for wrong in [
             r#"{"id":7,"do":"move"}"#,
             r#"{"id":7,"do":"arm","deg":1}"#,
@@ -346,6 +351,9 @@ mod tests {
             r#"{"do":"tune","laws":[],"goal":"settle","cases":-1}"#,
             r#"{"do":"tune","laws":[],"goal":"settle","cases":8,"moves":2}"#,
             r#"{"do":"cancel-selftest","moves":2}"#,
+            r#"{"do":"selftest"}"#,
+            r#"{"do":"selftest","number":-1}"#,
+            r#"{"do":"arm","number":1}"#,
             r#"{"do":"predict","wish":{"laws":["pd"]}}"#,
             r#"{"do":"predict","wish":{"laws":["pd"],"way":{"how":"fly","deg":1}}}"#,
             r#"{"do":"predict","wish":{"laws":["pd"],"cloud":49,"way":{"how":"move","deg":1}}}"#,

@@ -24,7 +24,7 @@ use serde_json::{Value, json};
 use stiction::link::{Sample, StateCode, Status};
 
 use super::desk::Order;
-use super::machine_in_use::no_file;
+use super::machine_in_use::no_joint;
 use super::request::{Source, Way};
 use super::spare_cores::{begin, on_spare_cores};
 use super::wording::of_a_page;
@@ -42,15 +42,41 @@ pub enum Test {
     /// Another thread predicts it.
     Predicting(Predicting),
     /// It may begin.
-    Ready(Box<Prepared>),
+    Ready(Box<Ready>),
     /// It moves the joint.
     Moving(Box<Moving>),
+}
+
+/// What was asked for, so that a page knows whose moves it is to make.
+#[derive(Clone, Debug)]
+pub struct Wanted {
+    /// No other prediction of this studio has it.
+    number: u32,
+    /// Left out, the range is derived.
+    range_deg: Option<f64>,
+    joint: Source,
+}
+
+impl Wanted {
+    fn add_to(&self, told: &mut Value) {
+        told["number"] = self.number.into();
+        told["deg"] = self.range_deg.into();
+        told["joint"] = json!(self.joint);
+    }
+}
+
+/// A self-test that was predicted.
+#[derive(Clone, Debug)]
+pub struct Ready {
+    wanted: Wanted,
+    prepared: Prepared,
 }
 
 /// A self-test that is being predicted. The prediction ends when this is dropped.
 #[derive(Debug)]
 pub struct Predicting {
     coming: Receiver<Result<Option<Prepared>, Error>>,
+    wanted: Wanted,
     moves: usize,
     machine: String,
     /// How many joints are done, and how many the pages have been told of.
@@ -80,7 +106,7 @@ impl Predicting {
 /// A self-test that moves the joint.
 #[derive(Debug)]
 pub struct Moving {
-    prepared: Prepared,
+    ready: Ready,
     steps: Steps,
     /// The page that has begun it.
     page: u64,
@@ -161,7 +187,9 @@ impl<W: Wire> Worker<'_, W> {
             let _ = done.send(predicted.and_then(|predicted| predicted));
         });
         let said = format!("predicts the self-test with the joint of {machine}: nothing moves");
-        let predicting = Predicting { coming, moves, machine, over, told: 0, goes_on };
+        let number = self.shared.predictions.fetch_add(1, Ordering::Relaxed) + 1;
+        let wanted = Wanted { number, range_deg, joint };
+        let predicting = Predicting { coming, wanted, moves, machine, over, told: 0, goes_on };
         self.tell_test(predicting.told());
         self.test = Some(Test::Predicting(predicting));
         Ok(said.into())
@@ -175,6 +203,21 @@ impl<W: Wire> Worker<'_, W> {
             self.tell_no_test(Some(why.to_owned()));
         }
         is_predicting
+    }
+
+    /// Another joint was found, so what was predicted with the one before is none of it.
+    pub(super) fn drop_test_of_found(&mut self) {
+        let of = match &self.test {
+            Some(Test::Predicting(predicting)) => predicting.wanted.joint,
+            Some(Test::Ready(ready)) => ready.wanted.joint,
+            // None was identified meanwhile.
+            Some(Test::Moving(_)) | None => return,
+        };
+        if of == Source::Found {
+            self.test = None;
+            let why = "selftest: another joint was identified; predict it anew";
+            self.tell_no_test(Some(why.into()));
+        }
     }
 
     /// Takes what was predicted, if it is there.
@@ -196,7 +239,8 @@ impl<W: Wire> Worker<'_, W> {
         };
         match predicted {
             Ok(prepared) => {
-                let told = json!({
+                let wanted = predicting.wanted.clone();
+                let mut told = json!({
                     "phase": "ready",
                     "machine": prepared.machine(),
                     "range_deg": prepared.range_deg(),
@@ -207,8 +251,9 @@ impl<W: Wire> Worker<'_, W> {
                     "differences": prepared.differences(),
                     "checks": prepared.bounds().iter().map(bound).collect::<Vec<_>>(),
                 });
+                wanted.add_to(&mut told);
                 self.tell_test(told);
-                self.test = Some(Test::Ready(prepared.into()));
+                self.test = Some(Test::Ready(Ready { wanted, prepared }.into()));
             }
             Err(error) => {
                 self.test = None;
@@ -217,13 +262,18 @@ impl<W: Wire> Worker<'_, W> {
         }
     }
 
-    /// Arms the device for the self-test that was predicted last, unless the order is not expected
-    /// any more by then.
-    pub(super) fn begin_selftest(&mut self, order: &Order) -> Result<Value, Error> {
-        let Some(Test::Ready(prepared)) = &self.test else {
+    /// Arms the device for the self-test that was predicted last, unless the order means another
+    /// one, or is not expected any more by then.
+    pub(super) fn begin_selftest(&mut self, number: u32, order: &Order) -> Result<Value, Error> {
+        let Some(Test::Ready(ready)) = &self.test else {
             return Err(Error::Refused("selftest: predict it first".into()));
         };
-        let prepared = Prepared::clone(prepared);
+        if ready.wanted.number != number {
+            let why = "selftest: it was predicted anew meanwhile; look at these moves first";
+            return Err(Error::Refused(why.into()));
+        }
+        let ready = Ready::clone(ready);
+        let prepared = &ready.prepared;
         let status = prepared.fits(&mut self.client).map_err(of_a_page)?;
         let (signals, request) = (self.signals.clone(), &prepared.request);
         let (steps, time) = Steps::of(&request.targets, signals, &request.parameters, &status)?;
@@ -233,7 +283,7 @@ impl<W: Wire> Worker<'_, W> {
         self.is_expected(order)?;
         self.client.arm()?;
         let (page, since) = (order.page, None);
-        self.test = Some(Test::Moving(Moving { prepared, steps, page, since, time }.into()));
+        self.test = Some(Test::Moving(Moving { ready, steps, page, since, time }.into()));
         self.tell_moves(0, moves, None);
         Ok(format!("the self-test begins: {moves} moves within {deg:.3} deg either way").into())
     }
@@ -282,7 +332,8 @@ impl<W: Wire> Worker<'_, W> {
         match self.client.move_along(motion) {
             Ok(()) => {
                 (moving.since, moving.time) = (None, time);
-                let (made, all) = (moving.steps.made(), moving.prepared.request.targets.len());
+                let all = moving.ready.prepared.request.targets.len();
+                let made = moving.steps.made();
                 self.tell_motion(&Way::Move(to_deg));
                 self.tell_moves(made, all, Some(to_deg));
             }
@@ -304,12 +355,13 @@ impl<W: Wire> Worker<'_, W> {
         else {
             return;
         };
-        let Moving { prepared, steps, .. } = *moving;
+        let Moving { ready, steps, .. } = *moving;
+        let Ready { wanted, prepared } = &ready;
         let session: Session = steps.ended(*status);
         let tested = prepared.clone().judged(session);
         let labels: serde_json::Map<String, Value> =
             tested.checks.iter().map(|check| (check.name.to_owned(), check.words.into())).collect();
-        let told = json!({
+        let mut told = json!({
             "phase": "done",
             "ok": tested.passes(),
             "said": sentence(&tested),
@@ -318,9 +370,10 @@ impl<W: Wire> Worker<'_, W> {
             "machine": prepared.machine(),
             "result": object(&tested, self.client.warning()),
         });
+        wanted.add_to(&mut told);
         self.tell_test(told);
         // It may be repeated.
-        self.test = Some(Test::Ready(prepared.into()));
+        self.test = Some(Test::Ready(ready.into()));
     }
 
     fn tell_moves(&self, made: usize, all: usize, to_deg: Option<f64>) {
@@ -342,5 +395,5 @@ fn bound(check: &Check) -> Value {
 }
 
 fn nothing_known() -> Error {
-    no_file("there is nothing that a self-test could be judged by")
+    no_joint("there is nothing that a self-test could be judged by")
 }

@@ -24,7 +24,8 @@ pub fn on_spare_cores<T: Send>(work: impl FnOnce() -> T + Send) -> Result<T, Err
 }
 
 /// Lets work that waits for these threads go first. Work of minutes calls it now and then, so that
-/// work of seconds is done meanwhile.
+/// work of seconds is done meanwhile. It may return as late as the end of that work: who calls it
+/// looks before and after whether it is still to go on.
 pub fn let_others_in() {
     rayon::yield_now();
 }
@@ -64,6 +65,7 @@ mod tests {
     use std::sync::atomic::{AtomicBool, Ordering};
     use std::sync::mpsc::channel;
     use std::thread::{ThreadId, current};
+    use std::time::{Duration, Instant};
 
     use rayon::prelude::*;
 
@@ -86,19 +88,26 @@ mod tests {
 
     #[test]
     fn short_work_is_done_while_long_work_lets_it_in() {
-        static IS_DONE: AtomicBool = AtomicBool::new(false);
+        // Far more than that takes, and an end where it is not let in.
+        const PATIENCE: Duration = Duration::from_secs(20);
+        // With two threads the short work would need nobody's leave.
+        let pool = rayon::ThreadPoolBuilder::new().num_threads(1).build().unwrap();
         let (begun, has_begun) = channel();
-        let long = std::thread::spawn(move || {
-            on_spare_cores(|| {
-                begun.send(()).unwrap();
-                // It would go on for ever if it kept its thread to itself.
-                while !IS_DONE.load(Ordering::SeqCst) {
-                    let_others_in();
-                }
-            })
+        let is_done = AtomicBool::new(false);
+        std::thread::scope(|scope| {
+            let long = scope.spawn(|| {
+                pool.install(|| {
+                    begun.send(()).unwrap();
+                    let begin = Instant::now();
+                    while !is_done.load(Ordering::SeqCst) {
+                        assert!(begin.elapsed() < PATIENCE, "it keeps the thread to itself");
+                        let_others_in();
+                    }
+                })
+            });
+            has_begun.recv().unwrap();
+            pool.install(|| is_done.store(true, Ordering::SeqCst));
+            long.join().unwrap();
         });
-        has_begun.recv().unwrap();
-        on_spare_cores(|| IS_DONE.store(true, Ordering::SeqCst)).unwrap();
-        long.join().unwrap().unwrap();
     }
 }

@@ -15,7 +15,7 @@ use std::time::{Duration, Instant};
 use serde_json::{Value, json};
 
 use super::desk::Shared;
-use super::machine_in_use::no_file;
+use super::machine_in_use::no_joint;
 use super::request::{Source, Tuning};
 use super::spare_cores::{begin, let_others_in, on_spare_cores};
 use super::wording::of_a_page;
@@ -99,7 +99,7 @@ impl Tuner {
             return Ok((found.name, found.text, document));
         }
         let machine =
-            self.machine.as_deref().ok_or_else(|| no_file("there is nothing to tune for"))?;
+            self.machine.as_deref().ok_or_else(|| no_joint("there is nothing to tune for"))?;
         let document = Document::open(machine)?;
         if document.is_lab() {
             let why = "is a friction experiment, which has no controller";
@@ -172,7 +172,8 @@ impl Tuner {
         Ok(Task { request, text, laws, joint })
     }
 
-    /// Ends the tuning that runs, within the time of one set of joints.
+    /// Ends the tuning that runs, within the time of one set of joints. If it has just let the
+    /// prediction of a self-test go first, that is over before.
     ///
     /// # Errors
     /// Says that none runs.
@@ -180,7 +181,7 @@ impl Tuner {
         match &*self.under_way() {
             Some(goes_on) => {
                 goes_on.store(false, Ordering::Relaxed);
-                Ok("the tuning is cancelled".into())
+                Ok("the tuning is being cancelled".into())
             }
             None => Err(Error::Refused("tune: no tuning runs".into())),
         }
@@ -222,8 +223,12 @@ impl Task {
                 told.0 += 1;
             };
             let still = || {
-                let_others_in();
-                goes_on.load(Ordering::Relaxed)
+                let goes_on = || goes_on.load(Ordering::Relaxed);
+                // The work of others may take as long as the prediction of a self-test.
+                goes_on() && {
+                    let_others_in();
+                    goes_on()
+                }
             };
             match self.request.tune_while(law, &tried_one, &still) {
                 Ok(Some(tuned)) => found.tuned.push(tuned),
@@ -242,13 +247,13 @@ impl Task {
         let Found { tuned, failed, is_cancelled } = found;
         let better = tuned.iter().filter(|one| one.better).count();
         let mut said = match (better, tuned.len()) {
-            (_, 0) if *is_cancelled => return "cancelled: nothing was found".into(),
+            (_, 0) if *is_cancelled => "cancelled: nothing was found".to_owned(),
             (_, 0) => "nothing was tuned".to_owned(),
             (0, _) => "nothing better was found: the file's gains stay".to_owned(),
             (1, 1) => "better gains were found".to_owned(),
             (better, of) => format!("better gains were found for {better} of {of} laws"),
         };
-        if *is_cancelled {
+        if *is_cancelled && !tuned.is_empty() {
             let (over, of) = (tuned.len() + failed.len(), self.laws.len());
             said = format!("cancelled after {over} of {of} laws: {said}");
         }
@@ -338,6 +343,9 @@ mod tests {
         let told = task.told(&found).unwrap();
         let said = "better gains were found for 1 of 2 laws; dnpf: it has no gain to turn";
         assert_eq!((&told["ok"], &told["said"]), (&json!(true), &json!(said)));
+        let found = Found { tuned: vec![], failed: failed.clone(), is_cancelled: true };
+        let said = "cancelled: nothing was found; dnpf: it has no gain to turn";
+        assert_eq!(task.said(&found), said);
         let found = Found { tuned: vec![], failed, is_cancelled: false };
         let told = task.told(&found).unwrap();
         let said = "nothing was tuned; dnpf: it has no gain to turn";

@@ -15,18 +15,74 @@ pub fn of_a_page(error: Error) -> Error {
 
 /// The page has fields for a range and for limits. It sets keys by its own names.
 fn said(text: &str) -> String {
-    text.replace("--set ", "").replace("--range ", "range ").replace("--limit ", "limit ")
+    text.replace("--set ", "")
+        .replace("--range ", "range ")
+        .replace("--limit ", "limit ")
+        .replace("--speed ", "a speed of ")
+}
+
+/// Why an identification has found no joint for a file. Where the command has an option to try, the
+/// page has the parameters that the bounds are taken from.
+pub fn without_bounds(why: &str) -> String {
+    match why.split_once(": ") {
+        Some((cause, advice)) if advice.contains("--") => format!(
+            "{cause}; identify again. The bounds are the device's: the effort is that of \
+             limits.breakaway_v, the speed that of profile.velocity_deg_per_s"
+        ),
+        _ => why.to_owned(),
+    }
 }
 
 #[cfg(test)]
 mod tests {
+    use stiction::identification::{Doubts, Outcome};
+
     use super::*;
+    use crate::device::identified::{doubts, ended};
+
+    #[test]
+    fn why_an_identification_has_found_no_joint_is_told_without_the_command_s_options() {
+        let all = Doubts {
+            no_fit: true,
+            poor_fit: true,
+            few_rows: true,
+            uneven: true,
+            lost_motion: true,
+            unphysical: true,
+        };
+        let outcomes = [
+            Outcome::Running,
+            Outcome::Done,
+            Outcome::Reversed,
+            Outcome::Pulled,
+            Outcome::Still,
+            Outcome::RunsOn,
+            Outcome::Travel,
+            Outcome::Speed,
+            Outcome::Time,
+            Outcome::Capped,
+        ];
+        let of_command = outcomes.map(ended).into_iter().chain(doubts(&all));
+        let (mut mapped, mut kept) = (0, 0);
+        for why in of_command {
+            let told = without_bounds(why);
+            assert!(!told.contains("--"), "{told}");
+            // The cause is what it was.
+            assert!(told.starts_with(why.split(':').next().unwrap_or(why)), "{told}");
+            mapped += u32::from(told.contains("identify again. The bounds are the device's"));
+            kept += u32::from(told == why);
+        }
+        // Still, Travel, Speed, Time and few rows.
+        assert_eq!((mapped, kept), (5, 11));
+    }
 
     #[test]
     fn a_refusal_of_a_command_is_told_without_its_options_and_the_link_s_is_left_alone() {
         let told = |error| of_a_page(error).to_string();
         assert_eq!(told(Error::Input("--limit a=1: no".into())), "limit a=1: no");
         assert_eq!(told(Error::Refused("give --range 3 a try".into())), "give range 3 a try");
+        let refused = Error::Refused("give it --speed 0.12 or more".into());
+        assert_eq!(told(refused), "give it a speed of 0.12 or more");
         let of_test = of_a_page(Error::Device("selftest: a smaller --range may help".into()));
         assert!(matches!(of_test, Error::Refused(_)) && !of_test.to_string().contains("--"));
         assert!(matches!(of_a_page(Error::Device("it is gone".into())), Error::Device(_)));

@@ -167,6 +167,8 @@ pub fn run<W: Wire>(
         };
         shared.news.forget("gone");
         shared.news.tell("back", json!({}));
+        // Nobody is told it again: it was gone, and a page that comes later never heard of that.
+        shared.news.forget("back");
     }
 }
 

@@ -3,11 +3,14 @@
 // the studio has to be ended for it.
 
 import { app, by, element, on } from './app';
+import { IN_PAGE } from './wire';
 
 type Step = {
   title: string;
   picture: string;
   text: string[];
+  // The same in the playground, if it cannot do what that says.
+  inPage?: string[];
   // Buttons that are elsewhere on the page: their names here, and what they press.
   buttons?: [label: string, then: string][];
   command?: string;
@@ -35,6 +38,11 @@ const picture = (inside: string) =>
   `<svg viewBox="0 0 320 120" role="img" aria-hidden="true"><defs><marker id="tip" ` +
   `viewBox="0 0 8 8" refX="7" refY="4" markerWidth="7" markerHeight="7" ` +
   `orient="auto"><path d="M0 0L8 4L0 8z" class="tip"/></marker></defs>${inside}</svg>`;
+
+const IDENTIFIES =
+  'The device finds breakaway, friction, inertia and load by a bounded sequence of motions ' +
+  'without a loop. It takes minutes, and ends by itself. What it has found stands below, with a ' +
+  'verdict.';
 
 const STEPS: Step[] = [
   {
@@ -97,12 +105,15 @@ const STEPS: Step[] = [
         'y="78">sliding</text><text x="96" y="112">effort, then speed</text>',
     ),
     text: [
-      'The device finds breakaway, friction, inertia and load by a bounded sequence of motions ' +
-        'without a loop. It takes minutes, and ends by itself. What it has found stands below, ' +
-        'with a verdict.',
+      IDENTIFIES,
       'The joint that was found is a machine’s file at once. The next steps take it ' +
         'if you choose ' +
         'it there. Download it to keep it: the studio forgets it when it ends.',
+    ],
+    inPage: [
+      IDENTIFIES,
+      'The joint that was found is a machine’s file at once. Download it, and tune and test with ' +
+        'it by the program “stiction” on a computer: this page forgets it when it is closed.',
     ],
     buttons: [['Identify the joint', '.identify']],
     command: 'stiction device --port DEV identify --into joint.toml',
@@ -208,7 +219,7 @@ export class Commissioning {
 
   private go(to: number): void {
     this.at = Math.min(STEPS.length - 1, Math.max(0, to));
-    const { title, picture, text, buttons, command, alone, live, here } = STEPS[this.at];
+    const { title, picture, text, inPage, buttons, command, alone, live, here } = STEPS[this.at];
     for (const one of HERE) by(one).hidden = one !== here;
     by('steps')
       .querySelectorAll('button')
@@ -217,7 +228,8 @@ export class Commissioning {
       );
     by('step-title').textContent = `${this.at + 1} ${title}`;
     by('step-picture').innerHTML = picture;
-    by('step-text').replaceChildren(...text.map((one) => element('p', { textContent: one })));
+    const words = (IN_PAGE && inPage) || text;
+    by('step-text').replaceChildren(...words.map((one) => element('p', { textContent: one })));
     by('step-live').hidden = !live;
     this.pressed = [];
     by('step-buttons').replaceChildren(

@@ -3,37 +3,48 @@
 
 import { app, by, element, on } from './app';
 import type { Event } from './link';
+import { said } from './said';
 import { download } from './session';
+import { IN_PAGE } from './wire';
+
+// The playground neither tunes nor tests.
+const TAKEN = IN_PAGE
+  ? 'Download it, and take it with the program “stiction”.'
+  : '“Tune” and “Verify” can take it.';
 
 export class Identified {
   constructor() {
     on('identified-save', () => {
       const { found } = app;
-      if (found?.ok) download(new Blob([found.toml], { type: 'application/toml' }), found.file);
+      if (found?.toml) download(new Blob([found.toml], { type: 'application/toml' }), found.file);
     });
   }
 
-  told({ ok, said, why, file }: Event): void {
-    by('identified-words').textContent = said;
+  told({ ok, said: words, why, file }: Event): void {
+    by('identified-words').textContent = words;
     by('identified-words').hidden = false;
     by('identified-said').textContent = ok
-      ? `✓ ${file} has this joint, with how far it may be off. “Tune” and “Verify” can take it.`
-      : `✕ This is no joint for a file: ${why}`;
+      ? `✓ ${file} has this joint, with how far it may be off. ${TAKEN}`
+      : `✕ This is no joint for a file: ${why}.` +
+        (file ? ` ${file} has the joint that was found before.` : '');
     by('identified-save').textContent = `Download ${file ?? ''}`;
-    by('identified-save').hidden = !ok;
+    by('identified-save').hidden = !file;
   }
 }
 
+const STEPS: Record<string, string> = { 'tune-joint': 'Tune', 'selftest-joint': 'Verify' };
+
 // Whose joint a select offers: that of the studio's file, and the one that was found. With one of
-// them there is nothing to choose.
-export function offer(id: string, file: string | null, ofFound: boolean): void {
+// them there is nothing to choose. Tells whether the one that was chosen is not there any more.
+export function offer(id: string, file: string | null, ofFound: boolean): boolean {
   const select = by<HTMLSelectElement>(id);
-  const found: string | null = ofFound && app.found?.ok ? app.found.file : null;
+  const found: string | null = (ofFound && app.found?.file) || null;
   const all: [string, string][] = [
     ...(file === null ? [] : [['file', file] as [string, string]]),
     ...(found === null ? [] : [['found', `${found}, which was found`] as [string, string]]),
   ];
   const list = JSON.stringify(all);
+  let isGone = false;
   if (select.dataset.all !== list) {
     const chosen = select.value;
     select.dataset.all = list;
@@ -41,8 +52,13 @@ export function offer(id: string, file: string | null, ofFound: boolean): void {
       ...all.map(([value, textContent]) => element('option', { value, textContent })),
     );
     if (all.some(([value]) => value === chosen)) select.value = chosen;
+    isGone = chosen !== '' && select.value !== chosen;
+    const now = all[0]?.[1] ?? 'none';
+    const what = `“${STEPS[id]}”: the joint that was chosen is not there any more; now it is ${now}`;
+    if (isGone) said(what, false, '⚠');
   }
   select.parentElement!.hidden = all.length === 0;
+  return isGone;
 }
 
 // The name of a file without the directories before it.

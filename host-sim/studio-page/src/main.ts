@@ -69,11 +69,14 @@ const commissioning = new Commissioning((view, search) => {
 function told(event: Event): void {
   app.connected = true;
   switch (event.event) {
-    case 'hello':
+    case 'hello': {
+      // A page that was too slow is told the same again.
+      const isNew = event.generation !== app.hello?.generation;
       app.hello = event as unknown as Hello;
       if (!app.recording && !history.goOn(app.hello)) begin(app.hello);
-      note(`${app.hello.device}, firmware ${app.hello.firmware}`);
+      if (isNew) note(`${app.hello.device}, firmware ${app.hello.firmware}`);
       break;
+    }
     case 'role':
       app.commands = event.commands;
       by('role').hidden = app.commands;

@@ -42,19 +42,41 @@ export class Selftest {
   private ofFound = false;
   private file: string | null = null;
   // What was predicted last is what the fields say.
-  private fits = true;
+  private fits = false;
+  // The number of that prediction.
+  private predicted: number | null = null;
 
   constructor(private readonly link: Link) {
     on('selftest-predict', () => void this.predict());
-    // The end of the prediction says it aloud.
-    on('selftest-cancel', () => void this.link.ask('cancel-selftest'));
+    on('selftest-cancel', () => void this.cancel());
     for (const id of FIELDS) by(id).oninput = () => this.changed();
-    on('selftest-go', () =>
+    on('selftest-go', () => {
+      // Those that the button names now, whatever is predicted until somebody has typed the word.
+      const number = this.predicted;
       turnOn(
         'The self-test moves the joint by itself, for minutes',
-        () => void ask(this.link, 'selftest'),
-      ),
-    );
+        () => void ask(this.link, 'selftest', { number }),
+      );
+    });
+  }
+
+  // The end of the prediction says it aloud.
+  private async cancel(): Promise<void> {
+    const answer = await this.link.ask('cancel-selftest');
+    if (!answer.ok) said(answer.said, false);
+  }
+
+  // A prediction is told again to a page that was too slow or away, and by then the fields may say
+  // something else. Another one may be what another page has asked for.
+  private asked({ number, deg, joint, moves }: Event): void {
+    if (number === undefined || number === this.predicted) return;
+    this.predicted = number;
+    by<HTMLInputElement>('selftest-moves').value = String(moves);
+    by<HTMLInputElement>('selftest-range').value = deg === null ? '' : String(deg);
+    const select = by<HTMLSelectElement>('selftest-joint');
+    select.value = joint;
+    // A joint that is not offered could not be chosen.
+    this.fits = select.value === joint;
   }
 
   // Nobody shall make the moves of an older prediction than the fields show.
@@ -83,7 +105,7 @@ export class Selftest {
 
   // The joints that can be chosen.
   whose(): void {
-    offer('selftest-joint', this.file && last(this.file), this.ofFound);
+    if (offer('selftest-joint', this.file && last(this.file), this.ofFound)) this.changed();
     this.enable();
   }
 
@@ -92,14 +114,13 @@ export class Selftest {
     this.phase = event.phase;
     [this.why, this.ofFound, this.file] = [event.why, event.of_found, event.file ?? null];
     app.testing = event.phase === 'moving';
-    if (event.phase === 'ready') {
-      this.fits = true;
-      // Another page may have asked for it, or this one before it was loaded anew.
-      by<HTMLInputElement>('selftest-moves').value = String(event.moves);
-    }
+    this.whose();
+    this.asked(event);
     const range = event.range_deg ?? event.result?.range_deg;
     if (range !== undefined)
-      by('selftest-go').textContent = `2. Make the ${event.moves} moves within ${shown(range)} deg`;
+      by('selftest-go').textContent =
+        `2. Make the ${event.moves} moves within ${shown(range)} deg, judged by ` +
+        `the joint of ${last(event.machine)}`;
     const bar = by<HTMLProgressElement>('selftest-runs');
     if (event.phase === 'moving') [bar.max, bar.value] = [event.moves, event.made];
     else if (event.phase === 'predicting') [bar.max, bar.value] = [event.joints, event.over];
@@ -115,7 +136,7 @@ export class Selftest {
     if (event.phase === 'none' && event.said && isOver) said(event.said, false, '✕');
     if (event.phase === 'none' || event.phase === 'predicting')
       by('selftest-result').replaceChildren();
-    this.whose();
+    this.enable();
   }
 
   private words(event: Event): string {

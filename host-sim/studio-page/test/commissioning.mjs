@@ -134,7 +134,10 @@ export const commissioning = ({ said, visit, command }) => {
         await text(page, '#selftest-said'),
         /^3 moves, within 3\.2\d* deg to either side/,
       );
-      assert.match(await text(page, '#selftest-go'), /^2\. Make the 3 moves within 3\.2\d* deg$/);
+      assert.match(
+        await text(page, '#selftest-go'),
+        /^2\. Make the 3 moves within 3\.2\d* deg, judged by the joint of joint\.toml$/,
+      );
       await state(page, 'stopped');
       // The moves of an older prediction than the fields show are not made.
       await page.locator('#selftest-moves').fill('200');
@@ -172,13 +175,14 @@ export const commissioning = ({ said, visit, command }) => {
       address,
     ) {
       const board = await context.newPage();
-      let [near, isSilent] = [null, false];
+      let [near, isSilent, ready] = [null, false, null];
       await board.routeWebSocket(/\/link/, (one) => {
         near = one;
         const far = one.connectToServer();
         far.onMessage((message) => {
           if (isSilent) return;
           const isEvent = typeof message === 'string';
+          if (isEvent && message.includes('"phase":"ready"')) ready = message;
           near.send(isEvent ? message.replace('"kind":"simulated"', '"kind":"board"') : message);
         });
       });
@@ -187,6 +191,13 @@ export const commissioning = ({ said, visit, command }) => {
       await visit(context, address, board);
       await command(board);
       assert.match(await text(board, '#banner'), /A REAL MOTOR\s*it is off/);
+      await predict(board, MOVES);
+      // A prediction that is told again is not what the fields say by then.
+      await board.locator('#selftest-moves').fill('200');
+      near.send(ready);
+      await board.waitForTimeout(300);
+      assert.ok(await board.locator('#selftest-go').isDisabled(), 'what was told again is made');
+      assert.equal(await board.locator('#selftest-moves').inputValue(), '200');
       await predict(board, MOVES);
       await board.locator('#selftest-go').click();
       await board.locator('#confirm', { hasText: 'The self-test moves the joint' }).waitFor();

@@ -15,8 +15,14 @@ fn predict(moves: usize) -> Value {
     json!({ "do": "predict-selftest", "moves": moves })
 }
 
-fn begin() -> Value {
-    json!({ "do": "selftest" })
+/// Makes the moves of a prediction.
+fn begin(number: u64) -> Value {
+    json!({ "do": "selftest", "number": number })
+}
+
+/// Waits for a prediction, and returns its number.
+async fn ready(page: &mut Page) -> u64 {
+    phase(page, "ready").await["number"].as_u64().unwrap()
 }
 
 async fn phase(page: &mut Page, phase: &str) -> Value {
@@ -26,8 +32,8 @@ async fn phase(page: &mut Page, phase: &str) -> Value {
 /// A page whose device makes the first move of a self-test.
 async fn moving(page: &mut Page) {
     page.done(predict(4)).await;
-    phase(page, "ready").await;
-    page.done(begin()).await;
+    let number = ready(page).await;
+    page.done(begin(number)).await;
     page.until(|event| event["phase"] == "moving" && event["to_deg"].is_f64()).await;
     page.watch(Duration::from_millis(500)).await;
 }
@@ -53,7 +59,7 @@ fn the_verdict_is_that_of_the_command() {
         let ready = phase(&mut page, "ready").await;
         assert_eq!(ready["range_deg"], by_command["range_deg"]);
         assert_eq!(page.event("status").await["state"], "stopped", "nothing moves yet");
-        page.done(begin()).await;
+        page.done(begin(ready["number"].as_u64().unwrap())).await;
         let mut made = vec![];
         let done = loop {
             let told = page.event("selftest").await;
@@ -115,17 +121,18 @@ fn a_self_test_is_refused_where_it_could_not_be_judged_or_is_not_expected() {
         let mut page = Page::open(&server).await;
         let said = page.refused(predict(4)).await;
         assert!(said.contains("without a machine's file"), "{said}");
-        assert!(page.refused(begin()).await.contains("predict it first"));
+        assert!(said.contains("in the step Identify"), "{said}");
+        assert!(page.refused(begin(1)).await.contains("predict it first"));
     });
     run(async {
         let server = studio(&[]);
         let mut page = Page::open(&server).await;
         let mut reader = Page::open(&server).await;
-        for what in [predict(4), begin()] {
+        for what in [predict(4), begin(1)] {
             assert!(reader.refused(what).await.contains("another page commands"));
         }
         drop(reader);
-        assert!(page.refused(begin()).await.contains("predict it first"));
+        assert!(page.refused(begin(1)).await.contains("predict it first"));
         // Of the range, as of the command.
         let wide = json!({ "do": "predict-selftest", "moves": 4, "deg": 1e6 });
         let said = page.refused(wide).await;
@@ -140,14 +147,14 @@ fn a_self_test_is_refused_where_it_could_not_be_judged_or_is_not_expected() {
         assert!(page.refused(predict(4)).await.contains("stop first"));
         page.done(json!({ "do": "stop" })).await;
         page.done(predict(4)).await;
-        phase(&mut page, "ready").await;
+        let number = ready(&mut page).await;
         // The prediction is of what the device has run.
         let set = |value: &str| json!({ "do": "set", "values": { "limits.stall_s": value } });
         page.done(set("0.75")).await;
-        assert!(page.refused(begin()).await.contains("predict anew"));
+        assert!(page.refused(begin(number)).await.contains("predict anew"));
         assert_eq!(page.event("status").await["state"], "stopped");
         page.done(json!({ "do": "undo" })).await;
-        page.done(begin()).await;
+        page.done(begin(number)).await;
         // Nothing else is done while it moves.
         for what in [json!({ "do": "move", "deg": 1.0 }), json!({ "do": "hold" }), predict(4)] {
             assert!(page.refused(what).await.contains("a self-test moves the joint"));
@@ -206,7 +213,7 @@ fn a_prediction_tells_how_far_it_is_and_ends_when_it_is_cancelled_or_the_motor_i
         page.send(&cancel()).await;
         let none = phase(&mut page, "none").await;
         assert!(none["said"].as_str().unwrap().contains("is cancelled"), "{none}");
-        assert!(page.refused(begin()).await.contains("predict it first"));
+        assert!(page.refused(begin(1)).await.contains("predict it first"));
         page.done(predict(200)).await;
         // Every page may stop.
         let mut reader = Visit::proper(&server).connect().await.unwrap();
@@ -216,6 +223,32 @@ fn a_prediction_tells_how_far_it_is_and_ends_when_it_is_cancelled_or_the_motor_i
         // Another one begins at once, and is not that one.
         page.done(predict(2)).await;
         assert_eq!(phase(&mut page, "ready").await["moves"], 2);
+    });
+}
+
+#[test]
+fn the_moves_of_another_prediction_than_the_last_are_refused() {
+    run(async {
+        let server = studio(&[]);
+        let mut page = Page::open(&server).await;
+        page.done(predict(2)).await;
+        let first = phase(&mut page, "ready").await;
+        // What was asked for: the range is derived.
+        assert_eq!((&first["joint"], &first["deg"]), (&json!("file"), &Value::Null), "{first}");
+        page.done(json!({ "do": "predict-selftest", "moves": 3, "deg": 2.5 })).await;
+        let last = phase(&mut page, "ready").await;
+        assert_eq!((&last["deg"], &last["moves"]), (&json!(2.5), &json!(3)), "{last}");
+        let [first, last] = [first, last].map(|told| told["number"].as_u64().unwrap());
+        for other in [first, last + 1] {
+            let said = page.refused(begin(other)).await;
+            assert!(said.contains("predicted anew meanwhile"), "{said}");
+        }
+        assert_eq!(page.event("status").await["state"], "stopped");
+        page.done(begin(last)).await;
+        page.done(json!({ "do": "stop" })).await;
+        // They may be repeated, as what they are.
+        let done = phase(&mut page, "done").await;
+        assert_eq!((&done["number"], &done["deg"]), (&json!(last), &json!(2.5)), "{done}");
     });
 }
 

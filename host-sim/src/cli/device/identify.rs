@@ -112,6 +112,7 @@ impl Identify {
         }
         let Self { effort, travel, speed, time, .. } = *self;
         let asked = Asked { effort, travel, speed, time };
+        client.check_identification(&asked)?;
         client.identify_joint(asked)?;
         let status = until_off(client)?;
         let (summary, map) = client.identified()?.ok_or_else(|| {
@@ -155,6 +156,8 @@ fn written(
     of: &Document,
     warning: Option<&str>,
 ) -> Result<(), Error> {
+    let nothing = |why: Error| Error::Device(format!("identify --into: nothing is written: {why}"));
+    found.joint().map_err(nothing)?;
     let header = warning.map_or(String::new(), |warning| format!("# {warning}\n"));
     let body = into::text(found, of)?;
     write_whole(file, (header + &body).as_bytes())

@@ -134,16 +134,25 @@ impl<W: Wire> Client<W> {
         }
     }
 
+    /// Asks for the parameters, and refuses an identification that would find nothing: its encoder
+    /// is too coarse for the bound of its speed. Nothing moves. To be asked before
+    /// [`identify_joint`](Self::identify_joint), which does not look: it takes several exchanges,
+    /// and somebody may have to look at something between these and the arming.
+    ///
+    /// # Errors
+    /// Says to which speed it has to be raised, or that the device does not answer.
+    pub fn check_identification(&mut self, asked: &identification::Asked) -> Result<(), Error> {
+        let why = shows_too_little(asked, &self.parameters()?);
+        why.map_or(Ok(()), |why| Err(Error::Refused(why)))
+    }
+
     /// Arms and begins an identification, within the bounds that are asked for and the device's. It
     /// ends by itself, and [`identified`](Self::identified) says what it has found. Meanwhile the
     /// device has to hear from the client within its link timeout.
     ///
     /// # Errors
-    /// Says why the device refuses, or that the encoder is too coarse for the bound of the speed.
+    /// Says why the device refuses.
     pub fn identify_joint(&mut self, asked: identification::Asked) -> Result<(), Error> {
-        if let Some(why) = shows_too_little(&asked, &self.parameters()?) {
-            return Err(Error::Device(why));
-        }
         self.done("identify", Request::IdentifyJoint(asked))
     }
 

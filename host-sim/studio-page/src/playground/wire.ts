@@ -38,10 +38,12 @@ export function connect(
   const studio = new Worker(script);
   URL.revokeObjectURL(script);
   let ready = false;
+  let over = false;
   // It does not start, or it has trapped: it answers nothing any more.
   const ended = (why: string) => {
     const said = `the simulation has ended: ${why}. Reload the page`;
     ready = false;
+    over = true;
     studio.terminate();
     by('playground-said').textContent = `✕ ${said}`;
     cut(said);
@@ -54,6 +56,8 @@ export function connect(
   studio.onmessageerror = () => ended('what it has told cannot be read');
   unpacked()
     .then((bytes) => {
+      // It has ended before there was anything for it to do.
+      if (over) return;
       const begin: Begin = { simulator: bytes, machine: name, file: name === OWN ? own : null };
       studio.postMessage(begin, [bytes]);
       ready = true;
