@@ -2,7 +2,6 @@
 //! the news, and what the device runs.
 
 use std::sync::atomic::{AtomicBool, AtomicU32, Ordering};
-use std::sync::mpsc::{SyncSender, TrySendError};
 use std::sync::{Mutex, MutexGuard, PoisonError};
 use std::time::Instant;
 
@@ -14,8 +13,11 @@ use super::news::Newsroom;
 use super::request::Ask;
 use crate::error::Error;
 
-/// How many stops may wait that have found no place among the orders.
+/// How many stops may wait.
 const STOPS: usize = 256;
+
+/// What somebody is told who wants the joint that was identified, before one was.
+pub const NONE_FOUND: &str = "no joint was identified here yet; identify it first";
 
 /// What the thread and the connections share.
 #[derive(Debug, Default)]
@@ -26,10 +28,14 @@ pub struct Shared {
     pub news: Newsroom,
     /// When the page that commands has given its last word.
     word: Mutex<Option<Instant>>,
-    /// Somebody wants the output off: this passes every order that waits.
+    /// Somebody wants the output off: this passes every order that waits. It is changed under the
+    /// lock of `stops`: an order that comes after the answer to a stop is none that waited.
     pub stop: AtomicBool,
-    /// Stops that have found no place among the orders, and are answered all the same.
+    /// The stops that wait. They have no place among the orders, and are answered however many of
+    /// these wait.
     stops: Mutex<Vec<Order>>,
+    /// Nobody talks to the device any more.
+    has_ended: AtomicBool,
     /// The number of the last `hello`.
     pub(super) generation: AtomicU32,
     /// The number of the last prediction of a self-test.
@@ -87,33 +93,47 @@ impl Shared {
     /// # Errors
     /// Says that none was.
     pub fn found(&self) -> Result<FoundJoint, Error> {
-        let none = || Error::Input("no joint was identified here yet; identify it first".into());
+        let none = || Error::Input(NONE_FOUND.into());
         locked(&self.found).clone().ok_or_else(none)
     }
 
     /// Hands over a stop. It passes every order that waits, and is answered however many do.
-    pub fn stops(&self, orders: &SyncSender<Order>, order: Order) {
-        match orders.try_send(order) {
-            Ok(()) => {}
-            Err(TrySendError::Full(order)) => {
-                let mut stops = locked(&self.stops);
-                if stops.len() < STOPS {
-                    stops.push(order);
-                } else {
-                    let why = "too many stops wait; the first of them turns the motor off";
-                    order.answered(&Err(Error::Refused(why.into())));
-                }
-            }
-            Err(TrySendError::Disconnected(order)) => {
-                order.answered(&Err(Error::Device("the studio ends".into())));
-            }
-        }
+    pub fn stops(&self, order: Order) {
+        let mut stops = locked(&self.stops);
         self.stop.store(true, Ordering::SeqCst);
+        if self.has_ended.load(Ordering::SeqCst) {
+            order.answered(&Err(Error::Device("the studio ends".into())));
+        } else if stops.len() < STOPS {
+            stops.push(order);
+        } else {
+            let why = "too many stops wait; the first of them turns the motor off";
+            order.answered(&Err(Error::Refused(why.into())));
+        }
     }
 
-    /// Takes the stops that have found no place among the orders.
-    pub fn take_stops(&self) -> Vec<Order> {
-        std::mem::take(&mut locked(&self.stops))
+    /// Takes what somebody wants the output off for, if anybody does. It has to be turned off then.
+    pub fn take_stops(&self) -> Option<Vec<Order>> {
+        let mut stops = locked(&self.stops);
+        let is_wanted = self.stop.swap(false, Ordering::SeqCst);
+        is_wanted.then(|| std::mem::take(&mut *stops))
+    }
+
+    /// Refuses the stops that wait. Whoever reaches the device again has to stop it first.
+    pub fn refuse_stops(&self, why: &str) {
+        for stop in locked(&self.stops).drain(..) {
+            stop.answered(&Err(Error::Device(why.into())));
+        }
+    }
+}
+
+/// The thread that talks to the device. When it has ended, however it did, nobody waits for it.
+#[derive(Debug)]
+pub struct Talking<'a>(pub &'a Shared);
+
+impl Drop for Talking<'_> {
+    fn drop(&mut self) {
+        self.0.has_ended.store(true, Ordering::SeqCst);
+        self.0.refuse_stops("the studio ends");
     }
 }
 

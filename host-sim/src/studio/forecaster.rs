@@ -12,16 +12,16 @@ use stiction::Parameters;
 use stiction::compensator::Gains;
 use tokio::sync::mpsc::Sender;
 
-use super::desk::{Shared, answer};
+use super::desk::{FoundJoint, NONE_FOUND, Shared, answer};
 use super::form;
 use super::knobs::knobs;
-use super::machine_in_use::{MachineInUse, first_trajectory, no_file};
+use super::machine_in_use::{MachineInUse, first_trajectory, no_joint};
 use super::prediction;
-use super::request::{Ask, Wish};
+use super::request::{Ask, Source, Wish};
 use crate::device::machine_file;
 use crate::error::Error;
 use crate::experiment::{Document, Experiment, for_a_device};
-use crate::machine::PD;
+use crate::machine::{PD, Trajectory};
 
 /// Time after which the thread looks whether anybody is left.
 const LOOKS: Duration = Duration::from_millis(500);
@@ -84,11 +84,76 @@ pub fn run(wishes: &Arc<Wishes>, shared: &Shared, machine: Option<&str>) {
     }
 }
 
+/// A joint's file with what the device runs, and the file's trajectory; or why there is none.
+#[derive(Clone, Debug)]
+struct Twin {
+    in_use: Result<MachineInUse, String>,
+    trajectory: Option<Trajectory>,
+}
+
+impl Twin {
+    /// `file` is the joint's.
+    fn new(parameters: &Parameters, file: Result<Document, Error>) -> Self {
+        let trajectory = file.as_ref().ok().and_then(|file| first_trajectory(file).ok());
+        let in_use = file.and_then(|file| MachineInUse::new(parameters, &file));
+        Self { in_use: in_use.map_err(|error| prediction::said(&error)), trajectory }
+    }
+
+    /// What a page is told of it: what can be turned.
+    fn told(&self, machine: Option<&str>) -> Value {
+        let (knobs, laws, why) = match &self.in_use {
+            Ok(now) => (knobs(now), now.laws.clone(), Value::Null),
+            Err(error) => (vec![], vec![], error.as_str().into()),
+        };
+        json!({
+            "machine": machine, "knobs": knobs, "laws": laws, "why": why,
+            "trajectory": self.trajectory,
+        })
+    }
+}
+
+/// What was told last: of these parameters and this joint that was identified.
+#[derive(Clone, Debug)]
+struct Known {
+    parameters: Parameters,
+    found: Option<FoundJoint>,
+    of_file: Twin,
+    of_found: Option<Twin>,
+}
+
+impl Known {
+    fn new(parameters: Parameters, machine: Option<&str>, found: Option<FoundJoint>) -> Self {
+        let none = || no_joint("nothing is predicted");
+        let of_file = Twin::new(&parameters, machine.ok_or_else(none).and_then(Document::open));
+        let of_found = found.as_ref().map(|FoundJoint { name, text, .. }| {
+            Twin::new(&parameters, Document::parse(name, text))
+        });
+        Self { parameters, found, of_file, of_found }
+    }
+
+    /// Tells what can be turned with each of the joints.
+    fn tell(&self, machine: Option<&str>, shared: &Shared) {
+        let mut told = self.of_file.told(machine);
+        let found = self.found.as_ref().zip(self.of_found.as_ref());
+        told["found"] = found.map(|(joint, twin)| twin.told(Some(&joint.name))).into();
+        shared.news.tell("what-if", told);
+    }
+
+    /// The machine with one of the joints, or why there is none.
+    fn in_use(&self, joint: Source) -> Result<&MachineInUse, &str> {
+        let twin = match joint {
+            Source::File => &self.of_file,
+            Source::Found => self.of_found.as_ref().ok_or(NONE_FOUND)?,
+        };
+        twin.in_use.as_ref().map_err(String::as_str)
+    }
+}
+
 /// What is known of the machine that the device drives.
 #[derive(Debug)]
 pub struct Forecaster<'a> {
     machine: Option<&'a str>,
-    known: Option<(Parameters, Result<MachineInUse, String>)>,
+    known: Option<Known>,
 }
 
 impl<'a> Forecaster<'a> {
@@ -97,49 +162,34 @@ impl<'a> Forecaster<'a> {
         Self { machine, known: None }
     }
 
-    /// Tells what can be turned, if the device runs something else by now, and predicts the next of
-    /// the wishes, if there is one.
+    /// Tells what can be turned, if the device runs something else by now or another joint was
+    /// identified, and predicts the next of the wishes, if there is one.
     pub fn pass(&mut self, wishes: &Wishes, shared: &Shared, next: Option<(Whose, Asked)>) {
-        let Self { machine, known } = self;
-        let machine = *machine;
         let Some(parameters) = shared.in_use() else {
             if let Some((_, asked)) = next {
                 tell(&asked, "refused", json!("it is not known what the device runs"));
             }
             return;
         };
-        if known.as_ref().is_none_or(|(before, _)| *before != parameters) {
-            let now = match machine {
-                Some(machine) => MachineInUse::new(&parameters, machine)
-                    .map_err(|error| prediction::said(&error)),
-                None => Err(no_file("nothing is predicted").to_string()),
-            };
-            let (knobs, laws, why) = match &now {
-                Ok(now) => (knobs(now), now.laws.clone(), Value::Null),
-                Err(error) => (vec![], vec![], error.as_str().into()),
-            };
-            let first = machine.and_then(|machine| first_trajectory(machine).ok());
-            shared.news.tell(
-                "what-if",
-                json!({
-                    "machine": machine, "knobs": knobs, "laws": laws, "why": why,
-                    "trajectory": first,
-                }),
-            );
-            *known = Some((parameters, now));
+        let found = shared.found().ok();
+        let is_new = |known: &Known| known.parameters != parameters || known.found != found;
+        if self.known.as_ref().is_none_or(is_new) {
+            let now = Known::new(parameters, self.machine, found);
+            now.tell(self.machine, shared);
+            self.known = Some(now);
         }
-        let (Some((whose, asked)), Some((parameters, in_use))) = (next, known) else { return };
-        match (&asked.what, in_use) {
-            (Ask::Compare(text), _) => {
-                let compared = compared(parameters, machine, text);
+        let (Some((whose, asked)), Some(known)) = (next, &self.known) else { return };
+        match &asked.what {
+            Ask::Compare(text) => {
+                let compared = compared(&known.parameters, self.machine, text);
                 let _ = asked.answer.try_send(answer(asked.id, &compared));
             }
-            (Ask::Predict(wish), Ok(in_use)) => {
-                predict(in_use, &asked, wish, || wishes.is_old(whose));
-            }
-            (_, Err(why)) => tell(&asked, "refused", json!(why)),
+            Ask::Predict(wish) => match known.in_use(wish.joint) {
+                Ok(in_use) => predict(in_use, &asked, wish, || wishes.is_old(whose)),
+                Err(why) => tell(&asked, "refused", json!(why)),
+            },
             // Nothing else comes here.
-            (_, Ok(_)) => {}
+            _ => {}
         }
     }
 }

@@ -18,14 +18,6 @@ use crate::experiment::{Document, Experiment, RunPlan, Task};
 use crate::machine::Trajectory;
 
 /// Why something cannot be done for a device whose joint nobody has told; `so` says what.
-pub fn no_file(so: &str) -> Error {
-    Error::Input(format!(
-        "the joint is not known, so {so}: the studio was started without a machine's file. \
-         `stiction studio --port DEV FILE.toml` takes one"
-    ))
-}
-
-/// The same of what an identified joint would do for as well.
 pub fn no_joint(so: &str) -> Error {
     Error::Input(format!(
         "the joint is not known, so {so}: the studio was started without a machine's file. \
@@ -50,9 +42,10 @@ impl MachineInUse {
     ///
     /// # Errors
     /// Says what is wrong with the file, or that no file says what the device runs.
-    pub fn new(parameters: &Parameters, machine: &str) -> Result<Self, Error> {
+    pub fn new(parameters: &Parameters, of: &Document) -> Result<Self, Error> {
+        let machine = &of.origin.name;
         // That of a simulated device.
-        let first = Experiment::plan(&Document::open(machine)?, &[], &[])?.into_first();
+        let first = Experiment::plan(of, &[], &[])?.into_first();
         let nothing = || Error::Input(format!("{machine}: there is nothing to run"));
         let first = first.ok_or_else(nothing)?;
         let lent = &*first.machine;
@@ -136,11 +129,12 @@ pub fn motion(plan: &RunPlan, way: &Way) -> Result<Motion, Error> {
 ///
 /// # Errors
 /// Says that it has none.
-pub fn first_trajectory(machine: &str) -> Result<Trajectory, Error> {
-    let mut all = Document::open(machine)?.machine()?.reference.trajectories;
+pub fn first_trajectory(of: &Document) -> Result<Trajectory, Error> {
+    let mut all = of.machine()?.reference.trajectories;
     if all.is_empty() {
         return Err(Error::Input(format!(
-            "{machine}: it has no trajectory in `reference.trajectories`; give way and speed"
+            "{}: it has no trajectory in `reference.trajectories`; give way and speed",
+            of.origin.name
         )));
     }
     Ok(all.swap_remove(0))

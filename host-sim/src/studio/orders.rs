@@ -13,7 +13,7 @@ use super::form;
 use super::machine_in_use::{self, MachineInUse};
 use super::request::{Ask, Way};
 use super::wording::{of_a_page, without_bounds};
-use super::worker::{CANCELLED_BY_STOP, Running, Worker};
+use super::worker::{Running, Worker};
 use crate::device::client::Map;
 use crate::device::identified::Identified;
 use crate::device::wire::Wire;
@@ -52,8 +52,8 @@ impl<W: Wire> Worker<'_, W> {
         // That took its time.
         self.is_expected(order)?;
         let said: &str = match what {
-            // Others answer these.
-            Ask::Alive | Ask::Command => "",
+            // Others answer these; a stop passes every order.
+            Ask::Alive | Ask::Command | Ask::Stop => "",
             Ask::Predict(_) | Ask::Compare(_) | Ask::Tune(_) | Ask::CancelTuning => "",
             Ask::PredictSelftest { range_deg, moves, joint } => {
                 return self.predict_selftest(*range_deg, *moves, *joint);
@@ -67,11 +67,6 @@ impl<W: Wire> Worker<'_, W> {
                 said
             }
             Ask::Selftest(number) => return self.begin_selftest(*number, order),
-            Ask::Stop => {
-                self.client.stop()?;
-                self.cancel_prediction(CANCELLED_BY_STOP);
-                "stopped: the motor is off"
-            }
             Ask::Arm => {
                 self.client.arm()?;
                 "armed: the loop is closed, and here is zero"
@@ -91,7 +86,8 @@ impl<W: Wire> Worker<'_, W> {
                 return Ok(format!("steps to {deg} deg").into());
             }
             Ask::Trajectory => {
-                let first = machine_in_use::first_trajectory(&self.about.machine)?;
+                let first =
+                    machine_in_use::first_trajectory(&Document::open(&self.about.machine)?)?;
                 return self.follow(first);
             }
             Ask::Trapezoid(fields) => {
@@ -149,7 +145,8 @@ impl<W: Wire> Worker<'_, W> {
     /// Follows a trajectory, whose positions are those of the zero of the arming.
     fn follow(&mut self, trajectory: Trajectory) -> Result<Value, Error> {
         let way = Way::Trajectory(trajectory);
-        let in_use = MachineInUse::new(&self.client.parameters()?, &self.about.machine)?;
+        let file = Document::open(&self.about.machine)?;
+        let in_use = MachineInUse::new(&self.client.parameters()?, &file)?;
         self.client.move_along(in_use.motion(&way)?)?;
         self.tell_motion(&way);
         Ok("follows the trajectory".into())

@@ -127,7 +127,7 @@ impl Playground {
         let order =
             Order { page: PAGE, given: Instant::now(), id, what, answer: self.answer.clone() };
         if order.what == Ask::Stop {
-            return self.shared.stops(&self.orders, order);
+            return self.shared.stops(order);
         }
         if self.orders.try_send(order).is_err() {
             let why = "too many requests wait for the device; say it again";

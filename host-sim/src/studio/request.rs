@@ -141,6 +141,9 @@ pub struct Wish {
     /// Joints of the cloud.
     #[serde(default)]
     pub cloud: u8,
+    /// Whose joint it is.
+    #[serde(default)]
+    pub joint: Source,
 }
 
 /// The largest wish: so many laws, so many changed values, so many joints.

@@ -219,7 +219,7 @@ impl Page {
         let (page, given, answer_to) = (self.number, Instant::now(), answers.clone());
         let order = Order { page, given, id, what, answer: answer_to };
         if order.what == Ask::Stop {
-            self.desk.shared.stops(&self.desk.orders, order);
+            self.desk.shared.stops(order);
             return None;
         }
         match self.desk.orders.try_send(order) {

@@ -21,9 +21,8 @@ use stiction::Parameters;
 use stiction::link::{Sample, StateCode, Status};
 
 use super::control::TAKEN;
-use super::desk::{Order, Shared};
+use super::desk::{Order, Shared, Talking};
 use super::news::Frame;
-use super::request::Ask;
 use super::selftest::Test;
 use crate::device::client::Client;
 use crate::device::signals::Signals;
@@ -124,6 +123,7 @@ pub fn run<W: Wire>(
     orders: &Receiver<Order>,
     ready: &SyncSender<Result<(), Error>>,
 ) {
+    let _talking = Talking(shared);
     let begin = |stop: bool| {
         let mut client = Client::connect(open()?)?;
         if stop {
@@ -158,9 +158,7 @@ pub fn run<W: Wire>(
                 Err(RecvTimeoutError::Disconnected) => return,
                 Err(RecvTimeoutError::Timeout) => {}
             }
-            for stop in shared.take_stops() {
-                stop.answered(&Err(Error::Device("the device does not answer".into())));
-            }
+            shared.refuse_stops("the device does not answer");
             if let Ok(worker) = begin(was_armed) {
                 break worker;
             }
@@ -223,7 +221,7 @@ impl<'a, W: Wire> Worker<'a, W> {
         match orders.try_recv() {
             // Not even the status is asked for then: nobody but its own page keeps a self-test
             // going.
-            Ok(order) if order.what != Ask::Stop && self.is_testing() => {
+            Ok(order) if self.is_testing() => {
                 order.answered(&Err(Error::Refused(TESTING.into())));
             }
             Ok(order) => {
@@ -285,22 +283,19 @@ impl<'a, W: Wire> Worker<'a, W> {
 
     /// Turns the output off if somebody wants that. No order that waits is obeyed any more.
     fn stop_if_asked(&mut self, orders: &Receiver<Order>) -> Result<(), Error> {
-        if !self.shared.stop.swap(false, Ordering::SeqCst) {
-            return Ok(());
-        }
-        let mut waiting: Vec<Order> = orders.try_iter().collect();
-        waiting.extend(self.shared.take_stops());
+        let Some(stops) = self.shared.take_stops() else { return Ok(()) };
+        let waiting: Vec<Order> = orders.try_iter().collect();
         let stopped = self.client.stop();
         self.running = None;
         self.cancel_prediction(CANCELLED_BY_STOP);
+        let failed = |error: &Error| Err(Error::Device(error.to_string()));
+        let overtaken = || Err(Error::Refused(OVERTAKEN.into()));
         for order in waiting {
-            let overtaken = || Error::Refused(OVERTAKEN.into());
-            let failed = |error: &Error| Error::Device(error.to_string());
-            order.answered(&match (&order.what, &stopped) {
-                (_, Err(error)) => Err(failed(error)),
-                (Ask::Stop, Ok(())) => Ok("stopped: the motor is off".into()),
-                _ => Err(overtaken()),
-            });
+            order.answered(&stopped.as_ref().map_or_else(failed, |()| overtaken()));
+        }
+        for order in stops {
+            let done = || Ok("stopped: the motor is off".into());
+            order.answered(&stopped.as_ref().map_or_else(failed, |()| done()));
         }
         stopped?;
         self.ask_status().map(|_| ())
@@ -314,11 +309,9 @@ impl<'a, W: Wire> Worker<'a, W> {
         }
     }
 
-    /// Refuses an order that nobody expects to be obeyed any more. A stop always is.
+    /// Refuses an order that nobody expects to be obeyed any more.
     pub(super) fn is_expected(&self, order: &Order) -> Result<(), Error> {
-        let why = if order.what == Ask::Stop {
-            return Ok(());
-        } else if self.shared.stop.load(Ordering::SeqCst) {
+        let why = if self.shared.stop.load(Ordering::SeqCst) {
             OVERTAKEN
         } else if !self.shared.control.is_held_by(order.page) {
             TAKEN

@@ -21,9 +21,8 @@ export type App = {
   // A self-test moves the joint.
   testing: boolean;
   view: string;
-  // The last move that began, and what can be turned in the what-if view.
+  // The last move that began.
   motion: Event | null;
-  knobs: Event | null;
   // The joint that was identified last.
   found: Event | null;
 };
@@ -40,7 +39,6 @@ export const app: App = {
   testing: false,
   view: 'live',
   motion: null,
-  knobs: null,
   found: null,
 };
 

@@ -1,5 +1,5 @@
-// The joint that the device has identified: in words, and as a machine's file, which the tuning and
-// the self-test can take at once.
+// The joint that the device has identified: in words, and as a machine's file, which “What if”, the
+// tuning and the self-test can take at once.
 
 import { app, by, element, on } from './app';
 import type { Event } from './link';
@@ -9,8 +9,8 @@ import { IN_PAGE } from './wire';
 
 // The playground neither tunes nor tests.
 const TAKEN = IN_PAGE
-  ? 'Download it, and take it with the program “stiction”.'
-  : '“Tune” and “Verify” can take it.';
+  ? '“What if” can take it; or download it, and take it with the program “stiction”.'
+  : '“What if”, “Tune” and “Verify” can take it.';
 
 export class Identified {
   constructor() {
@@ -32,7 +32,11 @@ export class Identified {
   }
 }
 
-const STEPS: Record<string, string> = { 'tune-joint': 'Tune', 'selftest-joint': 'Verify' };
+const STEPS: Record<string, string> = {
+  'what-if-joint': 'What if',
+  'tune-joint': 'Tune',
+  'selftest-joint': 'Verify',
+};
 
 // Whose joint a select offers: that of the studio's file, and the one that was found. With one of
 // them there is nothing to choose. Tells whether the one that was chosen is not there any more.

@@ -105,7 +105,6 @@ function told(event: Event): void {
       whatIf.moved();
       break;
     case 'what-if':
-      app.knobs = event;
       by<HTMLButtonElement>('file-trajectory').hidden = !event.trajectory;
       whatIf.told(event);
       break;
@@ -114,6 +113,7 @@ function told(event: Event): void {
       identified.told(event);
       tuning.whose();
       selftest.whose();
+      whatIf.whose();
       break;
     case 'selftest':
       selftest.told(event);

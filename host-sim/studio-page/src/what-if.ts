@@ -3,6 +3,7 @@
 
 import { app, by, element, may, on } from './app';
 import { Curves, type Shown } from './curves';
+import { last, offer } from './identified';
 import type { Event, Link } from './link';
 import { measured } from './measured';
 import { shown } from './plots';
@@ -63,6 +64,11 @@ const OF_MEASURED: Look = { ...LOOKS.primary, width: 3.5 };
 const OF_WORST: Look = { light: '#b3261e', dark: '#ff7a6e', width: 1.5, dash: [3, 2] };
 
 export class WhatIf {
+  // What was told last of the file's joint and of the one that was found, if it was.
+  private of: Event | null = null;
+  // The joint that the sliders are of, and what was told of it.
+  private joint = '';
+  private now: Event | null = null;
   private knobs: Knob[] = [];
   private values = new Map<string, number>();
   private laws: string[] = [];
@@ -87,10 +93,31 @@ export class WhatIf {
       this.ask();
     });
     on('what-if-set', () => void this.set(this.gains()));
+    by('what-if-joint').onchange = () => this.whose();
   }
 
-  // What can be turned has been told anew: the device runs something else.
+  // What can be turned has been told anew: the device runs something else, or another joint was
+  // found.
   told(event: Event): void {
+    this.of = event;
+    this.whose();
+  }
+
+  // The joints that can be chosen.
+  whose(): void {
+    const { of } = this;
+    if (!of) return;
+    offer('what-if-joint', of.why === null ? last(of.machine) : null, of.found !== null);
+    const joint = by<HTMLSelectElement>('what-if-joint').value || 'file';
+    // What was turned of one joint says nothing of the other.
+    if (joint !== this.joint)
+      for (const knob of this.knobs) if (knob.of === 'joint') this.values.delete(knob.path);
+    this.joint = joint;
+    this.take(joint === 'found' ? of.found : of);
+  }
+
+  private take(event: Event): void {
+    this.now = event;
     this.knobs = event.knobs;
     this.laws = event.laws;
     // What was turned stays, but for what is in use by now.
@@ -102,7 +129,7 @@ export class WhatIf {
     for (const law of this.chosen) if (!this.laws.includes(law)) this.chosen.delete(law);
     if (this.chosen.size === 0 && this.laws[0]) this.chosen.add(this.laws[0]);
     by('what-if-said').textContent = event.why ? `✕ ${event.why}` : '';
-    by('what-if-file').textContent = event.machine?.split(/[/\\]/).pop() ?? 'no file';
+    by('what-if-file').textContent = event.machine ? last(event.machine) : 'no file';
     by('what-if-file').title = event.machine ?? '';
     if (event.why) {
       [this.curves, this.cloud] = [[], null];
@@ -230,7 +257,7 @@ export class WhatIf {
       return { way: { how: way.how, deg: way.deg - from }, from };
     }
     if (how === 'trajectory') {
-      const trajectory = app.knobs?.trajectory;
+      const trajectory = this.now?.trajectory;
       return trajectory ? { way: { how, trajectory }, from: 0 } : null;
     }
     const deg = how === 'last' ? 5 : typed;
@@ -258,7 +285,8 @@ export class WhatIf {
     const cloud = by<HTMLInputElement>('what-if-cloud').checked && laws.length ? CLOUD : 0;
     if (!cloud) this.cloud = null;
     const values = Object.fromEntries(this.values);
-    const wish = { way: moved.way, from_deg: moved.from, laws, values, cloud };
+    const { joint } = this;
+    const wish = { way: moved.way, from_deg: moved.from, laws, values, cloud, joint };
     this.link.tell('predict', ++this.number, { wish });
   }
 

@@ -41,6 +41,17 @@ export async function isFound(page) {
   const [called, toml] = await saved(page, '#identified-save');
   assert.equal(called, name);
   assert.match(toml, /^# SIMULATED DEVICE[^]*\[spread\]/);
+  await page.locator('[data-view=what-if]').click();
+  assert.equal(await text(page, '#what-if-file'), 'gimbal.toml');
+  // What was turned of one joint is not turned of the other; a gain is.
+  const turned = page.locator('#knobs output.turned');
+  await page.locator('[id="knob-inertia"]').fill('500');
+  await page.locator('#knobs .knob input').first().fill('500');
+  assert.equal(await turned.count(), 2);
+  await page.locator('#what-if-joint').selectOption('found');
+  assert.equal(await text(page, '#what-if-file'), name);
+  assert.equal(await turned.count(), 1);
+  await page.locator('#what-if-cloud-said', { hasText: 'drawn from the [spread]' }).waitFor();
   await step(page, 'Tune');
   const offered = await page.locator('#tune-joint option').allInnerTexts();
   assert.deepEqual(offered, ['gimbal.toml', `${name}, which was found`]);

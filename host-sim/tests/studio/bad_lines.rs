@@ -17,8 +17,10 @@ use stiction::servo::State;
 use tokio::net::{TcpListener, TcpStream};
 
 use super::page::{
-    Page, Visit, arm, device, run, studio, studio_of, studio_of_file, studio_of_unknown,
+    Page, Visit, arm, device, run, studio, studio_around, studio_of, studio_of_file,
+    studio_of_unknown,
 };
+use super::what_if::{self, wish};
 use super::{LINK_TIMEOUT_S, SLACK_S, TICK_S, ticks_on_after};
 
 /// What is done before a request reaches the device: it is told which one.
@@ -658,8 +660,17 @@ fn what_was_identified_is_told_although_the_machine_s_file_is_gone() {
     });
 }
 
+/// The sliders of the joint that was found: the effort that starts it, V.
+async fn found_stick(page: &mut Page, file: &Value) -> f64 {
+    let told = page.until(|event| event["event"] == "what-if" && !event["found"].is_null()).await;
+    assert_eq!((&told["found"]["machine"], &told["found"]["why"]), (file, &Value::Null));
+    assert!(told["why"].as_str().unwrap().contains("without a machine's file"), "{told}");
+    let knobs = told["found"]["knobs"].as_array().unwrap();
+    knobs.iter().find(|knob| knob["name"] == "stick_v").unwrap()["value"].as_f64().unwrap()
+}
+
 #[test]
-fn the_joint_that_was_found_is_a_file_and_is_tuned_and_tested_with() {
+fn the_joint_that_was_found_is_a_file_and_is_predicted_tuned_and_tested_with() {
     const GAIN: &str = "joint.gain_deg_per_s2_per_v";
     run(async {
         let line = Line { in_haste: true, ..Line::new(&["limits.link_timeout_s=\"off\""]) };
@@ -673,6 +684,11 @@ fn the_joint_that_was_found_is_a_file_and_is_tuned_and_tested_with() {
         for early in [&test, &tune] {
             assert!(page.refused(early.clone()).await.contains("identify it first"));
         }
+        let mut early = wish(&json!({ "how": "step", "deg": 1.0 }), &["srnf"], &json!({}), 0);
+        early["wish"]["joint"] = "found".into();
+        page.send(&early).await;
+        let refused = page.until(|event| event["part"] == "refused").await;
+        assert!(refused["content"].as_str().unwrap().contains("identify it first"), "{refused}");
         page.done(json!({ "do": "identify" })).await;
         let found = page.event("identified").await;
         assert_eq!((&found["ok"], &found["file"]), (&json!(true), &json!("joint.identified.toml")));
@@ -688,6 +704,27 @@ fn the_joint_that_was_found_is_a_file_and_is_tuned_and_tested_with() {
         let mut later = Visit::proper(&server).connect().await.unwrap();
         later.lives = false;
         assert_eq!(later.event("identified").await["toml"], found["toml"]);
+        // What if: the predictions are those of a studio that has that file.
+        let stick = found_stick(&mut page, &found["file"]).await;
+        let in_file = Document::parse("found", text).unwrap();
+        let in_file = in_file.get("joint.friction.stick_v").unwrap().as_float().unwrap();
+        assert!((stick / in_file - 1.0).abs() < 1e-6, "{stick} of {in_file}");
+        let wanted = wish(&json!({ "how": "move", "deg": 5.0 }), &["srnf"], &json!({}), 3);
+        let mut of_found = wanted.clone();
+        of_found["wish"]["joint"] = "found".into();
+        let file = std::env::temp_dir().join(format!("stiction-found-{}.toml", std::process::id()));
+        std::fs::write(&file, text).unwrap();
+        let other = studio_around(file.to_str().unwrap().to_owned().leak(), "srnf", &[]);
+        let mut of_file = Page::open(&other).await;
+        for part in ["laws", "cloud"] {
+            let by_found = what_if::predicted(&mut page, part, of_found.clone()).await;
+            let by_file = what_if::predicted(&mut of_file, part, wanted.clone()).await;
+            assert_eq!(by_found, by_file, "{part}");
+        }
+        std::fs::remove_file(&file).unwrap();
+        page.send(&wanted).await;
+        let refused = page.until(|event| event["part"] == "refused").await;
+        assert!(refused["content"].as_str().unwrap().contains("in the step Identify"), "{refused}");
         // The gains are those that the command finds with that file.
         let said = page.done(tune).await;
         assert!(said.contains("joint.identified.toml"), "{said}");
