@@ -1,8 +1,12 @@
-//! Built-in experiments for the tests of the loop, under every law of the core's list.
+//! Built-in experiments for the tests of the loop, under every law of the core's list, and the flash
+//! image.
 // What fails here fails the test that asked for it.
 #![allow(clippy::unwrap_used, clippy::panic)]
 
-use host_sim::experiment::{Document, Experiment, builtins, with_every_law};
+#[cfg(feature = "emulator")]
+pub mod flash_image;
+
+use simulator::experiment::{Document, Experiment, builtins, with_every_law};
 use stiction::compensator::Gains;
 
 /// Every controller of a device by its name: plain PD, and each law by itself.

@@ -3,8 +3,8 @@
 
 use std::time::Duration;
 
-use host_sim::device::client::Client;
-use host_sim::device::wire::Wire;
+use simulator::device::client::Client;
+use simulator::device::wire::Wire;
 use stiction::Parameters;
 use stiction::encoder::{Direction, Encoder};
 use stiction::jog::{Asked, Found, Verdict};

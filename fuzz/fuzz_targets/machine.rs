@@ -2,5 +2,5 @@
 #![no_main]
 
 libfuzzer_sys::fuzz_target!(|text: &str| {
-    host_sim::properties::file::holds(text);
+    simulator::properties::file::holds(text);
 });

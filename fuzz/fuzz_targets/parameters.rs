@@ -2,5 +2,5 @@
 #![no_main]
 
 libfuzzer_sys::fuzz_target!(|bytes: &[u8]| {
-    host_sim::properties::record::holds(bytes);
+    simulator::properties::record::holds(bytes);
 });

@@ -3,16 +3,16 @@
 
 use std::sync::LazyLock;
 
-use host_sim::device::machine_file;
+use simulator::device::machine_file;
 use stiction::Parameters;
 
 /// A machine of the thesis.
 static MACHINE: LazyLock<Parameters> = LazyLock::new(|| {
-    let builtin = host_sim::experiment::find("step-response");
+    let builtin = simulator::experiment::find("step-response");
     let toml = builtin.map(|builtin| builtin.toml).unwrap_or_default();
     machine_file::read("step-response", toml).expect("a built-in machine is valid")
 });
 
 libfuzzer_sys::fuzz_target!(|script: &[u8]| {
-    host_sim::properties::session::holds(&MACHINE, script);
+    simulator::properties::session::holds(&MACHINE, script);
 });

@@ -4,7 +4,7 @@
 //! What is asked is the span of the set points since arming, with the place of the arming itself.
 //! The bounds are those of the monitors, and of a joint that coasts.
 
-use host_sim::device::simulated::{SimulatedDevice, Wires};
+use simulator::device::simulated::{SimulatedDevice, Wires};
 use stiction::fault::Latched;
 use stiction::identification;
 use stiction::jog::Asked;

@@ -3,7 +3,7 @@
 //! Both wires are cut, so that the counter stands still whatever the joint does. The servo has the
 //! limits that are derived for the thesis's robot (0.4 V start it, 0.38 V keep it moving).
 
-use host_sim::device::simulated::{SimulatedDevice, Wires};
+use simulator::device::simulated::{SimulatedDevice, Wires};
 use stiction::Fault;
 use stiction::position::Position;
 use stiction::reference::{Reference, Step};

@@ -5,7 +5,7 @@
 //! friction: too little to be a stall, and enough to keep the joint moving. Those moments are
 //! counted and told, window by window. Only a second encoder would see them.
 
-use host_sim::device::simulated::Wires;
+use simulator::device::simulated::Wires;
 use stiction::Fault;
 use stiction::servo::State;
 

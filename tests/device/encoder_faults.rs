@@ -3,7 +3,7 @@
 //! slow loss of counts cannot be seen: without an index nothing tells a lost count from a joint
 //! that has moved less. The tests measure how far that leads instead.
 
-use host_sim::device::simulated::{SimulatedDevice, Wires};
+use simulator::device::simulated::{SimulatedDevice, Wires};
 use stiction::Fault;
 use stiction::servo::State;
 

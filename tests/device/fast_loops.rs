@@ -7,9 +7,9 @@
 
 use std::f64::consts::TAU;
 
-use host_sim::device::client::Client;
-use host_sim::device::simulated::{SimulatedDevice, Wires};
-use host_sim::device::wire::SimulatedWire;
+use simulator::device::client::Client;
+use simulator::device::simulated::{SimulatedDevice, Wires};
+use simulator::device::wire::SimulatedWire;
 use stiction::monitor::Limits;
 use stiction::position::Position;
 use stiction::reference::Corner;

@@ -1,8 +1,8 @@
 //! The thesis's machine and its parameters, for tests of devices.
 
-use host_sim::device;
-use host_sim::experiment::RunPlan;
-use host_sim::flash::{SECTOR, SimulatedFlash};
+use simulator::device;
+use simulator::experiment::RunPlan;
+use simulator::flash::{SECTOR, SimulatedFlash};
 use stiction::Parameters;
 use stiction::store::Store;
 

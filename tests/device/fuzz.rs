@@ -1,13 +1,13 @@
-//! Random bytes, messages and parameters are given to the properties of `host_sim::properties`,
+//! Random bytes, messages and parameters are given to the properties of `simulator::properties`,
 //! which the targets of `fuzz/` call as well. `STICTION_FUZZ` is the number of messages through the
 //! state machine: 100 000 in a test run, a million in `cargo xtask reliability`. These tests are
 //! blind to what a coverage-guided fuzzer would find behind a checksum: messages are made with a
 //! good one, bytes with mostly bad ones. `fuzz/` is for that.
 
-use host_sim::properties::session::Watched;
-use host_sim::properties::{file, frame, record, session};
 use proptest::collection::vec;
 use proptest::prelude::*;
+use simulator::properties::session::Watched;
+use simulator::properties::{file, frame, record, session};
 use stiction::Motion;
 use stiction::compensator::{Gains, MAX_TERMS, ResetIntegralGains, SmoothRobustNonlinearGains};
 use stiction::identification;
@@ -71,7 +71,7 @@ proptest! {
         changes in vec((any::<prop::sample::Index>(), "[ -~]{0,3}", 0..3u8), 1..6),
     ) {
         let mut lines: Vec<String> =
-            host_sim::experiment::find("step-response")
+            simulator::experiment::find("step-response")
                 .unwrap()
                 .toml
                 .lines()

@@ -1,7 +1,7 @@
 //! A law that holds effort at rest: what is rest, what is a warning, what is a stall, and what is
 //! heat.
 
-use host_sim::device::simulated::SimulatedDevice;
+use simulator::device::simulated::SimulatedDevice;
 use stiction::Fault;
 use stiction::servo::{Output, State};
 

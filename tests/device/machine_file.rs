@@ -1,11 +1,11 @@
 //! Parameters as a machine's file: a file that is pulled says what was pushed.
 
-use host_sim::device::machine_file::{changes, read, render};
-use host_sim::experiment::{Document, builtins, position};
-use host_sim::hardware::STM32F405;
 use proptest::collection::vec;
 use proptest::prelude::*;
 use proptest::sample::subsequence;
+use simulator::device::machine_file::{changes, read, render};
+use simulator::experiment::{Document, builtins, position};
+use simulator::hardware::STM32F405;
 use stiction::compensator::Gains;
 use stiction::drive::{DriveConfig, PwmMode};
 use stiction::encoder::{CounterBits, Direction};

@@ -34,8 +34,6 @@ mod matrix;
 mod power_cuts;
 mod profiled;
 mod seeds;
-mod selftest;
 mod soak;
 mod thesis;
-mod tuned;
 mod wake_up;

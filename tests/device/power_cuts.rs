@@ -2,10 +2,10 @@
 //! or the new set whole.
 
 use embedded_storage::nor_flash::{NorFlash, ReadNorFlash};
-use host_sim::device::client::Client;
-use host_sim::device::simulated::SimulatedDevice;
-use host_sim::device::wire::SimulatedWire;
-use host_sim::flash::{Cut, Remains, SECTOR, SimulatedFlash};
+use simulator::device::client::Client;
+use simulator::device::simulated::SimulatedDevice;
+use simulator::device::wire::SimulatedWire;
+use simulator::flash::{Cut, Remains, SECTOR, SimulatedFlash};
 use stiction::parameters::{DecodeError, ROOM};
 use stiction::servo::{Boot, State};
 use stiction::store::{SaveError, Store};
@@ -110,7 +110,7 @@ fn what_a_probe_writes_over_both_sectors_counts_and_is_outlived() {
     let probed = parameters(plan);
     let mut store = stored(&new);
     store.save(&old).unwrap();
-    let sectors = host_sim::device::sectors(plan).unwrap();
+    let sectors = simulator::device::sectors(plan).unwrap();
     let (first, second) = sectors.split_at(SECTOR as usize);
     for (sector, at) in [(first, 0), (second, SECTOR)] {
         // A probe erases what it writes to, and skips what is erased anyway.
@@ -138,7 +138,7 @@ fn spoil(flash: &mut SimulatedFlash, at: u32) {
 #[test]
 fn a_damaged_set_is_told_and_nothing_starts_by_itself_until_the_next_save() {
     let plan = &plans("step-response", &["loop.controller=srnf", "device.autostart=true"])[0];
-    let parameters = host_sim::device::parameters(plan).unwrap();
+    let parameters = simulator::device::parameters(plan).unwrap();
     let older = parameters.clone();
     let mut newer = parameters;
     newer.controller.pd.kp = 0.5;

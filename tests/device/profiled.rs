@@ -1,9 +1,9 @@
 //! Profiled moves of the thesis's joint under every law, with the thresholds and limits that are
 //! derived, and what becomes of a move that is stopped, replaced or refused.
 
-use host_sim::device::moved::longest_s;
-use host_sim::device::simulated::SimulatedDevice;
-use host_sim::experiment::{Document, RunPlan, Task, builtins};
+use simulator::device::moved::longest_s;
+use simulator::device::simulated::SimulatedDevice;
+use simulator::experiment::{Document, RunPlan, Task, builtins};
 use stiction::Motion;
 use stiction::position::Position;
 use stiction::reference::{Corner, Reference, Setpoint, Step, Trajectory};
@@ -359,7 +359,7 @@ fn a_profiled_motion_of_the_parameters_begins_with_each_arming() {
     let record = parameters.encode(1, &mut room).unwrap();
     assert_eq!(stiction::Parameters::decode(record).unwrap().0, parameters);
     let mut control_loop = None;
-    let hardware = host_sim::hardware::STM32F405;
+    let hardware = simulator::hardware::STM32F405;
     stiction::servo::ControlLoop::prepare(&mut control_loop, &parameters, &hardware).unwrap();
     simulated.device.servo().install(&mut control_loop).unwrap();
     let mut runs = Vec::new();

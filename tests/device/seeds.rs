@@ -6,7 +6,7 @@
 use std::fs;
 use std::path::{Path, PathBuf};
 
-use host_sim::properties::{self, file, frame, session};
+use simulator::properties::{self, file, frame, session};
 use stiction::Motion;
 use stiction::compensator::FIRST_LAW;
 use stiction::identification;
@@ -98,7 +98,7 @@ fn made() -> Vec<(&'static str, &'static str, Vec<u8>)> {
     let trajectory = &plans("trajectory", &[])[0];
     let record =
         |parameters: &stiction::Parameters| parameters.encode(1, &mut [0; ROOM]).unwrap().to_vec();
-    let toml = |name| host_sim::experiment::find(name).unwrap().toml.as_bytes().to_vec();
+    let toml = |name| simulator::experiment::find(name).unwrap().toml.as_bytes().to_vec();
     vec![
         ("frame", "made-requests", frames.collect()),
         ("session", "made-one-of-each", script()),

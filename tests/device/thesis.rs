@@ -1,7 +1,7 @@
 //! The thesis's experiments run armed with the default thresholds, and none of them trips.
 
-use host_sim::device::simulated::SimulatedDevice;
-use host_sim::experiment::{Document, RunPlan, Task, builtins};
+use simulator::device::simulated::SimulatedDevice;
+use simulator::experiment::{Document, RunPlan, Task, builtins};
 use stiction::Fault;
 use stiction::servo::{Output, State};
 

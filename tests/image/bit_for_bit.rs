@@ -1,8 +1,8 @@
 //! Lockstep: every count and every duty of the image is that of the host.
 
-use host_sim::emulator::first_difference;
-use host_sim::experiment::RunPlan;
-use host_sim::run::{RunResult, Trace, run_all};
+use emulated::emulator::first_difference;
+use simulator::experiment::RunPlan;
+use simulator::run::{RunResult, Trace, run_all};
 
 use crate::common::{emulation, plans};
 

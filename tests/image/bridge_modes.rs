@@ -6,14 +6,14 @@
 
 use std::time::Duration;
 
-use host_sim::device::client::Client;
-use host_sim::emulator::board_under_test::Halted;
-use host_sim::emulator::fault_injection::Injection;
-use host_sim::emulator::wire::EmulatedWire;
+use emulated::emulator::board_under_test::Halted;
+use emulated::emulator::fault_injection::Injection;
+use emulated::emulator::wire::EmulatedWire;
+use simulator::device::client::Client;
 use stiction::link::StateCode;
 
-use crate::common::plans;
-use crate::fault_injection::{MS, firmware};
+use crate::common::{firmware, plans};
+use crate::fault_injection::MS;
 
 const TIM1: u64 = 0x4001_0000;
 const GPIOA: u64 = 0x4002_0000;
@@ -173,7 +173,7 @@ fn another_mode_over_the_link_takes_effect_at_once() {
     ] {
         let set = ["drive.pwm_hz=2000", "reference.steps_deg=[5.0]", &format!("drive.mode={mode}")];
         let plan = plans("step-response", &["pd"], &set).remove(0);
-        client.set_parameters(&host_sim::device::parameters(&plan).unwrap()).unwrap();
+        client.set_parameters(&simulator::device::parameters(&plan).unwrap()).unwrap();
         let seen = look(&mut client);
         assert_eq!((seen.ccer, seen.bdtr, seen.enable), (ccer, bdtr, false), "{mode}");
     }

@@ -2,13 +2,13 @@
 
 use std::sync::Arc;
 
-use host_sim::emulator::FirmwareImage;
-use host_sim::emulator::counted::{EVERYTHING_ON, count};
-use host_sim::emulator::probe::{Points, TickCost};
-use host_sim::firmware::blocks::Blocks;
-use host_sim::firmware::budgets::INTERRUPT_INSTRUCTIONS;
-use host_sim::firmware::stack::Bound;
-use host_sim::firmware::{Code, routines};
+use emulated::emulator::FirmwareImage;
+use emulated::emulator::counted::{EVERYTHING_ON, count};
+use emulated::emulator::probe::{Points, TickCost};
+use emulated::firmware::blocks::Blocks;
+use emulated::firmware::budgets::INTERRUPT_INSTRUCTIONS;
+use emulated::firmware::stack::Bound;
+use emulated::firmware::{Code, routines};
 
 use crate::common::{image, plans};
 
@@ -16,7 +16,7 @@ fn elf() -> Vec<u8> {
     std::fs::read(image()).unwrap()
 }
 
-fn code(elf: &[u8]) -> Result<Code, host_sim::Error> {
+fn code(elf: &[u8]) -> Result<Code, simulator::Error> {
     Code::read(&image(), elf)
 }
 

@@ -6,13 +6,13 @@
 
 use std::sync::Arc;
 
-use host_sim::emulator::FirmwareImage;
-use host_sim::emulator::board::Fitted;
-use host_sim::emulator::fault_injection::{Injection, Observed, converse, observe};
+use emulated::emulator::FirmwareImage;
+use emulated::emulator::board::Fitted;
+use emulated::emulator::fault_injection::{Injection, Observed, converse, observe};
 
-use crate::common::image;
+use crate::common::{firmware, image};
 use crate::fault_injection::{
-    AT, MS, UNTIL, assert_off_after, firmware, inject, parameters, parameters_with,
+    AT, MS, UNTIL, assert_off_after, inject, parameters, parameters_with,
 };
 use crate::stuck::{function, patched};
 

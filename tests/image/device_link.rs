@@ -3,20 +3,19 @@
 
 use std::time::Duration;
 
-use host_sim::device;
-use host_sim::device::client::Client;
-use host_sim::device::log::Log;
-use host_sim::device::signals::Signals;
-use host_sim::device::simulated::SimulatedDevice;
-use host_sim::device::wire::{SimulatedWire, Wire};
-use host_sim::emulator::fault_injection::Injection;
-use host_sim::emulator::wire::EmulatedWire;
-use host_sim::experiment::RunPlan;
+use emulated::emulator::fault_injection::Injection;
+use emulated::emulator::wire::EmulatedWire;
+use simulator::device;
+use simulator::device::client::Client;
+use simulator::device::log::Log;
+use simulator::device::signals::Signals;
+use simulator::device::simulated::SimulatedDevice;
+use simulator::device::wire::{SimulatedWire, Wire};
+use simulator::experiment::RunPlan;
 use stiction::Fault;
 use stiction::link::{Kind, Sample, StateCode};
 
-use crate::common::plans;
-use crate::fault_injection::firmware;
+use crate::common::{firmware, plans};
 
 fn plan(law: &str, set: &[&str]) -> RunPlan {
     plans("step-response", &[law], &[&["drive.pwm_hz=2000"], set].concat()).remove(0)

@@ -5,10 +5,10 @@
 
 use std::sync::atomic::AtomicU32;
 
-use host_sim::emulator::parameters::blob;
-use host_sim::emulator::{Difference, FirmwareImage, first_difference};
-use host_sim::experiment::RunPlan;
-use host_sim::run::{RunResult, Trace, run_all};
+use emulated::emulator::parameters::blob;
+use emulated::emulator::{Difference, FirmwareImage, first_difference};
+use simulator::experiment::RunPlan;
+use simulator::run::{RunResult, Trace, run_all};
 use stiction::Tick;
 
 use crate::common::{emulation, image, plans};

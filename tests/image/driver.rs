@@ -3,19 +3,19 @@
 
 use std::time::Duration;
 
-use host_sim::device::client::Client;
-use host_sim::emulator::board::Fitted;
-use host_sim::emulator::board_under_test::{BoardUnderTest, Until};
-use host_sim::emulator::fault_injection::Injection;
-use host_sim::emulator::lockstep::Lockstep;
-use host_sim::emulator::plant_interface::FreeDisc;
-use host_sim::emulator::setup::Setup;
-use host_sim::emulator::wire::EmulatedWire;
+use emulated::emulator::board::Fitted;
+use emulated::emulator::board_under_test::{BoardUnderTest, Until};
+use emulated::emulator::fault_injection::Injection;
+use emulated::emulator::lockstep::Lockstep;
+use emulated::emulator::plant_interface::FreeDisc;
+use emulated::emulator::setup::Setup;
+use emulated::emulator::wire::EmulatedWire;
+use simulator::device::client::Client;
 use stiction::Fault;
 use stiction::link::StateCode;
 
-use crate::common::plans;
-use crate::fault_injection::{MS, firmware, parameters};
+use crate::common::{firmware, plans};
+use crate::fault_injection::{MS, parameters};
 
 const GPIOB_MODER: u64 = 0x4002_0400;
 const GPIOB_ODR: u64 = 0x4002_0414;

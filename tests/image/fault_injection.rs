@@ -1,13 +1,10 @@
 //! A board with a blocked joint that drives its motor, until a fault is injected.
 
-use std::sync::{Arc, LazyLock};
+use emulated::emulator::board::Fitted;
+use emulated::emulator::fault_injection::{Injection, Observed, observe};
+use emulated::emulator::parameters::blob;
 
-use host_sim::emulator::FirmwareImage;
-use host_sim::emulator::board::Fitted;
-use host_sim::emulator::fault_injection::{Injection, Observed, observe};
-use host_sim::emulator::parameters::blob;
-
-use crate::common::{image, plans};
+use crate::common::{firmware, plans};
 
 pub const MS: u64 = 1_000_000;
 /// By then a healthy board drives its motor: it arms in its fourth tick of 20 ms.
@@ -23,13 +20,6 @@ pub fn parameters() -> Vec<u8> {
 
 pub fn parameters_with(set: &[&str]) -> Vec<u8> {
     blob(&plans("step-response", &["pd"], set)[0]).unwrap()
-}
-
-/// Read once: its log's formats are half a second's work.
-pub fn firmware() -> Arc<FirmwareImage> {
-    static IMAGE: LazyLock<Arc<FirmwareImage>> =
-        LazyLock::new(|| Arc::new(FirmwareImage::open(&image()).unwrap()));
-    IMAGE.clone()
 }
 
 pub fn inject(

@@ -1,7 +1,7 @@
 //! Free-running: edges and PWM at their own times. That the duties are those of the core, fed with
 //! the counts that the image has read, is checked in every run.
 
-use host_sim::run::{Trace, run_all};
+use simulator::run::{Trace, run_all};
 
 use crate::common::{emulation, plans};
 

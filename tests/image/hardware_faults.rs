@@ -1,8 +1,8 @@
 //! Mishaps of the hardware: bridge off, the reason told, and no motion after.
 
-use host_sim::emulator::board::{CLOCK_HZ, Fitted};
-use host_sim::emulator::fault_injection::Injection;
-use host_sim::firmware::budgets::INTERRUPT_INSTRUCTIONS;
+use emulated::emulator::board::{CLOCK_HZ, Fitted};
+use emulated::emulator::fault_injection::Injection;
+use emulated::firmware::budgets::INTERRUPT_INSTRUCTIONS;
 
 use crate::fault_injection::{AT, MS, assert_off_after, inject, parameters};
 

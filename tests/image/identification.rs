@@ -3,15 +3,14 @@
 
 use std::time::Duration;
 
-use host_sim::device::client::{Client, Map};
-use host_sim::device::simulated::SimulatedDevice;
-use host_sim::device::wire::{SimulatedWire, Wire};
-use host_sim::emulator::wire::EmulatedWire;
+use emulated::emulator::wire::EmulatedWire;
+use simulator::device::client::{Client, Map};
+use simulator::device::simulated::SimulatedDevice;
+use simulator::device::wire::{SimulatedWire, Wire};
 use stiction::identification::{Asked, Outcome, Summary};
 use stiction::link::StateCode;
 
-use crate::common::plans;
-use crate::fault_injection::firmware;
+use crate::common::{firmware, plans};
 
 fn identified<W: Wire>(client: &mut Client<W>, asked: Asked) -> Option<(Summary, Map)> {
     client.identify_joint(asked).unwrap();

@@ -1,19 +1,19 @@
 //! The guarded jog in the image: it finds what a simulated device finds, ends by itself with the
 //! bridge off, and the guide of docs/wiring.md leads to a first move.
 
-use host_sim::device::client::Client;
-use host_sim::device::simulated::SimulatedDevice;
-use host_sim::device::wire::SimulatedWire;
-use host_sim::emulator::board_under_test::{BoardUnderTest, PlantInLockstep};
-use host_sim::emulator::wire::EmulatedWire;
-use host_sim::encoder::Wires;
-use host_sim::experiment::RunPlan;
+use emulated::emulator::board_under_test::{BoardUnderTest, PlantInLockstep};
+use emulated::emulator::wire::EmulatedWire;
+use simulator::device::client::Client;
+use simulator::device::simulated::SimulatedDevice;
+use simulator::device::wire::SimulatedWire;
+use simulator::encoder::Wires;
+use simulator::experiment::RunPlan;
 use stiction::Fault;
 use stiction::jog::{Asked, Ended, Found, Verdict};
 use stiction::link::StateCode;
 
+use crate::common::firmware;
 use crate::common::plans;
-use crate::fault_injection::firmware;
 use crate::first_run::{follow, jogged};
 
 /// The thesis's joint with gains that do nothing; a slower PWM costs the emulator less time.
@@ -114,6 +114,6 @@ fn a_link_that_is_cut_in_the_middle_of_a_jog_turns_the_bridge_off() {
 #[test]
 fn the_first_run_can_be_followed_on_the_emulated_board() {
     let tuned = plans("step-response", &["srnf"], &["drive.pwm_hz=2000"]).remove(0);
-    let tuned = host_sim::device::parameters(&tuned).unwrap();
+    let tuned = simulator::device::parameters(&tuned).unwrap();
     follow(&mut board(Wires::Swapped, 0.0), &tuned, true);
 }

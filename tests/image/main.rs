@@ -35,8 +35,6 @@ mod hardware_faults;
 #[cfg(feature = "emulator")]
 mod identification;
 #[cfg(feature = "emulator")]
-mod identified_families;
-#[cfg(feature = "emulator")]
 mod jog;
 #[cfg(feature = "emulator")]
 mod link;
@@ -46,8 +44,6 @@ mod matrix;
 mod parameters;
 #[cfg(feature = "emulator")]
 mod ramps;
-#[cfg(feature = "emulator")]
-mod selftest;
 #[cfg(feature = "emulator")]
 mod stuck;
 #[cfg(feature = "emulator")]

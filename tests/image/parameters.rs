@@ -3,12 +3,13 @@
 //!
 //! The joint is blocked, so that PD's effort stays where the first error puts it: Kp = 1 V/deg.
 
-use host_sim::emulator::board::Fitted;
-use host_sim::emulator::fault_injection::{Observed, observe};
+use emulated::emulator::board::Fitted;
+use emulated::emulator::fault_injection::{Observed, observe};
 use stiction::Parameters;
 use stiction::parameters::ROOM;
 
-use crate::fault_injection::{MS, UNTIL, assert_off_after, firmware, inject, parameters_with};
+use crate::common::firmware;
+use crate::fault_injection::{MS, UNTIL, assert_off_after, inject, parameters_with};
 
 const SAMPLE_NS: u64 = 20 * MS;
 /// Half of the PWM's top at 22 kHz: 168 MHz / (4 * 22 kHz).

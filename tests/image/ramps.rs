@@ -1,8 +1,8 @@
 //! The ramp that identifies friction, run by the image: the same efforts, counts and levels as on
 //! the host.
 
-use host_sim::output::json;
-use host_sim::run::{RunResult, Trace, run_all};
+use simulator::output::json;
+use simulator::run::{RunResult, Trace, run_all};
 
 use experiments::experiment;
 
@@ -13,7 +13,7 @@ use crate::common::emulation;
 const FAST: [&str; 2] =
     ["identification.ramp_rates_v_per_s=[0.1, 0.2]", "identification.hold_s=9.5"];
 
-fn trace(result: &RunResult) -> &[host_sim::closed_loop::Moment] {
+fn trace(result: &RunResult) -> &[simulator::closed_loop::Moment] {
     let Trace::Ramp(moments) = &result.trace else { panic!("{} is no ramp", result.plan.label) };
     moments
 }
@@ -57,7 +57,7 @@ fn levels(said: &str) -> [f64; 2] {
 }
 
 fn rate_of(result: &RunResult) -> f64 {
-    let host_sim::experiment::Task::Ramp(rate) = result.plan.task else { panic!("no ramp") };
+    let simulator::experiment::Task::Ramp(rate) = result.plan.task else { panic!("no ramp") };
     rate
 }
 

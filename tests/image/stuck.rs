@@ -3,7 +3,7 @@
 
 use std::fs;
 
-use host_sim::emulator::{Emulation, FirmwareImage};
+use emulated::emulator::{Emulation, FirmwareImage};
 
 use crate::common::{image, plans};
 

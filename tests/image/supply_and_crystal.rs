@@ -2,16 +2,16 @@
 
 use std::time::Duration;
 
-use host_sim::device::client::Client;
-use host_sim::emulator::board::Fitted;
-use host_sim::emulator::board_under_test::Halted;
-use host_sim::emulator::fault_injection::Injection;
-use host_sim::emulator::wire::EmulatedWire;
+use emulated::emulator::board::Fitted;
+use emulated::emulator::board_under_test::Halted;
+use emulated::emulator::fault_injection::Injection;
+use emulated::emulator::wire::EmulatedWire;
+use simulator::device::client::Client;
 use stiction::Parameters;
 use stiction::parameters::ROOM;
 
-use crate::common::plans;
-use crate::fault_injection::{AT, firmware, inject, parameters};
+use crate::common::{firmware, plans};
+use crate::fault_injection::{AT, inject, parameters};
 
 #[test]
 fn a_crystal_of_another_frequency_is_measured_refused_and_told() {

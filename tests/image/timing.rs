@@ -3,15 +3,15 @@
 use std::sync::Arc;
 use std::time::Duration;
 
-use host_sim::device::client::Client;
-use host_sim::emulator::FirmwareImage;
-use host_sim::emulator::board::Fitted;
-use host_sim::emulator::fault_injection::{Injection, observe};
-use host_sim::emulator::wire::EmulatedWire;
+use emulated::emulator::FirmwareImage;
+use emulated::emulator::board::Fitted;
+use emulated::emulator::fault_injection::{Injection, observe};
+use emulated::emulator::wire::EmulatedWire;
+use simulator::device::client::Client;
 use stiction::link::StateCode;
 
-use crate::common::{image, plans};
-use crate::fault_injection::{AT, MS, UNTIL, assert_off_after, firmware, parameters};
+use crate::common::{firmware, image, plans};
+use crate::fault_injection::{AT, MS, UNTIL, assert_off_after, parameters};
 use crate::stuck::{function, patched};
 
 /// A branch to itself.

@@ -2,12 +2,12 @@
 
 use std::ops::Range;
 
-use host_sim::solver::EventKind::Break;
-use host_sim::solver::banded::{Banded, Coupling};
-use host_sim::solver::dynamics::{Dynamics, SingleValuedDynamics};
-use host_sim::solver::fixed_step;
-use host_sim::solver::state::{BodyEvent, Observer, Sample};
-use host_sim::solver::step_doubling::{self, Accuracy};
+use dynamics::solver::EventKind::Break;
+use dynamics::solver::banded::{Banded, Coupling};
+use dynamics::solver::dynamics::{Dynamics, SingleValuedDynamics};
+use dynamics::solver::fixed_step;
+use dynamics::solver::state::{BodyEvent, Observer, Sample};
+use dynamics::solver::step_doubling::{self, Accuracy};
 
 use super::common::{
     ARM, ARM_LEVELS, COUPLED, COUPLED_LEVELS, DEG, Everything, OF_ARM, OF_COUPLED, OF_PENDULUM,

@@ -1,12 +1,12 @@
 //! The thesis's mechanisms and frictions, as the tests use them.
 
-use host_sim::friction::{Coulomb, ResetIntegrator};
-use host_sim::mechanism::{
+use dynamics::friction::{Coulomb, ResetIntegrator};
+use dynamics::mechanism::{
     Block, CoupledBlocks, IndependentBlocks, Mechanism, Pendulum, Pull, Shape, SpringMass,
     TwoBlocks, TwoLinkArm, Wave,
 };
-use host_sim::solver::state::{BodyEvent, Finish, Observer, Sample};
-use host_sim::solver::{EventKind, event_driven, piecewise_smooth};
+use dynamics::solver::state::{BodyEvent, Finish, Observer, Sample};
+use dynamics::solver::{EventKind, event_driven, piecewise_smooth};
 
 /// Table 1.
 pub const SPRING_MASS: SpringMass =

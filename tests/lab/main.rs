@@ -10,7 +10,6 @@
 
 mod claims;
 mod common;
-mod every_model;
 mod models;
 mod no_hang;
 mod nonsmooth;

@@ -2,14 +2,14 @@
 
 use std::f64::consts::PI;
 
-use host_sim::friction::{
+use dynamics::friction::{
     Coulomb, Dahl, ElasticCoulomb, Implicit, LuGre, MaxwellSlip, SetValued, SingleValued, Stribeck,
     Tanh,
 };
-use host_sim::mechanism::{Mechanism, Terms};
-use host_sim::solver::dynamics::SingleValuedDynamics;
-use host_sim::solver::state::BodyEvent;
-use host_sim::solver::{fixed_step, nonsmooth};
+use dynamics::mechanism::{Mechanism, Terms};
+use dynamics::solver::dynamics::SingleValuedDynamics;
+use dynamics::solver::state::BodyEvent;
+use dynamics::solver::{fixed_step, nonsmooth};
 
 use super::common::{SPRING_MASS, SPRING_MASS_LEVELS};
 

@@ -1,11 +1,11 @@
 //! A solver ends, whatever it is given, and says when and where it gave up.
 
-use host_sim::friction::{Coulomb, Dahl, ResetIntegrator, Stribeck, Tanh};
-use host_sim::mechanism::{Mechanism, Pull, SpringMass, Terms};
-use host_sim::solver::dynamics::{Dynamics, Rates, SingleValuedDynamics, direction};
-use host_sim::solver::state::{BodyEvent, State};
-use host_sim::solver::step_doubling::{self, Accuracy};
-use host_sim::solver::{Trouble, event_driven, fixed_step, nonsmooth, piecewise_smooth};
+use dynamics::friction::{Coulomb, Dahl, ResetIntegrator, Stribeck, Tanh};
+use dynamics::mechanism::{Mechanism, Pull, SpringMass, Terms};
+use dynamics::solver::dynamics::{Dynamics, Rates, SingleValuedDynamics, direction};
+use dynamics::solver::state::{BodyEvent, State};
+use dynamics::solver::step_doubling::{self, Accuracy};
+use dynamics::solver::{Trouble, event_driven, fixed_step, nonsmooth, piecewise_smooth};
 
 use super::common::{SPRING_MASS, SPRING_MASS_LEVELS};
 

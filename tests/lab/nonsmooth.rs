@@ -1,13 +1,13 @@
 //! Time stepping without located events: against the exact solver, with its order of convergence
 //! measured, across events.
 
-use host_sim::friction::{
+use dynamics::friction::{
     Coulomb, Dahl, ElasticCoulomb, Implicit, LuGre, MaxwellSlip, SetValued, Stribeck, Tanh,
 };
-use host_sim::mechanism::{Mechanism, Pendulum};
-use host_sim::solver::dynamics::SingleValuedDynamics;
-use host_sim::solver::state::{BodyEvent, Finish, Observer, Sample};
-use host_sim::solver::{event_driven, fixed_step, nonsmooth};
+use dynamics::mechanism::{Mechanism, Pendulum};
+use dynamics::solver::dynamics::SingleValuedDynamics;
+use dynamics::solver::state::{BodyEvent, Finish, Observer, Sample};
+use dynamics::solver::{event_driven, fixed_step, nonsmooth};
 
 use super::common::{
     ARM, ARM_LEVELS, COUPLED, COUPLED_LEVELS, INDEPENDENT_LEVELS, PENDULUM, PENDULUM_LEVELS,

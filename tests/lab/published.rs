@@ -1,8 +1,8 @@
 //! Closed forms, and numbers of an independent simulation (thesis Tables 1-2, 7-8, 10-11).
 
-use host_sim::mechanism::{Pull, SpringMass};
-use host_sim::solver::EventKind::{self, Break, Reverse, Stick};
-use host_sim::solver::event_driven;
+use dynamics::mechanism::{Pull, SpringMass};
+use dynamics::solver::EventKind::{self, Break, Reverse, Stick};
+use dynamics::solver::event_driven;
 
 use super::common::{
     ARM, ARM_LEVELS, Everything, PENDULUM, PENDULUM_LEVELS, SPRING_MASS, SPRING_MASS_LEVELS,

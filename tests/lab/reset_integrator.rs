@@ -1,12 +1,12 @@
 //! What the thesis says of the Reset Integrator's friction at rest: peaks that are uniform, above
 //! F_s, and at every stop.
 
-use host_sim::friction::ResetIntegrator;
-use host_sim::mechanism::Shape;
-use host_sim::solver::EventKind::{Break, Reverse, Stick};
-use host_sim::solver::dynamics::SingleValuedDynamics;
-use host_sim::solver::fixed_step;
-use host_sim::solver::state::Sample;
+use dynamics::friction::ResetIntegrator;
+use dynamics::mechanism::Shape;
+use dynamics::solver::EventKind::{Break, Reverse, Stick};
+use dynamics::solver::dynamics::SingleValuedDynamics;
+use dynamics::solver::fixed_step;
+use dynamics::solver::state::Sample;
 
 use super::common::{
     Everything, OF_BLOCK, OF_PENDULUM, ON_SPRING, PENDULUM, PENDULUM_LEVELS, SPRING_MASS, block,

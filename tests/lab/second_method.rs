@@ -6,8 +6,8 @@
 //! rounding; switches are found by bisection on that series; who sticks comes from force balances
 //! written out by hand. Blocks under waves follow parabolas and cubics.
 
-use host_sim::mechanism::{Mechanism, Shape};
-use host_sim::solver::EventKind::{self, Break, Reverse, Stick};
+use dynamics::mechanism::{Mechanism, Shape};
+use dynamics::solver::EventKind::{self, Break, Reverse, Stick};
 
 use super::common::{
     BLOCK_LEVELS, COUPLED, COUPLED_LEVELS, INDEPENDENT_LEVELS, assert_events, block, exact,

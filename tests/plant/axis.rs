@@ -1,8 +1,8 @@
 //! The simulated axis against closed forms and against a second method. Blind to the controller.
 
-use host_sim::friction::{AddedFriction, Coulomb};
-use host_sim::mechanism::RobotAxis;
-use host_sim::solver::{AxisSolver, Event, EventKind, ExactAxis, Rk4Axis};
+use dynamics::friction::{AddedFriction, Coulomb};
+use dynamics::mechanism::RobotAxis;
+use dynamics::solver::{AxisSolver, Event, EventKind, ExactAxis, Rk4Axis};
 use proptest::prelude::*;
 
 fn axis(stick: f64, slip: f64, viscous: f64) -> RobotAxis {

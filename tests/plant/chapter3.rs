@@ -6,7 +6,7 @@
 
 use super::common::{labelled, moments, run};
 use experiments::controllers;
-use host_sim::run::RunResult;
+use simulator::run::RunResult;
 
 /// One count, deg.
 const COUNT: f64 = 0.00242;
@@ -348,7 +348,9 @@ fn ramps_find_both_friction_levels_to_the_converter_s_resolution() {
     let half_lsb = 0.00488 / 2.0;
     for result in &results {
         let metrics = &result.metrics;
-        let host_sim::experiment::Task::Ramp(rate) = result.plan.task else { panic!("not a ramp") };
+        let simulator::experiment::Task::Ramp(rate) = result.plan.task else {
+            panic!("not a ramp")
+        };
         // The joint moves half a count under kappa (Ts - Td) = 0.54 deg/s^2 in 67 ms at least, plus
         // two samples.
         let late = metrics.stick_v.unwrap() - 0.40;

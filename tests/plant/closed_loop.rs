@@ -2,9 +2,9 @@
 //! both solvers. Blind to the microcontroller.
 
 use super::common::{moments, run};
-use host_sim::closed_loop::Moment;
-use host_sim::encoder::{EncoderModel, Rounding};
-use host_sim::solver::EventKind;
+use dynamics::solver::EventKind;
+use simulator::closed_loop::Moment;
+use simulator::encoder::{EncoderModel, Rounding};
 use stiction::encoder::{CounterBits, Direction};
 
 fn positions(set: &[&str]) -> Vec<f64> {

@@ -1,9 +1,9 @@
 //! The metrics against signals whose values are known.
 
-use host_sim::closed_loop::Moment;
-use host_sim::experiment::Task;
-use host_sim::machine::Trajectory;
-use host_sim::metrics::{Metrics, is_unstable};
+use simulator::closed_loop::Moment;
+use simulator::experiment::Task;
+use simulator::machine::Trajectory;
+use simulator::metrics::{Metrics, is_unstable};
 use stiction::Tick;
 
 const SAMPLE_S: f64 = 0.02;

@@ -83,7 +83,7 @@ fn told(files: &[std::path::PathBuf]) -> Result<Vec<Figure>, String> {
 /// Runs the tests, and returns what they print.
 fn run(arguments: &Arguments) -> Result<Vec<Figure>, String> {
     // The features are those of all tests.
-    let mut test = cargo(&["test", "--test", "device"]);
+    let mut test = cargo(&["test", "--package", "loop-tests", "--test", "device"]);
     test.args(EMULATOR);
     let messages = arguments.messages.to_string();
     test.args(["--", "--nocapture", "--test-threads=1"]).env("STICTION_FUZZ", &messages);
@@ -91,7 +91,7 @@ fn run(arguments: &Arguments) -> Result<Vec<Figure>, String> {
         printed("Faults, bad encoders, power cuts, a soak and random messages", &mut test)?;
     if arguments.image {
         let image = crate::firmware::build()?;
-        let mut test = cargo(&["test", "--test", "image"]);
+        let mut test = cargo(&["test", "--package", "loop-tests", "--test", "image"]);
         test.args(EMULATOR).args([
             "--",
             "matrix",

@@ -20,7 +20,7 @@ pub struct Arguments {
 pub fn report(arguments: &Arguments) -> Result<(), Error> {
     let Arguments { file: _, out, tuning: _ } = arguments;
     let option = format!("report in {}", out.display());
-    Err(crate::error::not_built(&option, "what makes it is", "report"))
+    Err(crate::missing_part::not_built(&option, "what makes it is", "report"))
 }
 
 #[cfg(feature = "report")]

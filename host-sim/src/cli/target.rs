@@ -114,7 +114,7 @@ impl TargetArguments {
 /// What an option of a build without the emulator says.
 #[cfg(not(feature = "emulator"))]
 pub fn not_built(option: &str) -> Error {
-    crate::error::not_built(option, "the emulator is", "emulator")
+    crate::missing_part::not_built(option, "the emulator is", "emulator")
 }
 
 /// Sets `interrupt` at the first Ctrl-C, and ends the program at the second one or if it is set

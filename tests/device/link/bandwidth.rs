@@ -2,9 +2,9 @@
 
 use std::time::Duration;
 
-use host_sim::device::client::Client;
-use host_sim::device::simulated::SimulatedDevice;
-use host_sim::device::wire::Wire;
+use simulator::device::client::Client;
+use simulator::device::simulated::SimulatedDevice;
+use simulator::device::wire::Wire;
 
 use super::ALL;
 use crate::fixture::plans;
@@ -17,12 +17,12 @@ struct Metered {
 }
 
 impl Wire for Metered {
-    fn send(&mut self, bytes: &[u8]) -> Result<(), host_sim::Error> {
+    fn send(&mut self, bytes: &[u8]) -> Result<(), simulator::Error> {
         self.simulated.device.receive(bytes);
         Ok(())
     }
 
-    fn receive(&mut self, at_most: Duration) -> Result<Vec<u8>, host_sim::Error> {
+    fn receive(&mut self, at_most: Duration) -> Result<Vec<u8>, simulator::Error> {
         let ticks = (at_most.as_secs_f64() / self.simulated.sample_time_s()).ceil() as u32;
         let mut taken = vec![];
         for _ in 0..ticks {

@@ -3,8 +3,8 @@
 
 use std::time::Duration;
 
-use host_sim::device::client::Client;
-use host_sim::device::wire::SimulatedWire;
+use simulator::device::client::Client;
+use simulator::device::wire::SimulatedWire;
 use stiction::compensator::{
     FIRST_LAW, Gains, ResetIntegralGains, ResetOffsetIntegralGains, SmoothRobustNonlinearGains,
 };

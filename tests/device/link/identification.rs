@@ -3,9 +3,9 @@
 
 use std::time::Duration;
 
-use host_sim::device::client::Client;
-use host_sim::device::simulated::{SimulatedDevice, Wires};
-use host_sim::device::wire::SimulatedWire;
+use simulator::device::client::Client;
+use simulator::device::simulated::{SimulatedDevice, Wires};
+use simulator::device::wire::SimulatedWire;
 use stiction::Fault;
 use stiction::identification::{Asked, Outcome, Summary};
 use stiction::link::StateCode;
@@ -46,7 +46,7 @@ fn a_joint_is_told_within_the_bounds_of_the_proof_and_the_output_is_off() {
 
 #[test]
 fn it_begins_like_arming_refuses_more_than_the_device_allows_and_obeys_nothing_but_a_stop() {
-    let said = |error: host_sim::Error| error.to_string();
+    let said = |error: simulator::Error| error.to_string();
     let mut client = client();
     let ask = |asked| Asked { effort: Some(asked), ..Asked::default() };
     let message = said(client.identify_joint(ask(5.1)).unwrap_err());

@@ -1,9 +1,9 @@
 //! The command link around a whole device: each request is done once, and a garbled frame costs at
 //! most itself.
 
-use host_sim::device::client::Client;
-use host_sim::device::simulated::SimulatedDevice;
-use host_sim::device::wire::SimulatedWire;
+use simulator::device::client::Client;
+use simulator::device::simulated::SimulatedDevice;
+use simulator::device::wire::SimulatedWire;
 use stiction::link::{
     Deframer, Message, Numbered, PROTOCOL, Refused, Reply, Request, encode_request,
 };

@@ -2,9 +2,9 @@
 
 use std::time::Duration;
 
-use host_sim::device::client::Client;
-use host_sim::device::simulated::SimulatedDevice;
-use host_sim::device::wire::SimulatedWire;
+use simulator::device::client::Client;
+use simulator::device::simulated::SimulatedDevice;
+use simulator::device::wire::SimulatedWire;
 use stiction::Fault;
 use stiction::link::StateCode;
 use stiction::servo::{self, Boot};

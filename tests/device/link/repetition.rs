@@ -2,9 +2,9 @@
 
 use std::time::Duration;
 
-use host_sim::device::client::Client;
-use host_sim::device::simulated::SimulatedDevice;
-use host_sim::device::wire::{SimulatedWire, Wire};
+use simulator::device::client::Client;
+use simulator::device::simulated::SimulatedDevice;
+use simulator::device::wire::{SimulatedWire, Wire};
 use stiction::link::{Reply, Request};
 use stiction::servo::Boot;
 
@@ -45,7 +45,7 @@ struct Lossy {
 }
 
 impl Wire for Lossy {
-    fn send(&mut self, bytes: &[u8]) -> Result<(), host_sim::Error> {
+    fn send(&mut self, bytes: &[u8]) -> Result<(), simulator::Error> {
         self.wire.send(bytes)?;
         if self.said != bytes {
             self.said = bytes.to_vec();
@@ -54,7 +54,7 @@ impl Wire for Lossy {
         Ok(())
     }
 
-    fn receive(&mut self, at_most: Duration) -> Result<Vec<u8>, host_sim::Error> {
+    fn receive(&mut self, at_most: Duration) -> Result<Vec<u8>, simulator::Error> {
         self.wire.receive(at_most)
     }
 
@@ -88,10 +88,10 @@ fn a_client_repeats_itself_until_it_is_answered_and_nothing_is_done_twice() {
 fn a_device_without_parameters_is_waited_for_as_long_as_was_asked() {
     struct Clock(SimulatedWire, Duration);
     impl Wire for Clock {
-        fn send(&mut self, bytes: &[u8]) -> Result<(), host_sim::Error> {
+        fn send(&mut self, bytes: &[u8]) -> Result<(), simulator::Error> {
             self.0.send(bytes)
         }
-        fn receive(&mut self, at_most: Duration) -> Result<Vec<u8>, host_sim::Error> {
+        fn receive(&mut self, at_most: Duration) -> Result<Vec<u8>, simulator::Error> {
             self.1 += at_most;
             self.0.receive(at_most)
         }

@@ -3,7 +3,7 @@
 use stiction::link::{PROTOCOL, REQUEST, Refused, Reply, Request, StateCode, encode};
 
 use super::{client, frame, hello, refused, say, simulated};
-use host_sim::device::simulated::SimulatedDevice;
+use simulator::device::simulated::SimulatedDevice;
 
 #[test]
 fn without_a_hello_only_stop_is_obeyed() {

@@ -1,7 +1,7 @@
 //! What keeps a motion going that a link began: new requests of its session, and nothing else that
 //! comes over the wire.
 
-use host_sim::device::simulated::SimulatedDevice;
+use simulator::device::simulated::SimulatedDevice;
 use stiction::Fault;
 use stiction::link::{Request, encode};
 use stiction::servo::State;

@@ -2,8 +2,8 @@
 
 use std::time::Duration;
 
-use host_sim::device::log::Log;
-use host_sim::device::signals::Signals;
+use simulator::device::log::Log;
+use simulator::device::signals::Signals;
 use stiction::link::{Reply, Request};
 use stiction::signal::{Form, SIGNALS, index};
 

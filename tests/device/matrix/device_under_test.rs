@@ -1,9 +1,9 @@
 //! A device that a client has armed and brought into a situation.
 
-use host_sim::device::client::Client;
-use host_sim::device::simulated::SimulatedDevice;
-use host_sim::device::wire::SimulatedWire;
-use host_sim::hardware::STM32F405;
+use simulator::device::client::Client;
+use simulator::device::simulated::SimulatedDevice;
+use simulator::device::wire::SimulatedWire;
+use simulator::hardware::STM32F405;
 use stiction::drive::{Drive, Duty};
 use stiction::position::Position;
 use stiction::reference::Corner;

@@ -1,6 +1,6 @@
 //! The wires of the encoder are swapped, before the first move or on the way.
 
-use host_sim::device::simulated::Wires;
+use simulator::device::simulated::Wires;
 use stiction::Fault;
 use stiction::servo::State;
 

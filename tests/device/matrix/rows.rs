@@ -1,6 +1,6 @@
 //! The rows of the matrix: one way to cause a fault, and the ticks that its detection may take.
 
-use host_sim::device::simulated::{SimulatedDevice, Wires};
+use simulator::device::simulated::{SimulatedDevice, Wires};
 use stiction::Fault;
 
 /// The cause of a fault, applied in every tick from the injection on.

@@ -1,7 +1,7 @@
 //! What is said is done, and what is garbled costs at most itself.
 
-use host_sim::emulator::board::Fitted;
-use host_sim::emulator::fault_injection::Injection;
+use emulated::emulator::board::Fitted;
+use emulated::emulator::fault_injection::Injection;
 use stiction::Fault;
 use stiction::link::{Refused, Reply, Request, StateCode, encode_request};
 

@@ -11,8 +11,8 @@ mod telemetry;
 
 use std::sync::{Arc, Mutex};
 
-use host_sim::emulator::board::Fitted;
-use host_sim::emulator::fault_injection::{Injection, Observed, converse};
+use emulated::emulator::board::Fitted;
+use emulated::emulator::fault_injection::{Injection, Observed, converse};
 use stiction::link::{
     CHUNK, Deframer, Message, Numbered, PROTOCOL, Refused, Reply, Request, Sample, StateCode,
     Status, encode_request,
@@ -20,7 +20,8 @@ use stiction::link::{
 use stiction::parameters::ROOM;
 use stiction::{Fault, Parameters};
 
-use crate::fault_injection::{MS, firmware, parameters};
+use crate::common::firmware;
+use crate::fault_injection::{MS, parameters};
 
 /// By then a board has ticked long enough to be armed at 20 ms.
 const READY: u64 = 200 * MS;

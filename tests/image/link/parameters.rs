@@ -1,6 +1,6 @@
 //! Parameters that come over the link.
 
-use host_sim::emulator::fault_injection::Injection;
+use emulated::emulator::fault_injection::Injection;
 use stiction::Fault;
 use stiction::link::{Refused, Reply, Request, StateCode};
 

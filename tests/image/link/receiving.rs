@@ -1,8 +1,8 @@
 //! What comes over the wire while the processor does something else is not lost, and what is lost
 //! is told.
 
-use host_sim::emulator::board::Fitted;
-use host_sim::emulator::fault_injection::Injection;
+use emulated::emulator::board::Fitted;
+use emulated::emulator::fault_injection::Injection;
 use stiction::link::{Request, Status, WireErrors, encode_request};
 
 use super::{Script, Talked, commanded, record};

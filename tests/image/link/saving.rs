@@ -1,7 +1,7 @@
 //! A save stops the ticks while the flash is erased, and nothing is driven meanwhile.
 
-use host_sim::emulator::board::Fitted;
-use host_sim::emulator::fault_injection::Injection;
+use emulated::emulator::board::Fitted;
+use emulated::emulator::fault_injection::Injection;
 use stiction::link::{CHUNK, PROTOCOL, Refused, Request, StateCode};
 
 use super::{Script, commanded, record};

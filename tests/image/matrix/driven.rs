@@ -1,20 +1,19 @@
 //! A board with the simulated joint on its pins and a client on its USART, in the situations that a
 //! fault may come in.
 
-use host_sim::device::client::Client;
-use host_sim::device::parameters;
-use host_sim::emulator::board_under_test::Halted;
-use host_sim::emulator::coupling::Sample;
-use host_sim::emulator::wire::EmulatedWire;
-use host_sim::encoder::Wires;
-use host_sim::experiment::RunPlan;
+use emulated::emulator::board_under_test::Halted;
+use emulated::emulator::coupling::Sample;
+use emulated::emulator::wire::EmulatedWire;
+use simulator::device::client::Client;
+use simulator::device::parameters;
+use simulator::encoder::Wires;
+use simulator::experiment::RunPlan;
 use stiction::link::{StateCode, Status};
 use stiction::position::Position;
 use stiction::reference::Corner;
 use stiction::{Fault, Motion, Tick};
 
-use crate::common::plans;
-use crate::fault_injection::firmware;
+use crate::common::{firmware, plans};
 
 /// What the joint is doing.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

@@ -15,11 +15,11 @@
 mod driven;
 mod rows;
 
-use host_sim::emulator::board::CLOCK_HZ;
-use host_sim::emulator::coupling::Sample;
-use host_sim::emulator::fault_injection::Injection;
-use host_sim::encoder::Wires;
-use host_sim::firmware::budgets::{INTERRUPT_INSTRUCTIONS, INTERRUPT_INSTRUCTIONS_ALONE};
+use emulated::emulator::board::CLOCK_HZ;
+use emulated::emulator::coupling::Sample;
+use emulated::emulator::fault_injection::Injection;
+use emulated::firmware::budgets::{INTERRUPT_INSTRUCTIONS, INTERRUPT_INSTRUCTIONS_ALONE};
+use simulator::encoder::Wires;
 use stiction::Fault;
 use stiction::link::StateCode;
 

@@ -1,8 +1,8 @@
 //! What is done to joint, wires and board, and within how many ticks it has to be seen.
 
-use host_sim::emulator::board_under_test::Halted;
-use host_sim::emulator::fault_injection::Injection;
-use host_sim::encoder::Wires;
+use emulated::emulator::board_under_test::Halted;
+use emulated::emulator::fault_injection::Injection;
+use simulator::encoder::Wires;
 use stiction::Fault;
 use stiction::compensator::Gains;
 
@@ -221,7 +221,7 @@ fn is_gain(word: u32) -> bool {
 /// gain is changed.
 fn spoil_gain(halted: &mut Halted<'_>) {
     let mut spoiled = 0;
-    for (address, length) in crate::fault_injection::firmware().variable("_servo") {
+    for (address, length) in crate::common::firmware().variable("_servo") {
         let words = halted.words(address, length / 4).unwrap();
         for (index, _) in words.iter().enumerate().filter(|(_, word)| is_gain(**word)) {
             halted.overwrite(address + 4 * index as u64, f32::NAN.to_bits()).unwrap();
@@ -252,11 +252,8 @@ pub struct Reported {
 
 pub fn reported() -> Vec<Reported> {
     let corrupt = |(address, length)| (0, Injection::Corrupts { address, length, to: 1 });
-    let lock: Vec<_> = crate::fault_injection::firmware()
-        .variable("RTT_ENCODER")
-        .into_iter()
-        .map(corrupt)
-        .collect();
+    let lock: Vec<_> =
+        crate::common::firmware().variable("RTT_ENCODER").into_iter().map(corrupt).collect();
     let row = |fault, injections: &[(u64, Injection)], limit| Reported {
         fault,
         injections: injections.to_vec(),

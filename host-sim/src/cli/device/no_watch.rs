@@ -2,7 +2,8 @@
 
 use crate::device::client::Client;
 use crate::device::wire::Wire;
-use crate::error::{Error, not_built};
+use crate::error::Error;
+use crate::missing_part::not_built;
 
 /// Refuses before anything is said to the device.
 ///

@@ -1,0 +1,344 @@
+//! A joint as plain data, from which [`Description::build`] makes one that moves.
+//!
+//! Units are SI: rad, N m, kg m^2, s. Any other consistent set does as well, since no constant of
+//! the plants has a unit: the thesis's axis is simulated in deg, V and V s^2/deg.
+
+use super::{AnyJoint, Flexible, LuGre, Rigid};
+use crate::refused::{Refused, shown};
+
+/// Friction whose level falls with the speed: `|F| <= stick` at rest, and in motion
+/// `F = coulomb + (stick - coulomb) exp(-(v/stribeck_velocity)^2) + viscous v`.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Stribeck {
+    /// F_c, the level of slow sliding, N m.
+    pub coulomb: f64,
+    /// F_s, the level at which the joint breaks away, N m; not below `coulomb`.
+    pub stick: f64,
+    /// v_s, rad/s; at zero the level falls to `coulomb` as soon as the joint moves.
+    pub stribeck_velocity: f64,
+    /// B, N m s/rad.
+    pub viscous: f64,
+}
+
+/// Friction levels that repeat with the angle of the gear: they are multiplied by
+/// `1 + depth sin(cycles x + phase)`.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Ripple {
+    /// The part by which the levels rise and fall, from 0 to below 1.
+    pub depth: f64,
+    /// Angular frequency over the position, 1/rad: twice the ratio of a harmonic drive.
+    pub cycles: f64,
+    /// Phase at position zero, rad.
+    pub phase: f64,
+}
+
+/// A stick level that grows while the joint rests for `t`: it is multiplied by
+/// `1 + growth (1 - exp(-t/time_s))`.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Dwell {
+    /// The part by which the level has grown after a long rest.
+    pub growth: f64,
+    /// Time constant of the growth, s.
+    pub time_s: f64,
+}
+
+/// Friction that drifts with the gear's temperature, which its own heat raises:
+/// `time_s T' = heating P - T` with P the friction's power and T above the surroundings. Levels are
+/// multiplied by `exp(-levels_per_k T)`, the viscous coefficient by `exp(-viscous_per_k T)`.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Thermal {
+    /// Temperature at the start, K above the surroundings; negative for a gear from the cold.
+    pub start_k: f64,
+    /// Thermal resistance to the surroundings, K/W.
+    pub heating_k_per_w: f64,
+    /// Thermal time constant, s.
+    pub time_s: f64,
+    /// Fall of the levels, 1/K.
+    pub levels_per_k: f64,
+    /// Fall of the viscous coefficient, 1/K.
+    pub viscous_per_k: f64,
+}
+
+/// Set-valued friction with what makes it vary.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Friction {
+    /// The levels.
+    pub curve: Stribeck,
+    /// Variation with the angle.
+    pub ripple: Option<Ripple>,
+    /// Growth at rest.
+    pub dwell: Option<Dwell>,
+    /// Drift with temperature.
+    pub thermal: Option<Thermal>,
+}
+
+impl From<Stribeck> for Friction {
+    fn from(curve: Stribeck) -> Self {
+        Self { curve, ripple: None, dwell: None, thermal: None }
+    }
+}
+
+/// The bristle of a LuGre model.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Bristle {
+    /// sigma0, N m/rad.
+    pub stiffness: f64,
+    /// sigma1, N m s/rad.
+    pub damping: f64,
+}
+
+impl Bristle {
+    /// A bristle that breaks away at a deflection (rad), with the damping
+    /// `1.4 sqrt(sigma0 J)` of an inertia.
+    pub fn breaking_at(deflection: f64, stick: f64, inertia: f64) -> Self {
+        let stiffness = stick / deflection;
+        Self { stiffness, damping: 1.4 * (stiffness * inertia).sqrt() }
+    }
+}
+
+/// A rotor or a load, and the friction on it.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Body {
+    /// Inertia at the joint, kg m^2.
+    pub inertia: f64,
+    /// Its friction.
+    pub friction: Friction,
+}
+
+/// The shaft of a flexible joint.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Shaft {
+    /// k, N m/rad.
+    pub stiffness: f64,
+    /// c, N m s/rad.
+    pub damping: f64,
+    /// Whole width of the dead zone between motor and load, rad; it is centred at the start.
+    pub backlash: f64,
+}
+
+/// What lies between the effort and the load.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Train {
+    /// One inertia with set-valued friction.
+    Rigid(Body),
+    /// One inertia with LuGre friction, that slides on the same curve.
+    LuGre {
+        /// J, kg m^2.
+        inertia: f64,
+        /// The curve of steady sliding.
+        curve: Stribeck,
+        /// The bristle.
+        bristle: Bristle,
+    },
+    /// Motor and load with a shaft between them; the load's torque, push and stop act on the load.
+    Flexible {
+        /// The motor.
+        motor: Body,
+        /// The load.
+        load: Body,
+        /// The shaft.
+        shaft: Shaft,
+    },
+}
+
+/// A pendulum on the joint: the torque `-amplitude sin(angle + x)`.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Gravity {
+    /// G, N m.
+    pub amplitude: f64,
+    /// q_0, the angle to the vertical at position zero, rad.
+    pub angle: f64,
+}
+
+/// What pulls at the joint.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Load {
+    /// A constant torque, N m.
+    pub constant: f64,
+    /// A pendulum.
+    pub gravity: Option<Gravity>,
+}
+
+impl Load {
+    /// The torque at a position, N m.
+    #[inline]
+    pub fn at(&self, x: f64) -> f64 {
+        let pendulum = |gravity: Gravity| gravity.amplitude * libm::sin(gravity.angle + x);
+        self.constant - self.gravity.map_or(0.0, pendulum)
+    }
+
+    /// How it changes with the position, N m/rad.
+    #[inline]
+    pub fn slope(&self, x: f64) -> f64 {
+        self.gravity.map_or(0.0, |gravity| -gravity.amplitude * libm::cos(gravity.angle + x))
+    }
+}
+
+/// A torque over a window of time.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Push {
+    /// N m.
+    pub torque: f64,
+    /// Its begin, s.
+    pub from_s: f64,
+    /// Its end, s.
+    pub until_s: f64,
+}
+
+/// Rigid, inelastic walls: the joint stays between them.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Stops {
+    /// The lower wall, rad.
+    pub lower: f64,
+    /// The upper wall, rad.
+    pub upper: f64,
+}
+
+impl Default for Stops {
+    fn default() -> Self {
+        Self { lower: f64::NEG_INFINITY, upper: f64::INFINITY }
+    }
+}
+
+impl Stops {
+    /// The range of the torque that leaves a body at rest which friction holds up to `stick`.
+    pub fn range(&self, x: f64, stick: f64) -> [f64; 2] {
+        [
+            if x <= self.lower { f64::NEG_INFINITY } else { -stick },
+            if x >= self.upper { f64::INFINITY } else { stick },
+        ]
+    }
+}
+
+/// A whole joint.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Description {
+    /// Inertia, friction, elasticity.
+    pub train: Train,
+    /// What pulls at it.
+    pub load: Load,
+    /// Time constant of the first-order lag of the effort, s; 0 for none.
+    pub lag_s: f64,
+    /// Walls.
+    pub stops: Stops,
+    /// A push.
+    pub push: Option<Push>,
+    /// Where it starts, at rest, rad.
+    pub start: f64,
+    /// Angle of one count, rad: errors of a solver are kept far below it.
+    pub count: f64,
+}
+
+impl Description {
+    /// A joint without load, lag, walls or push that starts at zero.
+    pub fn of(train: Train, count: f64) -> Self {
+        Self {
+            train,
+            load: Load::default(),
+            lag_s: 0.0,
+            stops: Stops::default(),
+            push: None,
+            start: 0.0,
+            count,
+        }
+    }
+
+    /// Makes the joint, at rest at its start.
+    ///
+    /// # Errors
+    /// Names a value that no joint can have.
+    pub fn build(&self) -> Result<AnyJoint, Refused> {
+        self.check()?;
+        Ok(match self.train {
+            Train::Rigid(body) => AnyJoint::Rigid(Rigid::new(self, &body)),
+            Train::LuGre { inertia, curve, bristle } => {
+                AnyJoint::LuGre(LuGre::new(self, inertia, &curve, bristle))
+            }
+            Train::Flexible { motor, load, shaft } => {
+                AnyJoint::Flexible(Box::new(Flexible::new(self, [&motor, &load], &shaft)))
+            }
+        })
+    }
+
+    fn check(&self) -> Result<(), Refused> {
+        above_zero("count", self.count)?;
+        at_least_zero("lag", self.lag_s)?;
+        let inside = self.stops.lower <= self.start && self.start <= self.stops.upper;
+        require("start", self.start, inside && self.start.is_finite(), "between the stops")?;
+        finite("load", self.load.constant)?;
+        if let Some(gravity) = &self.load.gravity {
+            finite("gravity", gravity.amplitude)?;
+            finite("angle of gravity", gravity.angle)?;
+        }
+        if let Some(push) = &self.push {
+            finite("push", push.torque)?;
+            require("push's end", push.until_s, push.from_s <= push.until_s, "after its begin")?;
+        }
+        match &self.train {
+            Train::Rigid(body) => check_body(body),
+            Train::LuGre { inertia, curve, bristle } => {
+                above_zero("inertia", *inertia)?;
+                check_curve(curve)?;
+                above_zero("slip level of a bristle", curve.coulomb)?;
+                let is_smooth = curve.stribeck_velocity > 0.0 || curve.stick == curve.coulomb;
+                let what = "above zero: the level of a bristle has no jump";
+                require("Stribeck velocity", curve.stribeck_velocity, is_smooth, what)?;
+                above_zero("bristle's stiffness", bristle.stiffness)?;
+                at_least_zero("bristle's damping", bristle.damping)
+            }
+            Train::Flexible { motor, load, shaft } => {
+                check_body(motor)?;
+                check_body(load)?;
+                above_zero("shaft's stiffness", shaft.stiffness)?;
+                at_least_zero("shaft's damping", shaft.damping)?;
+                at_least_zero("backlash", shaft.backlash)
+            }
+        }
+    }
+}
+
+fn check_body(body: &Body) -> Result<(), Refused> {
+    above_zero("inertia", body.inertia)?;
+    let Friction { curve, ripple, dwell, thermal } = &body.friction;
+    check_curve(curve)?;
+    if let Some(ripple) = ripple {
+        require("ripple", ripple.depth, (0.0..1.0).contains(&ripple.depth), "from 0 to below 1")?;
+        finite("cycles of the ripple", ripple.cycles)?;
+    }
+    if let Some(dwell) = dwell {
+        at_least_zero("growth at rest", dwell.growth)?;
+        above_zero("time constant of the growth at rest", dwell.time_s)?;
+    }
+    if let Some(thermal) = thermal {
+        at_least_zero("heating", thermal.heating_k_per_w)?;
+        above_zero("thermal time constant", thermal.time_s)?;
+    }
+    Ok(())
+}
+
+fn check_curve(curve: &Stribeck) -> Result<(), Refused> {
+    at_least_zero("slip level", curve.coulomb)?;
+    require("stick level", curve.stick, curve.stick >= curve.coulomb, "not below the slip level")?;
+    finite("stick level", curve.stick)?;
+    at_least_zero("Stribeck velocity", curve.stribeck_velocity)?;
+    at_least_zero("viscous friction", curve.viscous)
+}
+
+fn above_zero(name: &str, value: f64) -> Result<(), Refused> {
+    require(name, value, value > 0.0 && value.is_finite(), "a number above zero")
+}
+
+fn at_least_zero(name: &str, value: f64) -> Result<(), Refused> {
+    require(name, value, value >= 0.0 && value.is_finite(), "zero or a number above it")
+}
+
+fn finite(name: &str, value: f64) -> Result<(), Refused> {
+    require(name, value, value.is_finite(), "a finite number")
+}
+
+fn require(name: &str, value: f64, allowed: bool, what: &str) -> Result<(), Refused> {
+    if allowed {
+        return Ok(());
+    }
+    Err(Refused(format!("joint: the {name} is {}; it must be {what}", shown(value))))
+}

@@ -1,0 +1,171 @@
+//! A joint in SI as the core's axis sees it, in degrees and volts. This is the one place of the
+//! mapping.
+//!
+//! With the effort gain G (N m of the joint for each volt of effort: torque constant, amplifier
+//! and gear ratio in one):
+//!
+//! ```text
+//! J_v = J (pi/180)/G [V s^2/deg]    B_v = B (pi/180)/G [V s/deg]    F_v = F/G [V]
+//! x_deg = x 180/pi
+//! ```
+//!
+//! J_v is 1/kappa of [`RobotAxis`]: its acceleration for each volt is `G/(J pi/180)` deg/s^2.
+
+use super::{Joint, Stribeck, Turn};
+use crate::friction;
+use crate::mechanism::RobotAxis;
+use crate::solver::{AxisSolver, Event};
+
+/// The mapping.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct CoreUnits {
+    /// G, N m/V.
+    pub effort_gain: f64,
+}
+
+impl CoreUnits {
+    /// The effort (N m) of a voltage.
+    #[inline]
+    pub fn effort(&self, volts: f64) -> f64 {
+        volts * self.effort_gain
+    }
+
+    /// The voltage of a friction or any other torque (N m).
+    pub fn volts(&self, torque: f64) -> f64 {
+        torque / self.effort_gain
+    }
+
+    /// J_v of an inertia (kg m^2), V s^2/deg; and B_v of a viscous coefficient, V s/deg.
+    pub fn per_degree(&self, si: f64) -> f64 {
+        si.to_radians() / self.effort_gain
+    }
+
+    /// The axis that a rigid joint with this inertia and curve is to the core. Its friction levels
+    /// are those of the curve's ends.
+    pub fn axis(&self, inertia: f64, curve: &Stribeck) -> RobotAxis {
+        RobotAxis {
+            gain: 1.0 / self.per_degree(inertia),
+            viscous: self.per_degree(curve.viscous),
+            friction: friction::Coulomb {
+                stick: self.volts(curve.stick),
+                slip: self.volts(curve.coulomb),
+            },
+            added: friction::AddedFriction::default(),
+        }
+    }
+}
+
+/// A joint as the solver of an axis, so that all that holds a `simulator::plant::Plant` can hold it.
+/// Position and velocity are those of the side that the encoder sits on.
+#[derive(Clone, Debug)]
+pub struct InCoreUnits<J> {
+    /// The joint.
+    pub joint: J,
+    units: CoreUnits,
+    side: super::Side,
+    /// The slip level of the axis that the plant is told, V: what is above it is a brake.
+    slip_v: f64,
+    braked_v: f64,
+}
+
+impl<J: Joint> InCoreUnits<J> {
+    /// A joint behind a gain, with the encoder on one side; `axis` is the one that the plant is
+    /// given.
+    pub const fn new(joint: J, units: CoreUnits, side: super::Side, axis: &RobotAxis) -> Self {
+        Self { joint, units, side, slip_v: axis.friction.slip, braked_v: 0.0 }
+    }
+
+    /// Puts the joint somewhere (deg, deg/s), by hand.
+    pub fn put(&mut self, position_deg: f64, velocity_deg_per_s: f64) {
+        let (position, velocity) = (position_deg.to_radians(), velocity_deg_per_s.to_radians());
+        self.joint.put(Turn { position, velocity });
+    }
+
+    #[inline]
+    fn seen(&self) -> Turn {
+        match self.side {
+            super::Side::Motor => self.joint.motor(),
+            super::Side::Load => self.joint.load(),
+        }
+    }
+}
+
+impl<J: Joint> AxisSolver for InCoreUnits<J> {
+    #[inline]
+    fn advance(
+        &mut self,
+        v: f64,
+        duration_s: f64,
+        friction: &friction::Coulomb,
+        on: &mut impl FnMut(Event),
+    ) {
+        let brake_v = friction.slip - self.slip_v;
+        if brake_v != self.braked_v {
+            self.braked_v = brake_v;
+            self.joint.set_brake(self.units.effort(brake_v));
+        }
+        self.joint.hold_and_tell(self.units.effort(v), duration_s, on);
+    }
+
+    #[inline]
+    fn position(&self) -> f64 {
+        self.seen().position.to_degrees()
+    }
+
+    #[inline]
+    fn velocity(&self) -> f64 {
+        self.seen().velocity.to_degrees()
+    }
+
+    #[inline]
+    fn stuck(&self) -> bool {
+        self.joint.is_stuck()
+    }
+
+    /// None is counted: a joint's steps are its own affair.
+    fn derivative_evaluations(&self) -> u64 {
+        0
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::{Body, Description, Side, Train};
+    use super::*;
+    use crate::solver::ExactAxis;
+
+    /// The thesis's axis, written in SI with an arbitrary gain, moves as the axis in degrees and
+    /// volts, a brake that comes and goes included.
+    #[test]
+    fn a_joint_in_si_is_the_axis_in_degrees_and_volts() {
+        let units = CoreUnits { effort_gain: 12.5 };
+        let curve = Stribeck {
+            coulomb: 0.38 * 12.5,
+            stick: 0.5 * 12.5,
+            stribeck_velocity: 0.0,
+            viscous: 0.02 * 12.5 * 1.0_f64.to_degrees(),
+        };
+        let inertia = 12.5 * 1.0_f64.to_degrees() / 27.0;
+        let axis = units.axis(inertia, &curve);
+        assert!((axis.gain - 27.0).abs() < 1e-12 && (axis.viscous - 0.02).abs() < 1e-15);
+        let body = Body { inertia, friction: curve.into() };
+        let count = 0.00242_f64.to_radians();
+        let joint = Description::of(Train::Rigid(body), count).build().unwrap();
+        let mut seen = InCoreUnits::new(joint, units, Side::Motor, &axis);
+        let mut exact = ExactAxis::at_rest(&axis, 0.02);
+        let mut farthest: f64 = 0.0;
+        for sample in 0..2000 {
+            let t = f64::from(sample) * 0.02;
+            let volts = 1.2 * (0.9 * t).sin() + 0.7 * (3.1 * t).cos();
+            let brake = if sample % 500 < 250 { 0.0 } else { 0.3 };
+            let friction = axis.friction.raised(brake);
+            seen.advance(volts, 0.02, &friction, &mut |_| {});
+            exact.advance(volts, 0.02, &friction, &mut |_| {});
+            assert!((seen.position() - exact.position()).abs() < 1e-3 * 0.00242);
+            assert!((seen.velocity() - exact.velocity()).abs() < 1e-6);
+            assert_eq!(seen.stuck(), exact.stuck());
+            farthest = farthest.max(exact.position().abs());
+        }
+        assert!(farthest > 10.0);
+    }
+}

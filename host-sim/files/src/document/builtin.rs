@@ -1,0 +1,54 @@
+//! The experiments of the thesis, and one beyond it, as data inside the program.
+
+use crate::error::{Error, suggestion};
+
+/// An experiment that is part of the program.
+#[derive(Clone, Copy, Debug)]
+pub struct Builtin {
+    /// The name of the experiment on the command line.
+    pub name: &'static str,
+    /// The text of its file.
+    pub toml: &'static str,
+}
+
+macro_rules! builtin {
+    ($name:literal) => {
+        Builtin {
+            name: $name,
+            toml: include_str!(concat!("../../../experiments/", $name, ".toml")),
+        }
+    };
+}
+
+/// Lists every built-in experiment, in the thesis's order; what goes beyond it comes last.
+pub const fn builtins() -> &'static [Builtin] {
+    &[
+        builtin!("spring-mass"),
+        builtin!("spring-mass-2dof"),
+        builtin!("manipulator-1dof"),
+        builtin!("manipulator-2dof"),
+        builtin!("square-wave"),
+        builtin!("triangle-wave"),
+        builtin!("spring-mass-revisited"),
+        builtin!("step-response"),
+        builtin!("trajectory"),
+        builtin!("step-added-friction"),
+        builtin!("srnf-robustness"),
+        builtin!("srnf-added-friction"),
+        builtin!("high-gain"),
+        builtin!("friction-identification"),
+        builtin!("spring-mass-independent"),
+        builtin!("untuned-joints"),
+    ]
+}
+
+/// Finds a built-in experiment by its name.
+///
+/// # Errors
+/// Names the nearest one, and all there are.
+pub fn find(name: &str) -> Result<Builtin, Error> {
+    builtins().iter().copied().find(|builtin| builtin.name == name).ok_or_else(|| {
+        let near = suggestion(name, builtins().iter().map(|builtin| builtin.name));
+        Error::Input(format!("there is no experiment `{name}`{near}"))
+    })
+}

@@ -1,0 +1,364 @@
+//! A machine's or friction experiment's TOML as text: reading it, setting keys in it, and saying
+//! what is wrong with it.
+//!
+//! What its tables mean stands in [`crate::machine`] and [`crate::setup`]; what is run of them, in
+//! `simulator::experiment` and `studies::lab`.
+
+mod builtin;
+mod missing;
+mod origin;
+mod stand_alone;
+mod wording;
+
+use std::fs::File;
+use std::io::{self, Read};
+use std::path::Path;
+
+use serde::de::DeserializeOwned;
+use toml::{Table, Value};
+
+pub use self::builtin::{Builtin, builtins, find};
+pub use self::origin::{Origin, within};
+use self::wording::{brief, refused, syntax};
+use crate::data_sheet::{self, DataSheet, Mapping};
+use crate::error::{Error, suggestion};
+use crate::hardware::STM32F405;
+use crate::machine::Machine;
+use crate::setup::Setup;
+
+/// A machine's file has a few kilobytes; a device or a recording that was given by mistake may have
+/// no end.
+const MAX_BYTES: u64 = 1 << 20;
+
+/// Longer names leave a table of 80 columns no room for its numbers.
+const LONGEST_NAME: usize = 20;
+
+/// How a key is written, for those who wrote it otherwise.
+const HOW_TO_SET: &str = "write it as table.key=value, as in run.duration_s=120";
+
+/// A parsed file, and where it came from.
+#[derive(Clone, Debug)]
+pub struct Document {
+    /// Where it came from, for messages.
+    pub origin: Origin,
+    table: Table,
+}
+
+impl Document {
+    /// Opens a built-in experiment by its name, or a file by its path (ending in `.toml` or holding
+    /// a separator, or any that exists and has no built-in's name).
+    ///
+    /// # Errors
+    /// Says what is wrong with the name, the file or the TOML.
+    pub fn open(name: &str) -> Result<Self, Error> {
+        let document = Self::parse(name, &Self::text(name)?)?;
+        document.check()?;
+        document.check_spread()?;
+        Ok(document)
+    }
+
+    /// Reads the text that [`open`](Self::open) opens.
+    ///
+    /// # Errors
+    /// Says what is wrong with the name or the file.
+    pub fn text(name: &str) -> Result<String, Error> {
+        let looks_like_a_file = name.ends_with(".toml") || name.contains(std::path::MAIN_SEPARATOR);
+        match builtin::find(name) {
+            Ok(builtin) => Ok(builtin.toml.into()),
+            Err(unknown) if !looks_like_a_file && !Path::new(name).is_file() => Err(unknown),
+            Err(_) => read(Path::new(name)),
+        }
+    }
+
+    /// Parses a text.
+    ///
+    /// # Errors
+    /// Names the line.
+    pub fn parse(name: &str, text: &str) -> Result<Self, Error> {
+        let table = text.parse::<Table>().map_err(|error| {
+            let (line, what) = syntax(text, &error);
+            Error::Input(format!("{name}, line {line}: {what}"))
+        })?;
+        Ok(Self {
+            origin: Origin { name: name.into(), variant: None, set: vec![], drawn: vec![] },
+            table,
+        })
+    }
+
+    /// Sets keys as on the command line, `table.key=value` each, and checks the result.
+    ///
+    /// # Errors
+    /// Names the assignment.
+    pub fn set(&mut self, assignments: &[String]) -> Result<(), Error> {
+        for assignment in assignments {
+            self.assign(assignment)
+                .map_err(|why| Error::Input(format!("--set {}: {why}", brief(assignment))))?;
+            self.origin.set.push(assignment.clone());
+        }
+        self.check()
+    }
+
+    /// Does the same with keys that were drawn within a spread, and that nobody has typed.
+    ///
+    /// # Errors
+    /// Names the spread.
+    pub fn draw(&mut self, assignments: &[String]) -> Result<(), Error> {
+        for assignment in assignments {
+            self.assign(assignment).map_err(|why| {
+                let drawn = brief(assignment);
+                Error::Input(format!("{}: its spread gives {drawn}: {why}", self.origin))
+            })?;
+            self.origin.drawn.push(assignment.clone());
+        }
+        self.check()
+    }
+
+    fn assign(&mut self, assignment: &str) -> Result<(), String> {
+        let (key, value) = assignment.split_once('=').ok_or(HOW_TO_SET)?;
+        self.put(key.trim(), parse_value(value.trim())?, HOW_TO_SET)
+    }
+
+    /// Refuses a `[spread]` from which no joint can be drawn, before anything is.
+    fn check_spread(&self) -> Result<(), Error> {
+        if self.is_lab() {
+            return Ok(());
+        }
+        let spread = self.machine()?.spread;
+        for (key, range) in &spread {
+            let refuse = |why: &str| {
+                Err(Error::Input(format!("{}: `spread.\"{key}\"`: {why}", self.origin)))
+            };
+            if let Some(why) = refused_spread(key, *range) {
+                return refuse(why);
+            }
+            if self.get(key).is_some_and(|value| value.is_float() || value.is_integer()) {
+                continue;
+            }
+            // A key that the file does not have may be none.
+            let mut joint = self.clone();
+            let drawn = joint.put(key, Value::Float(range[0]), HOW_TO_SET);
+            if let Err(why) = drawn.map_err(Error::Input).and_then(|()| joint.check()) {
+                let why = why.to_string();
+                let why = why.strip_prefix(&format!("{}: ", self.origin)).unwrap_or(&why);
+                return refuse(why);
+            }
+        }
+        Ok(())
+    }
+
+    /// Whether it is a friction experiment, and not a machine.
+    pub fn is_lab(&self) -> bool {
+        self.table.contains_key("mechanism")
+    }
+
+    /// Whether every key is known and has a value of its type.
+    fn check(&self) -> Result<(), Error> {
+        if self.is_lab() { self.setup().map(|_| ()) } else { self.machine().map(|_| ()) }
+    }
+
+    /// Makes a copy of the document with the keys of a variant set.
+    ///
+    /// # Errors
+    /// Names the variant.
+    pub fn with(&self, variant: &str, keys: &Table) -> Result<Self, Error> {
+        let mut copy = self.clone();
+        copy.origin.variant = Some(variant.into());
+        for (key, value) in keys {
+            copy.put(key, value.clone(), "write it as \"table.key\" = value")
+                .map_err(|why| Error::Input(format!("{}: {why}", copy.origin)))?;
+        }
+        copy.machine()?;
+        Ok(copy)
+    }
+
+    /// Finds the value of a key.
+    pub fn get(&self, key: &str) -> Option<&Value> {
+        let mut path = key.split('.');
+        let first = self.table.get(path.next()?)?;
+        path.try_fold(first, |value, part| value.get(part))
+    }
+
+    /// Reads the machine that the document describes.
+    ///
+    /// # Errors
+    /// Names the key, what was found and what is allowed.
+    pub fn machine(&self) -> Result<Machine, Error> {
+        let mut table = self.table.clone();
+        if let Some(sheet) = self.data_sheet()? {
+            data_sheet::derive(&mut table, &sheet, &STM32F405).map_err(|why| self.refuse(&why))?;
+        }
+        stand_alone::fill(&mut table);
+        let machine: Machine = self.read_of(&table)?;
+        self.check_names(&machine)?;
+        Ok(machine)
+    }
+
+    /// Reads the data sheet that the document has, if it has one.
+    ///
+    /// # Errors
+    /// Names the key, what was found and what is allowed.
+    pub fn data_sheet(&self) -> Result<Option<DataSheet>, Error> {
+        if self.is_lab() {
+            return Ok(None);
+        }
+        let tables: data_sheet::Tables = self.read_of(&self.table)?;
+        tables.sheet().map_err(|why| self.refuse(&why))
+    }
+
+    /// Maps the document's data sheet, if it has one, to the core's units.
+    ///
+    /// # Errors
+    /// As [`data_sheet`](Self::data_sheet).
+    pub fn mapping(&self) -> Result<Option<(DataSheet, Mapping)>, Error> {
+        let Some(sheet) = self.data_sheet()? else { return Ok(None) };
+        let mapping = data_sheet::mapping(&sheet, &self.table).map_err(|why| self.refuse(&why))?;
+        Ok(Some((sheet, mapping)))
+    }
+
+    /// Tells what is implausible about the document's data sheet, a sentence each.
+    ///
+    /// # Errors
+    /// As [`data_sheet`](Self::data_sheet).
+    pub fn doubts(&self) -> Result<Vec<String>, Error> {
+        let Some((sheet, mapping)) = self.mapping()? else { return Ok(vec![]) };
+        let doubts = sheet.doubts(&mapping);
+        Ok(doubts.into_iter().map(|doubt| format!("{}: {doubt}", self.origin)).collect())
+    }
+
+    fn refuse(&self, why: &data_sheet::Refusal) -> Error {
+        Error::Input(format!("{}: {why}", self.origin.of(&why.key)))
+    }
+
+    /// Reads the friction experiment that the document describes.
+    ///
+    /// # Errors
+    /// Names the key, what was found and what is allowed.
+    pub fn setup(&self) -> Result<Setup, Error> {
+        self.read_of(&self.table)
+    }
+
+    fn read_of<T: DeserializeOwned>(&self, table: &Table) -> Result<T, Error> {
+        serde_path_to_error::deserialize(Value::Table(table.clone())).map_err(|error| {
+            let path = error.path().to_string();
+            let message = error.inner().message();
+            let more = missing::field(&path, message)
+                .map(|first| missing::others::<T>(table.clone(), first))
+                .unwrap_or_default();
+            let what = refused(&path, at(table, &path), message) + &also(&more);
+            Error::Input(format!("{}: {what}", self.origin.of(&path)))
+        })
+    }
+
+    /// Names of controllers and variants become labels, parts of file names and the first column of
+    /// tables.
+    fn check_names(&self, machine: &Machine) -> Result<(), Error> {
+        let allowed = |name: &str, also: &str| {
+            let plain = |c: char| c.is_ascii_alphanumeric() || "-_".contains(c) || also.contains(c);
+            name.len() <= LONGEST_NAME && name.chars().all(plain)
+        };
+        let refuse = |what: &str, name: &str, allowed: &str| {
+            let (origin, name) = (&self.origin, brief(name));
+            let allowed = format!("allowed are up to {LONGEST_NAME} letters, digits, {allowed}");
+            Err(Error::Input(format!("{origin}: {what} is {name:?}; {allowed}")))
+        };
+        if let Some(name) =
+            machine.controller.keys().find(|name| name.is_empty() || !allowed(name, ""))
+        {
+            return refuse("the name of a controller", name, "`-` and `_`, and at least one");
+        }
+        match machine.variant.iter().find(|variant| !allowed(&variant.slug, ".")) {
+            Some(variant) => refuse("the `slug` of a variant", &variant.slug, "`-`, `_` and `.`"),
+            None => Ok(()),
+        }
+    }
+
+    fn put(&mut self, key: &str, value: Value, how: &str) -> Result<(), String> {
+        let path: Vec<&str> = key.split('.').collect();
+        let Some((last, tables)) = path.split_last().filter(|_| !path.contains(&"")) else {
+            return Err(how.into());
+        };
+        if tables.is_empty() {
+            return Err(format!("`{key}` names no table; {how}"));
+        }
+        if let ["controller", name, ..] = path[..] {
+            let names = || {
+                let controllers = self.get("controller").and_then(Value::as_table);
+                controllers.into_iter().flat_map(Table::keys).map(String::as_str)
+            };
+            if !names().any(|known| known == name) {
+                let near = suggestion(name, names());
+                return Err(format!("there is no controller `{name}`{near}"));
+            }
+        }
+        let mut table = &mut self.table;
+        for part in tables {
+            match table.entry(*part).or_insert_with(|| Value::Table(Table::new())) {
+                Value::Table(inner) => table = inner,
+                _ => return Err(format!("`{part}` in `{key}` is not a table")),
+            }
+        }
+        table.insert((*last).into(), value);
+        Ok(())
+    }
+}
+
+/// Tables of the joint: the core's, and those of a data sheet.
+const OF_THE_JOINT: [&str; 5] = ["joint", "motor", "gear", "load", "friction"];
+
+/// Says why a key does not vary over a range, if it does not.
+pub fn refused_spread(key: &str, [low, high]: [f64; 2]) -> Option<&'static str> {
+    let table = key.split('.').next().unwrap_or_default();
+    if !OF_THE_JOINT.contains(&table) {
+        return Some("only keys of the joint vary; the controller is what is judged");
+    }
+    let is_range = low.is_finite() && high.is_finite() && low <= high;
+    (!is_range).then_some("the range is LOW..HIGH of two numbers, the lower one first")
+}
+
+/// The value at a path with indices, such as `figures[0].of`.
+fn at<'a>(table: &'a Table, path: &str) -> Option<&'a Value> {
+    let mut steps = path.split(['.', '[']).map(|step| step.trim_end_matches(']'));
+    let first = table.get(steps.next()?)?;
+    steps.try_fold(first, |value, step| match value {
+        Value::Array(list) => list.get(step.parse::<usize>().ok()?),
+        value => value.get(step),
+    })
+}
+
+/// What is missing as well.
+fn also(more: &[String]) -> String {
+    let named: Vec<String> = more.iter().map(|key| format!("`{key}`")).collect();
+    match &named[..] {
+        [] => String::new(),
+        [one] => format!(", and so is {one}"),
+        [all @ .., last] => format!(", and so are {} and {last}", all.join(", ")),
+    }
+}
+
+fn read(path: &Path) -> Result<String, Error> {
+    let fail = |source| Error::File { action: "read", path: path.to_owned(), source };
+    let mut bytes = Vec::new();
+    let read = File::open(path).and_then(|file| file.take(MAX_BYTES + 1).read_to_end(&mut bytes));
+    read.map_err(fail)?;
+    if bytes.len() as u64 > MAX_BYTES {
+        return Err(fail(io::Error::other("it is larger than 1 MiB, which no machine's file is")));
+    }
+    String::from_utf8(bytes).map_err(|_| fail(io::Error::other("it is not text (UTF-8)")))
+}
+
+/// A TOML value; a bare word is a string, so that `run.solver=rk4` needs no quotes inside quotes.
+fn parse_value(text: &str) -> Result<Value, String> {
+    if text.is_empty() {
+        return Err("there is no value after the `=`".into());
+    }
+    if let Ok(mut table) = format!("value = {text}").parse::<Table>()
+        && let Some(value) = table.remove("value")
+        && table.is_empty()
+    {
+        return Ok(value);
+    }
+    if text.chars().all(|c| c.is_ascii_alphanumeric() || c == '-' || c == '_') {
+        return Ok(Value::String(text.into()));
+    }
+    Err(format!("{text:?} is neither a number, a word, a quoted text nor a list"))
+}

@@ -1,0 +1,132 @@
+//! The control core around a simulated axis.
+//!
+//! Order within a sample, as in the thesis (section 3.2): read the encoder, regress including this
+//! reading, compute, output at once. With one sample of computation delay the output waits for the
+//! next sample. Between samples the D/A holds its value.
+
+use stiction::{Controller, Course, Tick};
+
+use crate::encoder::EncoderModel;
+use crate::mechanism::RobotAxis;
+pub use crate::plant::Delay;
+use crate::plant::Plant;
+use crate::solver::{AxisSolver, Event};
+use crate::target::{BareLoop, Target};
+
+/// A controller wired to an axis.
+#[derive(Clone, Debug)]
+pub struct ClosedLoop {
+    /// The core.
+    pub controller: Controller,
+    /// The motion.
+    pub course: Course,
+    /// The encoder on the axis.
+    pub encoder: EncoderModel,
+    /// Volts of one drive code.
+    pub lsb_v: f64,
+    /// Time between samples, s.
+    pub sample_time_s: f64,
+    /// Computation delay.
+    pub delay: Delay,
+    /// The axis, for its friction over time.
+    pub axis: RobotAxis,
+}
+
+/// The loop at one sampling instant.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Moment {
+    /// Time, s.
+    pub time_s: f64,
+    /// What the core computed.
+    pub tick: Tick,
+    /// theta_d, deg.
+    pub reference_deg: f64,
+    /// True joint position, deg.
+    pub position_deg: f64,
+    /// True joint velocity, deg/s.
+    pub velocity_deg_per_s: f64,
+    /// What the D/A holds from now on, V.
+    pub applied_v: f64,
+    /// Whether the joint is stuck.
+    pub stuck: bool,
+}
+
+impl Moment {
+    /// Reference minus true position, deg.
+    pub fn error_deg(&self) -> f64 {
+        self.reference_deg - self.position_deg
+    }
+}
+
+impl ClosedLoop {
+    /// The plant of the loop, moved by `solver`.
+    pub fn plant<S: AxisSolver>(&self, solver: S) -> Plant<S> {
+        let scale = [self.lsb_v, self.sample_time_s];
+        Plant::new(solver, self.axis.clone(), self.encoder, scale, self.delay)
+    }
+
+    /// Runs the bare loop from rest for `samples` samples after the first, and shows every instant
+    /// and every event.
+    ///
+    /// Returns the time at which a state was no longer finite, if that happened; the run ends
+    /// there.
+    pub fn run<S: AxisSolver>(
+        &self,
+        solver: &mut S,
+        samples: u32,
+        on_moment: impl FnMut(&Moment),
+        on_event: impl FnMut(Event),
+    ) -> Option<f64> {
+        let mut plant = self.plant(solver);
+        let (counter, counts) = (plant.counter(), plant.counts());
+        let mut target = BareLoop::new(&self.controller, &self.course, counter, counts);
+        self.step(&mut target, &mut plant, samples, on_moment, on_event)
+    }
+
+    /// Steps a target against a plant, as [`run`](Self::run), or until the target has ended.
+    #[inline]
+    pub fn step<S: AxisSolver>(
+        &self,
+        target: &mut impl Target,
+        plant: &mut Plant<S>,
+        samples: u32,
+        mut on_moment: impl FnMut(&Moment),
+        mut on_event: impl FnMut(Event),
+    ) -> Option<f64> {
+        for k in 0..=samples {
+            let time_s = f64::from(k) * self.sample_time_s;
+            if !plant.is_finite() {
+                return Some(time_s);
+            }
+            let Some(tick) = target.tick(plant.counter()) else { break };
+            let effort_v = plant.put_out(tick.code);
+            on_moment(&self.moment(time_s, tick, effort_v, &plant.solver));
+            if k < samples {
+                plant.hold(effort_v, self.sample_time_s, &mut on_event);
+            }
+        }
+        None
+    }
+
+    /// The loop at the instant of a tick, with this effort on the D/A from now on, V.
+    #[inline]
+    pub fn moment(
+        &self,
+        time_s: f64,
+        tick: Tick,
+        applied_v: f64,
+        joint: &impl AxisSolver,
+    ) -> Moment {
+        let setpoint = tick.setpoint().position;
+        Moment {
+            time_s,
+            tick,
+            reference_deg: (f64::from(setpoint.counts) + f64::from(setpoint.fraction))
+                * self.encoder.resolution,
+            position_deg: joint.position(),
+            velocity_deg_per_s: joint.velocity(),
+            applied_v,
+            stuck: joint.stuck(),
+        }
+    }
+}

@@ -1,0 +1,20 @@
+//! Devices: one that is simulated, those behind a wire, and a client for them. What a device is
+//! told for a run stands in [`crate::experiment`].
+
+pub mod client;
+pub mod identified;
+pub mod into;
+pub mod jogged;
+pub mod log;
+pub mod machine_file;
+pub mod moved;
+#[cfg(not(target_family = "wasm"))]
+pub mod port;
+pub mod signals;
+pub mod simulated;
+pub mod spread;
+pub mod told;
+pub mod wire;
+pub mod words;
+
+pub use crate::experiment::{for_a_device as parameters, record, sectors};

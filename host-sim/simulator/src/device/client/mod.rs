@@ -1,0 +1,116 @@
+//! A client of the command link.
+//!
+//! ```
+//! use simulator::device::client::Client;
+//! use simulator::device::simulated::SimulatedDevice;
+//! use simulator::device::wire::SimulatedWire;
+//! use simulator::experiment::{Document, Experiment};
+//!
+//! # fn main() -> Result<(), simulator::Error> {
+//! let document = Document::open("step-response")?;
+//! let plan = Experiment::plan(&document, &["srnf".into()], &[])?.runs.remove(0);
+//! let mut client = Client::connect(SimulatedWire::new(SimulatedDevice::new(&plan)?))?;
+//! client.arm()?;
+//! client.step_to(5.0)?;
+//! client.pass(std::time::Duration::from_secs(2))?;
+//! let status = client.status()?;
+//! assert!((f64::from(status.position) * f64::from(status.resolution) - 5.0).abs() < 0.01);
+//! client.stop()?;
+//! # Ok(())
+//! # }
+//! ```
+//!
+//! | file | what the client does there |
+//! |---|---|
+//! | `exchange.rs` | repeats a request until its answer comes, and sorts what a wire brings |
+//! | `motion.rs` | arms, moves, stops, and runs a ramp |
+//! | `parameters.rs` | reads, writes, changes and saves parameters |
+//! | `state.rs` | asks for state and faults, and waits |
+//! | `telemetry.rs` | subscribes to signals, and keeps and counts their samples |
+
+mod exchange;
+mod motion;
+mod parameters;
+mod state;
+mod telemetry;
+
+use std::hash::{BuildHasher as _, RandomState};
+
+pub use self::motion::{Map, position_of};
+use stiction::link::{Deframer, Identity, Kind, PROTOCOL, Reply, Request};
+
+use self::exchange::Heard;
+use self::telemetry::Subscription;
+use super::wire::{SIMULATED, Wire};
+use crate::error::Error;
+
+/// A session with a device.
+#[derive(Debug)]
+pub struct Client<W> {
+    wire: W,
+    deframer: Deframer,
+    /// The number of the last request.
+    number: u16,
+    identity: Option<Identity>,
+    subscription: Subscription,
+    heard: Heard,
+}
+
+impl<W: Wire> Client<W> {
+    /// Opens a session with a hello.
+    ///
+    /// # Errors
+    /// Says that nobody answers, or that the device speaks another version of the protocol.
+    pub fn connect(wire: W) -> Result<Self, Error> {
+        let mut client = Self {
+            wire,
+            deframer: Deframer::default(),
+            number: 0,
+            identity: None,
+            subscription: Subscription::default(),
+            heard: Heard::default(),
+        };
+        // A zero ends a frame that an earlier session may have left unfinished.
+        client.wire.send(&[0])?;
+        // Random: the standard library has no other source of that on every system.
+        let session = RandomState::new().hash_one(()) as u32;
+        match client.ask(Request::Hello { protocol: PROTOCOL, session })? {
+            Reply::Hello(identity) if identity.protocol == PROTOCOL => {
+                client.identity = Some(identity);
+                Ok(client)
+            }
+            Reply::Hello(Identity { protocol, version, .. }) => {
+                let name = client.wire.name();
+                Err(Error::Device(format!(
+                    "{name} runs firmware {version} with version {protocol} of the link, and this \
+                     program speaks version {PROTOCOL}; flash the firmware that belongs to it \
+                     (`cargo xtask flash`, docs/link.md)"
+                )))
+            }
+            _ => Err(client.unexpected()),
+        }
+    }
+
+    /// The device, as it has introduced itself.
+    pub const fn identity(&self) -> Option<&Identity> {
+        self.identity.as_ref()
+    }
+
+    /// The warning that has to stand before whatever is shown of the device. A board needs none.
+    pub fn warning(&self) -> Option<&'static str> {
+        let simulated =
+            || self.identity.as_ref().is_some_and(|identity| identity.kind == Kind::Simulated);
+        // A simulated device at the other end of a port is known by its hello only.
+        self.wire.warning().or_else(|| simulated().then_some(SIMULATED))
+    }
+
+    /// The wire to the device.
+    pub const fn wire(&mut self) -> &mut W {
+        &mut self.wire
+    }
+
+    /// Ends the session and returns the wire.
+    pub fn end(self) -> W {
+        self.wire
+    }
+}

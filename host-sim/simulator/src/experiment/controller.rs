@@ -1,0 +1,167 @@
+//! From a controller's table to the configuration of the core: its laws, and the gains of each.
+
+use heapless::Vec as FixedVec;
+use stiction::compensator::{Gains, MAX_TERMS};
+use stiction::drive::DriveConfig;
+use stiction::encoder::Encoder;
+use stiction::pd::PdGains;
+use stiction::value::{About, Absent, Table};
+use stiction::velocity::MAX_WINDOW;
+use stiction::{Controller, ControllerConfig};
+
+use super::plan::RunPlan;
+use crate::error::Error;
+use crate::hardware::STM32F405;
+use crate::machine::{LawName, Laws, PD};
+use crate::written::{AllGains, Written};
+
+impl RunPlan {
+    /// Builds the control core with this run's controller; with no controller, all gains are zero.
+    ///
+    /// # Errors
+    /// Names the key, what was found and what is allowed.
+    pub fn controller(&self) -> Result<Controller, Error> {
+        let name = self.controller.as_deref().unwrap_or_default();
+        let config = self.controller_config()?;
+        let controller =
+            Controller::new(&config, &STM32F405).map_err(|error| self.explain(&error))?;
+        // Those that none of the laws takes; what its own laws take has been checked.
+        let taken = |key: &str| {
+            config.compensator.iter().flat_map(about_law).any(|about| about.name == key)
+        };
+        for (key, _) in self.machine.controller.get(name).iter().flat_map(|table| table.iter()) {
+            if taken(key) {
+                continue;
+            }
+            if let Some(gain) =
+                self.machine.controller.get(name).and_then(|table| table.number(key))
+            {
+                self.at_least_zero(&format!("controller.{name}.{key}"), gain)?;
+            }
+        }
+        Ok(controller)
+    }
+
+    /// Makes the configuration of the core, on the host as on a device.
+    ///
+    /// # Errors
+    /// Names the key, what was found and what is allowed.
+    pub fn controller_config(&self) -> Result<ControllerConfig, Error> {
+        let machine = &self.machine;
+        let name = self.controller.as_deref().unwrap_or_default();
+        let none = Written::default();
+        let table = machine.controller.get(name).unwrap_or(&none);
+        // It may be negative, or too large for the core's type.
+        let window = machine.sampling.velocity_window();
+        if !(2..=MAX_WINDOW as i64).contains(&window) {
+            let allowed = format!("a whole number from 2 to {MAX_WINDOW}");
+            return Err(self.refuse("loop.velocity_window", &window.to_string(), &allowed));
+        }
+        let mut pd = PdGains { kp: 0.0, kd: 0.0 };
+        table.apply(PdGains::ABOUT, &mut pd);
+        let config = ControllerConfig {
+            encoder: machine.encoder.core(Encoder::EXAMPLE),
+            drive: machine.drive.core(DriveConfig::EXAMPLE),
+            pd,
+            compensator: self.laws(name, table)?,
+            ..ControllerConfig::EXAMPLE
+        };
+        Ok(machine.sampling.core(config))
+    }
+
+    /// The laws of this run's controller; none for a ramp. What is wrong with them has been told
+    /// before.
+    pub fn laws_in_use(&self) -> Vec<Gains> {
+        self.controller_config()
+            .map_or(vec![], |config| config.compensator.iter().copied().collect())
+    }
+
+    fn laws(
+        &self,
+        name: &str,
+        table: &Written<AllGains, Laws>,
+    ) -> Result<FixedVec<Gains, MAX_TERMS>, Error> {
+        let key = format!("controller.{name}.laws");
+        let origin = self.origin.of(&key);
+        let laws = match &table.extras.laws {
+            Some(laws) => laws.clone(),
+            None if name.is_empty() => vec![],
+            None => vec![LawName::find(name).ok_or_else(|| {
+                let why = "a controller with a name of its own lists the laws that it adds to PD, \
+                           as in [\"srnf\"]";
+                Error::Input(format!("{origin}: `{key}` is missing: {why}"))
+            })?],
+        };
+        let twice = laws.iter().enumerate().find(|(i, law)| laws[..*i].contains(law));
+        if let Some((i, _)) = twice {
+            return Err(Error::Input(format!(
+                "{origin}: `{key}[{i}]` names a law for the second \
+                time"
+            )));
+        }
+        if let Some((one, other, shared)) = sharing(&laws) {
+            let why = format!("only one of them is allowed, since both take `{shared}`");
+            return Err(Error::Input(format!("{origin}: `{key}` has {one} and {other}; {why}")));
+        }
+        if let Some(law) =
+            laws.iter().find(|law| law.0.is_some_and(|law| law.replaces_pd()) && laws.len() > 1)
+        {
+            let why = "it takes the place of PD, and stands alone";
+            return Err(Error::Input(format!(
+                "{origin}: `{key}` has {} and another law; {why}",
+                law.name()
+            )));
+        }
+        let mut gains = FixedVec::new();
+        for law in laws.iter().filter_map(|law| law.0) {
+            if gains.push(self.gains(name, table, law)?).is_err() {
+                let why = format!("allowed are {MAX_TERMS}, not counting {PD}");
+                return Err(Error::Input(format!("{origin}: `{key}` has too many entries; {why}")));
+            }
+        }
+        Ok(gains)
+    }
+
+    /// The law with the gains of a table, each of which has to be there unless it has a default.
+    fn gains(
+        &self,
+        name: &str,
+        table: &Written<AllGains, Laws>,
+        mut law: Gains,
+    ) -> Result<Gains, Error> {
+        let about = about_law(&law);
+        let gone: Vec<String> = about
+            .iter()
+            .filter(|about| about.absent == Absent::Needed && table.number(about.name).is_none())
+            .map(|about| format!("`controller.{name}.{}`", about.name))
+            .collect();
+        if !gone.is_empty() {
+            let (origin, law) = (self.origin.of(&format!("controller.{name}.laws")), law.name());
+            let (are, them) = if gone.len() == 1 { ("is", "it") } else { ("are", "them") };
+            return Err(Error::Input(format!(
+                "{origin}: {} {are} missing; the law {law} needs {them}",
+                gone.join(", ")
+            )));
+        }
+        table.apply(about, &mut law);
+        Ok(law)
+    }
+}
+
+/// The declarations of a law's gains.
+pub fn about_law(law: &Gains) -> &'static [About] {
+    let place = Gains::EXAMPLES.iter().position(|example| example.id() == law.id());
+    place.and_then(|place| Gains::ABOUT.get(place)).copied().unwrap_or_default()
+}
+
+/// Two laws of a list that take the same key of a table, and that key.
+fn sharing(laws: &[LawName]) -> Option<(&'static str, &'static str, &'static str)> {
+    let all: Vec<Gains> = laws.iter().filter_map(|law| law.0).collect();
+    all.iter().enumerate().find_map(|(i, one)| {
+        all.iter().skip(i + 1).find_map(|other| {
+            let shares = |about: &&About| about_law(other).iter().any(|b| b.name == about.name);
+            let shared = about_law(one).iter().find(shares)?;
+            Some((one.name(), other.name(), shared.name))
+        })
+    })
+}

@@ -1,0 +1,229 @@
+//! What a controller board is told for a run: its parameters, validated as the board will do it,
+//! and the record of them for its flash.
+
+use stiction::jog::JogBounds;
+use stiction::parameters::{DeviceConfig, ROOM};
+use stiction::{Limits, Parameters, ProfileLimits};
+
+use super::plan::RunPlan;
+use crate::error::Error;
+use crate::flash::SECTOR;
+use crate::hardware::STM32F405;
+
+/// Makes everything that a board needs for this run, validated as the board will do it.
+///
+/// # Errors
+/// Names the key, what was found and what is allowed.
+pub fn parameters(plan: &RunPlan) -> Result<Parameters, Error> {
+    let parameters = assembled(plan)?;
+    validate(&parameters, plan)?;
+    Ok(parameters)
+}
+
+/// Makes everything that a device is told for this run, as [`parameters()`] does.
+///
+/// # Errors
+/// As [`parameters()`]; and names a law that is in no device's image.
+pub fn for_a_device(plan: &RunPlan) -> Result<Parameters, Error> {
+    check_laws(plan)?;
+    parameters(plan)
+}
+
+/// Refuses a run with a law that is in no device's image.
+///
+/// # Errors
+/// Names the controller and its law.
+pub fn check_laws(plan: &RunPlan) -> Result<(), Error> {
+    let on_the_host = plan.laws_in_use().into_iter().find(|law| !law.on_the_device());
+    on_the_host.map_or(Ok(()), |law| {
+        let controller = plan.controller.as_deref().unwrap_or_default();
+        Err(Error::Input(format!(
+            "{}: the controller {controller} cannot go to a device: its law {} lives on the host, \
+             to be compared with, and is in no image",
+            plan.origin,
+            law.name()
+        )))
+    })
+}
+
+/// Validates parameters as a board will do it.
+///
+/// # Errors
+/// Names the key, what was found and what is allowed.
+pub fn validate(parameters: &Parameters, plan: &RunPlan) -> Result<(), Error> {
+    parameters.prepare(&STM32F405).map(|_| ()).map_err(|error| plan.explain(&error))
+}
+
+/// Makes everything that a board needs for this run, as it is written; only the loop and its motion
+/// are validated.
+///
+/// # Errors
+/// Names the key, what was found and what is allowed.
+pub fn assembled(plan: &RunPlan) -> Result<Parameters, Error> {
+    // The loop as it is simulated.
+    plan.closed_loop()?;
+    let motion = plan.motion()?;
+    let device = plan.machine.device.core(DeviceConfig::CAUTIOUS);
+    let controller = plan.controller_config()?;
+    let breakaway = breakaway(plan);
+    let derived = Limits::derived(&controller, &device, breakaway);
+    let gain = plan.machine.joint.gain_deg_per_s2_per_v as f32;
+    // Twice what the file says of the joint: a margin for how well it is known.
+    let stop_gain = if gain > 0.0 { 2.0 * gain } else { derived.stop_gain };
+    let limits = plan.machine.limits.core(Limits { stop_gain, ..derived });
+    let profile = plan.machine.profile.core(ProfileLimits::derived(&controller, &limits, gain));
+    let jog = plan.machine.jog.core(JogBounds::derived(&controller, &device, breakaway));
+    Ok(Parameters { controller, motion, device, limits, profile, jog })
+}
+
+/// Tells the effort that starts the joint, V: what the file says of it among the limits, or else
+/// the static friction of the joint that the file describes.
+fn breakaway(plan: &RunPlan) -> f32 {
+    // Zero stands for what the file does not say; a limit that it turns off says nothing either.
+    let Limits { breakaway_effort, stall_effort, .. } = plan.machine.limits.core(Limits::OFF);
+    let friction = &plan.machine.joint.friction;
+    let stick = (friction.stick_v + friction.added_v.max(0.0)) as f32;
+    let said = [breakaway_effort, 0.5 * stall_effort];
+    said.into_iter().find(|effort| *effort > 0.0).unwrap_or(stick)
+}
+
+/// Makes both parameter sectors, each with the same record at its begin.
+///
+/// What a board has saved since carries a sequence number that nobody here knows, and would win
+/// against a record that is written to one sector alone. Written over both, this is all that there
+/// is, and the next save follows it.
+///
+/// # Errors
+/// As [`parameters()`].
+pub fn sectors(plan: &RunPlan) -> Result<Vec<u8>, Error> {
+    let record = record(plan)?;
+    let mut bytes = record.clone();
+    bytes.resize(SECTOR as usize, 0xFF);
+    bytes.extend(record);
+    Ok(bytes)
+}
+
+/// Makes the record for a parameter sector, the first of its kind.
+///
+/// # Errors
+/// As [`parameters()`].
+pub fn record(plan: &RunPlan) -> Result<Vec<u8>, Error> {
+    let mut room = [0; ROOM];
+    let parameters = for_a_device(plan)?;
+    let record = parameters.encode(1, &mut room).map(<[u8]>::to_vec);
+    record.ok_or_else(|| Error::Input(format!("{}: does not fit {ROOM} bytes", plan.origin)))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::document::Document;
+    use crate::experiment::Experiment;
+
+    fn plan(name: &str, set: &[&str]) -> Result<RunPlan, Error> {
+        let mut document = Document::open(name)?;
+        document.set(&set.iter().map(|text| (*text).to_owned()).collect::<Vec<_>>())?;
+        Ok(Experiment::plan(&document, &[], &[])?.runs.remove(0))
+    }
+
+    #[test]
+    fn a_board_builds_the_same_controller_and_course() {
+        for name in ["step-response", "trajectory", "srnf-robustness", "friction-identification"] {
+            let plan = plan(name, &[]).unwrap();
+            let closed_loop = plan.closed_loop().unwrap();
+            let (found, sequence) = Parameters::decode(&record(&plan).unwrap()).unwrap();
+            assert_eq!(sequence, 1);
+            assert!(!found.device.autostart && found.device.soft_start > 0.0);
+            // What only a device has, lies in the output stage: nothing of it is left.
+            let device = DeviceConfig { soft_start: 0.0, nominal_supply: 0.0, ..found.device };
+            let at_once = Parameters { device, ..found };
+            let expected = (closed_loop.controller, plan.course().unwrap());
+            assert_eq!(at_once.prepare(&STM32F405).unwrap(), expected, "{name}");
+        }
+    }
+
+    #[test]
+    fn a_law_that_lives_on_the_host_runs_there_and_goes_to_no_device() {
+        let with = |law: &str| {
+            let document = format!(
+                "{}[controller.mine]\nlaws = [\"{law}\"]\nkp_v_per_deg = 1.0\n\
+                 kd_v_per_deg_per_s = 0.17\nki_v_per_deg_s = 1.0\ntheta_ri_deg = 0.5\n",
+                crate::experiment::builtins()
+                    .iter()
+                    .find(|b| b.name == "step-response")
+                    .unwrap()
+                    .toml
+            );
+            let document = Document::parse("mine.toml", &document).unwrap();
+            Experiment::plan(&document, &["mine".into()], &[]).unwrap().runs.remove(0)
+        };
+        assert!(record(&with("ri")).is_ok() && sectors(&with("ri")).is_ok());
+        let plan = with("pid");
+        assert!(parameters(&plan).is_ok() && plan.closed_loop().is_ok());
+        for refused in [for_a_device(&plan).err(), record(&plan).err(), sectors(&plan).err()] {
+            let message = refused.unwrap().to_string();
+            let expected = "mine.toml: the controller mine cannot go to a device: its law pid lives \
+                on the host, to be compared with, and is in no image";
+            assert_eq!(message, expected);
+        }
+    }
+
+    #[test]
+    fn a_wrong_value_names_its_key() {
+        let refusals = [
+            ("device.dead_time_s=1", "`device.dead_time_s` is 1;"),
+            ("device.nominal_supply_v=24", "`device.nominal_supply_v` is 24;"),
+            ("loop.sample_time_s=0.05", "`loop.sample_time_s` is 0.05;"),
+            ("device.autostrat=true", "unknown key `device.autostrat`; did you mean `autostart`?"),
+        ];
+        for (set, expected) in refusals {
+            let message = plan("step-response", &[set])
+                .and_then(|plan| record(&plan))
+                .unwrap_err()
+                .to_string();
+            assert!(message.contains(expected), "{message}");
+        }
+    }
+
+    #[test]
+    fn off_is_a_word_and_zero_still_means_it() {
+        let limits =
+            |set: &[&str]| parameters(&plan("step-response", set).unwrap()).unwrap().limits;
+        let given = ["limits.stall_v=0.5", "limits.following_error_deg=1"];
+        assert_ne!(limits(&given).stall_effort, 0.0);
+        for off in ["off", "\"off\"", "0", "0.0"] {
+            let set =
+                [format!("limits.stall_v={off}"), format!("limits.overspeed_deg_per_s={off}")];
+            let found = limits(&[&set[0], &set[1]]);
+            assert_eq!((found.stall_effort, found.overspeed), (0.0, 0.0), "{off}");
+        }
+        // Of what is no limit, and of another word, the refusal says what is allowed.
+        for (set, expected) in [
+            ("limits.stall_v=of", "`limits.stall_v` is \"of\"; allowed is a number or \"off\""),
+            ("limits.stall_v=true", "`limits.stall_v` is true; allowed is a number or \"off\""),
+            ("limits.stall_v=-1", "is -1; allowed is a number from 0 to 1000000, or \"off\""),
+            ("limits.stall_s=off", "`limits.stall_s` is \"off\"; allowed is a number"),
+            ("jog.effort_v=off", "`jog.effort_v` is \"off\"; allowed is a number"),
+            ("jog.effort_v=0", "`jog.effort_v` is 0; allowed is a number above 0"),
+        ] {
+            let found = plan("step-response", &[set]).and_then(|plan| record(&plan));
+            let message = found.unwrap_err().to_string();
+            assert!(message.contains(expected), "{message}");
+        }
+    }
+
+    #[test]
+    fn a_ramp_is_no_steeper_than_the_soft_start() {
+        let rate = |rate: &str| format!("identification.ramp_rates_v_per_s=[{rate}]");
+        let record = |rate: &str, soft_start: &str| {
+            let set = [rate, soft_start];
+            plan("friction-identification", &set).and_then(|plan| record(&plan))
+        };
+        assert!(record(&rate("10"), "device.soft_start_s=0.5").is_ok());
+        assert!(record(&rate("10.1"), "device.soft_start_s=0").is_ok());
+        let message = record(&rate("10.1"), "device.soft_start_s=0.5").unwrap_err().to_string();
+        let expected = "`identification.ramp_rates_v_per_s[0]` is 10.1; allowed is a number from 0 \
+            to 10";
+        assert!(message.contains(expected), "{message}");
+    }
+}

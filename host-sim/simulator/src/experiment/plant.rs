@@ -1,0 +1,102 @@
+//! The joint of a run, and its plant for a device that lives longer than the run: it may be put
+//! somewhere by hand, which Runge-Kutta's axis may not.
+
+use super::plan::RunPlan;
+use crate::data_sheet::{DataSheet, Mapping, Mount, Refusal, SheetAxis, Tables, WrittenDrive};
+use crate::error::Error;
+use crate::joint::RunJoint;
+use crate::machine::Solver;
+use crate::plant::{Delay, Plant};
+
+impl RunPlan {
+    /// Gives the joint of this run, with its amplifier and its encoder, at rest at zero.
+    ///
+    /// # Errors
+    /// Names a value that is not allowed, or what of a data sheet only a run simulates.
+    pub fn plant(&self) -> Result<Plant<RunJoint>, Error> {
+        let (axis, encoder) = (self.axis()?, self.encoder()?);
+        let sample_time_s = self.machine.sampling.sample_time_s();
+        let solver = self.joint()?;
+        let scale = [self.machine.drive.lsb_v(), sample_time_s];
+        Ok(Plant::new(solver, axis, encoder, scale, self.delay()))
+    }
+
+    /// Gives the joint of this run at rest: the axis of the file, what its data sheet describes, or
+    /// what takes its place.
+    ///
+    /// # Errors
+    /// Names a value that is not allowed, or what of a data sheet only a run simulates.
+    pub fn joint(&self) -> Result<RunJoint, Error> {
+        let sample_time_s = self.machine.sampling.sample_time_s();
+        let of_the_file = match self.sheet()? {
+            Some((sheet, mapping)) if self.substitute.is_none() => {
+                self.has_a_plain_drive(&sheet)?;
+                sheet.substitute(&mapping, self.machine.encoder.resolution_deg())
+            }
+            _ => None,
+        };
+        let substitute = self.substitute.as_ref().or(of_the_file.as_ref());
+        Ok(RunJoint::at_rest(&self.axis()?, sample_time_s, substitute)?)
+    }
+
+    /// Gives the data sheet of this run's machine, and its mapping to the core's units.
+    fn sheet(&self) -> Result<Option<(DataSheet, Mapping)>, Error> {
+        let machine = &*self.machine;
+        let disc = &machine.encoder.extras;
+        let encoder = Mount { lines: disc.lines, at: disc.at, noise_counts: disc.noise_counts };
+        let tables = Tables {
+            motor: machine.motor.clone(),
+            gear: machine.gear.clone(),
+            load: machine.load.clone(),
+            friction: machine.friction.clone(),
+            supply: machine.supply.clone(),
+            encoder,
+        };
+        let refused = |why: Refusal| Error::Input(format!("{}: {why}", self.origin.of(&why.key)));
+        let Some(sheet) = tables.sheet().map_err(refused)? else { return Ok(None) };
+        let drive = WrittenDrive {
+            full_scale_v: Some(machine.drive.full_scale_v()),
+            duty_max: machine.drive.number("duty_max"),
+        };
+        Ok(Mapping::of(&sheet, drive).map(|mapping| (sheet, mapping)))
+    }
+
+    /// Gives the joint and the drive of a data sheet that asks for more than the axis in closed
+    /// form has.
+    ///
+    /// # Errors
+    /// Names a value that is not allowed, or a solver that has no such joint.
+    pub fn sheet_axis(&self) -> Result<Option<SheetAxis>, Error> {
+        if self.substitute.is_some() {
+            return Ok(None);
+        }
+        let Some((sheet, mapping)) = self.sheet()? else { return Ok(None) };
+        let drive = &self.machine.drive;
+        let pwm_hz = drive.number("pwm_hz").unwrap_or_default();
+        let count_deg = self.machine.encoder.resolution_deg();
+        let axis = SheetAxis::of(&sheet, &mapping, [count_deg, pwm_hz])?;
+        if axis.is_some() && self.machine.run.solver == Solver::Rk4 {
+            let allowed = "\"exact\", since the data sheet asks for more than a rigid axis";
+            return Err(self.refuse("run.solver", "\"rk4\"", allowed));
+        }
+        Ok(axis)
+    }
+
+    /// Refuses a drive or a noise that only a run simulates.
+    fn has_a_plain_drive(&self, sheet: &DataSheet) -> Result<(), Error> {
+        let Some(key) = sheet.has_a_drive_of_its_own() else { return Ok(()) };
+        Err(Error::Input(format!(
+            "{}: `{key}` asks for what only `stiction run` and `benchmark` simulate; a simulated \
+             device has an ideal drive and readings without noise",
+            self.origin.of(key)
+        )))
+    }
+
+    /// Returns how late the output is.
+    pub(super) fn delay(&self) -> Delay {
+        match self.machine.run.delay_samples {
+            0 => Delay::None,
+            _ => Delay::OneSample,
+        }
+    }
+}

@@ -1,0 +1,73 @@
+//! How a value that is not allowed is refused: by its key, as it was written.
+
+use toml::Value;
+
+use super::plan::RunPlan;
+use super::task::Task;
+use crate::error::{Error, shown};
+
+impl RunPlan {
+    /// An error of the core with the value as it was written. The value's declaration says in which
+    /// table it is.
+    pub fn explain(&self, error: &stiction::Error) -> Error {
+        let Some(about) = error.key.about() else { return Error::Input(error.to_string()) };
+        let controller = self.controller.as_deref().unwrap_or_default();
+        let path = match (about.table, about.name) {
+            ("controller", key) => format!("controller.{controller}.{key}"),
+            ("reference", _) => self.asked_by.clone(),
+            ("reference.trajectories", key) => format!("{}.{key}", self.asked_by),
+            ("identification", "ramp_rates_v_per_s") => self.asked_by.clone(),
+            (table, key) => format!("{table}.{key}"),
+        };
+        let written = match (about.name, &self.task) {
+            ("ramp_rates_v_per_s", Task::Ramp(rate)) => Some(*rate),
+            _ => self
+                .value_at(&path.split('.').collect::<Vec<_>>())
+                .and_then(|value| value.as_float()),
+        };
+        let mut found = shown(error.found.into());
+        if let Some(written) = written {
+            let vanishes = error.found == 0.0 && written != 0.0;
+            found = shown(written) + if vanishes { ", which is 0 in single precision" } else { "" };
+        }
+        self.refuse(&path, &found, &error.allowed.to_string())
+    }
+
+    /// A value of the machine by its key.
+    fn value_at(&self, path: &[&str]) -> Option<Value> {
+        let machine = Value::try_from(&*self.machine).ok()?;
+        path.iter().try_fold(machine, |value, key| value.get(key).cloned())
+    }
+
+    pub(super) fn above_zero(&self, key: &str, found: f64) -> Result<(), Error> {
+        self.check(key, found, found > 0.0, || "a number above 0".into())
+    }
+
+    pub(super) fn at_least_zero(&self, key: &str, found: f64) -> Result<(), Error> {
+        self.check(key, found, found >= 0.0, || "a number not below 0".into())
+    }
+
+    pub(super) fn check(
+        &self,
+        key: &str,
+        found: f64,
+        allowed: bool,
+        what: impl Fn() -> String,
+    ) -> Result<(), Error> {
+        if allowed && found.is_finite() {
+            Ok(())
+        } else {
+            Err(self.refuse(key, &shown(found), &what()))
+        }
+    }
+
+    pub(super) fn refuse(&self, key: &str, found: &str, allowed: &str) -> Error {
+        // A person may take infinity for a number.
+        let finite = if found.ends_with("inf") {
+            allowed.replacen("a number", "a finite number", 1)
+        } else {
+            allowed.into()
+        };
+        Error::Input(format!("{}: `{key}` is {found}; allowed is {finite}", self.origin.of(key)))
+    }
+}

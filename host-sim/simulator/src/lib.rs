@@ -1,0 +1,24 @@
+//! The control core of [`stiction`] in a loop with a simulated joint.
+//!
+//! A machine's file ([`document`], [`machine`]) is taken apart into runs
+//! ([`experiment`]); each run wires the core to an encoder, a D/A and an axis ([`closed_loop`]),
+//! whose motion between samples a solver finds ([`solver`]); what comes out is judged ([`metrics`])
+//! and written ([`output`]). A [`device`] is the same core as a board runs it, behind its link.
+// What a terminal or a port asks for, nothing asks for in a page.
+#![cfg_attr(target_family = "wasm", allow(dead_code, unused_mut))]
+
+pub mod closed_loop;
+pub mod device;
+pub mod draft;
+pub mod experiment;
+pub mod flash;
+pub mod identification;
+pub mod metrics;
+pub mod output;
+pub mod plant;
+pub mod properties;
+pub mod run;
+pub mod target;
+
+pub use dynamics::{friction, joint, mechanism, solver};
+pub use files::{Error, data_sheet, document, encoder, error, hardware, machine, setup, written};

@@ -1,0 +1,287 @@
+//! Running the runs of an experiment, on every core.
+
+use std::time::{Duration, Instant};
+
+use indicatif::{ParallelProgressIterator, ProgressBar, ProgressStyle};
+use rayon::prelude::*;
+use stiction::Course;
+use stiction::identification::RampFindings;
+
+use crate::closed_loop::{ClosedLoop, Moment};
+use crate::error::Error;
+use crate::experiment::{RunPlan, Task, parameters};
+use crate::identification::Levels;
+use crate::machine::Solver;
+use crate::metrics::{Metrics, is_unstable};
+use crate::plant::{Delay, Plant};
+use crate::solver::{AxisSolver, Event, Rk4Axis};
+use crate::target::{BareLoop, Target, WatchedServo};
+
+/// Everything that came out of a run.
+#[derive(Clone, Debug)]
+pub struct RunResult {
+    /// What was run.
+    pub plan: RunPlan,
+    /// The loop at every sample, or the ramp.
+    pub trace: Trace,
+    /// Breaks, sticks and reversals, in order.
+    pub events: Vec<Event>,
+    /// What it is judged by.
+    pub metrics: Metrics,
+    /// Wall time.
+    pub wall: Duration,
+    /// How often the solver evaluated the acceleration; none in closed form.
+    pub derivative_evaluations: u64,
+    /// The loop is unstable.
+    pub unstable: bool,
+    /// When a state was no longer finite.
+    pub diverged_at_s: Option<f64>,
+    /// What ended the motion of a servo; its joint coasts from then on.
+    pub fault: Option<Tripped>,
+}
+
+/// A fault of a servo.
+#[derive(Clone, Copy, Debug, PartialEq, serde::Serialize)]
+pub struct Tripped {
+    /// Its code.
+    pub code: u8,
+    /// In a few words.
+    pub name: &'static str,
+    /// Time since the motion began, s.
+    pub time_s: f64,
+    /// What tripped it, in the fault's unit.
+    pub value: f32,
+}
+
+/// What drives the joint.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Driven {
+    /// The control loop alone.
+    #[default]
+    ByLoop,
+    /// The servo, with soft start and monitors.
+    ByServo,
+}
+
+/// The samples of a run.
+#[derive(Clone, Debug)]
+pub enum Trace {
+    /// Of a closed loop.
+    Loop(Vec<Moment>),
+    /// Of an effort ramp: the loop is open, so the reference says nothing.
+    Ramp(Vec<Moment>),
+}
+
+/// Runs all plans by the bare loop, as [`run_all_driven`].
+///
+/// # Errors
+/// The first configuration that is not allowed; nothing has been run then.
+pub fn run_all(plans: &[RunPlan]) -> Result<Vec<RunResult>, Error> {
+    run_all_driven(plans, Driven::ByLoop)
+}
+
+/// Runs all plans in parallel, with a progress bar on a terminal if it takes more than a moment.
+///
+/// # Errors
+/// The first configuration that is not allowed; nothing has been run then.
+pub fn run_all_driven(plans: &[RunPlan], driven: Driven) -> Result<Vec<RunResult>, Error> {
+    for plan in plans {
+        plan.validate()?;
+    }
+    let style = ProgressStyle::with_template("{bar:40} {pos}/{len} runs, {eta} left");
+    let bar = ProgressBar::new(plans.len() as u64);
+    let bar = style.map_or_else(|_| ProgressBar::hidden(), |style| bar.with_style(style));
+    let results =
+        plans.par_iter().progress_with(bar.clone()).map(|plan| run_driven(plan, driven)).collect();
+    bar.finish_and_clear();
+    results
+}
+
+/// Runs one plan by the bare loop.
+///
+/// # Errors
+/// Names a value that is not allowed.
+pub fn run(plan: &RunPlan) -> Result<RunResult, Error> {
+    run_driven(plan, Driven::ByLoop)
+}
+
+/// Runs one plan.
+///
+/// # Errors
+/// Names a value that is not allowed.
+pub fn run_driven(plan: &RunPlan, driven: Driven) -> Result<RunResult, Error> {
+    if let Some(axis) = plan.sheet_axis()? {
+        return run_with(plan, driven, axis);
+    }
+    let axis = plan.axis()?;
+    match plan.machine.run.solver {
+        Solver::Rk4 if plan.substitute.is_none() => {
+            let band = plan.machine.joint.friction.band_deg_per_s;
+            run_with(plan, driven, Rk4Axis::at_rest(&axis, band, plan.machine.run.step_s))
+        }
+        Solver::Exact | Solver::Rk4 => run_with(plan, driven, plan.joint()?),
+    }
+}
+
+fn run_with<S: AxisSolver>(plan: &RunPlan, driven: Driven, solver: S) -> Result<RunResult, Error> {
+    let mut recording = Recording::new(plan)?;
+    let mut plant = recording.closed_loop.plant(solver);
+    let (counter, counts) = (plant.counter(), plant.counts());
+    if driven == Driven::ByServo {
+        if let Task::Ramp(_) = plan.task {
+            let why = "the servo runs ramps on a device: `stiction device ... identify`";
+            return Err(Error::Input(format!("--target servo: {} is a ramp; {why}", plan.label)));
+        }
+        let mut target = WatchedServo::new(parameters(plan)?, counter, counts)?;
+        recording.step(&mut target, &mut plant);
+        let fault = target.fault.map(|(latched, tick)| Tripped {
+            code: latched.fault as u8,
+            name: latched.fault.describe(),
+            time_s: f64::from(tick) * plant.sample_time_s(),
+            value: latched.value,
+        });
+        return Ok(RunResult {
+            fault,
+            ..recording.judged(&plant.solver, &RampFindings::default())?
+        });
+    }
+    let ClosedLoop { controller, course, .. } = recording.closed_loop.clone();
+    let mut target = BareLoop::new(&controller, &course, counter, counts);
+    recording.step(&mut target, &mut plant);
+    recording.judged(&plant.solver, &target.state.ramp().findings())
+}
+
+/// A run as it is recorded, whatever drives the joint.
+#[derive(Debug)]
+pub struct Recording<'a> {
+    plan: &'a RunPlan,
+    /// What is stepped. The readings of a ramp are of the effort of the same sample: it has no
+    /// delay.
+    pub closed_loop: ClosedLoop,
+    /// Samples after the first; a ramp ends by itself.
+    pub samples: u32,
+    /// Every instant so far.
+    pub trace: Trace,
+    /// Breaks, sticks and reversals so far.
+    pub events: Vec<Event>,
+    /// When a state was no longer finite.
+    pub diverged_at_s: Option<f64>,
+    begin: Instant,
+}
+
+impl<'a> Recording<'a> {
+    /// Nothing so far.
+    ///
+    /// # Errors
+    /// Names a value of the plan that is not allowed.
+    pub fn new(plan: &'a RunPlan) -> Result<Self, Error> {
+        let begin = Instant::now();
+        let mut closed_loop = plan.closed_loop()?;
+        let (samples, trace) = if let Course::Ramp(_) = closed_loop.course {
+            closed_loop.delay = Delay::None;
+            (u32::MAX, Trace::Ramp(Vec::new()))
+        } else {
+            let samples = plan.samples()?;
+            (samples, Trace::Loop(Vec::with_capacity(samples as usize + 1)))
+        };
+        Ok(Self {
+            plan,
+            closed_loop,
+            samples,
+            trace,
+            events: Vec::new(),
+            diverged_at_s: None,
+            begin,
+        })
+    }
+
+    /// Steps a target against a plant, to the end.
+    pub fn step<S: AxisSolver>(&mut self, target: &mut impl Target, plant: &mut Plant<S>) {
+        let Self { closed_loop, samples, trace, events, .. } = self;
+        let on_moment = |moment: &Moment| trace.push(moment);
+        self.diverged_at_s =
+            closed_loop.step(target, plant, *samples, on_moment, |event| events.push(event));
+    }
+
+    /// What the run comes to; `found` is what a ramp has found.
+    ///
+    /// # Errors
+    /// Names a value of the plan that is not allowed.
+    pub fn judged(
+        self,
+        solver: &impl AxisSolver,
+        found: &RampFindings,
+    ) -> Result<RunResult, Error> {
+        let Self { plan, closed_loop, trace, events, diverged_at_s, begin, .. } = self;
+        let evaluations = solver.derivative_evaluations();
+        let levels = match plan.task {
+            Task::Ramp(rate) => plan.ramp(rate)?.levels(found, &closed_loop.axis),
+            Task::Step(_) | Task::Trajectory(_) => Levels::default(),
+        };
+        Ok(match trace {
+            Trace::Ramp(moments) => {
+                RunResult::of_ramp(plan, levels, moments, events, begin, evaluations)
+            }
+            Trace::Loop(moments) => {
+                RunResult::of_loop(plan, moments, events, diverged_at_s, begin, evaluations)
+            }
+        })
+    }
+}
+
+impl Trace {
+    /// One more instant.
+    pub fn push(&mut self, moment: &Moment) {
+        let (Self::Loop(moments) | Self::Ramp(moments)) = self;
+        moments.push(*moment);
+    }
+}
+
+impl RunResult {
+    /// Judges what a closed loop did that was started at `begin`.
+    fn of_loop(
+        plan: &RunPlan,
+        moments: Vec<Moment>,
+        events: Vec<Event>,
+        diverged_at_s: Option<f64>,
+        begin: Instant,
+        derivative_evaluations: u64,
+    ) -> Self {
+        let metrics = Metrics::of(&moments, &plan.task, plan.machine.encoder.resolution_deg());
+        let unstable = diverged_at_s.is_some() || is_unstable(&moments, plan.task.span_deg());
+        Self {
+            plan: plan.clone(),
+            trace: Trace::Loop(moments),
+            events,
+            metrics,
+            wall: begin.elapsed(),
+            derivative_evaluations,
+            unstable,
+            diverged_at_s,
+            fault: None,
+        }
+    }
+
+    /// Tells what a ramp found that was started at `begin`.
+    fn of_ramp(
+        plan: &RunPlan,
+        levels: Levels,
+        moments: Vec<Moment>,
+        events: Vec<Event>,
+        begin: Instant,
+        derivative_evaluations: u64,
+    ) -> Self {
+        let Levels { stick_v, slip_v, slip_corrected_v } = levels;
+        Self {
+            plan: plan.clone(),
+            trace: Trace::Ramp(moments),
+            events,
+            metrics: Metrics { stick_v, slip_v, slip_corrected_v, ..Metrics::default() },
+            wall: begin.elapsed(),
+            derivative_evaluations,
+            unstable: false,
+            diverged_at_s: None,
+            fault: None,
+        }
+    }
+}

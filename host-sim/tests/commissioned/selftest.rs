@@ -1,0 +1,128 @@
+//! The self-test of a joint over the link: it passes for the joint of the file, and for one within
+//! its error bars, and fails for another joint, on either side.
+
+use host_sim::Error;
+use host_sim::device;
+use host_sim::device::client::Client;
+use host_sim::device::simulated::SimulatedDevice;
+use host_sim::device::wire::SimulatedWire;
+use host_sim::experiment::RunPlan;
+use host_sim::selftest::{Asked, Check, Tested, run};
+use stiction::Parameters;
+use stiction::link::StateCode;
+use stiction::servo::Boot;
+
+use experiments::experiment;
+
+const FILE: &str = "step-response";
+
+fn plan(set: &[&str]) -> RunPlan {
+    experiment(FILE, &[], set).runs.remove(0)
+}
+
+fn parameters(plan: &RunPlan) -> Parameters {
+    device::parameters(plan).unwrap()
+}
+
+fn asked() -> Asked {
+    Asked { machine: FILE.into(), range_deg: None, moves: 20, joints: 8, seed: 1, spreads: vec![] }
+}
+
+/// A device that runs what the file says, around a joint with keys set otherwise.
+fn client(set: &[&str]) -> Client<SimulatedWire> {
+    let law = "loop.controller=srnf";
+    let (told, joint) = (plan(&[law]), plan(&[&[law], set].concat()));
+    let device = SimulatedDevice::running(&joint, &parameters(&told), Boot::default()).unwrap();
+    Client::connect(SimulatedWire::new(device)).unwrap()
+}
+
+fn tested(set: &[&str]) -> Tested {
+    let mut client = client(set);
+    let prepared = asked().prepare(&mut client).unwrap();
+    assert_eq!(client.status().unwrap().state, StateCode::Stopped, "armed for a prediction");
+    let session = run(&mut client, &prepared.request.targets, |_| {}).unwrap();
+    client.stop().unwrap();
+    prepared.judged(session)
+}
+
+fn failed(tested: &Tested) -> Vec<&'static str> {
+    tested.checks.iter().filter(|check| !check.passes()).map(|check| check.name).collect()
+}
+
+#[test]
+fn the_joint_of_the_file_passes_and_so_does_one_within_its_error_bars() {
+    // The spread of a file that says nothing: slip of 0.285 to 0.39 V, stick from there to 0.5 V,
+    // 20 % of the inertia.
+    let within = ["joint.friction.stick_v=0.45", "joint.friction.slip_v=0.34"];
+    for set in [&[][..], &within, &["joint.gain_deg_per_s2_per_v=24.0"]] {
+        let tested = tested(set);
+        assert!(tested.passes(), "{set:?}: {:?}", tested.checks);
+        assert_eq!((tested.moves.len(), tested.ended_by.as_ref()), (20, None));
+        assert!(tested.checks.len() == 8 && tested.differences.is_empty(), "{tested:?}");
+        assert!(tested.moves.iter().all(|one| one.to_deg.abs() <= tested.range_deg));
+    }
+}
+
+#[test]
+fn another_joint_fails_by_the_figure_that_shows_it_on_either_side() {
+    let sliding = |tested: &Tested| -> Check {
+        *tested.checks.iter().find(|check| check.name == "sliding_v").unwrap()
+    };
+    let dry = ["joint.friction.stick_v=0.20", "joint.friction.slip_v=0.20"];
+    let viscous = ["joint.viscous_v_per_deg_per_s=0.08"];
+    for (set, is_more) in [(&dry[..], false), (&viscous, true)] {
+        let tested = tested(set);
+        let found = failed(&tested);
+        assert!(found.contains(&"sliding_v"), "{set:?}: {:?} {:?}", tested.ended_by, tested.checks);
+        let check = sliding(&tested);
+        let measured = check.measured.unwrap();
+        assert_eq!(measured > check.most, is_more, "{check:?}");
+        assert_eq!(measured < check.least.unwrap(), !is_more, "{check:?}");
+    }
+    // So much friction that the monitor of a stall comes first.
+    let stuck = tested(&["joint.friction.stick_v=0.56", "joint.friction.slip_v=0.56"]);
+    assert!(!stuck.passes() && stuck.ended_by.is_some_and(|by| by.contains("stall")));
+    // Half of the inertia, and twice as much: a loop that lags so far behind pushes while the set
+    // point brakes, and shows it in the effort along the way.
+    for (gain, shown) in [("54.0", "accelerating_v"), ("13.5", "sliding_v")] {
+        let tested = tested(&[&format!("joint.gain_deg_per_s2_per_v={gain}")]);
+        assert!(failed(&tested).contains(&shown), "{gain}: {:?}", tested.checks);
+    }
+}
+
+#[test]
+fn a_joint_that_is_held_ends_it_with_a_fault_and_the_output_off() {
+    let mut client = client(&[]);
+    let prepared = asked().prepare(&mut client).unwrap();
+    client.wire().simulated.brake_v = 100.0;
+    let session = run(&mut client, &prepared.request.targets, |_| {}).unwrap();
+    assert!(session.is_ended && session.moves.len() < 20);
+    assert!(matches!(client.status().unwrap().state, StateCode::Faulted(_)));
+    let tested = prepared.judged(session);
+    assert!(!tested.passes() && tested.checks.is_empty());
+    let by = tested.ended_by.unwrap();
+    assert!(by.contains("stall"), "{by}");
+}
+
+#[test]
+fn nothing_is_moved_on_another_machine_or_out_of_its_range() {
+    let said = |error: Error| error.to_string();
+    let mut other = client(&[]);
+    let other_count = plan(&["loop.controller=srnf", "encoder.resolution_deg=0.01"]);
+    other.set_parameters(&parameters(&other_count)).unwrap();
+    let why = said(asked().prepare(&mut other).unwrap_err());
+    assert!(why.contains("another machine") && why.contains("encoder.resolution_deg"), "{why}");
+    let mut bounded = client(&[]);
+    let set = ["loop.controller=srnf", "limits.position_min_deg=-5", "limits.position_max_deg=5"];
+    bounded.set_parameters(&parameters(&plan(&set))).unwrap();
+    let far = Asked { range_deg: Some(6.0), ..asked() };
+    let why = said(far.prepare(&mut bounded).unwrap_err());
+    assert!(why.contains("--range 6") && why.contains("limits.position_min_deg"), "{why}");
+    // Without a range it stays within, and tells that these limits are not the file's.
+    let near = Asked { joints: 3, ..asked() }.prepare(&mut bounded).unwrap();
+    assert!(near.request.targets.iter().all(|to| to.abs() <= 4.5));
+    let session = run(&mut bounded, &[1.0, 0.0], |_| {}).unwrap();
+    bounded.stop().unwrap();
+    let told = near.judged(session).differences;
+    assert!(told.iter().any(|line| line.starts_with("limits.position_min_deg")), "{told:?}");
+}
