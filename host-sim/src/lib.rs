@@ -4,8 +4,8 @@
 // What a terminal, a port or a server asks for, nothing asks for in a page.
 #![cfg_attr(target_family = "wasm", allow(dead_code, unused_mut))]
 
-// WebAssembly (`playground/`) has no terminal and no serial ports. This and `device::port` are all
-// that is left out there.
+// WebAssembly (`playground/`) has no terminal and no serial ports. This and the simulator's
+// `device::port` are all that is left out there.
 #[cfg(not(target_family = "wasm"))]
 pub mod cli;
 #[cfg(feature = "report")]

@@ -2,8 +2,8 @@
 //!
 //! A [`document`] is opened, keys are set in it, and what is wrong with it is said by its path. That
 //! of a [`machine`] may have its joint in SI ([`data_sheet`]); that of a friction experiment is a
-//! [`setup`]. [`written`] reads and writes a table by the core's declarations,
-//! and [`keys`] lists all of them.
+//! [`setup`]. [`written`] reads and writes a table by the core's declarations, and [`keys`] lists all
+//! of them.
 
 pub mod data_sheet;
 pub mod document;

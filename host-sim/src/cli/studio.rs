@@ -14,7 +14,8 @@ use crate::studio::{Server, Wanted};
 #[derive(Debug, clap::Args)]
 pub struct Arguments {
     /// Whose joint is simulated and predicted: a name from `stiction list`, or a machine's own TOML
-    /// file [default: step-response; of a board none, and nothing is predicted]
+    /// file [default: step-response; of a board none: nothing is predicted until one
+    /// is identified]
     #[arg(value_name = "NAME|FILE.toml")]
     machine: Option<String>,
     /// The core in this program, around the simulated joint: no motor moves or stops [default]

@@ -29,8 +29,9 @@ pub struct Shared {
     /// When the page that commands has given its last word.
     word: Mutex<Option<Instant>>,
     /// Somebody wants the output off: this passes every order that waits. It is changed under the
-    /// lock of `stops`: an order that comes after the answer to a stop is none that waited.
-    pub stop: AtomicBool,
+    /// lock of `stops`: an order that comes after the answer that the motor is off is none that
+    /// waited.
+    stop: AtomicBool,
     /// The stops that wait. They have no place among the orders, and are answered however many of
     /// these wait.
     stops: Mutex<Vec<Order>>,
@@ -109,6 +110,11 @@ impl Shared {
             let why = "too many stops wait; the first of them turns the motor off";
             order.answered(&Err(Error::Refused(why.into())));
         }
+    }
+
+    /// Whether somebody wants the output off.
+    pub fn is_stop_wanted(&self) -> bool {
+        self.stop.load(Ordering::SeqCst)
     }
 
     /// Takes what somebody wants the output off for, if anybody does. It has to be turned off then.

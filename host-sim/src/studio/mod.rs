@@ -36,7 +36,7 @@
 //! | `selftest.rs` | the moves of a self-test, each on a word of the page that has begun it |
 //! | `form.rs` | the parameters as a form |
 //! | `forecaster.rs`, `prediction.rs` | the thread that predicts, and how |
-//! | `machine_in_use.rs` | the device's parameters with the joint of the file |
+//! | `machine_in_use.rs` | the device's parameters with a joint, of the file or identified |
 //! | `knobs.rs` | what of it can be turned |
 //! | `wording.rs` | refusals of commands in the words of a page |
 //! | `tuner.rs`, `spare_cores.rs` | tunes gains on a thread of its own, which leaves a core free |

@@ -1,9 +1,9 @@
 //! What the machine in use would do: its simulated twin makes the same move, tick by tick.
 //!
-//! The twin is the core of the device, with soft start, profile and monitors, around the joint of
-//! the file in closed form. It is armed, waits out its soft start, and is told the move.
-//! Guarantees: the same numbers for the same request. Does badly: it knows the joint of the file,
-//! and nothing that the file does not say. Its law begins afresh with each move, and so does not
+//! The twin is the core of the device, with soft start, profile and monitors, around a joint
+//! of a file in closed form. It is armed, waits out its soft start, and is told the move.
+//! Guarantees: the same numbers for the same request. Does badly: it knows that joint, and nothing
+//! that its file does not say. Its law begins afresh with each move, and so does not
 //! know what the device's law has learnt in the moves before.
 
 use serde_json::{Value, json};

@@ -1,7 +1,7 @@
 //! The self-test of a page: `stiction device selftest`, driven over the studio's own client.
 //!
 //! ```text
-//! predict: parameters of the device, joint of the file -> another thread predicts; nothing moves
+//! predict: parameters of the device, a joint -> another thread predicts; nothing moves
 //! begin:   arm, and then a move after the other, each on a word of the page that has begun it
 //! end:     the last move, a stop, a fault -> off, verdict
 //! ```
@@ -265,6 +265,10 @@ impl<W: Wire> Worker<'_, W> {
     /// Arms the device for the self-test that was predicted last, unless the order means another
     /// one, or is not expected any more by then.
     pub(super) fn begin_selftest(&mut self, number: u32, order: &Order) -> Result<Value, Error> {
+        // An identification may have ended since the status was asked: what it has found comes first.
+        if self.running.is_some() {
+            self.ask_status()?;
+        }
         let Some(Test::Ready(ready)) = &self.test else {
             return Err(Error::Refused("selftest: predict it first".into()));
         };
@@ -318,7 +322,7 @@ impl<W: Wire> Worker<'_, W> {
         // They are of the move that is over.
         self.show_kept();
         // Nothing is asked between this look and the move.
-        if self.shared.stop.load(Ordering::SeqCst) || !self.has_word() {
+        if self.shared.is_stop_wanted() || !self.has_word() {
             return Ok(());
         }
         let Some(Test::Moving(moving)) = &mut self.test else { return Ok(()) };

@@ -43,8 +43,8 @@ pub struct Wanted {
     pub listen: SocketAddr,
     /// Whose joint a pulled file has.
     pub machine: String,
-    /// Whether that is the file of this device. If not, nothing is predicted and no file is
-    /// compared: a board without a file has a joint that nobody has told.
+    /// Whether that is the file of this device. If not, nothing is predicted before a joint
+    /// is identified, and no file is compared: nobody has told a joint.
     pub is_its_file: bool,
     /// Whether every tick is sent: the device is simulated, and no wire limits that.
     pub every_tick: bool,

@@ -12,7 +12,6 @@
 //! An order is obeyed if the page that gave it still commands, and if it is not [`LATE`]: nobody
 //! expects a motor to move for a button that was pressed before a save that took seconds.
 
-use std::sync::atomic::Ordering;
 use std::sync::mpsc::{Receiver, RecvTimeoutError, SyncSender, TryRecvError};
 use std::time::{Duration, Instant};
 
@@ -61,6 +60,11 @@ const SLICE: Duration = Duration::from_millis(10);
 
 /// Time between two tries to reach a device that is gone.
 const AGAIN: Duration = Duration::from_secs(1);
+
+/// Time within which a stop is answered meanwhile.
+const LOOKS: Duration = Duration::from_millis(100);
+
+const SILENT: &str = "the device does not answer";
 
 /// A motion that ends by itself and has found something then.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -150,15 +154,20 @@ pub fn run<W: Wire>(
         // The wire is closed before it is opened again.
         drop(worker);
         worker = loop {
-            match orders.recv_timeout(AGAIN) {
-                Ok(order) => {
-                    order.answered(&Err(Error::Device("the device does not answer".into())));
-                    continue;
+            // Orders that come meanwhile delay neither the next try nor the answer to a stop.
+            let next = Instant::now() + AGAIN;
+            loop {
+                shared.refuse_stops(SILENT);
+                let left = next.saturating_duration_since(Instant::now());
+                match orders.recv_timeout(left.min(LOOKS)) {
+                    Ok(order) => order.answered(&Err(Error::Device(SILENT.into()))),
+                    Err(RecvTimeoutError::Disconnected) => return,
+                    Err(RecvTimeoutError::Timeout) => {}
                 }
-                Err(RecvTimeoutError::Disconnected) => return,
-                Err(RecvTimeoutError::Timeout) => {}
+                if left.is_zero() {
+                    break;
+                }
             }
-            shared.refuse_stops("the device does not answer");
             if let Ok(worker) = begin(was_armed) {
                 break worker;
             }
@@ -286,6 +295,8 @@ impl<'a, W: Wire> Worker<'a, W> {
         let Some(stops) = self.shared.take_stops() else { return Ok(()) };
         let waiting: Vec<Order> = orders.try_iter().collect();
         let stopped = self.client.stop();
+        // It is said again first of all once the device can be reached.
+        self.armed_here |= stopped.is_err();
         self.running = None;
         self.cancel_prediction(CANCELLED_BY_STOP);
         let failed = |error: &Error| Err(Error::Device(error.to_string()));
@@ -311,7 +322,7 @@ impl<'a, W: Wire> Worker<'a, W> {
 
     /// Refuses an order that nobody expects to be obeyed any more.
     pub(super) fn is_expected(&self, order: &Order) -> Result<(), Error> {
-        let why = if self.shared.stop.load(Ordering::SeqCst) {
+        let why = if self.shared.is_stop_wanted() {
             OVERTAKEN
         } else if !self.shared.control.is_held_by(order.page) {
             TAKEN

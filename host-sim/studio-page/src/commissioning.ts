@@ -133,7 +133,7 @@ const STEPS: Step[] = [
         'device, moves ' +
         'nothing, and may take minutes. “Joint” says around which: that of the file, or the one ' +
         'that the step before has found.',
-      'The view “What if” shows what a gain does, on the joint of the file and on ' +
+      'The view “What if” shows what a gain does, on either joint and on ' +
         'those around it. ' +
         'Better gains go into the form under “Parameters”, where “Set” sends them; the new file ' +
         'can be pushed there.',

@@ -63,11 +63,14 @@ const OF_CLOUD: Look = { light: '#9fb4c4', dark: '#6b8197', width: 1 };
 const OF_MEASURED: Look = { ...LOOKS.primary, width: 3.5 };
 const OF_WORST: Look = { light: '#b3261e', dark: '#ff7a6e', width: 1.5, dash: [3, 2] };
 
+const isOfJoint = (knob: Knob) => knob.of === 'joint';
+
 export class WhatIf {
   // What was told last of the file's joint and of the one that was found, if it was.
   private of: Event | null = null;
   // The joint that the sliders are of, and what was told of it.
-  private joint = '';
+  private joint = 'file';
+  private whoseIs = '';
   private now: Event | null = null;
   private knobs: Knob[] = [];
   private values = new Map<string, number>();
@@ -108,12 +111,15 @@ export class WhatIf {
     const { of } = this;
     if (!of) return;
     offer('what-if-joint', of.why === null ? last(of.machine) : null, of.found !== null);
-    const joint = by<HTMLSelectElement>('what-if-joint').value || 'file';
-    // What was turned of one joint says nothing of the other.
-    if (joint !== this.joint)
-      for (const knob of this.knobs) if (knob.of === 'joint') this.values.delete(knob.path);
-    this.joint = joint;
-    this.take(joint === 'found' ? of.found : of);
+    this.joint = by<HTMLSelectElement>('what-if-joint').value || 'file';
+    const now: Event = this.joint === 'found' ? of.found : of;
+    // What was turned of one joint says nothing of another, which a later identification may find.
+    const values = JSON.stringify(now.knobs.filter(isOfJoint).map((knob: Knob) => knob.value));
+    const whose = `${this.joint} ${values}`;
+    if (whose !== this.whoseIs)
+      for (const knob of this.knobs.filter(isOfJoint)) this.values.delete(knob.path);
+    this.whoseIs = whose;
+    this.take(now);
   }
 
   private take(event: Event): void {

@@ -4,7 +4,7 @@
 //!
 //! ```text
 //! STICTION_IMAGE=... STICTION_FAMILIES=rigid,lugre STICTION_JOINTS=10 STICTION_SEED=1 \
-//!     cargo test -p loop-tests --features emulator --ignore-rust-version --test image \
+//!     cargo test -p host-sim --features emulator --ignore-rust-version --test commissioned \
 //!     families_in_the_image -- --ignored --nocapture
 //! ```
 

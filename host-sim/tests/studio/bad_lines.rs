@@ -403,6 +403,58 @@ fn a_device_that_was_not_armed_from_here_is_left_alone_when_it_is_back() {
 }
 
 #[test]
+fn a_stop_that_did_not_reach_the_device_is_said_once_it_is_back() {
+    run(async {
+        let line = Line::new(&[]);
+        let server = line.serve();
+        let mut page = Page::open(&server).await;
+        line.is_cut.store(true, Ordering::SeqCst);
+        let said = page.refused(json!({ "do": "stop" })).await;
+        assert!(said.contains("not answer"), "{said}");
+        let before = line.names().len();
+        line.is_cut.store(false, Ordering::SeqCst);
+        page.event("back").await;
+        page.watch(Duration::from_millis(300)).await;
+        let after = line.names().split_off(before);
+        assert!(after.contains(&"Stop".to_owned()), "{after:?}");
+    });
+}
+
+#[test]
+fn a_device_that_is_gone_is_tried_again_and_a_stop_is_answered_however_many_orders_come() {
+    run(async {
+        let line = Line::new(&[]);
+        let server = line.serve();
+        let mut page = Page::open(&server).await;
+        line.is_cut.store(true, Ordering::SeqCst);
+        page.event("gone").await;
+        // Five times a second, and the time between two tries is one.
+        for id in 200..215 {
+            if id == 202 {
+                page.send(&json!({ "id": 299, "do": "stop" })).await;
+            }
+            if id == 207 {
+                line.is_cut.store(false, Ordering::SeqCst);
+            }
+            page.send(&json!({ "id": id, "do": "clear" })).await;
+            tokio::time::sleep(Duration::from_millis(200)).await;
+        }
+        let (mut stop, mut last) = (None, None);
+        while stop.is_none() || last.is_none() {
+            let answer = page.event("answer").await;
+            match answer["id"].as_u64() {
+                Some(299) => stop = Some(answer["said"].clone()),
+                Some(214) => last = Some(answer["said"].clone()),
+                _ => {}
+            }
+        }
+        let (stop, last) = (stop.unwrap(), last.unwrap());
+        assert!(stop.as_str().unwrap().contains("does not answer"), "{stop}");
+        assert!(!last.as_str().unwrap().contains("does not answer"), "{last}");
+    });
+}
+
+#[test]
 fn what_waits_is_not_obeyed_after_a_stop() {
     run(async {
         let line = Line::new(&[]);

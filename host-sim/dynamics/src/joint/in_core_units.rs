@@ -55,8 +55,8 @@ impl CoreUnits {
     }
 }
 
-/// A joint as the solver of an axis, so that all that holds a `simulator::plant::Plant` can hold it.
-/// Position and velocity are those of the side that the encoder sits on.
+/// A joint as the solver of an axis, so that all that holds a `simulator::plant::Plant` can hold
+/// it. Position and velocity are those of the side that the encoder sits on.
 #[derive(Clone, Debug)]
 pub struct InCoreUnits<J> {
     /// The joint.

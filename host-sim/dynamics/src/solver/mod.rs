@@ -28,7 +28,7 @@ pub mod modes;
 pub mod nonsmooth;
 pub mod piecewise_smooth;
 mod rk4;
-pub mod roots;
+pub(crate) mod roots;
 pub mod state;
 pub mod step_doubling;
 mod trouble;

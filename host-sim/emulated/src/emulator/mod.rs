@@ -36,7 +36,7 @@ pub mod log;
 pub mod parameters;
 pub mod plant_interface;
 pub mod probe;
-pub mod runs;
+pub(crate) mod runs;
 pub mod setup;
 mod side_by_side;
 pub mod spans;

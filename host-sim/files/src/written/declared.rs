@@ -60,7 +60,7 @@ macro_rules! declared {
 declared!(ControllerConfig, Encoder, DriveConfig, DeviceConfig, Limits, ProfileLimits, JogBounds);
 
 /// The name of a law, and that it lives on the host if it does.
-pub fn shown(law: &Gains) -> String {
+pub(crate) fn shown(law: &Gains) -> String {
     let name = law.name();
     if law.on_the_device() { name.into() } else { format!("{name} (on the host only)") }
 }

@@ -22,7 +22,7 @@ use stiction::drive::DriveConfig;
 use stiction::encoder::Encoder;
 use stiction::value::{About, Kind, Table, Values};
 
-pub use self::declared::shown as shown_law;
+pub(crate) use self::declared::shown as shown_law;
 pub use self::declared::{AllGains, Declared};
 
 /// The word for a limit that is off; it is zero.

@@ -71,7 +71,7 @@ impl RunPlan {
 
     /// The laws of this run's controller; none for a ramp. What is wrong with them has been told
     /// before.
-    pub fn laws_in_use(&self) -> Vec<Gains> {
+    pub(crate) fn laws_in_use(&self) -> Vec<Gains> {
         self.controller_config()
             .map_or(vec![], |config| config.compensator.iter().copied().collect())
     }

@@ -1,0 +1,63 @@
+// What the studio costs while it runs: processor time and memory of the server, and what the page
+// loses and draws, with a simulated gimbal at 1 kHz that moves every four seconds.
+//
+//   node test/throughput.mjs STICTION CHROMIUM [MINUTES]
+//
+// By hand, and on Linux: it reads /proc. The figures are those of docs/studio.md.
+
+import { execFileSync } from 'node:child_process';
+import { readFileSync } from 'node:fs';
+import { file, launch, open, serve, state, text } from './studio.mjs';
+
+const [program, browserName, minutes = '10'] = process.argv.slice(2);
+const [PATIENCE, EVERY_MS, MINUTE_MS] = [30_000, 4000, 60_000];
+const DEG = 5;
+const TICKS_A_SECOND = Number(execFileSync('getconf', ['CLK_TCK'], { encoding: 'utf8' }));
+
+// Processor time that a process has taken, s, and the memory that it has, MB.
+function taken(pid) {
+  const stat = readFileSync(`/proc/${pid}/stat`, 'utf8');
+  const [user, system] = stat
+    .slice(stat.lastIndexOf(')') + 2)
+    .split(' ')
+    .slice(11, 13);
+  const [, kb] = readFileSync(`/proc/${pid}/status`, 'utf8').match(/VmRSS:\s+(\d+) kB/);
+  return { cpu: (Number(user) + Number(system)) / TICKS_A_SECOND, mb: Number(kb) / 1024 };
+}
+
+const path = file('gimbal.toml');
+execFileSync(program, ['new', '--typical', 'gimbal', path]);
+const { server, address } = serve(program, path);
+const browser = await launch(browserName);
+try {
+  const context = await browser.newContext({ viewport: { width: 1200, height: 780 } });
+  const page = await open(context, await address, { patience: PATIENCE });
+  await state(page, 'stopped');
+  await page.locator('#arm').click();
+  await state(page, 'armed');
+  const begin = Date.now();
+  const before = taken(server.pid);
+  let [sign, next] = [1, MINUTE_MS];
+  while (Date.now() - begin < Number(minutes) * MINUTE_MS) {
+    await page.locator('#deg').fill(String(sign * DEG));
+    await page.locator('#deg').press('Enter');
+    sign = -sign;
+    await page.waitForTimeout(EVERY_MS);
+    const passed = Date.now() - begin;
+    if (passed < next) continue;
+    next += MINUTE_MS;
+    const now = taken(server.pid);
+    const share = ((now.cpu - before.cpu) / passed) * 1e5;
+    const drawn = await page.locator('#samples').getAttribute('title');
+    console.log(
+      `${(passed / 1000).toFixed(0)} s: server ${share.toFixed(1)} % of a core, ` +
+        `${now.mb.toFixed(1)} MB; page: ${await text(page, '#samples')}, ${drawn}`,
+    );
+  }
+  await page.locator('#stop').click();
+  await state(page, 'stopped');
+  if (page.mistakes.length) throw new Error(page.mistakes.join('\n'));
+} finally {
+  await browser.close();
+  server.kill();
+}
