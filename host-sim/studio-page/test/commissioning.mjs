@@ -45,8 +45,8 @@ export async function isFound(page) {
   assert.equal(await text(page, '#what-if-file'), 'gimbal.toml');
   // What was turned of one joint is not turned of the other; a gain is.
   const turned = page.locator('#knobs output.turned');
-  await page.locator('[id="knob-inertia"]').fill('500');
-  await page.locator('#knobs .knob input').first().fill('500');
+  await page.locator('[id="knob-inertia"]').fill('667');
+  await page.locator('#knobs .knob input').first().fill('667');
   assert.equal(await turned.count(), 2);
   await page.locator('#what-if-joint').selectOption('found');
   assert.equal(await text(page, '#what-if-file'), name);
