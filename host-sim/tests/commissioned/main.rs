@@ -10,3 +10,12 @@ mod selftest;
 #[cfg(feature = "emulator")]
 mod selftest_in_the_image;
 mod tuned;
+
+/// Stands for those of the image in a build without the emulator, so that they are not left out in
+/// silence.
+#[cfg(not(feature = "emulator"))]
+#[test]
+#[ignore = "the flash image in the loop: cargo xtask test"]
+fn the_flash_image_is_commissioned() {
+    panic!("built without the emulator: run `cargo xtask test`");
+}
