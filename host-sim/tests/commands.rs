@@ -10,6 +10,8 @@
 use std::fs;
 use std::path::{Path, PathBuf};
 use std::process::{Command, Output};
+use std::sync::Mutex;
+use std::sync::atomic::{AtomicUsize, Ordering};
 
 const STICTION: &str = env!("CARGO_BIN_EXE_stiction");
 
@@ -186,19 +188,30 @@ fn look_up(command: &str) -> Result<(), String> {
 
 #[test]
 fn every_command_that_a_page_shows_works() {
-    let (mut wrong, mut count) = (Vec::new(), 0);
-    for page in pages() {
-        let directory = prepared();
-        for Shown { command, whole } in shown(&read(&page)) {
-            count += 1;
-            let mut done = of_stiction(&command)
-                .map_or(Ok(()), |filled| run(directory.path(), &filled, whole));
-            if command.starts_with("cargo ") {
-                done = done.and_then(|()| look_up(&command));
+    // One page after another in each of two threads: most of a command is the work of one core.
+    let (count, pages) = (AtomicUsize::new(0), Mutex::new(pages()));
+    let wrong = Mutex::new(Vec::new());
+    let next = || pages.lock().unwrap().pop();
+    let work = || {
+        while let Some(page) = next() {
+            let directory = prepared();
+            for Shown { command, whole } in shown(&read(&page)) {
+                count.fetch_add(1, Ordering::Relaxed);
+                let mut done = of_stiction(&command)
+                    .map_or(Ok(()), |filled| run(directory.path(), &filled, whole));
+                if command.starts_with("cargo ") {
+                    done = done.and_then(|()| look_up(&command));
+                }
+                let failed = done.err().map(|why| format!("{page}: `{command}`\n{why}"));
+                wrong.lock().unwrap().extend(failed);
             }
-            wrong.extend(done.err().map(|why| format!("{page}: `{command}`\n{why}")));
         }
-    }
+    };
+    std::thread::scope(|scope| {
+        scope.spawn(work);
+        scope.spawn(work);
+    });
+    let (wrong, count) = (wrong.into_inner().unwrap(), count.into_inner());
     assert!(wrong.is_empty(), "{} of {count} commands fail:\n\n{}", wrong.len(), wrong.join("\n"));
     assert!(count > 60, "only {count} commands were found");
 }

@@ -323,8 +323,10 @@ struct End {
     fault: bool,
     time_s: f64,
     travel: f64,
-    /// Effort beyond the breakaway times its time as the monitor adds it up, V s.
+    /// Effort beyond the breakaway times its time as the monitor adds it up, V s; and the most of
+    /// it between two turns of its sign.
     impulse: f64,
+    impulse_one_way: f64,
     /// As far as the effort beyond the slip level leads by itself, and the speed at the begin, deg.
     bound: f64,
 }
@@ -334,6 +336,7 @@ struct End {
 fn end(joint: &Joint, device: &mut Device) -> End {
     let (from, speed) = (device.position(), device.speed());
     let (mut impulse, mut beyond, mut ticks, mut fault) = (0.0, 0.0, 0, false);
+    let [mut sign, mut one_way, mut impulse_one_way] = [0.0f64; 3];
     let (mut code, mut still) = (0, 0);
     while ticks < 60_000 && !fault && still < 3000 {
         let output = device.tick();
@@ -345,13 +348,17 @@ fn end(joint: &Joint, device: &mut Device) -> End {
         beyond += (effort - SLIP).max(0.0) * TICK_S;
         let excess = (effort / LSB).round() - BREAKAWAY;
         if excess > 0.0 {
-            impulse += excess.clamp((BREAKAWAY / 8.0).floor(), 4.0 * BREAKAWAY) * LSB * TICK_S;
+            let added = excess.clamp((BREAKAWAY / 8.0).floor(), 4.0 * BREAKAWAY) * LSB * TICK_S;
+            let signum = f64::from(output.tick.v_applied).signum();
+            one_way = if signum == sign { one_way + added } else { added };
+            (sign, impulse) = (signum, impulse + added);
+            impulse_one_way = one_way.max(impulse_one_way);
         }
     }
     // The joint is linear while it moves, b x = integral of u - F_d, less J v.
     let bound = (beyond + speed / joint.gain) / joint.viscous;
     let travel = (device.position() - from).abs();
-    End { fault, time_s: f64::from(ticks) * TICK_S, travel, impulse, bound }
+    End { fault, time_s: f64::from(ticks) * TICK_S, travel, impulse, impulse_one_way, bound }
 }
 
 /// Both wires or one are cut at rest or on the way of steps. In each case a stall ends it, or the
@@ -360,7 +367,7 @@ fn end(joint: &Joint, device: &mut Device) -> End {
 fn an_encoder_that_dies_leads_no_farther_than_the_impulse_lets_it() {
     for (joint, side, _) in cases() {
         for wires in [Wires::Cut, Wires::OneCut] {
-            let [mut furthest, mut longest] = [0.0f64; 2];
+            let [mut furthest, mut longest, mut one_way] = [0.0f64; 3];
             let [mut moments, mut rests] = [0; 2];
             let steps = [3.0 * joint.count, 0.1, 1.0, 5.0];
             for (step, moment) in steps.iter().flat_map(|step| (0..40).map(move |k| (step, k))) {
@@ -375,11 +382,17 @@ fn an_encoder_that_dies_leads_no_farther_than_the_impulse_lets_it() {
                 let name = format!("{}, {side}, {wires:?}, {step} deg, {moment}", joint.name);
                 moments += 1;
                 assert!(end.travel <= end.bound + 1e-6, "{name}: {} of {}", end.travel, end.bound);
+                // 0.2 V s, and what a tick adds: some may have been there before the cut.
+                let most = 0.2 + 4.0 * BREAKAWAY * LSB * TICK_S;
                 if wires == Wires::Cut {
-                    // 0.2 V s, and what a tick adds: some may have been there before the cut.
-                    let most = 0.2 + 4.0 * BREAKAWAY * LSB * TICK_S;
                     assert!(end.impulse < most, "{name}: {}", end.impulse);
                 }
+                // The other wire flickers between two counts. It clears the impulse once if the
+                // first of them was beside where the encoder lived last, and after that only with
+                // an effort whose sign has turned, once a turn. Never both between two turns.
+                let of_one_way = end.impulse_one_way;
+                assert!(of_one_way < 2.0 * most, "{name}: {of_one_way} V s one way");
+                one_way = one_way.max(of_one_way);
                 if !end.fault {
                     rests += 1;
                     assert_eq!(device.speed(), 0.0, "{name}: it moves for ever");
@@ -395,6 +408,7 @@ fn an_encoder_that_dies_leads_no_farther_than_the_impulse_lets_it() {
                 moments,
                 furthest = format!("{furthest:.1}"),
                 longest_s = format!("{longest:.1}"),
+                one_way = format!("{one_way:.2}"),
                 rests
             );
         }

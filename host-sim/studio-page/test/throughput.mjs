@@ -1,5 +1,5 @@
 // What the studio costs while it runs: processor time and memory of the server, and what the page
-// loses and draws, with a simulated gimbal at 1 kHz that moves every four seconds.
+// loses and draws, with a simulated harmonic drive at 1 kHz that moves every four seconds.
 //
 //   node test/throughput.mjs STICTION CHROMIUM [MINUTES]
 //
@@ -25,8 +25,8 @@ function taken(pid) {
   return { cpu: (Number(user) + Number(system)) / TICKS_A_SECOND, mb: Number(kb) / 1024 };
 }
 
-const path = file('gimbal.toml');
-execFileSync(program, ['new', '--typical', 'gimbal', path]);
+const path = file('harmonic.toml');
+execFileSync(program, ['new', '--typical', 'harmonic', path]);
 const { server, address } = serve(program, path);
 const browser = await launch(browserName);
 try {

@@ -1,10 +1,15 @@
 //! The server of `stiction studio`, spoken to as a page and as somebody else would.
 #![allow(missing_docs, clippy::unwrap_used, clippy::expect_used, clippy::panic)]
 
-mod bad_lines;
+mod cut_network;
+mod identification;
+mod late_orders;
+mod line;
+mod lost_device;
 mod page;
 mod playground;
 mod selftest;
+mod selftest_guards;
 mod tune;
 mod what_if;
 
@@ -311,5 +316,55 @@ fn the_page_may_load_nothing_but_what_the_server_sends() {
         assert!(!answer.contains(server.token().text()), "the page holds no secret");
         let mut page = Page::open(&server).await;
         assert!(page.socket.next().await.is_some());
+    });
+}
+
+#[test]
+fn the_seventeenth_page_is_turned_away() {
+    run(async {
+        let server = studio(&[]);
+        let mut pages = Vec::new();
+        for _ in 0..16 {
+            pages.push(Visit::proper(&server).connect().await.unwrap());
+        }
+        assert!(Visit::proper(&server).connect().await.is_err());
+        pages.pop();
+        // Its place is free once the server has seen that it is gone.
+        tokio::time::sleep(Duration::from_millis(500)).await;
+        assert!(Visit::proper(&server).connect().await.is_ok());
+    });
+}
+
+#[test]
+fn a_trajectory_is_followed_and_what_cannot_be_followed_is_refused() {
+    run(async {
+        let server = studio(&[]);
+        let mut page = Page::open(&server).await;
+        let go = |fields: [f64; 4]| json!({ "do": "trajectory", "trapezoid": fields });
+        assert!(page.refused(go([2.0, 4.0, 0.2, 0.1])).await.contains("`arm` first"));
+        page.done(arm()).await;
+        assert!(page.refused(json!({ "do": "trajectory" })).await.contains("has no trajectory"));
+        assert!(page.refused(go([2.0, 0.0, 0.2, 0.1])).await.contains("the speed"));
+        assert!(page.refused(go([1e300, 4.0, 0.2, 0.1])).await.contains("trajectory"));
+        page.done(go([2.0, 4.0, 0.2, 0.1])).await;
+        let told = page.motion().await;
+        assert_eq!(told["way"]["how"], "trajectory");
+        // 0.1 s, 0.5 s there, 0.2 s, 0.5 s back, 0.1 s.
+        page.watch(Duration::from_millis(2500)).await;
+        page.done(json!({ "do": "stop" })).await;
+        let lead = page.signal("reference_counts").into_iter().map(|bits| bits as i32);
+        let most = f64::from(lead.max().unwrap()) * RESOLUTION;
+        assert!((most - 2.0).abs() < 0.01, "{most} deg");
+        let (counts, status) = (page.signal("counts"), page.signal("status"));
+        let last = status.iter().rposition(is_on).unwrap();
+        assert!((counts[last] as i32).abs() <= 12, "{} counts", counts[last] as i32);
+        page.state("stopped").await;
+        // Where the joint is far from zero, the device refuses to begin at zero.
+        page.done(arm()).await;
+        page.done(json!({ "do": "move", "deg": 15.0 })).await;
+        page.watch(Duration::from_millis(5000)).await;
+        let said = page.refused(go([2.0, 4.0, 0.2, 0.1])).await;
+        assert!(said.contains("begins too far from the joint"), "{said}");
+        page.done(json!({ "do": "stop" })).await;
     });
 }
