@@ -39,6 +39,7 @@ impl<F: NorFlash> Device<F> {
     /// Takes bytes from the wire.
     pub fn receive(&mut self, bytes: &[u8]) {
         self.session.receive(bytes, &mut self.parts);
+        while self.session.work(&mut self.parts) {}
     }
 
     /// Hands bytes to the wire, and returns how many.

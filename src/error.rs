@@ -8,13 +8,13 @@ use crate::value::Key;
 
 /// A configured value that is not allowed.
 ///
-/// A device tells the number of the value. Where the texts are at hand, the message has the name
-/// that the value has in a machine's TOML file.
+/// A device tells the number of the value. Where the texts are at hand, the message has the path of
+/// the value in a machine's TOML file.
 ///
 /// ```
 /// use stiction::{pd::PdGains, value::Values};
-/// let error = PdGains { kp: f32::NAN, kd: 0.15 }.validate().unwrap_err();
-/// assert_eq!(error.to_string(), "`kp_v_per_deg` is NaN; allowed is a number from 0 to 1000000");
+/// let message = PdGains { kp: f32::NAN, kd: 0.15 }.validate().unwrap_err().to_string();
+/// assert!(message.starts_with("`controller.NAME.kp_v_per_deg` is NaN; allowed is a number"));
 /// ```
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Error {

@@ -275,8 +275,9 @@ mod app {
         let _ = link::spawn();
     }
 
-    /// Hears what was said, does it, and answers. It takes one frame, since that may take
-    /// milliseconds: before the next one, the log has its turn, and the watchdog with it.
+    /// Hears what was said, does it, and answers. It takes one frame, and a piece of an answer that
+    /// takes long, since each may take milliseconds: before the next one, the log has its turn, and
+    /// the watchdog with it.
     #[task(
         priority = 1,
         local = [received, to_wire_producer, timer_clock, store],
@@ -287,7 +288,7 @@ mod app {
         let link::SharedResources { mut control_task, mut session, mut watchdog, .. } = cx.shared;
         let (control_task, watchdog) = (&mut control_task, &mut watchdog);
         let mut machine = BoardMachine { control_task, watchdog, clock: *timer_clock, store };
-        session.lock(|session| {
+        let is_working = session.lock(|session| {
             session.tell_wire(received.errors());
             while let Some(byte) = received.next() {
                 session.receive(&[byte], &mut machine);
@@ -296,6 +297,7 @@ mod app {
                     break;
                 }
             }
+            let is_working = session.work(&mut machine);
             while to_wire_producer.ready() {
                 let mut byte = [0];
                 if session.transmit(&mut byte) == 0 {
@@ -303,10 +305,11 @@ mod app {
                 }
                 let _ = to_wire_producer.enqueue(byte[0]);
             }
+            is_working
         });
         rtic::pend(Interrupt::USART1);
         liveness::LINK.has_run();
-        if received.is_waiting() {
+        if received.is_waiting() || is_working {
             let _ = report::spawn();
         }
     }

@@ -245,12 +245,16 @@ impl Key {
     }
 }
 
-/// Writes the value's key in a machine's file. A number that this version does not know is written
-/// as such.
+/// Writes the path of the value in a machine's file, since two tables may have the same key. A
+/// number that this version does not know is written as such.
 impl fmt::Display for Key {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self.about() {
-            Some(about) => f.write_str(about.name),
+            // A controller has a table of its own name.
+            Some(about) if about.table == "controller" => {
+                write!(f, "controller.NAME.{}", about.name)
+            }
+            Some(about) => write!(f, "{}.{}", about.table, about.name),
             None => write!(f, "value {:#06x}", self.0),
         }
     }

@@ -2,7 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 
-use super::model::{Estimate, Model};
+use super::model::{Estimate, Model, Search};
 use super::plan::{PLACES, SPEEDS};
 use crate::open_loop::Bound;
 
@@ -186,12 +186,17 @@ fn is_uneven(levels: &[[f32; PLACES]; 2], load_may_vary: bool) -> bool {
 }
 
 impl Findings {
-    /// Returns what is told of the readings. It makes dozens of fits, away from the tick.
-    #[inline(never)]
+    /// Returns what is told of the readings. It makes dozens of fits, as a host may at once.
     pub fn summary(&self) -> Summary {
+        self.summary_of(&Search::whole(&self.model, self.range))
+    }
+
+    /// Returns what is told of the readings at the end of a search.
+    #[inline(never)]
+    pub fn summary_of(&self, search: &Search) -> Summary {
         let [positive, negative] = &self.levels;
         let breakaway = [Levels::of(positive), Levels::of(negative)];
-        let estimate = self.model.estimate(self.range);
+        let estimate = self.model.estimate_at(search);
         let found_gravity = estimate.is_none_or(|found| found.gravity[0][1] > 0.0);
         let mut doubts = Doubts {
             no_fit: estimate.is_none(),

@@ -162,15 +162,15 @@ impl<const N: usize, const P: usize> Triangle<N, P> {
         self.packed.get(begin + column.saturating_sub(row)).copied().unwrap_or(0.0)
     }
 
-    // A function of its own in an image: three fits call it.
-    /// Solves for the parameters; none if there are no more rows than columns, or if a column is
-    /// none but a sum of others to within `tolerance` of its own length.
+    /// Returns the parameters with the least sum of squares; none if there are no more rows than
+    /// columns, or if a column is none but a sum of others to within `tolerance` of its own length.
     #[inline(never)]
-    pub fn solve(&self, tolerance: f32) -> Option<Solution<N>> {
-        let freedom = self.rows.checked_sub(N as u32).filter(|freedom| *freedom > 0)?;
+    pub fn values(&self, tolerance: f32) -> Option<[f32; N]> {
+        if self.rows <= N as u32 {
+            return None;
+        }
         // Not N, for which the compiler would write out every turn.
-        let columns = core::hint::black_box(N);
-        for column in 0..columns {
+        for column in 0..core::hint::black_box(N) {
             let length: f32 =
                 (0..=column).map(|row| self.element(row, column)).map(|r| r * r).sum();
             let own = self.element(column, column).abs();
@@ -179,11 +179,20 @@ impl<const N: usize, const P: usize> Triangle<N, P> {
                 return None;
             }
         }
-        let values = self.back(&self.rhs);
+        Some(self.back(&self.rhs))
+    }
+
+    // A function of its own in an image: more than one fit calls it.
+    /// Solves for the parameters with their deviations; none where [`values`](Self::values) has
+    /// none. It takes ten times as long.
+    #[inline(never)]
+    pub fn solve(&self, tolerance: f32) -> Option<Solution<N>> {
+        let values = self.values(tolerance)?;
+        let freedom = self.rows.saturating_sub(N as u32);
         let of_row = libm::sqrtf(self.unexplained / freedom as f32);
         // The inverse of R: its columns are the solutions of R x = unit vectors.
         let mut spread = [[0.0; N]; N];
-        for column in 0..columns {
+        for column in 0..core::hint::black_box(N) {
             let mut unit = [0.0; N];
             if let Some(one) = unit.get_mut(column) {
                 *one = of_row;

@@ -29,7 +29,7 @@ mod window;
 pub use breakaway::{Breakaway, Push};
 pub use findings::{Doubts, Findings, Levels, MapPoint, Outcome, Summary};
 pub use follower::Follower;
-pub use model::{CANDIDATES, COLUMNS, Estimate, Model};
+pub use model::{CANDIDATES, COLUMNS, Estimate, Model, Search};
 pub use plan::{PLACES, SPEEDS};
 pub(crate) use ramp::{HOLD, RATE};
 pub use ramp::{MAX_TICKS, Ramp, RampFindings, RampState};

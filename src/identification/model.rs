@@ -54,9 +54,15 @@ const SPEED: usize = 8;
 const TELLING: f32 = 10.0;
 /// The angle from which on gravity is told from an offset, deg.
 const WIDE: f32 = 60.0;
-/// Steps of the search from one candidate to the next, and of the first, coarse search.
+/// Steps of the search from one candidate to the next, the last one, and those of the first, coarse
+/// search.
 const STEPS: usize = 16;
-const COARSE: usize = 4;
+const LAST: u8 = (STEPS * (CANDIDATES - 1)) as u8;
+const COARSE: u8 = 4;
+/// Steps that a piece of the coarse search looks at, and pieces of a pass: the coarse ones, and that
+/// around the best step.
+const LOOKS: u8 = 5;
+const PIECES: u8 = LAST / COARSE / LOOKS + 2;
 /// The columns that a fit leaves out with none, one and both of its terms, and Student's t at 95 %
 /// (two-sided) of as many degrees of freedom, over the normal distribution's 1.96.
 const LACK: [[f32; 2]; 3] = [[9.0, 1.154], [7.0, 1.207], [5.0, 1.312]];
@@ -65,6 +71,21 @@ const ONLY_IN_SWINGS: u32 = 2;
 /// The part of a column that others have to leave of it. `f32` has seven digits, and a hundred rows
 /// cost one of them.
 const TOLERANCE: f32 = 1e-4;
+
+/// Where the one term has hidden the other, the second pass finds it.
+const PASSES: u8 = 2;
+
+/// The search for the terms that a joint needs: gravity, and the step of the Stribeck speed.
+///
+/// It goes on piece by piece, since all of it takes a board some ten milliseconds, and the tasks
+/// beside it, which the watchdog watches, may not wait for so long.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Search {
+    /// Pieces that are done.
+    pieces: u8,
+    best: Option<u8>,
+    gravity: bool,
+}
 
 /// The regression of a joint.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -179,6 +200,17 @@ impl Model {
         fit
     }
 
+    fn freedom(&self) -> f32 {
+        self.rows().saturating_sub(FITTED as u32) as f32
+    }
+
+    /// Returns whether two more numbers explain more than chance does.
+    fn tells(&self, more: &Fit, less: &Fit) -> bool {
+        let gained = less.unexplained() - more.unexplained();
+        gained * self.freedom() > TELLING * 2.0 * more.unexplained()
+            && more.values(TOLERANCE).is_some()
+    }
+
     /// Returns the sum of squares that the standard deviations are made of.
     fn uncertain(&self, fit: &Fit, terms: usize, freedom: f32) -> f32 {
         let left = fit.unexplained();
@@ -193,60 +225,27 @@ impl Model {
 
     /// Returns the parameters, if the rows tell them. `range` is the angle that the joint has gone
     /// through, deg.
-    pub fn estimate(&self, range: f32) -> Option<Estimate> {
-        let freedom = self.rows().saturating_sub(FITTED as u32) as f32;
-        let tells = |more: &Fit, less: &Fit, columns: f32| {
-            let gained = less.unexplained() - more.unexplained();
-            gained * freedom > TELLING * columns * more.unexplained()
-                && more.solve(TOLERANCE).is_some()
-        };
-        let last = STEPS * (CANDIDATES - 1);
-        let mut best = (None, self.fit(None, false, false));
-        let mut gravity = false;
-        // Where the one has hidden the other, the second pass finds it.
-        for pass in 0..2 {
-            let mut is_new = pass == 0;
-            if !gravity && range >= WIDE {
-                let with = self.fit(best.0, true, false);
-                if tells(&with, &best.1, 2.0) {
-                    (best.1, gravity, is_new) = (with, true, true);
-                }
-            }
-            if !is_new {
-                break;
-            }
-            let without = self.fit(None, gravity, false);
-            let mut look = |step: usize| {
-                let with = self.fit(Some(step), gravity, false);
-                let falls = with.solve(TOLERANCE).is_some_and(|fit| fit.values[STRIBECK] > 0.0);
-                // Two numbers are found: the level and its speed.
-                if falls && tells(&with, &without, 2.0) && with.unexplained() < best.1.unexplained()
-                {
-                    best = (Some(step), with);
-                }
-                best.0
-            };
-            let mut coarse = None;
-            for step in (0..=last).step_by(COARSE) {
-                coarse = look(step);
-            }
-            if let Some(around) = coarse {
-                for step in around.saturating_sub(COARSE - 1)..=(around + COARSE - 1).min(last) {
-                    look(step);
-                }
-            }
-        }
-        let (step, mut fit) = best;
+    #[cfg(test)]
+    fn estimate(&self, range: f32) -> Option<Estimate> {
+        self.estimate_at(&Search::whole(self, range))
+    }
+
+    /// Returns the parameters at the end of a search, if the rows tell them.
+    #[inline(never)]
+    pub fn estimate_at(&self, search: &Search) -> Option<Estimate> {
+        let Search { gravity, .. } = *search;
+        let step = search.best.map(usize::from);
+        let mut fit = self.fit(step, gravity, false);
         // The speed is a parameter like others: the others are less certain for it.
         if let Some(step) = step {
-            let with = self.fit(Some(step.min(last - 1)), gravity, true);
-            if with.solve(TOLERANCE).is_some() {
+            let with = self.fit(Some(step.min(usize::from(LAST) - 1)), gravity, true);
+            if with.values(TOLERANCE).is_some() {
                 fit = with;
             }
         }
         let relative_residual = fit.relative_residual();
         let terms = usize::from(gravity) + usize::from(step.is_some());
-        fit.suppose_unexplained(self.uncertain(&fit, terms, freedom));
+        fit.suppose_unexplained(self.uncertain(&fit, terms, self.freedom()));
         let solution = fit.solve(TOLERANCE)?;
         let of_step = libm::expf(libm::logf(self.ratio) / STEPS as f32);
         let estimate = Estimate::of(&solution);
@@ -260,6 +259,55 @@ impl Model {
             stribeck: found(step.is_some(), estimate.stribeck),
             ..estimate
         })
+    }
+}
+
+impl Search {
+    /// Returns a search that is over.
+    pub fn whole(model: &Model, range: f32) -> Self {
+        let mut search = Self::default();
+        while !search.go_on(model, range) {}
+        search
+    }
+
+    /// Goes on for a piece of nine fits, and returns whether the search is over. `range` is the
+    /// angle that the joint has gone through, deg.
+    #[inline(never)]
+    pub fn go_on(&mut self, model: &Model, range: f32) -> bool {
+        let (pass, piece) = (self.pieces / PIECES, self.pieces % PIECES);
+        if pass == PASSES {
+            return true;
+        }
+        let mut best = model.fit(self.best.map(usize::from), self.gravity, false);
+        if piece == 0 {
+            let mut is_new = pass == 0;
+            if !self.gravity && range >= WIDE {
+                let with = model.fit(self.best.map(usize::from), true, false);
+                if model.tells(&with, &best) {
+                    (best, self.gravity, is_new) = (with, true, true);
+                }
+            }
+            if !is_new {
+                return true;
+            }
+        }
+        self.pieces += 1;
+        let without = model.fit(None, self.gravity, false);
+        let coarse = piece * LOOKS * COARSE;
+        let (first, last, by) = match self.best {
+            _ if piece < PIECES - 1 => (coarse, coarse + (LOOKS - 1) * COARSE, COARSE),
+            Some(around) => (around.saturating_sub(COARSE - 1), around + COARSE - 1, 1),
+            None => return false,
+        };
+        for step in (first..=last.min(LAST)).step_by(by.into()) {
+            let with = model.fit(Some(step.into()), self.gravity, false);
+            // Two numbers are found: the level and its speed.
+            let falls = with.values(TOLERANCE).is_some_and(|values| values[STRIBECK] > 0.0);
+            if falls && model.tells(&with, &without) && with.unexplained() < best.unexplained() {
+                (self.best, best) = (Some(step), with);
+            }
+        }
+        false
     }
 }
 
@@ -406,7 +454,7 @@ mod tests {
                 model
                     .add(&Row { acceleration, velocity, spread: 0.0, effort, rate, gravity }, true);
             }
-            let fits = (0..STEPS * (CANDIDATES - 1)).map(|step| model.fit(Some(step), false, true));
+            let fits = (0..LAST.into()).map(|step| model.fit(Some(step), false, true));
             let best = fits.min_by(|a, b| a.unexplained().total_cmp(&b.unexplained())).unwrap();
             model.uncertain(&best, 1, 231.0) / best.unexplained()
         };

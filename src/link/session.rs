@@ -20,7 +20,7 @@ use super::{CHUNK, PROTOCOL};
 use crate::compensator::Gains;
 use crate::drive::DriveConfig;
 use crate::hardware::Hardware;
-use crate::identification;
+use crate::identification::{self, Search};
 use crate::jog::Asked;
 use crate::motion::{Course, Motion};
 use crate::parameters::{Parameters, ROOM};
@@ -88,6 +88,8 @@ pub struct Session<const RING: usize = WAITING> {
     greeted: Option<u32>,
     /// The number of the last request that was answered, and the answer.
     last: Option<(u16, Frame)>,
+    /// The number of a request for what an identification has found, and the search for its answer.
+    search: Option<(u16, Search)>,
     /// The record that the client is transferring, as far as its bytes have come.
     incoming: [u8; ROOM],
     subscription: Subscription,
@@ -109,6 +111,7 @@ impl<const RING: usize> Session<RING> {
             wire: WireErrors { noise: 0, lost: 0 },
             greeted: None,
             last: None,
+            search: None,
             incoming: [0; ROOM],
             subscription: Subscription::NONE,
             outbox: Outbox::new(),
@@ -151,6 +154,18 @@ impl<const RING: usize> Session<RING> {
         }
     }
 
+    /// Goes on with an answer that takes long, and returns whether there is more of it to do. Between
+    /// two pieces the tasks beside the link have their turn.
+    #[inline(never)]
+    pub fn work(&mut self, machine: &mut impl Machine) -> bool {
+        let Some((number, search)) = &mut self.search else { return false };
+        let Some(reply) = go_on(search, machine) else { return true };
+        let number = *number;
+        self.search = None;
+        self.answer(number, reply, true);
+        false
+    }
+
     /// Reads a request. It is a function of its own, so that the stack that it needs is free again
     /// for what the request asks for.
     #[inline(never)]
@@ -187,6 +202,7 @@ impl<const RING: usize> Session<RING> {
         match (&request, last) {
             (Some(Request::Stop), _) => {
                 machine.servo(Servo::stop);
+                self.search = None;
                 // A request that was sent before the stop and comes after it shall not arm.
                 return self.answer(number, Reply::Done, !last.is_some_and(overtaken));
             }
@@ -202,12 +218,22 @@ impl<const RING: usize> Session<RING> {
             (_, Some(last)) if overtaken(last) => {
                 return self.answer(number, Reply::Refused(Refused::OutOfOrder), false);
             }
+            // The answer is on its way.
+            _ if self.search.is_some_and(|(searched, _)| searched == number) => return,
             _ => {}
         }
+        // Who asks for something else does not wait for that answer any more.
+        self.search = None;
         let content = match request {
             None => Reply::Refused(Refused::Unknown),
             Some(Request::Hello { protocol, session }) => self.greet(protocol, session),
             Some(_) if self.greeted.is_none() => Reply::Refused(Refused::SayHello),
+            Some(Request::ReadIdentification) => {
+                self.repeats = 0;
+                machine.servo(Servo::heard);
+                self.search = Some((number, Search::default()));
+                return;
+            }
             Some(request) => {
                 // It is new, in order, and of this session: there is a client, and it lives.
                 self.repeats = 0;
@@ -240,8 +266,8 @@ impl<const RING: usize> Session<RING> {
     #[inline(never)]
     fn act(&mut self, request: Request, machine: &mut impl Machine) -> Result<Reply, Refused> {
         match request {
-            // Both were dealt with before.
-            Request::Hello { .. } | Request::Stop => {}
+            // These were dealt with before.
+            Request::Hello { .. } | Request::Stop | Request::ReadIdentification => {}
             Request::Status => return Ok(Reply::Status(self.status(machine))),
             Request::Fault { index } => {
                 let nth = |servo: &mut Servo| servo.log().iter().nth(index.into()).copied();
@@ -285,7 +311,6 @@ impl<const RING: usize> Session<RING> {
                 machine.set_brown_out()?;
             }
             Request::IdentifyJoint(asked) => self.identify(&asked, machine)?,
-            Request::ReadIdentification => return Ok(identified(machine)),
             Request::ReadMap => {
                 let map = |servo: &mut Servo| servo.identified().map(|found| found.map);
                 return Ok(Reply::Map(machine.servo(map)));
@@ -436,12 +461,15 @@ impl<const RING: usize> Session<RING> {
     }
 }
 
-/// Returns what an identification has found. The servo is locked for a copy alone: the fits take
-/// longer than a tick may wait.
+/// Goes on with the search in what an identification has found, and returns the answer at its end.
+/// The servo is locked for a copy alone: a piece takes longer than a tick may wait.
 #[inline(never)]
-fn identified(machine: &mut impl Machine) -> Reply {
-    let found = machine.servo(|servo| servo.identified().copied());
-    Reply::Identification(found.map(|found| found.summary()))
+fn go_on(search: &mut Search, machine: &mut impl Machine) -> Option<Reply> {
+    let Some(found) = machine.servo(|servo| servo.identified().copied()) else {
+        return Some(Reply::Identification(None));
+    };
+    let is_over = search.go_on(&found.model, found.range);
+    is_over.then(|| Reply::Identification(Some(found.summary_of(search))))
 }
 
 fn refuse_if_armed(servo: &Servo) -> Result<(), servo::Refusal> {

@@ -93,10 +93,11 @@ fn the_effort_of_the_slowest_ramp_is_exact_to_single_precision_everywhere() {
 fn rates_and_times_without_an_end_are_refused_by_name() {
     let refused = |rate: f32, hold: f32| Ramp::new(rate, hold, 0.002, 5.0).unwrap_err();
     for rate in [0.0, -1.0, 7e-5, 2501.0, f32::NAN, f32::INFINITY] {
-        assert_eq!(refused(rate, 0.0).key.to_string(), "ramp_rates_v_per_s", "{rate}");
+        let path = refused(rate, 0.0).key.to_string();
+        assert_eq!(path, "identification.ramp_rates_v_per_s", "{rate}");
     }
     for hold in [-0.1, 200_001.0, f32::NAN, f32::INFINITY] {
-        assert_eq!(refused(1.0, hold).key.to_string(), "hold_s", "{hold}");
+        assert_eq!(refused(1.0, hold).key.to_string(), "identification.hold_s", "{hold}");
     }
     for (rate, hold) in [(7.5e-5, 0.0), (2500.0, 200_000.0)] {
         assert!(Ramp::new(rate, hold, 0.002, 5.0).is_ok(), "{rate} {hold}");

@@ -28,7 +28,7 @@ fn without_gain(mut law: Gains) -> Gains {
         "impulsive" => "pulse_effort_v",
         other => unreachable!("{other}: say here which gain it is"),
     };
-    let key = keys(&law).into_iter().find(|key| key.to_string() == gain).unwrap();
+    let key = keys(&law).into_iter().find(|key| key.about().unwrap().name == gain).unwrap();
     assert_eq!(law.set(key, 0f32.to_bits()), Ok(true));
     law
 }

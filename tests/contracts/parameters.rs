@@ -1,6 +1,8 @@
 //! Every parameter has an effect, and no state is large.
 
+use std::fs;
 use std::mem::size_of;
+use std::path::Path;
 
 use stiction::compensator::{
     FIRST_LAW, disturbance_observer, rate_variable_integral, reset_integral, reset_offset_integral,
@@ -69,7 +71,7 @@ fn every_parameter_of_the_controller_changes_the_output() {
         // The gains of a PD that is not there do nothing, and `robust` measures no speed.
         let has_effect = |key: &&Key| {
             let is_of_pd = replaces_pd && keys(&config.pd).contains(key);
-            !(is_of_pd || name == "robust" && key.to_string() == "velocity_window")
+            !(is_of_pd || name == "robust" && key.about().unwrap().name == "velocity_window")
         };
         for key in parameters.iter().filter(has_effect) {
             let mut changed = config.clone();
@@ -199,4 +201,30 @@ fn states_are_small_enough_to_be_copied_in_a_tick() {
     assert_eq!(size_of::<ControllerState>(), MAX_TERMS * largest + besides + alone);
     const { assert!(size_of::<LawState>() <= 64 && size_of::<robust::State>() <= 256) };
     const { assert!(size_of::<ControllerState>() <= 448) };
+}
+
+/// A module whose law is not registered compiles, since it is public, and does nothing.
+#[test]
+fn every_law_that_there_is_stands_in_the_list() {
+    let directory = Path::new(env!("CARGO_MANIFEST_DIR")).join("src/compensator");
+    let list = fs::read_to_string(directory.join("mod.rs")).unwrap();
+    let (_, list) = list.split_once("\nlaws! {").unwrap();
+    let list = list.split("\n}").next().unwrap();
+    let mut laws = 0;
+    for folder in [".", "rival", "robust"] {
+        for entry in fs::read_dir(directory.join(folder)).unwrap() {
+            let path = entry.unwrap().path();
+            if path.is_dir() {
+                continue;
+            }
+            let text = fs::read_to_string(&path).unwrap();
+            for rest in text.split("\nimpl Law for ").skip(1) {
+                let law = rest.split(' ').next().unwrap();
+                assert!(list.contains(&format!(" {law};")), "{law} of {}", path.display());
+                laws += 1;
+            }
+        }
+    }
+    let numbered = |line: &&str| line.trim().starts_with(|c: char| c.is_ascii_digit());
+    assert_eq!(laws, list.lines().filter(numbered).count());
 }

@@ -332,7 +332,7 @@ fn a_client_gets_less_but_never_more_than_the_machine_allows() {
         (asked(None, None, Some(7.0 * 0.00242), None, None), "travel_deg"),
     ] {
         let error = parameters.jog(&refused).unwrap_err();
-        assert_eq!(error.key.to_string(), name);
+        assert_eq!(error.key.about().unwrap().name, name);
     }
     // An effort that does not start the joint moves nothing.
     let run = jog(&parameters, SOUND, asked(Some(0.39), None, None, None, None), 1500);

@@ -125,7 +125,7 @@ fn gains() -> impl Strategy<Value = Vec<Gains>> {
             used.extend(texts);
             for (key, n) in keys.into_iter().zip(&mut numbers) {
                 // A time between increments is not shorter than a sample.
-                let least = if key.to_string() == "t_roi_s" { 0.1 } else { 0.0 };
+                let least = if key.about().unwrap().name == "t_roi_s" { 0.1 } else { 0.0 };
                 let (x, before) = (n as f32 / 997.0 + least, law);
                 let bits = match key.about().unwrap().kind {
                     Kind::Number => x.to_bits(),

@@ -48,7 +48,7 @@ fn pwm_top_is_the_even_one_nearest_to_the_frequency() {
         [(STM32F405, 1299.0), (STM32F405, 5.26e6), (TIMER, 99.9), (TIMER, f32::NAN)]
     {
         let error = hardware.pwm_top(hz).unwrap_err();
-        assert_eq!(error.key.to_string(), "pwm_hz", "{hz} Hz");
+        assert_eq!(error.key.to_string(), "drive.pwm_hz", "{hz} Hz");
     }
 }
 

@@ -18,7 +18,7 @@ use host_sim::ensemble::{Case, Family, Identified, Rates, Truth, UNEVEN, drawn, 
 use host_sim::experiment::RunPlan;
 use host_sim::joint::{CoreUnits, Substitute};
 use stiction::identification::Asked;
-use stiction::link::StateCode;
+use stiction::link::{StateCode, Told};
 
 use experiments::experiment;
 use experiments::flash_image::firmware;
@@ -79,6 +79,32 @@ fn identified<W: Wire>(client: &mut Client<W>, case: &Case) -> Identified {
     }
 }
 
+/// Identifies the joint on the host and in the image, and returns what both have found, with the
+/// fault of the image.
+fn on_both(case: &Case) -> ([Identified; 2], Told) {
+    let plan = plan(case);
+    let mut simulated = SimulatedDevice::new(&plan).unwrap();
+    simulated.ticks(200);
+    let mut client = Client::connect(SimulatedWire::new(simulated)).unwrap();
+    let here = identified(&mut client, case);
+    let mut client = Client::connect(EmulatedWire::with(&firmware(), &plan).unwrap()).unwrap();
+    client.pass(Duration::from_millis(200)).unwrap();
+    let there = identified(&mut client, case);
+    let fault = client.status().unwrap().fault;
+    ([here, there], fault)
+}
+
+/// Gravity takes two passes of the search for its fits, which is the longest that a board computes.
+/// The watchdog waits for 15 ms in the image, and for no fit.
+#[test]
+fn a_joint_with_gravity_is_identified_in_the_image_as_on_the_host() {
+    let ([here, there], fault) = on_both(&drawn("gravity", 1, 0).unwrap());
+    let estimate = there.summary.unwrap().estimate.unwrap();
+    assert!(estimate.gravity[0][1] > 0.0, "no gravity was found: {estimate:?}");
+    assert_eq!((&there.summary, &there.map), (&here.summary, &here.map));
+    assert_eq!(fault.code, 0, "{fault:?}");
+}
+
 fn number<T: std::str::FromStr>(name: &str, otherwise: T) -> T {
     std::env::var(name).ok().and_then(|text| text.parse().ok()).unwrap_or(otherwise)
 }
@@ -97,19 +123,10 @@ fn families_in_the_image_are_identified_as_on_the_host() {
             .map(|place| Rates { family: format!("{family}, {place}"), ..Rates::default() });
         for joint in 0..joints {
             let case = drawn(family, seed, joint).unwrap();
-            let plan = plan(&case);
-            let mut simulated = SimulatedDevice::new(&plan).unwrap();
-            simulated.ticks(200);
-            let mut client = Client::connect(SimulatedWire::new(simulated)).unwrap();
-            let here = identified(&mut client, &case);
-            let mut client =
-                Client::connect(EmulatedWire::with(&firmware(), &plan).unwrap()).unwrap();
-            client.pass(Duration::from_millis(200)).unwrap();
-            let there = identified(&mut client, &case);
+            let ([here, there], fault) = on_both(&case);
             if (&there.summary, &there.map) != (&here.summary, &here.map) {
                 differ.push(format!("{family} {joint}: {there:?}, on the host {here:?}"));
             }
-            let fault = client.status().unwrap().fault;
             let outcome = there.summary.map(|summary| summary.outcome);
             println!("{family} {joint}: {:.0} s, {outcome:?}, {fault:?}", there.time_s);
             on_the_host.count(&here);

@@ -91,7 +91,9 @@ fn what_the_device_or_the_file_refuses_is_told() {
     // The device itself refuses this ramp.
     let said = complaint(&board.device(&["identify", "--rate", "100"]));
     assert!(
-        said.contains("refuses: `ramp_rates_v_per_s` is 100; allowed is a number from 0 to 10"),
+        said.contains(
+            "refuses: `identification.ramp_rates_v_per_s` is 100; allowed is a number from 0 to 10"
+        ),
         "{said}"
     );
 }

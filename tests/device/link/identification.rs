@@ -6,12 +6,15 @@ use std::time::Duration;
 use simulator::device::client::Client;
 use simulator::device::simulated::{SimulatedDevice, Wires};
 use simulator::device::wire::SimulatedWire;
-use stiction::Fault;
-use stiction::identification::{Asked, Outcome, Summary};
-use stiction::link::StateCode;
+use simulator::hardware::STM32F405;
+use stiction::identification::{Asked, Outcome, Search, Summary};
+use stiction::link::{Kind, Machine, Refused, Reply, Request, Session, StateCode};
+use stiction::parameters::Parameters;
+use stiction::servo::{Boot, Servo};
+use stiction::{Fault, Hardware};
 
-use super::client;
-use crate::fixture::plans;
+use super::{client, frame, hello, replies};
+use crate::fixture::{parameters, plans};
 
 fn identified(client: &mut Client<SimulatedWire>, asked: Asked) -> Option<Summary> {
     client.identify_joint(asked).unwrap();
@@ -51,7 +54,7 @@ fn it_begins_like_arming_refuses_more_than_the_device_allows_and_obeys_nothing_b
     let ask = |asked| Asked { effort: Some(asked), ..Asked::default() };
     let message = said(client.identify_joint(ask(5.1)).unwrap_err());
     assert!(
-        message.contains("`effort_v` is 5.1; allowed is a number above 0, up to 5"),
+        message.contains("`identification.effort_v` is 5.1; allowed is a number above 0, up to 5"),
         "{message}"
     );
     for asked in [
@@ -110,4 +113,72 @@ fn a_joint_of_few_counts_that_slides_is_not_taken_for_one_that_stands() {
     assert_eq!(summary.outcome, Outcome::Done, "{summary:?}");
     let [inertia, deviation] = summary.estimate.unwrap().inertia;
     assert!((inertia - 1.0 / 27.0).abs() < 4.0 * deviation.max(0.0025), "{summary:?}");
+}
+
+/// A servo with nothing around it.
+struct Bare(Servo);
+
+impl Machine for Bare {
+    fn servo<R>(&mut self, act: impl FnOnce(&mut Servo) -> R) -> R {
+        act(&mut self.0)
+    }
+
+    fn hardware(&self) -> Hardware {
+        STM32F405
+    }
+
+    fn save(&mut self, _: &Parameters) -> Result<(), Refused> {
+        Ok(())
+    }
+
+    fn reconfigure(&mut self, _: &Parameters) -> Result<(), Refused> {
+        Ok(())
+    }
+}
+
+/// The fits take a board longer than its watchdog waits, so it makes them piece by piece.
+#[test]
+fn the_answer_with_the_fits_comes_once_at_its_end_and_not_after_another_request() {
+    let parameters = parameters(&plans("step-response", &["loop.controller=srnf"])[0]);
+    let mut bare = Bare(Servo::new(Ok(&parameters), Boot::default(), &STM32F405));
+    let mut session: Session = Session::new(Kind::Simulated, Some(parameters));
+    session.receive(&hello(1, 7), &mut bare);
+    let said = |session: &mut Session| {
+        let mut buffer = [0; 4096];
+        let count = session.transmit(&mut buffer);
+        replies(&buffer[..count])
+    };
+    said(&mut session);
+    let read = |number| frame(number, Request::ReadIdentification);
+    let nothing = |number| vec![(number, Reply::Identification(None))];
+    session.receive(&read(2), &mut bare);
+    // It comes twice before there is an answer.
+    session.receive(&read(2), &mut bare);
+    assert_eq!(said(&mut session), []);
+    while session.work(&mut bare) {}
+    assert_eq!(said(&mut session), nothing(2));
+    // And once more after it.
+    session.receive(&read(2), &mut bare);
+    assert!(!session.work(&mut bare));
+    assert_eq!(said(&mut session), nothing(2));
+    for (number, other) in [(4, Request::Stop), (6, Request::Clear)] {
+        session.receive(&read(number - 1), &mut bare);
+        session.receive(&frame(number, other), &mut bare);
+        assert!(!session.work(&mut bare));
+        assert_eq!(said(&mut session), [(number, Reply::Done)]);
+    }
+}
+
+#[test]
+fn the_fits_take_more_than_a_piece() {
+    let mut client = client();
+    identified(&mut client, Asked::default()).unwrap();
+    let found = *client.wire().simulated.device.servo().identified().unwrap();
+    let (mut search, mut pieces) = (Search::default(), 1);
+    while !search.go_on(&found.model, found.range) {
+        pieces += 1;
+    }
+    // Thirty-two steps at most are looked at in a pass, seven at most in a piece.
+    assert!((6..=13).contains(&pieces), "{pieces}");
+    assert_eq!(found.summary_of(&search), found.summary());
 }

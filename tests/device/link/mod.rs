@@ -47,9 +47,15 @@ fn hello(number: u16, session: u32) -> Vec<u8> {
 /// Hands bytes to a device, and returns its answers.
 fn say(simulated: &mut SimulatedDevice, bytes: &[u8]) -> Vec<(u16, Reply)> {
     simulated.device.receive(bytes);
-    let (mut deframer, mut buffer, mut replies) = (Deframer::default(), [0; 4096], vec![]);
+    let mut buffer = [0; 4096];
     let count = simulated.device.transmit(&mut buffer);
-    for &byte in &buffer[..count] {
+    replies(&buffer[..count])
+}
+
+/// Reads the answers in what a device has sent.
+fn replies(bytes: &[u8]) -> Vec<(u16, Reply)> {
+    let (mut deframer, mut replies) = (Deframer::default(), vec![]);
+    for &byte in bytes {
         if let Some(message) = deframer.push(byte)
             && let Message::Reply(Numbered { number, content }) =
                 postcard::from_bytes(message).unwrap()

@@ -8,22 +8,13 @@ use host_sim::firmware::budgets::{
     LAW_STATE_BYTES, RAM_BYTES, of_law,
 };
 use stiction::ControllerState;
-use stiction::compensator::{
-    LawState, rate_variable_integral, reset_integral, reset_offset_integral, robust,
-};
+use stiction::compensator::{Gains, LawState};
 
 use crate::measure::Measured;
 
-/// The size of each law's state, bytes. The fields are numbers of 32 bits, so the host's sizes are
-/// the part's.
-fn state_of(law: &str) -> usize {
-    match law {
-        "ri" => size_of::<reset_integral::State>(),
-        "rvi" => size_of::<rate_variable_integral::State>(),
-        "roi" => size_of::<reset_offset_integral::State>(),
-        "robust" => size_of::<robust::State>(),
-        _ => 0,
-    }
+/// The size of a law's state, bytes; none for PD and for what it is compared with.
+fn state_of(name: &str) -> usize {
+    Gains::EXAMPLES.iter().find(|law| law.name() == name).map_or(0, Gains::state_bytes)
 }
 
 /// Writes the table as text.
