@@ -10,6 +10,8 @@ use std::fs;
 use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};
 
+use clap::ValueEnum;
+
 use crate::job::{Job, root, target_dir};
 use crate::mutation_list::{MUTATIONS, Mutation, Suite};
 
@@ -79,7 +81,7 @@ pub fn run(arguments: &Arguments) -> Result<(), String> {
                 && arguments.suite.is_none_or(|suite| suite == mutation.suite)
         })
         .collect();
-    for suite in [Suite::Core, Suite::Robust, Suite::Device, Suite::Image] {
+    for &suite in Suite::value_variants() {
         let of_suite =
             MUTATIONS.iter().zip(&asked).filter(|(m, asked)| **asked && m.suite == suite);
         let mut tests: Vec<&str> = of_suite.flat_map(|(m, _)| m.tests).copied().collect();
@@ -178,7 +180,7 @@ fn tested(tree: &Path, suite: Suite, tests: &[&str]) -> Result<Fate, String> {
     let cargo = |arguments: &[&str]| {
         let mut command = Command::new(std::env::var_os("CARGO").unwrap_or_else(|| "cargo".into()));
         command.args(arguments).current_dir(tree).env("CARGO_TARGET_DIR", built(tree));
-        if matches!(suite, Suite::Core | Suite::Robust) {
+        if !matches!(suite, Suite::Device | Suite::Image) {
             // A fault is compiled once and run for a second.
             command.env("CARGO_PROFILE_DEV_OPT_LEVEL", "0").env("CARGO_PROFILE_DEV_DEBUG", "0");
         }
@@ -190,6 +192,8 @@ fn tested(tree: &Path, suite: Suite, tests: &[&str]) -> Result<Fate, String> {
     };
     let target = match suite {
         Suite::Core => ["stiction", "--lib"].as_slice(),
+        Suite::Contracts => &["stiction", "--test", "contracts"],
+        Suite::SignalPath => &["stiction", "--test", "signal_path"],
         Suite::Robust => &["stiction", "--test", "robust"],
         Suite::Device => &["loop-tests", "--test", "device"],
         Suite::Image => &[],
