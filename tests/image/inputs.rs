@@ -39,8 +39,7 @@ fn the_inputs_are_filtered_and_pulled_up_and_every_edge_counts() {
 
 #[test]
 fn the_supply_is_sampled_long_enough_and_the_parts_own_is_watched_above_what_the_flash_takes() {
-    let [first, times, common, power] =
-        registers(&[], [ADC1 + 0x34, ADC1 + 0x0C, ADC_CCR, PWR_CR]);
+    let [first, times, common, power] = registers(&[], [ADC1 + 0x34, ADC1 + 0x0C, ADC_CCR, PWR_CR]);
     // PC0 is channel 10: 144 clocks of 84 MHz / 4.
     assert_eq!((first & 0x1F, times & 7, common >> 16 & 3), (10, 0b110, 0b01));
     // PVDE, and level 5 of PLS: the one that falls at 2.75 V at the least, above 2.7 V.
