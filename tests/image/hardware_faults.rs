@@ -4,12 +4,12 @@ use emulated::emulator::board::{CLOCK_HZ, Fitted};
 use emulated::emulator::fault_injection::Injection;
 use emulated::firmware::budgets::INTERRUPT_INSTRUCTIONS;
 
-use crate::fault_injection::{AT, MS, assert_off_after, inject, parameters};
+use crate::fault_injection::{AT, MS, UNTIL, assert_off_after, inject, parameters};
 
 #[test]
 fn nothing_happens_to_a_healthy_board() {
     let observed = inject(Some(&parameters()), Fitted::default(), &[]);
-    assert!(observed.on_after(1_100 * MS) && observed.on_ns.len() == 1, "{observed:?}");
+    assert!(observed.on_after(UNTIL - MS) && observed.on_ns.len() == 1, "{observed:?}");
     assert!(observed.resets.is_empty());
 }
 
