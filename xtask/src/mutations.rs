@@ -260,7 +260,8 @@ fn page(outcomes: &[Outcome]) -> String {
          `cargo xtask mutations` writes this page. It puts each of {} faults into a copy of the\n\
          sources, builds it, and runs the tests that should find it. A fault that is not found is\n\
          a missing test. A run that is asked for some of them keeps the rows of the others, and\n\
-         each row says on which commit it was found out.\n\n\
+         each row says on which commit it was found out. *In one build*: with other faults in\n\
+         it, and each of them was found by an assertion of its own.\n\n\
          {} found, {} not found, {} not built, {} not run. Nothing is said of those that were not\n\
          run.\n\n\
          | file | the fault, and why it matters | tests of | result | on commit |\n\
@@ -298,6 +299,18 @@ mod tests {
         let new = Mutation { why: "a fault that nobody has thought of", ..MUTATIONS[1] };
         assert_eq!(told_before(&page, &new).fate, Fate::NotRun);
         assert_eq!(told_before("", &MUTATIONS[1]).fate, Fate::NotRun);
+    }
+
+    #[test]
+    fn each_fault_of_the_list_has_its_row_on_the_page() {
+        let page = fs::read_to_string(root().join(PAGE)).unwrap_or_default();
+        for mutation in MUTATIONS {
+            let begin = row(mutation);
+            let rows = page.lines().filter(|line| line.starts_with(&begin)).count();
+            assert_eq!(rows, 1, "{begin}");
+        }
+        let rows = page.lines().filter(|line| line.starts_with("| `src/")).count();
+        assert_eq!(rows, MUTATIONS.len(), "rows of faults that are not in the list");
     }
 
     #[test]
