@@ -63,7 +63,7 @@ fn followed(blocked_from: u32) -> (State, u32, [f32; 2]) {
 #[test]
 fn a_joint_that_is_blocked_on_a_fast_line_is_seen_at_the_limit_of_its_error() {
     // The set point travels more than half of the limit in a tick.
-    assert!(SPEED * TICK_S > LIMIT / 2.0);
+    const { assert!(SPEED * TICK_S > LIMIT / 2.0) };
     let (state, _, [_, error]) = followed(u32::MAX);
     assert_eq!(state, State::Armed);
     assert!(error < LIMIT, "{error} deg without a block");

@@ -583,4 +583,9 @@ pub const MUTATIONS: &[Mutation] = &[
          "((clocks + divider / 2) / divider / 2)"],
         "ticks come at twice their rate",
         Suite::Image, &["ticks_come_at"]),
+    fault("src/monitor/following_error.rs",
+        [".wrapping_sub(due);",
+         ".wrapping_sub(0 * due);"],
+        "a set point that is fast makes room for any error",
+        Suite::Device, &["blocked_on_a_fast_line"]),
 ];
