@@ -8,10 +8,13 @@ use simulator::device::simulated::{SimulatedDevice, Wires};
 use stiction::fault::Latched;
 use stiction::identification;
 use stiction::jog::Asked;
-use stiction::link::{PROTOCOL, Request, encode_request};
+use stiction::link::{CHUNK, PROTOCOL, Request, encode_request};
+use stiction::parameters::{DeviceConfig, ROOM, record};
 use stiction::position::Position;
+use stiction::reference::Corner;
 use stiction::servo::State;
-use stiction::{Fault, Motion};
+use stiction::value::{Key, Table, key};
+use stiction::{Fault, Motion, Parameters, ProfileLimits};
 
 use crate::fixture::plans;
 use crate::fuzz::Random;
@@ -23,7 +26,10 @@ const VISCOUS: f64 = 0.02;
 const SLIP: f64 = 0.38;
 const FULL_SCALE: f64 = 5.0;
 const COUNT: f64 = 0.00242;
+const LSB: f64 = 0.00488;
 const TICK_S: f64 = 0.02;
+/// The converter's reading of the nominal supply.
+const SUPPLY: u16 = 2048;
 /// The bounds of motions without a loop, which stay on their default of effort and time: deg and
 /// deg/s.
 const TRAVEL: f32 = 2.0;
@@ -44,8 +50,110 @@ fn coasting_against(friction: f64, speed: f64) -> f64 {
     tau * (speed.abs() - steady * (1.0 + speed.abs() / steady).ln())
 }
 
-fn request(random: &mut Random) -> Request {
-    match random.below(18) {
+/// Ramps of the effort: rate, V/s, and time between rise and fall, s. Each is over within three
+/// seconds on a free joint.
+const RAMPS: [(f64, f64); 3] = [(0.5, 0.0), (1.0, 0.1), (2.0, 0.2)];
+
+/// The largest effort of a ramp at the nominal supply, V. Until two counts have told it to stop, it
+/// rises for as long as its impulse beyond 0.4 V is no more than 0.2 V s. Three of these: a place
+/// beside the one that was counted last clears it, and so does a sign that has turned since.
+fn ramp_effort(rate: f64) -> f64 {
+    0.4 + (2.0 * 3.0 * 0.2 * rate).sqrt() + 2.0 * rate * TICK_S
+}
+
+/// How far a ramp moves a joint whose encoder counts, given the largest effort that it had, deg,
+/// without viscous friction. Over three counts the joint gains speed under all of that effort. Two
+/// counts are seen a tick later, and the next one applies what follows from them.
+fn ramp_travel(effort: f64, (rate, hold): (f64, f64), speed: f64) -> f64 {
+    // What is applied is rounded to codes.
+    let excess = (effort + LSB - SLIP).max(0.0);
+    let mut way = 3.0 * COUNT;
+    let mut speed = speed.abs() + (2.0 * GAIN * excess * way).sqrt();
+    let held = hold + 2.0 * TICK_S;
+    way += speed * held + 0.5 * GAIN * excess * held * held;
+    speed += GAIN * excess * held;
+    // The effort falls in a straight line: to the slip level, and from there to zero or to rest.
+    let fall = excess / rate;
+    way += speed * fall + GAIN * excess * fall * fall / 3.0;
+    speed += 0.5 * GAIN * excess * fall;
+    let fall = (SLIP / rate).min((2.0 * speed / (GAIN * rate)).sqrt());
+    way += speed * fall - GAIN * rate * fall.powi(3) / 6.0;
+    speed -= 0.5 * GAIN * rate * fall * fall;
+    way + speed * speed / (2.0 * GAIN * SLIP)
+}
+
+/// Corners that begin where the joint is, or beside it, and lead anywhere.
+fn trajectory(random: &mut Random, here: i32) -> Motion {
+    let near = random.below(400) as i32 - 200;
+    let (mut tick, mut counts) = (13 + random.below(30) as u32, here.saturating_add(near));
+    let corners = (0..2 + random.below(4)).map(|_| {
+        let corner = Corner { tick, position: Position::from_counts(counts) };
+        // Up to 100 counts a tick, which are 12 deg/s.
+        let ticks = 60 + random.below(100) as i32;
+        tick += ticks as u32;
+        counts += (random.below(201) as i32 - 100) * ticks;
+        corner
+    });
+    Motion::Trajectory { corners: corners.collect(), half_blend: 0.25 }
+}
+
+/// Other values for what no bound of this test depends on: how fast a profile goes, and how long
+/// the soft start takes. Gains would do as well, but that a joint at rest stays there with wires
+/// that are cut is known for the file's own gains only.
+fn change(random: &mut Random) -> Request {
+    let any = |random: &mut Random, some: [f32; 3]| some[random.below(3) as usize].to_bits();
+    let of_profile = |name| key(ProfileLimits::ABOUT, name);
+    let mut values: [(Key, u32); 3] = [
+        (key(DeviceConfig::ABOUT, "soft_start"), any(random, [0.0, 0.1, 0.5])),
+        (of_profile("velocity"), any(random, [2.0, 10.0, 20.0])),
+        (of_profile("acceleration"), any(random, [10.0, 20.0, 35.0])),
+    ];
+    values.sort_unstable_by_key(|(key, _)| *key);
+    let (mut room, mut length) = ([0; CHUNK], 0);
+    for (key, bits) in values {
+        record::put(&mut room, &mut length, key, bits).unwrap();
+    }
+    Request::Change { entries: room.into_iter().take(length).collect() }
+}
+
+/// A whole set with another soft start, in the requests that take it.
+fn set(parameters: &Parameters, random: &mut Random) -> Vec<Request> {
+    let mut other = parameters.clone();
+    other.device.soft_start = [0.0, 0.25, 0.5][random.below(3) as usize];
+    let mut room = [0; ROOM];
+    let record = other.encode(0, &mut room).unwrap();
+    let mut requests = Vec::new();
+    for (i, piece) in record.chunks(CHUNK).enumerate() {
+        let (offset, bytes) = ((i * CHUNK) as u16, piece.iter().copied().collect());
+        requests.push(Request::WriteParameters { offset, bytes });
+    }
+    requests.push(Request::TakeParameters { length: record.len() as u16 });
+    requests
+}
+
+/// Makes a message; some take more than one request. `here` is where the joint is, counts.
+fn requests(parameters: &Parameters, here: i32, random: &mut Random) -> Vec<Request> {
+    let one = match random.below(28) {
+        18..=21 => {
+            let reach = [20, 2000, 20_000][random.below(3) as usize];
+            let counts = random.below(2 * reach) as i32 - reach as i32;
+            Request::Move(Motion::Profiled(Position::from_counts(counts)))
+        }
+        22 | 23 => Request::Move(trajectory(random, here)),
+        24 => {
+            let (rate, hold) = RAMPS[random.below(3) as usize];
+            Request::Identify { rate: rate as f32, hold: hold as f32 }
+        }
+        25 => change(random),
+        26 => return set(parameters, random),
+        27 => Request::Arm,
+        kind => request(kind, random),
+    };
+    vec![one]
+}
+
+fn request(kind: u64, random: &mut Random) -> Request {
+    match kind {
         0 => Request::Stop,
         1 => Request::Clear,
         2..=5 => Request::Arm,
@@ -82,8 +190,15 @@ struct Chaos {
     effort: f64,
     was_armed: bool,
     was_open: bool,
-    /// Whether the wires have been sound since arming.
+    /// Whether a message has armed it since the last tick.
+    is_armed_anew: bool,
+    /// The ramp that it was armed for.
+    ramp: Option<(f64, f64)>,
+    /// Whether the wires have been sound since arming, and the supply nominal.
     is_sound: bool,
+    is_supplied: bool,
+    /// Where the joint was read last, counts from its arming.
+    counts: i32,
     /// Ticks with a dead encoder and an effort beyond the breakaway, and beyond any friction.
     dead: [u32; 2],
     armed: u64,
@@ -92,6 +207,13 @@ struct Chaos {
     /// Ticks of motions without a loop, and the farthest way in one, deg.
     open: u64,
     strayed: f64,
+    /// The same of ramps.
+    ramped: u64,
+    ramp_travel: f64,
+    /// Ticks in which a profile or a trajectory moved the set point.
+    led: u64,
+    /// Requests with other parameters that were taken.
+    taken: u64,
     outside: f64,
     coasted: f64,
 }
@@ -113,13 +235,21 @@ impl Chaos {
             effort: 0.0,
             was_armed: false,
             was_open: false,
+            is_armed_anew: false,
+            ramp: None,
             is_sound: true,
+            is_supplied: true,
+            counts: 0,
             dead: [0; 2],
             armed: 0,
             trips: 0,
             moved: 0,
             open: 0,
             strayed: 0.0,
+            ramped: 0,
+            ramp_travel: 0.0,
+            led: 0,
+            taken: 0,
             outside: 0.0,
             coasted: 0.0,
         }
@@ -130,13 +260,16 @@ impl Chaos {
         let output = self.device.tick();
         let is_armed = output.state == State::Armed;
         let servo = self.device.device.servo();
-        let is_open = is_armed && (servo.is_jogging() || servo.identification_steps().is_some());
-        // A motion without a loop may be stopped and armed anew between two ticks.
-        if is_armed != self.was_armed || is_open != self.was_open {
+        let is_bounded = servo.is_jogging() || servo.identification_steps().is_some();
+        let is_open = is_armed && (is_bounded || self.ramp.is_some());
+        // A motion may be stopped and another one armed between two ticks.
+        let is_anew = std::mem::take(&mut self.is_armed_anew);
+        if is_armed != self.was_armed || is_open != self.was_open || is_anew {
             self.was_open = is_open;
             (self.place, self.speed, self.span) = (before, speed, [0; 2]);
             self.effort = 0.0;
             self.is_sound = self.device.wires == Wires::Sound;
+            self.is_supplied = self.device.supply == SUPPLY;
             self.was_armed = is_armed;
             self.trips += u64::from(matches!(output.state, State::Faulted(_)));
         }
@@ -150,6 +283,12 @@ impl Chaos {
         }
         self.armed += 1;
         self.is_sound &= self.device.wires == Wires::Sound;
+        self.is_supplied &= self.device.supply == SUPPLY;
+        self.counts = output.tick.counts;
+        if let Some(ramp) = self.ramp {
+            self.check_ramp(name, ramp, output.tick.code, travel);
+            return;
+        }
         if is_open {
             self.open += 1;
             if self.is_sound {
@@ -170,7 +309,7 @@ impl Chaos {
             // (reversed_encoder.rs); and with dead ones, or some that were dead until now, a joint
             // that coasts is taken for one at rest. A law that sees one line's count to and fro may
             // push it on with a part of the friction: 0.1 V of 0.38 V was seen, half is allowed.
-            let effort = f64::from(output.tick.code) * FULL_SCALE / 1024.0;
+            let effort = f64::from(output.tick.code) * LSB;
             self.effort = self.effort.max(effort.abs());
             let left = SLIP - if self.is_sound { 0.0 } else { self.effort.min(SLIP / 2.0) };
             let noticed = if self.is_sound { 3.0 * COUNT } else { 0.2 };
@@ -178,6 +317,7 @@ impl Chaos {
             assert!(travel.abs() <= bound, "{name}: {travel} deg, and nobody asked");
         } else {
             self.moved += 1;
+            self.led += u64::from(output.tick.setpoint().velocity != 0.0);
         }
         // What is read never is farther outside than the following error. Where the wires have been
         // sound that is the joint, which goes on for a tick.
@@ -205,6 +345,40 @@ impl Chaos {
         }
     }
 
+    /// A ramp pushes one way, and no farther than its own effort explains. That holds for sound
+    /// wires; with others the effort alone is bounded, and the supply may scale it by two.
+    fn check_ramp(&mut self, name: &str, ramp: (f64, f64), code: i16, travel: f64) {
+        self.ramped += 1;
+        let effort = f64::from(code) * LSB;
+        self.effort = self.effort.max(effort);
+        let scale = if self.is_supplied { 1.001 } else { 2.0 };
+        let most = scale * ramp_effort(ramp.0) + LSB;
+        assert!((0.0..most).contains(&effort), "{name}: {effort} of {most} V in a ramp");
+        if self.is_sound && self.is_supplied {
+            let bound = ramp_travel(self.effort, ramp, self.speed);
+            assert!(travel.abs() < bound, "{name}: {travel} of {bound} deg in a ramp");
+            self.ramp_travel = self.ramp_travel.max(travel.abs());
+        }
+    }
+
+    /// The device gets a request. Remembered is what it was armed for.
+    fn receive(&mut self, number: u16, request: Request) {
+        let ramp = match request {
+            Request::Identify { rate, hold } => Some((f64::from(rate), f64::from(hold))),
+            _ => None,
+        };
+        let changes = matches!(request, Request::Change { .. } | Request::TakeParameters { .. });
+        let before = self.device.device.parameters().cloned();
+        let was_armed = self.device.device.servo().state() == State::Armed;
+        self.device.device.receive(&encode_request(number, request).unwrap());
+        let is_armed = self.device.device.servo().state() == State::Armed;
+        if is_armed && !was_armed {
+            self.is_armed_anew = true;
+            self.ramp = ramp;
+        }
+        self.taken += u64::from(changes && self.device.device.parameters().cloned() != before);
+    }
+
     /// Something goes wrong, or is mended.
     fn disturb(&mut self, random: &mut Random) {
         match random.below(12) {
@@ -221,7 +395,7 @@ impl Chaos {
             }
             _ => {
                 (self.device.wires, self.device.brake_v) = (Wires::Sound, 0.0);
-                self.device.supply = 2048;
+                self.device.supply = SUPPLY;
             }
         }
     }
@@ -238,18 +412,25 @@ fn nothing_moves_unasked_and_the_joint_stays_within_what_was_asked_whatever_goes
         let mut number = 0u16;
         let mut send = |chaos: &mut Chaos, request| {
             number = number.wrapping_add(1);
-            chaos.device.device.receive(&encode_request(number, request).unwrap());
+            chaos.receive(number, request);
         };
+        let parameters = chaos.device.device.parameters().unwrap().clone();
         send(&mut chaos, Request::Hello { protocol: PROTOCOL, session: 0 });
         for message in 0..each {
-            let mut content = request(&mut random);
+            let mut contents = requests(&parameters, chaos.counts, &mut random);
             // After a fault, whoever is there clears it in the end and arms again.
             if message % 16 == 15 {
-                chaos.device.supply = 2048;
-                content = Request::Clear;
+                chaos.device.supply = SUPPLY;
+                contents = vec![Request::Clear];
             }
-            let opens = matches!(content, Request::Jog(_) | Request::IdentifyJoint(_));
-            send(&mut chaos, content);
+            let opens = matches!(
+                contents[..],
+                [Request::Jog(_) | Request::IdentifyJoint(_) | Request::Identify { .. }]
+            );
+            for content in contents {
+                send(&mut chaos, content);
+                chaos.device.device.transmit(&mut [0; 512]);
+            }
             // A motion without a loop takes a second or more to set out, and a client that is
             // there.
             for _ in 0..if opens { 12 } else { 0 } {
@@ -267,23 +448,30 @@ fn nothing_moves_unasked_and_the_joint_stays_within_what_was_asked_whatever_goes
             }
             chaos.device.device.transmit(&mut [0; 512]);
         }
-        let Chaos { armed, moved, open, strayed, trips, outside, coasted, .. } = chaos;
-        let [outside_deg, strayed_deg, coasted_deg] =
-            [outside, strayed, coasted].map(|deg| format!("{deg:.2}"));
+        let Chaos { armed, moved, led, open, strayed, ramped, trips, taken, .. } = chaos;
+        let [outside_deg, strayed_deg, ramp_deg, coasted_deg] =
+            [chaos.outside, strayed, chaos.ramp_travel, chaos.coasted]
+                .map(|deg| format!("{deg:.2}"));
         reliability!(
             "chaos",
             law,
             messages = each,
             armed,
             moved,
+            led,
             open,
+            ramped,
+            taken,
             trips,
             outside_deg,
             strayed_deg,
+            ramp_deg,
             coasted_deg
         );
         // What is to be tested has been reached.
         assert!(armed > each && moved > each / 4 && trips > each / 100, "{armed} {moved} {trips}");
         assert!(open > each / 20 && strayed > 0.1, "{open} {strayed}");
+        assert!(led > each / 10 && ramped > each / 20, "{led} {ramped}");
+        assert!(taken > each / 200 && chaos.ramp_travel > 0.01, "{taken} {}", chaos.ramp_travel);
     }
 }

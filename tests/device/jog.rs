@@ -15,37 +15,37 @@ use stiction::{Fault, Limits, Parameters, Servo};
 
 use crate::fixture::{plans, srnf};
 
-const COUNT: f64 = 0.00242;
-const H: f64 = 0.02;
-const KAPPA: f64 = 27.0;
-const SLIP: f64 = 0.38;
+pub const COUNT: f64 = 0.00242;
+pub const H: f64 = 0.02;
+pub const KAPPA: f64 = 27.0;
+pub const SLIP: f64 = 0.38;
 const STICK: f64 = 0.40;
 
 /// A joint, and what is wrong with it.
 #[derive(Clone, Copy)]
-struct Joint {
-    position: f64,
-    velocity: f64,
+pub struct Joint {
+    pub position: f64,
+    pub velocity: f64,
     /// The levels of its friction, V, and its viscous friction, V s/deg.
     friction: [f64; 2],
     viscous: f64,
     /// A load that pulls while the brake is open, which is while the output is on, V.
-    load: f64,
-    motor: f64,
+    pub load: f64,
+    pub motor: f64,
     encoder: Encoder,
     counts: i32,
     counter: i32,
 }
 
 #[derive(Clone, Copy, PartialEq)]
-enum Encoder {
+pub enum Encoder {
     Sound,
     Reversed,
     Dead,
     OneChannel,
 }
 
-const SOUND: Joint = Joint {
+pub const SOUND: Joint = Joint {
     position: 0.0,
     velocity: 0.0,
     friction: [STICK, SLIP],
@@ -59,7 +59,7 @@ const SOUND: Joint = Joint {
 
 impl Joint {
     /// Lets a tick pass, in steps of 20 us.
-    fn pass(&mut self, effort: f64, is_on: bool) {
+    pub fn pass(&mut self, effort: f64, is_on: bool) {
         let [stick, slip] = self.friction;
         let driven = if is_on { self.motor * effort + self.load } else { 0.0 };
         let dt = H / 1000.0;
@@ -75,7 +75,7 @@ impl Joint {
         }
     }
 
-    fn counter(&mut self) -> u32 {
+    pub fn counter(&mut self) -> u32 {
         let counts = (self.position / COUNT).round() as i32;
         let edges = counts - std::mem::replace(&mut self.counts, counts);
         match self.encoder {

@@ -22,9 +22,11 @@ mod dead_encoder;
 mod dying_encoder;
 mod encoder_faults;
 mod fast_loops;
+mod first_motion;
 #[path = "../first_run.rs"]
 mod first_run;
 mod fixture;
+mod following_error;
 mod fuzz;
 mod held_effort;
 mod jog;

@@ -4,12 +4,13 @@ use emulated::emulator::board::{CLOCK_HZ, Fitted};
 use emulated::emulator::fault_injection::Injection;
 use emulated::firmware::budgets::INTERRUPT_INSTRUCTIONS;
 
-use crate::fault_injection::{AT, MS, assert_off_after, inject, parameters};
+use crate::common::firmware;
+use crate::fault_injection::{AT, MS, UNTIL, assert_off_after, inject, parameters};
 
 #[test]
 fn nothing_happens_to_a_healthy_board() {
     let observed = inject(Some(&parameters()), Fitted::default(), &[]);
-    assert!(observed.on_after(1_100 * MS) && observed.on_ns.len() == 1, "{observed:?}");
+    assert!(observed.on_after(UNTIL - MS) && observed.on_ns.len() == 1, "{observed:?}");
     assert!(observed.resets.is_empty());
 }
 
@@ -64,6 +65,20 @@ fn a_reset_in_mid_move_is_told_and_nothing_moves_after() {
     assert_off_after(&observed, AT, MS / 10);
     assert!(observed.says("reset pin"), "{:?}", observed.log);
     assert!(observed.says("faulted: reset while armed"), "{:?}", observed.log);
+}
+
+#[test]
+fn a_record_of_a_fault_that_the_reset_has_damaged_is_not_believed() {
+    let [(address, _)] = firmware().variable("KEPT")[..] else { panic!("not in one piece") };
+    // Its third word is the tick of the fault; a single byte of it has changed.
+    let damage = Injection::Corrupts { address: address + 8, length: 1, to: 0xA5 };
+    let faulted = [(AT, Injection::Break), (AT + 100 * MS, Injection::Reset)];
+    let damaged = [faulted[0], (AT + 100 * MS, damage), faulted[1]];
+    for (injections, told) in [(&faulted[..], "break input"), (&damaged, "none")] {
+        let observed = inject(Some(&parameters()), Fitted::default(), injections);
+        let said = format!("reset by reset pin; last fault: {told}");
+        assert!(observed.says(&said), "{said}: {:?}", observed.log);
+    }
 }
 
 #[test]

@@ -35,6 +35,8 @@ mod hardware_faults;
 #[cfg(feature = "emulator")]
 mod identification;
 #[cfg(feature = "emulator")]
+mod inputs;
+#[cfg(feature = "emulator")]
 mod jog;
 #[cfg(feature = "emulator")]
 mod link;

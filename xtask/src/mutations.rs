@@ -10,6 +10,8 @@ use std::fs;
 use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};
 
+use clap::ValueEnum;
+
 use crate::job::{Job, root, target_dir};
 use crate::mutation_list::{MUTATIONS, Mutation, Suite};
 
@@ -79,7 +81,7 @@ pub fn run(arguments: &Arguments) -> Result<(), String> {
                 && arguments.suite.is_none_or(|suite| suite == mutation.suite)
         })
         .collect();
-    for suite in [Suite::Core, Suite::Robust, Suite::Device, Suite::Image] {
+    for &suite in Suite::value_variants() {
         let of_suite =
             MUTATIONS.iter().zip(&asked).filter(|(m, asked)| **asked && m.suite == suite);
         let mut tests: Vec<&str> = of_suite.flat_map(|(m, _)| m.tests).copied().collect();
@@ -178,7 +180,7 @@ fn tested(tree: &Path, suite: Suite, tests: &[&str]) -> Result<Fate, String> {
     let cargo = |arguments: &[&str]| {
         let mut command = Command::new(std::env::var_os("CARGO").unwrap_or_else(|| "cargo".into()));
         command.args(arguments).current_dir(tree).env("CARGO_TARGET_DIR", built(tree));
-        if matches!(suite, Suite::Core | Suite::Robust) {
+        if !matches!(suite, Suite::Device | Suite::Image) {
             // A fault is compiled once and run for a second.
             command.env("CARGO_PROFILE_DEV_OPT_LEVEL", "0").env("CARGO_PROFILE_DEV_DEBUG", "0");
         }
@@ -190,6 +192,8 @@ fn tested(tree: &Path, suite: Suite, tests: &[&str]) -> Result<Fate, String> {
     };
     let target = match suite {
         Suite::Core => ["stiction", "--lib"].as_slice(),
+        Suite::Contracts => &["stiction", "--test", "contracts"],
+        Suite::SignalPath => &["stiction", "--test", "signal_path"],
         Suite::Robust => &["stiction", "--test", "robust"],
         Suite::Device => &["loop-tests", "--test", "device"],
         Suite::Image => &[],
@@ -256,7 +260,8 @@ fn page(outcomes: &[Outcome]) -> String {
          `cargo xtask mutations` writes this page. It puts each of {} faults into a copy of the\n\
          sources, builds it, and runs the tests that should find it. A fault that is not found is\n\
          a missing test. A run that is asked for some of them keeps the rows of the others, and\n\
-         each row says on which commit it was found out.\n\n\
+         each row says on which commit it was found out. *In one build*: with other faults in\n\
+         it, and each of them was found by an assertion of its own.\n\n\
          {} found, {} not found, {} not built, {} not run. Nothing is said of those that were not\n\
          run.\n\n\
          | file | the fault, and why it matters | tests of | result | on commit |\n\
@@ -294,6 +299,18 @@ mod tests {
         let new = Mutation { why: "a fault that nobody has thought of", ..MUTATIONS[1] };
         assert_eq!(told_before(&page, &new).fate, Fate::NotRun);
         assert_eq!(told_before("", &MUTATIONS[1]).fate, Fate::NotRun);
+    }
+
+    #[test]
+    fn each_fault_of_the_list_has_its_row_on_the_page() {
+        let page = fs::read_to_string(root().join(PAGE)).unwrap_or_default();
+        for mutation in MUTATIONS {
+            let begin = row(mutation);
+            let rows = page.lines().filter(|line| line.starts_with(&begin)).count();
+            assert_eq!(rows, 1, "{begin}");
+        }
+        let rows = page.lines().filter(|line| line.starts_with("| `src/")).count();
+        assert_eq!(rows, MUTATIONS.len(), "rows of faults that are not in the list");
     }
 
     #[test]

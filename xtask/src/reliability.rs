@@ -13,7 +13,7 @@
 //! ```
 //!
 //! A figure that no test prints is an error: nothing measured on that page is older than the last
-//! run.
+//! run. So is a figure that the template has no place for: what is measured is shown.
 
 use std::fs;
 use std::io::{BufRead, BufReader};
@@ -140,6 +140,7 @@ fn figure(line: &str) -> Option<Figure> {
 }
 
 fn filled(template: &str, figures: &[Figure]) -> Result<String, String> {
+    all_have_a_place(template, figures)?;
     let mut page = String::new();
     for line in template.lines() {
         for line in lines(line, figures)? {
@@ -148,6 +149,25 @@ fn filled(template: &str, figures: &[Figure]) -> Result<String, String> {
         }
     }
     Ok(page)
+}
+
+/// Refuses a value that was printed and would be on no line of the page.
+fn all_have_a_place(template: &str, figures: &[Figure]) -> Result<(), String> {
+    for Figure { name, values } in figures {
+        let [each, any] = ["#", "*"].map(|tag| format!("{{{{{tag}{name}}}}}"));
+        for (key, _) in values {
+            let alone = format!("{{{{{name}.{key}}}}}");
+            let of_line = format!("{{{{{key}}}}}");
+            let has_place = template.lines().any(|line| {
+                let is_of_figure = line.starts_with(&each) || line.starts_with(&any);
+                line.contains(&alone) || (is_of_figure && line.contains(&of_line))
+            });
+            if !has_place {
+                return Err(format!("{TEMPLATE} has no place for `{key}` of `{MARK}{name}`"));
+            }
+        }
+    }
+    Ok(())
 }
 
 /// Fills a line of the template; it may become several, or none.
@@ -241,10 +261,51 @@ mod tests {
                         |\n{{?image}}with\n{{!image}}without";
         let page = "12 345 moves\n| cut | 0.2 |\n| swapped | 0.3 |\nwithout\n";
         assert_eq!(filled(template, &figures).as_deref(), Ok(page));
+        // What is printed has a place, and so has each of its values.
+        for (line, key) in [("{{#wires}}{{what}} {{s}}", "moves"), ("{{soak.moves}}", "what")] {
+            let said = filled(line, &figures).err().unwrap_or_default();
+            assert!(said.contains("no place") && said.contains(key), "{said}");
+        }
+        let said = filled("{{soak.moves}}\n{{*wires}}{{s}}", &figures).err().unwrap_or_default();
+        assert!(said.contains("`what` of `reliability: wires`"), "{said}");
+
+        let places = "{{soak.moves}}\n{{#wires}}{{what}}{{s}}\n";
         let missing =
             ["{{soak.days}}", "{{none.x}}", "{{wires.s}}", "{{#none}}| {{x}} |", "{{x", "{{x}}"];
         for line in missing {
-            assert!(filled(line, &figures).is_err(), "{line}");
+            assert!(filled(&format!("{places}{line}"), &figures).is_err(), "{line}");
+        }
+        assert!(filled(places, &figures).is_ok());
+    }
+
+    /// The rows of a table's heading, split into cells.
+    fn rows(text: &str) -> Vec<Vec<&str>> {
+        let (_, after) =
+            text.split_once("## Ways to run away that were closed").unwrap_or_default();
+        let lines = after.lines().skip_while(|line| !line.starts_with("|---"));
+        let rows = lines.skip(1).take_while(|line| line.starts_with('|'));
+        rows.map(|row| row.trim_matches('|').split('|').map(str::trim).collect()).collect()
+    }
+
+    #[test]
+    fn each_defect_of_the_safety_issue_has_tests_that_are_there() {
+        let [template, page] =
+            [TEMPLATE, PAGE].map(|path| fs::read_to_string(root().join(path)).unwrap_or_default());
+        let rows_of_template = rows(&template);
+        assert_eq!(rows(&page), rows_of_template, "{PAGE} is not what the template gives");
+        let numbers: Vec<String> = (1..=13).map(|number| number.to_string()).collect();
+        assert_eq!(rows_of_template.iter().map(|row| row[0]).collect::<Vec<_>>(), numbers);
+        for row in rows_of_template {
+            let [number, _, tests] = row[..] else { panic!("{row:?}") };
+            for of_file in tests.split("; ") {
+                let (path, names) = of_file.split_once(": ").unwrap_or_default();
+                let text = fs::read_to_string(root().join(path.trim_matches('`')));
+                let text = text.unwrap_or_else(|error| panic!("{number}: {path}: {error}"));
+                for name in names.split(", ").map(|name| name.trim_matches('`')) {
+                    // Some are in a macro of random cases, which gives them arguments.
+                    assert!(text.contains(&format!("fn {name}(")), "{number}: {path}: {name}");
+                }
+            }
         }
     }
 }

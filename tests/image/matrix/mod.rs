@@ -37,12 +37,13 @@ const fn ns(instructions: u32) -> u64 {
 }
 
 /// What a monitor sees.
-const ROWS: [&Row; 13] = [
+const ROWS: [&Row; 14] = [
     &rows::JUMP,
     &rows::STALL,
     &rows::HELD,
     &rows::CUT,
     &rows::ONE_CUT,
+    &rows::DEAD,
     &rows::FOLLOWING,
     &rows::OVERSPEED,
     &rows::POSITION,
@@ -243,6 +244,36 @@ fn a_reversed_encoder_is_seen_in_the_first_move_under_every_law() {
     }
     let (fault, what) = (Fault::EncoderReversed, "swapped wires, a step of 5 deg");
     tell(fault, what, Situation::Rest, controllers().count(), &format!("{slowest} ticks"));
+}
+
+/// An encoder that is dead from rest has no edge that could be missed: what is seen is the effort
+/// that the law asks for. Where the joint is by then, the impulse bounds.
+#[test]
+fn an_encoder_that_is_dead_at_rest_is_seen_in_the_next_step_under_every_law() {
+    let (row, mut driven, mut slowest) = (&rows::DEAD, Driven::boot(), 0);
+    for law in controllers() {
+        let name = format!("{}, {law}", row.what);
+        driven.take(law, row.set);
+        driven.client().arm().unwrap();
+        // The soft start is over, and the joint stays where it is.
+        driven.pass(30);
+        driven.act(|halted| halted.rewire(Wires::Cut));
+        // Pull-ups hold the ends of cut wires, which may make two counts; they are no speed any
+        // more when the step comes.
+        driven.pass(10);
+        driven.client().step_to(0.41).unwrap();
+        let from = driven.act(|halted| halted.plant().position_deg());
+        let (ticks, sample) = seen(row, &mut driven, &name, row.within[0].unwrap());
+        slowest = slowest.max(ticks);
+        // 0.05 V beyond the breakaway for 4 s move the joint (27 deg/s^2 for a volt, 0.02 V s/deg)
+        // by less than 9 deg, and more effort less far.
+        let travel = driven.act(|halted| halted.plant().position_deg()) - from;
+        assert!(travel > 0.0 && travel < 9.0, "{name}: {travel} deg");
+        assert_latched(&mut driven, &name, (row.fault, row.value), sample);
+        driven.take(law, row.set);
+        assert_armed_again_only_as_it_should(&mut driven, &name);
+    }
+    tell(row.fault, row.what, Situation::Rest, controllers().count(), &format!("{slowest} ticks"));
 }
 
 fn assert_reported(situation: Situation) {

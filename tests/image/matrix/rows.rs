@@ -32,7 +32,7 @@ const fn all(within: [u32; 2]) -> [Result<[u32; 2], &'static str>; 3] {
     [Ok(within), Ok(within), Ok(within)]
 }
 
-const NO_EDGE: &str = "at rest it is seen at the next move: tests/device/dead_encoder.rs";
+const NO_EDGE: &str = "at rest it is seen at the next move: a row of its own";
 
 pub const STALL: Row = Row {
     fault: Fault::Stall,
@@ -85,6 +85,20 @@ pub const ONE_CUT: Row = Row {
         }
     },
     ..CUT
+};
+
+/// From rest, and the injection is the step: its error asks for hardly more than the breakaway.
+pub const DEAD: Row = Row {
+    what: "both encoder wires cut at rest, then a step of 0.41 deg",
+    inject: |_, _| {},
+    within: [
+        // 0.2 V s are 2049 codes of a tick, and the least excess that counts is 10 of them, an
+        // eighth of 0.4 V: 205 ticks. A tick may be under way when the step is taken.
+        Ok([1, 206]),
+        Err("both wires cut, in a row of its own"),
+        Err("both wires cut, in a row of its own"),
+    ],
+    ..STALL
 };
 
 pub const JUMP: Row = Row {
