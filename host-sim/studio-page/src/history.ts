@@ -165,9 +165,16 @@ export class History {
     return this.seconds(clock + this.offset);
   }
 
+  // Whether nothing is missing between those rows, as far as their ends tell.
+  whole(first: number, last: number): boolean {
+    const [from, to] = [this.at(first), this.at(last)];
+    const numbers = (this.numbers[to] - this.numbers[from]) >>> 0;
+    return numbers === last - first && this.clocks[to] >= this.clocks[from];
+  }
+
   // Whether nothing is missing between that row and the one before it.
   follows(row: number): boolean {
-    return row > 0 && this.number(row) === (this.number(row - 1) + 1) >>> 0;
+    return row > 0 && this.whole(row - 1, row);
   }
 
   clock(row: number): number {

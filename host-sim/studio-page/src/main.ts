@@ -322,7 +322,8 @@ function frame(now: number): void {
   if (!dirty || !history.hello || now - drawn < Math.max(30, 3 * took)) return;
   count++;
   if (now - counted >= 1000) {
-    by('rate').textContent = `drawn ${Math.round((1000 * count) / (now - counted))} times a second`;
+    by('drawn').textContent =
+      `drawn ${Math.round((1000 * count) / (now - counted))} times a second`;
     [counted, count] = [now, 0];
   }
   drawn = now;

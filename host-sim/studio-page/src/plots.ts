@@ -272,13 +272,14 @@ export function curves(
   };
   const readers = terms.map((term) => term.value(of));
   const isArmed = of.arming();
-  let number = first > 0 ? of.number(first - 1) : null;
-  for (let row = first; row < end; row += piece) {
-    const stop = Math.min(end, row + piece);
-    const follows = (of.number(stop - 1) - of.number(row)) >>> 0 === stop - 1 - row;
-    if (!follows || (number !== null && of.number(row) !== (number + 1) >>> 0))
-      gap(of.time(row) - 1e-6);
-    number = of.number(stop - 1);
+  for (let row = first, stop; row < end; row = stop) {
+    stop = Math.min(end, row + piece);
+    // A piece ends where samples are missing, or a line would lead across.
+    if (!of.whole(row, stop - 1)) {
+      stop = row + 1;
+      while (of.follows(stop)) stop++;
+    }
+    if (row > 0 && !of.follows(row)) gap(of.time(row) - 1e-6);
     const armed = isArmed(row) && isArmed(stop - 1);
     if (piece === 1 || !armed) {
       times.push(of.time(row));

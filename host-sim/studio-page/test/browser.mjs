@@ -108,6 +108,7 @@ const tests = {
       .waitFor();
     await page.waitForTimeout(1000);
     assert.match(await text(page, '#samples'), /^\d+ samples, none lost$/);
+    await page.locator('#drawn', { hasText: /^drawn [1-9]\d* times a second$/ }).waitFor();
   },
 
   async 'Escape and Space stop it'(page) {

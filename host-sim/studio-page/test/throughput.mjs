@@ -55,7 +55,7 @@ try {
     const now = taken(server.pid);
     first ??= now;
     const share = (now.cpu - before.cpu) / (passed / 1000);
-    const [samples, drawn] = [await text(page, '#samples'), await text(page, '#rate')];
+    const [samples, drawn] = [await text(page, '#samples'), await text(page, '#drawn')];
     console.log(
       `${(passed / 1000).toFixed(0)} s: server ${(100 * share).toFixed(1)} % of a core, ` +
         `${now.mb.toFixed(1)} MB; page: ${samples}, ${drawn}`,

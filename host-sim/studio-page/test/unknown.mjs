@@ -133,6 +133,19 @@ export const unknown = ({ text, said, visit }) => ({
     const panels = svg.match(/font-weight="bold"/g).length;
     assert.equal(svg.match(/class="gap"/g).length, 2 * panels);
     assert.equal(svg.match(/class="reset"/g).length, panels);
+    // No line leads across one of them, as far as they are broader than the least width.
+    const bands = [...svg.matchAll(/<rect x="([\d.]+)" y="\d+" width="([\d.]+)"/g)]
+      .map(([, ...all]) => all.map(Number))
+      .filter(([, width]) => width > 1.5);
+    const curves = [...svg.matchAll(/ d="(M[^"HVh]+)"/g)].map(([, path]) => path);
+    assert.ok(bands.length >= 2 * panels && curves.length >= panels);
+    for (const line of curves.flatMap((path) => path.slice(1).split('M'))) {
+      const [first, last] = [line, line.slice(line.lastIndexOf('L') + 1)].map(parseFloat);
+      for (const [from, width] of bands) {
+        const middle = from + width / 2;
+        assert.ok(last < middle || first > middle, `${first} to ${last} across ${middle}`);
+      }
+    }
     // A double click shows as much as was chosen: two seconds of ticks of 20 ms.
     await page.locator('[data-view=live]').click();
     await page.locator('#span').selectOption('2');
