@@ -24,7 +24,7 @@ pub struct Arguments {
         value_name = "MINUTES",
         num_args = 0..=1,
         default_missing_value = "10",
-        value_parser = clap::value_parser!(u32).range(1..),
+        value_parser = clap::value_parser!(u32).range(2..),
         conflicts_with_all = ["with_emulator", "build", "picture", "arguments"]
     )]
     throughput: Option<u32>,
