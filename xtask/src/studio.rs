@@ -18,7 +18,8 @@ pub struct Arguments {
     /// Make the pictures of docs/ in a browser, and start nothing else
     #[arg(long)]
     picture: bool,
-    /// Measure for so many minutes what server and page take, and fail if that is too much; on Linux
+    /// Measure for so many minutes what server and page take, and fail if that is too much; on
+    /// Linux
     #[arg(
         long,
         value_name = "MINUTES",

@@ -66,9 +66,10 @@ export function svg(plots: Plots, title: string): Blob {
     text(10, top + 12, panel.title, 'font-weight="bold"');
     for (const gap of plots.gaps) {
       const [from, to] = [Math.max(begin, gap.begin), Math.min(end, gap.end)].map(x);
+      const broad = Math.max(1, to - from).toFixed(2);
       parts.push(
-        `<rect x="${from.toFixed(2)}" y="${top + 22}" width="${Math.max(1, to - from).toFixed(2)}" ` +
-          `height="${height}" fill="${gapColour(gap)}" class="${gap.isReset ? 'reset' : 'gap'}"/>`,
+        `<rect x="${from.toFixed(2)}" y="${top + 22}" width="${broad}" height="${height}" ` +
+          `fill="${gapColour(gap)}" class="${gap.isReset ? 'reset' : 'gap'}"/>`,
       );
       if (gap.isReset) text(from + 3, top + 34, 'reset');
     }

@@ -1,4 +1,5 @@
-// Tests of what the page says where something is missing: a status, samples, a device that was reset.
+// Tests of what the page says where something is missing: a status, samples, the time of a device
+// that was reset.
 
 import assert from 'node:assert/strict';
 import { readFileSync } from 'node:fs';
