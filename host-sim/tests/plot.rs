@@ -88,6 +88,22 @@ fn a_log_is_drawn_over_the_run_that_it_repeats_and_a_ramp_without_a_reference() 
 }
 
 #[test]
+fn ticks_without_a_loop_are_left_out_and_the_rest_is_drawn() {
+    let directory = tempfile::tempdir().unwrap();
+    let out = directory.path();
+    let header = "time_s,reference_deg,position_deg,error_deg,velocity_deg_per_s,v_pd_v,v_c_v,v_v";
+    let (without, armed) = ("0.02,,,,,,,", "0.04,1,0.5,0.5,0,1,0,1\n0.06,1,0.6,0.4,5,1,0,1");
+    let log = out.join("log.csv");
+    for (rows, is_drawn) in [(format!("{without}\n{armed}"), true), (without.into(), false)] {
+        std::fs::write(&log, format!("{header}\n{rows}\n")).unwrap();
+        let output = stiction(&["plot", "--out", out.to_str().unwrap(), log.to_str().unwrap()]);
+        let said = String::from_utf8_lossy(&output.stderr).into_owned();
+        assert_eq!(output.status.success(), is_drawn, "{said}");
+        assert_eq!(said.contains("no samples"), !is_drawn, "{said}");
+    }
+}
+
+#[test]
 fn what_cannot_be_drawn_is_one_sentence_that_names_the_file() {
     let directory = tempfile::tempdir().unwrap();
     let out = directory.path();

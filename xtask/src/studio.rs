@@ -18,9 +18,23 @@ pub struct Arguments {
     /// Make the pictures of docs/ in a browser, and start nothing else
     #[arg(long)]
     picture: bool,
+    /// Measure for so many minutes what server and page take, and fail if that is too much; on
+    /// Linux
+    #[arg(
+        long,
+        value_name = "MINUTES",
+        num_args = 0..=1,
+        default_missing_value = "10",
+        value_parser = clap::value_parser!(u32).range(2..),
+        conflicts_with_all = ["with_emulator", "build", "picture", "arguments"]
+    )]
+    throughput: Option<u32>,
     /// Build the page with the simulator in it, as static files in target/playground, and start
     /// nothing
-    #[arg(long, conflicts_with_all = ["with_emulator", "build", "picture", "arguments"])]
+    #[arg(
+        long,
+        conflicts_with_all = ["with_emulator", "build", "picture", "throughput", "arguments"]
+    )]
     playground: bool,
     /// Test the playground in a browser as well
     #[arg(long, requires = "playground")]
@@ -49,11 +63,14 @@ pub fn studio(arguments: &Arguments) -> Result<(), String> {
         return Ok(());
     }
     if arguments.picture {
-        let Some(browser) = browser() else {
-            return Err(format!("the pictures need one of {}", BROWSERS.join(", ")));
-        };
         let job = Job::new("Making the pictures of docs/");
+        let browser = needed("making the pictures")?;
         return job.run(script("pictures.mjs", browser).arg(root().join("docs")));
+    }
+    if let Some(minutes) = arguments.throughput {
+        let job = Job::new("Measuring what the studio takes");
+        let browser = needed("measuring")?;
+        return job.run(script("throughput.mjs", browser).arg(minutes.to_string()));
     }
     let mut run = cargo(&["run", "--quiet", "--bin", "stiction"]);
     options(&mut run, arguments.with_emulator);
@@ -139,6 +156,11 @@ pub fn test(browser: Option<&str>) -> Result<(), String> {
         test.arg("--image").arg(image);
     }
     job.run(&mut test)
+}
+
+/// A browser for what cannot be done without one.
+fn needed(by: &str) -> Result<&'static str, String> {
+    browser().ok_or_else(|| format!("{by} needs one of {}", BROWSERS.join(", ")))
 }
 
 /// A browser that is installed.

@@ -4,7 +4,6 @@ use std::io;
 use std::net::SocketAddr;
 use std::pin::Pin;
 use std::sync::Arc;
-use std::sync::atomic::{AtomicBool, Ordering};
 use std::task::{Context, Poll};
 use std::time::Duration;
 
@@ -12,6 +11,8 @@ use axum::serve::Listener;
 use tokio::io::{AsyncRead, AsyncWrite, ReadBuf};
 use tokio::net::{TcpListener, TcpStream};
 use tokio::sync::{OwnedSemaphorePermit, Semaphore};
+
+use super::refusals::Refusals;
 
 /// The largest number of connections: a browser opens six, and some pages may be open.
 pub const CONNECTIONS: usize = 64;
@@ -21,13 +22,13 @@ pub const CONNECTIONS: usize = 64;
 pub struct Bounded {
     listener: TcpListener,
     room: Arc<Semaphore>,
-    told: AtomicBool,
+    refusals: Arc<Refusals>,
 }
 
 impl Bounded {
     /// Takes the connections of a listener.
-    pub fn new(listener: TcpListener) -> Self {
-        Self { listener, room: Arc::new(Semaphore::new(CONNECTIONS)), told: AtomicBool::new(false) }
+    pub fn new(listener: TcpListener, refusals: Arc<Refusals>) -> Self {
+        Self { listener, room: Arc::new(Semaphore::new(CONNECTIONS)), refusals }
     }
 }
 
@@ -40,10 +41,9 @@ impl Listener for Bounded {
             match self.listener.accept().await {
                 Ok((stream, address)) => match self.room.clone().try_acquire_owned() {
                     Ok(permit) => return (Counted { stream, _permit: permit }, address),
-                    Err(_) if self.told.swap(true, Ordering::Relaxed) => {}
-                    Err(_) => super::refusals::say(&format!(
-                        "more than {CONNECTIONS} connections: those beyond are closed"
-                    )),
+                    Err(_) => self
+                        .refusals
+                        .tell(&format!("a connection was closed: {CONNECTIONS} are open already")),
                 },
                 // The system has no more files, say. That passes.
                 Err(_) => tokio::time::sleep(Duration::from_millis(100)).await,

@@ -1,5 +1,6 @@
-//! Tells the person at the terminal what was refused, but not so often that it drowns the rest.
+//! Tells what was refused, but not so often that it drowns the rest.
 
+use std::fmt;
 use std::io::Write;
 use std::sync::{Mutex, PoisonError};
 use std::time::{Duration, Instant};
@@ -9,9 +10,6 @@ const TOLD: u32 = 8;
 
 /// The time that [`TOLD`] is counted in.
 const WITHIN: Duration = Duration::from_secs(10);
-
-/// The refusals of this program.
-static ALL: Mutex<Counted> = Mutex::new(Counted { since: None, told: 0, untold: 0 });
 
 /// Refusals of the time that is counted in.
 #[derive(Debug, Default)]
@@ -40,16 +38,35 @@ impl Counted {
     }
 }
 
-/// Tells of a refusal.
-pub fn refusal(what: &str) {
-    let mut all = ALL.lock().unwrap_or_else(PoisonError::into_inner);
-    if let Some(line) = all.line(what, Instant::now()) {
-        say(&line);
+/// The refusals of a server, and who is told of them.
+pub struct Refusals {
+    counted: Mutex<Counted>,
+    to: Box<dyn Fn(&str) + Send + Sync>,
+}
+
+impl fmt::Debug for Refusals {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.debug_struct("Refusals").field("counted", &self.counted).finish_non_exhaustive()
+    }
+}
+
+impl Refusals {
+    /// Tells refusals to somebody.
+    pub fn new(to: impl Fn(&str) + Send + Sync + 'static) -> Self {
+        Self { counted: Mutex::default(), to: Box::new(to) }
+    }
+
+    /// Tells of a refusal, unless there were too many.
+    pub fn tell(&self, what: &str) {
+        let mut counted = self.counted.lock().unwrap_or_else(PoisonError::into_inner);
+        if let Some(line) = counted.line(what, Instant::now()) {
+            (self.to)(&line);
+        }
     }
 }
 
 /// Tells the person at the terminal.
-pub fn say(what: &str) {
+pub fn at_the_terminal(what: &str) {
     // If even this cannot be written there is nobody to tell.
     let _ = writeln!(std::io::stderr(), "stiction: studio: {what}");
 }

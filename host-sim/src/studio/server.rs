@@ -22,7 +22,7 @@ use super::desk::Shared;
 use super::forecaster::{self, Wishes};
 use super::guard::{Token, is_host, is_origin};
 use super::listener::Bounded;
-use super::refusals::refusal;
+use super::refusals::{Refusals, at_the_terminal};
 use super::request::LARGEST;
 use super::socket::{Desk, serve};
 use super::tuner::Tuner;
@@ -79,6 +79,19 @@ impl Server {
         wanted: Wanted,
         open: impl Fn() -> Result<W, Error> + Send + 'static,
     ) -> Result<Self, Error> {
+        Self::start_telling(wanted, at_the_terminal, open)
+    }
+
+    /// The same, where `refused` is told what is refused in the place of the terminal. It is called
+    /// by the server's thread, and must not wait.
+    ///
+    /// # Errors
+    /// As [`start`](Self::start).
+    pub fn start_telling<W: Wire>(
+        wanted: Wanted,
+        refused: impl Fn(&str) + Send + Sync + 'static,
+        open: impl Fn() -> Result<W, Error> + Send + 'static,
+    ) -> Result<Self, Error> {
         let token = Token::random()?;
         let failed = |error: std::io::Error| {
             Error::Input(format!("studio: cannot listen at {}: {error}", wanted.listen))
@@ -102,8 +115,9 @@ impl Server {
         std::thread::spawn(move || forecaster::run(&for_forecaster, &known, own.as_deref()));
         let gone = || Error::Device("studio: the device's thread has ended".into());
         is_ready.recv().map_err(|_| gone())??;
+        let refusals = Arc::new(Refusals::new(refused));
         let door = Door {
-            desk: Desk { shared, orders, wishes, tuner: tuner.clone() },
+            desk: Desk { shared, orders, wishes, tuner: tuner.clone(), refusals },
             token: token.clone(),
             bound: address,
             pages: Arc::new(Semaphore::new(PAGES)),
@@ -113,9 +127,10 @@ impl Server {
         let thread = std::thread::spawn(move || {
             runtime.block_on(async {
                 let Ok(listener) = TcpListener::from_std(listener) else { return };
+                let listener = Bounded::new(listener, door.desk.refusals.clone());
                 tokio::select! {
                     // This never ends by itself.
-                    _ = axum::serve(Bounded::new(listener), routes(door)).into_future() => {}
+                    _ = axum::serve(listener, routes(door)).into_future() => {}
                     _ = ended => {}
                 }
             });
@@ -173,9 +188,11 @@ fn routes(door: Door) -> Router {
     router.layer(from_fn_with_state(door.clone(), by_address)).with_state(door)
 }
 
-fn refused(why: &'static str) -> Response {
-    refusal(&format!("a connection was refused: {why}"));
-    (StatusCode::FORBIDDEN, format!("{why}\n")).into_response()
+impl Door {
+    fn refused(&self, why: &'static str) -> Response {
+        self.desk.refusals.tell(&format!("a connection was refused: {why}"));
+        (StatusCode::FORBIDDEN, format!("{why}\n")).into_response()
+    }
 }
 
 fn text(headers: &HeaderMap, name: header::HeaderName) -> &str {
@@ -185,7 +202,8 @@ fn text(headers: &HeaderMap, name: header::HeaderName) -> &str {
 /// Lets in who has come by the address of this server.
 async fn by_address(State(door): State<Door>, request: Request, next: Next) -> Response {
     if !is_host(text(request.headers(), header::HOST), door.bound) {
-        return refused("the address of the page is not the one that the studio has printed");
+        let why = "the address of the page is not the one that the studio has printed";
+        return door.refused(why);
     }
     next.run(request).await
 }
@@ -203,13 +221,14 @@ async fn link(
     upgrade: WebSocketUpgrade,
 ) -> Response {
     if !is_origin(text(&headers, header::ORIGIN), text(&headers, header::HOST)) {
-        return refused("the page is of another origin");
+        return door.refused("the page is of another origin");
     }
     if !door.token.is(&secret.token) {
-        return refused("the token is wrong: open the address that the studio has printed last");
+        let why = "the token is wrong: open the address that the studio has printed last";
+        return door.refused(why);
     }
     let Ok(permit) = door.pages.clone().try_acquire_owned() else {
-        return refused("too many pages are open");
+        return door.refused("too many pages are open");
     };
     let number = door.numbers.fetch_add(1, Ordering::Relaxed);
     upgrade.max_message_size(LARGEST).max_frame_size(LARGEST).on_upgrade(move |socket| async move {

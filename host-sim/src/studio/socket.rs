@@ -16,7 +16,7 @@ use super::control::TAKEN;
 use super::desk::{Order, Shared, answer};
 use super::forecaster::Wishes;
 use super::news::{News, Newsroom};
-use super::refusals::refusal;
+use super::refusals::Refusals;
 use super::request::{Ask, Request, Tuning};
 use super::tuner::Tuner;
 use crate::error::Error;
@@ -41,6 +41,8 @@ pub struct Desk {
     pub wishes: Arc<Wishes>,
     /// Tunes.
     pub tuner: Arc<Tuner>,
+    /// Tells what is refused.
+    pub refusals: Arc<Refusals>,
 }
 
 /// A connection, which gives the command back when it ends, however that is.
@@ -74,7 +76,7 @@ pub async fn serve(socket: WebSocket, number: u64, desk: Desk) {
 /// Takes what a page asks for, until it leaves or makes too many mistakes.
 async fn listen(mut from: SplitStream<WebSocket>, page: &Page, answers: &mpsc::Sender<String>) {
     let mut mistakes = 0;
-    let refuse = |why: &str| refusal(&format!("page {}: {why}", page.number));
+    let refuse = |why: &str| page.desk.refusals.tell(&format!("page {}: {why}", page.number));
     while let Some(message) = from.next().await {
         let message = match message {
             Ok(message) => message,

@@ -146,6 +146,8 @@ pub fn run<W: Wire>(
         // What was driven from here is stopped before anything else, once it can be reached.
         let was_armed = worker.armed_here;
         let driven = if worker.driven { ". THE MOTOR MAY STILL BE DRIVEN" } else { "" };
+        // A page that comes now must not take the last status for what the device does.
+        shared.news.forget("status");
         shared.news.tell("gone", json!({ "said": format!("{error}{driven}") }));
         if worker.test.is_some() {
             let why = "selftest: the device did not answer; predict it anew";

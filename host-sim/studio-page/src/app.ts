@@ -2,12 +2,16 @@
 
 import { History, type Hello } from './history';
 import type { Event } from './link';
+import type { Session } from './session';
 
 export const by = <T extends HTMLElement = HTMLElement>(id: string) =>
   document.getElementById(id) as T;
 export const on = (id: string, what: () => void) => {
   by(id).onclick = what;
 };
+
+// What the device sends while a recording is shown.
+export type Aside = { history: History; motion: Event | null };
 
 export type App = {
   hello: Hello | null;
@@ -18,6 +22,8 @@ export type App = {
   connected: boolean;
   gone: string | null;
   recording: boolean;
+  recorded: Session | null;
+  aside: Aside | null;
   // A self-test moves the joint.
   testing: boolean;
   view: string;
@@ -36,11 +42,16 @@ export const app: App = {
   connected: false,
   gone: null,
   recording: false,
+  recorded: null,
+  aside: null,
   testing: false,
   view: 'live',
   motion: null,
   found: null,
 };
+
+// What the device has sent, whether it is shown or not.
+export const live = (): History => app.aside?.history ?? history;
 
 // Whether a request of this page would be listened to.
 export function may(): boolean {

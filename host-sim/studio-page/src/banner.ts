@@ -10,7 +10,8 @@ export type Seen = {
   gone: string | null;
   recording: boolean;
   hello: Hello | null;
-  driven: boolean;
+  // Null if it is not known.
+  driven: boolean | null;
 };
 type Said = [kind: string, what: string, more: string];
 
@@ -51,6 +52,8 @@ function device({ inPage, connected, gone, hello, driven }: Seen): Said {
       'EMULATED MICROCONTROLLER',
       'the flash image around a simulated joint: nothing moves',
     ];
+  if (driven === null)
+    return ['unknown', '? A REAL MOTOR', 'it is not known whether it is driven: keep clear of it'];
   return driven
     ? ['driven', '▲ A REAL MOTOR IS DRIVEN', 'keep clear of the joint']
     : [

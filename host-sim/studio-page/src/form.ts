@@ -31,7 +31,13 @@ export class Form {
     this.build();
   }
 
+  private wanted = { words: '', changedOnly: false };
+
+  // Whoever types or has looked for something does so still in the form that is built anew.
   private build(): void {
+    const at = document.activeElement;
+    const path = this.root.contains(at) && at?.closest<HTMLElement>('[data-path]')?.dataset.path;
+    const { selectionStart = null, selectionEnd = null } = at instanceof HTMLInputElement ? at : {};
     const open = new Set(
       [...this.root.querySelectorAll<HTMLDetailsElement>('details[open]')].map(
         (one) => one.dataset.table,
@@ -53,6 +59,15 @@ export class Form {
       }),
     );
     this.mark();
+    if (this.isFiltered) this.filter();
+    if (!path) return;
+    const input = this.box(path)?.querySelector('input');
+    input?.focus({ preventScroll: true });
+    input?.setSelectionRange(selectionStart, selectionEnd);
+  }
+
+  private box(path: string): HTMLElement | null {
+    return this.root.querySelector<HTMLElement>(`[data-path="${CSS.escape(path)}"]`);
   }
 
   private row(row: Row): HTMLElement {
@@ -85,7 +100,7 @@ export class Form {
 
   private mark(): void {
     for (const row of this.rows) {
-      const box = this.root.querySelector<HTMLElement>(`[data-path="${CSS.escape(row.path)}"]`);
+      const box = this.box(row.path);
       if (!box) continue;
       const edit = this.edits.get(row.path);
       const unsaved = row.saved !== null && row.saved !== row.value;
@@ -113,6 +128,16 @@ export class Form {
   }
 
   find(words: string, changedOnly: boolean): void {
+    this.wanted = { words, changedOnly };
+    this.filter();
+  }
+
+  private get isFiltered(): boolean {
+    return this.wanted.words.trim() !== '' || this.wanted.changedOnly;
+  }
+
+  private filter(): void {
+    const { words, changedOnly } = this.wanted;
     const wanted = words.toLowerCase().split(/\s+/).filter(Boolean);
     for (const group of this.root.querySelectorAll<HTMLDetailsElement>('details')) {
       let found = 0;
@@ -124,7 +149,7 @@ export class Form {
         if (!box.hidden) found++;
       }
       group.hidden = found === 0;
-      group.open = wanted.length || changedOnly ? found > 0 : isOpen(group.dataset.table!);
+      group.open = this.isFiltered ? found > 0 : isOpen(group.dataset.table!);
     }
   }
 

@@ -14,12 +14,17 @@ export type Hello = {
   signals: Signal[];
   law: string[];
 };
-export type Gap = { begin: number; end: number; lost: number };
+// Where samples are missing, or the device was reset.
+export type Gap = { begin: number; end: number; lost: number; isReset: boolean };
 
 const MINUTES = 10;
 const MOST_ROWS = 1 << 20;
 const MOST_GAPS = 1000;
 const ANEW_S = 0.5;
+// Nobody knows how long a device was off that was reset. That much room is left for it.
+const RESET_S = 1;
+// A clock of 32 bits that has come to its end is that near to its begin again.
+const WRAPPED = 1 << 24;
 
 type Column = Float32Array | Int32Array | Uint32Array;
 
@@ -27,12 +32,16 @@ export class History {
   hello: Hello | null = null;
   length = 0;
   lost = 0;
+  resets = 0;
   gaps: Gap[] = [];
   private fresh = false;
   private room = 0;
   private begin = 0;
   private numbers = new Uint32Array(0);
   private clocks = new Uint32Array(0);
+  // The clocks as one time that goes on across resets.
+  private ticks = new Float64Array(0);
+  private offset = 0;
   private columns: Column[] = [];
   private places = new Map<string, number>();
 
@@ -42,10 +51,12 @@ export class History {
     this.room = Math.min(MOST_ROWS, Math.ceil(wanted));
     this.numbers = new Uint32Array(this.room);
     this.clocks = new Uint32Array(this.room);
+    this.ticks = new Float64Array(this.room);
     const make = { number: Float32Array, whole: Int32Array, bits: Uint32Array };
     this.columns = hello.signals.map(({ form }) => new make[form](this.room));
     this.places = new Map(hello.signals.map(({ name }, place) => [name, place]));
-    this.length = this.begin = this.lost = 0;
+    this.length = this.begin = this.lost = this.resets = this.offset = 0;
+    this.fresh = false;
     this.gaps = [];
   }
 
@@ -71,6 +82,7 @@ export class History {
     copy.take(this);
     copy.numbers = this.numbers.slice();
     copy.clocks = this.clocks.slice();
+    copy.ticks = this.ticks.slice();
     copy.columns = this.columns.map((column) => column.slice());
     copy.gaps = [...this.gaps];
     return copy;
@@ -92,21 +104,29 @@ export class History {
   push(number: number, clock: number, value: (column: number) => number): void {
     if (this.length > 0) {
       const last = this.at(this.length - 1);
+      const passed = (clock - this.clocks[last]) >>> 0;
       // A device that was reset begins its time anew.
-      if (clock < this.clocks[last]) this.length = this.begin = this.gaps.length = this.lost = 0;
-      else {
-        const lost = this.fresh
-          ? this.unsent(clock - this.clocks[last])
-          : (number - this.numbers[last] - 1) >>> 0;
-        if (lost > 0) {
-          this.lost += lost;
-          this.gaps.push({
-            begin: this.seconds(this.clocks[last]),
-            end: this.seconds(clock),
-            lost,
-          });
-          if (this.gaps.length > MOST_GAPS) this.gaps.shift();
-        }
+      const isReset = clock < this.clocks[last] && passed > WRAPPED;
+      // Numbers begin anew, also in a session that was kept, when the device was asked anew.
+      const isAnew = this.fresh || number <= this.numbers[last];
+      let lost = 0;
+      if (isReset) {
+        const room = Math.ceil(RESET_S / Math.max(this.hello?.sample_time_s ?? 1, 1e-6));
+        this.offset = this.ticks[last] + room - clock;
+        this.resets++;
+      } else {
+        this.offset = this.ticks[last] + passed - clock;
+        lost = isAnew ? this.unsent(passed) : number - this.numbers[last] - 1;
+      }
+      if (isReset || lost > 0) {
+        this.lost += lost;
+        this.gaps.push({
+          begin: this.seconds(this.ticks[last]),
+          end: this.timeOf(clock),
+          lost,
+          isReset,
+        });
+        if (this.gaps.length > MOST_GAPS) this.gaps.shift();
       }
     }
     this.fresh = false;
@@ -115,6 +135,7 @@ export class History {
     const at = this.at(this.length - 1);
     this.numbers[at] = number;
     this.clocks[at] = clock;
+    this.ticks[at] = clock + this.offset;
     for (let column = 0; column < this.columns.length; column++)
       this.columns[column][at] = value(column);
   }
@@ -131,12 +152,29 @@ export class History {
     return at >= this.room ? at - this.room : at;
   }
 
-  private seconds(clock: number): number {
-    return clock * (this.hello?.sample_time_s ?? 0);
+  private seconds(ticks: number): number {
+    return ticks * (this.hello?.sample_time_s ?? 0);
   }
 
   time(row: number): number {
-    return this.seconds(this.clocks[this.at(row)]);
+    return this.seconds(this.ticks[this.at(row)]);
+  }
+
+  // The time of a clock since the last reset.
+  timeOf(clock: number): number {
+    return this.seconds(clock + this.offset);
+  }
+
+  // Whether nothing is missing between those rows, as far as their ends tell.
+  whole(first: number, last: number): boolean {
+    const [from, to] = [this.at(first), this.at(last)];
+    const numbers = (this.numbers[to] - this.numbers[from]) >>> 0;
+    return numbers === last - first && this.clocks[to] >= this.clocks[from];
+  }
+
+  // Whether nothing is missing between that row and the one before it.
+  follows(row: number): boolean {
+    return row > 0 && this.whole(row - 1, row);
   }
 
   clock(row: number): number {
@@ -166,7 +204,13 @@ export class History {
 
   // Whether the loop is closed in that tick. Without it every other signal is zero.
   armed(row: number): boolean {
-    return (this.value('status', row) & 0xff) === 2;
+    return this.arming()(row);
+  }
+
+  // Reads that by its row, until the next sample comes.
+  arming(): (row: number) => boolean {
+    const status = this.reader('status');
+    return (row) => (status(row) & 0xff) === 2;
   }
 
   // The first row that is not before that time.

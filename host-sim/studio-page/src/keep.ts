@@ -1,26 +1,23 @@
 // The view of the session: keep it, open one, export pictures and numbers.
 
-import { app, by, history, on } from './app';
-import type { Hello, History } from './history';
+import { app, by, element, history, on } from './app';
+import { History } from './history';
 import { mcap } from './mcap';
 import { read } from './parameters';
 import { png, svg } from './picture';
-import type { Planes } from './planes';
 import type { Plots } from './plots';
-import { allEvents, putEvents, said } from './said';
+import { allEvents, listEvents, said } from './said';
 import { csv, download, open, save, stamp } from './session';
-import { panels } from './terms';
 
 export type Page = {
   plots: Plots;
-  planes: Planes;
   look: () => void;
   show: (view: string) => void;
-  begin: (of: Hello) => void;
+  redraw: () => void;
   windowMoved: () => void;
 };
 
-export function keep({ plots, planes, look, show, begin, windowMoved }: Page): void {
+export function keep({ plots, look, show, redraw, windowMoved }: Page): void {
   // What takes long is written of the history as it is now. Samples go on coming meanwhile.
   const write = (id: string, kind: string, what: (of: History) => Promise<Blob>) =>
     on(id, async () => {
@@ -36,21 +33,33 @@ export function keep({ plots, planes, look, show, begin, windowMoved }: Page): v
       }
     });
   write('keep', 'jsonl', (of) =>
-    save(of, { hello: of.hello!, file: app.file, events: [...allEvents()] }),
+    save(of, {
+      saved: app.recorded?.saved ?? new Date().toISOString(),
+      hello: of.hello!,
+      file: app.recorded ? app.recorded.file : app.file,
+      events: [...allEvents()],
+    }),
   );
   read(by('open'), async (text, name) => {
     try {
       const [session, opened] = await open(text);
+      // What the device sends goes on beside it.
+      if (!app.aside) {
+        const device = new History();
+        device.take(history);
+        app.aside = { history: device, motion: app.motion };
+      }
       history.take(opened);
       app.recording = true;
+      app.recorded = session;
       app.motion = null;
-      putEvents(session.events);
-      plots.build(panels(session.hello));
-      planes.build();
+      tellRecorded();
+      redraw();
       const length = history.length ? history.time(history.length - 1) - history.time(0) : 10;
       plots.window = { length: Math.max(0.1, length), end: plots.now };
       windowMoved();
-      said(`opened ${name}: ${history.length} samples of ${session.hello.device}`, true);
+      const { device, firmware } = session.hello;
+      said(`opened ${name}: ${history.length} samples of ${device}, firmware ${firmware}`, true);
       show('live');
     } catch (error) {
       // What was shown so far stays.
@@ -59,9 +68,15 @@ export function keep({ plots, planes, look, show, begin, windowMoved }: Page): v
     look();
   });
   on('back', () => {
+    const { aside } = app;
+    if (!aside) return;
+    history.take(aside.history);
+    app.motion = aside.motion;
+    app.aside = app.recorded = null;
     app.recording = false;
-    putEvents([]);
-    if (app.hello) begin(app.hello);
+    tellRecorded();
+    redraw();
+    listEvents();
     look();
   });
   const title = () => `${history.hello?.device ?? ''} – ${history.hello?.warning ?? 'measured'}`;
@@ -72,4 +87,29 @@ export function keep({ plots, planes, look, show, begin, windowMoved }: Page): v
     if (picture) download(picture, `stiction-${stamp()}.png`);
   });
   on('svg', () => download(svg(plots, title()), `stiction-${stamp()}.svg`));
+}
+
+// What the recording was made of, and of what the device ran then.
+function tellRecorded(): void {
+  const of = app.recorded;
+  by('recorded').hidden = of === null;
+  by('events-title').textContent = of ? 'Events of the recording' : 'Events';
+  if (!of) return;
+  const { device, firmware, program, warning, sample_time_s, every } = of.hello;
+  const ticks = every > 1 ? `, of which 1 of ${every} was sent` : '';
+  const rows: [string, string][] = [
+    ['Kept', of.saved ?? 'the file does not say when'],
+    ['Device', warning ? `${device} (${warning})` : device],
+    ['Firmware', firmware],
+    ['Studio', `stiction ${program}`],
+    ['Ticks', `of ${+(1e3 * sample_time_s).toPrecision(6)} ms${ticks}`],
+  ];
+  by('recorded-what').replaceChildren(
+    ...rows.flatMap(([name, value]) => [
+      element('dt', { textContent: name }),
+      element('dd', { textContent: value }),
+    ]),
+  );
+  by('recorded-file').textContent =
+    of.file ?? 'The file has none: what the device ran was not known, or no file could say it.';
 }

@@ -1,17 +1,17 @@
 // The keyboard. Escape stops wherever the focus is, and Space does outside of a field of text. So
-// Enter does what Space does elsewhere: it presses buttons, toggles boxes and opens files.
+// Enter does what Space does elsewhere: it presses buttons, toggles boxes and opens files. A list
+// to choose from takes letters and arrows, and no blank: the arrows open it, too.
 
 export function listen(stop: () => void, keys: Record<string, () => void>): void {
-  const isText = (target: HTMLElement) =>
-    target.matches('input:not([type=checkbox]):not([type=file]), select, textarea');
-  const isSlider = (target: HTMLElement) => target.matches('[type=range]');
+  const takesBlanks = (target: HTMLElement) =>
+    target.matches('input:not([type=checkbox]):not([type=file]):not([type=range]), textarea');
+  const takesKeys = (target: HTMLElement) =>
+    takesBlanks(target) || target.matches('[type=range], select');
   document.addEventListener(
     'keydown',
     (event) => {
       const target = event.target as HTMLElement;
-      const typing = isText(target);
-      // A slider takes the arrows, and no blank.
-      if (event.key === 'Escape' || (event.key === ' ' && (!typing || isSlider(target)))) {
+      if (event.key === 'Escape' || (event.key === ' ' && !takesBlanks(target))) {
         event.preventDefault();
         stop();
         return;
@@ -21,9 +21,11 @@ export function listen(stop: () => void, keys: Record<string, () => void>): void
         target.click();
         return;
       }
-      if (typing || event.ctrlKey || event.altKey || event.metaKey || !keys[event.key]) return;
+      // Letters are capital ones under Caps Lock.
+      const then = keys[event.key] ?? keys[event.key.toLowerCase()];
+      if (takesKeys(target) || event.ctrlKey || event.altKey || event.metaKey || !then) return;
       event.preventDefault();
-      keys[event.key]();
+      then();
     },
     true,
   );
@@ -31,7 +33,7 @@ export function listen(stop: () => void, keys: Record<string, () => void>): void
   document.addEventListener(
     'keyup',
     (event) => {
-      if (event.key === ' ' && !isText(event.target as HTMLElement)) event.preventDefault();
+      if (event.key === ' ' && !takesBlanks(event.target as HTMLElement)) event.preventDefault();
     },
     true,
   );

@@ -1,7 +1,7 @@
 // The page: it shows what the server tells and asks for what a person wants. It computes nothing of
 // control.
 
-import { app, by, element, history, may, on } from './app';
+import { app, by, element, history, live, may, on } from './app';
 import { banner } from './banner';
 import { Commissioning } from './commissioning';
 import { list as listFaults, remedy } from './faults';
@@ -30,10 +30,11 @@ let lastState = '';
 const link = new Link(
   told,
   (frame) => {
-    if (!app.recording) {
-      history.frame(frame);
-      dirty = true;
-    }
+    const of = live();
+    const { resets } = of;
+    of.frame(frame);
+    if (of.resets > resets) wasReset();
+    dirty ||= !app.recording;
   },
   (why) => {
     app.connected = false;
@@ -47,8 +48,8 @@ const link = new Link(
     look();
   },
 );
-const plots = new Plots(by('plots'), history, windowMoved);
-const planes = new Planes(by('plane-plots'), history);
+const plots = new Plots(by('plots'), history, windowMoved, span);
+const planes = new Planes(by('plane-plots'), history, (thinned) => tell('thinned', thinned));
 const parameters = new Parameters(link, look);
 const whatIf = new WhatIf(link, (values) => parameters.set(values));
 const tuning = new Tuning(link, (gains) => {
@@ -73,7 +74,7 @@ function told(event: Event): void {
       // A page that was too slow is told the same again.
       const isNew = event.generation !== app.hello?.generation;
       app.hello = event as unknown as Hello;
-      if (!app.recording && !history.goOn(app.hello)) begin(app.hello);
+      if (!live().goOn(app.hello)) begin(app.hello);
       if (isNew) note(`${app.hello.device}, firmware ${app.hello.firmware}`);
       break;
     }
@@ -101,7 +102,7 @@ function told(event: Event): void {
       listFaults(by('fault-list'), event.faults);
       break;
     case 'motion':
-      app.motion = event;
+      moved(event);
       whatIf.moved();
       break;
     case 'what-if':
@@ -132,6 +133,7 @@ function told(event: Event): void {
       break;
     case 'gone':
       app.gone = event.said;
+      app.status = null;
       forget();
       said(event.said, false);
       break;
@@ -146,14 +148,35 @@ function told(event: Event): void {
   look();
 }
 
-// The plots begin anew: other signals, or another source of them.
+// The history begins anew: it is another device, or sends other signals.
 function begin(of: Hello): void {
-  history.reset(of);
-  app.motion = null;
-  plots.build(panels(of));
+  const old = live();
+  if (old.length > 0) said('the device sends something else now: the plots begin anew', false, '⚠');
+  old.reset(of);
+  moved(null);
+  if (!app.recording) redraw();
+}
+
+// The plots begin anew: other signals, or another source of them.
+function redraw(): void {
+  plots.build(history.hello ? panels(history.hello) : []);
   planes.build();
-  plots.window = { length: Number(by<HTMLSelectElement>('span').value), end: null };
+  plots.window = { length: span(), end: null };
   windowMoved();
+}
+
+function moved(motion: Event | null): void {
+  if (app.aside) app.aside.motion = motion;
+  else app.motion = motion;
+}
+
+function wasReset(): void {
+  moved(null);
+  said('the device was reset. What was measured before stays, behind a break', false, '⚠');
+}
+
+function span(): number {
+  return Number(by<HTMLSelectElement>('span').value);
 }
 
 const WORDS: Record<string, string> = {
@@ -163,14 +186,20 @@ const WORDS: Record<string, string> = {
   faulted: 'the output is off until the fault is cleared',
 };
 
+// Who listens to the page is told again whatever is written anew, so only what has changed is.
+function tell(id: string, what: string): void {
+  if (by(id).textContent !== what) by(id).textContent = what;
+}
+
 // Everything that depends on the state but not on the samples.
 function look(): void {
   const { status, hello, recording } = app;
-  const driven = status?.driven ?? false;
+  // Nobody may take what is not known for off.
+  const driven: boolean | null = status?.driven ?? null;
   const [kind, what, more] = banner({ ...app, driven, inPage: IN_PAGE });
   by('banner').className = kind;
-  by('banner-what').textContent = what;
-  by('banner-more').textContent = more;
+  tell('banner-what', what);
+  tell('banner-more', more);
   document.title = `${what.toLowerCase()} – stiction studio`;
   by('device').textContent = hello
     ? `${hello.device}, firmware ${hello.firmware}, law: ${parameters.law}`
@@ -179,7 +208,7 @@ function look(): void {
   by('state').className = state;
   by('state').replaceChildren(
     element('strong', { textContent: state }),
-    element('span', { textContent: WORDS[state] ?? '' }),
+    element('span', { textContent: WORDS[state] ?? 'nothing is known of the motor' }),
   );
   if (status?.fault)
     by('state').append(
@@ -195,7 +224,7 @@ function look(): void {
     );
   by<HTMLFieldSetElement>('actions').disabled = !may();
   // A self-test moves the joint by itself, and nothing else does meanwhile.
-  const moves = driven && !app.testing;
+  const moves = driven === true && !app.testing;
   for (const [id, enabled] of [
     ['arm', state === 'stopped'],
     ['hold', moves],
@@ -231,9 +260,8 @@ function windowMoved(): void {
 }
 
 function pause(): void {
-  const span = Number(by<HTMLSelectElement>('span').value);
   plots.window =
-    plots.window.end === null ? { ...plots.window, end: plots.now } : { length: span, end: null };
+    plots.window.end === null ? { ...plots.window, end: plots.now } : { length: span(), end: null };
   windowMoved();
 }
 
@@ -273,22 +301,31 @@ function readings(): void {
       element('dd', { textContent: value }),
     ]),
   );
-  const gaps = history.gaps.length;
-  const lost = history.lost
-    ? `${history.lost} lost in ${gaps} ${gaps === 1 ? 'gap' : 'gaps'}`
-    : 'none lost';
-  by('samples').textContent = `${history.length} samples, ${lost}`;
-  by('samples').title = `drawn ${rate.toFixed(0)} times a second`;
+  const { length, resets } = history;
+  const every = history.hello?.every ?? 1;
+  const gaps = history.gaps.filter((gap) => !gap.isReset).length;
+  by('samples').textContent = [
+    `${length} samples`,
+    ...(every > 1 ? [`1 of ${every} ticks`] : []),
+    history.lost ? `${history.lost} lost in ${gaps} ${gaps === 1 ? 'gap' : 'gaps'}` : 'none lost',
+    ...(resets ? [`the device was reset ${resets === 1 ? 'once' : `${resets} times`}`] : []),
+  ].join(', ');
 }
 
 // Drawing takes a third of the time at most: the words that keep the link alive come first.
 let drawn = 0;
 let took = 0;
-let rate = 0;
+let counted = 0;
+let count = 0;
 function frame(now: number): void {
   requestAnimationFrame(frame);
   if (!dirty || !history.hello || now - drawn < Math.max(30, 3 * took)) return;
-  rate = 0.9 * rate + 100 / Math.max(1, now - drawn);
+  count++;
+  if (now - counted >= 1000) {
+    by('drawn').textContent =
+      `drawn ${Math.round((1000 * count) / (now - counted))} times a second`;
+    [counted, count] = [now, 0];
+  }
   drawn = now;
   dirty = false;
   readings();
@@ -333,12 +370,12 @@ on('stop', () => {
 });
 on('command', () => void link.ask('command'));
 motions(link);
-keep({ plots, planes, look, show, begin, windowMoved });
+keep({ plots, look, show, redraw, windowMoved });
 on('pause', pause);
 on('earlier', () => pan(-0.5));
 on('later', () => pan(0.5));
 by('span').onchange = () => {
-  plots.window = { length: Number(by<HTMLSelectElement>('span').value), end: plots.window.end };
+  plots.window = { length: span(), end: plots.window.end };
   windowMoved();
 };
 matchMedia('(prefers-color-scheme: dark)').addEventListener('change', () => {

@@ -1,5 +1,5 @@
 // What the live view shows as an MCAP file, for Foxglove and PlotJuggler: a topic `signals` of JSON
-// messages, one for each sample.
+// messages, one for each sample of a tick with the loop. Of others only the time is known.
 
 import { McapWriter } from '@mcap/core';
 import { Breath } from './breath';
@@ -23,7 +23,8 @@ class Pieces {
   }
 }
 
-// Times are those of the device, ns since its power-on: it knows no date.
+// Times are those of the device, ns since its power-on: it knows no date. Behind a reset they go on
+// as they do on the page.
 export async function mcap(of: History, [first, end]: [number, number]): Promise<Blob> {
   const hello = of.hello!;
   const pieces = new Pieces();
@@ -60,7 +61,10 @@ export async function mcap(of: History, [first, end]: [number, number]): Promise
   ];
   const text = new TextEncoder();
   const breath = new Breath();
+  const armed = of.arming();
   for (let row = first; row < end; row++) {
+    if (row % PIECE === 0) await breath.take();
+    if (!armed(row)) continue;
     const time = BigInt(Math.round(of.time(row) * 1e6)) * 1000n;
     const values = Object.fromEntries(names.map((name, place) => [name, readers[place](row)]));
     await writer.addMessage({
@@ -70,7 +74,6 @@ export async function mcap(of: History, [first, end]: [number, number]): Promise
       publishTime: time,
       data: text.encode(JSON.stringify(values)),
     });
-    if (row % PIECE === 0) await breath.take();
   }
   await writer.end();
   return new Blob(pieces.all, { type: 'application/octet-stream' });

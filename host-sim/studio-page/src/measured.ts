@@ -14,12 +14,11 @@ export type Measured = { times: number[]; position: number[]; error: number[]; e
 export function measured(): Measured | null {
   const { motion, hello } = app;
   if (!motion || !hello || history.length === 0) return null;
-  const tick = hello.sample_time_s;
+  const at = history.timeOf(motion.clock);
   // Another page has seen it, or it was before a reset.
-  if (history.clock(0) > motion.clock || history.clock(history.length - 1) < motion.clock)
-    return null;
+  if (history.time(0) > at || history.time(history.length - 1) < at) return null;
   // That tick is one from before the request, so the set point stood there still.
-  const first = history.row((motion.clock - 0.5) * tick);
+  const first = history.row(at - 0.5 * hello.sample_time_s);
   const [lead, place, error, effort, status] = [
     reference(history),
     position(history),

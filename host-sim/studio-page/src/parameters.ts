@@ -48,10 +48,9 @@ export class Parameters {
       form.told(form.rows);
       this.edited();
     });
-    on('set', () => void this.set(Object.fromEntries(form.edits)));
     by('form').onsubmit = (event) => {
       event.preventDefault();
-      by('set').click();
+      void this.set(Object.fromEntries(form.edits));
     };
     for (const what of ['undo', 'save']) on(what, () => void ask(link, what));
     on('pull', () => {
@@ -128,9 +127,9 @@ export class Parameters {
   }
 
   // What can be done now.
-  enable(driven: boolean): void {
+  enable(driven: boolean | null): void {
     const { form } = this;
-    const free = may() && !driven;
+    const free = may() && driven === false;
     const set = (id: string, enabled: boolean) => {
       by<HTMLButtonElement>(id).disabled = !enabled;
     };

@@ -1,6 +1,6 @@
 // The live plots as a picture: PNG of what is on the screen, SVG of the same curves.
 
-import type { Plots } from './plots';
+import { gapColour, type Plots } from './plots';
 import { colour, isDark } from './terms';
 
 const GAP = 26;
@@ -64,6 +64,15 @@ export function svg(plots: Plots, title: string): Blob {
     const x = (time: number) => left + ((time - begin) / (end - begin)) * (width - left - 20);
     const y = (value: number) => top + 22 + (1 - (value - min) / (max - min)) * height;
     text(10, top + 12, panel.title, 'font-weight="bold"');
+    for (const gap of plots.gaps) {
+      const [from, to] = [Math.max(begin, gap.begin), Math.min(end, gap.end)].map(x);
+      const broad = Math.max(1, to - from).toFixed(2);
+      parts.push(
+        `<rect x="${from.toFixed(2)}" y="${top + 22}" width="${broad}" height="${height}" ` +
+          `fill="${gapColour(gap)}" class="${gap.isReset ? 'reset' : 'gap'}"/>`,
+      );
+      if (gap.isReset) text(from + 3, top + 34, 'reset');
+    }
     for (const value of ticks(min, max, 5)) {
       parts.push(
         `<path d="M${left} ${y(value).toFixed(1)}H${width - 20}" ` +

@@ -30,10 +30,13 @@ const PLANES: Plane[] = [
 
 export class Planes {
   private plots: uPlot[] = [];
+  // Points where a line begins: the loop was open before, or samples are missing.
+  private begins: boolean[] = [];
 
   constructor(
     private readonly root: HTMLElement,
     private readonly of: History,
+    private readonly told: (thinned: string) => void,
   ) {
     new ResizeObserver(() => this.resize()).observe(root);
   }
@@ -89,7 +92,7 @@ export class Planes {
             { scale: 'y', auto: true },
           ],
           stroke: colour(LOOKS.primary),
-          paths: (plot, series) => trace(plot, series),
+          paths: (plot, series) => trace(plot, series, this.begins),
         } as uPlot.Series,
       ],
     } as uPlot.Options;
@@ -109,22 +112,34 @@ export class Planes {
 
   draw([first, end]: [number, number]): void {
     const step = Math.max(1, Math.ceil((end - first) / MOST_POINTS));
-    this.plots.forEach((plot, place) => {
-      const plane = PLANES[place];
-      const [xs, ys]: number[][] = [[], []];
-      const [x, y, status] = [plane.x(this.of), plane.y(this.of), this.of.reader('status')];
-      for (let row = first; row < end; row += step) {
-        if ((status(row) & 0xff) !== 2) continue;
-        xs.push(x(row));
-        ys.push(y(row));
+    const armed = this.of.arming();
+    const rows: number[] = [];
+    this.begins = [];
+    // How far the row is from where its line begins.
+    let along = 0;
+    for (let row = first; row < end; row++) {
+      if (!armed(row)) {
+        along = 0;
+        continue;
       }
-      plot.setData([null, [xs, ys]] as unknown as uPlot.AlignedData);
+      if (!this.of.follows(row)) along = 0;
+      const isLast = row === end - 1;
+      if (along % step === 0 || isLast) {
+        rows.push(row);
+        this.begins.push(along === 0);
+      }
+      along++;
+    }
+    this.told(step > 1 ? `Drawn is 1 of ${step} samples.` : '');
+    this.plots.forEach((plot, place) => {
+      const [x, y] = [PLANES[place].x(this.of), PLANES[place].y(this.of)];
+      plot.setData([null, [rows.map(x), rows.map(y)]] as unknown as uPlot.AlignedData);
     });
   }
 }
 
 // The curve in shades: the newest part is the strongest, and ends in a dot.
-function trace(plot: uPlot, series: number): null {
+function trace(plot: uPlot, series: number, begins: boolean[]): null {
   uPlot.orient(plot, series, (_s, xs, ys, scaleX, scaleY, toX, toY, left, top, width, height) => {
     const { ctx } = plot;
     const count = (xs as number[]).length;
@@ -144,7 +159,10 @@ function trace(plot: uPlot, series: number): null {
       ctx.globalAlpha = 0.2 + (0.8 * (shade + 1)) / SHADES;
       ctx.beginPath();
       ctx.moveTo(x(from), y(from));
-      for (let i = from + 1; i <= to; i++) ctx.lineTo(x(i), y(i));
+      for (let i = from + 1; i <= to; i++) {
+        if (begins[i]) ctx.moveTo(x(i), y(i));
+        else ctx.lineTo(x(i), y(i));
+      }
       ctx.stroke();
     }
     ctx.globalAlpha = 1;

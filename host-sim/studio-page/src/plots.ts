@@ -1,7 +1,7 @@
 // The live plots: one below the other, with one time axis, one cursor and one window of time.
 
 import uPlot from 'uplot';
-import { ends, type History } from './history';
+import { ends, type Gap, type History } from './history';
 import { colour, isDark, type Panel, type Term } from './terms';
 
 // The window of time: that length up to now, or a piece of the past.
@@ -21,6 +21,8 @@ export class Plots {
     private readonly root: HTMLElement,
     private readonly of: History,
     private readonly moved: () => void,
+    // The length of time that was chosen.
+    private readonly span: () => number,
   ) {
     new ResizeObserver(() => this.resize()).observe(root);
     addEventListener('resize', () => this.resize());
@@ -143,7 +145,7 @@ export class Plots {
         ready: [
           (plot) => {
             plot.over.ondblclick = () => {
-              this.window = { length: 10, end: null };
+              this.window = { length: this.span(), end: null };
               this.moved();
             };
           },
@@ -160,17 +162,26 @@ export class Plots {
     return Math.floor((panel.tall ? 3 : 2) * part) + (last ? AXIS : 0);
   }
 
+  // What is shown of where samples are missing.
+  get gaps(): Gap[] {
+    const [begin, end] = this.range;
+    return this.of.gaps.filter((gap) => gap.end >= begin && gap.begin <= end);
+  }
+
   // Where samples are missing, there is no line but a band.
   private drawGaps(plot: uPlot): void {
     const { ctx, bbox } = plot;
-    const [begin, end] = this.range;
     ctx.save();
-    ctx.fillStyle = isDark() ? '#7a4a20' : '#f6d3b5';
-    for (const gap of this.of.gaps) {
-      if (gap.end < begin || gap.begin > end) continue;
+    ctx.font = `${12 * devicePixelRatio}px system-ui, sans-serif`;
+    ctx.textBaseline = 'top';
+    for (const gap of this.gaps) {
       const left = Math.max(bbox.left, plot.valToPos(gap.begin, 'x', true));
       const right = Math.min(bbox.left + bbox.width, plot.valToPos(gap.end, 'x', true));
+      ctx.fillStyle = gapColour(gap);
       ctx.fillRect(left, bbox.top, Math.max(1, right - left), bbox.height);
+      if (!gap.isReset) continue;
+      ctx.fillStyle = isDark() ? '#e6e8ea' : '#1a1d20';
+      ctx.fillText('reset', left + 3 * devicePixelRatio, bbox.top + 3 * devicePixelRatio);
     }
     ctx.restore();
   }
@@ -224,6 +235,11 @@ export class Plots {
   }
 }
 
+export function gapColour({ isReset }: Gap): string {
+  if (isReset) return isDark() ? '#4a5058' : '#c9ced4';
+  return isDark() ? '#7a4a20' : '#f6d3b5';
+}
+
 export function shown(value: number): string {
   const size = Math.abs(value);
   if (Number.isInteger(value)) return String(value);
@@ -255,15 +271,16 @@ export function curves(
     values.forEach((all) => all.push(null));
   };
   const readers = terms.map((term) => term.value(of));
-  const status = of.reader('status');
-  let number = first > 0 ? of.number(first - 1) : null;
-  for (let row = first; row < end; row += piece) {
-    const stop = Math.min(end, row + piece);
-    const follows = (of.number(stop - 1) - of.number(row)) >>> 0 === stop - 1 - row;
-    if (!follows || (number !== null && of.number(row) !== (number + 1) >>> 0))
-      gap(of.time(row) - 1e-6);
-    number = of.number(stop - 1);
-    const armed = (status(row) & 0xff) === 2 && (status(stop - 1) & 0xff) === 2;
+  const isArmed = of.arming();
+  for (let row = first, stop; row < end; row = stop) {
+    stop = Math.min(end, row + piece);
+    // A piece ends where samples are missing, or a line would lead across.
+    if (!of.whole(row, stop - 1)) {
+      stop = row + 1;
+      while (of.follows(stop)) stop++;
+    }
+    if (row > 0 && !of.follows(row)) gap(of.time(row) - 1e-6);
+    const armed = isArmed(row) && isArmed(stop - 1);
     if (piece === 1 || !armed) {
       times.push(of.time(row));
       readers.forEach((read, at) => values[at].push(armed ? read(row) : null));

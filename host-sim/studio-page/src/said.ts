@@ -1,29 +1,27 @@
 // What was said, and the events of the session.
 
-import { app, by, element, history } from './app';
+import { app, by, element, live } from './app';
 import type { Answer, Link } from './link';
 import type { Kept } from './session';
 
 const MOST_SAID = 30;
 const MOST_EVENTS = 500;
 
-let events: Kept[] = [];
+const events: Kept[] = [];
 
-export const allEvents = () => events;
-
-export function putEvents(all: Kept[]): void {
-  events = all;
-}
+// Those of the recording that is shown, or else of this page.
+export const allEvents = () => app.recorded?.events ?? events;
 
 export function note(what: string): void {
-  const clock = history.length ? history.clock(history.length - 1) : 0;
+  const of = live();
+  const clock = of.length ? of.clock(of.length - 1) : 0;
   events.push({ at: new Date().toISOString(), clock, said: what });
   if (events.length > MOST_EVENTS) events.shift();
   if (app.view === 'session') listEvents();
 }
 
 export function listEvents(): void {
-  const items = events.slice(-100).reverse();
+  const items = allEvents().slice(-100).reverse();
   by('events').replaceChildren(
     ...items.map(({ at, said }) =>
       element('li', {}, element('time', { textContent: at.slice(11, 19) }), ` ${said}`),

@@ -6,7 +6,12 @@ import { History, type Hello } from './history';
 import { position, reference } from './terms';
 
 export type Kept = { at: string; clock: number; said: string };
-export type Session = { hello: Hello; file: string | null; events: Kept[] };
+export type Session = {
+  saved: string | null;
+  hello: Hello;
+  file: string | null;
+  events: Kept[];
+};
 
 const LINE = 200;
 // Rows after which it is looked how long that took.
@@ -15,9 +20,7 @@ export const PIECE = 500;
 export async function save(of: History, session: Session): Promise<Blob> {
   const breath = new Breath();
   const { events, ...about } = session;
-  const lines = [
-    JSON.stringify({ stiction_session: 1, saved: new Date().toISOString(), ...about }),
-  ];
+  const lines = [JSON.stringify({ stiction_session: 1, ...about })];
   for (const event of events) lines.push(JSON.stringify({ event }));
   for (let row = 0; row < of.length; row += LINE) {
     const samples = [];
@@ -53,7 +56,8 @@ export async function open(text: string): Promise<[Session, History]> {
     }
     await breath.take();
   }
-  return [{ hello: head.hello, file: head.file ?? null, events }, into];
+  const { saved = null, hello, file = null } = head;
+  return [{ saved, hello, file, events }, into];
 }
 
 function read(line: string): any {
@@ -64,7 +68,8 @@ function read(line: string): any {
   }
 }
 
-// The columns of `stiction run --csv`, as far as a device knows them.
+// The columns of `stiction device ... log`. A tick without the loop has its time, and empty cells:
+// its other signals are zero because nobody has measured them.
 export async function csv(of: History, [first, end]: [number, number]): Promise<Blob> {
   const breath = new Breath();
   const law = of.hello!.law;
@@ -84,12 +89,19 @@ export async function csv(of: History, [first, end]: [number, number]): Promise<
   ];
   const pieces = [head.join(',') + '\n'];
   const begin = first < end ? of.time(first) : 0;
-  const [lead, place] = [reference(of), position(of)];
+  const [lead, place, armed] = [reference(of), position(of), of.arming()];
+  const empty = ','.repeat(head.length - 1);
   for (let row = first; row < end; row++) {
     const value = (name: string) => of.value(name, row);
+    const time = +(of.time(row) - begin).toFixed(6);
+    if (row % PIECE === 0) await breath.take();
+    if (!armed(row)) {
+      pieces.push(`${time}${empty}\n`);
+      continue;
+    }
     pieces.push(
       [
-        +(of.time(row) - begin).toFixed(6),
+        time,
         lead(row),
         place(row),
         value('error_deg'),
@@ -98,12 +110,12 @@ export async function csv(of: History, [first, end]: [number, number]): Promise<
         value('v_c_v'),
         value('v_v'),
         value('code'),
+        // As in such a log: the measured velocity is zero.
         value('velocity_deg_per_s') === 0,
         value('v_applied_v'),
         ...law.map(value),
       ].join(',') + '\n',
     );
-    if (row % PIECE === 0) await breath.take();
   }
   return new Blob(pieces, { type: 'text/csv' });
 }

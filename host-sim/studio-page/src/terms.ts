@@ -14,7 +14,7 @@ export const LOOKS = {
   primary: { light: '#00548f', dark: '#56b4e9', width: 2 },
   second: { light: '#d55e00', dark: '#ff8f40', width: 2, dash: [10, 4] },
   third: { light: '#009e73', dark: '#2fc79a', width: 2, dash: [2, 3] },
-  compensation: { light: '#b86e00', dark: '#f0b030', width: 1.5 },
+  compensation: { light: '#b86e00', dark: '#f0b030', width: 1.8, dash: [6, 2, 1.5, 2, 1.5, 2] },
   total: { light: '#505050', dark: '#b8b8b8', width: 1.5, dash: [9, 3, 2, 3] },
 } satisfies Record<string, Look>;
 

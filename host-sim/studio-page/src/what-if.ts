@@ -49,19 +49,20 @@ const REDRAWN_MS = 200;
 // A slider gives four digits.
 const SAME = 1e-4;
 
-// The laws: by colour and by dashes. The first is the one that is turned.
+// The laws: by colour, and each by a dash of its own. The first is the one that is turned.
 const OF_LAWS: Look[] = [
   LOOKS.second,
   LOOKS.third,
   LOOKS.compensation,
   LOOKS.total,
-  { ...LOOKS.second, dash: [2, 3] },
-  { ...LOOKS.third, dash: [12, 3] },
-  { ...LOOKS.compensation, dash: [6, 2, 2, 2] },
+  { ...LOOKS.second, dash: [3, 9] },
+  { ...LOOKS.third, dash: [22, 4] },
+  { ...LOOKS.compensation, dash: [14, 3, 2, 3, 2, 3, 2, 3] },
 ];
 const OF_CLOUD: Look = { light: '#9fb4c4', dark: '#6b8197', width: 1 };
 const OF_MEASURED: Look = { ...LOOKS.primary, width: 3.5 };
-const OF_WORST: Look = { light: '#b3261e', dark: '#ff7a6e', width: 1.5, dash: [3, 2] };
+// Of all lines without a dash the measured one is broader, and those of the cloud are finer.
+const OF_WORST: Look = { light: '#b3261e', dark: '#ff7a6e', width: 2 };
 
 const isOfJoint = (knob: Knob) => knob.of === 'joint';
 
@@ -247,7 +248,7 @@ export class WhatIf {
 
   enable(): void {
     by<HTMLButtonElement>('what-if-reset').disabled = this.values.size === 0;
-    const free = may() && !app.status?.driven;
+    const free = may() && app.status?.driven === false;
     by<HTMLButtonElement>('what-if-set').disabled = !free || Object.keys(this.gains()).length === 0;
   }
 

@@ -14,6 +14,7 @@ import { McapStreamReader } from '@mcap/core';
 import { begins, commissioning, isFound } from './commissioning.mjs';
 import { emulated } from './emulated.mjs';
 import { after, file, launch, open, serve, shown, state, text, told } from './studio.mjs';
+import { unknown } from './unknown.mjs';
 import { views } from './views.mjs';
 
 const [program, browserName, ...options] = process.argv.slice(2);
@@ -58,14 +59,15 @@ async function command(page) {
 const said = (page, words) => page.locator('#said li', { hasText: words }).first().waitFor();
 
 // A sample has its number and its clock before its values.
-const session_counts = ({ hello }, sample) =>
-  sample[2 + hello.signals.findIndex(({ name }) => name === 'counts')];
+const of_session = ({ hello }, sample, signal) =>
+  sample[2 + hello.signals.findIndex(({ name }) => name === signal)];
 
 // In their order: the last ones of each close the page.
 function parts() {
   const of = { state, text, said, visit, command };
   const [tunes, tests, board] = Object.entries(commissioning(of));
-  return Object.fromEntries([tunes, tests, ...Object.entries(views(of)), board]);
+  const parts = [...Object.entries(unknown(of)), ...Object.entries(views(of))];
+  return Object.fromEntries([tunes, tests, ...parts, board]);
 }
 
 const tests = {
@@ -81,6 +83,18 @@ const tests = {
       await page.locator('#plots canvas').count(),
       await page.locator('#plots figure').count(),
     );
+    // What is said aloud is not said again with every status.
+    const changes = await page.evaluate(async () => {
+      let count = 0;
+      const all = { childList: true, characterData: true, subtree: true };
+      new MutationObserver((some) => (count += some.length)).observe(
+        document.getElementById('banner'),
+        all,
+      );
+      await new Promise((done) => setTimeout(done, 1000));
+      return count;
+    });
+    assert.equal(changes, 0);
   },
 
   async 'a move is made, and its samples arrive complete'(page) {
@@ -94,6 +108,7 @@ const tests = {
       .waitFor();
     await page.waitForTimeout(1000);
     assert.match(await text(page, '#samples'), /^\d+ samples, none lost$/);
+    await page.locator('#drawn', { hasText: /^drawn [1-9]\d* times a second$/ }).waitFor();
   },
 
   async 'Escape and Space stop it'(page) {
@@ -105,6 +120,14 @@ const tests = {
     // The button that was pressed last has the focus, and must not be pressed by Space.
     await page.keyboard.press(' ');
     await state(page, 'stopped');
+    // As under Caps Lock.
+    await page.keyboard.press('A');
+    await state(page, 'armed');
+    await page.locator('#span').focus();
+    await page.keyboard.press(' ');
+    await state(page, 'stopped');
+    assert.equal(await page.locator('#span').inputValue(), '10');
+    await page.locator('#span').blur();
   },
 
   async 'what the device refuses is said'(page) {
@@ -129,10 +152,16 @@ const tests = {
     await page.locator('.parameter.refused').waitFor();
     assert.match(await text(page, '#parameters-said'), /limits\.stall_s/);
     await row.locator('input').fill('0.75');
-    await page.locator('#set').click();
+    const seen = () => page.locator('.parameter:visible').count();
+    const found = await seen();
+    await row.locator('input').press('Enter');
     await page.locator('[data-path="limits.stall_s"].unsaved:not(.edited)').waitFor();
+    // Whoever typed and searched goes on where that was.
+    assert.equal(await page.evaluate(() => document.activeElement.id), 'p-limits.stall_s');
+    assert.equal(await seen(), found);
     await page.locator('#undo').click();
     await page.locator('[data-path="limits.stall_s"]:not(.unsaved)').waitFor();
+    assert.equal(await seen(), found);
     await page.locator('#search').fill('');
     await page.locator('[data-view=live]').click();
   },
@@ -178,8 +207,14 @@ const tests = {
     }
     await choose('a.jsonl', whole);
     await page.locator('#banner', { hasText: 'A RECORDING' }).waitFor();
-    assert.equal(Number((await text(page, '#samples')).split(' ')[0]), kept.length);
+    // A parameter was set in it, so its numbers begin anew in its midst.
+    assert.ok(kept.some(([number], i) => i > 0 && number < kept[i - 1][0]));
+    assert.equal(await text(page, '#samples'), `${kept.length} samples, none lost`);
     await page.locator('[data-view=session]').click();
+    const about = await text(page, '#recorded-what');
+    for (const part of [lines[0].hello.device, lines[0].hello.firmware, lines[0].saved])
+      assert.ok(about.includes(part), `${part}: ${about}`);
+    assert.equal(await page.locator('#recorded-file').textContent(), lines[0].file);
     const csv = readFileSync(await load('#csv'), 'utf8')
       .trim()
       .split('\n');
@@ -187,15 +222,25 @@ const tests = {
       csv[0].startsWith('time_s,reference_deg,position_deg,error_deg,') &&
         csv.length === kept.length + 1,
     );
+    // What nobody has measured is no zero.
+    const isArmed = (sample) => (of_session(lines[0], sample, 'status') & 0xff) === 2;
+    const armed = kept.filter(isArmed);
+    assert.ok(armed.length > 0 && armed.length < kept.length);
+    const columns = csv[0].split(',').length;
+    for (const [place, sample] of kept.entries()) {
+      const cells = csv[place + 1].split(',');
+      assert.equal(cells.length, columns);
+      const full = cells.filter((cell) => cell !== '').length;
+      assert.equal(full, isArmed(sample) ? columns : 1, csv[place + 1]);
+    }
     const mcap = new McapStreamReader();
     mcap.append(readFileSync(await load('#mcap')));
     const messages = [];
     for (let record; (record = mcap.nextRecord());)
       if (record.type === 'Message')
         messages.push(JSON.parse(new TextDecoder().decode(record.data)));
-    assert.ok(mcap.done() && messages.length === kept.length);
-    const counts = session_counts(lines[0], kept.at(-1));
-    assert.equal(messages.at(-1).counts, counts);
+    assert.ok(mcap.done() && messages.length === armed.length);
+    assert.equal(messages.at(-1).counts, of_session(lines[0], armed.at(-1), 'counts'));
     assert.match(readFileSync(await load('#svg'), 'utf8'), /^<svg /);
     assert.equal(
       readFileSync(await load('#png'))
@@ -204,8 +249,15 @@ const tests = {
       'PNG',
     );
     await page.locator('#back').click();
+    await page.locator('#recorded').waitFor({ state: 'hidden' });
     await state(page, 'stopped');
     await page.locator('[data-view=live]').click();
+    // The device went on meanwhile.
+    await page.waitForFunction(
+      (least) => parseInt(document.getElementById('samples').textContent) > least,
+      kept.length + 10,
+    );
+    assert.match(await text(page, '#samples'), /^\d+ samples, none lost$/);
   },
 
   async 'two tabs do not fight, and the second one can stop'(page, context, address) {

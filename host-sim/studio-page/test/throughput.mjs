@@ -1,17 +1,21 @@
 // What the studio costs while it runs: processor time and memory of the server, and what the page
-// loses and draws, with a simulated harmonic drive at 1 kHz that moves every four seconds.
+// loses and draws, with a simulated harmonic drive at 1 kHz that moves every four seconds. It fails
+// if a bound below does not hold.
 //
 //   node test/throughput.mjs STICTION CHROMIUM [MINUTES]
 //
-// By hand, and on Linux: it reads /proc. The figures are those of docs/studio.md.
+// `cargo xtask studio --throughput [MINUTES]` runs it, on Linux: it reads /proc. The figures are
+// those of docs/studio.md.
 
 import { execFileSync } from 'node:child_process';
-import { readFileSync } from 'node:fs';
+import { appendFileSync, readFileSync } from 'node:fs';
 import { file, launch, open, serve, state, text } from './studio.mjs';
 
 const [program, browserName, minutes = '10'] = process.argv.slice(2);
 const [PATIENCE, EVERY_MS, MINUTE_MS] = [30_000, 4000, 60_000];
 const DEG = 5;
+// Of a core, and of the memory that the server has after the first minute.
+const [MOST_OF_A_CORE, MOST_GROWTH] = [0.5, 0.1];
 const TICKS_A_SECOND = Number(execFileSync('getconf', ['CLK_TCK'], { encoding: 'utf8' }));
 
 // Processor time that a process has taken, s, and the memory that it has, MB.
@@ -25,8 +29,12 @@ function taken(pid) {
   return { cpu: (Number(user) + Number(system)) / TICKS_A_SECOND, mb: Number(kb) / 1024 };
 }
 
+// Growth is seen after the first.
+if (!(Number(minutes) >= 2)) throw new Error(`${minutes}: allowed are two minutes or more`);
 const path = file('harmonic.toml');
 execFileSync(program, ['new', '--typical', 'harmonic', path]);
+// A browser on a busy machine may be silent for longer than the default.
+appendFileSync(path, '\n[limits]\nlink_timeout_s = 5\n');
 const { server, address } = serve(program, path);
 const browser = await launch(browserName);
 try {
@@ -37,7 +45,8 @@ try {
   await state(page, 'armed');
   const begin = Date.now();
   const before = taken(server.pid);
-  let [sign, next] = [1, MINUTE_MS];
+  let [sign, next, first] = [1, MINUTE_MS, null];
+  const wrong = new Set();
   while (Date.now() - begin < Number(minutes) * MINUTE_MS) {
     await page.locator('#deg').fill(String(sign * DEG));
     await page.locator('#deg').press('Enter');
@@ -47,16 +56,23 @@ try {
     if (passed < next) continue;
     next += MINUTE_MS;
     const now = taken(server.pid);
-    const share = ((now.cpu - before.cpu) / passed) * 1e5;
-    const drawn = await page.locator('#samples').getAttribute('title');
+    first ??= now;
+    const share = (now.cpu - before.cpu) / (passed / 1000);
+    const [samples, drawn] = [await text(page, '#samples'), await text(page, '#drawn')];
     console.log(
-      `${(passed / 1000).toFixed(0)} s: server ${share.toFixed(1)} % of a core, ` +
-        `${now.mb.toFixed(1)} MB; page: ${await text(page, '#samples')}, ${drawn}`,
+      `${(passed / 1000).toFixed(0)} s: server ${(100 * share).toFixed(1)} % of a core, ` +
+        `${now.mb.toFixed(1)} MB; page: ${samples}, ${drawn}`,
     );
+    if (!(await page.locator('#state.armed').isVisible())) wrong.add(await text(page, '#state'));
+    if (share > MOST_OF_A_CORE) wrong.add('the server takes more than half a core');
+    if (now.mb > (1 + MOST_GROWTH) * first.mb) wrong.add('its memory grows by more than 10 %');
+    if (!/^[1-9]\d* samples, none lost$/.test(samples)) wrong.add(`samples are lost: ${samples}`);
   }
+  if (first === null) wrong.add('nothing was measured');
   await page.locator('#stop').click();
-  await state(page, 'stopped');
-  if (page.mistakes.length) throw new Error(page.mistakes.join('\n'));
+  for (const mistake of page.mistakes) wrong.add(mistake);
+  if (wrong.size) throw new Error([...wrong].join('\n'));
+  console.log('server and page hold their bounds');
 } finally {
   await browser.close();
   server.kill();

@@ -24,8 +24,8 @@ pub struct Line {
     pub is_cut: Arc<AtomicBool>,
     /// What the device was asked for.
     pub asked: Arc<Mutex<Vec<String>>>,
-    deframer: Arc<Mutex<Deframer>>,
-    before: Arc<Mutex<Option<Before>>>,
+    pub deframer: Arc<Mutex<Deframer>>,
+    pub before: Arc<Mutex<Option<Before>>>,
     /// Its time is not that on the wall.
     pub in_haste: bool,
 }

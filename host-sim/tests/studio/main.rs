@@ -8,6 +8,7 @@ mod line;
 mod lost_device;
 mod page;
 mod playground;
+mod refusals;
 mod selftest;
 mod selftest_guards;
 mod tune;

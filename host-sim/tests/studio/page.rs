@@ -1,6 +1,7 @@
 //! A page for the tests: it speaks to the server as the real one does.
 
 use std::net::SocketAddr;
+use std::sync::{Arc, Mutex};
 use std::time::Duration;
 
 use futures_util::{SinkExt, StreamExt};
@@ -40,13 +41,12 @@ fn serve<W: Wire>(
     is_its_file: bool,
     open: impl Fn() -> Result<W, host_sim::Error> + Send + 'static,
 ) -> Server {
-    let wanted = Wanted {
-        listen: "127.0.0.1:0".parse().unwrap(),
-        machine: machine.into(),
-        is_its_file,
-        every_tick: true,
-    };
-    Server::start(wanted, open).unwrap()
+    Server::start(wanted(machine, is_its_file), open).unwrap()
+}
+
+fn wanted(machine: &str, is_its_file: bool) -> Wanted {
+    let listen = "127.0.0.1:0".parse().unwrap();
+    Wanted { listen, machine: machine.into(), is_its_file, every_tick: true }
 }
 
 /// A studio around what stands behind a wire.
@@ -88,6 +88,15 @@ pub fn studio_around(machine: &'static str, law: &'static str, set: &[&str]) -> 
 /// A studio around the thesis's joint.
 pub fn studio(set: &[&str]) -> Server {
     studio_around("step-response", "srnf", set)
+}
+
+/// A studio around the thesis's joint, and what it tells of refusals.
+pub fn studio_that_tells() -> (Server, Arc<Mutex<Vec<String>>>) {
+    let told = Arc::<Mutex<Vec<String>>>::default();
+    let all = told.clone();
+    let tell = move |what: &str| all.lock().unwrap().push(what.to_owned());
+    let open = || Ok(SimulatedWire::new(device(&[])));
+    (Server::start_telling(wanted("step-response", true), tell, open).unwrap(), told)
 }
 
 /// Runs a test.

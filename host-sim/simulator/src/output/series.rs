@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use super::columns::DRAWN;
+use super::columns::{Column, DRAWN};
 use crate::error::Error;
 
 /// One sample of a run or a log; a ramp lacks the optional ones.
@@ -65,9 +65,18 @@ pub fn read(path: &Path) -> Result<Vec<Series>, Error> {
     }
     let stem = path.file_stem().unwrap_or_default().to_string_lossy().into_owned();
     let mut all: Vec<Series> = Vec::new();
-    for sample in reader.deserialize::<Sample>() {
+    let position = Column::Position.name();
+    let header = header.clone();
+    let position = header.iter().position(|found| found == position);
+    for record in reader.into_records() {
         // The error names the line.
-        let sample = sample.map_err(|error| refuse(error.to_string()))?;
+        let record = record.map_err(|error| refuse(error.to_string()))?;
+        // A tick without a loop has no position, and a studio writes none.
+        if position.is_some_and(|place| record.get(place) == Some("")) {
+            continue;
+        }
+        let sample: Sample =
+            record.deserialize(Some(&header)).map_err(|error| refuse(error.to_string()))?;
         let name =
             sample.label.as_ref().map_or_else(|| stem.clone(), |label| format!("{stem}, {label}"));
         match all.iter_mut().find(|series| series.name == name) {

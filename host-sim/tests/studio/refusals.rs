@@ -1,0 +1,72 @@
+//! What the person at the terminal is told of those who were turned away.
+
+use std::sync::Mutex;
+use std::time::Duration;
+
+use futures_util::SinkExt;
+use tokio::net::TcpStream;
+use tokio_tungstenite::tungstenite::Message;
+
+use super::page::{Page, Visit, run, studio_that_tells};
+
+/// Waits until so many refusals were told, and takes them.
+async fn told(all: &Mutex<Vec<String>>, count: usize) -> Vec<String> {
+    for _ in 0..500 {
+        if all.lock().unwrap().len() >= count {
+            break;
+        }
+        tokio::time::sleep(Duration::from_millis(10)).await;
+    }
+    std::mem::take(&mut *all.lock().unwrap())
+}
+
+#[test]
+fn a_wrong_token_and_a_foreign_origin_are_told_and_a_proper_page_is_not() {
+    run(async {
+        let (server, all) = studio_that_tells();
+        Page::open(&server).await;
+        let proper = || Visit::proper(&server);
+        assert!(Visit { token: "0", ..proper() }.connect().await.is_err());
+        let origin = Some("http://evil.example".into());
+        assert!(Visit { origin, ..proper() }.connect().await.is_err());
+        let lines = told(&all, 2).await;
+        assert_eq!(lines.len(), 2, "{lines:?}");
+        assert!(lines[0].starts_with("a connection was refused: the token is wrong"), "{lines:?}");
+        assert!(!lines[0].contains(server.token().text()), "{lines:?}");
+        assert_eq!(lines[1], "a connection was refused: the page is of another origin");
+    });
+}
+
+#[test]
+fn a_message_that_is_too_large_is_told_with_the_number_of_its_page() {
+    run(async {
+        let (server, all) = studio_that_tells();
+        let mut page = Page::open(&server).await;
+        let large = "x".repeat(65 * 1024);
+        let _ = page.socket.send(Message::Text(large.into())).await;
+        while page.next().await.is_some() {}
+        let lines = told(&all, 1).await;
+        assert_eq!(lines.len(), 1, "{lines:?}");
+        assert!(lines[0].starts_with("page 0: the connection ends: "), "{lines:?}");
+        assert!(lines[0].contains("too long") || lines[0].contains("too large"), "{lines:?}");
+    });
+}
+
+#[test]
+fn connections_beyond_the_most_are_told_and_then_counted_as_other_refusals_are() {
+    run(async {
+        let (server, all) = studio_that_tells();
+        let mut idle = Vec::new();
+        for _ in 0..64 + 40 {
+            idle.push(TcpStream::connect(server.address()).await.unwrap());
+        }
+        let lines = told(&all, 8).await;
+        assert_eq!(lines, vec!["a connection was closed: 64 are open already"; 8]);
+        // The next ten seconds begin with the number of those that were not told.
+        drop(idle);
+        tokio::time::sleep(Duration::from_secs(11)).await;
+        assert!(Visit { token: "0", ..Visit::proper(&server) }.connect().await.is_err());
+        let lines = told(&all, 1).await;
+        assert!(lines[0].ends_with(" (32 refusals before it were not told)"), "{lines:?}");
+    });
+}
