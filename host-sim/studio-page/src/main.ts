@@ -158,9 +158,9 @@ function begin(of: Hello): void {
 
 const WORDS: Record<string, string> = {
   boot: 'it has just been switched on',
-  stopped: 'the output is off',
-  armed: 'the output is on',
-  faulted: 'the output is off until the fault is cleared',
+  stopped: 'the motor is off',
+  armed: 'the motor is driven',
+  faulted: 'the motor is off, and stays off',
 };
 
 // Everything that depends on the state but not on the samples.
