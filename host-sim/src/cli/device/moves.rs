@@ -31,8 +31,8 @@ pub struct Arguments {
     /// Step to the position at once, without the limits of [profile]
     #[arg(long)]
     step: bool,
-    /// How long the loop stays closed, s; then the motor is turned off [default: the longest time of
-    /// the move and 2 s; of a step 5 s]
+    /// How long the loop stays closed, s; then the motor is turned off [default: the longest time
+    /// of the move and 2 s; of a step 5 s]
     #[arg(long, value_name = "S", allow_hyphen_values = true)]
     r#for: Option<f64>,
     /// Write a sample of every tick to this file
@@ -191,7 +191,7 @@ mod tests {
     fn the_look_before_arming_refuses_what_the_armed_device_refuses() {
         for pushed in [0.0, 3.0, -7.7] {
             for end in [-10.0, 20.0] {
-                for count in -2..=2 {
+                for count in -2i32..=2 {
                     let mut client = client(pushed);
                     let status = client.status().unwrap();
                     let resolution = f64::from(status.resolution);
