@@ -20,9 +20,9 @@ const PARSED_ONLY: [(&str, &str); 6] = [
     (" --port", "needs a board"),
     (" --emulator", "needs the firmware; tests/image/ runs the same"),
     (" --target emulator", "needs the firmware; tests/image/ runs the same"),
-    (" watch", "needs a terminal; tests/port/ has one"),
-    ("stiction studio", "serves a page until it is ended; tests/studio/ has one"),
-    ("stiction report", "takes a quarter of a minute; tests/report.rs makes the page"),
+    (" watch", "needs a terminal; host-sim/tests/port/ has one"),
+    ("stiction studio", "serves a page until it is ended; host-sim/tests/studio/ has one"),
+    ("stiction report", "takes a quarter of a minute; host-sim/tests/report.rs makes the page"),
 ];
 
 /// Complaints of clap about a command that a sentence names without its arguments.

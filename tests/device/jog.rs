@@ -13,6 +13,7 @@ use stiction::link::StateCode;
 use stiction::servo::{Boot, Input, State};
 use stiction::{Fault, Limits, Parameters, Servo};
 
+use crate::first_run::{Bench, follow};
 use crate::fixture::{plans, srnf};
 
 pub const COUNT: f64 = 0.00242;
@@ -416,15 +417,19 @@ fn a_jog_obeys_a_stop_and_nothing_else_and_leaves_nothing_behind() {
     assert_eq!(status.fault.code, Fault::EncoderReversed as u8);
 }
 
+impl Bench for SimulatedWire {
+    const KEEPS: bool = true;
+
+    fn truth_deg(&mut self) -> f64 {
+        self.simulated.position_deg()
+    }
+}
+
 /// The guide of docs/wiring.md, from a board that nobody has tuned to its first move.
 #[test]
 fn the_first_run_can_be_followed_on_the_simulated_device() {
     for is_reversed in [false, true] {
         let mut client = client(if is_reversed { Wires::Swapped } else { Wires::Sound });
-        let (tuned, from) = (srnf(&[]), client.wire().simulated.position_deg());
-        crate::first_run::follow(&mut client, &tuned, is_reversed);
-        assert!(client.wire().simulated.position_deg() > from);
-        let error = client.status().unwrap().position;
-        assert!(error.abs() > 300, "{error} counts");
+        follow(&mut client, &srnf(&[]), is_reversed);
     }
 }

@@ -14,7 +14,7 @@ use stiction::link::StateCode;
 
 use crate::common::firmware;
 use crate::common::plans;
-use crate::first_run::{follow, jogged};
+use crate::first_run::{Bench, follow, jogged};
 
 /// The thesis's joint with gains that do nothing; a slower PWM costs the emulator less time.
 fn untuned() -> RunPlan {
@@ -109,6 +109,15 @@ fn a_link_that_is_cut_in_the_middle_of_a_jog_turns_the_bridge_off() {
     client.jog(Asked { rate: Some(0.05), time: Some(0.4), ..Asked::default() }).unwrap();
     client.pass_armed(std::time::Duration::from_secs(1)).unwrap();
     assert_eq!(client.jogged().unwrap().unwrap().ways[0].ended, Ended::Time);
+}
+
+impl Bench for EmulatedWire {
+    // The emulator models no contents of the flash.
+    const KEEPS: bool = false;
+
+    fn truth_deg(&mut self) -> f64 {
+        self.board.act(|halted| halted.plant().position_deg()).unwrap()
+    }
 }
 
 #[test]

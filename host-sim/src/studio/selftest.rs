@@ -159,8 +159,8 @@ impl<W: Wire> Worker<'_, W> {
             return Err(Error::Refused(why.into()));
         }
         if self.driven {
-            let why = "selftest: the output is on; stop first, since the moves begin where the \
-                       joint is then";
+            let why = "selftest: the motor is driven; stop first, since the moves begin where \
+                       the joint is then";
             return Err(Error::Refused(why.into()));
         }
         let (machine, document) = match joint {

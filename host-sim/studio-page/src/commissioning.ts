@@ -92,7 +92,7 @@ const STEPS: Step[] = [
       'Set how far the joint may go (limits.position_min_deg, ' +
         'limits.position_max_deg), how fast (limits.overspeed_deg_per_s, profile.*), ' +
         'and with what effort for long (limits.continuous_v).',
-      'Keep limits.link_timeout_s on: it turns the output off when this page is gone.',
+      'Keep limits.link_timeout_s on: it turns the motor off when this page is gone.',
     ],
     buttons: [['Show the limits', 'limits']],
   },
@@ -193,7 +193,7 @@ export function reason(then: string): string {
   if (gone !== null) return 'the device does not answer';
   if (recording) return 'a recording is shown; “Back to the device” under “Session” ends that';
   if (!commands) return 'this page only looks, and another one commands';
-  if (status?.driven) return 'the output is on; stop first';
+  if (status?.driven) return 'the motor is driven; stop first';
   if (then === '#save' && status?.unsaved === false) return 'what is in use is saved';
   if (status?.state === 'faulted') return 'a fault is latched; clear it first';
   return 'the device is not ready';

@@ -181,9 +181,9 @@ function span(): number {
 
 const WORDS: Record<string, string> = {
   boot: 'it has just been switched on',
-  stopped: 'the output is off',
-  armed: 'the output is on',
-  faulted: 'the output is off until the fault is cleared',
+  stopped: 'the motor is off',
+  armed: 'the motor is driven',
+  faulted: 'the motor is off, and stays off',
 };
 
 // Who listens to the page is told again whatever is written anew, so only what has changed is.

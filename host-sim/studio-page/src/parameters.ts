@@ -144,7 +144,7 @@ export class Parameters {
       : app.recording
         ? 'A recording has no device to set.'
         : driven
-          ? 'The output is on: stop first. Parameters are taken with the output off only.'
+          ? 'The motor is driven: stop first. Parameters are taken while it is off only.'
           : app.status?.unsaved
             ? 'Values in use are not saved: a reset forgets them.'
             : '';

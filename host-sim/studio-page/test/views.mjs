@@ -229,7 +229,7 @@ export const views = ({ state, text, said, visit, command }) => ({
     await page.locator('#arm').click();
     await state(page, 'armed');
     await page.locator('#step-buttons button:disabled').waitFor();
-    assert.match(await text(page, '#step-why'), /^Jog: the output is on/);
+    assert.match(await text(page, '#step-why'), /^Jog: the motor is driven/);
     await page.locator('#stop').click();
     await state(page, 'stopped');
     await page.locator('#step-buttons button:enabled').waitFor();

@@ -19,6 +19,7 @@ mod own_file;
 mod runs;
 mod table;
 mod tuning;
+mod version;
 
 /// Returns what the program prints. It must succeed, and say nothing on its standard error but
 /// which files it wrote.

@@ -16,10 +16,18 @@ pub fn refused(refused: &Refused) -> String {
         Refused::OutOfOrder => "a later request came first; say it again".into(),
         Refused::Booting => "it has just been switched on; try again in a second".into(),
         Refused::Faulted(code) => {
-            format!(
-                "the motor is off since {}; mend the cause (docs/faults.md), then `faults --clear`",
-                name(*code)
-            )
+            let since = format!("the motor is off since {}", name(*code));
+            match Fault::from_code(*code).map(End::of) {
+                Some(End::Parameters) => {
+                    format!("{since}; it ends with `params push FILE.toml --save`")
+                }
+                Some(End::Reset) => {
+                    format!("{since}; mend the cause (docs/faults.md): it ends with a reset")
+                }
+                Some(End::Command) | None => {
+                    format!("{since}; mend the cause (docs/faults.md), then {CLEAR}")
+                }
+            }
         }
         Refused::NotClearable(code) => {
             format!(
@@ -124,10 +132,10 @@ pub fn told(told: &Told, sample_time: f32) -> String {
 /// The same for a page, with its section of docs/faults.md, and with how it ends.
 pub fn fault(of: &Told, sample_time: f32) -> serde_json::Value {
     let fault = Fault::from_code(of.code);
-    let ends = fault.map(|fault| match (fault.is_clearable(), fault.ends_with_parameters()) {
-        (true, _) => "command",
-        (false, true) => "parameters",
-        (false, false) => "reset",
+    let ends = fault.map(|fault| match End::of(fault) {
+        End::Command => "command",
+        End::Parameters => "parameters",
+        End::Reset => "reset",
     });
     serde_json::json!({
         "code": of.code,
@@ -137,17 +145,64 @@ pub fn fault(of: &Told, sample_time: f32) -> serde_json::Value {
     })
 }
 
-/// Says what to do about a fault.
-fn remedy(code: u8) -> String {
+/// What ends a fault.
+#[derive(Clone, Copy)]
+enum End {
+    Command,
+    Parameters,
+    Reset,
+}
+
+impl End {
+    const fn of(fault: Fault) -> Self {
+        match (fault.is_clearable(), fault.ends_with_parameters()) {
+            (true, _) => Self::Command,
+            (false, true) => Self::Parameters,
+            (false, false) => Self::Reset,
+        }
+    }
+}
+
+/// The command that clears a fault.
+const CLEAR: &str = "`faults --clear`";
+
+/// Says what to do about a fault. `clear` is what clears one where this is read.
+pub fn remedy(code: u8, clear: &str) -> String {
     let Some(fault) = Fault::from_code(code) else {
         return "this program is older than the firmware, and does not know it".into();
     };
-    let then = match (fault.is_clearable(), fault.ends_with_parameters()) {
-        (true, _) => "then `faults --clear`",
-        (false, true) => "it ends with `params push FILE.toml --save`",
-        (false, false) => "it ends with a reset",
+    let then = match End::of(fault) {
+        End::Command => format!("then {clear}"),
+        End::Parameters => "it ends with `params push FILE.toml --save`".into(),
+        End::Reset => "it ends with a reset".into(),
     };
     format!("what to do: docs/faults.md, \"{}\"; {then}", fault.section())
+}
+
+/// Says of a motor that a fault has turned off when it can be driven again.
+fn stays_off(code: u8) -> &'static str {
+    match Fault::from_code(code).map(End::of) {
+        Some(End::Command) => "the motor is off, and stays off until the fault is cleared",
+        Some(End::Parameters) => "the motor is off, and stays off until parameters are valid",
+        Some(End::Reset) => "the motor is off, and stays off until the next reset",
+        None => "the motor is off, and stays off",
+    }
+}
+
+/// Writes the faults that a device remembers, the oldest first, and what to do about the one that
+/// is latched.
+pub fn faults(remembered: &[Told], status: &Status) -> String {
+    if remembered.is_empty() && status.fault.code == 0 {
+        return "no fault since power-on\n".into();
+    }
+    let mut lines: Vec<String> =
+        remembered.iter().map(|one| told(one, status.sample_time)).collect();
+    if let code @ 1.. = status.fault.code {
+        lines.push(format!("latched    {}", name(code)));
+        lines.push(format!("           {}", stays_off(code)));
+        lines.push(format!("           {}", remedy(code, CLEAR)));
+    }
+    lines.join("\n") + "\n"
 }
 
 /// Names a state, as in `armed` or `faulted`.
@@ -166,12 +221,12 @@ pub fn status(status: &Status) -> String {
         StateCode::Boot => "it has just been switched on; the motor is off",
         StateCode::Stopped => "the motor is off",
         StateCode::Armed => "the motor is driven",
-        StateCode::Faulted(_) => "the motor is off, and stays off until the fault is cleared",
+        StateCode::Faulted(code) => stays_off(code),
     };
     let mut lines = vec![format!("state      {}: {what}", state(status.state))];
     if status.fault.code != 0 {
         lines.push(format!("fault      {}", told(&status.fault, status.sample_time)));
-        lines.push(format!("           {}", remedy(status.fault.code)));
+        lines.push(format!("           {}", remedy(status.fault.code, CLEAR)));
     }
     let position = f64::from(status.position) * f64::from(status.resolution);
     let rest = if status.at_rest { "at rest" } else { "moving" };
@@ -252,4 +307,71 @@ pub fn levels(levels: &Levels, rate: f32) -> String {
     format!(
         "{stick}\n{slip}\nrate       {rate} V/s; a slower ramp reads stick lower and slip higher\n"
     )
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn latched(code: u8) -> Status {
+        let fault = Told { code, tick: 320, value: 0.805 };
+        Status {
+            state: StateCode::Faulted(code),
+            fault,
+            faults: 1,
+            clock: 5000,
+            sample_time: 0.01,
+            position: 0,
+            resolution: 0.01,
+            at_rest: true,
+            wound_up: false,
+            thermal_effort: 0.5,
+            unsaved: false,
+            is_damaged: false,
+            bad_frames: 0,
+            dropped: 0,
+            has_brown_out: true,
+            wire: WireErrors::default(),
+            crystal_not_measured: false,
+            gave_up: false,
+        }
+    }
+
+    /// A command that is refused is no way out.
+    #[test]
+    fn only_a_fault_that_a_command_clears_is_said_to_end_by_one() {
+        for fault in Fault::ALL {
+            let code = *fault as u8;
+            let end = if fault.is_clearable() {
+                "until the fault is cleared\n"
+            } else if fault.ends_with_parameters() {
+                "until parameters are valid\n"
+            } else {
+                "until the next reset\n"
+            };
+            let told = [status(&latched(code)), faults(&[latched(code).fault], &latched(code))];
+            for said in &told {
+                assert!(said.contains(end), "{code}: {said}");
+                assert!(said.contains(&format!("docs/faults.md, \"{}\"", fault.section())));
+            }
+            for said in told.iter().chain([&refused(&Refused::Faulted(code))]) {
+                assert_eq!(said.contains("--clear"), fault.is_clearable(), "{code}: {said}");
+            }
+        }
+    }
+
+    #[test]
+    fn what_to_do_stands_below_the_faults_while_one_is_latched() {
+        let mut of = latched(14);
+        let remembered = [Told { code: 17, tick: 100, value: 60.0 }, of.fault];
+        let said = faults(&remembered, &of);
+        let lines: Vec<&str> = said.lines().collect();
+        assert!(lines[0].starts_with("fault 17") && lines[1].starts_with("fault 14"), "{said}");
+        assert!(lines[2].starts_with("latched    fault 14") && lines[4].contains("14 Stall"));
+        assert_eq!(lines.len(), 5);
+        // Nothing is to be done about faults that are over.
+        (of.state, of.fault) = (StateCode::Stopped, Told::default());
+        assert_eq!(faults(&remembered, &of).lines().collect::<Vec<_>>(), lines[..2]);
+        assert_eq!(faults(&[], &of), "no fault since power-on\n");
+    }
 }

@@ -75,11 +75,11 @@ enum Action {
     Watch,
     /// Arm where the joint is, and hold it
     Arm {
-        /// How long, s; then the output goes off
+        /// How long, s; then the motor is turned off
         #[arg(long, value_name = "S", default_value_t = 5.0, allow_hyphen_values = true)]
         r#for: f64,
     },
-    /// Output off
+    /// Turn the motor off at once: nothing drives, holds or brakes the joint then
     Stop,
     /// Arm if it is not armed, and move to a position within the limits of [profile]
     Move(moves::Arguments),
@@ -255,14 +255,8 @@ fn with(action: &Action, machine: &str, wire: impl Wire) -> Result<(), Error> {
             if *clear {
                 client.clear()?;
             }
-            let sample_time = client.status()?.sample_time;
-            let faults = client.faults()?;
-            let lines = faults.iter().map(|told| words::told(told, sample_time) + "\n");
-            say(if faults.is_empty() {
-                "no fault since power-on\n".into()
-            } else {
-                lines.collect()
-            })
+            let status = client.status()?;
+            say(words::faults(&client.faults()?, &status))
         }
         Action::SetBrownOut => {
             client.set_brown_out()?;

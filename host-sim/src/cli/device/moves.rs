@@ -31,8 +31,8 @@ pub struct Arguments {
     /// Step to the position at once, without the limits of [profile]
     #[arg(long)]
     step: bool,
-    /// How long the loop stays closed, s; then the output goes off [default: the longest time of
-    /// the move and 2 s; of a step 5 s]
+    /// How long the loop stays closed, s; then the motor is turned off [default: the longest time
+    /// of the move and 2 s; of a step 5 s]
     #[arg(long, value_name = "S", allow_hyphen_values = true)]
     r#for: Option<f64>,
     /// Write a sample of every tick to this file
@@ -58,8 +58,12 @@ pub struct Said {
 pub fn go<W: Wire>(arguments: &Arguments, client: &mut Client<W>) -> Result<Said, Error> {
     let Arguments { deg, step, r#for, log, json } = arguments;
     let given = r#for.map(|seconds| time("--for", seconds)).transpose()?;
-    // The position is checked first, so that nothing is armed for a number that is none.
     let motion = if *step { client.step(*deg)? } else { client.profiled(*deg)? };
+    // Arming drives the motor, so what can be refused is refused before.
+    client.check_move(&motion).map_err(|error| match error {
+        Error::Refused(why) => Error::Device(format!("{why}; the motor is off")),
+        other => other,
+    })?;
     let signals = Signals::new(client.signals()?);
     let mut samples = Log::new(signals.clone(), &[])?;
     let before = client.status()?;
@@ -109,4 +113,109 @@ pub fn go<W: Wire>(arguments: &Arguments, client: &mut Client<W>) -> Result<Said
         words::status(&status) + &moved.to_string() + rest + off(&status) + &lost(client)
     };
     Ok(Said { text, ended: ended("move", &status), alone: *json })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::device::simulated::SimulatedDevice;
+    use crate::device::wire::SimulatedWire;
+    use crate::experiment::{Document, Experiment};
+
+    /// A wire that sees whether the motor was driven.
+    struct Seen {
+        wire: SimulatedWire,
+        was_driven: bool,
+    }
+
+    impl Wire for Seen {
+        fn send(&mut self, bytes: &[u8]) -> Result<(), Error> {
+            self.wire.send(bytes)?;
+            self.was_driven |= self.wire.simulated.tick().enable;
+            Ok(())
+        }
+
+        fn receive(&mut self, at_most: Duration) -> Result<Vec<u8>, Error> {
+            self.wire.receive(at_most)
+        }
+
+        fn name(&self) -> String {
+            self.wire.name()
+        }
+
+        fn warning(&self) -> Option<&'static str> {
+            self.wire.warning()
+        }
+    }
+
+    /// A client of a device that may go from -10 to 20 deg, and stands where it was pushed to.
+    fn client(pushed_deg: f64) -> Client<Seen> {
+        let joint = crate::experiment::find("step-response").unwrap().toml;
+        let limits = "[limits]\nposition_min_deg = -10.0\nposition_max_deg = 20.0\n";
+        let document = Document::parse("joint.toml", &format!("{joint}\n{limits}")).unwrap();
+        let plan = Experiment::plan(&document, &["srnf".into()], &[]).unwrap().runs.remove(0);
+        let mut simulated = SimulatedDevice::new(&plan).unwrap();
+        simulated.tick();
+        simulated.push(pushed_deg, 0.0);
+        let wire = Seen { wire: SimulatedWire::new(simulated), was_driven: false };
+        Client::connect(wire).unwrap()
+    }
+
+    fn arguments(deg: f64, step: bool) -> Arguments {
+        Arguments { deg, step, r#for: Some(0.1), log: None, json: false }
+    }
+
+    #[test]
+    fn a_target_out_of_the_range_is_refused_and_nothing_was_armed() {
+        for (pushed, deg, step) in [(0.0, 400.0, false), (0.0, -10.1, true), (15.0, 5.1, false)] {
+            let mut client = client(pushed);
+            let error = go(&arguments(deg, step), &mut client).err().unwrap().to_string();
+            assert!(error.starts_with("move: the simulated device refuses: "), "{error}");
+            assert!(
+                error.contains("leads out of `limits.position_min_deg`")
+                    && error.ends_with("; the motor is off"),
+                "{error}"
+            );
+            assert!(!client.wire().was_driven, "{pushed}, {deg}");
+            // Without the look before, the device says the same, but drives the motor for it.
+            arm(&mut client).unwrap();
+            let motion = client.profiled(deg).unwrap();
+            let told = client.move_along(motion).unwrap_err().to_string();
+            assert_eq!(error, format!("{told}; the motor is off"));
+            assert!(client.wire().was_driven);
+        }
+    }
+
+    /// One count decides, wherever the joint stands.
+    #[test]
+    fn the_look_before_arming_refuses_what_the_armed_device_refuses() {
+        for pushed in [0.0, 3.0, -7.7] {
+            for end in [-10.0, 20.0] {
+                for count in -2i32..=2 {
+                    let mut client = client(pushed);
+                    let status = client.status().unwrap();
+                    let resolution = f64::from(status.resolution);
+                    let here = f64::from(status.position) * resolution;
+                    let deg = end - here + f64::from(count) * resolution;
+                    let motion = client.profiled(deg).unwrap();
+                    let before = client.check_move(&motion);
+                    arm(&mut client).unwrap();
+                    let after = client.move_along(motion);
+                    assert_eq!(before.is_err(), after.is_err(), "{pushed} {end} {count}");
+                    // The ends of the range and the target are rounded, each by less than a count.
+                    if count.abs() == 2 {
+                        let is_out = f64::from(count) * end > 0.0;
+                        assert_eq!(before.is_err(), is_out, "{pushed} {end} {count}");
+                    }
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn a_target_within_the_range_is_moved_to() {
+        let mut client = client(15.0);
+        let said = go(&arguments(4.9, false), &mut client).unwrap();
+        assert!(said.ended.is_ok() && client.wire().was_driven, "{}", said.text);
+    }
 }

@@ -2,10 +2,10 @@
 
 use stiction::identification::{self, MapPoint, SPEEDS, Summary};
 use stiction::jog::{Asked, Found};
-use stiction::link::{Reply, Request};
+use stiction::link::{Refused, Reply, Request, StateCode};
 use stiction::position::Position;
 use stiction::servo::Levels;
-use stiction::{Motion, Parameters};
+use stiction::{Limits, Motion, Parameters};
 
 use super::Client;
 use crate::device::moved::longest_s;
@@ -92,6 +92,22 @@ impl<W: Wire> Client<W> {
 
     fn counted(&mut self, deg: f64) -> Result<Position, Error> {
         position_of(deg, self.status()?.resolution.into())
+    }
+
+    /// Refuses a move that a stopped device would refuse once it is armed, as far as that is known
+    /// before. Nothing is armed. What a device in any other state refuses is left to it.
+    ///
+    /// # Errors
+    /// Says in the device's words why it would refuse, or that it does not answer.
+    pub fn check_move(&mut self, motion: &Motion) -> Result<(), Error> {
+        let (Motion::Step(to) | Motion::Profiled(to)) = motion else { return Ok(()) };
+        let status = self.status()?;
+        if status.state == StateCode::Stopped
+            && leads_out(&self.parameters()?, status.position, *to)
+        {
+            return Err(self.refused("move", &Refused::OutOfRange));
+        }
+        Ok(())
     }
 
     /// Begins a motion, whose positions are counted from the zero that arming has set.
@@ -196,6 +212,19 @@ pub fn position_of(deg: f64, resolution_deg: f64) -> Result<Position, Error> {
     Ok(crate::experiment::position(counts))
 }
 
+/// Whether a position is out of the range of a device that is armed at `zero`, counts since
+/// power-on. A joint that stands out of the range is not armed at all, for another reason.
+fn leads_out(parameters: &Parameters, zero: i32, to: Position) -> bool {
+    let Limits { position_min, position_max, .. } = parameters.limits;
+    if position_min == 0.0 && position_max == 0.0 {
+        return false;
+    }
+    let resolution = parameters.controller.encoder.resolution;
+    let counts = |deg: f32| (deg / resolution).round() as i32;
+    let range = counts(position_min)..=counts(position_max);
+    range.contains(&zero) && !range.contains(&zero.wrapping_add(to.counts))
+}
+
 /// Says that a bound of the speed is one at which the encoder does not show the swings: minutes of
 /// motion would tell no inertia. What the device refuses is left to it.
 fn shows_too_little(asked: &identification::Asked, parameters: &Parameters) -> Option<String> {
@@ -229,7 +258,7 @@ fn enough(least: f32) -> f32 {
 #[cfg(test)]
 mod tests {
     use stiction::value::Table as _;
-    use stiction::{ControllerConfig, Limits, ProfileLimits};
+    use stiction::{ControllerConfig, ProfileLimits};
 
     use super::*;
 

@@ -103,7 +103,7 @@ fn numbers_are_those_of_the_last_sample_in_a_users_units() {
     assert_eq!(words(&lines[4]), "error 1.2345 deg effort v 2.7500 V");
     assert_eq!(words(&lines[5]), "velocity -6.500 deg/s applied 2.5000 V");
     assert_eq!(words(&lines[6]), "from power-on 2.0000 deg code, duty 563, -2000");
-    assert_eq!(words(&lines[7]), "heat as of 0.500 V");
+    assert_eq!(words(&lines[7]), "heat as if driven with 0.500 V for long (a model)");
     assert!(lines[23].starts_with("q quit  s stop"));
 }
 
@@ -173,11 +173,79 @@ fn the_warning_is_the_first_line_at_any_size() {
                 .all(|x| buffer[(x, 0)].bg == Color::Red)
         );
     }
-    let state = row(&drawn(&watched, 200, 60), 2);
-    for part in
-        ["FAULTED", "fault 14", "0.8050 V", "effort at standstill", "3 samples lost", "not saved"]
-    {
+    let buffer = drawn(&watched, 200, 60);
+    let state = [row(&buffer, 2), row(&buffer, 3)].join(" ");
+    for part in [
+        "FAULTED",
+        "fault 14",
+        "0.8050 V",
+        "docs/faults.md, \"14 Stall\"; then key c",
+        "pushes a joint that does not move",
+        "3 samples lost",
+        "not saved",
+    ] {
         assert!(state.contains(part), "{part}: {state}");
+    }
+}
+
+/// A watched device with a fault, every warning and a refusal of three rows.
+fn with_all_at_once() -> Watched {
+    let mut watched = watched(Some(SIMULATED), [sample(4995, 200, 2)]);
+    let status = &mut watched.status;
+    status.state = StateCode::Faulted(14);
+    status.fault = Told { code: 14, tick: 320, value: 0.805 };
+    (status.wound_up, status.gave_up, status.unsaved) = (true, true, true);
+    (status.is_damaged, status.has_brown_out, status.crystal_not_measured) = (true, false, true);
+    watched.lost = 3;
+    let refused = stiction::link::Refused::TooFast;
+    let why = crate::device::words::refused(&refused);
+    watched.note = format!("move: the simulated device refuses: {why} (docs/link.md)");
+    watched
+}
+
+fn words_of(buffer: &Buffer) -> String {
+    let text = (0..buffer.area.height).map(|y| row(buffer, y) + " ").collect::<String>();
+    text.split_whitespace().collect::<Vec<_>>().join(" ")
+}
+
+#[test]
+fn nothing_is_cut_at_sixty_columns_with_a_fault_and_every_warning_at_once() {
+    let watched = with_all_at_once();
+    let words = words_of(&drawn(&watched, 60, 24));
+    for part in [
+        "FAULTED fault 14 (stall: effort, but no count), effort 0.8050 V, 3.200 s after power-on",
+        "what to do: docs/faults.md, \"14 Stall\"; then key c",
+        "pushes a joint that does not move: the motor gets warm; if it lasts, key s",
+        "given up: something holds the joint before its target",
+        "a saved set of parameters is damaged: see `status`",
+        "crystal not measured: times are right only if it has 8 MHz",
+        "brown-out reset off: `set-brown-out` turns it on",
+        "parameters not saved",
+        "3 samples lost",
+        "saturated: no more effort",
+        "heat as if driven with 0.500 V for long (a model)",
+        watched.note.as_str(),
+        "q quit s stop a arm",
+        "move to, deg",
+    ] {
+        assert!(words.contains(part), "{part}: {words}");
+    }
+}
+
+/// A terminal of few rows has the fault, and which key stops.
+#[test]
+fn what_is_dangerous_is_the_last_to_be_cut() {
+    let watched = with_all_at_once();
+    for (rows, parts) in [
+        (18, &["3 samples lost", "move when it is slower", "q quit s stop"][..]),
+        (7, &["fault 14 (stall", "then key c", "pushes a joint that does not move"]),
+        (4, &["fault 14 (stall", "0.8050 V", "docs/faults.md, \"14 Stall\""]),
+    ] {
+        let words = words_of(&drawn(&watched, 60, rows));
+        assert!(words.starts_with(SIMULATED), "{words}");
+        for part in parts {
+            assert!(words.contains(part), "{rows} rows: {part}: {words}");
+        }
     }
 }
 

@@ -16,9 +16,6 @@ use crate::device::words;
 /// Least height of a plot with its legend, rows; a lower one shows nothing that the numbers do not.
 const LEAST_PLOT: u16 = 5;
 
-/// Most rows of the state and of a note, whose sentences are wrapped in a narrow terminal.
-const MOST_ROWS: usize = 3;
-
 /// Least span of the position, counts: noise is not stretched over the whole height.
 const LEAST_SPAN_COUNTS: f64 = 10.0;
 
@@ -39,20 +36,22 @@ pub fn draw(frame: &mut Frame, watched: &Watched) {
     let warning = Rect { height: rows, ..area };
     let below = Rect { y: area.y + rows, height: area.height - rows, ..area };
     let (told, noted) = (state_of(watched), note_of(watched));
-    let wrapped = |line: &Line| {
-        // A word that goes to the next row leaves a gap, for which there is another row.
-        let rows = line.width().div_ceil(usize::from(area.width).max(1));
-        Constraint::Length((rows + usize::from(rows > 1)).clamp(1, MOST_ROWS) as u16)
-    };
-    let [title, state, numbers, note, plots, keys] = Layout::vertical([
-        Constraint::Length(1),
-        wrapped(&told),
-        Constraint::Length(6),
-        wrapped(&noted),
-        Constraint::Fill(1),
-        Constraint::Length(if area.width < KEYS.len() as u16 { 2 } else { 1 }),
-    ])
-    .areas(below);
+    // Where there is no room for all, what is dangerous stays, and the plots go first.
+    let mut left = below.height;
+    let [state, note, keys, title, numbers] = [
+        wrapped(&told, area.width),
+        wrapped(&noted, area.width),
+        wrapped(&KEYS.into(), area.width),
+        1,
+        6,
+    ]
+    .map(|rows| {
+        let taken = rows.min(left);
+        left -= taken;
+        Constraint::Length(taken)
+    });
+    let rows = [title, state, numbers, note, Constraint::Fill(1), keys];
+    let [title, state, numbers, note, plots, keys] = Layout::vertical(rows).areas(below);
     if let Some(text) = watched.warning {
         let style = Style::new().fg(Color::White).bg(Color::Red).add_modifier(Modifier::BOLD);
         frame.render_widget(Paragraph::new(text).style(style), warning);
@@ -64,6 +63,23 @@ pub fn draw(frame: &mut Frame, watched: &Watched) {
     frame.render_widget(wrap(noted), note);
     frame.render_widget(wrap(KEYS.into()).style(Style::new().fg(Color::DarkGray)), keys);
     plots_of(frame, watched, plots);
+}
+
+/// The rows that a text takes at most, if words stay whole in rows of so many columns.
+fn wrapped(line: &Line, columns: u16) -> u16 {
+    let columns = usize::from(columns).max(1);
+    let text: String = line.spans.iter().map(|span| span.content.as_ref()).collect();
+    let (mut rows, mut at) = (1, 0);
+    for word in text.split(' ') {
+        let wide = Line::from(word).width();
+        if at > 0 && at + wide > columns {
+            (rows, at) = (rows + 1, 0);
+        }
+        // A word that is longer than a row goes on in the next one.
+        rows += wide.saturating_sub(1) / columns;
+        at += wide.min(columns) + 1;
+    }
+    rows.try_into().unwrap_or(u16::MAX)
 }
 
 fn title_of(watched: &Watched) -> Paragraph<'_> {
@@ -86,24 +102,34 @@ fn state_of(watched: &Watched) -> Line<'static> {
         |text: String, color| line.push(Span::styled(format!("  {text}"), Style::new().fg(color)));
     if status.fault.code != 0 {
         say(words::told(&status.fault, status.sample_time), Color::Red);
+        say(words::remedy(status.fault.code, "key c"), Color::Red);
     }
-    if watched.now().saturated {
-        say("saturated: no more effort".into(), Color::Yellow);
-    }
-    if status.wound_up {
-        say("effort at standstill".into(), Color::Yellow);
-    }
-    if status.gave_up {
-        say("given up: something is in the way".into(), Color::Yellow);
+    // What is dangerous stands first. What comes and goes from tick to tick stands last, and so
+    // moves nothing else.
+    let warnings = [
+        (
+            status.wound_up,
+            "pushes a joint that does not move: the motor gets warm; if it lasts, key s",
+            Color::Yellow,
+        ),
+        (status.gave_up, "given up: something holds the joint before its target", Color::Yellow),
+        (status.is_damaged, "a saved set of parameters is damaged: see `status`", Color::Red),
+        (
+            status.crystal_not_measured,
+            "crystal not measured: times are right only if it has 8 MHz",
+            Color::Yellow,
+        ),
+        (!status.has_brown_out, "brown-out reset off: `set-brown-out` turns it on", Color::Yellow),
+        (status.unsaved, "parameters not saved", Color::Yellow),
+    ];
+    for (_, text, color) in warnings.into_iter().filter(|(is_so, ..)| *is_so) {
+        say(text.into(), color);
     }
     if watched.lost > 0 {
         say(format!("{} samples lost", watched.lost), Color::Yellow);
     }
-    if status.is_damaged {
-        say("a saved set of parameters is damaged".into(), Color::Red);
-    }
-    if status.unsaved {
-        say("parameters not saved".into(), Color::Yellow);
+    if watched.now().saturated {
+        say("saturated: no more effort".into(), Color::Yellow);
     }
     Line::from(line)
 }
@@ -123,7 +149,6 @@ fn numbers_of(watched: &Watched) -> Vec<Line<'static>> {
         ("error", armed(now.error_deg, 4), "deg", Color::Reset),
         ("velocity", armed(now.velocity_deg_per_s, 3), "deg/s", Color::Reset),
         ("from power-on", format!("{deg:.4}"), "deg", Color::Reset),
-        ("heat as of", format!("{:.3}", status.thermal_effort), "V", Color::Reset),
     ];
     let right = [
         ("v_PD", armed(now.v_pd, 4), "V", Color::Reset),
@@ -131,7 +156,6 @@ fn numbers_of(watched: &Watched) -> Vec<Line<'static>> {
         ("effort v", armed(now.v, 4), "V", EFFORT),
         ("applied", armed(now.v_applied, 4), "V", APPLIED),
         ("code, duty", format!("{code}, {duty}"), "", Color::Reset),
-        ("", String::new(), "", Color::Reset),
     ];
     let rows = left.into_iter().zip(right);
     let entry = |(name, value, unit, color): (&'static str, String, &'static str, Color)| {
@@ -140,7 +164,10 @@ fn numbers_of(watched: &Watched) -> Vec<Line<'static>> {
             Span::raw(format!("{value:>9} {unit:<6}")),
         ]
     };
-    rows.map(|(left, right)| Line::from([entry(left), entry(right)].concat())).collect()
+    let heat = format!("as if driven with {:.3} V for long (a model)", status.thermal_effort);
+    rows.map(|(left, right)| Line::from([entry(left), entry(right)].concat()))
+        .chain([Line::from(format!("{:<14}{heat}", "heat"))])
+        .collect()
 }
 
 fn note_of(watched: &Watched) -> Line<'_> {
