@@ -97,6 +97,41 @@ fn a_log_that_tells_no_machine_is_refused_with_its_column_or_row() {
     assert!(!std::path::Path::new("never.toml").exists());
 }
 
+/// Blank lines and comments are rows of a spreadsheet, and lines may end in any of three ways. A
+/// break inside quotes is none.
+#[test]
+fn a_refusal_counts_rows_as_a_spreadsheet_does_however_lines_end() {
+    let rows = log(machine, None);
+    let (_, rows) = rows.split_once('\n').unwrap();
+    let header = "t,q_rad,u,\"a note\nin two lines\"";
+    for end in ["\n", "\r\n", "\r"] {
+        for (header, counted) in [("t,q_rad,u", 5), (header, 5)] {
+            let begin = format!("# made by hand\n\n\n# and again\n{header}\n");
+            let mut text = begin.replace('\n', end);
+            let mut row = counted;
+            for (i, line) in rows.lines().enumerate() {
+                // A blank line and a comment stand before the row that is no number.
+                let more = match i {
+                    2000 => vec!["", "# here it comes", "0.5,0.1,twelve"],
+                    _ => vec![line],
+                };
+                for line in more {
+                    text += &format!("{line}{end}");
+                    row += u32::from(i <= 2000);
+                }
+            }
+            let said = refusal(&text, &[]);
+            assert!(said.contains(&format!("row {row}: `twelve`")), "{end:?}, {row}: {said}");
+        }
+    }
+    // The last line needs no end.
+    let said = refusal(&(rows.to_owned() + "5,0.1,twelve"), &NUMBERS);
+    assert!(said.contains("row 4001: `twelve`"), "{said}");
+}
+
+/// The columns of a file without a header.
+const NUMBERS: [&str; 6] = ["--time", "1", "--position", "2", "--effort", "3"];
+
 /// What is handled, and still cannot be so, is told beside the result.
 #[test]
 fn implausible_units_are_told() {
