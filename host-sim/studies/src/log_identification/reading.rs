@@ -175,7 +175,8 @@ fn delimiter(begin: &[u8]) -> u8 {
     let lines = begin.split(|byte| *byte == b'\n');
     let first = lines.into_iter().find(|line| !line.is_empty() && !line.starts_with(b"#"));
     let line = first.unwrap_or_default();
-    let digit = |place: Option<usize>| place.and_then(|i| line.get(i)).is_some_and(u8::is_ascii_digit);
+    let digit =
+        |place: Option<usize>| place.and_then(|i| line.get(i)).is_some_and(u8::is_ascii_digit);
     let is_decimal =
         |i: usize| line[i] == b',' && digit(i.checked_sub(1)) && digit(i.checked_add(1));
     let count = |of: u8| (0..line.len()).filter(|i| line[*i] == of && !is_decimal(*i)).count();
