@@ -67,7 +67,7 @@ pub(super) fn tune_each(request: &Request, controllers: &[String]) -> Result<Vec
     let each = |controller: &String| {
         bar.set_position(0);
         bar.set_prefix(controller.clone());
-        let sets = request.most_sets(controller)?;
+        let sets = request.about_sets(controller)?;
         let (begin, is_first) = (Instant::now(), AtomicBool::new(true));
         request.tune(controller, &|| {
             // Until here it has run the file's own gains, and nothing else.

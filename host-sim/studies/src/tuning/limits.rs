@@ -13,14 +13,14 @@ pub const CASES_ALLOWED: RangeInclusive<u64> = 1..=1000;
 const LONG_S: f64 = 120.0;
 
 /// Says how long a tuning may take, if that is long: `first_s` is the time of one set of joints, of
-/// which it runs at most `sets`.
+/// which it runs about `sets`.
 pub fn takes_long(controller: &str, first_s: f64, sets: u64, cases: u64) -> Option<String> {
-    let most_s = first_s * sets as f64;
-    (most_s > LONG_S).then(|| {
+    let about_s = first_s * sets as f64;
+    (about_s > LONG_S).then(|| {
         format!(
-            "{controller}: tuning may take up to {:.0} minutes: one set of gains takes {} s on \
-             {cases} joints, and it tries at most {sets}; fewer --cases take less",
-            (most_s / 60.0).ceil(),
+            "{controller}: tuning may take some {:.0} minutes: one set of gains takes {} s on \
+             {cases} joints, and it tries about {sets}; fewer --cases take less",
+            (about_s / 60.0).ceil(),
             rounded(first_s)
         )
     })
@@ -53,7 +53,7 @@ mod tests {
         // 100 sets of 1.2 s are two minutes; of 1.23 s, a little more.
         assert_eq!(takes_long("srnf", 1.2, 100, 8), None);
         let said = takes_long("srnf", 1.23, 100, 8).unwrap();
-        assert!(said.contains("srnf") && said.contains("up to 3 minutes"), "{said}");
+        assert!(said.contains("srnf") && said.contains("some 3 minutes"), "{said}");
         assert!(said.contains("1.23 s on 8 joints") && said.contains("--cases"), "{said}");
     }
 

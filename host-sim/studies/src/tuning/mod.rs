@@ -232,16 +232,16 @@ impl Request {
         }))
     }
 
-    /// The most sets of joints that a tuning runs, counted in those of the search: for an estimate
+    /// About how many sets of joints a tuning runs, counted in those of the search: for an estimate
     /// of its time. Margins are runs of one joint each, and are left out.
     ///
     /// # Errors
     /// As [`tune`](Self::tune).
-    pub fn most_sets(&self, controller: &str) -> Result<u64, Error> {
+    pub fn about_sets(&self, controller: &str) -> Result<u64, Error> {
         let wanted = [controller.to_owned()];
         let runs = Experiment::without_variants(&self.document, &wanted)?;
         let gains = runs.first().map(knobs::knobs).transpose()?.map_or(0, |knobs| knobs.len());
-        Ok(search::most(gains) + JUDGES * (1 + judgement::CANDIDATES as u64))
+        Ok(search::about(gains) + JUDGES * (1 + judgement::CANDIDATES as u64))
     }
 
     /// Judges a controller of the file as it stands.

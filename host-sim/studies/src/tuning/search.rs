@@ -39,9 +39,9 @@ impl CostFunction for Problem<'_> {
     }
 }
 
-/// The most costs that [`least`] asks for, if its simplex never shrinks: those of the first simplex,
-/// and two a step. It hardly ever shrinks.
-pub const fn most(gains: usize) -> u64 {
+/// How many costs [`least`] asks for, about: those of the first simplex, and two for each of its
+/// steps. It may end sooner, and a step that shrinks the simplex asks for one more for each gain.
+pub const fn about(gains: usize) -> u64 {
     let gains = gains as u64;
     let [base, each] = STEPS;
     1 + gains + 2 * (base + each * gains)
@@ -89,23 +89,6 @@ mod tests {
             "{found:?}"
         );
         assert_eq!(found, least(2, &bowl).unwrap());
-    }
-
-    /// Where every step gains or contracts, it asks for no more than it says.
-    #[test]
-    fn it_asks_for_no_more_costs_than_it_says() {
-        for gains in [1, 3, 6] {
-            let asked = std::sync::atomic::AtomicU64::new(0);
-            let bowl = |factors: &[f64]| {
-                asked.fetch_add(1, std::sync::atomic::Ordering::Relaxed);
-                let to = |place: usize| 1.0 + place as f64;
-                let all = factors.iter().enumerate();
-                all.map(|(place, factor)| (factor / to(place)).ln().powi(2)).sum()
-            };
-            least(gains, &bowl).unwrap();
-            let asked = asked.into_inner();
-            assert!(asked > gains as u64 && asked <= most(gains), "{asked} of {gains} gains");
-        }
     }
 
     #[test]
