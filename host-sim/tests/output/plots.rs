@@ -35,7 +35,10 @@ fn texts(svg: &Document) -> Vec<String> {
 fn points(node: &Node) -> Vec<[f64; 2]> {
     let data = node.attribute("d").unwrap().replace(['M', 'L', ','], " ");
     let numbers: Vec<f64> = data.split_whitespace().map(|word| word.parse().unwrap()).collect();
-    assert!(numbers.len() % 2 == 0 && numbers.iter().all(|number| number.is_finite()), "{data}");
+    assert!(
+        numbers.len().is_multiple_of(2) && numbers.iter().all(|number| number.is_finite()),
+        "{data}"
+    );
     numbers.chunks(2).map(|two| [two[0], two[1]]).collect()
 }
 
