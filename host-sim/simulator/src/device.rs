@@ -1,6 +1,7 @@
 //! Devices: one that is simulated, those behind a wire, and a client for them. What a device is
 //! told for a run stands in [`crate::experiment`].
 
+pub mod beyond;
 pub mod client;
 pub mod identified;
 pub mod into;

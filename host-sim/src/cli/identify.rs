@@ -99,9 +99,11 @@ pub fn identify_log(arguments: &Arguments) -> Result<(), Error> {
         effort: arguments.effort.clone(),
     };
     let log = read(&arguments.log, &columns)?;
-    let found = identify(log, &request).map_err(|why| Error::Input(format!("{name}: {why}")))?;
-    warnings.extend(found.warnings.iter().cloned());
-    warn(&warnings);
+    let mut found =
+        identify(log, &request).map_err(|why| Error::Input(format!("{name}: {why}")))?;
+    // A script is told what a person is told.
+    found.warnings.splice(..0, warnings);
+    warn(&found.warnings);
     if let Some(file) = &arguments.into {
         let file_name = file.to_string_lossy();
         let text = machine_file::machine_file(&file_name, &name, &found)?;
@@ -145,7 +147,18 @@ impl Arguments {
                 }
             },
         };
-        let unit = self.position_unit.or_else(|| PositionUnit::of_name(&self.position));
+        let named = PositionUnit::of_name(&self.position);
+        let unit = self.position_unit.or(named);
+        if let (Some(given), Some(named)) = (self.position_unit, named)
+            && given != named
+        {
+            let [given, named] = [given, named].map(PositionUnit::word);
+            warnings.push(format!(
+                "`{}` is called as if it were in {named}, and --position-unit says {given}; it is \
+                 taken as {given}",
+                self.position
+            ));
+        }
         if unit.is_none() {
             warnings.push(format!(
                 "nothing says what `{}` is in; it is taken as rad, --position-unit says otherwise",

@@ -1,10 +1,12 @@
 //! `stiction tune`.
 
 use std::path::{Path, PathBuf};
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::time::Instant;
 
 use indicatif::{ProgressBar, ProgressStyle};
 
-use super::{drawn, print, wrote};
+use super::{drawn, print, warn, wrote};
 use crate::ensemble::rules::TUNING_SEEDS;
 use crate::error::{Error, suggestion};
 use crate::experiment::Document;
@@ -65,7 +67,17 @@ pub(super) fn tune_each(request: &Request, controllers: &[String]) -> Result<Vec
     let each = |controller: &String| {
         bar.set_position(0);
         bar.set_prefix(controller.clone());
-        request.tune(controller, &|| bar.inc(1))
+        let sets = request.about_sets(controller)?;
+        let (begin, is_first) = (Instant::now(), AtomicBool::new(true));
+        request.tune(controller, &|| {
+            // Until here it has run the file's own gains, and nothing else.
+            if is_first.swap(false, Ordering::Relaxed) {
+                let first_s = begin.elapsed().as_secs_f64();
+                let said = tuning::takes_long(controller, first_s, sets, request.cases);
+                bar.suspend(|| warn(said.as_slice()));
+            }
+            bar.inc(1);
+        })
     };
     let tuned = controllers.iter().map(each).collect();
     bar.finish_and_clear();

@@ -97,6 +97,41 @@ fn a_log_that_tells_no_machine_is_refused_with_its_column_or_row() {
     assert!(!std::path::Path::new("never.toml").exists());
 }
 
+/// Blank lines and comments are rows of a spreadsheet, and lines may end in any of three ways. A
+/// break inside quotes is none.
+#[test]
+fn a_refusal_counts_rows_as_a_spreadsheet_does_however_lines_end() {
+    let rows = log(machine, None);
+    let (_, rows) = rows.split_once('\n').unwrap();
+    let header = "t,q_rad,u,\"a note\nin two lines\"";
+    for end in ["\n", "\r\n", "\r"] {
+        for (header, counted) in [("t,q_rad,u", 5), (header, 5)] {
+            let begin = format!("# made by hand\n\n\n# and again\n{header}\n");
+            let mut text = begin.replace('\n', end);
+            let mut row = counted;
+            for (i, line) in rows.lines().enumerate() {
+                // A blank line and a comment stand before the row that is no number.
+                let more = match i {
+                    2000 => vec!["", "# here it comes", "0.5,0.1,twelve"],
+                    _ => vec![line],
+                };
+                for line in more {
+                    text += &format!("{line}{end}");
+                    row += u32::from(i <= 2000);
+                }
+            }
+            let said = refusal(&text, &[]);
+            assert!(said.contains(&format!("row {row}: `twelve`")), "{end:?}, {row}: {said}");
+        }
+    }
+    // The last line needs no end.
+    let said = refusal(&(rows.to_owned() + "5,0.1,twelve"), &NUMBERS);
+    assert!(said.contains("row 4001: `twelve`"), "{said}");
+}
+
+/// The columns of a file without a header.
+const NUMBERS: [&str; 6] = ["--time", "1", "--position", "2", "--effort", "3"];
+
 /// What is handled, and still cannot be so, is told beside the result.
 #[test]
 fn implausible_units_are_told() {
@@ -116,4 +151,88 @@ fn implausible_units_are_told() {
         assert!(output.status.success(), "{said}");
         assert!(parts.iter().all(|part| said.contains(part)), "{options:?}: {said}");
     }
+}
+
+/// What is told of a log beside the result, which is an object.
+fn told(text: &str, options: &[&str]) -> (String, serde_json::Value) {
+    let directory = tempfile::tempdir().unwrap();
+    let path = directory.path().join("log.csv");
+    fs::write(&path, text).unwrap();
+    let path = path.to_str().unwrap();
+    let arguments = [&["identify", path, "--json", "--time", "t", "--effort", "u"], options];
+    let output = stiction(&arguments.concat()).output().unwrap();
+    let said = String::from_utf8_lossy(&output.stderr).into_owned();
+    assert!(output.status.success(), "{options:?}: {said}");
+    (said, serde_json::from_slice(&output.stdout).unwrap())
+}
+
+/// An axis of 80 kg on guides whose friction is 0.022 of its weight, in closed form.
+fn axis(t: f64) -> [f64; 2] {
+    let v = 0.4 * (4.0 * t).cos() + 0.2 * (9.0 * t).cos();
+    let a = -1.6 * (4.0 * t).sin() - 1.8 * (9.0 * t).sin();
+    let q = 0.1 * (4.0 * t).sin() + 0.2 * (9.0 * t).sin() / 9.0;
+    [q, 80.0 * a + 17.0 * v.signum() + 150.0 * v]
+}
+
+#[test]
+fn a_position_unit_that_cannot_be_is_told_and_one_that_can_is_not() {
+    let metres = log(axis, None).replace("q_rad", "q");
+    let millimetres = log(|t| axis(t).map(|one| 1e3 * one), None).replace("q_rad", "q");
+    let newtons = |gain: &'static str, unit: &'static str| {
+        ["--position", "q", "--position-unit", unit, "--effort-gain", gain]
+    };
+    for (text, options) in [(&metres, newtons("1", "m")), (&millimetres, newtons("1e-3", "mm"))] {
+        let (said, found) = told(text, &options);
+        assert_eq!((said.as_str(), &found["warnings"]), ("", &serde_json::json!([])));
+        let mass = found["parameters"]["inertia"]["value"].as_f64().unwrap();
+        assert!((mass / 80.0 - 1.0).abs() < 0.01, "{found}");
+        // 0.1 sin 4t + 0.022 sin 9t is up to 0.122 m to either side.
+        let travel = found["log_read"]["travel"].as_f64().unwrap();
+        assert!((0.22..=0.2445).contains(&travel), "{travel}");
+    }
+    // 80 t on guides that bear them with 17 N; 600 m/s, a travel of 240 m and 80 g.
+    let (said, _) = told(&metres, &newtons("1", "mm"));
+    assert!(said.contains("of the weight") && said.contains("--position-unit"), "{said}");
+    let (said, _) = told(&millimetres, &newtons("1e-3", "m"));
+    assert!(said.contains("top speed") && said.contains("--position-unit"), "{said}");
+    // A stroke of 7 um is within the bristles; a gain in the wrong power of ten, too light.
+    let crept = log(|t| axis(t).map(|one| 3e-5 * one), None).replace("q_rad", "q");
+    let (said, _) = told(&crept, &newtons("1", "m"));
+    assert!(said.contains("the travel comes out as"), "{said}");
+    let (said, _) = told(&metres, &newtons("1e-9", "m"));
+    assert!(said.contains("the inertia comes out as") && said.contains("kg"), "{said}");
+}
+
+#[test]
+fn a_name_that_contradicts_the_unit_and_an_effort_of_no_unit_are_told_to_people_and_scripts() {
+    let text = log(machine, None);
+    let degrees = text.replace("q_rad", "q_deg");
+    let (said, found) = told(&degrees, &["--position", "q_deg", "--position-unit", "rad"]);
+    assert!(said.contains("as if it were in deg, and --position-unit says rad"), "{said}");
+    assert!(found["warnings"].to_string().contains("as if it were in deg"), "{found}");
+    let (said, _) = told(&text, &["--position", "q_rad", "--position-unit", "rad"]);
+    assert_eq!(said, "");
+    // What is in nobody's words, and no machine excludes.
+    let bare = text.replace("q_rad", "q");
+    let (_, found) = told(&bare, &["--position", "q"]);
+    assert!(found["warnings"].to_string().contains("taken as rad"), "{found}");
+    assert_eq!(found["effort_unit_is_assumed"], false);
+    // A line without a gain: kg and N are a guess.
+    let line = ["--position", "q", "--position-unit", "m"];
+    let (said, found) = told(&bare, &line);
+    assert!(said.contains("taken as 1 N") && said.contains("--effort-gain"), "{said}");
+    assert_eq!(
+        (&found["effort_unit_is_assumed"], &found["effort_gain"], &found["units"]["inertia"]),
+        (&true.into(), &serde_json::Value::Null, &"kg".into())
+    );
+    let (said, found) = told(&bare, &[&line[..], &["--effort-gain", "2"]].concat());
+    assert_eq!((said.as_str(), &found["effort_gain"]), ("", &2.0.into()));
+    // The table has it, too.
+    let directory = tempfile::tempdir().unwrap();
+    let path = directory.path().join("log.csv");
+    fs::write(&path, &bare).unwrap();
+    let columns = ["identify", path.to_str().unwrap(), "--time", "t", "--effort", "u"];
+    let output = stiction(&[&columns[..], &line].concat()).output().unwrap();
+    let table = String::from_utf8_lossy(&output.stdout).into_owned();
+    assert!(table.contains("units       assumed: a unit of the effort is 1 N"), "{table}");
 }

@@ -6,11 +6,16 @@ use std::fs;
 use std::path::Path;
 use std::process::{Command, Output};
 
+use host_sim::device;
+use host_sim::device::identified::Identified;
+use host_sim::ensemble::{drawn, identify};
+use host_sim::experiment::{Document, Experiment};
 use serde_json::Value;
+use stiction::identification::Asked;
 
 use super::{number, stiction};
 
-fn device(arguments: &[&str]) -> Output {
+fn asked(arguments: &[&str]) -> Output {
     let mut command = Command::new(env!("CARGO_BIN_EXE_stiction"));
     command.args(["device", "--simulated"]).args(arguments).output().unwrap()
 }
@@ -36,7 +41,7 @@ const TRUTH: [(&str, f64, f64); 4] = [
 fn the_joint_that_was_found_is_a_file_whose_spread_holds_the_truth() {
     let directory = tempfile::tempdir().unwrap();
     let file = path(directory.path(), "found.toml");
-    let found = device(&["identify", "--into", &file]);
+    let found = asked(&["identify", "--into", &file]);
     assert!(found.status.success(), "{}", words(&found.stderr));
     assert!(words(&found.stdout).contains("found.toml: written, with the joint that was found"));
     let text = fs::read_to_string(&file).unwrap();
@@ -65,7 +70,7 @@ fn the_joint_that_was_found_is_a_file_whose_spread_holds_the_truth() {
     let drawn = format!("joint.friction.slip_v={:?}..{:?}", low.unwrap(), high.unwrap());
     assert!(tuned.contains(&drawn), "{tuned}");
     // Nothing is written over, and nothing moves for that.
-    let again = device(&["identify", "--into", &file]);
+    let again = asked(&["identify", "--into", &file]);
     assert_eq!((again.status.code(), words(&again.stdout)), (Some(2), String::new()));
     assert!(words(&again.stderr).contains("--overwrite"), "{}", words(&again.stderr));
     assert_eq!(fs::read_to_string(&file).unwrap(), text);
@@ -75,7 +80,7 @@ fn the_joint_that_was_found_is_a_file_whose_spread_holds_the_truth() {
 fn a_sequence_that_is_not_whole_writes_no_file() {
     let directory = tempfile::tempdir().unwrap();
     let file = path(directory.path(), "found.toml");
-    let ended = device(&["identify", "--time", "20", "--into", &file]);
+    let ended = asked(&["identify", "--time", "20", "--into", &file]);
     assert_eq!(ended.status.code(), Some(2));
     let said = words(&ended.stderr);
     assert!(said.contains("nothing is written") && said.contains("--time"), "{said}");
@@ -93,7 +98,7 @@ fn the_file_of_a_doubtful_joint_says_what_is_doubted_and_is_wider_than_its_error
     let text = fs::read_to_string(&sheet).unwrap();
     let ripple = "[friction]\nripple = 0.1\nripple_per_turn = 9\n";
     fs::write(&sheet, text.replace("[friction]\n", ripple)).unwrap();
-    let found = device(&["--machine", &sheet, "identify", "--into", &file]);
+    let found = asked(&["--machine", &sheet, "identify", "--into", &file]);
     assert!(found.status.success(), "{}", words(&found.stderr));
     let text = fs::read_to_string(&file).unwrap();
     let (_, table) = text.split_once("# Verdict of the identification").unwrap();
@@ -106,6 +111,105 @@ fn the_file_of_a_doubtful_joint_says_what_is_doubted_and_is_wider_than_its_error
     let end = |end: usize| written["spread"]["joint.friction.slip_v"][end].as_float().unwrap();
     // The levels of the joint are 10 % off either way; the bars of a good fit are some percent.
     assert!(end(1) / end(0) > 1.1, "{table}");
+}
+
+/// A load of 0.15 of the slip friction, and one that hangs 30 deg from where the joint is armed:
+/// the file of the found joint has each as its data sheet would, and others take it. Heavier ones
+/// trip the monitor of the stall.
+#[test]
+fn a_load_that_was_found_is_in_the_file_as_a_data_sheet_has_it() {
+    let angle = 30f64.to_radians();
+    for (keys, truths) in [
+        ("constant_nm = -30.0", &[("constant_nm", -30.0, 3.0)][..]),
+        (
+            "unbalance_nm = 35.0\nhangs_at_deg = 30.0",
+            &[("unbalance_nm", 35.0, 3.5), ("hangs_at_rad", angle, 0.1)],
+        ),
+    ] {
+        let directory = tempfile::tempdir().unwrap();
+        let path = |name: &str| path(directory.path(), name);
+        let [sheet, file, out] = ["joint.toml", "found.toml", "tuned.toml"].map(path);
+        stiction(&["new", &sheet, "--typical", "thesis"]);
+        let text = fs::read_to_string(&sheet).unwrap();
+        fs::write(&sheet, text.replace("[load]\n", &format!("[load]\n{keys}\n"))).unwrap();
+        let of: toml::Table = fs::read_to_string(&sheet).unwrap().parse().unwrap();
+        let found = asked(&["--machine", &sheet, "identify", "--into", &file]);
+        assert!(found.status.success(), "{}", words(&found.stderr));
+        assert!(!words(&found.stdout).contains("cannot say"), "{}", words(&found.stdout));
+        let text = fs::read_to_string(&file).unwrap();
+        let written: toml::Table = text.parse().unwrap();
+        assert!(!written.contains_key("joint") && !text.contains("cannot say"), "{text}");
+        let value = |table: &toml::Table, name: &str, key: &str| {
+            let value = &table[name][key];
+            value.as_float().or(value.as_integer().map(|whole| whole as f64)).unwrap()
+        };
+        for (key, truth, off) in truths {
+            let is = value(&written, "load", key);
+            assert!((is - truth).abs() < *off, "{key}: {is}, and {truth}: {text}");
+        }
+        for (key, share) in [("slip_nm", 0.03), ("stick_nm", 0.03)] {
+            let [is, was] = [&written, &of].map(|table| value(table, "friction", key));
+            assert!((is / was - 1.0).abs() < share, "{key}: {is}, and {was}");
+        }
+        let (key, truth, _) = truths[0];
+        let ends = written["spread"][&format!("load.{key}")].as_array().unwrap();
+        let [low, high] = [0, 1].map(|end| ends[end].as_float().unwrap());
+        assert!(low < high && (0.5..2.0).contains(&((low + high) / 2.0 / truth)), "{low} {high}");
+        // What the joint is, and what it is drawn from, both have the load.
+        assert!(stiction(&["show", "--units", &file]).contains(if key == "constant_nm" {
+            "constant load"
+        } else {
+            "unbalance"
+        }));
+        let tuned = stiction(&["tune", &file, "--cases", "2", "--out", &out]);
+        assert!(tuned.contains(&format!("load.{key}=")), "{tuned}");
+    }
+}
+
+/// Joints of the ensemble are in degrees and volts, for which a machine's file has no load.
+#[test]
+fn a_load_that_no_key_can_say_is_in_a_comment_and_told() {
+    let document = Document::open("step-response").unwrap();
+    let plan = Experiment::without_variants(&document, &["pd".into()]).unwrap().remove(0);
+    let parameters = device::parameters(&plan).unwrap();
+    for (family, word) in [("loaded", "a load of "), ("gravity", "gravity of ")] {
+        let loads = |number: u64| {
+            let case = drawn(family, 3, number).unwrap();
+            identify(&case, &Asked::default()).unwrap()
+        };
+        // Of those that are known well enough for a file, the first whose load is no small part.
+        let found = (0..8).map(loads).find(|found| {
+            let slip = found.truth.slip;
+            let is_heavy = family == "gravity" || found.truth.load.abs() > 0.1 * slip;
+            is_heavy && !found.is_flagged()
+        });
+        let found = found.unwrap();
+        let truth = found.truth.load.abs();
+        let found = Identified {
+            summary: found.summary.unwrap(),
+            map: found.map,
+            parameters: parameters.clone(),
+            units: None,
+        };
+        let device::into::Written { text, left_out } =
+            device::into::written(&found, &document).unwrap();
+        let left_out = left_out.unwrap();
+        let joined = text.replace("\n#", " ").split_whitespace().collect::<Vec<_>>().join(" ");
+        assert!(joined.contains(&left_out), "{left_out}: {text}");
+        for part in ["This file cannot say it", "predictions", "a data sheet in --machine"] {
+            assert!(left_out.contains(part), "{part}: {left_out}");
+        }
+        let said = left_out.to_lowercase();
+        let (_, level) = said.split_once(word).unwrap();
+        let level: f64 = level.split_once(" v").unwrap().0.parse().unwrap();
+        if family == "loaded" {
+            assert!((level / truth - 1.0).abs() < 0.1, "{level} V, and {truth} V");
+        } else {
+            assert!(level > 0.0, "{left_out}");
+        }
+        // The file is one all the same.
+        assert!(Document::parse("found.toml", &text).unwrap().machine().is_ok(), "{text}");
+    }
 }
 
 /// The joint of a data sheet by hand: `J = J_load + eta n^2 J_rotor`, and a winding that brakes by
@@ -134,7 +238,7 @@ fn each_typical_joint_is_found_within_the_bounds_by_default_as_its_data_sheet_ha
             0.0
         };
         let viscous = of("friction", "viscous_nm_s_per_rad") + braked;
-        let found = device(&["--machine", &file, "identify", "--json", "--into", &into]);
+        let found = asked(&["--machine", &file, "identify", "--json", "--into", &into]);
         assert!(found.status.success(), "{name}: {}", words(&found.stderr));
         let found: Value = serde_json::from_slice(&found.stdout).unwrap();
         assert_eq!((&found["outcome"], &found["verdict"]), (&"done".into(), &"good".into()));
@@ -161,6 +265,15 @@ fn each_typical_joint_is_found_within_the_bounds_by_default_as_its_data_sheet_ha
             / number(&found["parameters"]["coulomb"]["value"]);
         for sense in ["breakaway_positive", "breakaway_negative"] {
             let level = number(&found[sense]["median_v"]) * per_volt;
+            // The object in SI has the same, with its error bar and ends.
+            let row = &found["si"][sense];
+            assert_eq!(row["unit"], "N m");
+            for (in_si, in_volts) in
+                [("value", "median_v"), ("sd", "sd_v"), ("min", "min_v"), ("max", "max_v")]
+            {
+                let same = number(&row[in_si]) / (number(&found[sense][in_volts]) * per_volt);
+                assert!((same - 1.0).abs() < 1e-5, "{name} {sense} {in_si}: {found}");
+            }
             let share = level / of("friction", "stick_nm");
             assert!((share - 1.0).abs() < 0.03, "{name} {sense}: {level} N m");
         }
@@ -210,7 +323,7 @@ fn robust_is_told_of_the_joint_that_was_found_and_keeps_what_somebody_has_set() 
     }
     let own = "[controller.robust]\nbandwidth_rad_per_s = 6.5\nleast_gain = 0.2";
     fs::write(&file, wrong.replace("[controller.robust]", own)).unwrap();
-    let found = device(&["--machine", &file, "identify", "--into", &into]);
+    let found = asked(&["--machine", &file, "identify", "--into", &into]);
     assert!(found.status.success(), "{}", words(&found.stderr));
     let text = fs::read_to_string(&into).unwrap();
     let written: toml::Table = text.parse().unwrap();
@@ -238,7 +351,7 @@ fn a_bound_of_the_speed_at_which_the_encoder_shows_nothing_is_refused_before_any
     let directory = tempfile::tempdir().unwrap();
     let file = path(directory.path(), "joint.toml");
     stiction(&["new", &file, "--typical", "gimbal"]);
-    let slow = device(&["--machine", &file, "identify", "--speed", "10"]);
+    let slow = asked(&["--machine", &file, "identify", "--speed", "10"]);
     let said = words(&slow.stderr);
     assert_eq!(slow.status.code(), Some(2), "{said}");
     // 2 * 3 * 20 rad/s * 0.1125 deg / 0.7 = 19.3 deg/s.

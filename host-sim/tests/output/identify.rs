@@ -147,6 +147,28 @@ fn the_file_of_a_log_with_more_friction_one_way_is_drawn_from_and_tuned() {
     assert!(tuned.contains("load.constant_nm=") && tuned.contains("friction.stick_nm="), "{tuned}");
 }
 
+/// A friction that drives is none, whatever load turns one of both levels round.
+#[test]
+fn friction_that_is_negative_in_the_mean_of_both_ways_is_not_called_good() {
+    let found = |name: &str, levels: [f64; 2]| {
+        let log = log(name, "time,q_rad,tau\n", 16_000, |i, text| {
+            let t = 1e-3 * f64::from(i);
+            let at = motion(t);
+            let tau = effort(at, [0.5, 0.8, 0.8, levels[0], levels[1]]);
+            let _ = writeln!(text, "{t:.3},{:.8},{tau:.6}", at[0]);
+        });
+        let columns = ["--time", "time", "--position", "q_rad", "--effort", "tau"];
+        identified(&log.path, &[&columns[..], &["--model", "asymmetric"]].concat())
+    };
+    let words = "the mean of `coulomb_positive` and `coulomb_negative` comes out negative";
+    let negative = found("negative.csv", [0.1, -0.3]);
+    assert!(negative["verdict"]["words"].to_string().contains(words), "{negative}");
+    assert_ne!(negative["verdict"]["quality"], "good");
+    // A load of 0.4 the negative way, on friction of 0.1.
+    let loaded = found("loaded.csv", [0.5, -0.3]);
+    assert!(!loaded["verdict"]["words"].to_string().contains("negative,"), "{loaded}");
+}
+
 /// Milliseconds, millimetres and amperes of a linear axis, with decimal commas between semicolons,
 /// columns in another order, and a row of units.
 #[test]

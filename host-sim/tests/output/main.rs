@@ -16,6 +16,7 @@ mod identify;
 mod json;
 mod new_joint;
 mod own_file;
+mod plots;
 mod runs;
 mod table;
 mod tuning;

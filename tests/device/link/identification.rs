@@ -4,8 +4,11 @@
 use std::time::Duration;
 
 use simulator::device::client::Client;
+use simulator::device::identified::Identified;
+use simulator::device::into;
 use simulator::device::simulated::{SimulatedDevice, Wires};
 use simulator::device::wire::SimulatedWire;
+use simulator::experiment::Document;
 use simulator::hardware::STM32F405;
 use stiction::identification::{Asked, Outcome, Search, Summary};
 use stiction::link::{Kind, Machine, Refused, Reply, Request, Session, StateCode};
@@ -181,4 +184,156 @@ fn the_fits_take_more_than_a_piece() {
     // Thirty-two steps at most are looked at in a pass, seven at most in a piece.
     assert!((6..=13).contains(&pieces), "{pieces}");
     assert_eq!(found.summary_of(&search), found.summary());
+}
+
+/// What a sequence did until it ended.
+struct Course {
+    summary: Summary,
+    /// Time and true position at ticks until the output was off, s and deg.
+    path: Vec<[f64; 2]>,
+    /// The fastest that it was then, deg/s.
+    fastest: f64,
+    /// What a file would be made of.
+    found: Identified,
+    tick_s: f64,
+    count_deg: f64,
+}
+
+/// Runs a sequence tick by tick; `hand` may do something to the joint at a time, s. The output is
+/// off in the tick in which it ends.
+fn course(set: &[&str], asked: Asked, mut hand: impl FnMut(&mut SimulatedDevice, f64)) -> Course {
+    let plan = &plans("step-response", set)[0];
+    let mut device = SimulatedDevice::new(plan).unwrap();
+    device.ticks(10);
+    let mut client = Client::connect(SimulatedWire::new(device)).unwrap();
+    client.identify_joint(asked).unwrap();
+    let tick_s = client.wire().simulated.sample_time_s();
+    let begin = client.status().unwrap().clock;
+    let (mut path, mut fastest) = (Vec::new(), 0.0f64);
+    loop {
+        // A question takes ticks of its own, and keeps the link alive.
+        let status = client.status().unwrap();
+        let mut time_s = tick_s * f64::from(status.clock.wrapping_sub(begin));
+        let simulated = &mut client.wire().simulated;
+        path.push([time_s, simulated.position_deg()]);
+        if status.state != StateCode::Armed {
+            break;
+        }
+        for _ in 0..5 {
+            hand(simulated, time_s);
+            fastest = fastest.max(simulated.velocity_deg_per_s().abs());
+            if !simulated.tick().enable {
+                break;
+            }
+            time_s += tick_s;
+            path.push([time_s, simulated.position_deg()]);
+        }
+        assert!(time_s < 1800.0, "it does not end");
+    }
+    let status = client.status().unwrap();
+    assert_eq!((status.state, status.faults), (StateCode::Stopped, 0), "{status:?}");
+    let output = client.wire().simulated.tick();
+    assert!(!output.enable && output.tick.code == 0, "{output:?}");
+    let (summary, map) = client.identified().unwrap().unwrap();
+    let parameters = client.parameters().unwrap();
+    let count_deg = f64::from(parameters.controller.encoder.resolution);
+    let found = Identified { summary, map, parameters, units: None };
+    Course { summary, path, fastest, found, tick_s, count_deg }
+}
+
+impl Course {
+    /// So far the joint is beyond a bound that has ended it, deg: the travel of a tick, and what a
+    /// count does not show. The question that finds it stopped takes a tick more.
+    fn beyond(&self) -> f64 {
+        2.0 * self.fastest * self.tick_s + 2.0 * self.count_deg
+    }
+
+    fn farthest(&self) -> f64 {
+        self.path.iter().map(|[_, at]| (at - self.path[0][1]).abs()).fold(0.0, f64::max)
+    }
+
+    /// The most by which the travel of any time is beyond that of a speed, deg: the largest rise of
+    /// what is left, either way.
+    fn faster_than(&self, speed: f64) -> f64 {
+        let most = |sign: f64| {
+            let (mut least, mut most) = (f64::INFINITY, 0.0f64);
+            for left in self.path.iter().map(|[time_s, at]| sign * at - speed * time_s) {
+                least = least.min(left);
+                most = most.max(left - least);
+            }
+            most
+        };
+        most(1.0).max(most(-1.0))
+    }
+
+    /// No file is made of it, and it is said how it ended.
+    fn is_no_file(&self, word: &str) {
+        let document = Document::open("step-response").unwrap();
+        let why = into::text(&self.found, &document).unwrap_err().to_string();
+        assert!(why.contains(word), "{why}");
+        assert_ne!(self.found.verdict(), "good", "{:?}", self.summary);
+    }
+}
+
+/// A joint that hardly rubs once it slides runs far behind a pulse: it goes 0.45 deg with up to
+/// 0.55 V, and 0.05 V stop it.
+#[test]
+fn the_bound_of_the_travel_ends_it_within_a_tick_of_it() {
+    let slides = ["joint.friction.slip_v=0.05", "joint.viscous_v_per_deg_per_s=0.0"];
+    let asked = Asked { travel: Some(1.5), effort: Some(1.0), ..Asked::default() };
+    let course = course(&slides, asked, |_, _| {});
+    assert_eq!(course.summary.outcome, Outcome::Travel, "{:?}", course.summary);
+    let (farthest, beyond) = (course.farthest(), course.beyond());
+    assert!(farthest > 1.5 && farthest <= 1.5 + beyond, "{farthest} {beyond}");
+    course.is_no_file("--travel");
+}
+
+/// A joint that breaks away with 0.4 V and slides without friction gains 0.2 deg/s a tick.
+#[test]
+fn the_bound_of_the_speed_ends_it_within_its_slack_and_a_tick() {
+    let slides = ["joint.friction.slip_v=0.0", "joint.viscous_v_per_deg_per_s=0.0"];
+    let asked = Asked { speed: Some(0.15), ..Asked::default() };
+    let course = course(&slides, asked, |_, _| {});
+    assert_eq!(course.summary.outcome, Outcome::Speed, "{:?}", course.summary);
+    // The slack of the speed is 8 counts.
+    let (most, slack) = (course.faster_than(0.15), 8.0 * course.count_deg);
+    assert!(most > slack && most <= slack + course.beyond(), "{most} {slack}");
+    // It had no time to go far.
+    assert!(course.farthest() < 1.0, "{}", course.farthest());
+    course.is_no_file("--speed");
+}
+
+/// The same joint within a wider bound: nothing slows it down behind the first push.
+#[test]
+fn a_joint_that_goes_on_without_effort_ends_it_after_five_seconds() {
+    let slides = ["joint.friction.slip_v=0.0", "joint.viscous_v_per_deg_per_s=0.0"];
+    let course = course(&slides, Asked::default(), |_, _| {});
+    assert_eq!(course.summary.outcome, Outcome::RunsOn, "{:?}", course.summary);
+    // Five seconds at the even speed that the push has left it: nothing drives it any more.
+    let [end_s, end] = course.path.last().copied().unwrap();
+    let last = course.path.iter().filter(|[time_s, _]| (0.5..4.9).contains(&(end_s - time_s)));
+    for [time_s, at] in last {
+        let slid = course.fastest * (end_s - time_s);
+        assert!(((end - at) / slid - 1.0).abs() < 1e-3, "{time_s} {at}");
+    }
+    assert!(course.fastest > 0.2 && course.farthest() < 45.0, "{}", course.farthest());
+    course.is_no_file("a load moves it");
+}
+
+/// A second after the first push the effort is small and negative; then a load tears the joint the
+/// positive way.
+#[test]
+fn a_joint_that_is_pulled_the_same_way_twice_ends_it_before_a_pulse() {
+    let mut is_pulled = false;
+    let course = course(&[], Asked { effort: Some(1.6), ..Asked::default() }, |device, time_s| {
+        // 1.6 V in 8 s are 0.4 V after 2 s, and the joint rests by 2.5 s.
+        if time_s >= 3.2 && !is_pulled {
+            is_pulled = true;
+            let at = device.position_deg();
+            device.push(at, 1.0);
+        }
+    });
+    assert_eq!(course.summary.outcome, Outcome::Pulled, "{:?}", course.summary);
+    assert!(course.summary.steps == 2 && course.farthest() < 1.0, "{:?}", course.summary);
+    course.is_no_file("the same way under both efforts");
 }

@@ -157,17 +157,20 @@ impl Identified {
     pub fn words(&self) -> String {
         let Summary { outcome, breakaway, estimate, range, doubts: doubted, steps } = &self.summary;
         let mut text = format!("identify   {}\n", ended(*outcome));
-        let si = |value: f64, unit: &str, factor: fn(&CoreUnits) -> f64| {
+        let si = |value: f64, deviation: Option<f64>, unit: &str, factor: fn(&CoreUnits) -> f64| {
             self.units.map_or(String::new(), |units| {
-                format!("   {:>11.5} {unit}", value * factor(&units))
+                let factor = factor(&units);
+                let off = deviation.map(|off| format!(" +- {:.1e}", off * factor));
+                format!("   {:>11.5}{} {unit}", value * factor, off.unwrap_or_default())
             })
         };
         let torque: fn(&CoreUnits) -> f64 = |units| units.effort(1.0);
         for (levels, sense) in breakaway.iter().zip(["+", "-"]) {
             let Levels { least, median, largest, places } = levels;
             if *places > 0 {
-                let si = si(f64::from(*median), "N m", torque);
-                text += &match breakaway_deviation(levels, self.lsb()) {
+                let deviation = breakaway_deviation(levels, self.lsb());
+                let si = si(f64::from(*median), deviation, "N m", torque);
+                text += &match deviation {
                     Some(deviation) => format!(
                         "breakaway {sense} {median:>10.5} +- {deviation:.1e} V, from {least:.5} to \
                          {largest:.5} V at {places} places{si}\n"
@@ -179,7 +182,8 @@ impl Identified {
         if let Some(estimate) = estimate {
             for (name, [value, deviation], unit, factor, in_si) in lines(estimate) {
                 let both = format!("{value:>10.3e} +- {deviation:.1e} {unit}");
-                text += &format!("{name:<11} {both:<32}{}\n", si(value, in_si, factor));
+                let si = si(value, Some(deviation), in_si, factor);
+                text += &format!("{name:<11} {both:<32}{si}\n");
             }
             if estimate.stribeck_velocity > 0.0 {
                 text += &format!("at          {:>10.3} deg/s\n", estimate.stribeck_velocity);
@@ -239,17 +243,29 @@ impl Identified {
                 "delay_s": valued(estimate.delay),
             })
         });
-        let in_si = estimate.as_ref().zip(self.units).map(|(estimate, units)| {
-            lines(estimate)
-                .into_iter()
-                .map(|(name, [value, deviation], _, factor, unit)| {
-                    let factor = factor(&units);
-                    let value = json!({
-                        "value": value * factor, "sd": deviation * factor, "unit": unit,
-                    });
-                    (name.to_owned(), value)
-                })
-                .collect::<serde_json::Map<String, Value>>()
+        let in_si = self.units.map(|units| {
+            let lines = estimate.as_ref().map(lines).unwrap_or_default().into_iter();
+            let found = lines.map(|(name, [value, deviation], _, factor, unit)| {
+                let factor = factor(&units);
+                let value = json!({
+                    "value": value * factor, "sd": deviation * factor, "unit": unit,
+                });
+                (name.to_owned(), value)
+            });
+            let senses = ["breakaway_positive", "breakaway_negative"].into_iter().zip(breakaway);
+            let read = senses.filter(|(_, levels)| levels.places > 0).map(|(name, levels)| {
+                let torque = |volts: f32| units.effort(f64::from(volts));
+                let deviation = breakaway_deviation(levels, self.lsb());
+                let value = json!({
+                    "value": torque(levels.median),
+                    "sd": deviation.map(|deviation| units.effort(deviation)),
+                    "min": torque(levels.least),
+                    "max": torque(levels.largest),
+                    "unit": "N m",
+                });
+                (name.to_owned(), value)
+            });
+            found.chain(read).collect::<serde_json::Map<String, Value>>()
         });
         let point = |point: &MapPoint| {
             json!({

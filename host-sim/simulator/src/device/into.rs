@@ -2,7 +2,7 @@
 //!
 //! ```text
 //! parameters of the device, with what `robust` is told of the joint (told.rs)
-//! [joint]       what was found
+//! [joint]       what was found; with a load, a data sheet instead, if there is one (beyond.rs)
 //! [reference]   the motion of the device, and the others of the file that it was begun with
 //! [spread]      the error bars, with what is doubted above them (spread.rs)
 //! ```
@@ -15,6 +15,7 @@
 use stiction::{Motion, Parameters};
 use toml_edit::{DocumentMut, Item};
 
+use super::beyond::Beyond;
 use super::identified::Identified;
 use super::{machine_file, spread, told};
 use crate::document::Document;
@@ -25,11 +26,28 @@ use crate::error::Error;
 /// number is in single precision.
 const SAME: f64 = 1e-6;
 
+/// The file of a joint that was found.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Written {
+    /// Its text.
+    pub text: String,
+    /// What was found and is not in it, and why, in a sentence.
+    pub left_out: Option<String>,
+}
+
 /// Writes the file of a joint that was found; `of` is the file that is known of the machine.
 ///
 /// # Errors
-/// Says why the result is none that a file should have, or that no file says what the device runs.
+/// As [`written`].
 pub fn text(found: &Identified, of: &Document) -> Result<String, Error> {
+    written(found, of).map(|written| written.text)
+}
+
+/// Does the same, and says what of the joint it leaves out.
+///
+/// # Errors
+/// Says why the result is none that a file should have, or that no file says what the device runs.
+pub fn written(found: &Identified, of: &Document) -> Result<Written, Error> {
     let joint = found.joint()?;
     let off = spread::spread(found, &joint);
     let (parameters, remark) = told::retold(found, &joint, &off);
@@ -44,8 +62,21 @@ pub fn text(found: &Identified, of: &Document) -> Result<String, Error> {
         Some(remark) => body.replacen("\n[controller.", &format!("\n{remark}[controller."), 1),
         None => body,
     };
+    let beyond = Beyond::of(found);
+    let (body, off, why) = if beyond.is_none() {
+        (body, off, None)
+    } else {
+        match beyond.in_si(&body, &joint, &off, of, &parameters) {
+            Ok((body, off)) => (body, off, None),
+            Err(why) => (body, off, Some(beyond.left_out(&why))),
+        }
+    };
+    let not_said =
+        why.as_ref().map_or(String::new(), |why| format!("\n{}", spread::commented(why)));
     let ranges = off.iter().map(|(key, range)| (key.as_str(), *range));
-    Ok(body + &left_out + &spread::remarks(found) + &draft::spread::table(ranges))
+    let ranges = draft::spread::table(ranges);
+    let text = body + &left_out + &not_said + &spread::remarks(found) + &ranges;
+    Ok(Written { text, left_out: why })
 }
 
 /// Says which motions did not come along, and why.

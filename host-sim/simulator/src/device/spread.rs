@@ -43,12 +43,20 @@ const LOST: f64 = 0.5;
 /// of docs/ensemble.md.
 const STICK_TO_SLIP: f64 = 2.0;
 
+/// Ranges by their keys.
+pub type Ranges = BTreeMap<String, [f64; 2]>;
+
+/// Standard deviations to either side of what was found.
+pub(super) fn deviations(found: &Identified) -> f64 {
+    DEVIATIONS[usize::from(found.summary.doubts.few_rows)]
+}
+
 /// Makes the `[spread]` of an identified joint. A joint without an estimate has none.
-pub fn spread(found: &Identified, joint: &Joint) -> BTreeMap<String, [f64; 2]> {
+pub fn spread(found: &Identified, joint: &Joint) -> Ranges {
     let Some(estimate) = &found.summary.estimate else { return BTreeMap::new() };
     let Summary { breakaway, doubts, .. } = &found.summary;
     let [least_inertia, viscous, slip, stick] = LEAST;
-    let deviations = DEVIATIONS[usize::from(doubts.few_rows)];
+    let deviations = deviations(found);
     let deviation = |value: [f32; 2]| deviations * f64::from(value[1]);
     let wider = |a: [f64; 2], b: [f64; 2]| [a[0].min(b[0]), a[1].max(b[1])];
 

@@ -7,6 +7,7 @@ use stiction::identification::{Asked, Outcome};
 use stiction::link::StateCode;
 
 use super::{OFF, by};
+use crate::cli::warn;
 use crate::device::client::Client;
 use crate::device::identified::{Identified, ended};
 use crate::device::wire::Wire;
@@ -137,10 +138,14 @@ impl Identify {
         // Minutes of motion: what they have found is told, whatever becomes of the file.
         if let Some(file) = &self.into {
             match written(file, &found, &document, warning) {
-                Ok(()) if self.json => {}
-                Ok(()) => {
+                // On the standard output there is the object alone.
+                Ok(left_out) if self.json => {
+                    warn(left_out.as_slice());
+                }
+                Ok(left_out) => {
                     let file = file.display();
                     text += &format!("{file}: written, with the joint that was found\n");
+                    left_out.iter().for_each(|line| text += &format!("{line}\n"));
                 }
                 Err(error) => ended = Err(Error::Device(format!("{error}; the motor is off"))),
             }
@@ -149,18 +154,19 @@ impl Identify {
     }
 }
 
-/// Writes the file of a joint that was found.
+/// Writes the file of a joint that was found, and returns what it leaves out of it.
 fn written(
     file: &Path,
     found: &Identified,
     of: &Document,
     warning: Option<&str>,
-) -> Result<(), Error> {
+) -> Result<Option<String>, Error> {
     let nothing = |why: Error| Error::Device(format!("identify --into: nothing is written: {why}"));
     found.joint().map_err(nothing)?;
     let header = warning.map_or(String::new(), |warning| format!("# {warning}\n"));
-    let body = into::text(found, of)?;
-    write_whole(file, (header + &body).as_bytes())
+    let into::Written { text, left_out } = into::written(found, of)?;
+    write_whole(file, (header + &text).as_bytes())?;
+    Ok(left_out)
 }
 
 /// Stays until the device has ended by itself.

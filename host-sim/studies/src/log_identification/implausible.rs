@@ -1,7 +1,7 @@
 //! What cannot be so: standstill, wrong units, wrong signs. Told, or refused where no machine is
 //! left.
 
-use super::model::Parameter;
+use super::model::{Fitted, Parameter};
 use super::reading::Log;
 use super::time_grid::Grid;
 use super::units::Scale;
@@ -16,6 +16,21 @@ const FASTEST: [f64; 2] = [50.0, 2100.0];
 
 /// Speeds below which a motion is none: m/s, rad/s.
 const SLOWEST: [f64; 2] = [1e-6, 1e-6];
+
+/// Travels that no machine has that slides: below the first friction is that of bristles
+/// (presliding), and above the second no line is built. m, rad.
+const TRAVELS: [[f64; 2]; 2] = [[1e-5, 1e3], [1e-5, f64::INFINITY]];
+
+/// Friction along a line as a part of the weight. A rolling guide has 0.001 and more, a tenth of
+/// which is allowed here; and what needs a hundred times its weight to be moved has no guide that
+/// anyone builds.
+const OF_WEIGHT: [f64; 2] = [1e-4, 100.0];
+
+/// Standard gravity, m/s^2.
+const GRAVITY: f64 = 9.806_65;
+
+/// Masses (kg) and inertias (kg m^2) that a motor moves: from the rotor of a watch to a telescope.
+const INERTIAS: [[f64; 2]; 2] = [[1e-5, 1e7], [1e-12, 1e8]];
 
 /// What was handled while a log was read.
 pub fn reading(log: &Log) -> Vec<String> {
@@ -114,6 +129,53 @@ pub fn scale(read: &Read, scale: &Scale) -> Vec<String> {
         )];
     }
     Vec::new()
+}
+
+/// What is taken for the unit of an effort that nobody has said.
+pub fn effort(scale: &Scale) -> Option<String> {
+    scale.is_assumed().then(|| {
+        "nothing says what a unit of the effort is; it is taken as 1 N, and kg and N hold only if \
+         it is: --effort-gain says otherwise"
+            .into()
+    })
+}
+
+/// A machine that nobody builds. Whatever the effort is in, it does not change the part that
+/// friction is of the weight.
+pub fn machine(fitted: &Fitted, read: &Read, scale: &Scale) -> Vec<String> {
+    let place = usize::from(!scale.is_linear);
+    let unit = scale.position_unit();
+    let mut told = Vec::new();
+    let [shortest, longest] = TRAVELS[place];
+    if !(shortest..=longest).contains(&read.travel) {
+        told.push(format!(
+            "the travel comes out as {} {unit}, which is implausible; --position-unit says what \
+             the position is in",
+            rounded(read.travel)
+        ));
+    }
+    let friction = fitted.coulomb();
+    let of_weight = friction.value / (GRAVITY * fitted.inertia());
+    let [least, most] = OF_WEIGHT;
+    // On air there is no friction, and that is no wrong unit.
+    let is_known = friction.value > 2.0 * friction.sd;
+    if scale.is_linear && is_known && !(least..=most).contains(&of_weight) {
+        told.push(format!(
+            "friction comes out as {} of the weight of what moves, which is implausible; \
+             --position-unit says what the position is in",
+            rounded(of_weight)
+        ));
+    }
+    let [least, most] = INERTIAS[place];
+    if scale.effort.is_some() && !(least..=most).contains(&fitted.inertia()) {
+        told.push(format!(
+            "the inertia comes out as {} {}, which is implausible; --effort-gain and \
+             --position-unit say what the columns are in",
+            rounded(fitted.inertia()),
+            scale.unit_of("inertia")
+        ));
+    }
+    told
 }
 
 /// Refuses an inertia that is not positive.

@@ -116,6 +116,8 @@ pub struct Read {
     pub standstill: f64,
     /// Part of the samples with a saturated effort.
     pub saturated: f64,
+    /// Distance between the ends of the motion, SI.
+    pub travel: f64,
     /// Largest speed, SI.
     pub top_speed: f64,
     /// Largest effort.
@@ -172,11 +174,14 @@ pub fn identify(mut log: Log, request: &Request) -> Result<Identified, String> {
         used: share_used(&filtered),
         standstill: filtered.gate.standstill,
         saturated: filtered.gate.saturated,
+        travel: travel(&grid),
         top_speed: largest(filtered.stretches.iter().flat_map(|one| &one.velocity)),
         top_effort: largest(grid.stretches.iter().flat_map(|one| &one.effort)),
         count,
     };
     warnings.extend(implausible::scale(&read, &request.scale));
+    warnings.extend(implausible::machine(&fitted, &read, &request.scale));
+    warnings.extend(implausible::effort(&request.scale));
     let verdict = verdict::of(&fitted, &parameters, &free_run, &misfits, &cut_off, &read);
     Ok(Identified {
         scale: request.scale,
@@ -204,6 +209,16 @@ fn widen(parameters: &mut [(&'static str, Parameter)], fitted: &Fitted, lower: &
 
 fn samples(grid: &Grid) -> usize {
     grid.stretches.iter().map(|one| one.position.len()).sum()
+}
+
+/// Of the stretch that moves farthest: a counter that ran over parts them.
+fn travel(grid: &Grid) -> f64 {
+    let of = |positions: &Vec<f64>| {
+        let low = positions.iter().copied().fold(f64::INFINITY, f64::min);
+        let high = positions.iter().copied().fold(f64::NEG_INFINITY, f64::max);
+        (high - low).max(0.0)
+    };
+    grid.stretches.iter().map(|one| of(&one.position)).fold(0.0, f64::max)
 }
 
 fn share_used(filtered: &Filtered) -> f64 {

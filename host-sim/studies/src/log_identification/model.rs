@@ -185,6 +185,17 @@ impl Fitted {
         }
     }
 
+    /// Coulomb friction as the mean of both ways, with the deviation of the fit.
+    pub fn coulomb(&self) -> Parameter {
+        if !self.model.is_asymmetric {
+            return self.get("coulomb").unwrap_or_default();
+        }
+        let c = &self.fit.covariance;
+        let variance = 0.25 * (c[3][3] + c[4][4] + 2.0 * c[3][4]);
+        let [forward, backward] = self.levels();
+        Parameter { value: 0.5 * (forward + backward), sd: variance.max(0.0).sqrt() }
+    }
+
     /// What the Stribeck term adds to either level at a speed.
     pub fn stribeck(&self, velocity: f64) -> f64 {
         self.model

@@ -33,6 +33,8 @@ pub fn json(log: &str, identified: &Identified) -> serde_json::Result<String> {
         "model": identified.fitted.model.name(),
         "parameters": parameters,
         "units": units,
+        "effort_gain": identified.scale.effort,
+        "effort_unit_is_assumed": identified.scale.is_assumed(),
         "stribeck_velocity": identified.fitted.model.stribeck,
         "relative_residual_percent": identified.fitted.relative_residual_percent(),
         "free_run": {
@@ -70,6 +72,9 @@ pub fn text(identified: &Identified) -> String {
     let mut line = |name: &str, what: String| text += &format!("{name:<11} {what}\n");
     if let Some(stribeck) = identified.fitted.model.stribeck {
         line("Stribeck", format!("velocity {} {unit}/s", rounded(stribeck)));
+    }
+    if identified.scale.is_assumed() {
+        line("units", "assumed: a unit of the effort is 1 N (no --effort-gain)".into());
     }
     line(
         "residual",

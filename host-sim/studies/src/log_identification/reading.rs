@@ -2,7 +2,8 @@
 //!
 //! At most [`MOST`] samples are kept. Where a log has more, neighbours are averaged in pairs, as
 //! often as it takes: the same average over time, position and effort, so that what is linear
-//! between them stays as it is. A row counts as in a spreadsheet: the header is row 1.
+//! between them stays as it is. A row counts as in a spreadsheet: the header is row 1, blank lines
+//! and comments count, and a break inside quotes does not.
 
 use std::fs::File;
 use std::io::{BufRead, BufReader, Read};
@@ -83,7 +84,7 @@ pub fn read(path: &Path, columns: &Columns) -> Result<Log, Error> {
 /// As [`read`].
 pub fn read_from(name: &str, text: impl Read, columns: &Columns) -> Result<Log, Error> {
     let refuse = |why: String| Error::Input(format!("{name}: {why}"));
-    let mut text = BufReader::with_capacity(1 << 16, text);
+    let mut text = BufReader::with_capacity(1 << 16, Lines::new(text));
     let begin = text.fill_buf().map_err(|source| Error::File {
         action: "read",
         path: name.into(),
@@ -103,11 +104,15 @@ pub fn read_from(name: &str, text: impl Read, columns: &Columns) -> Result<Log, 
     let mut record = ByteRecord::new();
     let mut places = None;
     let mut samples = Samples::new(delimiter != b',');
+    let mut inside = 0;
     while reader.read_byte_record(&mut record).map_err(|error| refuse(error.to_string()))? {
-        let row = record.position().map_or(0, csv::Position::line);
+        // The position of the record itself is that of the blank lines and comments before it.
+        inside += record.as_slice().iter().filter(|byte| **byte == b'\n').count() as u64;
+        let row = reader.position().line() - 1 - inside;
         let Some(found) = places else {
             let header: Vec<String> = record.iter().map(word).collect();
-            let has_names = header.iter().any(|cell| cell.parse::<f64>().is_err());
+            // A first row of numbers, some of which may be missing, is data.
+            let has_names = record.iter().any(|cell| samples.number(cell).is_err());
             let found = places_of(columns, &header, has_names).map_err(refuse)?;
             places = Some(found);
             if !has_names {
@@ -120,11 +125,61 @@ pub fn read_from(name: &str, text: impl Read, columns: &Columns) -> Result<Log, 
     samples.finish().map_err(refuse)
 }
 
-/// The byte that stands most often in the first line that is no comment; a comma, if none does.
+/// Lines that end with a line feed each, the last one too, however the file ends them: the reader
+/// counts line feeds.
+struct Lines<R> {
+    text: BufReader<R>,
+    last: u8,
+    is_return: bool,
+}
+
+impl<R: Read> Lines<R> {
+    fn new(text: R) -> Self {
+        Self { text: BufReader::with_capacity(1 << 16, text), last: b'\n', is_return: false }
+    }
+}
+
+impl<R: Read> Read for Lines<R> {
+    fn read(&mut self, into: &mut [u8]) -> std::io::Result<usize> {
+        loop {
+            let found = self.text.fill_buf()?;
+            let (read, mut written) = (found.len().min(into.len()), 0);
+            if read == 0 {
+                let is_open = self.last != b'\n' && !into.is_empty();
+                if is_open {
+                    into[0] = b'\n';
+                    self.last = b'\n';
+                }
+                return Ok(usize::from(is_open));
+            }
+            for byte in &found[..read] {
+                // The line feed after a carriage return has been written already.
+                if !(*byte == b'\n' && self.is_return) {
+                    self.last = if *byte == b'\r' { b'\n' } else { *byte };
+                    into[written] = self.last;
+                    written += 1;
+                }
+                self.is_return = *byte == b'\r';
+            }
+            self.text.consume(read);
+            if written > 0 {
+                return Ok(written);
+            }
+        }
+    }
+}
+
+/// The byte that stands most often in the first line that is no comment; a comma, if none does. A
+/// comma between two digits may be that of a decimal, and does not count.
 fn delimiter(begin: &[u8]) -> u8 {
     let lines = begin.split(|byte| *byte == b'\n');
     let first = lines.into_iter().find(|line| !line.is_empty() && !line.starts_with(b"#"));
-    let count = |of: u8| first.map_or(0, |line| line.iter().filter(|byte| **byte == of).count());
+    let line = first.unwrap_or_default();
+    let digit =
+        |place: Option<usize>| place.and_then(|i| line.get(i)).is_some_and(u8::is_ascii_digit);
+    let is_decimal =
+        |i: usize| line[i] == b',' && digit(i.checked_sub(1)) && digit(i.checked_add(1));
+    let count = |of: u8| (0..line.len()).filter(|i| line[*i] == of && !is_decimal(*i)).count();
     [b';', b'\t', b','].into_iter().max_by_key(|of| count(*of)).unwrap_or(b',')
 }
 

@@ -23,6 +23,17 @@ pub enum PositionUnit {
 }
 
 impl PositionUnit {
+    /// As the command line has it.
+    pub const fn word(self) -> &'static str {
+        match self {
+            Self::M => "m",
+            Self::Mm => "mm",
+            Self::Rad => "rad",
+            Self::Deg => "deg",
+            Self::Count => "count",
+        }
+    }
+
     /// The unit that a column's name ends with, as in `position_deg`.
     pub fn of_name(column: &str) -> Option<Self> {
         let name = column.to_ascii_lowercase();
@@ -98,6 +109,11 @@ impl Scale {
             (false, Some(_)) => "N m",
             (false, None) => "effort",
         }
+    }
+
+    /// Whether the unit of the effort is a guess: that of a machine on a line without a gain.
+    pub const fn is_assumed(&self) -> bool {
+        self.is_linear && self.effort.is_none()
     }
 
     /// The unit of a parameter.

@@ -106,13 +106,21 @@ pub fn of(
         }
     }
     let ways = |name: &str| fitted.get(name).map(|one| (one.value, one.sd));
-    for name in ["viscous", "viscous_positive", "viscous_negative", "coulomb"] {
-        if let Some((value, sd)) = ways(name)
-            && value < -2.0 * sd
-        {
+    // A load may turn the level of one way round, and not the mean of both.
+    let coulomb = fitted.coulomb();
+    let mean = if fitted.model.is_asymmetric {
+        "the mean of `coulomb_positive` and `coulomb_negative`"
+    } else {
+        "`coulomb`"
+    };
+    let named = ["viscous", "viscous_positive", "viscous_negative"]
+        .into_iter()
+        .filter_map(|name| Some((format!("`{name}`"), ways(name)?)));
+    for (name, (value, sd)) in named.chain([(mean.to_owned(), (coulomb.value, coulomb.sd))]) {
+        if value < -2.0 * sd {
             verdict.judge(
                 [false, true],
-                format!("`{name}` comes out negative, which is no friction: terms are missing"),
+                format!("{name} comes out negative, which is no friction: terms are missing"),
             );
         }
     }

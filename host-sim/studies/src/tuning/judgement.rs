@@ -12,7 +12,7 @@ use crate::ensemble::Row;
 use crate::error::Error;
 
 /// Candidates that are judged at most.
-const CANDIDATES: usize = 5;
+pub(super) const CANDIDATES: usize = 5;
 
 /// Gains that were tried, as factors, with what they cost more than the file's on the joints of the
 /// search.

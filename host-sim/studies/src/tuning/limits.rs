@@ -4,10 +4,27 @@
 use std::ops::RangeInclusive;
 
 use super::Figures;
-use crate::error::suggestion;
+use crate::error::{rounded, suggestion};
 
 /// How many joints gains may be looked for on.
 pub const CASES_ALLOWED: RangeInclusive<u64> = 1..=1000;
+
+/// A tuning of one law takes less than this, s, or it is said beforehand.
+const LONG_S: f64 = 120.0;
+
+/// Says how long a tuning may take, if that is long: `first_s` is the time of one set of joints, of
+/// which it runs about `sets`.
+pub fn takes_long(controller: &str, first_s: f64, sets: u64, cases: u64) -> Option<String> {
+    let about_s = first_s * sets as f64;
+    (about_s > LONG_S).then(|| {
+        format!(
+            "{controller}: tuning may take some {:.0} minutes: one set of gains takes {} s on \
+             {cases} joints, and it tries about {sets}; fewer --cases take less",
+            (about_s / 60.0).ceil(),
+            rounded(first_s)
+        )
+    })
+}
 
 /// Reads a limit, `FIGURE=MOST`.
 ///
@@ -30,6 +47,15 @@ pub fn limit(text: &str) -> Result<(String, f64), String> {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn a_tuning_of_more_than_two_minutes_is_told_in_whole_minutes() {
+        // 100 sets of 1.2 s are two minutes; of 1.23 s, a little more.
+        assert_eq!(takes_long("srnf", 1.2, 100, 8), None);
+        let said = takes_long("srnf", 1.23, 100, 8).unwrap();
+        assert!(said.contains("srnf") && said.contains("some 3 minutes"), "{said}");
+        assert!(said.contains("1.23 s on 8 joints") && said.contains("--cases"), "{said}");
+    }
 
     #[test]
     fn a_limit_is_a_figure_with_a_number_above_zero() {

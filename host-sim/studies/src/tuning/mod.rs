@@ -30,7 +30,7 @@ use std::sync::{Mutex, PoisonError};
 
 pub use self::figures::{Figures, Goal};
 pub use self::knobs::Knob;
-pub use self::limits::{CASES_ALLOWED, limit};
+pub use self::limits::{CASES_ALLOWED, limit, takes_long};
 pub use self::pareto::charts;
 pub use self::text::{object, render, rewritten};
 use crate::ensemble::{Around, MachineEnsemble, Row, written_spreads};
@@ -230,6 +230,18 @@ impl Request {
             margins,
             worst: self.worst(controller, rows)?,
         }))
+    }
+
+    /// About how many sets of joints a tuning runs, counted in those of the search: for an estimate
+    /// of its time. Margins are runs of one joint each, and are left out.
+    ///
+    /// # Errors
+    /// As [`tune`](Self::tune).
+    pub fn about_sets(&self, controller: &str) -> Result<u64, Error> {
+        let wanted = [controller.to_owned()];
+        let runs = Experiment::without_variants(&self.document, &wanted)?;
+        let gains = runs.first().map(knobs::knobs).transpose()?.map_or(0, |knobs| knobs.len());
+        Ok(search::about(gains) + JUDGES * (1 + judgement::CANDIDATES as u64))
     }
 
     /// Judges a controller of the file as it stands.

@@ -39,6 +39,14 @@ impl CostFunction for Problem<'_> {
     }
 }
 
+/// How many costs [`least`] asks for, about: those of the first simplex, and two for each of its
+/// steps. It may end sooner, and a step that shrinks the simplex asks for one more for each gain.
+pub const fn about(gains: usize) -> u64 {
+    let gains = gains as u64;
+    let [base, each] = STEPS;
+    1 + gains + 2 * (base + each * gains)
+}
+
 /// Looks for the factors on `gains` gains of which `cost` is least, from all of them 1.
 ///
 /// # Errors

@@ -44,6 +44,30 @@ fn columns_are_found_in_any_order_and_form() {
     }
 }
 
+/// With decimal commas a row of numbers has more commas than semicolons.
+#[test]
+fn a_first_row_of_numbers_is_data_with_decimal_commas_and_with_an_empty_cell() {
+    let number = |of: f64| format!("{of:.2}").replace('.', ",");
+    let of = |first: &str, separator: &str| {
+        let data = |i: f64| [0.25 * i, -1.5 * i, 0.75 - i].map(number).join(separator);
+        read(&(first.to_owned() + &rows(200, data)), ["1", "2", "3"]).unwrap()
+    };
+    for separator in [";", "\t"] {
+        let whole = of("", separator);
+        assert_eq!((whole.rows, whole.missing, whole.time_digit), (200, 0, 0.01));
+        assert_eq!([whole.time[3], whole.position[3], whole.effort[3]], [0.75, -4.5, -2.25]);
+        for first in ["", "NaN"] {
+            let holed = of(&format!("{first}{separator}1,5{separator}2,5\n"), separator);
+            assert_eq!((holed.missing, holed.first_missing), (1, Some(1)), "{first:?}");
+            assert_eq!([&holed.time, &holed.effort], [&whole.time, &whole.effort]);
+        }
+    }
+    // Where commas separate, an empty cell is one too.
+    let data = |i: f64| format!("{i},{},{}", 2.0 * i, -i);
+    let holed = read(&(",1,2\n".to_owned() + &rows(200, data)), ["1", "2", "3"]).unwrap();
+    assert_eq!((holed.rows, holed.first_missing, holed.effort[7]), (200, Some(1), -7.0));
+}
+
 #[test]
 fn a_log_that_is_longer_than_the_memory_is_averaged_in_pairs() {
     let count = 2 * MOST as u32 + 1000;
