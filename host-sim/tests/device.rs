@@ -172,7 +172,7 @@ fn what_cannot_be_done_is_one_sentence_and_exit_code_2() {
         (&["--simulated", "arm", "--for", "-1"], &["--for -1", "0 to 86400"]),
         (
             &["--simulated", "identify", "--rate", "nan"],
-            &["`ramp_rates_v_per_s` is NaN", "docs/link.md"],
+            &["`identification.ramp_rates_v_per_s` is NaN", "docs/link.md"],
         ),
         (&["--simulated", "params", "edit"], &["set VISUAL or EDITOR"]),
     ];

@@ -165,8 +165,9 @@ pub fn faults() -> String {
             ("", _) => String::new(),
             (value, unit) => format!("{value}, {unit}"),
         };
-        let limits =
-            fault.limits().iter().map(|key| format!("`{key}`")).collect::<Vec<_>>().join(", ");
+        // All of them are of the table `[limits]`.
+        let names = fault.limits().iter().filter_map(|key| key.about());
+        let limits = names.map(|about| format!("`{}`", about.name)).collect::<Vec<_>>().join(", ");
         let ends = match (fault.is_clearable(), fault.ends_with_parameters()) {
             (true, _) => "`faults --clear`",
             (false, true) => "valid parameters",

@@ -18,7 +18,7 @@ fn parameters_come_over_the_link_as_a_whole_or_not_at_all() {
     let mut client = Client::connect(SimulatedWire::new(simulated)).unwrap();
     // Without parameters the fault is shown, and arming is refused.
     let message = client.arm().unwrap_err().to_string();
-    assert!(message.contains("no parameters") && message.contains("docs/faults.md"), "{message}");
+    assert!(message.contains("no parameters") && message.contains("`params push"), "{message}");
     assert!(client.clear().is_err());
 
     let good = srnf(&[]);
