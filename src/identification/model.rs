@@ -63,6 +63,7 @@ const COARSE: u8 = 4;
 /// around the best step.
 const LOOKS: u8 = 5;
 const PIECES: u8 = LAST / COARSE / LOOKS + 2;
+const _: () = assert!(STEPS * (CANDIDATES - 1) + LOOKS as usize * COARSE as usize <= 255);
 /// The columns that a fit leaves out with none, one and both of its terms, and Student's t at 95 %
 /// (two-sided) of as many degrees of freedom, over the normal distribution's 1.96.
 const LACK: [[f32; 2]; 3] = [[9.0, 1.154], [7.0, 1.207], [5.0, 1.312]];
@@ -77,8 +78,8 @@ const PASSES: u8 = 2;
 
 /// The search for the terms that a joint needs: gravity, and the step of the Stribeck speed.
 ///
-/// It goes on piece by piece, since all of it takes a board some ten milliseconds, and the tasks
-/// beside it, which the watchdog watches, may not wait for so long.
+/// It goes on piece by piece. All of it in one turn took longer than the 15 ms that the watchdog of
+/// an emulated board waits, and the tasks beside it, which the watchdog watches, have to run.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Search {
     /// Pieces that are done.
@@ -508,5 +509,58 @@ mod tests {
             model.add(&row, true);
         }
         assert_eq!(model.estimate(90.0), None);
+    }
+
+    /// The second method: all steps in one loop over both passes, as it reads in a book.
+    fn searched_at_once(model: &Model, range: f32) -> (Option<u8>, bool) {
+        let fit = |step: Option<u8>, gravity| model.fit(step.map(usize::from), gravity, false);
+        let (mut best, mut gravity) = (None, false);
+        for pass in 0..2 {
+            let mut is_new = pass == 0;
+            if !gravity && range >= WIDE && model.tells(&fit(best, true), &fit(best, false)) {
+                (gravity, is_new) = (true, true);
+            }
+            if !is_new {
+                break;
+            }
+            let without = fit(None, gravity);
+            let look = |best: Option<u8>, step: u8| {
+                let with = fit(Some(step), gravity);
+                let falls = with.values(TOLERANCE).is_some_and(|fit| fit[STRIBECK] > 0.0);
+                let is_better = falls
+                    && model.tells(&with, &without)
+                    && with.unexplained() < fit(best, gravity).unexplained();
+                if is_better { Some(step) } else { best }
+            };
+            best = (0..=96).step_by(4).fold(best, look);
+            if let Some(around) = best {
+                best = (around.saturating_sub(3)..=(around + 3).min(96)).fold(best, look);
+            }
+        }
+        (best, gravity)
+    }
+
+    #[test]
+    fn piece_by_piece_the_search_finds_what_it_finds_at_once() {
+        let (mut seen, mut with_gravity) = ([false; 97], 0);
+        // Between 0.7 and 42 deg/s: the candidates go from 1 to 30.
+        for speed in (0..24).map(|k| 0.7 * 1.195f32.powi(k)) {
+            for (drop, load) in [(0.0, 0.0), (0.3, 0.0), (0.3, 0.1), (1.0, 0.02), (0.02, 0.02)] {
+                let model = model([drop, speed], load, 0.003);
+                let expected = searched_at_once(&model, 90.0);
+                let search = Search::whole(&model, 90.0);
+                assert_eq!((search.best, search.gravity), expected, "{drop} V, {speed} deg/s");
+                if let Some(step) = search.best {
+                    seen[usize::from(step)] = true;
+                }
+                with_gravity += u32::from(search.gravity);
+                // No piece is the last one twice, and thirteen are enough.
+                assert!(search.pieces <= PASSES * PIECES, "{search:?}");
+            }
+        }
+        // From the first step to the last one, and a third of those between.
+        let steps = seen.iter().filter(|seen| **seen).count();
+        assert!(seen[0] && seen[96] && steps > 30, "{steps}");
+        assert!((24..120).contains(&with_gravity), "{with_gravity}");
     }
 }

@@ -2,7 +2,8 @@
 //!
 //! A session begins with a hello. Each request is answered once, with its own number. A request
 //! that comes twice is not done twice: its answer is sent again. A request that was overtaken by a
-//! later one is refused. Stop is obeyed at all times.
+//! later one is refused. Stop is obeyed at all times. One answer takes long, that to
+//! [`Request::ReadIdentification`]; who asks for something else before it comes, gets none.
 //!
 //! Answers and samples wait in a ring of bytes until the wire takes them. Samples leave room for
 //! answers. What finds no room is dropped and counted, and the numbers of the samples show the gap.
@@ -199,12 +200,16 @@ impl<const RING: usize> Session<RING> {
     fn take(&mut self, number: u16, request: Option<Request>, machine: &mut impl Machine) {
         let overtaken = |last: u16| (number.wrapping_sub(last) as i16) < 0;
         let last = self.last.as_ref().map(|(last, _)| *last);
+        let searched = self.search.map(|(searched, _)| searched);
+        let is_overtaken = searched.or(last).is_some_and(overtaken);
         match (&request, last) {
             (Some(Request::Stop), _) => {
                 machine.servo(Servo::stop);
-                self.search = None;
+                if !is_overtaken {
+                    self.search = None;
+                }
                 // A request that was sent before the stop and comes after it shall not arm.
-                return self.answer(number, Reply::Done, !last.is_some_and(overtaken));
+                return self.answer(number, Reply::Done, !is_overtaken);
             }
             (Some(Request::Hello { session, .. }), _) if self.greeted != Some(*session) => {}
             (_, Some(last)) if last == number => {
@@ -215,11 +220,11 @@ impl<const RING: usize> Session<RING> {
                 }
                 return self.outbox.put(self.last.as_ref().map(|(_, answer)| answer), 0);
             }
-            (_, Some(last)) if overtaken(last) => {
+            _ if is_overtaken => {
                 return self.answer(number, Reply::Refused(Refused::OutOfOrder), false);
             }
             // The answer is on its way.
-            _ if self.search.is_some_and(|(searched, _)| searched == number) => return,
+            _ if searched == Some(number) => return,
             _ => {}
         }
         // Who asks for something else does not wait for that answer any more.

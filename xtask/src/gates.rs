@@ -13,9 +13,14 @@ use crate::toolchain::{MICROCONTROLLER, TARGET, Toolchain};
 const PROGRAM: &str = "no-panic";
 /// The function that the proof's panic handler calls, and nobody defines.
 const MISSING: &str = "the_control_path_can_panic";
-/// The core's tick and the link's parser as both of Rust's manglings spell
-/// `stiction::servo::control` and `stiction::link::request::numbered`.
-const KEPT: [&[u8]; 2] = [b"8stiction5servo7control", b"8stiction4link7request8numbered"];
+/// The core's tick, the link's parser and the fits of an identification, as both of Rust's manglings
+/// spell `stiction::servo::control`, `stiction::link::request::numbered` and
+/// `stiction::link::session::go_on`.
+const KEPT: [&[u8]; 3] = [
+    b"8stiction5servo7control",
+    b"8stiction4link7request8numbered",
+    b"8stiction4link7session5go_on",
+];
 
 /// Runs every gate.
 pub fn pass(features: [&str; 3]) -> Result<(), String> {

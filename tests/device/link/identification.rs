@@ -10,14 +10,14 @@ use simulator::device::simulated::{SimulatedDevice, Wires};
 use simulator::device::wire::SimulatedWire;
 use simulator::experiment::Document;
 use simulator::hardware::STM32F405;
-use stiction::identification::{Asked, Outcome, Search, Summary};
+use stiction::identification::{Asked, Outcome, Summary};
 use stiction::link::{Kind, Machine, Refused, Reply, Request, Session, StateCode};
 use stiction::parameters::Parameters;
-use stiction::servo::{Boot, Servo};
+use stiction::servo::Servo;
 use stiction::{Fault, Hardware};
 
-use super::{client, frame, hello, replies};
-use crate::fixture::{parameters, plans};
+use super::{client, frame, hello, refused, replies};
+use crate::fixture::plans;
 
 fn identified(client: &mut Client<SimulatedWire>, asked: Asked) -> Option<Summary> {
     client.identify_joint(asked).unwrap();
@@ -119,11 +119,11 @@ fn a_joint_of_few_counts_that_slides_is_not_taken_for_one_that_stands() {
 }
 
 /// A servo with nothing around it.
-struct Bare(Servo);
+struct Bare<'a>(&'a mut Servo);
 
-impl Machine for Bare {
+impl Machine for Bare<'_> {
     fn servo<R>(&mut self, act: impl FnOnce(&mut Servo) -> R) -> R {
-        act(&mut self.0)
+        act(self.0)
     }
 
     fn hardware(&self) -> Hardware {
@@ -139,51 +139,85 @@ impl Machine for Bare {
     }
 }
 
-/// The fits take a board longer than its watchdog waits, so it makes them piece by piece.
-#[test]
-fn the_answer_with_the_fits_comes_once_at_its_end_and_not_after_another_request() {
-    let parameters = parameters(&plans("step-response", &["loop.controller=srnf"])[0]);
-    let mut bare = Bare(Servo::new(Ok(&parameters), Boot::default(), &STM32F405));
-    let mut session: Session = Session::new(Kind::Simulated, Some(parameters));
-    session.receive(&hello(1, 7), &mut bare);
-    let said = |session: &mut Session| {
+/// A session whose answer with the fits is looked at piece by piece, as a board makes it.
+struct Piecewise<'a> {
+    session: Session,
+    bare: Bare<'a>,
+}
+
+impl Piecewise<'_> {
+    fn ask(&mut self, number: u16, request: Request) -> Vec<(u16, Reply)> {
+        self.session.receive(&frame(number, request), &mut self.bare);
+        self.said()
+    }
+
+    fn said(&mut self) -> Vec<(u16, Reply)> {
         let mut buffer = [0; 4096];
-        let count = session.transmit(&mut buffer);
+        let count = self.session.transmit(&mut buffer);
         replies(&buffer[..count])
-    };
-    said(&mut session);
-    let read = |number| frame(number, Request::ReadIdentification);
-    let nothing = |number| vec![(number, Reply::Identification(None))];
-    session.receive(&read(2), &mut bare);
-    // It comes twice before there is an answer.
-    session.receive(&read(2), &mut bare);
-    assert_eq!(said(&mut session), []);
-    while session.work(&mut bare) {}
-    assert_eq!(said(&mut session), nothing(2));
-    // And once more after it.
-    session.receive(&read(2), &mut bare);
-    assert!(!session.work(&mut bare));
-    assert_eq!(said(&mut session), nothing(2));
-    for (number, other) in [(4, Request::Stop), (6, Request::Clear)] {
-        session.receive(&read(number - 1), &mut bare);
-        session.receive(&frame(number, other), &mut bare);
-        assert!(!session.work(&mut bare));
-        assert_eq!(said(&mut session), [(number, Reply::Done)]);
+    }
+
+    /// Makes so many pieces, none of which is the last one.
+    fn pieces(&mut self, count: u32) {
+        for _ in 0..count {
+            assert!(self.session.work(&mut self.bare));
+            assert_eq!(self.said(), []);
+        }
+    }
+
+    /// Makes what is left, and returns the answer and the number of pieces.
+    fn rest(&mut self) -> (Vec<(u16, Reply)>, u32) {
+        let mut pieces = 1;
+        while self.session.work(&mut self.bare) {
+            assert_eq!(self.said(), []);
+            pieces += 1;
+        }
+        (self.said(), pieces)
     }
 }
 
+/// The fits take a board longer than its watchdog waits. So it makes them piece by piece, and hears
+/// what else is said in between.
 #[test]
-fn the_fits_take_more_than_a_piece() {
+fn the_answer_with_the_fits_comes_once_at_its_end_and_not_after_another_request() {
     let mut client = client();
     identified(&mut client, Asked::default()).unwrap();
-    let found = *client.wire().simulated.device.servo().identified().unwrap();
-    let (mut search, mut pieces) = (Search::default(), 1);
-    while !search.go_on(&found.model, found.range) {
-        pieces += 1;
+    let servo = client.wire().simulated.device.servo();
+    let summary = servo.identified().unwrap().summary();
+    let mut session = Session::new(Kind::Simulated, None);
+    let mut bare = Bare(servo);
+    session.receive(&hello(1, 7), &mut bare);
+    let mut device = Piecewise { session, bare };
+    device.said();
+    let read = || Request::ReadIdentification;
+    let answer = |number| vec![(number, Reply::Identification(Some(summary)))];
+    // One pass of six pieces at least, and two of them and a look at most.
+    assert_eq!(device.ask(2, read()), []);
+    let (said, pieces) = device.rest();
+    assert!(said == answer(2) && (6..=13).contains(&pieces), "{pieces}: {said:?}");
+    // Once more after the answer, and again before another one.
+    assert_eq!(device.ask(2, read()), answer(2));
+    assert!(!device.session.work(&mut device.bare));
+    assert_eq!(device.ask(3, read()), []);
+    device.pieces(3);
+    assert_eq!(device.ask(3, read()), []);
+    let (said, left) = device.rest();
+    assert_eq!((said, left), (answer(3), pieces - 3), "it has begun anew");
+    // What was overtaken by it is not done, and an old stop leaves it alone.
+    device.ask(8, read());
+    device.pieces(2);
+    assert_eq!(device.ask(7, Request::Arm), refused(7, Refused::OutOfOrder));
+    assert_eq!(device.ask(6, Request::Stop), [(6, Reply::Done)]);
+    assert_eq!(device.rest().0, answer(8));
+    assert_eq!(device.ask(7, Request::Arm), refused(7, Refused::OutOfOrder));
+    // Who asks for something else does not wait for it.
+    for (number, other) in [(10, Request::Stop), (12, Request::Clear)] {
+        device.ask(number - 1, read());
+        device.pieces(2);
+        assert_eq!(device.ask(number, other), [(number, Reply::Done)]);
+        assert!(!device.session.work(&mut device.bare));
+        assert_eq!(device.ask(number - 1, read()), refused(number - 1, Refused::OutOfOrder));
     }
-    // Thirty-two steps at most are looked at in a pass, seven at most in a piece.
-    assert!((6..=13).contains(&pieces), "{pieces}");
-    assert_eq!(found.summary_of(&search), found.summary());
 }
 
 /// What a sequence did until it ended.

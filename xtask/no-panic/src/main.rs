@@ -116,6 +116,7 @@ mod path {
         loop {
             let bytes: &[u8] = black_box(&[0; 16]);
             black_box(&mut session).receive(bytes, &mut parts);
+            black_box(black_box(&mut session).work(&mut parts));
             let output: Output = black_box(parts.servo.tick(black_box(Input::default())));
             session.tick(&output);
             black_box(session.transmit(black_box(&mut [0; 16])));

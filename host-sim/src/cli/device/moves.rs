@@ -59,7 +59,7 @@ pub fn go<W: Wire>(arguments: &Arguments, client: &mut Client<W>) -> Result<Said
     let Arguments { deg, step, r#for, log, json } = arguments;
     let given = r#for.map(|seconds| time("--for", seconds)).transpose()?;
     let motion = if *step { client.step(*deg)? } else { client.profiled(*deg)? };
-    // Arming drives the motor, so what can be refused is refused before.
+    // Arming drives the motor, so a target that is out of the range is refused before.
     client.check_move(&motion).map_err(|error| match error {
         Error::Refused(why) => Error::Device(format!("{why}; the motor is off")),
         other => other,
