@@ -149,8 +149,10 @@ impl Arguments {
         };
         let named = PositionUnit::of_name(&self.position);
         let unit = self.position_unit.or(named);
+        // Many a log calls a measured angle or that of a motor `q_m`.
         if let (Some(given), Some(named)) = (self.position_unit, named)
             && given != named
+            && named != PositionUnit::M
         {
             let [given, named] = [given, named].map(PositionUnit::word);
             warnings.push(format!(

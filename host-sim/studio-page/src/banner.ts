@@ -15,7 +15,7 @@ export type Seen = {
 };
 type Said = [kind: string, what: string, more: string];
 
-const RECORDING = 'A RECORDING IS SHOWN, and not the device; the buttons do nothing but stop';
+const RECORDING = 'A RECORDING IS SHOWN, and not the device; no button but Stop reaches a motor';
 
 export function banner(seen: Seen): Said {
   const [kind, what, more] = device(seen);

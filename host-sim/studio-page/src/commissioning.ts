@@ -193,9 +193,10 @@ export function reason(then: string): string {
   if (gone !== null) return 'the device does not answer';
   if (recording) return 'a recording is shown; “Back to the device” under “Session” ends that';
   if (!commands) return 'this page only looks, and another one commands';
-  if (status?.driven) return 'the motor is driven; stop first';
-  if (then === '#save' && status?.unsaved === false) return 'what is in use is saved';
-  if (status?.state === 'faulted') return 'a fault is latched; clear it first';
+  if (status === null) return 'what the device does is not known yet';
+  if (status.driven) return 'the motor is driven; stop first';
+  if (then === '#save' && status.unsaved === false) return 'what is in use is saved';
+  if (status.state === 'faulted') return 'a fault is latched; clear it first';
   return 'the device is not ready';
 }
 

@@ -34,6 +34,8 @@ export class History {
   lost = 0;
   resets = 0;
   gaps: Gap[] = [];
+  // Of samples that are lost; the list has the last ones only, and resets as well.
+  gapCount = 0;
   private fresh = false;
   private room = 0;
   private begin = 0;
@@ -55,7 +57,7 @@ export class History {
     const make = { number: Float32Array, whole: Int32Array, bits: Uint32Array };
     this.columns = hello.signals.map(({ form }) => new make[form](this.room));
     this.places = new Map(hello.signals.map(({ name }, place) => [name, place]));
-    this.length = this.begin = this.lost = this.resets = this.offset = 0;
+    this.length = this.begin = this.lost = this.gapCount = this.resets = this.offset = 0;
     this.fresh = false;
     this.gaps = [];
   }
@@ -120,6 +122,7 @@ export class History {
       }
       if (isReset || lost > 0) {
         this.lost += lost;
+        if (lost > 0) this.gapCount++;
         this.gaps.push({
           begin: this.seconds(this.ticks[last]),
           end: this.timeOf(clock),

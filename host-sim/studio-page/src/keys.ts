@@ -21,8 +21,9 @@ export function listen(stop: () => void, keys: Record<string, () => void>): void
         target.click();
         return;
       }
-      // Letters are capital ones under Caps Lock.
-      const then = keys[event.key] ?? keys[event.key.toLowerCase()];
+      // Letters are capital ones under Caps Lock. Shift is no key of these.
+      const isShifted = event.shiftKey && !event.getModifierState('CapsLock');
+      const then = keys[event.key] ?? (isShifted ? undefined : keys[event.key.toLowerCase()]);
       if (takesKeys(target) || event.ctrlKey || event.altKey || event.metaKey || !then) return;
       event.preventDefault();
       then();

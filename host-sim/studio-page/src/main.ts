@@ -301,9 +301,8 @@ function readings(): void {
       element('dd', { textContent: value }),
     ]),
   );
-  const { length, resets } = history;
+  const { length, resets, gapCount: gaps } = history;
   const every = history.hello?.every ?? 1;
-  const gaps = history.gaps.filter((gap) => !gap.isReset).length;
   by('samples').textContent = [
     `${length} samples`,
     ...(every > 1 ? [`1 of ${every} ticks`] : []),

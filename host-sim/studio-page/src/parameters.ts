@@ -143,11 +143,13 @@ export class Parameters {
       ? `✕ Refused: ${refusal}`
       : app.recording
         ? 'A recording has no device to set.'
-        : driven
-          ? 'The motor is driven: stop first. Parameters are taken while it is off only.'
-          : app.status?.unsaved
-            ? 'Values in use are not saved: a reset forgets them.'
-            : '';
+        : app.status === null
+          ? 'What the device does is not known yet.'
+          : driven
+            ? 'The motor is driven: stop first. Parameters are taken while it is off only.'
+            : app.status?.unsaved
+              ? 'Values in use are not saved: a reset forgets them.'
+              : '';
   }
 
   get law(): string {

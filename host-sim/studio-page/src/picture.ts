@@ -105,7 +105,7 @@ export function svg(plots: Plots, title: string): Blob {
     if (place === plots.drawn.length - 1) {
       for (const time of ticks(begin, end, 8))
         text(x(time), top, String(+time.toFixed(4)), 'text-anchor="middle"');
-      text((left + width) / 2, top + 18, 'Time since power-on, s', 'text-anchor="middle"');
+      text((left + width) / 2, top + 18, 'Time, s', 'text-anchor="middle"');
     }
   });
   const body =

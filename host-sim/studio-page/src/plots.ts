@@ -115,7 +115,7 @@ export class Plots {
         {
           ...axis,
           size: last ? 42 : 8,
-          label: last ? 'Time since power-on, s' : undefined,
+          label: last ? 'Time, s' : undefined,
           labelSize: 18,
           labelFont: font,
           values: (_, all) => (last ? all.map((s) => String(+s.toFixed(4))) : all.map(() => '')),

@@ -172,9 +172,11 @@ fn sheet(body: &str, of: &Document, [load, friction]: [Vec<(&str, f64)>; 2]) -> 
         all.into_iter().map(|(key, value)| (key.to_owned(), rounded(value).into())).collect()
     };
     let mut motor = table("motor")?;
-    // It is in the inertia that was found.
-    motor.remove("rotor_inertia_kg_m2");
-    let has_dead_time = motor.get("dead_time_s").and_then(Value::as_float).unwrap_or(0.0) > 0.0;
+    // The rotor is in the inertia that was found. What a dead time takes from each effort is in the
+    // friction that was found, so the drive of the file has none; `[device]` keeps the device's.
+    for found in ["rotor_inertia_kg_m2", "dead_time_s"] {
+        motor.remove(found);
+    }
     // What is elastic or loose in it was not found.
     let gear = table("gear").map(|gear| only(gear, &["ratio", "efficiency"]));
     // A count is written as the device has it: by the lines, its step would be another number.
@@ -191,9 +193,6 @@ fn sheet(body: &str, of: &Document, [load, friction]: [Vec<(&str, f64)>; 2]) -> 
     .collect();
     let mut whole: DocumentMut = body.parse().ok()?;
     whole.remove("joint");
-    if has_dead_time && let Some(device) = whole.get_mut("device").and_then(Item::as_table_mut) {
-        device.remove("dead_time_s");
-    }
     let counts = whole.get_mut("encoder").and_then(Item::as_table_mut)?;
     let more: DocumentMut = toml::to_string(&encoder.unwrap_or_default()).ok()?.parse().ok()?;
     for (key, item) in more.iter() {

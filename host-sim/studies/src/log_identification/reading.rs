@@ -170,11 +170,12 @@ impl<R: Read> Read for Lines<R> {
 }
 
 /// The byte that stands most often in the first line that is no comment; a comma, if none does. A
-/// comma between two digits may be that of a decimal, and does not count.
+/// comma between two digits may be that of a decimal, and a semicolon may end a line: neither counts.
 fn delimiter(begin: &[u8]) -> u8 {
     let lines = begin.split(|byte| *byte == b'\n');
     let first = lines.into_iter().find(|line| !line.is_empty() && !line.starts_with(b"#"));
-    let line = first.unwrap_or_default();
+    let line = first.unwrap_or_default().trim_ascii_end();
+    let line = line.strip_suffix(b";").unwrap_or(line);
     let digit =
         |place: Option<usize>| place.and_then(|i| line.get(i)).is_some_and(u8::is_ascii_digit);
     let is_decimal =
