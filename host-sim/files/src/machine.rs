@@ -78,6 +78,9 @@ pub struct Machine {
     /// Bounds of the guarded jog, which a device keeps; the simulator has no use for them.
     #[serde(default)]
     pub jog: Written<JogBounds>,
+    /// What an identification said of the joint.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub identified: Option<Identified>,
     // One line of the schema.
     #[doc = "How far the joint may be off, for `tune` and `device selftest`: by keys of the joint, \
              quoted, as in `\"joint.friction.stick_v\" = [0.3, 0.5]`, the lowest and the highest \
@@ -334,6 +337,19 @@ impl Serialize for LawName {
     fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
         serializer.serialize_str(self.name())
     }
+}
+
+/// `[identified]`, as an identification has written it. Nothing is computed from it.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct Identified {
+    /// Its verdict in a word, such as "good".
+    pub verdict: String,
+    // One line of the schema.
+    #[doc = "What was doubted, a sentence each. Commands that judge by the joint repeat it as \
+             warnings."]
+    #[serde(default)]
+    pub doubts: Vec<String>,
 }
 
 /// `[reference]`.

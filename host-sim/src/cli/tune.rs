@@ -91,6 +91,7 @@ impl Arguments {
             let why = "is a friction experiment, which has no controller";
             return Err(Error::Input(format!("{} {why}", self.file)));
         }
+        warn(&document.doubts()?);
         let text = Document::text(&self.file)?;
         let out = self.out.clone().unwrap_or_else(|| tuned_name(&self.file));
         if out.exists() {

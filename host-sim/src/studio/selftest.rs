@@ -248,6 +248,7 @@ impl<W: Wire> Worker<'_, W> {
                     "longest_s": prepared.longest_s(),
                     "joints": JOINTS,
                     "spreads": prepared.request.spreads,
+                    "doubts": prepared.doubts(),
                     "differences": prepared.differences(),
                     "checks": prepared.bounds().iter().map(bound).collect::<Vec<_>>(),
                 });

@@ -183,7 +183,7 @@ export class Selftest {
     if (by('selftest-why').textContent !== text) by('selftest-why').textContent = text;
   }
 
-  private ready({ checks, joints, spreads, differences, machine }: Event): void {
+  private ready({ checks, joints, spreads, doubts, differences, machine }: Event): void {
     by('selftest-result').replaceChildren(
       element('p', {
         className: 'hint',
@@ -195,6 +195,7 @@ export class Selftest {
         ['all moves', 'predicted', 'allowed'],
         checks.map((one: Check) => [one.words ?? one.name, range(one.predicted), allowed(one)]),
       ),
+      ...doubted(doubts),
       ...differing(differences),
     );
   }
@@ -249,6 +250,7 @@ export class Selftest {
     by('selftest-result').replaceChildren(
       ...(result.warning ? [element('p', { className: 'hint', textContent: result.warning })] : []),
       ...(checks.length ? [figures] : []),
+      ...doubted(result.doubts),
       ...differing(result.differences),
       ...(moves.length ? [each] : []),
       element('div', { className: 'tools' }, save),
@@ -267,6 +269,10 @@ function allowed({ name, least, most }: Check): string {
   // What is counted is a whole number.
   const end = /_(v|s)$/.test(name) ? shown(most) : String(Math.floor(most));
   return least === null ? `up to ${end}` : `${shown(least)} to ${end}`;
+}
+
+function doubted(lines: string[]): HTMLElement[] {
+  return lines.map((line) => element('p', { className: 'hint', textContent: `Doubtful: ${line}` }));
 }
 
 function differing(lines: string[]): HTMLElement[] {

@@ -15,9 +15,12 @@ use stiction::identification::Asked;
 
 use super::{number, stiction};
 
+fn output(arguments: &[&str]) -> Output {
+    Command::new(env!("CARGO_BIN_EXE_stiction")).args(arguments).output().unwrap()
+}
+
 fn asked(arguments: &[&str]) -> Output {
-    let mut command = Command::new(env!("CARGO_BIN_EXE_stiction"));
-    command.args(["device", "--simulated"]).args(arguments).output().unwrap()
+    output(&[&["device", "--simulated"], arguments].concat())
 }
 
 fn words(bytes: &[u8]) -> String {
@@ -62,8 +65,11 @@ fn the_joint_that_was_found_is_a_file_whose_spread_holds_the_truth() {
         assert!(range[0] <= value && value <= range[1], "{key}: {range:?}, and {value}");
         assert!(range[1] - range[0] < 0.3 * truth, "{key}: {range:?} says nothing");
     }
-    // Other commands take the joint, and its error bars.
-    stiction(&["run", &file]);
+    let said: toml::Table = [("verdict".to_owned(), "good".into())].into_iter().collect();
+    assert_eq!(written["identified"].as_table(), Some(&said));
+    // Other commands take the joint, and its error bars, and have nothing to warn of.
+    let run = output(&["run", &file]);
+    assert!(run.status.success() && run.stderr.is_empty(), "{}", words(&run.stderr));
     let out = path(directory.path(), "tuned.toml");
     let tuned = stiction(&["tune", &file, "--cases", "2", "--out", &out]);
     let [low, high] = [0, 1].map(|end| written["spread"]["joint.friction.slip_v"][end].as_float());
@@ -101,16 +107,29 @@ fn the_file_of_a_doubtful_joint_says_what_is_doubted_and_is_wider_than_its_error
     let found = asked(&["--machine", &sheet, "identify", "--into", &file]);
     assert!(found.status.success(), "{}", words(&found.stderr));
     let text = fs::read_to_string(&file).unwrap();
-    let (_, table) = text.split_once("# Verdict of the identification").unwrap();
-    let (comment, _) = table.split_once("[spread]").unwrap();
-    let joined = comment.replace("\n#", " ").split_whitespace().collect::<Vec<_>>().join(" ");
-    assert!(joined.starts_with(": doubtful."), "{table}");
-    assert!(joined.contains("differs by more than 15 % from place to place"), "{table}");
+    let (_, table) = text.split_once("[identified]").unwrap();
+    let (_, comment) = table.split_once("]\n").unwrap();
     assert!(comment.lines().all(|line| line.chars().count() <= 80), "{table}");
     let written: toml::Table = text.parse().unwrap();
     let end = |end: usize| written["spread"]["joint.friction.slip_v"][end].as_float().unwrap();
     // The levels of the joint are 10 % off either way; the bars of a good fit are some percent.
     assert!(end(1) / end(0) > 1.1, "{table}");
+    let said = &written["identified"];
+    assert_eq!(said["verdict"].as_str(), Some("doubtful"));
+    let doubt = said["doubts"][0].as_str().unwrap();
+    assert!(doubt.contains("differs by more than 15 % from place to place"), "{doubt}");
+    // Who judges by this joint is told so, by a person's command and by a script's.
+    let moves = ["selftest", "--moves", "2", "--joints", "3", "--json"];
+    let tested = asked(&[&["--machine", &file], &moves[..]].concat());
+    let object: Value = serde_json::from_slice(&tested.stdout).unwrap();
+    assert!(object["doubts"][0].as_str().unwrap().contains(doubt), "{object}");
+    // The name of the law is refused after the file was read.
+    let tuning = output(&["tune", &file, "--controller", "none"]);
+    for told in [tested.stderr, tuning.stderr] {
+        let told = words(&told);
+        let warning = format!("warning: {file}: the identification of its joint was doubtful");
+        assert!(told.contains(&warning) && told.contains(doubt), "{told}");
+    }
 }
 
 /// A load of 0.15 of the slip friction, and one that hangs 30 deg from where the joint is armed:

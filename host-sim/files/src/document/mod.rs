@@ -23,7 +23,7 @@ use self::wording::{brief, refused, syntax};
 use crate::data_sheet::{self, DataSheet, Mapping};
 use crate::error::{Error, suggestion};
 use crate::hardware::STM32F405;
-use crate::machine::Machine;
+use crate::machine::{Identified, Machine};
 use crate::setup::Setup;
 
 /// A machine's file has a few kilobytes; a device or a recording that was given by mistake may have
@@ -215,13 +215,21 @@ impl Document {
         Ok(Some((sheet, mapping)))
     }
 
-    /// Tells what is implausible about the document's data sheet, a sentence each.
+    /// Tells what is implausible about the document's data sheet, and what was doubted when its
+    /// joint was identified, a sentence each.
     ///
     /// # Errors
-    /// As [`data_sheet`](Self::data_sheet).
+    /// As [`machine`](Self::machine).
     pub fn doubts(&self) -> Result<Vec<String>, Error> {
-        let Some((sheet, mapping)) = self.mapping()? else { return Ok(vec![]) };
-        let doubts = sheet.doubts(&mapping);
+        if self.is_lab() {
+            return Ok(vec![]);
+        }
+        let mut doubts =
+            self.mapping()?.map_or_else(Vec::new, |(sheet, mapping)| sheet.doubts(&mapping));
+        if let Some(Identified { verdict, doubts: of_joint }) = self.machine()?.identified {
+            let said = |doubt| format!("the identification of its joint was {verdict}: {doubt}");
+            doubts.extend(of_joint.into_iter().map(said));
+        }
         Ok(doubts.into_iter().map(|doubt| format!("{}: {doubt}", self.origin)).collect())
     }
 

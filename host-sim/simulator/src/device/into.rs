@@ -4,7 +4,8 @@
 //! parameters of the device, with what `robust` is told of the joint (told.rs)
 //! [joint]       what was found; with a load, a data sheet instead, if there is one (beyond.rs)
 //! [reference]   the motion of the device, and the others of the file that it was begun with
-//! [spread]      the error bars, with what is doubted above them (spread.rs)
+//! [identified]  the verdict, and what is doubted (spread.rs)
+//! [spread]      the error bars, wider if something is doubted (spread.rs)
 //! ```
 //!
 //! A device knows one motion. The file that a user has of the machine has more, and `tune`,

@@ -162,6 +162,7 @@ fn of(parameters: &Parameters) -> Machine {
         limits: Written::out(limits),
         profile: Written::out(profile),
         jog: Written::out(jog),
+        identified: None,
         spread: BTreeMap::new(),
         run: Run::default(),
         variant: vec![],

@@ -30,6 +30,7 @@ use std::collections::BTreeMap;
 use stiction::identification::{Levels, Summary};
 
 use super::identified::{Identified, doubts};
+use crate::draft;
 use crate::draft::spread::{LEAST, around, of_inertia, part, rounded};
 use crate::machine::Joint;
 
@@ -108,13 +109,10 @@ fn fastest(found: &Identified) -> Option<f64> {
     points.map(|point| f64::from(point.velocity.abs())).filter(|v| *v > 0.0).reduce(f64::max)
 }
 
-/// Writes the verdict and what is doubted, as comments above the table.
+/// Writes the verdict and what is doubted, as a table.
 pub fn remarks(found: &Identified) -> String {
-    let mut text = format!("\n# Verdict of the identification: {}.\n", found.verdict());
     let doubted = doubts(&found.summary.doubts);
-    for doubt in &doubted {
-        text += &commented(&format!("- {doubt}"));
-    }
+    let mut text = draft::spread::identified(found.verdict(), &doubted);
     if !doubted.is_empty() {
         text += &commented(
             "So [spread] is wider than the error bars (docs/identification-on-the-board.md).",

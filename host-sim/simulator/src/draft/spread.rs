@@ -1,5 +1,5 @@
 //! How far the joint of a file may be off: the rules that every identification shares, and the text
-//! of `[spread]`.
+//! of `[identified]` and `[spread]`.
 //!
 //! A range is the error bar to either side, and at least a share of the value ([`LEAST`]): no error
 //! of less than a percent or two is to be taken for real. An inertia that may be none at all is
@@ -37,7 +37,24 @@ pub fn rounded(value: f64) -> f64 {
     format!("{value:.4e}").parse().unwrap_or(value)
 }
 
-/// Writes the table as it stands at the end of a file.
+/// Writes the table of what an identification says of its result.
+pub fn identified(verdict: &str, doubts: &[impl AsRef<str>]) -> String {
+    let quoted = |text: &str| toml::Value::String(text.into()).to_string();
+    let mut text = format!(
+        "\n# What the identification says of this joint.\n[identified]\nverdict = {}\n",
+        quoted(verdict)
+    );
+    if !doubts.is_empty() {
+        text += "doubts = [\n";
+        for doubt in doubts {
+            let _ = writeln!(text, "    {},", quoted(doubt.as_ref()));
+        }
+        text += "]\n";
+    }
+    text
+}
+
+/// Writes the table of the ranges as it stands at the end of a file.
 pub fn table<'a>(ranges: impl IntoIterator<Item = (&'a str, [f64; 2])>) -> String {
     let mut text = "\n\
         # How far the joint may be off, by the error bars of its identification. `tune`\n\

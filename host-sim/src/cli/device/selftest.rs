@@ -3,6 +3,7 @@
 use indicatif::{ProgressBar, ProgressStyle};
 
 use super::{OFF, then_off};
+use crate::cli::warn;
 use crate::device::client::Client;
 use crate::device::wire::Wire;
 use crate::error::Error;
@@ -60,6 +61,7 @@ pub fn test<W: Wire>(
         spreads: arguments.spread.clone(),
     };
     let prepared = asked.prepare(client)?;
+    warn(prepared.doubts());
     let targets = &prepared.request.targets;
     let bar = ProgressBar::new(targets.len() as u64);
     let style = ProgressStyle::with_template("{bar:40} {pos}/{len} moves, {eta} left");

@@ -106,6 +106,7 @@ fn rendered(asked: &Asked) -> Result<String, Error> {
         has_si => document.data_sheet()?.is_some(),
         off => Value::from(Serde(off)),
         off_is_assumed => machine.spread.is_empty(),
+        verdict => machine.identified.map(|identified| identified.verdict),
         laws => Value::from(Serde(laws)),
         is_tuned => !tuned.is_empty(),
         options => options,

@@ -10,7 +10,7 @@ use toml::Value;
 
 use super::Identified;
 use super::model::Fitted;
-use crate::draft::spread::{LEAST, around, of_inertia, part, table};
+use crate::draft::spread::{LEAST, around, identified as said, of_inertia, part, table};
 use crate::draft::{Answers, Told, Whys, Words, text_with};
 use crate::error::{Error, rounded};
 
@@ -132,7 +132,9 @@ pub fn machine_file(name: &str, log: &str, identified: &Identified) -> Result<St
         told: Some((told, BY_LOG)),
         ..Words::of(None)
     };
+    let verdict = &identified.verdict;
     Ok(text_with(name, &answers, &words)?
+        + &said(verdict.quality.word(), &verdict.doubts)
         + &spread(fitted, [slip, stribeck, viscous, constant], &off))
 }
 

@@ -57,6 +57,8 @@ pub struct Verdict {
     pub quality: Quality,
     /// Why, sentence by sentence.
     pub words: Vec<String>,
+    /// Those of them that speak against it.
+    pub doubts: Vec<String>,
 }
 
 /// Judges.
@@ -68,7 +70,7 @@ pub fn of(
     cut_off: &CutOff,
     read: &Read,
 ) -> Verdict {
-    let mut verdict = Verdict { quality: Quality::Good, words: Vec::new() };
+    let mut verdict = Verdict { quality: Quality::Good, words: vec![], doubts: vec![] };
     let residual = fitted.relative_residual_percent();
     verdict.judge(
         [residual <= RESIDUAL_PERCENT[0], residual <= RESIDUAL_PERCENT[1]],
@@ -163,6 +165,9 @@ impl Verdict {
             (false, false) => Quality::Poor,
         };
         self.quality = self.quality.max(quality);
+        if !is_good {
+            self.doubts.push(words.clone());
+        }
         self.words.push(words);
     }
 }

@@ -53,6 +53,7 @@ pub struct Planned {
     pub request: Request,
     machine: String,
     range: Range,
+    doubts: Vec<String>,
     differences: Vec<String>,
 }
 
@@ -64,6 +65,7 @@ pub struct Prepared {
     machine: String,
     range: Range,
     prediction: Prediction,
+    doubts: Vec<String>,
     differences: Vec<String>,
 }
 
@@ -96,6 +98,7 @@ impl Asked {
         document: Document,
     ) -> Result<Planned, Error> {
         let parameters = client.parameters()?;
+        let doubts = document.doubts()?;
         let differences = differences(&self.machine, &document, &parameters)?;
         let range = self.range(client, &parameters)?;
         let spreads =
@@ -109,7 +112,7 @@ impl Asked {
             targets: targets(range, self.moves),
         };
         let machine = self.machine.clone();
-        Ok(Planned { request, machine, range, differences })
+        Ok(Planned { request, machine, range, doubts, differences })
     }
 
     /// The range that was asked for, or else the derived one.
@@ -143,7 +146,7 @@ impl Planned {
         self,
         goes_on: &(dyn Fn(u64) -> bool + Sync),
     ) -> Result<Option<Prepared>, Error> {
-        let Self { request, machine, range, differences } = self;
+        let Self { request, machine, range, doubts, differences } = self;
         let Some(prediction) = request.predict_while(goes_on)? else { return Ok(None) };
         if prediction.figures.len() < prediction.ended.len().max(1) {
             let why = prediction.ended.first().map_or("", String::as_str);
@@ -154,7 +157,7 @@ impl Planned {
                 prediction.ended.len()
             )));
         }
-        Ok(Some(Prepared { request, machine, range, prediction, differences }))
+        Ok(Some(Prepared { request, machine, range, prediction, doubts, differences }))
     }
 }
 
@@ -184,6 +187,11 @@ impl Prepared {
     /// The farthest target to either side, deg.
     pub const fn range_deg(&self) -> f64 {
         self.range.deg
+    }
+
+    /// What there is to doubt about the joint of the file, a sentence each.
+    pub fn doubts(&self) -> &[String] {
+        &self.doubts
     }
 
     /// In what the device differs from the file.
@@ -223,6 +231,7 @@ impl Prepared {
             moves,
             checks,
             ended_by: is_ended.then(by),
+            doubts: self.doubts,
             differences: self.differences,
         }
     }

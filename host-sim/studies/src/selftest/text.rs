@@ -27,6 +27,8 @@ pub struct Tested {
     pub checks: Vec<Check>,
     /// What ended the moves before.
     pub ended_by: Option<String>,
+    /// What there is to doubt about the joint of the file, a sentence each.
+    pub doubts: Vec<String>,
     /// In what the device's parameters differ from the file's.
     pub differences: Vec<String>,
 }
@@ -225,6 +227,7 @@ pub fn object(tested: &Tested, warning: Option<&str>) -> Value {
         "spread": tested.spreads,
         "joints": tested.prediction.figures.len(),
         "joints_ended_before": tested.prediction.ended,
+        "doubts": tested.doubts,
         "differences": tested.differences,
         "checks": checks.collect::<Vec<_>>(),
         "moves": moves.collect::<Vec<_>>(),
@@ -268,6 +271,7 @@ mod tests {
             prediction,
             moves,
             ended_by: None,
+            doubts: vec![],
             differences: vec![],
         }
     }
