@@ -2,7 +2,7 @@
 //! `stiction` run here, page by page, in the order of the page; jobs and tests of cargo are looked
 //! up. Those of `PARSED_ONLY` are parsed, and run elsewhere if at all. docs/commissioning.md and the
 //! first run of docs/wiring.md are followed as a whole, on a simulated device for the board, with a
-//! look at what the steps that decide print. Of all else these tests are blind to what a command
+//! look at what the steps that decide print; the former on the emulated board as well. Of all else these tests are blind to what a command
 //! prints, and to what needs a board.
 #![cfg(unix)]
 #![allow(missing_docs, clippy::unwrap_used, clippy::panic)]
@@ -245,14 +245,13 @@ fn the_first_run_can_be_followed_command_by_command() {
     }
 }
 
-/// docs/commissioning.md, from a data sheet to a page on the joint that was found, with a device
-/// that is simulated. A ranking takes no more than three commands.
-#[test]
-fn a_joint_is_commissioned_command_by_command() {
+/// Follows docs/commissioning.md, from a data sheet to a page on the joint that was found, with
+/// `device` for the simulated one of the page.
+fn commission(device: impl Fn(String) -> String) {
     let page = read("docs/commissioning.md");
     let directory = prepared();
     let commands = shown(&page).into_iter().filter(|shown| shown.whole);
-    let commands: Vec<String> = commands.map(|shown| shown.command).collect();
+    let commands: Vec<String> = commands.map(|shown| device(shown.command)).collect();
     let place = |part: &str| commands.iter().position(|command| command.contains(part)).unwrap();
     assert!(place("benchmark arm.toml") < 3, "{commands:?}");
     let steps = ["jog", "identify --into", "tune found", "params push", "selftest", "report"];
@@ -270,9 +269,28 @@ fn a_joint_is_commissioned_command_by_command() {
         ] {
             assert!(!command.contains(part) || said.contains(expected), "{command}: {said}");
         }
+        // Twenty moves, each in a row of its own.
+        let rows = said.lines().take_while(|line| !line.contains("all moves"));
+        let moves = rows.filter(|line| line.split_whitespace().count() == 9).count();
+        assert!(!command.contains("selftest") || moves == 20, "{command}: {moves} moves: {said}");
     }
     let page = fs::read_to_string(directory.path().join("report/found.tuned.html")).unwrap();
     assert!(page.contains("Nothing has run on a motor") && page.contains("selftest"));
+}
+
+#[test]
+fn a_joint_is_commissioned_command_by_command() {
+    commission(|command| command);
+}
+
+/// The same on the flash image. It has no contents of the flash, where a set would be saved.
+#[test]
+#[cfg_attr(not(feature = "emulator"), ignore = "the flash image in the loop: cargo xtask test")]
+fn a_joint_is_commissioned_command_by_command_on_the_emulated_board() {
+    let image = std::env::var("STICTION_IMAGE")
+        .expect("STICTION_IMAGE does not name a flash image: run `cargo xtask test`");
+    let emulated = format!("--emulator --image {image}");
+    commission(|command| command.replace("--simulated", &emulated).replace(" --save", ""));
 }
 
 #[test]
