@@ -350,20 +350,26 @@ pub fn rates_markdown(all: &[Rates]) -> String {
 mod tests {
     use super::*;
 
-    /// Joints of the model, by the truth that they were drawn with. 200 of them are in
-    /// docs/identification-on-the-board.md, as `stiction ensemble identify` prints them.
+    /// The proof of docs/identification-on-the-board.md, on its joints: nine of ten at least.
     #[test]
-    fn rigid_joints_are_told_within_the_bounds_of_the_proof_and_are_not_doubted() {
-        let found = rates("rigid", 3, 12).unwrap();
-        println!("{found:?}");
-        assert_eq!((found.cases, found.done), (12, 12));
-        assert!(found.within.iter().all(|within| *within >= 11), "{found:?}");
-        assert!(found.held.iter().all(|held| *held >= 10), "{found:?}");
-        assert!(found.flagged <= 1 && found.misled == 0, "{found:?}");
+    fn joints_of_the_model_are_told_within_the_bounds_of_the_proof_and_are_not_doubted() {
+        for family in ["rigid", "loaded", "gravity", "thesis-axis"] {
+            let found = rates(family, 1, 200).unwrap();
+            println!("{found:?}");
+            assert_eq!((found.cases, found.done), (200, 200));
+            assert!(found.within.iter().all(|within| *within >= 180), "{found:?}");
+            assert!(found.flagged <= 2 && found.misled <= 4, "{found:?}");
+            // The inertia of `loaded` misses nine of ten, as the page says.
+            let asked = if family == "loaded" { [180, 180, 180, 176] } else { [180; 4] };
+            let is_held = found.held.iter().zip(asked).all(|(held, asked)| *held >= asked);
+            assert!(is_held, "{family}: {found:?}");
+            // Two standard deviations that hold the truth of all joints are no such deviations.
+            assert!(found.held.iter().any(|held| *held < 198), "{found:?}");
+        }
     }
 
     #[test]
-    fn a_load_is_told_from_the_friction_and_a_drive_at_20_ms_is_slow_but_not_wrong() {
+    fn a_load_is_told_from_the_friction() {
         for number in 0..3 {
             let case = drawn("loaded", 3, number).unwrap();
             let Identified { truth, summary, .. } = identify(&case, &Asked::default()).unwrap();
@@ -371,9 +377,6 @@ mod tests {
             let off = (f64::from(estimate.offset[0]) - truth.load).abs();
             assert!(off < 0.03 * truth.slip, "{truth:?} {estimate:?}");
         }
-        let thesis = rates("thesis-axis", 3, 4).unwrap();
-        println!("{thesis:?}");
-        assert!(thesis.within.iter().all(|within| *within >= 3), "{thesis:?}");
     }
 
     /// What gives way before a joint breaks away is not its friction. Who takes it for that pushes
@@ -427,13 +430,6 @@ mod tests {
         assert_eq!([cells(rows[0]), cells(rows[1])], [7, 9], "{text}");
         let whole = ["flagged", "unseen", "misled", "vis-", "iner-"];
         assert!(whole.iter().all(|word| text.contains(word)), "{text}");
-    }
-
-    #[test]
-    fn a_load_that_is_pendulous_is_not_doubted() {
-        let found = rates("gravity", 3, 8).unwrap();
-        println!("{found:?}");
-        assert!(found.flagged <= 1 && found.done == 8, "{found:?}");
     }
 
     #[test]
