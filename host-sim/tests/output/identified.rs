@@ -231,6 +231,41 @@ fn a_load_that_no_key_can_say_is_in_a_comment_and_told() {
     }
 }
 
+/// A bridge whose dead time takes volts from each effort: what was found has them in its friction.
+#[test]
+fn the_file_of_a_joint_that_was_found_takes_the_dead_time_for_no_friction_twice() {
+    let directory = tempfile::tempdir().unwrap();
+    let file = path(directory.path(), "joint.toml");
+    stiction(&["new", &file, "--typical", "gimbal"]);
+    let text = fs::read_to_string(&file).unwrap();
+    let sheet = text.replace("[motor]\n", "[motor]\ndead_time_s = 1e-6\n");
+    let document = Document::parse("joint.toml", &sheet).unwrap();
+    let plan = Experiment::plan(&document, &[], &[]).unwrap().runs.remove(0);
+    let parameters = device::parameters(&plan).unwrap();
+    assert!((parameters.device.dead_time - 1e-6).abs() < 1e-12, "{}", parameters.device.dead_time);
+    let of_a_joint = identify(&drawn("loaded", 3, 0).unwrap(), &Asked::default()).unwrap();
+    let mut summary = of_a_joint.summary.unwrap();
+    // It is braked by more than the back-EMF of the sheet's motor.
+    summary.estimate.as_mut().unwrap().viscous = [0.1, 0.001];
+    let found = Identified {
+        summary,
+        map: of_a_joint.map,
+        parameters: parameters.clone(),
+        units: document.mapping().unwrap().map(|(_, mapping)| mapping.units),
+    };
+    let device::into::Written { text, left_out } =
+        device::into::written(&found, &document).unwrap();
+    assert_eq!(left_out, None);
+    let written: toml::Table = text.parse().unwrap();
+    assert!(written["motor"].get("dead_time_s").is_none(), "{text}");
+    // The device has it all the same.
+    let of_device = written["device"]["dead_time_s"].as_float();
+    assert!(of_device.is_some_and(|time| (time - 1e-6).abs() < 1e-12), "{text}");
+    let again = Document::parse("found.toml", &text).unwrap();
+    let plan = Experiment::plan(&again, &[], &[]).unwrap().runs.remove(0);
+    assert_eq!(device::parameters(&plan).unwrap().device, parameters.device);
+}
+
 /// The joint of a data sheet by hand: `J = J_load + eta n^2 J_rotor`, and a winding that brakes by
 /// its back-EMF: `B = b + eta (n K_t)^2 / R`. A motor that is driven by its current is not braked.
 /// Every typical joint is identified within the bounds by default, as docs/commissioning.md has it.
@@ -261,6 +296,7 @@ fn each_typical_joint_is_found_within_the_bounds_by_default_as_its_data_sheet_ha
         assert!(found.status.success(), "{name}: {}", words(&found.stderr));
         let found: Value = serde_json::from_slice(&found.stdout).unwrap();
         assert_eq!((&found["outcome"], &found["verdict"]), (&"done".into(), &"good".into()));
+        assert_eq!((&found["written"], &found["left_out"]), (&into.clone().into(), &Value::Null));
         for (parameter, unit, truth, share) in [
             ("inertia", "kg m^2", inertia, 0.05),
             ("viscous", "N m s/rad", viscous, 0.10),

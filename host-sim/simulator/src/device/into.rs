@@ -131,7 +131,11 @@ fn with_motions(
     let array = table.get_mut("steps_deg").and_then(Item::as_array_mut).ok_or(None)?;
     rest.iter().for_each(|step| array.push(*step));
     if let Some(trajectories) = trajectories {
-        table.insert("trajectories", trajectories.clone());
+        let mut trajectories = trajectories.clone();
+        // Their place is behind this table, and not that in the other file.
+        let all = trajectories.as_array_of_tables_mut().into_iter().flat_map(|all| all.iter_mut());
+        all.for_each(|one| one.set_position(None));
+        table.insert("trajectories", trajectories);
     }
     let text = whole.to_string();
     let is_same = machine_file::read("", &text).is_ok_and(|again| again == *parameters);
@@ -155,6 +159,8 @@ mod tests {
         let joint = sheet.machine().unwrap().joint;
         let body = machine_file::render(&parameters, &joint, "a test").unwrap();
         let whole = with_motions(&body, &parameters, &sheet).unwrap();
+        let place = |part: &str| whole.find(part).unwrap();
+        assert!(place("[reference]") < place("[[reference.traj") && place("[[") < place("[device]"));
         let of = |text: &str| Document::parse("", text).unwrap().machine().unwrap().reference;
         let (steps, trajectories) = (of(&whole).steps_deg, of(&whole).trajectories.len());
         // The device has counts of its step.

@@ -7,7 +7,6 @@ use stiction::identification::{Asked, Outcome};
 use stiction::link::StateCode;
 
 use super::{OFF, by};
-use crate::cli::warn;
 use crate::device::client::Client;
 use crate::device::identified::{Identified, ended};
 use crate::device::wire::Wire;
@@ -124,11 +123,6 @@ impl Identify {
         })?;
         let found = Identified { summary, map, parameters, units };
         let warning = client.warning();
-        let mut text = if self.json {
-            format!("{:#}\n", found.json(warning))
-        } else {
-            warning.map_or(String::new(), |warning| format!("{warning}\n")) + &found.words() + OFF
-        };
         let outcome = found.summary.outcome;
         let mut ended = if outcome == Outcome::Done {
             Ok(())
@@ -136,20 +130,27 @@ impl Identify {
             Err(Error::Device(format!("identify: {}", ended(outcome))))
         };
         // Minutes of motion: what they have found is told, whatever becomes of the file.
-        if let Some(file) = &self.into {
+        let mut left_out = None;
+        let file = self.into.as_ref().filter(|file| {
             match written(file, &found, &document, warning) {
-                // On the standard output there is the object alone.
-                Ok(left_out) if self.json => {
-                    warn(left_out.as_slice());
-                }
-                Ok(left_out) => {
-                    let file = file.display();
-                    text += &format!("{file}: written, with the joint that was found\n");
-                    left_out.iter().for_each(|line| text += &format!("{line}\n"));
-                }
+                Ok(not_in_it) => left_out = not_in_it,
                 Err(error) => ended = Err(Error::Device(format!("{error}; the motor is off"))),
             }
+            ended.is_ok()
+        });
+        if self.json {
+            let mut object = found.json(warning);
+            object["written"] = file.map(|file| file.display().to_string()).into();
+            object["left_out"] = left_out.into();
+            return Ok(Said { text: format!("{object:#}\n"), ended });
         }
+        let mut text = warning.map_or(String::new(), |warning| format!("{warning}\n"));
+        text += &found.words();
+        text += OFF;
+        if let Some(file) = file {
+            text += &format!("{}: written, with the joint that was found\n", file.display());
+        }
+        left_out.iter().for_each(|line| text += &format!("{line}\n"));
         Ok(Said { text, ended })
     }
 }
