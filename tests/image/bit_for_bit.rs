@@ -38,6 +38,14 @@ fn same_on_both(plans: &[RunPlan]) {
     }
 }
 
+/// The verdict on an edit within a minute: `cargo xtask image` runs this alone.
+#[test]
+fn first_look_every_law_begins_its_steps() {
+    for laws in [&[][..], &["robust", "observer"]] {
+        same_on_both(&plans("step-response", laws, &["run.duration_s=4", SLOW_PWM]));
+    }
+}
+
 #[test]
 fn seven_controllers_three_steps() {
     same_on_both(&plans("step-response", &[], &[]));

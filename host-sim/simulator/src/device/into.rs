@@ -160,7 +160,9 @@ mod tests {
         let body = machine_file::render(&parameters, &joint, "a test").unwrap();
         let whole = with_motions(&body, &parameters, &sheet).unwrap();
         let place = |part: &str| whole.find(part).unwrap();
-        assert!(place("[reference]") < place("[[reference.traj") && place("[[") < place("[device]"));
+        assert!(
+            place("[reference]") < place("[[reference.traj") && place("[[") < place("[device]")
+        );
         let of = |text: &str| Document::parse("", text).unwrap().machine().unwrap().reference;
         let (steps, trajectories) = (of(&whole).steps_deg, of(&whole).trajectories.len());
         // The device has counts of its step.
