@@ -7,8 +7,8 @@ use simulator::run::{RunResult, Trace, run_all};
 use crate::common::{emulation, plans};
 
 /// A tenth of the usual frequency, Hz, costs the emulator half of the time. What a law computes does
-/// not depend on it. The laws of the thesis have the usual one in the first two tests, and those
-/// beyond it on one joint and on the trajectories.
+/// not depend on it. The laws of the thesis have the usual one in two tests, and those beyond it on
+/// the trajectories.
 const SLOW_PWM: &str = "drive.pwm_hz=2000";
 
 fn assert_same(host: &RunResult, image: &RunResult) {
@@ -60,7 +60,6 @@ fn seven_controllers_two_trajectories() {
 #[test]
 fn laws_beyond_the_thesis() {
     same_on_both(&plans("untuned-joints", &["robust", "observer"], &[SLOW_PWM]));
-    same_on_both(&plans("step-response", &["robust", "observer"], &["run.duration_s=1"]));
     same_on_both(&plans("trajectory", &["robust", "observer"], &["run.duration_s=6"]));
 }
 

@@ -44,20 +44,43 @@ export async function open(text: string): Promise<[Session, History]> {
     throw new Error('this file is no session of stiction studio');
   const columns = head.hello.signals?.length;
   if (!columns) throw new Error('this session does not say which signals its samples have');
+  if (!isWhole(head.hello))
+    throw new Error('this session does not say what its device is, in the form of a studio');
   into.reset(head.hello);
   const events: Kept[] = [];
   for (const line of lines) {
     const { event, samples } = read(line);
-    if (event) events.push(event);
+    if (event) {
+      if (!isText(event.at, event.said) || !isNumber(event.clock))
+        throw new Error('an event of this session has another form than the studio writes');
+      events.push(event);
+    }
     for (const sample of samples ?? []) {
       if (!Array.isArray(sample) || sample.length !== 2 + columns)
         throw new Error('a sample of this session has other signals than the session says');
+      // What is no number is written as null.
+      if (!sample.every((value) => value === null || isNumber(value)))
+        throw new Error('a sample of this session has something else than numbers');
       into.push(sample[0], sample[1], (column) => sample[2 + column]);
     }
     await breath.take();
   }
   const { saved = null, hello, file = null } = head;
   return [{ saved, hello, file, events }, into];
+}
+
+const isText = (...all: unknown[]) => all.every((one) => typeof one === 'string');
+const isNumber = (...all: unknown[]) => all.every((one) => typeof one === 'number');
+
+// What the page reads of a device before it draws a sample.
+function isWhole(of: any): of is Hello {
+  return (
+    isText(of.device, of.firmware, of.program, of.kind, ...(of.law ?? [null])) &&
+    isNumber(of.sample_time_s, of.resolution_deg, of.every) &&
+    of.sample_time_s > 0 &&
+    Array.isArray(of.signals) &&
+    of.signals.every((signal: any) => isText(signal?.name, signal?.unit))
+  );
 }
 
 function read(line: string): any {

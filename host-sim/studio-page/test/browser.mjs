@@ -190,7 +190,19 @@ const tests = {
     const whole = readFileSync(session);
     const other = structuredClone(lines[0]);
     other.hello.signals.pop();
+    const changed = (change) => {
+      const all = structuredClone(lines);
+      change(all);
+      return Buffer.from(all.map((line) => JSON.stringify(line)).join('\n'));
+    };
     for (const [name, wrong, why] of [
+      ['e.jsonl', changed(([head]) => delete head.hello.sample_time_s), 'what its device is'],
+      [
+        'f.jsonl',
+        changed((all) => (all.find(({ samples }) => samples).samples[3][2] = 'far')),
+        'something else than numbers',
+      ],
+      ['g.jsonl', changed((all) => all.push({ event: { at: 1 } })), 'an event of this session'],
       ['b.jsonl', Buffer.from('{}'), 'b.jsonl: this file is no session'],
       ['c.jsonl', whole.subarray(0, whole.length - 40), 'it was cut off'],
       [
