@@ -3,9 +3,11 @@
 //!
 //! A device does not know its joint, so the file lends it. The other controllers of the file stand
 //! beside the one in use, with the gains of the file. A file with variants is meant as it stands;
-//! of one that has nothing else, the first is meant, as for a simulated device. Does badly: of a
-//! data sheet only the rigid joint is lent, without backlash, shaft, bristles or the drive's own
-//! lag.
+//! of one that has nothing else, the first is meant, as for a simulated device. What a data sheet
+//! has beyond the rigid joint is lent as it stands: a load, gravity, backlash, a shaft, bristles;
+//! the four keys of the joint scale it. Does badly: a drive's own lag and the encoder's noise are
+//! left out, as a simulated device has none, and of a data sheet's `[spread]` all that is in no key
+//! of the joint.
 
 use stiction::position::Position;
 use stiction::{Motion, Parameters};
@@ -15,7 +17,8 @@ use super::request::Way;
 use crate::device::machine_file;
 use crate::error::Error;
 use crate::experiment::{Document, Experiment, RunPlan, Task};
-use crate::machine::Trajectory;
+use crate::joint::{Factors, Substitute};
+use crate::machine::{Joint, Trajectory};
 
 /// Why something cannot be done for a device whose joint nobody has told; `so` says what.
 pub fn no_joint(so: &str) -> Error {
@@ -35,6 +38,8 @@ pub struct MachineInUse {
     pub law: String,
     /// All controllers; the one in use is the first.
     pub laws: Vec<String>,
+    /// What a data sheet has beyond the joint of the document, and that joint.
+    beyond: Option<(Substitute, Joint)>,
 }
 
 impl MachineInUse {
@@ -70,11 +75,14 @@ impl MachineInUse {
         let delay = i64::from(lent.run.delay_samples);
         let run = Table::from_iter([("delay_samples".to_owned(), Value::Integer(delay))]);
         table.insert("run".into(), run.into());
-        if let Some(spread) = of_file.get("spread") {
-            table.insert("spread".into(), spread.clone());
+        let spread = spread_of_the_joint(of)?;
+        if !spread.is_empty() {
+            table.insert("spread".into(), spread.into());
         }
         let text = toml::to_string(&table).map_err(|error| bad(&error))?;
-        Ok(Self { document: Document::parse("the machine in use", &text)?, law, laws })
+        let document = Document::parse("the machine in use", &text)?;
+        let beyond = first.beyond_an_axis()?.map(|joint| (joint, lent.joint.clone()));
+        Ok(Self { document, law, laws, beyond })
     }
 
     /// Plans a controller's step with keys set, `table.key=value` each.
@@ -86,7 +94,25 @@ impl MachineInUse {
         document.set(set)?;
         let mut runs = Experiment::plan(&document, &[law.to_owned()], &[])?.runs;
         // A plan without runs has been refused.
-        Ok(runs.swap_remove(0))
+        let mut plan = runs.swap_remove(0);
+        plan.substitute = self.beyond.as_ref().map(|(beyond, of)| {
+            let joint = beyond.joint.scaled(&factors(of, &plan.machine.joint));
+            Substitute { joint, ..*beyond }
+        });
+        Ok(plan)
+    }
+
+    /// Does the same for a move that begins somewhere, deg: where the joint stands does not matter
+    /// but to its load and to friction that depends on the angle.
+    ///
+    /// # Errors
+    /// As [`plan`](Self::plan).
+    pub fn plan_from(&self, deg: f64, law: &str, set: &[String]) -> Result<RunPlan, Error> {
+        let mut plan = self.plan(law, set)?;
+        if let Some(beyond) = &mut plan.substitute {
+            beyond.joint = beyond.joint.begun_at(deg.to_radians());
+        }
+        Ok(plan)
     }
 
     /// Turns a way into the motion that a device is told: positions in counts from the zero of the
@@ -98,6 +124,49 @@ impl MachineInUse {
         let plan = self.plan(&self.law, &[])?;
         motion(&plan, way)
     }
+}
+
+/// What a joint has, as factors on what another one has.
+fn factors(of: &Joint, is: &Joint) -> Factors {
+    // A factor on nothing leaves nothing.
+    let ratio = |is: f64, of: f64| if of == 0.0 { 1.0 } else { is / of };
+    Factors {
+        inertia: ratio(of.gain_deg_per_s2_per_v, is.gain_deg_per_s2_per_v),
+        slip: ratio(is.friction.slip_v, of.friction.slip_v),
+        stick: ratio(is.friction.stick_v, of.friction.stick_v),
+        viscous: ratio(is.viscous_v_per_deg_per_s, of.viscous_v_per_deg_per_s),
+    }
+}
+
+/// The `[spread]` of a file, in the keys of its joint: those of a data sheet are set in the file,
+/// and the joint is looked at. What is in none of its keys, such as a load, does not vary.
+///
+/// # Errors
+/// Names an end that no joint can have.
+fn spread_of_the_joint(of: &Document) -> Result<Table, Error> {
+    let keys: [(&str, fn(&Joint) -> f64); 4] = [
+        ("joint.gain_deg_per_s2_per_v", |joint| joint.gain_deg_per_s2_per_v),
+        ("joint.viscous_v_per_deg_per_s", |joint| joint.viscous_v_per_deg_per_s),
+        ("joint.friction.slip_v", |joint| joint.friction.slip_v),
+        ("joint.friction.stick_v", |joint| joint.friction.stick_v),
+    ];
+    let mut all = Table::new();
+    for (written, ends) in of.machine()?.spread {
+        let at = |end: f64| -> Result<Joint, Error> {
+            let mut one = of.clone();
+            one.draw(&[format!("{written}={end:?}")])?;
+            Ok(one.machine()?.joint)
+        };
+        let [low, high] = [at(ends[0])?, at(ends[1])?];
+        for (key, value) in keys {
+            let ends = [value(&low), value(&high)];
+            if ends[0] != ends[1] {
+                let [low, high] = [ends[0].min(ends[1]), ends[0].max(ends[1])];
+                all.insert(key.to_owned(), Value::Array(vec![low.into(), high.into()]));
+            }
+        }
+    }
+    Ok(all)
 }
 
 /// Does the same with a plan of the machine.

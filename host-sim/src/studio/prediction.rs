@@ -1,7 +1,7 @@
 //! What the machine in use would do: its simulated twin makes the same move, tick by tick.
 //!
-//! The twin is the core of the device, with soft start, profile and monitors, around a joint
-//! of a file in closed form. It is armed, waits out its soft start, and is told the move.
+//! The twin is the core of the device, with soft start, profile and monitors, around the joint
+//! of a file. It is armed, waits out its soft start, and is told the move.
 //! Guarantees: the same numbers for the same request. Does badly: it knows that joint, and nothing
 //! that its file does not say. Its law begins afresh with each move, and so does not
 //! know what the device's law has learnt in the moves before.
@@ -228,7 +228,7 @@ pub fn laws(machine: &MachineInUse, wish: &Wish) -> Value {
     let under = |law: &String| -> Result<Value, Error> {
         let mut all = joint.clone();
         all.extend(set(machine, wish, Some(law)));
-        let plan = machine.plan(law, &all)?;
+        let plan = machine.plan_from(wish.from_deg, law, &all)?;
         Ok(Predicted::of(&for_a_device(&plan)?, &plan, &wish.way)?.json(POINTS, wish.from_deg))
     };
     let curves = wish.laws.iter().map(|law| {
@@ -247,8 +247,7 @@ pub fn said(error: &Error) -> String {
 /// How far the joint may be off that was wished for, and whether the machine's file says so: its
 /// `[spread]`, in the same ratio to the joint that was turned as to the joint of the file.
 ///
-/// A spread in the units of a data sheet is of keys that the joint in use does not have. If no
-/// other is there, what [`assumed`] says is taken.
+/// If it has none, what [`assumed`] says is taken.
 ///
 /// # Errors
 /// Names what is wrong with the file.
@@ -294,7 +293,7 @@ pub fn cloud(
         if is_old() {
             return Ok(None);
         }
-        let joint = around.plan(law, &keys)?;
+        let joint = around.plan_from(wish.from_deg, law, &keys)?;
         all.push((Predicted::of(&parameters, &joint, &wish.way)?, keys));
     }
     let worst = all.iter().enumerate().max_by(|(_, (a, _)), (_, (b, _))| {

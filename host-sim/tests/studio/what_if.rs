@@ -2,6 +2,7 @@
 
 use std::time::Duration;
 
+use host_sim::draft::{Typical, text};
 use host_sim::studio::Server;
 use serde_json::{Value, json};
 
@@ -67,6 +68,44 @@ fn a_variant_before_the_file_as_it_stands_is_no_joint_of_the_prediction() {
         assert_eq!(stick.unwrap()["value"], 0.4);
     });
     std::fs::remove_file(&file).unwrap();
+}
+
+/// A joint of a data sheet that hangs, is pulled at, and slides with less friction the faster it is.
+/// Its spread is in the units of the sheet.
+#[test]
+fn a_joint_that_a_load_pulls_at_does_what_was_predicted_count_by_count() {
+    let typical = Typical::find("thesis").unwrap();
+    let sheet = text("joint.toml", &typical.answers().unwrap(), Some(&typical)).unwrap();
+    let load = "[load]\nconstant_nm = -30.0\nunbalance_nm = 60.0\nhangs_at_deg = 30.0\n";
+    let friction = "[friction]\nstribeck_rad_per_s = 0.05\n";
+    let sheet = sheet.replace("[load]\n", load).replace("[friction]\n", friction);
+    // 216 N m are 0.40 V, and 205.2 N m keep it moving.
+    let spread = "\n[spread]\n\"friction.stick_nm\" = [208.0, 230.0]\n";
+    let [low, high] = [208.0, 230.0].map(|nm| nm / 216.0 * 0.4);
+    let directory = tempfile::tempdir().unwrap();
+    let file = directory.path().join("joint.toml");
+    std::fs::write(&file, sheet + spread).unwrap();
+    let machine: &'static str = file.to_str().unwrap().to_owned().leak();
+    foretold(|| studio_around(machine, "srnf", &[]), "srnf");
+    run(async {
+        let server = studio_around(machine, "srnf", &[]);
+        let mut page = Page::open(&server).await;
+        let way = json!({ "how": "move", "deg": 2.0 });
+        let cloud = predicted(&mut page, "cloud", wish(&way, &["srnf"], &json!({}), 4)).await;
+        assert_eq!(cloud["is_written"], true, "{cloud}");
+        let drawn = cloud["worst"]["joint"][0].as_str().unwrap();
+        let drawn = drawn.strip_prefix("joint.friction.stick_v=").unwrap();
+        assert!((low..=high).contains(&drawn.parse().unwrap()), "{drawn}, and {low} to {high}");
+        // The load that hangs at 30 deg pulls the joint the other way at 120 deg and at -60 deg.
+        let effort = |curves: &Value| *numbers(&curves[0], "effort_v").last().unwrap();
+        let mut held = Vec::new();
+        for from in [120.0, -60.0] {
+            let mut asked = wish(&way, &["pd"], &json!({}), 0);
+            asked["wish"]["from_deg"] = from.into();
+            held.push(effort(&predicted(&mut page, "laws", asked).await));
+        }
+        assert!(held[0] - held[1] > 0.1, "{held:?}");
+    });
 }
 
 fn foretold(studio: impl FnOnce() -> Server, law: &str) {

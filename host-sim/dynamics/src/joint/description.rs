@@ -210,6 +210,19 @@ impl Stops {
     }
 }
 
+/// Factors on what a joint has.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Factors {
+    /// On the inertia.
+    pub inertia: f64,
+    /// On the level of sliding.
+    pub slip: f64,
+    /// On the level of breaking away.
+    pub stick: f64,
+    /// On the viscous coefficient.
+    pub viscous: f64,
+}
+
 /// A whole joint.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Description {
@@ -241,6 +254,55 @@ impl Description {
             start: 0.0,
             count,
         }
+    }
+
+    /// The same joint with other levels of friction, damping and inertia. What is elastic, loose or
+    /// pulls stays; of two bodies both are turned.
+    #[must_use]
+    pub fn scaled(mut self, by: &Factors) -> Self {
+        let turn = |curve: &mut Stribeck| {
+            curve.coulomb *= by.slip;
+            curve.stick *= by.stick;
+            curve.viscous *= by.viscous;
+        };
+        let turn_body = |body: &mut Body| {
+            body.inertia *= by.inertia;
+            turn(&mut body.friction.curve);
+        };
+        match &mut self.train {
+            Train::Rigid(body) => turn_body(body),
+            Train::LuGre { inertia, curve, .. } => {
+                *inertia *= by.inertia;
+                turn(curve);
+            }
+            Train::Flexible { motor, load, .. } => [motor, load].into_iter().for_each(turn_body),
+        }
+        self
+    }
+
+    /// The same joint, whose position zero is at a position (rad) of this one, where it starts.
+    #[must_use]
+    pub fn begun_at(mut self, position: f64) -> Self {
+        let turn = |friction: &mut Friction| {
+            if let Some(ripple) = &mut friction.ripple {
+                ripple.phase += ripple.cycles * position;
+            }
+        };
+        match &mut self.train {
+            Train::Rigid(body) => turn(&mut body.friction),
+            Train::LuGre { .. } => {}
+            Train::Flexible { motor, load, .. } => {
+                turn(&mut motor.friction);
+                turn(&mut load.friction);
+            }
+        }
+        if let Some(gravity) = &mut self.load.gravity {
+            gravity.angle += position;
+        }
+        let Stops { lower, upper } = self.stops;
+        self.stops = Stops { lower: lower - position, upper: upper - position };
+        self.start = 0.0;
+        self
     }
 
     /// Makes the joint, at rest at its start.

@@ -4,7 +4,7 @@
 use super::plan::RunPlan;
 use crate::data_sheet::{DataSheet, Mapping, Mount, Refusal, SheetAxis, Tables, WrittenDrive};
 use crate::error::Error;
-use crate::joint::RunJoint;
+use crate::joint::{RunJoint, Substitute};
 use crate::machine::Solver;
 use crate::plant::{Delay, Plant};
 
@@ -37,6 +37,17 @@ impl RunPlan {
         };
         let substitute = self.substitute.as_ref().or(of_the_file.as_ref());
         Ok(RunJoint::at_rest(&self.axis()?, sample_time_s, substitute)?)
+    }
+
+    /// Gives what the data sheet describes beyond an axis in closed form, without what only a run
+    /// simulates of its drive and its encoder.
+    ///
+    /// # Errors
+    /// Names a value that is not allowed.
+    pub fn beyond_an_axis(&self) -> Result<Option<Substitute>, Error> {
+        let count_deg = self.machine.encoder.resolution_deg();
+        let sheet = self.sheet()?;
+        Ok(sheet.and_then(|(sheet, mapping)| sheet.substitute(&mapping, count_deg)))
     }
 
     /// Gives the data sheet of this run's machine, and its mapping to the core's units.

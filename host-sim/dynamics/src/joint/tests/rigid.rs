@@ -50,6 +50,30 @@ fn a_frictionless_pendulum_keeps_its_energy() {
     assert!(fastest > 1.0);
 }
 
+/// What depends on the place comes along: gravity, ripple and walls.
+#[test]
+fn a_joint_that_begins_somewhere_moves_as_one_whose_zero_is_there() {
+    let ripple = Some(Ripple { depth: 0.2, cycles: 7.0, phase: 0.4 });
+    let gravity = Some(Gravity { amplitude: 1.2, angle: 0.3 });
+    let start = 0.8;
+    let train =
+        Train::Rigid(Body { inertia: INERTIA, friction: Friction { ripple, ..CURVE.into() } });
+    let load = Load { constant: 0.2, gravity };
+    let stops = Stops { lower: -10.0, upper: start + 0.05 };
+    let there = Description { load, stops, start, ..Description::of(train, COUNT) };
+    let [mut here, mut there] = [there.begun_at(start), there].map(|one| one.build().unwrap());
+    let (mut worst, mut farthest) = (0.0_f64, 0.0_f64);
+    for sample in 0..10_000 {
+        [&mut here, &mut there].into_iter().for_each(|joint| joint.hold(effort(sample), 1e-3));
+        let [here, there] = [here.motor().position, there.motor().position - start];
+        worst = worst.max((here - there).abs());
+        farthest = farthest.max(here);
+    }
+    assert!(worst < 1e-3 * COUNT, "{:e} counts", worst / COUNT);
+    // It came to the wall.
+    assert!((farthest - 0.05).abs() < COUNT, "{farthest}");
+}
+
 #[test]
 fn a_joint_breaks_away_above_its_stick_level_and_not_below() {
     let load = Load { constant: 0.5, gravity: None };
