@@ -1,9 +1,9 @@
 //! Every command that README.md, ARCHITECTURE.md and the pages of docs/ show works. Commands of
 //! `stiction` run here, page by page, in the order of the page; jobs and tests of cargo are looked
-//! up. Those of `PARSED_ONLY` are parsed, and run elsewhere if at all. docs/commissioning.md and the
-//! first run of docs/wiring.md are followed as a whole, on a simulated device for the board, with a
-//! look at what the steps that decide print; the former on the emulated board as well. Of all else these tests are blind to what a command
-//! prints, and to what needs a board.
+//! up. Those of `PARSED_ONLY` are parsed, and run elsewhere if at all. docs/commissioning.md and
+//! the first run of docs/wiring.md are followed as a whole, on a simulated device for the board,
+//! with a look at what the steps that decide print; the former on the emulated board as well. Of
+//! all else these tests are blind to what a command prints, and to what needs a board.
 #![cfg(unix)]
 #![allow(missing_docs, clippy::unwrap_used, clippy::panic)]
 
@@ -289,7 +289,8 @@ fn a_joint_is_commissioned_command_by_command() {
 fn a_joint_is_commissioned_command_by_command_on_the_emulated_board() {
     let image = std::env::var("STICTION_IMAGE")
         .expect("STICTION_IMAGE does not name a flash image: run `cargo xtask test`");
-    let emulated = format!("--emulator --image {image}");
+    let image = fs::canonicalize(image).unwrap();
+    let emulated = format!("--emulator --image '{}'", image.display());
     commission(|command| command.replace("--simulated", &emulated).replace(" --save", ""));
 }
 

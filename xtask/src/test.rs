@@ -12,14 +12,14 @@ const FIRST_LOOK: &str = "first_look";
 
 #[derive(Debug, clap::Args)]
 pub struct ImageArguments {
-    /// Which tests of tests/image/ are run, by parts of their names, as in bit_for_bit [default:
-    /// the begin of each law's steps]
+    /// Which tests of tests/image/ are run, by parts of their names; bit_for_bit runs all motions
+    /// of the thesis [default: first_look]
     tests: Vec<String>,
 }
 
-/// Builds the image, and runs some of its tests. Nothing is compiled for them that is not in a loop,
-/// and of that only what an edit has changed. All other jobs compile our crates whole, since a
-/// closed loop in pieces is slower; an image is not, whose emulator is no crate of ours.
+/// Builds the image, and runs some of its tests. Nothing is compiled for them that is not in a
+/// loop, and of our own crates only what an edit has changed. Other jobs compile these whole: the
+/// closed loop is faster so. Here the time goes to the emulator, which is not ours.
 pub fn image(arguments: &ImageArguments) -> Result<(), String> {
     let image = firmware::build()?;
     let mut test = cargo(&["test", "--package", "loop-tests", "--test", "image"]);

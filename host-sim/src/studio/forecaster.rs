@@ -12,6 +12,7 @@ use stiction::Parameters;
 use stiction::compensator::Gains;
 use tokio::sync::mpsc::Sender;
 
+use super::cloud::cloud;
 use super::desk::{FoundJoint, NONE_FOUND, Shared, answer};
 use super::form;
 use super::knobs::knobs;
@@ -224,7 +225,7 @@ fn predict(machine: &MachineInUse, asked: &Asked, wish: &Wish, is_old: impl Fn()
     if wish.cloud == 0 || is_old() {
         return;
     }
-    match prediction::cloud(machine, wish, is_old) {
+    match cloud(machine, wish, is_old) {
         Ok(Some(cloud)) => tell(asked, "cloud", cloud),
         Ok(None) => {}
         Err(error @ (Error::Input(_) | Error::Refused(_))) => {

@@ -4,20 +4,20 @@
 //! A device does not know its joint, so the file lends it. The other controllers of the file stand
 //! beside the one in use, with the gains of the file. A file with variants is meant as it stands;
 //! of one that has nothing else, the first is meant, as for a simulated device. What a data sheet
-//! has beyond the rigid joint is lent as it stands: a load, gravity, backlash, a shaft, bristles;
-//! the four keys of the joint scale it. Does badly: a drive's own lag and the encoder's noise are
-//! left out, as a simulated device has none, and of a data sheet's `[spread]` all that is in no key
-//! of the joint.
+//! has beyond the rigid joint is lent as it stands: a load, gravity, backlash, a shaft, bristles,
+//! the winding's lag. The four keys of the joint scale its inertia and its friction. Does badly: a
+//! dead time, what a supply limits and the encoder's noise are left out, as a simulated device has
+//! none of them. Gravity is counted from where the joint was armed, as the device counts.
 
 use stiction::position::Position;
 use stiction::{Motion, Parameters};
 use toml::{Table, Value};
 
 use super::request::Way;
+use crate::data_sheet::Times;
 use crate::device::machine_file;
 use crate::error::Error;
 use crate::experiment::{Document, Experiment, RunPlan, Task};
-use crate::joint::{Factors, Substitute};
 use crate::machine::{Joint, Trajectory};
 
 /// Why something cannot be done for a device whose joint nobody has told; `so` says what.
@@ -38,8 +38,10 @@ pub struct MachineInUse {
     pub law: String,
     /// All controllers; the one in use is the first.
     pub laws: Vec<String>,
-    /// What a data sheet has beyond the joint of the document, and that joint.
-    beyond: Option<(Substitute, Joint)>,
+    /// The run of the file that lends the joint.
+    lent: RunPlan,
+    file: Document,
+    parameters: Parameters,
 }
 
 impl MachineInUse {
@@ -75,14 +77,28 @@ impl MachineInUse {
         let delay = i64::from(lent.run.delay_samples);
         let run = Table::from_iter([("delay_samples".to_owned(), Value::Integer(delay))]);
         table.insert("run".into(), run.into());
-        let spread = spread_of_the_joint(of)?;
-        if !spread.is_empty() {
-            table.insert("spread".into(), spread.into());
+        if let Some(spread) = of_file.get("spread") {
+            table.insert("spread".into(), spread.clone());
         }
         let text = toml::to_string(&table).map_err(|error| bad(&error))?;
         let document = Document::parse("the machine in use", &text)?;
-        let beyond = first.beyond_an_axis()?.map(|joint| (joint, lent.joint.clone()));
-        Ok(Self { document, law, laws, beyond })
+        let (file, parameters) = (of.clone(), parameters.clone());
+        Ok(Self { document, law, laws, lent: first, file, parameters })
+    }
+
+    /// The file, if it is a data sheet.
+    pub fn sheet(&self) -> Option<&Document> {
+        self.file.get("motor").map(|_| &self.file)
+    }
+
+    /// The same machine, with keys of its file drawn, `table.key=value` each.
+    ///
+    /// # Errors
+    /// Names a value that no joint can have.
+    pub fn drawn(&self, keys: &[String]) -> Result<Self, Error> {
+        let mut file = self.file.clone();
+        file.draw(keys)?;
+        Self::new(&self.parameters, &file)
     }
 
     /// Plans a controller's step with keys set, `table.key=value` each.
@@ -95,15 +111,13 @@ impl MachineInUse {
         let mut runs = Experiment::plan(&document, &[law.to_owned()], &[])?.runs;
         // A plan without runs has been refused.
         let mut plan = runs.swap_remove(0);
-        plan.substitute = self.beyond.as_ref().map(|(beyond, of)| {
-            let joint = beyond.joint.scaled(&factors(of, &plan.machine.joint));
-            Substitute { joint, ..*beyond }
-        });
+        let times = times(&plan.machine.joint, &self.lent.machine.joint);
+        plan.substitute = self.lent.beyond_an_axis(&times)?;
         Ok(plan)
     }
 
-    /// Does the same for a move that begins somewhere, deg: where the joint stands does not matter
-    /// but to its load and to friction that depends on the angle.
+    /// Does the same for a move that begins somewhere, deg from where the joint was armed. Only
+    /// gravity and friction that depends on the angle are others there.
     ///
     /// # Errors
     /// As [`plan`](Self::plan).
@@ -126,47 +140,17 @@ impl MachineInUse {
     }
 }
 
-/// What a joint has, as factors on what another one has.
-fn factors(of: &Joint, is: &Joint) -> Factors {
-    // A factor on nothing leaves nothing.
-    let ratio = |is: f64, of: f64| if of == 0.0 { 1.0 } else { is / of };
-    Factors {
+/// How many times as much a joint has of what another one has. Of nothing there is no multiple, and
+/// no slider.
+fn times(is: &Joint, of: &Joint) -> Times {
+    let ratio = |over: f64, under: f64| if under == 0.0 { 1.0 } else { over / under };
+    Times {
+        // The gain is the inverse of the inertia.
         inertia: ratio(of.gain_deg_per_s2_per_v, is.gain_deg_per_s2_per_v),
         slip: ratio(is.friction.slip_v, of.friction.slip_v),
         stick: ratio(is.friction.stick_v, of.friction.stick_v),
         viscous: ratio(is.viscous_v_per_deg_per_s, of.viscous_v_per_deg_per_s),
     }
-}
-
-/// The `[spread]` of a file, in the keys of its joint: those of a data sheet are set in the file,
-/// and the joint is looked at. What is in none of its keys, such as a load, does not vary.
-///
-/// # Errors
-/// Names an end that no joint can have.
-fn spread_of_the_joint(of: &Document) -> Result<Table, Error> {
-    let keys: [(&str, fn(&Joint) -> f64); 4] = [
-        ("joint.gain_deg_per_s2_per_v", |joint| joint.gain_deg_per_s2_per_v),
-        ("joint.viscous_v_per_deg_per_s", |joint| joint.viscous_v_per_deg_per_s),
-        ("joint.friction.slip_v", |joint| joint.friction.slip_v),
-        ("joint.friction.stick_v", |joint| joint.friction.stick_v),
-    ];
-    let mut all = Table::new();
-    for (written, ends) in of.machine()?.spread {
-        let at = |end: f64| -> Result<Joint, Error> {
-            let mut one = of.clone();
-            one.draw(&[format!("{written}={end:?}")])?;
-            Ok(one.machine()?.joint)
-        };
-        let [low, high] = [at(ends[0])?, at(ends[1])?];
-        for (key, value) in keys {
-            let ends = [value(&low), value(&high)];
-            if ends[0] != ends[1] {
-                let [low, high] = [ends[0].min(ends[1]), ends[0].max(ends[1])];
-                all.insert(key.to_owned(), Value::Array(vec![low.into(), high.into()]));
-            }
-        }
-    }
-    Ok(all)
 }
 
 /// Does the same with a plan of the machine.

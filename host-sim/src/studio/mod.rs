@@ -46,6 +46,7 @@
 //! | `assets.rs` | the page itself, as it was built in |
 //! | `playground.rs` | all of this but the server, for a page that has it in itself |
 
+mod cloud;
 pub mod control;
 mod desk;
 mod forecaster;

@@ -8,7 +8,7 @@
 
 use serde_json::{Value, json};
 use stiction::parameters::DeviceConfig;
-use stiction::servo::Boot;
+use stiction::servo::{Boot, Refusal};
 use stiction::{Course, Motion, Parameters};
 
 use super::machine_in_use::{MachineInUse, motion};
@@ -16,10 +16,9 @@ use super::request::{Way, Wish};
 use crate::device::moved::longest_s;
 use crate::device::simulated::SimulatedDevice;
 use crate::device::words;
-use crate::ensemble::{Around, BAND_COUNTS, MachineEnsemble};
+use crate::ensemble::BAND_COUNTS;
 use crate::error::Error;
-use crate::experiment::{Document, RunPlan, for_a_device};
-use crate::tuning::assumed;
+use crate::experiment::{RunPlan, for_a_device};
 
 /// The longest move that is predicted, s, and the largest number of its ticks.
 const LONGEST: [f64; 2] = [60.0, 100_000.0];
@@ -36,12 +35,6 @@ const SETS_OUT_COUNTS: f64 = 1e-3;
 
 /// Points of a curve, at most.
 const POINTS: usize = 600;
-
-/// Points of a curve of the cloud, at most: there are many of them.
-const POINTS_OF_CLOUD: usize = 240;
-
-/// The joints of the cloud are those of this seed.
-const SEED: u64 = 1;
 
 /// A move of the twin, a value each tick.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -70,8 +63,15 @@ impl Predicted {
     /// # Errors
     /// Says why the device would refuse to be armed or to move, or what is not allowed.
     pub fn of(parameters: &Parameters, joint: &RunPlan, way: &Way) -> Result<Self, Error> {
-        let refused = |refusal: stiction::servo::Refusal| {
-            Error::Refused(format!("it would be refused: {}", words::refused(&refusal.into())))
+        let refused = |refusal: Refusal| {
+            let falls = joint.substitute.is_some() && refusal == Refusal::Moving;
+            Error::Refused(if falls {
+                "its load moves this joint without effort where the move begins, so nobody can arm \
+                 it there"
+                    .into()
+            } else {
+                format!("it would be refused: {}", words::refused(&refusal.into()))
+            })
         };
         let motion = motion(joint, way)?;
         let course = motion.course(&parameters.controller, &parameters.profile);
@@ -129,12 +129,12 @@ impl Predicted {
     }
 
     /// What makes one of two joints the worse one: a fault, a late end, a large error.
-    fn badness(&self) -> (f64, f64) {
+    pub(super) fn badness(&self) -> (f64, f64) {
         let late = self.settled_s.unwrap_or(f64::INFINITY);
         (if self.fault.is_some() { f64::MAX } else { late.min(1e9) }, self.rest_counts())
     }
 
-    fn json(&self, points: usize, from: f64) -> Value {
+    pub(super) fn json(&self, points: usize, from: f64) -> Value {
         let thinned = Thinned::of(self.error.len(), points);
         let thin = |all: &[f32], shift: f64| -> Vec<f64> {
             // Six digits are more than a pixel tells.
@@ -204,7 +204,7 @@ fn time_s(parameters: &Parameters, way: &Way) -> f64 {
 }
 
 /// The keys that a wish sets, `table.key=value` each: those of the joint, and those of a law.
-fn set(machine: &MachineInUse, wish: &Wish, law: Option<&str>) -> Vec<String> {
+pub(super) fn set(machine: &MachineInUse, wish: &Wish, law: Option<&str>) -> Vec<String> {
     let own = |path: &str| match law {
         Some(law) => path
             .strip_prefix("controller.")
@@ -242,82 +242,6 @@ pub fn laws(machine: &MachineInUse, wish: &Wish) -> Value {
 /// A refusal in the words of the page, which sets nothing by a command line.
 pub fn said(error: &Error) -> String {
     error.to_string().trim_start_matches("--set ").to_owned()
-}
-
-/// How far the joint may be off that was wished for, and whether the machine's file says so: its
-/// `[spread]`, in the same ratio to the joint that was turned as to the joint of the file.
-///
-/// If it has none, what [`assumed`] says is taken.
-///
-/// # Errors
-/// Names what is wrong with the file.
-fn spread(machine: &Document, turned: &Document) -> Result<(Vec<String>, bool), Error> {
-    let number = |document: &Document, key: &str| {
-        let value = document.get(key)?;
-        value.as_float().or(value.as_integer().map(|whole| whole as f64))
-    };
-    let written = machine.machine()?.spread;
-    let written = written.into_iter().filter_map(|(key, [low, high])| {
-        let (before, after) = (number(machine, &key)?, number(turned, &key)?);
-        let ratio = if before == 0.0 { 1.0 } else { after / before };
-        Some(format!("{key}={:?}..{:?}", low * ratio, high * ratio))
-    });
-    let written: Vec<String> = written.collect();
-    Ok(if written.is_empty() { (assumed(turned), false) } else { (written, true) })
-}
-
-/// Predicts the move on joints that are drawn around the one that was wished for, as
-/// [`crate::tuning`] draws them: with a sample of delay and without. Gives up, with nothing, as
-/// soon as `is_old` says so.
-///
-/// # Errors
-/// Names a value that is not allowed.
-pub fn cloud(
-    machine: &MachineInUse,
-    wish: &Wish,
-    is_old: impl Fn() -> bool,
-) -> Result<Option<Value>, Error> {
-    let Some(law) = wish.laws.first() else { return Ok(None) };
-    let mut around = machine.clone();
-    around.document.set(&set(machine, wish, None))?;
-    around.document.set(&set(machine, wish, Some(law)))?;
-    let parameters = for_a_device(&around.plan(law, &[])?)?;
-    let (spreads, is_written) = spread(&machine.document, &around.document)?;
-    let laws = [law.clone()];
-    let joints = Around { controllers: &laws, spreads: &spreads, rate_hz: None };
-    let drawn = MachineEnsemble::around(law, around.document.clone(), joints, STEP_S)?;
-    let mut all: Vec<(Predicted, Vec<String>)> = Vec::new();
-    for number in 0..u64::from(wish.cloud) {
-        let mut keys = drawn.drawn(SEED, number);
-        keys.push(format!("{}={}", super::knobs::DELAY, number % 2));
-        if is_old() {
-            return Ok(None);
-        }
-        let joint = around.plan_from(wish.from_deg, law, &keys)?;
-        all.push((Predicted::of(&parameters, &joint, &wish.way)?, keys));
-    }
-    let worst = all.iter().enumerate().max_by(|(_, (a, _)), (_, (b, _))| {
-        let ((late, rest), (other_late, other_rest)) = (a.badness(), b.badness());
-        late.total_cmp(&other_late).then(rest.total_cmp(&other_rest))
-    });
-    let worst = worst.map(|(place, (_, keys))| json!({ "place": place, "joint": keys }));
-    let settled = all.iter().filter(|(one, _)| one.settled_s.is_some()).count();
-    let curves = all.iter().map(|(one, _)| {
-        let mut curve = one.json(POINTS_OF_CLOUD, wish.from_deg);
-        // The cloud has neither set point nor effort.
-        for left_out in ["reference_deg", "effort_v"] {
-            curve.as_object_mut().map(|curve| curve.remove(left_out));
-        }
-        curve
-    });
-    Ok(Some(json!({
-        "law": law,
-        "spreads": spreads,
-        "is_written": is_written,
-        "settled": settled,
-        "worst": worst,
-        "curves": curves.collect::<Vec<_>>(),
-    })))
 }
 
 /// Returns the motion of a way in a machine, to see whether there is one.

@@ -128,9 +128,10 @@ impl From<Way> for WrittenWay {
 #[derive(Clone, Debug, PartialEq, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Wish {
-    /// The move, as if the joint stood at zero.
+    /// The move, from where the joint stands.
     pub way: Way,
-    /// Where it stands, deg; this is added to what is predicted.
+    /// Where it stands, deg from where it was armed: it is added to what is predicted, and gravity
+    /// is that of this place.
     #[serde(default)]
     pub from_deg: f64,
     /// The controllers; the cloud is that of the first one.

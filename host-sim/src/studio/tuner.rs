@@ -283,6 +283,7 @@ impl Task {
             // Those of the figures: the gains were not found on them.
             "joints": self.request.judges(),
             "spreads": spreads,
+            "doubts": self.request.document.doubts()?,
             "machine": file,
             "joint": self.joint,
             "result": object(file, tuned),

@@ -67,3 +67,8 @@ export function offer(id: string, file: string | null, ofFound: boolean): boolea
 
 // The name of a file without the directories before it.
 export const last = (path: string) => path.split(/[\\/]/).pop()!;
+
+// What there is to doubt about the joint of a file.
+export function doubted(lines: string[]): HTMLElement[] {
+  return lines.map((line) => element('p', { className: 'hint', textContent: `Doubtful: ${line}` }));
+}

@@ -3,7 +3,7 @@
 
 import { app, by, element, may, on } from './app';
 import { reason } from './commissioning';
-import { last, offer } from './identified';
+import { doubted, last, offer } from './identified';
 import type { Event, Link } from './link';
 import { turnOn } from './motions';
 import { shown } from './plots';
@@ -269,10 +269,6 @@ function allowed({ name, least, most }: Check): string {
   // What is counted is a whole number.
   const end = /_(v|s)$/.test(name) ? shown(most) : String(Math.floor(most));
   return least === null ? `up to ${end}` : `${shown(least)} to ${end}`;
-}
-
-function doubted(lines: string[]): HTMLElement[] {
-  return lines.map((line) => element('p', { className: 'hint', textContent: `Doubtful: ${line}` }));
 }
 
 function differing(lines: string[]): HTMLElement[] {

@@ -39,7 +39,7 @@ export async function open(text: string): Promise<[Session, History]> {
   const breath = new Breath();
   const into = new History();
   const [first, ...lines] = text.split('\n').filter((line) => line.trim());
-  const head = read(first ?? '');
+  const head = read(first ?? '') ?? {};
   if (head.stiction_session !== 1 || !head.hello)
     throw new Error('this file is no session of stiction studio');
   const columns = head.hello.signals?.length;
@@ -49,17 +49,21 @@ export async function open(text: string): Promise<[Session, History]> {
   into.reset(head.hello);
   const events: Kept[] = [];
   for (const line of lines) {
-    const { event, samples } = read(line);
+    const { event, samples = [] } = read(line) ?? {};
+    if (!Array.isArray(samples))
+      throw new Error('the samples of this session have another form than the studio writes');
     if (event) {
       if (!isText(event.at, event.said) || !isNumber(event.clock))
         throw new Error('an event of this session has another form than the studio writes');
       events.push(event);
     }
-    for (const sample of samples ?? []) {
+    for (const sample of samples) {
       if (!Array.isArray(sample) || sample.length !== 2 + columns)
         throw new Error('a sample of this session has other signals than the session says');
-      // What is no number is written as null.
-      if (!sample.every((value) => value === null || isNumber(value)))
+      // What is no number is written as null; its own number and its time are always there.
+      const [number, clock, ...values] = sample;
+      const are = values.every((value) => value === null || isNumber(value));
+      if (!isNumber(number, clock) || !are)
         throw new Error('a sample of this session has something else than numbers');
       into.push(sample[0], sample[1], (column) => sample[2 + column]);
     }
@@ -75,11 +79,15 @@ const isNumber = (...all: unknown[]) => all.every((one) => typeof one === 'numbe
 // What the page reads of a device before it draws a sample.
 function isWhole(of: any): of is Hello {
   return (
-    isText(of.device, of.firmware, of.program, of.kind, ...(of.law ?? [null])) &&
+    isText(of.device, of.firmware, of.program, of.kind) &&
+    Array.isArray(of.law) &&
+    isText(...of.law) &&
     isNumber(of.sample_time_s, of.resolution_deg, of.every) &&
     of.sample_time_s > 0 &&
     Array.isArray(of.signals) &&
-    of.signals.every((signal: any) => isText(signal?.name, signal?.unit))
+    of.signals.every(
+      (one: any) => isText(one?.name, one?.unit) && ['number', 'whole', 'bits'].includes(one.form),
+    )
   );
 }
 

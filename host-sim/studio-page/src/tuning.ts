@@ -2,7 +2,7 @@
 // and nothing is set.
 
 import { app, by, element, on } from './app';
-import { last, offer } from './identified';
+import { doubted, last, offer } from './identified';
 import type { Event, Link } from './link';
 import { shown } from './plots';
 import { ask, number, said } from './said';
@@ -198,6 +198,7 @@ export class Tuning {
           `${event.joints} joints that the gains were not found on, each with and without a ` +
           `sample of delay: ${event.spreads.map(brief).join(', ')}.`,
       }),
+      ...doubted(event.doubts),
       ...all.map(([law, tuned]) => this.law(law, tuned)),
       ...(all.some(([, { better }]) => better)
         ? [element('div', { className: 'tools' }, save)]

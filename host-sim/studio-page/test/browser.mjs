@@ -197,6 +197,15 @@ const tests = {
     };
     for (const [name, wrong, why] of [
       ['e.jsonl', changed(([head]) => delete head.hello.sample_time_s), 'what its device is'],
+      ['h.jsonl', changed(([head]) => (head.hello.signals[1].form = 'x')), 'what its device is'],
+      ['i.jsonl', changed(([head]) => (head.hello.law = 5)), 'what its device is'],
+      ['j.jsonl', changed((all) => all.push({ samples: 1 })), 'have another form'],
+      ['k.jsonl', Buffer.from('null'), 'this file is no session'],
+      [
+        'l.jsonl',
+        changed((all) => (all.find(({ samples }) => samples).samples[3][0] = null)),
+        'something else than numbers',
+      ],
       [
         'f.jsonl',
         changed((all) => (all.find(({ samples }) => samples).samples[3][2] = 'far')),

@@ -233,7 +233,7 @@ fn a_load_that_no_key_can_say_is_in_a_comment_and_told() {
 
 /// A bridge whose dead time takes volts from each effort: what was found has them in its friction.
 #[test]
-fn the_file_of_a_joint_that_was_found_takes_the_dead_time_for_no_friction_twice() {
+fn the_file_of_a_joint_that_was_found_does_not_count_the_dead_time_twice() {
     let directory = tempfile::tempdir().unwrap();
     let file = path(directory.path(), "joint.toml");
     stiction(&["new", &file, "--typical", "gimbal"]);

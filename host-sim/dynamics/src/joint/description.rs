@@ -210,19 +210,6 @@ impl Stops {
     }
 }
 
-/// Factors on what a joint has.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Factors {
-    /// On the inertia.
-    pub inertia: f64,
-    /// On the level of sliding.
-    pub slip: f64,
-    /// On the level of breaking away.
-    pub stick: f64,
-    /// On the viscous coefficient.
-    pub viscous: f64,
-}
-
 /// A whole joint.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Description {
@@ -254,30 +241,6 @@ impl Description {
             start: 0.0,
             count,
         }
-    }
-
-    /// The same joint with other levels of friction, damping and inertia. What is elastic, loose or
-    /// pulls stays; of two bodies both are turned.
-    #[must_use]
-    pub fn scaled(mut self, by: &Factors) -> Self {
-        let turn = |curve: &mut Stribeck| {
-            curve.coulomb *= by.slip;
-            curve.stick *= by.stick;
-            curve.viscous *= by.viscous;
-        };
-        let turn_body = |body: &mut Body| {
-            body.inertia *= by.inertia;
-            turn(&mut body.friction.curve);
-        };
-        match &mut self.train {
-            Train::Rigid(body) => turn_body(body),
-            Train::LuGre { inertia, curve, .. } => {
-                *inertia *= by.inertia;
-                turn(curve);
-            }
-            Train::Flexible { motor, load, .. } => [motor, load].into_iter().for_each(turn_body),
-        }
-        self
     }
 
     /// The same joint, whose position zero is at a position (rad) of this one, where it starts.

@@ -36,8 +36,8 @@ mod tests;
 
 pub use arm::{ArmDescription, GearedArm};
 pub use description::{
-    Body, Bristle, Description, Dwell, Factors, Friction, Gravity, Load, Push, Ripple, Shaft,
-    Stops, Stribeck, Thermal, Train,
+    Body, Bristle, Description, Dwell, Friction, Gravity, Load, Push, Ripple, Shaft, Stops,
+    Stribeck, Thermal, Train,
 };
 pub use encoder::{CountNoise, Encoder, Side};
 pub use flexible::Flexible;

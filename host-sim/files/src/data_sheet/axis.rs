@@ -62,7 +62,7 @@ impl SheetAxis {
         mapping: &Mapping,
         [count_deg, pwm_hz]: [f64; 2],
     ) -> Result<Self, Error> {
-        let joint = sheet.description(mapping, count_deg.to_radians()).build()?;
+        let joint = sheet.description(mapping, count_deg.to_radians(), &Times::ONE).build()?;
         // As the plant has it, so that its friction is no brake.
         let axis = RobotAxis {
             gain: mapping.gain(),
@@ -114,6 +114,24 @@ impl AxisSolver for SheetAxis {
     }
 }
 
+/// How many times as much of what its sheet says a joint has.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Times {
+    /// Inertia.
+    pub inertia: f64,
+    /// Slip friction, either way.
+    pub slip: f64,
+    /// Stick friction, either way.
+    pub stick: f64,
+    /// Viscous friction, with what the back-EMF brakes.
+    pub viscous: f64,
+}
+
+impl Times {
+    /// As the sheet says.
+    pub const ONE: Self = Self { inertia: 1.0, slip: 1.0, stick: 1.0, viscous: 1.0 };
+}
+
 impl DataSheet {
     /// Whether it asks for more than a rigid axis with two levels of friction has.
     pub fn is_more_than_an_axis(&self) -> bool {
@@ -150,9 +168,15 @@ impl DataSheet {
     }
 
     /// The joint without its drive, where a device has it in place of the axis in closed form; its
-    /// position is that of the side where the encoder sits.
-    pub fn substitute(&self, mapping: &Mapping, count_deg: f64) -> Option<Substitute> {
-        let joint = self.description(mapping, count_deg.to_radians());
+    /// position is that of the side where the encoder sits. Of its inertia and its friction it has
+    /// so many times as much as the sheet says.
+    pub fn substitute(
+        &self,
+        mapping: &Mapping,
+        count_deg: f64,
+        times: &Times,
+    ) -> Option<Substitute> {
+        let joint = self.description(mapping, count_deg.to_radians(), times);
         let substitute = Substitute { joint, units: mapping.units, side: self.side() };
         self.is_more_than_an_axis().then_some(substitute)
     }
@@ -178,13 +202,15 @@ impl DataSheet {
         0.5 * (forward - backward)
     }
 
-    fn description(&self, mapping: &Mapping, count: f64) -> Description {
+    fn description(&self, mapping: &Mapping, count: f64, times: &Times) -> Description {
         let mean = |[forward, backward]: [f64; 2]| 0.5 * (forward + backward);
+        let coulomb = times.slip * mean(self.slip());
         let curve = Stribeck {
-            coulomb: mean(self.slip()),
-            stick: mean(self.stick()),
+            coulomb,
+            // Equal levels times equal numbers may differ in their last bit.
+            stick: (times.stick * mean(self.stick())).max(coulomb),
             stribeck_velocity: self.stribeck().unwrap_or(0.0),
-            viscous: mapping.viscous,
+            viscous: times.viscous * mapping.viscous,
         };
         let friction = &self.friction;
         let ripple = (friction.ripple > 0.0).then(|| Ripple {
@@ -193,7 +219,7 @@ impl DataSheet {
             phase: friction.ripple_phase_deg.to_radians(),
         });
         let surface = |curve| Friction { ripple, ..Friction::from(curve) };
-        let inertia = mapping.inertia;
+        let inertia = times.inertia * mapping.inertia;
         let train = match (self.bristle_stiffness(), self.stiffness()) {
             (Some(stiffness), _) => {
                 let by_default = 1.4 * (stiffness * inertia).sqrt();
@@ -206,10 +232,10 @@ impl DataSheet {
                 let part = |share: f64, back_emf: f64| Stribeck {
                     coulomb: share * curve.coulomb,
                     stick: share * curve.stick,
-                    viscous: share * self.viscous() + back_emf,
+                    viscous: times.viscous * (share * self.viscous() + back_emf),
                     ..curve
                 };
-                let load = self.load.inertia_kg_m2;
+                let load = times.inertia * self.load.inertia_kg_m2;
                 let rotor = Body {
                     inertia: inertia - load,
                     friction: surface(part(motor, mapping.back_emf)),
@@ -231,7 +257,7 @@ impl DataSheet {
             angle: -self.hangs_at().unwrap_or(0.0),
         });
         // Friction that is higher one way is a mean and a torque against that way.
-        let constant = self.load.constant_nm - self.offset();
+        let constant = self.load.constant_nm - times.slip * self.offset();
         Description {
             load: Load { constant, gravity },
             lag_s: self.lag_s(),

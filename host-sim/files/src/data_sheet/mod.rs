@@ -19,7 +19,7 @@ pub mod tables;
 pub mod told;
 pub mod units;
 
-pub use axis::SheetAxis;
+pub use axis::{SheetAxis, Times};
 pub use derived::{OF_A_SHEET, derive, mapping};
 pub use refusal::Refusal;
 pub use sheet::{DataSheet, Mount, Tables};

@@ -79,7 +79,7 @@ impl Beyond {
     pub fn left_out(&self, why: &str) -> String {
         format!(
             "{} was found. This file cannot say it, so predictions (`tune`, `device selftest`, \
-             `report`) leave it out: {why}.",
+             `report`, the studio's) leave it out: {why}.",
             capital(&self.words())
         )
     }

@@ -2,7 +2,9 @@
 //! somewhere by hand, which Runge-Kutta's axis may not.
 
 use super::plan::RunPlan;
-use crate::data_sheet::{DataSheet, Mapping, Mount, Refusal, SheetAxis, Tables, WrittenDrive};
+use crate::data_sheet::{
+    DataSheet, Mapping, Mount, Refusal, SheetAxis, Tables, Times, WrittenDrive,
+};
 use crate::error::Error;
 use crate::joint::{RunJoint, Substitute};
 use crate::machine::Solver;
@@ -31,7 +33,7 @@ impl RunPlan {
         let of_the_file = match self.sheet()? {
             Some((sheet, mapping)) if self.substitute.is_none() => {
                 self.has_a_plain_drive(&sheet)?;
-                sheet.substitute(&mapping, self.machine.encoder.resolution_deg())
+                sheet.substitute(&mapping, self.machine.encoder.resolution_deg(), &Times::ONE)
             }
             _ => None,
         };
@@ -40,14 +42,15 @@ impl RunPlan {
     }
 
     /// Gives what the data sheet describes beyond an axis in closed form, without what only a run
-    /// simulates of its drive and its encoder.
+    /// simulates of its drive and its encoder. Of its inertia and its friction it has so many times
+    /// as much as the sheet says.
     ///
     /// # Errors
     /// Names a value that is not allowed.
-    pub fn beyond_an_axis(&self) -> Result<Option<Substitute>, Error> {
+    pub fn beyond_an_axis(&self, times: &Times) -> Result<Option<Substitute>, Error> {
         let count_deg = self.machine.encoder.resolution_deg();
         let sheet = self.sheet()?;
-        Ok(sheet.and_then(|(sheet, mapping)| sheet.substitute(&mapping, count_deg)))
+        Ok(sheet.and_then(|(sheet, mapping)| sheet.substitute(&mapping, count_deg, times)))
     }
 
     /// Gives the data sheet of this run's machine, and its mapping to the core's units.

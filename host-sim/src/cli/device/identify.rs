@@ -130,14 +130,13 @@ impl Identify {
             Err(Error::Device(format!("identify: {}", ended(outcome))))
         };
         // Minutes of motion: what they have found is told, whatever becomes of the file.
-        let mut left_out = None;
-        let file = self.into.as_ref().filter(|file| {
-            match written(file, &found, &document, warning) {
-                Ok(not_in_it) => left_out = not_in_it,
+        let (mut file, mut left_out) = (None, None);
+        if let Some(wanted) = &self.into {
+            match written(wanted, &found, &document, warning) {
+                Ok(not_in_it) => (file, left_out) = (Some(wanted), not_in_it),
                 Err(error) => ended = Err(Error::Device(format!("{error}; the motor is off"))),
             }
-            ended.is_ok()
-        });
+        }
         if self.json {
             let mut object = found.json(warning);
             object["written"] = file.map(|file| file.display().to_string()).into();

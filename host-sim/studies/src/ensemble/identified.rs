@@ -364,7 +364,8 @@ mod tests {
             let is_held = found.held.iter().zip(asked).all(|(held, asked)| *held >= asked);
             assert!(is_held, "{family}: {found:?}");
             // Two standard deviations that hold the truth of all joints are no such deviations.
-            assert!(found.held.iter().any(|held| *held < 198), "{found:?}");
+            // Those of the breakaway are, as the page says: their rounding is evenly distributed.
+            assert!(found.held[1..].iter().all(|held| *held < 198), "{found:?}");
         }
     }
 

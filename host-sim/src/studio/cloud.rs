@@ -1,0 +1,172 @@
+//! The move on joints that are drawn around the one in use, and the worst of them.
+//!
+//! They are drawn as [`crate::tuning`] draws them, with a sample of delay and without. Guarantees:
+//! the same joints for the same wish. Does badly: a slider of the friction turns slip and stick
+//! level each by its own number, and where that would let a drawn joint slip with more than it
+//! sticks with, its slip level is its stick level.
+
+use std::collections::BTreeMap;
+
+use serde_json::{Value, json};
+
+use super::knobs::{DELAY, GAIN};
+use super::machine_in_use::MachineInUse;
+use super::prediction::{Predicted, set};
+use super::request::Wish;
+use crate::ensemble::{Spread, drawn_keys, written_spreads};
+use crate::error::Error;
+use crate::experiment::{Document, for_a_device};
+use crate::tuning::{assumed, spreads};
+
+/// Points of a curve, at most: there are many of them.
+const POINTS: usize = 240;
+
+/// The joints are those of this seed.
+const SEED: u64 = 1;
+
+/// The keys of a joint.
+const SLIP: &str = "joint.friction.slip_v";
+const STICK: &str = "joint.friction.stick_v";
+const OF_A_JOINT: [&str; 4] = [GAIN, "joint.viscous_v_per_deg_per_s", SLIP, STICK];
+
+/// Keys of what pulls at a data sheet's joint. They are in none of the joint's.
+const PULLS: [&str; 3] = ["load.constant_nm=", "load.unbalance_nm=", "load.hangs_at_"];
+
+fn number(document: &Document, key: &str) -> Option<f64> {
+    let value = document.get(key)?;
+    value.as_float().or(value.as_integer().map(|whole| whole as f64))
+}
+
+/// How far the joint of a file in degrees and volts may be off that was wished for, and whether
+/// the file says so: its `[spread]`, in the same ratio to the joint that was turned as to the joint
+/// of the file. If it has none, what [`assumed`] says is taken.
+///
+/// # Errors
+/// Names what is wrong with the file.
+fn spread(machine: &Document, turned: &Document) -> Result<(Vec<String>, bool), Error> {
+    let written = machine.machine()?.spread;
+    let written = written.into_iter().filter_map(|(key, [low, high])| {
+        let (before, after) = (number(machine, &key)?, number(turned, &key)?);
+        let ratio = if before == 0.0 { 1.0 } else { after / before };
+        Some(format!("{key}={:?}..{:?}", low * ratio, high * ratio))
+    });
+    let written: Vec<String> = written.collect();
+    Ok(if written.is_empty() { (assumed(turned), false) } else { (written, true) })
+}
+
+/// A joint around the one that was wished for: its machine, and what it is told of it.
+struct Drawn {
+    machine: MachineInUse,
+    /// Keys that are set in that machine.
+    set: Vec<String>,
+    told: Vec<String>,
+}
+
+/// Joints around the one that was wished for.
+struct Drawing<'a> {
+    /// The machine in use, and as it was turned.
+    machine: &'a MachineInUse,
+    turned: MachineInUse,
+    written: Vec<String>,
+    spreads: Vec<Spread>,
+    is_written: bool,
+}
+
+impl<'a> Drawing<'a> {
+    /// A data sheet is drawn from by its own keys, all at once, since the mapping to the joint's
+    /// keys takes all of them. Other files are drawn from as they were turned.
+    fn new(machine: &'a MachineInUse, wish: &'a Wish, law: &str) -> Result<Self, Error> {
+        let mut turned = machine.clone();
+        turned.document.set(&set(machine, wish, None))?;
+        turned.document.set(&set(machine, wish, Some(law)))?;
+        let (written, is_written) = match machine.sheet() {
+            Some(sheet) => (spreads(sheet)?, !written_spreads(sheet)?.is_empty()),
+            None => spread(&machine.document, &turned.document)?,
+        };
+        let spreads = written.iter().map(|text| Spread::read(text)).collect::<Result<_, _>>()?;
+        Ok(Self { machine, turned, written, spreads, is_written })
+    }
+
+    fn joint(&self, number_of_joint: u64) -> Result<Drawn, Error> {
+        let keys = drawn_keys(&self.spreads, SEED, number_of_joint);
+        if self.machine.sheet().is_none() {
+            return Ok(Drawn { machine: self.turned.clone(), set: keys.clone(), told: keys });
+        }
+        let mut machine = self.machine.drawn(&keys)?;
+        // A slider turns what was drawn as it turns what is in use.
+        let turned = |key: &str| {
+            let own = number(&machine.document, key)?;
+            let [is, was] =
+                [&self.turned, self.machine].map(|of| number(&of.document, key).unwrap_or(0.0));
+            Some(if was == 0.0 { own } else { own * (is / was) })
+        };
+        let mut values: BTreeMap<&str, f64> =
+            OF_A_JOINT.into_iter().filter_map(|key| Some((key, turned(key)?))).collect();
+        // Sliders turn each level alone. No joint slips with more than it sticks with.
+        if let (Some(slip), Some(stick)) = (values.get(SLIP), values.get(STICK)) {
+            let slip = slip.min(*stick);
+            values.insert(SLIP, slip);
+        }
+        let written: Vec<String> =
+            values.iter().map(|(key, value)| format!("{key}={value:?}")).collect();
+        machine.document.set(&written)?;
+        let differs = |key: &str| number(&self.turned.document, key) != values.get(key).copied();
+        let mut told: Vec<String> = OF_A_JOINT
+            .into_iter()
+            .filter(|key| differs(key))
+            .filter_map(|key| Some(format!("{key}={:?}", values.get(key)?)))
+            .collect();
+        let pulls = |key: &&String| PULLS.iter().any(|pull| key.starts_with(pull));
+        told.extend(keys.iter().filter(pulls).cloned());
+        Ok(Drawn { machine, set: vec![], told })
+    }
+}
+
+/// Predicts the move on joints that are drawn around the one that was wished for. Gives up, with
+/// nothing, as soon as `is_old` says so.
+///
+/// # Errors
+/// Names a value that is not allowed.
+pub fn cloud(
+    machine: &MachineInUse,
+    wish: &Wish,
+    is_old: impl Fn() -> bool,
+) -> Result<Option<Value>, Error> {
+    let Some(law) = wish.laws.first() else { return Ok(None) };
+    let drawing = Drawing::new(machine, wish, law)?;
+    let parameters = for_a_device(&drawing.turned.plan(law, &[])?)?;
+    let mut all: Vec<(Predicted, Vec<String>)> = Vec::new();
+    for number in 0..u64::from(wish.cloud) {
+        if is_old() {
+            return Ok(None);
+        }
+        let Drawn { machine, mut set, mut told } = drawing.joint(number)?;
+        let delay = format!("{}={}", DELAY, number % 2);
+        set.push(delay.clone());
+        told.push(delay);
+        let joint = machine.plan_from(wish.from_deg, law, &set)?;
+        all.push((Predicted::of(&parameters, &joint, &wish.way)?, told));
+    }
+    let worst = all.iter().enumerate().max_by(|(_, (a, _)), (_, (b, _))| {
+        let ((late, rest), (other_late, other_rest)) = (a.badness(), b.badness());
+        late.total_cmp(&other_late).then(rest.total_cmp(&other_rest))
+    });
+    let worst = worst.map(|(place, (_, keys))| json!({ "place": place, "joint": keys }));
+    let settled = all.iter().filter(|(one, _)| one.settled_s.is_some()).count();
+    let curves = all.iter().map(|(one, _)| {
+        let mut curve = one.json(POINTS, wish.from_deg);
+        // The cloud has neither set point nor effort.
+        for left_out in ["reference_deg", "effort_v"] {
+            curve.as_object_mut().map(|curve| curve.remove(left_out));
+        }
+        curve
+    });
+    Ok(Some(json!({
+        "law": law,
+        "spreads": drawing.written,
+        "is_written": drawing.is_written,
+        "settled": settled,
+        "worst": worst,
+        "curves": curves.collect::<Vec<_>>(),
+    })))
+}
