@@ -230,7 +230,9 @@ impl Arguments {
             prepare_figures(directory)?;
         }
         let rate_hz = self.rate.map(allowed_rate).transpose()?;
-        let written = written_spreads(&Document::open(file)?)?;
+        let document = Document::open(file)?;
+        warn(&document.doubts()?);
+        let written = written_spreads(&document)?;
         let spreads = if self.spread.is_empty() { &*written } else { &*self.spread };
         if spreads.is_empty() && self.cases > 1 {
             warn(&[format!(

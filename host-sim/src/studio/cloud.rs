@@ -3,7 +3,8 @@
 //! They are drawn as [`crate::tuning`] draws them, with a sample of delay and without. Guarantees:
 //! the same joints for the same wish. Does badly: a slider of the friction turns slip and stick
 //! level each by its own number, and where that would let a drawn joint slip with more than it
-//! sticks with, its slip level is its stick level.
+//! sticks with, its slip level is its stick level. What is told of the spread of a data sheet is
+//! the file's, and not as a slider turns it.
 
 use std::collections::BTreeMap;
 
@@ -29,8 +30,15 @@ const SLIP: &str = "joint.friction.slip_v";
 const STICK: &str = "joint.friction.stick_v";
 const OF_A_JOINT: [&str; 4] = [GAIN, "joint.viscous_v_per_deg_per_s", SLIP, STICK];
 
-/// Keys of what pulls at a data sheet's joint. They are in none of the joint's.
-const PULLS: [&str; 3] = ["load.constant_nm=", "load.unbalance_nm=", "load.hangs_at_"];
+/// Keys of a data sheet, by how they begin, that those of the joint stand for.
+const IN_A_JOINT: [&str; 6] = [
+    "load.inertia_",
+    "motor.rotor_inertia_",
+    "friction.viscous_",
+    "friction.slip_nm=",
+    "friction.stick_nm=",
+    "joint.",
+];
 
 fn number(document: &Document, key: &str) -> Option<f64> {
     let value = document.get(key)?;
@@ -98,7 +106,11 @@ impl<'a> Drawing<'a> {
             let own = number(&machine.document, key)?;
             let [is, was] =
                 [&self.turned, self.machine].map(|of| number(&of.document, key).unwrap_or(0.0));
-            Some(if was == 0.0 { own } else { own * (is / was) })
+            Some(match (own == was, was == 0.0) {
+                (true, _) => is,
+                (false, true) => own,
+                (false, false) => own * (is / was),
+            })
         };
         let mut values: BTreeMap<&str, f64> =
             OF_A_JOINT.into_iter().filter_map(|key| Some((key, turned(key)?))).collect();
@@ -116,8 +128,8 @@ impl<'a> Drawing<'a> {
             .filter(|key| differs(key))
             .filter_map(|key| Some(format!("{key}={:?}", values.get(key)?)))
             .collect();
-        let pulls = |key: &&String| PULLS.iter().any(|pull| key.starts_with(pull));
-        told.extend(keys.iter().filter(pulls).cloned());
+        let is_told = |key: &&String| IN_A_JOINT.iter().any(|begin| key.starts_with(begin));
+        told.extend(keys.iter().filter(|key| !is_told(key)).cloned());
         Ok(Drawn { machine, set: vec![], told })
     }
 }
@@ -136,6 +148,7 @@ pub fn cloud(
     let drawing = Drawing::new(machine, wish, law)?;
     let parameters = for_a_device(&drawing.turned.plan(law, &[])?)?;
     let mut all: Vec<(Predicted, Vec<String>)> = Vec::new();
+    let mut refused = Vec::new();
     for number in 0..u64::from(wish.cloud) {
         if is_old() {
             return Ok(None);
@@ -145,7 +158,17 @@ pub fn cloud(
         set.push(delay.clone());
         told.push(delay);
         let joint = machine.plan_from(wish.from_deg, law, &set)?;
-        all.push((Predicted::of(&parameters, &joint, &wish.way)?, told));
+        match Predicted::of(&parameters, &joint, &wish.way) {
+            Ok(one) => all.push((one, told)),
+            // One of them may be moved by its load. What they all are refused for is the answer.
+            Err(Error::Refused(why)) => refused.push(why),
+            Err(other) => return Err(other),
+        }
+    }
+    if all.is_empty()
+        && let Some(why) = refused.pop()
+    {
+        return Err(Error::Refused(why));
     }
     let worst = all.iter().enumerate().max_by(|(_, (a, _)), (_, (b, _))| {
         let ((late, rest), (other_late, other_rest)) = (a.badness(), b.badness());
@@ -166,6 +189,7 @@ pub fn cloud(
         "spreads": drawing.written,
         "is_written": drawing.is_written,
         "settled": settled,
+        "refused_joints": refused,
         "worst": worst,
         "curves": curves.collect::<Vec<_>>(),
     })))

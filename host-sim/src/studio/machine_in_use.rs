@@ -116,8 +116,8 @@ impl MachineInUse {
         Ok(plan)
     }
 
-    /// Does the same for a move that begins somewhere, deg from where the joint was armed. Only
-    /// gravity and friction that depends on the angle are others there.
+    /// Does the same for a move that begins somewhere, deg from where the joint was armed. The place
+    /// matters only to gravity and to friction that depends on the angle.
     ///
     /// # Errors
     /// As [`plan`](Self::plan).
@@ -140,8 +140,8 @@ impl MachineInUse {
     }
 }
 
-/// How many times as much a joint has of what another one has. Of nothing there is no multiple, and
-/// no slider.
+/// How many times as much a joint has of what another one has. What is 0 there has no slider, and
+/// stays.
 fn times(is: &Joint, of: &Joint) -> Times {
     let ratio = |over: f64, under: f64| if under == 0.0 { 1.0 } else { over / under };
     Times {

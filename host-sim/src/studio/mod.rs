@@ -36,6 +36,7 @@
 //! | `selftest.rs` | the moves of a self-test, each on a word of the page that has begun it |
 //! | `form.rs` | the parameters as a form |
 //! | `forecaster.rs`, `prediction.rs` | the thread that predicts, and how |
+//! | `cloud.rs` | the same on joints that are drawn around the one in use |
 //! | `machine_in_use.rs` | the device's parameters with a joint, of the file or identified |
 //! | `knobs.rs` | what of it can be turned |
 //! | `wording.rs` | refusals of commands in the words of a page |

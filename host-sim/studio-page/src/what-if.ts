@@ -37,6 +37,7 @@ type Cloud = {
   settled: number;
   spreads: string[];
   is_written: boolean;
+  refused_joints: string[];
   worst: { place: number; joint: string[] } | null;
   curves: Curve[];
   refused?: string;
@@ -79,6 +80,7 @@ export class WhatIf {
   private chosen = new Set<string>();
   private curves: Curve[] = [];
   private cloud: Cloud | null = null;
+  private noCloud = '';
   private asked = 0;
   private number = 0;
   private waits = false;
@@ -290,7 +292,10 @@ export class WhatIf {
     this.waits = false;
     const laws = [this.law, ...this.laws.slice(1)].filter((law) => this.chosen.has(law));
     const cloud = by<HTMLInputElement>('what-if-cloud').checked && laws.length ? CLOUD : 0;
-    if (!cloud) this.cloud = null;
+    if (!cloud) {
+      this.cloud = null;
+      this.noCloud = '';
+    }
     const values = Object.fromEntries(this.values);
     const { joint } = this;
     const wish = { way: moved.way, from_deg: moved.from, laws, values, cloud, joint };
@@ -299,7 +304,10 @@ export class WhatIf {
 
   predicted({ id, part, content }: Event): void {
     if (id !== this.number) return;
-    if (part === 'cloud') this.cloud = content.refused ? null : content;
+    if (part === 'cloud') {
+      this.cloud = content.refused ? null : content;
+      this.noCloud = content.refused ? `✕ No joints around it: ${content.refused}` : '';
+    }
     if (part === 'laws') this.curves = content;
     if (part === 'refused') this.curves = [];
     const refused = [
@@ -328,7 +336,7 @@ export class WhatIf {
       .filter((one) => !one.refused)
       .map((one) => row([one.law, settled(one), `${shown(one.rest_counts)}`]));
     if (this.cloud) {
-      const { law, curves, settled: good, worst, is_written } = this.cloud;
+      const { law, curves, settled: good, worst, is_written, refused_joints: left } = this.cloud;
       const one = worst ? curves[worst.place] : null;
       if (one)
         rows.push(
@@ -339,8 +347,9 @@ export class WhatIf {
         (is_written
           ? 'They are drawn from the [spread] of the file.'
           : 'The file has no [spread] of these values: one is assumed.') +
+        (left.length ? ` ${left.length} more cannot be armed: ${left[0]}.` : '') +
         (worst ? ` The worst has ${worst.joint.map(brief).join(', ')}.` : '');
-    } else by('what-if-cloud-said').textContent = '';
+    } else by('what-if-cloud-said').textContent = this.noCloud;
     by('what-if-table').replaceChildren(
       row(['Predicted', 'Within 2 counts after', 'Error at the end, counts'], 'th'),
       ...rows,
