@@ -116,8 +116,8 @@ impl MachineInUse {
         Ok(plan)
     }
 
-    /// Does the same for a move that begins somewhere, deg from where the joint was armed. The place
-    /// matters only to gravity and to friction that depends on the angle.
+    /// Does the same for a move that begins somewhere, deg from where the joint was armed. The
+    /// place matters only to gravity and to friction that depends on the angle.
     ///
     /// # Errors
     /// As [`plan`](Self::plan).
