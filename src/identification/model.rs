@@ -59,8 +59,8 @@ const WIDE: f32 = 60.0;
 const STEPS: usize = 16;
 const LAST: u8 = (STEPS * (CANDIDATES - 1)) as u8;
 const COARSE: u8 = 4;
-/// Steps that a piece of the coarse search looks at, and pieces of a pass: the coarse ones, and that
-/// around the best step.
+/// Steps that a piece of the coarse search looks at, and pieces of a pass: the coarse ones, and
+/// that around the best step.
 const LOOKS: u8 = 5;
 const PIECES: u8 = LAST / COARSE / LOOKS + 2;
 const _: () = assert!(STEPS * (CANDIDATES - 1) + LOOKS as usize * COARSE as usize <= 255);

@@ -155,8 +155,8 @@ impl<const RING: usize> Session<RING> {
         }
     }
 
-    /// Goes on with an answer that takes long, and returns whether there is more of it to do. Between
-    /// two pieces the tasks beside the link have their turn.
+    /// Goes on with an answer that takes long, and returns whether there is more of it to do.
+    /// Between two pieces the tasks beside the link have their turn.
     #[inline(never)]
     pub fn work(&mut self, machine: &mut impl Machine) -> bool {
         let Some((number, search)) = &mut self.search else { return false };

@@ -266,7 +266,7 @@ impl<W: Wire> Worker<'_, W> {
     /// Arms the device for the self-test that was predicted last, unless the order means another
     /// one, or is not expected any more by then.
     pub(super) fn begin_selftest(&mut self, number: u32, order: &Order) -> Result<Value, Error> {
-        // An identification may have ended since the status was asked: what it has found comes first.
+        // An identification may have ended since the status was asked: what it has found is first.
         if self.running.is_some() {
             self.ask_status()?;
         }

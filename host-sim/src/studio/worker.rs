@@ -146,8 +146,8 @@ pub fn run<W: Wire>(
         // What was driven from here is stopped before anything else, once it can be reached.
         let was_armed = worker.armed_here;
         let driven = if worker.driven { ". THE MOTOR MAY STILL BE DRIVEN" } else { "" };
-        // A page that comes now must not take the last status for what the device does, nor the last
-        // motion for one in the time of a device that was reset meanwhile.
+        // A page that comes now must not take the last status for what the device does, nor the
+        // last motion for one in the time of a device that was reset meanwhile.
         shared.news.forget("status");
         shared.news.forget("motion");
         shared.news.tell("gone", json!({ "said": format!("{error}{driven}") }));

@@ -13,6 +13,7 @@ mod selftest;
 mod selftest_guards;
 mod tune;
 mod what_if;
+mod what_if_of_a_sheet;
 
 use std::time::Duration;
 

@@ -207,8 +207,8 @@ impl DataSheet {
         let coulomb = times.slip * mean(self.slip());
         let curve = Stribeck {
             coulomb,
-            // Both ways differ by what their slip levels differ by. Equal levels times equal numbers
-            // may differ in their last bit.
+            // Both ways differ by what their slip levels differ by. Equal levels times equal
+            // numbers may differ in their last bit.
             stick: (times.stick * self.stick()[0] - times.slip * self.offset()).max(coulomb),
             stribeck_velocity: self.stribeck().unwrap_or(0.0),
             viscous: times.viscous * mapping.viscous,

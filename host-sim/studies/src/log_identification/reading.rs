@@ -169,8 +169,8 @@ impl<R: Read> Read for Lines<R> {
     }
 }
 
-/// The byte that stands most often in the first line that is no comment; a comma, if none does. A
-/// comma between two digits may be that of a decimal, and a semicolon may end a line: neither counts.
+/// The byte that stands most often in the first line that is no comment; a comma, if none does.
+/// Neither a comma between two digits counts, which may be a decimal's, nor a semicolon at the end.
 fn delimiter(begin: &[u8]) -> u8 {
     let lines = begin.split(|byte| *byte == b'\n');
     let first = lines.into_iter().find(|line| !line.is_empty() && !line.starts_with(b"#"));
