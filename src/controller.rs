@@ -74,7 +74,7 @@ pub struct Reading {
 }
 
 impl Reading {
-    /// Returns the reading of a joint that has travelled by so many counts, with a supply that is
+    /// Returns the reading of a joint that has travelled by `travel` counts, with a supply that is
     /// not measured.
     pub const fn travel(travel: i32) -> Self {
         Self { travel, supply: 0 }

@@ -83,7 +83,7 @@ impl<F: NorFlash> Machine for Parts<F> {
         Ok(self.store.save(parameters)?)
     }
 
-    /// Does nothing: there is no timer to set, and whoever ticks asks for the
+    /// Does nothing: there is no timer to set, and the caller of a tick reads the
     /// [`parameters`](Device::parameters).
     fn reconfigure(&mut self, _: &Parameters) -> Result<(), Refused> {
         Ok(())

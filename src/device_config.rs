@@ -7,8 +7,8 @@ table! {
     /// anything by itself.
     #[derive(Clone, Copy, Debug, PartialEq)]
     pub struct DeviceConfig (device) "device" {
-        /// Arm without a command, `autostart_delay_s` after power-on. No reset that nobody asked
-        /// for does, nor one that may be a dip of the supply (`autostart_after_dip`).
+        /// Arm without a command, `autostart_delay_s` after power-on. After an unrequested reset
+        /// nothing arms, nor after one that may be a dip of the supply (`autostart_after_dip`).
         autostart: bool = 0x0801 "autostart", Any, Default(false);
         /// Time from the first tick to arming by itself, s.
         autostart_delay: f32 = 0x0802 "autostart_delay_s", Between(0.0, 60.0), Default(1.0);
@@ -36,8 +36,8 @@ table! {
         /// Time for which the enable pin is low at least before it rises again, s: the pulse by
         /// which the bridge's driver forgets a latched fault.
         reset_pulse: f32 = 0x0809 "reset_pulse_s", Between(0.0, 1.0), Default(0.0);
-        /// Autostart also where nobody can tell power-on from a dip of the supply: on a part whose
-        /// brown-out reset is off, as the factory leaves it.
+        /// Autostart also where power-on cannot be distinguished from a dip of the supply: on a
+        /// microcontroller whose brown-out reset is off, the factory's setting.
         autostart_after_dip: bool = 0x080A "autostart_after_dip", Any, Default(false);
     }
 }

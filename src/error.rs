@@ -8,8 +8,8 @@ use crate::value::Key;
 
 /// A configured value that is not allowed.
 ///
-/// A device tells the number of the value. Where the texts are at hand, the message has the path of
-/// the value in a machine's TOML file.
+/// A device reports the number of the value. Where the texts are available, the message has the
+/// path of the value in a machine's TOML file.
 ///
 /// ```
 /// use stiction::{pd::PdGains, value::Values};
@@ -51,7 +51,7 @@ pub enum Allowed {
 impl Allowed {
     /// Returns whether a number belongs to the set; NaN belongs to no range. No number belongs to
     /// [`LaterBy`](Self::LaterBy), since times are compared where the corners are known, and none
-    /// to [`AnotherLaw`](Self::AnotherLaw), which only tells of a law that is refused.
+    /// to [`AnotherLaw`](Self::AnotherLaw), which only names a law that is refused.
     pub fn includes(self, found: f32) -> bool {
         match self {
             Self::Between(low, high) | Self::OrOff(low, high) => found >= low && found <= high,

@@ -10,7 +10,7 @@
 //!
 //! The effort rises from zero in the positive sense until the joint has moved by 8 counts, and goes
 //! to zero at once. When the joint rests, the effort rises the other way. The joint's counts
-//! against the sign of the effort tell whether the encoder's direction is right. Nothing has to be
+//! against the sign of the effort show whether the encoder's direction is right. Nothing has to be
 //! tuned or known: no gain, no friction, no direction. No law runs.
 //!
 //! An effort without a count ends at the effort's bound, and the other way is tried. Everything
@@ -26,7 +26,7 @@
 //! see docs/wiring.md for the figures of a joint, and the tests for the closed form.
 //!
 //! Does badly: friction above the effort's bound looks like a motor that is not connected. A load
-//! that moves the joint as soon as a brake opens shows no direction: it is told as a load.
+//! that moves the joint as soon as a brake opens shows no direction: it is reported as a load.
 
 use serde::{Deserialize, Serialize};
 
@@ -37,7 +37,7 @@ use crate::monitor::Standstill;
 use crate::open_loop::{Bound, Bounds, OpenLoopState, SLACK};
 use crate::value::{Key, Table, key, table};
 
-/// Distance that tells the direction, counts: twice what a joint at rest may show.
+/// Distance that shows the direction, counts: twice what a joint at rest may show.
 pub const TELLING: u32 = SLACK;
 
 /// Time within two counts after which a joint rests between the two ways, s. From the speed that a
@@ -74,7 +74,7 @@ table! {
         /// a joint whose encoder is dead.
         rate: f32 = 0x0B02 "rate_v_per_s", Above(0.0, HUGE), Derived(0.6);
         /// Largest distance from where the jog began, deg. Derived: 2 deg, or 16 counts if that is
-        /// more; 8 tell the direction.
+        /// more; 8 show the direction.
         travel: f32 = 0x0B03 "travel_deg", Above(0.0, HUGE), Derived(2.0);
         /// Largest speed, deg/s. 8 counts more than that are let pass. Derived: twice `travel_deg`
         /// a second.
@@ -177,7 +177,7 @@ pub enum Ended {
     /// This way has not ended yet, or was not tried.
     #[default]
     Not,
-    /// The joint has moved far enough to tell the direction.
+    /// The joint has moved far enough to show the direction.
     Moved,
     /// The effort has reached its bound, or what drive and supply let through.
     Effort,
@@ -235,12 +235,12 @@ impl Found {
 
     /// Returns what this says of the wiring.
     ///
-    /// One way alone tells the direction if the other was tried and nothing moved: from rest, a
+    /// One way alone shows the direction if the other was tried and nothing moved: from rest, a
     /// joint that begins to move under a slow effort goes where it is pushed.
     pub fn verdict(&self) -> Verdict {
         let [first, second] = self.ways.map(|way| {
-            let told = way.moved.unsigned_abs() >= TELLING;
-            if told { way.moved.signum() } else { 0 }
+            let is_clear = way.moved.unsigned_abs() >= TELLING;
+            if is_clear { way.moved.signum() } else { 0 }
         });
         match (first, second) {
             (0, 0) if self.counted() >= TELLING => Verdict::Noise,
@@ -425,7 +425,7 @@ mod tests {
             (down, untried, Verdict::RunsOn),
             (still, still, Verdict::Still),
             (still, untried, Verdict::Still),
-            // Seven counts tell nothing, and are noise only if they go to and fro.
+            // Seven counts show no direction, and are noise only if they go to and fro.
             (way(0.6, 7, 7), way(0.6, 0, 0), Verdict::Still),
             (way(0.6, 1, 5), way(0.6, 0, 3), Verdict::Noise),
             (way(0.6, 1, 5), way(0.6, 0, 2), Verdict::Still),

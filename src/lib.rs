@@ -19,8 +19,8 @@
 //! and transcendental functions from [`libm`] on every platform. That the bits are the same was
 //! shown for every term of every tick on an emulated microcontroller, not yet on a real one.
 //!
-//! [`Servo`] says when the output may be on, and owns the controller. [`Parameters`] are all that a
-//! device is told, and have a form in its flash.
+//! [`Servo`] says when the output may be on, and owns the controller. [`Parameters`] are the
+//! configuration of a device, with a record in its flash.
 //!
 //! The core has no heap, no panic, no `f64`, no `unsafe`, and no loop without a bound that is known
 //! at compile time. Configuration ([`ControllerConfig`]) is validated once, by [`Controller::new`].

@@ -94,12 +94,12 @@ mod app {
         let session = session.write(Session::new(Kind::Board, None));
         let (output_producer, output_consumer) = outputs.split();
         let (to_wire_producer, to_wire_consumer) = to_wire.split();
-        let (told, was_armed) = retained::take();
+        let (record, was_armed) = retained::take();
         let cause = reset::take_cause(&cx.device.RCC);
         let brown_out = reset::brown_out(&cx.device.FLASH);
         let may_be_dip = cause.may_be_dip(brown_out);
         let settings = setup::Settings::read();
-        let fault = told.and_then(|record| record.fault()).or(cause.fault(was_armed));
+        let fault = record.and_then(|record| record.fault()).or(cause.fault(was_armed));
         let board = setup::start(cx.device, cx.core, &settings, servo, |crystal| {
             let crystal = match crystal {
                 Crystal::Right | Crystal::NotMeasured => None,
@@ -108,7 +108,7 @@ mod app {
                     Some(Latched { value: mhz, ..Latched::from(Fault::ClockWrong) })
                 }
             };
-            let before = told.and_then(|record| record.as_latched()).or(fault.map(Latched::from));
+            let before = record.and_then(|record| record.as_latched()).or(fault.map(Latched::from));
             // A crystal's fault must not hide behind an old fault that a command may clear.
             let lasting = before.filter(|latched| !latched.fault.is_clearable());
             let fault = lasting.or(crystal).or(before);
@@ -121,7 +121,7 @@ mod app {
         session.tell_brown_out(brown_out.is_on());
         session.tell_crystal(board.crystal == Crystal::NotMeasured);
         let report = Report::new();
-        report.banner(&board, (cause, brown_out), told.as_ref(), fault, &settings);
+        report.banner(&board, (cause, brown_out), record.as_ref(), fault, &settings);
 
         let Board { control_task, watchdog, port, received, store, timer_clock, .. } = board;
         let before = control_task.servo.state();
@@ -178,7 +178,7 @@ mod app {
         retained::set_armed(state == State::Armed);
         match latched {
             Some(latched) => retained::keep(RetainedFault::latched(&latched)),
-            // The fault has been cleared: the next reset shall not tell it again.
+            // The fault has been cleared: the next reset must not report it again.
             None => retained::forget(),
         }
     }
@@ -196,8 +196,8 @@ mod app {
         bridge::off_now();
         bridge::silence_break();
         if clock::has_lost_crystal() {
-            // The clocks are wrong from here on: begin anew on the internal oscillator, and tell it
-            // there.
+            // The clocks are wrong from here on: start again on the internal oscillator, and
+            // report it there.
             fatal::stop(RetainedFault::of(Fault::ClockLost));
         }
         TRIPPED.store(true, Ordering::Relaxed);

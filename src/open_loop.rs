@@ -7,7 +7,7 @@
 //!                     -> ticks               <= ticks    -+
 //! ```
 //!
-//! Whoever identifies a joint gives an effort for each tick: a ramp, a step, a sum of sines. No law
+//! An identification sets an effort for each tick: a ramp, a step, a sum of sines. No law
 //! runs meanwhile, and nothing is known of the joint: not the encoder's direction, not the
 //! friction. So each tick compares what was seen with bounds, on the device, and not in a client.
 //!

@@ -11,7 +11,7 @@
 //! arming, the limit of the code rises in a straight line from zero to the largest code (soft
 //! start). The cap limits the code for good.
 //!
-//! The effort that is [applied](Applied::v_applied) is told in volts at the nominal supply: the
+//! The effort that is [applied](Applied::v_applied) is reported in volts at the nominal supply: the
 //! code's volts, divided by the ratio of nominal to measured supply. Without scaling, it is the
 //! code's volts.
 

@@ -19,7 +19,7 @@ use crate::board::setup::{Board, Settings};
 /// Rate of the trace, lines a second.
 const TRACE_HZ: f32 = 10.0;
 
-/// A report, which follows the servo and tells what is new.
+/// Log of the servo's changes of state, faults and traces.
 pub struct Report {
     state: State,
     /// Ticks from one line of the trace to the next.
@@ -38,7 +38,7 @@ impl Report {
         &self,
         board: &Board,
         (cause, brown_out): (Cause, BrownOut),
-        told: Option<&RetainedFault>,
+        record: Option<&RetainedFault>,
         last: Option<Fault>,
         settings: &Settings,
     ) {
@@ -63,7 +63,7 @@ impl Report {
         } else {
             warn!("brown-out reset is off: a dip of the supply looks like power-on");
         }
-        match told.map(|record| (record.fault(), record)) {
+        match record.map(|record| (record.fault(), record)) {
             Some((Some(Fault::Panic), record)) => {
                 error!("panic in {=str}, line {=u32}", record.text(), record.place);
             }
@@ -73,7 +73,7 @@ impl Report {
             _ => {}
         }
         if let Some(latched) =
-            told.and_then(RetainedFault::as_latched).filter(|latched| latched.tick > 0)
+            record.and_then(RetainedFault::as_latched).filter(|latched| latched.tick > 0)
         {
             let (value, unit) = (latched.value, latched.fault.unit());
             if unit.is_empty() {

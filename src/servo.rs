@@ -9,9 +9,9 @@
 //!
 //! The joint is driven only while the state is [`State::Armed`]. A fault that is seen in a tick
 //! turns that tick's output off. The first fault is latched with its time and the value that
-//! tripped it; later ones do not hide it. A part that comes out of a reset with a fault to tell
-//! ([`Boot`]) tells it and stays faulted: no reset that nobody asked for leads to a motion. The
-//! reset after that one starts clean.
+//! tripped it; later ones do not hide it. A microcontroller that comes out of a reset with a fault
+//! ([`Boot`]) reports it and stays faulted: no unrequested reset leads to a motion. The reset after
+//! that one starts clean.
 //!
 //! To be armed, the servo has to be stopped, with a fault cleared if there was one. The joint has
 //! to be at rest for 50 ms, and supply, position and motor must be such that no monitor would trip
@@ -22,10 +22,10 @@
 //!
 //! After arming, the limit of the output rises in a straight line from zero to the full scale (soft
 //! start): a wrong sign or a large first error shows as a slow pull and not as a jerk. The loop has
-//! its own gains from the start; what the limit cuts off is told as `saturated`.
+//! its own gains from the start; what the limit cuts off is reported as `saturated`.
 //!
-//! If the bridge's driver takes time to wake up (`wake_up_s`), it is enabled for so long before the
-//! first tick of the loop, in the state [`State::Armed`] (`servo/wake_up.rs`).
+//! If the bridge's driver takes time to wake up (`wake_up_s`), it is enabled for that time before
+//! the first tick of the loop, in the state [`State::Armed`] (`servo/wake_up.rs`).
 //!
 //! A ramp that identifies the friction is its own soft start, and no faster than the one that is
 //! configured. While it runs, the servo obeys nothing but a stop. The ramp stops the servo by

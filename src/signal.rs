@@ -1,7 +1,7 @@
 //! The signals of a tick, declared once.
 //!
-//! The list makes [`Tick`], which the controller fills. From the same list, a subscriber is told
-//! what signals there are ([`describe`]) and gets their values ([`value`]), and a host writes
+//! The list makes [`Tick`], which the controller fills. From the same list, a subscriber gets
+//! the signals' descriptions ([`describe`]) and their values ([`value`]), and a host writes
 //! columns and compares an image with itself.
 //!
 //! A law publishes up to [`MAX_LAW_SIGNALS`] signals of its own, which follow those of the list.

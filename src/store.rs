@@ -11,12 +11,12 @@
 //! a sector takes as long whether it holds one record or hundreds.
 //!
 //! A board whose program runs from the flash stands still while a sector is erased, for seconds. So
-//! parameters are saved only while the output is off, and whoever saves lets the watchdog wait for
+//! parameters are saved only while the output is off, and a save lets the watchdog wait for
 //! it. Sectors and times are the board's.
 //!
 //! Does badly: a word whose write was cut short may read one way today and another tomorrow. The
 //! record in which it lies is then refused by its checksum and the other slot counts, but no test
-//! of reading can tell such a word.
+//! by reading can detect such a word.
 
 use embedded_storage::nor_flash::NorFlash;
 
@@ -89,7 +89,7 @@ impl<F: NorFlash> Store<F> {
             Ok((found, number)) if found == *parameters && number == sequence => {}
             _ => return Err(SaveError::Verify),
         }
-        // What was damaged before and does not count would be told again at the next power-on.
+        // What was damaged before and is not in use would be reported again at the next power-on.
         let other = if which == 0 { second } else { first };
         if matches!(self.decode(other), Ok(_) | Err(DecodeError::Blank)) {
             return Ok(());

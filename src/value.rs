@@ -26,7 +26,7 @@ use crate::error::{Allowed, Error};
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
 pub struct Key(pub u16);
 
-/// The fate of a value that nobody gives.
+/// What a value becomes that is not set.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Absent {
     /// The value has to be given.
@@ -61,13 +61,13 @@ pub struct About {
     pub name: &'static str,
     /// The field of the struct that holds the value.
     pub field: &'static str,
-    /// The sentence that tells what the value is, as it stands in the source.
+    /// The sentence that describes the value, as it is in the source.
     pub text: &'static str,
     /// The value's bounds, as they stand in the source.
     pub bounds: &'static str,
     /// The value's type.
     pub kind: Kind,
-    /// What becomes of the value if nobody gives it.
+    /// What the value becomes if it is not set.
     pub absent: Absent,
 }
 

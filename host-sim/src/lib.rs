@@ -17,11 +17,12 @@ pub use dynamics::{friction, joint, mechanism, solver};
 #[cfg(feature = "emulator")]
 pub use emulated::{emulator, firmware};
 pub use files::{
-    Error, data_sheet, document, encoder, error, hardware, keys, machine, setup, written,
+    Error, data_sheet, document, encoder, error, goal, hardware, keys, machine, setup,
+    typed_number, written,
 };
 pub use simulator::{
     closed_loop, device, draft, experiment, flash, identification, metrics, output, plant,
-    properties, run, target,
+    properties, run, settling, target,
 };
 pub use studies::{
     benchmark, ensemble, figure, lab, log_identification, missing_part, selftest, tuning,

@@ -168,11 +168,13 @@ fn what_cannot_be_done_is_one_sentence_and_exit_code_2() {
         (&["--simulated", "watch"], &["device watch: it needs a terminal"]),
     ];
     let of_a_device: &[(&[&str], &[&str])] = &[
-        (&["--simulated", "move", "nan"], &["allowed is a position within 2^30 counts"]),
+        (&["--simulated", "move", "1e300"], &["allowed is a position within 2^30 counts"]),
+        // The device has no limits of travel.
+        (&["--simulated", "move", "99999"], &["it must be -360 to 360 deg", "to go further"]),
         (&["--simulated", "arm", "--for", "-1"], &["--for -1", "0 to 86400"]),
         (
-            &["--simulated", "identify", "--rate", "nan"],
-            &["`identification.ramp_rates_v_per_s` is NaN", "docs/link.md"],
+            &["--simulated", "identify", "--rate", "-1"],
+            &["`identification.ramp_rates_v_per_s` is -1", "docs/link.md"],
         ),
         (&["--simulated", "params", "edit"], &["set VISUAL or EDITOR"]),
     ];
@@ -196,6 +198,30 @@ fn what_cannot_be_done_is_one_sentence_and_exit_code_2() {
         for fragment in *fragments {
             assert!(said.contains(fragment), "{arguments:?}: {said}");
         }
+    }
+}
+
+/// An argument is one number, so its comma separates nothing.
+#[test]
+fn a_number_of_an_argument_is_read_as_everywhere_else() {
+    let moved = |deg| device(&["--simulated", "move", deg, "--for", "2,5", "--json"]);
+    for (typed, deg) in [("4,5", 4.5), ("-4,5", -4.5), ("45e-1", 4.5)] {
+        let output = moved(typed);
+        let object: serde_json::Value = serde_json::from_slice(&output.stdout).unwrap();
+        let target = object["target_deg"].as_f64().unwrap();
+        assert!((target - deg).abs() < 0.01, "{typed}: {target}");
+    }
+    for (typed, why) in [
+        ("1,234", "`1,234` is ambiguous: type 1.234 or 1234"),
+        ("4,5,6", "`4,5,6` is not a number"),
+        ("nan", "`nan` is not a number"),
+        ("inf", "`inf` is not a number"),
+        ("45deg", "`45deg` is not a number"),
+    ] {
+        let output = moved(typed);
+        let said = text(&output.stderr);
+        assert_eq!(output.status.code(), Some(2), "{typed}: {said}");
+        assert!(said.contains(why), "{typed}: {said}");
     }
 }
 
@@ -276,7 +302,7 @@ mod edit {
         let (output, directory) = edit("sed -i 's/kp_v_per_deg = 1.0/kp_v_per_deg = 2/'");
         let said = text(&output.stdout);
         assert!(
-            said.contains("controller.srnf.kp_v_per_deg: 1.0 -> 2.0\nin use and saved"),
+            said.contains("controller.srnf.kp_v_per_deg: 1.0 -> 2.0\nin use now, and saved"),
             "{said}"
         );
         assert_eq!(kept(&directory), Vec::<String>::new());

@@ -17,18 +17,18 @@ fn page(name: &str) -> String {
 
 #[test]
 fn the_page_of_parameters_is_up_to_date() {
-    let why = "docs/parameters.md is not what `cargo sim keys --markdown` prints: write it anew";
+    let why = "docs/parameters.md is not what `stiction keys --markdown` prints: write it anew";
     assert!(page("parameters.md") == keys::markdown(), "{why}");
 }
 
 #[test]
 fn the_table_of_faults_is_up_to_date_and_each_fault_has_its_section() {
     let page = page("faults.md");
-    let (_, rest) = page.split_once("<!-- generated: cargo sim keys --faults -->\n").unwrap();
+    let (_, rest) = page.split_once("<!-- generated: stiction keys --faults -->\n").unwrap();
     let (table, _) = rest.split_once("<!-- end -->").unwrap();
     assert!(
         table == keys::faults(),
-        "the table of docs/faults.md is not what `cargo sim keys --faults` prints"
+        "the table of docs/faults.md is not what `stiction keys --faults` prints"
     );
     for fault in Fault::ALL {
         let heading = format!("\n## {}\n", fault.section());

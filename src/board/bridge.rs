@@ -155,7 +155,7 @@ pub struct Settings {
 }
 
 impl Settings {
-    /// The settings of a part without parameters: 22 kHz that nobody will see.
+    /// Settings of a board without parameters: 22 kHz, with the output off.
     pub const IDLE: Self = Self {
         top: 3818,
         neutral: Duty { compare: 1909, reverse: false },

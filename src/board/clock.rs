@@ -5,7 +5,7 @@
 //! wait. Its frequency is measured against the internal oscillator before anything runs from it,
 //! the PLL included ([`super::crystal`]); another one than 8 MHz is not used. Once it runs, the
 //! clock security system watches it. If it stops, the part falls back to the internal oscillator,
-//! TIM1's break input turns the outputs off, and [`super::fatal`] tells of it after a reset.
+//! TIM1's break input turns the outputs off, and [`super::fatal`] reports it after a reset.
 
 use core::sync::atomic::{AtomicBool, Ordering};
 
@@ -111,7 +111,7 @@ fn pll_locks(rcc: &pac::RCC) -> bool {
     locks && within(PLL_PATIENCE, || rcc.cr().read().pllrdy().is_not_ready())
 }
 
-/// Returns whether something happens within so many cycles.
+/// Returns whether `happens` returns true within `cycles` cycles of the processor.
 fn within(cycles: u32, happens: impl Fn() -> bool) -> bool {
     let begin = DWT::cycle_count();
     while !happens() {

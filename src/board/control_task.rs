@@ -51,7 +51,7 @@ impl ControlTask {
     }
 
     /// Latches the fault of a break input that was pulled. A pulse may be over before the next
-    /// tick, and a request may come before it: whoever is first latches the fault.
+    /// tick, and a request may come before it: the first of the two latches the fault.
     // The image has this code once, not in everything that the link may ask of the servo.
     #[inline(never)]
     pub fn latch_break(&mut self) {
@@ -111,8 +111,8 @@ impl ControlTask {
         self.resume();
     }
 
-    /// Stops the ticks and turns the output off: a stop that was told since the last tick may not
-    /// have reached the bridge yet.
+    /// Stops the ticks and turns the output off: a stop that was commanded since the last tick may
+    /// not have reached the bridge yet.
     pub fn pause(&mut self) {
         self.bridge.rest();
         self.timer.stop();

@@ -12,12 +12,12 @@
 //! ```
 //!
 //! So 8 MHz is accepted with any part, and 4, 6, 10, 12, 16 and 25 MHz are refused with any part.
-//! What is within a tenth of 8 MHz cannot be told from it.
+//! A frequency within a tenth of 8 MHz cannot be distinguished from it.
 //!
 //! The PLL comes after the measurement. With the dividers of 8 MHz it locks on 8 to 16 MHz, and
 //! perhaps not on 4 or 25 MHz (its input has to be 0.95 to 2.1 MHz, data sheet): a crystal of these
-//! would else be told as one that does not run. Nothing here knows a register, so that a test on a
-//! host goes through both tolerances.
+//! would otherwise be reported as one that does not run. Nothing here knows a register, so that a
+//! test on a host goes through both tolerances.
 
 /// Divider of the crystal, the largest one there is: a timer's input of 0.84 MHz at most.
 pub const DIVIDER: u8 = 31;
@@ -41,7 +41,7 @@ const ACCEPTED: [u32; 2] =
 /// What is known of the crystal.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Crystal {
-    /// The crystal runs at 8 MHz, as far as the internal oscillator can tell.
+    /// The crystal runs at 8 MHz, within the tolerance of the internal oscillator.
     Right,
     /// The crystal runs. The timer has captured nothing in time, which says nothing of the crystal:
     /// its edges were counted when it was started, and the PLL has locked on it.

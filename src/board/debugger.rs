@@ -1,8 +1,8 @@
 //! The debugger: what goes on while it halts the core (RM0090, DBGMCU).
 //!
 //! A breakpoint must not leave the motor at its last duty. Two bits see to it, and debuggers change
-//! them: OpenOCD, for one, stops both watchdogs with the core. So whoever feeds the watchdog sets
-//! them anew each time.
+//! them: OpenOCD, for one, stops both watchdogs with the core. So the task that feeds the watchdog
+//! sets them again each time.
 //!
 //! - The watchdogs run on, and reset the part (`DBG_IWDG_STOP`, `DBG_WWDG_STOP` clear).
 //! - TIM1 stops with the core (`DBG_TIM1_STOP` set). Its outputs are then disabled as if `MOE` were

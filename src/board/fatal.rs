@@ -1,5 +1,5 @@
 //! The end of a program that cannot go on: the bridge off first, then the reason kept, then a reset
-//! that tells it.
+//! that reports it.
 
 use core::panic::PanicInfo;
 use core::sync::atomic::{Ordering, compiler_fence};
@@ -46,7 +46,7 @@ unsafe fn HardFault(frame: &ExceptionFrame) -> ! {
 }
 
 /// Stops at an exception or interrupt that nothing here enables. Its number in the vector table is
-/// told in place of a line.
+/// reported in place of a line.
 #[exception]
 unsafe fn DefaultHandler(interrupt: i16) -> ! {
     off_for_good();

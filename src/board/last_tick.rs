@@ -1,5 +1,5 @@
-//! The last tick, where somebody outside of the program can read it. That is a debugger, or an
-//! emulated board that compares it with the same core on a host, bit for bit.
+//! The last tick, at an address that other programs can read: a debugger, or an emulated board
+//! that compares it with the same core on a host, bit for bit.
 
 use core::cell::UnsafeCell;
 use core::mem::MaybeUninit;
@@ -14,7 +14,7 @@ unsafe impl Sync for Published {}
 /// The last tick, found by its name in the ELF file. The layout of [`Tick`] is that of C. It is
 /// zero until the servo is armed.
 ///
-/// `#[used]` and a name for the outside say that somebody may read it, so plain writes to it stay.
+/// `#[used]` and a name for the outside mark it as read from outside, so plain writes to it stay.
 /// Volatile writes would first spill every term, for about twice the instructions.
 #[used]
 #[unsafe(no_mangle)]

@@ -10,7 +10,7 @@
 //! That is right as long as fewer than [`LENGTH`] bytes come between two looks. The DMA interrupts
 //! at each half of a lap for that. The reader is behind, by as much as it likes: what it has not
 //! read when the writer has gone once around it is lost, and counted. Does badly: while the
-//! processor stands still for longer than a lap takes (5.5 ms), nobody looks, and whole laps are
+//! processor stands still for longer than a lap takes (5.5 ms), nothing is read, and whole laps are
 //! not counted. What is read then is a mixture, and the checksum of a frame knows it. Nothing here
 //! knows a register, so that a test on a host goes through it.
 

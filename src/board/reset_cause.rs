@@ -1,12 +1,12 @@
-//! The cause of a reset, and what can be told of the supply by it: what needs no register to decide
-//! (RM0090: RCC_CSR, and BOR_LEV of FLASH_OPTCR).
+//! Cause of a reset, and whether it may have been a dip of the supply, from the flags of the
+//! registers (RM0090: RCC_CSR, and BOR_LEV of FLASH_OPTCR).
 //!
 //! A part comes out of the factory with its brown-out reset off. A dip of the supply is then no
 //! reset until the supply falls below 1.8 V, and that one has the flags of power-on. So with the
-//! brown-out reset off, nobody can tell a dip from power-on, and nothing arms by itself unless the
-//! parameters say so. With it on, a dip to below the level has a flag of its own, and what has the
-//! flags of power-on has been below 1.8 V. The RAM may have survived that; if it says that the
-//! motor was being driven, that is a fault in either case.
+//! brown-out reset off, a dip cannot be distinguished from power-on, and nothing arms automatically
+//! unless the parameters allow it. With it on, a dip to below the level has a flag of its own, and
+//! what has the flags of power-on has been below 1.8 V. The RAM may have survived that; if it says
+//! that the motor was being driven, that is a fault in either case.
 
 use stiction::Fault;
 
@@ -23,7 +23,7 @@ pub enum Cause {
     /// Power came up.
     PowerOn,
     /// The supply sagged below the brown-out level. Only parts whose option bytes enable that level
-    /// tell it from power-on.
+    /// distinguish it from power-on.
     BrownOut,
     /// The independent watchdog was not fed.
     Watchdog,
@@ -36,7 +36,7 @@ pub enum Cause {
 }
 
 impl Cause {
-    /// Returns the cause that the flags of RCC_CSR tell.
+    /// Returns the cause that the flags of RCC_CSR show.
     pub const fn of(flags: u32) -> Self {
         // Every internal reset pulls the pin as well, and power-on sets the brown-out flag: the
         // order decides.
@@ -55,7 +55,7 @@ impl Cause {
         }
     }
 
-    /// Returns whether the reset may have been a dip of the supply that nothing tells of.
+    /// Returns whether the reset may have been a dip of the supply that no flag shows.
     pub const fn may_be_dip(self, brown_out: BrownOut) -> bool {
         matches!(self, Self::PowerOn | Self::Other) && !brown_out.is_on()
     }

@@ -1,7 +1,7 @@
 //! The memory across a reset: the last fault, and whether the motor was being driven.
 //!
 //! It lies in RAM that is neither zeroed nor initialised (`NOINIT` of memory.x). After power-on it
-//! is noise, which the check words tell from a record.
+//! is noise, which the check words distinguish from a record.
 
 use core::cell::UnsafeCell;
 use core::mem::MaybeUninit;
@@ -116,7 +116,7 @@ pub fn keep(mut record: RetainedFault) {
     unsafe { ptr::write_volatile(&raw mut (*memory()).fault, record) };
 }
 
-/// Forgets the record: there is nothing to tell any more.
+/// Erases the record: there is nothing to report any more.
 pub fn forget() {
     // SAFETY: within the static; see `Kept`.
     unsafe { ptr::write_volatile(&raw mut (*memory()).fault.magic, 0) };

@@ -36,14 +36,14 @@ const KEYS: [u32; 2] = [0x4567_0123, 0xCDEF_89AB];
 /// The keys that unlock the register of the option bytes, in this order (RM0090, 3.7.2).
 const OPTION_KEYS: [u32; 2] = [0x0819_2A3B, 0x4C5D_6E7F];
 
-/// Flags of the status register that tell of an error: operation, protection, alignment,
+/// Flags of the status register that report an error: operation, protection, alignment,
 /// parallelism, sequence.
 const ERRORS: u32 = 0b1111_0010;
 
 /// Returns the begins of both sectors, where the records are.
 fn records() -> [&'static [u8]; 2] {
-    // SAFETY: flash that is always mapped, outside of the program (memory.x), and that nobody
-    // writes meanwhile.
+    // SAFETY: flash that is always mapped, outside of the program (memory.x), and that is not
+    // written meanwhile.
     [BEGIN, BEGIN + SECTOR]
         .map(|address| unsafe { core::slice::from_raw_parts(address as *const u8, ROOM) })
 }

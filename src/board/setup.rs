@@ -89,8 +89,8 @@ impl Settings {
     }
 }
 
-/// Starts every part of the board. `boot` tells, given what is known of the crystal, how the part
-/// came out of its reset.
+/// Starts every peripheral of the board. `boot` returns how the microcontroller came out of its
+/// reset, given the state of the crystal.
 pub fn start(
     device: pac::Peripherals,
     mut core: cortex_m::Peripherals,

@@ -1,6 +1,6 @@
 //! The supply voltage on PC0, through a divider: ADC1, channel 10.
 //!
-//! One conversion is started each tick and read at the next one, so that nobody waits.
+//! One conversion is started each tick and read at the next one, so that no task waits.
 
 use stm32f4xx_hal::gpio::{Analog, PC0};
 use stm32f4xx_hal::pac;

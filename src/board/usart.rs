@@ -78,7 +78,7 @@ impl Port {
         pac::DMA2::enable(rcc);
         pac::DMA2::reset(rcc);
         let stream = dma.st(STREAM);
-        // SAFETY: the data register of the port, and a static ring that nobody else writes.
+        // SAFETY: the data register of the port, and a static ring with no other writer.
         stream.par().write(|w| unsafe { w.bits(registers.dr().as_ptr() as u32) });
         stream.m0ar().write(|w| unsafe { w.bits(RING.as_ptr() as u32) });
         stream.ndtr().write(|w| w.ndt().set(LENGTH as u16));

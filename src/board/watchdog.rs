@@ -12,7 +12,7 @@
 //! ```
 //!
 //! The watchdog is fed only when every task that is watched has run since it was fed last: the
-//! control task, without which nobody wakes the feeder, and the link and the log below it
+//! control task, without which the feeder is not woken, and the link and the log below it
 //! ([`super::liveness`]). Each is woken once a tick, so all have run within a tick or two of any
 //! instant.
 //!

@@ -1,4 +1,4 @@
-//! What a law is: what it sees of a tick and of the loop around it, and what it tells of itself.
+//! The trait of a law: its inputs in a tick, the loop around it, and the signals it publishes.
 
 use crate::reference::Setpoint;
 use crate::signal::{LawSignal, MAX_LAW_SIGNALS};

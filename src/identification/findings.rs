@@ -1,4 +1,4 @@
-//! What an identification has found, as a link is told of it, and what there is to doubt.
+//! Findings of an identification, as the link reports them, and the doubts about them.
 
 use serde::{Deserialize, Serialize};
 
@@ -89,7 +89,7 @@ pub struct MapPoint {
 /// What there is to doubt in a result.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Doubts {
-    /// The rows do not tell the parameters.
+    /// The rows do not determine the parameters.
     pub no_fit: bool,
     /// The fit leaves more than a twentieth of the efforts.
     pub poor_fit: bool,
@@ -122,7 +122,7 @@ pub struct Summary {
     pub steps: u8,
     /// The breakaway in the positive and in the negative sense.
     pub breakaway: [Levels; 2],
-    /// The parameters, if the rows tell them.
+    /// The parameters, if the rows determine them.
     pub estimate: Option<Estimate>,
     /// The angle that the joint has gone through, deg.
     pub range: f32,
@@ -186,12 +186,12 @@ fn is_uneven(levels: &[[f32; PLACES]; 2], load_may_vary: bool) -> bool {
 }
 
 impl Findings {
-    /// Returns what is told of the readings. It makes dozens of fits, as a host may at once.
+    /// Returns the summary of the readings. It makes dozens of fits, as a host may at once.
     pub fn summary(&self) -> Summary {
         self.summary_of(&Search::whole(&self.model, self.range))
     }
 
-    /// Returns what is told of the readings at the end of a search.
+    /// Returns the summary of the readings at the end of a search.
     #[inline(never)]
     pub fn summary_of(&self, search: &Search) -> Summary {
         let [positive, negative] = &self.levels;
@@ -244,11 +244,11 @@ mod tests {
         assert_eq!([true, false].map(|vary| is_uneven(&pendulum, vary)), [false, true]);
         let [up, _] = pendulum;
         assert_eq!([true, false].map(|vary| is_uneven(&[up, up], vary)), [true, true]);
-        // A place without a reading one way tells nothing of the friction.
+        // A place without a reading one way shows nothing of the friction.
         let [up, mut down] = pendulum;
         down[2] = 0.0;
         assert!(!is_uneven(&[up, down], true));
-        // Nothing has told the load from friction.
+        // Nothing has distinguished the load from friction.
         let of = |levels| Findings { levels, ..Findings::default() }.summary().doubts;
         assert!(of(pendulum).no_fit && !of(pendulum).uneven && of([up, up]).uneven);
     }

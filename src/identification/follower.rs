@@ -5,15 +5,15 @@
 //! ```
 //!
 //! `J` and `F` are rough: the inertia of two pulses, and the breakaway effort. The loop has double
-//! poles at `w`. It does not have to be precise: what is told of the joint comes from what it did,
-//! and not from what it was asked to do. The constant friction that is taken too large or too small
+//! poles at `w`. It does not have to be precise: the findings come from what the joint did,
+//! and not from its set point. The constant friction that is taken too large or too small
 //! moves the joint by `(F - F_true) / (J w^2)` off its reference, for all of a stretch.
 //!
 //! The bandwidth `w` is a tenth of the sample rate, and at most 20 rad/s: with two samples of delay
 //! the phase is 0.2 rad at `w`, and the encoder's rounding is not turned into effort.
 //!
 //! Does badly: a joint whose friction falls with the speed by more than `2 w J` per speed slips and
-//! sticks in the slow stretches. Nothing stiffer would be safe on a joint that nobody knows.
+//! sticks in the slow stretches. Nothing stiffer would be safe on an unknown joint.
 
 use crate::saturation::bounded;
 

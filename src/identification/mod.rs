@@ -11,7 +11,7 @@
 //!   window.rs      a stretch of sliding -> a row of the regression, in integral form
 //!   givens.rs      rows -> a triangle, by rotations
 //! model.rs      the triangle -> parameters, standard deviations, relative residual
-//! findings.rs   what a link is told, and what there is to doubt
+//! findings.rs   the report over the link, and its doubts
 //! ```
 
 mod breakaway;

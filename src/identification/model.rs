@@ -13,12 +13,12 @@
 //!
 //! Gravity and the Stribeck term are taken if they explain more than chance would: if they lower
 //! the sum of squares by ten times what as many columns of noise would lower it (an F ratio of 10),
-//! and gravity only where the joint has gone through 60 degrees. A smaller angle does not tell it
-//! from the offset.
+//! and gravity only where the joint has gone through 60 degrees. A smaller angle does not
+//! distinguish it from the offset.
 //!
 //! Standard deviations come from the largest one of three variances of a row. The first is what is
 //! left, over its degrees of freedom; it would do if the errors of the rows were independent and
-//! alike. The second is that of the swings alone: only they tell the inertia, and their errors are
+//! alike. The second is that of the swings alone: only they show the inertia, and their errors are
 //! the larger ones. It is the mean square of what the triangle of all columns has not explained of
 //! each as it came (recursive residuals; Brown, Durbin and Evans, *J. Royal Statistical Society* B
 //! 37, 1975). The third is the lack of fit (Draper and Smith, *Applied Regression Analysis*): what
@@ -52,7 +52,7 @@ const SPEED: usize = 8;
 
 /// The F ratio beyond which a term is taken.
 const TELLING: f32 = 10.0;
-/// The angle from which on gravity is told from an offset, deg.
+/// The angle from which on gravity is distinguished from an offset, deg.
 const WIDE: f32 = 60.0;
 /// Steps of the search from one candidate to the next, the last one, and those of the first, coarse
 /// search.
@@ -67,7 +67,7 @@ const _: () = assert!(STEPS * (CANDIDATES - 1) + LOOKS as usize * COARSE as usiz
 /// The columns that a fit leaves out with none, one and both of its terms, and Student's t at 95 %
 /// (two-sided) of as many degrees of freedom, over the normal distribution's 1.96.
 const LACK: [[f32; 2]; 3] = [[9.0, 1.154], [7.0, 1.207], [5.0, 1.312]];
-/// Columns that only the swings tell: the inertia's and the delay's.
+/// Columns that only the swings determine: the inertia's and the delay's.
 const ONLY_IN_SWINGS: u32 = 2;
 /// The part of a column that others have to leave of it. `f32` has seven digits, and a hundred rows
 /// cost one of them.
@@ -206,7 +206,7 @@ impl Model {
     }
 
     /// Returns whether two more numbers explain more than chance does.
-    fn tells(&self, more: &Fit, less: &Fit) -> bool {
+    fn is_significant(&self, more: &Fit, less: &Fit) -> bool {
         let gained = less.unexplained() - more.unexplained();
         gained * self.freedom() > TELLING * 2.0 * more.unexplained()
             && more.values(TOLERANCE).is_some()
@@ -224,14 +224,14 @@ impl Model {
         left.max(lack.max(of_swings) * freedom)
     }
 
-    /// Returns the parameters, if the rows tell them. `range` is the angle that the joint has gone
-    /// through, deg.
+    /// Returns the parameters, if the rows determine them. `range` is the angle that the joint has
+    /// gone through, deg.
     #[cfg(test)]
     fn estimate(&self, range: f32) -> Option<Estimate> {
         self.estimate_at(&Search::whole(self, range))
     }
 
-    /// Returns the parameters at the end of a search, if the rows tell them.
+    /// Returns the parameters at the end of a search, if the rows determine them.
     #[inline(never)]
     pub fn estimate_at(&self, search: &Search) -> Option<Estimate> {
         let Search { gravity, .. } = *search;
@@ -284,7 +284,7 @@ impl Search {
             let mut is_new = pass == 0;
             if !self.gravity && range >= WIDE {
                 let with = model.fit(self.best.map(usize::from), true, false);
-                if model.tells(&with, &best) {
+                if model.is_significant(&with, &best) {
                     (best, self.gravity, is_new) = (with, true, true);
                 }
             }
@@ -304,7 +304,10 @@ impl Search {
             let with = model.fit(Some(step.into()), self.gravity, false);
             // Two numbers are found: the level and its speed.
             let falls = with.values(TOLERANCE).is_some_and(|values| values[STRIBECK] > 0.0);
-            if falls && model.tells(&with, &without) && with.unexplained() < best.unexplained() {
+            if falls
+                && model.is_significant(&with, &without)
+                && with.unexplained() < best.unexplained()
+            {
                 (self.best, best) = (Some(step), with);
             }
         }
@@ -424,7 +427,7 @@ mod tests {
         }
     }
 
-    /// The first pass cannot tell a small load from what a large Stribeck term leaves.
+    /// The first pass cannot distinguish a small load from what a large Stribeck term leaves.
     #[test]
     fn gravity_that_a_stribeck_curve_hides_is_found() {
         let estimate = model([1.0, 5.0], 0.02, 0.003).estimate(90.0).unwrap();
@@ -517,7 +520,10 @@ mod tests {
         let (mut best, mut gravity) = (None, false);
         for pass in 0..2 {
             let mut is_new = pass == 0;
-            if !gravity && range >= WIDE && model.tells(&fit(best, true), &fit(best, false)) {
+            if !gravity
+                && range >= WIDE
+                && model.is_significant(&fit(best, true), &fit(best, false))
+            {
                 (gravity, is_new) = (true, true);
             }
             if !is_new {
@@ -528,7 +534,7 @@ mod tests {
                 let with = fit(Some(step), gravity);
                 let falls = with.values(TOLERANCE).is_some_and(|fit| fit[STRIBECK] > 0.0);
                 let is_better = falls
-                    && model.tells(&with, &without)
+                    && model.is_significant(&with, &without)
                     && with.unexplained() < fit(best, gravity).unexplained();
                 if is_better { Some(step) } else { best }
             };

@@ -12,10 +12,10 @@
 //! the pulse takes its place, and the pulse is repeated.
 //!
 //! Guarantees: a pulse that ends by the speed has three counts or more, since a disc on an edge
-//! shows one or two. A pulse of few ticks or of few counts is told apart, and serves the loop of
-//! the next steps alone.
+//! shows one or two. A pulse of few ticks or of few counts is reported apart, and serves the loop
+//! of the next steps alone.
 //!
-//! Does badly: such pulses tell the inertia roughly. The time of one is known to a tick, of which
+//! Does badly: such pulses show the inertia roughly. The time of one is known to a tick, of which
 //! the delay of the drive may take one, and its way to a count. The loop bears an inertia that is
 //! too small better than one too large, so the shorter time counts. Over rigid joints of all
 //! accelerations, the inertia of such pulses is between 0.14 and 1.9 of the true one, and that of
@@ -36,7 +36,7 @@ const LONGEST_S: f32 = 1.0;
 const SHARE: f32 = 0.3;
 /// What a disc on an edge shows of a joint that rests, counts.
 const EDGE: u32 = 2;
-/// Fewer counts tell no inertia that another one could be compared with. A count of the strong
+/// Fewer counts show no inertia that another one could be compared with. A count of the strong
 /// pulse's 16 is 6 % of its acceleration. One of the weak pulse's five or so, with a third of the
 /// acceleration, is as much of the difference of both.
 const FEW: u32 = 16;
@@ -58,20 +58,20 @@ pub(super) struct Pulse {
 pub(super) enum Next {
     /// The pulse lasts.
     Lasts,
-    /// It has told its acceleration.
-    Told,
+    /// The pulse has shown its acceleration.
+    Measured,
     /// The joint has not left its place: the pulse is repeated with more effort.
     Again,
     /// The same, and there is no more effort.
     Still,
 }
 
-/// What the pulses have told so far.
+/// Findings of the pulses so far.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub(super) struct Pulses {
     /// The weaker pulse either way: effort (V) and acceleration (deg/s^2).
     weaker: [[f32; 2]; 2],
-    /// One over the inertia, halved as long as one sense has told it.
+    /// One over the inertia, halved as long as one sense has shown it.
     per_inertia: f32,
     /// The rough inertia, V/(deg/s^2).
     pub inertia: f32,
@@ -94,7 +94,7 @@ impl Pulse {
         if strong { strong_effort } else { weak_effort }
     }
 
-    /// Returns whether a pulse has told enough, or has come to what it may.
+    /// Returns whether a pulse has shown enough, or has reached its bound.
     fn is_enough(&self, settings: &Settings) -> bool {
         let Self { moved, elapsed, .. } = *self;
         let bounds = &settings.bounds;
@@ -108,14 +108,14 @@ impl Pulse {
             || elapsed > settings.ticks(LONGEST_S)
     }
 
-    /// Returns whether a pulse tells the inertia roughly only.
+    /// Returns whether a pulse shows the inertia only roughly.
     const fn is_short(&self) -> bool {
         self.elapsed <= TICKS && self.moved <= 2 * COUNTS || self.moved < FEW
     }
 }
 
 impl Pulses {
-    /// Returns the inertia that the pulses have met, V/(deg/s^2); zero: they tell it roughly only,
+    /// Returns the inertia that the pulses have met, V/(deg/s^2); zero: they show it only roughly,
     /// or not yet.
     pub const fn met(&self) -> f32 {
         if self.is_rough { 0.0 } else { self.inertia }
@@ -155,7 +155,7 @@ impl Pulses {
             self.inertia = 1.0 / self.per_inertia;
         }
         *weaker = [size, acceleration];
-        Next::Told
+        Next::Measured
     }
 }
 
@@ -201,7 +201,7 @@ mod tests {
                 let pulse = Pulse { strong, reverse, size, elapsed, moved };
                 match pulses.update(&pulse, counts, settings) {
                     Next::Lasts => continue,
-                    Next::Told => {}
+                    Next::Measured => {}
                     other => panic!("{other:?}: {joint:?}"),
                 }
                 if strong {

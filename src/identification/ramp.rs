@@ -13,7 +13,7 @@
 //! count of the motion, the slip level that at the last count before rest. No law runs meanwhile.
 //!
 //! Why this form: an effort is a whole number of rungs times one constant, so that a ramp of hours
-//! is as exact as one of seconds; nothing is added up. A level is told as its rung, too.
+//! is as exact as one of seconds; nothing is added up. A level is reported as its rung, too.
 //!
 //! Guarantees: the effort is never negative, so the joint is not driven backwards before it is seen
 //! to rest. A ramp ends. It ends without any level at the full scale, and without a slip level when

@@ -334,7 +334,7 @@ impl Identification {
         match self.pulses.update(&pulse, counts, &self.settings) {
             Next::Lasts if reverse => -size,
             Next::Lasts => size,
-            Next::Told => {
+            Next::Measured => {
                 self.findings.met = self.pulses.met();
                 self.settle()
             }

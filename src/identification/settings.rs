@@ -126,7 +126,7 @@ impl Settings {
     }
 
     /// Returns the least bound of the speed at which the encoder shows the swings, deg/s, if this
-    /// one is less: without swings nothing tells the inertia. They go at half of the fastest speed.
+    /// one is less: without swings nothing shows the inertia. They go at half of the fastest speed.
     ///
     /// A travel of 500 counts, the least that is allowed, has room for three times that speed.
     ///

@@ -9,7 +9,7 @@
 //! A client sends [`Request`]s in postcard, each with a number, behind the byte [`REQUEST`]. The
 //! device answers each with one [`Reply`] of the same number, and sends [`Sample`]s to those who
 //! have subscribed. [`Request::Hello`] and [`Identity`] keep their form and their place in every
-//! version of the protocol: two that do not speak the same can always tell. Every request can be
+//! version of the protocol: two different versions always detect each other. Every request can be
 //! repeated: it says what shall be, not what shall change.
 //!
 //! The link is free of the chip and of any wire: a board moves bytes to and from its USART, a

@@ -91,7 +91,7 @@ pub struct Identity {
 /// The kinds of devices.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub enum Kind {
-    /// A microcontroller. It cannot tell that it is emulated; those who emulate it can.
+    /// A microcontroller. An emulated one reports this, too: it cannot detect its emulation.
     Board,
     /// The core in a program on a host: no motor moves or stops.
     Simulated,
@@ -153,8 +153,8 @@ pub struct Status {
 }
 
 /// The errors of the wire that bytes come over. Each costs the frame that it hits, which is also
-/// one of the [`bad_frames`](Status::bad_frames). They are told by a port that takes many bytes
-/// between two looks, so there are at least as many.
+/// one of the [`bad_frames`](Status::bad_frames). A port counts them that takes many bytes
+/// between two looks, so each is a lower bound.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub struct WireErrors {
     /// How often there was noise on the wire, or a byte without its end.
@@ -163,7 +163,7 @@ pub struct WireErrors {
     pub lost: u32,
 }
 
-/// A fault, as a client is told of it.
+/// Report of a latched fault to a client.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Told {
     /// The number of the [`crate::Fault`].

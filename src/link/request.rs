@@ -70,7 +70,7 @@ fn numbered<T: DeserializeOwned>(message: &[u8]) -> Option<(u16, Option<T>)> {
     Some((number, request))
 }
 
-/// A request: what a device is asked or told.
+/// Request of a client to a device.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub enum Request {
     /// Who are you? The hello begins a session: numbers start anew, and whatever was subscribed
@@ -129,7 +129,7 @@ pub enum Request {
         /// Place of the signal.
         index: u8,
     },
-    /// Send these signals of every so many ticks; `every` 0 ends it.
+    /// Send these signals of every `every`-th tick; 0 ends it.
     Subscribe {
         /// The signals to send: a sum of 1 << place.
         signals: u64,

@@ -125,22 +125,22 @@ impl<const RING: usize> Session<RING> {
         self.unsaved = false;
     }
 
-    /// Tells whether the part's brown-out reset is on; without a word of it, it is taken to be.
+    /// Sets whether the microcontroller's brown-out reset is on. Default: on.
     pub const fn tell_brown_out(&mut self, is_on: bool) {
         self.has_brown_out = is_on;
     }
 
-    /// Tells whether the part runs from a crystal that it could not measure.
+    /// Sets whether the microcontroller runs from a crystal that it could not measure.
     pub const fn tell_crystal(&mut self, is_not_measured: bool) {
         self.crystal_not_measured = is_not_measured;
     }
 
-    /// Tells what has gone wrong on the wire since the start.
+    /// Sets the errors of the wire since the start.
     pub const fn tell_wire(&mut self, errors: WireErrors) {
         self.wire = errors;
     }
 
-    /// Takes whether a slot of the saved parameters is damaged, to tell it until the next save.
+    /// Sets whether a slot of the saved parameters is damaged; reported until the next save.
     pub const fn tell_damage(&mut self, is_damaged: bool) {
         self.is_damaged = is_damaged;
     }

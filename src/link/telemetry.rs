@@ -20,7 +20,7 @@ impl Subscription {
     /// The subscription of a client that is sent nothing.
     pub const NONE: Self = Self { signals: 0, every: 0, next: None, number: 0 };
 
-    /// Makes a subscription to `signals` of every so many ticks, from the next one on. There is
+    /// Makes a subscription to `signals` of every `every`-th tick, from the next one on. There is
     /// none if no signal is asked for, or if one of them is not among the first `known`.
     pub fn new(signals: u64, every: u16, known: usize) -> Option<Self> {
         if every == 0 {
@@ -40,7 +40,7 @@ impl Subscription {
     pub fn tick(&mut self, output: &Output) -> Option<Sample> {
         let every = u32::from(self.every);
         let since = output.clock.wrapping_sub(self.next.unwrap_or(output.clock));
-        // Nobody has subscribed, or it is not time yet.
+        // There is no subscription, or it is not time yet.
         let (due, is_due) = (since.checked_div(every)?, since.checked_rem(every)? == 0);
         if since > u32::MAX / 2 {
             return None;

@@ -106,10 +106,10 @@ mod tests {
     #[test]
     fn a_set_point_that_is_faster_than_the_limit_makes_no_room() {
         // 40 counts a tick are less than the limit and more than half of it; the joint goes at half
-        // of that. The velocity is told a little wrong, as that of a blend is.
-        for told in [36.0, 40.0, 44.0] {
-            let slow = (0..100).map(|k| (40 * k, told, 20 * k));
-            assert_eq!(followed(slow), (Some(60), 40), "{told}");
+        // of that. The velocity is a little wrong, as that of a blend is.
+        for velocity in [36.0, 40.0, 44.0] {
+            let slow = (0..100).map(|k| (40 * k, velocity, 20 * k));
+            assert_eq!(followed(slow), (Some(60), 40), "{velocity}");
         }
         let fast = (0..100).map(|k| (4000 * k, 4000.0, 4000 * k - if k > 0 { 50 } else { 0 }));
         assert_eq!(followed(fast), (None, 50));

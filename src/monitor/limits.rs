@@ -256,8 +256,8 @@ mod tests {
                 stop_gain,
             ];
             assert!(all.iter().all(|limit| *limit > 0.0 && limit.is_finite()), "{limits:?}");
-            // So is every value that can be off, whoever declares another one. The supply of this
-            // device is not measured.
+            // So is every value that can be off, also one that is declared later. The supply of
+            // this device is not measured.
             for about in Limits::ABOUT.iter().filter(|about| about.may_be_off()) {
                 let found = limits.get(about.key).map(f32::from_bits).unwrap();
                 assert_eq!(found > 0.0, !about.name.starts_with("supply_"), "{about:?}");
@@ -272,14 +272,14 @@ mod tests {
     #[test]
     fn limits_under_robust_know_its_swings_in_fast_loops_only() {
         let of = |sample_time: f32, encoder_side: EncoderSide| {
-            let told = RobustGains {
+            let gains = RobustGains {
                 inertia: 4.945e-4,
                 viscous: 1.89e-3,
                 breakaway_high: 1.0,
                 encoder_side,
                 ..RobustGains::EXAMPLE
             };
-            let compensator = [Gains::Robust(told)].into_iter().collect();
+            let compensator = [Gains::Robust(gains)].into_iter().collect();
             let controller =
                 ControllerConfig { compensator, sample_time, ..ControllerConfig::EXAMPLE };
             let limits = Limits::derived(&controller, &DeviceConfig::EXAMPLE, 0.4);

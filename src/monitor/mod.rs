@@ -2,8 +2,8 @@
 //!
 //! Each is one module: what it looks at, how soon, and what it does badly. [`Limits`] are their
 //! thresholds in a user's units; the monitors are made of them once, in counts, codes and ticks, so
-//! that a tick compares integers. What is seen first in this order is told: a jump of the encoder
-//! is a following error, too.
+//! that a tick compares integers. The first one in this order is reported: a jump of the
+//! encoder is a following error, too.
 //!
 //! Faults that are not seen in a tick (clock, watchdog, panic, overrun, break input) come from the
 //! board, and [`Fault::NonFinite`] from the controller.

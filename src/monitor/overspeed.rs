@@ -9,7 +9,7 @@
 //! ```
 //!
 //! A motor that swings against its elastic gear goes to and fro within T, and a joint that runs
-//! away does not. So the mean tells them apart, and the peak of the speed does not.
+//! away does not. So the mean distinguishes them, and the peak of the speed does not.
 //!
 //! Detected in the tick in which the regression says so: for a jump in speed, within its window.
 //! By the mean: at most 1.5 T later, and earlier the faster the joint is.

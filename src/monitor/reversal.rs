@@ -2,9 +2,9 @@
 //! effort.
 //!
 //! A joint that was at rest (arming requires it) goes where it is pushed. While the effort has one
-//! sign and is at least the breakaway effort, the travel with it is summed up. So many counts with
-//! the effort prove the wiring until the next arming; as many against it trip. A joint that is
-//! still coasting from an effort the other way does not count until it has stopped.
+//! sign and is at least the breakaway effort, the travel with it is summed up. The limit of counts
+//! with the effort proves the wiring until the next arming; as many against it trip. A joint that
+//! is still coasting from an effort the other way does not count until it has stopped.
 //!
 //! The sum ends where the effort falls below the breakaway effort or changes its sign. What the
 //! last one that was not zero came to with the effort is then set off against the next one: a move

@@ -43,7 +43,7 @@ use super::limits::{Limits, Units};
 /// The least excess is so small a part of the breakaway effort.
 const LEAST: u32 = 8;
 
-/// The largest excess is so many times the breakaway effort. A transmission that winds up behind
+/// Largest excess, as a multiple of the breakaway effort. A transmission that winds up behind
 /// the motor for a tenth of a second may take the full scale without a count of an encoder on the
 /// load.
 const MOST: u32 = 4;

@@ -87,7 +87,7 @@ fn travel_against_the_effort_trips_and_a_joint_that_still_coasts_does_not() {
     assert_eq!(first(&[(4, 5), (3, 0), (4, 5), (-4, 0), (-4, 13)]), Some(-13));
 }
 
-/// The travel of a joint of the family `noisy-told` in its first move, to the tick in which it
+/// The travel of a joint of the family with declared noise in its first move, to the tick where it
 /// tripped once: pushed by seven counts, braked for ten ticks.
 #[test]
 fn noise_of_a_count_in_a_short_move_that_is_braked_looks_like_no_wrong_wire() {

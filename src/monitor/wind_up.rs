@@ -1,5 +1,5 @@
-//! Hidden wind-up: at standstill the compensator holds effort that nobody sees, but that the motor
-//! turns into heat.
+//! Hidden wind-up: at standstill the compensator holds effort that moves nothing, and that the
+//! motor turns into heat.
 //!
 //! A warning, not a fault: an integral that waits for the joint to break away is doing its work.
 

@@ -70,7 +70,7 @@ impl Course {
     }
 
     /// Lets the course begin from its begin, as the loop does: a profile is where the last tick
-    /// has left it. It sets out after so many ticks.
+    /// has left it. It sets out after `wait` ticks.
     pub(crate) fn restart(&mut self, wait: u32) {
         if let Self::Profile(profile) = self {
             profile.restart();

@@ -93,7 +93,7 @@ pub(super) fn read(
         limits.breakaway_effort = derived.breakaway_effort;
         limits.stall_impulse = derived.stall_impulse;
         limits.stop_gain = derived.stop_gain;
-        // Without Kd these were derived as zero, which is off, and which nobody had written.
+        // Without Kd these were derived as zero, which is off, and was in no file.
         if controller.pd.kd == 0.0 {
             for (limit, derived) in [
                 (&mut limits.overspeed, derived.overspeed),
@@ -115,7 +115,7 @@ pub(super) fn read(
 }
 
 impl<'a> Former<'a> {
-    // Not copied to each of its callers: nobody waits for a record of that time.
+    // Not copied to each of its callers: old records need no speed.
     #[inline(never)]
     fn next<T: Deserialize<'a>>(&mut self) -> Result<T, DecodeError> {
         let (value, rest) =

@@ -24,7 +24,7 @@ use crate::value::{About, Table, Values, table};
 pub use record::{DecodeError, FORMAT_VERSION, ROOM};
 
 table! {
-    /// The parameters of a device: everything that it is told.
+    /// Parameters of a device: its whole configuration.
     #[derive(Clone, Debug, PartialEq)]
     pub struct Parameters (parameters) "" {}
     with {

@@ -69,8 +69,8 @@ struct Frame {
 }
 
 impl Frame {
-    /// Returns the lengths for averages over at least so many ticks; of a length beyond the longest
-    /// the longest.
+    /// Returns the lengths for averages over at least `span`; of a length beyond the longest the
+    /// longest.
     fn new(span: f32, sample_time: f32, resolution: f32) -> Self {
         let most = MOST_ENTRIES + MOST_TICKS;
         let fits = |length: &u32| span * ROUNDING <= power(*length);

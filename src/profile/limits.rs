@@ -7,7 +7,7 @@ use crate::monitor::Limits;
 use crate::value::{Key, Table, key, table};
 
 /// Damping ratio of the least damped loop that the derived acceleration is made for. The gains
-/// alone do not tell the joint's acceleration a volt, K: of a joint with K, the loop
+/// alone do not determine the joint's acceleration a volt, K: of a joint with K, the loop
 /// `s^2 + K Kd s + K Kp` has the damping ratio `zeta = Kd sqrt(K / Kp) / 2`. So `K = 4 zeta^2 Kp /
 /// Kd^2`, and one that was found for more damping can do more.
 const DAMPING: f32 = 0.4;

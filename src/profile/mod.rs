@@ -173,7 +173,7 @@ impl Profile {
         self.plan();
     }
 
-    /// Lets a set point that rests wait for so many ticks before it sets out. One that moves does
+    /// Lets a set point that rests wait for `ticks` ticks before it sets out. One that moves does
     /// not wait: that would lead it on at the speed that it has.
     pub fn wait(&mut self, ticks: u32) {
         if self.speed == 0 && self.velocity == 0 {
@@ -280,7 +280,7 @@ impl Profile {
 }
 
 impl Place {
-    /// Returns the place that lies so many units beyond a count.
+    /// Returns the place that lies `units` units beyond a count.
     const fn beyond(counts: i32, units: i64, bits: u32) -> Self {
         let counts = counts.wrapping_add((units >> bits) as i32);
         Self { counts, rest: (units & ((1 << bits) - 1)) as i32 }

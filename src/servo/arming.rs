@@ -41,7 +41,7 @@ impl Servo {
     /// Says what is in the way.
     pub fn arm_for_link(&mut self, ramp: Option<Ramp>) -> Result<(), Refusal> {
         if let (State::Armed, Some(control_loop)) = (self.state, &mut self.control_loop) {
-            // The loop of a ramp and of a jog is open: nobody shall be told that it is closed.
+            // The loop of a ramp and of a jog is open, and must not be reported as closed.
             if ramp.is_some() || control_loop.course.is_open() {
                 return Err(Refusal::Armed);
             }
@@ -103,7 +103,7 @@ impl Servo {
         let output = self.off(Tick::default());
         if let (State::Stopped, Some(0)) = (self.state, self.countdown) {
             match self.arm() {
-                // It would never arm, and nobody would be told why.
+                // It would never arm, and never report why.
                 Err(Refusal::FarAway) => self.fault(Fault::FollowingError),
                 Err(Refusal::OutOfRange) => self.fault(Fault::PositionLimit),
                 // If the joint is not at rest yet, or the supply is not up, the next tick tries

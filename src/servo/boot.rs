@@ -14,8 +14,9 @@ pub struct Boot {
     /// Whether a slot of the parameters is damaged: the parameters may not be those that were saved
     /// last, so nothing arms by itself.
     pub is_damaged: bool,
-    /// Whether the reset may have been a dip of the supply, which nobody can tell from power-on.
-    /// Nothing arms by itself then, unless the parameters say so (`autostart_after_dip`).
+    /// Whether the reset may have been a dip of the supply that cannot be distinguished from
+    /// power-on. Nothing arms automatically then, unless the parameters allow it
+    /// (`autostart_after_dip`).
     pub may_be_dip: bool,
 }
 

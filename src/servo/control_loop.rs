@@ -160,7 +160,7 @@ impl ControlLoop {
     #[inline(never)]
     pub(super) fn setpoint(&self) -> Setpoint {
         match &self.course {
-            // Before its first tick, nobody has been told to go where a step leads.
+            // Before its first tick, a step has not been commanded yet.
             Course::Follow(_) if self.state.tick() == 0 => {
                 Setpoint::at_rest(Position::from_counts(self.state.counts()))
             }

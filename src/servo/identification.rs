@@ -51,7 +51,7 @@ impl Servo {
 
 impl ControlLoop {
     /// Returns whether a joint at `position` (counts since power-on) may leave the range if it goes
-    /// so many counts either way.
+    /// `travel` counts either way.
     fn is_too_near_to_the_end(&self, travel: u32, position: i32) -> bool {
         let out = |travel: i32| self.monitors.is_out_of_range(position.wrapping_add(travel));
         let travel = travel.min(i32::MAX as u32) as i32;

@@ -74,7 +74,7 @@ impl Servo {
 
     fn armed_loop(&mut self) -> Result<&mut ControlLoop, Refusal> {
         match (self.state, &mut self.control_loop) {
-            // A ramp and a jog find what an effort does that nobody else changes.
+            // A ramp and a jog measure the response to their own effort alone.
             (State::Armed, Some(ControlLoop { course, .. })) if course.is_open() => {
                 Err(Refusal::Armed)
             }

@@ -2,7 +2,7 @@
 
 use crate::fault::Fault;
 
-/// The reason why the servo does not do what it is told.
+/// Reason why the servo refuses a command.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Refusal {
     /// The servo has not had its first tick.

@@ -313,7 +313,7 @@ fn a_trajectory_begins_where_the_joint_is_or_is_refused() {
     {
         assert_eq!(servo.follow(through(first)), expected, "{first}");
     }
-    // The motion of the parameters is told by a fault, since nobody hears a refusal.
+    // The motion of the parameters ends in a fault, since no client receives a refusal.
     let corner = |tick, counts| Corner { tick, position: Position::from_counts(counts) };
     for (first, expected) in [(100, State::Armed), (101, State::Faulted(Fault::FollowingError))] {
         let corners = [corner(100, first), corner(300, 0)].into_iter().collect();

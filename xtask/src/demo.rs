@@ -5,6 +5,7 @@ use std::path::Path;
 use crate::firmware;
 use crate::job::{Job, Times};
 use crate::simulator::Simulator;
+use crate::toolchain::{MICROCONTROLLER, Toolchain};
 
 #[derive(Debug, clap::Args)]
 pub struct Arguments {
@@ -36,6 +37,10 @@ const ONE_MOVE: [&str; 6] =
     ["--controller", "srnf", "--set", "reference.steps_deg=[5.0]", "--set", "run.duration_s=1"];
 
 pub fn demo(arguments: &Arguments) -> Result<(), String> {
+    let with_image = !arguments.host
+        && (Toolchain::agreed(&MICROCONTROLLER)
+            .map_err(|why| format!("{why}\n`cargo xtask demo --host` needs no such compiler"))?
+            || without_image());
     let mut times = Times::new();
     // What is built soonest comes first. The build with the emulator adds to it.
     times.of("building the simulator", || Simulator::Host.build())?;
@@ -58,7 +63,7 @@ pub fn demo(arguments: &Arguments) -> Result<(), String> {
         Job::new("PD, SRNF and the law `robust` on three joints that nobody tuned for, simulated")
             .run(&mut Simulator::Host.command(&["run", UNTUNED, "--plot", FIGURES]))
     })?;
-    if !arguments.host {
+    if with_image {
         let image =
             times.of("the compiler for the microcontroller, and the firmware", firmware::build)?;
         times.of("building the simulator with the emulator", || Simulator::Emulator.build())?;
@@ -66,9 +71,15 @@ pub fn demo(arguments: &Arguments) -> Result<(), String> {
     }
     println!("\nA figure for each result, as SVG and PNG: {FIGURES}");
     println!("The one to look at first: {FIGURES}/{UNTUNED}-compared.png");
-    println!("The numbers behind them: `cargo sim list`, then `cargo sim run NAME`.");
+    println!("The numbers behind them: `stiction list`, then `stiction run NAME`.");
     times.print();
     Ok(())
+}
+
+/// Says that the rest of the demo is what `--host` does.
+fn without_image() -> bool {
+    println!("   nothing is installed; the demo leaves the microcontroller out, as with --host");
+    false
 }
 
 /// Runs the flash image against the joint. A run in which the image does anything else than the

@@ -8,6 +8,7 @@ mod gates;
 mod job;
 mod mutation_list;
 mod mutations;
+mod packages;
 mod playground;
 mod ranking;
 mod reliability;
@@ -15,6 +16,7 @@ mod simulator;
 mod studio;
 mod test;
 mod toolchain;
+mod words;
 
 use std::process::ExitCode;
 
@@ -26,6 +28,9 @@ use simulator::EMULATOR;
 struct Arguments {
     #[command(subcommand)]
     job: Work,
+    /// Install missing system packages without a question
+    #[arg(long, global = true)]
+    yes: bool,
 }
 
 #[derive(Debug, Subcommand)]
@@ -58,6 +63,8 @@ enum Work {
     /// Put one fault after another into a copy of the sources, and see which of them the tests
     /// find; writes docs/mutations.md
     Mutations(mutations::Arguments),
+    /// Count the words to avoid in sources and pages; no count may rise
+    Words(words::Arguments),
     /// Build the page of `stiction studio` by npm and the program around it, and start it
     Studio(studio::Arguments),
     /// Encode a machine's TOML for the parameter sector of the microcontroller
@@ -65,7 +72,11 @@ enum Work {
 }
 
 fn main() -> ExitCode {
-    let done = match Arguments::parse().job {
+    let arguments = Arguments::parse();
+    if arguments.yes {
+        packages::assume_yes();
+    }
+    let done = match arguments.job {
         Work::Demo(arguments) => demo::demo(&arguments),
         Work::Test => test::test(),
         Work::Image(arguments) => test::image(&arguments),
@@ -77,6 +88,7 @@ fn main() -> ExitCode {
         Work::Ranking => ranking::rank(),
         Work::Reliability(arguments) => reliability::measure(&arguments),
         Work::Mutations(arguments) => mutations::run(&arguments),
+        Work::Words(arguments) => words::check(&arguments),
         Work::Studio(arguments) => studio::studio(&arguments),
         Work::Params(arguments) => firmware::params(&arguments),
     };

@@ -13,6 +13,7 @@ const PROFILE: &str = "wasm";
 
 /// Builds the files, and says where they are.
 pub fn build() -> Result<PathBuf, String> {
+    Toolchain::agree(&PAGE)?;
     studio::page()?;
     let toolchain = Toolchain::ready(&PAGE)?;
     println!("   compiler: {}", toolchain.describe());

@@ -21,6 +21,7 @@ use std::process::Stdio;
 
 use crate::job::{Job, cargo, root};
 use crate::simulator::EMULATOR;
+use crate::toolchain::{MICROCONTROLLER, Toolchain};
 
 const TEMPLATE: &str = "xtask/reliability.md";
 const PAGE: &str = "docs/reliability.md";
@@ -82,6 +83,9 @@ fn told(files: &[std::path::PathBuf]) -> Result<Vec<Figure>, String> {
 
 /// Runs the tests, and returns what they print.
 fn run(arguments: &Arguments) -> Result<Vec<Figure>, String> {
+    if arguments.image {
+        Toolchain::agree(&MICROCONTROLLER)?;
+    }
     // The features are those of all tests.
     let mut test = cargo(&["test", "--package", "loop-tests", "--test", "device"]);
     test.args(EMULATOR);

@@ -7,7 +7,7 @@ use crate::job::{Job, cargo};
 /// A build of `stiction`.
 #[derive(Clone, Copy, Debug)]
 pub enum Simulator {
-    /// The build of `cargo sim`.
+    /// The build with the default features.
     Host,
     /// The build with the emulator, which the tests use, too.
     Emulator,

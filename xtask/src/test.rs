@@ -3,7 +3,7 @@
 use crate::job::{Job, cargo};
 use crate::simulator::{EMULATOR, EVERYTHING};
 use crate::toolchain::{MICROCONTROLLER, Toolchain};
-use crate::{cost, firmware, gates, studio};
+use crate::{cost, firmware, gates, studio, words};
 
 const STRICT: [&str; 3] = ["--", "--deny", "warnings"];
 
@@ -32,7 +32,9 @@ pub fn image(arguments: &ImageArguments) -> Result<(), String> {
 }
 
 pub fn test() -> Result<(), String> {
+    Toolchain::agree(&MICROCONTROLLER)?;
     Job::new("Format").run(&mut cargo(&["fmt", "--all", "--check"]))?;
+    words::check(&words::Arguments::default())?;
     // The page is there before the program that has it built in.
     let browser = studio::ready()?;
     // All that can be built in is built in. What stands for a part that is left out is compiled

@@ -11,6 +11,7 @@ use std::path::{Path, PathBuf};
 use std::process::Command;
 
 use crate::job::{Job, cargo, root, target_dir};
+use crate::packages;
 
 /// The target of the firmware: a Cortex-M4 with a single-precision unit.
 pub const TARGET: &str = "thumbv7em-none-eabihf";
@@ -90,6 +91,33 @@ pub enum Toolchain {
 }
 
 impl Toolchain {
+    /// Prints the system packages that [`Self::ready`] would install, and asks on a terminal. A job
+    /// that needs the compiler late calls this at its start. Returns whether the user agrees; if
+    /// nothing is to be installed, it prints nothing and returns true.
+    ///
+    /// # Errors
+    /// If the packages are missing and this machine cannot install them.
+    pub fn agreed(target: &Target) -> Result<bool, String> {
+        // What rustup would add is found out by trying, and is no system package.
+        if default_has(target) || debian_is_built(target) || rustup_may_install() {
+            return Ok(true);
+        }
+        can_install(target)?;
+        let missing = missing_packages(target);
+        if !missing.is_empty() {
+            println!("== The compiler for {}", target.name);
+        }
+        packages::agreed(&missing)
+    }
+
+    /// The same for a job that cannot do without the compiler.
+    ///
+    /// # Errors
+    /// If the user refuses as well.
+    pub fn agree(target: &Target) -> Result<(), String> {
+        if Self::agreed(target)? { Ok(()) } else { Err("nothing is installed".into()) }
+    }
+
     /// Finds one, or installs it, and says what it does.
     ///
     /// # Errors
@@ -205,16 +233,25 @@ fn link() -> Result<(), String> {
         .run(Command::new("rustup").args(["toolchain", "link", LINKED, "/usr"]))
 }
 
-fn install_debian(target: &Target) -> Result<(), String> {
-    if !Path::new("/etc/debian_version").exists() || !is_root() {
-        return Err(format!(
-            "no compiler here builds for {name}; run\n    rustup target add {name}\nor, on Debian \
-             12, the same command as root: it installs {}",
-            target.packages().join(" "),
-            name = target.name,
-        ));
+/// Returns an error that names what the user can do, unless packages can be installed here.
+fn can_install(target: &Target) -> Result<(), String> {
+    if Path::new("/etc/debian_version").exists() && is_root() {
+        return Ok(());
     }
-    install_packages(target)?;
+    Err(format!(
+        "no compiler here builds for {name}; run\n    rustup target add {name}\nor, on Debian 12, \
+         the same command as root: it installs {}",
+        target.packages().join(" "),
+        name = target.name,
+    ))
+}
+
+fn install_debian(target: &Target) -> Result<(), String> {
+    can_install(target)?;
+    let missing = missing_packages(target);
+    if !missing.is_empty() {
+        packages::install(&missing)?;
+    }
     let version =
         debian_version().ok_or("/usr/bin/rustc does not start, though its package is installed")?;
     build_library(target, &version)?;
@@ -227,21 +264,8 @@ fn is_root() -> bool {
     output(Command::new("id").arg("-u")).is_some_and(|id| id.trim() == "0")
 }
 
-fn install_packages(target: &Target) -> Result<(), String> {
-    let missing: Vec<&str> =
-        target.packages().into_iter().filter(|package| !is_installed(package)).collect();
-    if missing.is_empty() {
-        return Ok(());
-    }
-    println!("   missing: {}", missing.join(" "));
-    let apt = |arguments: &[&str]| {
-        let mut command = Command::new("apt-get");
-        command.args(arguments).env("DEBIAN_FRONTEND", "noninteractive");
-        command
-    };
-    Job::new("Reading Debian's list of packages").run(&mut apt(&["update", "--quiet"]))?;
-    let mut install = apt(&["install", "--quiet", "--yes", "--no-install-recommends"]);
-    Job::new("Installing Debian's compiler beside the default one").run(install.args(&missing))
+fn missing_packages(target: &Target) -> Vec<&'static str> {
+    target.packages().into_iter().filter(|package| !is_installed(package)).collect()
 }
 
 fn is_installed(package: &str) -> bool {

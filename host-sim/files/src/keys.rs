@@ -108,7 +108,7 @@ pub fn markdown() -> String {
     let rows = rows();
     let mut page = String::from(
         "# Parameters\n\n\
-         Every key of a machine's file. This page is generated: `cargo sim keys --markdown` prints \
+         Every key of a machine's file. This page is generated: `stiction keys --markdown` prints \
          it, and a test holds it up\nto date. `stiction keys [TABLE]` shows the same in a \
          terminal, \
          `stiction keys --schema` a JSON schema for editors.\n\n\

@@ -9,10 +9,12 @@ pub mod data_sheet;
 pub mod document;
 pub mod encoder;
 pub mod error;
+pub mod goal;
 pub mod hardware;
 pub mod keys;
 pub mod machine;
 pub mod setup;
+pub mod typed_number;
 pub mod written;
 
 pub use dynamics::{friction, joint, mechanism, solver};

@@ -19,6 +19,7 @@ use stiction::{ControllerConfig, Limits, ProfileLimits};
 
 use crate::data_sheet::tables::{Gear, JointFriction, Load, Motor, Side, Supply};
 use crate::encoder::Rounding;
+use crate::goal::PositionGoal;
 use crate::written::{AllGains, Extras, Written};
 
 /// A whole file.
@@ -66,6 +67,9 @@ pub struct Machine {
     /// Friction identification by ramps, instead of a reference.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub identification: Option<Identification>,
+    /// Tolerance and times by which its motions are judged.
+    #[serde(default, skip_serializing_if = "PositionGoal::is_default")]
+    pub goal: PositionGoal,
     /// What only the servo has; of the simulator, `--target servo` looks at it.
     #[serde(default)]
     pub device: Written<DeviceConfig>,

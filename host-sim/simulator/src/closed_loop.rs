@@ -43,6 +43,10 @@ pub struct Moment {
     pub reference_deg: f64,
     /// True joint position, deg.
     pub position_deg: f64,
+    /// True position at the encoder, deg.
+    pub at_encoder_deg: f64,
+    /// True position at the load, deg.
+    pub at_load_deg: f64,
     /// True joint velocity, deg/s.
     pub velocity_deg_per_s: f64,
     /// What the D/A holds from now on, V.
@@ -124,6 +128,8 @@ impl ClosedLoop {
             reference_deg: (f64::from(setpoint.counts) + f64::from(setpoint.fraction))
                 * self.encoder.resolution,
             position_deg: joint.position(),
+            at_encoder_deg: joint.at_encoder(),
+            at_load_deg: joint.at_load(),
             velocity_deg_per_s: joint.velocity(),
             applied_v,
             stuck: joint.stuck(),

@@ -15,6 +15,7 @@ pub mod signals;
 pub mod simulated;
 pub mod spread;
 pub mod told;
+pub mod travel;
 pub mod wire;
 pub mod words;
 

@@ -18,7 +18,11 @@ pub mod output;
 pub mod plant;
 pub mod properties;
 pub mod run;
+pub mod settling;
 pub mod target;
 
 pub use dynamics::{friction, joint, mechanism, solver};
-pub use files::{Error, data_sheet, document, encoder, error, hardware, machine, setup, written};
+pub use files::{
+    Error, data_sheet, document, encoder, error, goal, hardware, machine, setup, typed_number,
+    written,
+};

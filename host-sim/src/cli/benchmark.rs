@@ -3,13 +3,15 @@
 use std::collections::BTreeMap;
 use std::path::PathBuf;
 
+use super::outputs::drew;
 use super::tune::tune_each;
-use super::{drawn, print, warn, wrote};
+use super::{print, warn};
 use crate::benchmark::{Score, Weights, benchmark, plain_runs};
 use crate::ensemble::rules::TUNING_SEEDS;
 use crate::error::Error;
 use crate::experiment::{Document, Experiment};
-use crate::figure::{figures, prepare_figures, write_figures};
+use crate::figure::{figure_directory, figures, write_figures};
+use crate::output::OverwriteGuard;
 use crate::output::table::{self, number};
 use crate::tuning::{Goal, Request, Tuned, spreads};
 
@@ -23,6 +25,9 @@ pub struct Arguments {
     /// Draw the figures into this directory, as SVG and PNG
     #[arg(long, value_name = "DIR")]
     plot: Option<PathBuf>,
+    /// With --plot: write over a file that this command reads, or over a machine's file
+    #[arg(long, requires = "plot")]
+    force: bool,
     /// Weights of columns in the ranking, as in settling=2,chatter=0; the others have the weight 1.
     /// The columns: rest, overshoot, settling, tracking, chatter, hunting, sticks
     #[arg(long, value_name = "COLUMN=WEIGHT", value_delimiter = ',')]
@@ -111,6 +116,10 @@ impl Tuning {
 
 pub fn rank(arguments: &Arguments) -> Result<(), Error> {
     let weights = Weights::read(&arguments.weights)?;
+    let guard = OverwriteGuard::new(arguments.force);
+    let guard = arguments.file.iter().fold(guard, |guard, file| guard.opens(file));
+    let plot = arguments.plot.as_ref().map(|path| figure_directory(&guard, "--plot", path));
+    let plot = plot.transpose()?;
     let mut documents = match &arguments.file {
         Some(file) => vec![Document::open(file)?],
         None => vec![Document::open("step-response")?, Document::open("trajectory")?],
@@ -119,19 +128,16 @@ pub fn rank(arguments: &Arguments) -> Result<(), Error> {
         warn(&document.doubts()?);
         warn(&Experiment::plan(document, &[], &[])?.left_out);
     }
-    if let Some(directory) = &arguments.plot {
-        prepare_figures(directory)?;
-    }
     let tuned = arguments.tuning.applied(&mut documents)?;
     let ranked = benchmark(&documents, &weights)?;
-    if let Some(directory) = &arguments.plot {
+    if let Some(directory) = &plot {
         let mut count = 0;
         for (document, results) in documents.iter().zip(&ranked.results) {
             let figures = figures(&document.origin.name, results, &document.machine()?.figures);
             write_figures(directory, &figures)?;
             count += figures.len();
         }
-        wrote(&drawn(count, directory))?;
+        drew(count, directory)?;
     }
     if arguments.json {
         let mut object = serde_json::json!({

@@ -1,12 +1,13 @@
 //! `stiction ensemble`.
 
 use std::collections::BTreeSet;
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 use std::sync::{Mutex, PoisonError};
 
 use clap::builder::TypedValueParser;
 use stiction::identification::Asked;
 
+use super::outputs::{check_standard_output, print_beside};
 use super::{print, warn};
 use crate::document::Document;
 use crate::ensemble::rules::{TUNING_SEEDS, rules};
@@ -16,8 +17,9 @@ use crate::ensemble::{
     read_rows, render, render_rows, run, sort_rows, summaries, traces, tune, written_spreads,
 };
 use crate::error::Error;
-use crate::figure::{prepare_figures, write_charts, write_figures};
-use crate::output::{table, write_whole};
+use crate::figure::{figure_directory, write_charts, write_figures};
+use crate::output::{OutputDirectory, OutputFile, OverwriteGuard, table};
+use crate::typed_number;
 
 /// Samples per second if nobody says otherwise, Hz.
 const RATE_HZ: f64 = 1000.0;
@@ -52,7 +54,7 @@ pub struct Arguments {
     hard: bool,
     /// Samples per second, Hz; thesis-axis has its own, and a machine's own file has one already
     /// [default: 1000]
-    #[arg(long, value_name = "HZ")]
+    #[arg(long, value_name = "HZ", value_parser = typed_number::parse)]
     rate: Option<f64>,
     /// Then this many random moves in a row, the first of them judged against the last
     #[arg(long, value_name = "M", default_value_t = 0)]
@@ -66,7 +68,7 @@ pub struct Arguments {
     /// Tables in Markdown, a row for each family, as pages want them
     #[arg(long, conflicts_with = "json")]
     markdown: bool,
-    /// Write a line for each joint and law to this file
+    /// Write a line for each joint and law to this file; - for the standard output
     #[arg(long, value_name = "FILE")]
     csv: Option<PathBuf>,
     /// Draw success, clouds of settling and rest, and the worst joint's traces into this directory,
@@ -76,6 +78,9 @@ pub struct Arguments {
     /// Keep each line in this file as soon as it is there, and go on from it if it is there already
     #[arg(long, value_name = "FILE")]
     resume: Option<PathBuf>,
+    /// Write over a file that this command reads, or over a machine's file
+    #[arg(long)]
+    force: bool,
     /// Only part K of N of the joints; `stiction ensemble merge` puts the parts together
     #[arg(long, value_name = "K/N", requires = "resume")]
     shard: Option<String>,
@@ -107,7 +112,7 @@ pub struct Identify {
     seed: u64,
     /// Largest speed, deg/s, as of `device identify` [default: that of the profile, which the gains
     /// of PD give]
-    #[arg(long, value_name = "DEG/S")]
+    #[arg(long, value_name = "DEG/S", value_parser = typed_number::parse_single)]
     speed: Option<f32>,
     /// The table in Markdown, as pages want it
     #[arg(long)]
@@ -138,9 +143,12 @@ pub struct Merge {
     /// One JSON object instead of tables
     #[arg(long)]
     json: bool,
-    /// Write all lines to this file
+    /// Write all lines to this file; - for the standard output
     #[arg(long, value_name = "FILE")]
     csv: Option<PathBuf>,
+    /// Write over a file that this command reads, or over a machine's file
+    #[arg(long)]
+    force: bool,
 }
 
 /// How many joints a family may have.
@@ -173,22 +181,42 @@ impl Arguments {
             )));
         }
         let ensemble = self.ensemble()?;
+        let outputs = self.outputs(OverwriteGuard::new(self.force))?;
         let header = Header::of(&ensemble);
-        if let Some(directory) = &self.plot {
-            prepare_figures(directory)?;
-        }
-        let rows = self.collect(&header, |part| {
+        let rows = self.collect(&header, &outputs, |part| {
             let wanted =
                 |family: Family, case: u64, law: &str| part.wants(family.name(), case, law);
             run(&ensemble, wanted, |row| part.take(row))
         })?;
-        if let Some(directory) = &self.plot {
+        if let Some(directory) = &outputs.plot {
             self.draw(directory, &ensemble, &rows)?;
         }
-        if self.markdown {
-            return print(&markdown(&header, &summaries(&header, &rows)));
+        report(&header, &rows, self.form(), outputs.csv.as_ref())
+    }
+
+    const fn form(&self) -> Form {
+        match (self.json, self.markdown) {
+            (true, _) => Form::Json,
+            (_, true) => Form::Markdown,
+            _ => Form::Table,
         }
-        report(&header, &rows, self.json, self.csv.as_ref())
+    }
+
+    /// Checks the output paths before anything is run.
+    fn outputs(&self, guard: OverwriteGuard) -> Result<Outputs, Error> {
+        let resume = match self.resume.as_deref().map(|path| guard.results("--resume", path)) {
+            Some(Ok(file)) if file.is_standard_output() => {
+                let why = "the lines are read back from it, so that it has to be a file";
+                return Err(Error::Input(format!("--resume -: {why}")));
+            }
+            file => file.transpose()?,
+        };
+        // The lines that were kept are read.
+        let guard = self.resume.iter().fold(guard, OverwriteGuard::reads);
+        let csv = self.csv.as_ref().map(|path| guard.results("--csv", path)).transpose()?;
+        check_standard_output(self.json, csv.as_ref())?;
+        let plot = self.plot.as_ref().map(|path| figure_directory(&guard, "--plot", path));
+        Ok(Outputs { csv, resume, plot: plot.transpose()? })
     }
 
     /// Runs what is wanted of an ensemble, and returns all rows of it that are there then, in the
@@ -196,12 +224,13 @@ impl Arguments {
     fn collect(
         &self,
         header: &Header,
+        outputs: &Outputs,
         run: impl FnOnce(&Part) -> Result<(), Error>,
     ) -> Result<Vec<Row>, Error> {
         let shard = self.shard.as_deref().map(Shard::read).transpose()?;
-        let (kept, rows) = match &self.resume {
-            Some(path) => {
-                let (kept, rows) = Kept::open(path, header)?;
+        let (kept, rows) = match &outputs.resume {
+            Some(file) => {
+                let (kept, rows) = Kept::open(file, header)?;
                 (Some(Mutex::new(kept)), rows)
             }
             None => (None, Vec::new()),
@@ -226,9 +255,7 @@ impl Arguments {
         if let Some((option, _)) = foreign.iter().find(|(_, given)| *given) {
             return Err(Error::Input(format!("{option} does not go with --plant {file}")));
         }
-        if let Some(directory) = &self.plot {
-            prepare_figures(directory)?;
-        }
+        let outputs = self.outputs(OverwriteGuard::new(self.force).opens(file))?;
         let rate_hz = self.rate.map(allowed_rate).transpose()?;
         let document = Document::open(file)?;
         warn(&document.doubts()?);
@@ -244,21 +271,23 @@ impl Arguments {
         let controllers = &*self.controller;
         let machine = MachineEnsemble::open(file, Around { controllers, spreads, rate_hz })?;
         let header = Header::of_machine(&machine, self.seed, self.cases);
-        let rows = self.collect(&header, |part| {
+        let rows = self.collect(&header, &outputs, |part| {
             let wanted = |case: u64, law: &str| part.wants(&machine.group.name, case, law);
             machine.run_some([self.seed, self.cases], wanted, |row| part.take(row))
         })?;
-        if let Some(directory) = &self.plot {
+        if let Some(directory) = &outputs.plot {
             write_charts(directory, &charts(&header, &summaries(&header, &rows), &rows))?;
         }
-        if self.markdown {
-            return print(&markdown(&header, &summaries(&header, &rows)));
-        }
-        report(&header, &rows, self.json, self.csv.as_ref())
+        report(&header, &rows, self.form(), outputs.csv.as_ref())
     }
 
     /// Draws the charts, and the traces of the joint that was asked for or of each law's worst.
-    fn draw(&self, directory: &Path, ensemble: &Ensemble, rows: &[Row]) -> Result<(), Error> {
+    fn draw(
+        &self,
+        directory: &OutputDirectory,
+        ensemble: &Ensemble,
+        rows: &[Row],
+    ) -> Result<(), Error> {
         let header = Header::of(ensemble);
         let families = summaries(&header, rows);
         if self.case.is_none() {
@@ -295,6 +324,13 @@ impl Arguments {
             rules: rules(&self.controller)?,
         })
     }
+}
+
+/// Output paths that have passed the guard.
+struct Outputs {
+    csv: Option<OutputFile>,
+    resume: Option<OutputFile>,
+    plot: Option<OutputDirectory>,
 }
 
 /// The part of an ensemble that is run, and the rows that are there.
@@ -398,23 +434,43 @@ impl Identify {
 
 impl Merge {
     fn merge(&self) -> Result<(), Error> {
+        let guard = OverwriteGuard::new(self.force);
+        let guard = self.files.iter().fold(guard, OverwriteGuard::reads);
+        let csv = self.csv.as_ref().map(|path| guard.results("--csv", path)).transpose()?;
+        check_standard_output(self.json, csv.as_ref())?;
         let mut files = Vec::new();
         for path in &self.files {
             let (header, rows) = read_rows(path)?;
             files.push((path.display().to_string(), header, rows));
         }
         let (header, rows) = merge(&files)?;
-        report(&header, &rows, self.json, self.csv.as_ref())
+        let form = if self.json { Form::Json } else { Form::Table };
+        report(&header, &rows, form, csv.as_ref())
     }
 }
 
-fn report(header: &Header, rows: &[Row], json: bool, csv: Option<&PathBuf>) -> Result<(), Error> {
-    if let Some(path) = csv {
-        write_whole(path, &render_rows(header, rows)?)?;
+/// How the summaries are printed.
+#[derive(Clone, Copy)]
+enum Form {
+    Table,
+    Markdown,
+    Json,
+}
+
+fn report(
+    header: &Header,
+    rows: &[Row],
+    form: Form,
+    csv: Option<&OutputFile>,
+) -> Result<(), Error> {
+    if let Some(file) = csv {
+        file.write(&render_rows(header, rows)?)?;
     }
     let families = summaries(header, rows);
-    if json {
-        return print(&format!("{:#}\n", object(header, &families)));
-    }
-    print(&render(header, &families))
+    let text = match form {
+        Form::Json => format!("{:#}\n", object(header, &families)),
+        Form::Markdown => markdown(header, &families),
+        Form::Table => render(header, &families),
+    };
+    print_beside(csv, &text)
 }

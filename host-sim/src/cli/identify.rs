@@ -2,15 +2,17 @@
 
 use std::path::PathBuf;
 
-use super::{drawn, print, warn, wrote};
+use super::outputs::{check_standard_output, drew, print_beside, wrote};
+use super::{print, warn};
 use crate::document::Document;
 use crate::error::Error;
 use crate::experiment::Experiment;
-use crate::figure::{prepare_figures, write_figures};
+use crate::figure::{figure_directory, write_figures};
 use crate::log_identification::reading::{Columns, read};
 use crate::log_identification::units::{PositionUnit, Scale};
 use crate::log_identification::{Request, figures, identify, machine_file, output};
-use crate::output::write_whole;
+use crate::output::OverwriteGuard;
+use crate::typed_number;
 
 #[derive(Debug, clap::Args)]
 pub struct Arguments {
@@ -33,16 +35,16 @@ pub struct Arguments {
     #[arg(long, value_name = "UNIT")]
     position_unit: Option<PositionUnit>,
     /// Counts in a turn of the joint, for a position in counts
-    #[arg(long, value_name = "N")]
+    #[arg(long, value_name = "N", value_parser = typed_number::parse)]
     counts_per_turn: Option<f64>,
     /// N m at the joint (or N) of a unit of effort; negative, if it counts the other way
-    #[arg(long, value_name = "G", allow_hyphen_values = true)]
+    #[arg(long, value_name = "G", allow_hyphen_values = true, value_parser = typed_number::parse)]
     effort_gain: Option<f64>,
     /// Time after which the logged effort acts, s; left out: estimated
-    #[arg(long, value_name = "S", allow_hyphen_values = true)]
+    #[arg(long, value_name = "S", allow_hyphen_values = true, value_parser = typed_number::parse)]
     effort_delay: Option<f64>,
     /// Cut-off of the low-pass, Hz; left out: chosen from the noise of the position
-    #[arg(long, value_name = "HZ")]
+    #[arg(long, value_name = "HZ", value_parser = typed_number::parse)]
     cut_off: Option<f64>,
     /// Whether friction differs by the direction; left out: chosen
     #[arg(long)]
@@ -56,11 +58,12 @@ pub struct Arguments {
     /// One JSON object instead of a table
     #[arg(long)]
     json: bool,
-    /// Write the joint as a machine's file (a machine that turns, with --effort-gain)
+    /// Write the joint as a machine's file (a machine that turns, with --effort-gain); - for the
+    /// standard output
     #[arg(long, value_name = "FILE.toml")]
     into: Option<PathBuf>,
-    /// Write over a file that is there
-    #[arg(long, requires = "into")]
+    /// Write over a file that exists
+    #[arg(long)]
     force: bool,
     /// Draw fit, residual and friction into this directory, as SVG and PNG
     #[arg(long, value_name = "DIR")]
@@ -84,15 +87,11 @@ pub fn identify_log(arguments: &Arguments) -> Result<(), Error> {
     let mut warnings = Vec::new();
     let request = arguments.request(&mut warnings)?;
     // Before a long log is read.
-    if let Some(file) = arguments.into.as_ref().filter(|file| file.exists() && !arguments.force) {
-        let file = file.display();
-        return Err(Error::Input(format!(
-            "--into {file}: the file is there; --force writes over it"
-        )));
-    }
-    if let Some(directory) = &arguments.plot {
-        prepare_figures(directory)?;
-    }
+    let guard = OverwriteGuard::new(arguments.force).reads(&arguments.log);
+    let into = arguments.into.as_ref().map(|path| guard.new_file("--into", path)).transpose()?;
+    check_standard_output(arguments.json, into.as_ref())?;
+    let plot = arguments.plot.as_ref().map(|path| figure_directory(&guard, "--plot", path));
+    let plot = plot.transpose()?;
     let columns = Columns {
         time: arguments.time.clone(),
         position: arguments.position.clone(),
@@ -104,28 +103,28 @@ pub fn identify_log(arguments: &Arguments) -> Result<(), Error> {
     // A script is told what a person is told.
     found.warnings.splice(..0, warnings);
     warn(&found.warnings);
-    if let Some(file) = &arguments.into {
-        let file_name = file.to_string_lossy();
+    if let Some(file) = &into {
+        let file_name = file.path().to_string_lossy();
         let text = machine_file::machine_file(&file_name, &name, &found)?;
         let document = Document::parse(&file_name, &text)?;
         Experiment::plan(&document, &[], &[])?;
-        write_whole(file, text.as_bytes())?;
-        wrote(&file_name)?;
+        file.write(text.as_bytes())?;
+        wrote(file)?;
     }
-    if let Some(directory) = &arguments.plot {
+    if let Some(directory) = &plot {
         let stem = arguments.log.file_stem().unwrap_or_default().to_string_lossy();
         let mut figures = figures::figures(&stem, &found);
         if let Some(title) = &arguments.title {
             figures.iter_mut().for_each(|one| one.figure.title.clone_from(title));
         }
         write_figures(directory, &figures)?;
-        wrote(&drawn(figures.len(), directory))?;
+        drew(figures.len(), directory)?;
     }
     if arguments.json {
         let text = output::json(&name, &found).map_err(|error| Error::Input(error.to_string()))?;
         print(&(text + "\n"))
     } else {
-        print(&output::text(&found))
+        print_beside(into.as_ref(), &output::text(&found))
     }
 }
 
@@ -137,8 +136,8 @@ impl Arguments {
             "ms" => 1e-3,
             "us" => 1e-6,
             "ns" => 1e-9,
-            other => match other.parse::<f64>() {
-                Ok(seconds) if seconds > 0.0 && seconds.is_finite() => seconds,
+            other => match typed_number::parse(other) {
+                Ok(seconds) if seconds > 0.0 => seconds,
                 _ => {
                     return refuse(format!(
                         "--time-unit is `{other}`; allowed are s, ms, us, ns, or the seconds of a \

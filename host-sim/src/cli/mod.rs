@@ -8,6 +8,7 @@ mod identify;
 mod keys;
 mod list;
 mod new;
+mod outputs;
 mod params;
 mod plot;
 mod report;
@@ -22,7 +23,6 @@ mod target;
 mod tune;
 
 use std::io::{self, Write};
-use std::path::Path;
 use std::process::ExitCode;
 
 use clap::{Parser, Subcommand};
@@ -116,18 +116,6 @@ pub fn main() -> ExitCode {
             }
         }
     }
-}
-
-/// Says where files were written. Not on the standard output, which scripts read.
-fn wrote(what: &str) -> Result<(), Error> {
-    writeln!(io::stderr(), "wrote {what}")?;
-    Ok(())
-}
-
-/// So many figures, and where they are.
-fn drawn(figures: usize, directory: &Path) -> String {
-    let figures = if figures == 1 { "1 figure".into() } else { format!("{figures} figures") };
-    format!("{figures} as SVG and PNG into {}", directory.display())
 }
 
 /// Writes to the standard output.

@@ -1,28 +1,29 @@
 //! `stiction new`.
 
 use std::io::{IsTerminal, stdin};
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 
 use dialoguer::{Input, Select};
 use toml::Value;
 
-use super::{print, warn};
+use super::outputs::print_beside;
+use super::warn;
 use crate::data_sheet::tables::{DrivenBy, Side};
 use crate::draft::questions::{Kind, typed};
 use crate::draft::{Answers, QUESTIONS, Question, TYPICAL, Typical, text};
 use crate::error::Error;
 use crate::experiment::{Document, Experiment, parameters};
-use crate::output::write_whole;
+use crate::output::{OutputFile, OverwriteGuard};
 use crate::setup::name_of;
 
 #[derive(Debug, clap::Args)]
 pub struct Arguments {
-    /// The file to write
+    /// The file to write; - for the standard output
     file: PathBuf,
     /// Begin with a typical joint (harmonic, gimbal or thesis) and ask nothing
     #[arg(long, value_name = "NAME")]
     typical: Option<String>,
-    /// Write over a file that is there
+    /// Write over a file that exists
     #[arg(long)]
     force: bool,
     #[command(flatten)]
@@ -122,12 +123,9 @@ impl Flags {
 }
 
 pub fn new(arguments: &Arguments) -> Result<(), Error> {
-    let file = &arguments.file;
-    // Before anybody has answered a dozen questions.
-    if file.exists() && !arguments.force {
-        let name = file.display();
-        return Err(Error::Input(format!("new {name}: the file is there; --force writes over it")));
-    }
+    // Before the questions.
+    let output = OverwriteGuard::new(arguments.force).new_file("new", &arguments.file)?;
+    let file = output.path();
     let mut like = arguments.typical.as_deref().map(Typical::find).transpose()?;
     let is_asked = like.is_none() && stdin().is_terminal();
     if is_asked {
@@ -148,12 +146,13 @@ pub fn new(arguments: &Arguments) -> Result<(), Error> {
             open.join(", ")
         )));
     }
-    write(file, &answers, like.as_ref())
+    write(&output, &answers, like.as_ref())
 }
 
 /// Writes the file, once it is known that it runs.
-fn write(file: &Path, answers: &Answers, like: Option<&Typical>) -> Result<(), Error> {
-    let name = file.to_string_lossy();
+fn write(output: &OutputFile, answers: &Answers, like: Option<&Typical>) -> Result<(), Error> {
+    let is_file = !output.is_standard_output();
+    let name = if is_file { output.path().to_string_lossy() } else { "FILE.toml".into() };
     let text = text(&name, answers, like)?;
     let document = Document::parse(&name, &text)?;
     let experiment = Experiment::plan(&document, &[], &[])?;
@@ -162,12 +161,13 @@ fn write(file: &Path, answers: &Answers, like: Option<&Typical>) -> Result<(), E
     if let Some(Err(why)) = experiment.runs.first().map(parameters) {
         warn(&[format!("no device can run it: {why}")]);
     }
-    write_whole(file, text.as_bytes())?;
-    print(&format!(
+    output.write(text.as_bytes())?;
+    let text = format!(
         "{name}: {} runs; `stiction run {name}` makes them, `stiction show --units {name}` tells \
          its units\n",
         experiment.runs.len()
-    ))
+    );
+    print_beside(Some(output), &text)
 }
 
 fn asked<T>(answer: dialoguer::Result<T>) -> Result<T, Error> {

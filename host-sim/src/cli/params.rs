@@ -1,15 +1,15 @@
 //! `stiction params`.
 
-use std::fs;
 use std::path::PathBuf;
 
 use stiction::parameters::DeviceConfig;
 
-use super::{print, warn};
+use super::outputs::print_beside;
+use super::warn;
 use crate::device::sectors;
 use crate::error::Error;
 use crate::experiment::{Document, Experiment};
-use crate::output::write_whole;
+use crate::output::OverwriteGuard;
 
 /// Sector 10 of the flash; 11 follows it.
 const ADDRESS: u32 = 0x080C_0000;
@@ -18,9 +18,12 @@ const ADDRESS: u32 = 0x080C_0000;
 pub struct Arguments {
     /// A name from `stiction list`, or a machine's own TOML file
     experiment: String,
-    /// Where to write the contents of both parameter sectors
+    /// Where to write the contents of both parameter sectors; - for the standard output
     #[arg(short, long, value_name = "FILE")]
     out: PathBuf,
+    /// Write over a file that this command reads, or over a machine's file
+    #[arg(long)]
+    force: bool,
     /// Set a key of the file, as in device.autostart=true
     #[arg(long, value_name = "TABLE.KEY=VALUE")]
     set: Vec<String>,
@@ -30,6 +33,8 @@ pub struct Arguments {
 }
 
 pub fn params(arguments: &Arguments) -> Result<(), Error> {
+    let guard = OverwriteGuard::new(arguments.force).opens(&arguments.experiment);
+    let out = guard.results("--out", &arguments.out)?;
     let mut document = Document::open(&arguments.experiment)?;
     document.set(&arguments.set)?;
     warn(&document.doubts()?);
@@ -44,26 +49,19 @@ pub fn params(arguments: &Arguments) -> Result<(), Error> {
     warn(&experiment.left_out);
     let Some(plan) = experiment.runs.first() else { return Ok(()) };
     let sectors = sectors(plan)?;
-    let out = &arguments.out;
-    if let Some(directory) = out.parent() {
-        fs::create_dir_all(directory).map_err(|source| Error::File {
-            action: "write",
-            path: directory.to_owned(),
-            source,
-        })?;
-    }
-    write_whole(out, &sectors)?;
+    out.write(&sectors)?;
     let device = plan.machine.device.core(DeviceConfig::CAUTIOUS);
     let arming = if device.autostart {
         format!("arms by itself {} s after power-on", device.autostart_delay)
     } else {
         "does not move: device.autostart is false".into()
     };
-    let path = out.display();
-    print(&format!(
+    let path = if out.is_standard_output() { "FILE".into() } else { out.to_string() };
+    let text = format!(
         "{path}: {}, for sectors 10 and 11; the board {arming}\n\
          probe-rs download --chip STM32F405RGTx --binary-format bin --base-address {ADDRESS:#x} \
          {path}\n",
         plan.label,
-    ))
+    );
+    print_beside(Some(&out), &text)
 }

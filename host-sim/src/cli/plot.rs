@@ -4,8 +4,8 @@ use std::path::PathBuf;
 
 use super::print;
 use crate::error::Error;
-use crate::figure::{NamedFigure, logged, prepare_figures, write_figures};
-use crate::output::series;
+use crate::figure::{NamedFigure, figure_directory, logged, write_figures};
+use crate::output::{OverwriteGuard, series};
 
 #[derive(Debug, clap::Args)]
 pub struct Arguments {
@@ -16,12 +16,22 @@ pub struct Arguments {
     /// Where the figure is written, as SVG and PNG
     #[arg(long, value_name = "DIR", default_value = ".")]
     out: PathBuf,
+    /// Write over a file that this command reads, or over a machine's file
+    #[arg(long)]
+    force: bool,
     /// A title for the figure
     #[arg(long, value_name = "TEXT")]
     title: Option<String>,
 }
 
 pub fn plot(arguments: &Arguments) -> Result<(), Error> {
+    let stems =
+        arguments.files.iter().map(|file| file.file_stem().unwrap_or_default().to_string_lossy());
+    let stem = stems.collect::<Vec<_>>().join("-and-");
+    let guard = OverwriteGuard::new(arguments.force);
+    let guard = arguments.files.iter().fold(guard, OverwriteGuard::reads);
+    let out = figure_directory(&guard, "--out", &arguments.out)?;
+    ["svg", "png"].iter().try_for_each(|kind| out.check(&format!("{stem}.{kind}")))?;
     let mut all = Vec::new();
     for file in &arguments.files {
         all.extend(series::read(file)?);
@@ -35,15 +45,11 @@ pub fn plot(arguments: &Arguments) -> Result<(), Error> {
             logged::MOST
         )));
     }
-    prepare_figures(&arguments.out)?;
-    let stems =
-        arguments.files.iter().map(|file| file.file_stem().unwrap_or_default().to_string_lossy());
-    let stem = stems.collect::<Vec<_>>().join("-and-");
     let mut figure = logged::figure(&all);
     if let Some(title) = &arguments.title {
         figure.title.clone_from(title);
     }
-    write_figures(&arguments.out, &[NamedFigure { stem: stem.clone(), figure }])?;
+    write_figures(&out, &[NamedFigure { stem: stem.clone(), figure }])?;
     let path = arguments.out.join(stem);
     print(&format!("{}.svg and .png\n", path.display()))
 }

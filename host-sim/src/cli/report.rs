@@ -12,13 +12,16 @@ pub struct Arguments {
     /// Where the page is written, with that of the thesis its figures, too
     #[arg(long, value_name = "DIR", default_value = "report")]
     out: PathBuf,
+    /// Write over a file that this command reads, or over a machine's file
+    #[arg(long)]
+    force: bool,
     #[command(flatten)]
     tuning: Tuning,
 }
 
 #[cfg(not(feature = "report"))]
 pub fn report(arguments: &Arguments) -> Result<(), Error> {
-    let Arguments { file: _, out, tuning: _ } = arguments;
+    let Arguments { file: _, out, force: _, tuning: _ } = arguments;
     let option = format!("report in {}", out.display());
     Err(crate::missing_part::not_built(&option, "what makes it is", "report"))
 }
@@ -30,15 +33,19 @@ pub fn report(arguments: &Arguments) -> Result<(), Error> {
         None if arguments.tuning.is_asked() => {
             Err(Error::Input("report --tuned needs a machine's file: FILE.toml".into()))
         }
-        None => of_the_thesis(&arguments.out),
+        None => of_the_thesis(arguments),
     }
 }
 
 #[cfg(feature = "report")]
 fn of_a_joint(file: &str, arguments: &Arguments) -> Result<(), Error> {
     use crate::document::Document;
-    use crate::report::joint::{Asked, make};
+    use crate::output::OverwriteGuard;
+    use crate::report::joint::{Asked, make, page_name};
 
+    let guard = OverwriteGuard::new(arguments.force).opens(file);
+    let out = guard.directory("--out", &arguments.out)?;
+    out.check(&page_name(file))?;
     let document = Document::open(file)?;
     if document.is_lab() {
         let why = "is a friction experiment, which has no controller";
@@ -49,13 +56,14 @@ fn of_a_joint(file: &str, arguments: &Arguments) -> Result<(), Error> {
     let [document] = documents;
     let (cases, seed) = arguments.tuning.joints();
     let options = arguments.tuning.options();
-    let page = make(&Asked { document, tuned, options, cases, seed }, &arguments.out)?;
+    let page = make(&Asked { document, tuned, options, cases, seed }, &out)?;
     super::print(&format!("{}\nAll simulated: nothing has run on a motor.\n", page.display()))
 }
 
 #[cfg(feature = "report")]
-fn of_the_thesis(out: &std::path::Path) -> Result<(), Error> {
-    let made = crate::report::make(out)?;
+fn of_the_thesis(arguments: &Arguments) -> Result<(), Error> {
+    let guard = crate::output::OverwriteGuard::new(arguments.force);
+    let made = crate::report::make(&guard.directory("--out", &arguments.out)?)?;
     let claims = made.claims;
     super::print(&format!(
         "{}\n{} figures beside it, as SVG and PNG. Of the thesis's claims {} hold, {} hold \

@@ -2,12 +2,13 @@
 
 use std::path::PathBuf;
 
-use super::{drawn, print, target, warn, wrote};
+use super::outputs::{check_standard_output, drew, print_beside, wrote};
+use super::{print, target, warn};
 use crate::error::Error;
 use crate::experiment::{Document, Experiment};
-use crate::figure::{entitle, figures, prepare_figures, write_figures};
+use crate::figure::{entitle, figure_directory, figures, write_figures};
 use crate::lab::{self, LabResult};
-use crate::output::{csv, json, table, write_whole};
+use crate::output::{OutputDirectory, OutputFile, OverwriteGuard, csv, json, table};
 
 #[derive(Debug, clap::Args)]
 pub struct Arguments {
@@ -16,12 +17,16 @@ pub struct Arguments {
     /// One JSON object instead of a table
     #[arg(long)]
     json: bool,
-    /// Write the time series to this file (of several runs: with their labels in the first column)
+    /// Write the time series to this file, - for the standard output (of several runs: with their
+    /// labels in the first column)
     #[arg(long, value_name = "FILE")]
     csv: Option<PathBuf>,
     /// Draw the figures into this directory, as SVG and PNG
     #[arg(long, value_name = "DIR")]
     plot: Option<PathBuf>,
+    /// Write over a file that this command reads, or over a machine's file
+    #[arg(long)]
+    force: bool,
     /// A title for the figures
     #[arg(long, value_name = "TEXT", requires = "plot")]
     title: Option<String>,
@@ -49,9 +54,10 @@ pub struct Arguments {
 }
 
 pub fn run(arguments: &Arguments) -> Result<(), Error> {
+    let outputs = arguments.outputs()?;
     let mut document = Document::open(&arguments.experiment)?;
     if document.is_lab() {
-        return arguments.run_lab(document);
+        return arguments.run_lab(document, &outputs);
     }
     for (option, given) in
         [("--friction", &arguments.friction), ("--coupling", &arguments.coupling)]
@@ -73,35 +79,48 @@ pub fn run(arguments: &Arguments) -> Result<(), Error> {
         .collect();
     let experiment = Experiment::plan(&document, &arguments.controller, &fixed)?;
     warn(&experiment.left_out);
-    if let Some(directory) = &arguments.plot {
-        prepare_figures(directory)?;
-    }
     let results = arguments.target.run(&experiment.runs)?;
-    if let Some(path) = &arguments.csv {
+    if let Some(file) = &outputs.csv {
         let text = csv::render(&results).map_err(|error| Error::Input(error.to_string()))?;
-        write_whole(path, &text)?;
-        wrote(&path.display().to_string())?;
+        file.write(&text)?;
+        wrote(file)?;
     }
-    if let Some(directory) = &arguments.plot {
+    if let Some(directory) = &outputs.plot {
         let mut figures = figures(&experiment.name, &results, &document.machine()?.figures);
         if let Some(title) = &arguments.title {
             entitle(&mut figures, title);
         }
         write_figures(directory, &figures)?;
-        wrote(&drawn(figures.len(), directory))?;
+        drew(figures.len(), directory)?;
     }
     if arguments.json {
         let text =
             json::render(&experiment, &results).map_err(|error| Error::Input(error.to_string()))?;
         print(&(text + "\n"))
     } else {
-        print(&table::render(&results))
+        print_beside(outputs.csv.as_ref(), &table::render(&results))
     }
 }
 
+/// Output paths that have passed the guard.
+struct Outputs {
+    csv: Option<OutputFile>,
+    plot: Option<OutputDirectory>,
+}
+
 impl Arguments {
+    /// Checks the output paths before anything is run.
+    fn outputs(&self) -> Result<Outputs, Error> {
+        let guard = OverwriteGuard::new(self.force).opens(&self.experiment);
+        let guard = self.target.image().into_iter().fold(guard, OverwriteGuard::reads);
+        let csv = self.csv.as_ref().map(|path| guard.results("--csv", path)).transpose()?;
+        check_standard_output(self.json, csv.as_ref())?;
+        let plot = self.plot.as_ref().map(|path| figure_directory(&guard, "--plot", path));
+        Ok(Outputs { csv, plot: plot.transpose()? })
+    }
+
     /// A friction experiment: no controller, no samples.
-    fn run_lab(&self, mut document: Document) -> Result<(), Error> {
+    fn run_lab(&self, mut document: Document, outputs: &Outputs) -> Result<(), Error> {
         let foreign = [
             ("--controller", !self.controller.is_empty()),
             ("--delay", self.delay.is_some()),
@@ -129,33 +148,30 @@ impl Arguments {
             self.assignments().into_iter().chain(friction).chain(coupling).collect();
         document.set(&assignments)?;
         let plans = lab::plan(&document)?;
-        if let Some(directory) = &self.plot {
-            prepare_figures(directory)?;
-        }
         let (results, given_up) = told_apart(lab::run_all(&plans));
         if results.is_empty() {
             return given_up;
         }
-        if let Some(path) = &self.csv {
+        if let Some(file) = &outputs.csv {
             let text =
                 lab::output::csv(&results).map_err(|error| Error::Input(error.to_string()))?;
-            write_whole(path, &text)?;
-            wrote(&path.display().to_string())?;
+            file.write(&text)?;
+            wrote(file)?;
         }
         let setup = document.setup()?;
-        if let Some(directory) = &self.plot {
+        if let Some(directory) = &outputs.plot {
             let mut figures = lab::figures(&document.origin.name, &setup, &results);
             if let Some(title) = &self.title {
                 entitle(&mut figures, title);
             }
             write_figures(directory, &figures)?;
-            wrote(&drawn(figures.len(), directory))?;
+            drew(figures.len(), directory)?;
         }
         if self.json {
             let text = lab::output::json(&document.origin.name, &setup.source, &results);
             print(&(text.map_err(|error| Error::Input(error.to_string()))? + "\n"))?;
         } else {
-            print(&lab::output::table(&results))?;
+            print_beside(outputs.csv.as_ref(), &lab::output::table(&results))?;
         }
         given_up
     }

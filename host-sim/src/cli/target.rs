@@ -47,6 +47,11 @@ impl TargetArguments {
         self.target == Target::Host && !self.free_running && self.image.is_none() && !self.log
     }
 
+    /// Returns the flash image, if one was named.
+    pub const fn image(&self) -> Option<&PathBuf> {
+        self.image.as_ref()
+    }
+
     /// Runs all plans where they are to run.
     pub fn run(&self, plans: &[RunPlan]) -> Result<Vec<RunResult>, Error> {
         match self.target {

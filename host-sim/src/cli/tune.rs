@@ -6,12 +6,13 @@ use std::time::Instant;
 
 use indicatif::{ProgressBar, ProgressStyle};
 
-use super::{drawn, print, warn, wrote};
+use super::outputs::{check_standard_output, drew, print_beside, wrote};
+use super::{print, warn};
 use crate::ensemble::rules::TUNING_SEEDS;
 use crate::error::{Error, suggestion};
 use crate::experiment::Document;
-use crate::figure::{prepare_figures, write_charts};
-use crate::output::write_whole;
+use crate::figure::{figure_directory, write_charts};
+use crate::output::OverwriteGuard;
 use crate::tuning::{
     self, CASES, CASES_ALLOWED, Goal, Request, Tuned, charts, object, render, rewritten, spreads,
 };
@@ -43,9 +44,12 @@ pub struct Arguments {
     /// Seed of the joints; the gains are judged on those of the next one
     #[arg(long, default_value_t = *TUNING_SEEDS.start())]
     seed: u64,
-    /// The new file [default: FILE.tuned.toml]
+    /// The new file, - for the standard output [default: FILE.tuned.toml]
     #[arg(long, value_name = "FILE.toml")]
     out: Option<PathBuf>,
+    /// Write over a file that exists
+    #[arg(long)]
+    force: bool,
     /// One JSON object instead of a table
     #[arg(long)]
     json: bool,
@@ -86,6 +90,12 @@ pub(super) fn tune_each(request: &Request, controllers: &[String]) -> Result<Vec
 
 impl Arguments {
     fn run(&self) -> Result<(), Error> {
+        let guard = OverwriteGuard::new(self.force).opens(&self.file);
+        let out = self.out.clone().unwrap_or_else(|| tuned_name(&self.file));
+        let out = guard.new_file("--out", &out)?;
+        check_standard_output(self.json, Some(&out))?;
+        let plot = self.plot.as_ref().map(|path| figure_directory(&guard, "--plot", path));
+        let plot = plot.transpose()?;
         let document = Document::open(&self.file)?;
         if document.is_lab() {
             let why = "is a friction experiment, which has no controller";
@@ -93,14 +103,6 @@ impl Arguments {
         }
         warn(&document.doubts()?);
         let text = Document::text(&self.file)?;
-        let out = self.out.clone().unwrap_or_else(|| tuned_name(&self.file));
-        if out.exists() {
-            let why = "is there already, and nothing is written over; --out names another file";
-            return Err(Error::Input(format!("{} {why}", out.display())));
-        }
-        if let Some(directory) = &self.plot {
-            prepare_figures(directory)?;
-        }
         let request = Request {
             file: self.file.clone(),
             goal: self.goal,
@@ -112,17 +114,18 @@ impl Arguments {
         };
         let controllers = self.controllers(&request.document)?;
         let tuned = tune_each(&request, &controllers)?;
-        if let Some(directory) = &self.plot {
+        if let Some(directory) = &plot {
             let charts = charts(&self.file, &tuned);
             write_charts(directory, &charts)?;
-            wrote(&drawn(charts.len(), directory))?;
+            drew(charts.len(), directory)?;
         }
-        write_whole(&out, rewritten(&text, &tuned)?.as_bytes())?;
-        wrote(&out.display().to_string())?;
+        out.write(rewritten(&text, &tuned)?.as_bytes())?;
+        wrote(&out)?;
         if self.json {
             return print(&format!("{:#}\n", object(&self.file, &tuned)));
         }
-        print(&(render(&tuned) + &legend(request.judges(), &request.spreads)))
+        let text = render(&tuned) + &legend(request.judges(), &request.spreads);
+        print_beside(Some(&out), &text)
     }
 
     /// The controllers that were asked for, by their names in the file.

@@ -17,7 +17,7 @@ mod tables;
 #[cfg(test)]
 mod tests;
 
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 use std::time::{Duration, Instant};
 
 use indicatif::{ProgressBar, ProgressStyle};
@@ -27,7 +27,7 @@ use self::evidence::Plans;
 use self::figures::Drawing;
 pub use self::page::Tally;
 use crate::error::Error;
-use crate::output::{prepare_directory, write_whole};
+use crate::output::OutputDirectory;
 
 /// Pixels of a PNG for each unit of its SVG, as of `run --plot`.
 const SCALE: f32 = 2.0;
@@ -45,14 +45,17 @@ pub struct Made {
     pub wall: Duration,
 }
 
+/// File name of the page.
+const PAGE: &str = "index.html";
+
 /// Makes the report in a directory: `index.html`, which needs nothing else, and its figures as
 /// files.
 ///
 /// # Errors
 /// Says what could not be written, or names a drawing or a table's row that has nothing to show.
-pub fn make(directory: &Path) -> Result<Made, Error> {
+pub fn make(directory: &OutputDirectory) -> Result<Made, Error> {
     let begin = Instant::now();
-    prepare_directory(directory)?;
+    directory.check(PAGE)?;
     let (plans, texts) = (Plans::new()?, content::figures()?);
     // The one beyond the thesis as well.
     let drawings = texts.iter().map(|text| text.drawings.len()).sum::<usize>() + 1;
@@ -70,14 +73,12 @@ pub fn make(directory: &Path) -> Result<Made, Error> {
 }
 
 /// Writes the page last: once it is there, everything is.
-fn write(directory: &Path, rendered: &Rendered) -> Result<PathBuf, Error> {
+fn write(directory: &OutputDirectory, rendered: &Rendered) -> Result<PathBuf, Error> {
     for (stem, svg, png) in &rendered.files {
-        write_whole(&directory.join(format!("{stem}.svg")), svg.as_bytes())?;
-        write_whole(&directory.join(format!("{stem}.png")), png)?;
+        directory.write(&format!("{stem}.svg"), svg.as_bytes())?;
+        directory.write(&format!("{stem}.png"), png)?;
     }
-    let page = directory.join("index.html");
-    write_whole(&page, rendered.page.as_bytes())?;
-    Ok(page)
+    directory.write(PAGE, rendered.page.as_bytes())
 }
 
 /// The report before it is written.

@@ -15,6 +15,7 @@ use crate::device::machine_file;
 use crate::error::{Error, suggestion};
 use crate::experiment::{Document, about_law};
 use crate::keys::{self, Row};
+use crate::typed_number;
 
 /// A value of the parameters, by its path in a machine's file.
 type Values = Vec<(String, String)>;
@@ -67,7 +68,9 @@ pub fn changed(text: &str, changes: &BTreeMap<String, String>) -> Result<Paramet
             let near = suggestion(path, known.iter().map(String::as_str));
             return Err(Error::Input(format!("params: there is no value `{path}`{near}")));
         }
-        put(&mut document, path, value(written));
+        let value =
+            value(written).map_err(|why| Error::Input(format!("params: `{path}`: {why}")))?;
+        put(&mut document, path, value);
     }
     let text = toml::to_string(&document).map_err(|error| Error::Input(error.to_string()))?;
     machine_file::read("params", &text)
@@ -118,12 +121,30 @@ fn put(table: &mut Table, path: &str, value: toml::Value) {
     }
 }
 
-/// What was typed: a number, a flag or a list, and else a word.
-fn value(written: &str) -> toml::Value {
+/// Reads what was typed: a number, a flag or a list, and else a word. A list has brackets, so a
+/// comma without them is a decimal comma.
+fn value(written: &str) -> Result<toml::Value, String> {
+    let typed = written.trim();
+    let number = match typed_number::parse(typed) {
+        // A key of a whole number takes no 5.0.
+        Ok(number) => {
+            let whole = typed.parse().map(toml::Value::Integer);
+            return Ok(whole.unwrap_or(toml::Value::Float(number)));
+        }
+        Err(why) => why,
+    };
     let parsed: Result<Table, _> = toml::from_str(&format!("value = {written}"));
     let parsed = parsed.ok().filter(|table| table.len() == 1);
-    let parsed = parsed.and_then(|mut table| table.remove("value"));
-    parsed.unwrap_or_else(|| toml::Value::String(written.trim().to_owned()))
+    match parsed.and_then(|mut table| table.remove("value")) {
+        // TOML has numbers that are typed nowhere else, such as 1_000 and 0x10.
+        Some(toml::Value::Integer(_) | toml::Value::Float(_)) => Err(number),
+        Some(value) => Ok(value),
+        // What begins as a number is one that was typed wrong, and no word.
+        None if typed.starts_with(|c: char| c.is_ascii_digit() || "+-.,\u{2212}".contains(c)) => {
+            Err(number)
+        }
+        None => Ok(toml::Value::String(typed.to_owned())),
+    }
 }
 
 /// The declaration of a key; `controller.srnf` is a table of the kind `controller.NAME`.
@@ -188,6 +209,23 @@ mod tests {
         assert_eq!(now.limits.link_timeout, 0.0);
         let reverse = set("encoder.direction", "reverse").unwrap();
         assert_ne!(reverse.controller.encoder.direction, parameters().controller.encoder.direction);
+    }
+
+    #[test]
+    fn a_decimal_comma_is_read_as_in_the_field_of_a_position() {
+        let stall = |value| set("limits.stall_s", value).map(|now| now.limits.stall_time);
+        assert_eq!(stall("0,75").unwrap(), 0.75);
+        assert_eq!(stall(".75").unwrap(), 0.75);
+        for (typed, why) in [
+            ("60,125", "`60,125` is ambiguous"),
+            ("1_000", "`1_000` is not a number"),
+            ("0x1", "`0x1` is not a number"),
+            ("7,5,5", "`7,5,5` is not a number"),
+            ("1 s", "`1 s` is not a number"),
+        ] {
+            let said = stall(typed).unwrap_err().to_string();
+            assert!(said.contains(why) && said.contains("limits.stall_s"), "{said}");
+        }
     }
 
     #[test]

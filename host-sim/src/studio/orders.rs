@@ -5,7 +5,7 @@ use std::time::Duration;
 
 use serde_json::{Value, json};
 use stiction::identification::Summary;
-use stiction::jog::Asked;
+use stiction::jog::{Asked, Verdict};
 use stiction::{Parameters, identification};
 
 use super::desk::{FoundJoint, Order};
@@ -15,7 +15,7 @@ use super::request::{Ask, Way};
 use super::wording::{of_a_page, without_bounds};
 use super::worker::{Running, Worker};
 use crate::device::client::Map;
-use crate::device::identified::Identified;
+use crate::device::identified::{Identified, doubts};
 use crate::device::wire::Wire;
 use crate::device::{into, jogged, machine_file, words};
 use crate::error::Error;
@@ -76,11 +76,13 @@ impl<W: Wire> Worker<'_, W> {
                 "stops here, and is held"
             }
             Ask::Move(deg) => {
+                self.check_target(*deg)?;
                 self.client.move_to(*deg)?;
                 self.tell_motion(&Way::Move(*deg));
                 return Ok(format!("moves to {deg} deg").into());
             }
             Ask::Step(deg) => {
+                self.check_target(*deg)?;
                 self.client.step_to(*deg)?;
                 self.tell_motion(&Way::Step(*deg));
                 return Ok(format!("steps to {deg} deg").into());
@@ -181,7 +183,7 @@ impl<W: Wire> Worker<'_, W> {
     /// Tells all pages of an identification that has ended, and keeps the joint that was found as a
     /// machine's file: the one that `device identify --into` writes. If it is no joint for a file,
     /// the one that was found before stays, and is told again. Returns what was found in words.
-    fn identified(&mut self, summary: Summary, map: Map) -> Result<String, Error> {
+    fn identified(&mut self, summary: Summary, map: Map) -> Result<Report, Error> {
         let ((document, units), without) = match self.of_file() {
             Ok(known) => (known, String::new()),
             Err(error) => ((None, None), format!("\nnot in SI units: {error}")),
@@ -195,7 +197,7 @@ impl<W: Wire> Worker<'_, W> {
         let nothing = || Document::parse("no file", "");
         let file = document.map_or_else(nothing, Ok).and_then(|of| self.file_of(&found, &of));
         let mut told = match &file {
-            Ok(_) => json!({ "ok": true, "said": said }),
+            Ok(_) => json!({ "ok": true, "said": said, "doubts": doubts(&summary.doubts) }),
             Err(error) => {
                 json!({ "ok": false, "said": said, "why": without_bounds(&error.to_string()) })
             }
@@ -213,7 +215,12 @@ impl<W: Wire> Worker<'_, W> {
         if is_new {
             self.drop_test_of_found();
         }
-        Ok(said)
+        let grade = match found.verdict() {
+            "good" => Grade::Good,
+            "no result" => Grade::Bad,
+            _ => Grade::Doubtful,
+        };
+        Ok(Report { said, grade })
     }
 
     /// The file of a joint that was found.
@@ -229,23 +236,51 @@ impl<W: Wire> Worker<'_, W> {
     }
 
     /// What a motion has found that has ended.
-    pub(super) fn found(&mut self, running: Running) -> Result<String, Error> {
-        let nothing = "ended before anything was found";
+    pub(super) fn found(&mut self, running: Running) -> Result<Report, Error> {
+        let nothing = |what: &str| Report::bad(format!("{what}: ended before anything was found"));
         Ok(match running {
             Running::Jog => match self.client.jogged()? {
-                Some(found) => jogged::words(&found, &self.client.parameters()?),
-                None => format!("jog: {nothing}"),
+                Some(found) => {
+                    let said = jogged::words(&found, &self.client.parameters()?);
+                    match found.verdict() {
+                        Verdict::Agrees => Report { said, grade: Grade::Good },
+                        _ => Report::bad(said),
+                    }
+                }
+                None => nothing("jog"),
             },
             Running::Identification => match self.client.identified()? {
                 Some((summary, map)) => self.identified(summary, map)?,
-                None => format!("identify: {nothing}"),
+                None => nothing("identify"),
             },
             Running::Ramp(rate) => match self.client.levels()? {
-                Some(levels) => words::levels(&levels, rate),
-                None => format!("identify: {nothing}"),
+                Some(levels) => Report { said: words::levels(&levels, rate), grade: Grade::Good },
+                None => nothing("identify"),
             },
         })
     }
+}
+
+/// Result of a motion that has ended, in words.
+pub(super) struct Report {
+    pub said: String,
+    pub grade: Grade,
+}
+
+impl Report {
+    /// A result that is not usable.
+    pub const fn bad(said: String) -> Self {
+        Self { said, grade: Grade::Bad }
+    }
+}
+
+/// Grade of a result, by which a page marks it. A doubtful result is usable, and has doubts.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, serde::Serialize)]
+#[serde(rename_all = "lowercase")]
+pub(super) enum Grade {
+    Good,
+    Doubtful,
+    Bad,
 }
 
 fn said_changes(before: &Parameters, after: &Parameters) -> Result<Value, Error> {

@@ -10,6 +10,7 @@ use super::form;
 use super::request::Way;
 use super::worker::Worker;
 use crate::device::signals::{OF_THE_LOOP, Signals};
+use crate::device::travel::Travel;
 use crate::device::wire::Wire;
 use crate::device::words;
 use crate::error::Error;
@@ -42,6 +43,7 @@ impl<W: Wire> Worker<'_, W> {
                 "text": words::status(status),
                 "lost": self.client.lost(),
                 "link_timeout_s": self.link_timeout,
+                "targets_deg": self.travel.and_then(|travel| travel.targets_deg()),
             }),
         );
     }
@@ -71,6 +73,7 @@ impl<W: Wire> Worker<'_, W> {
             (took_s / f64::from(status.sample_time).max(1e-6)).ceil().clamp(1.0, 1000.0) as u16
         };
         let parameters = self.client.parameters().ok();
+        self.travel = parameters.as_ref().map(Travel::new);
         self.link_timeout = parameters.as_ref().map_or(0.0, |all| all.limits.link_timeout);
         self.frame.flush(&self.shared.news);
         self.client.subscribe(mask, every)?;

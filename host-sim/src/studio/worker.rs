@@ -18,13 +18,16 @@ use std::time::{Duration, Instant};
 use serde_json::json;
 use stiction::Parameters;
 use stiction::link::{Sample, StateCode, Status};
+use stiction::signal::name;
 
 use super::control::TAKEN;
 use super::desk::{Order, Shared, Talking};
 use super::news::Frame;
+use super::orders::Report;
 use super::selftest::Test;
 use crate::device::client::Client;
 use crate::device::signals::Signals;
+use crate::device::travel::Travel;
 use crate::device::wire::Wire;
 use crate::error::Error;
 
@@ -115,6 +118,8 @@ pub struct Worker<'a, W> {
     heard: Instant,
     /// s; zero if it is off.
     pub(super) link_timeout: f32,
+    /// Range of the targets of typed moves; none without parameters.
+    pub(super) travel: Option<Travel>,
     /// The last sample: where the set point is, for who is told of a move.
     pub(super) last: Option<Sample>,
 }
@@ -209,6 +214,7 @@ impl<'a, W: Wire> Worker<'a, W> {
             word: shared.word(),
             heard: now,
             link_timeout: 0.0,
+            travel: None,
             last: None,
         };
         let status = worker.client.status()?;
@@ -316,6 +322,24 @@ impl<'a, W: Wire> Worker<'a, W> {
         self.ask_status().map(|_| ())
     }
 
+    /// Updates the zero of the arming, from which targets are typed.
+    fn follow_travel(&mut self, status: &Status) {
+        let armed = self.last.as_ref().filter(|sample| self.signals.is_armed(sample));
+        let sample = armed.map(|sample| {
+            let ticks = status.clock.wrapping_sub(sample.clock) as i32;
+            let counts = self.signals.number(sample, const { name("counts") }) as i32;
+            (f64::from(ticks) * f64::from(status.sample_time), counts)
+        });
+        if let Some(travel) = &mut self.travel {
+            travel.follow(status, sample);
+        }
+    }
+
+    /// Checks the target of a move, deg from the zero of the arming.
+    pub(super) fn check_target(&self, deg: f64) -> Result<(), Error> {
+        self.travel.map_or(Ok(()), |travel| travel.check(deg))
+    }
+
     /// Looks whether the page that commands has given a word.
     fn listen(&mut self) {
         let word = self.shared.word();
@@ -361,15 +385,16 @@ impl<'a, W: Wire> Worker<'a, W> {
         self.show_kept();
         self.driven = status.state == StateCode::Armed;
         self.armed_here &= self.driven;
+        self.follow_travel(&status);
         self.testing_since(status.clock);
         if !self.driven
             && let Some(running) = self.running.take()
         {
-            let text = match self.found(running) {
+            let Report { said, grade } = match self.found(running) {
                 Err(error @ (Error::Device(_) | Error::Emulator(_))) => return Err(error),
-                found => found.unwrap_or_else(|error| error.to_string()),
+                found => found.unwrap_or_else(|error| Report::bad(error.to_string())),
             };
-            self.shared.news.tell("found", json!({ "said": text }));
+            self.shared.news.tell("found", json!({ "said": said, "grade": grade }));
             self.shared.news.forget("found");
         }
         if !self.driven {

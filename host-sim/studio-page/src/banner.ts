@@ -27,7 +27,7 @@ function device({ inPage, connected, gone, hello, driven }: Seen): Said {
     return [
       'quiet',
       'A SIMULATION IN THIS PAGE',
-      gone ?? 'no motor: nothing is connected, and nothing moves',
+      gone ?? 'no motor: nothing is connected, and every motion is simulated',
     ];
   if (!connected) {
     return hello && hello.kind !== 'board'
@@ -45,12 +45,12 @@ function device({ inPage, connected, gone, hello, driven }: Seen): Said {
   }
   if (gone !== null) return ['unknown', '? THE DEVICE DOES NOT ANSWER', gone];
   if (!hello) return ['unknown', '? CONNECTING', 'nothing is known of the motor yet'];
-  if (hello.kind === 'simulated') return ['quiet', 'SIMULATED JOINT', 'nothing moves'];
+  if (hello.kind === 'simulated') return ['quiet', 'SIMULATED JOINT', 'simulated: no motor'];
   if (hello.kind === 'emulated')
     return [
       'quiet',
       'EMULATED MICROCONTROLLER',
-      'the flash image around a simulated joint: nothing moves',
+      'the flash image around a simulated joint: no motor',
     ];
   if (driven === null)
     return ['unknown', '? A REAL MOTOR', 'it is not known whether it is driven: keep clear of it'];

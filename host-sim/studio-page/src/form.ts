@@ -1,6 +1,8 @@
 // The form of the parameters. What there is, what it means and what is allowed is told by the
 // server, which has it from the core's declarations; the device judges what is typed.
 
+import { reading } from './typed-number';
+
 export type Row = {
   path: string;
   table: string;
@@ -107,7 +109,10 @@ export class Form {
       box.classList.toggle('edited', edit !== undefined);
       box.classList.toggle('unsaved', unsaved);
       const marks = [];
-      if (edit !== undefined) marks.push(`✎ not set yet; in use is ${row.value}`);
+      if (edit !== undefined) {
+        const read = reading(edit);
+        marks.push(`✎ not set yet${read ? `, ${read}` : ''}; in use is ${row.value}`);
+      }
       if (unsaved) marks.push(`◆ in use, not saved; saved is ${row.saved}`);
       const there = this.compared?.values[row.path];
       const differs = there !== undefined && there !== row.value;

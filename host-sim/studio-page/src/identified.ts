@@ -20,11 +20,16 @@ export class Identified {
     });
   }
 
-  told({ ok, said: words, why, file }: Event): void {
+  told({ ok, said: words, why, file, doubts }: Event): void {
+    const doubtful: string[] = doubts ?? [];
     by('identified-words').textContent = words;
     by('identified-words').hidden = false;
+    by('identified-said').className = ok ? (doubtful.length ? 'doubted' : 'passed') : 'failed';
     by('identified-said').textContent = ok
-      ? `✓ ${file} has this joint, with how far it may be off. ${TAKEN}`
+      ? [
+          `${doubtful.length ? '⚠' : '✓'} ${file} has this joint, with its uncertainty. ${TAKEN}`,
+          ...doubtful.map((one) => `Doubtful: ${one}`),
+        ].join('\n')
       : `✕ This is no joint for a file: ${why}.` +
         (file ? ` ${file} has the joint that was found before.` : '');
     by('identified-save').textContent = `Download ${file ?? ''}`;

@@ -14,7 +14,9 @@ import { forget, motions } from './motions';
 import { Parameters } from './parameters';
 import { Planes } from './planes';
 import { Plots, shown } from './plots';
-import { ask, listEvents, note, said } from './said';
+import { count as counted } from './count';
+import { fields, PositionField } from './field';
+import { ask, graded, listEvents, note, said } from './said';
 import { errorCounts, panels, position, reference, type Read } from './terms';
 import { Selftest } from './selftest';
 import { Tuning } from './tuning';
@@ -22,7 +24,7 @@ import { WhatIf } from './what-if';
 import { IN_PAGE } from './wire';
 
 // As in page.css.
-const NARROW = 900;
+const NARROW = 640;
 
 let dirty = true;
 let lastState = '';
@@ -58,6 +60,8 @@ const tuning = new Tuning(link, (gains) => {
   return count;
 });
 const selftest = new Selftest(link);
+const positionField = new PositionField();
+fields();
 const identified = new Identified();
 const commissioning = new Commissioning((view, search) => {
   if (search !== undefined) {
@@ -91,6 +95,7 @@ function told(event: Event): void {
       if (event.state !== lastState)
         note(event.fault ? `${event.state}: ${event.fault.said}` : event.state);
       lastState = event.state;
+      positionField.follow(event.targets_deg ?? null);
       break;
     case 'parameters':
       app.file = event.file;
@@ -129,7 +134,7 @@ function told(event: Event): void {
       whatIf.predicted(event);
       return;
     case 'found':
-      said(event.said, true);
+      graded(event.said, event.grade);
       break;
     case 'gone':
       app.gone = event.said;
@@ -142,7 +147,7 @@ function told(event: Event): void {
       said('the device answers again', true);
       break;
     case 'skipped':
-      note(`this page was too slow: ${event.messages} messages were left out`);
+      note(`this page was too slow: ${counted(event.messages, 'message')} left out`);
       break;
   }
   look();
@@ -186,6 +191,19 @@ const WORDS: Record<string, string> = {
   faulted: 'the motor is off, and stays off',
 };
 
+// A joint without a motor has a loop that is closed or open.
+const WITHOUT_MOTOR: Record<string, string> = {
+  stopped: 'the loop is open',
+  armed: 'the loop is closed',
+  faulted: 'the loop is open, and stays open',
+};
+
+function meaning(state: string): string {
+  const isBoard = IN_PAGE ? false : app.hello?.kind === 'board';
+  const unknown = isBoard ? 'nothing is known of the motor' : 'nothing is known of the device';
+  return (isBoard ? undefined : WITHOUT_MOTOR[state]) ?? WORDS[state] ?? unknown;
+}
+
 // Who listens to the page is told again whatever is written anew, so only what has changed is.
 function tell(id: string, what: string): void {
   if (by(id).textContent !== what) by(id).textContent = what;
@@ -200,6 +218,10 @@ function look(): void {
   by('banner').className = kind;
   tell('banner-what', what);
   tell('banner-more', more);
+  // What was measured last is no measurement of now.
+  const isStale = !recording && hello !== null && (!app.connected || app.gone !== null);
+  document.body.classList.toggle('stale', isStale);
+  by('stale').hidden = !isStale;
   document.title = `${what.toLowerCase()} – stiction studio`;
   by('device').textContent = hello
     ? `${hello.device}, firmware ${hello.firmware}, law: ${parameters.law}`
@@ -208,7 +230,7 @@ function look(): void {
   by('state').className = state;
   by('state').replaceChildren(
     element('strong', { textContent: state }),
-    element('span', { textContent: WORDS[state] ?? 'nothing is known of the motor' }),
+    element('span', { textContent: meaning(state) }),
   );
   if (status?.fault)
     by('state').append(
@@ -280,6 +302,10 @@ function show(name: string): void {
   }
   if (name === 'session') listEvents();
   if (name === 'what-if') whatIf.open();
+  // On a phone the view is below the commands.
+  if (innerWidth < NARROW) document.querySelector('nav')!.scrollIntoView();
+  // Of a long view, the begin is shown.
+  else scrollTo(0, 0);
   dirty = true;
 }
 
@@ -304,7 +330,7 @@ function readings(): void {
   const { length, resets, gapCount: gaps } = history;
   const every = history.hello?.every ?? 1;
   by('samples').textContent = [
-    `${length} samples`,
+    counted(length, 'sample'),
     ...(every > 1 ? [`1 of ${every} ticks`] : []),
     history.lost ? `${history.lost} lost in ${gaps} ${gaps === 1 ? 'gap' : 'gaps'}` : 'none lost',
     ...(resets ? [`the device was reset ${resets === 1 ? 'once' : `${resets} times`}`] : []),
@@ -314,16 +340,16 @@ function readings(): void {
 // Drawing takes a third of the time at most: the words that keep the link alive come first.
 let drawn = 0;
 let took = 0;
-let counted = 0;
+let countedAt = 0;
 let count = 0;
 function frame(now: number): void {
   requestAnimationFrame(frame);
   if (!dirty || !history.hello || now - drawn < Math.max(30, 3 * took)) return;
   count++;
-  if (now - counted >= 1000) {
+  if (now - countedAt >= 1000) {
     by('drawn').textContent =
-      `drawn ${Math.round((1000 * count) / (now - counted))} times a second`;
-    [counted, count] = [now, 0];
+      `drawn ${Math.round((1000 * count) / (now - countedAt))} times a second`;
+    [countedAt, count] = [now, 0];
   }
   drawn = now;
   dirty = false;
@@ -356,12 +382,7 @@ listen(
     ),
   },
 );
-for (const tab of tabs)
-  tab.onclick = () => {
-    show(tab.dataset.view!);
-    // On a phone the view lies below the buttons.
-    if (innerWidth < NARROW) tab.parentElement!.scrollIntoView();
-  };
+for (const tab of tabs) tab.onclick = () => show(tab.dataset.view!);
 
 on('stop', () => {
   forget();

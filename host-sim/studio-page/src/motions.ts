@@ -3,7 +3,8 @@
 
 import { app, by, history, on } from './app';
 import type { Link } from './link';
-import { ask, number } from './said';
+import { number } from './field';
+import { ask } from './said';
 import { reference } from './terms';
 
 const WORD = 'ARM';

@@ -29,8 +29,24 @@ export function listEvents(): void {
   );
 }
 
-export function said(what: string, ok: boolean, mark = ok ? '✓' : '✕ Refused:'): void {
-  const item = element('li', { className: ok ? 'done' : 'refused' });
+// Whether something is as it should be; a doubt is neither.
+export type Grade = 'good' | 'doubtful' | 'bad';
+
+export const MARKS: Record<Grade, string> = { good: '✓', doubtful: '⚠', bad: '✕' };
+const LOOKS: Record<Grade, string> = { good: 'done', doubtful: 'doubted', bad: 'refused' };
+
+// Says what was found, with the mark of its grade.
+export function graded(what: string, grade: Grade): void {
+  said(what, grade === 'good', MARKS[grade], LOOKS[grade]);
+}
+
+export function said(
+  what: string,
+  ok: boolean,
+  mark = ok ? '✓' : '✕ Refused:',
+  className = ok ? 'done' : 'refused',
+): void {
+  const item = element('li', { className });
   item.textContent = `${mark} ${what}`;
   by('said').prepend(item);
   while (by('said').childElementCount > MOST_SAID) by('said').lastElementChild!.remove();
@@ -42,15 +58,4 @@ export async function ask(link: Link, what: string, more: object = {}): Promise<
   const answer = await link.ask(what, more);
   said(answer.said, answer.ok);
   return answer;
-}
-
-// A number that was typed.
-export function number(id: string): number | null {
-  const field = by<HTMLInputElement>(id);
-  const typed = field.value.trim().replace(',', '.').replace('−', '-');
-  const value = typed === '' ? NaN : Number(typed);
-  if (Number.isFinite(value)) return value;
-  said(`${field.value || 'nothing'}: allowed is a number, as in -2.5`, false);
-  field.focus();
-  return null;
 }

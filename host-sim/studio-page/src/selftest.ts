@@ -3,11 +3,13 @@
 
 import { app, by, element, may, on } from './app';
 import { reason } from './commissioning';
+import { count } from './count';
+import { number } from './field';
 import { doubted, last, offer } from './identified';
 import type { Event, Link } from './link';
 import { turnOn } from './motions';
 import { shown } from './plots';
-import { ask, number, said } from './said';
+import { ask, graded, MARKS, said, type Grade } from './said';
 import { download, stamp } from './session';
 import { brief, table } from './tuning';
 
@@ -32,6 +34,12 @@ type Move = {
   predicted_settled_s: Range | null;
   predicted_rest_counts: Range | null;
 };
+
+const LOOKS: Record<Grade, string> = { good: 'passed', doubtful: 'doubted', bad: 'failed' };
+
+// The verdict with its doubts, which stand beside it wherever it is shown.
+const doubts = ({ said: verdict, result }: Event): string =>
+  [verdict, ...(result?.doubts ?? []).map((one: string) => `Doubtful: ${one}`)].join('\n');
 
 // What is asked for; another one is another prediction.
 const FIELDS = ['selftest-joint', 'selftest-moves', 'selftest-range'];
@@ -93,7 +101,7 @@ export class Selftest {
     const deg = isGiven ? number('selftest-range') : undefined;
     if (moves === null || deg === null) return;
     if (!Number.isInteger(moves) || moves < 2 || moves > 200)
-      return said(`${moves} moves: allowed is a whole number from 2 to 200`, false);
+      return said(`${count(moves, 'move')}: it must be a whole number from 2 to 200`, false);
     const answer = await ask(this.link, 'predict-selftest', { moves, deg, joint });
     if (!answer.ok) this.say(`✕ ${answer.said}`);
   }
@@ -119,18 +127,18 @@ export class Selftest {
     const range = event.range_deg ?? event.result?.range_deg;
     if (range !== undefined)
       by('selftest-go').textContent =
-        `2. Make the ${event.moves} moves within ${shown(range)} deg, judged by ` +
+        `2. Make the ${count(event.moves, 'move')} within ${shown(range)} deg, judged by ` +
         `the joint of ${last(event.machine)}`;
     const bar = by<HTMLProgressElement>('selftest-runs');
     if (event.phase === 'moving') [bar.max, bar.value] = [event.moves, event.made];
     else if (event.phase === 'predicting') [bar.max, bar.value] = [event.joints, event.over];
     this.say(this.words(event));
-    const passed = event.result?.remark ? 'doubted' : 'passed';
-    by('selftest-said').className = event.phase === 'done' ? (event.ok ? passed : 'failed') : '';
+    const grade = this.grade(event);
+    by('selftest-said').className = event.phase === 'done' ? LOOKS[grade] : '';
     if (event.phase === 'ready') this.ready(event);
     if (event.phase === 'done') {
       this.done(event);
-      if (before === 'moving') said(`self-test: ${event.said}`, event.ok, event.ok ? '✓' : '✕');
+      if (before === 'moving') graded(`self-test: ${doubts(event)}`, grade);
     }
     const isOver = before === 'predicting' || before === 'moving';
     if (event.phase === 'none' && event.said && isOver) said(event.said, false, '✕');
@@ -139,16 +147,22 @@ export class Selftest {
     this.enable();
   }
 
+  // A pass with a doubt is not as good as one without.
+  private grade({ ok, result }: Event): Grade {
+    if (!ok) return 'bad';
+    return result?.remark || result?.doubts?.length ? 'doubtful' : 'good';
+  }
+
   private words(event: Event): string {
     switch (event.phase) {
       case 'predicting':
         return (
-          `Predicting ${event.moves} moves of ${event.joints} simulated joints around that of ` +
+          `Predicting ${count(event.moves, 'move')} of ${event.joints} simulated joints around that of ` +
           `${last(event.machine)}. Nothing moves.`
         );
       case 'ready':
         return (
-          `${event.moves} moves, within ${shown(event.range_deg)} deg to either side of where ` +
+          `${count(event.moves, 'move')}, within ${shown(event.range_deg)} deg to either side of where ` +
           `the joint stands, in up to ${duration(event.longest_s)}. Keep that room clear.`
         );
       case 'moving':
@@ -156,7 +170,7 @@ export class Selftest {
           ? 'Armed: the first move begins when the soft start is over.'
           : `Move ${event.made + 1} of ${event.moves}, to ${shown(event.to_deg)} deg.`;
       case 'done':
-        return `${event.ok ? '✓' : '✕'} ${event.said}`;
+        return `${MARKS[this.grade(event)]} ${doubts(event)}`;
       default:
         return event.said ? `✕ ${event.said}` : '';
     }
@@ -211,7 +225,7 @@ export class Selftest {
     const moves: Move[] = result.moves;
     const each = element('details');
     each.append(
-      element('summary', { textContent: `Each of the ${moves.length} moves` }),
+      element('summary', { textContent: `Each of the ${count(moves.length, 'move')}` }),
       table(
         [
           'to, deg',
@@ -250,7 +264,6 @@ export class Selftest {
     by('selftest-result').replaceChildren(
       ...(result.warning ? [element('p', { className: 'hint', textContent: result.warning })] : []),
       ...(checks.length ? [figures] : []),
-      ...doubted(result.doubts),
       ...differing(result.differences),
       ...(moves.length ? [each] : []),
       element('div', { className: 'tools' }, save),
@@ -277,7 +290,7 @@ function differing(lines: string[]): HTMLElement[] {
   list.append(
     element('summary', {
       textContent:
-        `The device differs from the file in ${lines.length} values, and the prediction is ` +
+        `The device differs from the file in ${count(lines.length, 'value')}, and the prediction is ` +
         'of the device’s',
     }),
     element('ul', {}, ...lines.map((line) => element('li', { textContent: line }))),

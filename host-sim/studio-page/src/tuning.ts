@@ -2,10 +2,12 @@
 // and nothing is set.
 
 import { app, by, element, on } from './app';
-import { doubted, last, offer } from './identified';
+import { count } from './count';
+import { number } from './field';
+import { last, offer } from './identified';
 import type { Event, Link } from './link';
 import { shown } from './plots';
-import { ask, number, said } from './said';
+import { ask, graded, MARKS, said, type Grade } from './said';
 import { download } from './session';
 
 type Figures = {
@@ -85,7 +87,7 @@ export class Tuning {
     const cases = number('tune-cases');
     if (cases === null) return;
     if (!Number.isInteger(cases) || cases < 0)
-      return said(`${cases} joints: allowed is a whole number from 1 to 1000`, false);
+      return said(`${count(cases, 'joint')}: it must be a whole number from 1 to 1000`, false);
     const laws = law === ALL ? [] : [law];
     const joint = value('tune-joint') || 'file';
     await ask(this.link, 'tune', { laws, goal: value('tune-goal'), joint, limits, cases });
@@ -99,7 +101,7 @@ export class Tuning {
     this.running = running !== null;
     this.whose();
     // The count is told to nobody aloud.
-    by('tune-count').textContent = running ? `${running.tried} sets of gains tried` : '';
+    by('tune-count').textContent = running ? `${count(running.tried, 'set')} of gains tried` : '';
     if (running)
       this.say(
         `${running.law}, law ${running.place} of ${running.of}, for ${running.goal}, ` +
@@ -170,11 +172,27 @@ export class Tuning {
   // What was found last.
   found(event: Event): void {
     by('tune-count').textContent = '';
-    this.say(`${event.ok ? '✓' : '✕'} ${event.said}`);
-    if (this.running) said(event.said, event.ok, event.ok ? '✓' : '✕');
     this.clear();
-    if (!event.ok) return;
+    if (!event.ok) {
+      this.say(`${MARKS.bad} ${event.said}`);
+      if (this.running) graded(event.said, 'bad');
+      return;
+    }
     const all: [string, Tuned][] = Object.entries(event.result.controllers);
+    const failing = all.filter(([, tuned]) => succeeds(tuned) === 0);
+    const grade: Grade =
+      failing.length === all.length
+        ? 'bad'
+        : event.doubts.length || failing.length
+          ? 'doubtful'
+          : 'good';
+    const words = [
+      ...(failing.length === all.length ? [] : [event.said]),
+      ...failing.map(([law, tuned]) => `${law}: ${refusal(tuned)}`),
+      ...event.doubts.map((one: string) => `Doubtful: ${one}`),
+    ].join('\n');
+    this.say(`${MARKS[grade]} ${words}`);
+    if (this.running) graded(words, grade);
     const save = element('button', { id: 'tune-save', textContent: `Download ${event.file}` });
     save.onclick = () => download(new Blob([event.toml], { type: 'application/toml' }), event.file);
     const picture = (svg: string, place: number) => {
@@ -198,9 +216,8 @@ export class Tuning {
           `${event.joints} joints that the gains were not found on, each with and without a ` +
           `sample of delay: ${event.spreads.map(brief).join(', ')}.`,
       }),
-      ...doubted(event.doubts),
       ...all.map(([law, tuned]) => this.law(law, tuned)),
-      ...(all.some(([, { better }]) => better)
+      ...(all.some(([, tuned]) => isBetter(tuned))
         ? [element('div', { className: 'tools' }, save)]
         : []),
       ...(event.charts.length ? [pictures] : []),
@@ -209,10 +226,15 @@ export class Tuning {
   }
 
   private law(law: string, tuned: Tuned): HTMLElement {
-    const { better, gains, before, after, tried, gain_margins, worst } = tuned;
+    const { gains, before, after, tried, gain_margins, worst } = tuned;
+    const better = isBetter(tuned);
     const [least, most] = gain_margins;
     const box = element('section', { className: 'tuned' });
-    const what = better ? 'better gains were found' : 'the file’s gains stay';
+    const what = better
+      ? 'better gains were found'
+      : succeeds(tuned) === 0
+        ? refusal(tuned)
+        : 'the file’s gains stay';
     box.append(element('h3', { textContent: `${law}: ${what}` }));
     if (better)
       box.append(
@@ -227,7 +249,7 @@ export class Tuning {
         [['file', ...figures(before)], ...(better ? [['tuned', ...figures(after)]] : [])],
       ),
     );
-    const words = [`${tried} sets of gains were tried.`];
+    const words = [`${count(tried, 'set')} of gains ${tried === 1 ? 'was' : 'were'} tried.`];
     if (least < most)
       words.push(
         `With a sample of delay it succeeds from ${shown(least)} to ${shown(most)} times the ` +
@@ -250,10 +272,10 @@ export class Tuning {
           `controller.${law}.${key}`,
           to,
         ]);
-        const count = this.put(Object.fromEntries(entries));
+        const changed = this.put(Object.fromEntries(entries));
         said(
-          count
-            ? `${count} gains stand in the form; “Set” sends them to the device`
+          changed
+            ? `the form has ${count(changed, 'new gain')}; “Set” sends them to the device`
             : 'the device has these gains already',
           true,
         );
@@ -271,6 +293,12 @@ export class Tuning {
     return box;
   }
 }
+
+// Gains that fail on every joint are no better than others that do.
+const succeeds = ({ before, after }: Tuned) => Math.max(before.successes, after.successes);
+const isBetter = (tuned: Tuned) => tuned.better && succeeds(tuned) > 0;
+const refusal = ({ after }: Tuned) =>
+  `no gains succeed on any of the ${count(after.cases, 'case')}; the file’s gains stay`;
 
 function figures(of: Figures): string[] {
   const tracking = of.tracking_counts;

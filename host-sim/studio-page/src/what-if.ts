@@ -8,6 +8,7 @@ import type { Event, Link } from './link';
 import { measured } from './measured';
 import { shown } from './plots';
 import { LOOKS, type Look } from './terms';
+import { parse } from './typed-number';
 
 type Knob = {
   path: string;
@@ -257,7 +258,7 @@ export class WhatIf {
   // The move that is predicted, and where it begins.
   private way(): { way: object; from: number } | null {
     const how = by<HTMLSelectElement>('what-if-way').value;
-    const typed = Number(by<HTMLInputElement>('what-if-deg').value.replace(',', '.'));
+    const typed = parse(by<HTMLInputElement>('what-if-deg').value);
     by('what-if-deg').hidden = how !== 'move' && how !== 'step';
     if (how === 'last' && app.motion && app.hello) {
       const { way, from_counts } = app.motion;
@@ -269,10 +270,8 @@ export class WhatIf {
       const trajectory = this.now?.trajectory;
       return trajectory ? { way: { how, trajectory }, from: 0 } : null;
     }
-    const deg = how === 'last' ? 5 : typed;
-    return Number.isFinite(deg)
-      ? { way: { how: how === 'step' ? how : 'move', deg }, from: 0 }
-      : null;
+    const deg = how === 'last' ? 5 : typed.value;
+    return deg !== null ? { way: { how: how === 'step' ? how : 'move', deg }, from: 0 } : null;
   }
 
   // Asks for a prediction, one at a time: what changes meanwhile is asked for with the answer.
@@ -285,7 +284,8 @@ export class WhatIf {
     }
     const moved = this.way();
     if (!moved) {
-      by('what-if-said').textContent = '✕ There is no such move.';
+      const { refused } = parse(by<HTMLInputElement>('what-if-deg').value);
+      by('what-if-said').textContent = `✕ ${refused ?? 'There is no such move.'}`;
       return;
     }
     this.asked = now;

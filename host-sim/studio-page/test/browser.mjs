@@ -13,7 +13,10 @@ import { join } from 'node:path';
 import { McapStreamReader } from '@mcap/core';
 import { begins, commissioning, isFound } from './commissioning.mjs';
 import { emulated } from './emulated.mjs';
+import { refusedFile } from './refused-file.mjs';
+import { results } from './results.mjs';
 import { after, file, launch, open, serve, shown, state, text, told } from './studio.mjs';
+import { typed } from './typed.mjs';
 import { unknown } from './unknown.mjs';
 import { views } from './views.mjs';
 
@@ -66,16 +69,16 @@ const of_session = ({ hello }, sample, signal) =>
 function parts() {
   const of = { state, text, said, visit, command };
   const [tunes, tests, board] = Object.entries(commissioning(of));
-  const parts = [...Object.entries(unknown(of)), ...Object.entries(views(of))];
+  const parts = [typed, results, unknown, views].flatMap((part) => Object.entries(part(of)));
   return Object.fromEntries([tunes, tests, ...parts, board]);
 }
 
 const tests = {
-  async 'every view opens, and says that nothing moves'(page) {
+  async 'every view opens, and says that there is no motor'(page) {
     for (const view of VIEWS) {
       await page.locator(`[data-view=${view}]`).click();
       await page.locator(`#${view}`).waitFor();
-      assert.match(await text(page, '#banner'), /SIMULATED JOINT\s*nothing moves/);
+      assert.match(await text(page, '#banner'), /SIMULATED JOINT\s*simulated: no motor/);
       assert.ok(await page.locator('#stop').isVisible());
     }
     await page.keyboard.press('1');
@@ -138,7 +141,7 @@ const tests = {
     await said(page, '2^30 counts');
     await page.locator('#deg').fill('five');
     await page.locator('#deg').press('Enter');
-    await said(page, 'allowed is a number');
+    await said(page, '`five` is not a number');
     await page.locator('#stop').click();
     await state(page, 'stopped');
   },
@@ -402,6 +405,10 @@ try {
     assert.deepEqual(other.mistakes, []);
   });
   failed += isFine ? 0 : 1;
+  const isKept = await told('a file that the playground refuses leaves its joint alone', () =>
+    refusedFile(context),
+  );
+  failed += isKept ? 0 : 1;
   bench.server.kill();
   await other.close();
   if (pictures) await take(browser, url);
@@ -410,6 +417,10 @@ try {
   server.kill();
   await ended;
   await last.locator('#banner', { hasText: 'NO CONNECTION' }).waitFor();
+  // What was measured last is grey, and named as such.
+  await last.locator('.stale #stale').waitFor();
+  const opacity = await last.locator('#now').evaluate((now) => getComputedStyle(now).opacity);
+  assert.ok(Number(opacity) < 0.6, opacity);
   console.log('ok      a server that is killed is seen');
   await last.close();
   if (image) {

@@ -9,7 +9,7 @@ export async function emulated({ state, text, said, visit, command }, context, a
   const page = await visit(context, address);
   const wait = { timeout: PATIENCE };
   page.setDefaultTimeout(PATIENCE);
-  const says = /EMULATED MICROCONTROLLER\s*the flash image .*: nothing moves$/;
+  const says = /EMULATED MICROCONTROLLER\s*the flash image .*: no motor$/;
   assert.match(await text(page, '#banner'), says);
   await page.locator('#arm').click();
   await state(page, 'armed');

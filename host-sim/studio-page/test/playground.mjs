@@ -225,11 +225,17 @@ const tests = {
     assert.match(await text(page, '#banner'), /no motor/);
   },
 
-  async 'a file that is wrong is refused with the reason'(page) {
+  async 'a file that is wrong is refused with the reason, and the joint in use stays'(page) {
     const wrong = `${gimbal}.toml`;
     writeFileSync(wrong, readFileSync(gimbal, 'utf8').replace('ratio =', 'ration ='));
-    await own(page, wrong);
+    await page.locator('#arm').click();
+    await state(page, 'armed');
+    await page.locator('#playground-file').setInputFiles(wrong);
     await page.locator('#playground-said', { hasText: 'ration' }).waitFor();
+    // The joint is the same one, armed as before, and still obeys.
+    await state(page, 'armed');
+    await page.locator('#stop').click();
+    await state(page, 'stopped');
     assert.match(await text(page, '#banner'), /no motor/);
     await Promise.all([
       page.waitForEvent('load'),

@@ -140,7 +140,10 @@ fn a_new_file_is_refused_by_what_is_missing_or_there() {
     assert_eq!(fs::read_dir(directory.path()).unwrap().count(), 0);
     fs::write(&file, "mine").unwrap();
     let again = ["new", &file, "--typical", "gimbal"];
-    assert_eq!(complaint(stiction(&again), &["the file is there; --force writes over it"]), None);
+    assert_eq!(
+        complaint(stiction(&again), &["the file exists; name another file, or add --force"]),
+        None
+    );
     assert_eq!(fs::read_to_string(&file).unwrap(), "mine");
     assert!(stiction(&[&again[..], &["--force"]].concat()).output().unwrap().status.success());
     assert_ne!(fs::read_to_string(&file).unwrap(), "mine");

@@ -15,6 +15,7 @@ mod files;
 mod logs;
 mod names;
 mod not_built_in;
+mod overwriting;
 mod refusal;
 mod set_keys;
 mod spread;

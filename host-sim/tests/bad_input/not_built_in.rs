@@ -11,8 +11,10 @@ use super::stiction;
 #[test]
 fn the_emulator_is_named_with_the_command_that_builds_it_in() {
     let command = stiction(&["run", "step-response", "--target", "emulator"]);
-    let complaint =
-        complaint(command, &["--target emulator", "cargo build", "--features emulator"]);
+    let complaint = complaint(
+        command,
+        &["--target emulator", "cargo install --path host-sim", "--features emulator"],
+    );
     assert_eq!(complaint, None);
 }
 
@@ -33,7 +35,11 @@ fn what_is_not_built_in_is_named_with_the_command_that_builds_it_in() {
     ];
     assert_all_refused(cases.into_iter().filter(|(is_built_in, ..)| !is_built_in).map(
         |(_, feature, arguments)| {
-            (arguments.join(" "), stiction(arguments), vec!["cargo build", "--features", feature])
+            (
+                arguments.join(" "),
+                stiction(arguments),
+                vec!["cargo install --path host-sim", "--features", feature],
+            )
         },
     ));
     assert_eq!(fs::read_dir(directory.path()).unwrap().count(), 0);

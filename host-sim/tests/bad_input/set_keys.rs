@@ -73,6 +73,11 @@ fn a_key_that_is_set_wrongly_is_named_with_what_was_found_and_what_is_allowed() 
         ),
         (STEP, "loop.velocity_window=5.0", &["is 5.0; allowed is a whole number from 2 to 16"]),
         (STEP, "encoder.counter_bits=16.0", &["is 16.0; allowed is the whole number 16 or 32"]),
+        (STEP, "goal.tolerance_deg=fine", &["`goal.tolerance_deg` is \"fine\"", "a number"]),
+        (STEP, "goal.tolerance=1", &["unknown key `goal.tolerance`", "`tolerance_deg`?"]),
+        (STEP, "goal.tolerance_deg=0", &["is 0; allowed is a finite number above 0"]),
+        (STEP, "goal.settle_s=-0.5", &["is -0.5; allowed is a finite number above 0"]),
+        (STEP, "goal.hold_s=inf", &["allowed is a finite number above 0"]),
         (STEP, "run.delay_samples=true", &["is true; allowed is the whole number 0 or 1"]),
         // Out of range.
         (

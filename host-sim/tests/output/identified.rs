@@ -78,7 +78,11 @@ fn the_joint_that_was_found_is_a_file_whose_spread_holds_the_truth() {
     // Nothing is written over, and nothing moves for that.
     let again = asked(&["identify", "--into", &file]);
     assert_eq!((again.status.code(), words(&again.stdout)), (Some(2), String::new()));
-    assert!(words(&again.stderr).contains("--overwrite"), "{}", words(&again.stderr));
+    assert!(
+        words(&again.stderr).contains("the file exists; name another file, or add --force"),
+        "{}",
+        words(&again.stderr)
+    );
     assert_eq!(fs::read_to_string(&file).unwrap(), text);
 }
 

@@ -18,6 +18,7 @@ mod new_joint;
 mod own_file;
 mod plots;
 mod runs;
+mod standard_output;
 mod table;
 mod tuning;
 mod version;

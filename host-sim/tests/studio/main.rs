@@ -174,12 +174,28 @@ fn what_the_device_refuses_is_refused_with_its_reason() {
         assert_ne!(row["saved"], row["value"]);
         page.done(arm()).await;
         assert!(page.refused(set("0.5")).await.contains("`stop` first"));
-        assert!(page.refused(go(70.0)).await.contains("limits.position_min_deg"));
+        // The joint was armed where it stood at power-on.
+        let said = page.refused(go(70.0)).await;
+        assert!(said.contains("limits.position_min_deg") && said.contains(" to 50"), "{said}");
         page.done(json!({ "do": "stop" })).await;
         page.done(json!({ "do": "undo" })).await;
         page.form(0).await;
         assert!(page.done(set("0.75")).await.contains("-> 0.75"));
         page.done(json!({ "do": "save" })).await;
+    });
+}
+
+#[test]
+fn without_limits_of_travel_a_target_beyond_one_turn_is_refused() {
+    run(async {
+        let server = studio(&[]);
+        let mut page = Page::open(&server).await;
+        page.done(arm()).await;
+        for how in ["move", "step"] {
+            let said = page.refused(json!({ "do": how, "deg": 99999 })).await;
+            assert!(said.contains("it must be -360 to 360 deg"), "{said}");
+        }
+        assert_eq!(page.event("status").await["targets_deg"], json!([-360.0, 360.0]));
     });
 }
 

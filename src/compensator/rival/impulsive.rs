@@ -24,8 +24,8 @@
 //! armed: no more within 1.5 counts, again beyond 2.5 counts or with a new motion
 //! ```
 //!
-//! Why this form: an integral has to creep up to a breakaway that nobody knows, and then has too
-//! much; a pulse is far above any breakaway, and how far it moves depends on the friction in
+//! Why this form: an integral has to creep up to an unknown breakaway, and then has too much;
+//! a pulse is far above any breakaway, and how far it moves depends on the friction in
 //! motion, which is known within a factor. Guarantees: with `A` well above the friction the error
 //! shrinks with each pulse by about `(F_hi - F_lo)/(F_hi + F_lo)` for every friction in the range,
 //! without knowing it (van de Wouw and Leine, "Robust impulsive control of motion systems with

@@ -13,20 +13,20 @@
 //!     u_b = clamp(-J x3 - s R_0, 0.8 F_hi + u_L)
 //! ```
 //!
-//! with `u_L` the largest load that is told; zero turns the rule off, and the law is the one
+//! with `u_L` the largest configured load; zero turns the rule off, and the law is the one
 //! without it.
 //!
 //! Why this form: without it the observer's disturbance is dropped at the end of a motion, and a
 //! load above the static friction runs away with the joint, until it is lost, and again. The load
-//! is then told from friction by what is known: `R_0`, since the learned `R_i` has the load in it.
-//! The filter of 1/30 s keeps the swings of a flexible joint out of `u_b`: without it the prototype
-//! made some flexible joints spin. L4 hands over between motion and rest without a step of the
-//! effort.
+//! is then distinguished from friction by what is known: `R_0`, since the learned `R_i` has the
+//! load in it. The filter of 1/30 s keeps the swings of a flexible joint out of `u_b`: without it
+//! the prototype made some flexible joints spin. L4 hands over between motion and rest without a
+//! step of the effort.
 //!
 //! Guarantees: the hold effort stays within `0.8 F_hi + u_L`. With `u_L = 0` nothing of the law is
 //! different. L6 is not the prototype's: a hold effort that is halved there lets the load creep
-//! away for ever. Does badly: while the joint is first released nobody holds it, and it drops until
-//! the observer has learned the load, which takes some 20 ms; tell the hold effort at enabling.
+//! away forever. Does badly: while the joint is first released nothing holds it, and it drops until
+//! the observer has learned the load, which takes some 20 ms; set the hold effort at enabling.
 //! Where no load can drive the joint the rule leaves a hold effort that heats the motor for
 //! nothing. Of flexible joints a few may still spin: the overspeed monitor is what stops them.
 
@@ -35,7 +35,7 @@ use crate::saturation::bounded;
 /// The rule, prepared for a joint and a sample time.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct LoadRule {
-    /// Whether a load was told.
+    /// Whether a load is configured.
     pub acts: bool,
     /// The weight of a tick in w.
     rate: f32,

@@ -23,7 +23,7 @@
 //!   Kp = g^2 J w_n^2,   Kd = g max(0, 2 zeta J w_n - B),   while it moves g is 0.3 at least
 //! ```
 //!
-//! `q` is one count. With a load that is told, the joint is lost (*) beyond `|e_b| + 64 q` already.
+//! `q` is one count. With a configured load, the joint is lost (*) beyond `|e_b| + 64 q` already.
 //! `p` is the profile within the set point `r`
 //! ([`BoundedAcceleration`](crate::profile::BoundedAcceleration)), `x2` and `x3` are the observer's
 //! ([`extended_state_observer`]), `R_i` the learned friction ([`sliding_friction`]), `A` and `N`
@@ -36,7 +36,7 @@
 //!
 //! Why this form: a law that is a function of the error rests where its effort equals the friction,
 //! or swings about the target. An attempt decides only at rest, learns from what it did, and stops
-//! where the error is as small as the encoder can tell: the stop band of 1.25 counts leaves a true
+//! where the error is as small as the encoder resolves: the stop band of 1.25 counts leaves a true
 //! error of 1.75 at most. Everything that happens fast is planned open loop, so a delay, a coarse
 //! encoder or a spring makes attempts worse, not the loop unstable.
 //!

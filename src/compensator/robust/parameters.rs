@@ -1,6 +1,6 @@
-//! What `robust` is told, and the rules for everything else.
+//! Parameters of `robust`, and the rules for those that are not set.
 //!
-//! A user tells the joint: inertia `J`, viscous friction `B`, the range of breakaway efforts
+//! A user sets, of the joint: inertia `J`, viscous friction `B`, the range of breakaway efforts
 //! `[F_lo, F_hi]`, the encoder's side and its jitter. The sample time `h`, the count `q`, the
 //! largest effort `u_m` and its step `u_q` are those of the loop. Each other value has a rule, and
 //! may be overridden; zero means the rule.
@@ -12,7 +12,7 @@
 //!   1/2, so that two samples of delay are borne.
 //! - Observer in motion `w_e'`: `w_e`, with the encoder on the load `min(15, 0.7 / h)`. That load
 //!   swings at 5 Hz and more, and its disturbance drives the swing if it is fed back to the motor
-//!   with less delay. An `observer_rad_per_s` that is told holds for both.
+//!   with less delay. A set `observer_rad_per_s` holds for both.
 //! - Acceleration `a_m`: `0.25 u_m / J`. Friction and damping get the other three quarters.
 //! - Speed `v_m`: `0.15 u_m / B`, and no more than 3 rad/s if `h <= 10 ms` or `B = 0`. Viscous
 //!   friction takes 15 % of the limit, and a profile needs a finite speed.
@@ -46,7 +46,7 @@ choice! {
 }
 
 table! {
-    /// What `robust` is told of the joint. The examples are the thesis's axis.
+    /// Parameters of the joint under `robust`. The examples are the thesis's axis.
     #[derive(Clone, Copy, Debug, PartialEq)]
     pub struct RobustGains (law) "controller" {
         /// Moment of inertia J, as the effort that an acceleration needs, V s^2/deg.
@@ -94,8 +94,8 @@ table! {
 
 impl RobustGains {
     /// Returns the same gains, with bandwidth, observer, acceleration and speed as the rules give
-    /// them where they are not told. The law is the same one. So the observer is left out with the
-    /// encoder on the load: there its rule has two values, and what is told holds for both.
+    /// them where they are not set. The law is the same one. So the observer is left out with the
+    /// encoder on the load: there its rule has two values, and a set one holds for both.
     #[must_use]
     pub fn written_out(&self, around: &Loop) -> Self {
         let Rules { bandwidth, observer, acceleration, speed, on_load, .. } =
@@ -134,34 +134,34 @@ pub(super) struct Rules {
 }
 
 impl Rules {
-    pub fn new(told: &RobustGains, around: &Loop) -> Self {
+    pub fn new(gains: &RobustGains, around: &Loop) -> Self {
         let h = around.sample_time;
-        let on_load = told.encoder_side == EncoderSide::Load;
+        let on_load = gains.encoder_side == EncoderSide::Load;
         let slow = h > SLOW;
-        let or = |told: f32, rule: f32| if told > 0.0 { told } else { rule };
+        let or = |set: f32, rule: f32| if set > 0.0 { set } else { rule };
         let on = |motor: f32, load: f32| if on_load { load } else { motor };
         let ticks = |time: f32, least: u16| ((time / h + 0.5) as u16).max(least);
         let hertz = core::f32::consts::TAU;
         // Without viscous friction the quotient is infinite, and the cap is what is left.
-        let viscous_speed = 0.15 * around.full_scale / told.viscous;
-        let capped = !slow || told.viscous == 0.0;
+        let viscous_speed = 0.15 * around.full_scale / gains.viscous;
+        let capped = !slow || gains.viscous == 0.0;
         let speed = if capped { viscous_speed.min(SPEED_CAP) } else { viscous_speed };
-        let acceleration = or(told.acceleration, 0.25 * around.full_scale / told.inertia);
-        let least_learned = LEAST_LEARNED * told.breakaway_low;
-        let slowly = (least_learned / told.viscous).max(3.0 * acceleration * h);
+        let acceleration = or(gains.acceleration, 0.25 * around.full_scale / gains.inertia);
+        let least_learned = LEAST_LEARNED * gains.breakaway_low;
+        let slowly = (least_learned / gains.viscous).max(3.0 * acceleration * h);
         let learned_to = if slow { slowly } else { f32::INFINITY };
         Self {
             on_load,
-            bandwidth: or(told.bandwidth, (hertz * on(8.0, 2.0)).min(0.14 / h)),
-            observer: or(told.observer, (0.7 / h).min(110.0)),
-            observer_in_motion: or(told.observer, (0.7 / h).min(on(110.0, 15.0))),
+            bandwidth: or(gains.bandwidth, (hertz * on(8.0, 2.0)).min(0.14 / h)),
+            observer: or(gains.observer, (0.7 / h).min(110.0)),
+            observer_in_motion: or(gains.observer, (0.7 / h).min(on(110.0, 15.0))),
             acceleration,
-            speed: or(told.speed, speed.min(HUGE)),
-            learned_to: or(told.learned_to, learned_to),
-            hold_step: or(told.hold_step, 0.15 * told.breakaway_low),
-            least_gain: or(told.least_gain, on(0.1, 0.05)),
+            speed: or(gains.speed, speed.min(HUGE)),
+            learned_to: or(gains.learned_to, learned_to),
+            hold_step: or(gains.hold_step, 0.15 * gains.breakaway_low),
+            least_gain: or(gains.least_gain, on(0.1, 0.05)),
             rest: if slow { 3 } else { 6 },
-            coast: ticks(or(told.coast_time, on(0.01, 0.06)), 3),
+            coast: ticks(or(gains.coast_time, on(0.01, 0.06)), 3),
             hold: ticks(0.02, 3),
             leave: ticks(0.04, 2),
             first_wait: ticks(0.02, 3),
@@ -185,18 +185,18 @@ mod tests {
             (0.02, EncoderSide::Load),
         ] {
             let around = Loop { sample_time, ..Loop::EXAMPLE };
-            let told = RobustGains { encoder_side, ..RobustGains::EXAMPLE };
-            let written = told.written_out(&around);
+            let gains = RobustGains { encoder_side, ..RobustGains::EXAMPLE };
+            let written = gains.written_out(&around);
             assert!(written.bandwidth > 0.0 && written.speed > 0.0, "{written:?}");
-            assert_eq!(Rules::new(&written, &around), Rules::new(&told, &around));
+            assert_eq!(Rules::new(&written, &around), Rules::new(&gains, &around));
         }
     }
 
     #[test]
     fn slow_loop_learns_friction_up_to_a_speed_and_a_fast_one_at_any() {
         let of = |sample_time, viscous, learned_to| {
-            let told = RobustGains { viscous, learned_to, ..RobustGains::EXAMPLE };
-            Rules::new(&told, &Loop { sample_time, ..Loop::EXAMPLE }).learned_to
+            let gains = RobustGains { viscous, learned_to, ..RobustGains::EXAMPLE };
+            Rules::new(&gains, &Loop { sample_time, ..Loop::EXAMPLE }).learned_to
         };
         // 0.3 * 0.19 V / (0.02 V s/deg)
         assert!((of(0.02, 0.02, 0.0) - 2.85).abs() < 1e-6);
@@ -209,8 +209,8 @@ mod tests {
     #[test]
     fn observer_is_slower_in_motion_with_the_encoder_on_the_load_unless_it_is_told() {
         let of = |sample_time, encoder_side, observer| {
-            let told = RobustGains { encoder_side, observer, ..RobustGains::EXAMPLE };
-            let rules = Rules::new(&told, &Loop { sample_time, ..Loop::EXAMPLE });
+            let gains = RobustGains { encoder_side, observer, ..RobustGains::EXAMPLE };
+            let rules = Rules::new(&gains, &Loop { sample_time, ..Loop::EXAMPLE });
             [rules.observer, rules.observer_in_motion]
         };
         use EncoderSide::{Load, Motor};

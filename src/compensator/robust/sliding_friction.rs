@@ -5,7 +5,7 @@
 //! ```text
 //! s x2 > |p'| / 2,  s x2 > 0.02 q / h,  |p'| <= v_R  and  the joint does not rest:
 //!     R_i += min(1/2, 5 h) (min(max(-J x3 s, 0.3 F_lo), 1.2 F_hi) - R_i)
-//! v_R = max(0.3 F_lo / B, 3 a_m h)  where h > 10 ms, else infinite; or what is told
+//! v_R = max(0.3 F_lo / B, 3 a_m h)  where h > 10 ms, else infinite; or as configured
 //! ```
 //!
 //! It begins as `R_0 = 0.8 sqrt(F_lo F_hi)`, four fifths of the geometric mean of the breakaway
@@ -16,7 +16,7 @@
 //! a spot, and shorter than a move. The conditions leave out what is no sliding: a joint that
 //! hangs, and one that is pushed back.
 //!
-//! In a slow loop a pulse is a single tick, and `R_i` decides how far it goes. What is told of the
+//! In a slow loop a pulse is a single tick, and `R_i` decides how far it goes. The configured
 //! viscous friction is wrong by a part of `B p'`, which at the full speed is more than the sliding
 //! friction of a loose joint. Pulses that were planned with it went twice as far as they should,
 //! to and fro, and 81 of 120,000 moves of the thesis's axis were late. At `0.3 F_lo / B` an error

@@ -20,7 +20,7 @@ use crate::profile::{BoundedAcceleration, Limited};
 use crate::saturation::bounded;
 use attempt::Attempt;
 
-/// The state of the supervisor, as its signal tells it.
+/// State of the supervisor, as its signal reports it.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Mode {
     /// The profile moves, or the joint has not come to rest after it.
@@ -117,8 +117,8 @@ pub(super) struct Supervisor {
     give_up: GiveUp,
     /// Multiple of an attempt's error beyond which the joint is lost.
     lost: f32,
-    /// The hold effort that is told, V.
-    told: f32,
+    /// The configured hold effort, V.
+    configured_hold: f32,
     /// N_z, N_c, N_h and N_r, ticks.
     rest_ticks: u16,
     coast_ticks: u16,
@@ -137,14 +137,14 @@ impl State {
 }
 
 impl Supervisor {
-    pub fn new(told: &RobustGains, around: &Loop) -> Self {
-        let rules = Rules::new(told, around);
+    pub fn new(gains: &RobustGains, around: &Loop) -> Self {
+        let rules = Rules::new(gains, around);
         let Loop { sample_time, resolution: count, full_scale: limit, lsb, .. } = *around;
-        let RobustGains { inertia, viscous, .. } = *told;
-        let range = [told.breakaway_low, told.breakaway_high];
+        let RobustGains { inertia, viscous, .. } = *gains;
+        let range = [gains.breakaway_low, gains.breakaway_high];
         let friction = SlidingFriction::new(sample_time, range, rules.learned_to, count);
-        let most_held = 0.8 * told.breakaway_high + told.load;
-        let most_disturbance = 1.5 * told.breakaway_high + told.load;
+        let most_held = 0.8 * gains.breakaway_high + gains.load;
+        let most_disturbance = 1.5 * gains.breakaway_high + gains.load;
         let Rules { bandwidth, on_load, .. } = rules;
         // A load that breaks away behind its transmission is as fast of itself: with the encoder on
         // it, no swing is wide. In a slow loop a swing has a few ticks, and says less.
@@ -155,24 +155,24 @@ impl Supervisor {
         };
         Self {
             proportional: inertia * bandwidth * bandwidth,
-            derivative: (2.0 * told.damping * inertia * bandwidth - viscous).max(0.0),
+            derivative: (2.0 * gains.damping * inertia * bandwidth - viscous).max(0.0),
             inertia,
             per_inertia: 1.0 / inertia,
             viscous,
             limit,
             count,
             per_eight: 1.0 / (8.0 * count),
-            stop_band: told.stop_band * count,
-            far_band: (told.stop_band + 2.25) * count,
+            stop_band: gains.stop_band * count,
+            far_band: (gains.stop_band + 2.25) * count,
             profile: BoundedAcceleration::new(rules.speed, rules.acceleration, sample_time),
-            rest: RestDetector::new(told.jitter, count),
+            rest: RestDetector::new(gains.jitter, count),
             observer: observer(rules.observer),
             observer_in_motion: observer(rules.observer_in_motion),
             friction,
             guard: OscillationGuard::new(
                 rules.guard,
                 rules.least_gain,
-                told.jitter,
+                gains.jitter,
                 sample_time,
                 count,
                 wide,
@@ -187,10 +187,10 @@ impl Supervisor {
             ),
             reverse: on_load
                 .then(|| ReversePulse::new(inertia, friction.first, sample_time, count)),
-            load_rule: LoadRule::new(told.load, friction.first, most_held, sample_time),
-            give_up: GiveUp::new(told.attempts, most_disturbance.min(limit), on_load, count),
-            lost: if told.load > 0.0 { 1.0 } else { 3.0 },
-            told: told.hold_effort,
+            load_rule: LoadRule::new(gains.load, friction.first, most_held, sample_time),
+            give_up: GiveUp::new(gains.attempts, most_disturbance.min(limit), on_load, count),
+            lost: if gains.load > 0.0 { 1.0 } else { 3.0 },
+            configured_hold: gains.hold_effort,
             rest_ticks: rules.rest,
             coast_ticks: rules.coast,
             hold_ticks: rules.hold,
@@ -203,7 +203,7 @@ impl Supervisor {
         let gain = if self.reverse.is_some() { 0.5 } else { 1.0 };
         *state = State {
             guarded: self.guard.start(),
-            held: self.hold_effort.start(self.told),
+            held: self.hold_effort.start(self.configured_hold),
             friction: [self.friction.first; 2],
             learned: [Learned { gain, least: self.planner.least }; 2],
             reverse: 1.0,
@@ -312,7 +312,7 @@ impl Supervisor {
         if !self.load_rule.acts {
             s.held.effort *= 0.5;
         } else if !self.rests(s) {
-            // L6: it slides, so that the effort of its sliding tells the load.
+            // L6: it slides, so that the effort of its sliding shows the load.
             let sign = if s.estimate.velocity > 0.0 { 1.0 } else { -1.0 };
             s.held.effort = self.load_rule.held(-self.inertia * s.estimate.disturbance, sign);
         }
@@ -321,7 +321,7 @@ impl Supervisor {
         self.guard.lost(&mut s.guarded, pushed);
     }
 
-    /// Returns the observer's disturbance of a joint at rest: none, but for a load that is told
+    /// Returns the observer's disturbance of a joint at rest: none, but for a configured load
     /// (L5).
     #[inline]
     fn disturbance_at_rest(&self, s: &State) -> f32 {

@@ -113,6 +113,11 @@ impl<J: Joint> AxisSolver for InCoreUnits<J> {
     }
 
     #[inline]
+    fn at_load(&self) -> f64 {
+        self.joint.load().position.to_degrees()
+    }
+
+    #[inline]
     fn velocity(&self) -> f64 {
         self.seen().velocity.to_degrees()
     }

@@ -77,6 +77,11 @@ impl AxisSolver for RunJoint {
     }
 
     #[inline]
+    fn at_load(&self) -> f64 {
+        either!(self, joint => joint.at_load())
+    }
+
+    #[inline]
     fn velocity(&self) -> f64 {
         either!(self, joint => joint.velocity())
     }

@@ -81,6 +81,18 @@ pub trait AxisSolver {
         self.position()
     }
 
+    /// True position of the side of the gear that the encoder sits on, deg.
+    #[inline]
+    fn at_encoder(&self) -> f64 {
+        self.position()
+    }
+
+    /// True position of the load, deg.
+    #[inline]
+    fn at_load(&self) -> f64 {
+        self.position()
+    }
+
     /// Joint velocity, deg/s.
     fn velocity(&self) -> f64;
 
@@ -111,6 +123,16 @@ impl<S: AxisSolver> AxisSolver for &mut S {
     #[inline]
     fn measured(&self) -> f64 {
         (**self).measured()
+    }
+
+    #[inline]
+    fn at_encoder(&self) -> f64 {
+        (**self).at_encoder()
+    }
+
+    #[inline]
+    fn at_load(&self) -> f64 {
+        (**self).at_load()
     }
 
     #[inline]

@@ -77,6 +77,8 @@ mod tests {
             tick,
             reference_deg: 0.0,
             position_deg: 0.0,
+            at_encoder_deg: 0.0,
+            at_load_deg: 0.0,
             velocity_deg_per_s: 0.0,
             applied_v: 0.0,
             stuck: true,

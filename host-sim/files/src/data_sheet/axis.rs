@@ -24,7 +24,7 @@ use super::units::Mapping;
 
 /// The motor's part of the friction of an elastic joint, if nobody knows it: most of the friction
 /// of a geared joint is in the motor's bearings and the gear's input.
-const MOTOR_SHARE: f64 = 0.7;
+pub(super) const MOTOR_SHARE: f64 = 0.7;
 
 /// The joint.
 #[derive(Clone, Debug)]
@@ -99,6 +99,10 @@ impl AxisSolver for SheetAxis {
     fn measured(&self) -> f64 {
         let noise = self.noise.as_ref().map_or(0.0, |(_, counts)| *counts);
         self.seen.position() + noise * self.count_deg
+    }
+
+    fn at_encoder(&self) -> f64 {
+        self.seen.position()
     }
 
     fn velocity(&self) -> f64 {

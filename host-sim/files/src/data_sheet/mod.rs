@@ -18,12 +18,14 @@ mod simulated;
 pub mod tables;
 pub mod told;
 pub mod units;
+mod unseen_slack;
 
 pub use axis::{SheetAxis, Times};
 pub use derived::{OF_A_SHEET, derive, mapping};
 pub use refusal::Refusal;
 pub use sheet::{DataSheet, Mount, Tables};
 pub use units::{Mapping, WrittenDrive};
+pub use unseen_slack::UnseenSlack;
 
 #[cfg(test)]
 mod tests;

@@ -7,6 +7,7 @@
 mod builtin;
 mod missing;
 mod origin;
+mod recognize;
 mod stand_alone;
 mod wording;
 
@@ -19,8 +20,9 @@ use toml::{Table, Value};
 
 pub use self::builtin::{Builtin, builtins, find};
 pub use self::origin::{Origin, within};
+pub use self::recognize::is_machine_file;
 use self::wording::{brief, refused, syntax};
-use crate::data_sheet::{self, DataSheet, Mapping};
+use crate::data_sheet::{self, DataSheet, Mapping, UnseenSlack};
 use crate::error::{Error, suggestion};
 use crate::hardware::STM32F405;
 use crate::machine::{Identified, Machine};
@@ -250,6 +252,16 @@ impl Document {
         let Some(sheet) = self.data_sheet()? else { return Ok(None) };
         let mapping = data_sheet::mapping(&sheet, &self.table).map_err(|why| self.refuse(&why))?;
         Ok(Some((sheet, mapping)))
+    }
+
+    /// Returns the slack of the gear that the encoder of the document's data sheet cannot measure;
+    /// none without a data sheet.
+    ///
+    /// # Errors
+    /// As [`machine`](Self::machine).
+    pub fn unseen_slack(&self) -> Result<Option<UnseenSlack>, Error> {
+        let Some(sheet) = self.data_sheet()? else { return Ok(None) };
+        Ok(UnseenSlack::of(&sheet, self.machine()?.encoder.resolution_deg()))
     }
 
     /// Tells what is implausible about the document's data sheet, and what was doubted when its

@@ -17,6 +17,7 @@ use toml::{Table, Value};
 
 use crate::error::Error;
 use crate::experiment::{Document, Experiment, about_law, position};
+use crate::goal::PositionGoal;
 use crate::machine::{self, Identification, Joint, LawName, Machine, Names, PD, Reference, Run};
 use crate::written::{Written, single};
 
@@ -158,6 +159,7 @@ fn of(parameters: &Parameters) -> Machine {
         controller: [(name, gains)].into(),
         reference,
         identification,
+        goal: PositionGoal::default(),
         device: Written::out(device),
         limits: Written::out(limits),
         profile: Written::out(profile),

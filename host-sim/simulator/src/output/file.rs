@@ -12,30 +12,13 @@ use crate::error::Error;
 /// # Errors
 /// Names the path; a pipe that was closed is an error of the output, as if it were the standard
 /// output.
-pub fn write_whole(path: &Path, bytes: &[u8]) -> Result<(), Error> {
+pub(super) fn write_whole(path: &Path, bytes: &[u8]) -> Result<(), Error> {
     let special = fs::metadata(path).is_ok_and(|found| !found.is_file());
     let written =
         if special { fs::write(path, bytes) } else { write_beside_and_rename(path, bytes) };
     written.map_err(|source| match source.kind() {
         ErrorKind::BrokenPipe => Error::Output(source),
         _ => Error::File { action: "write", path: path.to_owned(), source },
-    })
-}
-
-/// Makes a directory, and a file in it for a moment: a directory that cannot be written to is found
-/// out before the work is done.
-///
-/// # Errors
-/// Names the path.
-pub fn prepare_directory(path: &Path) -> Result<(), Error> {
-    // Else the system says of a file in its place that it exists, which is no reason.
-    let in_the_way = fs::metadata(path).is_ok_and(|found| !found.is_dir());
-    let made =
-        if in_the_way { Err(ErrorKind::NotADirectory.into()) } else { fs::create_dir_all(path) };
-    made.and_then(|()| tempfile::tempfile_in(path)).map(|_| ()).map_err(|source| Error::File {
-        action: "write",
-        path: path.to_owned(),
-        source,
     })
 }
 

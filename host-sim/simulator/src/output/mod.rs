@@ -1,13 +1,14 @@
-//! What a run leaves behind: a table for people, JSON, CSV that can be read back; and files that
-//! are written whole or not at all.
+//! What a run leaves behind: a table for people, JSON, CSV that can be read back; and the guard that
+//! every output file passes, which is written whole or not at all.
 
 mod cell;
 pub mod columns;
 pub mod csv;
 mod file;
+mod guard;
 pub mod json;
 pub mod series;
 pub mod table;
 
 pub use cell::Cell;
-pub use file::{prepare_directory, write_whole};
+pub use guard::{OutputDirectory, OutputFile, OverwriteGuard};

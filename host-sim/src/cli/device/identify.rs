@@ -1,19 +1,21 @@
 //! `stiction device identify`.
 
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 use std::time::Duration;
 
 use stiction::identification::{Asked, Outcome};
 use stiction::link::StateCode;
 
 use super::{OFF, by};
+use crate::cli::outputs::check_standard_output;
 use crate::device::client::Client;
 use crate::device::identified::{Identified, ended};
 use crate::device::wire::Wire;
 use crate::device::{into, words};
 use crate::error::Error;
 use crate::experiment::Document;
-use crate::output::write_whole;
+use crate::output::{OutputFile, OverwriteGuard};
+use crate::typed_number;
 
 /// Rate of a ramp, V/s, and time between its rise and its fall, s, unless somebody says otherwise.
 const RAMP_RATE: f32 = 0.02;
@@ -27,28 +29,35 @@ pub struct Identify {
     ramp: bool,
     /// Ramp: how fast the effort rises, V/s; slower is nearer to the truth [default: 0.02]
     #[arg(long, value_name = "V/S", allow_hyphen_values = true)]
+    #[arg(value_parser = typed_number::parse_single)]
     rate: Option<f32>,
     /// Ramp: time between the rise and the fall, s: some time constants of the joint [default: 10]
     #[arg(long, value_name = "S", allow_hyphen_values = true)]
+    #[arg(value_parser = typed_number::parse_single)]
     hold: Option<f32>,
     /// Largest effort, V [default: four times the device's limits.breakaway_v]
     #[arg(long, value_name = "V", allow_hyphen_values = true)]
+    #[arg(value_parser = typed_number::parse_single)]
     effort: Option<f32>,
     /// Largest distance either way from where the joint stands, deg [default: 45]
     #[arg(long, value_name = "DEG", allow_hyphen_values = true)]
+    #[arg(value_parser = typed_number::parse_single)]
     travel: Option<f32>,
     /// Largest speed, deg/s [default: the device's profile.velocity_deg_per_s, and no more]
     #[arg(long, value_name = "DEG/S", allow_hyphen_values = true)]
+    #[arg(value_parser = typed_number::parse_single)]
     speed: Option<f32>,
     /// Longest time, s [default: 300]
     #[arg(long, value_name = "S", allow_hyphen_values = true)]
+    #[arg(value_parser = typed_number::parse_single)]
     time: Option<f32>,
-    /// Write the device's parameters with the joint that was found to this new machine's file
+    /// Write the device's parameters with the joint that was found to this new machine's file; -
+    /// for the standard output
     #[arg(long, value_name = "FILE.toml")]
     into: Option<PathBuf>,
-    /// With --into: write over a file that is there
-    #[arg(long, requires = "into")]
-    overwrite: bool,
+    /// With --into: write over a file that exists
+    #[arg(long = "force", visible_alias = "overwrite", requires = "into")]
+    pub overwrite: bool,
     /// Print one JSON object
     #[arg(long)]
     pub json: bool,
@@ -81,18 +90,24 @@ impl Identify {
                 "device identify: {name} does not go with a ramp (--ramp, --rate, --hold)"
             )));
         }
-        match &self.into {
-            Some(file) if file.exists() && !self.overwrite => Err(Error::Input(format!(
-                "{}: it is there already; name another file, or give --overwrite as well",
-                file.display()
-            ))),
-            _ => Ok(()),
-        }
+        Ok(())
+    }
+
+    /// Checks the file of the joint, if one is to be written.
+    pub fn output(&self, guard: &OverwriteGuard) -> Result<Option<OutputFile>, Error> {
+        let into = self.into.as_ref().map(|path| guard.new_file("--into", path)).transpose()?;
+        check_standard_output(self.json, into.as_ref())?;
+        Ok(into)
     }
 
     /// Runs the identification to its end. A written file has the SI units of `machine`, if that
     /// is a data sheet.
-    pub fn run<W: Wire>(&self, client: &mut Client<W>, machine: &str) -> Result<Said, Error> {
+    pub fn run<W: Wire>(
+        &self,
+        client: &mut Client<W>,
+        machine: &str,
+        into: Option<&OutputFile>,
+    ) -> Result<Said, Error> {
         if self.is_ramp() {
             let rate = self.rate.unwrap_or(RAMP_RATE);
             let text = ramp(client, rate, self.hold.unwrap_or(RAMP_HOLD))?;
@@ -131,7 +146,7 @@ impl Identify {
         };
         // Minutes of motion: what they have found is told, whatever becomes of the file.
         let (mut file, mut left_out) = (None, None);
-        if let Some(wanted) = &self.into {
+        if let Some(wanted) = into {
             match written(wanted, &found, &document, warning) {
                 Ok(not_in_it) => (file, left_out) = (Some(wanted), not_in_it),
                 Err(error) => ended = Err(Error::Device(format!("{error}; the motor is off"))),
@@ -139,7 +154,7 @@ impl Identify {
         }
         if self.json {
             let mut object = found.json(warning);
-            object["written"] = file.map(|file| file.display().to_string()).into();
+            object["written"] = file.map(ToString::to_string).into();
             object["left_out"] = left_out.into();
             return Ok(Said { text: format!("{object:#}\n"), ended });
         }
@@ -147,7 +162,7 @@ impl Identify {
         text += &found.words();
         text += OFF;
         if let Some(file) = file {
-            text += &format!("{}: written, with the joint that was found\n", file.display());
+            text += &format!("{file}: written, with the joint that was found\n");
         }
         left_out.iter().for_each(|line| text += &format!("{line}\n"));
         Ok(Said { text, ended })
@@ -156,7 +171,7 @@ impl Identify {
 
 /// Writes the file of a joint that was found, and returns what it leaves out of it.
 fn written(
-    file: &Path,
+    file: &OutputFile,
     found: &Identified,
     of: &Document,
     warning: Option<&str>,
@@ -165,7 +180,7 @@ fn written(
     found.joint().map_err(nothing)?;
     let header = warning.map_or(String::new(), |warning| format!("# {warning}\n"));
     let into::Written { text, left_out } = into::written(found, of)?;
-    write_whole(file, (header + &text).as_bytes())?;
+    file.write((header + &text).as_bytes())?;
     Ok(left_out)
 }
 

@@ -10,24 +10,30 @@ use crate::device::client::Client;
 use crate::device::jogged;
 use crate::device::wire::Wire;
 use crate::error::Error;
+use crate::typed_number;
 
 /// Less than the device's own bounds of `[jog]`; more is refused
 #[derive(Debug, clap::Args)]
 pub struct Jog {
     /// Largest effort, V [default: the device's jog.effort_v, and no more than that]
     #[arg(long, value_name = "V", allow_hyphen_values = true)]
+    #[arg(value_parser = typed_number::parse_single)]
     effort: Option<f32>,
     /// How fast the effort rises, V/s [default: the device's jog.rate_v_per_s]
     #[arg(long, value_name = "V/S", allow_hyphen_values = true)]
+    #[arg(value_parser = typed_number::parse_single)]
     rate: Option<f32>,
     /// Largest distance from where the joint stands, deg [default: the device's jog.travel_deg]
     #[arg(long, value_name = "DEG", allow_hyphen_values = true)]
+    #[arg(value_parser = typed_number::parse_single)]
     travel: Option<f32>,
     /// Largest speed, deg/s [default: the device's jog.speed_deg_per_s]
     #[arg(long, value_name = "DEG/S", allow_hyphen_values = true)]
+    #[arg(value_parser = typed_number::parse_single)]
     speed: Option<f32>,
     /// Longest time, s [default: the device's jog.time_s]
     #[arg(long, value_name = "S", allow_hyphen_values = true)]
+    #[arg(value_parser = typed_number::parse_single)]
     time: Option<f32>,
     /// Print one JSON object
     #[arg(long)]

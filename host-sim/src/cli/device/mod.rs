@@ -18,6 +18,7 @@ use std::time::Duration;
 
 use stiction::link::{StateCode, Status};
 
+use super::outputs::print_beside;
 use super::print;
 use crate::device::client::Client;
 use crate::device::log::Log;
@@ -27,7 +28,8 @@ use crate::device::wire::{SimulatedWire, Wire};
 use crate::device::words;
 use crate::error::Error;
 use crate::experiment::{Document, Experiment, RunPlan, builtins};
-use crate::output::write_whole;
+use crate::output::{OutputFile, OverwriteGuard};
+use crate::typed_number;
 
 #[derive(Debug, clap::Args)]
 pub struct Arguments {
@@ -77,6 +79,7 @@ enum Action {
     Arm {
         /// How long, s; then the motor is turned off
         #[arg(long, value_name = "S", default_value_t = 5.0, allow_hyphen_values = true)]
+        #[arg(value_parser = typed_number::parse)]
         r#for: f64,
     },
     /// Turn the motor off at once: nothing drives, holds or brakes the joint then
@@ -107,10 +110,14 @@ enum Action {
     SetBrownOut,
     /// Write samples to a file, in the columns of `stiction run --csv`
     Log {
-        /// Where to
+        /// Where to; - for the standard output
         file: PathBuf,
+        /// Write over a file that this command reads, or over a machine's file
+        #[arg(long)]
+        force: bool,
         /// How long, s
         #[arg(long, value_name = "S", default_value_t = 5.0, allow_hyphen_values = true)]
+        #[arg(value_parser = typed_number::parse)]
         r#for: f64,
         /// Ticks from one sample to the next
         #[arg(long, value_name = "N", default_value_t = 1)]
@@ -126,6 +133,9 @@ pub fn device(arguments: &Arguments) -> Result<(), Error> {
     if let Action::Watch = arguments.action {
         watch::on_a_terminal()?;
     }
+    // Before a device is opened, and before anything moves.
+    let output = arguments.output()?;
+    let output = output.as_ref();
     let chosen = [arguments.port.is_some(), arguments.emulator, arguments.simulated];
     if chosen.iter().filter(|chosen| **chosen).count() != 1 {
         let which = "--port is a real motor, the others drive none";
@@ -134,7 +144,7 @@ pub fn device(arguments: &Arguments) -> Result<(), Error> {
         )));
     }
     if arguments.emulator {
-        return emulated(arguments);
+        return emulated(arguments, output);
     }
     if arguments.image.is_some() {
         return Err(Error::Input(
@@ -146,10 +156,31 @@ pub fn device(arguments: &Arguments) -> Result<(), Error> {
             &arguments.action,
             &arguments.machine,
             crate::device::port::SerialWire::open(port)?,
+            output,
         );
     }
     let plan = planned(&arguments.machine, arguments.controller.as_deref())?;
-    with(&arguments.action, &arguments.machine, SimulatedWire::new(SimulatedDevice::new(&plan)?))
+    let wire = SimulatedWire::new(SimulatedDevice::new(&plan)?);
+    with(&arguments.action, &arguments.machine, wire, output)
+}
+
+impl Arguments {
+    /// Checks the file that the command writes, if it writes one.
+    fn output(&self) -> Result<Option<OutputFile>, Error> {
+        let guard = |force: bool| {
+            let guard = OverwriteGuard::new(force).opens(&self.machine);
+            self.image.iter().chain(&self.port).fold(guard, OverwriteGuard::reads)
+        };
+        match &self.action {
+            Action::Log { file, force, .. } => guard(*force).results("device log", file).map(Some),
+            Action::Move(arguments) => arguments.output(&guard(arguments.force)),
+            Action::Identify(arguments) => arguments.output(&guard(arguments.overwrite)),
+            Action::Params { action: params::Params::Pull { file, force } } => {
+                guard(*force).results("device params pull", file).map(Some)
+            }
+            _ => Ok(None),
+        }
+    }
 }
 
 fn warn(warning: Option<&str>) {
@@ -159,12 +190,12 @@ fn warn(warning: Option<&str>) {
 }
 
 #[cfg(not(feature = "emulator"))]
-fn emulated(_: &Arguments) -> Result<(), Error> {
+fn emulated(_: &Arguments, _: Option<&OutputFile>) -> Result<(), Error> {
     Err(super::target::not_built("device --emulator"))
 }
 
 #[cfg(feature = "emulator")]
-fn emulated(arguments: &Arguments) -> Result<(), Error> {
+fn emulated(arguments: &Arguments, output: Option<&OutputFile>) -> Result<(), Error> {
     use crate::emulator::wire::EmulatedWire;
 
     let plan = planned(&arguments.machine, arguments.controller.as_deref())?;
@@ -172,6 +203,7 @@ fn emulated(arguments: &Arguments) -> Result<(), Error> {
         &arguments.action,
         &arguments.machine,
         EmulatedWire::new(arguments.image.as_deref(), &plan)?,
+        output,
     )
 }
 
@@ -187,7 +219,12 @@ fn first_run(machine: &str, controller: Option<&str>) -> Result<RunPlan, Error> 
     first.ok_or_else(|| Error::Input(format!("{machine}: there is nothing to run")))
 }
 
-fn with(action: &Action, machine: &str, wire: impl Wire) -> Result<(), Error> {
+fn with(
+    action: &Action,
+    machine: &str,
+    wire: impl Wire,
+    output: Option<&OutputFile>,
+) -> Result<(), Error> {
     // The warning comes before anything can go wrong, and where errors are read.
     let warned = wire.warning();
     warn(warned);
@@ -197,7 +234,7 @@ fn with(action: &Action, machine: &str, wire: impl Wire) -> Result<(), Error> {
         warn(warning);
     }
     let warning = warning.map_or(String::new(), |warning| format!("{warning}\n"));
-    let say = |text: String| print(&format!("{warning}{text}"));
+    let say = |text: String| print_beside(output, &format!("{warning}{text}"));
     match action {
         Action::Status => {
             let status = client.status()?;
@@ -223,7 +260,7 @@ fn with(action: &Action, machine: &str, wire: impl Wire) -> Result<(), Error> {
             say(words::status(&status))
         }
         Action::Move(arguments) => {
-            let said = moves::go(arguments, &mut client)?;
+            let said = moves::go(arguments, &mut client, output)?;
             if said.alone {
                 print(&said.text)?
             } else {
@@ -238,8 +275,8 @@ fn with(action: &Action, machine: &str, wire: impl Wire) -> Result<(), Error> {
         }
         Action::Identify(identify) => {
             identify.check()?;
-            let said = then_off(&mut client, |client| identify.run(client, machine))?;
-            print(&said.text)?;
+            let said = then_off(&mut client, |client| identify.run(client, machine, output))?;
+            print_beside(output, &said.text)?;
             said.ended
         }
         Action::Selftest(arguments) => {
@@ -248,7 +285,7 @@ fn with(action: &Action, machine: &str, wire: impl Wire) -> Result<(), Error> {
             said.ended
         }
         Action::Params { action } => {
-            let text = params::params(action, &mut client, machine)?;
+            let text = params::params(action, &mut client, machine, output)?;
             say(text)
         }
         Action::Faults { clear } => {
@@ -262,7 +299,7 @@ fn with(action: &Action, machine: &str, wire: impl Wire) -> Result<(), Error> {
             client.set_brown_out()?;
             say(words::BROWN_OUT_SET.into())
         }
-        Action::Log { file, r#for, every, signals } => {
+        Action::Log { r#for, every, signals, .. } => {
             let time = time("--for", *r#for)?;
             let mut samples = Log::new(Signals::new(client.signals()?), signals)?;
             client.subscribe(samples.mask(), *every)?;
@@ -271,8 +308,9 @@ fn with(action: &Action, machine: &str, wire: impl Wire) -> Result<(), Error> {
                 samples.push(sample);
             }
             client.subscribe(0, 0)?;
-            write_whole(file, &samples.render(status.sample_time, status.resolution)?)?;
-            say(format!("{}: {} samples\n", file.display(), samples.len()) + &lost(&client))
+            let Some(file) = output else { return Ok(()) };
+            file.write(&samples.render(status.sample_time, status.resolution)?)?;
+            say(format!("{file}: {} samples\n", samples.len()) + &lost(&client))
         }
     }
 }

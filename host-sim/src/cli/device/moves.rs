@@ -6,14 +6,17 @@ use std::time::Duration;
 use stiction::link::StateCode;
 
 use super::{arm, ended, lost, off, then_off, time};
+use crate::cli::outputs::check_standard_output;
 use crate::device::client::Client;
 use crate::device::log::Log;
 use crate::device::moved::Moved;
 use crate::device::signals::Signals;
+use crate::device::travel::Travel;
 use crate::device::wire::Wire;
 use crate::device::words;
 use crate::error::Error;
-use crate::output::write_whole;
+use crate::output::{OutputFile, OverwriteGuard};
+use crate::typed_number;
 
 /// Time of a step, s.
 const STEP_S: f64 = 5.0;
@@ -26,21 +29,33 @@ const FIRST_SAMPLE: Duration = Duration::from_millis(200);
 #[derive(Debug, clap::Args)]
 pub struct Arguments {
     /// In the zero that arming sets, deg
-    #[arg(allow_negative_numbers = true)]
+    #[arg(allow_hyphen_values = true, value_parser = typed_number::parse)]
     deg: f64,
     /// Step to the position at once, without the limits of [profile]
     #[arg(long)]
     step: bool,
     /// How long the loop stays closed, s; then the motor is turned off [default: the longest time
     /// of the move and 2 s; of a step 5 s]
-    #[arg(long, value_name = "S", allow_hyphen_values = true)]
+    #[arg(long, value_name = "S", allow_hyphen_values = true, value_parser = typed_number::parse)]
     r#for: Option<f64>,
-    /// Write a sample of every tick to this file
+    /// Write a sample of every tick to this file; - for the standard output
     #[arg(long, value_name = "FILE.csv")]
     log: Option<PathBuf>,
+    /// Write over a file that this command reads, or over a machine's file
+    #[arg(long)]
+    pub force: bool,
     /// Tell the end of the move as JSON
     #[arg(long)]
     json: bool,
+}
+
+impl Arguments {
+    /// Checks the file of the log, if there is one.
+    pub fn output(&self, guard: &OverwriteGuard) -> Result<Option<OutputFile>, Error> {
+        let log = self.log.as_ref().map(|path| guard.results("--log", path)).transpose()?;
+        check_standard_output(self.json, log.as_ref())?;
+        Ok(log)
+    }
 }
 
 /// What is said at the end, and whether the move was ended before.
@@ -55,11 +70,16 @@ pub struct Said {
 ///
 /// # Errors
 /// Says why the move was not made, and how the drive is left.
-pub fn go<W: Wire>(arguments: &Arguments, client: &mut Client<W>) -> Result<Said, Error> {
-    let Arguments { deg, step, r#for, log, json } = arguments;
+pub fn go<W: Wire>(
+    arguments: &Arguments,
+    client: &mut Client<W>,
+    log: Option<&OutputFile>,
+) -> Result<Said, Error> {
+    let Arguments { deg, step, r#for, json, .. } = arguments;
     let given = r#for.map(|seconds| time("--for", seconds)).transpose()?;
     let motion = if *step { client.step(*deg)? } else { client.profiled(*deg)? };
     // Arming drives the motor, so a target that is out of the range is refused before.
+    Travel::new(&client.parameters()?).check(*deg)?;
     client.check_move(&motion).map_err(|error| match error {
         Error::Refused(why) => Error::Device(format!("{why}; the motor is off")),
         other => other,
@@ -101,8 +121,8 @@ pub fn go<W: Wire>(arguments: &Arguments, client: &mut Client<W>) -> Result<Said
         }
         Ok(status)
     })?;
-    if let Some(path) = log {
-        write_whole(path, &samples.render(status.sample_time, status.resolution)?)?;
+    if let Some(file) = log {
+        file.write(&samples.render(status.sample_time, status.resolution)?)?;
     }
     let text = if *json {
         let object = moved.json(status.at_rest, client.warning());
@@ -162,14 +182,14 @@ mod tests {
     }
 
     fn arguments(deg: f64, step: bool) -> Arguments {
-        Arguments { deg, step, r#for: Some(0.1), log: None, json: false }
+        Arguments { deg, step, r#for: Some(0.1), log: None, force: false, json: false }
     }
 
     #[test]
     fn a_target_out_of_the_range_is_refused_and_nothing_was_armed() {
         for (pushed, deg, step) in [(0.0, 400.0, false), (0.0, -10.1, true), (15.0, 5.1, false)] {
             let mut client = client(pushed);
-            let error = go(&arguments(deg, step), &mut client).err().unwrap().to_string();
+            let error = go(&arguments(deg, step), &mut client, None).err().unwrap().to_string();
             assert!(error.starts_with("move: the simulated device refuses: "), "{error}");
             assert!(
                 error.contains("leads out of `limits.position_min_deg`")
@@ -215,7 +235,7 @@ mod tests {
     #[test]
     fn a_target_within_the_range_is_moved_to() {
         let mut client = client(15.0);
-        let said = go(&arguments(4.9, false), &mut client).unwrap();
+        let said = go(&arguments(4.9, false), &mut client, None).unwrap();
         assert!(said.ended.is_ok() && client.wire().was_driven, "{}", said.text);
     }
 }

@@ -12,7 +12,7 @@ use crate::device::parameters;
 use crate::device::wire::Wire;
 use crate::error::Error;
 use crate::experiment::Document;
-use crate::output::write_whole;
+use crate::output::OutputFile;
 
 #[derive(Debug, clap::Subcommand)]
 pub enum Params {
@@ -38,8 +38,11 @@ pub enum Params {
     /// Write what is in use to a file: a machine's TOML, or, if its name does not end in .toml, the
     /// record of the parameter sector
     Pull {
-        /// Where to
+        /// Where to; - for the TOML on the standard output
         file: PathBuf,
+        /// Write over a machine's file
+        #[arg(long)]
+        force: bool,
     },
     /// Keep what is in use across a reset
     Save,
@@ -50,6 +53,7 @@ pub fn params<W: Wire>(
     action: &Params,
     client: &mut Client<W>,
     machine: &str,
+    output: Option<&OutputFile>,
 ) -> Result<String, Error> {
     match action {
         Params::Show => machine_file::tables(&client.parameters()?),
@@ -57,18 +61,21 @@ pub fn params<W: Wire>(
         Params::Push { machine, controller, save } => {
             let plan = first_run(machine, controller.as_deref())?;
             client.set_parameters(&parameters(&plan)?)?;
-            Ok(format!("{}: {}", plan.label, keep(client, *save)?))
+            let law = plan.controller.as_deref().unwrap_or("no controller");
+            Ok(format!("{machine}, {law}: {}", keep(client, *save)?))
         }
-        Params::Pull { file } => {
+        Params::Pull { file, .. } => {
             let found = client.parameters()?;
-            let bytes = if is_toml(file) {
+            let is_text = output.is_some_and(OutputFile::is_standard_output) || is_toml(file);
+            let bytes = if is_text {
                 pulled(client, &found, machine)?.into_bytes()
             } else {
                 let mut room = [0; stiction::parameters::ROOM];
                 found.encode(1, &mut room).unwrap_or_default().to_vec()
             };
-            write_whole(file, &bytes)?;
-            Ok(format!("{}: {} bytes\n", file.display(), bytes.len()))
+            let Some(output) = output else { return Ok(String::new()) };
+            output.write(&bytes)?;
+            Ok(format!("{output}: {} bytes\n", bytes.len()))
         }
         Params::Save => {
             client.save()?;
@@ -81,9 +88,9 @@ pub fn params<W: Wire>(
 pub fn keep<W: Wire>(client: &mut Client<W>, save: bool) -> Result<&'static str, Error> {
     if save {
         client.save()?;
-        return Ok("in use and saved\n");
+        return Ok("in use now, and saved for the next reset\n");
     }
-    Ok("in use until the next reset; `params save` keeps them\n")
+    Ok("in use now, not saved: the next reset loses them, unless `params save` saves them\n")
 }
 
 /// Writes parameters of the device as a machine's file with the joint of `machine`. If the device

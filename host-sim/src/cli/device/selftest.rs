@@ -8,12 +8,13 @@ use crate::device::client::Client;
 use crate::device::wire::Wire;
 use crate::error::Error;
 use crate::selftest::{Asked, JOINTS, MOVES, SEED, object, run, words};
+use crate::typed_number;
 
 #[derive(Debug, clap::Args)]
 pub struct Arguments {
     /// Largest distance either way from where the joint stands, deg [default: as far as a profiled
     /// move goes in a second, no more than 10 deg, within the limits of the position]
-    #[arg(long, value_name = "DEG")]
+    #[arg(long, value_name = "DEG", value_parser = typed_number::parse)]
     range: Option<f64>,
     /// Moves
     #[arg(

@@ -21,7 +21,7 @@ use crate::document::Document;
 use crate::error::Error;
 use crate::experiment::{Experiment, RunPlan};
 use crate::figure::figures;
-use crate::output::{prepare_directory, write_whole};
+use crate::output::OutputDirectory;
 use crate::run::RunResult;
 use crate::selftest::{self, Range, targets};
 use crate::tuning::{Goal, Request, Tuned, spreads};
@@ -51,13 +51,14 @@ pub struct Asked {
 ///
 /// # Errors
 /// Says what is wrong with the file, or what could not be written.
-pub fn make(asked: &Asked, directory: &Path) -> Result<PathBuf, Error> {
-    prepare_directory(directory)?;
-    let page = rendered(asked)?;
-    let stem = Path::new(&asked.document.origin.name).file_stem().unwrap_or_default();
-    let path = directory.join(format!("{}.html", stem.to_string_lossy()));
-    write_whole(&path, page.as_bytes())?;
-    Ok(path)
+pub fn make(asked: &Asked, directory: &OutputDirectory) -> Result<PathBuf, Error> {
+    directory.write(&page_name(&asked.document.origin.name), rendered(asked)?.as_bytes())
+}
+
+/// Returns the file name of the page on a machine's file.
+pub fn page_name(machine: &str) -> String {
+    let stem = Path::new(machine).file_stem().unwrap_or_default();
+    format!("{}.html", stem.to_string_lossy())
 }
 
 fn rendered(asked: &Asked) -> Result<String, Error> {

@@ -24,7 +24,7 @@ use super::family::Family;
 use super::machine_file::MachineEnsemble;
 use super::run::Ensemble;
 use crate::error::Error;
-use crate::output::write_whole;
+use crate::output::OutputFile;
 
 /// The form of a file: 2 since every column has to be there, and a group says whether it is a
 /// family and what is asked of its joints; 3 with `law_signals`.
@@ -304,7 +304,8 @@ impl Kept {
     ///
     /// # Errors
     /// Names the file if it cannot be read or written, or is of another ensemble.
-    pub fn open(path: &Path, header: &Header) -> Result<(Self, Vec<Row>), Error> {
+    pub fn open(output: &OutputFile, header: &Header) -> Result<(Self, Vec<Row>), Error> {
+        let path = output.path();
         let fails = |source: io::Error| Error::File { action: "write", path: path.into(), source };
         let there = fs::metadata(path).is_ok_and(|found| found.len() > 0);
         let rows = if there {
@@ -320,7 +321,7 @@ impl Kept {
             Vec::new()
         };
         // Written anew: a line that was cut off must not lie before the next one.
-        write_whole(path, &render(header, &rows)?)?;
+        output.write(&render(header, &rows)?)?;
         let file = OpenOptions::new().append(true).open(path).map_err(fails)?;
         Ok((Self { file, path: path.into() }, rows))
     }

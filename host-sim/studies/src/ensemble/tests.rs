@@ -1,5 +1,6 @@
 //! The whole of it: cases whose end is known, and reports that depend on nothing but the seed.
 
+use std::path::Path;
 use std::sync::Mutex;
 
 use stiction::compensator::Gains;
@@ -14,8 +15,13 @@ use super::rules::{Rule, rules};
 use super::run::{Ensemble, run};
 use super::{json, summary};
 use crate::joint::{Body, Description, Train};
+use crate::output::{OutputFile, OverwriteGuard};
 
 const EASY: Kind = Kind { hard: false, rate_hz: 1000.0 };
+
+fn output(path: &Path) -> OutputFile {
+    OverwriteGuard::default().results("--resume", path).unwrap()
+}
 
 fn rule(law: &str) -> &'static Rule {
     rules(&[law.into()]).unwrap()[0]
@@ -236,7 +242,7 @@ fn a_run_that_was_cut_off_goes_on_from_its_file() {
     let whole = collect(&ensemble, |_| true);
     let directory = tempfile::tempdir().unwrap();
     let path = directory.path().join("rows.csv");
-    let (mut kept, there) = Kept::open(&path, &header).unwrap();
+    let (mut kept, there) = Kept::open(&output(&path), &header).unwrap();
     assert!(there.is_empty());
     whole[..4].iter().for_each(|row| kept.add(row).unwrap());
     drop(kept);
@@ -244,15 +250,15 @@ fn a_run_that_was_cut_off_goes_on_from_its_file() {
     let mut text = std::fs::read_to_string(&path).unwrap();
     text.truncate(text.len() - 9);
     std::fs::write(&path, &text).unwrap();
-    let (mut kept, there) = Kept::open(&path, &header).unwrap();
+    let (mut kept, there) = Kept::open(&output(&path), &header).unwrap();
     assert_eq!(there, whole[..3]);
     whole[3..].iter().for_each(|row| kept.add(row).unwrap());
     assert_eq!(rows::read(&path).unwrap(), (header.clone(), whole));
     let other = Header { cases: 6, ..header };
-    let refusal = Kept::open(&path, &other).unwrap_err().to_string();
+    let refusal = Kept::open(&output(&path), &other).unwrap_err().to_string();
     assert!(refusal.contains("its `cases` is 5, not 6"), "{refusal}");
     std::fs::write(&path, "time_s,error_deg\n").unwrap();
-    let refusal = Kept::open(&path, &other).unwrap_err().to_string();
+    let refusal = Kept::open(&output(&path), &other).unwrap_err().to_string();
     assert!(refusal.contains("these are no rows of an ensemble"), "{refusal}");
 }
 
@@ -328,7 +334,7 @@ fn an_ensemble_around_a_file_goes_on_and_is_merged_to_the_bit() {
     assert_eq!((&found, &merged), (&header, &whole));
     assert_eq!(report(&found, &merged), report(&header, &whole));
     // What is there is not run again, and a file of another spread is refused.
-    let (mut kept, there) = Kept::open(&directory.path().join("1.csv"), &header).unwrap();
+    let (mut kept, there) = Kept::open(&output(&directory.path().join("1.csv")), &header).unwrap();
     let had = |case: u64, law: &str| there.iter().any(|row| row.case == case && row.law == law);
     let rest = collect(&|case, law| !had(case, law));
     assert_eq!(rest.len() + there.len(), 10);
@@ -340,7 +346,8 @@ fn an_ensemble_around_a_file_goes_on_and_is_merged_to_the_bit() {
     for around in [Around { spreads: &other, ..around }, Around { rate_hz: None, ..around }] {
         let machine = MachineEnsemble::open("step-response", around).unwrap();
         let other = Header { rate_hz: header.rate_hz, ..Header::of_machine(&machine, 1, 5) };
-        let refusal = Kept::open(&directory.path().join("1.csv"), &other).unwrap_err().to_string();
+        let refusal =
+            Kept::open(&output(&directory.path().join("1.csv")), &other).unwrap_err().to_string();
         assert!(refusal.contains("rate or spread is another one"), "{refusal}");
     }
 }

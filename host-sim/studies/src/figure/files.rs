@@ -8,21 +8,22 @@ use rayon::prelude::*;
 use super::NamedFigure;
 use super::chart::Chart;
 use crate::error::Error;
-use crate::output::prepare_directory;
-#[cfg(feature = "figures")]
-use crate::output::write_whole;
+use crate::output::{OutputDirectory, OverwriteGuard};
 
-/// Makes the directory for figures: what would keep them from being written is found out before the
-/// work is done.
+/// Checks the directory for figures before the work, by the guard of the command.
 ///
 /// # Errors
 /// Names the path, or says that nothing here can draw.
-pub fn prepare_figures(directory: &Path) -> Result<(), Error> {
-    if cfg!(feature = "figures") {
-        prepare_directory(directory)
-    } else {
-        write_figures(directory, &[])
+pub fn figure_directory(
+    guard: &OverwriteGuard,
+    option: &str,
+    path: &Path,
+) -> Result<OutputDirectory, Error> {
+    let directory = guard.directory(option, path)?;
+    if !cfg!(feature = "figures") {
+        write_figures(&directory, &[])?;
     }
+    Ok(directory)
 }
 
 /// Stands for the drawing of figures where it is not built in.
@@ -30,8 +31,8 @@ pub fn prepare_figures(directory: &Path) -> Result<(), Error> {
 /// # Errors
 /// Always, with the command that builds it in.
 #[cfg(not(feature = "figures"))]
-pub fn write_figures(directory: &Path, _: &[NamedFigure]) -> Result<(), Error> {
-    let option = format!("figures in {}", directory.display());
+pub fn write_figures(directory: &OutputDirectory, _: &[NamedFigure]) -> Result<(), Error> {
+    let option = format!("figures in {}", directory.path().display());
     Err(crate::missing_part::not_built(&option, "what draws them is", "figures"))
 }
 
@@ -40,7 +41,7 @@ pub fn write_figures(directory: &Path, _: &[NamedFigure]) -> Result<(), Error> {
 /// # Errors
 /// Always, with the command that builds it in.
 #[cfg(not(feature = "figures"))]
-pub fn write_charts(directory: &Path, _: &[Chart]) -> Result<(), Error> {
+pub fn write_charts(directory: &OutputDirectory, _: &[Chart]) -> Result<(), Error> {
     write_figures(directory, &[])
 }
 
@@ -54,7 +55,7 @@ const SCALE: f32 = 2.0;
 /// # Errors
 /// Names the figure that could not be drawn, or the file that could not be written.
 #[cfg(feature = "figures")]
-pub fn write_figures(directory: &Path, figures: &[NamedFigure]) -> Result<(), Error> {
+pub fn write_figures(directory: &OutputDirectory, figures: &[NamedFigure]) -> Result<(), Error> {
     let draw = |named: &NamedFigure| {
         let svg = named.figure.to_svg()?;
         let png = named.figure.to_png(SCALE)?;
@@ -68,8 +69,8 @@ pub fn write_figures(directory: &Path, figures: &[NamedFigure]) -> Result<(), Er
         })
         .collect::<Result<_, _>>()?;
     for (named, (svg, png)) in figures.iter().zip(&drawn) {
-        write_whole(&directory.join(format!("{}.svg", named.stem)), svg.as_bytes())?;
-        write_whole(&directory.join(format!("{}.png", named.stem)), png)?;
+        directory.write(&format!("{}.svg", named.stem), svg.as_bytes())?;
+        directory.write(&format!("{}.png", named.stem), png)?;
     }
     Ok(())
 }
@@ -79,13 +80,13 @@ pub fn write_figures(directory: &Path, figures: &[NamedFigure]) -> Result<(), Er
 /// # Errors
 /// Names the chart that could not be drawn, or the file that could not be written.
 #[cfg(feature = "figures")]
-pub fn write_charts(directory: &Path, charts: &[Chart]) -> Result<(), Error> {
+pub fn write_charts(directory: &OutputDirectory, charts: &[Chart]) -> Result<(), Error> {
     for chart in charts {
         let svg = super::marks::svg(chart);
         let png = super::raster::png(&svg, SCALE)
             .map_err(|error| Error::Figure(format!("`{}`: {error}", chart.stem)))?;
-        write_whole(&directory.join(format!("{}.svg", chart.stem)), svg.as_bytes())?;
-        write_whole(&directory.join(format!("{}.png", chart.stem)), &png)?;
+        directory.write(&format!("{}.svg", chart.stem), svg.as_bytes())?;
+        directory.write(&format!("{}.png", chart.stem), &png)?;
     }
     Ok(())
 }

@@ -25,7 +25,7 @@ mod thin;
 
 use std::fmt;
 
-pub use files::{prepare_figures, write_charts, write_figures};
+pub use files::{figure_directory, write_charts, write_figures};
 pub use results::{NamedFigure, entitle, figures};
 
 /// What a curve stands for; colour, weight and dashes follow from it.

@@ -9,7 +9,8 @@
 //! it lies beyond all others with a chance of 1 / (N + 1) for each of ten bounds: six figures have
 //! one, two have two. With N = 24 that is about 1 in 25 for each. The margin m makes it smaller,
 //! since the keys are drawn from bounded ranges, and so their figures are bounded as well. By how
-//! much has not been computed. `s` is what is not worth a word, or not simulated.
+//! much has not been computed. `s` is the smallest margin: differences
+//! below it do not matter, or the simulation does not cover them.
 //!
 //! Only the two efforts are bounded below: a joint that rests nearer and settles sooner than was
 //! predicted is none to complain of, but one that takes less effort is another joint.
@@ -56,7 +57,8 @@ impl Check {
     }
 }
 
-/// A figure: names, value, what is not worth a word beside the median, and whether less is wrong.
+/// A figure: names, value, smallest margin (absolute, and as a share of the median), and whether
+/// less is wrong.
 type Row = (&'static str, &'static str, fn(&Figures) -> Option<f64>, [f64; 2], bool);
 
 const ROWS: [Row; 8] = [

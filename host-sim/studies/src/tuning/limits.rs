@@ -5,6 +5,7 @@ use std::ops::RangeInclusive;
 
 use super::Figures;
 use crate::error::{rounded, suggestion};
+use crate::typed_number;
 
 /// How many joints gains may be looked for on.
 pub const CASES_ALLOWED: RangeInclusive<u64> = 1..=1000;
@@ -38,9 +39,10 @@ pub fn limit(text: &str) -> Result<(String, f64), String> {
     if !Figures::names().contains(&name) {
         return Err(format!("there is no such figure{}", suggestion(name, Figures::names())));
     }
-    match most.trim().parse::<f64>() {
-        Ok(most) if most.is_finite() && most > 0.0 => Ok((name.to_owned(), most)),
-        _ => Err("allowed is a number above 0".into()),
+    match typed_number::parse(most) {
+        Ok(most) if most > 0.0 => Ok((name.to_owned(), most)),
+        Ok(_) => Err("must be a number above 0".into()),
+        Err(why) => Err(format!("must be a number above 0: {why}")),
     }
 }
 

@@ -17,6 +17,7 @@ const JOINTS: [name: string, title: string][] = [
   ['gimbal', 'A geared gimbal'],
 ];
 const OWN = 'own.toml';
+const NOT_OPENED = '{"event":"not-opened"';
 const FIRST_VIEW = 'what-if';
 // A machine's file has less than half of it (document/mod.rs allows more).
 const LARGEST = 256 * 1024;
@@ -34,9 +35,7 @@ export function connect(
   choose(name, own);
   document.querySelector<HTMLElement>(`[data-view="${CSS.escape(view)}"]`)?.click();
 
-  const script = URL.createObjectURL(new Blob([worker], { type: 'text/javascript' }));
-  const studio = new Worker(script);
-  URL.revokeObjectURL(script);
+  const studio = begun();
   let ready = false;
   let over = false;
   // It does not start, or it has trapped: it answers nothing any more.
@@ -49,7 +48,7 @@ export function connect(
     cut(said);
   };
   studio.onmessage = ({ data }) => {
-    if (typeof data !== 'string' || !data.startsWith('{"event":"not-opened"')) return news(data);
+    if (typeof data !== 'string' || !data.startsWith(NOT_OPENED)) return news(data);
     by('playground-said').textContent = `✕ ${JSON.parse(data).said}`;
   };
   studio.onerror = ({ message }) => ended(message);
@@ -80,6 +79,33 @@ function address(): string {
   }
 }
 
+function begun(): Worker {
+  const script = URL.createObjectURL(new Blob([worker], { type: 'text/javascript' }));
+  const studio = new Worker(script);
+  URL.revokeObjectURL(script);
+  return studio;
+}
+
+// Opens a file in a simulator of its own, and returns why it is refused. The joint in use goes on
+// meanwhile, and stays if the file is refused.
+async function refusal(file: string): Promise<string | null> {
+  const simulator = await unpacked();
+  const trial = begun();
+  try {
+    return await new Promise((done, failed) => {
+      trial.onmessage = ({ data }) =>
+        done(
+          typeof data === 'string' && data.startsWith(NOT_OPENED) ? JSON.parse(data).said : null,
+        );
+      trial.onerror = ({ message }) => failed(new Error(message));
+      const begin: Begin = { simulator, machine: OWN, file };
+      trial.postMessage(begin, [simulator]);
+    });
+  } finally {
+    trial.terminate();
+  }
+}
+
 async function unpacked(): Promise<ArrayBuffer> {
   const packed = new Blob([simulator as BlobPart]).stream();
   return new Response(packed.pipeThrough(new DecompressionStream('gzip'))).arrayBuffer();
@@ -101,7 +127,11 @@ function choose(now: string, own: string | null): void {
   select.onchange = () => begin(select.value);
   read(
     by('playground-file'),
-    (text) => {
+    async (text, name) => {
+      const why = await refusal(text).catch((error: Error) => error.message);
+      by('playground-said').textContent =
+        why === null ? '' : `✕ ${name} is refused, and the joint in use stays: ${why}`;
+      if (why !== null) return;
       sessionStorage.setItem(OWN, text);
       begin(OWN);
     },

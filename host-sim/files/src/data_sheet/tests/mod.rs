@@ -2,6 +2,7 @@
 
 mod motion;
 mod numbers;
+mod slack;
 
 use toml::Table;
 

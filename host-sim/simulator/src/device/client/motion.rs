@@ -10,7 +10,7 @@ use stiction::{Limits, Motion, Parameters};
 use super::Client;
 use crate::device::moved::longest_s;
 use crate::device::wire::Wire;
-use crate::error::Error;
+use crate::error::{Error, shown};
 
 /// The map of the friction: each speed in both senses, the fastest first.
 pub type Map = [[MapPoint; 2]; SPEEDS];
@@ -105,7 +105,7 @@ impl<W: Wire> Client<W> {
         if status.state == StateCode::Stopped
             && leads_out(&self.parameters()?, status.position, *to)
         {
-            return Err(self.refused("move", &Refused::OutOfRange));
+            return Err(self.out_of_range());
         }
         Ok(())
     }
@@ -115,7 +115,22 @@ impl<W: Wire> Client<W> {
     /// # Errors
     /// Says why the device refuses.
     pub fn move_along(&mut self, motion: Motion) -> Result<(), Error> {
-        self.done("move", Request::Move(motion))
+        match self.talk(Request::Move(motion))? {
+            Reply::Done => Ok(()),
+            Reply::Refused(Refused::OutOfRange) => Err(self.out_of_range()),
+            Reply::Refused(refused) => Err(self.refused("move", &refused)),
+            _ => Err(self.unexpected()),
+        }
+    }
+
+    /// The refusal of a motion that leads out of the limits of travel, with these limits if the
+    /// device still answers.
+    fn out_of_range(&mut self) -> Error {
+        let error = self.refused("move", &Refused::OutOfRange);
+        let Ok(Parameters { limits, .. }) = self.parameters() else { return error };
+        let [min, max] = [limits.position_min, limits.position_max].map(crate::written::single);
+        let range = format!("{} to {} deg from power-on", shown(min), shown(max));
+        Error::Refused(format!("{error}; the range is {range}"))
     }
 
     /// Arms and begins a ramp of the effort, which rises by `rate` (V/s) until the joint moves, is

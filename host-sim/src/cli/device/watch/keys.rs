@@ -1,15 +1,17 @@
-//! The keys of the view. The stop key always works; a position is typed and takes effect with Enter
-//! only.
+//! The keys of the view. Stop, hold and quit always work. A position is typed and takes effect with
+//! Enter only; every other key inside it is shown as typed, and refused if it is no number.
 
 use ratatui::crossterm::event::{KeyCode, KeyEvent, KeyModifiers};
 
 use super::model::Watched;
 use crate::device::client::Client;
+use crate::device::travel::Travel;
 use crate::device::wire::Wire;
 use crate::error::Error;
+use crate::typed_number;
 
-/// Most characters of a position that is typed, more than any that makes sense has.
-const LONGEST_ENTRY: usize = 12;
+/// Longest text that is typed for a position. No number that makes sense is as long.
+const LONGEST_ENTRY: usize = 32;
 
 /// The text of the last line, which names the keys.
 pub const KEYS: &str = "q quit  s stop  a arm  h hold  c clear fault  NUMBER Enter move to, deg";
@@ -43,15 +45,19 @@ pub fn press<W: Wire>(
         // A terminal, a multiplexer or a slip of the hand sends these: Ctrl-A is no arming.
         KeyCode::Char(_) if !plain => return Ok(Flow::Go),
         KeyCode::Char('q') => return Ok(Flow::Quit),
-        KeyCode::Char('a') => arm(watched, client),
         KeyCode::Char('h') => client.hold().map(|()| "stops here, and is held".to_owned()),
-        KeyCode::Char('c') => client.clear().map(|()| "cleared: `a` arms again".to_owned()),
-        KeyCode::Char(c) if c.is_ascii_digit() || c == '.' || c == '-' => {
-            if watched.entry.len() < LONGEST_ENTRY {
-                watched.entry.push(c);
+        // A key that vanished inside a number would make it another number: `4,5` was 45.
+        KeyCode::Char(c) if begins_a_number(c) || !watched.entry.is_empty() => {
+            watched.entry.push(c);
+            if watched.entry.chars().count() > LONGEST_ENTRY {
+                watched.entry.clear();
+                watched.note =
+                    format!("more than {LONGEST_ENTRY} characters are no position: discarded");
             }
             return Ok(Flow::Go);
         }
+        KeyCode::Char('a') => arm(watched, client),
+        KeyCode::Char('c') => client.clear().map(|()| "cleared: `a` arms again".to_owned()),
         KeyCode::Backspace => {
             watched.entry.pop();
             return Ok(Flow::Go);
@@ -70,6 +76,11 @@ pub fn press<W: Wire>(
     Ok(Flow::Go)
 }
 
+/// Whether a character begins a position; each one after it belongs to that position.
+const fn begins_a_number(c: char) -> bool {
+    matches!(c, '0'..='9' | '.' | ',' | '-' | '+' | '\u{2212}')
+}
+
 fn arm<W: Wire>(watched: &mut Watched, client: &mut Client<W>) -> Result<String, Error> {
     let (before, armed_here) = (watched.is_armed(), watched.armed_here);
     // This is noted before the answer: one that is lost does not disarm the drive.
@@ -86,9 +97,12 @@ fn arm<W: Wire>(watched: &mut Watched, client: &mut Client<W>) -> Result<String,
 /// Moves to the typed position, which counts from the zero of the arming: without that zero there
 /// is no place to move to.
 fn go<W: Wire>(watched: &mut Watched, client: &mut Client<W>) -> Result<String, Error> {
-    let deg: f64 = watched.entry.parse().map_err(|_| {
-        Error::Input(format!("move {}: allowed is a number, as in -2.5", watched.entry))
-    })?;
+    let deg = typed_number::parse(&watched.entry)
+        .map_err(|why| Error::Input(format!("no move: {why}")))?;
+    // Another program may have set other limits meanwhile.
+    watched.travel = Some(Travel::new(&client.parameters()?));
+    watched.follow(client.status()?);
+    watched.check(deg)?;
     client.move_to(deg)?;
     watched.show(client.longest_s(deg - watched.now().reference_deg)?);
     Ok(format!("to {deg} deg"))

@@ -17,6 +17,7 @@ use stiction::link::{StateCode, Status};
 use super::PERHAPS_ARMED;
 use crate::device::client::Client;
 use crate::device::signals::Signals;
+use crate::device::travel::Travel;
 use crate::device::wire::Wire;
 use crate::device::words;
 use crate::error::Error;
@@ -65,6 +66,8 @@ pub fn watch<W: Wire>(client: &mut Client<W>) -> Result<String, Error> {
     let signals = Signals::new(client.signals()?);
     let mask = signals.mask(subscribed());
     let mut watched = Watched::new(client.warning(), name, signals, status);
+    // A device without parameters cannot be armed, and has no travel.
+    watched.travel = client.parameters().ok().map(|parameters| Travel::new(&parameters));
     let seen = client.subscribe(mask, every(&status));
     let seen = seen.and_then(|()| on_screen(client, &mut watched, &ending));
     match (seen, leave(client, &watched)) {
@@ -123,7 +126,7 @@ fn on_screen<W: Wire>(
         watched.lost = client.lost();
         if asked.elapsed() >= ASKED {
             asked = Instant::now();
-            follow(watched, client.status()?);
+            watched.follow(client.status()?);
         }
         if drawn.is_none_or(|drawn: Instant| drawn.elapsed() >= DRAWN) {
             screen.0.draw(|frame| view::draw(frame, watched))?;
@@ -142,12 +145,6 @@ fn on_screen<W: Wire>(
         }
     }
     Ok(())
-}
-
-/// Forgets that this program has armed the drive, once it is not armed any more.
-const fn follow(watched: &mut Watched, status: Status) {
-    watched.armed_here &= matches!(status.state, StateCode::Armed);
-    watched.status = status;
 }
 
 /// Turns off a drive that was armed here, and tells how it is left.

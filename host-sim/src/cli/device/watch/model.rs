@@ -6,6 +6,8 @@ use stiction::link::{Sample, StateCode, Status};
 use stiction::signal::name;
 
 use crate::device::signals::{OF_THE_LOOP, Signals};
+use crate::device::travel::Travel;
+use crate::error::Error;
 
 /// Length of the past that is plotted, s, unless a move takes longer.
 pub const WINDOW_S: f64 = 10.0;
@@ -96,6 +98,8 @@ pub struct Watched {
     pub lost: u64,
     /// Whether this program has armed the drive.
     pub armed_here: bool,
+    /// Range of the targets that can be typed; none before the parameters are read.
+    pub travel: Option<Travel>,
     /// A position that is being typed.
     pub entry: String,
     /// A sentence on what the last key did, or why it did nothing.
@@ -119,6 +123,7 @@ impl Watched {
             moments: VecDeque::new(),
             lost: 0,
             armed_here: false,
+            travel: None,
             entry: String::new(),
             note: String::new(),
         }
@@ -136,6 +141,31 @@ impl Watched {
         while self.moments.front().is_some_and(|first| first.time_s < moment.time_s - self.kept_s) {
             self.moments.pop_front();
         }
+    }
+
+    /// Takes the answer to a request for the status. A drive that is not armed any more was not
+    /// armed by this program.
+    pub fn follow(&mut self, status: Status) {
+        self.armed_here &= matches!(status.state, StateCode::Armed);
+        self.status = status;
+        let resolution_deg = f64::from(status.resolution);
+        let clock_s = f64::from(status.clock) * f64::from(status.sample_time);
+        let last = self.moments.back().filter(|moment| moment.armed);
+        let sample = last.map(|moment| {
+            let counts = (moment.position_deg / resolution_deg).round() as i32;
+            (clock_s - moment.time_s, counts)
+        });
+        if let Some(travel) = &mut self.travel {
+            travel.follow(&status, sample);
+        }
+    }
+
+    /// Checks a target, deg from the zero of the arming.
+    ///
+    /// # Errors
+    /// Names the range of targets.
+    pub fn check(&self, deg: f64) -> Result<(), Error> {
+        self.travel.map_or(Ok(()), |travel| travel.check(deg))
     }
 
     /// Fits the past that is plotted to a move that takes so long, in whole tens of seconds.

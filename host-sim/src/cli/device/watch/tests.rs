@@ -285,7 +285,7 @@ fn keys_arm_move_and_stop_the_device() {
     keys("\n", &mut watched, &mut client);
     assert!((pass(&mut client) + 2.5).abs() < 0.03);
     keys("1-2\n", &mut watched, &mut client);
-    assert!(watched.note.contains("1-2: allowed is a number"), "{}", watched.note);
+    assert!(watched.note.contains("`1-2` is not a number"), "{}", watched.note);
     assert!((pass(&mut client) + 2.5).abs() < 0.03);
 
     // Stop counts in the middle of a number, too, and forgets it.
@@ -295,6 +295,99 @@ fn keys_arm_move_and_stop_the_device() {
     assert_eq!(keys("q", &mut watched, &mut client), Flow::Quit);
     let interrupt = KeyEvent::new(KeyCode::Char('c'), KeyModifiers::CONTROL);
     assert_eq!(press(interrupt, &mut watched, &mut client).unwrap(), Flow::Quit);
+}
+
+fn type_in(text: &str, watched: &mut Watched, client: &mut Client<SimulatedWire>) {
+    for c in text.chars() {
+        let code = if c == '\n' { KeyCode::Enter } else { KeyCode::Char(c) };
+        assert_eq!(press(KeyEvent::from(code), watched, client).unwrap(), Flow::Go);
+    }
+}
+
+/// The number is seen before Enter moves, and the joint goes there.
+#[test]
+fn a_decimal_comma_and_an_exponent_move_to_the_number_that_is_shown_before() {
+    for (typed, deg) in [("4,5", "4.5"), ("45e-1", "4.5"), ("-2,25", "-2.25"), ("+3", "3")] {
+        let (mut watched, mut client) = watched_device();
+        type_in("a", &mut watched, &mut client);
+        type_in(typed, &mut watched, &mut client);
+        for (columns, rows) in [(80, 24), (60, 24)] {
+            let words = words_of(&drawn(&watched, columns, rows));
+            let shown =
+                format!("move to {typed}_ read as {deg} deg (Enter moves; Esc discards it)");
+            assert!(words.contains(&shown), "{columns}: {words}");
+        }
+        type_in("\n", &mut watched, &mut client);
+        assert_eq!(watched.note, format!("to {deg} deg"));
+        client.pass(Duration::from_secs(3)).unwrap();
+        let reached = client.wire().simulated.position_deg();
+        assert!((reached - deg.parse::<f64>().unwrap()).abs() < 0.03, "{typed}: {reached}");
+    }
+}
+
+/// A key that is no part of a number does not vanish inside one.
+#[test]
+fn what_is_no_number_is_shown_as_typed_and_moves_nothing() {
+    let (mut watched, mut client) = watched_device();
+    type_in("a", &mut watched, &mut client);
+    for typed in ["4x5", "4;5", "1,234", "4,5,6", "1e", "4a5", "4c5"] {
+        type_in(typed, &mut watched, &mut client);
+        assert_eq!(watched.entry, typed);
+        let words = words_of(&drawn(&watched, 60, 24));
+        assert!(words.contains(&format!("{typed}_ `{typed}` is")), "{words}");
+        type_in("\n", &mut watched, &mut client);
+        assert!(watched.note.contains(&format!("no move: `{typed}` is")), "{}", watched.note);
+        client.pass(Duration::from_secs(1)).unwrap();
+        assert!(client.wire().simulated.position_deg().abs() < 0.01, "{typed}");
+        assert_eq!(client.status().unwrap().state, StateCode::Armed, "{typed}");
+    }
+    // An entry that is too long is discarded as a whole, and not cut to another number.
+    type_in(&"1".repeat(33), &mut watched, &mut client);
+    assert!(watched.entry.is_empty() && watched.note.contains("discarded"), "{}", watched.note);
+}
+
+#[test]
+fn a_target_out_of_the_travel_is_refused_where_it_is_typed_with_the_range() {
+    let joint = crate::experiment::find("step-response").unwrap().toml;
+    let limited = "[limits]\nposition_min_deg = -10.0\nposition_max_deg = 20.0\n";
+    for (limits, typed, range) in [
+        ("", "99999", "it must be -360 to 360 deg while the device has no limits of travel"),
+        ("", "1e9", "allowed is a position within 2^30 counts"),
+        (limited, "99999", "LIMITS from the zero of the arming"),
+    ] {
+        let document = Document::parse("joint.toml", &format!("{joint}\n{limits}")).unwrap();
+        let plan = Experiment::plan(&document, &["srnf".into()], &[]).unwrap().runs.remove(0);
+        let mut client =
+            Client::connect(SimulatedWire::new(SimulatedDevice::new(&plan).unwrap())).unwrap();
+        let signals = Signals::new(client.signals().unwrap());
+        let status = client.status().unwrap();
+        let mask = signals.mask(subscribed());
+        let mut watched = Watched::new(client.warning(), "bench".into(), signals, status);
+        client.subscribe(mask, 1).unwrap();
+        type_in("a", &mut watched, &mut client);
+        client.pass(Duration::from_millis(100)).unwrap();
+        while let Some(sample) = client.kept() {
+            watched.take(&sample);
+        }
+        let travel = crate::device::travel::Travel::new(&client.parameters().unwrap());
+        watched.travel = Some(travel);
+        watched.follow(client.status().unwrap());
+        // The joint was armed where it stood at power-on, and counts are whole.
+        let resolution_deg = f64::from(status.resolution);
+        let end = |deg: f64| {
+            let exact = (deg / resolution_deg).round() * resolution_deg;
+            crate::error::shown((exact * 1e4).round() / 1e4)
+        };
+        let limits = format!("it must be {} to {} deg", end(-10.0), end(20.0));
+        let range = range.replace("LIMITS", &limits);
+        type_in(typed, &mut watched, &mut client);
+        let words = words_of(&drawn(&watched, 60, 24));
+        assert!(words.contains(&range), "{words}");
+        type_in("\n", &mut watched, &mut client);
+        assert!(watched.note.contains(&range), "{}", watched.note);
+        client.pass(Duration::from_secs(1)).unwrap();
+        assert!(client.wire().simulated.position_deg().abs() < 0.01, "{typed}");
+    }
 }
 
 /// Whole tens of seconds, from ten to three hundred.

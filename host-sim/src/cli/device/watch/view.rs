@@ -12,6 +12,8 @@ use stiction::link::StateCode;
 use super::keys::KEYS;
 use super::model::{Moment, Watched};
 use crate::device::words;
+use crate::error::shown;
+use crate::typed_number;
 
 /// Least height of a plot with its legend, rows; a lower one shows nothing that the numbers do not.
 const LEAST_PLOT: u16 = 5;
@@ -170,10 +172,23 @@ fn numbers_of(watched: &Watched) -> Vec<Line<'static>> {
         .collect()
 }
 
+/// The last note, or the position that is being typed: with the number that it is read as, so that
+/// this number is seen before Enter moves.
 fn note_of(watched: &Watched) -> Line<'_> {
-    match watched.entry.as_str() {
-        "" => Line::from(watched.note.as_str()),
-        entry => Line::from(format!("move to {entry}_ deg   (Enter moves; Esc forgets it)")),
+    let entry = watched.entry.as_str();
+    if entry.is_empty() {
+        return Line::from(watched.note.as_str());
+    }
+    let read = typed_number::parse(entry).and_then(|deg| {
+        let checked = watched.check(deg).map_err(|error| error.to_string());
+        checked.map(|()| format!("move to {entry}_  read as {} deg", shown(deg)))
+    });
+    match read {
+        Ok(text) => Line::from(format!("{text}   (Enter moves; Esc discards it)")),
+        Err(why) => {
+            let text = format!("{entry}_  {why}   (Esc discards it)");
+            Line::styled(text, Style::new().fg(Color::Yellow))
+        }
     }
 }
 

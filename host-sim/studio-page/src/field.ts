@@ -1,0 +1,70 @@
+// Fields of a number: each shows which number it reads, before Enter does anything with it.
+
+import { by, element } from './app';
+import { parse, reading } from './typed-number';
+import { said } from './said';
+
+const FIELDS = [
+  'trapezoid-way',
+  'trapezoid-speed',
+  'trapezoid-rest',
+  'trapezoid-blend',
+  'rate',
+  'holding',
+  'what-if-deg',
+  'selftest-moves',
+  'selftest-range',
+];
+
+// Shows below a field what it reads, where that is not what was typed.
+export function shows(field: HTMLInputElement): void {
+  const out = element('output', { className: 'read' });
+  out.htmlFor.add(field.id);
+  field.after(out);
+  field.addEventListener('input', () => {
+    out.textContent = field.value.trim() === '' ? '' : reading(field.value);
+    field.classList.toggle('refused', out.textContent.startsWith('✕'));
+  });
+}
+
+export function fields(): void {
+  for (const id of FIELDS) shows(by<HTMLInputElement>(id));
+}
+
+// The number that was typed into a field; what is none is refused with its reason.
+export function number(id: string): number | null {
+  const field = by<HTMLInputElement>(id);
+  const { value, refused } = parse(field.value);
+  if (refused === null) return value;
+  said(refused, false);
+  field.focus();
+  return null;
+}
+
+// The field of the position, with the range of targets in it.
+export class PositionField {
+  private range: [number, number] | null = null;
+
+  constructor() {
+    by('deg').addEventListener('input', () => this.show());
+    this.show();
+  }
+
+  // The range of targets that the device reports with its status, deg.
+  follow(range: [number, number] | null): void {
+    this.range = range;
+    this.show();
+  }
+
+  private show(): void {
+    const { value, refused } = parse(by<HTMLInputElement>('deg').value);
+    const isOut = value !== null && this.range !== null && !within(value, this.range);
+    const range = this.range ? `${this.range[0]} to ${this.range[1]} deg` : '';
+    const text =
+      refused !== null ? `✕ ${refused}` : `= ${value} deg${isOut ? `: ✕ it must be ${range}` : ''}`;
+    if (by('deg-read').textContent !== text) by('deg-read').textContent = text;
+    by('deg').classList.toggle('refused', refused !== null || isOut);
+  }
+}
+
+const within = (value: number, [low, high]: [number, number]) => value >= low && value <= high;
