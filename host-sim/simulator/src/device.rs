@@ -3,11 +3,14 @@
 
 pub mod beyond;
 pub mod client;
+pub mod contradiction;
+mod found_load;
 pub mod identified;
 pub mod into;
 pub mod jogged;
 pub mod log;
 pub mod machine_file;
+mod merged;
 pub mod moved;
 #[cfg(not(target_family = "wasm"))]
 pub mod port;

@@ -12,6 +12,7 @@ use serde_json::Value;
 mod csv;
 mod experiments;
 mod identified;
+mod identified_slack;
 mod identify;
 mod json;
 mod new_joint;

@@ -2,7 +2,8 @@
 //!
 //! ```text
 //! parameters of the device, with what `robust` is told of the joint (told.rs)
-//! [joint]       what was found; with a load, a data sheet instead, if there is one (beyond.rs)
+//! [joint]       what was found; a data sheet instead, if the machine has one (merged.rs)
+//! [goal]        tolerance and times of the machine's file
 //! [reference]   the motion of the device, and the others of the file that it was begun with
 //! [identified]  the verdict, and what is doubted (spread.rs)
 //! [spread]      the error bars, wider if something is doubted (spread.rs)
@@ -17,23 +18,32 @@ use stiction::{Motion, Parameters};
 use toml_edit::{DocumentMut, Item};
 
 use super::beyond::Beyond;
+use super::contradiction::Contradiction;
 use super::identified::Identified;
+use super::merged::{Merged, kept_words, lost, merged};
 use super::{machine_file, spread, told};
 use crate::document::Document;
 use crate::draft;
 use crate::error::Error;
+use crate::machine::Joint;
 
 /// A step of the device is the file's if it is no farther off than this part of it: the device's
 /// number is in single precision.
 const SAME: f64 = 1e-6;
 
 /// The file of a joint that was found.
-#[derive(Clone, Debug, PartialEq, Eq)]
+#[derive(Clone, Debug, Default, PartialEq)]
 pub struct Written {
     /// Its text.
     pub text: String,
     /// What was found and is not in it, and why, in a sentence.
     pub left_out: Option<String>,
+    /// Keys that are as in the machine's file, since they were not measured.
+    pub kept: Vec<String>,
+    /// Keys of the machine's file that the measurement contradicts.
+    pub contradicted: Vec<Contradiction>,
+    /// Sentences on what was kept, and on what is contradicted.
+    pub words: Vec<String>,
 }
 
 /// Writes the file of a joint that was found; `of` is the file that is known of the machine.
@@ -44,17 +54,18 @@ pub fn text(found: &Identified, of: &Document) -> Result<String, Error> {
     written(found, of).map(|written| written.text)
 }
 
-/// Does the same, and says what of the joint it leaves out.
+/// Does the same, and says what of the machine's file it keeps, contradicts and leaves out.
 ///
 /// # Errors
 /// Says why the result is none that a file should have, or that no file says what the device runs.
 pub fn written(found: &Identified, of: &Document) -> Result<Written, Error> {
-    let joint = found.joint()?;
+    let mut joint = found.joint()?;
     let off = spread::spread(found, &joint);
+    spread::inside(&mut joint, &off);
     let (parameters, remark) = told::retold(found, &joint, &off);
     let whose = "this device, as it was identified";
     let body = machine_file::render(&parameters, &joint, whose)?;
-    let (body, left_out) = match with_motions(&body, &parameters, of) {
+    let (body, no_motions) = match with_motions(&body, &parameters, of) {
         Ok(body) => (body, String::new()),
         Err(why) => (body, why.map_or(String::new(), |why| without_motions(of, why))),
     };
@@ -63,21 +74,62 @@ pub fn written(found: &Identified, of: &Document) -> Result<Written, Error> {
         Some(remark) => body.replacen("\n[controller.", &format!("\n{remark}[controller."), 1),
         None => body,
     };
-    let beyond = Beyond::of(found);
-    let (body, off, why) = if beyond.is_none() {
-        (body, off, None)
-    } else {
-        match beyond.in_si(&body, &joint, &off, of, &parameters) {
-            Ok((body, off)) => (body, off, None),
-            Err(why) => (body, off, Some(beyond.left_out(&why))),
+    let (merged, left_out) = match merged(found, (&joint, &off), of, (&body, &parameters)) {
+        Ok(merged) => (merged, None),
+        Err(why) => {
+            let contradicted = in_volts(&joint, &off, of);
+            let left_out = left_out(&Beyond::of(found), of, &why);
+            (Merged { text: body, ranges: off, kept: vec![], contradicted }, left_out)
         }
     };
+    let Merged { text: body, ranges, kept, contradicted } = merged;
     let not_said =
-        why.as_ref().map_or(String::new(), |why| format!("\n{}", spread::commented(why)));
-    let ranges = off.iter().map(|(key, range)| (key.as_str(), *range));
-    let ranges = draft::spread::table(ranges);
-    let text = body + &left_out + &not_said + &spread::remarks(found) + &ranges;
-    Ok(Written { text, left_out: why })
+        left_out.as_ref().map_or(String::new(), |why| format!("\n{}", spread::commented(why)));
+    let ranges = draft::spread::table(ranges.iter().map(|(key, range)| (key.as_str(), *range)));
+    let text = body + &no_motions + &not_said + &goal(of) + &spread::remarks(found) + &ranges;
+    let file = &of.origin.name;
+    let mut words: Vec<String> =
+        kept_words(&kept, file, &Document::parse("", &text)?).into_iter().collect();
+    words.extend(contradicted.iter().map(|one| format!("contradicted: {}", one.words(file))));
+    Ok(Written { text, left_out, kept, contradicted, words })
+}
+
+/// Says what of the joint a file in degrees and volts leaves out: what was found, and what the data
+/// sheet has.
+fn left_out(beyond: &Beyond, of: &Document, why: &str) -> Option<String> {
+    let found = (!beyond.is_none()).then(|| beyond.left_out(why));
+    let Some(lost) = lost(of) else { return found };
+    let file = &of.origin.name;
+    let lost = format!("Of {file} are left out: {lost}");
+    Some(found.map_or_else(|| format!("{lost}, since {why}."), |found| format!("{found} {lost}.")))
+}
+
+/// Compares the joint of a file in degrees and volts; built-in joints are not the user's.
+fn in_volts(joint: &Joint, off: &spread::Ranges, of: &Document) -> Vec<Contradiction> {
+    if crate::document::find(&of.origin.name).is_ok() {
+        return vec![];
+    }
+    let number = |key: &str| {
+        let value = of.get(key)?;
+        value.as_float().or(value.as_integer().map(|n| n as f64))
+    };
+    let friction = &joint.friction;
+    let of_joint = [
+        ("joint.gain_deg_per_s2_per_v", joint.gain_deg_per_s2_per_v),
+        ("joint.viscous_v_per_deg_per_s", joint.viscous_v_per_deg_per_s),
+        ("joint.friction.slip_v", friction.slip_v),
+        ("joint.friction.stick_v", friction.stick_v),
+    ];
+    let compared = of_joint.into_iter().filter_map(|(key, value)| {
+        Contradiction::between(key, (number(key)?, None), (value, *off.get(key)?))
+    });
+    compared.collect()
+}
+
+/// The goal of a machine's file: the device does not know it.
+fn goal(of: &Document) -> String {
+    let goal = of.get("goal").and_then(|goal| toml::to_string(goal).ok());
+    goal.map_or(String::new(), |goal| format!("\n[goal]\n{goal}"))
 }
 
 /// Says which motions did not come along, and why.

@@ -24,6 +24,8 @@
 //!   So the stick friction is anything from the slip friction's highest value to twice that, as of
 //!   the joints of docs/ensemble.md, and the inertia is half as much to one and a half times as
 //!   much.
+//!
+//! The joint that is written lies within its ranges ([`inside`]).
 
 use std::collections::BTreeMap;
 
@@ -96,6 +98,22 @@ pub fn spread(found: &Identified, joint: &Joint) -> Ranges {
     ]
     .map(|(key, range)| (key.to_owned(), range.map(rounded)))
     .into()
+}
+
+/// Moves the levels of a joint into their ranges. With lost motion the breakaway that was read is
+/// that of a part of the joint, and lies below the range of its stick friction.
+pub fn inside(joint: &mut Joint, ranges: &Ranges) {
+    let Joint { gain_deg_per_s2_per_v, viscous_v_per_deg_per_s, friction } = joint;
+    for (key, value) in [
+        ("joint.gain_deg_per_s2_per_v", gain_deg_per_s2_per_v),
+        ("joint.viscous_v_per_deg_per_s", viscous_v_per_deg_per_s),
+        ("joint.friction.slip_v", &mut friction.slip_v),
+        ("joint.friction.stick_v", &mut friction.stick_v),
+    ] {
+        if let Some([low, high]) = ranges.get(key) {
+            *value = value.max(*low).min(*high);
+        }
+    }
 }
 
 /// One less than the places, and one at least.

@@ -3,6 +3,7 @@
 use std::path::PathBuf;
 use std::time::Duration;
 
+use serde_json::json;
 use stiction::identification::{Asked, Outcome};
 use stiction::link::StateCode;
 
@@ -145,17 +146,19 @@ impl Identify {
             Err(Error::Device(format!("identify: {}", ended(outcome))))
         };
         // Minutes of motion: what they have found is told, whatever becomes of the file.
-        let (mut file, mut left_out) = (None, None);
+        let (mut file, mut new) = (None, into::Written::default());
         if let Some(wanted) = into {
             match written(wanted, &found, &document, warning) {
-                Ok(not_in_it) => (file, left_out) = (Some(wanted), not_in_it),
+                Ok(written) => (file, new) = (Some(wanted), written),
                 Err(error) => ended = Err(Error::Device(format!("{error}; the motor is off"))),
             }
         }
         if self.json {
             let mut object = found.json(warning);
             object["written"] = file.map(ToString::to_string).into();
-            object["left_out"] = left_out.into();
+            object["left_out"] = new.left_out.into();
+            object["kept"] = new.kept.into();
+            object["contradicted"] = json!(new.contradicted);
             return Ok(Said { text: format!("{object:#}\n"), ended });
         }
         let mut text = warning.map_or(String::new(), |warning| format!("{warning}\n"));
@@ -164,24 +167,24 @@ impl Identify {
         if let Some(file) = file {
             text += &format!("{file}: written, with the joint that was found\n");
         }
-        left_out.iter().for_each(|line| text += &format!("{line}\n"));
+        new.words.iter().chain(&new.left_out).for_each(|line| text += &format!("{line}\n"));
         Ok(Said { text, ended })
     }
 }
 
-/// Writes the file of a joint that was found, and returns what it leaves out of it.
+/// Writes the file of a joint that was found, and returns what it keeps, contradicts and leaves out.
 fn written(
     file: &OutputFile,
     found: &Identified,
     of: &Document,
     warning: Option<&str>,
-) -> Result<Option<String>, Error> {
+) -> Result<into::Written, Error> {
     let nothing = |why: Error| Error::Device(format!("identify --into: nothing is written: {why}"));
     found.joint().map_err(nothing)?;
     let header = warning.map_or(String::new(), |warning| format!("# {warning}\n"));
-    let into::Written { text, left_out } = into::written(found, of)?;
-    file.write((header + &text).as_bytes())?;
-    Ok(left_out)
+    let written = into::written(found, of)?;
+    file.write((header + &written.text).as_bytes())?;
+    Ok(written)
 }
 
 /// Stays until the device has ended by itself.
