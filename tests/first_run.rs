@@ -1,5 +1,5 @@
 //! The first move of docs/wiring.md, step by step, with a client of any device whose joint is sound
-//! and whose encoder may be reversed. The joint is the thesis's. Nobody turns it by hand, and what
+//! and whose encoder may be reversed. The joint is the thesis's. It is not turned by hand, and what
 //! `identify` finds is compared with the joint that the tuned parameters are for.
 
 use std::time::Duration;
@@ -14,7 +14,7 @@ use stiction::link::StateCode;
 use stiction::pd::PdGains;
 use stiction::value::{Table, key};
 
-/// Gains that do nothing: nobody has chosen any.
+/// Gains that do nothing, as before tuning.
 pub fn untuned(tuned: &Parameters) -> Parameters {
     let mut parameters = tuned.clone();
     parameters.controller.compensator.clear();
@@ -31,7 +31,7 @@ pub fn jogged<W: Wire>(client: &mut Client<W>) -> Option<Found> {
     client.jogged().unwrap()
 }
 
-/// What the reader of the page sees at the bench, and the link does not tell.
+/// What the reader of the page sees at the bench, and the link does not report.
 pub trait Bench: Wire {
     /// Whether its flash keeps what is saved.
     const KEEPS: bool;

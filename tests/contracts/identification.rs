@@ -7,7 +7,7 @@ fn ramp() -> Ramp {
     Ramp::new(0.25, 0.1, 0.002, 1.0).unwrap()
 }
 
-/// Runs a ramp on a joint whose counts are a function of the tick, for so many ticks at most.
+/// Runs a ramp on a joint whose counts are a function of the tick, with a limit of ticks.
 /// Returns its state, the efforts and the ticks that it took.
 fn run(ramp: &Ramp, ticks: u32, counts: impl Fn(u32) -> i32) -> (RampState, Vec<f32>) {
     let mut state = RampState::start(counts(0));

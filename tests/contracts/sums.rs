@@ -62,7 +62,7 @@ proptest! {
     }
 }
 
-/// What two of a law should do, nobody can say: integrate twice as fast, or each up to the full
+/// Two of the same law have no defined sum: integrate twice as fast, or each up to the full
 /// scale.
 #[test]
 fn a_law_may_not_be_there_twice() {

@@ -148,7 +148,7 @@ fn breakaway_range_is_refused_unless_it_is_in_order_and_above_zero() {
     assert_eq!(refused(f32::NAN, 2.0), Some("breakaway_low_v"));
 }
 
-/// The laws of the thesis have its gains (Tables 17 and 18) wherever nobody gives others.
+/// The laws of the thesis have its gains (Tables 17 and 18) by default.
 #[test]
 fn examples_of_the_laws_are_the_gains_of_the_thesis() {
     assert_eq!(Gains::EXAMPLES[..6], [RI, RVI, ROI, FEEDFORWARD, DNPF, SRNF]);

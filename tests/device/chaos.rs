@@ -54,7 +54,7 @@ fn coasting_against(friction: f64, speed: f64) -> f64 {
 /// seconds on a free joint.
 const RAMPS: [(f64, f64); 3] = [(0.5, 0.0), (1.0, 0.1), (2.0, 0.2)];
 
-/// The largest effort of a ramp at the nominal supply, V. Until two counts have told it to stop, it
+/// The largest effort of a ramp at the nominal supply, V. Until two counts stop it, it
 /// rises for as long as its impulse beyond 0.4 V is no more than 0.2 V s. Three of these: a place
 /// beside the one that was counted last clears it, and so does a sign that has turned since.
 fn ramp_effort(rate: f64) -> f64 {
@@ -305,7 +305,7 @@ impl Chaos {
         let [least, most] = self.span;
         if [least, most] == [0, 0] {
             // No command but arming: a joint that is at rest, within two counts, stays there. With
-            // swapped wires a law may push it away from a count, until eight counts tell that
+            // swapped wires a law may push it away from a count, until eight counts show that
             // (reversed_encoder.rs); and with dead ones, or some that were dead until now, a joint
             // that coasts is taken for one at rest. A law that sees one line's count to and fro may
             // push it on with a part of the friction: 0.1 V of 0.38 V was seen, half is allowed.
@@ -314,7 +314,7 @@ impl Chaos {
             let left = SLIP - if self.is_sound { 0.0 } else { self.effort.min(SLIP / 2.0) };
             let noticed = if self.is_sound { 3.0 * COUNT } else { 0.2 };
             let bound = noticed + coasting_against(left, self.speed);
-            assert!(travel.abs() <= bound, "{name}: {travel} deg, and nobody asked");
+            assert!(travel.abs() <= bound, "{name}: {travel} deg without a command");
         } else {
             self.moved += 1;
             self.led += u64::from(output.tick.setpoint().velocity != 0.0);
@@ -418,7 +418,7 @@ fn nothing_moves_unasked_and_the_joint_stays_within_what_was_asked_whatever_goes
         send(&mut chaos, Request::Hello { protocol: PROTOCOL, session: 0 });
         for message in 0..each {
             let mut contents = requests(&parameters, chaos.counts, &mut random);
-            // After a fault, whoever is there clears it in the end and arms again.
+            // After a fault, the client clears it in the end and arms again.
             if message % 16 == 15 {
                 chaos.device.supply = SUPPLY;
                 contents = vec![Request::Clear];

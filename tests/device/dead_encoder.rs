@@ -23,7 +23,8 @@ pub fn armed(law: &str) -> SimulatedDevice {
     armed_at(law, 1.0)
 }
 
-/// The same with an output that is scaled by the supply, which is so many times the nominal one.
+/// The same with an output that is scaled by the supply; the factor is the supply over the nominal
+/// one.
 fn armed_at(law: &str, supply: f64) -> SimulatedDevice {
     let controller = format!("loop.controller={law}");
     let [nominal, range] = ["device.nominal_supply_v=12", "device.supply_full_scale_v=24"];
@@ -91,7 +92,7 @@ fn pushed(effort: f64, ticks: f64) -> f64 {
 #[test]
 fn an_encoder_that_is_dead_from_rest_is_seen_under_every_law_and_error() {
     for law in controllers() {
-        let mut told = Vec::new();
+        let mut cells = Vec::new();
         for error in ERRORS {
             let mut device = armed(law);
             device.wires = Wires::Cut;
@@ -99,12 +100,12 @@ fn an_encoder_that_is_dead_from_rest_is_seen_under_every_law_and_error() {
             let (is_armed, output, coasts) = a_minute_told(&mut device);
             let travel = device.position_deg().abs();
             if is_armed && law == "robust" {
-                told.push(format!("gives up at {travel:.1}"));
+                cells.push(format!("gives up at {travel:.1}"));
                 gave_up(&output, travel, coasts, error);
                 assert!(device.device.servo().has_given_up(), "{error} deg: it does not say so");
                 continue;
             }
-            told.push(if is_armed { "rests".into() } else { format!("{travel:.1}") });
+            cells.push(if is_armed { "rests".into() } else { format!("{travel:.1}") });
             if is_armed {
                 // The law asks for less than starts the joint, and may do so for ever.
                 assert!(travel == 0.0, "{law}, {error} deg: armed after {travel} deg");
@@ -120,7 +121,7 @@ fn an_encoder_that_is_dead_from_rest_is_seen_under_every_law_and_error() {
             // less far, since it is seen sooner. 8 deg, and a tick of coasting.
             assert!(travel < pushed(0.45, 203.0), "{law}, {error} deg: {travel} deg");
         }
-        let [a, b, c, d, e, f, g, h, i] = <[String; ERRORS.len()]>::try_from(told).unwrap();
+        let [a, b, c, d, e, f, g, h, i] = <[String; ERRORS.len()]>::try_from(cells).unwrap();
         reliability!("dead-encoder", law, a, b, c, d, e, f, g, h, i);
     }
 }
@@ -230,7 +231,7 @@ fn pauses_and_another_arming_do_not_clear_an_impulse_and_counts_do() {
         if is_dead {
             device.wires = Wires::Cut;
         } else {
-            // It counts, but the joint is held: nobody moves it until it is let go.
+            // It counts, but the joint is held: it cannot move until it is released.
             device.brake_v = 5.0;
         }
         assert_eq!(push(&mut device), State::Armed);

@@ -3,7 +3,7 @@
 //! What the servo sees is bounded, and the bound is derived. What it cannot see is an encoder that
 //! dies while the joint creeps, when the law is left with an effort between the two levels of
 //! friction: too little to be a stall, and enough to keep the joint moving. Those moments are
-//! counted and told, window by window. Only a second encoder would see them.
+//! counted and printed, window by window. Only a second encoder would see them.
 
 use simulator::device::simulated::Wires;
 use stiction::Fault;
@@ -23,7 +23,7 @@ const TICK_S: f64 = 0.02;
 const BREAKAWAY: i16 = 81;
 const LSB: f64 = 0.00488;
 
-/// Targets, deg, and for so many ticks of the way to them the encoder dies in each.
+/// Targets, deg, and the number of ticks on the way to each in which the encoder dies.
 const TARGETS: [f64; 3] = [0.5, 5.0, 20.0];
 const MOMENTS: u32 = 250;
 
@@ -108,7 +108,7 @@ fn an_encoder_that_dies_in_motion_is_seen_but_for_windows_in_which_the_joint_cre
         for wires in [Wires::Cut, Wires::OneCut] {
             for target in TARGETS {
                 let mut window: Option<(u32, u32, Death)> = None;
-                let mut tell = |window: &mut Option<(u32, u32, Death)>| {
+                let mut print = |window: &mut Option<(u32, u32, Death)>| {
                     let Some((first, last, worst)) = window.take() else { return };
                     windows += 1;
                     reliability!(
@@ -146,7 +146,7 @@ fn an_encoder_that_dies_in_motion_is_seen_but_for_windows_in_which_the_joint_cre
                                 }
                             }
                             _ => {
-                                tell(&mut window);
+                                print(&mut window);
                                 window = Some((cut, cut, death));
                             }
                         }
@@ -171,7 +171,7 @@ fn an_encoder_that_dies_in_motion_is_seen_but_for_windows_in_which_the_joint_cre
                         at_once += 1;
                     }
                 }
-                tell(&mut window);
+                print(&mut window);
             }
         }
         reliability!(

@@ -1,7 +1,7 @@
 //! An encoder that is not well drops, doubles or adds edges, or has its wires swapped, cut or
 //! reversed. What can be seen stops the joint with its code, within a stated time and travel. A
-//! slow loss of counts cannot be seen: without an index nothing tells a lost count from a joint
-//! that has moved less. The tests measure how far that leads instead.
+//! slow loss of counts cannot be seen: without an index a lost count cannot be distinguished from a
+//! joint that has moved less. The tests measure how far that leads instead.
 
 use simulator::device::simulated::{SimulatedDevice, Wires};
 use stiction::Fault;
@@ -52,7 +52,7 @@ fn spoiled(rate: f64, sign: i32, both_ways: bool) -> (f64, i64, State) {
     (simulated.position_deg(), spoiled, state)
 }
 
-/// The joint is off by as much as was lost, and nobody knows. A loss on the way out and one on the
+/// The joint is off by the lost counts, undetected. A loss on the way out and one on the
 /// way back cancel.
 #[test]
 fn slow_loss_of_counts_is_not_seen_and_shifts_the_joint_by_what_was_lost() {

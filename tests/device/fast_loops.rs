@@ -25,7 +25,7 @@ const SLIP: f64 = 0.38;
 /// The volts of a code, and the largest code within 0.4 V.
 const LSB: f64 = 0.00488;
 const BREAKAWAY: f64 = 81.0;
-/// The largest breakaway effort that the law is told, V.
+/// The law's largest configured breakaway effort, V.
 const HIGHEST: f64 = 1.03;
 
 struct Joint {
@@ -293,9 +293,9 @@ fn a_law_that_has_given_up_says_so_until_the_next_motion_which_may_go_to_the_sam
     let mut device = Device::moved(&JOINTS[0], "motor", &off);
     let is_told = |device: &mut Device| {
         let output = device.tick();
-        let told = device.client.status().unwrap().gave_up;
-        assert_eq!(output.tick.status & Tick::GAVE_UP != 0, told);
-        (told, output.tick.v_applied)
+        let gave_up = device.client.status().unwrap().gave_up;
+        assert_eq!(output.tick.status & Tick::GAVE_UP != 0, gave_up);
+        (gave_up, output.tick.v_applied)
     };
     assert!(!is_told(&mut device).0);
     // A brake that no effort moves.

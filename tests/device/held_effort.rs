@@ -12,7 +12,7 @@ use experiments::controllers;
 /// Ticks of 20 ms in a minute.
 const MINUTE: u32 = 3000;
 
-/// Runs with a client that is there, until the servo is no longer armed; tells the ticks, the tick
+/// Runs with a client until the servo is no longer armed; returns the ticks, the tick
 /// of the first warning, and the last output.
 fn held(device: &mut SimulatedDevice, ticks: u32) -> (u32, Option<u32>, Output) {
     let mut warned = None;
@@ -77,7 +77,7 @@ fn a_warning_a_stall_and_heat_are_told_apart() {
     assert!(warned.is_some() && (seen - heats).abs() < 0.2, "{seen} s of {heats}");
 }
 
-/// The largest friction (in so many hundredths of the file's) at which no run of the thesis's steps
+/// The largest friction (in hundredths of the file's) at which no run of the thesis's steps
 /// and trajectories trips for a minute, while every run at less friction passes, too.
 fn borne(law: &str) -> u32 {
     let controller = format!("loop.controller={law}");

@@ -294,7 +294,7 @@ fn a_joint_without_friction_ends_at_its_bounds() {
 
 #[test]
 fn silence_a_stop_and_time_end_a_jog() {
-    // Half a second of silence, which the last tick begins that hears somebody.
+    // Half a second of silence, which begins at the last tick that hears a client.
     let parameters = untuned(0.4);
     let stuck = Joint { friction: [9.0, 9.0], ..SOUND };
     let slow = Asked { rate: Some(0.1), ..Asked::default() };
@@ -329,7 +329,7 @@ fn a_client_gets_less_but_never_more_than_the_machine_allows() {
         (asked(None, None, None, None, more(own.time)), "time_s"),
         (asked(Some(0.0), None, None, None, None), "effort_v"),
         (asked(Some(f32::NAN), None, None, None, None), "effort_v"),
-        // Seven counts tell no direction.
+        // Seven counts show no direction.
         (asked(None, None, Some(7.0 * 0.00242), None, None), "travel_deg"),
     ] {
         let error = parameters.jog(&refused).unwrap_err();
@@ -425,7 +425,7 @@ impl Bench for SimulatedWire {
     }
 }
 
-/// The guide of docs/wiring.md, from a board that nobody has tuned to its first move.
+/// The guide of docs/wiring.md, from an untuned board to its first move.
 #[test]
 fn the_first_run_can_be_followed_on_the_simulated_device() {
     for is_reversed in [false, true] {

@@ -87,7 +87,7 @@ fn changes_are_named_by_their_keys() {
         (srnf(&[]), srnf(&["controller.srnf.kp_v_per_deg=2", "limits.stall_v=1.5"]));
     let found = changes(&before, &after).unwrap();
     assert_eq!(changes(&before, &before).unwrap(), Vec::<String>::new());
-    // A value that is derived from Kp changes with it, and is told.
+    // A value that is derived from Kp changes with it, and is reported.
     let expected = [
         "controller.srnf.kp_v_per_deg: 1.0 -> 2.0",
         "limits.stall_v: 0.8 -> 1.5",

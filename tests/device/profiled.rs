@@ -128,7 +128,7 @@ fn a_profiled_move_of_forty_degrees_trips_nothing_in_any_experiment() {
     assert!(moves > 50, "{moves}");
 }
 
-/// A step that nobody has seen the first tick of is no place to move from.
+/// A move cannot start from a step whose first tick has not run.
 #[test]
 fn a_move_before_the_first_tick_begins_where_the_joint_is() {
     let plan = plan("srnf", &["reference.steps_deg=[5.0]", "device.soft_start_s=0"]);
@@ -203,9 +203,12 @@ fn a_move_goes_on_smoothly_from_whatever_the_set_point_did() {
             let travel = (f64::from(now.position.counts - last.position.counts)
                 + f64::from(now.position.fraction - last.position.fraction))
                 * COUNT;
-            let told = f64::from(now.velocity) * TICK_S;
+            let reported = f64::from(now.velocity) * TICK_S;
             // The begin is on the grid of 2^-8 counts.
-            assert!((travel - told).abs() < COUNT / 256.0 + 1e-6, "{what}: {travel} {told}");
+            assert!(
+                (travel - reported).abs() < COUNT / 256.0 + 1e-6,
+                "{what}: {travel} {reported}"
+            );
             last = *now;
         }
         assert_eq!(last, Setpoint::at_rest(Position::from_counts(-5000)), "{what}");

@@ -76,7 +76,7 @@ fn until_fault(plan: &RunPlan, ticks: u32) -> Option<(u32, Fault)> {
 /// quarter more.
 const NO_LOAD: [&str; 2] = ["limits.overspeed_deg_per_s=250", "limits.encoder_jump_deg=6.26"];
 
-/// Plans a step by so many degrees under a law.
+/// Plans a step (deg) under a law.
 fn step(law: &str, deg: u32, set: &[&str]) -> RunPlan {
     let own = [format!("loop.controller={law}"), format!("reference.steps_deg=[{deg}.0]")];
     plans("step-response", &[&[own[0].as_str(), &own[1]], set].concat()).swap_remove(0)

@@ -21,8 +21,8 @@ fn tick(servo: &mut Servo, counter: u32) -> Output {
     servo.tick(Input { counter, supply: STM32F405.supply_top })
 }
 
-/// What the bridge is told: enabled to wake up, on, or off.
-fn told(output: &Output) -> (bool, bool) {
+/// Pins of the bridge: wake-up and enable.
+fn pins(output: &Output) -> (bool, bool) {
     (output.wakes, output.enable)
 }
 
@@ -36,14 +36,14 @@ fn the_driver_is_enabled_for_its_wake_up_and_the_loop_is_then_as_without_one() {
         waking.arm().unwrap();
         for left in (0..ticks).rev() {
             let output = tick(&mut waking, 0);
-            assert_eq!((told(&output), output.state), ((true, false), State::Armed), "{left} left");
+            assert_eq!((pins(&output), output.state), ((true, false), State::Armed), "{left} left");
             // Nothing is computed, so nothing winds up.
             assert_eq!((output.tick.code, output.tick.tick, output.tick.v_c), (0, 0, 0.0));
         }
-        // Before the stall of this joint, which nobody moves: 0.125 s at the full scale.
+        // Before the stall of this joint, which does not move: 0.125 s at the full scale.
         for _ in 0..6 {
             let (expected, found) = (tick(&mut plain, 0), tick(&mut waking, 0));
-            assert_eq!((found.tick, told(&found)), (expected.tick, (false, true)), "{wake_up} s");
+            assert_eq!((found.tick, pins(&found)), (expected.tick, (false, true)), "{wake_up} s");
         }
     }
 }
@@ -83,7 +83,7 @@ fn a_stop_or_a_fault_ends_the_wake_up_and_the_next_one_is_whole() {
         servo.arm().unwrap();
         assert!(tick(&mut servo, 0).wakes && tick(&mut servo, 0).wakes);
         ends(&mut servo);
-        assert_eq!(told(&tick(&mut servo, 0)), (false, false));
+        assert_eq!(pins(&tick(&mut servo, 0)), (false, false));
         servo.clear().unwrap();
         servo.arm().unwrap();
         let woken = (0..20).take_while(|_| tick(&mut servo, 0).wakes).count();
@@ -97,17 +97,17 @@ fn the_enable_pin_is_low_for_the_reset_pulse_before_it_rises_again() {
     let mut servo = at_rest(&["device.wake_up_s=0.04", "device.reset_pulse_s=0.2"]);
     // It has been low for seven ticks since power-on: three more make 0.2 s.
     servo.arm().unwrap();
-    let pulses = |servo: &mut Servo| (0..13).map(|_| told(&tick(servo, 0))).collect::<Vec<_>>();
+    let pulses = |servo: &mut Servo| (0..13).map(|_| pins(&tick(servo, 0))).collect::<Vec<_>>();
     let (off, wakes, on) = ((false, false), (true, false), (false, true));
     assert_eq!(pulses(&mut servo)[..6], [off, off, off, wakes, wakes, on]);
     // A fault that is cleared at once. The tick of the fault is the first with the pin low.
     servo.fault(Fault::BreakInput);
-    assert_eq!(told(&tick(&mut servo, 0)), off);
+    assert_eq!(pins(&tick(&mut servo, 0)), off);
     servo.clear().unwrap();
     servo.arm().unwrap();
     let seen = pulses(&mut servo);
-    assert_eq!(seen.iter().position(|&told| told == wakes), Some(9));
-    assert_eq!(seen.iter().position(|&told| told == on), Some(11));
+    assert_eq!(seen.iter().position(|&pins| pins == wakes), Some(9));
+    assert_eq!(seen.iter().position(|&pins| pins == on), Some(11));
     // After a long rest there is nothing to wait for.
     servo.stop();
     for _ in 0..40 {
@@ -134,7 +134,7 @@ fn parameters_with_another_sample_time_do_not_shorten_the_reset_pulse() {
         while !tick(&mut servo, 0).enable {}
         servo.stop();
         for _ in 0..ticks {
-            assert_eq!(told(&tick(&mut servo, 0)), (false, false));
+            assert_eq!(pins(&tick(&mut servo, 0)), (false, false));
         }
         let mut after = None;
         ControlLoop::prepare(&mut after, &with(latter), &STM32F405).unwrap();
@@ -143,7 +143,7 @@ fn parameters_with_another_sample_time_do_not_shorten_the_reset_pulse() {
         // The joint has to rest anew: some ticks with the pin low.
         let mut low = 0;
         while servo.arm().is_err() {
-            assert_eq!(told(&tick(&mut servo, 0)), (false, false));
+            assert_eq!(pins(&tick(&mut servo, 0)), (false, false));
             low += 1;
         }
         while !tick(&mut servo, 0).wakes {

@@ -1,4 +1,4 @@
-//! What is not a good image, and what cannot run on one, is told in a sentence.
+//! A bad image, and a file that cannot run on one, is refused in a sentence.
 
 use std::fs;
 use std::path::Path;

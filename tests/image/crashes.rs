@@ -49,9 +49,9 @@ fn assert_off_before_the_reset(observed: &Observed) {
     );
 }
 
-/// The watchdog that nobody feeds any more: the reset comes when `watchdog.rs` says, counted from
-/// the last time that it was fed, which is a tick before `AT` at most, or so many later. The bridge
-/// is off from then on.
+/// The watchdog is no longer fed: the reset comes when `watchdog.rs` says, counted from the last
+/// time that it was fed, which is a tick before `AT` at most, or `later` ms later. The bridge is
+/// off from then on.
 fn assert_starved(sample_time_ms: u64, lsi_hz: u64, injection: Injection, later: u64) {
     let parameters = parameters_with(&[&format!("loop.sample_time_s={}e-3", sample_time_ms)]);
     let fitted = Fitted { lsi_hz, ..Fitted::default() };

@@ -14,10 +14,10 @@ use stiction::Tick;
 use crate::common::{emulation, image, plans};
 
 /// Runs the image with the parameters of one plan beside the core of another.
-fn refusal(told: &RunPlan, beside: &RunPlan, free_running: bool) -> String {
+fn refusal(image: &RunPlan, beside: &RunPlan, free_running: bool) -> String {
     let mut emulation = emulation();
     emulation.free_running = free_running;
-    match emulation.run_told(blob(told).unwrap(), beside, &AtomicU32::default()) {
+    match emulation.run_told(blob(image).unwrap(), beside, &AtomicU32::default()) {
         Ok(_) => panic!("nothing was found"),
         Err(error) => error.to_string(),
     }
@@ -54,7 +54,7 @@ fn assert_found(message: &str, difference: &Difference) {
 const KP: &str = "controller.pd.kp_v_per_deg";
 const KD: &str = "controller.pd.kd_v_per_deg_per_s";
 
-/// What a voltmeter could tell apart.
+/// Returns whether both show the same on their pins, as a voltmeter would see it.
 fn same_pins(host: &Tick, image: &Tick) -> bool {
     (host.counts, host.duty()) == (image.counts, image.duty())
 }

@@ -58,7 +58,7 @@ fn arm_and_wait(client: &mut Client<EmulatedWire>) {
 #[test]
 fn a_driver_that_holds_its_fault_output_low_until_it_is_awake_is_armed() {
     let mut client = board(&SLOW);
-    // It sleeps while it is not enabled, and nobody takes that for a fault.
+    // It sleeps while it is not enabled, which is not reported as a fault.
     inject(&mut client, Injection::Break);
     let status = client.pass(Duration::from_millis(100)).unwrap();
     assert_eq!((status.state, status.faults), (StateCode::Stopped, 0));

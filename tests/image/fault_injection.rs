@@ -9,9 +9,9 @@ use crate::common::{firmware, plans};
 pub const MS: u64 = 1_000_000;
 /// By then a healthy board drives its motor: it arms in its fourth tick of 20 ms.
 pub const AT: u64 = 300 * MS;
-/// How long a board is looked at. The slowest watchdog resets it within 190 ms, and the latest reset
-/// of a test is at 600 ms. One that comes out of it with nothing to tell starts within 55 ms, and is
-/// armed 80 ms later.
+/// How long a board is looked at. The slowest watchdog resets it within 190 ms, and the latest
+/// reset of a test is at 600 ms. One that comes out of it without a report starts within 55 ms, and
+/// is armed 80 ms later.
 pub const UNTIL: u64 = 800 * MS;
 
 /// A step under PD: the joint does not move, so the duty stays where the first error put it.

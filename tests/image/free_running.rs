@@ -62,8 +62,8 @@ fn assert_near_lockstep(name: &str, set: &[&str]) {
             moments.iter().map(|moment| moment.velocity_deg_per_s.abs()).fold(0.0, f64::max);
         let (sample_s, count) =
             (plan.machine.sampling.sample_time_s(), plan.machine.encoder.resolution_deg());
-        // An effort that comes so much later finds the joint so much further, and the encoder tells
-        // it to a count.
+        // An effort that comes so much later finds the joint so much further; the encoder
+        // resolves a count.
         let late = speed * latency_s + count;
         // A compensator that is switched by a threshold may be switched a whole sample later.
         let smooth = matches!(plan.controller.as_deref(), Some("pd" | "feedforward" | "srnf"));

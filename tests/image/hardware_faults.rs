@@ -1,4 +1,4 @@
-//! Mishaps of the hardware: bridge off, the reason told, and no motion after.
+//! Mishaps of the hardware: bridge off, the reason reported, and no motion after.
 
 use emulated::emulator::board::{CLOCK_HZ, Fitted};
 use emulated::emulator::fault_injection::Injection;
@@ -41,11 +41,11 @@ fn a_glitch_of_the_break_input_while_the_outputs_are_being_turned_on_is_not_lost
 fn a_lost_crystal_turns_the_bridge_off() {
     let observed = inject(Some(&parameters()), Fitted::default(), &[(AT, Injection::CrystalLost)]);
     assert_off_after(&observed, AT, MS / 10);
-    let told = observed.log.iter().any(|line| {
+    let reported = observed.log.iter().any(|line| {
         let text = line.text.to_lowercase();
         text.contains("crystal") && (text.contains("lost") || text.contains("stopped"))
     });
-    assert!(told, "{:?}", observed.log);
+    assert!(reported, "{:?}", observed.log);
 }
 
 #[test]
@@ -74,9 +74,9 @@ fn a_record_of_a_fault_that_the_reset_has_damaged_is_not_believed() {
     let damage = Injection::Corrupts { address: address + 8, length: 1, to: 0xA5 };
     let faulted = [(AT, Injection::Break), (AT + 100 * MS, Injection::Reset)];
     let damaged = [faulted[0], (AT + 100 * MS, damage), faulted[1]];
-    for (injections, told) in [(&faulted[..], "break input"), (&damaged, "none")] {
+    for (injections, fault) in [(&faulted[..], "break input"), (&damaged, "none")] {
         let observed = inject(Some(&parameters()), Fitted::default(), injections);
-        let said = format!("reset by reset pin; last fault: {told}");
+        let said = format!("reset by reset pin; last fault: {fault}");
         assert!(observed.says(&said), "{said}: {:?}", observed.log);
     }
 }

@@ -1,4 +1,4 @@
-//! What a device is told beyond its loop, and which of two records it believes: the image does it
+//! Parameters of a device beyond its loop, and which of two records it believes: the image does it
 //! on its own pins.
 //!
 //! The joint is blocked, so that PD's effort stays where the first error puts it: Kp = 1 V/deg.
@@ -17,7 +17,7 @@ const NEUTRAL: u16 = 1909;
 /// Codes of the full scale: 5 V / 0.00488 V, rounded down.
 const CODES: f64 = 1024.0;
 
-/// A record with this sequence number, of a step of so many degrees, changed by `change`.
+/// A record with this sequence number, of a step (deg), changed by `change`.
 fn record(sequence: u32, step_deg: f64, change: impl Fn(&mut Parameters)) -> Vec<u8> {
     let blob = parameters_with(&[&format!("reference.steps_deg=[{step_deg}]")]);
     let (mut parameters, _) = Parameters::decode(&blob).unwrap();
@@ -25,7 +25,7 @@ fn record(sequence: u32, step_deg: f64, change: impl Fn(&mut Parameters)) -> Vec
     parameters.encode(sequence, &mut [0; ROOM]).unwrap().to_vec()
 }
 
-/// The swing off neutral of so many volts.
+/// Returns the swing off neutral of an effort, V.
 fn swing(v: f64) -> u16 {
     ((v / 0.00488).round() * f64::from(NEUTRAL) / CODES).round() as u16
 }
@@ -99,7 +99,7 @@ fn of_two_records_the_newer_valid_one_counts() {
     let observed = |records: [Option<&[u8]>; 2]| {
         observe(&firmware(), records, Fitted::default(), &[], 200 * MS).unwrap()
     };
-    // Told apart by what they do, too.
+    // Distinguished by what they do, too.
     let (older, newer) = (record(7, 1.0, |_| {}), record(8, 2.0, |_| {}));
     let mut damaged = newer.clone();
     damaged[40] ^= 1;

@@ -20,19 +20,22 @@ fn a_crystal_of_another_frequency_is_measured_refused_and_told() {
         let observed = inject(Some(&parameters()), fitted, &[]);
         assert!(observed.on_ns.is_empty(), "{megahertz} MHz: {observed:?}");
         assert!(observed.says("clock 16000000 Hz from internal oscillator"), "{:?}", observed.log);
-        let told = observed.log.iter().find_map(|line| {
+        let measured = observed.log.iter().find_map(|line| {
             line.text.strip_prefix("the crystal has about ")?.split(' ').next()?.parse().ok()
         });
         // The emulated internal oscillator has no error: two counts of 2540 are left at 25 MHz.
-        let told: f64 = told.unwrap_or_else(|| panic!("{:?}", observed.log));
-        assert!((told / megahertz as f64 - 1.0).abs() < 1e-3, "{megahertz} MHz told as {told}");
+        let measured: f64 = measured.unwrap_or_else(|| panic!("{:?}", observed.log));
+        assert!(
+            (measured / megahertz as f64 - 1.0).abs() < 1e-3,
+            "{megahertz} MHz measured as {measured}"
+        );
         assert!(observed.says("faulted: crystal of another frequency"), "{:?}", observed.log);
     }
 }
 
 #[test]
 fn eight_megahertz_are_measured_and_used() {
-    // 8.5 MHz is within what the internal oscillator can tell from 8 MHz.
+    // 8.5 MHz is within what the internal oscillator can distinguish from 8 MHz.
     for crystal_hz in [7_960_000, 8_000_000, 8_040_000, 8_300_000] {
         let observed = inject(Some(&parameters()), Fitted { crystal_hz, ..Fitted::default() }, &[]);
         assert!(observed.on_after(AT), "{crystal_hz} Hz: {:?}", observed.log);

@@ -108,7 +108,7 @@ impl Dynamics<1, 0> for Swinging {
 /// In a run of 1e9 s an instant is a second.
 #[test]
 fn events_without_end_stop_every_solver_with_time_and_state() {
-    let told = |solver: &str, run: Result<(), Trouble>, at_s: std::ops::Range<f64>| {
+    let fails_within = |solver: &str, run: Result<(), Trouble>, at_s: std::ops::Range<f64>| {
         let trouble = run.unwrap_err();
         let said = trouble.to_string();
         assert!(
@@ -122,18 +122,18 @@ fn events_without_end_stop_every_solver_with_time_and_state() {
     };
     const LONG_S: f64 = 1e9;
     // 200 reversals at 2000 a second.
-    told(
+    fails_within(
         "rk4",
         fixed_step::run(&mut Swinging, 1e-5, LONG_S, &mut Vec::new()).map(|_| ()),
         0.09..0.11,
     );
     let accuracy = Accuracy { eps: 1e-6, max_evaluations: 10_000_000 };
     let adaptive = step_doubling::run(&mut Swinging, accuracy, LONG_S, &mut Vec::new());
-    told("rk4-adaptive", adaptive.map(|_| ()), 0.09..0.11);
+    fails_within("rk4-adaptive", adaptive.map(|_| ()), 0.09..0.11);
     // Pushed for two milliseconds, held back for two: it breaks away and sticks every four.
     let to_and_fro = Pushed(|t: f64, _: f64| if (250.0 * t).fract() < 0.5 { 1.0 } else { -0.45 });
     let stepped = nonsmooth::run(&to_and_fro, &LEVELS, 1e-4, LONG_S, &mut Vec::new());
-    told("nonsmooth", stepped.map(|_| ()), 0.39..0.41);
+    fails_within("nonsmooth", stepped.map(|_| ()), 0.39..0.41);
 }
 
 /// A force at rest that dips between the instants at which it is asked for its polynomial: there
@@ -155,8 +155,8 @@ fn a_break_is_where_the_force_is_at_its_limit_and_not_where_a_polynomial_is() {
 }
 
 /// Stribeck's curve falls five hundred thousand times a second here, where the ramp is slowest: a
-/// motion begins in nothing that the tolerance could tell. In the limit of that speed the friction
-/// is Coulomb's.
+/// motion begins in nothing that the tolerance could resolve. In the limit of that speed the
+/// friction is Coulomb's.
 #[test]
 fn a_steep_stribeck_curve_under_a_slow_ramp_goes_through() {
     let mechanism = SpringMass { pull: Pull::steady(1e-5), ..SPRING_MASS };

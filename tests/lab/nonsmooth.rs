@@ -14,7 +14,7 @@ use super::common::{
     SPRING_MASS, SPRING_MASS_LEVELS, exact, independent,
 };
 
-/// Nobody listens.
+/// Contacts without an event.
 fn quiet() -> Vec<BodyEvent> {
     Vec::new()
 }
@@ -81,7 +81,7 @@ fn events_are_the_exact_solver_s_in_its_order() {
         let (events, _) = stepped(mechanism, levels, h, duration_s);
         let what = |events: &[BodyEvent]| -> Vec<_> {
             let mut what: Vec<_> = events.iter().map(|e| (e.body, e.kind)).collect();
-            // One step of order is not told.
+            // One step of order is not reported.
             what.sort_by_key(|(body, _)| *body);
             what
         };

@@ -1,8 +1,8 @@
 //! What no closed form gives: the exact solver against a second method, at a tolerance at least ten
 //! times tighter.
 //!
-//! The second method knows nothing of the first one's files. Blocks on springs are linear while
-//! nobody switches: each scan of 10 us follows the Taylor series of order 30, whose remainder is
+//! The second method knows nothing of the first one's files. Blocks on springs are linear while no
+//! mode is switched: each scan of 10 us follows the Taylor series of order 30, whose remainder is
 //! rounding; switches are found by bisection on that series; who sticks comes from force balances
 //! written out by hand. Blocks under waves follow parabolas and cubics.
 
@@ -171,7 +171,7 @@ impl TwoBlocks {
         })
     }
 
-    /// The mode at an instant; `still` tells which frictions are at zero velocity, `broken` which
+    /// The mode at an instant; `still` says which frictions are at zero velocity, `broken` which
     /// may not stick.
     fn mode(&self, t: f64, s: &Blocks, still: [bool; 2], broken: [bool; 2]) -> [i32; 2] {
         let v = self.sliding(s);
@@ -206,7 +206,7 @@ impl TwoBlocks {
         const SCAN: f64 = 1e-5;
         let (mut t, mut s, mut events) = (0.0, [0.0; 4], Vec::new());
         let mut mode = self.mode(t, &s, [true; 2], [false; 2]);
-        let told = |events: &mut Vec<_>, t: f64, before: [i32; 2], after: [i32; 2]| {
+        let record = |events: &mut Vec<_>, t: f64, before: [i32; 2], after: [i32; 2]| {
             for i in 0..2 {
                 match (before[i], after[i]) {
                     (b, a) if a == b => {}
@@ -216,7 +216,7 @@ impl TwoBlocks {
                 }
             }
         };
-        told(&mut events, t, [0; 2], mode);
+        record(&mut events, t, [0; 2], mode);
         while t < duration_s {
             let corner = if t < self.until_s { self.until_s.min(duration_s) } else { duration_s };
             let h = SCAN.min(corner - t);
@@ -262,7 +262,7 @@ impl TwoBlocks {
             }
             let before = mode;
             mode = self.mode(t, &s, still, broken);
-            told(&mut events, t, before, mode);
+            record(&mut events, t, before, mode);
         }
         (events, s)
     }

@@ -9,7 +9,7 @@ use stiction::Tick;
 const SAMPLE_S: f64 = 0.02;
 const COUNT: f64 = 0.00242;
 
-/// Moments of a joint that moves as told under a constant reference.
+/// Moments of a joint that moves along a given course under a constant reference.
 fn motion(duration_s: f64, reference: f64, position: impl Fn(f64) -> f64) -> Vec<Moment> {
     let samples = (duration_s / SAMPLE_S).round() as u32;
     let moment = |k| {

@@ -3,7 +3,7 @@
 //! load rule, and giving up.
 //!
 //! No second version stands behind these. They are what the law gave when they were written, so
-//! they tell of a change that nobody meant, and not of a mistake; the closed loops beside them
+//! they show an unintended change, not a mistake; the closed loops beside them
 //! judge what the joint does. `STICTION_TRACES=write cargo test -p stiction --test robust` writes
 //! them anew.
 
@@ -16,9 +16,9 @@ use stiction::compensator::robust::{EncoderSide, State};
 use stiction::value::Table;
 
 use super::golden::traces;
-use super::joint::{ClosedLoop, Joint, told};
+use super::joint::{ClosedLoop, Joint, configured};
 
-/// A row for so many ticks, and for each in which the mode changes.
+/// Ticks between two rows; a tick in which the mode changes has a row of its own.
 const EVERY: usize = 20;
 
 /// What the law gives along a trace.
@@ -50,26 +50,26 @@ fn along_golden_traces(all: &mut String) -> usize {
             trace.replay(gains, |_, _, effort, state| written.see(effort, state));
             written.text
         };
-        let prototype = trace.told.gains();
+        let prototype = trace.header.gains();
         let attempts = RobustGains::EXAMPLE.attempts;
         let today = RobustGains { attempts, observer: 0.0, learned_to: 0.0, ..prototype };
         let text = of(&today);
         if text != of(&prototype) {
             others += 1;
-            writeln!(all, "# {}\n{text}", trace.told.name).unwrap();
+            writeln!(all, "# {}\n{text}", trace.header.name).unwrap();
         }
     }
     others
 }
 
 fn in_closed_loops(all: &mut String) {
-    let held = RobustGains { load: 36.0, ..told() };
-    let on_load = RobustGains { encoder_side: EncoderSide::Load, ..told() };
+    let held = RobustGains { load: 36.0, ..configured() };
+    let on_load = RobustGains { encoder_side: EncoderSide::Load, ..configured() };
     let loaded = Joint { load: 10.0, ..Joint::new(4.0, 3.0) };
     let walled = Joint { wall: 4.982, ..Joint::new(4.0, 2.5) };
     let cases = [
         ("a load of 2.5 times the static friction, told, which then grows", loaded, held),
-        ("a wall five counts before the target", walled, told()),
+        ("a wall five counts before the target", walled, configured()),
         ("the encoder on the load of a stiff joint", Joint::new(4.0, 2.5), on_load),
     ];
     for (name, joint, gains) in cases {

@@ -6,7 +6,7 @@
 //! and none of the state.
 //!
 //! Most traces are in rad and N m. The law's equations hold in any units that belong together; of
-//! its constants one alone is in degrees, the cap of the profile's speed. So the law is told the
+//! its constants one alone is in degrees, the cap of the profile's speed. So the law is given the
 //! traces' figures as they are, and their cap as the speed.
 
 use std::io::Read;
@@ -20,15 +20,15 @@ use stiction::value::Table;
 
 const TRACES: &[u8] = include_bytes!("golden.csv.gz");
 
-/// What a trace's comment line tells.
-pub struct Told {
+/// Header of a trace: its comment line.
+pub struct Header {
     pub name: String,
     values: Vec<(String, String)>,
 }
 
-/// A trace: what the law is told, and its rows.
+/// A trace: the gains of the law, and its rows.
 pub struct Trace {
-    pub told: Told,
+    pub header: Header,
     rows: Vec<Row>,
 }
 
@@ -43,7 +43,7 @@ pub struct Row {
     gain: f32,
 }
 
-impl Told {
+impl Header {
     fn parse(line: &str) -> Option<Self> {
         let (name, values) = line.rsplit_once(": ")?;
         let words: Vec<_> = values.split_whitespace().map(String::from).collect();
@@ -112,7 +112,7 @@ pub fn traces() -> Vec<Trace> {
     for line in text.lines() {
         if let Some(comment) = line.strip_prefix("# ") {
             if comment.contains(" side ") && comment.contains(" umax ") {
-                traces.push(Trace { told: Told::parse(comment).unwrap(), rows: Vec::new() });
+                traces.push(Trace { header: Header::parse(comment).unwrap(), rows: Vec::new() });
             }
         } else {
             let columns: Vec<f64> = line.split(',').map(|word| word.parse().unwrap()).collect();
@@ -136,8 +136,8 @@ impl Trace {
     /// Runs the law along the trace, fed with its own effort, and calls `f` with each row and what
     /// the law gave there.
     pub fn replay(&self, gains: &RobustGains, mut f: impl FnMut(usize, &Row, f32, &State)) {
-        let law = self.told.law(gains);
-        let count = self.told.number("q");
+        let law = self.header.law(gains);
+        let count = self.header.number("q");
         let (mut state, mut applied) = (State::default(), 0.0);
         for (tick, row) in self.rows.iter().enumerate() {
             let place = row.reference / count;
@@ -160,10 +160,10 @@ fn law_does_what_its_prototype_did_in_every_tick_of_every_trace() {
     assert_eq!(traces.len(), 26);
     assert_eq!(traces.iter().map(|trace| trace.rows.len()).sum::<usize>(), 26_000);
     for trace in &traces {
-        let name = &trace.told.name;
-        let tolerance = 3e-4 * trace.told.number("Fhi") as f32;
+        let name = &trace.header.name;
+        let tolerance = 3e-4 * trace.header.number("Fhi") as f32;
         let mut worst = 0f32;
-        trace.replay(&trace.told.gains(), |tick, row, effort, state| {
+        trace.replay(&trace.header.gains(), |tick, row, effort, state| {
             assert_eq!(state.mode() as u8, row.mode, "{name}: state in tick {tick}");
             let off = (effort - row.effort).abs();
             worst = worst.max(off);
@@ -173,7 +173,7 @@ fn law_does_what_its_prototype_did_in_every_tick_of_every_trace() {
             let gain = state.gain();
             assert!((gain - row.gain).abs() <= 1e-6, "{name}: g {gain} in tick {tick}");
         });
-        println!("{name}: {:.1e} F_hi", worst / trace.told.number("Fhi") as f32);
+        println!("{name}: {:.1e} F_hi", worst / trace.header.number("Fhi") as f32);
     }
 }
 
@@ -183,10 +183,10 @@ fn law_does_what_its_prototype_did_in_every_tick_of_every_trace() {
 fn stop_band_hold_step_and_least_gain_change_what_the_law_does() {
     let traces = traces();
     let changed = |name: &str, change: fn(&mut RobustGains)| {
-        let trace = traces.iter().find(|trace| trace.told.name == name).unwrap();
-        let (told, mut gains) = (trace.told.gains(), trace.told.gains());
+        let trace = traces.iter().find(|trace| trace.header.name == name).unwrap();
+        let (stated, mut gains) = (trace.header.gains(), trace.header.gains());
         change(&mut gains);
-        let [before, after] = [told, gains].map(|gains| {
+        let [before, after] = [stated, gains].map(|gains| {
             let mut efforts = Vec::new();
             trace.replay(&gains, |_, _, effort, _| efforts.push(effort));
             efforts
@@ -205,7 +205,7 @@ fn traces_pass_through_every_transition_between_modes() {
     let mut seen = std::collections::BTreeSet::new();
     for trace in traces() {
         let mut before = 0;
-        trace.replay(&trace.told.gains(), |_, _, _, state| {
+        trace.replay(&trace.header.gains(), |_, _, _, state| {
             let mode = state.mode() as u8;
             if mode != before {
                 seen.insert((before, mode));

@@ -10,8 +10,8 @@ use stiction::value::Table;
 pub const AROUND: Loop =
     Loop { sample_time: 0.001, resolution: 0.0036, full_scale: 60.0, lsb: 0.06, kp: 0.0 };
 
-/// What the law is told of the joint.
-pub fn told() -> RobustGains {
+/// Returns the gains that the law is configured with.
+pub fn configured() -> RobustGains {
     RobustGains {
         inertia: 0.006,
         viscous: 0.02,
@@ -21,7 +21,7 @@ pub fn told() -> RobustGains {
     }
 }
 
-/// The joint: it is a third lighter than it is told to be.
+/// The joint: it is a third lighter than its configured inertia.
 #[derive(Clone, Copy, Debug)]
 pub struct Joint {
     /// Static and dynamic friction, V.
@@ -80,8 +80,8 @@ pub struct ClosedLoop {
 }
 
 impl ClosedLoop {
-    pub fn new(joint: Joint, told: &RobustGains) -> Self {
-        Self { joint, state: State::default(), law: Robust::new(told, &AROUND), applied: 0.0 }
+    pub fn new(joint: Joint, gains: &RobustGains) -> Self {
+        Self { joint, state: State::default(), law: Robust::new(gains, &AROUND), applied: 0.0 }
     }
 
     /// Runs for a time, s, with the set point at rest, deg; calls `f` after each tick.

@@ -40,9 +40,9 @@ proptest! {
         let Crystal::Wrong(measured) = Crystal::of(Some(counts)) else {
             return Err(TestCaseError::fail(format!("{megahertz} MHz passes: {counts} counts")));
         };
-        // What is told is off by the two oscillators' errors, and two counts.
+        // The measured value is off by the two oscillators' errors, and two counts.
         let error = f64::from(measured) / megahertz - 1.0;
-        prop_assert!((-0.055..0.095).contains(&error), "{} MHz told as {}", megahertz, measured);
+        prop_assert!((-0.055..0.095).contains(&error), "{megahertz} MHz: {measured}");
     }
 }
 
@@ -51,11 +51,14 @@ fn a_crystal_of_another_frequency_is_told_as_such_whatever_the_pll_would_do() {
     // 4 and 25 MHz: the PLL's input would be 0.5 and 3.1 MHz, out of its range.
     for megahertz in [4.0, 12.0, 25.0] {
         let judged = Crystal::of(Some(counts(megahertz * 1e6, 0.0, 0.5)));
-        // Nobody starts the PLL on it.
-        let told = judged.with_pll(|| panic!("the PLL is started on {megahertz} MHz"));
-        assert!(matches!(told, Crystal::Wrong(_)) && told == judged, "{megahertz}: {told:?}");
+        // The PLL is not started on it.
+        let started = judged.with_pll(|| panic!("the PLL is started on {megahertz} MHz"));
+        assert!(
+            matches!(started, Crystal::Wrong(_)) && started == judged,
+            "{megahertz}: {started:?}"
+        );
     }
-    // One of the right frequency, and one that nobody could measure, have to carry the PLL.
+    // One of the right frequency, and one that could not be measured, have to carry the PLL.
     for counts in [Some(counts(8e6, 0.0, 0.5)), None] {
         let judged = Crystal::of(counts);
         assert_eq!(judged.with_pll(|| true), judged);

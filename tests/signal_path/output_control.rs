@@ -59,7 +59,7 @@ fn no_mode_drives_a_pin_to_a_level_that_is_an_effort() {
         assert_eq!(control.driven_when_off, low_is_off, "{mode:?}");
         assert_eq!(control.neutral_when_off, !low_is_off, "{mode:?}");
     }
-    // What nobody has told the wiring of drives nothing.
+    // An output without a configured wiring drives nothing.
     let OutputControl { driven_when_off, neutral_when_off, .. } = OutputControl::UNKNOWN;
     assert!(!driven_when_off && !neutral_when_off);
 }

@@ -8,7 +8,7 @@ use super::HALF_ULP;
 fn displaced_position_keeps_its_fraction_below_one() {
     let zero = Position::default();
     let almost_one = 1f32.next_down();
-    // The first three end nearer to a whole count than an `f32` below one can tell.
+    // The first three end nearer to a whole count than an `f32` below one can resolve.
     for (from, displacement, to) in [
         (zero, -1e-9, zero),
         (zero, -f32::from_bits(1), zero),

@@ -66,7 +66,7 @@ impl Made {
         (self.span() / 64.0).max(2.0)
     }
 
-    /// Time of the trapezoid (or the triangle) over so many counts, and of the averages, ticks.
+    /// Time of the trapezoid (or the triangle) over a number of counts, and of the averages, ticks.
     fn ticks(&self, counts: f64) -> f64 {
         let [v, a, _] = self.per_tick();
         // Whole units: a fifth of the limits at the most is not used.
@@ -138,7 +138,7 @@ proptest! {
     }
 }
 
-/// Runs targets (shares of the farthest) and stops, each for so many ticks, and then to rest.
+/// Runs targets (shares of the farthest) and stops, each for its number of ticks, and then to rest.
 fn obeys(made: Made, orders: &[(u32, f64, bool)]) -> Result<(), TestCaseError> {
     let mut profile = made.profile(0);
     let mut judge = Judge::new(made, at(0));
@@ -196,11 +196,17 @@ impl Judge {
         prop_assert!(change.abs() <= a * ROUNDING + 2.0 * seen, "acceleration {change} of {a}");
         prop_assert!(turn.abs() <= j * ROUNDED_LENGTH + 4.0 * seen, "jerk {turn} of {j}");
         let (h, count) = (f64::from(self.made.sample_time), f64::from(self.made.resolution));
-        let told = f64::from(now.velocity) / count * h;
-        prop_assert!((told - travel).abs() <= 2.0 * seen + 1e-6 * v, "{told}, not {travel}");
-        let told = f64::from(now.acceleration) / count * h * h;
-        prop_assert!((told - change).abs() <= 4.0 * seen + 1e-6 * a, "{told}, not {change}");
-        prop_assert!(told.abs() <= a * ROUNDING, "acceleration {told} of {a}");
+        let reported = f64::from(now.velocity) / count * h;
+        prop_assert!(
+            (reported - travel).abs() <= 2.0 * seen + 1e-6 * v,
+            "{reported}, not {travel}"
+        );
+        let reported = f64::from(now.acceleration) / count * h * h;
+        prop_assert!(
+            (reported - change).abs() <= 4.0 * seen + 1e-6 * a,
+            "{reported}, not {change}"
+        );
+        prop_assert!(reported.abs() <= a * ROUNDING, "acceleration {reported} of {a}");
         (self.before, self.velocity, self.acceleration) = (now, travel, change);
         Ok(())
     }

@@ -22,12 +22,12 @@ const WATCHDOG: u32 = 0x2400_0000;
 #[test]
 fn a_factory_part_has_no_brown_out_reset_and_the_levels_are_the_manuals() {
     assert_eq!(BrownOut::of(0x0FFF_AAED), BrownOut::of(options(0b11)));
-    let told = [0b11, 0b10, 0b01, 0b00].map(|bits| {
+    let causes = [0b11, 0b10, 0b01, 0b00].map(|bits| {
         let level = BrownOut::of(options(bits));
         (level.is_on(), level.describe())
     });
     assert_eq!(
-        told,
+        causes,
         [
             (false, "off (1.8 V)"),
             (true, "level 1 (2.1 V)"),
@@ -48,7 +48,7 @@ fn each_cause_has_its_flags_and_nobody_asked_for_a_brown_out_or_a_watchdog() {
         (0, Cause::Other, None),
     ] {
         assert_eq!((Cause::of(flags), cause.fault(false)), (cause, fault), "{flags:#x}");
-        // The RAM says that the motor was driven: whatever it was, nobody asked for it.
+        // The RAM says that the motor was driven: whatever it was, it was not commanded.
         assert_eq!(cause.fault(true), Some(fault.unwrap_or(Fault::ResetWhileArmed)));
     }
     let words =

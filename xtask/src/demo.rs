@@ -26,7 +26,7 @@ const MORE: [&str; 5] = [
     "friction-identification",
 ];
 
-/// Joints that nobody tuned for.
+/// Joints under untuned laws.
 const UNTUNED: &str = "untuned-joints";
 
 /// Leaves out the reading of the gain in SI, which is a variant of this experiment.
@@ -59,8 +59,8 @@ pub fn demo(arguments: &Arguments) -> Result<(), String> {
                 .run_silently(&mut Simulator::Host.command(&["run", experiment, "--plot", FIGURES]))
         })
     })?;
-    times.of("three joints that nobody tuned for, and drawing", || {
-        Job::new("PD, SRNF and the law `robust` on three joints that nobody tuned for, simulated")
+    times.of("three untuned joints, and drawing", || {
+        Job::new("PD, SRNF and the law `robust` on three untuned joints, simulated")
             .run(&mut Simulator::Host.command(&["run", UNTUNED, "--plot", FIGURES]))
     })?;
     if with_image {
@@ -105,7 +105,7 @@ fn in_the_image(image: &Path) -> Result<(), String> {
         "The thesis's controllers in that image, bit for bit what the core does on this machine",
     )
     .run(&mut run())?;
-    Job::new("The three joints that nobody tuned for under `robust` in that image, bit for bit")
+    Job::new("The three untuned joints under `robust` in that image, bit for bit")
         .run(of(UNTUNED).args(["--controller", "robust"]))?;
     println!(
         "   (the emulated part counts instructions, not cycles; nothing here has run on hardware)"

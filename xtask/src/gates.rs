@@ -11,10 +11,10 @@ use crate::job::Job;
 use crate::toolchain::{MICROCONTROLLER, TARGET, Toolchain};
 
 const PROGRAM: &str = "no-panic";
-/// The function that the proof's panic handler calls, and nobody defines.
+/// The function that the proof's panic handler calls, and which is not defined.
 const MISSING: &str = "the_control_path_can_panic";
-/// The core's tick, the link's parser and the fits of an identification, as both of Rust's manglings
-/// spell `stiction::servo::control`, `stiction::link::request::numbered` and
+/// The core's tick, the link's parser and the fits of an identification, as both of Rust's
+/// manglings spell `stiction::servo::control`, `stiction::link::request::numbered` and
 /// `stiction::link::session::go_on`.
 const KEPT: [&[u8]; 3] = [
     b"8stiction5servo7control",

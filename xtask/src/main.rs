@@ -56,7 +56,7 @@ enum Work {
     /// Show that the control path cannot panic, the stack fits, and nothing computes floating point
     /// in software
     Gates,
-    /// Rank laws on joints that nobody tuned for, and write README.md's first table
+    /// Rank untuned laws on random joints, and write README.md's first table
     Ranking,
     /// Measure what docs/reliability.md says, and write it
     Reliability(reliability::Arguments),

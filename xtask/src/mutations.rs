@@ -186,7 +186,7 @@ fn tested(tree: &Path, suite: Suite, tests: &[&str]) -> Result<Fate, String> {
         }
         command
     };
-    let told = |command: &mut Command| {
+    let output_of = |command: &mut Command| {
         let output = command.stdin(Stdio::null()).output();
         output.map_err(|error| format!("cannot start cargo: {error}"))
     };
@@ -204,13 +204,13 @@ fn tested(tree: &Path, suite: Suite, tests: &[&str]) -> Result<Fate, String> {
         _ => [["test", "--no-run", "--package"].as_slice(), &["test", "--package"]]
             .map(|command| cargo(&[command, target].concat())),
     };
-    if !told(&mut build)?.status.success() {
+    if !output_of(&mut build)?.status.success() {
         return Ok(Fate::NotBuilt);
     }
     if suite != Suite::Image {
         test.arg("--");
     }
-    let output = told(test.args(tests))?;
+    let output = output_of(test.args(tests))?;
     let text = String::from_utf8_lossy(&output.stdout);
     if !output.status.success() {
         return Ok(Fate::Killed);
@@ -224,7 +224,7 @@ fn built(tree: &Path) -> PathBuf {
     tree.with_file_name("target")
 }
 
-/// Returns the commit that is tested, as the page tells it.
+/// Returns the commit that is tested, as the page has it.
 fn commit() -> Result<String, String> {
     let git = |arguments: &[&str]| {
         let output = Command::new("git").args(arguments).current_dir(root()).output();
@@ -245,12 +245,12 @@ fn row(mutation: &Mutation) -> String {
 /// Returns what the page says of a fault.
 fn told_before(page: &str, mutation: &Mutation) -> Outcome {
     let begin = row(mutation);
-    let told = page.lines().find_map(|line| line.strip_prefix(&*begin)).and_then(|rest| {
+    let outcome = page.lines().find_map(|line| line.strip_prefix(&*begin)).and_then(|rest| {
         let (fate, commit) = rest.trim().strip_suffix('|')?.split_once('|')?;
         let fate = Fate::ALL.into_iter().find(|known| known.describe() == fate.trim())?;
         Some(Outcome { fate, commit: commit.trim().to_owned() })
     });
-    told.unwrap_or(Outcome { fate: Fate::NotRun, commit: String::new() })
+    outcome.unwrap_or(Outcome { fate: Fate::NotRun, commit: String::new() })
 }
 
 fn page(outcomes: &[Outcome]) -> String {
@@ -296,7 +296,7 @@ mod tests {
         let again: Vec<Outcome> = MUTATIONS.iter().map(|m| told_before(&page, m)).collect();
         assert_eq!(again, outcomes);
         // A fault that is new is one that was not run, and so are those of a page that is none.
-        let new = Mutation { why: "a fault that nobody has thought of", ..MUTATIONS[1] };
+        let new = Mutation { why: "a fault that is not on the page", ..MUTATIONS[1] };
         assert_eq!(told_before(&page, &new).fate, Fate::NotRun);
         assert_eq!(told_before("", &MUTATIONS[1]).fate, Fate::NotRun);
     }

@@ -32,7 +32,7 @@ const MARK: &str = "reliability: ";
 
 #[derive(Debug, clap::Args)]
 pub struct Arguments {
-    /// So many random messages through the state machine
+    /// Number of random messages through the state machine
     #[arg(long, value_name = "N", default_value_t = 1_000_000)]
     messages: u64,
     /// Also the matrix of faults in the flash image: takes the emulator, and builds the firmware
@@ -52,9 +52,10 @@ struct Figure {
     values: Vec<(String, String)>,
 }
 
-/// Runs the tests, or reads what they have told, and writes the page.
+/// Runs the tests, or reads what they printed, and writes the page.
 pub fn measure(arguments: &Arguments) -> Result<(), String> {
-    let figures = if arguments.told.is_empty() { run(arguments)? } else { told(&arguments.told)? };
+    let figures =
+        if arguments.told.is_empty() { run(arguments)? } else { read_back(&arguments.told)? };
     let template = root().join(TEMPLATE);
     let text = fs::read_to_string(&template)
         .map_err(|error| format!("cannot read {TEMPLATE}: {error}"))?;
@@ -68,7 +69,7 @@ pub fn measure(arguments: &Arguments) -> Result<(), String> {
 }
 
 /// Reads the figures of runs that were kept.
-fn told(files: &[std::path::PathBuf]) -> Result<Vec<Figure>, String> {
+fn read_back(files: &[std::path::PathBuf]) -> Result<Vec<Figure>, String> {
     let mut figures = Vec::new();
     for file in files {
         let text = fs::read_to_string(file)
@@ -134,8 +135,8 @@ fn printed(what: &'static str, command: &mut std::process::Command) -> Result<Ve
 }
 
 fn figure(line: &str) -> Option<Figure> {
-    let (_, told) = line.split_once(MARK)?;
-    let mut parts = told.split(" | ");
+    let (_, row) = line.split_once(MARK)?;
+    let mut parts = row.split(" | ");
     let name = parts.next()?.trim().to_owned();
     let pair = |part: &str| {
         part.split_once('=').map(|(key, value)| (key.trim().into(), value.trim().into()))
@@ -254,13 +255,13 @@ mod tests {
 
     #[test]
     fn figures_fill_the_template_and_none_may_be_missing() {
-        let told = [
+        let lines = [
             "test a ... reliability: soak | moves=12345",
             "reliability: wires | what=cut | s=0.2",
             "other",
             "reliability: wires | what=swapped | s=0.3",
         ];
-        let figures: Vec<Figure> = told.iter().filter_map(|line| figure(line)).collect();
+        let figures: Vec<Figure> = lines.iter().filter_map(|line| figure(line)).collect();
         let template = "{{soak.moves}} moves\n{{#wires}}| {{what}} | {{s}} \
                         |\n{{?image}}with\n{{!image}}without";
         let page = "12 345 moves\n| cut | 0.2 |\n| swapped | 0.3 |\nwithout\n";

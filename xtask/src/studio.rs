@@ -18,7 +18,7 @@ pub struct Arguments {
     /// Make the pictures of docs/ in a browser, and start nothing else
     #[arg(long)]
     picture: bool,
-    /// Measure for so many minutes what server and page take, and fail if that is too much; on
+    /// Minutes for which the load of server and page is measured; fails if it is too high; on
     /// Linux
     #[arg(
         long,

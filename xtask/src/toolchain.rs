@@ -144,7 +144,7 @@ impl Toolchain {
         Ok(Self::Debian)
     }
 
-    /// A line that tells a person which tool chain it is.
+    /// Returns a line that names the tool chain.
     pub const fn describe(&self) -> &'static str {
         match self {
             Self::Default => "the default tool chain",

@@ -7,7 +7,7 @@
 //! ```text
 //! arguments        the machine: the name of a built-in experiment, of a typical joint, or a file
 //! standard input   what the page asks for, a line of JSON each
-//! standard output  what the page is told: `t` or `b`, length (u32, little endian), text or frame
+//! standard output  messages to the page: `t` or `b`, length (u32, little endian), text or frame
 //! playground_pass  does what was asked for, and lets the device go on until it waits. The page's
 //!                  clock stands still meanwhile, but for that wait
 //! ```
@@ -28,8 +28,8 @@ thread_local! {
     static OPEN: RefCell<Option<Playground>> = const { RefCell::new(None) };
 }
 
-/// Opens the machine that the arguments name, and tells whether that was possible. If not, the page
-/// has been told why.
+/// Opens the machine that the arguments name, and returns whether that was possible. If not, the
+/// page has got the reason.
 #[unsafe(no_mangle)]
 #[allow(unsafe_code, reason = "a name that the page calls, and no other item has it")]
 pub extern "C" fn playground_open() -> bool {
@@ -41,7 +41,7 @@ pub extern "C" fn playground_open() -> bool {
         }
         Err(error) => {
             let why = json!({ "event": "not-opened", "said": error.to_string() });
-            told(b't', why.to_string().as_bytes());
+            send(b't', why.to_string().as_bytes());
             false
         }
     }
@@ -58,7 +58,7 @@ fn opened(machine: &str) -> Result<Playground, Error> {
     Playground::open(&file, None)
 }
 
-/// Takes what the page has asked for, lets the device go on for a moment, and tells what came of
+/// Takes the page's orders, lets the device go on for a moment, and reports what came of
 /// it.
 #[unsafe(no_mangle)]
 #[allow(unsafe_code, reason = "a name that the page calls, and no other item has it")]
@@ -71,15 +71,15 @@ pub extern "C" fn playground_pass() {
         playground.pass();
         for news in playground.by_ref() {
             match news {
-                News::Event(text) => told(b't', text.as_bytes()),
-                News::Samples(frame) => told(b'b', &frame),
+                News::Event(text) => send(b't', text.as_bytes()),
+                News::Samples(frame) => send(b'b', &frame),
             }
         }
     });
 }
 
-/// Tells the page something. It reads all that is written.
-fn told(kind: u8, bytes: &[u8]) {
+/// Sends a message to the page, which reads all that is written.
+fn send(kind: u8, bytes: &[u8]) {
     let mut out = stdout().lock();
     let length = (bytes.len() as u32).to_le_bytes();
     let _ = out.write_all(&[kind]).and_then(|()| out.write_all(&length));

@@ -9,7 +9,7 @@ use simulator::device::wire::Wire;
 use super::ALL;
 use crate::fixture::plans;
 
-/// A wire that carries so many bytes in the time of a tick: ten bits a byte at 921 600 baud.
+/// Bytes that the wire carries in the time of a tick: ten bits a byte at 921 600 baud.
 struct Metered {
     simulated: SimulatedDevice,
     bytes_per_tick: f64,

@@ -157,7 +157,7 @@ impl Piecewise<'_> {
         replies(&buffer[..count])
     }
 
-    /// Makes so many pieces, none of which is the last one.
+    /// Makes a number of pieces, none of which is the last one.
     fn pieces(&mut self, count: u32) {
         for _ in 0..count {
             assert!(self.session.work(&mut self.bare));

@@ -97,7 +97,7 @@ fn a_ramp_begins_like_arming_and_obeys_nothing_but_a_stop() {
     assert!(!client.wire().simulated.tick().enable);
     assert_eq!(client.levels().unwrap(), None);
 
-    // If nobody is there, the output goes off after 0.5 s, as for any arming by a link.
+    // Without a client the output goes off after 0.5 s, as for any arming by a link.
     client.identify(0.1, 1.0).unwrap();
     client.wire().simulated.ticks(24);
     assert!(client.wire().simulated.tick().enable);

@@ -22,7 +22,7 @@ fn an_answer_that_found_no_room_comes_when_the_request_is_repeated() {
         simulated.device.receive(&frame(number, Request::ReadParameters { offset: 0 }));
     }
     simulated.device.receive(&frame(40, Request::Arm));
-    assert!(simulated.tick().enable, "done, though nobody will hear of it");
+    assert!(simulated.tick().enable, "done, though no client hears of it");
     let mut sink = [0; 4096];
     let waited = simulated.device.transmit(&mut sink);
     assert!((1800..=2048).contains(&waited), "{waited}");

@@ -13,7 +13,7 @@ use stiction::{Fault, Motion};
 use super::Situation::{self, Moving, Rest, Saturated};
 use crate::fixture::plans;
 
-/// What a law has to be told so that it is [`Saturated`] as the others are on the way to a far
+/// Gains by which a law is [`Saturated`] as the others are on the way to a far
 /// target. The profile within `robust` asks for a quarter of the full scale otherwise, and for the
 /// friction: here it is the whole, 5 V of 27 deg/s^2 each.
 pub fn harder(law: &str, situation: Situation) -> &'static [&'static str] {
@@ -88,9 +88,9 @@ impl DeviceUnderTest {
             assert_eq!((output.enable, output.duty()), (false, self.neutral), "{row}");
             assert_eq!(output.state, State::Faulted(fault), "{row}");
         }
-        let told = self.client.status().unwrap().fault;
-        assert_eq!(told.code, fault as u8, "{row}");
-        assert!(told.tick > 0, "{row}");
+        let fault_report = self.client.status().unwrap().fault;
+        assert_eq!(fault_report.code, fault as u8, "{row}");
+        assert!(fault_report.tick > 0, "{row}");
         mend(self.simulated());
         if !fault.is_clearable() {
             assert!(self.client.clear().is_err(), "{row}");

@@ -180,7 +180,7 @@ pub fn rows() -> Vec<Row> {
         },
         Row {
             fault: Fault::LinkTimeout,
-            what: "nobody says anything",
+            what: "the link is silent",
             set: &["limits.overspeed_deg_per_s=0", "limits.encoder_jump_deg=0"],
             inject: |_, _| {},
             mend: sound,
@@ -205,7 +205,7 @@ pub const ELSEWHERE: [(Fault, &str); 9] = [
     (Fault::ClockAbsent, "only at boot; tests/image/hardware_faults.rs"),
     (Fault::ClockWrong, "only at boot; tests/image/supply_and_crystal.rs"),
     (Fault::BrownOut, "the part is reset: nothing runs that could detect it"),
-    (Fault::ResetWhileArmed, "told after the reset; tests/image/hardware_faults.rs"),
+    (Fault::ResetWhileArmed, "reported after the reset; tests/image/hardware_faults.rs"),
     (Fault::HardFault, "the part is reset"),
     (Fault::EncoderReversed, "only in the first move: tests of its own, in reversed_encoder.rs"),
 ];

@@ -155,7 +155,7 @@ fn a_break_between_two_ticks_is_a_fault_though_a_request_comes_before_the_second
     // Ticks are some 1 ms after multiples of 20 ms, and the break is over before anybody asks.
     let mut script = Script::new();
     let arm = script.say(250 * MS, Request::Arm);
-    let told = script.say(306 * MS, Request::Status);
+    let status = script.say(306 * MS, Request::Status);
     let refused = script.say(307 * MS, Request::Arm);
     let clear = script.say(350 * MS, Request::Clear);
     let again = script.say(360 * MS, Request::Arm);
@@ -167,7 +167,7 @@ fn a_break_between_two_ticks_is_a_fault_though_a_request_comes_before_the_second
     let injections = [305, 405].map(|at| [(at * MS, break_), (at * MS + short, released)]).concat();
     let talked = script.run(Some(&record(&commanded(|_| {}))), &injections, 500 * MS);
     talked.assert_done(arm);
-    assert_eq!(talked.status(told).state, faulted(Fault::BreakInput));
+    assert_eq!(talked.status(status).state, faulted(Fault::BreakInput));
     talked.assert_refused(refused, Refused::Faulted(Fault::BreakInput as u8));
     assert!(talked.observed.says(Fault::BreakInput.describe()), "{:?}", talked.observed.log);
     for number in [clear, again, cleared, anew] {

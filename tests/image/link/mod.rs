@@ -26,7 +26,7 @@ use crate::fault_injection::{MS, parameters};
 /// By then a board has ticked long enough to be armed at 20 ms.
 const READY: u64 = 200 * MS;
 
-/// What the board is told otherwise, but that it waits for commands; watched for silence alone.
+/// Parameters of a board that waits for commands and watches for a silent link alone.
 fn commanded(change: impl Fn(&mut Parameters)) -> Parameters {
     let (mut parameters, _) = Parameters::decode(&parameters()).unwrap();
     parameters.device.autostart = false;

@@ -28,7 +28,7 @@ pub enum Situation {
 
 pub const SITUATIONS: [Situation; 3] = [Situation::Rest, Situation::Moving, Situation::Saturated];
 
-/// What a law has to be told so that it is saturated as the others are on the way to a far target:
+/// Gains by which a law is saturated as the others are on the way to a far target:
 /// the profile within `robust` asks for a quarter of the full scale otherwise, and for the
 /// friction.
 pub fn harder(law: &str, situation: Situation) -> &'static [&'static str] {
@@ -49,7 +49,7 @@ pub struct Kept {
 
 /// A board that is ready to be driven.
 pub struct Driven {
-    /// Nobody while a session begins anew.
+    /// None while a session begins anew.
     client: Option<Client<EmulatedWire>>,
 }
 
@@ -156,7 +156,7 @@ impl Driven {
         self.act(|halted| halted.harness.log.lines.iter().map(|line| line.text.clone()).collect())
     }
 
-    /// What would be told after a reset.
+    /// Returns the fault that a reset would report.
     pub fn kept(&mut self) -> Kept {
         let [(address, _)] = firmware().variable("KEPT")[..] else {
             panic!("KEPT is not in one piece")

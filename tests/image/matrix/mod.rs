@@ -2,11 +2,11 @@
 //! saturated: the image finds them on its own pins, and a client on its USART sees to them.
 //!
 //! Each row says what is done to the joint, its wires or the board, and within how many ticks it
-//! has to be seen. Asserted are the code, the tick and the value, as told over the link and as kept
-//! for the time after a reset; that the bridge (MOE and enable pin) goes off in the very tick of
-//! the detection, before the budget of that interrupt is used up; that nothing is driven from then
-//! on, whatever is asked; and that arming again takes a cleared fault and a joint at rest. Once per
-//! fault: that a reset tells it again and drives nothing.
+//! has to be seen. Asserted are the code, the tick and the value, as reported over the link and as
+//! kept for the time after a reset; that the bridge (MOE and enable pin) goes off in the very tick
+//! of the detection, before the budget of that interrupt is used up; that nothing is driven from
+//! then on, whatever is asked; and that arming again takes a cleared fault and a joint at rest.
+//! Once per fault: that a reset reports it again and drives nothing.
 //!
 //! What a monitor sees: all laws. What the board reports itself: PD alone, since no law has a part
 //! in it. What cannot happen is listed with its reason. `tests/device/matrix/` has the same in
@@ -81,18 +81,22 @@ fn seen(row: &Row, driven: &mut Driven, name: &str, [least, most]: [u32; 2]) -> 
     panic!("{name}: not seen within {most} ticks");
 }
 
-/// Told and kept is what tripped in the tick that has turned the bridge off, and nothing is driven,
-/// whatever is asked.
+/// Asserts that the device reports and keeps the fault of the tick that has turned the bridge off,
+/// and drives nothing, whatever is commanded.
 fn assert_latched(
     driven: &mut Driven,
     name: &str,
     (fault, value): (Fault, [f32; 2]),
     sample: Sample,
 ) {
-    let (kept, told) = (driven.kept(), driven.status().fault);
+    let (kept, reported) = (driven.kept(), driven.status().fault);
     assert_eq!((kept.fault, Some(kept.tick)), (Some(fault), sample.clock), "{name}");
-    assert_eq!((told.code, told.tick, told.value), (fault as u8, kept.tick, kept.value), "{name}");
-    assert!((value[0]..=value[1]).contains(&told.value.abs()), "{name}: {told:?}");
+    assert_eq!(
+        (reported.code, reported.tick, reported.value),
+        (fault as u8, kept.tick, kept.value),
+        "{name}"
+    );
+    assert!((value[0]..=value[1]).contains(&reported.value.abs()), "{name}: {reported:?}");
     let client = driven.client();
     assert!(
         client.arm().is_err() && client.step_to(1.0).is_err() && client.hold().is_err(),
@@ -107,7 +111,7 @@ fn assert_latched(
     assert!(off <= sample.at_ns + most, "{name}: off at {off}, and {sample:?}");
 }
 
-/// The reset after a fault tells it and drives nothing.
+/// The reset after a fault reports it and drives nothing.
 fn assert_kept_across_a_reset(driven: &mut Driven, name: &str, fault: Fault) {
     let (off, _) = driven.off_and_now();
     driven.act(|halted| {
@@ -145,7 +149,7 @@ fn assert_armed_again_only_as_it_should(driven: &mut Driven, name: &str) {
 }
 
 /// For docs/reliability.md, as `cargo xtask reliability` reads it.
-fn tell(fault: Fault, what: &str, situation: Situation, cases: usize, slowest: &str) {
+fn print_row(fault: Fault, what: &str, situation: Situation, cases: usize, slowest: &str) {
     let (fault, situation) = (fault.describe(), format!("{situation:?}").to_lowercase());
     println!(
         "reliability: image | fault={fault} | what={what} | situation={situation} | \
@@ -184,7 +188,7 @@ fn assert_rows(rows: &[&Row]) {
                 }
                 assert_armed_again_only_as_it_should(&mut driven, &name);
             }
-            tell(row.fault, row.what, situation, cases, &format!("{slowest} ticks"));
+            print_row(row.fault, row.what, situation, cases, &format!("{slowest} ticks"));
         }
     }
 }
@@ -243,7 +247,7 @@ fn a_reversed_encoder_is_seen_in_the_first_move_under_every_law() {
         assert_armed_again_only_as_it_should(&mut driven, law);
     }
     let (fault, what) = (Fault::EncoderReversed, "swapped wires, a step of 5 deg");
-    tell(fault, what, Situation::Rest, controllers().count(), &format!("{slowest} ticks"));
+    print_row(fault, what, Situation::Rest, controllers().count(), &format!("{slowest} ticks"));
 }
 
 /// An encoder that is dead from rest has no edge that could be missed: what is seen is the effort
@@ -273,7 +277,13 @@ fn an_encoder_that_is_dead_at_rest_is_seen_in_the_next_step_under_every_law() {
         driven.take(law, row.set);
         assert_armed_again_only_as_it_should(&mut driven, &name);
     }
-    tell(row.fault, row.what, Situation::Rest, controllers().count(), &format!("{slowest} ticks"));
+    print_row(
+        row.fault,
+        row.what,
+        Situation::Rest,
+        controllers().count(),
+        &format!("{slowest} ticks"),
+    );
 }
 
 fn assert_reported(situation: Situation) {
@@ -296,19 +306,19 @@ fn assert_reported(situation: Situation) {
             "{name}: off after {} ns",
             off - begin
         );
-        let told = format!("faulted: {} (code {})", fault.describe(), fault as u8);
+        let report = format!("faulted: {} (code {})", fault.describe(), fault as u8);
         assert!(
-            driven.log().iter().any(|line| line.starts_with(&told)),
+            driven.log().iter().any(|line| line.starts_with(&report)),
             "{name}: {:?}",
             driven.log()
         );
-        // The emulator's hardware takes no time, or less than it can tell; the injection itself
+        // The emulator's hardware takes no time, or less than it can resolve; the injection itself
         // looks at the pins. That is no measurement.
         let slowest = match off.saturating_sub(begin) {
             0..1000 => "in hardware".to_owned(),
             ns => format!("{:.2} ms", ns as f64 / MS as f64),
         };
-        tell(fault, "the board reports it", situation, 1, &slowest);
+        print_row(fault, "the board reports it", situation, 1, &slowest);
         driven.connect_anew();
         assert_eq!(driven.status().fault.code, fault as u8, "{name}");
         assert!(driven.client().arm().is_err() && driven.client().step_to(1.0).is_err(), "{name}");

@@ -221,14 +221,14 @@ pub const NON_FINITE: Row = Row {
 const KD: [f32; 3] = [0.15, 0.25, 0.17];
 
 /// Returns whether a word is a gain that the law in the drive computes with: Kd, and the inertia
-/// that `robust` is told in its place.
+/// that `robust` has in its place.
 fn is_gain(word: u32) -> bool {
-    let told = f32::from_bits(word);
+    let gain = f32::from_bits(word);
     let inertia = Gains::EXAMPLES.iter().find_map(|law| match law {
         Gains::Robust(gains) => Some(gains.inertia),
         _ => None,
     });
-    KD.contains(&told) || Some(told) == inertia
+    KD.contains(&gain) || Some(gain) == inertia
 }
 
 /// No parameters that are accepted lead to a value that is not finite, so the servo's own copy of a
@@ -247,7 +247,7 @@ fn spoil_gain(halted: &mut Halted<'_>) {
 
 pub const SILENCE: Row = Row {
     fault: Fault::LinkTimeout,
-    what: "nobody says anything",
+    what: "the link is silent",
     set: &["limits.overspeed_deg_per_s=0", "limits.encoder_jump_deg=0"],
     inject: |_, _| {},
     // 0.5 s of 20 ms; the last word was said just after a tick.
@@ -278,7 +278,7 @@ pub fn reported() -> Vec<Reported> {
     vec![
         // In hardware.
         row(Fault::BreakInput, &broken, 0),
-        // The first control tick after the stall is told that it comes late.
+        // The first control tick after the stall is reported as late.
         row(Fault::Overrun, &stalled, 30 * MS + super::INTERRUPT_NS),
         // 60 ms of the fastest oscillator are 88 ms of a typical one.
         row(Fault::Watchdog, &[(0, Injection::TickStops)], 89 * MS),

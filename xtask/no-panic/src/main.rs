@@ -1,6 +1,6 @@
 //! Shows by linking that the control path and the link cannot panic.
 //!
-//! The panic handler calls a function that nobody defines. If the optimiser can show that no panic
+//! The panic handler calls a function that is not defined. If the optimiser can show that no panic
 //! is left, the handler goes, and its call with it, and the program links; if it cannot, the linker
 //! names the function. The program is never run, and on a host it only says what it is. The control
 //! path is everything that the control interrupt calls in the core, and the set-up before it: a

@@ -88,8 +88,7 @@ pub struct Fitted {
     pub supply_pin_mv: u32,
     /// Frequency of the oscillator that the watchdog counts, 17 to 47 kHz.
     pub lsi_hz: u64,
-    /// Of a million bytes that the command link's port receives, so many come with noise, and are
-    /// others than were sent.
+    /// Of a million bytes that the command link's port receives, the number that noise changes.
     pub noisy_bytes: u32,
 }
 

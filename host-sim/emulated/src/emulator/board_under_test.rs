@@ -1,7 +1,7 @@
-//! A board that is on, halted between two instructions until somebody lets time pass.
+//! A board that is on, halted between two instructions until a command lets time pass.
 //!
 //! The emulator runs in a thread of its own and waits at every order's end for the next one, so
-//! that whoever has the board decides when time passes, and every run is the same to the
+//! that the caller decides when time passes, and every run is the same to the
 //! instruction. An order costs some microseconds, and a sample of 20 ms some fifty milliseconds.
 
 use std::sync::mpsc::{Receiver, SyncSender, channel, sync_channel};
@@ -58,14 +58,14 @@ pub struct Left<C> {
     pub harness: Harness<C>,
     /// The part was reset at these times, by these causes.
     pub resets: Vec<Reset>,
-    /// The part ran so many instructions from power-on to the end.
+    /// Instructions that the microcontroller ran from power-on to the end.
     pub instructions: u64,
 }
 
 /// Something that is done to a halted board.
 pub type Act<C> = Box<dyn for<'a> FnOnce(&mut Halted<'a, C>) + Send>;
 
-/// An order is what the board is told while it is halted.
+/// Command to a halted board.
 pub enum Order<C> {
     /// Do this to the board; no time passes.
     Act(Act<C>),
@@ -76,13 +76,13 @@ pub enum Order<C> {
 /// Time passes until something has come.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Until {
-    /// So many samples have been seen since power-on.
+    /// The number of samples since power-on.
     Samples(u64),
     /// ns since power-on.
     Time(u64),
     /// The board has said something on its link, or this time has come, ns since power-on.
     Frame(u64),
-    /// So many ticks have been counted, or this time has come, ns since power-on.
+    /// The number of counted ticks is reached, or this time, ns since power-on.
     Counted {
         /// Ticks of the core.
         ticks: usize,
@@ -136,7 +136,7 @@ impl<C: Coupling> BoardUnderTest<C> {
         Ok(Self { uart, orders: Some(orders), answers, thread: Some(thread) })
     }
 
-    /// Lets so many samples pass, and returns the last one. Time stands still at the instant at
+    /// Lets a number of samples pass, and returns the last one. Time stands still at the instant at
     /// which the plant has got what is on the bridge.
     ///
     /// # Errors
@@ -182,7 +182,7 @@ impl<C: Coupling> BoardUnderTest<C> {
         act: impl for<'a> FnOnce(&mut Halted<'a, C>) -> T + Send + 'static,
     ) -> Result<T, Error> {
         let (done, result) = channel();
-        // There is somebody who waits for it.
+        // The caller waits for it below.
         self.order(Order::Act(Box::new(move |halted| drop(done.send(act(halted))))))?;
         result.recv().map_err(|_| gone())
     }
@@ -242,7 +242,7 @@ impl<C> Halted<'_, C> {
         self.session.board_mut()
     }
 
-    /// Tells when the part was reset, and by what.
+    /// Returns when the microcontroller was reset, and by what.
     pub fn resets(&self) -> &[Reset] {
         self.session.resets()
     }
@@ -296,7 +296,7 @@ impl Halted<'_> {
         self.harness.coupling.rewire(wires, self.session.board_mut(), self.stop.at);
     }
 
-    /// Puts noise on the encoder's wires: so many edges more before the next tick.
+    /// Puts noise on the encoder's wires: a number of edges before the next tick.
     pub fn jump(&mut self, counts: i32) {
         self.harness.coupling.jump(counts, self.stop.at);
     }

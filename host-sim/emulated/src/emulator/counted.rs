@@ -1,10 +1,10 @@
-//! Runs that are counted, with everything on that a device may be told to do in a tick: every
+//! Runs that are counted, with everything on that a device can be configured to do in a tick: every
 //! monitor, the soft start, and an output that is scaled by the supply.
 //!
 //! No core runs beside them, since the host's loop has neither soft start nor supply: the joint
 //! follows what the bridge does. That the image computes what the core does is shown elsewhere,
-//! with both off. So no [`Target`](crate::target::Target) is stepped: nobody looks at a tick, and
-//! the board runs on from power-on, in lockstep with the same plant, until enough ticks were
+//! with both off. So no [`Target`](crate::target::Target) is stepped: no caller looks at a tick,
+//! and the board runs on from power-on, in lockstep with the same plant, until enough ticks were
 //! counted. To halt it at each of them would make the runs longer and show nothing else.
 
 use std::sync::Arc;

@@ -37,7 +37,7 @@ pub struct Sample {
 pub struct Sampling {
     /// The last sample. Its bridge is that of the one before until the duty is taken.
     pub sample: Sample,
-    /// So many samples have had their duty taken.
+    /// Number of samples whose duty has been applied.
     pub samples: u64,
     /// The time between two samples is this, ns: as planned until the part has set its timer.
     pub period_ns: u64,
@@ -125,7 +125,7 @@ pub trait Coupling: Send + std::fmt::Debug + 'static {
     /// Takes a duty that the image has written.
     fn duty_written(&mut self, _board: &mut EmulatedBoard, _at: VirtualNanos) {}
 
-    /// Tells the next instant at which [`act`](Self::act) has something to do.
+    /// Returns the next instant at which [`act`](Self::act) has something to do.
     fn next(&self) -> VirtualNanos;
 
     /// Does what is due.

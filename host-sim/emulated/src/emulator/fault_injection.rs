@@ -2,7 +2,7 @@
 //! bridge and log do about it.
 //!
 //! [`observe`] and [`converse`] have a board with a blocked joint. A board with a joint that moves
-//! has its faults injected by whoever has the board.
+//! has its faults injected by its caller.
 
 use std::sync::Arc;
 
@@ -94,7 +94,7 @@ impl Observed {
         self.on_ns.iter().any(|[_, until]| *until > at_ns)
     }
 
-    /// Tells when the bridge was turned off for the last time; nothing if it was never on.
+    /// Returns when the bridge was turned off for the last time; nothing if it was never on.
     pub fn off_at_ns(&self) -> Option<u64> {
         self.on_ns.last().map(|[_, until]| *until)
     }
@@ -120,7 +120,7 @@ pub fn observe(
     observed(image, records, fitted, faults, until_ns, None)
 }
 
-/// Does the same with somebody at the other end of the command link, who is asked every 50 us.
+/// Does the same with a partner at the other end of the command link, called every 50 us.
 ///
 /// # Errors
 /// If the image cannot be placed.

@@ -2,7 +2,7 @@
 //!
 //! A tick is seen by its read of the encoder's counter. What happens between two ticks is the
 //! coupling's own. What is seen of bridge, log, link, resets and counted instructions is seen here,
-//! whoever has the board ([`BoardUnderTest`](super::board_under_test::BoardUnderTest)).
+//! for every caller ([`BoardUnderTest`](super::board_under_test::BoardUnderTest)).
 
 use std::sync::Arc;
 use std::sync::mpsc::{Receiver, Sender};
@@ -28,7 +28,7 @@ const TIM1_CCR1: u64 = 0x4001_0034;
 /// How often a partner is asked, ns.
 const PARTNER_EVERY_NS: u64 = 50_000;
 
-/// The harness has what has been seen of a part, and does what it is told.
+/// State of one emulated microcontroller as seen from outside.
 pub struct Harness<C> {
     /// The coupling moves what is on the pins.
     pub coupling: C,
@@ -140,7 +140,7 @@ impl<C: Coupling> Harness<C> {
         }
     }
 
-    /// Does what it is told until that is to let time pass; false if there is nobody any more.
+    /// Executes commands until one lets time pass; false if the caller is gone.
     fn obey(
         &mut self,
         session: &mut Session<EmulatedBoard>,
@@ -249,8 +249,8 @@ impl<C: Coupling> Driver<EmulatedBoard> for Harness<C> {
             self.failed = guard.polling(&self.image);
         }
         if self.failed.is_some() || !self.obey(session, &stop, host) {
-            // The last words are often the ones that matter, and there is nobody to tell if they
-            // cannot be read.
+            // The last words are often the ones that matter, and no caller is left for an error if
+            // they cannot be read.
             let _ = self.log.drain(host, stop.at);
             if let Some(probe) = &mut self.probe
                 && let Err(error) = probe.detach(host)

@@ -2,7 +2,7 @@
 //!
 //! The firmware leaves every tick in a static of its own, for debuggers and for this
 //! (`src/board/last_tick.rs`). Its address and size come from the ELF file's symbols; where each
-//! term lies in it is told by the type itself, which is laid out as in C and has no pointers or
+//! term lies in it follows from the type, which is laid out as in C and has no pointers or
 //! words of the processor's size: it is the same on both sides.
 
 #[cfg(test)]

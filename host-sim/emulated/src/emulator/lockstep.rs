@@ -48,7 +48,7 @@ impl<P: PlantInterface> Lockstep<P> {
         }
     }
 
-    /// Puts noise on the encoder's wires: so many edges more before the next tick.
+    /// Puts noise on the encoder's wires: a number of edges before the next tick.
     pub fn jump(&mut self, counts: i32, at: VirtualNanos) {
         self.noise += i64::from(counts);
         self.replan(at);

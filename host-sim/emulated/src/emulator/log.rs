@@ -42,8 +42,7 @@ impl std::fmt::Display for LogLine {
     }
 }
 
-/// Somebody who wants each line as soon as it is there, with the label of the run that it comes
-/// from.
+/// Callback that gets each line as soon as it is there, with the label of its run.
 pub type Listener = Arc<dyn Fn(&str, &LogLine) + Send + Sync>;
 
 /// A log that is being read.
@@ -78,7 +77,7 @@ impl Log {
         }
     }
 
-    /// Reads what the firmware has written since, and tells the target that it has been read.
+    /// Reads what the firmware has written since, and reports to the target that it has been read.
     ///
     /// # Errors
     /// If the emulator refuses to read its own memory.

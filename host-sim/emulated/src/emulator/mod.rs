@@ -4,7 +4,7 @@
 //! beside it as a probe would write it.
 //!
 //! There is one [harness] for all uses. A [board under test](board_under_test) is halted between
-//! two instructions until somebody lets time pass. Part and plant are coupled in [lockstep] or
+//! two instructions until a command lets time pass. Part and plant are coupled in [lockstep] or
 //! [free-running](free_running), and what is on the pins is a [plant interface](plant_interface).
 //!
 //! | who has the board | for what |

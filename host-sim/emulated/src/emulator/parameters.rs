@@ -10,9 +10,9 @@ use crate::target::from_start;
 /// From the first tick to arming, in ticks: time for the encoder to be shown where the joint is.
 const WAIT_TICKS: f32 = 3.0;
 
-/// What the device is told so that it does what the host does: to begin by itself, at once with its
-/// full scale, and to leave the duty alone. The rest is as a board would be told, but for the
-/// monitors' thresholds: the simulator goes on whatever happens to the joint, and so shall the
+/// Returns parameters by which the device does what the host does: it starts automatically, at once
+/// with its full scale, and leaves the duty alone. The rest is as a board would have it, but for
+/// the monitors' thresholds: the simulator goes on whatever happens to the joint, and so shall the
 /// image.
 ///
 /// # Errors
@@ -26,7 +26,7 @@ pub fn parameters(plan: &RunPlan) -> Result<Parameters, Error> {
     Ok(parameters)
 }
 
-/// As a board would be told, but for the begin: by itself, and from zero.
+/// Returns a board's parameters, but for the start: automatically, and from zero.
 fn by_itself(plan: &RunPlan) -> Result<Parameters, Error> {
     check_laws(plan)?;
     let mut parameters = assembled(plan)?;

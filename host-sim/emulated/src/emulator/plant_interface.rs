@@ -1,5 +1,5 @@
 //! What an emulated board has on its pins in lockstep: a plant that its bridge drives, or a disc
-//! that somebody else turns.
+//! that the caller turns.
 
 use stiction::drive::{Drive, DriveConfig};
 
@@ -12,14 +12,14 @@ use crate::plant::Plant;
 
 /// A plant interface is what the encoder shows and the bridge drives.
 pub trait PlantInterface: Send + std::fmt::Debug + 'static {
-    /// Tells where the disc is, in counts.
+    /// Returns the position of the disc, counts.
     fn disc(&self) -> i64;
 
     /// Moves on by a sample under what is on the bridge, and gives the code that it stands for.
     fn hold(&mut self, bridge: &Bridge, period_ns: u64) -> i16;
 }
 
-/// A free disc is not moved by the bridge: whoever has the board turns it, or it stays, in counts.
+/// Position of a free disc, counts. The caller turns it, the bridge does not.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct FreeDisc(pub i64);
 

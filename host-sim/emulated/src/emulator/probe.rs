@@ -52,7 +52,7 @@ impl Span {
     /// A function: to the arrival at what follows any call of it.
     ///
     /// # Errors
-    /// If nobody calls it.
+    /// If it is never called.
     pub fn called(code: &Code, function: &Function) -> Result<Self, Error> {
         let calls = code.functions().flat_map(|caller| &caller.returns_to);
         let lasts: Vec<u64> = calls
@@ -60,7 +60,7 @@ impl Span {
             .map(|(after, _)| u64::from(*after))
             .collect();
         if lasts.is_empty() {
-            return Err(Error::Emulator(format!("nobody calls {}", function.name)));
+            return Err(Error::Emulator(format!("{} is never called", function.name)));
         }
         Ok(Self { first: function.address.into(), lasts, beyond: 0 })
     }

@@ -61,7 +61,7 @@ pub struct EmulatedRun {
     pub log: Vec<LogLine>,
     /// Of a free-running run.
     pub latency: Option<Latency>,
-    /// The part ran so many instructions from power-on to the end.
+    /// Instructions that the microcontroller ran from power-on to the end.
     pub instructions: u64,
 }
 

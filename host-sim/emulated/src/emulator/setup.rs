@@ -18,8 +18,8 @@ const FACTORY_AT: u64 = 0x1FFF_7A10;
 /// The log's buffer holds 1 KiB: more than the firmware says in this time.
 const DRAIN_EVERY_NS: u64 = 5_000_000;
 
-/// Somebody at the other end of the command link: is told the time (ns) and what the board has sent
-/// since it was last asked, and says what is sent to the board.
+/// Partner at the other end of the command link: gets the time (ns) and what the board has sent
+/// since the last call, and returns what is sent to the board.
 pub type Partner = Box<dyn FnMut(u64, &[u8]) -> Vec<u8> + Send>;
 
 /// A setup is a board without power, and who is connected to it.

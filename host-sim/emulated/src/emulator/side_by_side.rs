@@ -139,7 +139,7 @@ struct Beside<'a> {
     ticks: usize,
     /// When the last one began, ns.
     at_ns: u64,
-    /// The same ticks, for whoever shows progress.
+    /// The same ticks, to show progress.
     progress: &'a AtomicU32,
 }
 
@@ -295,7 +295,7 @@ pub(super) struct Ran<S> {
 }
 
 /// Steps an image in lockstep with the plant of a recording, from power-on to the last sample, and
-/// counts ticks along for whoever shows progress.
+/// counts ticks along to show progress.
 ///
 /// # Errors
 /// If the image cannot be placed, gets stuck, turns its bridge off, or does not do what the core
@@ -409,7 +409,7 @@ impl Explanation {
         let why = match ran {
             Ok(found) => return Ok((found, board.off()?)),
             Err(Stopped::Board(error)) => return Err(error),
-            // The one cause that is nobody's mistake in the code: an image of other sources of the
+            // The one cause that is no mistake in the code: an image of other sources of the
             // same version.
             Err(Stopped::Differs(difference)) => {
                 let commit = &self.image.note.commit;

@@ -34,7 +34,7 @@ pub struct Cycles {
 }
 
 impl Cycles {
-    /// So many, with so many jumps among them.
+    /// Returns the cycles of a stretch with a number of jumps.
     const fn with_jumps(cycles: u32, jumps: u32) -> Self {
         Self { hits: cycles, misses: cycles + jumps * WAIT_STATES }
     }

@@ -1,9 +1,9 @@
 //! Stretches of code that run from their begin to their end, each with its cycles.
 //!
 //! A block ends before an instruction that something jumps to, and after one that may go elsewhere:
-//! a branch, a call, a return, a jump by a table. Whoever watches a running image needs to see the
-//! begins only, and can tell by the number of instructions between two of them whether a begin is
-//! missing here.
+//! a branch, a call, a return, a jump by a table. To watch a running image, the
+//! starts of its blocks suffice; the number of instructions between two of them shows a start that
+//! is missing here.
 
 use std::collections::{BTreeMap, BTreeSet};
 

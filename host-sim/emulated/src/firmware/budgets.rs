@@ -16,9 +16,9 @@ pub const INTERRUPT_INSTRUCTIONS_ALONE: u32 = 1900;
 /// Bytes of flash, of the 768 KiB that `memory.x` leaves below the parameters' two sectors.
 ///
 /// 96 KiB were asked for, and met until the device could identify its joint. That takes 17 KiB: the
-/// sequence, the regression, the search for the Stribeck speed, and what a link is told of them.
-/// Without the regression on the board, a host would have to be told every tick, and no board could
-/// tell its own joint alone. The part has seven times the room.
+/// sequence, the regression, the search for the Stribeck speed, and their messages on the link.
+/// Without the regression on the board, the host would need every tick, and no board could
+/// identify its joint alone. The microcontroller has seven times the room.
 pub const FLASH_BYTES: u64 = 116 << 10;
 /// Bytes of variables, and of the room for the stack.
 pub const RAM_BYTES: u64 = 24 << 10;

@@ -90,7 +90,7 @@ impl Timing {
         Self { computes: bit(register), ..Self::plain(1) }
     }
 
-    /// An access to so many words.
+    /// An access to a number of words.
     const fn accesses(words: u32, address: u32) -> Self {
         Self { addresses: address, ..Self::plain(1 + words) }
     }
