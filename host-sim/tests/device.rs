@@ -360,3 +360,157 @@ mod edit {
         }
     }
 }
+
+/// Writes the thesis's joint, with further answers, and returns its file.
+fn joint(directory: &tempfile::TempDir, name: &str, answers: &[&str]) -> String {
+    let file = directory.path().join(name).to_str().unwrap().to_owned();
+    let new = ["new", &file, "--typical", "thesis"];
+    let mut command = Command::new(env!("CARGO_BIN_EXE_stiction"));
+    let made = command.args([&new[..], answers].concat()).output().unwrap();
+    assert!(made.status.success(), "{}", text(&made.stderr));
+    file
+}
+
+/// `--machine` is what the commands believe; `--truth` is the joint of the device.
+#[test]
+fn a_self_test_passes_on_the_joint_that_it_believes_and_fails_on_another_truth() {
+    let directory = tempfile::tempdir().unwrap();
+    let believed = joint(&directory, "arm.toml", &[]);
+    let cold = joint(&directory, "cold.toml", &["--viscous-nm-s-per-rad", "2475"]);
+    let slack = directory.path().join("slack.toml").to_str().unwrap().to_owned();
+    // Both inertias of an elastic gear are needed: the rotor has a tenth of the joint's.
+    let loose = std::fs::read_to_string(&believed)
+        .unwrap()
+        .replace("rotor_inertia_kg_m2 = 0.0", "rotor_inertia_kg_m2 = 3.5368e-5")
+        .replace("inertia_kg_m2 = 1145.9155902616465", "inertia_kg_m2 = 1031.324")
+        .replace("[load]", "backlash_deg = 1.0\nstiffness_nm_per_rad = 2e5\n\n[load]");
+    std::fs::write(&slack, loose).unwrap();
+    let selftest = |truth: &[&str]| {
+        let moves = ["selftest", "--moves", "6", "--joints", "8"];
+        device(&[&["--simulated", "--machine", &believed], truth, &moves[..]].concat())
+    };
+    for truth in [&[][..], &["--truth", &believed]] {
+        let same = selftest(truth);
+        assert!(same.status.success(), "{truth:?}: {}", text(&same.stdout));
+        assert!(text(&same.stdout).contains("selftest   pass"));
+    }
+    for truth in [&cold, &slack] {
+        let other = selftest(&["--truth", truth]);
+        assert_eq!(other.status.code(), Some(2), "{truth}: {}", text(&other.stdout));
+        let said = text(&other.stderr);
+        assert!(said.contains("the joint does not do what") || said.contains("ended by"), "{said}");
+    }
+    let said = text(&selftest(&["--truth", &cold]).stdout);
+    assert!(said.contains("selftest   FAIL: sliding"), "{said}");
+}
+
+#[test]
+fn a_truth_that_no_device_could_have_is_refused() {
+    let directory = tempfile::tempdir().unwrap();
+    let believed = joint(&directory, "arm.toml", &[]);
+    let refusal = |arguments: &[&str]| {
+        let output = device(arguments);
+        assert_eq!(output.status.code(), Some(2), "{arguments:?}");
+        assert!(output.stdout.is_empty());
+        text(&output.stderr)
+    };
+    let own = ["--machine", &believed, "--truth"];
+    for (name, answers, expected) in [
+        (
+            "slow.toml",
+            ["--sample-time-s", "0.01"],
+            "the sample time in s (`loop.sample_time_s`) is",
+        ),
+        (
+            "coarse.toml",
+            ["--lines", "1000"],
+            "the joint's angle of one count in deg (`encoder.reso",
+        ),
+    ] {
+        let truth = joint(&directory, name, &answers);
+        let said = refusal(&[&["--simulated"], &own[..], &[&truth, "status"]].concat());
+        assert!(said.contains(expected) && said.contains("both files need the same"), "{said}");
+    }
+    let board = ["--port", "/dev/none", "--truth", &believed, "status"];
+    let said = refusal(&board);
+    assert!(said.contains("--truth") && said.contains("a board on a --port has its own joint"));
+    let unknown = refusal(&["--simulated", "--truth", "no-such.toml", "status"]);
+    assert!(unknown.contains("no-such.toml"), "{unknown}");
+}
+
+#[test]
+fn a_program_reads_status_faults_and_the_fault_of_a_move() {
+    let json = |arguments: &[&str]| -> serde_json::Value {
+        let output = device(&[&["--simulated"], arguments].concat());
+        serde_json::from_slice(&output.stdout).unwrap_or_else(|_| panic!("{output:?}"))
+    };
+    let status = json(&["status", "--json"]);
+    assert_eq!((&status["schema"], &status["state"]), (&1.into(), &"stopped".into()));
+    assert_eq!((&status["warning"], &status["fault"]), (&SAYS_SO.into(), &serde_json::Value::Null));
+    assert_eq!((&status["position_counts"], &status["at_rest"]), (&0.into(), &true.into()));
+    let faults = json(&["faults", "--json"]);
+    assert_eq!(faults["faults"], serde_json::json!([]));
+    assert_eq!(
+        (&faults["latched"], &faults["since_power_on"]),
+        (&serde_json::Value::Null, &0.into())
+    );
+
+    // A step of a degree is farther than this error allows at once after its jump.
+    let directory = tempfile::tempdir().unwrap();
+    let file = directory.path().join("strict.toml").to_str().unwrap().to_owned();
+    let joint =
+        Command::new(env!("CARGO_BIN_EXE_stiction")).args(["show", "step-response"]).output();
+    let strict = text(&joint.unwrap().stdout) + "\n[limits]\noverspeed_deg_per_s = 1.0\n";
+    std::fs::write(&file, strict).unwrap();
+    let arguments = ["--simulated", "--machine", &file, "move", "5", "--step", "--json"];
+    let output = device(&arguments);
+    assert_eq!(output.status.code(), Some(2));
+    let moved: serde_json::Value = serde_json::from_slice(&output.stdout).unwrap();
+    let fault = &moved["fault"];
+    assert_eq!((&fault["code"], &fault["name"]), (&17.into(), &"overspeed".into()), "{moved}");
+    assert_eq!(fault["section"], "17 Overspeed");
+    assert!(fault["what_to_do"].as_str().unwrap().contains("docs/faults.md, \"17 Overspeed\""));
+    assert_eq!(fault["tripped_by"]["unit"], "deg/s");
+    assert!(fault["tripped_by"]["value"].as_f64().unwrap().abs() > 1.0);
+    assert_eq!((&moved["state"], &moved["ended_by"]), (&"faulted".into(), &"fault".into()));
+    // A whole move has none.
+    let moved = json(&["move", "1", "--for", "1", "--json"]);
+    assert_eq!(
+        (&moved["fault"], &moved["ended_by"]),
+        (&serde_json::Value::Null, &serde_json::Value::Null)
+    );
+}
+
+/// The data sheet has no load, and the joint has one: the file of the identified joint has the load,
+/// and thresholds under which the joint may rest against it.
+#[test]
+fn an_identification_that_finds_a_load_raises_the_thresholds_that_it_would_trip() {
+    let directory = tempfile::tempdir().unwrap();
+    let believed = joint(&directory, "arm.toml", &[]);
+    let [truth, found] =
+        ["loaded.toml", "found.toml"].map(|name| directory.path().join(name).display().to_string());
+    // 40 N m of 540 N m/V; the friction is 216 N m.
+    let loaded = std::fs::read_to_string(&believed).unwrap();
+    std::fs::write(&truth, loaded.replace("[load]\n", "[load]\nconstant_nm = 40.0\n")).unwrap();
+    let own = ["--simulated", "--machine", &believed, "--truth", &truth];
+    let output = device(&[&own[..], &["identify", "--into", &found]].concat());
+    assert!(output.status.success(), "{}", text(&output.stderr));
+    let file = std::fs::read_to_string(&found).unwrap();
+    let limit = |key: &str| -> f64 {
+        let line = file.lines().find(|line| line.starts_with(key)).unwrap();
+        line.split(" = ").nth(1).unwrap().parse().unwrap()
+    };
+    let (rests, derived) = (256.0 / 540.0, 216.0 / 540.0);
+    assert!((limit("breakaway_v") / rests - 1.0).abs() < 0.05, "{file}");
+    for key in ["stall_v", "stall_impulse_vs", "wind_up_v"] {
+        let times = if key == "stall_v" {
+            2.0
+        } else if key == "wind_up_v" {
+            1.0
+        } else {
+            0.5
+        };
+        assert!(limit(key) > 1.1 * times * derived, "{key}: {file}");
+    }
+    assert!(file.contains("`limits.breakaway_v` is raised from 0.4 V"), "{file}");
+}

@@ -82,9 +82,9 @@ table! {
         /// How long the compensator has to hold that effort, s.
         wind_up_time: f32 = 0x090F "wind_up_s", Between(0.0, LONGEST), Default(1.0);
         /// Effort that starts the joint, V. Derived: half of `stall_v` if the file has that, else
-        /// its joint's `stick_v`, and a quarter of what `duty_max` lets through if nothing is
-        /// known. More of it without a count adds up to `stall_impulse_vs`. Off turns that off, and
-        /// `reversal_deg` with it.
+        /// its joint's `stick_v` and the load of its data sheet, and a quarter of what `duty_max`
+        /// lets through if nothing is known. More of it without a count adds up to
+        /// `stall_impulse_vs`. Off turns that off, and `reversal_deg` with it.
         breakaway_effort: f32 = 0x0910 "breakaway_v", OrOff(0.0, HUGE), Derived(0.4);
         /// Effort beyond `breakaway_v` times its time, added up until a count comes, V s. Derived:
         /// `breakaway_v` for half a second.

@@ -31,6 +31,9 @@ pub enum Error {
     /// The user wants no more of it.
     #[error("interrupted before the runs on the emulated part were over: there are no results")]
     Interrupted,
+    /// Ctrl-C ended a command of a device. The sentence says how the device is left.
+    #[error("{0}")]
+    CtrlC(String),
     /// A solver gave a run up.
     #[error("{0}")]
     Run(String),

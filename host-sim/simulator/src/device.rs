@@ -8,6 +8,7 @@ mod found_load;
 pub mod identified;
 pub mod into;
 pub mod jogged;
+pub mod json;
 pub mod log;
 pub mod machine_file;
 mod merged;

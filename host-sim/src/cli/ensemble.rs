@@ -188,10 +188,11 @@ impl Arguments {
                 |family: Family, case: u64, law: &str| part.wants(family.name(), case, law);
             run(&ensemble, wanted, |row| part.take(row))
         })?;
-        if let Some(directory) = &outputs.plot {
-            self.draw(directory, &ensemble, &rows)?;
+        report(&header, &rows, self.form(), outputs.csv.as_ref())?;
+        match &outputs.plot {
+            Some(directory) => self.draw(directory, &ensemble, &rows),
+            None => Ok(()),
         }
-        report(&header, &rows, self.form(), outputs.csv.as_ref())
     }
 
     const fn form(&self) -> Form {
@@ -275,10 +276,13 @@ impl Arguments {
             let wanted = |case: u64, law: &str| part.wants(&machine.group.name, case, law);
             machine.run_some([self.seed, self.cases], wanted, |row| part.take(row))
         })?;
-        if let Some(directory) = &outputs.plot {
-            write_charts(directory, &charts(&header, &summaries(&header, &rows), &rows))?;
+        report(&header, &rows, self.form(), outputs.csv.as_ref())?;
+        match &outputs.plot {
+            Some(directory) => {
+                write_charts(directory, &charts(&header, &summaries(&header, &rows), &rows))
+            }
+            None => Ok(()),
         }
-        report(&header, &rows, self.form(), outputs.csv.as_ref())
     }
 
     /// Draws the charts, and the traces of the joint that was asked for or of each law's worst.

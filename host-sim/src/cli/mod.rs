@@ -5,6 +5,7 @@ mod completions;
 mod device;
 mod ensemble;
 mod identify;
+mod interrupt;
 mod keys;
 mod list;
 mod new;
@@ -110,7 +111,7 @@ pub fn main() -> ExitCode {
             match error {
                 // Nothing was wrong with what was asked for: a script should see that its user
                 // wants no more.
-                Error::Interrupted => ExitCode::from(INTERRUPTED),
+                Error::Interrupted | Error::CtrlC(_) => ExitCode::from(INTERRUPTED),
                 Error::Run(_) => ExitCode::from(GIVEN_UP),
                 _ => ExitCode::from(2),
             }

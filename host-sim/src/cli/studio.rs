@@ -9,6 +9,7 @@ use crate::device::port::SerialWire;
 use crate::device::simulated::SimulatedDevice;
 use crate::device::wire::{SIMULATED, SimulatedWire};
 use crate::error::Error;
+use crate::experiment::RunPlan;
 use crate::studio::{Server, Wanted};
 
 #[derive(Debug, clap::Args)]
@@ -31,6 +32,10 @@ pub struct Arguments {
     /// A board on a serial port: A MOTOR CAN MOVE
     #[arg(long, value_name = "DEV")]
     port: Option<PathBuf>,
+    /// Simulated and emulated device: its true joint, where that is another than the one of the
+    /// file, by which the page predicts
+    #[arg(long, value_name = "NAME|FILE.toml", conflicts_with = "port")]
+    truth: Option<String>,
     /// Which controller the simulated device begins with [default: a file's own, and srnf of an
     /// experiment from `stiction list`]
     #[arg(long, value_name = "NAME")]
@@ -49,6 +54,11 @@ impl Arguments {
     fn machine(&self) -> &str {
         self.machine.as_deref().unwrap_or("step-response")
     }
+
+    /// Plans the run whose joint a simulated device is.
+    fn planned(&self) -> Result<RunPlan, Error> {
+        planned(self.machine(), self.controller.as_deref(), self.truth.as_deref())
+    }
 }
 
 /// Serves the page until the program is ended.
@@ -65,7 +75,7 @@ pub fn studio(arguments: &Arguments) -> Result<(), Error> {
     } else if arguments.emulator {
         emulated(wanted, arguments)?
     } else {
-        let plan = planned(arguments.machine(), arguments.controller.as_deref())?;
+        let plan = arguments.planned()?;
         let open = move || SimulatedDevice::new(&plan).map(SimulatedWire::new);
         (Server::start(wanted, open)?, SIMULATED)
     };
@@ -90,7 +100,7 @@ fn emulated(_: Wanted, _: &Arguments) -> Result<(Server, &'static str), Error> {
 fn emulated(wanted: Wanted, arguments: &Arguments) -> Result<(Server, &'static str), Error> {
     use crate::emulator::wire::{EMULATED, EmulatedWire};
 
-    let plan = planned(arguments.machine(), arguments.controller.as_deref())?;
+    let plan = arguments.planned()?;
     let image = arguments.image.clone();
     let open = move || EmulatedWire::new(image.as_deref(), &plan);
     Ok((Server::start(wanted, open)?, EMULATED))

@@ -97,7 +97,7 @@ impl TargetArguments {
                 say(if alone { line.to_string() } else { format!("{label}: {line}") });
             }));
         }
-        end_on_ctrl_c(&emulation.interrupt)?;
+        super::interrupt::end_on_ctrl_c(&emulation.interrupt)?;
         let runs = emulation.run_all(plans)?;
         // What is left is quick, and has nobody to look at the flag: from here on Ctrl-C ends the
         // program at once.
@@ -120,17 +120,4 @@ impl TargetArguments {
 #[cfg(not(feature = "emulator"))]
 pub fn not_built(option: &str) -> Error {
     crate::missing_part::not_built(option, "the emulator is", "emulator")
-}
-
-/// Sets `interrupt` at the first Ctrl-C, and ends the program at the second one or if it is set
-/// already.
-#[cfg(feature = "emulator")]
-fn end_on_ctrl_c(interrupt: &std::sync::Arc<std::sync::atomic::AtomicBool>) -> Result<(), Error> {
-    let interrupt = interrupt.clone();
-    ctrlc::set_handler(move || {
-        if interrupt.swap(true, std::sync::atomic::Ordering::Relaxed) {
-            std::process::exit(super::INTERRUPTED.into());
-        }
-    })
-    .map_err(|error| Error::Emulator(format!("cannot listen for Ctrl-C: {error}")))
 }

@@ -114,13 +114,14 @@ impl Arguments {
         };
         let controllers = self.controllers(&request.document)?;
         let tuned = tune_each(&request, &controllers)?;
+        // The gains first: a chart that cannot be drawn loses none.
+        out.write(rewritten(&text, &tuned)?.as_bytes())?;
+        wrote(&out)?;
         if let Some(directory) = &plot {
             let charts = charts(&self.file, &tuned);
             write_charts(directory, &charts)?;
             drew(charts.len(), directory)?;
         }
-        out.write(rewritten(&text, &tuned)?.as_bytes())?;
-        wrote(&out)?;
         if self.json {
             return print(&format!("{:#}\n", object(&self.file, &tuned)));
         }

@@ -38,6 +38,13 @@ const CASES: &[(&str, &[&str])] = &[
     ("encoder.resolution_deg=0.1", &["`encoder.resolution_deg` is 0.1", "`encoder.lines`"]),
     ("joint.friction.stick_v=0.4", &["`joint.friction.stick_v` is 0.4", "`friction.stick_nm`"]),
     ("drive.full_scale_v=24", &["`drive.full_scale_v` is 24", "`supply.voltage_v` (48)"]),
+    // What follows from a key is blamed on that key.
+    (
+        "supply.voltage_v=1e-3",
+        &["`supply.voltage_v` is 0.001 V; usual is 1 to 1000 V: the motor's"],
+    ),
+    ("motor.kt_nm_per_a=1e-9", &["`motor.kt_nm_per_a` is 1e-9 N m/A; usual is"]),
+    ("drive.pwm_hz=1", &["`drive.pwm_hz` is 1; allowed is a number from"]),
 ];
 
 #[test]
@@ -67,6 +74,42 @@ fn a_data_sheet_with_a_mistake_is_named_with_the_key() {
         fs::write(&file, table(name)).unwrap();
         assert_eq!(complaint(stiction(&["run", &file]), &[expected]), None, "{name}");
     }
+}
+
+/// A number that follows from a data sheet is refused by the key that the user wrote.
+#[test]
+fn a_derived_number_out_of_its_range_is_blamed_on_what_was_written() {
+    let directory = tempfile::tempdir().unwrap();
+    let file = directory.path().join("joint.toml").to_str().unwrap().to_owned();
+    assert!(stiction(&["new", &file, "--typical", "harmonic"]).output().unwrap().status.success());
+    let last_line = |arguments: &[&str]| {
+        let output = stiction(arguments).output().unwrap();
+        assert_eq!(output.status.code(), Some(2), "{arguments:?}");
+        String::from_utf8(output.stderr).unwrap().lines().last().unwrap().to_owned()
+    };
+    for (set, blamed, derived) in [
+        ("supply.voltage_v=1e7", "`supply.voltage_v` is 10000000 V", "`drive.full_scale_v`"),
+        ("motor.kt_nm_per_a=1e6", "`motor.kt_nm_per_a` is 1000000 N m/A", "`limits.stop_gain"),
+    ] {
+        let said = last_line(&["params", &file, "-o", "-", "--set", set]);
+        let both = said.find(blamed).zip(said.find(derived));
+        assert!(both.is_some_and(|(blamed, derived)| blamed < derived), "{set}: {said}");
+    }
+    let other = directory.path().join("other.toml").to_str().unwrap().to_owned();
+    let heavy = ["new", &other, "--typical", "harmonic", "--inertia-kg-m2", "1e12"];
+    let said = last_line(&heavy);
+    assert!(
+        said.contains("`load.inertia_kg_m2` is 1000000000000 kg m^2; usual is")
+            && said.contains("With it, `controller.robust.inertia_v_s2_per_deg` is"),
+        "{said}"
+    );
+    // A supply in mV is shown, with a question.
+    let text = fs::read_to_string(&file).unwrap().replace("voltage_v = 48", "voltage_v = 48000");
+    fs::write(&file, text).unwrap();
+    let shown = stiction(&["show", &file, "--units"]).output().unwrap();
+    let said = String::from_utf8(shown.stdout).unwrap();
+    assert!(shown.status.success(), "{said}");
+    assert!(said.contains("48000 V: are these mV? The key is in V"), "{said}");
 }
 
 #[test]

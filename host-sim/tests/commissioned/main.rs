@@ -6,6 +6,7 @@
 
 #[cfg(feature = "emulator")]
 mod identified_families;
+mod rest;
 mod selftest;
 #[cfg(feature = "emulator")]
 mod selftest_in_the_image;

@@ -2,16 +2,16 @@
 
 use std::io::{Read, Write};
 use std::path::PathBuf;
-use std::process::Output;
+use std::process::{Command, Output};
 use std::sync::Arc;
-use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::atomic::{AtomicBool, AtomicU32, Ordering};
 use std::thread::JoinHandle;
 use std::time::Duration;
 
 use host_sim::device::simulated::SimulatedDevice;
 use host_sim::experiment::{Document, Experiment};
 use serialport::{SerialPort, TTYPort};
-use stiction::link::{Identity, Kind, Message, Numbered, PROTOCOL, Reply, encode};
+use stiction::link::{Deframer, Identity, Kind, Message, Numbered, PROTOCOL, Reply, encode};
 use stiction::servo::State;
 
 use crate::program::{self, SPAWNING, pseudoterminal};
@@ -37,6 +37,8 @@ pub enum Manner {
 
 pub struct Board {
     pub path: String,
+    /// Samples that the board has sent, and ticks in which it was armed.
+    progress: Arc<AtomicU32>,
     done: Arc<AtomicBool>,
     thread: Option<JoinHandle<()>>,
     /// This end is kept open, so that the other one does not hang up between two programs.
@@ -48,9 +50,23 @@ impl Board {
         let (master, slave) = pseudoterminal(&SPAWNING.lock().unwrap());
         let path = slave.name().unwrap();
         let done = Arc::new(AtomicBool::new(false));
-        let ends = done.clone();
-        let thread = Some(std::thread::spawn(move || run(manner, master, &ends)));
-        Self { path, done, thread, _slave: slave }
+        let progress = Arc::new(AtomicU32::new(0));
+        let (ends, made) = (done.clone(), progress.clone());
+        let thread = Some(std::thread::spawn(move || run(manner, master, &ends, &made)));
+        Self { path, progress, done, thread, _slave: slave }
+    }
+
+    /// Starts a command, presses Ctrl-C once it has made so much progress, and returns what became
+    /// of it.
+    pub fn interrupted_after(&self, progress: u32, arguments: &[&str]) -> Output {
+        self.progress.store(0, Ordering::Relaxed);
+        let child = program::start(&[&["--port", &self.path], arguments].concat());
+        while self.progress.load(Ordering::Relaxed) < progress {
+            std::thread::sleep(Duration::from_millis(1));
+        }
+        let kill = Command::new("kill").args(["-INT", &child.id().to_string()]).status();
+        assert!(kill.unwrap().success());
+        child.wait_with_output().unwrap()
     }
 
     pub fn device(&self, arguments: &[&str]) -> Output {
@@ -76,9 +92,10 @@ fn simulated() -> SimulatedDevice {
     simulated
 }
 
-fn run(manner: Manner, mut master: TTYPort, done: &AtomicBool) {
+fn run(manner: Manner, mut master: TTYPort, done: &AtomicBool, progress: &AtomicU32) {
     master.set_timeout(Duration::from_millis(1)).unwrap();
     let (mut simulated, mut armed) = (simulated(), 0);
+    let mut deframer = Deframer::default();
     let (mut bytes, mut turn) = ([0; 512], 0u32);
     while !done.load(Ordering::Relaxed) {
         let count = master.read(&mut bytes).unwrap_or(0);
@@ -92,7 +109,9 @@ fn run(manner: Manner, mut master: TTYPort, done: &AtomicBool) {
         let said: Vec<u8> = match manner {
             Manner::Sound | Manner::PulledWhileArmed(_) | Manner::ArmedBy(_) => {
                 simulated.device.receive(&bytes[..count]);
-                armed += u32::from(simulated.tick().state == State::Armed);
+                let is_armed = u32::from(simulated.tick().state == State::Armed);
+                armed += is_armed;
+                progress.fetch_add(is_armed, Ordering::Relaxed);
                 if matches!(manner, Manner::PulledWhileArmed(ticks) if armed > ticks) {
                     return;
                 }
@@ -114,6 +133,11 @@ fn run(manner: Manner, mut master: TTYPort, done: &AtomicBool) {
             }
             _ => continue,
         };
+        for byte in &said {
+            let message = deframer.push(*byte).map(postcard::from_bytes::<Message>);
+            let is_sample = matches!(message, Some(Ok(Message::Sample(_))));
+            progress.fetch_add(u32::from(is_sample), Ordering::Relaxed);
+        }
         let _ = master.write_all(&said);
     }
 }

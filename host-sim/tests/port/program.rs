@@ -1,7 +1,7 @@
 //! Starts the built program, and checks what it says.
 
 use std::os::fd::AsRawFd;
-use std::process::{Command, Output, Stdio};
+use std::process::{Child, Command, Output, Stdio};
 use std::sync::{Mutex, MutexGuard};
 
 use nix::fcntl::{FcntlArg, FdFlag, fcntl};
@@ -23,6 +23,14 @@ pub fn pseudoterminal(_spawning: &MutexGuard<()>) -> (TTYPort, TTYPort) {
 pub fn device(arguments: &[&str]) -> Output {
     let mut command = Command::new(env!("CARGO_BIN_EXE_stiction"));
     output(command.arg("device").args(arguments))
+}
+
+/// Starts a command of a device.
+pub fn start(arguments: &[&str]) -> Child {
+    let mut command = Command::new(env!("CARGO_BIN_EXE_stiction"));
+    command.arg("device").args(arguments).stdout(Stdio::piped()).stderr(Stdio::piped());
+    let _spawning = SPAWNING.lock().unwrap();
+    command.spawn().unwrap()
 }
 
 pub fn output(command: &mut Command) -> Output {

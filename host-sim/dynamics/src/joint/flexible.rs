@@ -20,7 +20,7 @@ use super::runge_kutta::{Attempt, attempt};
 use super::shaft::{Ends, Shaft};
 use super::shaft_end::ShaftEnd;
 use super::step::{LOCATED, MOST_SWITCHES, Pace, SHORTEST_S, Watched, first_fall};
-use super::{Joint, Turn};
+use super::{Joint, Side, Turn};
 use crate::solver::{Event, EventKind};
 
 /// The joint.
@@ -93,6 +93,27 @@ impl Flexible {
         let stick = self.bodies[body].surface.stick(x);
         let stops = if body == LOAD { self.stops } else { Stops::default() };
         self.bodies[body].range = stops.range(x, stick);
+    }
+
+    /// Returns the torque in the shaft (on the load, N m) with which both bodies rest under no
+    /// effort: the middle of
+    ///
+    /// ```text
+    /// max(0, |d| - F_l) <= |T| <= min(|d|, F_m)      T against d
+    /// ```
+    ///
+    /// with the load's torque d and the stick friction F_l of the load and F_m of the motor. None
+    /// if their friction does not hold the load; zero if that of the load alone does.
+    fn torque_at_rest(&self) -> Option<f64> {
+        let d = self.load_torque(self.ends[2]);
+        let [motor, load] = &self.bodies;
+        if load.holds(d) {
+            return Some(0.0);
+        }
+        let holds = |range: [f64; 2]| if d > 0.0 { range[1] } else { -range[0] };
+        let (least, most) =
+            ((d.abs() - holds(load.range)).max(0.0), d.abs().min(holds(motor.range)));
+        (least <= most).then(|| -d.signum() * 0.5 * (least + most))
     }
 
     /// Rates of the ends at a stage, without what is left of the former effort.
@@ -428,4 +449,28 @@ impl Joint for Flexible {
             self.settle(body);
         }
     }
+
+    fn wind_up(&mut self, seen: Side) {
+        if !self.is_stuck() {
+            return;
+        }
+        // The load's torque depends on where the load comes to lie, and less at each pass.
+        for _ in 0..WIND_UP_PASSES {
+            let Some(torque) = self.torque_at_rest().filter(|torque| *torque != 0.0) else {
+                return;
+            };
+            let twist = self.shaft.twist_of(torque);
+            match seen {
+                Side::Motor => self.ends[2] = self.ends[0] - twist,
+                Side::Load => self.ends[0] = self.ends[2] + twist,
+            }
+            self.shaft.put(&self.ends);
+            self.settle(MOTOR);
+            self.settle(LOAD);
+        }
+    }
 }
+
+/// Passes of [`Joint::wind_up`]. The torque of a load changes by less than a tenth of the stiffness
+/// with its angle on any gear that carries it, so each pass gains a digit.
+const WIND_UP_PASSES: usize = 8;

@@ -70,15 +70,19 @@ pub struct InCoreUnits<J> {
 
 impl<J: Joint> InCoreUnits<J> {
     /// A joint behind a gain, with the encoder on one side; `axis` is the one that the plant is
-    /// given.
-    pub const fn new(joint: J, units: CoreUnits, side: super::Side, axis: &RobotAxis) -> Self {
+    /// given. Its load lies on the flank of the gear that carries it ([`Joint::wind_up`]): a load
+    /// that fell through the slack would move the joint before it is armed.
+    pub fn new(mut joint: J, units: CoreUnits, side: super::Side, axis: &RobotAxis) -> Self {
+        joint.wind_up(side);
         Self { joint, units, side, slip_v: axis.friction.slip, braked_v: 0.0 }
     }
 
-    /// Puts the joint somewhere (deg, deg/s), by hand.
+    /// Puts the side that the encoder sees somewhere (deg, deg/s), by hand. Without velocity, the
+    /// load lies on a flank again.
     pub fn put(&mut self, position_deg: f64, velocity_deg_per_s: f64) {
         let (position, velocity) = (position_deg.to_radians(), velocity_deg_per_s.to_radians());
         self.joint.put(Turn { position, velocity });
+        self.joint.wind_up(self.side);
     }
 
     #[inline]

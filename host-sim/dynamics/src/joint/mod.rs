@@ -88,6 +88,11 @@ pub trait Joint {
 
     /// Puts the whole joint somewhere, by hand.
     fn put(&mut self, turn: Turn);
+
+    /// Winds up a joint at rest until its gear carries the load: the load lies on a flank of the
+    /// slack. The end that the encoder sees stays. Does nothing to a joint of one body, and to one
+    /// whose friction cannot hold the load.
+    fn wind_up(&mut self, _seen: Side) {}
 }
 
 /// Any of the joints, without a table of functions in the inner loop.
@@ -143,5 +148,9 @@ impl Joint for AnyJoint {
 
     fn put(&mut self, turn: Turn) {
         each!(self, joint => joint.put(turn));
+    }
+
+    fn wind_up(&mut self, seen: Side) {
+        each!(self, joint => joint.wind_up(seen));
     }
 }

@@ -66,6 +66,12 @@ impl Shaft {
         }
     }
 
+    /// Returns by how much the motor is ahead of the load at rest under a torque on the load (N m)
+    /// that is not zero, rad.
+    pub fn twist_of(&self, torque: f64) -> f64 {
+        torque.signum() * self.half + torque / self.stiffness
+    }
+
     /// How fast the torque on the load rises, of the rates of the ends.
     #[inline]
     pub fn torque_rate(&self, rates: &Ends) -> f64 {

@@ -73,29 +73,37 @@ pub fn derive(table: &mut Table, sheet: &DataSheet, hardware: &Hardware) -> Resu
     if sheet.motor.dead_time_s > 0.0 {
         give("device.dead_time_s", sheet.motor.dead_time_s);
     }
-    if let Some(lsb_v) = step_of_the_timer(table, mapping.full_scale_v, hardware) {
+    if let Some(lsb_v) = step_of_the_timer(table, mapping.full_scale_v, hardware)? {
         put(table, "drive.lsb_v", lsb_v);
     }
     Ok(())
 }
 
 /// One step of the board's timer as volts, if the PWM is written; written as it is where the file
-/// has it.
-fn step_of_the_timer(table: &Table, full_scale_v: f64, hardware: &Hardware) -> Option<f64> {
+/// has it. A frequency that the board cannot make is refused: without it `lsb_v` would be missing,
+/// which is not what the user wrote.
+fn step_of_the_timer(
+    table: &Table,
+    full_scale_v: f64,
+    hardware: &Hardware,
+) -> Result<Option<f64>, Refusal> {
     if get(table, "drive.lsb_v").is_some() {
-        return None;
+        return Ok(None);
     }
-    let pwm_hz = number(table, "drive.pwm_hz")?;
-    let top = f64::from(hardware.pwm_top(pwm_hz as f32).ok()?);
+    const PWM_HZ: &str = "drive.pwm_hz";
+    let Some(pwm_hz) = number(table, PWM_HZ) else { return Ok(None) };
+    let Some(mode) = get(table, "drive.mode").and_then(Value::as_str) else { return Ok(None) };
+    let top = hardware.pwm_top(pwm_hz as f32);
+    let top = top.map_err(|why| Refusal::number(PWM_HZ, pwm_hz, &why.allowed.to_string()))?;
     // Half duty is zero, unless a second pin is the direction.
-    let codes = match get(table, "drive.mode")?.as_str()? {
-        "sign-magnitude" => top,
-        _ => (top / 2.0).floor(),
+    let codes = match mode {
+        "sign-magnitude" => f64::from(top),
+        _ => (f64::from(top) / 2.0).floor(),
     };
     let lsb_v = full_scale_v / codes.min(MOST_CODES);
     // Five digits, rounded down: the quotient shall not fall short of the last code.
     let scale = 10_f64.powf(4.0 - lsb_v.log10().floor());
-    Some((lsb_v * scale).floor() / scale)
+    Ok(Some((lsb_v * scale).floor() / scale))
 }
 
 /// Refuses what is written in the core's units although the data sheet gives it.

@@ -35,6 +35,15 @@ impl DataSheet {
             return Ok(());
         }
         let found = if key == "friction.stick_nm" { self.stick()[0] } else { self.stick()[1] };
+        if let Some(suspect) = self.suspect().filter(|suspect| suspect.key != key) {
+            let sentence = format!(
+                "{suspect}: the motor's stall torque at the joint is {} N m, the static friction \
+                 (`{key}`) is {} N m, and nothing could move",
+                rounded(stall),
+                shown(found),
+            );
+            return Err(Refusal::of(suspect.key, sentence));
+        }
         let allowed = format!(
             "a number below {}, since the motor's stall torque at the joint is {} N m and nothing \
              could move",
@@ -47,6 +56,7 @@ impl DataSheet {
     /// What is implausible, a sentence each.
     pub fn doubts(&self, mapping: &Mapping) -> Vec<String> {
         [
+            self.unit_is_doubtful(),
             self.no_load_contradicts(mapping),
             self.inertia_is_off(mapping),
             self.little_is_left(mapping),

@@ -11,6 +11,10 @@
 //! day, at one temperature. Where the joint is doubted, the ranges of `[spread]` are wider, and so
 //! is this one. Everything else that the law was given, a bandwidth for one, stays, and the file
 //! says so.
+//!
+//! The thresholds of the device stay, unless the joint that was found would trip one of them while it
+//! rests against its load: then `breakaway_v`, and in proportion `stall_v`, `stall_impulse_vs` and
+//! `wind_up_v`, are raised to the stick friction and the load that were found.
 
 use std::collections::BTreeMap;
 
@@ -41,7 +45,43 @@ pub fn retold(
             remark = Some(said(&before, gains));
         }
     }
+    if let Some(said) = raise(&mut parameters, joint.friction.stick_v + load_v(found)) {
+        remark = Some(remark.unwrap_or_default() + &said);
+    }
     (parameters, remark)
+}
+
+/// Thresholds are raised if the joint needs more than this times as much: less is an error bar.
+const MORE: f64 = 1.05;
+
+/// Raises the thresholds under which a joint would stall that rests under an effort (V), and returns
+/// a comment about it. A threshold that is off stays off.
+fn raise(parameters: &mut Parameters, rests_v: f64) -> Option<String> {
+    let Parameters { controller, limits, .. } = parameters;
+    let largest = controller.drive.full_scale * controller.drive.duty_max;
+    let before = limits.breakaway_effort;
+    let rests: f32 = rounded(rests_v.min(largest.into())).parse().ok()?;
+    if before <= 0.0 || f64::from(rests) <= MORE * f64::from(before) {
+        return None;
+    }
+    let ratio = rests / before;
+    limits.breakaway_effort = rests;
+    limits.stall_effort = (limits.stall_effort * ratio).min(largest);
+    limits.stall_impulse *= ratio;
+    limits.wind_up_effort *= ratio;
+    Some(commented(&format!(
+        "`limits.breakaway_v` is raised from {} V, and with it `stall_v`, `stall_impulse_vs` and \
+         `wind_up_v`: the joint that was found rests under more, against its friction and its load.",
+        rounded(before.into())
+    )))
+}
+
+/// Returns the largest effort that the load of the joint needs, V: constant load and gravity.
+fn load_v(found: &Identified) -> f64 {
+    found.summary.estimate.map_or(0.0, |estimate| {
+        let [sine, cosine] = estimate.gravity.map(|[value, _]| f64::from(value));
+        f64::from(estimate.offset[0]).abs() + sine.hypot(cosine)
+    })
 }
 
 fn of(found: &Identified, joint: &Joint, spread: &BTreeMap<String, [f64; 2]>) -> Told {
@@ -53,12 +93,9 @@ fn of(found: &Identified, joint: &Joint, spread: &BTreeMap<String, [f64; 2]>) ->
     let senses = &found.summary.breakaway;
     let least = senses.iter().map(|sense| f64::from(sense.least)).fold(slip, f64::min);
     let largest = senses.iter().map(|sense| f64::from(sense.largest)).fold(stick, f64::max);
-    let load = found.summary.estimate.map_or(0.0, |estimate| {
-        let [sine, cosine] = estimate.gravity.map(|[value, _]| f64::from(value));
-        f64::from(estimate.offset[0]).abs() + sine.hypot(cosine)
-    });
     let inertia = 1.0 / joint.gain_deg_per_s2_per_v;
-    Told::new(inertia, joint.viscous_v_per_deg_per_s, [least, largest]).with_load(load, slip)
+    Told::new(inertia, joint.viscous_v_per_deg_per_s, [least, largest])
+        .with_load(load_v(found), slip)
 }
 
 /// Four digits, as the first file has them: the error bars bear no more.

@@ -168,6 +168,14 @@ const CLEAR: &str = "`faults --clear`";
 
 /// Says what to do about a fault. `clear` is what clears one where this is read.
 pub fn remedy(code: u8, clear: &str) -> String {
+    match Fault::from_code(code) {
+        Some(_) => format!("what to do: {}", what_to_do(code, clear)),
+        None => what_to_do(code, clear),
+    }
+}
+
+/// Says the same without an introduction.
+fn what_to_do(code: u8, clear: &str) -> String {
     let Some(fault) = Fault::from_code(code) else {
         return "this program is older than the firmware, and does not know it".into();
     };
@@ -176,7 +184,12 @@ pub fn remedy(code: u8, clear: &str) -> String {
         End::Parameters => "it ends with `params push FILE.toml --save`".into(),
         End::Reset => "it ends with a reset".into(),
     };
-    format!("what to do: docs/faults.md, \"{}\"; {then}", fault.section())
+    format!("docs/faults.md, \"{}\"; {then}", fault.section())
+}
+
+/// Says the same to a program, which clears a fault by a command.
+pub fn advice(code: u8) -> String {
+    what_to_do(code, CLEAR)
 }
 
 /// Says of a motor that a fault has turned off when it can be driven again.

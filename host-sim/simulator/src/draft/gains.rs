@@ -8,12 +8,13 @@
 //! zeta  = 0.9
 //! Kp    = J_v w_n^2
 //! Kd    = max(0, 2 zeta J_v w_n - b)
-//! v_ms  = F_s                                    SRNF: what starts the joint
+//! v_ms  = F_s + |d| + U                          SRNF: what starts the joint, against its load
 //! alpha = min(0.25 / q, (J_v (0.66 / h)^2 - Kp) / v_ms), not below 0
 //! v_slip = 0.9 F_c, V_ff = one count a second    feedforward
-//!          F_c is less and F_s more by a constant load, which friction holds one way only
+//!          F_c is less and F_s more by a load |d| + U that friction holds: it is a friction that
+//!          depends on the direction (constant load d) and on the place (unbalance U)
 //! J_v, b, F_lo = F_c / 2, F_hi = 2 F_s           robust: what it is told
-//! load   = what drives the joint, if that is more than F_c holds
+//! load   = |d| + U, if that is more than F_c holds
 //! v_max  = min(0.075 U / b, 86 deg/s, 1.25 U / Kd)         [profile]: of a move, an identification
 //! a_max  = 0.125 U / J_v, reached in min(0.1 s, 200 h)     all three as the core can keep them
 //! ```
@@ -174,7 +175,7 @@ impl Told {
     pub fn of(sheet: &DataSheet, mapping: &Mapping) -> Self {
         let friction = either_way(sheet).map(|level| mapping.volts(level));
         let holds = mapping.volts(sheet.slip()[0].min(sheet.slip()[1]));
-        let load = mapping.volts(sheet.load.constant_nm.abs() + sheet.load.unbalance_nm.abs());
+        let load = mapping.volts(largest_load(sheet));
         let springs = sheet.gear.stiffness_nm_per_rad.or(sheet.gear.stiffness_nm_per_deg).is_some();
         let inertia = mapping.units.per_degree(mapping.inertia);
         Self {
@@ -184,12 +185,17 @@ impl Told {
     }
 }
 
+/// Returns the largest torque of the load, N m: constant load and unbalance.
+fn largest_load(sheet: &DataSheet) -> f64 {
+    sheet.load.constant_nm.abs() + sheet.load.unbalance_nm.abs()
+}
+
 /// The least effort that keeps the joint moving slowly and the largest that starts it, N m, over
-/// both ways. A constant load that the friction holds is friction that differs by the way; of one
-/// that it does not hold, `robust` is told by itself.
+/// both directions and all places. A load that the friction holds is part of both; one that it does
+/// not hold is a figure of its own.
 fn either_way(sheet: &DataSheet) -> [f64; 2] {
     let slip = sheet.slip()[0].min(sheet.slip()[1]);
-    let load = Some(sheet.load.constant_nm.abs()).filter(|load| *load < slip).unwrap_or(0.0);
+    let load = Some(largest_load(sheet)).filter(|load| *load < slip).unwrap_or(0.0);
     [slip - load, sheet.stick()[0].max(sheet.stick()[1]) + load]
 }
 
@@ -200,7 +206,8 @@ impl FirstGains {
         let natural_frequency = (TAU * 8.0).min(0.14 / sample_time_s);
         let kp = inertia * natural_frequency.powi(2);
         let kd = 2.0 * DAMPING_RATIO * inertia * natural_frequency - mapping.viscous_v();
-        let [slip, v_ms] = either_way(sheet).map(|level| mapping.volts(level));
+        let [slip, _] = either_way(sheet).map(|level| mapping.volts(level));
+        let v_ms = mapping.volts(sheet.resting_torque());
         let stiffest = inertia * (STIFFEST / sample_time_s).powi(2) - kp;
         let largest_v = mapping.full_scale_v * mapping.duty_max;
         // Of a joint without viscous friction, or a loop without Kd, a share is infinite.

@@ -7,6 +7,7 @@ use super::questions::{Answers, typed};
 use super::typical::Typical;
 use crate::document::Document;
 use crate::error::{Error, rounded};
+use crate::experiment::Experiment;
 
 /// Where the comments of a line begin.
 const COMMENT_AT: usize = 36;
@@ -134,7 +135,23 @@ pub fn text_with(name: &str, answers: &Answers, words: &Words) -> Result<String,
         .collect();
     let thresholds =
         if thresholds.is_empty() { thresholds } else { format!("\n[limits]\n{thresholds}") };
-    Ok(text + &law + &controllers(&gains) + &limits + &thresholds + REFERENCE)
+    let text = text + &law + &controllers(&gains) + &limits + &thresholds + REFERENCE;
+    by_answers(name, &text)?;
+    Ok(text)
+}
+
+/// Refuses gains that no controller may have, by the answer that they follow from.
+fn by_answers(name: &str, text: &str) -> Result<(), Error> {
+    let document = Document::parse(name, text)?;
+    let Some(suspect) = document.data_sheet()?.and_then(|sheet| sheet.suspect()) else {
+        return Ok(());
+    };
+    Experiment::plan(&document, &[], &[]).map(|_| ()).map_err(|why| {
+        let why = why.to_string();
+        let why = why.replace(&format!(" ({suspect})"), "");
+        let why = why.strip_prefix(&format!("{name}: ")).unwrap_or(&why);
+        Error::Input(format!("{name}: {suspect}. With it, {why}"))
+    })
 }
 
 /// Limits of a move: `robust` has no gains of which a device could derive them.
@@ -178,7 +195,7 @@ fn controllers(gains: &FirstGains) -> String {
             gains.kd,
             &format!("2 zeta J w_n - b, zeta = {DAMPING_RATIO}"),
         );
-    let srnf = line("v_ms_v", gains.v_ms, "the stick friction")
+    let srnf = line("v_ms_v", gains.v_ms, "what starts the joint")
         + &line("alpha_per_deg", gains.alpha, "as steep as counts and samples allow");
     let feedforward = line("v_slip_v", gains.v_slip, "0.9 of the slip friction")
         + &line("v_ff_deg_per_s", gains.v_ff, "one count a second");

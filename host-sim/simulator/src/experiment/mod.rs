@@ -16,6 +16,7 @@ mod plan;
 mod plant;
 mod refusal;
 mod task;
+mod truth;
 
 pub use self::controller::about_law;
 pub use self::every_law::{every_controller, with_every_law};

@@ -65,7 +65,7 @@ pub fn assembled(plan: &RunPlan) -> Result<Parameters, Error> {
     let motion = plan.motion()?;
     let device = plan.machine.device.core(DeviceConfig::CAUTIOUS);
     let controller = plan.controller_config()?;
-    let breakaway = breakaway(plan);
+    let breakaway = breakaway(plan)?;
     let derived = Limits::derived(&controller, &device, breakaway);
     let gain = plan.machine.joint.gain_deg_per_s2_per_v as f32;
     // Twice what the file says of the joint: a margin for how well it is known.
@@ -76,15 +76,22 @@ pub fn assembled(plan: &RunPlan) -> Result<Parameters, Error> {
     Ok(Parameters { controller, motion, device, limits, profile, jog })
 }
 
-/// Tells the effort that starts the joint, V: what the file says of it among the limits, or else
-/// the static friction of the joint that the file describes.
-fn breakaway(plan: &RunPlan) -> f32 {
+/// Returns the effort that starts the joint, V: what the file says of it among the limits, or else
+/// the largest effort under which the joint of the file can rest
+/// ([`DataSheet::resting_torque`](crate::data_sheet::DataSheet::resting_torque)).
+fn breakaway(plan: &RunPlan) -> Result<f32, Error> {
     // Zero stands for what the file does not say; a limit that it turns off says nothing either.
     let Limits { breakaway_effort, stall_effort, .. } = plan.machine.limits.core(Limits::OFF);
+    let said = [breakaway_effort, 0.5 * stall_effort].into_iter().find(|effort| *effort > 0.0);
+    if let Some(effort) = said {
+        return Ok(effort);
+    }
     let friction = &plan.machine.joint.friction;
-    let stick = (friction.stick_v + friction.added_v.max(0.0)) as f32;
-    let said = [breakaway_effort, 0.5 * stall_effort];
-    said.into_iter().find(|effort| *effort > 0.0).unwrap_or(stick)
+    let rests_v = match plan.sheet()? {
+        Some((sheet, mapping)) => mapping.volts(sheet.resting_torque()),
+        None => friction.stick_v,
+    };
+    Ok((rests_v + friction.added_v.max(0.0)) as f32)
 }
 
 /// Makes both parameter sectors, each with the same record at its begin.

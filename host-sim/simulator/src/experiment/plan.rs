@@ -53,6 +53,9 @@ pub struct RunPlan {
     pub variant: String,
     /// A joint in place of the one that the file describes.
     pub substitute: Option<Substitute>,
+    /// The run of another file, whose plant a simulated device has instead of this one's
+    /// ([`with_truth`](Self::with_truth)).
+    pub truth: Option<Box<Self>>,
 }
 
 impl RunPlan {
@@ -269,6 +272,7 @@ fn runs_of(
             task,
             variant: slug.into(),
             substitute: None,
+            truth: None,
         });
     };
     let names = controllers(&machine, origin, wanted)?;

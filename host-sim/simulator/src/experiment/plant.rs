@@ -11,11 +11,15 @@ use crate::machine::Solver;
 use crate::plant::{Delay, Plant};
 
 impl RunPlan {
-    /// Gives the joint of this run, with its amplifier and its encoder, at rest at zero.
+    /// Gives the joint of this run, or that of its [truth](Self::truth), with its amplifier and its
+    /// encoder, at rest at zero.
     ///
     /// # Errors
     /// Names a value that is not allowed, or what of a data sheet only a run simulates.
     pub fn plant(&self) -> Result<Plant<RunJoint>, Error> {
+        if let Some(truth) = &self.truth {
+            return truth.plant();
+        }
         let (axis, encoder) = (self.axis()?, self.encoder()?);
         let sample_time_s = self.machine.sampling.sample_time_s();
         let solver = self.joint()?;
@@ -54,7 +58,7 @@ impl RunPlan {
     }
 
     /// Gives the data sheet of this run's machine, and its mapping to the core's units.
-    fn sheet(&self) -> Result<Option<(DataSheet, Mapping)>, Error> {
+    pub(super) fn sheet(&self) -> Result<Option<(DataSheet, Mapping)>, Error> {
         let machine = &*self.machine;
         let disc = &machine.encoder.extras;
         let encoder = Mount { lines: disc.lines, at: disc.at, noise_counts: disc.noise_counts };

@@ -4,6 +4,7 @@ use toml::Value;
 
 use super::plan::RunPlan;
 use super::task::Task;
+use crate::data_sheet::OF_A_SHEET;
 use crate::error::{Error, shown};
 
 impl RunPlan {
@@ -68,6 +69,26 @@ impl RunPlan {
         } else {
             allowed.into()
         };
-        Error::Input(format!("{}: `{key}` is {found}; allowed is {finite}", self.origin.of(key)))
+        // The user is blamed for what the user wrote.
+        let suspect = self.sheet().ok().flatten().and_then(|(sheet, _)| sheet.suspect());
+        Error::Input(match suspect.filter(|suspect| suspect.key != key) {
+            None => format!("{}: `{key}` is {found}; allowed is {finite}", self.origin.of(key)),
+            Some(suspect) if self.is_derived(key) => format!(
+                "{}: {suspect}. It makes `{key}` {found}; allowed is {finite}",
+                self.origin.of(suspect.key)
+            ),
+            Some(suspect) => {
+                let origin = self.origin.of(key);
+                format!("{origin}: `{key}` is {found}; allowed is {finite} ({suspect})")
+            }
+        })
+    }
+
+    /// Returns whether a key of a file with a data sheet follows from others.
+    fn is_derived(&self, key: &str) -> bool {
+        let table = key.split('.').next().unwrap_or_default();
+        OF_A_SHEET.contains(&key)
+            || ["limits", "profile", "jog"].contains(&table)
+                && self.value_at(&key.split('.').collect::<Vec<_>>()).is_none()
     }
 }

@@ -14,13 +14,15 @@ mod watch;
 
 use std::io::{Write, stderr};
 use std::path::PathBuf;
+use std::sync::Arc;
 use std::time::Duration;
 
 use stiction::link::{StateCode, Status};
 
 use super::outputs::print_beside;
-use super::print;
+use super::{interrupt, print};
 use crate::device::client::Client;
+use crate::device::json;
 use crate::device::log::Log;
 use crate::device::signals::Signals;
 use crate::device::simulated::SimulatedDevice;
@@ -49,6 +51,10 @@ pub struct Arguments {
     /// Whose joint is simulated: a name from `stiction list`, or a machine's own TOML file
     #[arg(long, value_name = "NAME|FILE.toml", default_value = "step-response")]
     machine: String,
+    /// Simulated and emulated device: its true joint, where that is another than the one of
+    /// --machine, which the commands believe
+    #[arg(long, value_name = "NAME|FILE.toml")]
+    truth: Option<String>,
     /// Which of its controllers the simulated device begins with [default: a file's own, and srnf
     /// of an experiment from `stiction list`]
     #[arg(long, value_name = "NAME")]
@@ -72,7 +78,11 @@ fn begins_with<'a>(machine: &str, controller: Option<&'a str>) -> Option<&'a str
 #[derive(Debug, clap::Subcommand)]
 enum Action {
     /// State, fault, position, warnings
-    Status,
+    Status {
+        /// Print one JSON object
+        #[arg(long)]
+        json: bool,
+    },
     /// Watch it live, and arm, move and stop it by keys
     Watch,
     /// Arm where the joint is, and hold it
@@ -105,6 +115,9 @@ enum Action {
         /// Clear the one that is latched
         #[arg(long)]
         clear: bool,
+        /// Print one JSON object
+        #[arg(long)]
+        json: bool,
     },
     /// Turn the part's brown-out reset on, for good: a dip of its supply is then told from power-on
     SetBrownOut,
@@ -152,6 +165,9 @@ pub fn device(arguments: &Arguments) -> Result<(), Error> {
         ));
     }
     if let Some(port) = &arguments.port {
+        if let Some(truth) = &arguments.truth {
+            return Err(truth_of_a_board(truth));
+        }
         return with(
             &arguments.action,
             &arguments.machine,
@@ -159,16 +175,22 @@ pub fn device(arguments: &Arguments) -> Result<(), Error> {
             output,
         );
     }
-    let plan = planned(&arguments.machine, arguments.controller.as_deref())?;
+    let plan = arguments.planned()?;
     let wire = SimulatedWire::new(SimulatedDevice::new(&plan)?);
     with(&arguments.action, &arguments.machine, wire, output)
 }
 
 impl Arguments {
+    /// Plans the run whose joint a simulated device is.
+    fn planned(&self) -> Result<RunPlan, Error> {
+        planned(&self.machine, self.controller.as_deref(), self.truth.as_deref())
+    }
+
     /// Checks the file that the command writes, if it writes one.
     fn output(&self) -> Result<Option<OutputFile>, Error> {
         let guard = |force: bool| {
             let guard = OverwriteGuard::new(force).opens(&self.machine);
+            let guard = self.truth.iter().fold(guard, |guard, truth| guard.opens(truth));
             self.image.iter().chain(&self.port).fold(guard, OverwriteGuard::reads)
         };
         match &self.action {
@@ -198,7 +220,7 @@ fn emulated(_: &Arguments, _: Option<&OutputFile>) -> Result<(), Error> {
 fn emulated(arguments: &Arguments, output: Option<&OutputFile>) -> Result<(), Error> {
     use crate::emulator::wire::EmulatedWire;
 
-    let plan = planned(&arguments.machine, arguments.controller.as_deref())?;
+    let plan = arguments.planned()?;
     with(
         &arguments.action,
         &arguments.machine,
@@ -207,9 +229,26 @@ fn emulated(arguments: &Arguments, output: Option<&OutputFile>) -> Result<(), Er
     )
 }
 
-/// The run whose joint a simulated device is.
-pub(super) fn planned(machine: &str, controller: Option<&str>) -> Result<RunPlan, Error> {
-    first_run(machine, begins_with(machine, controller))
+/// Plans the run whose joint a simulated device is; with a `truth`, its joint is that of another
+/// file.
+pub(super) fn planned(
+    machine: &str,
+    controller: Option<&str>,
+    truth: Option<&str>,
+) -> Result<RunPlan, Error> {
+    let plan = first_run(machine, begins_with(machine, controller))?;
+    match truth {
+        None => Ok(plan),
+        Some(truth) => plan.with_truth(first_run(truth, None)?),
+    }
+}
+
+/// Refuses a true joint for a board.
+fn truth_of_a_board(truth: &str) -> Error {
+    Error::Input(format!(
+        "--truth {truth}: a board on a --port has its own joint, and nothing else is true of it; \
+         leave --truth out, or try it with --simulated or --emulator"
+    ))
 }
 
 fn first_run(machine: &str, controller: Option<&str>) -> Result<RunPlan, Error> {
@@ -235,9 +274,15 @@ fn with(
     }
     let warning = warning.map_or(String::new(), |warning| format!("{warning}\n"));
     let say = |text: String| print_beside(output, &format!("{warning}{text}"));
+    if action.ends_on_ctrl_c() {
+        end_on_ctrl_c(&mut client)?;
+    }
     match action {
-        Action::Status => {
+        Action::Status { json } => {
             let status = client.status()?;
+            if *json {
+                return print(&format!("{:#}\n", json::status(&status, client.warning())));
+            }
             say(words::status(&status))
         }
         Action::Watch => {
@@ -288,12 +333,17 @@ fn with(
             let text = params::params(action, &mut client, machine, output)?;
             say(text)
         }
-        Action::Faults { clear } => {
+        Action::Faults { clear, json } => {
             if *clear {
                 client.clear()?;
             }
-            let status = client.status()?;
-            say(words::faults(&client.faults()?, &status))
+            let (status, faults) = (client.status()?, client.faults()?);
+            if *json {
+                let each = faults.iter().map(|one| (one.code, one.tick, one.value));
+                let object = json::faults(each, &status, client.warning());
+                return print(&format!("{object:#}\n"));
+            }
+            say(words::faults(&faults, &status))
         }
         Action::SetBrownOut => {
             client.set_brown_out()?;
@@ -303,15 +353,48 @@ fn with(
             let time = time("--for", *r#for)?;
             let mut samples = Log::new(Signals::new(client.signals()?), signals)?;
             client.subscribe(samples.mask(), *every)?;
-            let status = client.pass(time)?;
+            let (status, ended) = kept(&mut client, |client| client.pass(time))?;
             while let Some(sample) = client.sample(Duration::ZERO)? {
                 samples.push(sample);
             }
             client.subscribe(0, 0)?;
             let Some(file) = output else { return Ok(()) };
             file.write(&samples.render(status.sample_time, status.resolution)?)?;
-            say(format!("{file}: {} samples\n", samples.len()) + &lost(&client))
+            say(format!("{file}: {} samples\n", samples.len()) + &lost(&client))?;
+            ended.map_err(|why| Error::CtrlC(format!("log: {why}; what was logged is kept")))
         }
+    }
+}
+
+impl Action {
+    /// Returns whether Ctrl-C ends the command in order: what was logged is written, and a motor that
+    /// the command drives is turned off. The self-test does so as soon as it moves.
+    const fn ends_on_ctrl_c(&self) -> bool {
+        matches!(
+            self,
+            Self::Arm { .. } | Self::Move(_) | Self::Jog(_) | Self::Identify(_) | Self::Log { .. }
+        )
+    }
+}
+
+/// Ends each wait of a client on Ctrl-C.
+fn end_on_ctrl_c<W: Wire>(client: &mut Client<W>) -> Result<(), Error> {
+    let interrupt = Arc::default();
+    interrupt::end_on_ctrl_c(&interrupt)?;
+    client.end_on(interrupt);
+    Ok(())
+}
+
+/// Waits, and returns the status at the end, and Ctrl-C if that was the end: the samples until then
+/// are kept.
+fn kept<W: Wire>(
+    client: &mut Client<W>,
+    wait: impl FnOnce(&mut Client<W>) -> Result<Status, Error>,
+) -> Result<(Status, Result<(), Error>), Error> {
+    match wait(client) {
+        Ok(status) => Ok((status, Ok(()))),
+        Err(error @ Error::CtrlC(_)) => Ok((client.status()?, Err(error))),
+        Err(error) => Err(error),
     }
 }
 
@@ -340,6 +423,7 @@ fn then_off<W: Wire, T>(
     let left = |error: &Error, how: &str| Error::Device(format!("{error}; {how}"));
     match (done, client.stop()) {
         (Ok(found), Ok(())) => Ok(found),
+        (Err(Error::CtrlC(why)), Ok(())) => Err(Error::CtrlC(format!("{why}; the motor is off"))),
         (Err(error), Ok(())) => Err(left(&error, "the motor is off")),
         (Ok(_), Err(error)) | (Err(error), Err(_)) => Err(left(&error, PERHAPS_ARMED)),
     }

@@ -3,11 +3,13 @@
 use std::path::PathBuf;
 use std::time::Duration;
 
+use serde_json::Value;
 use stiction::link::StateCode;
 
-use super::{arm, ended, lost, off, then_off, time};
+use super::{arm, ended, kept, lost, off, then_off, time};
 use crate::cli::outputs::check_standard_output;
 use crate::device::client::Client;
+use crate::device::json;
 use crate::device::log::Log;
 use crate::device::moved::Moved;
 use crate::device::signals::Signals;
@@ -88,7 +90,7 @@ pub fn go<W: Wire>(
     let mut samples = Log::new(signals.clone(), &[])?;
     let before = client.status()?;
     let mut moved = Moved::to(*deg, before.resolution.into(), before.sample_time.into());
-    let status = then_off(client, |client| {
+    let (status, interrupted) = then_off(client, |client| {
         let was_armed = client.status()?.state == StateCode::Armed;
         if !was_armed {
             arm(client)?;
@@ -108,7 +110,7 @@ pub fn go<W: Wire>(
             }
         };
         client.move_along(motion)?;
-        let status = client.pass_armed(time)?;
+        let (status, interrupted) = kept(client, |client| client.pass_armed(time))?;
         // The log ends before the output goes off: a tick without the loop has neither zero nor
         // position.
         while let Some(sample) = client.kept() {
@@ -119,20 +121,31 @@ pub fn go<W: Wire>(
                 samples.push(sample);
             }
         }
-        Ok(status)
+        Ok((status, interrupted))
     })?;
     if let Some(file) = log {
         file.write(&samples.render(status.sample_time, status.resolution)?)?;
     }
     let text = if *json {
-        let object = moved.json(status.at_rest, client.warning());
+        let mut object = moved.json(status.at_rest, client.warning());
+        object["state"] = words::state(status.state).into();
+        object["fault"] = json::latched(&status);
+        object["ended_by"] = match (&interrupted, status.state) {
+            (Err(_), _) => "ctrl-c".into(),
+            (Ok(()), StateCode::Armed) => Value::Null,
+            (Ok(()), _) if status.fault.code != 0 => "fault".into(),
+            (Ok(()), _) => "stop".into(),
+        };
         format!("{object:#}\n")
     } else {
         let rest =
             if status.at_rest { "" } else { "the joint still moved when the time was over\n" };
         words::status(&status) + &moved.to_string() + rest + off(&status) + &lost(client)
     };
-    Ok(Said { text, ended: ended("move", &status), alone: *json })
+    let ended = interrupted
+        .map_err(|why| Error::CtrlC(format!("move: {why}; the motor is off")))
+        .and_then(|()| ended("move", &status));
+    Ok(Said { text, ended, alone: *json })
 }
 
 #[cfg(test)]

@@ -90,7 +90,7 @@ pub fn keep<W: Wire>(client: &mut Client<W>, save: bool) -> Result<&'static str,
         client.save()?;
         return Ok("in use now, and saved for the next reset\n");
     }
-    Ok("in use now, not saved: the next reset loses them, unless `params save` saves them\n")
+    Ok("in use now, not saved: `params save` keeps them across a reset\n")
 }
 
 /// Writes parameters of the device as a machine's file with the joint of `machine`. If the device

@@ -2,7 +2,7 @@
 
 use indicatif::{ProgressBar, ProgressStyle};
 
-use super::{OFF, then_off};
+use super::{OFF, end_on_ctrl_c, then_off};
 use crate::cli::warn;
 use crate::device::client::Client;
 use crate::device::wire::Wire;
@@ -67,6 +67,7 @@ pub fn test<W: Wire>(
     let bar = ProgressBar::new(targets.len() as u64);
     let style = ProgressStyle::with_template("{bar:40} {pos}/{len} moves, {eta} left");
     let bar = style.map_or_else(|_| ProgressBar::hidden(), |style| bar.with_style(style));
+    end_on_ctrl_c(client)?;
     let session =
         then_off(client, |client| run(client, targets, |done| bar.set_position(done as u64)));
     bar.finish_and_clear();

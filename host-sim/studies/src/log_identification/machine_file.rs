@@ -10,6 +10,7 @@ use toml::Value;
 
 use super::Identified;
 use super::model::Fitted;
+use crate::data_sheet::resting_torque;
 use crate::draft::spread::{LEAST, around, identified as said, of_inertia, part, table};
 use crate::draft::{Answers, Told, Whys, Words, text_with};
 use crate::error::{Error, rounded};
@@ -96,6 +97,9 @@ pub fn machine_file(name: &str, log: &str, identified: &Identified) -> Result<St
         super::output::short(fitted.relative_residual_percent()),
         super::output::short(100.0 * identified.free_run.velocity_r2)
     );
+    // g_s sin q + g_c cos q = U sin(q - q_h).
+    let [sine, cosine] = ["gravity_sine", "gravity_cosine"]
+        .map(|name| fitted.get(name).map_or(0.0, |found| found.value));
     let mut more = Vec::new();
     if let Some(velocity) = fitted.model.stribeck.filter(|_| stribeck > 0.0) {
         more.push(("friction", "stribeck_rad_per_s", velocity, "identified"));
@@ -103,13 +107,14 @@ pub fn machine_file(name: &str, log: &str, identified: &Identified) -> Result<St
     if constant != 0.0 {
         let why = "identified: half of what both ways differ by";
         more.push(("load", "constant_nm", constant, why));
-        // What the monitors derive of the friction alone is too little the one way.
-        let starts = (slip + stribeck + constant.abs()) / gain.abs();
-        more.push(("limits", "breakaway_v", starts, "stick friction and constant load"));
+        let starts = resting_torque(slip + stribeck, constant, sine.hypot(cosine)) / gain.abs();
+        let why = if fitted.model.has_gravity {
+            "stick friction, constant load and unbalance"
+        } else {
+            "stick friction and constant load"
+        };
+        more.push(("limits", "breakaway_v", starts, why));
     }
-    // g_s sin q + g_c cos q = U sin(q - q_h).
-    let [sine, cosine] = ["gravity_sine", "gravity_cosine"]
-        .map(|name| fitted.get(name).map_or(0.0, |found| found.value));
     if fitted.model.has_gravity {
         more.push(("load", "unbalance_nm", sine.hypot(cosine), "identified"));
         more.push(("load", "hangs_at_rad", (-cosine).atan2(sine), "identified"));

@@ -119,3 +119,38 @@ fn a_hunting_controller_does_not_stop_the_time() {
         assert_eq!(joint.unfollowed_s(), 0.0, "case {case}: {train:?}");
     }
 }
+
+/// The gear carries the middle of what its friction lets it carry, on the flank that the load's torque
+/// presses: `|T|` from `|d| - F_l` to the least of `|d|` and `F_m`.
+#[test]
+fn a_wound_up_joint_rests_with_its_load_on_a_flank_and_stays_there() {
+    // F_m and F_l are 3 N m, half of the backlash is 10 counts.
+    for (d, torque) in [(4.0, 2.0_f64), (-4.0, -2.0), (3.5, 1.75), (-5.5, -2.75)] {
+        for seen in [Side::Motor, Side::Load] {
+            let load = Load { constant: d, gravity: None };
+            let description = Description { load, ..flexible(20.0 * COUNT) };
+            let mut joint = description.build().unwrap();
+            joint.wind_up(seen);
+            let (motor, load) = (joint.motor().position, joint.load().position);
+            let twist = 10.0 * COUNT * torque.signum() + torque / 900.0;
+            assert!((load - motor - twist).abs() < 1e-12, "{d} N m: {motor}, {load}");
+            let seen = if seen == Side::Motor { motor } else { load };
+            assert_eq!(seen, 0.0, "{d} N m");
+            (0..100).for_each(|_| joint.hold(0.0, 1e-3));
+            assert!(joint.is_stuck());
+            assert_eq!((joint.motor().position, joint.load().position), (motor, load));
+        }
+    }
+}
+
+#[test]
+fn a_load_that_friction_holds_stays_in_the_slack_and_one_that_it_does_not_hold_falls() {
+    for (d, is_held) in [(2.9, true), (6.1, false)] {
+        let load = Load { constant: d, gravity: None };
+        let mut joint = Description { load, ..flexible(20.0 * COUNT) }.build().unwrap();
+        joint.wind_up(Side::Motor);
+        assert_eq!((joint.motor().position, joint.load().position), (0.0, 0.0), "{d} N m");
+        (0..100).for_each(|_| joint.hold(0.0, 1e-3));
+        assert_eq!(joint.load().position == 0.0, is_held, "{d} N m");
+    }
+}

@@ -131,6 +131,11 @@ fn a_plausible_sheet_has_no_doubts_and_an_implausible_one_is_told() {
         (("friction.stick_nm", "17"), "`friction.stick_nm` is 17 and `slip_nm` 4;"),
         (("load.constant_nm", "-6"), "moves by itself when the motor is off"),
         (("load.unbalance_nm", "45"), "it does not start from everywhere"),
+        (("supply.voltage_v", "12000"), "12000 V: are these mV? The key is in V"),
+        (
+            ("motor.inductance_h", "20"),
+            "`motor.inductance_h` is 20 H; usual is 0.000000001 to 10 H",
+        ),
     ] {
         let found = doubts(&[set]);
         assert!(found.contains(expected), "{set:?}: {found}");
@@ -152,6 +157,13 @@ fn what_cannot_move_either_way_is_refused_and_what_moves_one_way_is_not() {
     let why = can_move(&[("friction.stick_nm", "49")]).unwrap_err();
     assert!(why.starts_with("`friction.stick_nm` is 49; allowed is a number below 48,"), "{why}");
     assert_eq!(can_move(&[("friction.stick_nm", "47")]), Ok(()));
+    // The key that is far from any real joint is blamed, and not the friction.
+    let why = can_move(&[("supply.voltage_v", "1e-3")]).unwrap_err();
+    assert!(
+        why.starts_with("`supply.voltage_v` is 0.001 V; usual is 1 to 1000 V: the motor's stall")
+            && why.contains("(`friction.stick_nm`) is 5 N m"),
+        "{why}"
+    );
     // A load helps one way.
     assert_eq!(can_move(&[("friction.stick_nm", "49"), ("load.constant_nm", "2")]), Ok(()));
     assert_eq!(can_move(&[("friction.stick_nm", "49"), ("load.constant_nm", "-2")]), Ok(()));

@@ -35,6 +35,8 @@ mod state;
 mod telemetry;
 
 use std::hash::{BuildHasher as _, RandomState};
+use std::sync::Arc;
+use std::sync::atomic::AtomicBool;
 
 pub use self::motion::{Map, position_of};
 use stiction::link::{Deframer, Identity, Kind, PROTOCOL, Reply, Request};
@@ -54,6 +56,8 @@ pub struct Client<W> {
     identity: Option<Identity>,
     subscription: Subscription,
     heard: Heard,
+    /// Set by Ctrl-C.
+    interrupt: Option<Arc<AtomicBool>>,
 }
 
 impl<W: Wire> Client<W> {
@@ -69,6 +73,7 @@ impl<W: Wire> Client<W> {
             identity: None,
             subscription: Subscription::default(),
             heard: Heard::default(),
+            interrupt: None,
         };
         // A zero ends a frame that an earlier session may have left unfinished.
         client.wire.send(&[0])?;
@@ -102,6 +107,13 @@ impl<W: Wire> Client<W> {
             || self.identity.as_ref().is_some_and(|identity| identity.kind == Kind::Simulated);
         // A simulated device at the other end of a port is known by its hello only.
         self.wire.warning().or_else(|| simulated().then_some(SIMULATED))
+    }
+
+    /// Ends each wait ([`pass`](Self::pass), [`pass_armed`](Self::pass_armed)) with
+    /// [`Error::CtrlC`] once the flag is set. Requests are made as before, so that the device can be
+    /// stopped.
+    pub fn end_on(&mut self, interrupt: Arc<AtomicBool>) {
+        self.interrupt = Some(interrupt);
     }
 
     /// The wire to the device.

@@ -1,5 +1,6 @@
 //! The state and the faults of the device, and waiting without falling silent.
 
+use std::sync::atomic::Ordering;
 use std::time::Duration;
 
 use stiction::link::{Refused, Reply, Request, StateCode, Status, Told};
@@ -53,7 +54,7 @@ impl<W: Wire> Client<W> {
     /// come.
     ///
     /// # Errors
-    /// Says that the device does not answer.
+    /// Says that the device does not answer, or that Ctrl-C ended it ([`end_on`](Self::end_on)).
     pub fn pass(&mut self, time: Duration) -> Result<Status, Error> {
         self.pass_while(time, |_| true)
     }
@@ -87,6 +88,9 @@ impl<W: Wire> Client<W> {
             let left = time.as_secs_f64() - passed;
             if left <= 0.0 || !go_on(&status) {
                 return Ok(status);
+            }
+            if self.interrupt.as_ref().is_some_and(|interrupt| interrupt.load(Ordering::Relaxed)) {
+                return Err(Error::CtrlC("ended by Ctrl-C".into()));
             }
             let bytes =
                 self.wire.receive(SIGN_OF_LIFE.min(Duration::from_secs_f64(left.max(0.001))))?;

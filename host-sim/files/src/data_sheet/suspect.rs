@@ -1,0 +1,79 @@
+//! Keys of a data sheet that are probably in another unit: the ranges of real joints, generously.
+//!
+//! A key outside of its range is doubted. If something that follows from the data sheet is refused, the
+//! message names this key first: 0.001 V of supply shall not be blamed on the friction.
+
+use std::fmt;
+
+use super::sheet::DataSheet;
+use crate::error::shown;
+
+/// A key far outside of the range of real joints.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Suspect {
+    /// The key.
+    pub key: &'static str,
+    /// What the data sheet has.
+    pub found: f64,
+    /// Lowest and highest usual value.
+    pub usual: [f64; 2],
+    /// The unit of all three.
+    pub unit: &'static str,
+}
+
+impl Suspect {
+    /// Returns the question that a mistaken unit suggests, for a doubt.
+    fn question(&self) -> String {
+        let [_, most] = self.usual;
+        if self.key == "supply.voltage_v" && self.found > most {
+            return format!("{} V: are these mV? The key is in V", shown(self.found));
+        }
+        format!("is this number in another unit? The key is in {}", self.unit)
+    }
+}
+
+impl fmt::Display for Suspect {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let [least, most] = self.usual.map(shown);
+        let Self { key, unit, .. } = *self;
+        let unit = if unit.is_empty() { String::new() } else { format!(" {unit}") };
+        write!(f, "`{key}` is {}{unit}; usual is {least} to {most}{unit}", shown(self.found))
+    }
+}
+
+impl DataSheet {
+    /// Returns the first key outside of the range of real joints; none if all are inside. Zero is
+    /// no mistaken unit, and is left to the other checks.
+    pub fn suspect(&self) -> Option<Suspect> {
+        let (motor, gear, load, friction) = (&self.motor, &self.gear, &self.load, &self.friction);
+        let supply = self.supply.as_ref();
+        let all = [
+            ("supply.voltage_v", supply.map(|supply| supply.voltage_v), [1.0, 1e3], "V"),
+            ("motor.resistance_ohm", motor.resistance_ohm, [1e-3, 1e4], "ohm"),
+            ("motor.kt_nm_per_a", Some(motor.kt_nm_per_a), [1e-5, 1e3], "N m/A"),
+            ("motor.current_limit_a", motor.current_limit_a, [1e-3, 1e4], "A"),
+            ("motor.amplifier_a_per_v", motor.amplifier_a_per_v, [1e-4, 1e4], "A/V"),
+            ("motor.inductance_h", Some(motor.inductance_h), [1e-9, 10.0], "H"),
+            ("motor.rotor_inertia_kg_m2", Some(motor.rotor_inertia_kg_m2), [1e-11, 1e3], "kg m^2"),
+            ("gear.ratio", Some(gear.ratio), [1e-2, 1e5], ""),
+            ("gear.efficiency", Some(gear.efficiency), [1e-2, 1.0], ""),
+            ("load.inertia_kg_m2", Some(load.inertia_kg_m2), [1e-10, 1e6], "kg m^2"),
+            ("load.constant_nm", Some(load.constant_nm.abs()), [0.0, 1e6], "N m"),
+            ("load.unbalance_nm", Some(load.unbalance_nm), [0.0, 1e6], "N m"),
+            ("friction.stick_nm", Some(friction.stick_nm), [0.0, 1e6], "N m"),
+            ("friction.slip_nm", Some(friction.slip_nm), [0.0, 1e6], "N m"),
+            ("friction.viscous_nm_s_per_rad", Some(self.viscous()), [0.0, 1e6], "N m s/rad"),
+            ("encoder.lines", self.encoder.lines.map(f64::from), [1.0, 1e7], ""),
+        ];
+        all.into_iter().find_map(|(key, found, usual, unit)| {
+            let found = found.filter(|found| *found != 0.0)?;
+            let is_usual = (usual[0]..=usual[1]).contains(&found);
+            (!is_usual).then_some(Suspect { key, found, usual, unit })
+        })
+    }
+
+    /// Returns the doubt about a key that is probably in another unit.
+    pub(super) fn unit_is_doubtful(&self) -> Option<String> {
+        self.suspect().map(|suspect| format!("{suspect}. {}", suspect.question()))
+    }
+}

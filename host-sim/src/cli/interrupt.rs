@@ -1,0 +1,21 @@
+//! Ctrl-C: the first one ends the work in order, the second one the program.
+
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
+
+use crate::error::Error;
+
+/// Sets `interrupt` at the first Ctrl-C, and ends the program at the second one or if it is set
+/// already. A process calls this once.
+///
+/// # Errors
+/// If the system has no handler for it.
+pub fn end_on_ctrl_c(interrupt: &Arc<AtomicBool>) -> Result<(), Error> {
+    let interrupt = interrupt.clone();
+    ctrlc::set_handler(move || {
+        if interrupt.swap(true, Ordering::Relaxed) {
+            std::process::exit(super::INTERRUPTED.into());
+        }
+    })
+    .map_err(|error| Error::Device(format!("cannot listen for Ctrl-C: {error}")))
+}
