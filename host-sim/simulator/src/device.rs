@@ -4,7 +4,7 @@
 pub mod beyond;
 pub mod client;
 pub mod contradiction;
-mod found_load;
+pub mod found_load;
 pub mod identified;
 pub mod into;
 pub mod jogged;
@@ -12,6 +12,7 @@ pub mod json;
 pub mod log;
 pub mod machine_file;
 mod merged;
+pub mod merged_sheet;
 pub mod moved;
 #[cfg(not(target_family = "wasm"))]
 pub mod port;

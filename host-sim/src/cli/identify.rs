@@ -1,6 +1,6 @@
 //! `stiction identify`.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use super::outputs::{check_standard_output, drew, print_beside, wrote};
 use super::{print, warn};
@@ -8,8 +8,9 @@ use crate::document::Document;
 use crate::error::Error;
 use crate::experiment::Experiment;
 use crate::figure::{figure_directory, write_figures};
+use crate::log_identification::into_machine::MachineOfLog;
 use crate::log_identification::reading::{Columns, read};
-use crate::log_identification::units::{PositionUnit, Scale};
+use crate::log_identification::units::{PositionUnit, Scale, seconds, unit_of_name};
 use crate::log_identification::{Request, figures, identify, machine_file, output};
 use crate::output::OverwriteGuard;
 use crate::typed_number;
@@ -28,16 +29,19 @@ pub struct Arguments {
     /// Column of the effort: current, torque, force or voltage
     #[arg(long, value_name = "COLUMN")]
     effort: String,
-    /// Unit of the time: s, ms, us or ns, or the seconds of a tick
-    #[arg(long, value_name = "UNIT", default_value = "s")]
-    time_unit: String,
-    /// Unit of the position; left out: what the column's name ends with, or rad
+    /// Unit of the time: s, ms, us or ns, or the seconds of a tick; left out: what the column's name
+    /// ends with, as in `t [ms]`, or s
+    #[arg(long, value_name = "UNIT")]
+    time_unit: Option<String>,
+    /// Unit of the position; left out: what the column's name ends with, as in `q_deg` or `q [°]`, or
+    /// rad
     #[arg(long, value_name = "UNIT")]
     position_unit: Option<PositionUnit>,
     /// Counts in a turn of the joint, for a position in counts
     #[arg(long, value_name = "N", value_parser = typed_number::parse)]
     counts_per_turn: Option<f64>,
-    /// N m at the joint (or N) of a unit of effort; negative, if it counts the other way
+    /// N m at the joint (or N) of a unit of effort; negative, if it counts the other way. With
+    /// --machine, left out: by that file, for the unit that the column's name ends with
     #[arg(long, value_name = "G", allow_hyphen_values = true, value_parser = typed_number::parse)]
     effort_gain: Option<f64>,
     /// Time after which the logged effort acts, s; left out: estimated
@@ -58,8 +62,12 @@ pub struct Arguments {
     /// One JSON object instead of a table
     #[arg(long)]
     json: bool,
-    /// Write the joint as a machine's file (a machine that turns, with --effort-gain); - for the
-    /// standard output
+    /// A machine's file with a data sheet, with which the result is compared; --into then writes this
+    /// file with the joint of the log in it
+    #[arg(long, value_name = "FILE.toml")]
+    machine: Option<String>,
+    /// Write the joint as a machine's file (a machine that turns, with --effort-gain or --machine); -
+    /// for the standard output
     #[arg(long, value_name = "FILE.toml")]
     into: Option<PathBuf>,
     /// Write over a file that exists
@@ -85,9 +93,20 @@ enum Friction {
 pub fn identify_log(arguments: &Arguments) -> Result<(), Error> {
     let name = arguments.log.display().to_string();
     let mut warnings = Vec::new();
-    let request = arguments.request(&mut warnings)?;
+    let machine = arguments.machine.as_ref();
+    let machine = machine.map(|file| {
+        MachineOfLog::open(
+            file,
+            &arguments.effort,
+            arguments.effort_gain.filter(|gain| *gain != 0.0),
+        )
+    });
+    let machine = machine.transpose()?;
+    let gain = arguments.effort_gain.or(machine.as_ref().map(|machine| machine.effort_gain));
+    let request = arguments.request(gain, &mut warnings)?;
     // Before a long log is read.
     let guard = OverwriteGuard::new(arguments.force).reads(&arguments.log);
+    let guard = arguments.machine.iter().fold(guard, |guard, file| guard.reads(Path::new(file)));
     let into = arguments.into.as_ref().map(|path| guard.new_file("--into", path)).transpose()?;
     check_standard_output(arguments.json, into.as_ref())?;
     let plot = arguments.plot.as_ref().map(|path| figure_directory(&guard, "--plot", path));
@@ -101,11 +120,18 @@ pub fn identify_log(arguments: &Arguments) -> Result<(), Error> {
     let mut found =
         identify(log, &request).map_err(|why| Error::Input(format!("{name}: {why}")))?;
     // A script is told what a person is told.
+    if let Some(machine) = &machine {
+        warnings.extend(machine.against(&found, arguments.counts_per_turn));
+    }
     found.warnings.splice(..0, warnings);
     warn(&found.warnings);
+    let merged = machine.map(|machine| machine.merge(&name, &found)).transpose()?;
     if let Some(file) = &into {
         let file_name = file.path().to_string_lossy();
-        let text = machine_file::machine_file(&file_name, &name, &found)?;
+        let text = match &merged {
+            Some(merged) => merged.text.clone(),
+            None => machine_file::machine_file(&file_name, &name, &found)?,
+        };
         let document = Document::parse(&file_name, &text)?;
         Experiment::plan(&document, &[], &[])?;
         file.write(text.as_bytes())?;
@@ -121,31 +147,23 @@ pub fn identify_log(arguments: &Arguments) -> Result<(), Error> {
         drew(figures.len(), directory)?;
     }
     if arguments.json {
-        let text = output::json(&name, &found).map_err(|error| Error::Input(error.to_string()))?;
-        print(&(text + "\n"))
+        let mut object = output::object(&name, &found);
+        if let Some(merged) = merged {
+            object["kept"] = merged.kept.into();
+            object["contradicted"] = serde_json::json!(merged.contradicted);
+        }
+        print(&format!("{object:#}\n"))
     } else {
-        print_beside(into.as_ref(), &output::text(&found))
+        let words = merged.into_iter().flat_map(|merged| merged.words);
+        let words: String = words.map(|words| words + "\n").collect();
+        print_beside(into.as_ref(), &(output::text(&found) + &words))
     }
 }
 
 impl Arguments {
-    fn request(&self, warnings: &mut Vec<String>) -> Result<Request, Error> {
+    fn request(&self, gain: Option<f64>, warnings: &mut Vec<String>) -> Result<Request, Error> {
         let refuse = |why: String| Err(Error::Input(why));
-        let time_s = match self.time_unit.as_str() {
-            "s" => 1.0,
-            "ms" => 1e-3,
-            "us" => 1e-6,
-            "ns" => 1e-9,
-            other => match typed_number::parse(other) {
-                Ok(seconds) if seconds > 0.0 => seconds,
-                _ => {
-                    return refuse(format!(
-                        "--time-unit is `{other}`; allowed are s, ms, us, ns, or the seconds of a \
-                         tick as a number above 0"
-                    ));
-                }
-            },
-        };
+        let time_s = self.seconds(warnings)?;
         let named = PositionUnit::of_name(&self.position);
         let unit = self.position_unit.or(named);
         // Many a log calls a measured angle or that of a motor `q_m`.
@@ -186,13 +204,13 @@ impl Arguments {
                 return refuse("--counts-per-turn belongs to --position-unit count".into());
             }
         }
-        if let Some(gain) = self.effort_gain.filter(|gain| !gain.is_finite() || *gain == 0.0) {
+        if let Some(gain) = gain.filter(|gain| !gain.is_finite() || *gain == 0.0) {
             return refuse(format!("--effort-gain is {gain}; allowed is a number that is not 0"));
         }
         if let Some(delay) = self.effort_delay.filter(|delay| !delay.is_finite()) {
             return refuse(format!("--effort-delay is {delay}; allowed is a number of seconds"));
         }
-        let scale = Scale::new(time_s, unit, counts.unwrap_or(1.0), self.effort_gain);
+        let scale = Scale::new(time_s, unit, counts.unwrap_or(1.0), gain);
         if scale.is_linear && self.gravity {
             return refuse(
                 "--gravity is that of a load that turns; on a machine along a line it is a \
@@ -208,5 +226,31 @@ impl Arguments {
             cut_off_hz: self.cut_off,
             effort_delay_s: self.effort_delay,
         })
+    }
+
+    /// Seconds of a unit of the time.
+    fn seconds(&self, warnings: &mut Vec<String>) -> Result<f64, Error> {
+        let named = unit_of_name(&self.time).and_then(|unit| Some((seconds(&unit)?, unit)));
+        let Some(given) = &self.time_unit else {
+            return Ok(named.map_or(1.0, |(seconds, _)| seconds));
+        };
+        let time_s = match (seconds(given), typed_number::parse(given)) {
+            (Some(seconds), _) => seconds,
+            (None, Ok(tick)) if tick > 0.0 => tick,
+            _ => {
+                return Err(Error::Input(format!(
+                    "--time-unit is `{given}`; allowed are s, ms, us, ns, or the seconds of a tick \
+                     as a number above 0"
+                )));
+            }
+        };
+        if let Some((_, unit)) = named.filter(|(named, _)| *named != time_s) {
+            warnings.push(format!(
+                "`{}` is called as if it were in {unit}, and --time-unit says {given}; it is taken \
+                 as {given}",
+                self.time
+            ));
+        }
+        Ok(time_s)
     }
 }

@@ -236,3 +236,125 @@ fn a_name_that_contradicts_the_unit_and_an_effort_of_no_unit_are_told_to_people_
     let table = String::from_utf8_lossy(&output.stdout).into_owned();
     assert!(table.contains("units       assumed: a unit of the effort is 1 N"), "{table}");
 }
+
+/// The result of a log, with the columns named by the options.
+fn found(text: &[u8], options: &[&str]) -> (String, serde_json::Value) {
+    let directory = tempfile::tempdir().unwrap();
+    let path = directory.path().join("log.csv");
+    fs::write(&path, text).unwrap();
+    let arguments = [&["identify", path.to_str().unwrap(), "--json"], options].concat();
+    let output = stiction(&arguments).output().unwrap();
+    let said = String::from_utf8_lossy(&output.stderr).into_owned();
+    assert!(output.status.success(), "{options:?}: {said}");
+    (said, serde_json::from_slice(&output.stdout).unwrap())
+}
+
+const COLUMNS: [&str; 6] = ["--time", "t", "--position", "q_rad", "--effort", "u"];
+
+fn inertia(found: &serde_json::Value) -> f64 {
+    found["parameters"]["inertia"]["value"].as_f64().unwrap()
+}
+
+#[test]
+fn a_comma_for_columns_and_decimals_alike_is_refused_as_what_it_is() {
+    let text = log(machine, None);
+    let (header, rows) = text.split_once('\n').unwrap();
+    let rows = rows.replace('.', ",");
+    for (text, options) in [(format!("{header}\n{rows}"), &[][..]), (rows.clone(), &NUMBERS)] {
+        let said = refusal(&text, options);
+        for part in ["a comma separates the columns and the decimals alike", "semicolons", "row "] {
+            assert!(said.contains(part), "{part}: {said}");
+        }
+    }
+    // With semicolons between the columns, the same commas are decimals.
+    let text = text.replace(',', ";").replace('.', ",");
+    let (said, found) = found(text.as_bytes(), &COLUMNS);
+    assert!((inertia(&found) - 0.5).abs() < 0.01 && said.is_empty(), "{said}");
+}
+
+#[test]
+fn rows_with_more_cells_than_the_header_are_left_out_counted_and_reported() {
+    let text = log(machine, None);
+    let with = |every: usize| -> String {
+        let long = |(i, line): (usize, &str)| {
+            // A shifted row, whose numbers would be those of other columns.
+            let more = if i > 0 && i % every == 0 { "7.5," } else { "" };
+            format!("{more}{line},,\n")
+        };
+        text.lines().enumerate().map(long).collect()
+    };
+    // The empty cells at the end are no reason.
+    let (said, whole) = found(with(1000).replace("u,,\n", "u\n").as_bytes(), &COLUMNS);
+    assert!(said.contains("4 rows have more cells than the first row of the file"), "{said}");
+    assert!(said.contains("the first is row 1001 with 4"), "{said}");
+    assert_eq!(whole["log_read"]["long_rows"], 4);
+    assert!((inertia(&whole) - 0.5).abs() < 0.01, "{whole}");
+    let said = refusal(&with(5).replace("u,,\n", "u\n"), &[]);
+    for part in ["800 of 4000 rows", "the first is row 6 with 4", "a tenth", "name each column"] {
+        assert!(said.contains(part), "{part}: {said}");
+    }
+}
+
+#[test]
+fn utf_16_is_read_by_its_mark_and_named_without_it() {
+    let text = log(machine, None);
+    let (_, truth) = found(text.as_bytes(), &COLUMNS);
+    let units = || std::iter::once(0xFEFF).chain(text.encode_utf16());
+    let little: Vec<u8> = units().flat_map(u16::to_le_bytes).collect();
+    let big: Vec<u8> = units().flat_map(u16::to_be_bytes).collect();
+    for bytes in [&little, &big] {
+        let (_, found) = found(bytes, &COLUMNS);
+        assert_eq!(found["parameters"], truth["parameters"]);
+    }
+    let directory = tempfile::tempdir().unwrap();
+    let path = directory.path().join("log.csv");
+    fs::write(&path, &little[2..]).unwrap();
+    let arguments = [&["identify", path.to_str().unwrap()], &COLUMNS[..]].concat();
+    let output = stiction(&arguments).output().unwrap();
+    let said = String::from_utf8_lossy(&output.stderr);
+    assert!(
+        !output.status.success() && said.contains("UTF-16 without a byte order mark"),
+        "{said}"
+    );
+}
+
+#[test]
+fn units_in_brackets_behind_the_names_of_columns_are_read() {
+    let mut text = "t [ms];q [\u{b0}];u [A]\n".to_owned();
+    for i in 0..4000u32 {
+        let t = 1e-3 * f64::from(i);
+        let [q, u] = machine(t);
+        let _ = writeln!(text, "{i};{:.7};{u:.6}", q.to_degrees());
+    }
+    let columns = ["--time", "t [ms]", "--position", "q [\u{b0}]", "--effort", "u [A]"];
+    let (said, whole) = found(text.as_bytes(), &columns);
+    assert_eq!(said, "");
+    assert!((inertia(&whole) - 0.5).abs() < 0.01, "{whole}");
+    // An option that says otherwise counts, and is named.
+    let (said, _) = found(text.as_bytes(), &[&columns[..], &["--time-unit", "us"]].concat());
+    assert!(said.contains("as if it were in ms, and --time-unit says us"), "{said}");
+}
+
+/// A useless result is not called good.
+#[test]
+fn a_value_far_out_of_what_is_built_makes_the_verdict_poor() {
+    let text = log(machine, None);
+    let quality = |options: &[&str]| {
+        let (_, found) = found(text.as_bytes(), &[&COLUMNS[..], options].concat());
+        let quality = found["verdict"]["quality"].as_str().unwrap().to_owned();
+        (quality, found["verdict"]["doubts"].to_string())
+    };
+    assert_eq!(quality(&["--effort-gain", "1"]).0, "good");
+    // Samples of 1000 s; an inertia of 2.5e10 kg m^2.
+    for (options, words) in [
+        (["--time-unit", "1e6"], "samples come out 1000 s apart"),
+        (["--effort-gain", "5e10"], "the inertia comes out as"),
+    ] {
+        let (quality, doubts) = quality(&options);
+        assert!(quality == "poor" && doubts.contains(words), "{options:?}: {quality} {doubts}");
+    }
+    // Within a factor of ten of the bounds, it is to be used with care: samples of 0.2 s, whose
+    // speeds of 0.02 rad/s exist.
+    let (quality, doubts) = quality(&["--time-unit", "200"]);
+    assert!(quality == "fair" && doubts.contains("0.2 s apart"), "{quality} {doubts}");
+}

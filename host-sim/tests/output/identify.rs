@@ -294,3 +294,35 @@ fn holes_gaps_and_uneven_times_are_handled_and_told() {
     let found: Value = serde_json::from_slice(&output.stdout).unwrap();
     assert_near(&found, &[("inertia", 0.5), ("viscous", 0.8), ("coulomb", 1.5)], 0.02);
 }
+
+/// A weight of 0.08 N m beside 9 N m of inertia and friction, over strokes of 1.5 rad.
+#[test]
+fn a_term_that_would_lower_the_residual_is_proposed_with_its_option() {
+    let machine = [0.5, 0.8, 0.8, 1.5, 1.5];
+    let log = log("weight.csv", "time,q_rad,tau\n", 16_000, |i, text| {
+        let t = 1e-3 * f64::from(i);
+        let at = motion(t).map(|one| 5.0 * one);
+        let tau = effort(at, machine) + 0.08 * at[0].sin();
+        let _ = writeln!(text, "{t:.3},{:.8},{tau:.6}", at[0]);
+    });
+    let columns = ["--time", "time", "--position", "q_rad", "--effort", "tau"];
+    let found = identified(&log.path, &columns);
+    let proposals = found["proposals"].as_array().unwrap();
+    assert_eq!(proposals.len(), 1, "{found}");
+    let proposal = &proposals[0];
+    assert_eq!((&proposal["term"], &proposal["option"]), (&"gravity".into(), &"--gravity".into()));
+    let [before, with] = ["residual_before", "residual_with"].map(|key| number(&proposal[key]));
+    assert_eq!(before, number(&found["relative_residual_percent"]));
+    assert!(with < before / 3.0, "{proposal}");
+    assert_eq!(found["verdict"]["quality"], "fair");
+    // The option does what was said, and nothing is left to propose.
+    let heavy = identified(&log.path, &[&columns[..], &["--gravity"]].concat());
+    assert!((number(&heavy["relative_residual_percent"]) / with - 1.0).abs() < 0.2, "{heavy}");
+    assert_eq!(
+        (&heavy["proposals"], &heavy["verdict"]["quality"]),
+        (&Value::Array(vec![]), &"good".into())
+    );
+    let text = stiction(&[&["identify", &log.path], &columns[..]].concat());
+    let words = "gravity would lower the residual from ";
+    assert!(text.contains(words) && text.contains("add `--gravity`"), "{text}");
+}

@@ -11,7 +11,7 @@
 //! | S sgn v exp(-(v / v_s)^2) | `friction.stribeck_rad_per_s` = v_s, from stick to slip friction |
 //!
 //! with g_s sin q + g_c cos q = U sin(q - q_h): U is the unbalance, and q_h where it hangs.
-//! `merged.rs` writes that data sheet. Elsewhere the file says in a comment what it cannot say, and
+//! `merged_sheet.rs` makes that data sheet. Elsewhere the file says in a comment what it cannot say, and
 //! the command repeats it.
 
 use super::identified::Identified;

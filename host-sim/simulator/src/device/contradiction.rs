@@ -11,7 +11,7 @@ pub struct Contradiction {
     pub in_file: f64,
     /// Value measured.
     pub measured: f64,
-    /// Width of its error bar to either side: two standard deviations or more.
+    /// Width of its error bar to either side: two standard deviations or more; 0: not known.
     pub off: f64,
 }
 
@@ -42,12 +42,9 @@ impl Contradiction {
         let digits = |value: f64, digits: usize| {
             shown(format!("{value:.*e}", digits - 1).parse().unwrap_or(value))
         };
-        format!(
-            "{key} is {} in {file}, {} +- {} measured",
-            digits(*in_file, 5),
-            digits(*measured, 3),
-            digits(*off, 2)
-        )
+        let bar = if *off > 0.0 { format!(" +- {}", digits(*off, 2)) } else { String::new() };
+        let [in_file, measured] = [digits(*in_file, 5), digits(*measured, 3)];
+        format!("{key} is {in_file} in {file}, {measured}{bar} measured")
     }
 }
 

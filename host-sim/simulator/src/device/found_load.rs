@@ -1,30 +1,46 @@
 //! Load of a joint that was identified, beside the load that its machine's file has.
 //!
 //! An identification measures one number for the constant load, `off`, and gravity only if the
-//! joint has gone through 60 deg. In `off` is all that does not change with the motion:
+//! joint has gone through 60 deg (of a log: if the model has the term). In `off` is all that does
+//! not change with the motion:
 //!
 //! ```text
-//! G off = D/2 + U_f m - T_f      m = -sin(q_h) sin(R/2) / (R/2)
+//! off = D/2 + mean U_f sin(q - q_h) - T_f
 //! ```
 //!
-//! with the difference D of the friction between both ways, the constant load T_f, the unbalance
-//! U_f that hangs at q_h, the angle R that the joint has gone through, and the effort gain G. If
-//! the right side, with the numbers of the file, is within the error bar of the left side, then the
-//! measurement agrees with the file, and the file's load stays. The bar has the part of the gravity
-//! that changes over R, too. Otherwise the rest is the constant load, and the file is contradicted.
+//! with the difference D of the friction between both ways, the constant load T_f, and the mean
+//! over the motion of the unbalance U_f that hangs at q_h. If the right side, with the numbers of
+//! the file, is within the error bar of the left side, then the measurement agrees with the file,
+//! and the file's load stays. The bar has what the gravity changes by over the motion, too. If
+//! gravity was looked for and not found, though it would vary by more than the bar (root mean
+//! square), then the unbalance is contradicted. Otherwise the rest is the constant load.
 //!
-//! Limits: an unbalance and a constant load that are both wrong, and cancel out over R, agree.
+//! Limits: an unbalance and a constant load that are both wrong, and cancel out, agree.
 
-use super::beyond::{Beyond, LEAST};
 use super::contradiction::Contradiction;
-use super::identified::Identified;
-use super::spread::deviations;
 use crate::data_sheet::DataSheet;
 use crate::document::Document;
-use crate::joint::CoreUnits;
 
 /// Angle from which the sequence looks for gravity, deg: `WIDE` of `src/identification/model.rs`.
-const WIDE_DEG: f64 = 60.0;
+pub(super) const WIDE_DEG: f64 = 60.0;
+
+/// Points of a motion at which gravity is looked at.
+const POINTS: usize = 65;
+
+/// What an identification measures of the load: efforts that hold it, N m, each with its error bar.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct MeasuredLoad {
+    /// Effort that does not change with the motion.
+    pub offset: [f64; 2],
+    /// Gravity as coefficients of sine and cosine of the position, if it was found.
+    pub gravity: Option<[[f64; 2]; 2]>,
+    /// Whether gravity was looked for.
+    pub looked: bool,
+    /// Ends of the motion, rad.
+    pub range: [f64; 2],
+    /// Least error bar that is believed.
+    pub least: f64,
+}
 
 /// Load of a joint that was found, N m and rad.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -42,69 +58,57 @@ pub(super) struct FoundLoad {
 /// Returns the load of a joint that was found, beside that of a data sheet; `difference` is the
 /// friction's between both ways, N m.
 pub(super) fn load(
-    found: &Identified,
-    beyond: &Beyond,
+    measured: &MeasuredLoad,
     of: &Document,
-    (sheet, units, difference): (&DataSheet, &CoreUnits, f64),
+    sheet: &DataSheet,
+    difference: f64,
 ) -> FoundLoad {
     let mut load = FoundLoad::default();
-    let Some(estimate) = &found.summary.estimate else { return load };
-    let torque = |value: f64| units.effort(value);
-    let [offset, off] = [
-        torque(f64::from(estimate.offset[0])),
-        torque(deviations(found) * f64::from(estimate.offset[1])),
-    ];
-    let least = LEAST * torque(f64::from(estimate.coulomb[0]));
+    let [offset, off] = measured.offset;
+    let bar = off.max(measured.least);
     let constant = of.get("load.constant_nm").map(|_| sheet.load.constant_nm);
     let (weight, hangs) = (sheet.load.unbalance_nm, sheet.hangs_at().unwrap_or(0.0));
-    let half = 0.5 * f64::from(found.summary.range).to_radians();
     let rest = offset - 0.5 * difference;
-    if let Some([[sine, off_sine], [cosine, off_cosine]]) = beyond.gravity {
-        let measured = beyond.amplitude().map(torque);
-        load.gravity(measured, (-cosine).atan2(sine));
+    if let Some([[sine, off_sine], [cosine, off_cosine]]) = measured.gravity {
+        let found = [sine.hypot(cosine), off_sine.max(off_cosine)];
+        load.gravity(found, (-cosine).atan2(sine));
         if of.get("load.unbalance_nm").is_some() {
             let apart = [
-                (torque(sine) - weight * hangs.cos(), torque(off_sine)),
-                (torque(cosine) + weight * hangs.sin(), torque(off_cosine)),
+                (sine - weight * hangs.cos(), off_sine),
+                (cosine + weight * hangs.sin(), off_cosine),
             ];
-            if apart.iter().any(|(apart, off)| apart.abs() > off.max(least)) {
+            if apart.iter().any(|(apart, off)| apart.abs() > off.max(measured.least)) {
                 let key = "load.unbalance_nm";
-                load.contradicted.push(Contradiction::new(key, weight, measured));
+                load.contradicted.push(Contradiction::new(key, weight, found));
             }
         }
-        load.constant(constant, rest, off.max(least));
+        load.constant(constant, rest, bar);
         return load;
     }
-    // What of the file's gravity is in `off`, and by how much it changes over the way.
-    let mean = if half > 0.0 { half.sin() / half } else { 1.0 };
-    let held = -weight * hangs.sin() * mean;
-    let changes = 0.5
-        * weight
-        * ((hangs.cos() * half.sin()).abs() + (hangs.sin() * (1.0 - half.cos())).abs());
-    let bar = off.max(least);
-    let pulls = constant.unwrap_or(0.0);
-    let agrees = |held: f64, bar: f64| (rest - held + pulls).abs() <= bar;
-    if weight > 0.0 {
-        let with = agrees(held, bar + changes);
-        let is_seen = found.summary.range >= WIDE_DEG as f32 && {
-            // Standard deviation of the sine's coefficient, if that of a constant is known.
-            let spread = (0.5 * (1.0 - (2.0 * half).sin() / (2.0 * half))).max(0.0).sqrt();
-            (weight * hangs.cos()).abs() > (off / spread).max(5.0 * least)
-        };
-        if with && !is_seen {
-            return load;
-        }
-        if is_seen || agrees(0.0, bar) {
-            load.removed.extend(["unbalance_nm", "hangs_at_deg", "hangs_at_rad"]);
-            let key = "load.unbalance_nm";
-            load.contradicted.push(Contradiction::new(key, weight, [0.0, bar]));
-            load.constant(constant, rest, bar);
-            return load;
-        }
+    if weight == 0.0 {
+        load.constant(constant, rest, bar);
+        return load;
+    }
+    // What of the file's gravity is in the offset, and by how much it changes over the motion.
+    let [from, to] = measured.range;
+    let at = |i: usize| from + (to - from) * i as f64 / (POINTS - 1) as f64;
+    let gravity: Vec<f64> = (0..POINTS).map(|i| weight * (at(i) - hangs).sin()).collect();
+    let held = gravity.iter().sum::<f64>() / POINTS as f64;
+    let off_held = |of: &f64| (of - held).abs();
+    let changes = gravity.iter().map(off_held).fold(0.0, f64::max);
+    let varies = gravity.iter().map(|of| off_held(of).powi(2)).sum::<f64>() / POINTS as f64;
+    let is_seen = measured.looked && varies.sqrt() > bar;
+    let agrees = |held: f64, bar: f64| (rest - held + constant.unwrap_or(0.0)).abs() <= bar;
+    if !is_seen && agrees(held, bar + changes) {
+        return load;
+    }
+    if is_seen || agrees(0.0, bar) {
+        load.removed.extend(["unbalance_nm", "hangs_at_deg", "hangs_at_rad"]);
+        load.contradicted.push(Contradiction::new("load.unbalance_nm", weight, [0.0, bar]));
+        load.constant(constant, rest, bar);
+    } else {
         load.constant(constant, rest - held, bar + changes);
-        return load;
     }
-    load.constant(constant, rest, bar);
     load
 }
 

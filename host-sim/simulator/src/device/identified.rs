@@ -72,9 +72,8 @@ pub fn doubts(doubts: &Doubts) -> Vec<&'static str> {
         ),
         (
             doubts.lost_motion,
-            "the joint gives way before it breaks away, breaks away otherwise after a reversal, or \
-             is lighter to a short pulse than to a long motion: backlash, bristles, or a shaft \
-             that winds up",
+            "the joint moves before it breaks away, its breakaway differs after a reversal, or short \
+             pulses meet less inertia than long motions: backlash, bristles, or a shaft that winds up",
         ),
         (
             doubts.unphysical,

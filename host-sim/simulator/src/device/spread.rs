@@ -139,8 +139,8 @@ pub fn remarks(found: &Identified) -> String {
     text
 }
 
-/// A comment of a file, in lines of at most 80 columns.
-pub(super) fn commented(sentence: &str) -> String {
+/// Makes a comment of a file, in lines of at most 80 columns.
+pub fn commented(sentence: &str) -> String {
     let (mut text, mut line) = (String::new(), String::from("#"));
     for word in sentence.split_whitespace() {
         if line.len() + 1 + word.len() > 80 {

@@ -1,5 +1,5 @@
-//! What cannot be so: standstill, wrong units, wrong signs. Told, or refused where no machine is
-//! left.
+//! What cannot be so: standstill, wrong units, wrong signs. A value out of the bounds of what is
+//! built lowers the verdict ([`Implausible`]); a log that describes no machine is refused.
 
 use super::model::{Fitted, Parameter};
 use super::reading::Log;
@@ -32,6 +32,30 @@ const GRAVITY: f64 = 9.806_65;
 /// Masses (kg) and inertias (kg m^2) that a motor moves: from the rotor of a watch to a telescope.
 const INERTIAS: [[f64; 2]; 2] = [[1e-5, 1e7], [1e-12, 1e8]];
 
+/// Factor out of its bounds by which a value makes the whole result useless.
+const FAR: f64 = 10.0;
+
+/// A value out of the bounds of what is built.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Implausible {
+    /// The value, and which option is meant.
+    pub words: String,
+    /// Whether it is out of its bounds by more than a factor of ten: nothing of the result is to be
+    /// used.
+    pub is_far: bool,
+}
+
+impl Implausible {
+    /// Returns that of a value; none if the value is within its bounds.
+    fn of(value: f64, [least, most]: [f64; 2], words: impl FnOnce() -> String) -> Option<Self> {
+        if (least..=most).contains(&value) {
+            return None;
+        }
+        let is_far = !(least / FAR..=most * FAR).contains(&value);
+        Some(Self { words: words(), is_far })
+    }
+}
+
 /// What was handled while a log was read.
 pub fn reading(log: &Log) -> Vec<String> {
     let mut told = Vec::new();
@@ -39,6 +63,13 @@ pub fn reading(log: &Log) -> Vec<String> {
         told.push(format!(
             "{} rows lack a number and were left out; the first is row {row}",
             log.missing
+        ));
+    }
+    if let Some((row, cells)) = log.first_long {
+        told.push(format!(
+            "{} rows have more cells than the first row of the file and were left out; the first \
+             is row {row} with {cells}",
+            log.long
         ));
     }
     if log.has_units_row {
@@ -52,17 +83,20 @@ pub fn reading(log: &Log) -> Vec<String> {
     told
 }
 
-/// What the times look like.
-pub fn times(grid: &Grid) -> Vec<String> {
-    let mut told = Vec::new();
-    let [short, long] = SAMPLE_TIMES;
-    if !(short..=long).contains(&grid.step_s) {
-        told.push(format!(
+/// The time between samples, if no loop and no logger has it.
+pub fn step(grid: &Grid) -> Option<Implausible> {
+    Implausible::of(grid.step_s, SAMPLE_TIMES, || {
+        format!(
             "samples come out {} s apart, which is implausible; --time-unit says what the time \
              column counts in",
             rounded(grid.step_s)
-        ));
-    }
+        )
+    })
+}
+
+/// What the times look like.
+pub fn times(grid: &Grid) -> Vec<String> {
+    let mut told = Vec::new();
     if let Some(at) = grid.first_gap_s {
         let gaps = if grid.gaps == 1 { "1 gap".into() } else { format!("{} gaps", grid.gaps) };
         told.push(format!(
@@ -111,24 +145,16 @@ pub fn still(grid: &Grid) -> Result<(), String> {
 }
 
 /// Speeds that cannot be so.
-pub fn scale(read: &Read, scale: &Scale) -> Vec<String> {
+pub fn scale(read: &Read, scale: &Scale) -> Option<Implausible> {
     let place = usize::from(!scale.is_linear);
-    let unit = scale.position_unit();
-    if read.top_speed > FASTEST[place] {
-        return vec![format!(
-            "the top speed comes out as {} {unit}/s, which is implausible; --position-unit and \
+    Implausible::of(read.top_speed, [SLOWEST[place], FASTEST[place]], || {
+        format!(
+            "the top speed comes out as {} {}/s, which is implausible; --position-unit and \
              --time-unit say what the columns are in",
-            rounded(read.top_speed)
-        )];
-    }
-    if read.top_speed < SLOWEST[place] {
-        return vec![format!(
-            "the top speed comes out as {} {unit}/s, which is implausible; --position-unit and \
-             --time-unit say what the columns are in",
-            rounded(read.top_speed)
-        )];
-    }
-    Vec::new()
+            rounded(read.top_speed),
+            scale.position_unit()
+        )
+    })
 }
 
 /// What is taken for the unit of an effort that nobody has said.
@@ -142,40 +168,40 @@ pub fn effort(scale: &Scale) -> Option<String> {
 
 /// A machine that nobody builds. Whatever the effort is in, it does not change the part that
 /// friction is of the weight.
-pub fn machine(fitted: &Fitted, read: &Read, scale: &Scale) -> Vec<String> {
+pub fn machine(fitted: &Fitted, read: &Read, scale: &Scale) -> Vec<Implausible> {
     let place = usize::from(!scale.is_linear);
-    let unit = scale.position_unit();
-    let mut told = Vec::new();
-    let [shortest, longest] = TRAVELS[place];
-    if !(shortest..=longest).contains(&read.travel) {
-        told.push(format!(
-            "the travel comes out as {} {unit}, which is implausible; --position-unit says what \
-             the position is in",
-            rounded(read.travel)
-        ));
-    }
+    let travel = Implausible::of(read.travel, TRAVELS[place], || {
+        format!(
+            "the travel comes out as {} {}, which is implausible; --position-unit says what the \
+             position is in",
+            rounded(read.travel),
+            scale.position_unit()
+        )
+    });
     let friction = fitted.coulomb();
     let of_weight = friction.value / (GRAVITY * fitted.inertia());
-    let [least, most] = OF_WEIGHT;
     // On air there is no friction, and that is no wrong unit.
-    let is_known = friction.value > 2.0 * friction.sd;
-    if scale.is_linear && is_known && !(least..=most).contains(&of_weight) {
-        told.push(format!(
-            "friction comes out as {} of the weight of what moves, which is implausible; \
-             --position-unit says what the position is in",
-            rounded(of_weight)
-        ));
-    }
-    let [least, most] = INERTIAS[place];
-    if scale.effort.is_some() && !(least..=most).contains(&fitted.inertia()) {
-        told.push(format!(
-            "the inertia comes out as {} {}, which is implausible; --effort-gain and \
-             --position-unit say what the columns are in",
-            rounded(fitted.inertia()),
-            scale.unit_of("inertia")
-        ));
-    }
-    told
+    let is_known = scale.is_linear && friction.value > 2.0 * friction.sd;
+    let friction = is_known.then(|| {
+        Implausible::of(of_weight, OF_WEIGHT, || {
+            format!(
+                "friction comes out as {} of the weight of what moves, which is implausible; \
+                 --position-unit says what the position is in",
+                rounded(of_weight)
+            )
+        })
+    });
+    let inertia = scale.effort.map(|_| {
+        Implausible::of(fitted.inertia(), INERTIAS[place], || {
+            format!(
+                "the inertia comes out as {} {}, which is implausible; --effort-gain and \
+                 --position-unit say what the columns are in",
+                rounded(fitted.inertia()),
+                scale.unit_of("inertia")
+            )
+        })
+    });
+    [travel, friction.flatten(), inertia.flatten()].into_iter().flatten().collect()
 }
 
 /// Refuses an inertia that is not positive.

@@ -2,7 +2,7 @@
 //!
 //! ```text
 //! CSV -> reading -> time_grid -> cut_off -> moments (butterworth, derivative, gate)
-//!     -> least_squares over the columns of a model -> free_run, misfit -> verdict -> output
+//!     -> least_squares over the columns of a model -> free_run, misfit, proposal -> verdict -> output
 //! ```
 //!
 //! The equation of [`model`] holds for a rigid machine in motion. Position and effort pass the same
@@ -17,16 +17,20 @@
 pub mod butterworth;
 pub mod cut_off;
 pub mod derivative;
+pub mod effort_unit;
+pub mod encoding;
 pub mod figures;
 pub mod free_run;
 pub mod gate;
-mod implausible;
+pub mod implausible;
+pub mod into_machine;
 pub mod least_squares;
 pub mod machine_file;
 pub mod misfit;
 pub mod model;
 pub mod moments;
 pub mod output;
+pub mod proposal;
 pub mod reading;
 pub mod regression;
 pub mod time_grid;
@@ -38,13 +42,15 @@ mod tests;
 
 use cut_off::CutOff;
 use free_run::FreeRun;
+use implausible::Implausible;
 use misfit::Misfit;
 use model::{Fitted, Moment, Parameter};
 use moments::Filtered;
+use proposal::Proposal;
 use reading::Log;
 use time_grid::Grid;
 use units::Scale;
-use verdict::Verdict;
+use verdict::{Against, Verdict};
 
 /// How much lower the cut-off is whose coefficients are compared.
 const LOWER: f64 = 1.5;
@@ -85,6 +91,8 @@ pub struct Identified {
     pub free_run: FreeRun,
     /// What the residual still follows.
     pub misfits: Vec<Misfit>,
+    /// Terms that would lower the residual.
+    pub proposals: Vec<Proposal>,
     /// What was thought of it.
     pub verdict: Verdict,
     /// What a person should know before the numbers are used.
@@ -102,6 +110,8 @@ pub struct Read {
     pub rows: u64,
     /// Rows that lack a number.
     pub missing_rows: u64,
+    /// Rows with more cells than the first one.
+    pub long_rows: u64,
     /// Rows that a sample is the mean of.
     pub rows_per_sample: u64,
     /// Time between samples, s.
@@ -134,9 +144,12 @@ pub fn identify(mut log: Log, request: &Request) -> Result<Identified, String> {
     let mut warnings = implausible::reading(&log);
     request.scale.apply(&mut log);
     let count = if log.smallest_change.is_finite() { log.smallest_change } else { 0.0 };
-    let (rows, missing_rows, folded) = (log.rows, log.missing, log.folded);
+    let (rows, missing_rows, long_rows) = (log.rows, log.missing, log.long);
+    let folded = log.folded;
     let grid = Grid::of(&log, log.time_digit)?;
     drop(log);
+    let mut implausible: Vec<Implausible> = implausible::step(&grid).into_iter().collect();
+    warnings.extend(implausible.iter().map(|value| value.words.clone()));
     warnings.extend(implausible::times(&grid));
     implausible::still(&grid)?;
     let highest = cut_off::highest(grid.step_s);
@@ -163,10 +176,13 @@ pub fn identify(mut log: Log, request: &Request) -> Result<Identified, String> {
     }
     implausible::signs(&parameters, &request.scale)?;
     let free_run = free_run::free_run(&fitted, &grid, &filtered, effort_delay_s);
+    let independent = (filtered.independent(moments.len()), filtered.creeping);
+    let proposals = proposal::proposals(&fitted, &moments, independent, request.scale.is_linear);
     let misfits = misfit::misfits(&fitted, &moments, &below(misfit::SMOOTHER));
     let read = Read {
         rows,
         missing_rows,
+        long_rows,
         rows_per_sample: folded,
         sample_time_s: grid.step_s,
         duration_s: grid.step_s * samples(&grid) as f64,
@@ -179,10 +195,14 @@ pub fn identify(mut log: Log, request: &Request) -> Result<Identified, String> {
         top_effort: largest(grid.stretches.iter().flat_map(|one| &one.effort)),
         count,
     };
-    warnings.extend(implausible::scale(&read, &request.scale));
-    warnings.extend(implausible::machine(&fitted, &read, &request.scale));
+    let of_machine = implausible::machine(&fitted, &read, &request.scale);
+    let more = implausible::scale(&read, &request.scale).into_iter().chain(of_machine);
+    let more: Vec<Implausible> = more.collect();
+    warnings.extend(more.iter().map(|value| value.words.clone()));
+    implausible.extend(more);
     warnings.extend(implausible::effort(&request.scale));
-    let verdict = verdict::of(&fitted, &parameters, &free_run, &misfits, &cut_off, &read);
+    let against = Against { implausible: &implausible, misfits: &misfits, proposals: &proposals };
+    let verdict = verdict::of(&fitted, &parameters, &free_run, against, &cut_off, &read);
     Ok(Identified {
         scale: request.scale,
         fitted,
@@ -192,6 +212,7 @@ pub fn identify(mut log: Log, request: &Request) -> Result<Identified, String> {
         effort_delay_s,
         free_run,
         misfits,
+        proposals,
         verdict,
         warnings,
         moments,

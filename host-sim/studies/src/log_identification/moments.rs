@@ -68,12 +68,24 @@ impl Filtered {
         Self { cut_off_hz, creeping, stretches, gate, step_s: h, begins_s }
     }
 
-    /// The rows of the regression, if the effort acts so much later than it stands in the log.
-    pub fn moments(&self, delay_s: f64) -> Vec<Moment> {
+    /// Samples from row to row of the regression.
+    fn stride(&self) -> usize {
         let used: usize = self.gate.used.iter().flatten().filter(|used| **used).count();
         let stride = 1.0 / (self.cut_off_hz * self.step_s * ROWS_A_PERIOD);
-        let stride = (stride as usize).max(used.div_ceil(MOST_ROWS)).max(1);
-        let mut moments = Vec::with_capacity(used / stride + 1);
+        (stride as usize).max(used.div_ceil(MOST_ROWS)).max(1)
+    }
+
+    /// Returns the number of rows, among this many, that are independent: the low-pass leaves two
+    /// for each period of the cut-off.
+    pub fn independent(&self, rows: usize) -> f64 {
+        let periods = self.cut_off_hz * self.step_s * self.stride() as f64;
+        (rows as f64 * (2.0 * periods).min(1.0)).max(2.0)
+    }
+
+    /// Returns the rows of the regression, if the effort acts `delay_s` later than in the log.
+    pub fn moments(&self, delay_s: f64) -> Vec<Moment> {
+        let stride = self.stride();
+        let mut moments = Vec::new();
         for ((smooth, used), begin) in
             self.stretches.iter().zip(&self.gate.used).zip(&self.begins_s)
         {

@@ -9,11 +9,8 @@ use crate::output::table;
 /// Raised when a key changes its meaning or goes away.
 const SCHEMA: u32 = 1;
 
-/// The whole object, indented.
-///
-/// # Errors
-/// If it cannot be written as JSON.
-pub fn json(log: &str, identified: &Identified) -> serde_json::Result<String> {
+/// Makes the object for a script.
+pub fn object(log: &str, identified: &Identified) -> Value {
     let mut parameters = Map::new();
     let mut units = Map::new();
     for (name, parameter) in &identified.parameters {
@@ -27,7 +24,7 @@ pub fn json(log: &str, identified: &Identified) -> serde_json::Result<String> {
         .iter()
         .map(|(name, percent)| ((*name).into(), json!({ "relative_residual_percent": percent })))
         .collect();
-    serde_json::to_string_pretty(&json!({
+    json!({
         "schema": SCHEMA,
         "log": log,
         "model": identified.fitted.model.name(),
@@ -46,11 +43,12 @@ pub fn json(log: &str, identified: &Identified) -> serde_json::Result<String> {
         "models": compared,
         "verdict": identified.verdict,
         "misfits": identified.misfits,
+        "proposals": identified.proposals,
         "warnings": identified.warnings,
         "cut_off_hz": identified.cut_off.hz,
         "effort_delay_s": identified.effort_delay_s,
         "log_read": identified.read,
-    }))
+    })
 }
 
 /// A table of the parameters, and what is to be thought of them.

@@ -3,7 +3,8 @@
 //! At most [`MOST`] samples are kept. Where a log has more, neighbours are averaged in pairs, as
 //! often as it takes: the same average over time, position and effort, so that what is linear
 //! between them stays as it is. A row counts as in a spreadsheet: the header is row 1, blank lines
-//! and comments count, and a break inside quotes does not.
+//! and comments count, and a break inside quotes does not. A file in UTF-16 is decoded
+//! (`encoding.rs`).
 
 use std::fs::File;
 use std::io::{BufRead, BufReader, Read};
@@ -11,6 +12,7 @@ use std::path::Path;
 
 use csv::{ByteRecord, ReaderBuilder};
 
+use super::encoding;
 use crate::error::{Error, suggestion};
 
 /// So many samples are kept: 24 MiB, and an hour at 290 Hz.
@@ -53,6 +55,10 @@ pub struct Log {
     pub missing: u64,
     /// The first row that lacks a number.
     pub first_missing: Option<u64>,
+    /// Rows with more cells than the first row of the file, which were left out.
+    pub long: u64,
+    /// The first of them, and how many cells it has.
+    pub first_long: Option<(u64, usize)>,
     /// The first row whose time is that of the row before.
     pub first_equal: Option<u64>,
     /// What the last digit of a time stands for.
@@ -84,12 +90,13 @@ pub fn read(path: &Path, columns: &Columns) -> Result<Log, Error> {
 /// As [`read`].
 pub fn read_from(name: &str, text: impl Read, columns: &Columns) -> Result<Log, Error> {
     let refuse = |why: String| Error::Input(format!("{name}: {why}"));
+    let failed = |source| Error::File { action: "read", path: name.into(), source };
+    let text = encoding::decoded(text).map_err(failed)?;
     let mut text = BufReader::with_capacity(1 << 16, Lines::new(text));
-    let begin = text.fill_buf().map_err(|source| Error::File {
-        action: "read",
-        path: name.into(),
-        source,
-    })?;
+    let begin = text.fill_buf().map_err(failed)?;
+    if encoding::has_no_mark(begin) {
+        return Err(refuse(encoding::NO_MARK.into()));
+    }
     let has_mark = begin.starts_with(b"\xEF\xBB\xBF");
     let delimiter = delimiter(if has_mark { &begin[3..] } else { begin });
     if has_mark {
@@ -103,7 +110,7 @@ pub fn read_from(name: &str, text: impl Read, columns: &Columns) -> Result<Log, 
         .from_reader(text);
     let mut record = ByteRecord::new();
     let mut places = None;
-    let mut samples = Samples::new(delimiter != b',');
+    let mut samples = Samples::new(delimiter);
     let mut inside = 0;
     while reader.read_byte_record(&mut record).map_err(|error| refuse(error.to_string()))? {
         // The position of the record itself is that of the blank lines and comments before it.
@@ -114,6 +121,7 @@ pub fn read_from(name: &str, text: impl Read, columns: &Columns) -> Result<Log, 
             // A first row of numbers, some of which may be missing, is data.
             let has_names = record.iter().any(|cell| samples.number(cell).is_err());
             let found = places_of(columns, &header, has_names).map_err(refuse)?;
+            samples.width = header.len();
             places = Some(found);
             if !has_names {
                 samples.add(&record, row, found, columns).map_err(refuse)?;
@@ -235,7 +243,11 @@ fn positions(header: &[String], is: impl Fn(&str) -> bool) -> Vec<usize> {
 /// What has been read so far.
 struct Samples {
     log: Log,
-    has_decimal_comma: bool,
+    delimiter: u8,
+    /// Cells of the first row.
+    width: usize,
+    /// Rows of numbers that the commas of decimals may have parted, among the first ones.
+    parted: u64,
     /// Sums of the sample that is being made, and how many rows they are of.
     sums: [f64; 3],
     summed: u64,
@@ -243,17 +255,17 @@ struct Samples {
 }
 
 impl Samples {
-    fn new(has_decimal_comma: bool) -> Self {
+    fn new(delimiter: u8) -> Self {
         let log =
             Log { folded: 1, time_digit: 1.0, smallest_change: f64::INFINITY, ..Log::default() };
-        Self { log, has_decimal_comma, sums: [0.0; 3], summed: 0, former: None }
+        Self { log, delimiter, width: 0, parted: 0, sums: [0.0; 3], summed: 0, former: None }
     }
 
     /// A number; none where it is missing.
     fn number(&self, cell: &[u8]) -> Result<Option<f64>, ()> {
         let text = std::str::from_utf8(cell).map_err(|_| ())?.trim();
         let read = match text.parse::<f64>() {
-            Err(_) if self.has_decimal_comma => text.replace(',', ".").parse(),
+            Err(_) if self.delimiter != b',' => text.replace(',', ".").parse(),
             read => read,
         };
         match read {
@@ -270,6 +282,9 @@ impl Samples {
         places: [usize; 3],
         columns: &Columns,
     ) -> Result<(), String> {
+        if self.is_long(record, row)? {
+            return Ok(());
+        }
         let mut numbers = [None; 3];
         let names = [&columns.time, &columns.position, &columns.effort];
         for ((place, name), number) in places.into_iter().zip(names).zip(&mut numbers) {
@@ -331,8 +346,45 @@ impl Samples {
         Ok(())
     }
 
+    /// Counts a row that has more cells than the first row; empty ones at its end do not count.
+    ///
+    /// # Errors
+    /// If commas separate the columns and the decimals alike.
+    fn is_long(&mut self, record: &ByteRecord, row: u64) -> Result<bool, String> {
+        let cells = record.iter().rposition(|cell| !cell.trim_ascii().is_empty());
+        let cells = cells.map_or(0, |last| last + 1);
+        if self.delimiter == b',' && row_of_decimals(record, self.width) {
+            self.parted += 1;
+            let others = self.log.rows + self.log.missing + self.log.long;
+            if self.parted >= PARTED && 2 * self.parted > others {
+                return Err(format!(
+                    "row {row} has {cells} cells, and the first row {}: a comma separates the \
+                     columns and the decimals alike, so no cell can be known; write decimals with \
+                     a point, or separate the columns with semicolons or tabs",
+                    self.width
+                ));
+            }
+        }
+        if cells <= self.width {
+            return Ok(false);
+        }
+        self.log.long += 1;
+        self.log.first_long.get_or_insert((row, cells));
+        Ok(true)
+    }
+
     fn finish(self) -> Result<Log, String> {
         let log = self.log;
+        if let Some((first, cells)) = log.first_long.filter(|_| 10 * log.long > log.rows) {
+            return Err(format!(
+                "{} of {} rows have more cells than the first row of the file: the first is row \
+                 {first} with {cells}, and that has {}; allowed is a tenth: name each column, or \
+                 drop the rows",
+                log.long,
+                log.rows + log.missing + log.long,
+                self.width
+            ));
+        }
         if log.time.len() < FEWEST {
             return Err(format!(
                 "{} rows have all three numbers; at least {FEWEST} are needed, and some seconds of \
@@ -351,6 +403,23 @@ impl Samples {
         }
         Ok(log)
     }
+}
+
+/// Rows of decimal commas between commas that are enough to know them, if they are most rows.
+const PARTED: u64 = 3;
+
+/// Whether the commas of decimals may have parted a row of numbers: all cells are whole numbers,
+/// and either they are more than the columns and at most two for each, or one begins with a zero
+/// that no whole number has, as in `0,05`.
+fn row_of_decimals(record: &ByteRecord, width: usize) -> bool {
+    let cells: Vec<&str> =
+        record.iter().map(|cell| std::str::from_utf8(cell).unwrap_or_default().trim()).collect();
+    let is_whole = |cell: &&str| !cell.contains('.') && cell.parse::<f64>().is_ok();
+    if !cells.iter().all(is_whole) {
+        return false;
+    }
+    let has_zero = cells.iter().any(|cell| cell.len() > 1 && cell.starts_with('0'));
+    has_zero || (width + 1..=2 * width).contains(&cells.len())
 }
 
 /// Averages pairs of neighbours.

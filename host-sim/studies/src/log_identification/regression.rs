@@ -113,11 +113,16 @@ fn delay(filtered: &Filtered, model: Model, step_s: f64) -> Result<f64, String> 
     Ok(if gained > DELAY_COUNTS { delay_s } else { 0.0 })
 }
 
-/// The fit with the best Stribeck velocity.
-fn stribeck(model: Model, moments: &[Moment], creeping: f64) -> Result<Fitted, String> {
+/// Fits a model with the best Stribeck velocity.
+///
+/// # Errors
+/// As [`fit`].
+pub fn stribeck(model: Model, moments: &[Moment], creeping: f64) -> Result<Fitted, String> {
     let mut speeds: Vec<f64> = moments.iter().map(|at| at.velocity.abs()).collect();
     speeds.sort_by(f64::total_cmp);
-    let fast = speeds[speeds.len() * 95 / 100];
+    let Some(fast) = speeds.get(speeds.len() * 95 / 100).copied() else {
+        return fit(model, moments);
+    };
     let at = |velocity: f64| fit(Model { stribeck: Some(velocity), ..model }, moments);
     let residual = |velocity: f64| at(velocity).map_or(f64::INFINITY, |one| one.fit.residual);
     let slow = speeds[speeds.len() * 2 / 100].max(creeping);

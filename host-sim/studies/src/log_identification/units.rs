@@ -34,21 +34,47 @@ impl PositionUnit {
         }
     }
 
-    /// The unit that a column's name ends with, as in `position_deg`.
+    /// The unit that a column's name ends with, as in `position_deg` or `angle [\u{b0}]`.
     pub fn of_name(column: &str) -> Option<Self> {
-        let name = column.to_ascii_lowercase();
-        let last =
-            name.rsplit(|c: char| !c.is_ascii_alphanumeric()).find(|part| !part.is_empty())?;
-        // A name of one word is no unit.
-        (last.len() < name.len()).then_some(())?;
-        match last {
+        match &*unit_of_name(column)? {
             "m" => Some(Self::M),
             "mm" => Some(Self::Mm),
             "rad" => Some(Self::Rad),
-            "deg" => Some(Self::Deg),
+            "deg" | "\u{b0}" => Some(Self::Deg),
             _ => None,
         }
     }
+}
+
+/// Returns the unit of a time in seconds: `s`, `ms`, `us` or `ns`.
+pub fn seconds(unit: &str) -> Option<f64> {
+    match unit {
+        "s" => Some(1.0),
+        "ms" => Some(1e-3),
+        "us" | "\u{b5}s" | "\u{3bc}s" => Some(1e-6),
+        "ns" => Some(1e-9),
+        _ => None,
+    }
+}
+
+/// What a unit per another one begins with.
+const PER: [&str; 8] = ["1", "m", "mm", "rad", "deg", "\u{b0}", "count", "counts"];
+
+/// Returns the last part of a column's name, which may be its unit: `deg` of `position_deg`, of
+/// `position (deg)` and of `position/deg`, the degree sign of `angle [\u{b0}]`; none if the name is
+/// one word, or if it is a unit per another one.
+pub fn unit_of_name(column: &str) -> Option<String> {
+    let name = column.trim().to_lowercase();
+    let is_part = |c: char| c.is_alphanumeric() || c == '\u{b0}';
+    let last = |of: &str| -> Option<(String, String)> {
+        let end = of.trim_end_matches(|c: char| !is_part(c));
+        let last = end.rsplit(|c: char| !is_part(c)).next().filter(|last| !last.is_empty())?;
+        Some((end[..end.len() - last.len()].to_owned(), last.to_owned()))
+    };
+    let (before, unit) = last(&name).filter(|(before, _)| !before.is_empty())?;
+    let is_per =
+        before.ends_with('/') && last(&before).is_some_and(|(_, per)| PER.contains(&per.as_str()));
+    (!is_per).then_some(unit)
 }
 
 /// How the columns of a log become SI.
@@ -125,6 +151,41 @@ impl Scale {
             "inertia" => format!("{effort} s^2/{position}"),
             name if name.starts_with("viscous") => format!("{effort} s/{position}"),
             _ => effort.into(),
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_unit_of_a_column_is_the_last_part_of_its_name_in_brackets_or_behind_a_line() {
+        for (name, unit) in [
+            ("position_deg", Some(PositionUnit::Deg)),
+            ("Winkel [\u{b0}]", Some(PositionUnit::Deg)),
+            ("angle (deg)", Some(PositionUnit::Deg)),
+            ("q [rad]", Some(PositionUnit::Rad)),
+            ("Weg [mm]", Some(PositionUnit::Mm)),
+            ("x/m", Some(PositionUnit::M)),
+            ("v/(m/s)", None),
+            ("speed [\u{b0}/s]", None),
+            ("deg", None),
+            ("position", None),
+        ] {
+            assert_eq!(PositionUnit::of_name(name), unit, "{name}");
+        }
+        let time = |name: &str| unit_of_name(name).and_then(|unit| seconds(&unit));
+        for (name, unit) in [
+            ("t [ms]", Some(1e-3)),
+            ("time_s", Some(1.0)),
+            ("Zeit (\u{b5}s)", Some(1e-6)),
+            ("stamp_ns", Some(1e-9)),
+            ("time", None),
+            ("ticks", None),
+            ("rate [1/s]", None),
+        ] {
+            assert_eq!(time(name), unit, "{name}");
         }
     }
 }

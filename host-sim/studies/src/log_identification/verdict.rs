@@ -3,13 +3,15 @@
 use super::Read;
 use super::cut_off::CutOff;
 use super::free_run::FreeRun;
+use super::implausible::Implausible;
 use super::misfit::Misfit;
 use super::model::{Fitted, Parameter};
+use super::proposal::Proposal;
 use crate::error::rounded;
 
 /// Relative residuals, % of the effort: up to the first good, above the second poor. Published
 /// identifications of robots and drives have 3 to 15 %.
-const RESIDUAL_PERCENT: [f64; 2] = [10.0, 25.0];
+const RESIDUAL_PERCENT: [f64; 2] = [5.0, 15.0];
 
 /// Parts of the velocity's variance that a free run explains: from the first good, below the second
 /// poor.
@@ -61,16 +63,31 @@ pub struct Verdict {
     pub doubts: Vec<String>,
 }
 
+/// What speaks against a fit.
+#[derive(Clone, Copy, Debug)]
+pub struct Against<'a> {
+    /// Values out of the bounds of what is built.
+    pub implausible: &'a [Implausible],
+    /// What the residual still follows.
+    pub misfits: &'a [Misfit],
+    /// Terms that would lower the residual.
+    pub proposals: &'a [Proposal],
+}
+
 /// Judges.
 pub fn of(
     fitted: &Fitted,
     parameters: &[(&'static str, Parameter)],
     free_run: &FreeRun,
-    misfits: &[Misfit],
+    against: Against<'_>,
     cut_off: &CutOff,
     read: &Read,
 ) -> Verdict {
+    let Against { implausible, misfits, proposals } = against;
     let mut verdict = Verdict { quality: Quality::Good, words: vec![], doubts: vec![] };
+    for value in implausible {
+        verdict.judge([false, !value.is_far], value.words.clone());
+    }
     let residual = fitted.relative_residual_percent();
     verdict.judge(
         [residual <= RESIDUAL_PERCENT[0], residual <= RESIDUAL_PERCENT[1]],
@@ -136,6 +153,9 @@ pub fn of(
         let part = rounded((100.0 * misfit.share).round());
         verdict.judge([false, true], format!("{} ({part} % of the residual)", misfit.words));
     }
+    for proposal in proposals {
+        verdict.judge([false, true], proposal.words());
+    }
     if cut_off.noise > NOISY {
         verdict.judge(
             [false, cut_off.noise < 10.0 * NOISY],
@@ -145,7 +165,7 @@ pub fn of(
             ),
         );
     }
-    if misfits.is_empty() && residual > RESIDUAL_PERCENT[0] {
+    if misfits.is_empty() && proposals.is_empty() && residual > RESIDUAL_PERCENT[0] {
         let words = "the residual follows none of the causes that are looked for; a noisy effort \
                      is not among them, nor a backlash that rattles, nor a drive that limits";
         verdict.words.push(words.into());

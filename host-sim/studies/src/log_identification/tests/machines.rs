@@ -4,7 +4,7 @@ use rayon::prelude::*;
 
 use super::machine::{Machine, Random};
 use crate::log_identification::units::{PositionUnit, Scale};
-use crate::log_identification::verdict::Quality;
+use crate::log_identification::verdict::{self, Against, Quality};
 use crate::log_identification::{Identified, Request, identify};
 
 pub fn request() -> Request {
@@ -46,7 +46,7 @@ fn random_machines_come_back_and_the_error_bars_hold_the_truth() {
     let mut random = Random(14);
     let machines: Vec<Machine> = (0..50).map(|_| Machine::random(&mut random)).collect();
     let (mut held, mut told) = (0, 0);
-    let (mut false_flags, mut poor) = (0, 0);
+    let (mut false_flags, mut poor, mut proposed) = (0, 0, 0);
     let mut worst = [0.0f64; 3];
     for (machine, found) in machines.iter().zip(all_found(&machines)) {
         // What friction is at the top speed: of a part that is small beside the other, an error
@@ -65,8 +65,11 @@ fn random_machines_come_back_and_the_error_bars_hold_the_truth() {
         }
         false_flags += usize::from(!found.misfits.is_empty());
         poor += usize::from(found.verdict.quality == Quality::Poor);
+        proposed += usize::from(!found.proposals.is_empty());
     }
     println!("{held} of {told} held; worst {worst:?}; {false_flags} false flags, {poor} poor");
+    // No term is missing in any of them.
+    assert_eq!(proposed, 0);
     assert!(held * 10 >= told * 9, "{held} of {told} within two standard deviations");
     // A bar that held everything would be too long.
     assert!(held < told, "all {told} within two standard deviations");
@@ -101,12 +104,16 @@ fn machines_that_break_the_model_are_told() {
     }
     let is_told =
         |found: &Identified, cause: &str| found.misfits.iter().any(|misfit| misfit.cause == cause);
+    let is_proposed =
+        |found: &Identified, term: &str| found.proposals.iter().any(|one| one.term == term);
     let uneven = all_found(&uneven);
     let named = uneven.iter().filter(|one| is_told(one, "position_dependent_friction")).count();
     assert!(named >= 14, "friction that varies with the position is named {named} times of 15");
     let heavy = all_found(&heavy);
     let named = heavy.iter().filter(|one| is_told(one, "position_dependent_load")).count();
     assert!(named >= 14, "gravity is named {named} times of 15");
+    let named = heavy.iter().filter(|one| is_proposed(one, "gravity")).count();
+    assert!(named >= 14, "gravity is proposed {named} times of 15");
     let flexible = all_found(&flexible);
     let named = flexible.iter().filter(|one| is_told(one, "flexibility")).count();
     assert!(named >= 12, "a spring between two bodies is named {named} times of 15");
@@ -146,4 +153,38 @@ fn the_terms_for_gravity_and_stribeck_bring_back_what_they_stand_for() {
     assert!((velocity - 0.3).abs() < 0.03, "{velocity}");
     let term = stribeck.fitted.get("stribeck").map_or(f64::NAN, |found| found.value);
     assert!((term - 1.0).abs() < 0.1, "{term}");
+    // Without the terms, each is proposed.
+    let without = Request { is_asymmetric: Some(false), ..request() };
+    let uneven = Machine { coulomb: [2.4, 1.6], viscous: [0.6, 0.4], ..machine };
+    for (machine, term, option) in [
+        (&heavy, "gravity", "--gravity"),
+        (&slow, "stribeck", "--stribeck"),
+        (&Machine { viscous: [0.9, 0.1], ..uneven }, "asymmetric", "--model asymmetric"),
+    ] {
+        let found = found(machine, 1, &without);
+        let first = found.proposals.first().map(|one| (one.term, one.option));
+        assert_eq!(first, Some((term, option)), "{:?}", found.proposals);
+        assert_eq!(found.verdict.quality.max(Quality::Fair), found.verdict.quality);
+    }
+}
+
+/// A fit of a machine of the model, whose residual is set to what it is judged by.
+#[test]
+fn a_residual_of_5_percent_is_good_and_one_above_15_is_poor() {
+    let machine = Machine::random(&mut Random(14));
+    let good = found(&machine, 0, &request());
+    assert_eq!(good.verdict.quality, Quality::Good, "{:?}", good.verdict);
+    for (percent, quality) in [
+        (4.99, Quality::Good),
+        (5.01, Quality::Fair),
+        (14.99, Quality::Fair),
+        (15.01, Quality::Poor),
+    ] {
+        let mut fitted = good.fitted.clone();
+        fitted.fit.residual = fitted.fit.total * (0.01f64 * percent).powi(2);
+        let against = Against { implausible: &[], misfits: &[], proposals: &[] };
+        let Identified { parameters, free_run, cut_off, read, .. } = &good;
+        let judged = verdict::of(&fitted, parameters, free_run, against, cut_off, read);
+        assert_eq!(judged.quality, quality, "{percent} %");
+    }
 }

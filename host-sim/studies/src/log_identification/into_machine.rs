@@ -1,0 +1,298 @@
+//! A machine's file with the joint that was identified from a log in it: `stiction identify LOG.csv
+//! --machine FILE --into NEW`.
+//!
+//! What the log identifies replaces the inertia, the friction, the load and, with `--gravity` or
+//! `--stribeck`, those terms, by the rules of `simulator::device::merged_sheet`. `[identified]` and
+//! `[spread]` are written anew. Everything else stays as it is, comments included. A log of motion
+//! has no static friction in it: `friction.stick_nm` stays unless it is below the slip friction, and
+//! so does `limits.breakaway_v` unless the log shows more. An effort in volts has the back-EMF and
+//! what a dead time takes in it: the first is taken from the viscous friction, and
+//! `motor.dead_time_s` moves to `device.dead_time_s`. Angles of log and file count from one zero.
+
+use std::f64::consts::TAU;
+
+use toml::Value;
+use toml_edit::{DocumentMut, Item, TableLike};
+
+use super::Identified;
+use super::effort_unit::EffortUnit;
+use super::model::{Fitted, Model};
+use crate::data_sheet::{DataSheet, Mapping};
+use crate::device::contradiction::Contradiction;
+use crate::device::found_load::MeasuredLoad;
+use crate::device::merged_sheet::{Measured, MergedSheet, TABLES, kept_words};
+use crate::device::spread::commented;
+use crate::document::Document;
+use crate::draft::spread::{LEAST, around, identified as said, of_inertia, part, rounded, table};
+use crate::error::{Error, rounded as digits};
+
+/// Part of the stick friction by which it may be more, where it was not measured.
+const UNTOLD: f64 = 0.25;
+
+/// Least error bar of a load, as a part of the slip friction.
+const LEAST_LOAD: f64 = 0.02;
+
+/// Factors between the smallest change of the log's position and a count beyond which the log is
+/// not of that encoder.
+const COUNTS: [f64; 2] = [0.6, 1.7];
+
+/// Counts of a disc at most; what changes by less is not counted.
+const MOST_COUNTS: f64 = 4.0 * 65536.0;
+
+/// A machine's file with the joint of a log.
+#[derive(Clone, Debug, PartialEq)]
+pub struct IntoMachine {
+    /// Its text.
+    pub text: String,
+    /// Keys that are as in the file, since the log does not identify them.
+    pub kept: Vec<String>,
+    /// Keys of the file that the log contradicts.
+    pub contradicted: Vec<Contradiction>,
+    /// Sentences on both.
+    pub words: Vec<String>,
+}
+
+/// Machine's file that a log is of.
+#[derive(Clone, Debug)]
+pub struct MachineOfLog {
+    /// The file.
+    pub document: Document,
+    text: String,
+    sheet: DataSheet,
+    mapping: Mapping,
+    /// Unit of the log's effort.
+    pub unit: EffortUnit,
+    /// N m at the joint for a unit of the effort.
+    pub effort_gain: f64,
+}
+
+impl MachineOfLog {
+    /// Opens the file `name`; `column` is the effort's, and `gain` that of `--effort-gain`.
+    ///
+    /// # Errors
+    /// Says what is wrong with the file, or that the unit of the effort is not known.
+    pub fn open(name: &str, column: &str, gain: Option<f64>) -> Result<Self, Error> {
+        let document = Document::open(name)?;
+        let (sheet, mapping) = document.mapping()?.ok_or_else(|| {
+            Error::Input(format!(
+                "--machine {name}: its joint is in degrees and volts, and a log is merged into a \
+                 data sheet; write one with `stiction new`, or leave --machine out"
+            ))
+        })?;
+        let named = EffortUnit::of_name(column);
+        let unit = named.or(gain.map(|gain| EffortUnit::of_gain(gain, &sheet, &mapping)));
+        let unit = unit.ok_or_else(|| {
+            Error::Input(format!(
+                "nothing says what `{column}` is in: say it with --effort-gain, the N m at the \
+                 joint for each unit (by {name}: {} for a volt of the controller's output, {} for \
+                 an ampere in the motor)",
+                digits(EffortUnit::Volt.gain(&sheet, &mapping)),
+                digits(EffortUnit::Ampere.gain(&sheet, &mapping)),
+            ))
+        })?;
+        let effort_gain = gain.unwrap_or_else(|| unit.gain(&sheet, &mapping));
+        let text = Document::text(name)?;
+        Ok(Self { document, text, sheet, mapping, unit, effort_gain })
+    }
+
+    /// Says what the units of a log contradict in the file, a sentence each; `counts_per_turn` is
+    /// that of a position in counts.
+    pub fn against(&self, found: &Identified, counts_per_turn: Option<f64>) -> Vec<String> {
+        let Self { document, sheet, mapping, unit, effort_gain, .. } = self;
+        let file = &document.origin.name;
+        let mut words = Vec::new();
+        if !unit.agrees(*effort_gain, sheet, mapping) {
+            words.push(format!(
+                "--effort-gain is {} N m for 1 {}, and {} of {file} give {}",
+                digits(effort_gain.abs()),
+                unit.symbol(),
+                unit.keys(),
+                digits(unit.gain(sheet, mapping))
+            ));
+        }
+        let Some(count) = mapping.count else { return words };
+        let turn = TAU / count;
+        if let Some(counts) = counts_per_turn {
+            if (counts / turn - 1.0).abs() > 1e-3 {
+                words.push(format!(
+                    "--counts-per-turn is {}, and encoder.lines of {file} gives {} counts in a \
+                     turn of the joint",
+                    digits(counts),
+                    digits(turn)
+                ));
+            }
+            return words;
+        }
+        let of_log = found.read.count;
+        let is_counted = of_log > 0.0 && TAU / of_log <= MOST_COUNTS * sheet.gear.ratio;
+        // The last digit that is written is no count.
+        let digit = (of_log / found.scale.position).log10();
+        let is_digit = (digit - digit.round()).abs() < 1e-6;
+        let is_same = (COUNTS[0]..=COUNTS[1]).contains(&(of_log / count));
+        if is_counted && !is_digit && !is_same {
+            words.push(format!(
+                "the position of the log changes by {} rad at least, and encoder.lines of {file} \
+                 gives counts of {} rad",
+                digits(of_log),
+                digits(count)
+            ));
+        }
+        words
+    }
+
+    /// Merges what was identified from `log` into the file.
+    ///
+    /// # Errors
+    /// Says why there is no file with both.
+    pub fn merge(&self, log: &str, found: &Identified) -> Result<IntoMachine, Error> {
+        let Self { document, sheet, mapping, unit, .. } = self;
+        let file = &document.origin.name;
+        let refuse = |why: String| Error::Input(format!("--machine {file}: {why}"));
+        let measured = measured(found, sheet, *unit).ok_or_else(|| {
+            refuse("the friction comes out negative, and no joint has that".into())
+        })?;
+        let new = MergedSheet::of(document, (sheet, mapping), &measured).map_err(refuse)?;
+        let MergedSheet { tables, mut ranges, kept, mut contradicted } = new;
+        let mut whole: DocumentMut =
+            self.text.parse().map_err(|_| refuse("its text cannot be edited".into()))?;
+        for name in TABLES {
+            let Some(table) = tables.get(name) else { continue };
+            edit(&mut whole, name, document.get(name).and_then(Value::as_table), table);
+        }
+        let dead_time_s = sheet.motor.dead_time_s;
+        if measured.is_in_volts && dead_time_s > 0.0 {
+            put(&mut whole, "device", "dead_time_s", &Value::Float(dead_time_s));
+        }
+        let starts = mapping.volts(breakaway(&measured));
+        let limit = document
+            .get("limits.breakaway_v")
+            .and_then(|value| value.as_float().or(value.as_integer().map(|whole| whole as f64)));
+        if let Some(limit) = limit.filter(|limit| *limit < starts) {
+            put(&mut whole, "limits", "breakaway_v", &Value::Float(rounded(starts)));
+            contradicted.push(Contradiction::new("limits.breakaway_v", limit, [starts, 0.0]));
+        }
+        whole.remove("identified");
+        whole.remove("spread");
+        ranges.retain(|_, [_, high]| *high != 0.0);
+        let verdict = &found.verdict;
+        let mut remark = format!(
+            "The joint is from `stiction identify {log}`: a fit that is {}, with a residual of {} \
+             % of the effort.",
+            verdict.quality.word(),
+            super::output::short(found.fitted.relative_residual_percent())
+        );
+        for one in &contradicted {
+            remark += &format!(" Contradicted: {}.", one.words(file));
+        }
+        let text = commented(&remark)
+            + &whole.to_string()
+            + &said(verdict.quality.word(), &verdict.doubts)
+            + &table(ranges.iter().map(|(key, range)| (key.as_str(), *range)));
+        let written = Document::parse(file, &text)?;
+        written.machine()?;
+        let mut words: Vec<String> = kept_words(&kept, file, &written).into_iter().collect();
+        words.extend(contradicted.iter().map(|one| format!("contradicted: {}", one.words(file))));
+        Ok(IntoMachine { text, kept, contradicted, words })
+    }
+}
+
+/// The largest effort that starts the joint, N m: friction and load.
+fn breakaway(measured: &Measured) -> f64 {
+    let gravity = measured.load.gravity.map_or(0.0, |[[sine, _], [cosine, _]]| sine.hypot(cosine));
+    let friction = if measured.has_stick { measured.stick.0 } else { measured.slip.0 };
+    friction + measured.load.offset[0].abs() + gravity
+}
+
+/// The measured joint; none if its friction is negative.
+fn measured(found: &Identified, sheet: &DataSheet, unit: EffortUnit) -> Option<Measured> {
+    let fitted = &found.fitted;
+    let bar = |name: &str| {
+        let all = || found.parameters.iter();
+        all().find(|(one, _)| *one == name).map_or(0.0, |(_, found)| 2.0 * found.sd)
+    };
+    let [forward, backward] = fitted.levels();
+    let slip = 0.5 * (forward + backward);
+    let [b_forward, b_backward] = fitted.viscous();
+    let viscous = 0.5 * (b_forward + b_backward);
+    let [of_inertia_, of_viscous, of_slip, of_stick] = LEAST;
+    let inertia = fitted.inertia();
+    let widest = |names: &[&str]| names.iter().map(|name| bar(name)).fold(0.0, f64::max);
+    let off_slip = widest(&["coulomb", "coulomb_positive", "coulomb_negative"]);
+    let off_viscous = widest(&["viscous", "viscous_positive", "viscous_negative"]);
+    let off_viscous = off_viscous.max(of_viscous * viscous.abs());
+    let stribeck = fitted.stribeck(0.0).max(0.0);
+    let has_stick = stribeck > 0.0;
+    let mut slips = around(slip, off_slip, of_slip);
+    // The file has what is known of a stick friction that the log does not have.
+    let [one, other] = sheet.stick();
+    let most = if has_stick { slip + stribeck } else { slip.max(0.5 * (one + other)) };
+    let off_stick = off_slip + bar("stribeck");
+    let mut sticks = around(most, off_stick, if has_stick { of_stick } else { UNTOLD });
+    if has_stick {
+        part(&mut slips, &mut sticks, [slip, most]);
+    } else {
+        sticks[0] = slips[1];
+        sticks[1] = sticks[1].max(sticks[0]);
+    }
+    let gravity = || {
+        let get = |name: &str| fitted.get(name).map_or(0.0, |found| found.value);
+        ["gravity_sine", "gravity_cosine"].map(|name| [get(name), bar(name)])
+    };
+    let positions = found.moments.iter().map(|at| at.position);
+    let range = positions
+        .fold([f64::INFINITY, f64::NEG_INFINITY], |[low, high], at| [low.min(at), high.max(at)]);
+    let Model { has_gravity, stribeck: speed, .. } = fitted.model;
+    (slip > 0.0).then(|| Measured {
+        inertia: (inertia, around(inertia, of_inertia(inertia, bar("inertia")), of_inertia_)),
+        viscous: (viscous, [viscous - off_viscous, viscous + off_viscous]),
+        slip: (slip, slips),
+        stick: (most, sticks),
+        has_stick,
+        stribeck: speed.filter(|_| has_stick),
+        load: MeasuredLoad {
+            offset: [offset(fitted), bar("offset")],
+            gravity: has_gravity.then(gravity),
+            looked: has_gravity,
+            range,
+            least: LEAST_LOAD * slip,
+        },
+        is_in_volts: unit == EffortUnit::Volt,
+    })
+}
+
+/// Half of what the levels of both ways differ by.
+fn offset(fitted: &Fitted) -> f64 {
+    let [forward, backward] = fitted.levels();
+    0.5 * (forward - backward)
+}
+
+/// Edits a table of a file: what differs is set, and what is gone is removed.
+fn edit(whole: &mut DocumentMut, name: &str, before: Option<&toml::Table>, after: &toml::Table) {
+    for (key, value) in after {
+        if before.and_then(|before| before.get(key)) != Some(value) {
+            put(whole, name, key, value);
+        }
+    }
+    let gone = before.into_iter().flatten().filter(|(key, _)| !after.contains_key(*key));
+    if let Some(table) = whole.get_mut(name).and_then(Item::as_table_like_mut) {
+        gone.for_each(|(key, _)| drop(table.remove(key)));
+    }
+}
+
+/// Sets a number of a table; the comment of its line stays.
+fn put(whole: &mut DocumentMut, name: &str, key: &str, value: &Value) {
+    let Some(number) = value.as_float().or(value.as_integer().map(|n| n as f64)) else { return };
+    let item = whole.entry(name).or_insert_with(toml_edit::table);
+    let Some(table) = item.as_table_like_mut() else { return };
+    set(table, key, number);
+}
+
+fn set(table: &mut dyn TableLike, key: &str, number: f64) {
+    if let Some(old) = table.get_mut(key).and_then(Item::as_value_mut) {
+        let decor = old.decor().clone();
+        *old = number.into();
+        *old.decor_mut() = decor;
+    } else {
+        table.insert(key, toml_edit::value(number));
+    }
+}

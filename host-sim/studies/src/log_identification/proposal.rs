@@ -1,0 +1,118 @@
+//! Terms that the model leaves out, and that would lower the residual.
+//!
+//! Each term is fitted to the same rows. It pays if all of this holds:
+//!
+//! ```text
+//! n ln(R_0 / R_1) - k ln n > 10      BIC, with the residual's power R before and with k coefficients
+//! r_1 <= 2/3 r_0                     relative residuals r
+//! sqrt(r_0^2 - r_1^2) >= 0.2 %       what the term explains, of the effort
+//! ```
+//!
+//! BIC: G. Schwarz, *Annals of Statistics* 6 (1978), 461; a difference above 10 is very strong (R. E.
+//! Kass and A. E. Raftery, *J. American Statistical Association* 90 (1995), 773). Rows that lie
+//! closer than half a period of the cut-off are not independent: n is the number of such halves.
+//! The second bound is for residuals that are correlated for longer, of which BIC takes chance for
+//! knowledge. The third is the accuracy of the inertia behind the cut-off. A Stribeck term counts
+//! only if the friction falls with the speed by more than two standard deviations.
+//!
+//! Limits: each term is tried alone, on the rows of the fit. With `--stribeck` slower rows are used,
+//! so that the residual of that command is another one.
+
+use super::model::{Fitted, Model, Moment};
+use super::regression;
+use crate::error::rounded;
+
+/// Drop of BIC that a term needs.
+const DROP: f64 = 10.0;
+
+/// Largest part of the residual that a term may leave.
+const LEFT: f64 = 2.0 / 3.0;
+
+/// Least part of the effort that a term has to explain, %.
+const LEAST_PERCENT: f64 = 0.2;
+
+/// Rows among which the Stribeck velocity is searched for.
+const SEARCHED: usize = 8_000;
+
+/// Standard deviations by which friction has to fall.
+const FALLS: f64 = 2.0;
+
+/// A term that the model leaves out, and that would lower the residual.
+#[derive(Clone, Debug, PartialEq, serde::Serialize)]
+pub struct Proposal {
+    /// Short name of the term, for scripts.
+    pub term: &'static str,
+    /// Residual of the model as it is, % of the effort.
+    pub residual_before: f64,
+    /// Residual with the term, %.
+    pub residual_with: f64,
+    /// Option of `stiction identify` that adds the term.
+    pub option: &'static str,
+}
+
+impl Proposal {
+    /// Returns the sentence: gravity would lower the residual from 0.83 % to 0.08 %: add `--gravity`.
+    pub fn words(&self) -> String {
+        let Self { term, residual_before, residual_with, option } = self;
+        let what = match *term {
+            "stribeck" => "a Stribeck term",
+            "asymmetric" => "friction that differs by the direction",
+            term => term,
+        };
+        let [before, with] = [residual_before, residual_with].map(|percent| two_digits(*percent));
+        format!("{what} would lower the residual from {before} % to {with} %: add `{option}`")
+    }
+}
+
+fn two_digits(percent: f64) -> String {
+    rounded(format!("{percent:.1e}").parse().unwrap_or(percent))
+}
+
+/// Finds the terms that would pay, the best one first; `independent` is the number of rows that
+/// are independent of each other. A machine along a line has no gravity that depends on position.
+pub fn proposals(
+    fitted: &Fitted,
+    moments: &[Moment],
+    (independent, creeping): (f64, f64),
+    is_linear: bool,
+) -> Vec<Proposal> {
+    let model = fitted.model;
+    let mut all = Vec::new();
+    let mut consider = |term, option, more: f64, with: Option<Fitted>| {
+        all.extend(with.filter(|with| pays(fitted, with, more, independent)).map(|with| {
+            Proposal {
+                term,
+                residual_before: fitted.relative_residual_percent(),
+                residual_with: with.relative_residual_percent(),
+                option,
+            }
+        }));
+    };
+    let fit = |model: Model| regression::fit(model, moments).ok();
+    if !model.has_gravity && !is_linear {
+        consider("gravity", "--gravity", 2.0, fit(Model { has_gravity: true, ..model }));
+    }
+    if model.stribeck.is_none() {
+        let stride = moments.len().div_ceil(SEARCHED).max(1);
+        let few: Vec<Moment> = moments.iter().step_by(stride).copied().collect();
+        let found = regression::stribeck(model, &few, creeping).ok();
+        let with = found
+            .and_then(|found| fit(found.model))
+            .filter(|with| with.get("stribeck").is_some_and(|term| term.value > FALLS * term.sd));
+        consider("stribeck", "--stribeck", 2.0, with);
+    }
+    if !model.is_asymmetric {
+        let with = fit(Model { is_asymmetric: true, ..model });
+        consider("asymmetric", "--model asymmetric", 1.0, with);
+    }
+    all.sort_by(|a, b| a.residual_with.total_cmp(&b.residual_with));
+    all
+}
+
+/// Whether a fit with `more` coefficients pays.
+fn pays(before: &Fitted, with: &Fitted, more: f64, rows: f64) -> bool {
+    let drop = rows * (before.fit.residual / with.fit.residual).ln() - more * rows.ln();
+    let [one, other] = [before, with].map(Fitted::relative_residual_percent);
+    let explained = (one * one - other * other).max(0.0).sqrt();
+    drop > DROP && other <= LEFT * one && explained >= LEAST_PERCENT
+}
