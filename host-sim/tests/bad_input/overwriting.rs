@@ -121,6 +121,56 @@ fn a_path_that_cannot_be_written_is_refused_before_the_work() {
     refused(&desk, "rows.csv/out.csv", "cannot write");
 }
 
+/// A file in place of a directory.
+#[test]
+fn a_directory_that_cannot_be_made_is_refused_before_the_work() {
+    let desk = Desk::new();
+    let mut cases = vec![
+        vec!["run", "step-response", "--plot"],
+        vec!["benchmark", "joint.toml", "--plot"],
+        vec!["ensemble", "--plant", "rigid", "--cases", "1000000", "--plot"],
+        vec!["tune", "joint.toml", "--controller", "all", "--cases", "1000", "--plot"],
+        vec!["identify", "log.csv", "--time=t", "--position=q_rad", "--effort=tau", "--plot"],
+        vec!["report", "joint.toml", "--out"],
+        vec!["report", "--out"],
+    ];
+    if cfg!(not(feature = "figures")) {
+        cases.clear();
+    }
+    let before = desk.contents();
+    assert_all_refused(cases.iter().map(|case| {
+        let arguments = [&case[..], &["rows.csv"]].concat();
+        (arguments.join(" "), desk.command(&arguments), vec!["cannot write rows.csv"])
+    }));
+    assert!(desk.contents() == before, "a refused command has changed a file");
+}
+
+#[cfg(feature = "figures")]
+#[test]
+fn results_are_written_before_charts_that_cannot_be_drawn() {
+    let desk = Desk::new();
+    for (arguments, file) in [
+        (&["tune", "joint.toml", "--controller", "pd", "--cases", "1", "--out"][..], "gains.toml"),
+        (
+            &["ensemble", "--plant", "rigid", "--controller", "pd", "--cases", "1", "--csv"],
+            "all.csv",
+        ),
+    ] {
+        let run = || answer(desk.command(&[arguments, &[file, "--plot", "figures"]].concat()));
+        assert!(run().unwrap().status.success(), "{arguments:?}");
+        fs::remove_file(desk.path(file)).unwrap();
+        for figure in fs::read_dir(desk.path("figures")).unwrap() {
+            let figure = figure.unwrap().path();
+            fs::remove_file(&figure).unwrap();
+            fs::create_dir(&figure).unwrap();
+        }
+        let failed = run().unwrap();
+        assert_eq!(failed.status.code(), Some(2), "{arguments:?}");
+        assert!(fs::metadata(desk.path(file)).unwrap().len() > 0, "{arguments:?}");
+        fs::remove_dir_all(desk.path("figures")).unwrap();
+    }
+}
+
 /// A user who has protected a file has said enough; the system would let the owner of the directory
 /// replace it.
 #[test]

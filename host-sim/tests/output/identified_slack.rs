@@ -53,7 +53,7 @@ fn the_file_of_a_gear_with_slack_keeps_its_slack_and_its_spread_holds_the_nomina
     }
     // The gravity was measured.
     assert!((value(&of, "load.unbalance_nm") - 0.15).abs() < 0.015, "{found}");
-    assert!((value(&of, "load.hangs_at_rad") + 1.5708).abs() < 0.1, "{found}");
+    assert!((value(&of, "load.hangs_at_rad") + std::f64::consts::FRAC_PI_2).abs() < 0.1, "{found}");
     assert!(of.unseen_slack().unwrap().is_some_and(|slack| slack.backlash_counts > 150.0));
     // The device and the file are one joint.
     assert_eq!(found["contradicted"], Value::Array(vec![]), "{found}");
