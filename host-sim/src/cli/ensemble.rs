@@ -31,9 +31,9 @@ pub struct Arguments {
     action: Option<Action>,
     /// Families of joints: rigid, loaded, gravity, overhauling, lugre, flexible-motor,
     /// flexible-backlash, flexible-load, thesis-axis, arm (these are all); or, by their names only,
-    /// arm-uncoupled, overhauling-gravity, overhauling-lugre, overhauling-flexible, end-stop,
-    /// end-stop-lugre, end-stop-flexible, end-stop-thesis, dwell, drifting, noisy, noisy-told; or a
-    /// machine's own FILE.toml
+    /// gear-backlash, arm-uncoupled, overhauling-gravity, overhauling-lugre, overhauling-flexible,
+    /// end-stop, end-stop-lugre, end-stop-flexible, end-stop-thesis, dwell, drifting, noisy,
+    /// noisy-told; or a machine's own FILE.toml
     #[arg(long, value_name = "FAMILY|FILE", value_delimiter = ',', default_value = "all")]
     plant: Vec<String>,
     /// A machine's own file: a key of its joint that varies, as in
@@ -260,6 +260,8 @@ impl Arguments {
         let rate_hz = self.rate.map(allowed_rate).transpose()?;
         let document = Document::open(file)?;
         warn(&document.doubts()?);
+        let slack = document.unseen_slack()?.map(|slack| format!("{file}: {slack}"));
+        warn(slack.as_slice());
         let written = written_spreads(&document)?;
         let spreads = if self.spread.is_empty() { &*written } else { &*self.spread };
         if spreads.is_empty() && self.cases > 1 {

@@ -14,7 +14,8 @@ use crate::experiment::Document;
 use crate::figure::{figure_directory, write_charts};
 use crate::output::OverwriteGuard;
 use crate::tuning::{
-    self, CASES, CASES_ALLOWED, Goal, Request, Tuned, charts, object, render, rewritten, spreads,
+    self, CASES, CASES_ALLOWED, Goal, Request, Tuned, is_refused, object, render, rewritten,
+    spreads,
 };
 
 #[derive(Debug, clap::Args)]
@@ -53,8 +54,8 @@ pub struct Arguments {
     /// One JSON object instead of a table
     #[arg(long)]
     json: bool,
-    /// Draw what was tried into this directory: settling against tracking (if the file has a
-    /// trajectory), settling against chatter, and rest error against held effort
+    /// Draw what was tried into this directory, a panel for each law: settling against tracking
+    /// (if the file has a trajectory), settling against chatter, and rest error against held effort
     #[arg(long, value_name = "DIR")]
     plot: Option<PathBuf>,
 }
@@ -102,6 +103,8 @@ impl Arguments {
             return Err(Error::Input(format!("{} {why}", self.file)));
         }
         warn(&document.doubts()?);
+        let slack = document.unseen_slack()?.map(|slack| format!("{}: {slack}", self.file));
+        warn(slack.as_slice());
         let text = Document::text(&self.file)?;
         let request = Request {
             file: self.file.clone(),
@@ -115,18 +118,26 @@ impl Arguments {
         let controllers = self.controllers(&request.document)?;
         let tuned = tune_each(&request, &controllers)?;
         // The gains first: a chart that cannot be drawn loses none.
-        out.write(rewritten(&text, &tuned)?.as_bytes())?;
-        wrote(&out)?;
+        let is_refused = is_refused(&tuned);
+        if !is_refused {
+            out.write(rewritten(&text, &tuned)?.as_bytes())?;
+            wrote(&out)?;
+        }
         if let Some(directory) = &plot {
-            let charts = charts(&self.file, &tuned);
+            let charts = request.charts(&tuned)?;
             write_charts(directory, &charts)?;
             drew(charts.len(), directory)?;
         }
         if self.json {
-            return print(&format!("{:#}\n", object(&self.file, &tuned)));
+            print(&format!("{:#}\n", object(&self.file, &tuned)))?;
+        } else {
+            let text = render(&tuned) + &legend(request.judges(), &request.spreads);
+            print_beside(Some(&out), &text)?;
         }
-        let text = render(&tuned) + &legend(request.judges(), &request.spreads);
-        print_beside(Some(&out), &text)
+        if is_refused {
+            return Err(Error::Run("no gains were found, and no file is written".into()));
+        }
+        Ok(())
     }
 
     /// The controllers that were asked for, by their names in the file.
@@ -161,8 +172,8 @@ fn limit(text: &str) -> Result<(String, f64), Error> {
 
 fn legend(cases: u64, spreads: &[String]) -> String {
     let mut text = format!(
-        "All simulated. The figures are of {cases} joints that the gains were not found on, each\n\
-         with and without a sample of delay:\n"
+        "All simulated. The gains are judged at the encoder. The figures are of {cases} joints\n\
+         that the gains were not found on, each with and without a sample of delay:\n"
     );
     for spread in spreads {
         text += &format!("  {spread}\n");

@@ -23,7 +23,8 @@ use crate::ensemble::rules::TUNING_SEEDS;
 use crate::error::Error;
 use crate::experiment::Document;
 use crate::tuning::{
-    CASES, CASES_ALLOWED, Goal, Request, Tuned, charts, limit, object, rewritten, spreads,
+    CASES, CASES_ALLOWED, Goal, Request, Tuned, is_refused, limit, object, reason, rewritten,
+    spreads,
 };
 
 /// Time between two reports of how far it is.
@@ -249,7 +250,10 @@ impl Task {
         let mut said = match (better, tuned.len()) {
             (_, 0) if *is_cancelled => "cancelled: nothing was found".to_owned(),
             (_, 0) => "nothing was tuned".to_owned(),
-            (0, _) => "nothing better was found: the file's gains stay".to_owned(),
+            (0, _) => {
+                let why = reason(tuned).unwrap_or_default();
+                format!("no gains were found, the file's stay: {why}")
+            }
             (1, 1) => "better gains were found".to_owned(),
             (better, of) => format!("better gains were found for {better} of {of} laws"),
         };
@@ -274,7 +278,7 @@ impl Task {
         let name_of =
             |path: &Path| path.file_name().map(|name| name.to_string_lossy().into_owned());
         let new = Path::new(file).with_extension("tuned.toml");
-        let charts = charts(file, tuned);
+        let charts = self.request.charts(tuned)?;
         Ok(json!({
             "ok": true,
             "said": said,
@@ -284,11 +288,13 @@ impl Task {
             "joints": self.request.judges(),
             "spreads": spreads,
             "doubts": self.request.document.doubts()?,
+            "unseen_slack": self.request.document.unseen_slack()?.map(|slack| slack.to_string()),
             "machine": file,
             "joint": self.joint,
             "result": object(file, tuned),
             "file": name_of(&new),
-            "toml": rewritten(&self.text, tuned)?,
+            // What was refused is no file.
+            "toml": if is_refused(tuned) { None } else { Some(rewritten(&self.text, tuned)?) },
             "charts": charts.iter().filter_map(|chart| chart.to_svg()).collect::<Vec<_>>(),
         }))
     }
@@ -319,9 +325,11 @@ mod tests {
             controller: controller.into(),
             gains: vec![],
             better,
+            refusal: (!better).then(|| "none of 41 sets is better".to_owned()),
             before: figures,
             after: figures,
             tried: vec![figures],
+            kept: 0,
             margins: [1.0, 1.0],
             worst: None,
         };
@@ -353,6 +361,7 @@ mod tests {
         assert_eq!((&told["ok"], &told["said"]), (&json!(false), &json!(said)));
         let found = Found { tuned: vec![tuned("pd", false)], failed: vec![], is_cancelled: true };
         let said = task.said(&found);
-        assert!(said.starts_with("cancelled after 1 of 3 laws: nothing better"), "{said}");
+        let why = "no gains were found, the file's stay: pd: none of 41 sets is better";
+        assert_eq!(said, format!("cancelled after 1 of 3 laws: {why}"));
     }
 }

@@ -12,15 +12,23 @@ import { download } from './session';
 
 type Figures = {
   cases: number;
-  successes: number;
-  settling_s: number;
-  tracking_counts: number | null;
-  rest_counts: number;
+  successes_at_encoder: number;
+  successes_at_load: number;
+  settled_at_encoder_s: number;
+  settled_at_load_s: number;
+  tracking_at_encoder_counts: number | null;
+  tracking_at_load_counts: number | null;
+  rest_at_encoder_counts: number;
+  rest_at_load_counts: number;
   chatter_v_per_s: number;
   held_v: number;
 };
+type Side = 'encoder' | 'load';
 type Tuned = {
   better: boolean;
+  outcome: 'tuned' | 'refused';
+  // Why no gains were found, and what would help.
+  reason: string | null;
   gains: Record<string, { from: number; to: number }>;
   before: Figures;
   after: Figures;
@@ -29,8 +37,9 @@ type Tuned = {
   worst: {
     drawn: string[];
     delay_samples: number;
-    settled_s: number | null;
-    rest_counts: number;
+    settled_at_encoder_s: number | null;
+    rest_at_encoder_counts: number;
+    rest_at_load_counts: number;
     fault: string | null;
   } | null;
 };
@@ -179,16 +188,17 @@ export class Tuning {
       return;
     }
     const all: [string, Tuned][] = Object.entries(event.result.controllers);
-    const failing = all.filter(([, tuned]) => succeeds(tuned) === 0);
+    const refused = all.filter(([, tuned]) => isRefused(tuned));
     const grade: Grade =
-      failing.length === all.length
+      refused.length === all.length
         ? 'bad'
-        : event.doubts.length || failing.length
+        : event.doubts.length || refused.length
           ? 'doubtful'
           : 'good';
     const words = [
-      ...(failing.length === all.length ? [] : [event.said]),
-      ...failing.map(([law, tuned]) => `${law}: ${refusal(tuned)}`),
+      ...(refused.length === all.length ? [] : [event.said]),
+      ...refused.map(([law, tuned]) => `${law}: ${refusal(tuned)}`),
+      ...(event.unseen_slack ? [event.unseen_slack] : []),
       ...event.doubts.map((one: string) => `Doubtful: ${one}`),
     ].join('\n');
     this.say(`${MARKS[grade]} ${words}`);
@@ -212,14 +222,13 @@ export class Tuning {
         className: 'hint',
         textContent:
           `All simulated, tuned for ${event.goal} with the joint of ${last(event.machine)}` +
-          `${event.joint === 'found' ? ', which was found' : ''}. The figures are of ` +
+          `${event.joint === 'found' ? ', which was found' : ''}. The gains are judged at the ` +
+          `encoder. The figures are of ` +
           `${event.joints} joints that the gains were not found on, each with and without a ` +
           `sample of delay: ${event.spreads.map(brief).join(', ')}.`,
       }),
       ...all.map(([law, tuned]) => this.law(law, tuned)),
-      ...(all.some(([, tuned]) => isBetter(tuned))
-        ? [element('div', { className: 'tools' }, save)]
-        : []),
+      ...(event.toml !== null ? [element('div', { className: 'tools' }, save)] : []),
       ...(event.charts.length ? [pictures] : []),
     );
     this.enable();
@@ -227,14 +236,10 @@ export class Tuning {
 
   private law(law: string, tuned: Tuned): HTMLElement {
     const { gains, before, after, tried, gain_margins, worst } = tuned;
-    const better = isBetter(tuned);
+    const better = !isRefused(tuned);
     const [least, most] = gain_margins;
     const box = element('section', { className: 'tuned' });
-    const what = better
-      ? 'better gains were found'
-      : succeeds(tuned) === 0
-        ? refusal(tuned)
-        : 'the file’s gains stay';
+    const what = better ? 'better gains were found' : refusal(tuned);
     box.append(element('h3', { textContent: `${law}: ${what}` }));
     if (better)
       box.append(
@@ -244,10 +249,7 @@ export class Tuning {
         ),
       );
     box.append(
-      table(
-        [...HEAD, ...MORE],
-        [['file', ...figures(before)], ...(better ? [['tuned', ...figures(after)]] : [])],
-      ),
+      table([...HEAD, ...MORE], [...rows('file', before), ...(better ? rows('tuned', after) : [])]),
     );
     const words = [`${count(tried, 'set')} of gains ${tried === 1 ? 'was' : 'were'} tried.`];
     if (least < most)
@@ -256,11 +258,13 @@ export class Tuning {
           'joint’s gain.',
       );
     if (worst) {
-      const { settled_s, rest_counts, fault, drawn, delay_samples } = worst;
+      const { settled_at_encoder_s: settled_s, fault, drawn, delay_samples } = worst;
+      const [encoder, load] = [worst.rest_at_encoder_counts, worst.rest_at_load_counts];
       const settles = settled_s === null ? 'never settles' : `settles in ${shown(settled_s)} s`;
+      const sides = encoder === load ? '' : ` at the encoder, ${shown(load)} at the load`;
       const ends = fault ? `, ${fault}` : '';
       words.push(
-        `The worst joint ${settles} and rests ${shown(rest_counts)} counts off${ends}; ` +
+        `The worst joint ${settles} and rests ${shown(encoder)} counts off${sides}${ends}; ` +
           `it has ${[...drawn.map(brief), `delay ${delay_samples}`].join(', ')}.`,
       );
     }
@@ -294,19 +298,27 @@ export class Tuning {
   }
 }
 
-// Gains that fail on every joint are no better than others that do.
-const succeeds = ({ before, after }: Tuned) => Math.max(before.successes, after.successes);
-const isBetter = (tuned: Tuned) => tuned.better && succeeds(tuned) > 0;
-const refusal = ({ after }: Tuned) =>
-  `no gains succeed on any of the ${count(after.cases, 'case')}; the file’s gains stay`;
+const isRefused = ({ outcome }: Tuned) => outcome === 'refused';
+const refusal = ({ reason }: Tuned) => `no gains were found, the file’s stay: ${reason}`;
 
-function figures(of: Figures): string[] {
-  const tracking = of.tracking_counts;
+// Both sides of the gear where they differ.
+function rows(name: string, of: Figures): string[][] {
+  const [encoder, load] = [figures(of, 'encoder'), figures(of, 'load')];
+  return String(encoder) === String(load)
+    ? [[name, ...encoder]]
+    : [
+        [`${name}, at the encoder`, ...encoder],
+        [`${name}, at the load`, ...load],
+      ];
+}
+
+function figures(of: Figures, side: Side): string[] {
+  const tracking = of[`tracking_at_${side}_counts`];
   return [
-    ((100 * of.successes) / Math.max(1, of.cases)).toFixed(1),
-    of.settling_s.toFixed(3),
+    ((100 * of[`successes_at_${side}`]) / Math.max(1, of.cases)).toFixed(1),
+    of[`settled_at_${side}_s`].toFixed(3),
     tracking === null ? '–' : tracking.toFixed(2),
-    of.rest_counts.toFixed(2),
+    of[`rest_at_${side}_counts`].toFixed(2),
     of.chatter_v_per_s.toFixed(2),
     of.held_v.toFixed(3),
   ];

@@ -5,15 +5,22 @@ import assert from 'node:assert/strict';
 
 const DOUBT = 'the friction differs from place to place';
 
+// The encoder's side succeeds on all; the load's side on so many.
 const figures = (successes) => ({
   cases: 48,
-  successes,
-  settling_s: 5,
-  tracking_counts: null,
-  rest_counts: 80,
+  successes_at_encoder: 48,
+  successes_at_load: successes,
+  settled_at_encoder_s: 1,
+  settled_at_load_s: 5,
+  tracking_at_encoder_counts: null,
+  tracking_at_load_counts: null,
+  rest_at_encoder_counts: 1,
+  rest_at_load_counts: 80,
   chatter_v_per_s: 1,
   held_v: 0.1,
 });
+
+const REASON = 'no gains can rest the load within 2 counts';
 
 const tuned = (successes, doubts) => ({
   event: 'tuned',
@@ -27,11 +34,14 @@ const tuned = (successes, doubts) => ({
   doubts,
   charts: [],
   file: 'joint.tuned.toml',
-  toml: '',
+  unseen_slack: null,
+  toml: successes ? '' : null,
   result: {
     controllers: {
       srnf: {
-        better: true,
+        better: successes > 0,
+        outcome: successes ? 'tuned' : 'refused',
+        reason: successes ? null : REASON,
         gains: { kp_v_per_deg: { from: 1, to: 2 } },
         before: figures(0),
         after: figures(successes),
@@ -61,10 +71,11 @@ export const results = ({ text, visit }) => ({
     await other.locator('#steps button', { hasText: 'Tune' }).click();
     const buttons = () => other.locator('#tune-result button').count();
     tell(tuned(0, []));
-    await other.locator('#tune-said', { hasText: 'no gains succeed on any of the 48' }).waitFor();
+    await other.locator('#tune-said', { hasText: REASON }).waitFor();
     assert.match(await text(other, '#tune-said'), /^✕/);
     assert.doesNotMatch(await text(other, '#tuning'), /better gains were found/);
     assert.equal(await buttons(), 0);
+    assert.match(await text(other, '#tune-result'), /file, at the encoder[^]*file, at the load/);
     tell(tuned(40, [DOUBT]));
     await other.locator('#tune-said', { hasText: DOUBT }).waitFor();
     assert.match(await text(other, '#tune-said'), /^⚠ better gains/);

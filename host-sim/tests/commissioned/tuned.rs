@@ -130,7 +130,10 @@ fn tuned_is_no_worse(typical: &str, seed: u64, joints: u64) {
         let count = |holds: &dyn Fn(f64) -> bool| ratios.iter().filter(|one| holds(**one)).count();
         // Of both delays.
         let wins = |of: fn(&Pair) -> &Figures| {
-            pairs.iter().map(|pair| 2 * of(pair).successes / of(pair).cases).sum::<usize>()
+            pairs
+                .iter()
+                .map(|pair| 2 * of(pair).at_encoder.successes / of(pair).cases)
+                .sum::<usize>()
         };
         let [before, after] = [wins(|pair| &pair.before), wins(|pair| &pair.after)];
         let (worse, runs) = (count(&|ratio| ratio > SAME), 2 * pairs.len());
@@ -141,8 +144,8 @@ fn tuned_is_no_worse(typical: &str, seed: u64, joints: u64) {
             pairs.len(),
             count(&|ratio| ratio < 0.995),
             count(&|ratio| (0.995..=SAME).contains(&ratio)),
-            median(&|pair| pair.before.settling_s),
-            median(&|pair| pair.after.settling_s),
+            median(&|pair| pair.before.at_encoder.settling_s),
+            median(&|pair| pair.after.at_encoder.settling_s),
             ratios.iter().copied().fold(0.0, f64::max),
         );
         // One that takes a quarter more effort than its device was told of may be a stall.

@@ -70,6 +70,38 @@ fn a_tuning_finds_what_the_command_finds_and_writes_no_file() {
     std::fs::remove_dir_all(&directory).unwrap();
 }
 
+/// The encoder cannot see the gear's 171 counts of backlash: the page gets the refusal and both
+/// sides, and no file to take.
+#[test]
+fn a_tuning_that_finds_nothing_is_refused_with_the_reason_and_without_a_file() {
+    let directory = tempfile::tempdir().unwrap();
+    let file = directory.path().join("gear.toml");
+    let text = include_str!("../joints_under_test/gear_with_backlash.toml");
+    // Enough for friction and unbalance together, whatever is derived.
+    std::fs::write(&file, format!("{text}\n[limits]\nbreakaway_v = 2.5\n")).unwrap();
+    let machine: &'static str = file.to_str().unwrap().to_owned().leak();
+    run(async {
+        let server = studio_around(machine, "robust", &[]);
+        let mut page = Page::open(&server).await;
+        let mut wanted = tune(&["robust"], "settle");
+        wanted["cases"] = 1.into();
+        page.done(wanted).await;
+        let tuned = page.event("tuned").await;
+        assert_eq!((&tuned["ok"], &tuned["result"]["outcome"]), (&json!(true), &json!("refused")));
+        assert!(tuned["toml"].is_null(), "{tuned}");
+        assert!(tuned["unseen_slack"].as_str().unwrap().contains("171 counts"), "{tuned}");
+        let of = &tuned["result"]["controllers"]["robust"];
+        let reason = of["reason"].as_str().unwrap();
+        assert!(reason.contains("no gains can rest the load within 2 counts"), "{reason}");
+        let said = tuned["said"].as_str().unwrap();
+        assert!(said.starts_with("no gains were found") && said.contains(reason), "{said}");
+        assert_eq!(
+            (&of["before"]["success_at_load"], &of["before"]["success_at_encoder"]),
+            (&json!(0.0), &json!(1.0))
+        );
+    });
+}
+
 #[test]
 fn one_tuning_runs_at_a_time_and_a_cancelled_one_ends_at_once() {
     run(async {

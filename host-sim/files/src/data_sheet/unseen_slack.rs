@@ -19,7 +19,7 @@ use super::tables::Side;
 use crate::error::rounded;
 
 /// Slack of a gear that the encoder cannot measure.
-#[derive(Clone, Copy, Debug, PartialEq, serde::Serialize)]
+#[derive(Clone, Copy, Debug, PartialEq, serde::Serialize, serde::Deserialize)]
 pub struct UnseenSlack {
     /// Backlash at the joint, deg.
     pub backlash_deg: f64,

@@ -119,9 +119,9 @@ pub fn laws(scores: &[Score], request: &Request, tuned: &[Tuned]) -> Result<Vec<
             settled: score.settling_time_s.map_or_else(|| "never".into(), |s| format!("{s:.2}")),
             tracking: shown(score.tracking_rms_deg, 3),
             chatter: shown(score.chatter_v_per_s, 2),
-            success: format!("{} of {}", figures.successes, figures.cases),
-            around_settled: shown(Some(figures.settling_s), 2),
-            around_rest: shown(Some(figures.rest_counts), 1),
+            success: format!("{} of {}", figures.at_load.successes, figures.cases),
+            around_settled: shown(Some(figures.at_load.settling_s), 2),
+            around_rest: shown(Some(figures.at_load.rest_counts), 1),
             margins: if low < high {
                 format!("{} to {}", rounded(low), rounded(high))
             } else {

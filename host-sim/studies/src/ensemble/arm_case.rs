@@ -4,9 +4,9 @@
 
 use super::arm_rig::ArmRig;
 use super::assemble::{self, Tracked};
-use super::case::{Motion, Row, near_counts};
+use super::case::{Motion, Row, goal, near_counts};
 use super::draw::Case;
-use super::measures::{Sample, StepJudge, TrackingJudge};
+use super::measures::{Sample, SideMeasures, StepJudge, TrackingJudge};
 use super::rules::Tuned;
 use crate::error::Error;
 
@@ -47,7 +47,8 @@ fn step(
 ) -> Result<(), Error> {
     let h = case.told.sample_time;
     let samples = (case.family.duration_s() / h).round() as u32;
-    let mut judges = [0, 1].map(|_| StepJudge::new(samples, near_counts(case)));
+    let mut judges =
+        [0, 1].map(|_| StepJudge::new(samples, near_counts(case), h).by(&goal(case), 1.0));
     let mut rig = ArmRig::armed(case, tuned)?;
     let second = case.arm.as_ref().map_or(0.0, |arm| arm.step);
     // A step is refused after a fault only, which the first tick tells.
@@ -61,11 +62,17 @@ fn step(
         judges.iter_mut().zip(&last).for_each(|(judge, sample)| judge.see(sample));
         show(f64::from(k) * h, &shown(last));
     }
-    let [a, b] = [0, 1].map(|i: usize| judges[i].measures(h, &last[i]));
+    let [a, b] = [0, 1].map(|i: usize| judges[i].measures(&last[i]));
     let both = |a: Option<f64>, b: Option<f64>| a.zip(b).map(|(a, b)| a.max(b));
     row.step_fault = rig.fault().map(|fault| fault.describe().to_owned());
-    row.settled_s = both(a.settled_s, b.settled_s);
-    row.rest_counts = a.rest_counts.max(b.rest_counts);
+    let worse = |a: SideMeasures, b: SideMeasures| SideMeasures {
+        settled_s: both(a.settled_s, b.settled_s),
+        rest_counts: a.rest_counts.max(b.rest_counts),
+        is_success: a.is_success && b.is_success,
+    };
+    let sides = [worse(a.at_encoder, b.at_encoder), worse(a.at_load, b.at_load)];
+    row.judge(sides, case.family.settles_within_s());
+    (row.settled_s, row.rest_counts) = (row.settled_at_encoder_s, row.rest_at_encoder_counts);
     let hunting = if a.reversals >= b.reversals { &a } else { &b };
     row.reversals = hunting.reversals;
     row.swing_counts = hunting.swing_counts;
@@ -98,7 +105,10 @@ fn trajectory(
     }
     let [a, b] = [0, 1].map(|i: usize| judges[i].measures(h));
     row.tracking_fault = rig.fault().map(|fault| fault.describe().to_owned());
-    row.tracking_rms = a.rms_counts.zip(b.rms_counts).map(|(a, b)| a.max(b) * case.count());
+    let worse = |a: Option<f64>, b: Option<f64>| a.zip(b).map(|(a, b)| a.max(b) * case.count());
+    row.tracking_rms = worse(a.rms_counts, b.rms_counts);
+    row.tracking_at_encoder_rms = row.tracking_rms;
+    row.tracking_at_load_rms = worse(a.load_rms_counts, b.load_rms_counts);
     row.sticks_in_motion = a.sticks.max(b.sticks);
     row.variation_motion_per_s = a.variation_per_s.max(b.variation_per_s);
     Ok(())

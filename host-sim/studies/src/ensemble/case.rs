@@ -5,11 +5,14 @@ use serde::{Deserialize, Serialize};
 use super::arm_case;
 use super::assemble;
 use super::draw::Case;
-use super::measures::{Sample, StepJudge, StepMeasures, TrackingJudge, TrackingMeasures};
+use super::measures::{
+    Sample, SideMeasures, StepJudge, StepMeasures, TrackingJudge, TrackingMeasures,
+};
 use super::moves::{self, Wear};
 use super::rig::Rig;
 use super::rules::Tuned;
 use crate::error::Error;
+use crate::goal::PositionGoal;
 
 /// What a law comes to on a joint; a line of `--csv`. An empty value is one that is not there.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
@@ -76,14 +79,48 @@ pub struct Row {
     /// What the law published of itself at the end of the step, `name=value` with a space between;
     /// empty for an arm and for a machine's own file.
     pub law_signals: String,
+    /// Time after which the encoder's side stays within the tolerance, s.
+    pub settled_at_encoder_s: Option<f64>,
+    /// The same of the load, s.
+    pub settled_at_load_s: Option<f64>,
+    /// Largest error of the encoder's side in the last half of the step, counts.
+    pub rest_at_encoder_counts: f64,
+    /// The same of the load, counts.
+    pub rest_at_load_counts: f64,
+    /// Whether the step met the goal at the encoder without a fault. Before a wall the law may give
+    /// up in time instead.
+    pub success_at_encoder: bool,
+    /// The same at the load.
+    pub success_at_load: bool,
+    /// Root mean square of the encoder side's error in tracking, in the family's unit.
+    pub tracking_at_encoder_rms: Option<f64>,
+    /// The same of the load.
+    pub tracking_at_load_rms: Option<f64>,
+    /// Move of the row that a fault ended, from 1.
+    pub fault_in_move: Option<u32>,
 }
+
+/// Differences of times below this are rounding, s.
+const SAME_TIME_S: f64 = 1e-9;
 
 impl Row {
     /// Says whether the joint settled in time, stayed until the end, and no monitor tripped in the
     /// step. Before a wall it is as good that the law gives up in time.
     pub fn is_success(&self, within_s: f64) -> bool {
-        let ends = [self.settled_s, self.gave_up_s];
-        self.step_fault.is_none() && ends.into_iter().flatten().any(|end_s| end_s <= within_s)
+        let mut ends = [self.settled_s, self.gave_up_s].into_iter().flatten();
+        self.step_fault.is_none() && ends.any(|end_s| end_s <= within_s + SAME_TIME_S)
+    }
+
+    /// Sets the verdict at both sides of the gear. The fault of the step is set before.
+    pub(super) fn judge(&mut self, [at_encoder, at_load]: [SideMeasures; 2], within_s: f64) {
+        let has_given_up = self.gave_up_s.is_some_and(|end_s| end_s <= within_s + SAME_TIME_S);
+        let succeeds =
+            |side: SideMeasures| self.step_fault.is_none() && (side.is_success || has_given_up);
+        (self.success_at_encoder, self.success_at_load) = (succeeds(at_encoder), succeeds(at_load));
+        self.settled_at_encoder_s = at_encoder.settled_s;
+        self.settled_at_load_s = at_load.settled_s;
+        self.rest_at_encoder_counts = at_encoder.rest_counts;
+        self.rest_at_load_counts = at_load.rest_counts;
     }
 
     /// Returns the faults of the case. Nothing is wrong with a joint of an ensemble.
@@ -142,15 +179,16 @@ pub fn run_and_show(
     let moves = if has_wall { 0 } else { u32::try_from(moves).unwrap_or(u32::MAX) };
     let wear = if moves > 0 { moves::run(case, tuned, seed, moves)? } else { Wear::default() };
     let count = case.count();
-    Ok(Row {
+    let [at_encoder, at_load] = [step.at_encoder, step.at_load];
+    let mut row = Row {
         family: case.family.name().into(),
         law: law.into(),
         case: case.number,
         count,
         jump_counts: case.jump_counts,
-        settled_s: step.settled_s,
-        rest_counts: step.rest_counts,
-        load_rest_counts: case.family.has_unseen_load().then_some(step.load_rest_counts),
+        settled_s: at_encoder.settled_s,
+        rest_counts: at_encoder.rest_counts,
+        load_rest_counts: case.family.has_unseen_load().then_some(at_load.rest_counts),
         reversals: step.reversals,
         swing_counts: step.swing_counts,
         period_s: step.period_s,
@@ -173,7 +211,19 @@ pub fn run_and_show(
         gave_up_s: end.map(|(time_s, _)| time_s),
         effort_after: end.map(|(_, effort)| effort),
         law_signals,
-    })
+        tracking_at_encoder_rms: tracking.rms_counts.map(|rms| rms * count),
+        tracking_at_load_rms: tracking.load_rms_counts.map(|rms| rms * count),
+        fault_in_move: wear.fault_in,
+        ..Row::default()
+    };
+    row.judge([at_encoder, at_load], case.family.settles_within_s());
+    Ok(row)
+}
+
+/// Returns the goal of a family: two counts, its time, and to stay until the end.
+pub(super) fn goal(case: &Case) -> PositionGoal {
+    let settle_s = Some(case.family.settles_within_s());
+    PositionGoal { settle_s, ..PositionGoal::default() }
 }
 
 type Judged<M> = Result<(M, Option<String>), Error>;
@@ -195,7 +245,7 @@ fn stepped(
 ) -> Result<Stepped, Error> {
     let h = case.told.sample_time;
     let samples = (case.family.duration_s() / h).round() as u32;
-    let mut judge = StepJudge::new(samples, near_counts(case));
+    let mut judge = StepJudge::new(samples, near_counts(case), h).by(&goal(case), 1.0);
     let mut end: Option<(f64, f64)> = None;
     let mut rig = Rig::armed(case, tuned)?;
     // A step is refused after a fault only, which the first tick tells.
@@ -218,7 +268,7 @@ fn stepped(
     }
     let fault = rig.fault().map(|fault| fault.describe().to_owned());
     let law_signals = rig.published(&tuned.laws);
-    Ok(Stepped { measures: judge.measures(h, &last), fault, end, law_signals })
+    Ok(Stepped { measures: judge.measures(&last), fault, end, law_signals })
 }
 
 /// The error within which a joint is nearly there, counts.

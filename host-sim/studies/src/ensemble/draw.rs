@@ -31,6 +31,9 @@ pub(super) const HARD_BREAKAWAY: [f64; 2] = [2.0, 24.0];
 /// The largest load that drives a joint, in multiples of its stick friction.
 const OVERHAULING: [f64; 2] = [0.5, 3.0];
 
+/// Backlash of a real gear at the joint, deg.
+pub(super) const GEAR_BACKLASH_DEG: [f64; 2] = [0.1, 1.0];
+
 /// How far before its target a joint meets the wall, counts.
 const WALL: f64 = 5.0;
 
@@ -175,11 +178,19 @@ fn in_si(draws: &mut Draws, family: Family, number: u64, kind: Kind) -> Case {
         }
         Family::FlexibleMotor
         | Family::FlexibleBacklash
+        | Family::GearBacklash
         | Family::FlexibleLoad
         | Family::OverhaulingFlexible
         | Family::EndStopFlexible => {
-            let widest = if family == Family::FlexibleBacklash { 20.0 } else { 4.0 };
-            let (train, jump) = flexible(draws, inertia, &curve, widest * count);
+            let backlash = |draws: &mut Draws| match family {
+                Family::GearBacklash => {
+                    let [least, most] = GEAR_BACKLASH_DEG.map(f64::to_radians);
+                    draws.log_uniform(least, most)
+                }
+                Family::FlexibleBacklash => draws.uniform(0.0, 20.0 * count),
+                _ => draws.uniform(0.0, 4.0 * count),
+            };
+            let (train, jump) = flexible(draws, inertia, &curve, backlash);
             jump_counts = (side == Side::Load).then_some(jump / count);
             if family.is_overhauling() {
                 load.constant = draws.sign() * overhauling(draws) * curve.stick;
@@ -260,14 +271,19 @@ pub(super) fn wall(step: f64, count: f64) -> Stops {
 }
 
 /// Two inertias and a shaft, and how far the load slides when it breaks away.
-fn flexible(draws: &mut Draws, inertia: f64, curve: &Stribeck, widest: f64) -> (Train, f64) {
+fn flexible(
+    draws: &mut Draws,
+    inertia: f64,
+    curve: &Stribeck,
+    backlash: impl Fn(&mut Draws) -> f64,
+) -> (Train, f64) {
     let of_motor = draws.uniform(0.2, 0.8);
     let [motor_inertia, load_inertia] = [of_motor * inertia, (1.0 - of_motor) * inertia];
     // The load's resonance with the motor locked.
     let stiffness = load_inertia * (TAU * draws.log_uniform(5.0, 50.0)).powi(2);
     let ratio = draws.uniform(0.01, 0.05);
     let damping = 2.0 * ratio * (stiffness * motor_inertia * load_inertia / inertia).sqrt();
-    let backlash = draws.uniform(0.0, widest);
+    let backlash = backlash(draws);
     let of_friction = draws.uniform(0.3, 0.9);
     let share = |share: f64| Stribeck {
         coulomb: share * curve.coulomb,

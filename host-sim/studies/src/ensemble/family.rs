@@ -20,6 +20,8 @@ pub enum Family {
     FlexibleMotor,
     /// The same with up to 20 counts of backlash.
     FlexibleBacklash,
+    /// The same with the backlash of a real gear, 0.1 to 1 deg at the joint.
+    GearBacklash,
     /// The same with little backlash; the encoder sits on the load.
     FlexibleLoad,
     /// The thesis's axis and its neighbours, at 20 ms.
@@ -68,7 +70,8 @@ impl Family {
     ];
 
     /// Those that are run where they are named only: they ask one question each.
-    pub const SPECIAL: [Self; 12] = [
+    pub const SPECIAL: [Self; 13] = [
+        Self::GearBacklash,
         Self::ArmUncoupled,
         Self::OverhaulingGravity,
         Self::OverhaulingLuGre,
@@ -98,6 +101,7 @@ impl Family {
             Self::LuGre => "lugre",
             Self::FlexibleMotor => "flexible-motor",
             Self::FlexibleBacklash => "flexible-backlash",
+            Self::GearBacklash => "gear-backlash",
             Self::FlexibleLoad => "flexible-load",
             Self::ThesisAxis => "thesis-axis",
             Self::Arm => "arm",
@@ -140,6 +144,7 @@ impl Family {
             Self::Dwell => 18,
             Self::Drifting => 19,
             Self::Noisy | Self::NoisyTold => 20,
+            Self::GearBacklash => 21,
         }
     }
 
@@ -226,6 +231,7 @@ impl Family {
             self,
             Self::FlexibleMotor
                 | Self::FlexibleBacklash
+                | Self::GearBacklash
                 | Self::OverhaulingFlexible
                 | Self::EndStopFlexible
         )

@@ -6,41 +6,66 @@ use super::draw::Case;
 use super::measures::{BAND_COUNTS, Sample};
 use super::rows::{Group, Header};
 use super::rules::Rule;
-use super::summary::Summary;
+use super::summary::{SideSummary, Summary};
 use crate::error::Error;
 use crate::figure::chart::{Chart, Cloud, LogAxis, Share, Shown};
+use crate::figure::compared::judged_from_s;
 use crate::figure::{Figure, Line, NamedFigure, Panel, Style};
 
 /// Returns the charts of all rows.
 pub fn charts(header: &Header, families: &[(Group, Vec<Summary>)], rows: &[Row]) -> Vec<Chart> {
-    let share = |summary: &Summary| Share {
+    let of_side = |summary: &Summary, side: &SideSummary| Share {
         name: summary.law.clone(),
-        share: summary.success as f64 / summary.cases.max(1) as f64,
-        interval: summary.success_ci,
+        share: side.success as f64 / summary.cases.max(1) as f64,
+        interval: side.success_ci,
     };
-    let groups = families.iter().filter(|(_, laws)| !laws.is_empty()).map(|(group, laws)| {
-        let within = format!("{}: within {} s", group.name, group.settles_within_s);
-        (within, laws.iter().map(share).collect())
+    let judged = families.iter().filter(|(_, laws)| !laws.is_empty());
+    let groups = judged.flat_map(|(group, laws)| {
+        let at_encoder = laws.iter().map(|law| of_side(law, &law.at_encoder)).collect();
+        let at_load = laws.iter().map(|law| of_side(law, &law.at_load)).collect();
+        let Group { name, goal, .. } = group;
+        let goal = goal.describe();
+        if is_two_sided(laws) {
+            let title = |side: &str| format!("{name}, at the {side}: {goal}");
+            vec![(title("encoder"), at_encoder), (title("load"), at_load)]
+        } else {
+            vec![(format!("{name}: {goal}"), at_encoder)]
+        }
     });
     let success = Chart {
         stem: "success".into(),
-        title: "Joints that rest within 2 counts in time and stay there".into(),
+        title: "Joints that come to rest at their target in time and stay there".into(),
         subtitle: "simulated; share of the joints and its 95 % interval (Wilson)".into(),
         shown: Shown::Shares(groups.collect()),
     };
-    let clouds = header.families.iter().map(|group| cloud(header, group, rows));
+    let judged = families.iter().filter(|(_, laws)| !laws.is_empty());
+    let clouds = judged.map(|(group, laws)| cloud(header, group, rows, is_two_sided(laws)));
     std::iter::once(success).chain(clouds).collect()
 }
 
-fn cloud(header: &Header, group: &Group, rows: &[Row]) -> Chart {
-    let of = |law: &String| Cloud {
-        name: law.clone(),
-        points: rows
-            .iter()
-            .filter(|row| row.family == group.name && row.law == *law)
-            .map(|row| [row.settled_s.unwrap_or(f64::INFINITY), row.rest_counts])
-            .collect(),
+fn is_two_sided(laws: &[Summary]) -> bool {
+    laws.iter().any(Summary::is_two_sided)
+}
+
+fn cloud(header: &Header, group: &Group, rows: &[Row], is_two_sided: bool) -> Chart {
+    let of_group: Vec<&Row> = rows.iter().filter(|row| row.family == group.name).collect();
+    let of = |law: &String, side: &str, point: fn(&Row) -> (Option<f64>, f64)| {
+        let of_law = of_group.iter().filter(|row| row.law == *law).map(|row| point(row));
+        let points =
+            of_law.map(|(settled_s, rest)| [settled_s.unwrap_or(f64::INFINITY), rest]).collect();
+        Cloud { name: format!("{law}{side}"), points }
     };
+    let at_encoder = |row: &Row| (row.settled_at_encoder_s, row.rest_at_encoder_counts);
+    let at_load = |row: &Row| (row.settled_at_load_s, row.rest_at_load_counts);
+    let clouds = header.laws.iter().flat_map(|law| {
+        if is_two_sided {
+            vec![of(law, ", at the encoder", at_encoder), of(law, ", at the load", at_load)]
+        } else {
+            vec![of(law, "", at_encoder)]
+        }
+    });
+    // Counts of a family differ, but its goal is in counts.
+    let count_deg = of_group.first().map_or(1.0, |row| row.count);
     let settling = LogAxis {
         label: "settling (s)".into(),
         decades: [-2, 2],
@@ -50,7 +75,7 @@ fn cloud(header: &Header, group: &Group, rows: &[Row]) -> Chart {
     let rest = LogAxis {
         label: "rest error (counts)".into(),
         decades: [-2, 4],
-        bound: BAND_COUNTS,
+        bound: group.goal.tolerance_counts(count_deg),
         beyond: String::new(),
     };
     Chart {
@@ -58,10 +83,7 @@ fn cloud(header: &Header, group: &Group, rows: &[Row]) -> Chart {
         title: format!("Settling against rest error: {}", group.name),
         subtitle: "simulated; a point is a joint, and a success lies below and left of the lines"
             .into(),
-        shown: Shown::Clouds {
-            axes: [settling, rest],
-            clouds: header.laws.iter().map(of).collect(),
-        },
+        shown: Shown::Clouds { axes: [settling, rest], clouds: clouds.collect() },
     }
 }
 
@@ -97,12 +119,16 @@ fn figure(
         samples.iter().map(|(time_s, sample)| (*time_s, of(sample))).collect()
     };
     // What is left after a step's first second decides the range.
-    let settled = samples.iter().filter(|(time_s, _)| !is_step || *time_s >= 1.0);
+    let from_s = judged_from_s(samples.last().map_or(0.0, |(time_s, _)| *time_s));
+    let settled = samples.iter().filter(|(time_s, _)| !is_step || *time_s >= from_s);
     let far = |error: f64| error.abs().min(1e4);
-    let half = 1.25 * settled.map(|(_, s)| far(s.error)).fold(2.0 * BAND_COUNTS, f64::max);
+    // Each curve that is drawn, so that none is beyond the panel for good.
+    let has_other = joint.family.has_unseen_load() || joint.family.is_arm();
+    let farther = |s: &Sample| far(s.error).max(if has_other { far(s.load_error) } else { 0.0 });
+    let half = 1.25 * settled.map(|(_, s)| farther(s)).fold(2.0 * BAND_COUNTS, f64::max);
     let mut errors = vec![Line::new("at the encoder", Style::Primary, points(|s| s.error))];
     if joint.family.has_unseen_load() {
-        errors.push(Line::new("of the load", Style::Second, points(|s| s.load_error)));
+        errors.push(Line::new("at the load", Style::Second, points(|s| s.load_error)));
     }
     if joint.family.is_arm() {
         errors.push(Line::new("of the second joint", Style::Second, points(|s| s.load_error)));

@@ -7,14 +7,16 @@ use serde_json::{Map, Value, json};
 
 use super::rows::{Group, Header};
 use super::statistics::Sorted;
-use super::summary::{MovesSummary, Summary};
+use super::summary::{MovesSummary, SideSummary, Summary};
+use super::trips::{Ended, Trip};
 
 /// Makes the object.
 pub fn object(header: &Header, families: &[(Group, Vec<Summary>)]) -> Value {
     let of_family = |(group, summaries): &(Group, Vec<Summary>)| {
         let mut laws = Map::new();
         laws.insert("unit".into(), json!(group.unit));
-        laws.extend(summaries.iter().map(|summary| (summary.law.clone(), law(summary))));
+        let of_law = |summary: &Summary| (summary.law.clone(), law(summary, header.seed));
+        laws.extend(summaries.iter().map(of_law));
         (group.name.clone(), Value::Object(laws))
     };
     let of_groups = |of: fn(&Group) -> Value| -> Map<String, Value> {
@@ -29,6 +31,8 @@ pub fn object(header: &Header, families: &[(Group, Vec<Summary>)]) -> Value {
         "moves": header.moves,
         "effort_units": of_groups(|group| json!(group.effort_unit)),
         "settles_within_s": of_groups(|group| json!(group.settles_within_s)),
+        "goals": of_groups(|group| json!(group.goal)),
+        "unseen_slack": of_groups(|group| json!(group.unseen_slack)),
         "families": families.iter().map(of_family).collect::<Map<_, _>>(),
     })
 }
@@ -38,7 +42,7 @@ fn share(successes: usize, cases: usize) -> Option<f64> {
     (cases > 0).then(|| successes as f64 / cases as f64)
 }
 
-fn law(summary: &Summary) -> Value {
+fn law(summary: &Summary, seed: u64) -> Value {
     let quantiles = |sorted: &Sorted, shares: &[(&str, f64)]| {
         let of =
             |(name, share): &(&str, f64)| ((*name).to_owned(), number(sorted.quantile(*share)));
@@ -67,6 +71,16 @@ fn law(summary: &Summary) -> Value {
         "worst": summary.worst,
     });
     let Some(object) = value.as_object_mut() else { return value };
+    for (name, side) in [("encoder", &summary.at_encoder), ("load", &summary.at_load)] {
+        let SideSummary { success, success_ci, settled_s, rest_counts } = side;
+        object.insert(format!("success_at_{name}"), json!(share(*success, summary.cases)));
+        object.insert(format!("success_at_{name}_ci"), json!(success_ci));
+        object.insert(format!("successes_at_{name}"), json!(success));
+        object.insert(format!("settled_at_{name}_s"), quantiles(settled_s, &settling));
+        object.insert(format!("rest_at_{name}_counts"), quantiles(rest_counts, &usual));
+    }
+    let trips: Vec<Value> = summary.trips.iter().map(|one| trip(one, seed)).collect();
+    object.insert("trips".into(), trips.into());
     if summary.load_rest_counts.max().is_some() {
         object.insert("load_rest_counts".into(), quantiles(&summary.load_rest_counts, &usual));
     }
@@ -104,6 +118,21 @@ fn law(summary: &Summary) -> Value {
         object.insert("moves".into(), row);
     }
     value
+}
+
+fn trip(Trip { case, ended, fault, code }: &Trip, seed: u64) -> Value {
+    let number = match ended {
+        Ended::Move(number) => Some(number),
+        Ended::Step | Ended::Trajectory => None,
+    };
+    json!({
+        "case": case,
+        "seed": seed,
+        "motion": ended.name(),
+        "move": number,
+        "fault": fault,
+        "code": code,
+    })
 }
 
 fn number(value: Option<f64>) -> Value {

@@ -3,8 +3,8 @@
 //! Each key is drawn from a uniform distribution, `KEY=LOW..HIGH`. Only the joint varies: the
 //! gains, and the limits of the monitors, are those that the file as it stands gives. The servo
 //! runs as `stiction run --target servo` does, so the move begins when it is armed, and settling
-//! has the soft start in it. The first step and the first trajectory of the file are judged.
-//! Positions are in degrees, efforts in volts.
+//! has the soft start in it. The first step and the first trajectory of the file are judged, by the
+//! file's `[goal]`, at the encoder and at the load. Positions are in degrees, efforts in volts.
 
 use std::path::Path;
 use std::sync::{Mutex, PoisonError};
@@ -19,11 +19,16 @@ use crate::closed_loop::Moment;
 use crate::document::refused_spread;
 use crate::error::Error;
 use crate::experiment::{Document, Experiment, RunPlan, Task, parameters};
+use crate::goal::PositionGoal;
+use crate::joint::Side;
 use crate::solver::AxisSolver;
 use crate::target::WatchedServo;
 
 /// So long a step is watched, s.
 const DURATION_S: f64 = 30.0;
+
+/// Time to settle of a file whose `[goal]` has none, s.
+const SETTLES_WITHIN_S: f64 = 5.0;
 
 /// A key of the file with the range from which it is drawn.
 #[derive(Clone, Debug, PartialEq)]
@@ -125,6 +130,10 @@ impl MachineEnsemble {
             let why = "is a friction experiment, which positions nothing";
             return Err(Error::Input(format!("--plant {file}: {why}")));
         }
+        let goal = document.machine()?.goal;
+        let settles_within_s = goal.settle_s.unwrap_or(SETTLES_WITHIN_S);
+        // Long enough for a goal of much time.
+        let duration_s = duration_s.max(3.0 * settles_within_s + goal.hold_s.unwrap_or(0.0));
         let mut written = vec![format!("run.duration_s={duration_s:?}")];
         if let Some(rate_hz) = rate_hz {
             written.push(format!("loop.sample_time_s={:?}", 1.0 / rate_hz));
@@ -149,10 +158,12 @@ impl MachineEnsemble {
             name: stem.into(),
             unit,
             effort_unit,
-            settles_within_s: 5.0,
+            settles_within_s,
             is_family: false,
             near: None,
             has_wall: false,
+            goal: PositionGoal { settle_s: Some(settles_within_s), ..goal },
+            unseen_slack: document.unseen_slack()?,
         };
         Ok(Self { document, group, laws, spreads, nominal, written })
     }
@@ -228,7 +239,7 @@ impl MachineEnsemble {
             pair.into_iter().find(|(plan, _)| of_law(plan) && is(&plan.task))
         };
         if let Some((nominal, joint)) = first(|task| matches!(task, Task::Step(_))) {
-            step(&mut row, nominal, joint)?;
+            step(&mut row, nominal, joint, &self.group.goal)?;
         }
         if let Some((nominal, joint)) = first(|task| matches!(task, Task::Trajectory(_))) {
             trajectory(&mut row, nominal, joint)?;
@@ -242,17 +253,33 @@ fn plans(document: &Document, controllers: &[String]) -> Result<Vec<RunPlan>, Er
     Experiment::without_variants(document, controllers)
 }
 
-/// Runs the servo of one plan on the joint of another, up to a fault; returns its words.
-fn drive(
-    pair: [&RunPlan; 2],
-    samples: u32,
-    see: impl FnMut(&Sample),
-) -> Result<Option<String>, Error> {
-    let [_, joint] = pair;
-    match joint.sheet_axis()? {
-        Some(axis) => drive_with(axis, pair, samples, see),
-        None => drive_with(joint.joint()?, pair, samples, see),
+/// Result of a drive.
+struct Driven {
+    /// Words of the fault that ended it.
+    fault: Option<String>,
+    /// Side of the joint's own position, by which `success` is judged: the load of a data sheet,
+    /// the encoder's side of a `[joint]`.
+    side: Side,
+}
+
+impl Driven {
+    /// Chooses the joint's side of two.
+    fn of<T>(&self, at_encoder: T, at_load: T) -> T {
+        match self.side {
+            Side::Motor => at_encoder,
+            Side::Load => at_load,
+        }
     }
+}
+
+/// Runs the servo of one plan on the joint of another, up to a fault.
+fn drive(pair: [&RunPlan; 2], samples: u32, see: impl FnMut(&Sample)) -> Result<Driven, Error> {
+    let [_, joint] = pair;
+    let (fault, side) = match joint.sheet_axis()? {
+        Some(axis) => (drive_with(axis, pair, samples, see)?, Side::Load),
+        None => (drive_with(joint.joint()?, pair, samples, see)?, Side::Motor),
+    };
+    Ok(Driven { fault, side })
 }
 
 fn drive_with<S: AxisSolver>(
@@ -270,10 +297,10 @@ fn drive_with<S: AxisSolver>(
     let mut seen: Vec<Sample> = Vec::new();
     let on_moment = |moment: &Moment| {
         let speed = f64::from(moment.tick.reference_velocity);
-        let error = moment.error_deg() / count;
+        let error = |position_deg: f64| (moment.reference_deg - position_deg) / count;
         seen.push(Sample {
-            error,
-            load_error: error,
+            error: error(moment.at_encoder_deg),
+            load_error: error(moment.at_load_deg),
             position: moment.position_deg / count,
             speed_ratio: if speed == 0.0 { 0.0 } else { moment.velocity_deg_per_s / speed },
             speed: speed * h / count,
@@ -287,17 +314,27 @@ fn drive_with<S: AxisSolver>(
     Ok(servo.fault.map(|(latched, _)| latched.fault.describe().to_owned()))
 }
 
-fn step(row: &mut Row, nominal: &RunPlan, joint: &RunPlan) -> Result<(), Error> {
-    let mut judge = StepJudge::new(joint.samples()?, f64::INFINITY);
+fn step(
+    row: &mut Row,
+    nominal: &RunPlan,
+    joint: &RunPlan,
+    goal: &PositionGoal,
+) -> Result<(), Error> {
+    let h = joint.machine.sampling.sample_time_s();
+    let count = joint.machine.encoder.resolution_deg();
+    let mut judge = StepJudge::new(joint.samples()?, f64::INFINITY, h).by(goal, count);
     let mut last = Sample::default();
-    row.step_fault = drive([nominal, joint], joint.samples()?, |sample| {
+    let driven = drive([nominal, joint], joint.samples()?, |sample| {
         judge.see(sample);
         last = *sample;
     })?;
-    let found = judge.measures(joint.machine.sampling.sample_time_s(), &last);
-    row.count = joint.machine.encoder.resolution_deg();
-    row.settled_s = found.settled_s;
-    row.rest_counts = found.rest_counts;
+    let found = judge.measures(&last);
+    row.step_fault.clone_from(&driven.fault);
+    row.count = count;
+    row.judge([found.at_encoder, found.at_load], 0.0);
+    let judged = driven.of(found.at_encoder, found.at_load);
+    row.settled_s = judged.settled_s;
+    row.rest_counts = judged.rest_counts;
     row.reversals = found.reversals;
     row.swing_counts = found.swing_counts;
     row.period_s = found.period_s;
@@ -318,9 +355,13 @@ fn trajectory(row: &mut Row, nominal: &RunPlan, joint: &RunPlan) -> Result<(), E
     let window = [from_s, until_s].map(|time_s| (time_s / h).round() as u32);
     let mut judge = TrackingJudge::new(window, top * h / count);
     // To the end of the motion, however long a step is watched.
-    row.tracking_fault = drive([nominal, joint], window[1] + 1, |sample| judge.see(sample))?;
+    let driven = drive([nominal, joint], window[1] + 1, |sample| judge.see(sample))?;
     let found = judge.measures(h);
-    row.tracking_rms = found.rms_counts.map(|rms| rms * count);
+    let [at_encoder, at_load] =
+        [found.rms_counts, found.load_rms_counts].map(|rms| rms.map(|rms| rms * count));
+    (row.tracking_at_encoder_rms, row.tracking_at_load_rms) = (at_encoder, at_load);
+    row.tracking_rms = driven.of(at_encoder, at_load);
+    row.tracking_fault = driven.fault;
     row.sticks_in_motion = found.sticks;
     row.variation_motion_per_s = found.variation_per_s;
     Ok(())

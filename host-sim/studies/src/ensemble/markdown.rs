@@ -1,24 +1,27 @@
-//! The summary as tables in Markdown, for pages: a row for each family, a column for each law.
+//! The summary as tables in Markdown, for pages: a row for each family, a column for each law. A
+//! family whose load rests otherwise than its encoder's side has a second row.
 
 use super::rows::{Group, Header};
 use super::summary::Summary;
 
 /// Renders success with its interval, then rest and tracking at their 90 % quantiles.
 pub fn markdown(header: &Header, families: &[(Group, Vec<Summary>)]) -> String {
-    let success = |_: &Group, law: &Summary| {
+    let success = |law: &Summary, count: usize, interval: [f64; 2]| {
         let percent = |share: f64| format!("{:.0}", 100.0 * share);
-        let [low, high] = law.success_ci.map(percent);
-        let share = law.success as f64 / law.cases.max(1) as f64;
+        let [low, high] = interval.map(percent);
+        let share = count as f64 / law.cases.max(1) as f64;
         // A share that is rounded to the whole is not the whole.
-        let share =
-            if law.success == law.cases { "100".into() } else { format!("{:.1}", 100.0 * share) };
+        let share = if count == law.cases { "100".into() } else { format!("{:.1}", 100.0 * share) };
         format!("{share} ({low}-{high})")
     };
+    let judged = |_: &Group, law: &Summary| success(law, law.success, law.success_ci);
+    let at_load =
+        |_: &Group, law: &Summary| success(law, law.at_load.success, law.at_load.success_ci);
     let rest = |_: &Group, law: &Summary| quantile(law.rest_counts.quantile(0.9), 1.0);
     let tracking =
         |group: &Group, law: &Summary| quantile(law.tracking_rms.quantile(0.9), scale(group));
     let blocks = [
-        table(header, families, &|group| format!("`{}`", group.name), &success),
+        successes(header, families, &judged, &at_load),
         table(header, families, &|group| format!("`{}`: rest, counts", group.name), &rest),
         table(
             header,
@@ -51,21 +54,54 @@ fn quantile(value: Option<f64>, scale: f64) -> String {
     }
 }
 
+type Cell<'a> = &'a dyn Fn(&Group, &Summary) -> String;
+
+/// Success of each family; of one with two sides, that at the load as well.
+fn successes(
+    header: &Header,
+    families: &[(Group, Vec<Summary>)],
+    judged: Cell<'_>,
+    at_load: Cell<'_>,
+) -> String {
+    let mut text = titles(header);
+    for family in families {
+        let (group, summaries) = family;
+        // A machine's file is judged at its load.
+        let is_two_sided =
+            group.is_family && summaries.iter().any(|summary| summary.is_two_sided());
+        let side = if is_two_sided { ", at the encoder" } else { "" };
+        text += &row(header, family, &format!("`{}`{side}", group.name), judged);
+        if is_two_sided {
+            text += &row(header, family, &format!("`{}`, at the load", group.name), at_load);
+        }
+    }
+    text
+}
+
 fn table(
     header: &Header,
     families: &[(Group, Vec<Summary>)],
     name: &dyn Fn(&Group) -> String,
-    cell: &dyn Fn(&Group, &Summary) -> String,
+    cell: Cell<'_>,
 ) -> String {
+    let rows = families.iter().map(|family| row(header, family, &name(&family.0), cell));
+    titles(header) + &rows.collect::<String>()
+}
+
+fn titles(header: &Header) -> String {
     let laws: Vec<String> = header.laws.iter().map(|law| format!("`{law}`")).collect();
-    let mut text =
-        format!("| joints | {} |\n|---|{}\n", laws.join(" | "), "---|".repeat(laws.len()));
-    for (group, summaries) in families {
-        let cells = header.laws.iter().map(|law| {
-            let summary = summaries.iter().find(|summary| summary.law == *law);
-            summary.map_or_else(|| "-".into(), |summary| cell(group, summary))
-        });
-        text += &format!("| {} | {} |\n", name(group), cells.collect::<Vec<_>>().join(" | "));
-    }
-    text
+    format!("| joints | {} |\n|---|{}\n", laws.join(" | "), "---|".repeat(laws.len()))
+}
+
+fn row(
+    header: &Header,
+    (group, summaries): &(Group, Vec<Summary>),
+    name: &str,
+    cell: Cell<'_>,
+) -> String {
+    let cells = header.laws.iter().map(|law| {
+        let summary = summaries.iter().find(|summary| summary.law == *law);
+        summary.map_or_else(|| "-".into(), |summary| cell(group, summary))
+    });
+    format!("| {name} | {} |\n", cells.collect::<Vec<_>>().join(" | "))
 }

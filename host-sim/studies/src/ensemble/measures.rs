@@ -1,12 +1,12 @@
 //! What a case is judged by, sample by sample: nothing of a run is kept.
 //!
-//! Errors are the set point minus the *true* position of the side that the encoder sits on, not
-//! quantised, in counts. Time zero is the tick that is given the step, or in which the trajectory
-//! begins.
+//! Errors are the set point minus the *true* position, not quantised, in counts. Settling, rest and
+//! tracking are judged at the encoder and at the load; the rest is of the encoder's side. Time zero
+//! is the tick that is given the step, or in which the trajectory begins.
 //!
 //! | measure | over | meaning |
 //! |---|---|---|
-//! | settled | the step | time of the first sample after the last one that is more than 2 counts off |
+//! | settled | the step | time from which the error stays within the goal's tolerance: 2 counts by default |
 //! | near | the step | the same with the family's wider band |
 //! | rest | last half of the step | largest error |
 //! | hunting | last half of the step | at least 3 reversals: retreats of more than a count from the last extreme |
@@ -15,8 +15,11 @@
 //! | tracking | from the begin of the first blend to the end of the last | root mean square of the error |
 //! | sticks | there, where the set point has more than half of its speed | times that the joint comes to a stop |
 
+use crate::goal::{PositionGoal, TOLERANCE_COUNTS};
+use crate::settling::Settling;
+
 /// A joint that is this near is where it should be, counts.
-pub const BAND_COUNTS: f64 = 2.0;
+pub const BAND_COUNTS: f64 = TOLERANCE_COUNTS;
 
 /// Fewer reversals than these are no hunting.
 pub const HUNTING_REVERSALS: u32 = 3;
@@ -50,10 +53,11 @@ pub struct StepJudge {
     half: u32,
     last: u32,
     k: u32,
+    sample_time_s: f64,
     near: f64,
     far_until: Option<u32>,
-    unsettled: Option<u32>,
-    within: bool,
+    at_encoder: Settling,
+    at_load: Settling,
     rest: f64,
     load_rest: f64,
     hunt: Reversals,
@@ -61,17 +65,26 @@ pub struct StepJudge {
     square: f64,
 }
 
-/// What a step comes to.
+/// One side of the gear in a step.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct StepMeasures {
-    /// Time after which the joint stays within 2 counts, s; none if it is outside at the end.
+pub struct SideMeasures {
+    /// Time after which it stays within the tolerance, s; none if it does not.
     pub settled_s: Option<f64>,
-    /// Time after which it stays within the wider band, s.
-    pub near_s: Option<f64>,
     /// Largest error of the last half, counts.
     pub rest_counts: f64,
-    /// Largest error of the load in the last half, counts.
-    pub load_rest_counts: f64,
+    /// Whether it met the goal.
+    pub is_success: bool,
+}
+
+/// Measures of a step.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct StepMeasures {
+    /// The side of the encoder.
+    pub at_encoder: SideMeasures,
+    /// The load.
+    pub at_load: SideMeasures,
+    /// Time after which the encoder's side stays within the wider band, s.
+    pub near_s: Option<f64>,
     /// Reversals of the last half.
     pub reversals: u32,
     /// Distance of the extremes in the last half, counts.
@@ -85,22 +98,32 @@ pub struct StepMeasures {
 }
 
 impl StepJudge {
-    /// Judges `samples` samples after the first; `near` is the wider band, counts.
-    pub fn new(samples: u32, near: f64) -> Self {
+    /// Judges `samples` samples after the first, which are `sample_time_s` apart, within two counts
+    /// and without a limit of time; `near` is the wider band, counts.
+    pub fn new(samples: u32, near: f64, sample_time_s: f64) -> Self {
+        let settling = Settling::new(&PositionGoal::default(), 1.0);
         Self {
             half: samples / 2,
             last: samples,
             k: 0,
+            sample_time_s,
             near,
             far_until: None,
-            unsettled: None,
-            within: true,
+            at_encoder: settling,
+            at_load: settling,
             rest: 0.0,
             load_rest: 0.0,
             hunt: Reversals::default(),
             effort: Variation::default(),
             square: 0.0,
         }
+    }
+
+    /// Judges by a goal; one count is `count_deg`, deg.
+    #[must_use]
+    pub fn by(self, goal: &PositionGoal, count_deg: f64) -> Self {
+        let settling = Settling::new(goal, count_deg);
+        Self { at_encoder: settling, at_load: settling, ..self }
     }
 
     /// Takes the next sample.
@@ -112,10 +135,9 @@ impl StepJudge {
         if error > self.near {
             self.far_until = Some(self.k);
         }
-        self.within = error <= BAND_COUNTS;
-        if !self.within {
-            self.unsettled = Some(self.k);
-        }
+        let time_s = f64::from(self.k) * self.sample_time_s;
+        self.at_encoder.see(time_s, error);
+        self.at_load.see(time_s, sample.load_error);
         if self.k >= self.half {
             self.rest = self.rest.max(error);
             self.load_rest = self.load_rest.max(far(sample.load_error));
@@ -126,20 +148,25 @@ impl StepJudge {
         self.k += 1;
     }
 
-    /// Returns the measures, of samples that are `sample_time_s` apart. A run that ended early is
-    /// not settled, and rests as far off as it was last.
-    pub fn measures(&self, sample_time_s: f64, last: &Sample) -> StepMeasures {
+    /// Returns the measures. A run that ended early is not settled, and rests as far off as it was
+    /// last.
+    pub fn measures(&self, last: &Sample) -> StepMeasures {
         let is_whole = self.k > self.last;
-        let settled = self.within && is_whole;
+        let sample_time_s = self.sample_time_s;
         let after = |k: u32| f64::from(k + 1) * sample_time_s;
         let samples = f64::from(self.k.saturating_sub(self.half).max(1));
         let far = |rest: f64, error: f64| if is_whole { rest } else { rest.max(error.abs()) };
+        let side = |settling: &Settling, rest: f64, error: f64| SideMeasures {
+            settled_s: settling.settled_s().filter(|_| is_whole),
+            rest_counts: far(rest, error),
+            // A step's set point is at rest from its start.
+            is_success: is_whole && settling.is_success(0.0),
+        };
         StepMeasures {
-            settled_s: settled.then(|| self.unsettled.map_or(0.0, after)),
+            at_encoder: side(&self.at_encoder, self.rest, last.error),
+            at_load: side(&self.at_load, self.load_rest, last.load_error),
             near_s: (is_whole && self.far_until != Some(self.last))
                 .then(|| self.far_until.map_or(0.0, after)),
-            rest_counts: far(self.rest, last.error),
-            load_rest_counts: far(self.load_rest, last.load_error),
             reversals: self.hunt.count,
             swing_counts: self.hunt.swing(),
             period_s: self.hunt.period().map(|ticks| ticks * sample_time_s),
@@ -156,6 +183,7 @@ pub struct TrackingJudge {
     top: f64,
     k: u32,
     square: f64,
+    load_square: f64,
     seen: u32,
     has_stopped: bool,
     sticks: u32,
@@ -165,8 +193,10 @@ pub struct TrackingJudge {
 /// What a trajectory comes to.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct TrackingMeasures {
-    /// Root mean square of the error, counts; none if the motion ended early.
+    /// Root mean square of the error at the encoder, counts; none if the motion ended early.
     pub rms_counts: Option<f64>,
+    /// The same at the load.
+    pub load_rms_counts: Option<f64>,
     /// Stops on the way.
     pub sticks: u32,
     /// Total variation of the effort, per second.
@@ -182,6 +212,7 @@ impl TrackingJudge {
             top,
             k: 0,
             square: 0.0,
+            load_square: 0.0,
             seen: 0,
             // From rest: the first stop is after the first motion.
             has_stopped: true,
@@ -195,6 +226,7 @@ impl TrackingJudge {
     pub fn see(&mut self, sample: &Sample) {
         if (self.window[0]..=self.window[1]).contains(&self.k) {
             self.square += sample.error * sample.error;
+            self.load_square += sample.load_error * sample.load_error;
             self.seen += 1;
             self.effort.see(sample.effort);
             if sample.speed.abs() > 0.5 * self.top {
@@ -213,8 +245,10 @@ impl TrackingJudge {
     pub fn measures(&self, sample_time_s: f64) -> TrackingMeasures {
         let is_whole = self.k > self.window[1];
         let samples = f64::from(self.seen.max(1));
+        let rms = |square: f64| is_whole.then(|| (square / samples).sqrt());
         TrackingMeasures {
-            rms_counts: is_whole.then(|| (self.square / samples).sqrt()),
+            rms_counts: rms(self.square),
+            load_rms_counts: rms(self.load_square),
             sticks: self.sticks,
             variation_per_s: self.effort.total / ((samples - 1.0).max(1.0) * sample_time_s),
         }
@@ -308,46 +342,69 @@ mod tests {
                 ..Sample::default()
             }
         };
-        let mut judge = StepJudge::new(1000, 20.0);
+        let mut judge = StepJudge::new(1000, 20.0, H);
         (0..=1000).for_each(|k| judge.see(&sample(k)));
-        judge.measures(H, &sample(1000))
+        judge.measures(&sample(1000))
     }
 
     #[test]
     fn settled_is_the_first_sample_after_the_last_one_outside_of_two_counts() {
         // 100 exp(-t) is 2 at ln 50 = 3.912 s: 391 is outside, 392 is the first one within.
-        assert_eq!(stepped(|t| 100.0 * (-t).exp()).settled_s, Some(392.0 * H));
+        assert_eq!(stepped(|t| 100.0 * (-t).exp()).at_encoder.settled_s, Some(392.0 * H));
         // 100 exp(-t) is 20 at ln 5 = 1.609 s.
         assert_eq!(stepped(|t| 100.0 * (-t).exp()).near_s, Some(161.0 * H));
         assert_eq!(stepped(|_| 20.001).near_s, None);
         assert_eq!(stepped(|_| -20.0).near_s, Some(0.0));
         // Exactly two counts are within, a little more is not.
-        assert_eq!(stepped(|_| 2.0).settled_s, Some(0.0));
-        assert_eq!(stepped(|_| -2.000_001).settled_s, None);
+        assert_eq!(stepped(|_| 2.0).at_encoder.settled_s, Some(0.0));
+        assert_eq!(stepped(|_| -2.000_001).at_encoder.settled_s, None);
         // One that leaves again at the very end is not settled; one that came back is, late.
-        assert_eq!(stepped(|t| if t > 9.995 { 2.1 } else { 0.0 }).settled_s, None);
+        assert_eq!(stepped(|t| if t > 9.995 { 2.1 } else { 0.0 }).at_encoder.settled_s, None);
         let late = stepped(|t| if (8.995..9.005).contains(&t) { 2.1 } else { 0.0 });
-        assert_eq!(late.settled_s, Some(901.0 * H));
-        assert_eq!(stepped(|_| f64::NAN).settled_s, None);
+        assert_eq!(late.at_encoder.settled_s, Some(901.0 * H));
+        assert_eq!(stepped(|_| f64::NAN).at_encoder.settled_s, None);
+    }
+
+    /// The load's error is twice the encoder's: 200 exp(-t) is 2 at ln 100 = 4.605 s.
+    #[test]
+    fn each_side_settles_by_its_own_error_and_within_the_tolerance_of_a_goal() {
+        let found = stepped(|t| 100.0 * (-t).exp());
+        assert_eq!(found.at_encoder.settled_s, Some(392.0 * H));
+        assert_eq!(found.at_load.settled_s, Some(461.0 * H));
+        let judged = |goal: &PositionGoal| {
+            let mut judge = StepJudge::new(1000, 20.0, H).by(goal, 0.1);
+            for k in 0..=1000 {
+                let error = 100.0 * (-f64::from(k) * H).exp();
+                judge.see(&Sample { error, load_error: 2.0 * error, ..Sample::default() });
+            }
+            judge.measures(&Sample::default())
+        };
+        // 1 deg is 10 counts: ln 10 = 2.303 s, and ln 20 = 2.996 s at the load.
+        let goal = PositionGoal { tolerance_deg: Some(1.0), ..PositionGoal::default() };
+        let found = judged(&goal);
+        assert_eq!(found.at_encoder.settled_s, Some(231.0 * H));
+        assert_eq!(found.at_load.settled_s, Some(300.0 * H));
+        let in_time = judged(&PositionGoal { settle_s: Some(2.5), ..goal });
+        assert!(in_time.at_encoder.is_success && !in_time.at_load.is_success, "{in_time:?}");
     }
 
     #[test]
     fn rest_is_the_largest_error_of_the_last_half_of_either_side() {
         let found = stepped(|t| if t < 4.995 { 50.0 } else { -1.5 });
-        assert_eq!((found.rest_counts, found.load_rest_counts), (1.5, 3.0));
+        assert_eq!((found.at_encoder.rest_counts, found.at_load.rest_counts), (1.5, 3.0));
         let found = stepped(|t| if t < 5.005 { 50.0 } else { -1.5 });
-        assert_eq!(found.rest_counts, 50.0);
+        assert_eq!(found.at_encoder.rest_counts, 50.0);
     }
 
     #[test]
     fn a_run_that_ends_early_is_not_settled_and_rests_where_it_was() {
-        let mut judge = StepJudge::new(1000, 20.0);
+        let mut judge = StepJudge::new(1000, 20.0, H);
         let at = |error| Sample { error, ..Sample::default() };
         (0..=999).for_each(|_| judge.see(&at(0.5)));
-        let found = judge.measures(H, &at(7.0));
-        assert_eq!((found.settled_s, found.rest_counts), (None, 7.0));
+        let found = judge.measures(&at(7.0));
+        assert_eq!((found.at_encoder.settled_s, found.at_encoder.rest_counts), (None, 7.0));
         judge.see(&at(0.5));
-        assert_eq!(judge.measures(H, &at(7.0)).settled_s, Some(0.0));
+        assert_eq!(judge.measures(&at(7.0)).at_encoder.settled_s, Some(0.0));
     }
 
     #[test]
@@ -371,12 +428,12 @@ mod tests {
 
     #[test]
     fn variation_and_heat_of_the_effort_are_those_of_the_last_half() {
-        let mut judge = StepJudge::new(1000, 20.0);
+        let mut judge = StepJudge::new(1000, 20.0, H);
         let effort = |k: u32| if k < 500 { 99.0 } else { f64::from(k % 2) * 3.0 };
         for k in 0..=1000 {
             judge.see(&Sample { effort: effort(k), ..Sample::default() });
         }
-        let found = judge.measures(H, &Sample::default());
+        let found = judge.measures(&Sample::default());
         // 500 changes of 3 in 5 s; half of 501 samples have 3^2, within one.
         assert!((found.variation_per_s - 300.0).abs() < 1e-9, "{found:?}");
         assert!((found.held_effort - (4.5f64).sqrt()).abs() < 0.01, "{found:?}");
@@ -391,6 +448,7 @@ mod tests {
                 let is_on = (150..250).contains(&k);
                 judge.see(&Sample {
                     error: if (100..300).contains(&k) { 3.0 } else { 99.0 },
+                    load_error: if (100..300).contains(&k) { -1.0 } else { 99.0 },
                     speed: if is_on { 1.0 } else { 0.4 },
                     speed_ratio: ratio(k),
                     ..Sample::default()
@@ -400,7 +458,12 @@ mod tests {
         };
         assert_eq!(
             run(400, &|_| 1.0),
-            TrackingMeasures { rms_counts: Some(3.0), sticks: 0, variation_per_s: 0.0 }
+            TrackingMeasures {
+                rms_counts: Some(3.0),
+                load_rms_counts: Some(1.0),
+                sticks: 0,
+                variation_per_s: 0.0
+            }
         );
         assert_eq!(run(299, &|_| 1.0).rms_counts, None);
         // Two stops at speed; one in a blend does not count, nor does a joint that only slows down,

@@ -8,7 +8,8 @@
 //!                     measures.rs <- samples <- rig.rs: servo with all monitors, joint
 //!                          |
 //!                          v
-//! case.rs: a Row -> rows.rs (CSV, shards, resume) -> summary.rs -> table.rs, json.rs, figures.rs
+//! case.rs: a Row -> rows.rs (CSV, shards, resume) -> summary.rs, trips.rs -> table.rs, json.rs,
+//!                                                                         figures.rs
 //! ```
 //!
 //! Every law sees the same joints. A row depends on the seed, the family, the number of the case
@@ -38,12 +39,15 @@ mod rows;
 mod rows_tests;
 pub mod rules;
 mod run;
+#[cfg(test)]
+mod sides_tests;
 mod statistics;
 mod summary;
 mod table;
 #[cfg(test)]
 mod tests;
 mod thesis_draw;
+mod trips;
 mod tune;
 
 pub use case::{Motion, Row, run_and_show};
@@ -64,6 +68,7 @@ pub use rows::{
 };
 pub use run::{Ensemble, run};
 pub use statistics::{Sorted, wilson};
-pub use summary::{MovesSummary, Summary, summaries};
+pub use summary::{MovesSummary, SideSummary, Summary, summaries};
 pub use table::render;
+pub use trips::{Ended, Trip};
 pub use tune::{Tried, tune};

@@ -36,6 +36,8 @@ pub struct Wear {
     pub rms_counts: [Option<f64>; 2],
     /// Fault that ended the row; every move after it is missed.
     pub fault: Option<Fault>,
+    /// Move that it ended, from 1.
+    pub fault_in: Option<u32>,
 }
 
 /// One move, in counts from where the servo was armed.
@@ -76,6 +78,9 @@ pub fn run(case: &Case, tuned: &Tuned, seed: u64, moves: u32) -> Result<Wear, Er
                     *square = (square.0 + error * error, square.1 + 1);
                 }
             }
+        }
+        if rig.fault().is_some() {
+            wear.fault_in.get_or_insert(number + 1);
         }
         // What is not a number is missed.
         let hit = follows && rig.fault().is_none() && error.abs() <= BAND_COUNTS;

@@ -4,7 +4,7 @@
 //! The file is CSV with one line before it that says which ensemble it is of:
 //!
 //! ```text
-//! #{"schema":3,"seed":1,"cases":200,"hard":false,"rate_hz":1000.0,...}
+//! #{"schema":4,"seed":1,"cases":200,"hard":false,"rate_hz":1000.0,...}
 //! family,law,case,...
 //! rigid,pd,0,...
 //! ```
@@ -23,12 +23,15 @@ use super::case::Row;
 use super::family::Family;
 use super::machine_file::MachineEnsemble;
 use super::run::Ensemble;
+use crate::data_sheet::UnseenSlack;
 use crate::error::Error;
+use crate::goal::PositionGoal;
 use crate::output::OutputFile;
 
 /// The form of a file: 2 since every column has to be there, and a group says whether it is a
-/// family and what is asked of its joints; 3 with `law_signals`.
-const SCHEMA: u32 = 3;
+/// family and what is asked of its joints; 3 with `law_signals`; 4 with both sides of the gear, the
+/// goal, and the move that a fault ended.
+const SCHEMA: u32 = 4;
 
 /// Which ensemble rows are of. Rows of two files go together if this is the same.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -75,6 +78,10 @@ pub struct Group {
     pub near: Option<f64>,
     /// Whether a wall stands before the target.
     pub has_wall: bool,
+    /// By which a joint is judged: the file's `[goal]`, or two counts.
+    pub goal: PositionGoal,
+    /// Slack of a machine's file that its encoder cannot see.
+    pub unseen_slack: Option<UnseenSlack>,
 }
 
 impl From<Family> for Group {
@@ -88,6 +95,11 @@ impl From<Family> for Group {
             is_family: true,
             near: family.near(),
             has_wall: family.has_wall(),
+            goal: PositionGoal {
+                settle_s: Some(family.settles_within_s()),
+                ..PositionGoal::default()
+            },
+            unseen_slack: None,
         }
     }
 }
@@ -201,8 +213,8 @@ fn parse(text: &str) -> Result<(Header, Vec<Row>), String> {
         serde_json::from_str(json).map_err(|error| format!("{NONE} ({error})"))?;
     if let Some(schema) = header.get("schema").filter(|schema| **schema != SCHEMA) {
         return Err(format!(
-            "its rows have the form {schema}, and this program reads the form {SCHEMA}; run the \
-             ensemble anew"
+            "its rows have the form {schema}, and this program reads the form {SCHEMA}, in which \
+             each joint is judged at the encoder and at the load; run the ensemble anew"
         ));
     }
     let header = serde_json::from_value(header).map_err(|error| format!("{NONE} ({error})"))?;

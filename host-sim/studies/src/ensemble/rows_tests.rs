@@ -39,7 +39,8 @@ fn a_file_that_lacks_a_column_or_has_another_form_is_refused() {
     for (from, to, said) in [
         (",settled_s,", ",settling_s,", "line 2: the column `settled_s` is missing"),
         (",near_s,", ",near_s,more,", "line 3: "),
-        ("#{\"schema\":3,", "#{\"schema\":2,", "the form 2, and this program reads the form 3"),
+        ("#{\"schema\":4,", "#{\"schema\":3,", "the form 3, and this program reads the form 4"),
+        (",success_at_load,", ",success,", "line 2: the column `success_at_load` is missing"),
     ] {
         std::fs::write(&path, text.replacen(from, to, 1)).unwrap();
         let refusal = rows::read(&path).unwrap_err().to_string();

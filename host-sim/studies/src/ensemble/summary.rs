@@ -6,6 +6,7 @@ use super::case::Row;
 use super::measures::HUNTING_REVERSALS;
 use super::rows::{Group, Header};
 use super::statistics::{Sorted, wilson};
+use super::trips::{self, Trip};
 
 /// The cases that are named as the worst.
 const WORST: usize = 5;
@@ -15,6 +16,19 @@ const WORST: usize = 5;
 const JUMPS: [(&str, f64); 5] =
     [("0-4", 0.0), ("4-16", 4.0), ("16-64", 16.0), ("64-256", 64.0), ("256-", 256.0)];
 
+/// One side of the gear.
+#[derive(Clone, Debug, PartialEq)]
+pub struct SideSummary {
+    /// Cases that met the goal there, without a fault in the step.
+    pub success: usize,
+    /// Wilson's 95 % interval of their share.
+    pub success_ci: [f64; 2],
+    /// Settling, s.
+    pub settled_s: Sorted,
+    /// Rest error, counts.
+    pub rest_counts: Sorted,
+}
+
 /// A law on a family. Every quantile is over all cases; what never settles takes infinitely long.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Summary {
@@ -22,7 +36,12 @@ pub struct Summary {
     pub law: String,
     /// Number of cases.
     pub cases: usize,
-    /// Cases that settled in time and stayed, without a fault.
+    /// The side of the encoder.
+    pub at_encoder: SideSummary,
+    /// The load.
+    pub at_load: SideSummary,
+    /// Cases that settled in time and stayed, without a fault: of a family at the encoder, of a
+    /// machine's file at the joint.
     pub success: usize,
     /// Wilson's 95 % interval of their share.
     pub success_ci: [f64; 2],
@@ -59,6 +78,8 @@ pub struct Summary {
     pub false_trips: usize,
     /// How often each fault was the cause, in steps, trajectories and rows of moves.
     pub faults: BTreeMap<String, usize>,
+    /// Each of these faults, in the order of the cases.
+    pub trips: Vec<Trip>,
     /// Cases and successes by the jump of the load; empty if it is not known.
     pub by_jump: Vec<(&'static str, usize, usize)>,
     /// A row of moves, if there was one.
@@ -95,7 +116,27 @@ pub fn summaries(header: &Header, rows: &[Row]) -> Vec<(Group, Vec<Summary>)> {
     families.collect()
 }
 
+impl SideSummary {
+    /// Summarises a side, of which `of` returns success, settling and rest error.
+    fn of(rows: &[&Row], of: impl Fn(&Row) -> (bool, Option<f64>, f64)) -> Self {
+        let of: Vec<_> = rows.iter().map(|row| of(row)).collect();
+        let success = of.iter().filter(|(is_success, ..)| *is_success).count();
+        let settled_s = of.iter().map(|(_, settled_s, _)| settled_s.unwrap_or(f64::INFINITY));
+        Self {
+            success,
+            success_ci: wilson(success, rows.len()),
+            settled_s: Sorted::new(settled_s),
+            rest_counts: Sorted::new(of.iter().map(|(.., rest_counts)| *rest_counts)),
+        }
+    }
+}
+
 impl Summary {
+    /// Returns whether the verdict at the load differs from that at the encoder.
+    pub fn is_two_sided(&self) -> bool {
+        self.at_encoder != self.at_load
+    }
+
     /// Summarises the rows of one family and law.
     fn of(group: &Group, law: &str, rows: &[&Row]) -> Self {
         let is_success = |row: &Row| row.is_success(group.settles_within_s);
@@ -119,6 +160,12 @@ impl Summary {
         Self {
             law: law.into(),
             cases: rows.len(),
+            at_encoder: SideSummary::of(rows, |row| {
+                (row.success_at_encoder, row.settled_at_encoder_s, row.rest_at_encoder_counts)
+            }),
+            at_load: SideSummary::of(rows, |row| {
+                (row.success_at_load, row.settled_at_load_s, row.rest_at_load_counts)
+            }),
             success,
             success_ci: wilson(success, rows.len()),
             settling_s: all(|row| row.settled_s.unwrap_or(f64::INFINITY)),
@@ -137,6 +184,7 @@ impl Summary {
             held_effort: all(|row| row.held_effort),
             false_trips: rows.iter().filter(|row| row.faults().next().is_some()).count(),
             faults,
+            trips: rows.iter().flat_map(|row| trips::of(row)).collect(),
             by_jump: by_jump(rows, is_success),
             moves: MovesSummary::of(rows),
             worst: worst(rows, is_success),

@@ -5,25 +5,31 @@ use std::fmt::Write as _;
 use super::rows::{Group, Header};
 use super::rules::{RULES, TUNING_SEEDS};
 use super::statistics::Sorted;
-use super::summary::{MovesSummary, Summary};
+use super::summary::{MovesSummary, SideSummary, Summary};
 use crate::output::table::{self, number};
+
+/// Trips of a law that the text names.
+const TRIPS_NAMED: usize = 10;
 
 /// Renders the families, each with its laws, the best first.
 pub fn render(header: &Header, families: &[(Group, Vec<Summary>)]) -> String {
     let mut text = String::new();
     for (group, summaries) in families.iter().filter(|(_, summaries)| !summaries.is_empty()) {
-        let Group { name, unit, effort_unit, settles_within_s, .. } = group;
+        let Group { name, unit, effort_unit, goal, .. } = group;
         let ranked = ranked(summaries);
+        let is_two_sided = ranked.iter().any(|summary| summary.is_two_sided());
         // Writing to a string does not fail.
         let _ = write!(
             text,
-            "{name}: {} joints, success is within 2 counts after {settles_within_s} s and to the \
-             end\n\n{}\n\n{}\n\n",
+            "{name}: {} joints; success{}: {}\n\n{}\n\n{}{}\n\n",
             ranked.first().map_or(0, |summary| summary.cases),
+            if is_two_sided { judged_side(group) } else { "" },
+            goal.describe(),
             precision(&ranked),
+            if is_two_sided { sides(&ranked) + "\n\n" } else { String::new() },
             motion(&ranked, unit, effort_unit),
         );
-        for remark in ranked.iter().flat_map(|summary| remarks(summary, group)) {
+        for remark in ranked.iter().flat_map(|summary| remarks(summary, group, header.seed)) {
             text += &(remark + "\n");
         }
         text.push('\n');
@@ -42,6 +48,41 @@ fn ranked(summaries: &[Summary]) -> Vec<&Summary> {
         b.success.cmp(&a.success).then(settling).then(tracking)
     });
     ranked
+}
+
+/// The side that the first table judges.
+const fn judged_side(group: &Group) -> &'static str {
+    if group.unseen_slack.is_some() { " at the load" } else { " at the encoder" }
+}
+
+/// Both sides of the gear, side by side.
+fn sides(ranked: &[&Summary]) -> String {
+    let mut table = table::new(&[
+        "law",
+        "at the\nencoder\n%",
+        "95 %\nfrom\n-to",
+        "set-\ntled\np50 s",
+        "rest\np90\ncnts",
+        "at the\nload\n%",
+        "95 %\nfrom\n-to",
+        "set-\ntled\np50 s",
+        "rest\np90\ncnts",
+    ]);
+    for summary in ranked {
+        let cells = |side: &SideSummary| {
+            let share = 100.0 * side.success as f64 / summary.cases.max(1) as f64;
+            let [low, high] = side.success_ci.map(|share| 100.0 * share);
+            [
+                number(Some(share), 1),
+                format!("{low:.0}-{high:.0}"),
+                time(side.settled_s.quantile(0.5)),
+                short(side.rest_counts.quantile(0.9)),
+            ]
+        };
+        let both = [cells(&summary.at_encoder), cells(&summary.at_load)].concat();
+        table.add_row(std::iter::once(summary.law.clone()).chain(both));
+    }
+    table.trim_fmt()
 }
 
 fn precision(ranked: &[&Summary]) -> String {
@@ -111,7 +152,7 @@ fn readable(unit: &str) -> (f64, &str) {
 }
 
 /// What has no column: faults, hunting, the load that is not seen, jumps, and a row of moves.
-fn remarks(summary: &Summary, group: &Group) -> Vec<String> {
+fn remarks(summary: &Summary, group: &Group, seed: u64) -> Vec<String> {
     let law = &summary.law;
     let Group { unit: whole, effort_unit, near, .. } = group;
     let (scale, unit) = readable(whole);
@@ -120,6 +161,11 @@ fn remarks(summary: &Summary, group: &Group) -> Vec<String> {
     if !summary.faults.is_empty() {
         let faults = summary.faults.iter().map(|(name, count)| format!("{name} {count}"));
         remarks.push(format!("{law} trips: {}", faults.collect::<Vec<_>>().join(", ")));
+        let named = summary.trips.iter().take(TRIPS_NAMED);
+        remarks.extend(named.map(|trip| format!("  {trip} (seed {seed})")));
+        if let Some(more) = summary.trips.len().checked_sub(TRIPS_NAMED).filter(|more| *more > 0) {
+            remarks.push(format!("  and {more} more; --json lists all"));
+        }
     }
     if summary.hunting_cases > 0 {
         remarks.push(format!(

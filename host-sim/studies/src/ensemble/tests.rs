@@ -279,6 +279,10 @@ fn the_object_has_the_keys_that_are_promised() {
         ("hunting_counts", &["p50", "max"]),
         ("tracking_rms", &["p50", "p90", "max"]),
         ("sticks_in_motion", &["p50", "max"]),
+        ("settled_at_encoder_s", &["p50", "p95", "max"]),
+        ("settled_at_load_s", &["p50", "p95", "max"]),
+        ("rest_at_encoder_counts", &["p50", "p90", "max"]),
+        ("rest_at_load_counts", &["p50", "p90", "max"]),
     ] {
         let found: Vec<String> = of(key).as_object().unwrap().keys().cloned().collect();
         let mut expected: Vec<&str> = inner.to_vec();
@@ -287,6 +291,13 @@ fn the_object_has_the_keys_that_are_promised() {
         found.sort_unstable();
         assert_eq!(found, expected, "{key}");
     }
+    // One inertia has one side.
+    for side in ["encoder", "load"] {
+        assert_eq!(of(&format!("success_at_{side}")), of("success"));
+        assert_eq!(of(&format!("successes_at_{side}")), of("successes"));
+        assert_eq!(of(&format!("success_at_{side}_ci")), of("success_ci"));
+    }
+    assert!(of("trips").is_array());
     for key in ["success", "hunting_cases", "false_trips", "total_variation_rest_per_s"] {
         assert!(of(key).is_number(), "{key}");
     }

@@ -1,6 +1,7 @@
-//! Figures without a time axis: shares with their intervals, and clouds of points.
+//! Figures without a time axis: shares with their intervals, clouds of points, and layers of points
+//! over each other.
 //!
-//! The types here say what to show; `marks.rs` draws it.
+//! The types here say what to show; `marks.rs` and `layers.rs` draw it.
 
 /// A row of a chart of shares.
 #[derive(Clone, Debug, PartialEq)]
@@ -38,6 +39,39 @@ pub struct LogAxis {
     pub beyond: String,
 }
 
+/// How the points of a layer are drawn.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Mark {
+    /// A small grey dot each.
+    Dot,
+    /// Steps from point to point, in the order of the horizontal axis.
+    Steps,
+    /// A hollow square each.
+    Square,
+    /// A filled diamond each.
+    Diamond,
+}
+
+/// Points of one kind in a panel.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Layer {
+    /// What they are, for the legend. The same name has the same mark in all panels.
+    pub name: String,
+    /// Their mark.
+    pub mark: Mark,
+    /// The points.
+    pub points: Vec<Point>,
+}
+
+/// A panel of layers.
+#[derive(Clone, Debug, PartialEq)]
+pub struct LayeredPanel {
+    /// What it is of.
+    pub name: String,
+    /// The layers, the lowest first.
+    pub layers: Vec<Layer>,
+}
+
 /// What is shown.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Shown {
@@ -49,6 +83,15 @@ pub enum Shown {
         axes: [LogAxis; 2],
         /// The clouds.
         clouds: Vec<Cloud>,
+    },
+    /// Panels of the same axes beside each other, with layers of points.
+    Layers {
+        /// The horizontal axis and the vertical one; `bound` is drawn across.
+        axes: [LogAxis; 2],
+        /// What the bounds are, for the legend.
+        bounds: String,
+        /// The panels.
+        panels: Vec<LayeredPanel>,
     },
 }
 

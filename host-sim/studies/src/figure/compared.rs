@@ -13,6 +13,12 @@ const PANELS: usize = 4;
 /// The joint has made its transient after this long, s: what it is off then decides the range.
 const TRANSIENT_S: f64 = 1.0;
 
+/// Returns the time from which a curve decides the range of its panel, s: after the transient, but
+/// no later than the middle of what is shown. Else a short run would be beyond its panel as a whole.
+pub fn judged_from_s(end_s: f64) -> f64 {
+    TRANSIENT_S.min(0.5 * end_s)
+}
+
 /// What a law should rest within, counts.
 const BAND_COUNTS: f64 = 2.0;
 
@@ -61,7 +67,7 @@ fn panel(joint: &Joint, end_s: f64) -> Panel {
         let counts = |moment: &Moment| moment.error_deg() / count_deg;
         let shown = moments.iter().take_while(|moment| moment.time_s <= end_s + 1e-9);
         let points: Vec<_> = shown.map(|moment| (moment.time_s, counts(moment))).collect();
-        let settled = points.iter().filter(|(time_s, _)| *time_s >= TRANSIENT_S);
+        let settled = points.iter().filter(|(time_s, _)| *time_s >= judged_from_s(end_s));
         half = settled.map(|(_, error)| 1.25 * error.abs()).fold(half, f64::max);
         let rest = run.metrics.rest_error_counts.unwrap_or(f64::NAN);
         let name = run.plan.controller.as_deref().unwrap_or_default();

@@ -4,14 +4,15 @@ use kuva::backend::svg::SvgBackend;
 use kuva::render::render::{Primitive, Scene, TextAnchor};
 
 use super::chart::{Chart, Cloud, LogAxis, Share, Shown};
+use super::layers;
 use super::raster::FONT;
 
-const WIDTH: f64 = 900.0;
-const HEADER: f64 = 70.0;
-const FOOTER: f64 = 44.0;
+pub(super) const WIDTH: f64 = 900.0;
+pub(super) const HEADER: f64 = 70.0;
+pub(super) const FOOTER: f64 = 44.0;
 const TITLE: u32 = 22;
-const TEXT: u32 = 16;
-const SMALL: u32 = 13;
+pub(super) const TEXT: u32 = 16;
+pub(super) const SMALL: u32 = 13;
 
 /// Left end of the shares' axis, and its right end.
 const SHARES: [f64; 2] = [210.0, 780.0];
@@ -22,10 +23,10 @@ const COLUMNS: usize = 3;
 const CELL: [f64; 2] = [290.0, 250.0];
 const FRAME: [f64; 2] = [208.0, 180.0];
 
-const GRID: &str = "#DDDDDD";
-const INK: &str = "#000000";
-const MARK: &str = "#00548F";
-const BOUND: &str = "#D55E00";
+pub(super) const GRID: &str = "#DDDDDD";
+pub(super) const INK: &str = "#000000";
+pub(super) const MARK: &str = "#00548F";
+pub(super) const BOUND: &str = "#D55E00";
 
 /// Draws a chart.
 pub(super) fn svg(chart: &Chart) -> String {
@@ -36,6 +37,7 @@ pub(super) fn svg(chart: &Chart) -> String {
                 groups.iter().map(|(_, rows)| ROW * (rows.len() as f64 + 1.6)).sum()
             }
             Shown::Clouds { clouds, .. } => CELL[1] * clouds.len().div_ceil(COLUMNS) as f64,
+            Shown::Layers { panels, .. } => layers::height(panels.len()),
         };
     let mut page = Scene::new(WIDTH, height);
     page.font_family = Some(format!("{FONT}, Linux Libertine O, Times New Roman, serif"));
@@ -51,6 +53,12 @@ pub(super) fn svg(chart: &Chart) -> String {
                 ];
                 cloud(&mut page, axes, one, corner);
             }
+            let below = [0.5 * WIDTH, height - 14.0];
+            page.add(text(&axes[0].label, TEXT, below, TextAnchor::Middle));
+            page.add(turned(&axes[1].label, [18.0, 0.5 * height]));
+        }
+        Shown::Layers { axes, bounds, panels } => {
+            layers::draw(&mut page, axes, bounds, panels);
             let below = [0.5 * WIDTH, height - 14.0];
             page.add(text(&axes[0].label, TEXT, below, TextAnchor::Middle));
             page.add(turned(&axes[1].label, [18.0, 0.5 * height]));
@@ -132,7 +140,7 @@ fn cloud(page: &mut Scene, axes: &[LogAxis; 2], cloud: &Cloud, [left, top]: [f64
 }
 
 /// A power of ten as people write it on an axis.
-fn power(decade: i32) -> String {
+pub(super) fn power(decade: i32) -> String {
     if (-3..=4).contains(&decade) {
         crate::error::shown(10f64.powi(decade))
     } else {
@@ -140,7 +148,7 @@ fn power(decade: i32) -> String {
     }
 }
 
-fn line(from: [f64; 2], to: [f64; 2], colour: &str, width: f64) -> Primitive {
+pub(super) fn line(from: [f64; 2], to: [f64; 2], colour: &str, width: f64) -> Primitive {
     Primitive::Line {
         x1: from[0],
         y1: from[1],
@@ -164,7 +172,7 @@ fn circle(at: [f64; 2], radius: f64, opacity: f64) -> Primitive {
     }
 }
 
-fn text(content: &str, size: u32, at: [f64; 2], anchor: TextAnchor) -> Primitive {
+pub(super) fn text(content: &str, size: u32, at: [f64; 2], anchor: TextAnchor) -> Primitive {
     Primitive::Text {
         x: at[0],
         y: at[1],

@@ -4,12 +4,14 @@
 //! every figure of a report has the same fonts, weights and dash patterns.
 
 pub mod chart;
-mod compared;
+pub mod compared;
 #[cfg(feature = "figures")]
 mod draw;
 mod files;
 #[cfg(feature = "figures")]
 mod inline;
+#[cfg(feature = "figures")]
+mod layers;
 pub mod logged;
 #[cfg(feature = "figures")]
 mod marks;

@@ -79,7 +79,8 @@ mod tests {
 
     fn rows(settled_s: [f64; 3]) -> Vec<Row> {
         let row = |settled_s: f64| Row {
-            settled_s: Some(settled_s).filter(|s| s.is_finite()),
+            settled_at_encoder_s: Some(settled_s).filter(|s| s.is_finite()),
+            success_at_encoder: settled_s <= 5.0,
             count: 0.001,
             ..Row::default()
         };

@@ -5,14 +5,15 @@
 //! file, spreads -> joints around the file's, each with and    |
 //!      without a sample of delay -> servo, monitors -> rows   v
 //! search.rs: gains -> figures.rs: cost for a goal, under limits -> the least
-//!      -> judgement.rs: tried again on joints of another seed -> text.rs: a new file, a table;
-//!         pareto.rs: charts
+//!      -> judgement.rs: tried again on joints of another seed -> refusal.rs: or why not
+//!      -> text.rs: a new file, a table; pareto.rs: charts
 //! ```
 //!
 //! The joints on which gains are judged are not those on which they were found, and three times as
 //! many: a judgement is one to six sets of gains, the search some forty. Gains that are no better
-//! there than those of the file are dropped, and if the next best ones are no better either, the
-//! file's stay. Guarantees: the same result for the same seed on any number of cores; no more
+//! there than those of the file are dropped, and if the next best ones are no better either, or no
+//! joint succeeds, the tuning is refused and the file's stay. Gains are judged at the encoder, and
+//! the load's figures are beside. Guarantees: the same result for the same seed on any number of cores; no more
 //! failures on the joints of the judgement than the file's gains have. Does badly: it finds a
 //! valley near the file's gains, not the lowest one; it knows the joint of the file with its
 //! spread, and nothing that the file does not say.
@@ -22,20 +23,22 @@ mod judgement;
 mod knobs;
 mod limits;
 mod pareto;
+mod refusal;
 mod search;
 mod text;
 
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Mutex, PoisonError};
 
-pub use self::figures::{Figures, Goal};
+pub use self::figures::{Figures, Goal, SideFigures};
 pub use self::knobs::Knob;
 pub use self::limits::{CASES_ALLOWED, limit, takes_long};
-pub use self::pareto::charts;
-pub use self::text::{object, render, rewritten};
+use self::refusal::Evidence;
+pub use self::text::{is_refused, object, reason, render, rewritten};
 use crate::ensemble::{Around, MachineEnsemble, Row, written_spreads};
 use crate::error::Error;
 use crate::experiment::{Document, Experiment};
+use crate::figure::chart::Chart;
 
 /// How many joints gains are tried on, if nobody says otherwise; each is run with and without a
 /// sample of delay.
@@ -88,14 +91,18 @@ pub struct Tuned {
     pub controller: String,
     /// Its gains.
     pub gains: Vec<Turned>,
-    /// Whether they are better than the file's; if not, the file's stay.
+    /// Whether they are better than the file's and some joint succeeds; if not, the file's stay.
     pub better: bool,
+    /// Why no gains were found, and what would help; none if they are better.
+    pub refusal: Option<String>,
     /// The file's gains on the joints of the judgement.
     pub before: Figures,
     /// The gains that stay, there.
     pub after: Figures,
-    /// Everything that was tried, on the joints of the search.
+    /// Everything that was tried, on the joints of the search; the first are the file's gains.
     pub tried: Vec<Figures>,
+    /// Place of the gains that stay in `tried`.
+    pub kept: usize,
     /// Factors on the file's joint between which the gains that stay succeed, of those that were
     /// tried; the joint has a sample of delay there.
     pub margins: [f64; 2],
@@ -163,7 +170,7 @@ impl Request {
             return Ok(None);
         }
         let start = Figures::of(&self.rows(controller, &[], [self.seed, self.cases])?);
-        if self.goal == Goal::Track && start.tracking_counts.is_none() {
+        if self.goal == Goal::Track && start.at_encoder.tracking_counts.is_none() {
             return Err(Error::Input(format!(
                 "{}: the goal track needs a trajectory in `reference.trajectories`",
                 self.file
@@ -201,19 +208,37 @@ impl Request {
         }
         let before = self.rows(controller, &[], judged)?;
         let was = Figures::of(&before);
+        let candidates = candidates.into_inner().unwrap_or_else(PoisonError::into_inner);
+        // In the order of `tried`, behind the file's gains.
+        let order: Vec<Vec<f64>> = candidates.iter().map(|(_, factors)| factors.clone()).collect();
         let passed = judgement::first(
-            candidates.into_inner().unwrap_or_else(PoisonError::into_inner),
+            candidates,
             &before,
             (self.goal, &self.limits),
             |factors| set(controller, &knobs, factors),
             |set| if goes_on() { self.rows(controller, set, judged).map(Some) } else { Ok(None) },
         )?;
         let judgement::Outcome::Judged(passed) = passed else { return Ok(None) };
-        let better = passed.is_some();
-        let judgement::Passed { factors, set, rows } = passed.unwrap_or_else(|| {
-            let factors = vec![1.0; knobs.len()];
-            judgement::Passed { factors, set: Vec::new(), rows: before }
-        });
+        let tried = tried.into_inner().unwrap_or_else(PoisonError::into_inner);
+        let found = passed.as_ref().map(|passed| Figures::of(&passed.rows));
+        let refusal = Evidence {
+            controller,
+            figures: [&was, found.as_ref().unwrap_or(&was)],
+            rows: passed.as_ref().map_or(&before, |passed| &passed.rows),
+            is_better: passed.is_some(),
+            tried: tried.len(),
+            goal: &self.document.machine()?.goal,
+            slack: self.document.unseen_slack()?,
+        }
+        .refusal();
+        let better = refusal.is_none();
+        let judgement::Passed { factors, set, rows } =
+            passed.filter(|_| better).unwrap_or_else(|| judgement::Passed {
+                factors: vec![1.0; knobs.len()],
+                set: Vec::new(),
+                rows: before,
+            });
+        let kept = order.iter().position(|one| better && *one == factors);
         let stays = Figures::of(&rows);
         let turned = knobs.iter().zip(&factors).map(|(knob, factor)| {
             let to = if better { rounded(knob.start * factor) } else { knob.start };
@@ -224,9 +249,11 @@ impl Request {
             controller: controller.into(),
             gains: turned.collect(),
             better,
+            refusal,
             before: was,
             after: stays,
-            tried: tried.into_inner().unwrap_or_else(PoisonError::into_inner),
+            tried,
+            kept: kept.map_or(0, |place| place + 1),
             margins,
             worst: self.worst(controller, rows)?,
         }))
@@ -256,6 +283,16 @@ impl Request {
             margins: self.margins(controller, &[], &|| true)?.unwrap_or([1.0; 2]),
             worst: self.worst(controller, rows)?,
         })
+    }
+
+    /// Charts what was tried.
+    ///
+    /// # Errors
+    /// Names what is wrong with the file.
+    pub fn charts(&self, tuned: &[Tuned]) -> Result<Vec<Chart>, Error> {
+        let machine = self.document.machine()?;
+        let count_deg = machine.encoder.resolution_deg();
+        Ok(pareto::charts(&self.file, tuned, &machine.goal, count_deg))
     }
 
     /// The seed of the joints on which gains are judged.
@@ -322,7 +359,7 @@ impl Request {
             let alone = Self { spreads: around(factor), ..self.clone() };
             let rows = alone.ensemble(controller, set, 1)?.run(self.seed, 1)?;
             let figures = Figures::of(&rows);
-            Ok(figures.successes == figures.cases)
+            Ok(figures.at_encoder.successes == figures.cases)
         };
         let mut margins = [1.0; 2];
         for (margin, up) in margins.iter_mut().zip([false, true]) {
@@ -345,12 +382,14 @@ impl Request {
         rows: Vec<Row>,
     ) -> Result<Option<(Vec<String>, u8, Row)>, Error> {
         let late = |row: &Row| {
-            let settled_s = row.settled_s.filter(|_| row.faults().next().is_none());
+            let settled_s = row.settled_at_encoder_s.filter(|_| row.faults().next().is_none());
             settled_s.unwrap_or(f64::INFINITY)
         };
         // Rows of a case stand in the order of their delays.
         let worst = rows.into_iter().enumerate().max_by(|(_, a), (_, b)| {
-            late(a).total_cmp(&late(b)).then(a.rest_counts.total_cmp(&b.rest_counts))
+            late(a)
+                .total_cmp(&late(b))
+                .then(a.rest_at_encoder_counts.total_cmp(&b.rest_at_encoder_counts))
         });
         let Some((place, row)) = worst else { return Ok(None) };
         let drawn = self.ensemble(controller, &[], 0)?.drawn(self.judged(), row.case);

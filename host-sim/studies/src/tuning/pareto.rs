@@ -1,80 +1,187 @@
-//! What was tried as charts: sets of gains in planes of two figures each, with their Pareto front.
+//! What was tried as charts: a panel for each law, in which the sets of gains, their Pareto front,
+//! the file's gains and those that were kept lie over each other.
+//!
+//! All points of a panel are figures on the joints of the search, at the encoder. An axis has the
+//! decades of what is on it; a chart of a figure that is zero for all gains is left out.
 
 use super::{Figures, Tuned};
-use crate::figure::chart::{Chart, Cloud, LogAxis, Point, Shown};
+use crate::figure::chart::{Chart, Layer, LayeredPanel, LogAxis, Mark, Point, Shown};
+use crate::goal::PositionGoal;
 
-/// Quantities of a chart: its stem, and of each axis label, decades, a bound and value.
-type Plane = (&'static str, [(&'static str, [i32; 2], f64, fn(&Figures) -> f64); 2]);
+/// Time to settle of a success by default, s.
+const WITHIN_S: f64 = 5.0;
+
+/// One axis: label, bound, value. A bound of zero is none.
+type Quantity = (&'static str, f64, fn(&Figures) -> f64);
+
+/// Quantities of a chart, across and up, and its stem.
+type Plane = (&'static str, [Quantity; 2]);
 
 /// Charts what was tried in three planes: what a step needs, what a motion needs, what both cost.
-pub fn charts(file: &str, tuned: &[Tuned]) -> Vec<Chart> {
-    let settling: (_, _, _, fn(&Figures) -> f64) =
-        ("settling (s)", [-2, 1], 5.0, |of| of.settling_s);
-    let rest: (_, _, _, fn(&Figures) -> f64) =
-        ("rest error (counts)", [-1, 4], 2.0, |of| of.rest_counts);
+/// One count of the encoder is `count_deg`, deg.
+pub fn charts(file: &str, tuned: &[Tuned], goal: &PositionGoal, count_deg: f64) -> Vec<Chart> {
+    let within_s = goal.settle_s.unwrap_or(WITHIN_S);
+    let tolerance = goal.tolerance_counts(count_deg);
+    let settling: Quantity = ("settling (s)", within_s, |of| of.at_encoder.settling_s);
+    let rest: Quantity = ("rest error (counts)", tolerance, |of| of.at_encoder.rest_counts);
+    let tracking: Quantity =
+        ("tracking error (counts)", 0.0, |of| of.at_encoder.tracking_counts.unwrap_or(f64::NAN));
+    let chatter: Quantity = ("chatter (V/s)", 0.0, |of| of.chatter_v_per_s);
+    let held: Quantity = ("held effort (V)", 0.0, |of| of.held_v);
     let planes: [Plane; 3] = [
-        (
-            "tuning",
-            [
-                settling,
-                ("tracking error (counts)", [-1, 4], 2.0, |of| {
-                    of.tracking_counts.unwrap_or(f64::NAN)
-                }),
-            ],
-        ),
-        ("tuning-chatter", [settling, ("chatter (V/s)", [-2, 3], 1e3, |of| of.chatter_v_per_s)]),
-        ("tuning-heat", [rest, ("held effort (V)", [-4, 1], 10.0, |of| of.held_v)]),
+        ("tuning", [settling, tracking]),
+        ("tuning-chatter", [settling, chatter]),
+        ("tuning-heat", [rest, held]),
     ];
-    let has_motion = tuned.iter().any(|one| one.before.tracking_counts.is_some());
-    let shown = planes.into_iter().filter(|(stem, _)| has_motion || *stem != "tuning");
-    shown
-        .map(|(stem, axes)| {
-            let [across, up] = axes.map(|(.., of)| of);
-            let point = |figures: &Figures| [across(figures), up(figures)];
-            let clouds = tuned.iter().flat_map(|one| {
-                let of = |what: &str, points| Cloud {
-                    name: format!("{}: {what}", one.controller),
-                    points,
-                };
-                let tried: Vec<Point> = one.tried.iter().map(point).collect();
-                [
-                    of("Pareto front", front(&tried)),
-                    of("tried", tried),
-                    of("the file's", vec![point(&one.before)]),
-                    of("kept", vec![point(&one.after)]),
-                ]
-            });
-            Chart {
-                stem: stem.into(),
-                title: format!("Gains tried on {file}"),
-                subtitle: "simulated; a point is a set of gains, its means over the joints".into(),
-                shown: Shown::Clouds {
-                    axes: axes.map(|(label, decades, bound, _)| LogAxis {
-                        label: label.into(),
-                        decades,
-                        bound,
-                        beyond: String::new(),
-                    }),
-                    clouds: clouds.collect(),
-                },
-            }
-        })
-        .collect()
+    planes.iter().filter_map(|plane| chart(file, tuned, plane)).collect()
 }
 
-/// The points of which no other is better in one value and as good in the other (Pareto's front).
+fn chart(file: &str, tuned: &[Tuned], (stem, quantities): &Plane) -> Option<Chart> {
+    let [across, up] = quantities.map(|(.., of)| of);
+    let point = |figures: &Figures| [across(figures), up(figures)];
+    let panels: Vec<LayeredPanel> = tuned.iter().filter_map(|one| panel(one, point)).collect();
+    let all: Vec<Point> = panels
+        .iter()
+        .flat_map(|panel| &panel.layers)
+        .flat_map(|layer| layer.points.iter().copied())
+        .collect();
+    let axis = |place: usize| {
+        let (label, bound, _) = quantities[place];
+        let decades = decades(all.iter().map(|point| point[place]), bound)?;
+        let label = label.to_owned();
+        Some(LogAxis { label, decades, bound, beyond: String::new() })
+    };
+    let axes = [axis(0)?, axis(1)?];
+    let is_bounded = quantities.iter().any(|(_, bound, _)| *bound > 0.0);
+    Some(Chart {
+        stem: (*stem).into(),
+        title: format!("Gains tried on {file}"),
+        subtitle:
+            "simulated; a point is a set of gains on the joints of the search, at the encoder"
+                .into(),
+        shown: Shown::Layers {
+            axes,
+            bounds: if is_bounded { "limit of success".into() } else { String::new() },
+            panels,
+        },
+    })
+}
+
+/// The panel of a law; none if a value is zero or missing for all gains.
+fn panel(one: &Tuned, point: impl Fn(&Figures) -> Point) -> Option<LayeredPanel> {
+    let tried: Vec<Point> = one.tried.iter().map(point).collect();
+    let is_shown = |place: usize| tried.iter().any(|point| point[place] > 0.0);
+    if !(is_shown(0) && is_shown(1)) {
+        return None;
+    }
+    let layer = |name: &str, mark, points| Layer { name: name.into(), mark, points };
+    let at = |place: usize| tried.get(place).copied().into_iter().collect::<Vec<_>>();
+    let kept = if one.better { at(one.kept) } else { Vec::new() };
+    let layers = vec![
+        layer("Pareto front", Mark::Steps, front(&tried)),
+        layer("tried", Mark::Dot, tried.clone()),
+        layer("the file's", Mark::Square, at(0)),
+        layer("kept", Mark::Diamond, kept),
+    ];
+    let refused = if one.better { "" } else { " (refused)" };
+    Some(LayeredPanel { name: format!("{}{refused}", one.controller), layers })
+}
+
+/// The powers of ten around all values that are above zero, and around a bound; none without one.
+fn decades(values: impl Iterator<Item = f64>, bound: f64) -> Option<[i32; 2]> {
+    let shown = |value: &f64| *value > 0.0 && value.is_finite();
+    let found: Vec<f64> = values.filter(shown).collect();
+    found.first()?;
+    let with_bound = found.into_iter().chain((bound > 0.0).then_some(bound));
+    let [low, high] = with_bound.fold([f64::INFINITY, 0.0], |[low, high]: [f64; 2], value| {
+        [low.min(value), high.max(value)]
+    });
+    // Values down to a millionth of the largest one: the smaller ones lie on the edge.
+    let low = low.max(1e-6 * high);
+    let [low, high] = [low.log10().floor() as i32, high.log10().ceil() as i32];
+    Some([low, high.max(low + 1)])
+}
+
+/// The points of which no other is better in one value and as good in the other (Pareto's front),
+/// in the order of the first value.
 fn front(points: &[Point]) -> Vec<Point> {
     let beats = |a: &Point, b: &Point| a[0] <= b[0] && a[1] <= b[1] && a != b;
-    points.iter().filter(|b| !points.iter().any(|a| beats(a, b))).copied().collect()
+    let is_first = |b: &&Point| !points.iter().any(|a| beats(a, b));
+    let mut front: Vec<Point> = points.iter().filter(is_first).copied().collect();
+    front.sort_by(|a, b| a[0].total_cmp(&b[0]));
+    front.dedup();
+    front
 }
 
 #[cfg(test)]
 mod tests {
+    use super::super::SideFigures;
     use super::*;
 
     #[test]
     fn the_front_has_what_nothing_beats_in_both_values() {
         let points = [[1.0, 4.0], [2.0, 2.0], [2.0, 3.0], [4.0, 1.0], [4.0, 4.0]];
         assert_eq!(front(&points), [[1.0, 4.0], [2.0, 2.0], [4.0, 1.0]]);
+        // In order, and each once.
+        let points = [[4.0, 1.0], [1.0, 4.0], [1.0, 4.0]];
+        assert_eq!(front(&points), [[1.0, 4.0], [4.0, 1.0]]);
+    }
+
+    fn figures(settling_s: f64, rest_counts: f64, held_v: f64) -> Figures {
+        let side = SideFigures { successes: 1, settling_s, tracking_counts: None, rest_counts };
+        Figures { cases: 1, at_encoder: side, at_load: side, chatter_v_per_s: 2.0, held_v }
+    }
+
+    fn law(controller: &str, held_v: f64) -> Tuned {
+        let [file, other] = [figures(1.0, 4.0, held_v), figures(0.5, 2.0, held_v)];
+        Tuned {
+            controller: controller.into(),
+            gains: vec![],
+            better: true,
+            refusal: None,
+            before: file,
+            after: other,
+            tried: vec![file, other],
+            kept: 1,
+            margins: [1.0, 1.0],
+            worst: None,
+        }
+    }
+
+    fn layered(chart: &Chart) -> (&[LogAxis; 2], &[LayeredPanel]) {
+        let Shown::Layers { axes, panels, .. } = &chart.shown else { panic!("{chart:?}") };
+        (axes, panels)
+    }
+
+    #[test]
+    fn a_law_has_one_panel_with_all_its_layers_and_a_figure_that_is_always_zero_has_none() {
+        let goal = PositionGoal::default();
+        let drawn = charts("a.toml", &[law("srnf", 0.1), law("pd", 0.0)], &goal, 0.01);
+        // No trajectory: no chart of tracking.
+        let stems: Vec<&str> = drawn.iter().map(|chart| &*chart.stem).collect();
+        assert_eq!(stems, ["tuning-chatter", "tuning-heat"]);
+        let (axes, panels) = layered(&drawn[0]);
+        assert_eq!(axes[0].decades, [-1, 1]);
+        assert_eq!(panels.iter().map(|panel| &*panel.name).collect::<Vec<_>>(), ["srnf", "pd"]);
+        let layers: Vec<(&str, usize)> =
+            panels[0].layers.iter().map(|layer| (&*layer.name, layer.points.len())).collect();
+        assert_eq!(layers, [("Pareto front", 1), ("tried", 2), ("the file's", 1), ("kept", 1)]);
+        assert_eq!(panels[0].layers[3].points, [[0.5, 2.0]]);
+        // PD holds nothing.
+        let (_, panels) = layered(&drawn[1]);
+        assert_eq!(panels.iter().map(|panel| &*panel.name).collect::<Vec<_>>(), ["srnf"]);
+        assert!(charts("a.toml", &[law("pd", 0.0)], &goal, 0.01).len() == 1);
+    }
+
+    #[test]
+    fn the_bound_of_a_rest_error_is_the_goal_in_counts_and_refused_gains_are_not_kept() {
+        let goal = PositionGoal { tolerance_deg: Some(0.5), ..PositionGoal::default() };
+        let refused = Tuned { better: false, kept: 0, ..law("srnf", 0.1) };
+        let drawn = charts("a.toml", &[refused], &goal, 0.01);
+        let (axes, panels) = layered(&drawn[1]);
+        assert!((axes[0].bound - 50.0).abs() < 1e-9, "{axes:?}");
+        assert_eq!(axes[0].decades, [0, 2]);
+        assert_eq!(panels[0].name, "srnf (refused)");
+        assert!(panels[0].layers[3].points.is_empty());
     }
 }

@@ -1,9 +1,9 @@
 //! What tuning has found, as a new file, as a table and as JSON.
 
-use serde_json::{Value, json};
+use serde_json::{Map, Value, json};
 use toml_edit::{DocumentMut, value};
 
-use super::{Figures, Tuned};
+use super::{Figures, SideFigures, Tuned};
 use crate::error::{Error, rounded};
 use crate::output::table;
 
@@ -31,39 +31,18 @@ pub fn rewritten(text: &str, tuned: &[Tuned]) -> Result<String, Error> {
 pub fn render(tuned: &[Tuned]) -> String {
     let mut text = String::new();
     for one in tuned {
-        let Tuned { controller, gains, better, before, after, tried, margins, worst } = one;
-        let verdict =
-            if *better { "tuned" } else { "nothing better was found: the file's gains stay" };
-        text += &format!("{controller}: {verdict} ({} sets of gains)\n", tried.len());
+        let Tuned { controller, gains, better, before, after, tried, margins, worst, .. } = one;
+        let verdict = match &one.refusal {
+            None => format!("tuned ({} sets of gains)", tried.len()),
+            Some(why) => {
+                format!("no gains were found ({} sets of gains)\n{}", tried.len(), wrapped(why))
+            }
+        };
+        text += &format!("{controller}: {verdict}\n");
         for gain in gains.iter().filter(|_| *better) {
             text += &format!("  {:28} {} -> {}\n", gain.key, rounded(gain.from), rounded(gain.to));
         }
-        let mut figures = table::new(&[
-            "",
-            "success\n%",
-            "settled\ns",
-            "tracking\ncounts",
-            "rest\ncounts",
-            "chatter\nV/s",
-            "held\nV",
-        ]);
-        let mut add = |name: &str, row: &Figures| {
-            let success = 100.0 * row.successes as f64 / row.cases.max(1) as f64;
-            figures.add_row([
-                name.to_owned(),
-                table::number(Some(success), 1),
-                table::number(Some(row.settling_s), 3),
-                table::number(row.tracking_counts.filter(|counts| counts.is_finite()), 2),
-                table::number(Some(row.rest_counts), 2),
-                table::number(Some(row.chatter_v_per_s), 2),
-                table::number(Some(row.held_v), 3),
-            ]);
-        };
-        add("before", before);
-        if *better {
-            add("after", after);
-        }
-        text += &format!("{}\n", figures.trim_fmt());
+        text += &format!("{}\n", figures(before, better.then_some(after)));
         let [least, most] = margins;
         if least < most {
             text += &format!(
@@ -74,12 +53,18 @@ pub fn render(tuned: &[Tuned]) -> String {
         }
         if let Some((drawn, delay, row)) = worst {
             let settled = row
-                .settled_s
+                .settled_at_encoder_s
                 .map_or_else(|| "never settles".into(), |s| format!("settles in {} s", rounded(s)));
             let fault = row.faults().next().map(|name| format!(", {name}")).unwrap_or_default();
+            let at_load = if row.rest_at_load_counts == row.rest_at_encoder_counts {
+                String::new()
+            } else {
+                let counts = rounded(row.rest_at_load_counts);
+                format!(" at the encoder, {counts} at the load")
+            };
             text += &format!(
-                "  worst joint: {settled}, rests {} counts off{fault}; delay {delay}\n",
-                rounded(row.rest_counts)
+                "  worst joint: {settled}, rests {} counts off{at_load}{fault}; delay {delay}\n",
+                rounded(row.rest_at_encoder_counts)
             );
             for key in drawn {
                 let (key, value) = key.split_once('=').unwrap_or((key, ""));
@@ -92,21 +77,85 @@ pub fn render(tuned: &[Tuned]) -> String {
     text
 }
 
+/// Wraps a sentence into lines of up to 80 columns, two spaces in.
+fn wrapped(sentence: &str) -> String {
+    let mut lines = vec![String::from(" ")];
+    for word in sentence.split_whitespace() {
+        match lines.last_mut() {
+            Some(line) if line.chars().count() + 1 + word.chars().count() <= 80 => {
+                *line += " ";
+                *line += word;
+            }
+            _ => lines.push(format!("  {word}")),
+        }
+    }
+    lines.join("\n")
+}
+
+/// Figures before and after as a table; both sides of the gear where they differ.
+fn figures(before: &Figures, after: Option<&Figures>) -> String {
+    let mut table = table::new(&[
+        "",
+        "success\n%",
+        "settled\ns",
+        "tracking\ncounts",
+        "rest\ncounts",
+        "chatter\nV/s",
+        "held\nV",
+    ]);
+    let is_two_sided = before.is_two_sided() || after.is_some_and(Figures::is_two_sided);
+    let mut add = |name: String, of: &Figures, side: &SideFigures| {
+        let success = 100.0 * side.successes as f64 / of.cases.max(1) as f64;
+        table.add_row([
+            name,
+            table::number(Some(success), 1),
+            table::number(Some(side.settling_s), 3),
+            table::number(side.tracking_counts.filter(|counts| counts.is_finite()), 2),
+            table::number(Some(side.rest_counts), 2),
+            table::number(Some(of.chatter_v_per_s), 2),
+            table::number(Some(of.held_v), 3),
+        ]);
+    };
+    for (name, of) in [("before", Some(before)), ("after", after)] {
+        let Some(of) = of else { continue };
+        if is_two_sided {
+            add(format!("{name}, at the encoder"), of, &of.at_encoder);
+            add(format!("{name}, at the load"), of, &of.at_load);
+        } else {
+            add(name.into(), of, &of.at_encoder);
+        }
+    }
+    table.trim_fmt()
+}
+
+/// Figures as JSON. The keys without a side are the load's.
+fn figures_object(of: &Figures) -> Value {
+    let mut object = Map::new();
+    let mut put = |key: String, value: Value| object.insert(key, value);
+    let share = |successes: usize| successes as f64 / of.cases.max(1) as f64;
+    let finite = |counts: Option<f64>| json!(counts.filter(|counts| counts.is_finite()));
+    let load = &of.at_load;
+    put("cases".into(), json!(of.cases));
+    put("successes".into(), json!(load.successes));
+    put("settling_s".into(), json!(load.settling_s));
+    put("tracking_counts".into(), finite(load.tracking_counts));
+    put("rest_counts".into(), json!(load.rest_counts));
+    put("chatter_v_per_s".into(), json!(of.chatter_v_per_s));
+    put("held_v".into(), json!(of.held_v));
+    for (name, side) in [("encoder", &of.at_encoder), ("load", load)] {
+        put(format!("success_at_{name}"), json!(share(side.successes)));
+        put(format!("successes_at_{name}"), json!(side.successes));
+        put(format!("settled_at_{name}_s"), json!(side.settling_s));
+        put(format!("tracking_at_{name}_counts"), finite(side.tracking_counts));
+        put(format!("rest_at_{name}_counts"), json!(side.rest_counts));
+    }
+    Value::Object(object)
+}
+
 /// What was found, as one JSON object.
 pub fn object(file: &str, tuned: &[Tuned]) -> Value {
-    let figures = |of: &Figures| {
-        json!({
-            "cases": of.cases,
-            "successes": of.successes,
-            "settling_s": of.settling_s,
-            "tracking_counts": of.tracking_counts.filter(|counts| counts.is_finite()),
-            "rest_counts": of.rest_counts,
-            "chatter_v_per_s": of.chatter_v_per_s,
-            "held_v": of.held_v,
-        })
-    };
     let one = |tuned: &Tuned| {
-        let gains: serde_json::Map<String, Value> = tuned
+        let gains: Map<String, Value> = tuned
             .gains
             .iter()
             .map(|gain| (gain.key.to_owned(), json!({"from": gain.from, "to": gain.to})))
@@ -117,22 +166,52 @@ pub fn object(file: &str, tuned: &[Tuned]) -> Value {
                 "delay_samples": delay,
                 "settled_s": row.settled_s,
                 "rest_counts": row.rest_counts,
+                "settled_at_encoder_s": row.settled_at_encoder_s,
+                "settled_at_load_s": row.settled_at_load_s,
+                "rest_at_encoder_counts": row.rest_at_encoder_counts,
+                "rest_at_load_counts": row.rest_at_load_counts,
                 "fault": row.faults().next(),
             })
         });
         let body = json!({
+            "outcome": outcome(tuned.better),
+            "reason": tuned.refusal,
             "better": tuned.better,
             "gains": gains,
-            "before": figures(&tuned.before),
-            "after": figures(&tuned.after),
+            "before": figures_object(&tuned.before),
+            "after": figures_object(&tuned.after),
             "tried": tuned.tried.len(),
             "gain_margins": tuned.margins,
             "worst": worst,
         });
         (tuned.controller.clone(), body)
     };
-    let controllers: serde_json::Map<String, Value> = tuned.iter().map(one).collect();
-    json!({"schema": 1, "file": file, "controllers": controllers})
+    let controllers: Map<String, Value> = tuned.iter().map(one).collect();
+    json!({
+        "schema": 1,
+        "file": file,
+        "outcome": outcome(!is_refused(tuned)),
+        "reason": reason(tuned),
+        "controllers": controllers,
+    })
+}
+
+const fn outcome(is_tuned: bool) -> &'static str {
+    if is_tuned { "tuned" } else { "refused" }
+}
+
+/// Returns whether no controller has better gains.
+pub fn is_refused(tuned: &[Tuned]) -> bool {
+    tuned.iter().all(|one| !one.better)
+}
+
+/// Returns why no gains were found for any controller; none if some were found.
+pub fn reason(tuned: &[Tuned]) -> Option<String> {
+    let all: Option<Vec<String>> = tuned
+        .iter()
+        .map(|one| Some(format!("{}: {}", one.controller, one.refusal.as_ref()?)))
+        .collect();
+    all.filter(|all| !all.is_empty()).map(|all| all.join("; "))
 }
 
 #[cfg(test)]
@@ -141,16 +220,20 @@ mod tests {
     use super::*;
 
     #[test]
+    fn a_long_reason_is_wrapped_and_loses_no_word() {
+        let long = "one two three four five ".repeat(12);
+        let text = wrapped(&long);
+        assert!(text.lines().count() > 3 && text.lines().all(|line| line.len() <= 80), "{text}");
+        assert!(text.lines().all(|line| line.starts_with("  ")), "{text}");
+        assert!(text.split_whitespace().eq(long.split_whitespace()));
+    }
+
+    #[test]
     fn a_new_file_has_the_new_gains_and_keeps_the_rest() {
-        let figures = Figures {
-            cases: 1,
-            successes: 1,
-            settling_s: 1.0,
-            tracking_counts: None,
-            rest_counts: 1.0,
-            chatter_v_per_s: 0.0,
-            held_v: 0.0,
-        };
+        let side =
+            SideFigures { successes: 1, settling_s: 1.0, tracking_counts: None, rest_counts: 1.0 };
+        let (at_encoder, at_load) = (side, SideFigures { rest_counts: 80.0, ..side });
+        let figures = Figures { cases: 1, at_encoder, at_load, chatter_v_per_s: 0.0, held_v: 0.0 };
         let tuned = Tuned {
             controller: "pd".into(),
             gains: vec![
@@ -158,9 +241,11 @@ mod tests {
                 Turned { key: "bandwidth_rad_per_s", from: 50.0, to: 60.0 },
             ],
             better: true,
+            refusal: None,
             before: figures,
             after: figures,
             tried: vec![figures],
+            kept: 0,
             margins: [1.0, 1.0],
             worst: None,
         };
@@ -171,7 +256,32 @@ mod tests {
             "a = 1 # one\n\n[controller.pd]\nkp_v_per_deg = 2.5   # Table 17\n\
              bandwidth_rad_per_s = 60.0\n"
         );
-        let kept = Tuned { better: false, ..tuned };
-        assert_eq!(rewritten(text, &[kept]).unwrap(), text);
+        let whole = render(std::slice::from_ref(&tuned));
+        assert!(whole.contains("after, at the encoder") && whole.contains("80.00"), "{whole}");
+        assert!(whole.lines().all(|line| line.len() <= 80), "{whole}");
+        let found = object("a.toml", std::slice::from_ref(&tuned));
+        assert_eq!((&found["outcome"], &found["reason"]), (&json!("tuned"), &Value::Null));
+        let refusal = Some("no gains can rest it".to_owned());
+        let kept = Tuned { better: false, refusal, ..tuned.clone() };
+        assert_eq!(rewritten(text, std::slice::from_ref(&kept)).unwrap(), text);
+        let whole = render(std::slice::from_ref(&kept));
+        assert!(whole.contains("no gains were found") && whole.contains("rest it"), "{whole}");
+        assert!(!whole.contains("after") && !whole.contains("->"), "{whole}");
+        let found = object("a.toml", std::slice::from_ref(&kept));
+        assert_eq!(found["outcome"], "refused");
+        assert_eq!(found["reason"], "pd: no gains can rest it");
+        let of = &found["controllers"]["pd"];
+        assert_eq!(
+            (&of["outcome"], &of["reason"]),
+            (&json!("refused"), &json!("no gains can rest it"))
+        );
+        assert_eq!(of["before"]["rest_at_encoder_counts"], 1.0);
+        assert_eq!(
+            (&of["before"]["rest_at_load_counts"], &of["before"]["rest_counts"]),
+            (&json!(80.0), &json!(80.0))
+        );
+        // One of two is found: the file is written with it.
+        let found = object("a.toml", &[kept, Tuned { controller: "srnf".into(), ..tuned }]);
+        assert_eq!((&found["outcome"], &found["reason"]), (&json!("tuned"), &Value::Null));
     }
 }

@@ -1,0 +1,177 @@
+//! Refusal of a tuning: no gains were found, why, and what would help.
+//!
+//! A tuning is refused if no joint of the judgement succeeds before and after it, or if no gains
+//! are better than the file's. Slack between encoder and load is the reason where the encoder's
+//! side succeeds and the load does not: no gain can correct what the encoder cannot see.
+
+use std::collections::BTreeMap;
+
+use super::Figures;
+use crate::data_sheet::UnseenSlack;
+use crate::ensemble::Row;
+use crate::error::rounded;
+use crate::goal::PositionGoal;
+
+/// What a refusal is decided by.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Evidence<'a> {
+    /// Name of the controller.
+    pub controller: &'a str,
+    /// Figures of the file's gains, and of the best ones of the judgement.
+    pub figures: [&'a Figures; 2],
+    /// Rows of the best gains.
+    pub rows: &'a [Row],
+    /// Whether they are better than the file's.
+    pub is_better: bool,
+    /// Sets of gains that were tried.
+    pub tried: usize,
+    /// By which a joint is judged.
+    pub goal: &'a PositionGoal,
+    /// Slack that the encoder cannot see.
+    pub slack: Option<UnseenSlack>,
+}
+
+impl Evidence<'_> {
+    /// Returns the reason of the refusal with what would help, as one sentence without a point;
+    /// none if gains were found.
+    pub fn refusal(&self) -> Option<String> {
+        let Self { controller, figures: [before, after], tried, .. } = *self;
+        if before.at_load.successes.max(after.at_load.successes) == 0 {
+            return Some(self.without_a_success());
+        }
+        (!self.is_better).then(|| {
+            format!(
+                "none of {tried} sets of gains of {controller} is better than the file's on {} \
+                 other runs, of which {} succeed with the file's gains; the file's gains stay; \
+                 another goal, more joints or other gains to start from may find better ones",
+                before.cases, before.at_load.successes
+            )
+        })
+    }
+
+    /// The reason where no joint succeeds at its load.
+    fn without_a_success(&self) -> String {
+        let Self { controller, figures: [before, after], goal, slack, rows, .. } = *self;
+        let tolerance = tolerance(goal);
+        let at_encoder = before.at_encoder.successes.max(after.at_encoder.successes);
+        if let Some(slack) = slack.filter(|_| at_encoder > 0) {
+            let wider = rounded(slack.backlash_deg + slack.wind_up_deg);
+            return format!(
+                "no gains can rest the load {tolerance}: {}; put an encoder on the load, or set \
+                 [goal] tolerance_deg, here to {wider} at least",
+                unseen(&slack)
+            );
+        }
+        if let Some((fault, trips)) = most_frequent_fault(rows).filter(|(_, n)| 2 * n > rows.len())
+        {
+            return format!(
+                "no gains of {controller} succeed: a monitor trips in {trips} of {} runs \
+                 ({fault}); check the limits of the file and what it says about the joint",
+                rows.len()
+            );
+        }
+        let rest = rounded(after.at_encoder.rest_counts);
+        format!(
+            "no gains of {controller} rest the joint {tolerance} in time: it is up to {rest} \
+             counts off; take a law that counters friction at rest, such as robust or srnf, or set \
+             [goal] tolerance_deg"
+        )
+    }
+}
+
+/// The tolerance in words, such as "within 2 counts".
+fn tolerance(goal: &PositionGoal) -> String {
+    let alone = PositionGoal { tolerance_deg: goal.tolerance_deg, ..PositionGoal::default() };
+    alone.describe().trim_end_matches(" until the end").into()
+}
+
+fn unseen(slack: &UnseenSlack) -> String {
+    if slack.backlash_deg == 0.0 {
+        return format!(
+            "the encoder cannot see the wind-up of the gear, up to {} deg at rest",
+            rounded(slack.wind_up_deg)
+        );
+    }
+    format!("the encoder cannot see {:.0} counts of backlash", slack.backlash_counts)
+}
+
+/// The fault that ended most runs, with their number.
+fn most_frequent_fault(rows: &[Row]) -> Option<(&str, usize)> {
+    let mut counts: BTreeMap<&str, usize> = BTreeMap::new();
+    for fault in rows.iter().filter_map(|row| row.faults().next()) {
+        *counts.entry(fault).or_default() += 1;
+    }
+    counts.into_iter().max_by_key(|(_, count)| *count)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::figures::SideFigures;
+    use super::*;
+
+    const SLACK: UnseenSlack =
+        UnseenSlack { backlash_deg: 0.6, backlash_counts: 170.67, wind_up_deg: 0.15 };
+
+    fn figures(at_encoder: usize, at_load: usize) -> Figures {
+        let side = |successes, rest_counts| SideFigures {
+            successes,
+            settling_s: 1.0,
+            tracking_counts: None,
+            rest_counts,
+        };
+        Figures {
+            cases: 48,
+            at_encoder: side(at_encoder, 30.0),
+            at_load: side(at_load, 105.0),
+            chatter_v_per_s: 0.0,
+            held_v: 0.0,
+        }
+    }
+
+    fn said(
+        before: [usize; 2],
+        after: [usize; 2],
+        is_better: bool,
+        slack: Option<UnseenSlack>,
+        rows: &[Row],
+    ) -> Option<String> {
+        let [before, after] = [before, after].map(|[encoder, load]| figures(encoder, load));
+        let goal = PositionGoal::default();
+        let figures = [&before, &after];
+        let controller = "robust";
+        Evidence { controller, figures, rows, is_better, tried: 41, goal: &goal, slack }.refusal()
+    }
+
+    #[test]
+    fn slack_is_the_reason_where_the_encoder_succeeds_and_the_load_never() {
+        assert_eq!(
+            said([40, 0], [48, 0], true, Some(SLACK), &[]).unwrap(),
+            "no gains can rest the load within 2 counts: the encoder cannot see 171 counts of \
+             backlash; put an encoder on the load, or set [goal] tolerance_deg, here to 0.75 at \
+             least"
+        );
+        // One load that succeeds is enough for a tuning.
+        assert_eq!(said([40, 0], [48, 1], true, Some(SLACK), &[]), None);
+    }
+
+    #[test]
+    fn a_law_that_never_succeeds_is_refused_with_what_it_is_off_or_what_trips() {
+        let off = said([0, 0], [0, 0], true, None, &[]).unwrap();
+        assert!(off.contains("up to 30 counts off") && off.contains("robust or srnf"), "{off}");
+        // Slack is no reason if not even the encoder's side succeeds.
+        let off = said([0, 0], [0, 0], true, Some(SLACK), &[]).unwrap();
+        assert!(off.contains("up to 30 counts off"), "{off}");
+        let stall = Row { step_fault: Some("stall".into()), ..Row::default() };
+        let rows = [stall.clone(), stall, Row::default()];
+        let trips = said([0, 0], [0, 0], false, None, &rows).unwrap();
+        assert!(trips.contains("trips in 2 of 3 runs (stall)"), "{trips}");
+    }
+
+    #[test]
+    fn what_is_no_better_is_refused_and_what_is_better_is_not() {
+        let same = said([30, 30], [30, 30], false, None, &[]).unwrap();
+        assert!(same.contains("none of 41 sets") && same.contains("30 succeed"), "{same}");
+        assert_eq!(said([30, 30], [31, 31], true, None, &[]), None);
+        assert_eq!(said([0, 0], [1, 1], true, None, &[]), None);
+    }
+}
