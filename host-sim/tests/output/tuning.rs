@@ -110,8 +110,8 @@ fn the_same_joint_is_tuned_once_its_goal_is_wider_than_its_slack() {
 #[test]
 fn a_law_that_never_succeeds_is_refused_beside_one_that_is_tuned() {
     let directory = tempfile::tempdir().unwrap();
-    let weak = "\n[goal]\ntolerance_deg = 0.7\n\n[controller.weak]\nkp_v_per_deg = 0.004\n\
-                kd_v_per_deg_per_s = 0.0001\n";
+    let weak = "\n[goal]\ntolerance_deg = 0.7\n\n[controller.weak]\nlaws = []\n\
+                kp_v_per_deg = 0.004\nkd_v_per_deg_per_s = 0.0001\n";
     let joint = gear(&directory, weak);
     let (code, printed, words) = tuned(&joint, &["--controller", "weak,robust"]);
     assert_eq!((code, printed["outcome"].as_str()), (Some(0), Some("tuned")), "{words}");

@@ -59,7 +59,9 @@ fn a_tuning_finds_what_the_command_finds_and_writes_no_file() {
         assert_eq!(figures["cases"], 2 * judges, "with and without a delay: {figures}");
         let charts = tuned["charts"].as_array().unwrap();
         assert!(charts.iter().all(|one| one.as_str().unwrap().starts_with("<svg")));
-        assert_eq!(charts.len(), if cfg!(feature = "figures") { 2 } else { 0 });
+        // Without a trajectory none of tracking; PD at rest has no chatter, so that its chart would
+        // be zero all over.
+        assert_eq!(charts.len(), usize::from(cfg!(feature = "figures")));
         // A page that comes later is told what was found, and that nothing runs.
         let mut later = super::Visit::proper(&server).connect().await.unwrap();
         assert_eq!(later.event("tuned").await["toml"], tuned["toml"]);
