@@ -17,12 +17,12 @@ pub use dynamics::{friction, joint, mechanism, solver};
 #[cfg(feature = "emulator")]
 pub use emulated::{emulator, firmware};
 pub use files::{
-    Error, data_sheet, document, encoder, error, goal, hardware, keys, machine, setup,
+    Error, data_sheet, document, encoder, error, goal, hardware, keys, lines, machine, setup,
     typed_number, written,
 };
 pub use simulator::{
-    closed_loop, device, draft, experiment, flash, identification, metrics, output, plant,
-    properties, run, settling, target,
+    both_sides, closed_loop, device, draft, experiment, flash, identification, metrics, output,
+    plant, properties, run, settling, target,
 };
 pub use studies::{
     benchmark, ensemble, figure, lab, log_identification, missing_part, selftest, tuning,

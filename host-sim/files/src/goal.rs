@@ -42,6 +42,18 @@ impl PositionGoal {
         self.tolerance_deg.map_or(TOLERANCE_COUNTS, |tolerance_deg| tolerance_deg / count_deg)
     }
 
+    /// Returns the goal with its tolerance in both units; one count of the encoder is `count_deg`,
+    /// deg.
+    pub fn in_both_units(&self, count_deg: f64) -> GoalInBothUnits {
+        let tolerance_counts = self.tolerance_counts(count_deg);
+        GoalInBothUnits {
+            tolerance_deg: self.tolerance_deg.unwrap_or(tolerance_counts * count_deg),
+            tolerance_counts,
+            settle_s: self.settle_s,
+            hold_s: self.hold_s,
+        }
+    }
+
     /// Returns the goal in words, such as "within 2 counts until the end".
     pub fn describe(&self) -> String {
         let tolerance = match self.tolerance_deg {
@@ -61,6 +73,19 @@ impl PositionGoal {
     pub fn is_default(&self) -> bool {
         *self == Self::default()
     }
+}
+
+/// `goal` of JSON: what a motion was judged by.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+pub struct GoalInBothUnits {
+    /// Largest error at the target, deg.
+    pub tolerance_deg: f64,
+    /// Largest error at the target, counts of the encoder.
+    pub tolerance_counts: f64,
+    /// Longest time until the error stays within the tolerance, s; none is any time.
+    pub settle_s: Option<f64>,
+    /// Time that the error has to stay there, s; none is until the end.
+    pub hold_s: Option<f64>,
 }
 
 /// Reads a number above zero.

@@ -9,6 +9,7 @@ use stiction::compensator::{FIRST_LAW, Gains, MAX_TERMS};
 
 use crate::data_sheet::OF_A_SHEET;
 use crate::error::{Error, suggestion};
+use crate::lines::wrapped;
 use crate::machine::Machine;
 use crate::written::shown_law;
 
@@ -335,18 +336,4 @@ fn allowed(root: &Value, schema: &Value) -> String {
         (_, Some(low), Some(high)) => format!("{what} above {low}, up to {high}"),
         _ => what.into(),
     }
-}
-
-/// A text in lines of at most 80 columns, indented.
-fn wrapped(text: &str, indent: usize) -> String {
-    let (mut lines, mut line) = (String::new(), String::new());
-    for word in text.split_whitespace() {
-        if !line.is_empty() && indent + line.len() + 1 + word.len() > 80 {
-            lines += &format!("{:indent$}{line}\n", "");
-            line.clear();
-        }
-        line += if line.is_empty() { "" } else { " " };
-        line += word;
-    }
-    lines + &format!("{:indent$}{line}\n", "")
 }

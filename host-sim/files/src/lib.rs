@@ -12,6 +12,7 @@ pub mod error;
 pub mod goal;
 pub mod hardware;
 pub mod keys;
+pub mod lines;
 pub mod machine;
 pub mod setup;
 pub mod typed_number;

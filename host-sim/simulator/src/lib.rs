@@ -7,6 +7,7 @@
 // What a terminal or a port asks for, nothing asks for in a page.
 #![cfg_attr(target_family = "wasm", allow(dead_code, unused_mut))]
 
+pub mod both_sides;
 pub mod closed_loop;
 pub mod device;
 pub mod draft;
@@ -23,6 +24,6 @@ pub mod target;
 
 pub use dynamics::{friction, joint, mechanism, solver};
 pub use files::{
-    Error, data_sheet, document, encoder, error, goal, hardware, machine, setup, typed_number,
-    written,
+    Error, data_sheet, document, encoder, error, goal, hardware, lines, machine, setup,
+    typed_number, written,
 };

@@ -5,6 +5,7 @@
 
 use serde::Serialize;
 
+use crate::both_sides::BothSides;
 use crate::closed_loop::Moment;
 use crate::experiment::Task;
 use crate::machine::Trajectory;
@@ -55,6 +56,13 @@ pub struct Metrics {
     pub slip_v: Option<f64>,
     /// Effort at which the joint stopped, without the lag of the axis, V.
     pub slip_corrected_v: Option<f64>,
+    /// Rest, settling and success on both sides of the gear, by the file's goal.
+    #[serde(flatten)]
+    pub sides: BothSides,
+    /// Time after which a step stays within +-0.05 deg at the encoder, s. A benchmark ranks by it
+    /// where the encoder cannot see slack.
+    #[serde(skip)]
+    pub settling_time_at_encoder_s: Option<f64>,
 }
 
 impl Metrics {
@@ -77,7 +85,9 @@ impl Metrics {
                 let beyond = moments.iter().map(|m| -m.error_deg() * towards).fold(0.0, f64::max);
                 metrics.overshoot_deg = Some(beyond);
                 metrics.rise_time_s = rise_time(moments, *step);
-                metrics.settling_time_s = settling_time(moments);
+                metrics.settling_time_s = settling_time(moments, Moment::error_deg);
+                metrics.settling_time_at_encoder_s =
+                    settling_time(moments, |m| m.reference_deg - m.at_encoder_deg);
                 let half_s = 0.5 * (first.time_s + last.time_s);
                 if let Some((peak_to_peak, period)) = hunting(moments, half_s, resolution_deg) {
                     metrics.hunting_peak_to_peak_deg = Some(peak_to_peak);
@@ -112,7 +122,7 @@ pub fn is_unstable(moments: &[Moment], span_deg: f64) -> bool {
 }
 
 /// From the begin of the first blend of a trajectory to the end of the last one, s.
-fn motion_s(trajectory: &Trajectory) -> [f64; 2] {
+pub(crate) fn motion_s(trajectory: &Trajectory) -> [f64; 2] {
     let last = trajectory.corner_times_s.len().saturating_sub(1);
     [
         corner_s(trajectory, 0) - trajectory.half_blend_s,
@@ -176,8 +186,8 @@ fn sticks_in_motion(moments: &[Moment]) -> u32 {
     sticks.count() as u32
 }
 
-fn settling_time(moments: &[Moment]) -> Option<f64> {
-    let unsettled = moments.iter().rposition(|m| m.error_deg().abs() > SETTLED_DEG);
+fn settling_time(moments: &[Moment], error_deg: impl Fn(&Moment) -> f64) -> Option<f64> {
+    let unsettled = moments.iter().rposition(|m| error_deg(m).abs() > SETTLED_DEG);
     let settled = moments.get(unsettled.map_or(0, |i| i + 1))?;
     Some(settled.time_s - moments.first()?.time_s)
 }

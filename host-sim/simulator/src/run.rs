@@ -7,7 +7,9 @@ use rayon::prelude::*;
 use stiction::Course;
 use stiction::identification::RampFindings;
 
+use crate::both_sides::BothSides;
 use crate::closed_loop::{ClosedLoop, Moment};
+use crate::data_sheet::UnseenSlack;
 use crate::error::Error;
 use crate::experiment::{RunPlan, Task, parameters};
 use crate::identification::Levels;
@@ -38,6 +40,8 @@ pub struct RunResult {
     pub diverged_at_s: Option<f64>,
     /// What ended the motion of a servo; its joint coasts from then on.
     pub fault: Option<Tripped>,
+    /// Slack of the gear that the encoder cannot measure: both sides of the gear are shown.
+    pub unseen_slack: Option<UnseenSlack>,
 }
 
 /// A fault of a servo.
@@ -140,10 +144,12 @@ fn run_with<S: AxisSolver>(plan: &RunPlan, driven: Driven, solver: S) -> Result<
             time_s: f64::from(tick) * plant.sample_time_s(),
             value: latched.value,
         });
-        return Ok(RunResult {
-            fault,
-            ..recording.judged(&plant.solver, &RampFindings::default())?
-        });
+        let mut result = recording.judged(&plant.solver, &RampFindings::default())?;
+        result.fault = fault;
+        if fault.is_some() {
+            result.metrics.sides.fail();
+        }
+        return Ok(result);
     }
     let ClosedLoop { controller, course, .. } = recording.closed_loop.clone();
     let mut target = BareLoop::new(&controller, &course, counter, counts);
@@ -218,14 +224,16 @@ impl<'a> Recording<'a> {
             Task::Ramp(rate) => plan.ramp(rate)?.levels(found, &closed_loop.axis),
             Task::Step(_) | Task::Trajectory(_) => Levels::default(),
         };
-        Ok(match trace {
+        let unseen_slack = plan.unseen_slack()?;
+        let result = match trace {
             Trace::Ramp(moments) => {
                 RunResult::of_ramp(plan, levels, moments, events, begin, evaluations)
             }
             Trace::Loop(moments) => {
                 RunResult::of_loop(plan, moments, events, diverged_at_s, begin, evaluations)
             }
-        })
+        };
+        Ok(RunResult { unseen_slack, ..result })
     }
 }
 
@@ -247,8 +255,13 @@ impl RunResult {
         begin: Instant,
         derivative_evaluations: u64,
     ) -> Self {
-        let metrics = Metrics::of(&moments, &plan.task, plan.machine.encoder.resolution_deg());
+        let count_deg = plan.machine.encoder.resolution_deg();
+        let mut metrics = Metrics::of(&moments, &plan.task, count_deg);
+        metrics.sides = BothSides::of(&moments, &plan.task, &plan.machine.goal, count_deg);
         let unstable = diverged_at_s.is_some() || is_unstable(&moments, plan.task.span_deg());
+        if unstable {
+            metrics.sides.fail();
+        }
         Self {
             plan: plan.clone(),
             trace: Trace::Loop(moments),
@@ -259,6 +272,7 @@ impl RunResult {
             unstable,
             diverged_at_s,
             fault: None,
+            unseen_slack: None,
         }
     }
 
@@ -282,6 +296,7 @@ impl RunResult {
             unstable: false,
             diverged_at_s: None,
             fault: None,
+            unseen_slack: None,
         }
     }
 }

@@ -46,6 +46,12 @@ impl Settling {
         }
     }
 
+    /// Starts anew, since the set point still moves: what was within the tolerance on the way does
+    /// not count.
+    pub const fn restart(&mut self) {
+        (self.inside_since_s, self.held) = (None, false);
+    }
+
     /// Returns the time from which the error was within the tolerance and stayed there, s: for
     /// `hold_s`, or until the last sample if the goal has no `hold_s`. None if it did not.
     pub fn settled_s(&self) -> Option<f64> {

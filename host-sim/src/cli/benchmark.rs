@@ -6,12 +6,14 @@ use std::path::PathBuf;
 use super::outputs::drew;
 use super::tune::tune_each;
 use super::{print, warn};
-use crate::benchmark::{Score, Weights, benchmark, plain_runs};
+use crate::benchmark::{Benchmark, Score, Weights, benchmark, plain_runs};
 use crate::ensemble::rules::TUNING_SEEDS;
 use crate::error::Error;
 use crate::experiment::{Document, Experiment};
 use crate::figure::{figure_directory, figures, write_figures};
+use crate::goal::GoalInBothUnits;
 use crate::output::OverwriteGuard;
+use crate::output::sides::{self, Shown};
 use crate::output::table::{self, number};
 use crate::tuning::{Goal, Request, Tuned, spreads};
 
@@ -143,6 +145,8 @@ pub fn rank(arguments: &Arguments) -> Result<(), Error> {
         let mut object = serde_json::json!({
             "schema": 1,
             "weights": weights.iter().collect::<BTreeMap<_, _>>(),
+            "goal": goal(&documents, &ranked)?,
+            "unseen_slack": ranked.unseen_slack,
             "controllers": ranked.scores,
         });
         if let (Some(first), false) = (documents.first(), tuned.is_empty()) {
@@ -150,7 +154,13 @@ pub fn rank(arguments: &Arguments) -> Result<(), Error> {
         }
         return print(&format!("{object:#}\n"));
     }
-    print(&(render(&ranked.scores) + &told(&arguments.tuning, &tuned)))
+    print(&(render(&ranked) + &told(&arguments.tuning, &tuned)))
+}
+
+/// Returns the goal of the first document, with its tolerance in both units.
+fn goal(documents: &[Document], ranked: &Benchmark) -> Result<Option<GoalInBothUnits>, Error> {
+    let Some(first) = documents.first() else { return Ok(None) };
+    Ok(Some(ranked.goal.in_both_units(first.machine()?.encoder.resolution_deg())))
 }
 
 /// Says which controllers have gains of their own now.
@@ -173,47 +183,86 @@ fn told(tuning: &Tuning, tuned: &[Tuned]) -> String {
     text
 }
 
-fn render(scores: &[Score]) -> String {
+/// Writes the table, its legend and why a controller is not ranked. Where the encoder cannot see
+/// slack, rest and settling are in a table of both sides of the gear.
+fn render(ranked: &Benchmark) -> String {
+    const REST: &str = "rest\ncounts";
+    const SETTLED: &str = "settled\ns";
+    let Benchmark { scores, unseen_slack, goal, .. } = ranked;
+    let slack = unseen_slack.as_ref();
+    let shown = Shown::of(slack, goal);
     let header = [
         "controller",
         "mean\nplace",
-        "rest\ncounts",
+        REST,
         "over-\nshoot\ndeg",
-        "settled\ns",
+        SETTLED,
         "tracking\nrms\ndeg",
         "chatter\nV/s",
         "hunts\n120 s\ncounts",
         "sticks\nin\nmotion",
     ];
-    let mut table = table::new(&header);
+    let is_kept = |title: &str| shown != Shown::BothSides || ![REST, SETTLED].contains(&title);
+    let kept: Vec<&str> = header.into_iter().filter(|title| is_kept(title)).collect();
+    let mut table = table::new(&kept);
     for score in scores {
-        let settled = match score.settling_time_s {
-            None if score.overshoot_deg.is_some() => "never".into(),
-            settled => number(settled, 2),
-        };
-        let hunting = match score.hunting_counts {
-            Some(0.0) => "none".into(),
-            hunting => number(hunting, 1),
-        };
-        table.add_row([
-            score.controller.clone(),
-            number(score.mean_place, 1),
-            number(score.rest_error_counts, 1),
-            number(score.overshoot_deg, 3),
-            settled,
-            number(score.tracking_rms_deg, 3),
-            number(score.chatter_v_per_s, 2),
-            hunting,
-            number(score.sticks_in_motion, 0),
-        ]);
+        let named = header.into_iter().zip(cells(score));
+        table.add_row(named.filter_map(|(title, cell)| is_kept(title).then_some(cell)));
     }
-    let legend = "\
-Each value is the worst of the controller's runs, all simulated. Settled: within
-0.05 deg and staying. Sticks: stops on the way of a trajectory. Ranked by the
-weighted mean of the places in the seven columns; \"-\": no run of that kind.";
+    let mut text = table.trim_fmt() + "\n\n";
+    if shown != Shown::Nothing {
+        let rows = scores.iter().map(|score| (score.controller.clone(), &score.sides));
+        text += &shown.table("steps", rows);
+        text += "\n";
+    }
+    text += match shown {
+        Shown::BothSides => LEGEND_AT_ENCODER,
+        _ => LEGEND,
+    };
+    if shown != Shown::Nothing {
+        text += &sides::legend(slack, goal);
+    }
     let remarks = scores.iter().filter_map(|score| {
         let why = score.disqualified?.describe();
         Some(format!("Not ranked: {}, which {why}.\n", score.controller))
     });
-    format!("{}\n\n{legend}\n{}", table.trim_fmt(), remarks.collect::<String>())
+    text + &remarks.collect::<String>()
+}
+
+/// Legend of a joint whose encoder sees the load.
+const LEGEND: &str = "\
+Each value is the worst of the controller's runs, all simulated. Settled: within
+0.05 deg and staying. Sticks: stops on the way of a trajectory. Ranked by the
+weighted mean of the places in the seven columns; \"-\": no run of that kind.
+";
+
+/// Legend of a joint whose encoder cannot see slack.
+const LEGEND_AT_ENCODER: &str = "\
+Each value is the worst of the controller's runs, all simulated. Sticks: stops
+on the way of a trajectory. Ranked by the weighted mean of the places in the
+columns of the first table, and in rest and settling at the encoder: no law
+corrects what its encoder cannot see. \"-\": no run of that kind.
+";
+
+/// Returns the row of a controller.
+fn cells(score: &Score) -> [String; 9] {
+    let settled = match score.settling_time_s {
+        None if score.overshoot_deg.is_some() => "never".into(),
+        settled => number(settled, 2),
+    };
+    let hunting = match score.hunting_counts {
+        Some(0.0) => "none".into(),
+        hunting => number(hunting, 1),
+    };
+    [
+        score.controller.clone(),
+        number(score.mean_place, 1),
+        number(score.rest_error_counts, 1),
+        number(score.overshoot_deg, 3),
+        settled,
+        number(score.tracking_rms_deg, 3),
+        number(score.chatter_v_per_s, 2),
+        hunting,
+        number(score.sticks_in_motion, 0),
+    ]
 }

@@ -176,16 +176,20 @@ pub fn cloud(
     });
     let worst = worst.map(|(place, (_, keys))| json!({ "place": place, "joint": keys }));
     let settled = all.iter().filter(|(one, _)| one.settled_s.is_some()).count();
+    let met = |side: usize| all.iter().filter(|(one, _)| one.success[side]).count();
     let curves = all.iter().map(|(one, _)| {
         let mut curve = one.json(POINTS, wish.from_deg);
         // The cloud has neither set point nor effort.
-        for left_out in ["reference_deg", "effort_v"] {
+        let of_load = ["position_at_load_deg", "error_at_load_counts"];
+        for left_out in ["reference_deg", "effort_v"].into_iter().chain(of_load) {
             curve.as_object_mut().map(|curve| curve.remove(left_out));
         }
         curve
     });
     Ok(Some(json!({
         "law": law,
+        "success_at_encoder": met(0),
+        "success_at_load": met(1),
         "spreads": drawing.written,
         "is_written": drawing.is_written,
         "settled": settled,

@@ -106,9 +106,13 @@ impl Twin {
             Ok(now) => (knobs(now), now.laws.clone(), Value::Null),
             Err(error) => (vec![], vec![], error.as_str().into()),
         };
+        let slack = self.in_use.as_ref().ok().and_then(|now| now.unseen_slack().ok().flatten());
+        let goal = self.in_use.as_ref().ok().and_then(|now| now.document.machine().ok());
         json!({
             "machine": machine, "knobs": knobs, "laws": laws, "why": why,
             "trajectory": self.trajectory,
+            "unseen_slack": slack.map(|slack| slack.to_string()),
+            "goal": goal.map(|machine| machine.goal.describe()),
         })
     }
 }

@@ -14,7 +14,7 @@ use stiction::{Motion, Parameters};
 use toml::{Table, Value};
 
 use super::request::Way;
-use crate::data_sheet::Times;
+use crate::data_sheet::{Times, UnseenSlack};
 use crate::device::machine_file;
 use crate::error::Error;
 use crate::experiment::{Document, Experiment, RunPlan, Task};
@@ -77,8 +77,10 @@ impl MachineInUse {
         let delay = i64::from(lent.run.delay_samples);
         let run = Table::from_iter([("delay_samples".to_owned(), Value::Integer(delay))]);
         table.insert("run".into(), run.into());
-        if let Some(spread) = of_file.get("spread") {
-            table.insert("spread".into(), spread.clone());
+        for lent in ["spread", "goal"] {
+            if let Some(lines) = of_file.get(lent) {
+                table.insert(lent.into(), lines.clone());
+            }
         }
         let text = toml::to_string(&table).map_err(|error| bad(&error))?;
         let document = Document::parse("the machine in use", &text)?;
@@ -89,6 +91,14 @@ impl MachineInUse {
     /// The file, if it is a data sheet.
     pub fn sheet(&self) -> Option<&Document> {
         self.file.get("motor").map(|_| &self.file)
+    }
+
+    /// Returns the slack of the joint's gear that its encoder cannot measure.
+    ///
+    /// # Errors
+    /// Names a value that is not allowed.
+    pub fn unseen_slack(&self) -> Result<Option<UnseenSlack>, Error> {
+        self.lent.unseen_slack()
     }
 
     /// The same machine, with keys of its file drawn, `table.key=value` each.

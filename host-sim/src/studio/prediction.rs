@@ -5,6 +5,9 @@
 //! Guarantees: the same numbers for the same request. Does badly: it knows that joint, and nothing
 //! that its file does not say. Its law begins afresh with each move, and so does not
 //! know what the device's law has learnt in the moves before.
+//!
+//! The twin knows its load, so a prediction has both sides of the gear: the encoder's, which the
+//! device measures, and the load's. Each is judged by the file's `[goal]`.
 
 use serde_json::{Value, json};
 use stiction::parameters::DeviceConfig;
@@ -16,15 +19,19 @@ use super::request::{Way, Wish};
 use crate::device::moved::longest_s;
 use crate::device::simulated::SimulatedDevice;
 use crate::device::words;
-use crate::ensemble::BAND_COUNTS;
 use crate::error::Error;
 use crate::experiment::{RunPlan, for_a_device};
+use crate::joint::{Side, Train};
+use crate::settling::Settling;
 
 /// The longest move that is predicted, s, and the largest number of its ticks.
 const LONGEST: [f64; 2] = [60.0, 100_000.0];
 
 /// Time after the set point has come to rest, s.
 const SETTLES_S: f64 = 2.0;
+
+/// Attempts to arm a joint that moves at first, 0.1 s apart.
+const FALLS: usize = 3;
 
 /// Time of a step, s.
 const STEP_S: f64 = 5.0;
@@ -49,10 +56,19 @@ pub struct Predicted {
     pub position: Vec<f32>,
     /// theta_e, counts.
     pub error: Vec<f32>,
+    /// Position of the load, deg; empty if the encoder sees the load.
+    pub position_at_load: Vec<f32>,
+    /// Reference minus position of the load, counts; empty if the encoder sees the load.
+    pub error_at_load: Vec<f32>,
     /// What the joint gets, V.
     pub effort: Vec<f32>,
-    /// From when on the joint stays within 2 counts, s after the set point has set out.
+    /// From when on the encoder's side stays within the goal's tolerance (2 counts by default), s
+    /// after the set point has set out.
     pub settled_s: Option<f64>,
+    /// From when on the load does, s after the set point has set out.
+    pub settled_at_load_s: Option<f64>,
+    /// Whether the move meets the goal at the encoder, and at the load.
+    pub success: [bool; 2],
     /// The fault that ended the move.
     pub fault: Option<&'static str>,
 }
@@ -82,7 +98,16 @@ impl Predicted {
         let mut twin = SimulatedDevice::running(joint, &by_hand, Boot::default())?;
         let tick_s = twin.sample_time_s();
         twin.ticks((0.1 / tick_s).ceil() as u32 + 1);
-        twin.device.servo().arm_for_link(None).map_err(refused)?;
+        let mut armed = twin.device.servo().arm_for_link(None);
+        for _ in 0..FALLS {
+            // A load that falls through the slack of its gear at power-on comes to rest soon.
+            if armed != Err(Refusal::Moving) {
+                break;
+            }
+            twin.ticks((0.1 / tick_s).ceil() as u32);
+            armed = twin.device.servo().arm_for_link(None);
+        }
+        armed.map_err(refused)?;
         let device = &parameters.device;
         let waits = device.reset_pulse + device.wake_up + device.soft_start;
         for _ in 0..=parameters.ticks_at_least(waits) {
@@ -99,6 +124,9 @@ impl Predicted {
         let resolution = f64::from(parameters.controller.encoder.resolution);
         let time_s = time_s(parameters, way);
         let mut all = Self { tick_s, ..Self::default() };
+        let is_two_sided = joint.substitute.as_ref().is_some_and(|joint| {
+            joint.side == Side::Motor && matches!(joint.joint.train, Train::Flexible { .. })
+        });
         for _ in 0..(time_s / tick_s).min(LONGEST[1]) as u32 {
             twin.device.servo().heard();
             let tick = twin.tick().tick;
@@ -111,21 +139,52 @@ impl Predicted {
             all.position.push((f64::from(tick.counts) * resolution) as f32);
             all.error.push((f64::from(tick.error) / resolution) as f32);
             all.effort.push(tick.v_applied);
+            if is_two_sided {
+                let ahead_deg = twin.load_ahead_deg();
+                let position_deg = f64::from(tick.counts) * resolution + ahead_deg;
+                all.position_at_load.push(position_deg as f32);
+                let error_deg = f64::from(tick.error) - ahead_deg;
+                all.error_at_load.push((error_deg / resolution) as f32);
+            }
         }
         // A step has jumped in the first tick.
         let least = (SETS_OUT_COUNTS * resolution) as f32;
         let moves = all.reference.iter().position(|deg| deg.abs() > least).unwrap_or(0);
         all.begin = moves;
-        let is_off = |error: &f32| f64::from(error.abs()) > BAND_COUNTS;
-        let last = all.error.iter().rposition(is_off).map_or(0, |last| last + 1);
-        let settles = all.fault.is_none() && last < all.error.len();
-        all.settled_s = settles.then(|| (last.saturating_sub(moves)) as f64 * tick_s);
+        let goal = &joint.machine.goal;
+        let tolerance_counts = goal.tolerance_counts(resolution);
+        let settled_s = |error: &[f32]| {
+            let is_off = |error: &f32| f64::from(error.abs()) > tolerance_counts;
+            let last = error.iter().rposition(is_off).map_or(0, |last| last + 1);
+            let settles = all.fault.is_none() && last < error.len();
+            settles.then(|| (last.saturating_sub(moves)) as f64 * tick_s)
+        };
+        // The set point rests from the tick of its last change on.
+        let changes = all.reference.windows(2).rposition(|pair| pair[0] != pair[1]);
+        let rests = changes.map_or(moves, |before| before + 1);
+        let success = |error: &[f32]| {
+            let mut settling = Settling::new(goal, resolution);
+            for (tick, counts) in error.iter().enumerate().skip(rests) {
+                settling.see(tick as f64 * tick_s, f64::from(*counts));
+            }
+            all.fault.is_none() && settling.is_success(rests as f64 * tick_s)
+        };
+        let (encoder, load) = (&all.error[..], all.of_load());
+        let settled = [settled_s(encoder), settled_s(load)];
+        let success = [success(encoder), success(load)];
+        [all.settled_s, all.settled_at_load_s] = settled;
+        all.success = success;
         Ok(all)
+    }
+
+    /// The errors at the load, counts: those at the encoder if that sees the load.
+    fn of_load(&self) -> &[f32] {
+        if self.error_at_load.is_empty() { &self.error } else { &self.error_at_load }
     }
 
     /// Error at the end, counts.
     pub fn rest_counts(&self) -> f64 {
-        self.error.last().map_or(0.0, |error| f64::from(error.abs()))
+        at_the_end(&self.error)
     }
 
     /// What makes one of two joints the worse one: a fault, a late end, a large error.
@@ -141,7 +200,8 @@ impl Predicted {
             let round = |value: f32| ((f64::from(value) + shift) * 1e5).round() / 1e5;
             thinned.values(all).into_iter().map(round).collect()
         };
-        json!({
+        let rounded = |counts: f64| (counts * 100.0).round() / 100.0;
+        let mut curve = json!({
             "begin_s": -(self.begin as f64) * self.tick_s,
             "tick_s": thinned.ticks() * self.tick_s,
             "reference_deg": thin(&self.reference, from),
@@ -149,10 +209,26 @@ impl Predicted {
             "error_counts": thin(&self.error, 0.0),
             "effort_v": thin(&self.effort, 0.0),
             "settled_s": self.settled_s,
-            "rest_counts": (self.rest_counts() * 100.0).round() / 100.0,
+            "rest_counts": rounded(self.rest_counts()),
+            "settled_at_encoder_s": self.settled_s,
+            "settled_at_load_s": self.settled_at_load_s,
+            "rest_at_encoder_counts": rounded(self.rest_counts()),
+            "rest_at_load_counts": rounded(at_the_end(self.of_load())),
+            "success_at_encoder": self.success[0],
+            "success_at_load": self.success[1],
             "fault": self.fault,
-        })
+        });
+        if !self.error_at_load.is_empty() {
+            curve["position_at_load_deg"] = thin(&self.position_at_load, from).into();
+            curve["error_at_load_counts"] = thin(&self.error_at_load, 0.0).into();
+        }
+        curve
     }
+}
+
+/// The size of the last of some errors, counts.
+fn at_the_end(error: &[f32]) -> f64 {
+    error.last().map_or(0.0, |error| f64::from(error.abs()))
 }
 
 /// A curve of fewer points: of each piece the least and the largest value, in the order in which

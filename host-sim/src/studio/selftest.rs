@@ -250,6 +250,9 @@ impl<W: Wire> Worker<'_, W> {
                     "spreads": prepared.request.spreads,
                     "doubts": prepared.doubts(),
                     "differences": prepared.differences(),
+                    "goal": prepared.goal().describe(),
+                    "unseen_slack": prepared.unseen_slack().map(|slack| slack.to_string()),
+                    "predicted_sides": prepared.predicted_sides(),
                     "checks": prepared.bounds().iter().map(bound).collect::<Vec<_>>(),
                 });
                 wanted.add_to(&mut told);
@@ -282,6 +285,7 @@ impl<W: Wire> Worker<'_, W> {
         let status = prepared.fits(&mut self.client).map_err(of_a_page)?;
         let (signals, request) = (self.signals.clone(), &prepared.request);
         let (steps, time) = Steps::of(&request.targets, signals, &request.parameters, &status)?;
+        let steps = steps.judged_by(prepared.goal());
         let moves = request.targets.len();
         let deg = prepared.range_deg();
         // All that was asked so far took its time.
@@ -296,7 +300,7 @@ impl<W: Wire> Worker<'_, W> {
     /// The self-test sees a sample.
     pub(super) fn test_sees(&mut self, sample: &Sample) {
         if let Some(Test::Moving(moving)) = &mut self.test {
-            moving.steps.see(sample);
+            moving.steps.see(sample, self.client.load_ahead_deg(sample.clock));
         }
     }
 
@@ -372,6 +376,7 @@ impl<W: Wire> Worker<'_, W> {
             "said": sentence(&tested),
             "moves": prepared.request.targets.len(),
             "labels": labels,
+            "unseen_slack": prepared.unseen_slack().map(|slack| slack.to_string()),
             "machine": prepared.machine(),
             "result": object(&tested, self.client.warning()),
         });

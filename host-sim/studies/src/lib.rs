@@ -18,6 +18,7 @@ pub mod tuning;
 
 pub use dynamics::{friction, joint, mechanism, solver};
 pub use simulator::{
-    Error, closed_loop, data_sheet, device, document, draft, encoder, error, experiment, goal,
-    hardware, machine, metrics, output, plant, run, settling, setup, target, typed_number, written,
+    Error, both_sides, closed_loop, data_sheet, device, document, draft, encoder, error,
+    experiment, goal, hardware, lines, machine, metrics, output, plant, run, settling, setup,
+    target, typed_number, written,
 };

@@ -38,8 +38,12 @@ type Move = {
 const LOOKS: Record<Grade, string> = { good: 'passed', doubtful: 'doubted', bad: 'failed' };
 
 // The verdict with its doubts, which stand beside it wherever it is shown.
-const doubts = ({ said: verdict, result }: Event): string =>
-  [verdict, ...(result?.doubts ?? []).map((one: string) => `Doubtful: ${one}`)].join('\n');
+const doubts = ({ said: verdict, result, unseen_slack: slack }: Event): string =>
+  [
+    verdict,
+    ...(slack ? [`Note: ${slack}.`] : []),
+    ...(result?.doubts ?? []).map((one: string) => `Doubtful: ${one}`),
+  ].join('\n');
 
 // What is asked for; another one is another prediction.
 const FIELDS = ['selftest-joint', 'selftest-moves', 'selftest-range'];
@@ -163,7 +167,9 @@ export class Selftest {
       case 'ready':
         return (
           `${count(event.moves, 'move')}, within ${shown(event.range_deg)} deg to either side of where ` +
-          `the joint stands, in up to ${duration(event.longest_s)}. Keep that room clear.`
+          `the joint stands, in up to ${duration(event.longest_s)}. Keep that room clear.` +
+          (event.predicted_sides ? `\n${event.predicted_sides}` : '') +
+          (event.unseen_slack ? `\nNote: ${event.unseen_slack}.` : '')
         );
       case 'moving':
         return event.to_deg === null

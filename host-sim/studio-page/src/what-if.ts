@@ -30,12 +30,19 @@ export type Curve = {
   effort_v?: number[];
   settled_s: number | null;
   rest_counts: number;
+  settled_at_load_s: number | null;
+  rest_at_load_counts: number;
+  // Only of a joint whose encoder cannot see slack of the gear.
+  position_at_load_deg?: number[];
+  error_at_load_counts?: number[];
   fault: string | null;
   refused?: string;
 };
 type Cloud = {
   law: string;
   settled: number;
+  success_at_encoder: number;
+  success_at_load: number;
   spreads: string[];
   is_written: boolean;
   refused_joints: string[];
@@ -64,6 +71,9 @@ const OF_LAWS: Look[] = [
 const OF_CLOUD: Look = { light: '#9fb4c4', dark: '#6b8197', width: 1 };
 const OF_MEASURED: Look = { ...LOOKS.primary, width: 3.5 };
 // Of all lines without a dash the measured one is broader, and those of the cloud are finer.
+const AT_LOAD: Partial<Look> = { width: 2, dash: [2, 4] };
+// Sides of a gear that differ by less than this throughout are one line, counts.
+const ONE_LINE = 2;
 const OF_WORST: Look = { light: '#b3261e', dark: '#ff7a6e', width: 2 };
 
 const isOfJoint = (knob: Knob) => knob.of === 'joint';
@@ -326,34 +336,50 @@ export class WhatIf {
   private table(): void {
     const row = (cells: string[], kind: 'td' | 'th' = 'td') =>
       element('tr', {}, ...cells.map((cell) => element(kind, { textContent: cell })));
-    const settled = (one: Curve) =>
+    const after = (one: Curve, settled_s: number | null) =>
       one.fault
         ? `ends by a fault: ${one.fault}`
-        : one.settled_s === null
+        : settled_s === null
           ? 'never'
-          : `${one.settled_s.toFixed(2)} s`;
+          : `${settled_s.toFixed(2)} s`;
+    const slack = this.now?.unseen_slack ?? null;
+    const goal = this.now?.goal ?? 'within 2 counts until the end';
+    // Where the encoder cannot see slack, both sides of the gear stand side by side.
+    const cells = (one: Curve) => [
+      after(one, one.settled_s),
+      shown(one.rest_counts),
+      ...(slack ? [after(one, one.settled_at_load_s), shown(one.rest_at_load_counts)] : []),
+    ];
     const rows = this.curves
       .filter((one) => !one.refused)
-      .map((one) => row([one.law, settled(one), `${shown(one.rest_counts)}`]));
+      .map((one) => row([one.law, ...cells(one)]));
     if (this.cloud) {
       const { law, curves, settled: good, worst, is_written, refused_joints: left } = this.cloud;
       const one = worst ? curves[worst.place] : null;
-      if (one)
-        rows.push(
-          row([`worst of ${curves.length} joints, ${law}`, settled(one), shown(one.rest_counts)]),
-        );
+      if (one) rows.push(row([`worst of ${curves.length} joints, ${law}`, ...cells(one)]));
+      const { success_at_encoder: encoder, success_at_load: load } = this.cloud;
       by('what-if-cloud-said').textContent =
-        `${good} of ${curves.length} joints around this one settle within 2 counts. ` +
+        (slack
+          ? `Of ${curves.length} joints around this one, ${encoder} meet the goal (${goal}) at the ` +
+            `encoder, ${load} at the load. `
+          : `${good} of ${curves.length} joints around this one settle ${tolerance(goal)}. `) +
         (is_written
           ? 'They are drawn from the [spread] of the file.'
           : 'The file has no [spread] of these values: one is assumed.') +
         (left.length ? ` ${left.length} more cannot be armed: ${left[0]}.` : '') +
         (worst ? ` The worst has ${worst.joint.map(brief).join(', ')}.` : '');
     } else by('what-if-cloud-said').textContent = this.noCloud;
-    by('what-if-table').replaceChildren(
-      row(['Predicted', 'Within 2 counts after', 'Error at the end, counts'], 'th'),
-      ...rows,
-    );
+    const within = tolerance(goal);
+    const heads = slack
+      ? [
+          `At the encoder: ${within} after`,
+          'Error at the end, counts',
+          `At the load: ${within} after`,
+          'Error at the end, counts',
+        ]
+      : [`${within[0].toUpperCase()}${within.slice(1)} after`, 'Error at the end, counts'];
+    by('what-if-table').replaceChildren(row(['Predicted', ...heads], 'th'), ...rows);
+    by('what-if-slack').textContent = slack && this.curves.length ? `Note: ${slack}.` : '';
   }
 
   // Draws, but not faster than somebody sees.
@@ -391,7 +417,16 @@ export class WhatIf {
     good.forEach((one) => {
       const place = Math.max(0, this.laws.indexOf(one.law));
       const look = { ...OF_LAWS[place % OF_LAWS.length], width: 1.6 };
-      all.push(of(one, `${one.law}, predicted`, look));
+      const load = one.error_at_load_counts;
+      const differ = load?.some((error, k) => Math.abs(error - one.error_counts[k]) >= ONE_LINE);
+      if (!load || !differ) {
+        all.push(of(one, `${one.law}, predicted`, look));
+        return;
+      }
+      all.push(of(one, `${one.law}, at the encoder`, look));
+      const name = `${one.law}, at the load`;
+      const position = one.position_at_load_deg ?? [];
+      all.push({ name, look: { ...look, ...AT_LOAD }, times: times(one), position, error: load });
     });
     const end = Math.max(...good.map((one) => times(one).at(-1) ?? 0), 1);
     this.plots.show(all, [-0.05 * end, end]);
@@ -400,6 +435,11 @@ export class WhatIf {
   repaint(): void {
     this.plots.repaint();
   }
+}
+
+// The tolerance of a goal in words: "within 2 counts" of "within 2 counts until the end".
+function tolerance(goal: string): string {
+  return goal.split(' ').slice(0, 3).join(' ');
 }
 
 function brief(key: string): string {

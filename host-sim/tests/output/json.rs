@@ -25,6 +25,16 @@ const METRICS: [(&str, [bool; 3]); 15] = [
     ("slip_corrected_v", [false, false, true]),
 ];
 
+/// Metrics of both sides of the gear. Settling is null where the file's goal is missed.
+const OF_SIDES: [&str; 6] = [
+    "rest_at_encoder_counts",
+    "rest_at_load_counts",
+    "settled_at_encoder_s",
+    "settled_at_load_s",
+    "success_at_encoder",
+    "success_at_load",
+];
+
 #[test]
 fn json_of_a_run_has_the_documented_keys_and_no_others() {
     for (experiment, source) in [
@@ -39,7 +49,7 @@ fn json_of_a_run_has_the_documented_keys_and_no_others() {
         let report = run(&[experiment]);
         assert_eq!(
             keys(&report),
-            BTreeSet::from(["experiment", "runs", "schema", "source"]),
+            BTreeSet::from(["experiment", "runs", "schema", "source", "unseen_slack"]),
             "{experiment}"
         );
         assert_eq!(
@@ -48,7 +58,7 @@ fn json_of_a_run_has_the_documented_keys_and_no_others() {
         );
         for run in runs(&report) {
             let label = &run["label"];
-            let expected = "cost diverged_at_s events label metrics parameters unstable";
+            let expected = "cost diverged_at_s events goal label metrics parameters unstable";
             assert_eq!(keys(run), expected.split(' ').collect(), "{label}");
             assert_eq!(
                 keys(&run["cost"]),
@@ -57,7 +67,7 @@ fn json_of_a_run_has_the_documented_keys_and_no_others() {
             );
             assert_eq!(
                 keys(&run["metrics"]),
-                METRICS.iter().map(|(name, _)| *name).collect(),
+                METRICS.iter().map(|(name, _)| *name).chain(OF_SIDES).collect(),
                 "{label}"
             );
             assert!(number(&run["cost"]["wall_s"]) > 0.0, "{label}");
@@ -107,6 +117,35 @@ fn a_metric_is_null_exactly_where_it_does_not_apply() {
             }
         }
     }
+}
+
+/// A rigid joint has the same on both sides, by the goal of two counts; a ramp has no goal to meet.
+#[test]
+fn both_sides_of_a_rigid_joint_are_the_same_and_judged_by_the_goal() {
+    let report = run(&["step-response", "--controller", "srnf,dnpf"]);
+    assert!(report["unseen_slack"].is_null());
+    for run in runs(&report).iter().filter(|run| run["unstable"] == false) {
+        let metrics = &run["metrics"];
+        let rest = number(&metrics["rest_error_counts"]);
+        for side in ["encoder", "load"] {
+            assert!((number(&metrics[format!("rest_at_{side}_counts")]) - rest).abs() < 1e-9);
+            let success = &metrics[format!("success_at_{side}")];
+            assert_eq!(*success, metrics[format!("settled_at_{side}_s")].is_number(), "{run}");
+            // A joint that rests outside of two counts is no success.
+            assert!(rest.abs() <= 2.0 || *success == false, "{run}");
+        }
+        assert_eq!(run["goal"]["tolerance_counts"], 2.0);
+    }
+    // 100 counts of 0.00242 deg are wide enough for every stable run.
+    let wide = "goal.tolerance_deg=0.242";
+    let report = run(&["step-response", "--controller", "srnf", "--set", wide]);
+    for run in runs(&report).iter().filter(|run| run["unstable"] == false) {
+        assert_eq!(run["metrics"]["success_at_load"], true, "{run}");
+        assert!((number(&run["goal"]["tolerance_counts"]) - 100.0).abs() < 1e-9, "{run}");
+    }
+    let ramps = run(&["friction-identification"]);
+    let nulls = |run: &Value| OF_SIDES.iter().all(|name| run["metrics"][name].is_null());
+    assert!(runs(&ramps).iter().all(nulls), "{ramps}");
 }
 
 #[test]

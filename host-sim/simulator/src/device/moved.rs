@@ -7,14 +7,20 @@ use stiction::ProfileLimits;
 use stiction::link::Sample;
 
 use super::signals::Signals;
+use crate::data_sheet::UnseenSlack;
+use crate::goal::PositionGoal;
+use crate::settling::Settling;
 
 /// The signals that tell how a move ends.
-const SIGNALS: [&str; 2] = ["counts", "status"];
+const SIGNALS: [&str; 3] = ["counts", "status", "reference_velocity_deg_per_s"];
 
 /// Least time between two of the samples that are looked at, s.
 const LOOKED_AT_S: f64 = 0.01;
 
 /// The end of a move. Positions count from the zero of the arming.
+///
+/// A device measures its encoder only. A simulated one knows its load as well, and the move is
+/// judged on both sides of the gear.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Moved {
     target_counts: i64,
@@ -26,11 +32,21 @@ pub struct Moved {
     /// one.
     moved_last: u32,
     counts: i64,
+    /// The load's position in the last sample, counts; none if the device does not know it.
+    load_counts: Option<f64>,
+    goal: PositionGoal,
+    slack: Option<UnseenSlack>,
+    /// Judgement at the encoder and at the load, from the end of the set point's motion on, and
+    /// that end.
+    sides: [Settling; 2],
+    rests_since_s: f64,
+    is_ended: bool,
 }
 
 impl Moved {
     /// Begins to look at a move to a position, deg.
     pub fn to(deg: f64, resolution_deg: f64, sample_time_s: f64) -> Self {
+        let goal = PositionGoal::default();
         Self {
             target_counts: (deg / resolution_deg).round() as i64,
             resolution_deg,
@@ -38,7 +54,20 @@ impl Moved {
             begin: None,
             moved_last: 0,
             counts: 0,
+            load_counts: None,
+            goal,
+            slack: None,
+            sides: [Settling::new(&goal, resolution_deg); 2],
+            rests_since_s: 0.0,
+            is_ended: false,
         }
+    }
+
+    /// Judges the move by a file's goal; the gear has slack that the encoder cannot see, or none.
+    #[must_use]
+    pub fn judged_by(self, goal: PositionGoal, slack: Option<UnseenSlack>) -> Self {
+        let sides = [Settling::new(&goal, self.resolution_deg); 2];
+        Self { goal, slack, sides, ..self }
     }
 
     /// What has to be subscribed, unless more is.
@@ -47,8 +76,9 @@ impl Moved {
         (signals.mask(SIGNALS), every as u16)
     }
 
-    /// Takes a sample of an armed device, in their order.
-    pub fn see(&mut self, signals: &Signals, sample: &Sample) {
+    /// Takes a sample of an armed device, in their order, with the load's angle minus that of the
+    /// encoder's side (deg), if it is known.
+    pub fn see(&mut self, signals: &Signals, sample: &Sample, load_ahead_deg: Option<f64>) {
         let counts = signals.number(sample, "counts") as i64;
         if self.begin.is_none() {
             (self.begin, self.moved_last) = (Some(sample.clock), sample.clock);
@@ -57,6 +87,22 @@ impl Moved {
         if counts != self.counts {
             (self.counts, self.moved_last) = (counts, sample.clock);
         }
+        self.load_counts = load_ahead_deg.map(|deg| counts as f64 + deg / self.resolution_deg);
+        let time_s = self.since_begin_s(sample.clock);
+        if signals.number(sample, "reference_velocity_deg_per_s") != 0.0 {
+            self.rests_since_s = time_s;
+            self.sides.iter_mut().for_each(Settling::restart);
+        }
+        let target = self.target_counts as f64;
+        let of_load = self.load_counts.unwrap_or(f64::NAN);
+        for (side, position) in self.sides.iter_mut().zip([counts as f64, of_load]) {
+            side.see(time_s, target - position);
+        }
+    }
+
+    /// A fault or a stop ended the move: it has not met its goal, wherever the joint is.
+    pub const fn end(&mut self) {
+        self.is_ended = true;
     }
 
     /// Where the joint is ahead of its target, counts.
@@ -66,13 +112,33 @@ impl Moved {
 
     /// From the begin to the last count of the motion, s.
     pub fn time_s(&self) -> f64 {
-        let ticks = self.begin.map_or(0, |begin| self.moved_last.wrapping_sub(begin));
+        self.since_begin_s(self.moved_last)
+    }
+
+    fn since_begin_s(&self, clock: u32) -> f64 {
+        let ticks = self.begin.map_or(0, |begin| clock.wrapping_sub(begin));
         f64::from(ticks) * self.sample_time_s
+    }
+
+    /// Returns whether the encoder's side has met the goal.
+    pub fn success_at_encoder(&self) -> bool {
+        let [encoder, _] = self.sides;
+        !self.is_ended && encoder.is_success(self.rests_since_s)
+    }
+
+    /// Returns whether the load has met the goal; none if the device does not know its load.
+    pub fn success_at_load(&self) -> Option<bool> {
+        let [_, load] = self.sides;
+        self.load_counts.map(|_| !self.is_ended && load.is_success(self.rests_since_s))
     }
 
     /// The same for programs.
     pub fn json(&self, at_rest: bool, warning: Option<&str>) -> Value {
         let deg = |counts: i64| counts as f64 * self.resolution_deg;
+        let settled = self.sides.map(|side| {
+            side.settled_s().map(|settled_s| (settled_s - self.rests_since_s).max(0.0))
+        });
+        let target = self.target_counts as f64;
         json!({
             "schema": 1,
             "warning": warning,
@@ -83,23 +149,51 @@ impl Moved {
             "error_counts": self.error_counts(),
             "time_s": self.time_s(),
             "at_rest": at_rest,
+            "goal": self.goal.in_both_units(self.resolution_deg),
+            "unseen_slack": self.slack,
+            "rest_at_encoder_counts": target - self.counts as f64,
+            "rest_at_load_counts": self.load_counts.map(|counts| target - counts),
+            "settled_at_encoder_s": settled[0],
+            "settled_at_load_s": settled[1],
+            "success_at_encoder": self.success_at_encoder(),
+            "success_at_load": self.success_at_load(),
         })
     }
 }
 
-/// A line each for target, position and time.
+/// A line each for target, position and time. Where the encoder cannot see slack, the position is
+/// named as that of the encoder, and the load's follows if it is known. The verdict follows there,
+/// and where the file has a goal.
 impl fmt::Display for Moved {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let deg = |counts: i64| counts as f64 * self.resolution_deg;
+        let deg = |counts: f64| counts * self.resolution_deg;
         let (target, counts, error) = (self.target_counts, self.counts, self.error_counts());
         let off = match error {
             0 => "on target".into(),
             1 | -1 => format!("{error:+} count off"),
             _ => format!("{error:+} counts off"),
         };
-        writeln!(f, "target     {:.4} deg ({target} counts)", deg(target))?;
-        writeln!(f, "reached    {:.4} deg ({counts} counts), {off}", deg(counts))?;
-        writeln!(f, "time       {:.2} s until the last count of the motion", self.time_s())
+        let side = if self.slack.is_some() { " at the encoder" } else { "" };
+        writeln!(f, "target     {:.4} deg ({target} counts)", deg(target as f64))?;
+        writeln!(f, "reached    {:.4} deg ({counts} counts), {off}{side}", deg(counts as f64))?;
+        if let (Some(_), Some(load)) = (self.slack, self.load_counts) {
+            let off = load - target as f64;
+            writeln!(f, "           {:.4} deg, {off:+.1} counts off at the load", deg(load))?;
+        }
+        writeln!(f, "time       {:.2} s until the last count of the motion", self.time_s())?;
+        if self.slack.is_none() && self.goal.is_default() {
+            return Ok(());
+        }
+        let word = |success: bool| if success { "met" } else { "missed" };
+        let at_encoder = word(self.success_at_encoder());
+        let verdict = match (self.slack, self.success_at_load()) {
+            (None, _) => at_encoder.to_owned(),
+            (Some(_), None) => format!("{at_encoder} at the encoder; unknown at the load"),
+            (Some(_), Some(at_load)) => {
+                format!("{at_encoder} at the encoder, {} at the load", word(at_load))
+            }
+        };
+        writeln!(f, "goal       {verdict}\n           ({})", self.goal.describe())
     }
 }
 
@@ -133,7 +227,8 @@ mod tests {
         let signals = Signals::of_core();
         // 20 counts a sample, every 5 ticks, from -10 to -249, at rest then.
         for i in 0..40 {
-            moved.see(&signals, &sample(1000 + 5 * i, (-10 - 20 * i as i32).max(-249)));
+            let counts = (-10 - 20 * i as i32).max(-249);
+            moved.see(&signals, &sample(1000 + 5 * i, counts), None);
         }
         // The twelfth sample after the first is the last one with another position: 60 ticks.
         let text = moved.to_string();
@@ -143,6 +238,47 @@ mod tests {
         assert_eq!(lines[2], "time       1.20 s until the last count of the motion");
         let json = moved.json(true, None);
         assert_eq!((&json["error_counts"], &json["time_s"]), (&1.into(), &(60.0 * 0.02).into()));
+    }
+
+    /// The load stays 30 counts behind the encoder, which arrives after 0.5 s.
+    #[test]
+    fn a_move_is_judged_at_the_encoder_and_where_it_is_known_at_the_load() {
+        let slack = UnseenSlack { backlash_deg: 0.6, backlash_counts: 60.0, wind_up_deg: 0.01 };
+        let signals = Signals::of_core();
+        let moved = |goal: PositionGoal, ahead: Option<f64>| {
+            let mut moved = Moved::to(1.0, 0.01, 0.01).judged_by(goal, Some(slack));
+            for i in 0..100 {
+                moved.see(&signals, &sample(7 + i, (2 * i as i32).min(100)), ahead);
+            }
+            moved
+        };
+        let (goal, behind) = (PositionGoal::default(), Some(-0.3));
+        let known = moved(goal, behind);
+        assert_eq!((known.success_at_encoder(), known.success_at_load()), (true, Some(false)));
+        let json = known.json(true, None);
+        assert_eq!(json["rest_at_encoder_counts"], 0.0);
+        let at_load = json["rest_at_load_counts"].as_f64().unwrap();
+        assert!((at_load - 30.0).abs() < 1e-9, "{json}");
+        // Within 2 counts from 98 on.
+        let settled_s = json["settled_at_encoder_s"].as_f64().unwrap();
+        assert!((settled_s - 0.49).abs() < 1e-9 && json["settled_at_load_s"].is_null(), "{json}");
+        let text = known.to_string();
+        assert!(text.contains("on target at the encoder\n"), "{text}");
+        assert!(text.contains("-30.0 counts off at the load\n"), "{text}");
+        assert!(text.contains("met at the encoder, missed at the load\n"), "{text}");
+        // A board does not know its load.
+        let unknown = moved(goal, None);
+        assert_eq!((unknown.success_at_encoder(), unknown.success_at_load()), (true, None));
+        assert!(unknown.to_string().contains("met at the encoder; unknown at the load"));
+        assert!(unknown.json(true, None)["rest_at_load_counts"].is_null());
+        // The file's goal decides: a tolerance that the load keeps, and a time that none does.
+        let wide = PositionGoal { tolerance_deg: Some(0.301), ..goal };
+        assert_eq!(moved(wide, behind).success_at_load(), Some(true));
+        let soon = PositionGoal { settle_s: Some(0.48), ..goal };
+        assert!(!moved(soon, behind).success_at_encoder());
+        let mut ended = moved(wide, behind);
+        ended.end();
+        assert_eq!((ended.success_at_encoder(), ended.success_at_load()), (false, Some(false)));
     }
 
     #[test]

@@ -6,6 +6,8 @@
 //! between two ticks, and has wires, a supply and a bridge's enable pin that may go wrong: a target
 //! with all of that would be this one, and the others would have to do without most of it.
 
+use std::collections::VecDeque;
+
 use stiction::link::Kind;
 use stiction::servo::{Boot, Input, Output};
 use stiction::store::Store;
@@ -18,12 +20,19 @@ use crate::flash::{SECTOR, SimulatedFlash};
 use crate::hardware::STM32F405;
 use crate::joint::RunJoint;
 use crate::plant::Plant;
+use crate::solver::AxisSolver as _;
 
 /// Where the parameters lie in the flash.
 const SLOTS: [u32; 2] = [0, SECTOR];
 
 /// The converter's reading of a supply in the middle of its range.
 const SUPPLY: u16 = 2048;
+
+/// Changes of the gear's two sides that are remembered: those of a minute of motion at 10 kHz.
+const REMEMBERED: usize = 600_000;
+
+/// Changes below this are rounding, deg.
+const SAME_DEG: f64 = 1e-9;
 
 /// The device, its joint, and what is wrong with them.
 #[derive(Debug)]
@@ -40,6 +49,8 @@ pub struct SimulatedDevice {
     /// What the counter reads, and what it would read with sound wires.
     counter: u32,
     sound: u32,
+    /// The load's angle minus that of the encoder's side, deg, with the tick since which it is so.
+    load_ahead: VecDeque<(u32, f64)>,
 }
 
 impl SimulatedDevice {
@@ -80,12 +91,14 @@ impl SimulatedDevice {
             plant,
             counter,
             sound: counter,
+            load_ahead: VecDeque::new(),
         })
     }
 
     /// One tick: the encoder is read, the core computes, and the joint moves on until the next one.
     pub fn tick(&mut self) -> Output {
         let sound = self.plant.counter();
+        let ahead_deg = self.plant.solver.at_load() - self.plant.solver.at_encoder();
         let edges = sound.wrapping_sub(std::mem::replace(&mut self.sound, sound));
         let flicker = edges & 1;
         self.counter = match self.wires {
@@ -95,6 +108,7 @@ impl SimulatedDevice {
             Wires::Swapped => self.counter.wrapping_sub(edges),
         };
         let output = self.device.tick(Input { counter: self.counter, supply: self.supply });
+        self.remember(output.clock, ahead_deg);
         self.plant.brake_v = self.brake_v;
         let sample_time_s = self.plant.sample_time_s();
         self.plant.put_out_and_hold(output.tick.code, output.enable, sample_time_s);
@@ -108,6 +122,29 @@ impl SimulatedDevice {
             output = self.tick();
         }
         output
+    }
+
+    /// Remembers the load's angle minus that of the encoder's side from a tick on.
+    fn remember(&mut self, clock: u32, ahead_deg: f64) {
+        if self.load_ahead.back().is_some_and(|(_, last)| (last - ahead_deg).abs() < SAME_DEG) {
+            return;
+        }
+        if self.load_ahead.len() == REMEMBERED {
+            self.load_ahead.pop_front();
+        }
+        self.load_ahead.push_back((clock, ahead_deg));
+    }
+
+    /// Returns the load's angle minus the angle of the side that the encoder sits on, deg, when the
+    /// last tick read the encoder.
+    pub fn load_ahead_deg(&self) -> f64 {
+        self.load_ahead.back().map_or(0.0, |(_, deg)| *deg)
+    }
+
+    /// Returns the same in an earlier tick of the device's clock; none of one that is too long ago.
+    pub fn load_ahead_at(&self, clock: u32) -> Option<f64> {
+        let after = self.load_ahead.partition_point(|(since, _)| *since <= clock);
+        after.checked_sub(1).and_then(|last| self.load_ahead.get(last)).map(|(_, deg)| *deg)
     }
 
     /// Noise on the encoder's wires: so many counts at once.

@@ -45,6 +45,13 @@ pub trait Wire {
 
     /// The warning that has to stand before whatever is shown of the device. A board needs none.
     fn warning(&self) -> Option<&'static str>;
+
+    /// The load's angle minus the angle of the side that the encoder sits on, deg, in a tick of
+    /// the device's clock. None from a device that measures its encoder only, and for a tick that
+    /// is too long ago.
+    fn load_ahead_deg(&self, _clock: u32) -> Option<f64> {
+        None
+    }
 }
 
 /// The wire to a simulated device. Its time passes while the client waits for it, as fast as it can
@@ -147,5 +154,9 @@ impl Wire for SimulatedWire {
 
     fn warning(&self) -> Option<&'static str> {
         Some(SIMULATED)
+    }
+
+    fn load_ahead_deg(&self, clock: u32) -> Option<f64> {
+        self.simulated.load_ahead_at(clock)
     }
 }

@@ -6,7 +6,7 @@ use std::sync::Arc;
 use toml::{Table, Value};
 
 use super::task::Task;
-use crate::data_sheet::OF_A_SHEET;
+use crate::data_sheet::{OF_A_SHEET, UnseenSlack};
 use crate::document::{Document, Origin, within};
 use crate::error::{Error, rounded, shown, suggestion};
 use crate::joint::Substitute;
@@ -32,6 +32,8 @@ pub struct Experiment {
     pub runs: Vec<RunPlan>,
     /// What of the file was left out, a sentence each.
     pub left_out: Vec<String>,
+    /// Slack of the gear that the encoder cannot measure; none without a data sheet.
+    pub unseen_slack: Option<UnseenSlack>,
 }
 
 /// One run: a machine, a controller of it, and what the joint is to do.
@@ -122,7 +124,8 @@ impl Experiment {
             )));
         }
         affordable(&document.origin, &runs)?;
-        Ok(Self { name: document.origin.name.clone(), source: machine.source, runs, left_out })
+        let (name, unseen_slack) = (document.origin.name.clone(), document.unseen_slack()?);
+        Ok(Self { name, source: machine.source, runs, left_out, unseen_slack })
     }
 
     /// Plans the runs of a document's controllers on the joint as the file describes it: those of

@@ -3,7 +3,7 @@
 
 use super::plan::RunPlan;
 use crate::data_sheet::{
-    DataSheet, Mapping, Mount, Refusal, SheetAxis, Tables, Times, WrittenDrive,
+    DataSheet, Mapping, Mount, Refusal, SheetAxis, Tables, Times, UnseenSlack, WrittenDrive,
 };
 use crate::error::Error;
 use crate::joint::{RunJoint, Substitute};
@@ -55,6 +55,16 @@ impl RunPlan {
         let count_deg = self.machine.encoder.resolution_deg();
         let sheet = self.sheet()?;
         Ok(sheet.and_then(|(sheet, mapping)| sheet.substitute(&mapping, count_deg, times)))
+    }
+
+    /// Returns the slack of the gear that the encoder of this run's data sheet cannot measure; none
+    /// without a data sheet.
+    ///
+    /// # Errors
+    /// Names a value that is not allowed.
+    pub fn unseen_slack(&self) -> Result<Option<UnseenSlack>, Error> {
+        let count_deg = self.machine.encoder.resolution_deg();
+        Ok(self.sheet()?.and_then(|(sheet, _)| UnseenSlack::of(&sheet, count_deg)))
     }
 
     /// Gives the data sheet of this run's machine, and its mapping to the core's units.

@@ -5,7 +5,9 @@ use std::borrow::Cow;
 use serde::Serialize;
 use serde_json::{Value, json};
 
+use crate::data_sheet::UnseenSlack;
 use crate::experiment::{Experiment, RunPlan, Task};
+use crate::goal::GoalInBothUnits;
 use crate::run::{RunResult, Tripped};
 use crate::solver::EventKind;
 
@@ -18,6 +20,9 @@ struct Report<'a, M> {
     schema: u32,
     experiment: &'a str,
     source: &'a str,
+    /// Left out for what has no gear; null if the encoder sees all of the gear.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    unseen_slack: Option<Option<UnseenSlack>>,
     runs: Vec<Run<'a, M>>,
 }
 
@@ -30,6 +35,9 @@ pub struct Run<'a, M> {
     pub parameters: Cow<'a, Value>,
     /// In the order of time.
     pub events: Vec<Event>,
+    /// The goal by which its success is judged; left out if there is none.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub goal: Option<GoalInBothUnits>,
     /// What it is judged by.
     pub metrics: &'a M,
     /// What it took.
@@ -69,7 +77,8 @@ pub fn object<M: Serialize>(
     source: &str,
     runs: Vec<Run<M>>,
 ) -> serde_json::Result<String> {
-    serde_json::to_string_pretty(&Report { schema: SCHEMA, experiment, source, runs })
+    let unseen_slack = None;
+    serde_json::to_string_pretty(&Report { schema: SCHEMA, experiment, source, unseen_slack, runs })
 }
 
 /// Writes the whole object, indented.
@@ -85,6 +94,7 @@ pub fn render(experiment: &Experiment, results: &[RunResult]) -> serde_json::Res
             .iter()
             .map(|event| Event { time_s: event.time_s, body: 1, kind: event.kind })
             .collect(),
+        goal: Some(goal(&result.plan)),
         metrics: &result.metrics,
         cost: Cost {
             wall_s: result.wall.as_secs_f64(),
@@ -94,7 +104,18 @@ pub fn render(experiment: &Experiment, results: &[RunResult]) -> serde_json::Res
         diverged_at_s: result.diverged_at_s,
         fault: result.fault,
     });
-    object(&experiment.name, &experiment.source, runs.collect())
+    serde_json::to_string_pretty(&Report {
+        schema: SCHEMA,
+        experiment: &experiment.name,
+        source: &experiment.source,
+        unseen_slack: Some(experiment.unseen_slack),
+        runs: runs.collect(),
+    })
+}
+
+/// Returns the goal of a run.
+fn goal(plan: &RunPlan) -> GoalInBothUnits {
+    plan.machine.goal.in_both_units(plan.machine.encoder.resolution_deg())
 }
 
 /// The tables of the machine's file as this run used them, with its own controller only.

@@ -8,6 +8,7 @@ mod file;
 mod guard;
 pub mod json;
 pub mod series;
+pub mod sides;
 pub mod table;
 
 pub use cell::Cell;

@@ -2,6 +2,7 @@
 
 use comfy_table::{Cell, CellAlignment, ColumnConstraint, ContentArrangement, Table, presets};
 
+use super::sides::{self, Shown};
 use crate::experiment::Task;
 use crate::run::{RunResult, Tripped};
 
@@ -29,7 +30,8 @@ pub fn new(header: &[&str]) -> Table {
 }
 
 /// The results of an experiment: a table for each kind of motion and each variant, and a line below
-/// for each run that went wrong.
+/// for each run that went wrong. Where the encoder cannot see slack, rest and settling are in a
+/// table of both sides of the gear.
 pub fn render(results: &[RunResult]) -> String {
     type Kind = (fn(&Task) -> bool, &'static [&'static str], fn(&RunResult) -> Vec<String>);
     let kinds: [Kind; 3] = [
@@ -37,13 +39,18 @@ pub fn render(results: &[RunResult]) -> String {
         (|task| matches!(task, Task::Trajectory(_)), TRAJECTORY_COLUMNS, trajectory_cells),
         (|task| matches!(task, Task::Ramp(_)), RAMP_COLUMNS, ramp_cells),
     ];
+    let slack = results.iter().find_map(|result| result.unseen_slack.as_ref());
+    let goal = results.first().map(|result| result.plan.machine.goal).unwrap_or_default();
+    let shown = Shown::of(slack, &goal);
+    let is_kept = |column: &&str| shown != Shown::BothSides || !OF_A_SIDE.contains(column);
     let mut parts = Vec::new();
     for (is_kind, columns, cells) in kinds {
         let of_kind: Vec<&RunResult> = results.iter().filter(|r| is_kind(&r.plan.task)).collect();
         if of_kind.is_empty() {
             continue;
         }
-        let mut table = new(columns);
+        let kept: Vec<&str> = columns.iter().copied().filter(|one| is_kept(&one)).collect();
+        let mut table = new(&kept);
         for group in of_kind.chunk_by(|a, b| a.plan.slugs() == b.plan.slugs()) {
             let slugs =
                 group.first().map(|result| result.plan.slugs().join(", ")).unwrap_or_default();
@@ -51,10 +58,19 @@ pub fn render(results: &[RunResult]) -> String {
                 table.add_row([format!("{slugs}:")]);
             }
             for result in group {
-                table.add_row([vec![row_name(result)], cells(result)].concat());
+                let of_all = [vec![row_name(result)], cells(result)].concat();
+                let named = of_all.into_iter().zip(columns);
+                table.add_row(named.filter_map(|(cell, one)| is_kept(&one).then_some(cell)));
             }
         }
         parts.push(table.trim_fmt() + "\n");
+    }
+    let is_judged = |result: &&RunResult| !matches!(result.plan.task, Task::Ramp(_));
+    if shown != Shown::Nothing && results.iter().any(|result| is_judged(&result)) {
+        let judged = results.iter().filter(is_judged);
+        let rows = judged.map(|one| (one.plan.label.clone(), &one.metrics.sides));
+        parts.push(shown.table("run", rows));
+        parts.push(sides::legend(slack, &goal));
     }
     let remarks: Vec<String> = results.iter().filter_map(remark).collect();
     if !remarks.is_empty() {
@@ -88,6 +104,9 @@ pub fn number(value: Option<f64>, digits: usize) -> String {
         },
     )
 }
+
+/// Columns of one side of the gear.
+const OF_A_SIDE: [&str; 2] = ["rest\ncounts", "settled\ns"];
 
 const STEP_COLUMNS: &[&str] = &[
     "step",

@@ -305,7 +305,8 @@ fn with(
             say(words::status(&status))
         }
         Action::Move(arguments) => {
-            let said = moves::go(arguments, &mut client, output)?;
+            let judged = moves::Judged::by(machine)?;
+            let said = moves::go(arguments, &mut client, output, &judged)?;
             if said.alone {
                 print(&said.text)?
             } else {

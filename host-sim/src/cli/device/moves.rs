@@ -8,6 +8,7 @@ use stiction::link::StateCode;
 
 use super::{arm, ended, kept, lost, off, then_off, time};
 use crate::cli::outputs::check_standard_output;
+use crate::data_sheet::UnseenSlack;
 use crate::device::client::Client;
 use crate::device::json;
 use crate::device::log::Log;
@@ -17,6 +18,9 @@ use crate::device::travel::Travel;
 use crate::device::wire::Wire;
 use crate::device::words;
 use crate::error::Error;
+use crate::experiment::Document;
+use crate::goal::PositionGoal;
+use crate::output::sides::sentence;
 use crate::output::{OutputFile, OverwriteGuard};
 use crate::typed_number;
 
@@ -68,6 +72,24 @@ pub struct Said {
     pub alone: bool,
 }
 
+/// What the machine's file says of the end of a move.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct Judged {
+    goal: PositionGoal,
+    slack: Option<UnseenSlack>,
+}
+
+impl Judged {
+    /// Reads a machine's file.
+    ///
+    /// # Errors
+    /// Says what is wrong with the file.
+    pub fn by(machine: &str) -> Result<Self, Error> {
+        let document = Document::open(machine)?;
+        Ok(Self { goal: document.machine()?.goal, slack: document.unseen_slack()? })
+    }
+}
+
 /// Arms the device if it is not armed, moves, and turns the output off.
 ///
 /// # Errors
@@ -76,6 +98,7 @@ pub fn go<W: Wire>(
     arguments: &Arguments,
     client: &mut Client<W>,
     log: Option<&OutputFile>,
+    judged: &Judged,
 ) -> Result<Said, Error> {
     let Arguments { deg, step, r#for, json, .. } = arguments;
     let given = r#for.map(|seconds| time("--for", seconds)).transpose()?;
@@ -89,7 +112,8 @@ pub fn go<W: Wire>(
     let signals = Signals::new(client.signals()?);
     let mut samples = Log::new(signals.clone(), &[])?;
     let before = client.status()?;
-    let mut moved = Moved::to(*deg, before.resolution.into(), before.sample_time.into());
+    let mut moved = Moved::to(*deg, before.resolution.into(), before.sample_time.into())
+        .judged_by(judged.goal, judged.slack);
     let (status, interrupted) = then_off(client, |client| {
         let was_armed = client.status()?.state == StateCode::Armed;
         if !was_armed {
@@ -115,7 +139,7 @@ pub fn go<W: Wire>(
         // position.
         while let Some(sample) = client.kept() {
             if signals.is_armed(&sample) {
-                moved.see(&signals, &sample);
+                moved.see(&signals, &sample, client.load_ahead_deg(sample.clock));
             }
             if log.is_some() {
                 samples.push(sample);
@@ -125,6 +149,9 @@ pub fn go<W: Wire>(
     })?;
     if let Some(file) = log {
         file.write(&samples.render(status.sample_time, status.resolution)?)?;
+    }
+    if status.state != StateCode::Armed {
+        moved.end();
     }
     let text = if *json {
         let mut object = moved.json(status.at_rest, client.warning());
@@ -140,7 +167,8 @@ pub fn go<W: Wire>(
     } else {
         let rest =
             if status.at_rest { "" } else { "the joint still moved when the time was over\n" };
-        words::status(&status) + &moved.to_string() + rest + off(&status) + &lost(client)
+        let slack = judged.slack.as_ref().map_or_else(String::new, sentence);
+        words::status(&status) + &moved.to_string() + &slack + rest + off(&status) + &lost(client)
     };
     let ended = interrupted
         .map_err(|why| Error::CtrlC(format!("move: {why}; the motor is off")))
@@ -202,7 +230,8 @@ mod tests {
     fn a_target_out_of_the_range_is_refused_and_nothing_was_armed() {
         for (pushed, deg, step) in [(0.0, 400.0, false), (0.0, -10.1, true), (15.0, 5.1, false)] {
             let mut client = client(pushed);
-            let error = go(&arguments(deg, step), &mut client, None).err().unwrap().to_string();
+            let refused = go(&arguments(deg, step), &mut client, None, &Judged::default());
+            let error = refused.err().unwrap().to_string();
             assert!(error.starts_with("move: the simulated device refuses: "), "{error}");
             assert!(
                 error.contains("leads out of `limits.position_min_deg`")
@@ -248,7 +277,7 @@ mod tests {
     #[test]
     fn a_target_within_the_range_is_moved_to() {
         let mut client = client(15.0);
-        let said = go(&arguments(4.9, false), &mut client, None).unwrap();
+        let said = go(&arguments(4.9, false), &mut client, None, &Judged::default()).unwrap();
         assert!(said.ended.is_ok() && client.wire().was_driven, "{}", said.text);
     }
 }

@@ -7,7 +7,7 @@ use crate::cli::warn;
 use crate::device::client::Client;
 use crate::device::wire::Wire;
 use crate::error::Error;
-use crate::selftest::{Asked, JOINTS, MOVES, SEED, object, run, words};
+use crate::selftest::{Asked, JOINTS, MOVES, SEED, object, run_while, words};
 use crate::typed_number;
 
 #[derive(Debug, clap::Args)]
@@ -68,10 +68,18 @@ pub fn test<W: Wire>(
     let style = ProgressStyle::with_template("{bar:40} {pos}/{len} moves, {eta} left");
     let bar = style.map_or_else(|_| ProgressBar::hidden(), |style| bar.with_style(style));
     end_on_ctrl_c(client)?;
-    let session =
-        then_off(client, |client| run(client, targets, |done| bar.set_position(done as u64)));
+    let session = then_off(client, |client| {
+        let goes_on = |done| {
+            bar.set_position(done as u64);
+            true
+        };
+        run_while(client, (targets, &prepared.goal()), goes_on)
+    });
     bar.finish_and_clear();
-    let tested = prepared.judged(session?);
+    // Nothing cancels it.
+    let ended = || Error::Device("selftest: the moves have ended before".into());
+    let session = session?.ok_or_else(ended)?;
+    let tested = prepared.judged(session);
     let warning = client.warning();
     let text = if arguments.json {
         format!("{:#}\n", object(&tested, warning))

@@ -109,6 +109,9 @@ fn rendered(asked: &Asked) -> Result<String, Error> {
         off_is_assumed => machine.spread.is_empty(),
         verdict => machine.identified.map(|identified| identified.verdict),
         laws => Value::from(Serde(laws)),
+        slack => ranked.unseen_slack.map(|slack| slack.to_string()),
+        goal => ranked.goal.describe(),
+        has_goal => !ranked.goal.is_default(),
         is_tuned => !tuned.is_empty(),
         options => options,
         has_new_gains =>

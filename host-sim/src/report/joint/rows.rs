@@ -8,8 +8,10 @@ use crate::document::Document;
 use crate::ensemble::{Row, Sorted};
 use crate::error::{Error, rounded};
 use crate::machine::Machine;
-use crate::selftest::{Measures, Prediction, Range, bounds, ends, late};
-use crate::tuning::{Request, Tuned};
+use crate::selftest::{
+    Measures, Prediction, Range, bounds, ends, late, late_at_load, rest_at_load,
+};
+use crate::tuning::{Request, SideFigures, Tuned};
 
 /// A number of the joint in both units.
 #[derive(Debug, Serialize)]
@@ -83,6 +85,8 @@ pub struct Law {
     place: String,
     rest: String,
     settled: String,
+    /// Rest, settling and verdict at the encoder and at the load, by the file's goal.
+    sides: [Side; 2],
     tracking: String,
     chatter: String,
     success: String,
@@ -90,6 +94,28 @@ pub struct Law {
     around_rest: String,
     margins: String,
     remark: String,
+}
+
+/// One side of the gear in the steps of a law.
+#[derive(Debug, Serialize)]
+pub struct Side {
+    rest: String,
+    settled: String,
+    goal: &'static str,
+}
+
+impl Side {
+    fn of(rest: Option<f64>, settled_s: Option<f64>, success: Option<bool>) -> Self {
+        Self {
+            rest: shown(rest, 1),
+            settled: settled_s.map_or_else(|| "never".into(), |s| format!("{s:.2}")),
+            goal: match success {
+                Some(true) => "met",
+                Some(false) => "missed",
+                None => "-",
+            },
+        }
+    }
 }
 
 fn shown(value: Option<f64>, digits: usize) -> String {
@@ -112,16 +138,34 @@ pub fn laws(scores: &[Score], request: &Request, tuned: &[Tuned]) -> Result<Vec<
             (None, Some(_)) => "nothing better was found".into(),
             (None, None) => String::new(),
         };
+        let sides = &score.sides;
+        // At the encoder, and behind it at the load where the encoder cannot see slack.
+        let of_sides = |cell: &dyn Fn(&SideFigures) -> String| {
+            let at_load = cell(&figures.at_load);
+            if score.is_ranked_at_encoder {
+                format!("{} / {at_load}", cell(&figures.at_encoder))
+            } else {
+                at_load
+            }
+        };
         Ok(Law {
+            sides: [
+                Side::of(
+                    sides.rest_at_encoder_counts,
+                    sides.settled_at_encoder_s,
+                    sides.success_at_encoder,
+                ),
+                Side::of(sides.rest_at_load_counts, sides.settled_at_load_s, sides.success_at_load),
+            ],
             name: score.controller.clone(),
             place: shown(score.mean_place, 1),
             rest: shown(score.rest_error_counts, 1),
             settled: score.settling_time_s.map_or_else(|| "never".into(), |s| format!("{s:.2}")),
             tracking: shown(score.tracking_rms_deg, 3),
             chatter: shown(score.chatter_v_per_s, 2),
-            success: format!("{} of {}", figures.at_load.successes, figures.cases),
-            around_settled: shown(Some(figures.at_load.settling_s), 2),
-            around_rest: shown(Some(figures.at_load.rest_counts), 1),
+            success: of_sides(&|side| format!("{} of {}", side.successes, figures.cases)),
+            around_settled: of_sides(&|side| shown(Some(side.settling_s), 2)),
+            around_rest: of_sides(&|side| shown(Some(side.rest_counts), 1)),
             margins: if low < high {
                 format!("{} to {}", rounded(low), rounded(high))
             } else {
@@ -193,6 +237,8 @@ pub struct Expected {
     ended: Vec<String>,
     figures: Vec<Figure>,
     moves: Vec<Move>,
+    /// Moves that the median joint misses, at the encoder and at the load.
+    missed: [Option<u32>; 2],
     told: String,
 }
 
@@ -210,6 +256,8 @@ struct Move {
     to: String,
     settled: String,
     rest: String,
+    settled_at_load: String,
+    rest_at_load: String,
 }
 
 /// The figures of a prediction with their bounds, and its moves one by one.
@@ -234,6 +282,8 @@ pub fn expected(range: Range, targets: &[f64], prediction: &Prediction, told: St
         to: rounded(*to),
         settled: spread(place, 2, &late),
         rest: spread(place, 0, &|one| one.rest_counts),
+        settled_at_load: spread(place, 2, &late_at_load),
+        rest_at_load: spread(place, 0, &rest_at_load),
     });
     Expected {
         range: rounded(range.deg),
@@ -241,6 +291,7 @@ pub fn expected(range: Range, targets: &[f64], prediction: &Prediction, told: St
         ended: prediction.ended.clone(),
         figures: figures.collect(),
         moves: moves.collect(),
+        missed: prediction.missed_of_most(),
         told,
     }
 }

@@ -10,8 +10,11 @@ mod ranking;
 use serde::Serialize;
 
 pub use self::ranking::{COLUMNS, Disqualified, Weights};
+use crate::both_sides::BothSides;
+use crate::data_sheet::UnseenSlack;
 use crate::error::Error;
 use crate::experiment::{Document, Experiment, RunPlan, Task};
+use crate::goal::PositionGoal;
 use crate::run::{RunResult, Trace, run_all};
 
 /// How long a step is watched for hunting.
@@ -36,6 +39,17 @@ pub struct Score {
     pub hunting_counts: Option<f64>,
     /// Most times that the joint stuck while a trajectory was at speed: stair-stepping.
     pub sticks_in_motion: Option<f64>,
+    /// Worst of its steps on both sides of the gear, by the file's goal.
+    #[serde(flatten)]
+    pub sides: BothSides,
+    /// Longest settling of a step into 0.05 deg at the encoder, s. It ranks in the place of
+    /// `settling_time_s` where the encoder cannot see slack.
+    #[serde(skip)]
+    pub settling_time_at_encoder_s: Option<f64>,
+    /// Whether the encoder cannot see slack. No law corrects what its encoder cannot see, so that
+    /// rest and settling are ranked at the encoder.
+    #[serde(skip)]
+    pub is_ranked_at_encoder: bool,
     /// Whether any of its runs is unstable or diverged.
     pub unstable: bool,
     /// The reason why it is not ranked, if there is one. Its other values say little then.
@@ -52,6 +66,10 @@ pub struct Benchmark {
     pub scores: Vec<Score>,
     /// The runs of each document.
     pub results: Vec<Vec<RunResult>>,
+    /// Slack of the gear that the encoder cannot measure.
+    pub unseen_slack: Option<UnseenSlack>,
+    /// The goal of the first document.
+    pub goal: PositionGoal,
 }
 
 /// Runs the benchmark on documents that name the same controllers; variants other than the plain
@@ -80,7 +98,9 @@ pub fn benchmark(documents: &[Document], weights: &Weights) -> Result<Benchmark,
     let mut scores: Vec<Score> =
         controllers.iter().map(|name| score(name, &all, &watched)).collect();
     ranking::rank(&mut scores, weights);
-    Ok(Benchmark { scores, results })
+    let unseen_slack = all.iter().find_map(|result| result.unseen_slack);
+    let goal = all.first().map(|result| result.plan.machine.goal).unwrap_or_default();
+    Ok(Benchmark { scores, results, unseen_slack, goal })
 }
 
 /// The runs of a document that the benchmark judges: every controller, and no variant.
@@ -101,7 +121,13 @@ fn score(controller: &str, results: &[&RunResult], watched: &[RunResult]) -> Sco
         results.iter().copied().filter(of).filter(|result| !is_step(result)).collect();
     let watched: Vec<_> = watched.iter().filter(of).collect();
     let largest = |values: &mut dyn Iterator<Item = Option<f64>>| values.flatten().reduce(f64::max);
-    let settles = steps.iter().all(|result| result.metrics.settling_time_s.is_some());
+    let is_ranked_at_encoder = steps.iter().any(|result| result.unseen_slack.is_some());
+    let settles = steps.iter().all(|result| settles(result));
+    let slowest = |of: fn(&RunResult) -> Option<f64>| {
+        let is_settled = steps.iter().all(|result| of(result).is_some());
+        largest(&mut steps.iter().map(|result| of(result))).filter(|_| is_settled)
+    };
+    let sides = steps.iter().map(|result| result.metrics.sides);
     let runs = || steps.iter().chain(&trajectories);
     let unstable = runs().copied().chain(watched.iter().copied()).any(|result| result.unstable);
     let disqualified = if unstable {
@@ -117,8 +143,7 @@ fn score(controller: &str, results: &[&RunResult], watched: &[RunResult]) -> Sco
             &mut steps.iter().map(|r| r.metrics.rest_error_counts.map(f64::abs)),
         ),
         overshoot_deg: largest(&mut steps.iter().map(|r| r.metrics.overshoot_deg)),
-        settling_time_s: largest(&mut steps.iter().map(|r| r.metrics.settling_time_s))
-            .filter(|_| settles),
+        settling_time_s: slowest(|r| r.metrics.settling_time_s),
         tracking_rms_deg: largest(&mut trajectories.iter().map(|r| r.metrics.rms_error_deg)),
         chatter_v_per_s: largest(&mut runs().map(|r| r.metrics.control_total_variation_v_per_s)),
         hunting_counts: largest(&mut watched.iter().map(|r| {
@@ -128,10 +153,27 @@ fn score(controller: &str, results: &[&RunResult], watched: &[RunResult]) -> Sco
         sticks_in_motion: largest(
             &mut trajectories.iter().map(|r| r.metrics.sticks_in_motion.map(f64::from)),
         ),
+        sides: sides.reduce(|one, other| one.worst(other)).unwrap_or_default().magnitude(),
+        settling_time_at_encoder_s: slowest(|r| r.metrics.settling_time_at_encoder_s),
+        is_ranked_at_encoder,
         unstable,
         disqualified,
         mean_place: None,
     }
+}
+
+/// Returns whether a step came to stay at its target: by the file's goal, or within 0.05 deg if the
+/// file has none; at the encoder if that cannot see slack.
+fn settles(result: &RunResult) -> bool {
+    let metrics = &result.metrics;
+    if !result.plan.machine.goal.is_default() {
+        return metrics.sides.success_at_encoder == Some(true);
+    }
+    let settled_s = match result.unseen_slack {
+        Some(_) => metrics.settling_time_at_encoder_s,
+        None => metrics.settling_time_s,
+    };
+    settled_s.is_some()
 }
 
 /// Tells whether the joint left its place by a count.

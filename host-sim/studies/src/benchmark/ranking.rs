@@ -20,14 +20,30 @@ pub struct Column {
 
 /// The columns that are ranked. Less is better in each of them.
 pub const COLUMNS: [Column; 7] = [
-    Column { name: "rest", of: |score| score.rest_error_counts },
+    Column { name: "rest", of: rest_counts },
     Column { name: "overshoot", of: |score| score.overshoot_deg },
-    Column { name: "settling", of: |score| score.settling_time_s },
+    Column { name: "settling", of: settling_s },
     Column { name: "tracking", of: |score| score.tracking_rms_deg },
     Column { name: "chatter", of: |score| score.chatter_v_per_s },
     Column { name: "hunting", of: |score| score.hunting_counts },
     Column { name: "sticks", of: |score| score.sticks_in_motion },
 ];
+
+fn rest_counts(score: &Score) -> Option<f64> {
+    if score.is_ranked_at_encoder {
+        score.sides.rest_at_encoder_counts
+    } else {
+        score.rest_error_counts
+    }
+}
+
+fn settling_s(score: &Score) -> Option<f64> {
+    if score.is_ranked_at_encoder {
+        score.settling_time_at_encoder_s
+    } else {
+        score.settling_time_s
+    }
+}
 
 /// The reason why a controller is not ranked.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
@@ -37,7 +53,8 @@ pub enum Disqualified {
     Unstable,
     /// The joint did not move by a count in any run.
     NeverMoves,
-    /// A step did not come to stay within 0.05 deg.
+    /// A step did not come to stay within the file's goal, or within 0.05 deg if it has none; at
+    /// the encoder, if that cannot see slack.
     NeverSettles,
 }
 
@@ -138,6 +155,7 @@ fn place(score: &Score, all: &[Score], of: fn(&Score) -> Option<f64>) -> Option<
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::both_sides::BothSides;
 
     fn score(controller: &str, values: [Option<f64>; 7]) -> Score {
         let [rest, overshoot, settling, tracking, chatter, hunting, sticks] = values;
@@ -150,6 +168,9 @@ mod tests {
             chatter_v_per_s: chatter,
             hunting_counts: hunting,
             sticks_in_motion: sticks,
+            sides: BothSides::default(),
+            settling_time_at_encoder_s: None,
+            is_ranked_at_encoder: false,
             unstable: false,
             disqualified: None,
             mean_place: None,
@@ -181,6 +202,24 @@ mod tests {
             ranked(scores(), &alone),
             expected.map(|(name, mean)| (name.into(), Some(mean)))
         );
+    }
+
+    /// No law corrects what its encoder cannot see.
+    #[test]
+    fn rest_and_settling_are_ranked_at_the_encoder_where_it_cannot_see_slack() {
+        let joint = |name: &str, at_load: f64, at_encoder: f64| Score {
+            sides: BothSides { rest_at_encoder_counts: Some(at_encoder), ..BothSides::default() },
+            settling_time_at_encoder_s: Some(at_encoder),
+            is_ranked_at_encoder: true,
+            ..score(name, [Some(at_load), None, None, None, None, None, None])
+        };
+        let scores = || vec![joint("chance", 1.0, 2.0), joint("precise", 9.0, 0.1)];
+        let expected = [("precise", Some(1.0)), ("chance", Some(2.0))];
+        assert_eq!(ranked(scores(), &[]), expected.map(|(name, mean)| (name.into(), mean)));
+        let rigid = scores().into_iter().map(|one| Score { is_ranked_at_encoder: false, ..one });
+        let expected = [("chance", Some(1.0)), ("precise", Some(2.0))];
+        let found = ranked(rigid.collect(), &[]);
+        assert_eq!(found, expected.map(|(name, mean)| (name.into(), mean)));
     }
 
     #[test]

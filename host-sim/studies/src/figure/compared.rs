@@ -1,7 +1,7 @@
 //! Two or three controllers on the same joints: their errors over each other, a panel for each
 //! joint.
 
-use super::results::{COMPARED, NamedFigure, in_words, shown_until};
+use super::results::{COMPARED, NamedFigure, in_words, shown_until, sides_differ};
 use super::{Figure, Line, Panel, Style};
 use crate::closed_loop::Moment;
 use crate::experiment::Task;
@@ -64,14 +64,24 @@ fn panel(joint: &Joint, end_s: f64) -> Panel {
     for (run, style) in joint.iter().zip(styles(joint.len())) {
         let Trace::Loop(moments) = &run.trace else { continue };
         let count_deg = run.plan.machine.encoder.resolution_deg();
-        let counts = |moment: &Moment| moment.error_deg() / count_deg;
-        let shown = moments.iter().take_while(|moment| moment.time_s <= end_s + 1e-9);
-        let points: Vec<_> = shown.map(|moment| (moment.time_s, counts(moment))).collect();
+        let counts = |of: fn(&Moment) -> f64| -> Vec<(f64, f64)> {
+            let shown = moments.iter().take_while(|moment| moment.time_s <= end_s + 1e-9);
+            shown.map(|moment| (moment.time_s, of(moment) / count_deg)).collect()
+        };
+        let is_two_sided = sides_differ(run);
+        let points = counts(Moment::error_deg);
         let settled = points.iter().filter(|(time_s, _)| *time_s >= judged_from_s(end_s));
         half = settled.map(|(_, error)| 1.25 * error.abs()).fold(half, f64::max);
         let rest = run.metrics.rest_error_counts.unwrap_or(f64::NAN);
         let name = run.plan.controller.as_deref().unwrap_or_default();
-        lines.push(Line::new(format!("{name}: {:.1} counts off", rest.abs()), style, points));
+        let side = if is_two_sided { " at the load" } else { "" };
+        lines.push(Line::new(format!("{name}: {:.1} counts off{side}", rest.abs()), style, points));
+        if is_two_sided {
+            let rest = run.metrics.sides.rest_at_encoder_counts.unwrap_or(f64::NAN);
+            let name = format!("{name}: {:.1} at the encoder", rest.abs());
+            let points = counts(|moment| moment.reference_deg - moment.at_encoder_deg);
+            lines.push(Line::new(name, style.at_encoder(), points));
+        }
     }
     for (name, bound) in [("2 counts", BAND_COUNTS), ("", -BAND_COUNTS)] {
         lines.push(Line::new(name, Style::Limit, vec![(0.0, bound), (end_s, bound)]));

@@ -93,6 +93,9 @@ fn look(style: Style) -> Look {
         Style::Compensation => ("#B86E00", 1.2, None),
         Style::Total => ("#505050", 1.2, None),
         Style::Limit => ("#7F7F7F", 1.2, Some("9 3 2 3")),
+        Style::PrimaryAtEncoder => ("#00548F", 1.0, None),
+        Style::SecondAtEncoder => ("#D55E00", 1.0, Some("8 2 2 2")),
+        Style::ThirdAtEncoder => ("#009E73", 1.0, Some("4 2")),
     }
 }
 

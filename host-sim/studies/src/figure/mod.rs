@@ -51,6 +51,23 @@ pub enum Style {
     Total,
     /// A bound such as a tolerance or a supply voltage: thin grey dash-dots.
     Limit,
+    /// The encoder's side of a gear, beside [`Self::Primary`] of its load: thin solid blue.
+    PrimaryAtEncoder,
+    /// The encoder's side, beside [`Self::Second`]: thin vermilion, dash-dots.
+    SecondAtEncoder,
+    /// The encoder's side, beside [`Self::Third`]: thin green, fine dashes.
+    ThirdAtEncoder,
+}
+
+impl Style {
+    /// Returns the style of the encoder's side beside a curve of the load.
+    pub const fn at_encoder(self) -> Self {
+        match self {
+            Self::Second => Self::SecondAtEncoder,
+            Self::Third => Self::ThirdAtEncoder,
+            _ => Self::PrimaryAtEncoder,
+        }
+    }
 }
 
 /// One curve of a panel. Points that are not finite leave a gap.

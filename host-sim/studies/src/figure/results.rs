@@ -29,6 +29,9 @@ const STILL: f64 = 0.002;
 /// How much longer than the motion its time axis is.
 const AFTERWARDS: f64 = 1.25;
 
+/// Sides of a gear that differ by less than this throughout are one line, counts.
+const ONE_LINE: f64 = 2.0;
+
 /// An inset that enlarges less is none.
 const LEAST_ZOOM: f64 = 2.5;
 
@@ -223,11 +226,8 @@ pub(super) fn in_words(slug: &str) -> String {
 fn displacements(results: &[&RunResult], end_s: f64) -> Panel {
     let mut lines = Vec::new();
     for (result, style) in results.iter().zip(COMPARED) {
-        lines.push(Line::new(
-            curve_name(result, results),
-            style,
-            points(result, end_s, |m| m.position_deg),
-        ));
+        let name = curve_name(result, results);
+        lines.extend(sides(result, &name, style, end_s, |_, position_deg| position_deg));
     }
     for (i, result) in results.iter().enumerate() {
         let name = if i == 0 { "reference" } else { "" };
@@ -237,11 +237,40 @@ fn displacements(results: &[&RunResult], end_s: f64) -> Panel {
 }
 
 fn errors(results: &[&RunResult], end_s: f64) -> Panel {
-    let curves = results.iter().zip(COMPARED).map(|(result, style)| {
-        Line::new(curve_name(result, results), style, points(result, end_s, Moment::error_deg))
+    let curves = results.iter().zip(COMPARED).flat_map(|(result, style)| {
+        let name = curve_name(result, results);
+        sides(result, &name, style, end_s, |m, position_deg| m.reference_deg - position_deg)
     });
     let inset = around(results.iter().filter_map(|one| rest(one, end_s, Moment::error_deg, 0.02)));
     Panel { height: 0.85, inset, ..Panel::new("error (deg)", curves.collect()) }
+}
+
+/// The lines of a run: one, or one for each side of its gear where the sides differ. `of` makes a
+/// value of a moment and the position of a side, deg.
+fn sides(
+    result: &RunResult,
+    name: &str,
+    style: Style,
+    end_s: f64,
+    of: impl Fn(&Moment, f64) -> f64,
+) -> Vec<Line> {
+    let joint = points(result, end_s, |m| of(m, m.position_deg));
+    if !sides_differ(result) {
+        return vec![Line::new(name, style, joint)];
+    }
+    let load = points(result, end_s, |m| of(m, m.at_load_deg));
+    let encoder = points(result, end_s, |m| of(m, m.at_encoder_deg));
+    vec![
+        Line::new(format!("{name}, at the load"), style, load),
+        Line::new(format!("{name}, at the encoder"), style.at_encoder(), encoder),
+    ]
+}
+
+/// Returns whether the sides of the gear are ever two counts apart.
+pub(super) fn sides_differ(result: &RunResult) -> bool {
+    let least_deg = ONE_LINE * result.plan.machine.encoder.resolution_deg();
+    let (Trace::Loop(moments) | Trace::Ramp(moments)) = &result.trace;
+    moments.iter().any(|m| (m.at_load_deg - m.at_encoder_deg).abs() >= least_deg)
 }
 
 /// v_PD, v_c and v of one run, each in its own panel: signals that chatter would hide each other in

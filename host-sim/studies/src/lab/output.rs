@@ -20,6 +20,7 @@ pub fn json(experiment: &str, source: &str, results: &[LabResult]) -> serde_json
             .iter()
             .map(|event| Event { time_s: event.time_s, body: event.body + 1, kind: event.kind })
             .collect(),
+        goal: None,
         metrics: &result.metrics,
         cost: Cost {
             wall_s: result.wall.as_secs_f64(),

@@ -3,18 +3,23 @@
 //!
 //! | measure | over | meaning |
 //! |---|---|---|
-//! | settled | from the end of the set point's motion | time until the joint stays within 2 counts of the target |
+//! | settled | from the end of the set point's motion | time until the joint stays within the goal's tolerance, 2 counts by default |
 //! | rest | last second | largest distance from the target |
 //! | reversals | last second | retreats of more than a count from the last extreme |
 //! | held effort | last second | root mean square: its square is the motor's heat |
 //! | sticks | where the set point has more than half of its speed | times that the joint comes to a stop |
 //! | sliding effort | there | mean of the effort in the sense of the motion: what friction costs |
 //! | accelerating effort | where the set point has more than half of its acceleration | mean of the effort in the sense of the acceleration: what inertia costs |
+//!
+//! Settling and rest are those at the encoder. A simulated device knows its load as well, and both
+//! are measured there, too ([`AtLoad`]).
 
 use stiction::link::Sample;
 
 use crate::device::signals::Signals;
-use crate::ensemble::{self, BAND_COUNTS, Reversals, TrackingJudge};
+use crate::ensemble::{self, Reversals, TrackingJudge};
+use crate::goal::PositionGoal;
+use crate::settling::Settling;
 
 /// The joint is judged at rest in so much time at the end of a move, s.
 pub const REST_S: f64 = 1.0;
@@ -58,14 +63,37 @@ impl std::iter::Sum for Mean {
     }
 }
 
+/// Settling and rest of a move at the load.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct AtLoad {
+    /// Time from the end of the set point's motion until the load stays within the goal's
+    /// tolerance, s; none if it was outside at the end.
+    pub settled_s: Option<f64>,
+    /// Whether it settled later than the goal allows.
+    pub is_late: bool,
+    /// Largest distance from the target in the last second, counts.
+    pub rest_counts: f64,
+}
+
+impl AtLoad {
+    /// Returns whether the load met the goal.
+    pub const fn success(&self) -> bool {
+        self.settled_s.is_some() && !self.is_late
+    }
+}
+
 /// What a move has come to.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Measures {
     /// Where it led to, deg.
     pub to_deg: f64,
-    /// Time from the end of the set point's motion until the joint stays within 2 counts, s; none
-    /// if it was outside at the end.
+    /// Time from the end of the set point's motion until the encoder's side stays within the goal's
+    /// tolerance, s; none if it was outside at the end.
     pub settled_s: Option<f64>,
+    /// Whether it settled later than the goal allows.
+    pub is_late: bool,
+    /// The same at the load; none from a device that does not know its load.
+    pub at_load: Option<AtLoad>,
     /// Largest distance from the target in the last second, counts.
     pub rest_counts: f64,
     /// Reversals in the last second.
@@ -80,11 +108,20 @@ pub struct Measures {
     pub accelerating_v: Mean,
 }
 
-/// Judges the samples of a move to `to_deg`; none if there are none.
+impl Measures {
+    /// Returns whether the encoder's side met the goal.
+    pub const fn success(&self) -> bool {
+        self.settled_s.is_some() && !self.is_late
+    }
+}
+
+/// Judges the samples of a move to `to_deg` by a goal; none if there are none. `load_ahead_deg` is
+/// the load's angle minus that of the encoder's side in each sample, deg, where it is known.
 pub fn measures(
     samples: &[Sample],
+    load_ahead_deg: &[Option<f64>],
     signals: &Signals,
-    to_deg: f64,
+    (to_deg, goal): (f64, &PositionGoal),
     [count_deg, sample_time_s]: [f64; 2],
 ) -> Option<Measures> {
     let first = samples.first()?.clock;
@@ -100,15 +137,19 @@ pub fn measures(
     let mut judge = TrackingJudge::new([0, last], speed);
     let mut found = Measures { to_deg, ..Measures::default() };
     let (mut reversals, mut square) = (Reversals::default(), Mean::default());
-    let mut inside_since = None;
+    let mut sides = [Settling::new(goal, count_deg); 2];
+    let mut at_load = Some(AtLoad::default());
     for (k, sample) in (0..).zip(samples) {
         let [position, velocity, pull, measured, effort] =
             [0, 1, 2, 3, 4].map(|place| number(sample, place));
         let distance = (target - position).abs();
-        if distance > BAND_COUNTS {
-            inside_since = None;
-        } else if inside_since.is_none() {
-            inside_since = Some(time_s(sample));
+        let ahead_deg = load_ahead_deg.get(k as usize).copied().flatten();
+        // A move is judged at the load if the load is known in all of it.
+        at_load = at_load.filter(|_| ahead_deg.is_some());
+        let at_the_load = target - position - ahead_deg.unwrap_or(f64::NAN) / count_deg;
+        if time_s(sample) >= over_s {
+            sides[0].see(time_s(sample), target - position);
+            sides[1].see(time_s(sample), at_the_load);
         }
         judge.see(&ensemble::Sample {
             speed: velocity,
@@ -123,11 +164,18 @@ pub fn measures(
         }
         if time_s(sample) > end_s - REST_S {
             found.rest_counts = found.rest_counts.max(distance);
+            if let Some(load) = &mut at_load {
+                load.rest_counts = load.rest_counts.max(at_the_load.abs());
+            }
             reversals.see(k, position);
             square.see(effort * effort);
         }
     }
-    found.settled_s = inside_since.map(|since_s: f64| (since_s - over_s).max(0.0));
+    let settled = sides.map(|side| side.settled_s().map(|at_s| (at_s - over_s).max(0.0)));
+    let is_late = sides.map(|side| side.settled_s().is_some() && !side.is_success(over_s));
+    (found.settled_s, found.is_late) = (settled[0], is_late[0]);
+    found.at_load =
+        at_load.map(|load| AtLoad { settled_s: settled[1], is_late: is_late[1], ..load });
     found.reversals = reversals.count();
     found.sticks = judge.measures(sample_time_s).sticks;
     found.held_v = square.value().unwrap_or(0.0).sqrt();
@@ -137,8 +185,10 @@ pub fn measures(
 /// What all moves of a session come to.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Figures {
-    /// Moves that did not settle.
+    /// Moves that missed the goal at the encoder.
     pub missed: u32,
+    /// Moves that missed the goal at the load; none if it was not known in all of them.
+    pub missed_at_load: Option<u32>,
     /// Mean settling of those that did, s.
     pub settled_s: Option<f64>,
     /// Largest rest error, counts.
@@ -162,7 +212,10 @@ impl Figures {
         moves.iter().filter_map(|one| one.settled_s).for_each(|time_s| settled.see(time_s));
         let count = moves.len().max(1) as f64;
         Self {
-            missed: moves.iter().filter(|one| one.settled_s.is_none()).count() as u32,
+            missed: moves.iter().filter(|one| !one.success()).count() as u32,
+            missed_at_load: moves.iter().try_fold(0, |missed, one| {
+                one.at_load.map(|load| missed + u32::from(!load.success()))
+            }),
             settled_s: settled.value(),
             rest_counts: moves.iter().map(|one| one.rest_counts).fold(0.0, f64::max),
             reversals: moves.iter().map(|one| one.reversals).sum(),
@@ -215,7 +268,42 @@ mod tests {
                 sample(7 + 10 * k, [counts, velocity, pull, measured, applied])
             })
             .collect();
-        measures(&samples, &Signals::of_core(), 1.0, [0.01, 0.001]).unwrap()
+        judged(&samples, &[], PositionGoal::default())
+    }
+
+    fn judged(samples: &[Sample], ahead: &[Option<f64>], goal: PositionGoal) -> Measures {
+        measures(samples, ahead, &Signals::of_core(), (1.0, &goal), [0.01, 0.001]).unwrap()
+    }
+
+    /// The encoder arrives 0.2 s after the set point, at 100 of 100 counts; the load stays 40 counts
+    /// behind it.
+    #[test]
+    fn a_move_is_judged_at_the_load_where_it_is_known_in_every_sample() {
+        let samples: Vec<Sample> = (0..300)
+            .map(|k| {
+                let t = f64::from(k) * 0.01;
+                let velocity = if t < 1.0 { 1.0 } else { 0.0 };
+                let counts = if t < 1.185 { 50.0 } else { 100.0 };
+                sample(7 + 10 * k, [counts, velocity, 0.0, velocity, 0.0])
+            })
+            .collect();
+        let mut ahead = vec![Some(-0.4); samples.len()];
+        let found = judged(&samples, &ahead, PositionGoal::default());
+        let at_load = found.at_load.unwrap();
+        assert!(found.success() && (found.settled_s.unwrap() - 0.2).abs() < 1e-6, "{found:?}");
+        assert_eq!((at_load.settled_s, at_load.success()), (None, false));
+        assert!((at_load.rest_counts - 40.0).abs() < 1e-9);
+        // The file's goal decides: a tolerance that the load keeps, and a time that is too short.
+        let wide = PositionGoal { tolerance_deg: Some(0.401), ..PositionGoal::default() };
+        assert!(judged(&samples, &ahead, wide).at_load.unwrap().success());
+        let soon = PositionGoal { settle_s: Some(0.19), ..wide };
+        let late = judged(&samples, &ahead, soon);
+        assert!(!late.success() && late.is_late && !late.at_load.unwrap().success());
+        let figures = Figures::of(&[found, late]);
+        assert_eq!((figures.missed, figures.missed_at_load), (1, Some(2)));
+        ahead[150] = None;
+        let unknown = judged(&samples, &ahead, wide);
+        assert_eq!((unknown.at_load, Figures::of(&[found, unknown]).missed_at_load), (None, None));
     }
 
     #[test]

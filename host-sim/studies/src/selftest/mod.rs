@@ -26,10 +26,10 @@ mod text;
 mod verdict;
 
 pub use self::measures::SIGNALS;
-pub use self::measures::{Figures, Measures};
+pub use self::measures::{AtLoad, Figures, Measures};
 pub use self::moves::{Range, targets};
 pub use self::prediction::{Prediction, Request};
 pub use self::prepare::{Asked, JOINTS, MOVES, Planned, Prepared, SEED};
 pub use self::session::{Next, Session, Steps, run, run_while};
-pub use self::text::{Tested, ends, late, object, sentence, words};
+pub use self::text::{Tested, ends, late, late_at_load, object, rest_at_load, sentence, words};
 pub use self::verdict::{Check, bounds, verdict};

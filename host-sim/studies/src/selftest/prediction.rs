@@ -16,6 +16,7 @@ use crate::device::words;
 use crate::ensemble::{Spread, drawn_keys};
 use crate::error::Error;
 use crate::experiment::{Document, Experiment, RunPlan};
+use crate::goal::PositionGoal;
 
 /// What is predicted.
 #[derive(Clone, Debug)]
@@ -45,6 +46,19 @@ pub struct Prediction {
     pub ended: Vec<String>,
 }
 
+impl Prediction {
+    /// Returns the number of moves that the median joint misses, at the encoder and at the load;
+    /// none where no joint knows it.
+    pub fn missed_of_most(&self) -> [Option<u32>; 2] {
+        let median = |of: fn(&Figures) -> Option<u32>| {
+            let mut all: Vec<u32> = self.figures.iter().filter_map(of).collect();
+            all.sort_unstable();
+            all.get(all.len() / 2).copied()
+        };
+        [median(|figures| Some(figures.missed)), median(|figures| figures.missed_at_load)]
+    }
+}
+
 impl Request {
     /// Runs the joints, on all cores.
     ///
@@ -67,6 +81,7 @@ impl Request {
     ) -> Result<Option<Prediction>, Error> {
         let spreads: Vec<Spread> =
             self.spreads.iter().map(|text| Spread::read(text)).collect::<Result<_, _>>()?;
+        let goal = self.document.machine()?.goal;
         let over = AtomicU64::new(0);
         let run = |number: u64| -> Result<Option<Result<Vec<Measures>, String>>, Error> {
             let still = || goes_on(over.load(Ordering::Relaxed));
@@ -84,7 +99,7 @@ impl Request {
             document.set(&[format!("encoder.phase={phase:?}")])?;
             // There is one, or it has been refused.
             let plan = Experiment::without_variants(&document, &[])?.swap_remove(0);
-            let one = self.one(&plan, still)?;
+            let one = self.one(&plan, &goal, still)?;
             over.fetch_add(u64::from(one.is_some()), Ordering::Relaxed);
             Ok(one)
         };
@@ -108,6 +123,7 @@ impl Request {
     fn one(
         &self,
         plan: &RunPlan,
+        goal: &PositionGoal,
         goes_on: impl Fn() -> bool,
     ) -> Result<Option<Result<Vec<Measures>, String>>, Error> {
         let mut parameters = self.parameters.clone();
@@ -116,7 +132,8 @@ impl Request {
         let mut client = Client::connect(SimulatedWire::new(device))?;
         // A joint that the device refuses to arm, since its load moves it, ends like one that
         // trips.
-        let session = match session::run_while(&mut client, &self.targets, |_| goes_on()) {
+        let wanted = (&self.targets[..], goal);
+        let session = match session::run_while(&mut client, wanted, |_| goes_on()) {
             Ok(Some(session)) => session,
             Ok(None) => return Ok(None),
             Err(why) => return Ok(Some(Err(why.to_string()))),

@@ -10,11 +10,13 @@ use super::prediction::{Prediction, Request};
 use super::session::{LONGEST_S, Session, time_s};
 use super::text::Tested;
 use super::verdict::{Check, bounds, verdict};
+use crate::data_sheet::UnseenSlack;
 use crate::device::client::Client;
 use crate::device::wire::Wire;
 use crate::device::{machine_file, parameters, words};
 use crate::error::{Error, rounded};
 use crate::experiment::{Document, Experiment, RunPlan};
+use crate::goal::PositionGoal;
 use crate::tuning::spreads;
 
 /// Tables in which a difference between device and file makes another machine.
@@ -46,6 +48,13 @@ pub struct Asked {
     pub spreads: Vec<String>,
 }
 
+/// What a file says of the end of a move.
+#[derive(Clone, Copy, Debug)]
+struct Judge {
+    goal: PositionGoal,
+    slack: Option<UnseenSlack>,
+}
+
 /// A self-test of which is settled what is to be predicted.
 #[derive(Clone, Debug)]
 pub struct Planned {
@@ -55,6 +64,7 @@ pub struct Planned {
     range: Range,
     doubts: Vec<String>,
     differences: Vec<String>,
+    judge: Judge,
 }
 
 /// A self-test with its prediction, before the moves.
@@ -67,6 +77,7 @@ pub struct Prepared {
     prediction: Prediction,
     doubts: Vec<String>,
     differences: Vec<String>,
+    judge: Judge,
 }
 
 impl Asked {
@@ -101,6 +112,7 @@ impl Asked {
         let doubts = document.doubts()?;
         let differences = differences(&self.machine, &document, &parameters)?;
         let range = self.range(client, &parameters)?;
+        let judge = Judge { goal: document.machine()?.goal, slack: document.unseen_slack()? };
         let spreads =
             if self.spreads.is_empty() { spreads(&document)? } else { self.spreads.clone() };
         let request = Request {
@@ -112,7 +124,7 @@ impl Asked {
             targets: targets(range, self.moves),
         };
         let machine = self.machine.clone();
-        Ok(Planned { request, machine, range, doubts, differences })
+        Ok(Planned { request, machine, range, doubts, differences, judge })
     }
 
     /// The range that was asked for, or else the derived one.
@@ -146,7 +158,7 @@ impl Planned {
         self,
         goes_on: &(dyn Fn(u64) -> bool + Sync),
     ) -> Result<Option<Prepared>, Error> {
-        let Self { request, machine, range, doubts, differences } = self;
+        let Self { request, machine, range, doubts, differences, judge } = self;
         let Some(prediction) = request.predict_while(goes_on)? else { return Ok(None) };
         if prediction.figures.len() < prediction.ended.len().max(1) {
             let why = prediction.ended.first().map_or("", String::as_str);
@@ -157,7 +169,7 @@ impl Planned {
                 prediction.ended.len()
             )));
         }
-        Ok(Some(Prepared { request, machine, range, prediction, doubts, differences }))
+        Ok(Some(Prepared { request, machine, range, prediction, doubts, differences, judge }))
     }
 }
 
@@ -199,6 +211,30 @@ impl Prepared {
         &self.differences
     }
 
+    /// The goal by which each move is judged.
+    pub const fn goal(&self) -> PositionGoal {
+        self.judge.goal
+    }
+
+    /// Slack of the gear that the encoder cannot measure.
+    pub const fn unseen_slack(&self) -> Option<UnseenSlack> {
+        self.judge.slack
+    }
+
+    /// What is predicted of the moves on both sides of the gear, in a sentence; none if the encoder
+    /// sees the load.
+    pub fn predicted_sides(&self) -> Option<String> {
+        self.judge.slack?;
+        let [at_encoder, at_load] = self.prediction.missed_of_most();
+        let moves = self.request.targets.len();
+        Some(format!(
+            "Predicted of {moves} moves on the median joint: {} miss the goal at the encoder, {} at \
+             the load.",
+            at_encoder.unwrap_or(0),
+            at_load.unwrap_or(0)
+        ))
+    }
+
     /// How long the moves have, all of them, s.
     pub fn longest_s(&self) -> f64 {
         let targets = &self.request.targets;
@@ -233,6 +269,9 @@ impl Prepared {
             ended_by: is_ended.then(by),
             doubts: self.doubts,
             differences: self.differences,
+            goal: self.judge.goal,
+            unseen_slack: self.judge.slack,
+            count_deg: self.range.count_deg,
         }
     }
 }

@@ -15,6 +15,7 @@ use crate::device::moved::longest_s;
 use crate::device::signals::Signals;
 use crate::device::wire::Wire;
 use crate::error::Error;
+use crate::goal::PositionGoal;
 
 /// Least time between two samples, s.
 const LOOKED_AT_S: f64 = 0.01;
@@ -67,6 +68,9 @@ pub struct Steps {
     /// Where the move leads that is made, deg.
     to_deg: Option<f64>,
     samples: Vec<Sample>,
+    /// The load's angle minus that of the encoder's side in each of them, deg.
+    load_ahead_deg: Vec<Option<f64>>,
+    goal: PositionGoal,
     moves: Vec<Measures>,
     begun: usize,
     refused: Option<String>,
@@ -97,11 +101,19 @@ impl Steps {
             sample_time_s,
             to_deg: None,
             samples: vec![],
+            load_ahead_deg: vec![],
+            goal: PositionGoal::default(),
             moves: vec![],
             begun: 0,
             refused: None,
         };
         Ok((steps, Duration::from_secs_f64(waits.iter().sum::<f64>() + SETTLES_S)))
+    }
+
+    /// Judges the moves by a file's goal.
+    #[must_use]
+    pub fn judged_by(self, goal: PositionGoal) -> Self {
+        Self { goal, ..self }
     }
 
     /// The signals that are needed, as a sum of 1 << place.
@@ -122,11 +134,15 @@ impl Steps {
     /// Takes a sample. Of samples that come more often than [`every`](Self::every) says, only so
     /// many are kept: the prediction has no more. One from just before a move begins changes
     /// nothing of it, since the set point stands still in it.
-    pub fn see(&mut self, sample: &Sample) {
+    ///
+    /// `load_ahead_deg` is the load's angle minus that of the encoder's side, deg, if the device
+    /// knows it.
+    pub fn see(&mut self, sample: &Sample, load_ahead_deg: Option<f64>) {
         let is_due =
             |last: &Sample| sample.clock.wrapping_sub(last.clock) >= u32::from(self.every());
         if self.signals.is_armed(sample) && self.samples.last().is_none_or(is_due) {
             self.samples.push(sample.clone());
+            self.load_ahead_deg.push(load_ahead_deg);
         }
     }
 
@@ -151,9 +167,11 @@ impl Steps {
 
     fn judge(&mut self) {
         let samples = std::mem::take(&mut self.samples);
+        let ahead = std::mem::take(&mut self.load_ahead_deg);
         if let Some(to_deg) = self.to_deg.take() {
             let each = [self.count_deg, self.sample_time_s];
-            self.moves.extend(measures(&samples, &self.signals, to_deg, each));
+            let wanted = (to_deg, &self.goal);
+            self.moves.extend(measures(&samples, &ahead, &self.signals, wanted, each));
         }
     }
 
@@ -186,22 +204,24 @@ pub fn run<W: Wire>(
         true
     };
     let cancelled = || Error::Input("selftest: the moves have ended by themselves".into());
-    run_while(client, targets, goes_on)?.ok_or_else(cancelled)
+    run_while(client, (targets, &PositionGoal::default()), goes_on)?.ok_or_else(cancelled)
 }
 
-/// Does the same, and asks before each move whether to go on. Returns nothing if not.
+/// Does the same, judges the moves by a goal, and checks before each move whether to go on. Returns
+/// nothing if not.
 ///
 /// # Errors
 /// As [`run`].
 pub fn run_while<W: Wire>(
     client: &mut Client<W>,
-    targets: &[f64],
+    (targets, goal): (&[f64], &PositionGoal),
     mut goes_on: impl FnMut(usize) -> bool,
 ) -> Result<Option<Session>, Error> {
     let signals = Signals::new(client.signals()?);
     let parameters = client.parameters()?;
     let status = client.status()?;
-    let (mut steps, waits) = Steps::of(targets, signals, &parameters, &status)?;
+    let (steps, waits) = Steps::of(targets, signals, &parameters, &status)?;
+    let mut steps = steps.judged_by(*goal);
     if !status.at_rest {
         client.pass(Duration::from_millis(100))?;
     }
@@ -216,7 +236,7 @@ pub fn run_while<W: Wire>(
         client.move_along(next.motion)?;
         status = client.pass_armed(next.time)?;
         while let Some(sample) = client.kept() {
-            steps.see(&sample);
+            steps.see(&sample, client.load_ahead_deg(sample.clock));
         }
     }
     // All are made: nobody can cancel them any more.
@@ -248,13 +268,15 @@ mod tests {
             sample_time_s: 0.001,
             to_deg: None,
             samples: vec![],
+            load_ahead_deg: vec![],
+            goal: PositionGoal::default(),
             moves: vec![],
             begun: 0,
             refused: None,
         };
         assert_eq!(steps.every(), 10);
-        (0..5).for_each(|clock| steps.see(&sample(clock, 1)));
-        (5..105).for_each(|clock| steps.see(&sample(clock, 2)));
+        (0..5).for_each(|clock| steps.see(&sample(clock, 1), None));
+        (5..105).for_each(|clock| steps.see(&sample(clock, 2), None));
         let clocks: Vec<u32> = steps.samples.iter().map(|sample| sample.clock).collect();
         assert_eq!(clocks, (0..10).map(|k| 5 + 10 * k).collect::<Vec<_>>());
     }

@@ -116,6 +116,12 @@ impl<W: Wire> Client<W> {
         self.interrupt = Some(interrupt);
     }
 
+    /// The load's angle minus the angle of the side that the encoder sits on, deg, in a tick of the
+    /// device's clock; none from a device that measures its encoder only.
+    pub fn load_ahead_deg(&self, clock: u32) -> Option<f64> {
+        self.wire.load_ahead_deg(clock)
+    }
+
     /// The wire to the device.
     pub const fn wire(&mut self) -> &mut W {
         &mut self.wire
