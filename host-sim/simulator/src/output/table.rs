@@ -42,14 +42,14 @@ pub fn render(results: &[RunResult]) -> String {
     let slack = results.iter().find_map(|result| result.unseen_slack.as_ref());
     let goal = results.first().map(|result| result.plan.machine.goal).unwrap_or_default();
     let shown = Shown::of(slack, &goal);
-    let is_kept = |column: &&str| shown != Shown::BothSides || !OF_A_SIDE.contains(column);
+    let is_kept = |column: &str| shown != Shown::BothSides || !OF_A_SIDE.contains(&column);
     let mut parts = Vec::new();
     for (is_kind, columns, cells) in kinds {
         let of_kind: Vec<&RunResult> = results.iter().filter(|r| is_kind(&r.plan.task)).collect();
         if of_kind.is_empty() {
             continue;
         }
-        let kept: Vec<&str> = columns.iter().copied().filter(|one| is_kept(&one)).collect();
+        let kept: Vec<&str> = columns.iter().copied().filter(|one| is_kept(one)).collect();
         let mut table = new(&kept);
         for group in of_kind.chunk_by(|a, b| a.plan.slugs() == b.plan.slugs()) {
             let slugs =
@@ -60,7 +60,7 @@ pub fn render(results: &[RunResult]) -> String {
             for result in group {
                 let of_all = [vec![row_name(result)], cells(result)].concat();
                 let named = of_all.into_iter().zip(columns);
-                table.add_row(named.filter_map(|(cell, one)| is_kept(&one).then_some(cell)));
+                table.add_row(named.filter_map(|(cell, one)| is_kept(one).then_some(cell)));
             }
         }
         parts.push(table.trim_fmt() + "\n");

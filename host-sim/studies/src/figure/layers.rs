@@ -269,7 +269,7 @@ mod tests {
             let [width, high] = frame(panels);
             let columns = panels.min(COLUMNS) as f64;
             let right = LEFT + columns * width + (columns - 1.0) * GAP + RIGHT;
-            assert!((right - WIDTH).abs() < 1e-9 && high <= 380.0 && high >= 180.0);
+            assert!((right - WIDTH).abs() < 1e-9 && (180.0..=380.0).contains(&high));
             assert!(height(panels) >= panels.div_ceil(COLUMNS) as f64 * high);
         }
     }
