@@ -411,6 +411,7 @@ pub struct Run {
     #[serde(skip_serializing_if = "Option::is_none")]
     pub duration_s: Option<f64>,
     /// Samples by which the output is late, 0 or 1.
+    #[schemars(range(max = 1))]
     #[serde(deserialize_with = "zero_or_one")]
     pub delay_samples: u8,
     /// Method by which the axis is solved between samples.

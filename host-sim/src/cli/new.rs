@@ -1,16 +1,22 @@
 //! `stiction new`.
 
+mod dialogue;
+mod terminal;
+#[cfg(test)]
+mod tests;
+
 use std::io::{IsTerminal, stdin};
 use std::path::PathBuf;
+use std::rc::Rc;
 
-use dialoguer::{Input, Select};
 use toml::Value;
 
+use self::dialogue::Dialogue;
+use self::terminal::Terminal;
 use super::outputs::print_beside;
 use super::warn;
 use crate::data_sheet::tables::{DrivenBy, Side};
-use crate::draft::questions::{Kind, typed};
-use crate::draft::{Answers, QUESTIONS, Question, TYPICAL, Typical, text};
+use crate::draft::{Answers, QUESTIONS, Question, TYPICAL, Typical, text, trial};
 use crate::error::Error;
 use crate::experiment::{Document, Experiment, parameters};
 use crate::output::{OutputFile, OverwriteGuard};
@@ -20,7 +26,7 @@ use crate::setup::name_of;
 pub struct Arguments {
     /// The file to write; - for the standard output
     file: PathBuf,
-    /// Begin with a typical joint (harmonic, gimbal or thesis) and ask nothing
+    /// Start with a typical joint (harmonic, gimbal or thesis), without questions
     #[arg(long, value_name = "NAME")]
     typical: Option<String>,
     /// Write over a file that exists
@@ -30,196 +36,197 @@ pub struct Arguments {
     answers: Flags,
 }
 
-/// The answers, as options.
+/// The answers, as options. A range is LOW..HIGH.
 #[derive(Debug, clap::Args)]
-#[command(next_help_heading = "Answers")]
+#[command(next_help_heading = "Answers (a range is written LOW..HIGH)")]
 struct Flags {
+    /// Title of the joint; the file's name without it
+    #[arg(long)]
+    title: Option<String>,
     /// What the drive sets: the motor's voltage or its current
     #[arg(long)]
     driven_by: Option<DrivenBy>,
     /// Voltage of the supply, V
     #[arg(long, value_name = "V")]
-    voltage_v: Option<f64>,
+    voltage_v: Option<String>,
     /// Resistance of the winding, ohm
     #[arg(long, value_name = "OHM")]
-    resistance_ohm: Option<f64>,
+    resistance_ohm: Option<String>,
     /// Current for each volt of the amplifier's input, A/V
     #[arg(long, value_name = "A/V")]
-    amplifier_a_per_v: Option<f64>,
+    amplifier_a_per_v: Option<String>,
     /// Torque constant at the motor's shaft, N m/A
     #[arg(long, value_name = "NM/A")]
-    kt_nm_per_a: Option<f64>,
+    kt_nm_per_a: Option<String>,
     /// Largest current, A
     #[arg(long, value_name = "A")]
-    current_limit_a: Option<f64>,
+    current_limit_a: Option<String>,
     /// Inertia of the rotor at its shaft, kg m^2
     #[arg(long, value_name = "KGM2")]
-    rotor_inertia_kg_m2: Option<f64>,
+    rotor_inertia_kg_m2: Option<String>,
     /// Turns of the motor for a turn of the joint
     #[arg(long, value_name = "N")]
-    ratio: Option<f64>,
+    ratio: Option<String>,
     /// Efficiency of the gear
-    #[arg(long, value_name = "PART")]
-    efficiency: Option<f64>,
-    /// Inertia of the load at the joint, kg m^2
-    #[arg(long, value_name = "KGM2")]
-    inertia_kg_m2: Option<f64>,
-    /// Static friction at the joint, N m
-    #[arg(long, value_name = "NM")]
-    stick_nm: Option<f64>,
-    /// Dynamic friction at the joint, N m
-    #[arg(long, value_name = "NM")]
-    slip_nm: Option<f64>,
-    /// Viscous friction at the joint, N m s/rad
-    #[arg(long, value_name = "NMS/RAD")]
-    viscous_nm_s_per_rad: Option<f64>,
+    #[arg(long, value_name = "SHARE")]
+    efficiency: Option<String>,
+    /// Inertia of the load at the joint, kg m^2, or a range
+    #[arg(long, visible_alias = "inertia", value_name = "KGM2")]
+    inertia_kg_m2: Option<String>,
+    /// Backlash at the joint, deg, or a range
+    #[arg(long, visible_alias = "backlash", value_name = "DEG")]
+    backlash_deg: Option<String>,
+    /// Torsional stiffness at the joint, N m/rad, or a range, or rigid
+    #[arg(long, visible_alias = "stiffness", value_name = "NM/RAD")]
+    stiffness_nm_per_rad: Option<String>,
+    /// Largest torque of gravity on the load, N m, or a range
+    #[arg(long, visible_alias = "unbalance", value_name = "NM")]
+    unbalance_nm: Option<String>,
+    /// Position at which an unbalanced load hangs down, deg
+    #[arg(long, visible_alias = "hangs-at", value_name = "DEG", allow_hyphen_values = true)]
+    hangs_at_deg: Option<String>,
+    /// Static friction at the joint, N m, or a range
+    #[arg(long, visible_alias = "stick", value_name = "NM")]
+    stick_nm: Option<String>,
+    /// Dynamic friction at the joint, N m, or a range
+    #[arg(long, visible_alias = "slip", value_name = "NM")]
+    slip_nm: Option<String>,
+    /// Viscous friction at the joint, N m s/rad, or a range
+    #[arg(long, visible_alias = "viscous", value_name = "NMS/RAD")]
+    viscous_nm_s_per_rad: Option<String>,
     /// Lines of the encoder
     #[arg(long, value_name = "N")]
-    lines: Option<u32>,
+    lines: Option<String>,
     /// Where the encoder sits
     #[arg(long)]
     at: Option<Side>,
+    /// Travel from the position at power-on, deg, such as -30..90
+    #[arg(long, visible_alias = "travel", value_name = "LOW..HIGH", allow_hyphen_values = true)]
+    travel_deg: Option<String>,
     /// Time between samples, s
     #[arg(long, value_name = "S")]
-    sample_time_s: Option<f64>,
+    sample_time_s: Option<String>,
 }
 
 impl Flags {
-    /// Answers what was given.
-    fn answer(&self, answers: &mut Answers) {
-        let numbers = [
-            ("supply.voltage_v", self.voltage_v),
-            ("motor.resistance_ohm", self.resistance_ohm),
-            ("motor.amplifier_a_per_v", self.amplifier_a_per_v),
-            ("motor.kt_nm_per_a", self.kt_nm_per_a),
-            ("motor.current_limit_a", self.current_limit_a),
-            ("motor.rotor_inertia_kg_m2", self.rotor_inertia_kg_m2),
-            ("gear.ratio", self.ratio),
-            ("gear.efficiency", self.efficiency),
-            ("load.inertia_kg_m2", self.inertia_kg_m2),
-            ("friction.stick_nm", self.stick_nm),
-            ("friction.slip_nm", self.slip_nm),
-            ("friction.viscous_nm_s_per_rad", self.viscous_nm_s_per_rad),
-            ("loop.sample_time_s", self.sample_time_s),
-        ];
-        for (key, number) in numbers {
-            if let Some(number) = number {
-                answers.put(key, Value::Float(number), "");
-            }
-        }
-        if let Some(lines) = self.lines {
-            answers.put("encoder.lines", Value::Integer(lines.into()), "");
-        }
+    /// Returns the answers that were given as options.
+    ///
+    /// # Errors
+    /// Names the option, what was typed and what to type instead.
+    fn answers(&self) -> Result<Answers, Error> {
         let words = [
             ("motor.driven_by", self.driven_by.map(|word| name_of(&word))),
             ("encoder.at", self.at.map(|word| name_of(&word))),
         ];
-        for (key, word) in words {
-            if let Some(word) = word {
-                answers.put(key, Value::String(word), "");
+        let values = [
+            ("title", &self.title),
+            ("supply.voltage_v", &self.voltage_v),
+            ("motor.resistance_ohm", &self.resistance_ohm),
+            ("motor.amplifier_a_per_v", &self.amplifier_a_per_v),
+            ("motor.kt_nm_per_a", &self.kt_nm_per_a),
+            ("motor.current_limit_a", &self.current_limit_a),
+            ("motor.rotor_inertia_kg_m2", &self.rotor_inertia_kg_m2),
+            ("gear.ratio", &self.ratio),
+            ("gear.efficiency", &self.efficiency),
+            ("load.inertia_kg_m2", &self.inertia_kg_m2),
+            ("gear.backlash_deg", &self.backlash_deg),
+            ("gear.stiffness_nm_per_rad", &self.stiffness_nm_per_rad),
+            ("load.unbalance_nm", &self.unbalance_nm),
+            ("load.hangs_at_deg", &self.hangs_at_deg),
+            ("friction.stick_nm", &self.stick_nm),
+            ("friction.slip_nm", &self.slip_nm),
+            ("friction.viscous_nm_s_per_rad", &self.viscous_nm_s_per_rad),
+            ("encoder.lines", &self.lines),
+            ("limits.travel_deg", &self.travel_deg),
+            ("loop.sample_time_s", &self.sample_time_s),
+        ];
+        let values = values.map(|(key, typed)| (key, typed.clone()));
+        let mut answers = Answers::default();
+        for (key, typed) in words.into_iter().chain(values) {
+            let question = Question::place(key).and_then(|place| QUESTIONS.get(place));
+            if let (Some(typed), Some(question)) = (typed, question) {
+                let value = question.read(&typed);
+                let refuse = |why| Error::Input(format!("{}: {why}", question.option()));
+                answers.put(key, value.map_err(refuse)?, "");
             }
         }
+        Ok(answers)
     }
 }
 
 pub fn new(arguments: &Arguments) -> Result<(), Error> {
     // Before the questions.
     let output = OverwriteGuard::new(arguments.force).new_file("new", &arguments.file)?;
-    let file = output.path();
-    let mut like = arguments.typical.as_deref().map(Typical::find).transpose()?;
-    let is_asked = like.is_none() && stdin().is_terminal();
-    if is_asked {
-        like = begin_with()?;
-    }
-    let mut answers = like.map_or_else(|| Ok(Answers::default()), |typical| typical.answers())?;
-    arguments.answers.answer(&mut answers);
-    if is_asked {
-        ask_all(&mut answers, &arguments.answers)?;
-    }
-    let open: Vec<String> = answers.open().iter().map(Question::option).collect();
-    if !open.is_empty() {
-        let name = file.display();
-        let names = TYPICAL.map(|typical| typical.name).join(", ");
-        return Err(Error::Input(format!(
-            "new {name}: not answered are {}; allowed is also --typical NAME ({names}), whose \
-             answers stand in for them",
-            open.join(", ")
-        )));
-    }
-    write(&output, &answers, like.as_ref())
-}
-
-/// Writes the file, once it is known that it runs.
-fn write(output: &OutputFile, answers: &Answers, like: Option<&Typical>) -> Result<(), Error> {
     let is_file = !output.is_standard_output();
     let name = if is_file { output.path().to_string_lossy() } else { "FILE.toml".into() };
-    let text = text(&name, answers, like)?;
-    let document = Document::parse(&name, &text)?;
+    let stem = output.path().file_stem().unwrap_or_default().to_string_lossy();
+    let title = if is_file { stem } else { "A joint of my own".into() };
+    let like = arguments.typical.as_deref().map(Typical::find).transpose()?;
+    let options = arguments.answers.answers()?;
+    let (mut answers, like) = if like.is_none() && stdin().is_terminal() {
+        let name = name.clone().into_owned();
+        let complete = move |answers: &Answers, like: Option<&Typical>| {
+            let why = written(&name, answers, like).map(|_| ()).map_err(|why| why.to_string());
+            why.map_err(|why| why.strip_prefix(&format!("{name}: ")).unwrap_or(&why).to_owned())
+        };
+        Dialogue { options: &options, title: &title, complete: Rc::new(complete) }
+            .run(&mut Terminal)?
+    } else {
+        let proposed = like.as_ref().map(Typical::answers).transpose()?.unwrap_or_default();
+        (options.or(&proposed), like)
+    };
+    if answers.get("title").is_none() {
+        answers.put("title", Value::String(title.into_owned()), "");
+    }
+    let missing: Vec<String> = answers.open().iter().map(Question::option).collect();
+    if !missing.is_empty() {
+        let names = TYPICAL.map(|typical| typical.name).join(", ");
+        return Err(Error::Input(format!(
+            "new {name}: missing: {} (or use --typical NAME: {names})",
+            missing.join(", ")
+        )));
+    }
+    trial::check(&answers.with_assumptions(), QUESTIONS.len())
+        .map_err(|why| Error::Input(format!("new {name}: {why}")))?;
+    write(&output, &name, &answers, like.as_ref())
+}
+
+/// Makes the text of the file, and checks that it runs: with its own numbers, and with those at
+/// both ends of its ranges.
+fn written(
+    name: &str,
+    answers: &Answers,
+    like: Option<&Typical>,
+) -> Result<(String, Document, Experiment), Error> {
+    let text = text(name, answers, like)?;
+    let document = Document::parse(name, &text)?;
     let experiment = Experiment::plan(&document, &[], &[])?;
+    let spread = document.machine()?.spread;
+    for end in [0, 1] {
+        let drawn: Vec<String> =
+            spread.iter().map(|(key, range)| format!("{key}={:?}", range[end])).collect();
+        document.clone().draw(&drawn)?;
+    }
+    Ok((text, document, experiment))
+}
+
+fn write(
+    output: &OutputFile,
+    name: &str,
+    answers: &Answers,
+    like: Option<&Typical>,
+) -> Result<(), Error> {
+    let (text, document, experiment) = written(name, answers, like)?;
     warn(&document.doubts()?);
-    // A loop that no board has may be simulated all the same.
+    // A loop that no board has can be simulated all the same.
     if let Some(Err(why)) = experiment.runs.first().map(parameters) {
         warn(&[format!("no device can run it: {why}")]);
     }
     output.write(text.as_bytes())?;
     let text = format!(
-        "{name}: {} runs; `stiction run {name}` makes them, `stiction show --units {name}` tells \
+        "{name}: {} runs; `stiction run {name}` makes them, `stiction show --units {name}` shows \
          its units\n",
         experiment.runs.len()
     );
     print_beside(Some(output), &text)
-}
-
-fn asked<T>(answer: dialoguer::Result<T>) -> Result<T, Error> {
-    answer.map_err(|dialoguer::Error::IO(error)| match error.kind() {
-        std::io::ErrorKind::Interrupted => Error::Interrupted,
-        _ => Error::Output(error),
-    })
-}
-
-/// The typical joint to begin with, if any.
-fn begin_with() -> Result<Option<Typical>, Error> {
-    let mut choices =
-        TYPICAL.map(|typical| format!("{}: {}", typical.name, typical.title)).to_vec();
-    choices.push("none of them".into());
-    let choice = Select::new()
-        .with_prompt("Which joint is most like yours? Its numbers are proposed")
-        .items(&choices)
-        .default(0)
-        .interact();
-    Ok(TYPICAL.get(asked(choice)?).copied())
-}
-
-/// Asks every question that is asked of this drive and was not answered by an option.
-fn ask_all(answers: &mut Answers, flags: &Flags) -> Result<(), Error> {
-    let mut by_option = Answers::default();
-    flags.answer(&mut by_option);
-    for question in &QUESTIONS {
-        if by_option.get(question.key).is_some() || !answers.asks(question) {
-            continue;
-        }
-        let proposed = answers.get(question.key).cloned();
-        let value = ask(question, proposed.as_ref().map(|answer| typed(&answer.value)))?;
-        // What was taken as proposed keeps its source.
-        if proposed.is_none_or(|proposed| proposed.value != value) {
-            answers.put(question.key, value, "");
-        }
-    }
-    Ok(())
-}
-
-fn ask(question: &Question, proposed: Option<String>) -> Result<Value, Error> {
-    let prompt = format!("{} ({})", question.what, question.key);
-    if let Kind::Words(words) = question.kind {
-        let at = proposed.and_then(|word| words.iter().position(|one| *one == word)).unwrap_or(0);
-        let choice = Select::new().with_prompt(prompt).items(words).default(at).interact();
-        let word = words.get(asked(choice)?).copied().unwrap_or_default();
-        return question.read(word);
-    }
-    let mut input = Input::<String>::new().with_prompt(prompt);
-    if let Some(proposed) = proposed {
-        input = input.default(proposed);
-    }
-    let read = |typed: &String| question.read(typed).map(|_| ()).map_err(|why| why.to_string());
-    question.read(&asked(input.validate_with(read).interact_text())?)
 }

@@ -173,7 +173,10 @@ fn what_only_a_run_simulates_is_refused_by_what_cannot() {
 fn a_new_file_is_refused_by_what_is_missing_or_there() {
     let directory = tempfile::tempdir().unwrap();
     let file = directory.path().join("joint.toml").to_str().unwrap().to_owned();
-    let all_open = ["not answered are --driven-by, --kt-nm-per-a,", "--sample-time-s; allowed is"];
+    let all_open = [
+        "missing: --driven-by, --kt-nm-per-a,",
+        "--sample-time-s (or use --typical NAME: harmonic, gimbal, thesis)",
+    ];
     assert_eq!(complaint(stiction(&["new", &file]), &all_open), None);
     let unknown = ["new", &file, "--typical", "gimball"];
     assert_eq!(complaint(stiction(&unknown), &["--typical gimball", "`gimbal`?"]), None);
@@ -190,6 +193,30 @@ fn a_new_file_is_refused_by_what_is_missing_or_there() {
     assert_eq!(fs::read_to_string(&file).unwrap(), "mine");
     assert!(stiction(&[&again[..], &["--force"]].concat()).output().unwrap().status.success());
     assert_ne!(fs::read_to_string(&file).unwrap(), "mine");
+}
+
+/// Each answer by an option is refused by the rules of the dialogue, and no file is written.
+#[test]
+fn an_option_of_a_new_file_is_refused_as_its_question_is() {
+    let directory = tempfile::tempdir().unwrap();
+    let file = directory.path().join("joint.toml").to_str().unwrap().to_owned();
+    assert_all_refused(
+        [
+            (["--stick", "0.4..0.15"], vec!["the lower end comes first; type 0.15..0.4"]),
+            (["--stick-nm", "0.3..0.8"], vec!["`friction.stick_nm` is 0.8", "0.748 N m"]),
+            (["--slip", "0.09"], vec!["dynamic friction (0.09 N m)", "static friction (0.08 N m)"]),
+            (["--efficiency", "1.2"], vec!["`gear.efficiency`", "above 0, up to 1"]),
+            (["--unbalance", "2"], vec!["gravity (2 N m)", "could not lift the load"]),
+            (["--travel", "10..90"], vec!["both sides of 0", "-5..90"]),
+            (["--stiffness", "soft"], vec!["`soft` is not a number"]),
+        ]
+        .into_iter()
+        .map(|(option, expected)| {
+            let new = ["new", &file, "--typical", "gimbal"];
+            (format!("{option:?}"), stiction(&[&new[..], &option].concat()), expected)
+        }),
+    );
+    assert_eq!(fs::read_dir(directory.path()).unwrap().count(), 0);
 }
 
 /// The variants and figures of a file belong to what it was copied from.

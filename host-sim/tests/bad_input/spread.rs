@@ -29,10 +29,10 @@ fn a_bad_spread_is_named_with_its_file_before_anything_is_drawn() {
                 .map(|command| (format!("{command:?} {line}"), stiction(command), wanted.clone())),
         );
     }
-    // A value that only shows when a joint is drawn is the spread's, and nobody's who typed.
-    let line = "\"joint.friction.slip_v\" = [0.41, 0.42]";
+    // A value that only shows when a joint is drawn is the spread's.
+    let line = "\"joint.friction.slip_v\" = [-0.2, -0.1]";
     std::fs::write(&file, format!("{machine}\n[spread]\n{line}\n")).unwrap();
     let command = stiction(&["ensemble", "--plant", &file, "--cases", "1"]);
-    let wanted = vec!["mine.toml: its spread gives joint.friction.slip_v=0.41"];
-    assert_all_refused([("slip above stick".to_owned(), command, wanted)]);
+    let wanted = vec!["mine.toml: its spread gives joint.friction.slip_v=-0.1"];
+    assert_all_refused([("slip below zero".to_owned(), command, wanted)]);
 }

@@ -102,6 +102,51 @@ fn options_answer_instead_of_a_typical_joint_or_on_top_of_it() {
     assert!(text.contains("stick_nm = 0.1  ") && text.contains("assumed; the data sheet has none"));
 }
 
+/// Joints of a data sheet whose friction is known within a range, with gravity, backlash and travel.
+/// Each runs, is armed, moves, and trips no monitor; nor do the joints at the ends of its ranges.
+#[test]
+fn a_joint_within_ranges_and_with_a_load_is_armed_and_moves_without_a_fault() {
+    let directory = tempfile::tempdir().unwrap();
+    let path = file(&directory, "joint.toml");
+    let gear = ["new", &path, "--typical", "gimbal", "--force"];
+    let cases: [&[&str]; 4] = [
+        &["--stick", "0.05..0.15", "--slip", "0.04..0.12"],
+        &["--stick", "0.08..0.12", "--unbalance", "0.03..0.05", "--travel", "-10..20"],
+        &["--backlash", "0.2..0.6", "--unbalance", "0.05"],
+        &["--stick", "0,1", "--unbalance", "0.15", "--hangs-at", "0"],
+    ];
+    for options in cases {
+        // A load that moves the joint while the motor is off is a warning.
+        let mut new = std::process::Command::new(env!("CARGO_BIN_EXE_stiction"));
+        assert!(new.args(gear).args(options).output().unwrap().status.success(), "{options:?}");
+        let written: toml::Table = fs::read_to_string(&path).unwrap().parse().unwrap();
+        let spread = written.get("spread").and_then(toml::Value::as_table).cloned();
+        let is_range = options.iter().any(|option| option.contains(".."));
+        assert_eq!(spread.is_some(), is_range, "{options:?}");
+        let mut joints = vec![String::new()];
+        for end in [0, 1] {
+            let ends = spread.iter().flatten();
+            joints.push(ends.map(|(key, range)| format!("{key}={} ", range[end])).collect());
+        }
+        // A gear is one body or two, and a file with ranges has both ends.
+        for joint in joints {
+            let set: Vec<&str> = joint.split_whitespace().flat_map(|set| ["--set", set]).collect();
+            let robust =
+                [&[path.as_str(), "--controller", "robust", "--target", "servo"], &set[..]];
+            let report = run(&robust.concat());
+            assert_eq!(runs(&report).len(), 3, "{options:?}");
+            for one in runs(&report) {
+                let label = &one["label"];
+                assert_eq!(one.get("fault"), None, "{options:?}, {joint:?}: {label}");
+                assert_eq!(one["unstable"], false, "{options:?}, {joint:?}: {label}");
+            }
+        }
+        let moved = ["device", "--simulated", "--machine", &path, "move", "5", "--for", "3"];
+        let done = std::process::Command::new(env!("CARGO_BIN_EXE_stiction")).args(moved).output();
+        assert!(done.as_ref().unwrap().status.success(), "{options:?}: {done:?}");
+    }
+}
+
 /// A tick of a profile has 8192 counts at most, of which 20 ms of a fine encoder have more.
 #[test]
 fn the_profile_of_a_slow_loop_with_a_fine_encoder_is_one_that_a_device_takes() {

@@ -5,6 +5,7 @@
 //! `simulator::experiment` and `studies::lab`.
 
 mod builtin;
+mod drawn;
 mod missing;
 mod origin;
 mod recognize;
@@ -98,58 +99,6 @@ impl Document {
             self.origin.set.push(assignment.clone());
         }
         self.check()
-    }
-
-    /// Does the same with keys that were drawn within a spread, and that nobody has typed. Friction
-    /// that is another one the negative way stays as much above or below that of the positive way.
-    ///
-    /// # Errors
-    /// Names the spread.
-    pub fn draw(&mut self, assignments: &[String]) -> Result<(), Error> {
-        let assignments = &*self.with_both_ways(assignments);
-        for assignment in assignments {
-            self.assign(assignment).map_err(|why| {
-                let drawn = brief(assignment);
-                Error::Input(format!("{}: its spread gives {drawn}: {why}", self.origin))
-            })?;
-            self.origin.drawn.push(assignment.clone());
-        }
-        self.check()
-    }
-
-    /// Adds the levels of friction the negative way to those that were drawn: both levels have to
-    /// differ by the same from those of the positive way.
-    fn with_both_ways(&self, drawn: &[String]) -> Vec<String> {
-        const WAYS: [[&str; 2]; 2] = [
-            ["friction.slip_nm", "friction.slip_reverse_nm"],
-            ["friction.stick_nm", "friction.stick_reverse_nm"],
-        ];
-        let of_file = |key: &str| {
-            let value = self.get(key)?;
-            value.as_float().or(value.as_integer().map(|whole| whole as f64))
-        };
-        let of_joint = |key: &str| {
-            let value = drawn.iter().find_map(|one| one.strip_prefix(key)?.strip_prefix('='));
-            value.map_or_else(|| of_file(key), |value| value.trim().parse().ok())
-        };
-        let is_drawn = |key: &str| {
-            drawn.iter().any(|one| one.starts_with(key) && one[key.len()..].starts_with('='))
-        };
-        let mut all = drawn.to_vec();
-        if WAYS.iter().any(|[_, reverse]| is_drawn(reverse))
-            || !WAYS.iter().any(|[forward, _]| is_drawn(forward))
-        {
-            return all;
-        }
-        let difference =
-            WAYS.iter().find_map(|[forward, reverse]| Some(of_file(reverse)? - of_file(forward)?));
-        let Some(difference) = difference else { return all };
-        for [forward, reverse] in WAYS {
-            let level =
-                of_joint(forward).map(|level| format!("{reverse}={:?}", level + difference));
-            all.extend(level);
-        }
-        all
     }
 
     fn assign(&mut self, assignment: &str) -> Result<(), String> {

@@ -72,6 +72,22 @@ pub struct FirstGains {
     pub robust: Told,
     /// Limits of a move.
     pub profile: Profile,
+    /// Largest effort that starts the joint, against its load, V; no more than the drive lets
+    /// through.
+    pub breakaway: f64,
+}
+
+/// Ends of the ranges of friction and gravity, N m; none where the data sheet has a single number.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Worst {
+    /// Lowest dynamic friction.
+    pub slip_nm: Option<f64>,
+    /// Highest static friction.
+    pub stick_nm: Option<f64>,
+    /// Highest torque of gravity.
+    pub unbalance_nm: Option<f64>,
+    /// Highest static friction of the joints that are drawn, if it is above `stick_nm`.
+    pub drawn_nm: Option<f64>,
 }
 
 /// Limits of a move from rest to rest.
@@ -199,6 +215,12 @@ fn either_way(sheet: &DataSheet) -> [f64; 2] {
     [slip - load, sheet.stick()[0].max(sheet.stick()[1]) + load]
 }
 
+/// Returns the largest effort that starts the joint against its load, V; no more than the drive
+/// lets through.
+fn breakaway(sheet: &DataSheet, mapping: &Mapping) -> f64 {
+    mapping.volts(sheet.resting_torque()).min(mapping.full_scale_v * mapping.duty_max)
+}
+
 impl FirstGains {
     /// Finds the gains for a joint; `count_deg` is the angle of one count.
     pub fn of(sheet: &DataSheet, mapping: &Mapping, [sample_time_s, count_deg]: [f64; 2]) -> Self {
@@ -234,7 +256,26 @@ impl FirstGains {
             v_ff: count_deg,
             robust: Told::of(sheet, mapping),
             profile: profile.kept([sample_time_s, count_deg]),
+            breakaway: breakaway(sheet, mapping),
         }
+    }
+
+    /// Sets what follows from the ends of ranges: the friction and the load of `robust`, and the
+    /// largest breakaway effort.
+    #[must_use]
+    pub fn within(self, sheet: &DataSheet, mapping: &Mapping, worst: Worst) -> Self {
+        let mut sheet = sheet.clone();
+        for (value, end) in [
+            (&mut sheet.friction.slip_nm, worst.slip_nm),
+            (&mut sheet.friction.stick_nm, worst.stick_nm),
+            (&mut sheet.load.unbalance_nm, worst.unbalance_nm),
+        ] {
+            *value = end.unwrap_or(*value);
+        }
+        let robust = Told::of(&sheet, mapping);
+        let drawn = worst.drawn_nm.unwrap_or(0.0);
+        sheet.friction.stick_nm = sheet.friction.stick_nm.max(drawn);
+        Self { robust, breakaway: breakaway(&sheet, mapping), ..self }
     }
 }
 

@@ -1,19 +1,24 @@
-//! A first file of somebody's own joint: a dozen answers, controllers by rule, and comments.
+//! A first file of a user's own joint: answers, controllers by rule, and comments.
 //!
 //! ```text
 //! typical joint, flags, a terminal -> Answers -> data sheet -> gains by rule -> text of a file
 //! ```
 //!
-//! [`questions`] are what has to be known of a joint, [`typical`] answers them for three joints,
-//! [`gains`] has the rules, [`text`](text()) the file, and [`spread`] how far its joint may be off.
+//! [`questions`] lists the questions, [`answers`] holds the answers, [`trial`] checks each of them,
+//! [`typical`] answers all for three joints, [`range`] reads ranges, [`gains`] has the rules,
+//! [`text`](text()) the file, and [`spread`] how far its joint may be off.
 
+pub mod answers;
 pub mod gains;
 pub mod questions;
+pub mod range;
 pub mod spread;
 mod text;
+pub mod trial;
 pub mod typical;
 
+pub use answers::{Answer, Answers};
 pub use gains::Told;
-pub use questions::{Answer, Answers, QUESTIONS, Question};
+pub use questions::{QUESTIONS, Question};
 pub use text::{Whys, Words, text, text_with};
 pub use typical::{TYPICAL, Typical};

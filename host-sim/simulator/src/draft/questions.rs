@@ -1,166 +1,243 @@
-//! What has to be known of a joint, as questions; the answers are keys of a data sheet.
+//! Questions about a joint. The answers are keys of a machine's file.
 
 use toml::Value;
 
-use crate::error::{Error, shown};
+use super::range;
+use crate::error::shown;
+use crate::typed_number;
 
-/// What an answer looks like.
+/// Form of an answer.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Kind {
-    /// A number, in the unit that the key names.
+    /// One line of text.
+    Text,
+    /// A number, in the unit of the question.
     Number,
+    /// A number that is not below zero, or a range of such numbers.
+    Range,
+    /// The same, or this word.
+    RangeOr(&'static str),
+    /// A range that includes zero and extends to both sides of it, or this word.
+    Around(&'static str),
     /// A whole number.
     Whole,
     /// One of these words.
     Words(&'static [&'static str]),
 }
 
+/// Joints of which a question is put.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Only {
+    /// The drive sets the motor's voltage.
+    Voltage,
+    /// The drive sets the motor's current.
+    Current,
+    /// The load is unbalanced.
+    Unbalanced,
+}
+
 /// A question.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Question {
-    /// The key that the answer is written to.
+    /// Key of the answer. A travel is written as two keys of `[limits]`.
     pub key: &'static str,
-    /// What it is, with its unit.
+    /// Quantity, with its unit. It is also the comment of the key in the file.
     pub what: &'static str,
-    /// What may be answered.
+    /// Hint for the person who answers; empty if there is none.
+    pub help: &'static str,
+    /// Form of the answer.
     pub kind: Kind,
-    /// The way the motor is driven, if only then it has to be known.
-    pub only: Option<&'static str>,
+    /// Joints that have this quantity; none: all.
+    pub only: Option<Only>,
+    /// Answer in place of a missing one; none: the question must be answered.
+    pub otherwise: Option<&'static str>,
 }
 
-/// What has to be known of a joint, in the order in which a file has it.
-pub const QUESTIONS: [Question; 16] = {
+/// Number of questions.
+const COUNT: usize = 22;
+
+/// The questions. Motor and gear come first, so that a friction or a load that the motor cannot
+/// move is refused when it is typed.
+pub const QUESTIONS: [Question; COUNT] = {
     const fn number(key: &'static str, what: &'static str) -> Question {
-        Question { key, what, kind: Kind::Number, only: None }
+        Question { key, what, help: "", kind: Kind::Number, only: None, otherwise: None }
     }
     [
         Question {
-            key: "motor.driven_by",
-            what: "what the drive sets: the motor's voltage or its current",
-            kind: Kind::Words(&["voltage", "current"]),
-            only: None,
+            kind: Kind::Text,
+            help: "the heading of tables and figures",
+            otherwise: Some("A joint of my own"),
+            ..number("title", "title of the joint")
         },
         Question {
-            only: Some("voltage"),
+            kind: Kind::Words(&["voltage", "current"]),
+            help: "a bridge sets the voltage, a servo amplifier the current",
+            ..number("motor.driven_by", "what the drive sets: the motor's voltage or its current")
+        },
+        Question {
+            only: Some(Only::Voltage),
+            ..number("supply.voltage_v", "voltage of the supply, V")
+        },
+        Question {
+            only: Some(Only::Voltage),
+            help: "the voltage divided by the current at stall",
             ..number("motor.resistance_ohm", "resistance of the winding, ohm")
         },
         Question {
-            only: Some("current"),
-            ..number("motor.amplifier_a_per_v", "current for each volt of the amplifier's input")
+            only: Some(Only::Current),
+            ..number(
+                "motor.amplifier_a_per_v",
+                "current for each volt of the amplifier's input, A/V",
+            )
         },
-        number("motor.kt_nm_per_a", "torque constant at the motor's shaft, N m/A"),
+        Question {
+            help: "9.549 divided by the speed constant in 1/min per V",
+            ..number("motor.kt_nm_per_a", "torque constant at the motor's shaft, N m/A")
+        },
         number("motor.rotor_inertia_kg_m2", "inertia of the rotor at its shaft, kg m^2"),
         number("motor.current_limit_a", "largest current, A"),
         number("gear.ratio", "turns of the motor for a turn of the joint"),
         number("gear.efficiency", "efficiency of the gear, above 0 to 1"),
-        number("load.inertia_kg_m2", "inertia of the load at the joint, kg m^2"),
-        number("friction.stick_nm", "static friction at the joint, N m"),
-        number("friction.slip_nm", "dynamic friction at the joint, N m"),
-        number("friction.viscous_nm_s_per_rad", "viscous friction at the joint, N m s/rad"),
         Question {
-            only: Some("voltage"),
-            ..number("supply.voltage_v", "voltage of the supply, V")
+            kind: Kind::Range,
+            help: "a number, or a range such as 0.01..0.03 if you are not sure",
+            ..number("load.inertia_kg_m2", "inertia of the load at the joint, kg m^2")
+        },
+        Question {
+            kind: Kind::Range,
+            help: "the joint's play with the motor held; 0.1 to 1 deg for a planetary gear",
+            otherwise: Some("0"),
+            ..number("gear.backlash_deg", "backlash at the joint, deg; 0 for none")
+        },
+        Question {
+            kind: Kind::RangeOr("rigid"),
+            help: "rigid, or the torque that winds the gear up by one radian",
+            otherwise: Some("rigid"),
+            ..number("gear.stiffness_nm_per_rad", "torsional stiffness at the joint, N m/rad")
+        },
+        Question {
+            kind: Kind::Range,
+            help: "mass x 9.81 x distance of the center of mass from the axis; 0 if balanced",
+            otherwise: Some("0"),
+            ..number("load.unbalance_nm", "largest torque of gravity on the load, N m")
+        },
+        Question {
+            only: Some(Only::Unbalanced),
+            help: "0 is where the joint is at power-on; -90 or 90 is horizontal there",
+            otherwise: Some("-90"),
+            ..number("load.hangs_at_deg", "position at which the load hangs down, deg")
+        },
+        Question {
+            kind: Kind::Range,
+            help: "the torque that starts the joint; a range such as 0.15..0.4, or one number",
+            ..number("friction.stick_nm", "static friction at the joint, N m")
+        },
+        Question {
+            kind: Kind::Range,
+            help: "the torque that keeps it moving slowly; often 0.5 to 0.9 of the static one",
+            ..number("friction.slip_nm", "dynamic friction at the joint, N m")
+        },
+        Question {
+            kind: Kind::Range,
+            help: "without the motor's back-EMF; 0 if it is not known",
+            ..number("friction.viscous_nm_s_per_rad", "viscous friction at the joint, N m s/rad")
         },
         Question {
             kind: Kind::Whole,
+            help: "an encoder of 2048 counts in a turn has 512 lines",
             ..number("encoder.lines", "lines of the encoder: a quarter of its counts in a turn")
         },
         Question {
-            key: "encoder.at",
-            what: "where the encoder sits: on the motor or on the load",
             kind: Kind::Words(&["motor", "load"]),
-            only: None,
+            help: "an encoder on the motor cannot see the backlash",
+            ..number("encoder.at", "where the encoder sits: on the motor or on the load")
         },
-        number("loop.sample_time_s", "time between samples, s"),
+        Question {
+            kind: Kind::Around("none"),
+            help: "0 is where the joint is at power-on: -30..90, or none for no limits",
+            otherwise: Some("none"),
+            ..number("limits.travel_deg", "travel, lowest to highest position, deg")
+        },
+        Question {
+            help: "a board runs 0.0001 to 0.02 s",
+            ..number("loop.sample_time_s", "time between samples, s")
+        },
     ]
 };
 
 impl Question {
-    /// The option of the command line that answers it.
+    /// Returns the place of a key among the questions.
+    pub fn place(key: &str) -> Option<usize> {
+        QUESTIONS.iter().position(|question| question.key == key)
+    }
+
+    /// Returns the option of the command line that answers it.
     pub fn option(&self) -> String {
         let (_, name) = self.key.split_once('.').unwrap_or(("", self.key));
         format!("--{}", name.replace('_', "-"))
     }
 
-    /// Reads an answer.
+    /// Reads an answer. What the other answers say of it is checked by
+    /// [`check`](super::trial::check).
     ///
     /// # Errors
-    /// Says what was found and what is allowed.
-    pub fn read(&self, typed: &str) -> Result<Value, Error> {
+    /// Returns one sentence with what was typed and what to type instead.
+    pub fn read(&self, typed: &str) -> Result<Value, String> {
         let typed = typed.trim();
-        let refused = |allowed: &str| {
-            Error::Input(format!("{} is {typed:?}; allowed is {allowed}", self.option()))
-        };
         match self.kind {
-            Kind::Number => match typed.parse::<f64>() {
-                Ok(number) if number.is_finite() => Ok(Value::Float(number)),
-                _ => Err(refused("a number")),
-            },
+            Kind::Text if typed.is_empty() => Err("nothing was typed; type a title".into()),
+            Kind::Text => Ok(Value::String(typed.into())),
+            Kind::Number => typed_number::parse(typed).map(Value::Float),
             Kind::Whole => match typed.parse::<u32>() {
                 Ok(whole) => Ok(Value::Integer(whole.into())),
-                Err(_) => Err(refused("a whole number")),
+                Err(_) => Err(format!("`{typed}` is not a whole number; type one such as 512")),
             },
             Kind::Words(words) if words.contains(&typed) => Ok(Value::String(typed.into())),
-            Kind::Words(words) => Err(refused(&words.join(" or "))),
-        }
-    }
-}
-
-/// An answer, and why it is that.
-#[derive(Clone, Debug, PartialEq)]
-pub struct Answer {
-    /// The value of the key.
-    pub value: Value,
-    /// Where it comes from; empty if it is the user's own.
-    pub source: &'static str,
-}
-
-/// The answers to the questions, in their order, as far as there are any.
-#[derive(Clone, Debug, Default, PartialEq)]
-pub struct Answers([Option<Answer>; QUESTIONS.len()]);
-
-impl Answers {
-    /// Answers a question, or answers it otherwise.
-    pub fn put(&mut self, key: &str, value: Value, source: &'static str) {
-        for (question, place) in QUESTIONS.iter().zip(&mut self.0) {
-            if question.key == key {
-                *place = Some(Answer { value: value.clone(), source });
+            Kind::Words(words) => Err(format!("`{typed}` must be {}", words.join(" or "))),
+            Kind::RangeOr(word) | Kind::Around(word) if typed == word => {
+                Ok(Value::String(word.into()))
             }
+            Kind::Range | Kind::RangeOr(_) => not_negative(range::read(typed)?),
+            Kind::Around(word) => around_zero(typed, word),
         }
-    }
-
-    /// The answer to a question.
-    pub fn get(&self, key: &str) -> Option<&Answer> {
-        let place = QUESTIONS.iter().position(|question| question.key == key)?;
-        self.0.get(place)?.as_ref()
-    }
-
-    /// Whether a question has to be answered, as the motor is driven.
-    pub fn asks(&self, question: &Question) -> bool {
-        let driven_by = self.get("motor.driven_by").and_then(|answer| answer.value.as_str());
-        question.only.is_none_or(|only| driven_by == Some(only))
-    }
-
-    /// The questions that are still open.
-    pub fn open(&self) -> Vec<Question> {
-        let all = QUESTIONS.iter().zip(&self.0);
-        let open = all.filter(|(question, answer)| answer.is_none() && self.asks(question));
-        open.map(|(question, _)| *question).collect()
-    }
-
-    /// The answers that are asked for, with their questions.
-    pub fn given(&self) -> impl Iterator<Item = (&'static Question, &Answer)> {
-        let all = QUESTIONS.iter().zip(&self.0);
-        all.filter_map(|(question, answer)| Some((question, answer.as_ref()?)))
-            .filter(|(question, _)| self.asks(question))
     }
 }
 
-/// A value as a person would type it.
+fn not_negative([low, high]: [f64; 2]) -> Result<Value, String> {
+    if low < 0.0 {
+        return Err(format!("{} is below zero; type a number from 0", shown(low)));
+    }
+    Ok(of_range([low, high]))
+}
+
+/// Reads a travel, in which the joint is at power-on.
+fn around_zero(typed: &str, word: &str) -> Result<Value, String> {
+    if !typed.contains("..") {
+        return Err(format!("`{typed}` is not a range; type one such as -30..90, or {word}"));
+    }
+    let [low, high] = range::read(typed)?;
+    if low < 0.0 && high > 0.0 {
+        return Ok(of_range([low, high]));
+    }
+    Err(format!(
+        "`{typed}` must extend to both sides of 0, which is where the joint is at power-on; type a \
+         range such as -5..90"
+    ))
+}
+
+fn of_range([low, high]: [f64; 2]) -> Value {
+    if low.to_bits() == high.to_bits() {
+        return Value::Float(low);
+    }
+    Value::Array(vec![Value::Float(low), Value::Float(high)])
+}
+
+/// Writes a value as a person would type it.
 pub fn typed(value: &Value) -> String {
     match value {
         Value::String(word) => word.clone(),
         Value::Float(number) => shown(*number),
+        Value::Array(ends) => ends.iter().map(typed).collect::<Vec<_>>().join(".."),
         other => other.to_string(),
     }
 }

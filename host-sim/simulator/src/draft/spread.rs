@@ -8,6 +8,9 @@
 
 use std::fmt::Write as _;
 
+use super::answers::Answers;
+use super::range::nominal;
+
 /// Least share by which each of inertia, viscous friction, slip and stick may be off.
 pub const LEAST: [f64; 4] = [0.02, 0.05, 0.02, 0.02];
 
@@ -68,7 +71,80 @@ pub fn table<'a>(ranges: impl IntoIterator<Item = (&'a str, [f64; 2])>) -> Strin
     text
 }
 
+/// A key with its range, and whether the range was answered and not assumed.
+pub type Ranged = (&'static str, [f64; 2], bool);
+
+/// Shares by which an inertia and a viscous friction may be off, if a single number was answered:
+/// those that `tune` assumes of a file without `[spread]`.
+const ASSUMED: [(&str, f64); 2] =
+    [("load.inertia_kg_m2", 0.2), ("friction.viscous_nm_s_per_rad", 0.5)];
+
+/// Keys of the joint of which a range can be answered.
+const RANGED: [&str; 7] = [
+    "load.inertia_kg_m2",
+    "gear.backlash_deg",
+    "gear.stiffness_nm_per_rad",
+    "load.unbalance_nm",
+    "friction.stick_nm",
+    "friction.slip_nm",
+    "friction.viscous_nm_s_per_rad",
+];
+
+/// Share of the stall torque that no assumed friction exceeds.
+const OF_STALL: f64 = 0.99;
+
+/// Returns the `[spread]` of a joint, if the answer to any question was a range. A single number
+/// beside it has the range that `tune` assumes: an inertia of 20 % and a viscous friction of 50 % to
+/// either side, a dynamic friction from 25 % below to the middle between both levels, and a static
+/// friction from there to 25 % above.
+pub fn answered(answers: &Answers) -> Option<Vec<Ranged>> {
+    if !RANGED.iter().any(|key| answers.only_range(key).is_some()) {
+        return None;
+    }
+    let [slip, stick] = ["friction.slip_nm", "friction.stick_nm"]
+        .map(|key| answers.range(key).map_or(0.0, nominal));
+    let middle = 0.5 * (slip + stick);
+    let most = answers.stall_nm().map_or(f64::INFINITY, |stall| OF_STALL * stall);
+    let assumed = |key: &str| match key {
+        "friction.slip_nm" if slip > 0.0 => Some([0.75 * slip, middle]),
+        "friction.stick_nm" if stick > 0.0 => Some([middle, (1.25 * stick).min(most).max(middle)]),
+        _ => {
+            let (_, share) = ASSUMED.iter().find(|(one, _)| *one == key)?;
+            let value = answers.number(key).filter(|value| *value > 0.0)?;
+            Some([value * (1.0 - share), value * (1.0 + share)])
+        }
+    };
+    let range = |key: &&'static str| match answers.only_range(key) {
+        Some(range) => Some((*key, range, true)),
+        None => assumed(key).map(|range| (*key, range, false)),
+    };
+    Some(RANGED.iter().filter_map(range).collect())
+}
+
+/// Returns the highest static friction of the joints that are drawn, N m; none without `[spread]`.
+pub fn highest_stick(answers: &Answers) -> Option<f64> {
+    let ranges = answered(answers)?;
+    ranges.iter().find(|(key, ..)| *key == "friction.stick_nm").map(|(_, [_, high], _)| *high)
+}
+
+/// Writes the table of a joint's ranges with the source of each.
+pub fn commented(ranges: Vec<Ranged>) -> String {
+    let mut text = "\n\
+        # Ranges of the joint. `tune`, `ensemble` and `device selftest` draw their joints from\n\
+        # here; where the dynamic friction comes out above the static one, it is lowered to it.\n\
+        [spread]\n"
+        .to_owned();
+    for (key, range, is_answered) in ranges {
+        let [low, high] = range.map(rounded);
+        let line = format!("\"{key}\" = [{low:?}, {high:?}]");
+        let why = if is_answered { "yours" } else { "assumed: you gave one number" };
+        let _ = writeln!(text, "{line:<52} # {why}");
+    }
+    text
+}
+
 #[cfg(test)]
+#[allow(clippy::unwrap_used)]
 mod tests {
     use super::*;
 
@@ -84,6 +160,29 @@ mod tests {
         };
         assert_eq!(parted([0.9, 1.1], [1.8, 2.2]), [[0.9, 1.1], [1.8, 2.2]]);
         assert_eq!(parted([0.2, 1.8], [1.2, 2.8]), [[0.2, 1.5], [1.5, 2.8]]);
+    }
+
+    /// 0.15 and 0.4 N m have the geometric mean 0.2449 N m.
+    #[test]
+    fn one_range_brings_those_that_are_assumed_of_single_numbers() {
+        use crate::draft::{QUESTIONS, Question, Typical};
+        let mut answers = Typical::find("gimbal").unwrap().answers().unwrap();
+        assert_eq!(answered(&answers), None);
+        let stick = QUESTIONS[Question::place("friction.stick_nm").unwrap()];
+        answers.put(stick.key, stick.read("0.15..0.4").unwrap(), "");
+        let ranges = answered(&answers).unwrap();
+        let of = |key: &str| ranges.iter().find(|(one, ..)| *one == key).unwrap();
+        assert_eq!(*of("friction.stick_nm"), ("friction.stick_nm", [0.15, 0.4], true));
+        for (key, expected) in [
+            ("load.inertia_kg_m2", [0.004, 0.006]),
+            ("friction.viscous_nm_s_per_rad", [3.5e-4, 10.5e-4]),
+            ("friction.slip_nm", [0.045, 0.152_45]),
+        ] {
+            let (_, range, is_answered) = of(key);
+            let off = [0, 1].map(|end| (range[end] / expected[end] - 1.0).abs());
+            assert!(!is_answered && off.iter().all(|off| *off < 1e-6), "{key}: {range:?}");
+        }
+        assert_eq!(ranges.len(), 4);
     }
 
     #[test]

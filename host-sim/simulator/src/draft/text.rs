@@ -2,8 +2,11 @@
 
 use toml::Value;
 
-use super::gains::{DAMPING_RATIO, FirstGains, Profile, Told};
-use super::questions::{Answers, typed};
+use super::answers::{Answer, Answers};
+use super::gains::{DAMPING_RATIO, FirstGains, Profile, Told, Worst};
+use super::questions::{Question, typed};
+use super::range;
+use super::spread;
 use super::typical::Typical;
 use crate::document::Document;
 use crate::error::{Error, rounded};
@@ -27,7 +30,7 @@ pub struct Words {
     /// Further lines of `[drive]`.
     pub drive: &'static str,
     /// Further numbers, by table (one that has answers, or `limits`) and key, with a comment each.
-    pub more: Vec<(&'static str, &'static str, f64, &'static str)>,
+    pub more: Vec<Line>,
     /// What `robust` is told, and why; none: what the data sheet says.
     pub told: Option<(Told, Whys)>,
 }
@@ -59,14 +62,19 @@ pub fn text(name: &str, answers: &Answers, like: Option<&Typical>) -> Result<Str
 /// # Errors
 /// Names an answer with which no joint can be simulated.
 pub fn text_with(name: &str, answers: &Answers, words: &Words) -> Result<String, Error> {
-    let Words { begin, title, source, drive, more: further, told } = words;
+    let answers = &answers.with_assumptions();
+    let Words { begin, title, source, drive, more, told } = words;
+    let title = answers.get("title").and_then(|answer| answer.value.as_str()).unwrap_or(title);
+    let mut further = more.clone();
+    further.extend(of_the_gear(answers));
     let mut text = format!(
         "{begin}Change what differs on your joint, and run it:\n\
          #   stiction run FILE            stiction benchmark FILE\n\
          #   stiction show --units FILE   tells it in the core's volts and degrees\n\
          #   stiction keys                explains every key, and those that are not here\n\
          # The gains are by rule (docs/units.md). Nothing of this has been tried on a motor.\n\
-         title = {title:?}\n"
+         title = {}\n",
+        Value::String(title.into())
     );
     if let Some(source) = source {
         text += &format!("source = {source:?}\n");
@@ -76,18 +84,17 @@ pub fn text_with(name: &str, answers: &Answers, words: &Words) -> Result<String,
             .given()
             .filter_map(|(question, answer)| {
                 let (of, key) = question.key.split_once('.')?;
-                let value = match &answer.value {
-                    Value::String(word) => format!("{word:?}"),
-                    Value::Float(number) => format!("{number:?}"),
-                    other => typed(other),
-                };
-                let why = if answer.source.is_empty() { question.what } else { answer.source };
-                (of == table).then(|| commented(&format!("{key} = {value}"), why))
+                let (value, why) = written(question, answer);
+                (of == table).then(|| commented(&format!("{key} = {value}"), &why))
             })
             .collect();
         if !lines.is_empty() {
             let further = further.iter().filter(|(of, ..)| *of == table);
-            let written: Vec<&str> = further.clone().map(|(_, key, ..)| *key).collect();
+            let answered = answers
+                .given()
+                .filter_map(|(question, _)| question.key.strip_prefix(table)?.strip_prefix('.'));
+            let written: Vec<&str> =
+                further.clone().map(|(_, key, ..)| *key).chain(answered).collect();
             let lines: String = lines
                 + &further
                     .map(|(_, key, value, why)| commented(&format!("{key} = {value:?}"), why))
@@ -118,7 +125,8 @@ pub fn text_with(name: &str, answers: &Answers, words: &Words) -> Result<String,
             commented(&format!("controller = [{names}]"), "a device runs the first"),
         )
     };
-    let gains = gains(name, &(text.clone() + &loops("\"pd\"")), sample_time_s)?;
+    let gains = gains(name, &(text.clone() + &loops("\"pd\"")), sample_time_s, answers)?;
+    further.extend(of_the_limits(answers, &gains));
     let (told, whys) = told.unwrap_or((gains.robust, BY_SHEET));
     // Without friction there is nothing that `robust` could be told.
     let sticks = told.breakaway[0] > 0.0;
@@ -135,7 +143,9 @@ pub fn text_with(name: &str, answers: &Answers, words: &Words) -> Result<String,
         .collect();
     let thresholds =
         if thresholds.is_empty() { thresholds } else { format!("\n[limits]\n{thresholds}") };
-    let text = text + &law + &controllers(&gains) + &limits + &thresholds + REFERENCE;
+    let spread = spread::answered(answers).map(spread::commented).unwrap_or_default();
+    let motions = reference(answers);
+    let text = text + &law + &controllers(&gains) + &limits + &thresholds + &motions + &spread;
     by_answers(name, &text)?;
     Ok(text)
 }
@@ -152,6 +162,53 @@ fn by_answers(name: &str, text: &str) -> Result<(), Error> {
         let why = why.strip_prefix(&format!("{name}: ")).unwrap_or(&why);
         Error::Input(format!("{name}: {suspect}. With it, {why}"))
     })
+}
+
+/// Returns the value of a key and its comment.
+fn written(question: &Question, Answer { value, source }: &Answer) -> (String, String) {
+    let why = if source.is_empty() { question.what } else { source };
+    match value {
+        Value::String(word) => (format!("{word:?}"), why.into()),
+        Value::Float(number) => (format!("{number:?}"), why.into()),
+        Value::Array(ends) => {
+            let [low, high] =
+                [0, 1].map(|end| ends.get(end).and_then(Value::as_float).unwrap_or_default());
+            let from = format!("{} of {}", range::rule([low, high]), typed(value));
+            (format!("{:?}", range::nominal([low, high])), from)
+        }
+        other => (typed(other), why.into()),
+    }
+}
+
+/// A number of a file: table, key, value and comment.
+type Line = (&'static str, &'static str, f64, &'static str);
+
+/// Share of critical damping of a load on its gear.
+const GEAR_DAMPING: f64 = 0.05;
+
+/// Returns the damping that is assumed of a gear with a stiffness, `2 zeta sqrt(K J)`.
+fn of_the_gear(answers: &Answers) -> Option<Line> {
+    let [stiffness, inertia] = ["gear.stiffness_nm_per_rad", "load.inertia_kg_m2"]
+        .map(|key| answers.number(key).filter(|number| *number > 0.0));
+    let damping = 2.0 * GEAR_DAMPING * (stiffness? * inertia?).sqrt();
+    let damping = format!("{damping:.1e}").parse().unwrap_or(damping);
+    Some(("gear", "damping_nm_s_per_rad", damping, "assumed: 5 % of critical, of the load"))
+}
+
+/// Returns the limits that follow from the answers: travel, and the breakaway effort of a joint that
+/// is known within ranges. The effort that is derived without it is that of the
+/// nominal friction, under which a joint at the upper end would count as stalled.
+fn of_the_limits(answers: &Answers, gains: &FirstGains) -> Vec<Line> {
+    let mut lines = Vec::new();
+    if let Some([low, high]) = answers.range("limits.travel_deg") {
+        lines.push(("limits", "position_min_deg", low, "from the position at power-on"));
+        lines.push(("limits", "position_max_deg", high, ""));
+    }
+    if spread::highest_stick(answers).is_some() {
+        let breakaway = rounded(gains.breakaway).parse().unwrap_or(gains.breakaway);
+        lines.push(("limits", "breakaway_v", breakaway, "the highest friction and gravity"));
+    }
+    lines
 }
 
 /// Limits of a move: `robust` has no gains of which a device could derive them.
@@ -171,13 +228,28 @@ fn profile(profile: &Profile) -> String {
 }
 
 /// The gains for what has been written so far.
-fn gains(name: &str, begun: &str, sample_time_s: f64) -> Result<FirstGains, Error> {
+fn gains(
+    name: &str,
+    begun: &str,
+    sample_time_s: f64,
+    answers: &Answers,
+) -> Result<FirstGains, Error> {
     // A controller, so that the rest is a whole machine and told what is wrong with it.
     let whole = format!("{begun}[controller.pd]\nkp_v_per_deg = 0.0\nkd_v_per_deg_per_s = 0.0\n");
     let document = Document::parse(name, &whole)?;
     let count_deg = document.machine()?.encoder.resolution_deg();
     match document.mapping()? {
-        Some((sheet, mapping)) => Ok(FirstGains::of(&sheet, &mapping, [sample_time_s, count_deg])),
+        Some((sheet, mapping)) => {
+            let end = |key: &str, end: usize| answers.only_range(key).map(|ends| ends[end]);
+            let worst = Worst {
+                slip_nm: end("friction.slip_nm", 0),
+                stick_nm: end("friction.stick_nm", 1),
+                unbalance_nm: end("load.unbalance_nm", 1),
+                drawn_nm: spread::highest_stick(answers),
+            };
+            Ok(FirstGains::of(&sheet, &mapping, [sample_time_s, count_deg])
+                .within(&sheet, &mapping, worst))
+        }
         None => Err(Error::Input(format!("{name}: the table `[motor]` is missing"))),
     }
 }
@@ -250,17 +322,35 @@ const MORE: [(&str, &str, &str); 9] = [
     ("encoder", "noise_counts = 1", "readings are a count off"),
 ];
 
-/// Steps and a motion that every typical joint can make.
-const REFERENCE: &str = "
-[reference]
-steps_deg = [1.0, 5.0]
+/// Largest position of the motion, deg, and the largest share of the travel that a motion takes.
+const FARTHEST_DEG: f64 = 25.0;
+const OF_THE_TRAVEL: f64 = 0.8;
 
-[[reference.trajectories]]          # 2.5 deg/s there and back
-corner_times_s = [1.0, 11.0, 13.0, 23.0]
-corner_positions_deg = [0.0, 25.0, 25.0, 0.0]
-half_blend_s = 0.25
-";
+/// Writes steps and a motion that every typical joint can make, within the travel.
+fn reference(answers: &Answers) -> String {
+    let end = answers.range("limits.travel_deg").map_or(f64::INFINITY, |[_, high]| high);
+    let farthest = |deg: f64| {
+        let within = deg.min(OF_THE_TRAVEL * end);
+        format!("{within:.2e}").parse::<f64>().unwrap_or(within)
+    };
+    let top = farthest(FARTHEST_DEG);
+    let steps = [farthest(FARTHEST_DEG / 25.0), farthest(FARTHEST_DEG / 5.0)];
+    // Two equal steps are one.
+    let steps = if steps[0] < steps[1] { steps } else { [0.2 * steps[1], steps[1]] };
+    let [first, second] = steps.map(|step| format!("{:?}", rounded(step).parse().unwrap_or(step)));
+    let speed = format!("# {} deg/s there and back", rounded(top / 10.0));
+    format!(
+        "\n[reference]\nsteps_deg = [{first}, {second}]\n\n\
+         [[reference.trajectories]]          {speed}\n\
+         corner_times_s = [1.0, 11.0, 13.0, 23.0]\n\
+         corner_positions_deg = [0.0, {top:?}, {top:?}, 0.0]\n\
+         half_blend_s = 0.25\n"
+    )
+}
 
 fn commented(line: &str, why: &str) -> String {
+    if why.is_empty() {
+        return format!("{line}\n");
+    }
     format!("{line:<0$} # {why}\n", COMMENT_AT - 1)
 }

@@ -1,6 +1,7 @@
 //! Three joints that many look like, with the source of each number.
 
-use super::questions::{Answers, QUESTIONS};
+use super::answers::Answers;
+use super::questions::QUESTIONS;
 use crate::error::{Error, suggestion};
 
 /// A typical joint.
@@ -118,7 +119,7 @@ impl Typical {
         let mut answers = Answers::default();
         for (key, typed, source) in self.answers {
             if let Some(question) = QUESTIONS.iter().find(|question| question.key == *key) {
-                answers.put(key, question.read(typed)?, source);
+                answers.put(key, question.read(typed).map_err(Error::Input)?, source);
             }
         }
         Ok(answers)

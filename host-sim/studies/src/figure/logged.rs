@@ -1,7 +1,7 @@
 //! A figure of time series that were written before: logs of a device, runs, or one beside the
 //! other.
 
-use super::{Figure, Line, Panel, Style};
+use super::{Figure, Line, Panel, Style, Window};
 use crate::output::series::{Sample, Series};
 
 /// The roles of the curves that are compared in one panel; no more are told apart in print.
@@ -26,9 +26,11 @@ pub fn figure(series: &[Series]) -> Figure {
             points(one, |sample| sample.reference_deg),
         ));
     }
+    let errors = curves(|sample| sample.error_deg);
+    let inset = at_rest(&errors);
     let mut panels = vec![
         Panel::new("displacement (deg)", displacements),
-        Panel::new("error (deg)", curves(|sample| sample.error_deg)),
+        Panel { inset, ..Panel::new("error (deg)", errors) },
     ];
     if let [one] = series {
         for (name, style, of) in PARTS {
@@ -38,14 +40,38 @@ pub fn figure(series: &[Series]) -> Figure {
         let held = curves(|sample| Some(sample.v_v)).into_iter().map(Line::held).collect();
         panels.push(effort("v", held));
     }
-    // A ramp has no reference and no controller.
+    // A ramp has no reference and no controller; PD alone has no v_c.
     panels.retain(|panel| panel.lines.iter().any(|line| !line.points.is_empty()));
+    if !panels.iter().all(Panel::is_zero) {
+        panels.retain(|panel| !panel.is_zero());
+    }
     Figure {
         title: series.iter().map(|one| one.name.as_str()).collect::<Vec<_>>().join(" and "),
         subtitle: String::new(),
         x_label: "time (s)".into(),
         panels,
     }
+}
+
+/// Ratio of a panel's range to that of its inset, below which there is none.
+const LEAST_ZOOM: f64 = 4.0;
+
+/// Returns the window of what is left of the errors in the second half of the time: from where all
+/// curves are within 1.25 of it. None, if the whole panel shows it as well.
+fn at_rest(errors: &[Line]) -> Option<Window> {
+    let points = || errors.iter().flat_map(|line| line.points.iter().copied());
+    let end_s = points().map(|(time_s, _)| time_s).reduce(f64::max)?;
+    let largest = |from_s: f64| {
+        let some = points().filter(|(time_s, _)| *time_s >= from_s);
+        some.map(|(_, error)| error.abs()).fold(0.0, f64::max)
+    };
+    let half = 1.25 * largest(0.5 * end_s);
+    let begin_s = points()
+        .filter(|(_, error)| error.abs() > half)
+        .map(|(time_s, _)| time_s)
+        .fold(0.0, f64::max);
+    (half > 0.0 && largest(0.0) > LEAST_ZOOM * half)
+        .then_some(Window { time: (begin_s, end_s), values: (-half, half) })
 }
 
 type Part = (&'static str, Style, fn(&Sample) -> Option<f64>);

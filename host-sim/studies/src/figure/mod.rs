@@ -145,6 +145,13 @@ impl Panel {
     pub fn new(y_label: impl Into<String>, lines: Vec<Line>) -> Self {
         Self { y_label: y_label.into(), lines, height: 1.0, y_range: None, inset: None }
     }
+
+    /// Whether all curves but limits are zero everywhere: such a panel shows nothing.
+    pub fn is_zero(&self) -> bool {
+        let curves = self.lines.iter().filter(|line| line.style != Style::Limit);
+        let mut values = curves.flat_map(|line| &line.points).map(|(_, value)| *value).peekable();
+        values.peek().is_some() && values.all(|value| value == 0.0)
+    }
 }
 
 /// A page of panels under each other that share the time axis.

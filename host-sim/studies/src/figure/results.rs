@@ -120,6 +120,11 @@ fn loop_figures(results: &[&RunResult], group: &Group, kind: &str, stem: &str) -
         let signal = breakdown(result, &curve, end_s);
         if n == 0 { panels.extend(signal) } else { others.push((result, curve, signal)) }
     }
+    panels.retain(|panel| !panel.is_zero());
+    for (.., panels) in &mut others {
+        panels.retain(|panel| !panel.is_zero());
+    }
+    others.retain(|(.., panels)| !panels.is_empty());
     let subtitle = subtitle(results, group, end_s);
     let title = title(&group.name, kind);
     let x_label = "time (s)".to_owned();

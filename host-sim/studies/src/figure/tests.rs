@@ -214,3 +214,41 @@ fn a_ramp_shows_the_levels_that_it_found() {
         assert!(names.iter().any(|name| name.starts_with("slip, as read: 0.3")), "{names:?}");
     }
 }
+
+/// Three laws on three joints: every curve is in the panel for at least half of its axis, whichever
+/// rests far off.
+#[test]
+fn the_figure_of_several_laws_is_never_cut_to_nothing() {
+    let named = drawn("untuned-joints", "/step");
+    let compared: Vec<&Figure> =
+        named.iter().filter(|figure| figure.title.starts_with("How far the joint is")).collect();
+    assert!(!compared.is_empty());
+    for figure in &compared {
+        for panel in &figure.panels {
+            let (_, most) = panel.y_range.unwrap();
+            for line in panel.lines.iter().filter(|line| line.style != Style::Limit) {
+                let end_s = line.points.last().unwrap().0;
+                let late = line.points.iter().filter(|(time_s, _)| *time_s >= 0.5 * end_s);
+                let inside = late.clone().filter(|(_, error)| error.abs() <= most).count();
+                assert_eq!(inside, late.count(), "{}: {most}", line.name);
+            }
+        }
+    }
+}
+
+/// Feedforward adds nothing while the set point rests, so its part of a step is zero.
+#[test]
+fn a_panel_whose_data_are_all_zero_is_left_out() {
+    let zero = Panel::new("v_c (V)", vec![Line::new("v_c", Style::Total, vec![(0.0, 0.0)])]);
+    let limit = Line::new("", Style::Limit, vec![(0.0, 2.0)]);
+    assert!(zero.is_zero() && !panel("v (V)", 1.0).is_zero());
+    assert!(Panel { lines: vec![zero.lines[0].clone(), limit], ..zero.clone() }.is_zero());
+    assert!(!Panel::new("empty", vec![]).is_zero());
+    let figures = drawn("step-response", "feedforward/step");
+    assert!(!figures.is_empty());
+    for figure in figures {
+        let labels: Vec<&str> = figure.panels.iter().map(|one| &*one.y_label).collect();
+        assert!(figure.panels.iter().all(|one| !one.is_zero()), "{labels:?}");
+        assert!(labels.contains(&"error (deg)"), "{labels:?}");
+    }
+}

@@ -1,0 +1,79 @@
+//! Ranges that a person types: `0.15..0.4`, or a single number.
+//!
+//! The number that stands for a range, its nominal, is the geometric mean of its ends. So it is off
+//! by the same factor at either end: friction between 0.15 and 0.4 N m is 0.2449 N m, within a
+//! factor of 1.63. Where the lower end is not above zero there is no such factor, and the nominal is
+//! the middle. It has four digits.
+
+use crate::error::shown;
+use crate::typed_number;
+
+/// Reads `LOW..HIGH`, or a single number for both ends.
+///
+/// # Errors
+/// Returns one sentence with what was typed and what to type instead.
+pub fn read(typed: &str) -> Result<[f64; 2], String> {
+    let typed = typed.trim();
+    let Some((low, high)) = typed.split_once("..") else {
+        return typed_number::parse(typed).map(|number| [number; 2]);
+    };
+    let ends = [low, high].map(typed_number::parse);
+    let [Ok(low), Ok(high)] = ends else {
+        return Err(format!(
+            "`{typed}` is not a range; type one such as 0.15..0.4, or a single number"
+        ));
+    };
+    if low > high {
+        let [low, high] = [low, high].map(shown);
+        return Err(format!("`{typed}`: the lower end comes first; type {high}..{low}"));
+    }
+    Ok([low, high])
+}
+
+/// Returns the number that stands for a range.
+pub fn nominal([low, high]: [f64; 2]) -> f64 {
+    if low.to_bits() == high.to_bits() {
+        return low;
+    }
+    let mean = if low > 0.0 { (low * high).sqrt() } else { 0.5 * (low + high) };
+    format!("{mean:.3e}").parse().unwrap_or(mean)
+}
+
+/// Returns the rule by which [`nominal`] stands for a range, in words.
+pub fn rule([low, _]: [f64; 2]) -> &'static str {
+    if low > 0.0 { "geometric mean" } else { "middle" }
+}
+
+#[cfg(test)]
+#[allow(clippy::unwrap_used)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_range_has_two_ends_in_order_or_one_number_for_both() {
+        assert_eq!(read("0.15..0.4"), Ok([0.15, 0.4]));
+        assert_eq!(read(" 0,15 .. 0,4 "), Ok([0.15, 0.4]));
+        assert_eq!(read("-30..90"), Ok([-30.0, 90.0]));
+        assert_eq!(read("0.2"), Ok([0.2, 0.2]));
+        for (typed, said) in [
+            ("0.4..0.15", "the lower end comes first; type 0.15..0.4"),
+            ("0.4..", "is not a range; type one such as 0.15..0.4"),
+            ("0.1..0.2..0.3", "is not a range"),
+            ("0.1-0.2", "is not a number"),
+            ("", "nothing was typed"),
+        ] {
+            let why = read(typed).unwrap_err();
+            assert!(why.contains(said), "{typed:?}: {why}");
+        }
+    }
+
+    #[test]
+    fn the_nominal_is_off_by_the_same_factor_at_either_end_and_else_the_middle() {
+        // sqrt(0.15 x 0.4) = 0.244949.
+        assert!((nominal([0.15, 0.4]) - 0.2449).abs() < 1e-12);
+        assert!((nominal([0.1, 0.9]) - 0.3).abs() < 1e-12);
+        assert!((nominal([0.0, 0.5]) - 0.25).abs() < 1e-12);
+        // A single number is not rounded.
+        assert!((nominal([0.123_456_7; 2]) - 0.123_456_7).abs() < 1e-15);
+    }
+}

@@ -1,0 +1,243 @@
+//! The questions of `stiction new`, one after the other.
+//!
+//! ```text
+//! typical joint -> question -> question -> ..  -> all answers
+//!       ^---- Esc ----' ^---- Esc ---'
+//! ```
+//!
+//! An answer is checked when it is given, together with those before it; the last one with the whole
+//! file. A refused answer stays in its field, and an accepted one is proposed again after Esc. What
+//! draws on the terminal is behind [`Prompt`], so that tests can answer.
+
+use std::rc::Rc;
+
+use toml::Value;
+
+use crate::draft::questions::{Kind, typed};
+use crate::draft::{Answers, QUESTIONS, Question, TYPICAL, Typical, trial};
+use crate::error::Error;
+
+/// Check of an answer as it was typed. An error is the reason of a refusal.
+pub type Check = Rc<dyn Fn(&str) -> Result<(), String>>;
+
+/// Check of a whole file, when all questions are answered.
+pub type Complete = Rc<dyn Fn(&Answers, Option<&Typical>) -> Result<(), String>>;
+
+/// Reply of a person to a question.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Reply<T> {
+    /// The answer.
+    Given(T),
+    /// Back to the question before.
+    Back,
+}
+
+/// What shows questions and takes the answers.
+pub trait Prompt {
+    /// Shows choices, with the cursor on one of them, and returns the place of the chosen one.
+    ///
+    /// # Errors
+    /// Returns [`Error::Interrupted`] after Ctrl-C.
+    fn choose(
+        &mut self,
+        question: &str,
+        help: &str,
+        choices: &[String],
+        start: usize,
+    ) -> Result<Reply<usize>, Error>;
+
+    /// Shows a question with the proposed answer, and returns an answer that passes the check.
+    ///
+    /// # Errors
+    /// Returns [`Error::Interrupted`] after Ctrl-C.
+    fn enter(
+        &mut self,
+        question: &str,
+        help: &str,
+        proposed: Option<&str>,
+        check: &Check,
+    ) -> Result<Reply<String>, Error>;
+
+    /// Shows a sentence between two questions.
+    fn note(&mut self, sentence: &str);
+}
+
+/// Sentence above the first question.
+const HOW: &str = "Enter takes the answer in parentheses. Esc goes back a question. Ctrl-C ends \
+                   without a file.";
+
+/// Sentence after Esc at the first question.
+const IS_FIRST: &str = "This is the first question. Ctrl-C ends without a file.";
+
+/// The dialogue.
+pub struct Dialogue<'a> {
+    /// Answers by options: their questions are left out.
+    pub options: &'a Answers,
+    /// Title that is proposed.
+    pub title: &'a str,
+    /// Check of the whole file.
+    pub complete: Complete,
+}
+
+/// Answers so far.
+#[derive(Default)]
+struct SoFar {
+    own: Answers,
+    like: Option<Typical>,
+    /// Answers of that typical joint.
+    proposed: Answers,
+}
+
+impl Dialogue<'_> {
+    /// Puts all questions, and returns the answers with the typical joint that they began with.
+    ///
+    /// # Errors
+    /// Returns [`Error::Interrupted`] after Ctrl-C.
+    pub fn run(&self, prompt: &mut impl Prompt) -> Result<(Answers, Option<Typical>), Error> {
+        let mut so_far = SoFar::default();
+        // The place of a question, plus one; zero is the typical joint.
+        let mut at = 0;
+        prompt.note(HOW);
+        while at <= QUESTIONS.len() {
+            let is_given = match at {
+                0 => begin_with(prompt, &mut so_far)?,
+                _ => self.put(prompt, &mut so_far, at - 1)?,
+            };
+            let all = self.all(&so_far);
+            if is_given {
+                at = self.next(&all, at).unwrap_or(QUESTIONS.len() + 1);
+            } else if at == 0 {
+                prompt.note(IS_FIRST);
+            } else {
+                let is_put = |place: &usize| *place == 0 || self.is_put(&all, *place - 1);
+                at = (0..at).rev().find(is_put).unwrap_or(0);
+            }
+        }
+        Ok((self.all(&so_far), so_far.like))
+    }
+
+    /// Whether a question is put: the joint has its quantity, and no option answers it.
+    fn is_put(&self, all: &Answers, place: usize) -> bool {
+        let is_open =
+            |question: &Question| self.options.get(question.key).is_none() && all.asks(question);
+        QUESTIONS.get(place).is_some_and(is_open)
+    }
+
+    fn next(&self, all: &Answers, at: usize) -> Option<usize> {
+        (at + 1..=QUESTIONS.len()).find(|next| self.is_put(all, next - 1))
+    }
+
+    /// Returns the person's answers, then those of the options, then those of the typical joint.
+    fn all(&self, so_far: &SoFar) -> Answers {
+        so_far.own.or(self.options).or(&so_far.proposed)
+    }
+
+    /// Puts one question. Returns false for a step back.
+    fn put(
+        &self,
+        prompt: &mut impl Prompt,
+        so_far: &mut SoFar,
+        place: usize,
+    ) -> Result<bool, Error> {
+        let question = QUESTIONS[place];
+        let all = self.all(so_far);
+        let proposed = self.proposed(so_far, &all, &question);
+        let check = self.check(so_far, place);
+        let text = sentence(question.what);
+        let reply = loop {
+            let Kind::Words(words) = question.kind else {
+                break prompt.enter(&text, question.help, proposed.as_deref(), &check)?;
+            };
+            let start = words.iter().position(|word| proposed.as_deref() == Some(word));
+            let choices: Vec<String> = words.iter().map(|word| (*word).to_owned()).collect();
+            match prompt.choose(&text, question.help, &choices, start.unwrap_or(0))? {
+                Reply::Back => break Reply::Back,
+                Reply::Given(chosen) => {
+                    let word = choices.get(chosen).cloned().unwrap_or_default();
+                    match check(&word) {
+                        Ok(()) => break Reply::Given(word),
+                        Err(why) => prompt.note(&why),
+                    }
+                }
+            }
+        };
+        let Reply::Given(answer) = reply else { return Ok(false) };
+        let value = question.read(&answer).map_err(Error::Input)?;
+        so_far.own.remove(question.key);
+        let without = self.all(so_far).with_assumptions();
+        // What was taken as proposed keeps its source.
+        if without.get(question.key).is_none_or(|other| other.value != value) {
+            so_far.own.put(question.key, value, "");
+        }
+        Ok(true)
+    }
+
+    /// Returns the answer that is proposed: the one given before, or that of the typical joint.
+    fn proposed(&self, so_far: &SoFar, all: &Answers, question: &Question) -> Option<String> {
+        let key = question.key;
+        if let Some(own) = so_far.own.get(key) {
+            return Some(typed(&own.value));
+        }
+        if key == "title" {
+            return Some(self.title.into());
+        }
+        let scaled = (key == "friction.slip_nm").then(|| scaled_slip(so_far, all)).flatten();
+        let found = all.with_assumptions().get(key).map(|answer| typed(&answer.value));
+        scaled.or(found).or(question.otherwise.map(str::to_owned))
+    }
+
+    /// Makes the check of the answer to one question.
+    fn check(&self, so_far: &SoFar, place: usize) -> Check {
+        let all = self.all(so_far).with_assumptions();
+        let (like, complete) = (so_far.like, Rc::clone(&self.complete));
+        let is_last = self.next(&all, place + 1).is_none();
+        let question = QUESTIONS[place];
+        Rc::new(move |typed| {
+            let mut all = all.clone();
+            all.put(question.key, question.read(typed)?, "");
+            trial::check(&all, place)?;
+            if is_last { complete(&all, like.as_ref()) } else { Ok(()) }
+        })
+    }
+}
+
+/// Chooses the typical joint to begin with, if any. Returns false for a step back.
+fn begin_with(prompt: &mut impl Prompt, so_far: &mut SoFar) -> Result<bool, Error> {
+    let mut choices = TYPICAL.map(|typical| typical.title.to_owned()).to_vec();
+    choices.push("None of them".into());
+    let is_same = |typical: &Typical| so_far.like.is_some_and(|like| like.name == typical.name);
+    let start = TYPICAL.iter().position(is_same).unwrap_or(0);
+    let (text, help) = ("Which joint is most like yours?", "its numbers are proposed");
+    let Reply::Given(chosen) = prompt.choose(text, help, &choices, start)? else {
+        return Ok(false);
+    };
+    so_far.like = TYPICAL.get(chosen).copied();
+    let answers = so_far.like.as_ref().map(Typical::answers).transpose()?;
+    so_far.proposed = answers.unwrap_or_default();
+    Ok(true)
+}
+
+/// Returns the dynamic friction of the typical joint, in proportion to the static friction that was
+/// answered.
+fn scaled_slip(so_far: &SoFar, all: &Answers) -> Option<String> {
+    let [slip, stick] = ["friction.slip_nm", "friction.stick_nm"];
+    let share = so_far.proposed.number(slip)? / so_far.proposed.number(stick)?;
+    let own = all.get(stick).filter(|own| so_far.proposed.get(stick) != Some(own))?;
+    let scaled = |number: f64| {
+        let scaled = format!("{:.2e}", share * number).parse().unwrap_or(share * number);
+        Value::Float(scaled)
+    };
+    let value = match &own.value {
+        Value::Array(ends) => {
+            Value::Array(ends.iter().filter_map(Value::as_float).map(scaled).collect())
+        }
+        value => scaled(value.as_float()?),
+    };
+    Some(typed(&value))
+}
+
+/// Returns a quantity as the begin of a line.
+fn sentence(what: &str) -> String {
+    let mut letters = what.chars();
+    letters.next().map_or_else(String::new, |first| first.to_uppercase().chain(letters).collect())
+}
