@@ -79,8 +79,8 @@ pub trait Law: Sized {
         false
     }
 
-    /// Takes that a motion begins, also one to where the set point is already: a law that has given
-    /// up tries again.
+    /// Called when a motion starts, also one to where the set point is already: a law that has
+    /// given up tries again.
     fn begin_motion(_: &mut Self::State) {}
 
     /// Returns the default of `overspeed_deg_per_s`, if the law says more about it than PD's gains

@@ -32,7 +32,7 @@ impl CompensatorState {
         self.alone.forget();
     }
 
-    /// Takes that a motion begins. Only the law that is too large for a sum gives up.
+    /// Called when a motion starts. Only the law that is too large for a sum gives up.
     pub(crate) fn begin_motion(&mut self) {
         Alone::begin_motion(&mut self.alone);
     }

@@ -227,7 +227,7 @@ impl<const RING: usize> Session<RING> {
             _ if searched == Some(number) => return,
             _ => {}
         }
-        // Who asks for something else does not wait for that answer any more.
+        // Another request cancels it.
         self.search = None;
         let content = match request {
             None => Reply::Refused(Refused::Unknown),

@@ -59,7 +59,7 @@ pub(super) struct AbruptStopState {
 
 impl AbruptStop {
     pub fn new(limits: &Limits, units: &Units) -> Self {
-        // Who turns the stall off turns this off as well.
+        // Disabled together with the stall monitor.
         let ticks = Units::whole(PIECE, units.tick);
         let piece = ticks as f32 * units.tick;
         let counts = match limits.stop_gain {

@@ -73,7 +73,7 @@ pub(super) struct StallImpulseState {
 
 impl StallImpulse {
     pub fn new(limits: &Limits, units: &Units) -> Self {
-        // Who turns the stall off turns this off as well.
+        // Disabled together with the stall monitor.
         let is_on = limits.breakaway_effort > 0.0 && limits.stall_effort > 0.0;
         let most = match limits.stall_impulse {
             v if is_on => Units::threshold(v, units.code * units.tick),

@@ -1,7 +1,6 @@
 //! The faults, and the tests that are to find them.
 //!
-//! A text that stands in its file not once is an error: whoever changes the line changes its fault,
-//! too.
+//! Each text must match exactly once in its file. If a line changes, its fault changes with it.
 
 /// The tests that a fault is shown to.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, clap::ValueEnum)]

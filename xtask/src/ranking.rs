@@ -1,4 +1,4 @@
-//! `cargo xtask ranking` ranks laws on joints that nobody tuned for, and writes README.md's first
+//! `cargo xtask ranking` ranks untuned laws on random joints, and writes README.md's first
 //! table.
 //!
 //! The table stands between two comments of the page, and is made of what `stiction ensemble

@@ -104,7 +104,7 @@ pub fn run_all_driven(plans: &[RunPlan], driven: Driven) -> Result<Vec<RunResult
 /// Runs one plan by the bare loop.
 ///
 /// # Errors
-/// Names a value that is not allowed.
+/// Returns an error that names the invalid value.
 pub fn run(plan: &RunPlan) -> Result<RunResult, Error> {
     run_driven(plan, Driven::ByLoop)
 }
@@ -112,7 +112,7 @@ pub fn run(plan: &RunPlan) -> Result<RunResult, Error> {
 /// Runs one plan.
 ///
 /// # Errors
-/// Names a value that is not allowed.
+/// Returns an error that names the invalid value.
 pub fn run_driven(plan: &RunPlan, driven: Driven) -> Result<RunResult, Error> {
     if let Some(axis) = plan.sheet_axis()? {
         return run_with(plan, driven, axis);

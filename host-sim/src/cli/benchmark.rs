@@ -45,7 +45,7 @@ pub struct Tuning {
     /// written. This takes as long as `tune --controller all`
     #[arg(long)]
     tuned: bool,
-    /// What the gains are to be good at
+    /// Objective of the gains
     #[arg(long, value_enum, default_value_t = Goal::Balanced, requires = "tuned")]
     goal: Goal,
     /// Joints on which gains are looked for

@@ -59,7 +59,7 @@ enum Command {
     Studio(studio::Arguments),
     /// Rank controllers on one joint: rest, overshoot, settling, tracking, chatter, hunting
     Benchmark(benchmark::Arguments),
-    /// Rank controllers on joints that nobody tuned for: success, settling, rest, tracking, faults
+    /// Rank untuned controllers on random joints: success, settling, rest, tracking, faults
     Ensemble(ensemble::Arguments),
     /// Look for gains of a joint that is known within bounds, and write them into a new file
     Tune(tune::Arguments),
@@ -70,11 +70,11 @@ enum Command {
     /// One HTML page on your own joint: laws compared, margins, what a self-test should show; or
     /// without a file, every figure and table of the thesis, claims beside measurements
     Report(report::Arguments),
-    /// What lets a shell complete commands and options with Tab
+    /// Print a shell completion script
     Completions(completions::Arguments),
 }
 
-/// The exit code for a request that was in order, but to whose end a solver did not get.
+/// The exit code for a valid request, if a solver failed.
 const GIVEN_UP: u8 = 1;
 
 /// The exit code that a shell reports of a program that was ended by Ctrl-C: 128 and the number of

@@ -5,7 +5,7 @@ mod terminal;
 #[cfg(test)]
 mod tests;
 
-use std::io::{IsTerminal, stdin};
+use std::io::{IsTerminal, stderr, stdin};
 use std::path::PathBuf;
 use std::rc::Rc;
 
@@ -163,7 +163,9 @@ pub fn new(arguments: &Arguments) -> Result<(), Error> {
     let title = if is_file { stem } else { "A joint of my own".into() };
     let like = arguments.typical.as_deref().map(Typical::find).transpose()?;
     let options = arguments.answers.answers()?;
-    let (mut answers, like) = if like.is_none() && stdin().is_terminal() {
+    // The questions are shown on the standard error.
+    let is_terminal = stdin().is_terminal() && stderr().is_terminal();
+    let (mut answers, like) = if like.is_none() && is_terminal {
         let name = name.clone().into_owned();
         let complete = move |answers: &Answers, like: Option<&Typical>| {
             let why = written(&name, answers, like).map(|_| ()).map_err(|why| why.to_string());

@@ -38,9 +38,8 @@ pub fn plot(arguments: &Arguments) -> Result<(), Error> {
     }
     if all.len() > logged::MOST {
         return Err(Error::Input(format!(
-            "plot: {} runs; at most {} are told apart in one figure: write fewer with `run \
-             --controller` and `--set`, or \
-             draw the files one by one",
+            "plot: {} runs; at most {} runs fit in one figure: write fewer with `run --controller` \
+             and `--set`, or draw the files one by one",
             all.len(),
             logged::MOST
         )));

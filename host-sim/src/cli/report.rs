@@ -9,7 +9,7 @@ use crate::error::Error;
 pub struct Arguments {
     /// A machine's own TOML file, for a page on its joint; left out: the page of the thesis
     file: Option<String>,
-    /// Where the page is written, with that of the thesis its figures, too
+    /// Output directory of the page; that of the thesis has its figures, too
     #[arg(long, value_name = "DIR", default_value = "report")]
     out: PathBuf,
     /// Write over a file that this command reads, or over a machine's file

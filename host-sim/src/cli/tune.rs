@@ -26,10 +26,10 @@ pub struct Arguments {
     /// Controllers whose gains are tuned, or all of the file's; without it the first
     #[arg(long, value_name = "NAME|all", value_delimiter = ',')]
     controller: Vec<String>,
-    /// What the gains are to be good at
+    /// Objective of the gains
     #[arg(long, value_enum, default_value_t = Goal::Balanced)]
     goal: Goal,
-    /// A figure that is not to be exceeded: settling_s, tracking_counts, rest_counts,
+    /// Upper limit of a metric: settling_s, tracking_counts, rest_counts,
     /// chatter_v_per_s or held_v; may be repeated
     #[arg(long, value_name = "FIGURE=MOST")]
     limit: Vec<String>,

@@ -1,4 +1,4 @@
-//! What goes beyond the thesis: laws on joints that nobody tuned for.
+//! What goes beyond the thesis: untuned laws on random joints.
 
 use std::sync::{Mutex, PoisonError};
 

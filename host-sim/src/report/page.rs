@@ -25,7 +25,7 @@ pub struct Parts<'a> {
     pub misprints: &'a [Misprint],
     /// Laws beyond the thesis.
     pub beyond: &'a Beyond,
-    /// The inline drawing of the joints that nobody tuned for.
+    /// The inline drawing of the laws on joints for which they are untuned.
     pub untuned: &'a str,
     /// How long the runs took, s.
     pub runs_s: f64,

@@ -138,7 +138,7 @@ impl<'a> Drawing<'a> {
 /// nothing, as soon as `is_old` says so.
 ///
 /// # Errors
-/// Names a value that is not allowed.
+/// Returns an error that names the invalid value.
 pub fn cloud(
     machine: &MachineInUse,
     wish: &Wish,

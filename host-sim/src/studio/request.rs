@@ -60,11 +60,11 @@ pub enum Source {
 pub struct Tuning {
     /// Controllers of the file; none of them means all.
     pub laws: Vec<String>,
-    /// What the gains are to be good at.
+    /// Objective of the gains.
     pub goal: Goal,
     /// Whose joint it is.
     pub joint: Source,
-    /// Figures that are not to be exceeded, `FIGURE=MOST`.
+    /// Upper limits of metrics, `FIGURE=MOST`.
     pub limits: Vec<String>,
     /// Joints; none means as many as the command takes.
     pub cases: Option<u64>,

@@ -210,7 +210,7 @@ fn the_answer_with_the_fits_comes_once_at_its_end_and_not_after_another_request(
     assert_eq!(device.ask(6, Request::Stop), [(6, Reply::Done)]);
     assert_eq!(device.rest().0, answer(8));
     assert_eq!(device.ask(7, Request::Arm), refused(7, Refused::OutOfOrder));
-    // Who asks for something else does not wait for it.
+    // Another request cancels it.
     for (number, other) in [(10, Request::Stop), (12, Request::Clear)] {
         device.ask(number - 1, read());
         device.pieces(2);

@@ -63,7 +63,7 @@ impl Setup {
         }
     }
 
-    /// What a part finds in its flash: the program, the two parameter sectors, and what the maker
+    /// Contents of the flash at boot: the program, the two parameter sectors, and what the maker
     /// has written.
     pub(super) fn flash(&self) -> Result<Vec<Image>, String> {
         let image = &self.image;

@@ -58,7 +58,7 @@ impl SimulatedDevice {
     /// says, with nothing that starts by itself.
     ///
     /// # Errors
-    /// Names a value that is not allowed.
+    /// Returns an error that names the invalid value.
     pub fn new(plan: &RunPlan) -> Result<Self, Error> {
         let mut parameters = super::parameters(plan)?;
         parameters.device.autostart = false;
@@ -79,7 +79,7 @@ impl SimulatedDevice {
     /// The same with what is in a flash already.
     ///
     /// # Errors
-    /// Names a value that is not allowed.
+    /// Returns an error that names the invalid value.
     pub fn with(plan: &RunPlan, store: Store<SimulatedFlash>, boot: Boot) -> Result<Self, Error> {
         let plant = plan.plant()?;
         let counter = plant.counter();

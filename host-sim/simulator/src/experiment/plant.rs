@@ -11,11 +11,11 @@ use crate::machine::Solver;
 use crate::plant::{Delay, Plant};
 
 impl RunPlan {
-    /// Gives the joint of this run, or that of its [truth](Self::truth), with its amplifier and its
+    /// Returns the joint of this run, or that of its [truth](Self::truth), with its amplifier and its
     /// encoder, at rest at zero.
     ///
     /// # Errors
-    /// Names a value that is not allowed, or what of a data sheet only a run simulates.
+    /// Returns an error that names the invalid value, or what of a data sheet only a run simulates.
     pub fn plant(&self) -> Result<Plant<RunJoint>, Error> {
         if let Some(truth) = &self.truth {
             return truth.plant();
@@ -27,11 +27,11 @@ impl RunPlan {
         Ok(Plant::new(solver, axis, encoder, scale, self.delay()))
     }
 
-    /// Gives the joint of this run at rest: the axis of the file, what its data sheet describes, or
+    /// Returns the joint of this run, at rest: the axis of the file, what its data sheet describes, or
     /// what takes its place.
     ///
     /// # Errors
-    /// Names a value that is not allowed, or what of a data sheet only a run simulates.
+    /// Returns an error that names the invalid value, or what of a data sheet only a run simulates.
     pub fn joint(&self) -> Result<RunJoint, Error> {
         let sample_time_s = self.machine.sampling.sample_time_s();
         let of_the_file = match self.sheet()? {
@@ -50,7 +50,7 @@ impl RunPlan {
     /// as much as the sheet says.
     ///
     /// # Errors
-    /// Names a value that is not allowed.
+    /// Returns an error that names the invalid value.
     pub fn beyond_an_axis(&self, times: &Times) -> Result<Option<Substitute>, Error> {
         let count_deg = self.machine.encoder.resolution_deg();
         let sheet = self.sheet()?;
@@ -93,7 +93,7 @@ impl RunPlan {
     /// form has.
     ///
     /// # Errors
-    /// Names a value that is not allowed, or a solver that has no such joint.
+    /// Returns an error that names the invalid value, or a solver that has no such joint.
     pub fn sheet_axis(&self) -> Result<Option<SheetAxis>, Error> {
         if self.substitute.is_some() {
             return Ok(None);

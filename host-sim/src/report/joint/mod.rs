@@ -29,7 +29,7 @@ use crate::tuning::{Goal, Request, Tuned, spreads};
 /// Moves, joints and seed of the self-test that the page predicts: its own defaults.
 const SELFTEST: (usize, u64, u64) = (20, 24, 2026);
 
-/// Laws that are drawn over each other; no more are told apart in print.
+/// Laws that are drawn over each other; no more can be distinguished in print.
 const COMPARED: usize = 3;
 
 /// What the page is made of.

@@ -271,7 +271,7 @@ fn stepped(
     Ok(Stepped { measures: judge.measures(&last), fault, end, law_signals })
 }
 
-/// The error within which a joint is nearly there, counts.
+/// Error below which the joint counts as close to its target, counts.
 pub(super) fn near_counts(case: &Case) -> f64 {
     case.family.near().map_or(f64::INFINITY, |near| near / case.count())
 }

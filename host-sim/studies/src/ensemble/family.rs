@@ -55,7 +55,7 @@ pub enum Family {
 }
 
 impl Family {
-    /// Those that `all` means, in the order of reports.
+    /// The families that `all` selects, in report order.
     pub const USUAL: [Self; 10] = [
         Self::Rigid,
         Self::Loaded,
@@ -215,8 +215,8 @@ impl Family {
         matches!(self, Self::Arm | Self::ArmUncoupled)
     }
 
-    /// Returns the error within which a joint is nearly there, in its unit; a settling into it is
-    /// told beside that into 2 counts.
+    /// Returns the error below which a joint counts as close to its target, in its unit. A settling
+    /// into it is reported beside that into 2 counts.
     pub const fn near(self) -> Option<f64> {
         match self {
             // Settled means that on the thesis's axis everywhere else (docs/laws.md).

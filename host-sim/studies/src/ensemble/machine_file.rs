@@ -202,7 +202,7 @@ impl MachineEnsemble {
     /// row to `take` as soon as it is there, in any order.
     ///
     /// # Errors
-    /// The first of a case or of `take`; other cases may have been run then.
+    /// Returns the first error of a case or of `take`. Other cases can have been run before it.
     pub fn run_some(
         &self,
         [seed, cases]: [u64; 2],

@@ -1,4 +1,4 @@
-//! An ensemble: laws on joints that nobody tuned for.
+//! An ensemble: untuned laws on random joints.
 //!
 //! ```text
 //! family, seed, number -> draw.rs: a joint, its loop, what is told of it ----+

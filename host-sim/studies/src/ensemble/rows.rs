@@ -74,7 +74,7 @@ pub struct Group {
     pub settles_within_s: f64,
     /// Whether it is a family, whose laws have their gains by rules; else it is a machine's file.
     pub is_family: bool,
-    /// The error within which a joint is nearly there, in its unit, if that is asked for.
+    /// Error below which a joint counts as close to its target, in its unit, if that is judged.
     pub near: Option<f64>,
     /// Whether a wall stands before the target.
     pub has_wall: bool,

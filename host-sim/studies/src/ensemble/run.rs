@@ -30,7 +30,7 @@ pub struct Ensemble {
 /// to `take` as soon as it is there, in any order.
 ///
 /// # Errors
-/// The first of a case or of `take`; other cases may have been run then.
+/// Returns the first error of a case or of `take`. Other cases can have been run before it.
 pub fn run(
     ensemble: &Ensemble,
     wanted: impl Fn(Family, u64, &str) -> bool + Sync,

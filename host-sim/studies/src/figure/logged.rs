@@ -4,7 +4,7 @@
 use super::{Figure, Line, Panel, Style, Window};
 use crate::output::series::{Sample, Series};
 
-/// The roles of the curves that are compared in one panel; no more are told apart in print.
+/// The roles of the curves that are compared in one panel; no more can be distinguished in print.
 const COMPARED: [Style; 3] = [Style::Primary, Style::Second, Style::Third];
 
 /// So many series fit one figure.

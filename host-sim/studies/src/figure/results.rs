@@ -13,7 +13,7 @@ use crate::experiment::Task;
 use crate::machine::FigureSource;
 use crate::run::{RunResult, Trace};
 
-/// The roles of the curves that are compared in one panel; no more are told apart in print.
+/// The roles of the curves that are compared in one panel; no more can be distinguished in print.
 pub(super) const COMPARED: [Style; 3] = [Style::Primary, Style::Second, Style::Third];
 
 /// A step is all but over once its error stays within this share of it; a half longer, and what is

@@ -19,7 +19,7 @@ const FAILURE: f64 = 20.0;
 /// What a figure costs that is above its limit, for each factor of e.
 const EXCESS: f64 = 20.0;
 
-/// What the gains are to be good at.
+/// Objective of the gains.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize, ValueEnum)]
 #[serde(rename_all = "lowercase")]
 pub enum Goal {

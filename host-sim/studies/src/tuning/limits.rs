@@ -1,5 +1,4 @@
-//! What may be asked of a tuning beside its goal: figures that are not to be exceeded, and how many
-//! joints.
+//! Limits of a tuning beside its goal: upper limits of metrics, and numbers of joints.
 
 use std::ops::RangeInclusive;
 

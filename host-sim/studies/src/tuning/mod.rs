@@ -60,9 +60,9 @@ pub struct Request {
     pub file: String,
     /// The file.
     pub document: Document,
-    /// What the gains are to be good at.
+    /// Objective of the gains.
     pub goal: Goal,
-    /// Figures that are not to be exceeded.
+    /// Upper limits of metrics.
     pub limits: Vec<(String, f64)>,
     /// Keys of the joint that vary, `KEY=LOW..HIGH`.
     pub spreads: Vec<String>,

@@ -241,7 +241,7 @@ fn leads_out(parameters: &Parameters, zero: i32, to: Position) -> bool {
 }
 
 /// Says that a bound of the speed is one at which the encoder does not show the swings: minutes of
-/// motion would tell no inertia. What the device refuses is left to it.
+/// motion would not identify the inertia. What the device refuses is left to it.
 fn shows_too_little(asked: &identification::Asked, parameters: &Parameters) -> Option<String> {
     let least = parameters.identify(asked).ok()?.least_speed()?;
     let most = parameters.profile.velocity;
