@@ -43,8 +43,8 @@ struct Arguments {
 enum Command {
     /// Every built-in experiment and its source
     List(list::Arguments),
-    /// A first file of your own joint: asks a dozen questions, or takes the answers as options
-    New(new::Arguments),
+    /// A first file of your own joint: puts questions on a terminal, or takes the answers as options
+    New(Box<new::Arguments>),
     /// The TOML of a built-in experiment, to copy and change; or a data sheet in both units
     Show(show::Arguments),
     /// Every key of a machine's file: what it means, what is allowed, what it is if it is left out
