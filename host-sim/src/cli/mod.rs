@@ -43,7 +43,7 @@ struct Arguments {
 enum Command {
     /// Every built-in experiment and its source
     List(list::Arguments),
-    /// A first file of your own joint: puts questions on a terminal, or takes the answers as options
+    /// A first file of your own joint: puts questions, or takes the answers as options
     New(Box<new::Arguments>),
     /// The TOML of a built-in experiment, to copy and change; or a data sheet in both units
     Show(show::Arguments),
