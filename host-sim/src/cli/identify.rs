@@ -211,6 +211,13 @@ impl Arguments {
             return refuse(format!("--effort-delay is {delay}; allowed is a number of seconds"));
         }
         let scale = Scale::new(time_s, unit, counts.unwrap_or(1.0), gain);
+        if scale.is_linear && self.machine.is_some() {
+            return refuse(
+                "--machine is the file of a joint that turns, and the position is along a line; \
+                 leave --machine out, or say with --position-unit that it is an angle"
+                    .into(),
+            );
+        }
         if scale.is_linear && self.gravity {
             return refuse(
                 "--gravity is that of a load that turns; on a machine along a line it is a \

@@ -106,6 +106,12 @@ fn a_simulated_joint_comes_back_from_its_log_and_its_file_runs() {
     // A log of motion does not tell the stick friction, which is 4.9 N m.
     let [low, high] = ends("friction.stick_nm");
     assert!(low <= 4.2 && high > 4.9, "{low} to {high}");
+    // Every value is within its own range.
+    for key in written["spread"].as_table().unwrap().keys() {
+        let (table, name) = key.split_once('.').unwrap();
+        let (value, [low, high]) = (written[table][name].as_float().unwrap(), ends(key));
+        assert!(low <= value && value <= high, "{key}: {value} in {low} to {high}");
+    }
 }
 
 /// Friction that differs by the direction is a mean and a load, each of which is drawn by itself.

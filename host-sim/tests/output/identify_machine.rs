@@ -149,4 +149,10 @@ fn a_file_in_degrees_and_volts_and_an_effort_of_no_unit_are_refused_with_what_to
     let said = refused(&file);
     assert!(said.contains("nothing says what `effort` is in"), "{said}");
     assert!(said.contains("1.811 for a volt") && said.contains("4.545 for an ampere"), "{said}");
+    let line = ["--position-unit", "mm", "--effort-gain", "2"];
+    let columns = ["--time", "time_s", "--position", "position_deg", "--effort", "effort"];
+    let command = [&["identify", &log, "--machine", &file], &columns[..], &line].concat();
+    let output = Command::new(env!("CARGO_BIN_EXE_stiction")).args(command).output().unwrap();
+    let said = String::from_utf8_lossy(&output.stderr);
+    assert!(!output.status.success() && said.contains("along a line"), "{said}");
 }

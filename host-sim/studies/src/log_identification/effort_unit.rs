@@ -81,7 +81,7 @@ impl EffortUnit {
                 "motor.kt_nm_per_a, motor.resistance_ohm (or amplifier_a_per_v) and [gear]"
             }
             Self::Ampere => "motor.kt_nm_per_a and [gear]",
-            Self::NewtonMetre => "the unit N m",
+            Self::NewtonMetre => "[gear]",
         }
     }
 }

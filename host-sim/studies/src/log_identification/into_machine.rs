@@ -17,7 +17,7 @@ use toml_edit::{DocumentMut, Item, TableLike};
 use super::Identified;
 use super::effort_unit::EffortUnit;
 use super::model::{Fitted, Model};
-use crate::data_sheet::{DataSheet, Mapping};
+use crate::data_sheet::{DataSheet, Mapping, resting_torque};
 use crate::device::contradiction::Contradiction;
 use crate::device::found_load::MeasuredLoad;
 use crate::device::merged_sheet::{Measured, MergedSheet, TABLES, kept_words};
@@ -101,7 +101,8 @@ impl MachineOfLog {
         let Self { document, sheet, mapping, unit, effort_gain, .. } = self;
         let file = &document.origin.name;
         let mut words = Vec::new();
-        if !unit.agrees(*effort_gain, sheet, mapping) {
+        // A torque may be the motor's, and then has the gear in it.
+        if *unit != EffortUnit::NewtonMetre && !unit.agrees(*effort_gain, sheet, mapping) {
             words.push(format!(
                 "--effort-gain is {} N m for 1 {}, and {} of {file} give {}",
                 digits(effort_gain.abs()),
@@ -196,11 +197,11 @@ impl MachineOfLog {
     }
 }
 
-/// The largest effort that starts the joint, N m: friction and load.
+/// Returns the largest torque against which the joint of the log can rest, N m.
 fn breakaway(measured: &Measured) -> f64 {
     let gravity = measured.load.gravity.map_or(0.0, |[[sine, _], [cosine, _]]| sine.hypot(cosine));
     let friction = if measured.has_stick { measured.stick.0 } else { measured.slip.0 };
-    friction + measured.load.offset[0].abs() + gravity
+    resting_torque(friction, measured.load.offset[0], gravity)
 }
 
 /// The measured joint; none if its friction is negative.

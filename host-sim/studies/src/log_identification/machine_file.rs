@@ -11,7 +11,9 @@ use toml::Value;
 use super::Identified;
 use super::model::Fitted;
 use crate::data_sheet::resting_torque;
-use crate::draft::spread::{LEAST, around, identified as said, of_inertia, part, table};
+use crate::draft::spread::{
+    LEAST, around, identified as said, of_inertia, part, rounded as digits, table,
+};
 use crate::draft::{Answers, Told, Whys, Words, text_with};
 use crate::error::{Error, rounded};
 
@@ -53,6 +55,13 @@ pub fn machine_file(name: &str, log: &str, identified: &Identified) -> Result<St
     let stribeck = fitted.stribeck(0.0).max(0.0);
     let [b_forward, b_backward] = fitted.viscous();
     let viscous = (0.5 * (b_forward + b_backward)).max(0.0);
+    // Without a Stribeck term: the lower end of its range, which the slip friction does not reach.
+    let (stick, stick_from) = if stribeck > 0.0 {
+        (rounded_number(slip + stribeck), "identified")
+    } else {
+        let [_, most] = around(slip, off(fitted).mean, LEAST[2]);
+        (digits(most), "slip + 2 sd: no log of motion has it")
+    };
     let (lines, lines_from) = lines(identified);
     let number = |value: f64| Value::Float(rounded_number(value));
     let mut answers = Answers::default();
@@ -73,11 +82,7 @@ pub fn machine_file(name: &str, log: &str, identified: &Identified) -> Result<St
         ("gear.ratio", number(1.0), "all is at the joint"),
         ("gear.efficiency", number(1.0), "is in the friction"),
         ("load.inertia_kg_m2", number(fitted.inertia()), "identified"),
-        (
-            "friction.stick_nm",
-            number(slip + stribeck),
-            if stribeck > 0.0 { "identified" } else { "as slip: a log of motion does not tell it" },
-        ),
+        ("friction.stick_nm", Value::Float(stick), stick_from),
         ("friction.slip_nm", number(slip), "identified, mean of both ways"),
         ("friction.viscous_nm_s_per_rad", number(viscous), "identified, mean of both ways"),
         ("encoder.lines", Value::Integer(lines.into()), lines_from),
@@ -107,7 +112,7 @@ pub fn machine_file(name: &str, log: &str, identified: &Identified) -> Result<St
     if constant != 0.0 {
         let why = "identified: half of what both ways differ by";
         more.push(("load", "constant_nm", constant, why));
-        let starts = resting_torque(slip + stribeck, constant, sine.hypot(cosine)) / gain.abs();
+        let starts = resting_torque(stick, constant, sine.hypot(cosine)) / gain.abs();
         let why = if fitted.model.has_gravity {
             "stick friction, constant load and unbalance"
         } else {
