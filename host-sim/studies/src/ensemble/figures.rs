@@ -83,7 +83,11 @@ fn cloud(header: &Header, group: &Group, rows: &[Row], is_two_sided: bool) -> Ch
         title: format!("Settling against rest error: {}", group.name),
         subtitle: "simulated; a point is a joint, and a success lies below and left of the lines"
             .into(),
-        shown: Shown::Clouds { axes: [settling, rest], clouds: clouds.collect() },
+        shown: Shown::Clouds {
+            axes: [settling, rest],
+            clouds: clouds.collect(),
+            columns: if is_two_sided { 2 } else { 3 },
+        },
     }
 }
 

@@ -34,9 +34,22 @@ pub fn render(header: &Header, families: &[(Group, Vec<Summary>)]) -> String {
         }
         text.push('\n');
     }
+    let is_unseen = |(group, laws): &(Group, Vec<Summary>)| {
+        group.is_family && laws.iter().any(Summary::is_two_sided)
+    };
+    if families.iter().any(is_unseen) {
+        text += UNSEEN;
+    }
     text += &legend(header);
     text
 }
+
+/// What an encoder on the motor cannot see, of families; of a machine's file it is a warning.
+const UNSEEN: &str = "\
+Where the load differs, the encoder is on the motor and cannot see the slack of the gear:
+the load can be off by the backlash and by the wind-up of the shaft.
+
+";
 
 /// The laws by their success, then by their 95 % settling, then by their tracking.
 fn ranked(summaries: &[Summary]) -> Vec<&Summary> {

@@ -83,6 +83,8 @@ pub enum Shown {
         axes: [LogAxis; 2],
         /// The clouds.
         clouds: Vec<Cloud>,
+        /// Clouds in a row: 2 for pairs of sides, or 3.
+        columns: usize,
     },
     /// Panels of the same axes beside each other, with layers of points.
     Layers {

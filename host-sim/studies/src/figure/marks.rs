@@ -18,10 +18,10 @@ pub(super) const SMALL: u32 = 13;
 const SHARES: [f64; 2] = [210.0, 780.0];
 const ROW: f64 = 20.0;
 
-/// Clouds in a row, and the size of the frame of one.
-const COLUMNS: usize = 3;
-const CELL: [f64; 2] = [290.0, 250.0];
-const FRAME: [f64; 2] = [208.0, 180.0];
+/// Widths of all clouds of a row together, height of one with its numbers, and what these take
+/// beside and below its frame.
+const CELLS: [f64; 2] = [870.0, 250.0];
+const BESIDE: [f64; 2] = [82.0, 70.0];
 
 pub(super) const GRID: &str = "#DDDDDD";
 pub(super) const INK: &str = "#000000";
@@ -36,7 +36,9 @@ pub(super) fn svg(chart: &Chart) -> String {
             Shown::Shares(groups) => {
                 groups.iter().map(|(_, rows)| ROW * (rows.len() as f64 + 1.6)).sum()
             }
-            Shown::Clouds { clouds, .. } => CELL[1] * clouds.len().div_ceil(COLUMNS) as f64,
+            Shown::Clouds { clouds, columns, .. } => {
+                CELLS[1] * clouds.len().div_ceil((*columns).max(1)) as f64
+            }
             Shown::Layers { panels, .. } => layers::height(panels.len()),
         };
     let mut page = Scene::new(WIDTH, height);
@@ -45,13 +47,15 @@ pub(super) fn svg(chart: &Chart) -> String {
     page.add(text(&chart.subtitle, TEXT, [0.5 * WIDTH, 53.0], TextAnchor::Middle));
     match &chart.shown {
         Shown::Shares(groups) => shares(&mut page, groups, height),
-        Shown::Clouds { axes, clouds } => {
+        Shown::Clouds { axes, clouds, columns } => {
+            let columns = (*columns).max(1);
+            let cell = [CELLS[0] / columns as f64, CELLS[1]];
             for (place, one) in clouds.iter().enumerate() {
                 let corner = [
-                    CELL[0] * (place % COLUMNS) as f64 + 62.0,
-                    HEADER + CELL[1] * (place / COLUMNS) as f64 + 26.0,
+                    cell[0] * (place % columns) as f64 + 62.0,
+                    HEADER + cell[1] * (place / columns) as f64 + 26.0,
                 ];
-                cloud(&mut page, axes, one, corner);
+                cloud(&mut page, axes, one, corner, [cell[0] - BESIDE[0], cell[1] - BESIDE[1]]);
             }
             let below = [0.5 * WIDTH, height - 14.0];
             page.add(text(&axes[0].label, TEXT, below, TextAnchor::Middle));
@@ -73,7 +77,6 @@ fn shares(page: &mut Scene, groups: &[(String, Vec<Share>)], height: f64) {
     let bottom = height - FOOTER;
     for tick in 0..=10 {
         let share = f64::from(tick) / 10.0;
-        page.add(line([at(share), HEADER], [at(share), bottom], GRID, 0.7));
         let label = format!("{}", 10 * tick);
         page.add(text(&label, TEXT, [at(share), bottom + 18.0], TextAnchor::Middle));
     }
@@ -83,6 +86,12 @@ fn shares(page: &mut Scene, groups: &[(String, Vec<Share>)], height: f64) {
         y += 1.2 * ROW;
         page.add(text(group, TEXT, [14.0, y], TextAnchor::Start));
         page.add(line([14.0, y + 5.0], [WIDTH - 14.0, y + 5.0], GRID, 0.7));
+        // From title to title, so that no line crosses one.
+        let [upper, lower] = [y + 5.0, y + ROW * (rows.len() as f64 + 0.4) + 4.0];
+        for tick in 0..=10 {
+            let x = at(f64::from(tick) / 10.0);
+            page.add(line([x, upper], [x, lower], GRID, 0.7));
+        }
         y += 0.4 * ROW;
         for Share { name, share, interval } in rows {
             y += ROW;
@@ -96,8 +105,13 @@ fn shares(page: &mut Scene, groups: &[(String, Vec<Share>)], height: f64) {
     }
 }
 
-fn cloud(page: &mut Scene, axes: &[LogAxis; 2], cloud: &Cloud, [left, top]: [f64; 2]) {
-    let [width, height] = FRAME;
+fn cloud(
+    page: &mut Scene,
+    axes: &[LogAxis; 2],
+    cloud: &Cloud,
+    [left, top]: [f64; 2],
+    [width, height]: [f64; 2],
+) {
     let share = |axis: &LogAxis, value: f64| {
         let [low, high] = axis.decades.map(f64::from);
         // What is beyond the axis lies on its edge.
@@ -227,7 +241,7 @@ mod tests {
         let axes = [axis([-2, 1], 5.0), axis([-1, 3], 2.0)];
         let points = vec![[f64::INFINITY, 1e9], [1e-9, 0.0], [0.1, 10.0]];
         let clouds = vec![Cloud { name: "pd".into(), points }];
-        let drawn = svg(&chart(Shown::Clouds { axes, clouds }));
+        let drawn = svg(&chart(Shown::Clouds { axes, clouds, columns: 3 }));
         let found: Vec<f64> = drawn
             .split("cx=\"")
             .skip(1)
