@@ -52,8 +52,11 @@ const SMALL: [&str; 2] = ["-C", "llvm-args=-inline-threshold=25 -inlinehint-thre
 pub fn build() -> Result<PathBuf, String> {
     let toolchain = Toolchain::ready(&MICROCONTROLLER)?;
     println!("   compiler: {}", toolchain.describe());
-    Job::new("Building the firmware")
-        .run(toolchain.cargo(&arguments("rustc")).arg("--").args(SMALL))?;
+    let mut build = toolchain.cargo(&arguments("rustc"));
+    // A user's setting may not choose another image: incremental code is slower, beyond the
+    // interrupt's budget.
+    build.arg("--").args(SMALL).env("CARGO_INCREMENTAL", "0");
+    Job::new("Building the firmware").run(&mut build)?;
     let built = built(IMAGE);
     let image =
         fs::read(&built).map_err(|error| format!("cannot read {}: {error}", built.display()))?;

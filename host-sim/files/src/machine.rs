@@ -389,6 +389,13 @@ impl Trajectory {
             .find(|speed| *speed > 0.0)
             .unwrap_or(0.0)
     }
+
+    /// Returns the start of the first blend and the end of the last one, s.
+    pub fn motion_s(&self) -> [f64; 2] {
+        let [first, last] = [self.corner_times_s.first(), self.corner_times_s.last()]
+            .map(|corner_s| corner_s.copied().unwrap_or(0.0));
+        [first - self.half_blend_s, last + self.half_blend_s]
+    }
 }
 
 /// `[identification]`: ramps that find the two friction levels.

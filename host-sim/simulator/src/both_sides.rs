@@ -14,7 +14,6 @@ use serde::Serialize;
 use crate::closed_loop::Moment;
 use crate::experiment::Task;
 use crate::goal::PositionGoal;
-use crate::metrics::motion_s;
 use crate::settling::Settling;
 
 /// Differences of times below this are rounding, s.
@@ -48,7 +47,7 @@ impl BothSides {
         };
         let end_s = match task {
             Task::Step(_) => first.time_s,
-            Task::Trajectory(trajectory) => motion_s(trajectory)[1],
+            Task::Trajectory(trajectory) => trajectory.motion_s()[1],
             Task::Ramp(_) => return Self::default(),
         };
         let errors = |moment: &Moment| {

@@ -98,7 +98,7 @@ impl Metrics {
             Task::Trajectory(trajectory) => {
                 metrics.sticks_in_motion = Some(sticks_in_motion(moments));
                 metrics.cruise_error_deg = mean(errors(within(moments, cruise_s(trajectory))));
-                within(moments, motion_s(trajectory))
+                within(moments, trajectory.motion_s())
             }
             Task::Ramp(_) => return Self::default(),
         };
@@ -119,15 +119,6 @@ pub fn is_unstable(moments: &[Moment], span_deg: f64) -> bool {
         last_second.iter().filter(|m| m.tick.saturated).map(|m| m.tick.v.signum()).collect();
     let alternates = limits.windows(2).any(|pair| pair[0] != pair[1]);
     escaped || (2 * limits.len() > last_second.len() && alternates)
-}
-
-/// From the begin of the first blend of a trajectory to the end of the last one, s.
-pub(crate) fn motion_s(trajectory: &Trajectory) -> [f64; 2] {
-    let last = trajectory.corner_times_s.len().saturating_sub(1);
-    [
-        corner_s(trajectory, 0) - trajectory.half_blend_s,
-        corner_s(trajectory, last) + trajectory.half_blend_s,
-    ]
 }
 
 /// The window of the cruise error, s.

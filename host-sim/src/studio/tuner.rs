@@ -23,8 +23,7 @@ use crate::ensemble::rules::TUNING_SEEDS;
 use crate::error::Error;
 use crate::experiment::Document;
 use crate::tuning::{
-    CASES, CASES_ALLOWED, Goal, Request, Tuned, is_refused, limit, object, reason, rewritten,
-    spreads,
+    CASES, CASES_ALLOWED, Goal, Request, Tuned, limit, object, reason, rewritten, spreads,
 };
 
 /// Time between two reports of how far it is.
@@ -293,8 +292,8 @@ impl Task {
             "joint": self.joint,
             "result": object(file, tuned),
             "file": name_of(&new),
-            // What was refused is no file.
-            "toml": if is_refused(tuned) { None } else { Some(rewritten(&self.text, tuned)?) },
+            // The file's own gains are no new file.
+            "toml": tuned.iter().any(|one| one.better).then(|| rewritten(&self.text, tuned)).transpose()?,
             "charts": charts.iter().filter_map(|chart| chart.to_svg()).collect::<Vec<_>>(),
         }))
     }

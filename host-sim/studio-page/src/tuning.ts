@@ -26,7 +26,7 @@ type Figures = {
 type Side = 'encoder' | 'load';
 type Tuned = {
   better: boolean;
-  outcome: 'tuned' | 'refused';
+  outcome: 'tuned' | 'kept' | 'refused';
   // Why no gains were found, and what would help.
   reason: string | null;
   gains: Record<string, { from: number; to: number }>;
@@ -298,7 +298,7 @@ export class Tuning {
   }
 }
 
-const isRefused = ({ outcome }: Tuned) => outcome === 'refused';
+const isRefused = ({ outcome }: Tuned) => outcome !== 'tuned';
 const refusal = ({ reason }: Tuned) => `no gains were found, the file’s stay: ${reason}`;
 
 // Both sides of the gear where they differ.

@@ -150,7 +150,7 @@ fn a_directory_that_cannot_be_made_is_refused_before_the_work() {
 fn results_are_written_before_charts_that_cannot_be_drawn() {
     let desk = Desk::new();
     for (arguments, file) in [
-        (&["tune", "joint.toml", "--controller", "pd", "--cases", "1", "--out"][..], "gains.toml"),
+        (&["tune", "joint.toml", "--controller", "rvi", "--cases", "4", "--out"][..], "gains.toml"),
         (
             &["ensemble", "--plant", "rigid", "--controller", "pd", "--cases", "1", "--csv"],
             "all.csv",

@@ -11,6 +11,7 @@ mod selftest;
 #[cfg(feature = "emulator")]
 mod selftest_in_the_image;
 mod tuned;
+mod walk;
 
 /// Stands for those of the image in a build without the emulator, so that they are not left out in
 /// silence.

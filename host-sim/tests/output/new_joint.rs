@@ -131,9 +131,10 @@ fn a_joint_within_ranges_and_with_a_load_is_armed_and_moves_without_a_fault() {
         // A gear is one body or two, and a file with ranges has both ends.
         for joint in joints {
             let set: Vec<&str> = joint.split_whitespace().flat_map(|set| ["--set", set]).collect();
-            let robust =
-                [&[path.as_str(), "--controller", "robust", "--target", "servo"], &set[..]];
-            let report = run(&robust.concat());
+            let robust = ["run", "--json", &path, "--controller", "robust", "--target", "servo"];
+            let mut run = std::process::Command::new(env!("CARGO_BIN_EXE_stiction"));
+            let printed = run.args(robust).args(&set).output().unwrap().stdout;
+            let report: Value = serde_json::from_slice(&printed).unwrap();
             assert_eq!(runs(&report).len(), 3, "{options:?}");
             for one in runs(&report) {
                 let label = &one["label"];

@@ -21,7 +21,7 @@ fn a_dash_writes_to_the_standard_output_what_a_file_would_hold() {
         (&["run", "step-response", "--controller", "pd", "--csv"][..], "pd/step-5.0"),
         (&["run", "spring-mass", "--friction", "karnopp", "--csv"], "karnopp/exact"),
         (&["params", "step-response", "--out"], "probe-rs download"),
-        (&["new", "--typical", "thesis"], "stiction run FILE.toml"),
+        (&["new", "--typical", "thesis", "--title", "An axis"], "stiction run FILE.toml"),
         (&["device", "--simulated", "log", "--for", "0.1"], "samples"),
         (&["device", "--simulated", "move", "1", "--for", "0.1", "--log"], "SIMULATED DEVICE"),
         (&["device", "--simulated", "params", "pull"], "bytes"),

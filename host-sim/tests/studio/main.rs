@@ -12,6 +12,7 @@ mod refusals;
 mod selftest;
 mod selftest_guards;
 mod tune;
+mod walk;
 mod what_if;
 mod what_if_of_a_sheet;
 

@@ -93,7 +93,7 @@ pub struct Tuned {
     pub gains: Vec<Turned>,
     /// Whether they are better than the file's and some joint succeeds; if not, the file's stay.
     pub better: bool,
-    /// Why no gains were found, and what would help; none if they are better.
+    /// Why the file's gains stay, and what would help; none if others are better.
     pub refusal: Option<String>,
     /// The file's gains on the joints of the judgement.
     pub before: Figures,
@@ -123,6 +123,11 @@ pub struct Standing {
 }
 
 impl Tuned {
+    /// Returns whether no joint of the judgement succeeds, with the file's gains or with others.
+    pub const fn is_refused(&self) -> bool {
+        !self.better && self.before.at_load.successes == 0
+    }
+
     /// The keys of a document that give it these gains; none if the file's stay.
     pub fn set(&self) -> Vec<String> {
         let gains = self.gains.iter().filter(|_| self.better);

@@ -35,7 +35,9 @@ pub fn render(tuned: &[Tuned]) -> String {
         let verdict = match &one.refusal {
             None => format!("tuned ({} sets of gains)", tried.len()),
             Some(why) => {
-                format!("no gains were found ({} sets of gains)\n{}", tried.len(), wrapped(why))
+                let what =
+                    if one.is_refused() { "no gains were found" } else { "the file's gains stay" };
+                format!("{what} ({} sets of gains)\n{}", tried.len(), wrapped(why))
             }
         };
         text += &format!("{controller}: {verdict}\n");
@@ -174,7 +176,7 @@ pub fn object(file: &str, tuned: &[Tuned]) -> Value {
             })
         });
         let body = json!({
-            "outcome": outcome(tuned.better),
+            "outcome": outcome(std::slice::from_ref(tuned)),
             "reason": tuned.refusal,
             "better": tuned.better,
             "gains": gains,
@@ -190,22 +192,29 @@ pub fn object(file: &str, tuned: &[Tuned]) -> Value {
     json!({
         "schema": 1,
         "file": file,
-        "outcome": outcome(!is_refused(tuned)),
+        "outcome": outcome(tuned),
         "reason": reason(tuned),
         "controllers": controllers,
     })
 }
 
-const fn outcome(is_tuned: bool) -> &'static str {
-    if is_tuned { "tuned" } else { "refused" }
+/// Returns the best that came out for some controllers.
+fn outcome(tuned: &[Tuned]) -> &'static str {
+    if tuned.iter().any(|one| one.better) {
+        "tuned"
+    } else if is_refused(tuned) {
+        "refused"
+    } else {
+        "kept"
+    }
 }
 
-/// Returns whether no controller has better gains.
+/// Returns whether no joint succeeds under any controller, with the file's gains or with others.
 pub fn is_refused(tuned: &[Tuned]) -> bool {
-    tuned.iter().all(|one| !one.better)
+    tuned.iter().all(Tuned::is_refused)
 }
 
-/// Returns why no gains were found for any controller; none if some were found.
+/// Returns why the file's gains stay for every controller; none if others were found for one.
 pub fn reason(tuned: &[Tuned]) -> Option<String> {
     let all: Option<Vec<String>> = tuned
         .iter()
@@ -265,16 +274,22 @@ mod tests {
         let kept = Tuned { better: false, refusal, ..tuned.clone() };
         assert_eq!(rewritten(text, std::slice::from_ref(&kept)).unwrap(), text);
         let whole = render(std::slice::from_ref(&kept));
-        assert!(whole.contains("no gains were found") && whole.contains("rest it"), "{whole}");
+        assert!(whole.contains("the file's gains stay") && whole.contains("rest it"), "{whole}");
         assert!(!whole.contains("after") && !whole.contains("->"), "{whole}");
         let found = object("a.toml", std::slice::from_ref(&kept));
-        assert_eq!(found["outcome"], "refused");
+        assert_eq!(found["outcome"], "kept");
         assert_eq!(found["reason"], "pd: no gains can rest it");
         let of = &found["controllers"]["pd"];
         assert_eq!(
             (&of["outcome"], &of["reason"]),
-            (&json!("refused"), &json!("no gains can rest it"))
+            (&json!("kept"), &json!("no gains can rest it"))
         );
+        // Without a success before and after, nothing is kept either.
+        let mut refused = kept.clone();
+        refused.before.at_load.successes = 0;
+        assert!(render(std::slice::from_ref(&refused)).contains("no gains were found"));
+        assert_eq!(object("a.toml", std::slice::from_ref(&refused))["outcome"], "refused");
+        assert_eq!(object("a.toml", &[kept.clone(), refused])["outcome"], "kept");
         assert_eq!(of["before"]["rest_at_encoder_counts"], 1.0);
         assert_eq!(
             (&of["before"]["rest_at_load_counts"], &of["before"]["rest_counts"]),

@@ -132,10 +132,7 @@ fn a_plausible_sheet_has_no_doubts_and_an_implausible_one_is_told() {
         (("load.constant_nm", "-6"), "moves by itself when the motor is off"),
         (("load.unbalance_nm", "45"), "it does not start from everywhere"),
         (("supply.voltage_v", "12000"), "12000 V: are these mV? The key is in V"),
-        (
-            ("motor.inductance_h", "20"),
-            "`motor.inductance_h` is 20 H; usual is 0.000000001 to 10 H",
-        ),
+        (("motor.inductance_h", "20"), "`motor.inductance_h` is 20 H; usual is 1e-9 to 10 H"),
     ] {
         let found = doubts(&[set]);
         assert!(found.contains(expected), "{set:?}: {found}");
