@@ -54,6 +54,12 @@ impl PositionGoal {
         }
     }
 
+    /// Returns the time for which a judge has to watch a joint after the end of the set point's
+    /// motion, s: `least_s`, or longer if the goal allows more time to settle or has a hold time.
+    pub fn watched_s(&self, least_s: f64) -> f64 {
+        self.settle_s.unwrap_or(0.0).max(least_s) + self.hold_s.unwrap_or(0.0)
+    }
+
     /// Returns the goal in words, such as "within 2 counts until the end".
     pub fn describe(&self) -> String {
         let tolerance = match self.tolerance_deg {

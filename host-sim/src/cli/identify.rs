@@ -124,9 +124,18 @@ pub fn identify_log(arguments: &Arguments) -> Result<(), Error> {
         warnings.extend(machine.against(&found, arguments.counts_per_turn));
     }
     found.warnings.splice(..0, warnings);
+    let merged = machine.map(|machine| machine.merge(&name, &found)).transpose();
+    // A file that the log cannot be merged with is no reason to lose what was found.
+    let (merged, unmerged) = match merged {
+        Ok(merged) => (merged, None),
+        Err(why) if into.is_some() => (None, Some(why)),
+        Err(why) => {
+            found.warnings.push(why.to_string());
+            (None, None)
+        }
+    };
     warn(&found.warnings);
-    let merged = machine.map(|machine| machine.merge(&name, &found)).transpose()?;
-    if let Some(file) = &into {
+    if let (Some(file), None) = (&into, &unmerged) {
         let file_name = file.path().to_string_lossy();
         let text = match &merged {
             Some(merged) => merged.text.clone(),
@@ -152,12 +161,13 @@ pub fn identify_log(arguments: &Arguments) -> Result<(), Error> {
             object["kept"] = merged.kept.into();
             object["contradicted"] = serde_json::json!(merged.contradicted);
         }
-        print(&format!("{object:#}\n"))
+        print(&format!("{object:#}\n"))?;
     } else {
         let words = merged.into_iter().flat_map(|merged| merged.words);
         let words: String = words.map(|words| words + "\n").collect();
-        print_beside(into.as_ref(), &(output::text(&found) + &words))
+        print_beside(into.as_ref(), &(output::text(&found) + &words))?;
     }
+    unmerged.map_or(Ok(()), Err)
 }
 
 impl Arguments {

@@ -21,6 +21,7 @@ use crate::device::simulated::SimulatedDevice;
 use crate::device::words;
 use crate::error::Error;
 use crate::experiment::{RunPlan, for_a_device};
+use crate::goal::PositionGoal;
 use crate::joint::{Side, Train};
 use crate::settling::Settling;
 
@@ -122,7 +123,7 @@ impl Predicted {
         }
         .map_err(refused)?;
         let resolution = f64::from(parameters.controller.encoder.resolution);
-        let time_s = time_s(parameters, way);
+        let time_s = time_s(parameters, &joint.machine.goal, way);
         let mut all = Self { tick_s, ..Self::default() };
         let is_two_sided = joint.substitute.as_ref().is_some_and(|joint| {
             joint.side == Side::Motor && matches!(joint.joint.train, Train::Flexible { .. })
@@ -267,13 +268,13 @@ impl Thinned {
 }
 
 /// How long a move is watched, s.
-fn time_s(parameters: &Parameters, way: &Way) -> f64 {
+fn time_s(parameters: &Parameters, goal: &PositionGoal, way: &Way) -> f64 {
     let time_s = match way {
-        Way::Move(deg) => longest_s(&parameters.profile, *deg) + SETTLES_S,
-        Way::Step(_) => STEP_S,
+        Way::Move(deg) => longest_s(&parameters.profile, *deg) + goal.watched_s(SETTLES_S),
+        Way::Step(_) => goal.watched_s(STEP_S),
         Way::Trajectory(motion) => {
             let last_s = motion.corner_times_s.last().copied().unwrap_or(0.0);
-            last_s + motion.half_blend_s + SETTLES_S
+            last_s + motion.half_blend_s + goal.watched_s(SETTLES_S)
         }
     };
     time_s.clamp(0.0, LONGEST[0])

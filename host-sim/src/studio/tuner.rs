@@ -23,7 +23,8 @@ use crate::ensemble::rules::TUNING_SEEDS;
 use crate::error::Error;
 use crate::experiment::Document;
 use crate::tuning::{
-    CASES, CASES_ALLOWED, Goal, Request, Tuned, limit, object, reason, rewritten, spreads,
+    CASES, CASES_ALLOWED, Goal, Request, Tuned, is_refused, limit, object, reason, rewritten,
+    spreads,
 };
 
 /// Time between two reports of how far it is.
@@ -251,7 +252,9 @@ impl Task {
             (_, 0) => "nothing was tuned".to_owned(),
             (0, _) => {
                 let why = reason(tuned).unwrap_or_default();
-                format!("no gains were found, the file's stay: {why}")
+                let what =
+                    if is_refused(tuned) { "no gains were found" } else { "nothing is better" };
+                format!("{what}, the file's gains stay: {why}")
             }
             (1, 1) => "better gains were found".to_owned(),
             (better, of) => format!("better gains were found for {better} of {of} laws"),
@@ -360,7 +363,7 @@ mod tests {
         assert_eq!((&told["ok"], &told["said"]), (&json!(false), &json!(said)));
         let found = Found { tuned: vec![tuned("pd", false)], failed: vec![], is_cancelled: true };
         let said = task.said(&found);
-        let why = "no gains were found, the file's stay: pd: none of 41 sets is better";
+        let why = "no gains were found, the file's gains stay: pd: none of 41 sets is better";
         assert_eq!(said, format!("cancelled after 1 of 3 laws: {why}"));
     }
 }

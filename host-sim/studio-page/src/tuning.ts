@@ -196,8 +196,10 @@ export class Tuning {
           ? 'doubtful'
           : 'good';
     const words = [
-      ...(refused.length === all.length ? [] : [event.said]),
-      ...refused.map(([law, tuned]) => `${law}: ${refusal(tuned)}`),
+      ...(all.some(([, tuned]) => isBetter(tuned)) ? [event.said] : []),
+      ...all
+        .filter(([, tuned]) => !isBetter(tuned))
+        .map(([law, tuned]) => `${law}: ${refusal(tuned)}`),
       ...(event.unseen_slack ? [event.unseen_slack] : []),
       ...event.doubts.map((one: string) => `Doubtful: ${one}`),
     ].join('\n');
@@ -236,7 +238,7 @@ export class Tuning {
 
   private law(law: string, tuned: Tuned): HTMLElement {
     const { gains, before, after, tried, gain_margins, worst } = tuned;
-    const better = !isRefused(tuned);
+    const better = isBetter(tuned);
     const [least, most] = gain_margins;
     const box = element('section', { className: 'tuned' });
     const what = better ? 'better gains were found' : refusal(tuned);
@@ -298,8 +300,11 @@ export class Tuning {
   }
 }
 
-const isRefused = ({ outcome }: Tuned) => outcome !== 'tuned';
-const refusal = ({ reason }: Tuned) => `no gains were found, the file’s stay: ${reason}`;
+const isRefused = ({ outcome }: Tuned) => outcome === 'refused';
+const isBetter = ({ outcome }: Tuned) => outcome === 'tuned';
+const refusal = (one: Tuned) =>
+  `${isRefused(one) ? 'no gains were found' : 'nothing is better'}, ` +
+  `the file’s gains stay: ${one.reason}`;
 
 // Both sides of the gear where they differ.
 function rows(name: string, of: Figures): string[][] {

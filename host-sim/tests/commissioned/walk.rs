@@ -130,8 +130,9 @@ fn a_gearmotor_is_judged_alike_from_its_first_file_to_its_self_test() {
     assert!(2 * missed > passed["moves"].as_array().unwrap().len(), "{passed}");
     assert_eq!(said(&desk, &selftest).matches(SLACK).count(), 1);
 
-    // With a goal that the slack leaves room for, all agree again, on success.
-    let wide = read(desk.path(), "found.toml") + "\n[goal]\ntolerance_deg = 1.0\n";
+    // With a goal that is wider than the slack, all agree again, on success. A move is watched
+    // for the whole hold time.
+    let wide = read(desk.path(), "found.toml") + "\n[goal]\ntolerance_deg = 1.0\nhold_s = 3.0\n";
     std::fs::write(desk.path().join("wide.toml"), wide).unwrap();
     let (moved, _) = json(&desk, &device("wide.toml", &["move", "5", "--json"]));
     let (simulated, _) = json(&desk, &["run", "wide.toml", "--controller", "robust", "--json"]);

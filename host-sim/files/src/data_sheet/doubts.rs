@@ -2,6 +2,7 @@
 
 use super::refusal::Refusal;
 use super::sheet::DataSheet;
+use super::suspect::Suspect;
 use super::tables::DrivenBy;
 use super::units::Mapping;
 use crate::error::{rounded, shown};
@@ -16,6 +17,17 @@ const INERTIA_RATIO: f64 = 1000.0;
 
 /// Measured joints have a stick friction of up to four times their slip friction.
 const STICK_TO_SLIP: f64 = 4.0;
+
+/// Keys that the stall torque at the joint is made of.
+const STALL_TORQUE: [&str; 7] = [
+    "supply.voltage_v",
+    "motor.resistance_ohm",
+    "motor.kt_nm_per_a",
+    "motor.current_limit_a",
+    "motor.amplifier_a_per_v",
+    "gear.ratio",
+    "gear.efficiency",
+];
 
 impl DataSheet {
     /// Says if nothing could move, whatever the controller does.
@@ -35,7 +47,8 @@ impl DataSheet {
             return Ok(());
         }
         let found = if key == "friction.stick_nm" { self.stick()[0] } else { self.stick()[1] };
-        if let Some(suspect) = self.suspect().filter(|suspect| suspect.key != key) {
+        let of_the_stall = |suspect: &Suspect| STALL_TORQUE.contains(&suspect.key);
+        if let Some(suspect) = self.suspects().find(of_the_stall) {
             let sentence = format!(
                 "{suspect}: the motor's stall torque at the joint is {} N m, the static friction \
                  (`{key}`) is {} N m, and nothing could move",

@@ -45,6 +45,11 @@ impl DataSheet {
     /// Returns the first key outside of the range of real joints; none if all are inside. Zero is
     /// no mistaken unit, and is left to the other checks.
     pub fn suspect(&self) -> Option<Suspect> {
+        self.suspects().next()
+    }
+
+    /// Returns all keys outside of the ranges of real joints.
+    pub(super) fn suspects(&self) -> impl Iterator<Item = Suspect> {
         let (motor, gear, load, friction) = (&self.motor, &self.gear, &self.load, &self.friction);
         let supply = self.supply.as_ref();
         let all = [
@@ -65,7 +70,7 @@ impl DataSheet {
             ("friction.viscous_nm_s_per_rad", Some(self.viscous()), [0.0, 1e6], "N m s/rad"),
             ("encoder.lines", self.encoder.lines.map(f64::from), [1.0, 1e7], ""),
         ];
-        all.into_iter().find_map(|(key, found, usual, unit)| {
+        all.into_iter().filter_map(|(key, found, usual, unit)| {
             let found = found.filter(|found| *found != 0.0)?;
             let is_usual = (usual[0]..=usual[1]).contains(&found);
             (!is_usual).then_some(Suspect { key, found, usual, unit })

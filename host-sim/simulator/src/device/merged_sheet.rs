@@ -273,8 +273,6 @@ impl<'a> Sheet<'a> {
             let key = "friction.slip_reverse_nm";
             let [in_file, measured] = [sheet.slip()[1], slip];
             self.contradicted.push(Contradiction::new(key, in_file, [measured, slips[1] - slip]));
-            let table = self.tables.entry("friction").or_default();
-            ["slip_reverse_nm", "stick_reverse_nm"].iter().for_each(|key| drop(table.remove(*key)));
             difference = 0.0;
         }
         let half = 0.5 * difference;
@@ -288,6 +286,9 @@ impl<'a> Sheet<'a> {
             let table = self.tables.entry("friction").or_default();
             table.insert("slip_reverse_nm".into(), rounded(slip - half).into());
             table.insert("stick_reverse_nm".into(), rounded(stick - half).into());
+        } else if let Some(table) = self.tables.get_mut("friction") {
+            // Both ways have the measured level, whatever the file has for the other one.
+            ["slip_reverse_nm", "stick_reverse_nm"].iter().for_each(|key| drop(table.remove(*key)));
         }
         let up = |range: [f64; 2]| range.map(|end| end + half);
         let of = [of_slip, of_stick].map(|level| level + half);

@@ -124,13 +124,14 @@ pub fn go<W: Wire>(
         client.subscribe(mask, every)?;
         let time = match given {
             Some(time) => time,
-            None if *step => Duration::from_secs_f64(STEP_S),
+            None if *step => Duration::from_secs_f64(judged.goal.watched_s(STEP_S).min(86_400.0)),
             None => {
                 // A joint that was armed before may be anywhere.
                 let first = if was_armed { client.sample(FIRST_SAMPLE)? } else { None };
                 let from = first.map_or(0.0, |sample| signals.number(&sample, "counts"));
                 let way = deg - from * f64::from(before.resolution);
-                Duration::from_secs_f64((client.longest_s(way)? + SETTLES_S).min(86_400.0))
+                let watched_s = client.longest_s(way)? + judged.goal.watched_s(SETTLES_S);
+                Duration::from_secs_f64(watched_s.min(86_400.0))
             }
         };
         client.move_along(motion)?;

@@ -211,7 +211,7 @@ pub fn gains(machine: &Machine, controller: &str, tuned: &[Tuned]) -> Vec<Gain> 
 pub fn worst(drawn: &[String], delay: u8, row: &Row) -> String {
     let fault = row.faults().next().map(|name| format!(", and ends with {name}"));
     let settled = row
-        .settled_s
+        .settled_at_encoder_s
         .map_or_else(|| "never settles".into(), |s| format!("settles in {} s", rounded(s)));
     let keys: Vec<String> = drawn
         .iter()
@@ -220,11 +220,16 @@ pub fn worst(drawn: &[String], delay: u8, row: &Row) -> String {
             Some(format!("{key} = {}", value.parse().map_or_else(|_| value.into(), rounded)))
         })
         .collect();
+    let at_load = if row.rest_at_load_counts == row.rest_at_encoder_counts {
+        String::new()
+    } else {
+        format!(" at the encoder and {} at the load", rounded(row.rest_at_load_counts))
+    };
     format!(
-        "The worst of them {settled}{}, rests {} counts off, and has {} and {delay} samples of \
-         delay.",
+        "The worst of them {settled}{}, rests {} counts off{at_load}, and has {} and {delay} \
+         samples of delay.",
         fault.unwrap_or_default(),
-        rounded(row.rest_counts),
+        rounded(row.rest_at_encoder_counts),
         keys.join(", ")
     )
 }

@@ -174,7 +174,7 @@ impl MachineOfLog {
         }
         whole.remove("identified");
         whole.remove("spread");
-        ranges.retain(|_, [_, high]| *high != 0.0);
+        ranges.retain(|_, [low, high]| *low != 0.0 || *high != 0.0);
         let verdict = &found.verdict;
         let mut remark = format!(
             "The joint is from `stiction identify {log}`: a fit that is {}, with a residual of {} \

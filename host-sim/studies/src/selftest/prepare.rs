@@ -111,8 +111,8 @@ impl Asked {
         let parameters = client.parameters()?;
         let doubts = document.doubts()?;
         let differences = differences(&self.machine, &document, &parameters)?;
-        let range = self.range(client, &parameters)?;
         let judge = Judge { goal: document.machine()?.goal, slack: document.unseen_slack()? };
+        let range = self.range(client, (&parameters, &judge.goal))?;
         let spreads =
             if self.spreads.is_empty() { spreads(&document)? } else { self.spreads.clone() };
         let request = Request {
@@ -128,7 +128,11 @@ impl Asked {
     }
 
     /// The range that was asked for, or else the derived one.
-    fn range<W: Wire>(&self, client: &mut Client<W>, found: &Parameters) -> Result<Range, Error> {
+    fn range<W: Wire>(
+        &self,
+        client: &mut Client<W>,
+        found: (&Parameters, &PositionGoal),
+    ) -> Result<Range, Error> {
         let status = client.status()?;
         allowed(self.range_deg, found, at_deg(&status), self.moves)
     }
@@ -187,7 +191,12 @@ impl Prepared {
             return Err(Error::Refused(why.into()));
         }
         let status = client.status()?;
-        allowed(Some(self.range.deg), &found, at_deg(&status), self.request.targets.len())?;
+        allowed(
+            Some(self.range.deg),
+            (&found, &self.judge.goal),
+            at_deg(&status),
+            self.request.targets.len(),
+        )?;
         Ok(status)
     }
 
@@ -240,7 +249,7 @@ impl Prepared {
         let targets = &self.request.targets;
         let from = std::iter::once(&0.0).chain(targets);
         let profile = &self.request.parameters.profile;
-        from.zip(targets).map(|(from, to)| time_s(profile, to - from)).sum()
+        from.zip(targets).map(|(from, to)| time_s(profile, &self.judge.goal, to - from)).sum()
     }
 
     /// What the device is to do: the figures with their bounds.
@@ -280,7 +289,7 @@ impl Prepared {
 /// derived one.
 fn allowed(
     asked_deg: Option<f64>,
-    found: &Parameters,
+    (found, goal): (&Parameters, &PositionGoal),
     at_deg: f64,
     moves: usize,
 ) -> Result<Range, Error> {
@@ -327,7 +336,7 @@ fn allowed(
         ));
     }
     let range = |deg: f64| Range { deg, ..derived };
-    let time_s = |deg: f64| time_s(&found.profile, longest_way(&targets(range(deg), moves)));
+    let time_s = |deg: f64| time_s(&found.profile, goal, longest_way(&targets(range(deg), moves)));
     if time_s(deg) > LONGEST_S {
         let fits = largest(least, deg, |deg| time_s(deg) <= LONGEST_S);
         return refuse(format!(
@@ -404,6 +413,15 @@ mod tests {
         found
     }
 
+    fn judged_by_default(
+        asked_deg: Option<f64>,
+        found: &Parameters,
+        at_deg: f64,
+        moves: usize,
+    ) -> Result<Range, Error> {
+        allowed(asked_deg, (found, &PositionGoal::default()), at_deg, moves)
+    }
+
     fn said(range: Result<Range, Error>) -> String {
         range.unwrap_err().to_string()
     }
@@ -411,28 +429,33 @@ mod tests {
     #[test]
     fn a_range_whose_longest_move_takes_too_long_is_refused_and_one_that_fits_is_named() {
         let slow = found(2.0, [0.0; 2]);
-        let why = said(allowed(Some(800.0), &slow, 0.0, 20));
+        let why = said(judged_by_default(Some(800.0), &slow, 0.0, 20));
         assert!(why.contains("selftest --range 800") && why.contains("60 s"), "{why}");
         let fits: f64 =
             why.split("up to ").last().unwrap().split(' ').next().unwrap().parse().unwrap();
-        assert_eq!(allowed(Some(fits), &slow, 0.0, 20).unwrap().deg, fits);
+        assert_eq!(judged_by_default(Some(fits), &slow, 0.0, 20).unwrap().deg, fits);
         // Some 46 s at 2 deg/s in five fourths of it, over a little more than the range.
         assert!((45.0..93.0).contains(&fits), "{fits}");
-        assert!(said(allowed(Some(1.03 * fits), &slow, 0.0, 20)).contains("takes up to 6"));
-        assert!(allowed(Some(800.0), &found(200.0, [0.0; 2]), 0.0, 20).is_ok());
+        assert!(
+            said(judged_by_default(Some(1.03 * fits), &slow, 0.0, 20)).contains("takes up to 6")
+        );
+        assert!(judged_by_default(Some(800.0), &found(200.0, [0.0; 2]), 0.0, 20).is_ok());
+        // A goal with a hold time needs longer moves: one that just fits without it does not.
+        let hold = PositionGoal { hold_s: Some(5.0), ..PositionGoal::default() };
+        assert!(said(allowed(Some(fits), (&slow, &hold), 0.0, 20)).contains("60 s"));
     }
 
     #[test]
     fn a_limit_that_is_near_is_told_as_such_and_a_given_range_leaves_room_too() {
         let bounded = found(20.0, [-5.0, 5.0]);
         // No option was given, so none is blamed.
-        let why = said(allowed(None, &bounded, 4.99, 20));
+        let why = said(judged_by_default(None, &bounded, 4.99, 20));
         assert!(why.contains("0.01 deg from a limit") && !why.contains("--range"), "{why}");
         let count_deg = Range::derived(&bounded, 0.0).count_deg;
         let least = format!("at least {} deg from both", rounded(40.0 * count_deg / 0.9));
         assert!(why.contains(&least), "{why}: {least}");
-        assert_eq!(allowed(Some(4.5), &bounded, 0.0, 20).unwrap().deg, 4.5);
-        let why = said(allowed(Some(4.6), &bounded, 0.0, 20));
+        assert_eq!(judged_by_default(Some(4.5), &bounded, 0.0, 20).unwrap().deg, 4.5);
+        let why = said(judged_by_default(Some(4.6), &bounded, 0.0, 20));
         assert!(why.contains("--range 4.6") && why.contains("up to 4.5 deg"), "{why}");
     }
 }

@@ -29,8 +29,8 @@ const SETTLES_S: f64 = 2.0;
 pub(super) const LONGEST_S: f64 = 60.0;
 
 /// The time that a move over so many degrees has, s: that of its set point, and to settle.
-pub(super) fn time_s(profile: &ProfileLimits, way_deg: f64) -> f64 {
-    longest_s(profile, way_deg) + SETTLES_S
+pub(super) fn time_s(profile: &ProfileLimits, goal: &PositionGoal, way_deg: f64) -> f64 {
+    longest_s(profile, way_deg) + goal.watched_s(SETTLES_S)
 }
 
 /// What a session has come to.
@@ -159,7 +159,7 @@ impl Steps {
         }
         let from_deg = self.begun.checked_sub(1).and_then(|last| self.targets.get(last));
         let way_deg = to_deg - from_deg.copied().unwrap_or(0.0);
-        let time = Duration::from_secs_f64(time_s(&self.profile, way_deg));
+        let time = Duration::from_secs_f64(time_s(&self.profile, &self.goal, way_deg));
         let motion = Motion::Profiled(position_of(to_deg, self.count_deg)?);
         (self.to_deg, self.begun) = (Some(to_deg), self.begun + 1);
         Ok(Some(Next { motion, to_deg, time }))

@@ -49,7 +49,7 @@ impl Tested {
         self.ended_by.is_none() && !self.checks.is_empty() && self.checks.iter().all(Check::passes)
     }
 
-    /// Returns a remark on the moves that do not settle where most of the predicted joints miss
+    /// Returns a remark on the moves that miss the goal where most of the predicted joints miss
     /// some. Such a test passes, although the law does not bring this joint to its targets.
     pub fn misses_as_predicted(&self) -> Option<String> {
         let check = self.checks.iter().find(|check| check.name == "missed_moves")?;
@@ -57,9 +57,9 @@ impl Tested {
         (self.passes() && median > 0.0).then(|| {
             let (missed, moves) = (check.measured.unwrap_or(0.0), self.moves.len());
             if missed > 0.0 {
-                format!("{missed:.0} of {moves} moves do not settle; predicted {median:.0}")
+                format!("{missed:.0} of {moves} moves miss the goal; predicted {median:.0}")
             } else {
-                format!("all {moves} moves settle, although {median:.0} were predicted not to")
+                format!("all {moves} moves meet the goal, although {median:.0} were predicted to miss it")
             }
         })
     }
@@ -424,7 +424,7 @@ mod tests {
         let said = text.split_whitespace().collect::<Vec<_>>().join(" ");
         assert!(
             said.ends_with(
-                "does what its file says. Note: 4 of 4 moves do not settle; predicted 4. Tune this \
+                "does what its file says. Note: 4 of 4 moves miss the goal; predicted 4. Tune this \
                  law, or choose another one"
             ),
             "{said}"
@@ -435,7 +435,7 @@ mod tests {
         better.moves.iter_mut().for_each(|one| one.settled_s = Some(0.2));
         better.checks[0].measured = Some(0.0);
         let remark = better.misses_as_predicted().unwrap();
-        assert_eq!(remark, "all 4 moves settle, although 4 were predicted not to");
+        assert_eq!(remark, "all 4 moves meet the goal, although 4 were predicted to miss it");
         assert!(!words(&better).contains("Tune"), "{}", words(&better));
         let mut settling = missing;
         settling.checks[0].predicted = [0.0, 0.0, 4.0];

@@ -39,6 +39,14 @@ impl Evidence<'_> {
         if before.at_load.successes.max(after.at_load.successes) == 0 {
             return Some(self.without_a_success());
         }
+        if self.is_better && after.at_load.successes < before.at_load.successes {
+            return Some(format!(
+                "the best of {tried} sets of gains of {controller} lose joints at the load ({} of \
+                 {} succeed there, {} with the file's gains); the file's gains stay; put an \
+                 encoder on the load, or set [goal] tolerance_deg wider than the slack of the gear",
+                after.at_load.successes, after.cases, before.at_load.successes
+            ));
+        }
         (!self.is_better).then(|| {
             format!(
                 "none of {tried} sets of gains of {controller} is better than the file's on {} \
@@ -152,6 +160,9 @@ mod tests {
         );
         // One load that succeeds is enough for a tuning.
         assert_eq!(said([40, 0], [48, 1], true, Some(SLACK), &[]), None);
+        // Better at the encoder, and fewer at the load.
+        let lost = said([40, 10], [48, 9], true, Some(SLACK), &[]).unwrap();
+        assert!(lost.contains("lose joints at the load (9 of"), "{lost}");
     }
 
     #[test]
