@@ -38,6 +38,9 @@ fn the_file_of_a_gear_with_slack_keeps_its_slack_and_its_spread_holds_the_nomina
     // So light that it does not fall through the slack when the device is armed, and with a monitor
     // that expects the load.
     let text = fs::read_to_string(FILE).unwrap().replace("unbalance_nm = 0.25", LIGHT);
+    // Both ways stick and slip alike, and the file says so.
+    let reverse = "[friction]\nstick_reverse_nm = 0.35\nslip_reverse_nm = 0.22\n";
+    let text = text.replace("[friction]\n", reverse);
     fs::write(&file, text + "\n[limits]\nbreakaway_v = 1.8\n").unwrap();
     let asked = ["device", "--simulated", "--machine", &file, "identify", "--json"];
     let asked = [&asked[..], &["--into", &into]].concat();
@@ -50,6 +53,10 @@ fn the_file_of_a_gear_with_slack_keeps_its_slack_and_its_spread_holds_the_nomina
         assert!((value(&of, key) - truth).abs() < 1e-12 * truth.abs(), "{key}: {found}");
         let kept = found["kept"].as_array().unwrap();
         assert!(kept.contains(&key.into()), "{key}: {found}");
+    }
+    // The measured levels hold for both ways.
+    for key in ["friction.stick_reverse_nm", "friction.slip_reverse_nm"] {
+        assert_eq!(of.get(key), None, "{key}: {found}");
     }
     // The gravity was measured.
     assert!((value(&of, "load.unbalance_nm") - 0.15).abs() < 0.015, "{found}");

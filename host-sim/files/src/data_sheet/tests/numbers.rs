@@ -161,6 +161,9 @@ fn what_cannot_move_either_way_is_refused_and_what_moves_one_way_is_not() {
             && why.contains("(`friction.stick_nm`) is 5 N m"),
         "{why}"
     );
+    // An odd key that is not in the stall torque is not blamed for it.
+    let why = can_move(&[("motor.inductance_h", "20"), ("friction.stick_nm", "49")]).unwrap_err();
+    assert!(why.starts_with("`friction.stick_nm` is 49;"), "{why}");
     // A load helps one way.
     assert_eq!(can_move(&[("friction.stick_nm", "49"), ("load.constant_nm", "2")]), Ok(()));
     assert_eq!(can_move(&[("friction.stick_nm", "49"), ("load.constant_nm", "-2")]), Ok(()));
