@@ -5,11 +5,11 @@
 
 use embedded_storage::nor_flash::NorFlash;
 
-use crate::hardware::Hardware;
+use crate::control::hardware::Hardware;
 use crate::link::{Kind, Machine, Refused, Session};
 use crate::parameters::Parameters;
+use crate::parameters::store::Store;
 use crate::servo::{Boot, Input, Output, Servo};
-use crate::store::Store;
 
 /// A device without a chip: servo, link and parameter store.
 #[derive(Debug)]

@@ -35,47 +35,27 @@
 #[cfg(all(feature = "rivals", target_os = "none"))]
 compile_error!("the laws of `rivals` live on the host: build the image without that feature");
 
-mod checksum;
-pub mod compensator;
-mod controller;
-pub mod deadline;
+pub mod control;
 pub mod device;
-mod device_config;
-pub mod drive;
-pub mod encoder;
-mod error;
-pub mod fault;
-mod hardware;
 pub mod identification;
-pub mod jog;
 pub mod link;
-pub mod monitor;
 pub mod motion;
-pub mod open_loop;
-mod output;
 pub mod parameters;
-pub mod pd;
-pub mod position;
-pub mod profile;
-pub mod reference;
-mod saturation;
+pub mod safety;
 pub mod servo;
-pub mod signal;
-pub mod store;
-pub mod value;
-pub mod velocity;
+pub mod units;
 
-pub use controller::{Controller, ControllerConfig, ControllerState, Reading};
+pub use control::controller::{Controller, ControllerConfig, ControllerState, Reading};
+pub use control::hardware::Hardware;
+pub use control::profile::ProfileLimits;
+pub use control::signal::Tick;
 pub use device::Device;
-pub use error::{Allowed, Error};
-pub use fault::Fault;
-pub use hardware::Hardware;
-pub use monitor::Limits;
 pub use motion::{Course, CourseState, Motion};
 pub use parameters::Parameters;
-pub use profile::ProfileLimits;
+pub use safety::fault::Fault;
+pub use safety::monitor::Limits;
 pub use servo::Servo;
-pub use signal::Tick;
+pub use units::error::{Allowed, Error};
 
 /// The version of the core, which an image carries in its note.
 pub const VERSION: &str = env!("CARGO_PKG_VERSION");

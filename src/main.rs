@@ -9,8 +9,6 @@
 
 #[cfg(target_os = "none")]
 mod board;
-#[cfg(target_os = "none")]
-mod report;
 
 #[cfg(not(target_os = "none"))]
 fn main() {
@@ -27,10 +25,10 @@ mod app {
     use core::sync::atomic::Ordering;
 
     use heapless::spsc::{Consumer, Producer, Queue};
-    use stiction::fault::Latched;
     use stiction::link::{Kind, Session};
+    use stiction::parameters::store::Store;
+    use stiction::safety::fault::Latched;
     use stiction::servo::{Boot, Output, State};
-    use stiction::store::Store;
     use stiction::{Fault, Servo};
     use stm32f4xx_hal::pac::Interrupt;
 
@@ -41,6 +39,7 @@ mod app {
     use crate::board::last_tick;
     use crate::board::liveness;
     use crate::board::machine::BoardMachine;
+    use crate::board::report::Report;
     use crate::board::retained::{self, RetainedFault};
     use crate::board::sectors::Sectors;
     use crate::board::setup::{self, Board};
@@ -48,7 +47,6 @@ mod app {
     use crate::board::usart::{self, Port, Received};
     use crate::board::watchdog::Independent;
     use crate::board::{fatal, reset};
-    use crate::report::Report;
 
     /// Number of ticks that log and telemetry may lag behind; beyond it, they miss some.
     const OUTPUTS: usize = 16;

@@ -7,7 +7,7 @@
 pub mod flash_image;
 
 use simulator::experiment::{Document, Experiment, builtins, with_every_law};
-use stiction::compensator::Gains;
+use stiction::control::laws::Gains;
 
 /// Every controller of a device by its name: plain PD, and each law by itself.
 pub fn controllers() -> impl Iterator<Item = &'static str> {

@@ -7,12 +7,12 @@ use std::time::Duration;
 use simulator::device::client::Client;
 use simulator::device::wire::Wire;
 use stiction::Parameters;
-use stiction::encoder::{Direction, Encoder};
+use stiction::control::encoder::{Direction, Encoder};
+use stiction::control::pd::PdGains;
 use stiction::identification::{self, Outcome};
-use stiction::jog::{Asked, Found, Verdict};
 use stiction::link::StateCode;
-use stiction::pd::PdGains;
-use stiction::value::{Table, key};
+use stiction::motion::jog::{Asked, Found, Verdict};
+use stiction::units::value::{Table, key};
 
 /// Gains that do nothing, as before tuning.
 pub fn untuned(tuned: &Parameters) -> Parameters {

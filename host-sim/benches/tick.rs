@@ -10,7 +10,7 @@ use std::hint::black_box;
 use criterion::{Criterion, Throughput, criterion_group, criterion_main};
 use host_sim::experiment::{Document, Experiment};
 use host_sim::solver::ExactAxis;
-use stiction::encoder::EncoderState;
+use stiction::control::encoder::EncoderState;
 use stiction::{CourseState, Reading};
 
 fn tick(criterion: &mut Criterion) {
@@ -35,8 +35,9 @@ fn tick(criterion: &mut Criterion) {
                 let (mut encoder, mut state) =
                     (EncoderState::default(), CourseState::start(controller, 0));
                 for counter in &counters {
-                    let travel = controller.encoder().update(&mut encoder, *counter);
-                    black_box(course.tick(controller, &mut state, Reading::travel(travel)));
+                    controller.encoder().update(&mut encoder, *counter);
+                    let reading = Reading::position(encoder.counts());
+                    black_box(course.tick(controller, &mut state, reading));
                 }
             });
         });

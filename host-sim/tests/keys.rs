@@ -7,7 +7,7 @@ use std::path::Path;
 
 use host_sim::experiment::{Document, builtins};
 use host_sim::keys;
-use stiction::value::About;
+use stiction::units::value::About;
 use stiction::{Fault, parameters};
 
 fn page(name: &str) -> String {
@@ -42,7 +42,7 @@ fn every_declared_value_has_a_row_with_its_number_and_a_sentence() {
     let tables = ["loop", "encoder", "drive", "device", "limits", "profile", "controller"];
     // The laws of a sum and the motion are written otherwise in a file.
     let own = |about: &&About| tables.contains(&about.table) && !about.field.is_empty();
-    for about in parameters::about().filter(own) {
+    for about in parameters::declarations().filter(own) {
         let table = if about.table == "controller" { "controller.NAME" } else { about.table };
         let row = rows.iter().find(|row| row.table == table && row.name == about.name);
         let row = row.unwrap_or_else(|| panic!("{}.{} has no row", about.table, about.name));

@@ -20,7 +20,7 @@ use core::convert::Infallible;
 
 use embedded_hal::pwm::{ErrorType, SetDutyCycle};
 use stiction::Parameters;
-use stiction::drive::{Drive, Duty};
+use stiction::control::drive::{Drive, Duty, pwm_top};
 use stm32f4xx_hal::gpio::{Alternate, Output, PA8, PB0, PB1, PB12, PB13, PushPull};
 use stm32f4xx_hal::pac;
 use stm32f4xx_hal::rcc::{Enable, Rcc, Reset};
@@ -170,7 +170,7 @@ impl Settings {
         let neutral =
             Drive::new(drive, &HARDWARE).map_or(Self::IDLE.neutral, |drive| drive.duty(0));
         Self {
-            top: HARDWARE.pwm_top(drive.pwm_hz).unwrap_or(Self::IDLE.top),
+            top: pwm_top(&HARDWARE, drive.pwm_hz).unwrap_or(Self::IDLE.top),
             neutral,
             control: OutputControl::of(
                 drive.mode,

@@ -3,7 +3,7 @@
 
 use core::sync::atomic::{AtomicBool, Ordering};
 
-use stiction::deadline::Deadline;
+use stiction::safety::deadline::Deadline;
 use stiction::servo::{Input, Output, State};
 use stiction::{Fault, Servo};
 

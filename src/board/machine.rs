@@ -15,7 +15,7 @@
 
 use rtic::Mutex;
 use stiction::link::{Machine, Refused};
-use stiction::store::Store;
+use stiction::parameters::store::Store;
 use stiction::{Hardware, Parameters, Servo};
 
 use super::HARDWARE;

@@ -19,6 +19,7 @@ mod note;
 mod option_bytes;
 mod output_control;
 mod receive_ring;
+pub mod report;
 pub mod reset;
 pub mod reset_cause;
 pub mod retained;

@@ -15,7 +15,7 @@
 //!
 //! Nothing here knows a register, so that a test on a host holds it against the manual.
 
-use stiction::drive::PwmMode;
+use stiction::control::drive::PwmMode;
 
 /// The control of TIM1's channel 1 and its complement.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

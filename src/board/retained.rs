@@ -8,7 +8,7 @@ use core::mem::MaybeUninit;
 use core::ptr;
 
 use stiction::Fault;
-use stiction::fault::Latched;
+use stiction::safety::fault::Latched;
 
 /// Bytes for the end of a source file's name.
 const TEXT: usize = 40;

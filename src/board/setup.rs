@@ -3,10 +3,10 @@
 
 use core::mem::MaybeUninit;
 
-use stiction::deadline::Deadline;
 use stiction::parameters::DecodeError;
+use stiction::parameters::store::Store;
+use stiction::safety::deadline::Deadline;
 use stiction::servo::Boot;
-use stiction::store::Store;
 use stiction::{Parameters, Servo};
 use stm32f4xx_hal::gpio::{PinState, Pull};
 use stm32f4xx_hal::pac;

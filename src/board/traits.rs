@@ -1,7 +1,7 @@
 //! The traits of a board's parts that the control task needs, where embedded-hal 1.0 has none for
 //! them.
 
-use stiction::drive::Duty;
+use stiction::control::drive::Duty;
 
 /// A counter of encoder edges that runs by itself.
 pub trait Encoder {

@@ -4,7 +4,7 @@ use serde::{Deserialize, Serialize};
 
 use super::model::{Estimate, Model, Search};
 use super::plan::{PLACES, SPEEDS};
-use crate::open_loop::Bound;
+use crate::safety::open_loop::Bound;
 
 /// The residual beyond which a fit is poor, as a share of the efforts. A joint of the model leaves
 /// what drive and encoder round, which is a hundredth or less.

@@ -15,7 +15,7 @@
 //! Does badly: a joint whose friction falls with the speed by more than `2 w J` per speed slips and
 //! sticks in the slow stretches. Nothing stiffer would be safe on an unknown joint.
 
-use crate::saturation::bounded;
+use crate::units::saturation::bounded;
 
 /// The largest bandwidth, rad/s.
 const BANDWIDTH: f32 = 20.0;

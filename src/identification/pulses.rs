@@ -162,7 +162,7 @@ impl Pulses {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::open_loop::Bounds;
+    use crate::safety::open_loop::Bounds;
 
     const TICK: f32 = 1e-3;
     const COUNT: f32 = 0.01;

@@ -25,8 +25,8 @@
 //! gathers speed for as long as the effort is held. A joint whose encoder does not count gets the
 //! full scale before the ramp gives up; the servo ends it sooner, by its monitors.
 
-use crate::error::{Error, between};
-use crate::value::Key;
+use crate::units::error::{Error, between};
+use crate::units::value::Key;
 
 /// The number of a ramp's rate.
 pub(crate) const RATE: Key = Key(0x0604);

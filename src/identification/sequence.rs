@@ -14,7 +14,7 @@
 //! friction falls breaks free faster than any loop of 20 rad/s can catch it. Some come to the bound
 //! all the same, and it ends the sequence (docs/identification-on-the-board.md has the share).
 //!
-//! Every effort goes through [`Bounds::admit`](crate::open_loop::Bounds), which ends the
+//! Every effort goes through [`Bounds::admit`](crate::safety::open_loop::Bounds), which ends the
 //! sequence at the bounds of travel, speed and time, and the breakaway at that of the effort. So
 //! the guarantees are those of `open_loop.rs`. The servo's monitors stay on.
 //!
@@ -33,9 +33,9 @@ use super::plan::{SPEEDS, Task, at, share};
 use super::pulses::{Next, Pulse, Pulses};
 use super::settings::Settings;
 use super::window::{Row, Window};
-use crate::monitor::Standstill;
-use crate::open_loop::{Bound, OpenLoopState};
-use crate::saturation::bounded;
+use crate::safety::monitor::Standstill;
+use crate::safety::open_loop::{Bound, OpenLoopState};
+use crate::units::saturation::bounded;
 
 /// Time of the first rise to the effort's bound, s.
 const RISE_S: f32 = 8.0;

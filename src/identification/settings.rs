@@ -3,12 +3,12 @@
 use serde::{Deserialize, Serialize};
 
 use super::follower::Follower;
-use crate::controller::ControllerConfig;
-use crate::error::{Error, HUGE, above, between};
-use crate::monitor::Limits;
-use crate::open_loop::Bounds;
-use crate::profile::ProfileLimits;
-use crate::value::Key;
+use crate::control::controller::ControllerConfig;
+use crate::control::profile::ProfileLimits;
+use crate::safety::monitor::Limits;
+use crate::safety::open_loop::Bounds;
+use crate::units::error::{Error, HUGE, above, between};
+use crate::units::value::Key;
 
 /// The numbers of the bounds, under which a refusal names them.
 pub(crate) const EFFORT: Key = Key(0x0606);
@@ -132,7 +132,7 @@ impl Settings {
     ///
     /// ```
     /// use stiction::identification::Asked;
-    /// use stiction::value::Table as _;
+    /// use stiction::units::value::Table as _;
     /// use stiction::{ControllerConfig, Limits, ProfileLimits, identification::Settings};
     /// let controller = ControllerConfig::EXAMPLE; // 0.0024 deg, 20 ms, 5 rad/s
     /// let of = |speed| {

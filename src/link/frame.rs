@@ -15,7 +15,7 @@ use cobs::{DecodeResult, DecoderState};
 use heapless::Vec;
 use serde::Serialize;
 
-use crate::checksum::checksum;
+use crate::parameters::checksum::checksum;
 
 /// The longest message, bytes.
 pub const MAX_MESSAGE: usize = 240;

@@ -6,14 +6,14 @@ use serde::{Deserialize, Serialize};
 use super::CHUNK;
 use super::request::Numbered;
 use super::sample::Sample;
-use crate::error::{Allowed, Error};
+use crate::control::signal::{self, Form};
 use crate::identification::{MapPoint, SPEEDS, Summary};
-use crate::jog::Found;
+use crate::motion::jog::Found;
 use crate::parameters::DecodeError;
+use crate::parameters::store::SaveError;
 use crate::servo::{self, Levels};
-use crate::signal::{self, Form};
-use crate::store::SaveError;
-use crate::value::Key;
+use crate::units::error::{Allowed, Error};
+use crate::units::value::Key;
 
 /// A message from the device.
 // The difference in size is that of the bytes that some carry: there is no heap to box them on.
@@ -298,8 +298,8 @@ impl From<servo::State> for StateCode {
     }
 }
 
-impl From<crate::fault::Latched> for Told {
-    fn from(latched: crate::fault::Latched) -> Self {
+impl From<crate::safety::fault::Latched> for Told {
+    fn from(latched: crate::safety::fault::Latched) -> Self {
         Self { code: latched.fault as u8, tick: latched.tick, value: latched.value }
     }
 }

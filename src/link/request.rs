@@ -7,8 +7,8 @@ use serde::{Deserialize, Serialize};
 use super::CHUNK;
 use super::frame::{Frame, encode};
 use crate::identification;
-use crate::jog::Asked;
 use crate::motion::Motion;
+use crate::motion::jog::Asked;
 
 /// A request or a reply with its number.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]

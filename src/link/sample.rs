@@ -3,7 +3,7 @@
 use heapless::Vec;
 use serde::{Deserialize, Serialize};
 
-use crate::signal::{MAX_LAW_SIGNALS, SIGNALS};
+use crate::control::signal::{MAX_LAW_SIGNALS, SIGNALS};
 
 /// The number of signals for which a sample has room, 4 bytes each.
 pub const MAX_SIGNALS: usize = 40;

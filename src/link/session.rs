@@ -18,15 +18,15 @@ use super::reply::{Identity, Kind, Message, Refused, Reply, StateCode, Status, W
 use super::request::{Numbered, Request, decode_request};
 use super::telemetry::Subscription;
 use super::{CHUNK, PROTOCOL};
-use crate::compensator::Gains;
-use crate::drive::DriveConfig;
-use crate::hardware::Hardware;
+use crate::control::drive::DriveConfig;
+use crate::control::hardware::Hardware;
+use crate::control::laws::Gains;
+use crate::control::signal::{self, LawSignal, SIGNALS};
 use crate::identification::{self, Search};
-use crate::jog::Asked;
+use crate::motion::jog::Asked;
 use crate::motion::{Course, Motion};
 use crate::parameters::{Parameters, ROOM};
 use crate::servo::{self, ControlLoop, Output, Servo};
-use crate::signal::{self, LawSignal, SIGNALS};
 
 /// Length of the ring of bytes that wait for the wire, unless the owner of a session says
 /// otherwise.

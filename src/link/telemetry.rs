@@ -3,8 +3,8 @@
 use heapless::Vec;
 
 use super::sample::{MAX_SIGNALS, Sample};
+use crate::control::signal;
 use crate::servo::Output;
-use crate::signal;
 
 /// A subscription: which signals are sent, and how often.
 #[derive(Clone, Copy, Debug, Default)]
@@ -67,8 +67,8 @@ impl Subscription {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::control::signal::Tick;
     use crate::servo::State;
-    use crate::signal::Tick;
 
     fn numbers(ticks: impl IntoIterator<Item = u32>) -> heapless::Vec<(u32, u32), 16> {
         let mut subscription = Subscription::new(1, 3, 1).unwrap();

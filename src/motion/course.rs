@@ -1,11 +1,11 @@
 //! A course: a motion that is prepared for a loop, tick by tick.
 
-use crate::controller::{Controller, ControllerState, Reading};
+use crate::control::controller::{Controller, ControllerState, Reading};
+use crate::control::profile::Profile;
+use crate::control::reference::{Reference, Step};
+use crate::control::signal::Tick;
 use crate::identification::{Identification, Ramp, RampState};
-use crate::jog::{Jog, JogState};
-use crate::profile::Profile;
-use crate::reference::{Reference, Step};
-use crate::signal::Tick;
+use crate::motion::jog::{Jog, JogState};
 
 /// A motion that is prepared for a loop.
 #[allow(clippy::large_enum_variant)]

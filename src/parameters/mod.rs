@@ -4,24 +4,32 @@
 //! the core's own configuration (`f32`, counts), so that nothing is rounded a second time on the
 //! device. Host and device build the same controller from them, bit for bit.
 
-mod former;
+pub(crate) mod checksum;
+pub mod names;
 pub mod record;
+pub mod store;
 
-use crate::compensator::{self, Gains};
-use crate::controller::{Controller, ControllerConfig};
-pub use crate::device_config::DeviceConfig;
-use crate::drive::DriveConfig;
-use crate::encoder::Encoder;
-use crate::error::Error;
-use crate::hardware::Hardware;
+use crate::control::controller::{Controller, ControllerConfig};
+pub use crate::control::device_config::DeviceConfig;
+use crate::control::drive::{DriveConfig, pwm_top};
+use crate::control::encoder::Encoder;
+use crate::control::hardware::Hardware;
+use crate::control::laws::{self, Gains};
+use crate::control::pd::PdGains;
+use crate::control::profile::ProfileLimits;
 use crate::identification::{self, Ramp, Settings};
-use crate::jog::{Asked, Jog, JogBounds};
-use crate::monitor::Limits;
+use crate::motion::jog::{Asked, Jog, JogBounds};
 use crate::motion::{self, Course, Motion};
-use crate::pd::PdGains;
-use crate::profile::ProfileLimits;
-use crate::value::{About, Table, Values, table};
+use crate::safety::monitor::Limits;
+use crate::units::error::{Allowed, Error, between};
+use crate::units::value::{About, Key, Table, Values, key, table};
+pub use names::about;
 pub use record::{DecodeError, FORMAT_VERSION, ROOM};
+
+const SAMPLE_TIME: Key = key(ControllerConfig::ABOUT, "sample_time");
+const DEAD_TIME: Key = key(DeviceConfig::ABOUT, "dead_time");
+const VELOCITY: Key = key(ProfileLimits::ABOUT, "velocity");
+const OVERSPEED: Key = key(Limits::ABOUT, "overspeed");
 
 table! {
     /// Parameters of a device: its whole configuration.
@@ -50,7 +58,7 @@ pub fn tables() -> impl Iterator<Item = &'static [About]> {
         Encoder::ABOUT,
         DriveConfig::ABOUT,
         PdGains::ABOUT,
-        compensator::ABOUT,
+        laws::ABOUT,
         motion::ABOUT,
         DeviceConfig::ABOUT,
         Limits::ABOUT,
@@ -61,7 +69,7 @@ pub fn tables() -> impl Iterator<Item = &'static [About]> {
 }
 
 /// Returns the declarations of all values.
-pub fn about() -> impl Iterator<Item = &'static About> {
+pub fn declarations() -> impl Iterator<Item = &'static About> {
     tables().flatten()
 }
 
@@ -71,7 +79,7 @@ impl Parameters {
     /// # Errors
     /// Names the first value that is not allowed.
     pub fn prepare(&self, hardware: &Hardware) -> Result<(Controller, Course), Error> {
-        hardware.check_times(self.controller.sample_time, self.device.dead_time)?;
+        self.check_times(hardware)?;
         self.check()?;
         let mut controller = Controller::new(&self.controller, hardware)?;
         self.on_device(&mut controller, hardware);
@@ -107,9 +115,20 @@ impl Parameters {
     /// # Errors
     /// Names the value.
     pub fn fits(&self, hardware: &Hardware) -> Result<(), DecodeError> {
-        let ControllerConfig { sample_time, drive, .. } = &self.controller;
-        let fits = hardware.check_times(*sample_time, self.device.dead_time);
-        fits.and_then(|()| hardware.pwm_top(drive.pwm_hz).map(|_| ())).map_err(DecodeError::Value)
+        let fits = self.check_times(hardware);
+        let top = |()| pwm_top(hardware, self.controller.drive.pwm_hz).map(|_| ());
+        fits.and_then(top).map_err(DecodeError::Value)
+    }
+
+    /// Refuses a sample time and a dead time that the timers cannot make. A shorter dead time would
+    /// let both switches of a half-bridge conduct at once.
+    ///
+    /// # Errors
+    /// Names the value.
+    pub(crate) fn check_times(&self, hardware: &Hardware) -> Result<(), Error> {
+        let [shortest, longest] = hardware.sample_time;
+        between(SAMPLE_TIME, self.controller.sample_time, shortest, longest)?;
+        between(DEAD_TIME, self.device.dead_time, 0.0, hardware.dead_time_max)
     }
 
     /// Refuses a value that is not within its bounds, and values that do not go together. What only
@@ -120,10 +139,21 @@ impl Parameters {
     #[inline(never)]
     pub fn check(&self) -> Result<(), Error> {
         self.validate()?;
-        self.profile.check(&self.controller, &self.limits)?;
+        self.check_velocity()?;
+        self.profile.check(self.controller.sample_time, self.controller.encoder.resolution)?;
         self.motion.is_soft(self.device.soft_start, self.controller.drive.full_scale)?;
         self.jog.check(self.controller.drive.full_scale, &self.device)?;
         self.motion.check(&self.controller)
+    }
+
+    /// Refuses a velocity of the profile at which every move would trip the overspeed.
+    fn check_velocity(&self) -> Result<(), Error> {
+        let (found, overspeed) = (self.profile.velocity, self.limits.overspeed);
+        if overspeed > 0.0 && found > overspeed {
+            let allowed = Allowed::UpTo(overspeed, OVERSPEED);
+            return Err(Error { key: VELOCITY, found, allowed });
+        }
+        Ok(())
     }
 
     /// Prepares a ramp for this machine that rises by `rate` (V/s) and is held for `hold` (s), as

@@ -15,19 +15,17 @@
 //! it cannot do what it does not understand.
 //!
 //! Guarantees: decoding is total. Any sequence of bytes either gives parameters of which every
-//! value has been validated, or says what is wrong. Records of the formats 1 to 3 are converted
-//! (`former.rs`). Does badly: an entry takes 6 bytes where 5 would do; a record has room for 338 of
-//! them.
+//! value has been validated, or an error that names the cause. Does badly: an entry takes 6 bytes
+//! where 5 would do; a record has room for 338 of them.
 
-use super::{Parameters, former};
-use crate::error::Error;
-use crate::jog::JogBounds;
-use crate::monitor::Limits;
-use crate::profile::ProfileLimits;
-use crate::value::{Absent, Key, Table, Values, key};
+use super::Parameters;
+use crate::control::profile::ProfileLimits;
+use crate::motion::jog::JogBounds;
+use crate::safety::monitor::Limits;
+use crate::units::error::Error;
+use crate::units::value::{Absent, Key, Table, Values, key};
 
-/// The format version of the body. 1: controller, motion, device, one after the other. 2: a motion
-/// may be a ramp. 3: limits after them. 4: entries.
+/// The format version of the body. Versions 1 to 3 were never released and are refused.
 pub const FORMAT_VERSION: u32 = 4;
 
 /// Bytes in which every record fits, header and all: some hundred values are in use, and 338 fit.
@@ -95,7 +93,7 @@ impl Parameters {
             return Err(DecodeError::NotParameters);
         }
         let [version, sequence, length, sum] = [4, 8, 12, 16].map(|at| word(header, at));
-        if !(1..=FORMAT_VERSION).contains(&version) {
+        if version != FORMAT_VERSION {
             return Err(DecodeError::Version(version));
         }
         let body = rest.get(..length as usize).ok_or(DecodeError::NotParameters)?;
@@ -103,11 +101,7 @@ impl Parameters {
             return Err(DecodeError::Checksum);
         }
         let mut parameters = Self::EXAMPLE;
-        match version {
-            1 | 2 => former::read(body, false, &mut parameters)?,
-            3 => former::read(body, true, &mut parameters)?,
-            _ => parameters.read(body)?,
-        }
+        parameters.read(body)?;
         parameters.check().map_err(DecodeError::Value)?;
         Ok((parameters, sequence))
     }
@@ -129,7 +123,7 @@ impl Parameters {
         // The body is taken once more, since it may give some of the limits, and again, since some
         // of what follows from them.
         take(self, body)?;
-        self.profile = ProfileLimits::derived(&self.controller, &self.limits, 0.0);
+        self.profile = ProfileLimits::derived(&self.controller, self.limits.overspeed, 0.0);
         take(self, body)?;
         read_back(self, body)?;
         self.each(&mut |key, absent| match absent {
@@ -253,7 +247,7 @@ fn has(body: &[u8], key: Key) -> bool {
 }
 
 pub(super) fn checksum(header: &[u8], body: &[u8]) -> u32 {
-    crate::checksum::checksum(&[header.get(4..16).unwrap_or_default(), body])
+    crate::parameters::checksum::checksum(&[header.get(4..16).unwrap_or_default(), body])
 }
 
 fn word(header: &[u8], at: usize) -> u32 {

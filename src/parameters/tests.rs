@@ -2,13 +2,13 @@ use heapless::Vec;
 
 use super::record::ROOM;
 use super::*;
-use crate::compensator::{FIRST_LAW, Gains};
-use crate::drive::{DriveConfig, PwmMode};
-use crate::encoder::{CounterBits, Direction, Encoder};
-use crate::error::Allowed;
-use crate::position::Position;
-use crate::reference::{Corner, MAX_CORNERS};
-use crate::value::{Key, key};
+use crate::control::drive::{DriveConfig, PwmMode};
+use crate::control::encoder::{CounterBits, Direction, Encoder};
+use crate::control::laws::{FIRST_LAW, Gains};
+use crate::control::reference::{Corner, MAX_CORNERS};
+use crate::units::error::Allowed;
+use crate::units::position::Position;
+use crate::units::value::{Key, key};
 
 fn example() -> Parameters {
     let controller = ControllerConfig {
@@ -36,7 +36,7 @@ fn example() -> Parameters {
         half_blend: 0.25,
     };
     let limits = Limits::derived(&controller, &DeviceConfig::CAUTIOUS, 0.4);
-    let profile = ProfileLimits::derived(&controller, &limits, 0.0);
+    let profile = ProfileLimits::derived(&controller, limits.overspeed, 0.0);
     let jog = JogBounds::derived(&controller, &DeviceConfig::CAUTIOUS, 0.4);
     Parameters { controller, motion, device: DeviceConfig::CAUTIOUS, limits, profile, jog }
 }
@@ -48,96 +48,13 @@ fn the_longest_record_fits_and_comes_back() {
     assert_eq!(Parameters::decode(record), Ok((example(), 7)));
 }
 
-/// Records that the firmware of the formats 1 to 3 has written, as they stood in its flash.
-const FIRST: &str = concat!(
-    "5354494301000000090000004d00000070df38b26f12833abc74133d010107000020400000803d0201000016",
-    "43cdcc4c3d03a470bd3e6f12833a00004041cdcc4c3c00ea1d01a3200000003e01000000400000803ebd3706",
-    "360000c04100000442",
-);
-const SECOND: &str = concat!(
-    "5354494302000000090000004f000000511eac316f12833abc74133d010107000020400000803d0201000016",
-    "43cdcc4c3d03a470bd3e6f12833a00004041cdcc4c3c00ea1d030000003f0000404001000000400000803ebd",
-    "3706360000c04100000442",
-);
-const THIRD: &str = concat!(
-    "535449430300000007000000ae00000098e4ea936f12833abc74133d010107000020400000803d0400000080",
-    "400000003f02295c0f3eb81e154004cdcccc3e05cdcccc3e0000c84200004041cdcc4c3c01e8200203f403cf",
-    "0f0000003fdc0beac2020000803ec41300000000000000803e01000000400000803ebd3706360000c0410000",
-    "044254e3a53fcdcc4c3fcdcc4c3ebc74933e9a9999400080a6430000b4c200408743666686419999f9410000",
-    "1041000020410000003fcdcccc3e0000803f",
-);
-
-fn stored(hex: &str) -> Vec<u8, 512> {
-    let digit = |byte: u8| (byte as char).to_digit(16).unwrap() as u8;
-    hex.as_bytes().chunks(2).map(|pair| digit(pair[0]) << 4 | digit(pair[1])).collect()
-}
-
-/// Returns the parameters of those records, typed in again by hand.
-fn former(laws: &[Gains], drive: DriveConfig, motion: Motion) -> Parameters {
-    let controller = ControllerConfig {
-        sample_time: 0.001,
-        encoder: Encoder {
-            resolution: 0.036,
-            counter_bits: CounterBits::ThirtyTwo,
-            direction: Direction::Reverse,
-        },
-        velocity_window: 7,
-        pd: PdGains { kp: 2.5, kd: 0.0625 },
-        compensator: laws.iter().copied().collect(),
-        drive,
-    };
-    let device = DeviceConfig {
-        autostart: true,
-        autostart_delay: 2.0,
-        soft_start: 0.25,
-        dead_time: 2e-6,
-        nominal_supply: 24.0,
-        supply_full_scale: 33.0,
-        ..DeviceConfig::CAUTIOUS
-    };
-    let limits = Limits::derived(&controller, &device, 0.0);
-    let profile = ProfileLimits::derived(&controller, &limits, 0.0);
-    let jog = JogBounds::derived(&controller, &device, 0.0);
-    Parameters { controller, motion, device, limits, profile, jog }
-}
-
 #[test]
-fn records_of_the_former_formats_are_read_as_they_were_meant() {
-    let [ri, rvi, roi, feedforward, dnpf, srnf, ..] = *Gains::EXAMPLES else { unreachable!() };
-    // PWM tops of 3818 and 4200 at 168 MHz.
-    let drive =
-        |mode, pwm_hz| DriveConfig { full_scale: 12.0, lsb: 0.0125, mode, pwm_hz, duty_max: 1.0 };
-    let antiphase = drive(PwmMode::LockedAntiphase, 168e6 / 7636.0);
-    let step = Motion::Step(Position { counts: -2066, fraction: 0.125 });
-    let first = former(&[rvi, feedforward], antiphase, step);
-    assert_eq!(Parameters::decode(&stored(FIRST)), Ok((first, 9)));
-
-    let second = former(&[rvi, feedforward], antiphase, Motion::Ramp { rate: 0.5, hold: 3.0 });
-    assert_eq!(Parameters::decode(&stored(SECOND)), Ok((second, 9)));
-
-    let corner = |tick, counts, fraction| Corner { tick, position: Position { counts, fraction } };
-    let corners = [corner(500, -1000, 0.5), corner(1500, 20_661, 0.25), corner(2500, 0, 0.0)];
-    let through = Motion::Trajectory { corners: corners.into_iter().collect(), half_blend: 0.25 };
-    let third = former(&[ri, roi, dnpf, srnf], drive(PwmMode::SignMagnitude, 20e3), through);
-    let derived = Limits::derived(&third.controller, &third.device, 0.4);
-    let limits = Limits { position_min: -90.0, position_max: 270.5, overspeed: 333.0, ..derived };
-    let profile = ProfileLimits::derived(&third.controller, &limits, 0.0);
-    let jog = JogBounds::derived(&third.controller, &third.device, 0.4);
-    let third = Parameters { limits, profile, jog, ..third };
-    assert_eq!(Parameters::decode(&stored(THIRD)), Ok((third, 7)));
-}
-
-#[test]
-fn a_cut_or_longer_body_of_a_former_format_is_malformed() {
-    for text in [FIRST, SECOND, THIRD] {
-        let whole = stored(text);
-        for length in [whole.len() - 1, whole.len() + 1] {
-            let mut bytes = whole.clone();
-            bytes.resize(length, 0).unwrap();
-            bytes[12..16].copy_from_slice(&((length - record::HEADER) as u32).to_le_bytes());
-            reseal(&mut bytes);
-            assert_eq!(Parameters::decode(&bytes), Err(DecodeError::Malformed), "{length}");
-        }
+fn a_record_of_another_format_is_refused_by_its_version() {
+    for version in [0, 3, 5] {
+        let mut record = record_of(&body_of(&example()));
+        record[4..8].copy_from_slice(&u32::to_le_bytes(version));
+        reseal(&mut record);
+        assert_eq!(Parameters::decode(&record), Err(DecodeError::Version(version)));
     }
 }
 
@@ -301,7 +218,7 @@ fn a_record_that_is_valid_may_not_fit_a_board() {
 fn there_is_room_for_a_few_hundred_values_and_each_number_is_used_once() {
     let used = body_of(&example()).len();
     assert!(used < ROOM / 3, "{used} bytes of {ROOM} are used");
-    let numbers: Vec<Key, 256> = about().map(|about| about.key).collect();
+    let numbers: Vec<Key, 256> = declarations().map(|about| about.key).collect();
     for (i, key) in numbers.iter().enumerate() {
         assert!(!numbers[..i].contains(key), "{:#06x} is used twice", key.0);
         // The list of laws is declared by its first number.
@@ -310,7 +227,7 @@ fn there_is_room_for_a_few_hundred_values_and_each_number_is_used_once() {
 }
 
 fn name(key: Key) -> &'static str {
-    key.about().map_or("", |about| about.name)
+    names::about(key).map_or("", |about| about.name)
 }
 
 #[test]

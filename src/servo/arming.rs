@@ -1,10 +1,10 @@
 //! Arming, by a command or by itself, and what turns the output off again.
 
 use super::{ControlLoop, Follower, Output, Refusal, Servo, State};
-use crate::fault::Fault;
+use crate::control::signal::Tick;
 use crate::identification::Ramp;
 use crate::motion::Course;
-use crate::signal::Tick;
+use crate::safety::fault::Fault;
 
 impl Servo {
     /// Arms the servo: the motion of the parameters begins at the next tick. If the servo is armed

@@ -1,9 +1,9 @@
 //! How a servo begins: the parameters that were found, and how the part came out of its reset.
 
 use super::{ControlLoop, Follower, Servo, State, WakeUp};
-use crate::fault::{Fault, FaultLog, Latched};
-use crate::hardware::Hardware;
+use crate::control::hardware::Hardware;
 use crate::parameters::{DecodeError, Parameters};
+use crate::safety::fault::{Fault, FaultLog, Latched};
 
 /// The boot: how the part came out of its last reset.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]

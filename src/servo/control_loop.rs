@@ -3,16 +3,16 @@
 
 use super::wake_up::DriverTimes;
 use super::{Refusal, control};
-use crate::controller::{Controller, Reading};
-use crate::error::Error;
-use crate::hardware::Hardware;
-use crate::monitor::{MonitorState, Monitors};
+use crate::control::controller::{Controller, Reading};
+use crate::control::hardware::Hardware;
+use crate::control::profile::Profile;
+use crate::control::reference::{Reference, Setpoint};
+use crate::control::signal::Tick;
 use crate::motion::{Course, CourseState};
 use crate::parameters::Parameters;
-use crate::position::Position;
-use crate::profile::Profile;
-use crate::reference::{Reference, Setpoint};
-use crate::signal::Tick;
+use crate::safety::monitor::{MonitorState, Monitors};
+use crate::units::error::Error;
+use crate::units::position::Position;
 
 /// The control loop of a joint, made of parameters by [`ControlLoop::prepare`].
 #[derive(Clone, Debug)]
@@ -45,8 +45,7 @@ impl ControlLoop {
         parameters: &Parameters,
         hardware: &Hardware,
     ) -> Result<(), Error> {
-        let Parameters { controller, device, .. } = parameters;
-        hardware.check_times(controller.sample_time, device.dead_time)?;
+        parameters.check_times(hardware)?;
         parameters.check()?;
         Self::begin_with(place, parameters, hardware)?;
         match place {
@@ -204,12 +203,12 @@ impl ControlLoop {
     /// Runs one tick with the joint at `position`, counts since power-on.
     #[inline]
     pub(super) fn tick(&mut self, position: i32, supply: u16) -> Tick {
-        let travel = position.wrapping_sub(self.zero).wrapping_sub(self.state.counts());
+        let counts = position.wrapping_sub(self.zero);
         let tick = control(
             &mut self.course,
             &self.controller,
             &mut self.state,
-            Reading { travel, supply },
+            Reading { counts, supply },
         );
         if tick.saturated {
             self.state.capped(&mut self.course);

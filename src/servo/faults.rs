@@ -1,7 +1,7 @@
 //! The faults of a servo: the first one is latched until a command clears it.
 
 use super::{Refusal, Servo, State};
-use crate::fault::{Fault, FaultLog, Latched};
+use crate::safety::fault::{Fault, FaultLog, Latched};
 
 impl Servo {
     /// Returns the fault that is latched, if there is one.

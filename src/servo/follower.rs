@@ -1,8 +1,8 @@
 //! The follower of the joint: it knows where the joint is, whether or not the loop is closed.
 
 use super::Input;
-use crate::encoder::{Encoder, EncoderState};
-use crate::monitor::{Seen, Standstill};
+use crate::control::encoder::{Encoder, EncoderState};
+use crate::safety::monitor::{Seen, Standstill};
 
 /// The position of the joint, its rest and the supply, as of the last tick, armed or not.
 #[derive(Clone, Copy, Debug, Default)]

@@ -1,8 +1,8 @@
-//! The servo's part of a [jog](crate::jog): arming for it, and what it has found.
+//! The servo's part of a [jog](crate::motion::jog): arming for it, and what it has found.
 
 use super::{ControlLoop, Refusal, Servo, State};
-use crate::jog::{Found, Jog};
 use crate::motion::Course;
+use crate::motion::jog::{Found, Jog};
 
 impl Servo {
     /// Arms the servo for a link: at the next tick a jog begins. The monitors that take the

@@ -1,10 +1,10 @@
 //! Moves while the servo is armed: another reference, a profile to a position, and a hold.
 
 use super::{ControlLoop, Refusal, Servo, State};
+use crate::control::profile::Profile;
+use crate::control::reference::{Reference, Step};
 use crate::motion::Course;
-use crate::position::Position;
-use crate::profile::Profile;
-use crate::reference::{Reference, Step};
+use crate::units::position::Position;
 
 /// The longest way of a profile, counts: differences of positions are 32 bits with a sign, and it
 /// may pass its target.

@@ -1,8 +1,8 @@
 //! What a tick of the servo is given, and what it asks of the board.
 
 use super::{Servo, State};
-use crate::drive::Duty;
-use crate::signal::Tick;
+use crate::control::drive::Duty;
+use crate::control::signal::Tick;
 
 /// The readings that one tick of the servo is given.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]

@@ -1,6 +1,6 @@
 //! What a servo refuses, and why.
 
-use crate::fault::Fault;
+use crate::safety::fault::Fault;
 
 /// Reason why the servo refuses a command.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

@@ -1,17 +1,17 @@
 use super::*;
-use crate::controller::ControllerConfig;
-use crate::drive::{DriveConfig, Duty, PwmMode};
-use crate::encoder::{CounterBits, Direction, Encoder};
-use crate::hardware::Hardware;
-use crate::jog::JogBounds;
-use crate::monitor::Limits;
+use crate::control::controller::ControllerConfig;
+use crate::control::drive::{DriveConfig, Duty, PwmMode};
+use crate::control::encoder::{CounterBits, Direction, Encoder};
+use crate::control::hardware::Hardware;
+use crate::control::pd::PdGains;
+use crate::control::profile::ProfileLimits;
+use crate::control::reference::{Corner, Reference, Step, Trajectory};
 use crate::motion::Motion;
+use crate::motion::jog::JogBounds;
 use crate::parameters::{DecodeError, DeviceConfig, Parameters};
-use crate::pd::PdGains;
-use crate::position::Position;
-use crate::profile::ProfileLimits;
-use crate::reference::{Corner, Reference, Step, Trajectory};
-use crate::value::Table;
+use crate::safety::monitor::Limits;
+use crate::units::position::Position;
+use crate::units::value::Table;
 
 const HARDWARE: Hardware = Hardware {
     pwm_clock_hz: 168e6,

@@ -12,9 +12,9 @@
 //! what forbids arming, are faults meanwhile.
 
 use super::{Output, Servo};
-use crate::fault::Latched;
+use crate::control::signal::Tick;
 use crate::parameters::Parameters;
-use crate::signal::Tick;
+use crate::safety::fault::Latched;
 
 /// The times of a driver, ticks.
 #[derive(Clone, Copy, Debug, Default)]

@@ -5,6 +5,8 @@ use proptest::collection::vec;
 use proptest::prelude::*;
 use proptest::sample::subsequence;
 use stiction::Allowed;
+use stiction::control::drive::pwm_top;
+use stiction::parameters;
 
 use super::fixture::*;
 
@@ -54,11 +56,12 @@ fn any_bits(kind: Kind, allowed: Allowed) -> BoxedStrategy<u32> {
 /// Draws a law with any gains, as they are declared.
 fn any_gains(law: Gains) -> impl Strategy<Value = Gains> {
     let keys = keys(&law);
-    let bits = |key: &Key| any_bits(key.about().unwrap().kind, law.allowed(*key).unwrap());
+    let bits =
+        |key: &Key| any_bits(parameters::about(*key).unwrap().kind, law.allowed(*key).unwrap());
     let drawn = keys.iter().map(bits).collect::<Vec<_>>().prop_map(move |values| {
         let mut law = law;
         for (key, bits) in keys.iter().zip(values) {
-            assert_eq!(law.set(*key, bits), Ok(true), "{key}");
+            assert_eq!(law.set(*key, bits), Ok(true), "{key:?}");
         }
         law
     });
@@ -158,7 +161,7 @@ proptest! {
     ) {
         let controller = Controller::new(&config, &STM32F405).unwrap();
         let DriveConfig { full_scale, lsb, mode, pwm_hz, duty_max } = config.drive;
-        let pwm_top = STM32F405.pwm_top(pwm_hz).unwrap();
+        let pwm_top = pwm_top(&STM32F405, pwm_hz).unwrap();
         let max_code = controller.drive().max_code();
         let cap = (f64::from(duty_max) * f64::from(max_code)).floor() as i16;
         // Two decimals are rounded to `f32`, so their quotient may be a whole number to 3e-7 only.

@@ -4,20 +4,20 @@ use std::iter::repeat_n;
 
 use proptest::collection::vec;
 use proptest::prelude::*;
+pub use stiction::control::drive::{DriveConfig, Duty, PwmMode};
+pub use stiction::control::encoder::{CounterBits, Direction, Encoder, EncoderState};
 #[cfg(feature = "rivals")]
-pub use stiction::compensator::ImpulsiveGains;
-pub use stiction::compensator::{
+pub use stiction::control::laws::ImpulsiveGains;
+pub use stiction::control::laws::{
     Compensator, CompensatorState, DiscontinuousNonlinearProportionalGains,
     DisturbanceObserverGains, FeedforwardGains, Gains, LawInput, LawState, Loop, MAX_TERMS,
     PreparedLaw, RateVariableIntegralGains, ResetIntegralGains, ResetOffsetIntegralGains,
     SmoothRobustNonlinearGains,
 };
-pub use stiction::drive::{DriveConfig, Duty, PwmMode};
-pub use stiction::encoder::{CounterBits, Direction, Encoder, EncoderState};
-pub use stiction::pd::PdGains;
-pub use stiction::position::Position;
-pub use stiction::reference::{Corner, Reference, Setpoint, Step, Trajectory};
-pub use stiction::value::{Key, Kind, Values};
+pub use stiction::control::pd::PdGains;
+pub use stiction::control::reference::{Corner, Reference, Setpoint, Step, Trajectory};
+pub use stiction::units::position::Position;
+pub use stiction::units::value::{Key, Kind, Values};
 pub use stiction::{Controller, ControllerConfig, ControllerState, Hardware, Reading, Tick};
 
 /// The figures of the board that the thesis's loop runs on here.
@@ -133,8 +133,9 @@ impl<'a> Joint<'a> {
     }
 
     pub fn tick(&mut self, counter: u32, reference: &Reference) -> Tick {
-        let travel = self.controller.encoder().update(&mut self.encoder, counter);
-        self.controller.tick(&mut self.state, Reading::travel(travel), reference)
+        self.controller.encoder().update(&mut self.encoder, counter);
+        let reading = Reading::position(self.encoder.counts());
+        self.controller.tick(&mut self.state, reading, reference)
     }
 }
 

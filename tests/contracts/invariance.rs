@@ -3,6 +3,8 @@
 
 use proptest::prelude::*;
 
+use stiction::parameters;
+
 use super::fixture::*;
 
 /// The mirror image of a position in the origin.
@@ -28,7 +30,8 @@ fn without_gain(mut law: Gains) -> Gains {
         "impulsive" => "pulse_effort_v",
         other => unreachable!("{other}: say here which gain it is"),
     };
-    let key = keys(&law).into_iter().find(|key| key.about().unwrap().name == gain).unwrap();
+    let key =
+        keys(&law).into_iter().find(|key| parameters::about(*key).unwrap().name == gain).unwrap();
     assert_eq!(law.set(key, 0f32.to_bits()), Ok(true));
     law
 }

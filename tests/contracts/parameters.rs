@@ -4,10 +4,11 @@ use std::fs;
 use std::mem::size_of;
 use std::path::Path;
 
-use stiction::compensator::{
+use stiction::control::laws::{
     FIRST_LAW, disturbance_observer, rate_variable_integral, reset_integral, reset_offset_integral,
     robust,
 };
+use stiction::parameters;
 
 use super::fixture::*;
 
@@ -42,7 +43,7 @@ fn excitation() -> (Reference, Vec<i32>) {
 /// that there are.
 fn a_little_else(values: &impl Values, key: Key) -> u32 {
     let bits = values.get(key).unwrap();
-    match key.about().unwrap().kind {
+    match parameters::about(key).unwrap().kind {
         Kind::Number => {
             let (found, allowed) = values.with_bounds(key).unwrap();
             (found * if allowed.includes(1.05 * found) { 1.05 } else { 0.95 }).to_bits()
@@ -71,12 +72,13 @@ fn every_parameter_of_the_controller_changes_the_output() {
         // The gains of a PD that is not there do nothing, and `robust` measures no speed.
         let has_effect = |key: &&Key| {
             let is_of_pd = replaces_pd && keys(&config.pd).contains(key);
-            !(is_of_pd || name == "robust" && key.about().unwrap().name == "velocity_window")
+            !(is_of_pd
+                || name == "robust" && parameters::about(**key).unwrap().name == "velocity_window")
         };
         for key in parameters.iter().filter(has_effect) {
             let mut changed = config.clone();
             assert_eq!(changed.set(*key, a_little_else(&config, *key)), Ok(true));
-            assert_ne!(output(&changed), unchanged, "{name}: {key} does nothing");
+            assert_ne!(output(&changed), unchanged, "{name}: {key:?} does nothing");
         }
     }
 }
@@ -126,8 +128,8 @@ fn every_gain_of_a_law_changes_the_output() {
         for key in keys(&law) {
             let coarse = COARSE
                 .iter()
-                .find(|(of, gain, _)| (*of, *gain) == (name, key.about().unwrap().name));
-            let bits = match (coarse, key.about().unwrap().kind) {
+                .find(|(of, gain, _)| (*of, *gain) == (name, parameters::about(key).unwrap().name));
+            let bits = match (coarse, parameters::about(key).unwrap().kind) {
                 (None, _) => a_little_else(&law, key),
                 (Some((_, _, value)), Kind::Whole) => *value as u32,
                 (Some((_, _, value)), _) => value.to_bits(),
@@ -135,7 +137,7 @@ fn every_gain_of_a_law_changes_the_output() {
             let mut changed = law;
             assert_eq!(changed.set(key, bits), Ok(true));
             if output(&[law]) == output(&[changed]) {
-                idle.push((name, key.about().unwrap().name));
+                idle.push((name, parameters::about(key).unwrap().name));
             }
         }
     }
@@ -206,7 +208,7 @@ fn states_are_small_enough_to_be_copied_in_a_tick() {
 /// A module whose law is not registered compiles, since it is public, and does nothing.
 #[test]
 fn every_law_that_there_is_stands_in_the_list() {
-    let directory = Path::new(env!("CARGO_MANIFEST_DIR")).join("src/compensator");
+    let directory = Path::new(env!("CARGO_MANIFEST_DIR")).join("src/control/laws");
     let list = fs::read_to_string(directory.join("mod.rs")).unwrap();
     let (_, list) = list.split_once("\nlaws! {").unwrap();
     let list = list.split("\n}").next().unwrap();

@@ -1,7 +1,7 @@
 //! A sum of laws gives what its laws give.
 
 use proptest::prelude::*;
-use stiction::compensator::FIRST_LAW;
+use stiction::control::laws::FIRST_LAW;
 
 use super::fixture::*;
 

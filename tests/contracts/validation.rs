@@ -1,6 +1,7 @@
 //! Validation: which values are refused, and under which key.
 
-use stiction::compensator::RobustGains;
+use stiction::control::laws::RobustGains;
+use stiction::parameters;
 use stiction::{Allowed, Error};
 
 use super::fixture::*;
@@ -86,7 +87,9 @@ fn every_number_is_refused_just_outside_its_range_and_taken_at_its_ends() {
         keys(&law).into_iter().map(move |key| (name, key, config.clone()))
     });
     for (law, key, base) in of_loop.chain(of_laws) {
-        let Some(about) = key.about().filter(|about| about.kind == Kind::Number) else { continue };
+        let Some(about) = parameters::about(key).filter(|about| about.kind == Kind::Number) else {
+            continue;
+        };
         let name = about.name;
         if ELSEWHERE.contains(&name) {
             continue;
@@ -156,7 +159,7 @@ fn examples_of_the_laws_are_the_gains_of_the_thesis() {
 
 /// Returns the name of the value that was refused.
 fn name_of(error: Error) -> &'static str {
-    error.key.about().unwrap().name
+    parameters::about(error.key).unwrap().name
 }
 
 #[test]

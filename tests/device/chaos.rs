@@ -5,15 +5,15 @@
 //! The bounds are those of the monitors, and of a joint that coasts.
 
 use simulator::device::simulated::{SimulatedDevice, Wires};
-use stiction::fault::Latched;
+use stiction::control::reference::Corner;
 use stiction::identification;
-use stiction::jog::Asked;
 use stiction::link::{CHUNK, PROTOCOL, Request, encode_request};
+use stiction::motion::jog::Asked;
 use stiction::parameters::{DeviceConfig, ROOM, record};
-use stiction::position::Position;
-use stiction::reference::Corner;
+use stiction::safety::fault::Latched;
 use stiction::servo::State;
-use stiction::value::{Key, Table, key};
+use stiction::units::position::Position;
+use stiction::units::value::{Key, Table, key};
 use stiction::{Fault, Motion, Parameters, ProfileLimits};
 
 use crate::fixture::plans;

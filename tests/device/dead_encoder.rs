@@ -5,9 +5,9 @@
 
 use simulator::device::simulated::{SimulatedDevice, Wires};
 use stiction::Fault;
-use stiction::position::Position;
-use stiction::reference::{Reference, Step};
+use stiction::control::reference::{Reference, Step};
 use stiction::servo::{Output, State};
+use stiction::units::position::Position;
 
 use crate::fixture::plans;
 use experiments::controllers;

@@ -10,11 +10,11 @@ use std::f64::consts::TAU;
 use simulator::device::client::Client;
 use simulator::device::simulated::{SimulatedDevice, Wires};
 use simulator::device::wire::SimulatedWire;
-use stiction::monitor::Limits;
-use stiction::position::Position;
-use stiction::reference::Corner;
+use stiction::control::reference::Corner;
+use stiction::control::signal::Tick;
+use stiction::safety::monitor::Limits;
 use stiction::servo::{Output, State};
-use stiction::signal::Tick;
+use stiction::units::position::Position;
 use stiction::{Fault, Motion};
 
 use crate::fixture::{parameters, plans};

@@ -4,7 +4,7 @@ use simulator::device;
 use simulator::experiment::RunPlan;
 use simulator::flash::{SECTOR, SimulatedFlash};
 use stiction::Parameters;
-use stiction::store::Store;
+use stiction::parameters::store::Store;
 
 /// The slots of a flash of two sectors.
 pub const SLOTS: [u32; 2] = [0, SECTOR];

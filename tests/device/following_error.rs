@@ -3,9 +3,9 @@
 
 use simulator::device::simulated::SimulatedDevice;
 use stiction::Fault;
-use stiction::position::Position;
-use stiction::reference::{Corner, Reference, Trajectory};
+use stiction::control::reference::{Corner, Reference, Trajectory};
 use stiction::servo::State;
+use stiction::units::position::Position;
 
 use crate::fixture::plans;
 

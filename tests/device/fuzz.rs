@@ -9,14 +9,14 @@ use proptest::prelude::*;
 use simulator::properties::session::Watched;
 use simulator::properties::{file, frame, record, session};
 use stiction::Motion;
-use stiction::compensator::{Gains, MAX_TERMS, ResetIntegralGains, SmoothRobustNonlinearGains};
+use stiction::control::laws::{Gains, MAX_TERMS, ResetIntegralGains, SmoothRobustNonlinearGains};
+use stiction::control::pd::PdGains;
 use stiction::identification;
-use stiction::jog::Asked;
 use stiction::link::{CHUNK, PROTOCOL, Request, encode_request};
+use stiction::motion::jog::Asked;
 use stiction::parameters::{ROOM, record as form};
-use stiction::pd::PdGains;
-use stiction::position::Position;
-use stiction::value::Key;
+use stiction::units::position::Position;
+use stiction::units::value::Key;
 
 use crate::fixture::srnf;
 

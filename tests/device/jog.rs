@@ -8,8 +8,9 @@ use simulator::device::client::Client;
 use simulator::device::simulated::{SimulatedDevice, Wires};
 use simulator::device::wire::SimulatedWire;
 use simulator::hardware::STM32F405;
-use stiction::jog::{Asked, Ended, Found, JogBounds, Verdict};
 use stiction::link::StateCode;
+use stiction::motion::jog::{Asked, Ended, Found, JogBounds, Verdict};
+use stiction::parameters;
 use stiction::servo::{Boot, Input, State};
 use stiction::{Fault, Limits, Parameters, Servo};
 
@@ -333,7 +334,7 @@ fn a_client_gets_less_but_never_more_than_the_machine_allows() {
         (asked(None, None, Some(7.0 * 0.00242), None, None), "travel_deg"),
     ] {
         let error = parameters.jog(&refused).unwrap_err();
-        assert_eq!(error.key.about().unwrap().name, name);
+        assert_eq!(parameters::about(error.key).unwrap().name, name);
     }
     // An effort that does not start the joint moves nothing.
     let run = jog(&parameters, SOUND, asked(Some(0.39), None, None, None, None), 1500);
@@ -406,7 +407,10 @@ fn a_jog_obeys_a_stop_and_nothing_else_and_leaves_nothing_behind() {
     // armed.
     client.wire().simulated.wires = Wires::Swapped;
     let values = [(
-        stiction::value::key(<stiction::pd::PdGains as stiction::value::Table>::ABOUT, "kp"),
+        stiction::units::value::key(
+            <stiction::control::pd::PdGains as stiction::units::value::Table>::ABOUT,
+            "kp",
+        ),
         1f32.to_bits(),
     )];
     client.change(&values).unwrap();

@@ -6,12 +6,14 @@ use proptest::sample::subsequence;
 use simulator::device::machine_file::{changes, read, render};
 use simulator::experiment::{Document, builtins, position};
 use simulator::hardware::STM32F405;
-use stiction::compensator::Gains;
-use stiction::drive::{DriveConfig, PwmMode};
-use stiction::encoder::{CounterBits, Direction};
-use stiction::position::Position;
-use stiction::reference::Corner;
-use stiction::value::{Key, Kind, Values};
+use stiction::control::drive::{DriveConfig, PwmMode};
+use stiction::control::encoder::{CounterBits, Direction};
+use stiction::control::laws::Gains;
+use stiction::control::reference::Corner;
+use stiction::parameters;
+use stiction::parameters::names::Path;
+use stiction::units::position::Position;
+use stiction::units::value::{Key, Kind, Values};
 use stiction::{Motion, Parameters, ProfileLimits};
 
 use crate::fixture::{parameters, plans, srnf};
@@ -118,16 +120,17 @@ fn gains() -> impl Strategy<Value = Vec<Gains>> {
                 continue;
             }
             let keys = names(&law);
-            let texts: Vec<String> = keys.iter().map(Key::to_string).collect();
+            let texts: Vec<String> = keys.iter().map(|key| Path(*key).to_string()).collect();
             if texts.iter().any(|text| used.contains(text)) {
                 continue;
             }
             used.extend(texts);
             for (key, n) in keys.into_iter().zip(&mut numbers) {
                 // A time between increments is not shorter than a sample.
-                let least = if key.about().unwrap().name == "t_roi_s" { 0.1 } else { 0.0 };
+                let least =
+                    if parameters::about(key).unwrap().name == "t_roi_s" { 0.1 } else { 0.0 };
                 let (x, before) = (n as f32 / 997.0 + least, law);
-                let bits = match key.about().unwrap().kind {
+                let bits = match parameters::about(key).unwrap().kind {
                     Kind::Number => x.to_bits(),
                     Kind::Whole => n,
                     Kind::Flag | Kind::Choice(_) => n % 2,
@@ -239,7 +242,8 @@ fn machine() -> impl Strategy<Value = Parameters> {
                 stall_impulse: n[28],
                 stop_gain: 1e3 * n[29],
             };
-            machine.profile = ProfileLimits::derived(&machine.controller, &machine.limits, 0.0);
+            machine.profile =
+                ProfileLimits::derived(&machine.controller, machine.limits.overspeed, 0.0);
             machine.profile.velocity *= 0.5 + 0.5 * n[29];
             machine
         },

@@ -6,9 +6,9 @@ use simulator::device::client::Client;
 use simulator::device::simulated::SimulatedDevice;
 use simulator::device::wire::SimulatedWire;
 use simulator::flash::{Cut, Remains, SECTOR, SimulatedFlash};
+use stiction::parameters::store::{SaveError, Store};
 use stiction::parameters::{DecodeError, ROOM};
 use stiction::servo::{Boot, State};
-use stiction::store::{SaveError, Store};
 
 use crate::fixture::{blank, parameters, plans, srnf, stored};
 

@@ -5,9 +5,9 @@ use simulator::device::moved::longest_s;
 use simulator::device::simulated::SimulatedDevice;
 use simulator::experiment::{Document, RunPlan, Task, builtins};
 use stiction::Motion;
-use stiction::position::Position;
-use stiction::reference::{Corner, Reference, Setpoint, Step, Trajectory};
+use stiction::control::reference::{Corner, Reference, Setpoint, Step, Trajectory};
 use stiction::servo::{Output, Refusal, State};
+use stiction::units::position::Position;
 
 use crate::fixture::{parameters, plans};
 use experiments::controllers;

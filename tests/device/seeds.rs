@@ -8,14 +8,14 @@ use std::path::{Path, PathBuf};
 
 use simulator::properties::{self, file, frame, session};
 use stiction::Motion;
-use stiction::compensator::FIRST_LAW;
+use stiction::control::laws::FIRST_LAW;
+use stiction::control::pd::PdGains;
+use stiction::control::signal::SIGNALS;
 use stiction::identification;
-use stiction::jog::Asked;
 use stiction::link::{CHUNK, Numbered, PROTOCOL, REQUEST, Request, encode_request};
+use stiction::motion::jog::Asked;
 use stiction::parameters::{ROOM, record};
-use stiction::pd::PdGains;
-use stiction::position::Position;
-use stiction::signal::SIGNALS;
+use stiction::units::position::Position;
 
 use crate::fixture::{parameters, plans, srnf};
 

@@ -5,8 +5,8 @@ use std::time::Duration;
 use simulator::device::client::Client;
 use simulator::device::simulated::SimulatedDevice;
 use simulator::device::wire::SimulatedWire;
+use stiction::control::signal::index;
 use stiction::link::StateCode;
-use stiction::signal::index;
 
 use crate::fixture::plans;
 

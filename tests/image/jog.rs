@@ -9,8 +9,8 @@ use simulator::device::wire::SimulatedWire;
 use simulator::encoder::Wires;
 use simulator::experiment::RunPlan;
 use stiction::Fault;
-use stiction::jog::{Asked, Ended, Found, Verdict};
 use stiction::link::StateCode;
+use stiction::motion::jog::{Asked, Ended, Found, Verdict};
 
 use crate::common::firmware;
 use crate::common::plans;

@@ -5,7 +5,7 @@ use super::common::{moments, run};
 use dynamics::solver::EventKind;
 use simulator::closed_loop::Moment;
 use simulator::encoder::{EncoderModel, Rounding};
-use stiction::encoder::{CounterBits, Direction};
+use stiction::control::encoder::{CounterBits, Direction};
 
 fn positions(set: &[&str]) -> Vec<f64> {
     let mut all = vec!["reference.steps_deg=[2.5]", "run.duration_s=2"];

@@ -11,9 +11,9 @@ use std::fmt::Write;
 use std::fs;
 use std::path::Path;
 
-use stiction::compensator::RobustGains;
-use stiction::compensator::robust::{EncoderSide, State};
-use stiction::value::Table;
+use stiction::control::laws::RobustGains;
+use stiction::control::laws::robust::{EncoderSide, State};
+use stiction::units::value::Table;
 
 use super::golden::traces;
 use super::joint::{ClosedLoop, Joint, configured};

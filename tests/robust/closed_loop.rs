@@ -1,8 +1,8 @@
 //! The law around a rigid joint that differs from its configured one: it ends on the count, also
 //! far away, holds a configured load, and gives up at an end stop.
 
-use stiction::compensator::RobustGains;
-use stiction::compensator::robust::Mode;
+use stiction::control::laws::RobustGains;
+use stiction::control::laws::robust::Mode;
 
 use super::joint::*;
 

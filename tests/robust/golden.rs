@@ -12,11 +12,11 @@
 use std::io::Read;
 
 use flate2::read::GzDecoder;
-use stiction::compensator::robust::{EncoderSide, State};
-use stiction::compensator::{Law, LawInput, Loop, Robust, RobustGains};
-use stiction::position::Position;
-use stiction::reference::Setpoint;
-use stiction::value::Table;
+use stiction::control::laws::robust::{EncoderSide, State};
+use stiction::control::laws::{Law, LawInput, Loop, Robust, RobustGains};
+use stiction::control::reference::Setpoint;
+use stiction::units::position::Position;
+use stiction::units::value::Table;
 
 const TRACES: &[u8] = include_bytes!("golden.csv.gz");
 

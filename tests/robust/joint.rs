@@ -1,10 +1,10 @@
 //! A rigid joint with Coulomb friction and stiction, a load and a wall, and the law around it.
 
-use stiction::compensator::robust::State;
-use stiction::compensator::{Law, LawInput, Loop, Robust, RobustGains};
-use stiction::position::Position;
-use stiction::reference::Setpoint;
-use stiction::value::Table;
+use stiction::control::laws::robust::State;
+use stiction::control::laws::{Law, LawInput, Loop, Robust, RobustGains};
+use stiction::control::reference::Setpoint;
+use stiction::units::position::Position;
+use stiction::units::value::Table;
 
 /// The loop: 1 kHz, 100 000 counts a turn, 60 V in steps of 0.06 V.
 pub const AROUND: Loop =

@@ -1,7 +1,8 @@
 //! The drive maps volts to a code, and a code to a compare value of the timer.
 
 use proptest::prelude::*;
-use stiction::drive::{Drive, DriveConfig, Duty, PwmMode};
+use stiction::control::drive::{Drive, DriveConfig, Duty, PwmMode, pwm_top};
+use stiction::parameters::names::Path;
 use stiction::{Error, Hardware};
 
 use super::{HALF_ULP, config};
@@ -34,21 +35,21 @@ fn drive(full_scale: f32, lsb: f32, mode: PwmMode, top: u16) -> Result<Drive, Er
 fn pwm_top_is_the_even_one_nearest_to_the_frequency() {
     for hz in [1300.0, 1301.0, 9_999.0, 20e3, 22e3, 100e3, 1e6, 5.25e6f32] {
         let exact = 168e6 / (2.0 * f64::from(hz));
-        let top = STM32F405.pwm_top(hz).unwrap();
+        let top = pwm_top(&STM32F405, hz).unwrap();
         // The next even ones are two away.
         let off = (f64::from(top) - exact).abs();
         assert!(top.is_multiple_of(2) && off <= 1.0 + 1e-6 * exact, "{hz} Hz: {top}, {exact}");
     }
     assert_eq!(
-        [1300.0, 22e3, 5.25e6].map(|hz| STM32F405.pwm_top(hz)),
+        [1300.0, 22e3, 5.25e6].map(|hz| pwm_top(&STM32F405, hz)),
         [Ok(64_616), Ok(3818), Ok(16)]
     );
-    assert_eq!(TIMER.pwm_top(100.0), Ok(65_534));
+    assert_eq!(pwm_top(&TIMER, 100.0), Ok(65_534));
     for (hardware, hz) in
         [(STM32F405, 1299.0), (STM32F405, 5.26e6), (TIMER, 99.9), (TIMER, f32::NAN)]
     {
-        let error = hardware.pwm_top(hz).unwrap_err();
-        assert_eq!(error.key.to_string(), "drive.pwm_hz", "{hz} Hz");
+        let error = pwm_top(&hardware, hz).unwrap_err();
+        assert_eq!(Path(error.key).to_string(), "drive.pwm_hz", "{hz} Hz");
     }
 }
 

@@ -1,6 +1,6 @@
 //! The control of TIM1's outputs, held against RM0090: the file is the firmware's own.
 
-use stiction::drive::PwmMode;
+use stiction::control::drive::PwmMode;
 
 #[path = "../../src/board/output_control.rs"]
 mod of_the_board;

@@ -1,6 +1,6 @@
 //! Positions consist of counts and a fraction.
 
-use stiction::position::Position;
+use stiction::units::position::Position;
 
 use super::HALF_ULP;
 

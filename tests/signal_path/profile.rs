@@ -6,12 +6,13 @@
 //! its position does.
 
 use proptest::prelude::*;
+use stiction::control::pd::PdGains;
+use stiction::control::profile::{BoundedAcceleration, Limited, Profile, ProfileLimits};
+use stiction::control::reference::Setpoint;
 use stiction::parameters::DeviceConfig;
-use stiction::pd::PdGains;
-use stiction::position::Position;
-use stiction::profile::{BoundedAcceleration, Limited, Profile, ProfileLimits};
-use stiction::reference::Setpoint;
-use stiction::value::Table;
+use stiction::parameters::names::Named;
+use stiction::units::position::Position;
+use stiction::units::value::Table;
 use stiction::{ControllerConfig, Limits};
 
 use super::{HALF_ULP, config};
@@ -411,7 +412,7 @@ fn derived(kp: f32, kd: f32, duty_max: f32, sample_time: f32, resolution: f32) -
     controller.drive.duty_max = duty_max;
     controller.encoder.resolution = resolution;
     let limits = Limits::derived(&controller, &DeviceConfig::CAUTIOUS, 0.0);
-    let limits = ProfileLimits::derived(&controller, &limits, 0.0);
+    let limits = ProfileLimits::derived(&controller, limits.overspeed, 0.0);
     Made { limits, sample_time, resolution }
 }
 
@@ -461,7 +462,7 @@ fn limits_that_cannot_be_kept_are_refused_with_what_is_allowed() {
     let refused = |velocity, acceleration, jerk| {
         let limits = ProfileLimits { velocity, acceleration, jerk };
         let made = Profile::new(Position::default(), &limits, 0.02, 0.00242);
-        made.map(|_| ()).map_err(|error| error.to_string())
+        made.map(|_| ()).map_err(|error| Named(error).to_string())
     };
     assert_eq!(refused(25.0, 35.0, 1000.0), Ok(()));
     for (limits, key, found, least) in [

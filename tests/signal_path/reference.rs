@@ -1,7 +1,7 @@
 //! A reference depends on each of its parameters.
 
-use stiction::position::Position;
-use stiction::reference::{Corner, Reference, Setpoint, Step, Trajectory};
+use stiction::control::reference::{Corner, Reference, Setpoint, Step, Trajectory};
+use stiction::units::position::Position;
 
 use super::trajectory::thesis;
 use super::{RESOLUTION, SAMPLE_TIME};

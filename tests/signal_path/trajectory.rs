@@ -2,8 +2,8 @@
 
 use proptest::collection::vec;
 use proptest::prelude::*;
-use stiction::position::Position;
-use stiction::reference::{Corner, Setpoint, Trajectory};
+use stiction::control::reference::{Corner, Setpoint, Trajectory};
+use stiction::units::position::Position;
 
 use super::{HALF_ULP, RESOLUTION, SAMPLE_TIME, config};
 

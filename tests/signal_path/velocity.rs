@@ -4,7 +4,7 @@ use std::iter::repeat_n;
 
 use proptest::collection::vec;
 use proptest::prelude::*;
-use stiction::velocity::{MAX_WINDOW, Velocity, VelocityState};
+use stiction::control::velocity::{MAX_WINDOW, Velocity, VelocityState};
 
 use super::{HALF_ULP, RESOLUTION, SAMPLE_TIME, config};
 

@@ -315,9 +315,9 @@ mod tests {
 
     #[test]
     fn a_fault_fits_the_sources_once_or_the_list_is_out_of_date() {
-        let sound = root().join("src/monitor/standstill.rs");
+        let sound = root().join("src/safety/monitor/standstill.rs");
         let fault = |before| Mutation {
-            file: "src/monitor/standstill.rs",
+            file: "src/safety/monitor/standstill.rs",
             before,
             after: "const BAND: u32 = 4;",
             why: "a joint that creeps is at rest",

@@ -1,7 +1,7 @@
 //! The encoder's disc: from the joint's true position to what the hardware counter reads.
 
 use serde::{Deserialize, Serialize};
-use stiction::encoder::{CounterBits, Direction};
+use stiction::control::encoder::{CounterBits, Direction};
 
 /// How a position between two counts is read.
 #[derive(

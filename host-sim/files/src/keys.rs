@@ -1,11 +1,12 @@
 //! The keys of a machine's file: a schema for editors, a list for people, a page for docs/.
 //!
-//! All of it comes from the declarations: those of the core (`stiction::value`) and of the
+//! All of it comes from the declarations: those of the core (`stiction::units::value`) and of the
 //! simulator's own tables ([`crate::machine`]).
 
 use serde_json::Value;
 use stiction::Fault;
-use stiction::compensator::{FIRST_LAW, Gains, MAX_TERMS};
+use stiction::control::laws::{FIRST_LAW, Gains, MAX_TERMS};
+use stiction::parameters;
 
 use crate::data_sheet::OF_A_SHEET;
 use crate::error::{Error, suggestion};
@@ -143,7 +144,7 @@ pub fn markdown() -> String {
             .collect::<Vec<_>>()
             .join(", "),
     );
-    let keyless = stiction::parameters::about().filter(|about| about.field.is_empty());
+    let keyless = stiction::parameters::declarations().filter(|about| about.field.is_empty());
     for about in keyless {
         let number = about.key.0;
         let next = if number >= CORNERS { "; that of the next corner is 4 higher" } else { "" };
@@ -167,7 +168,7 @@ pub fn faults() -> String {
             (value, unit) => format!("{value}, {unit}"),
         };
         // All of them are of the table `[limits]`.
-        let names = fault.limits().iter().filter_map(|key| key.about());
+        let names = fault.limits().iter().filter_map(|key| parameters::about(*key));
         let limits = names.map(|about| format!("`{}`", about.name)).collect::<Vec<_>>().join(", ");
         let ends = match (fault.is_clearable(), fault.ends_with_parameters()) {
             (true, _) => "`faults --clear`",

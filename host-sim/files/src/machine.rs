@@ -10,10 +10,10 @@ use schemars::{JsonSchema, Schema, SchemaGenerator, json_schema};
 use serde::de::{Error as _, MapAccess, Unexpected};
 use serde::ser::SerializeMap;
 use serde::{Deserialize, Deserializer, Serialize, Serializer};
-use stiction::compensator::Gains;
-use stiction::drive::DriveConfig;
-use stiction::encoder::Encoder;
-use stiction::jog::JogBounds;
+use stiction::control::drive::DriveConfig;
+use stiction::control::encoder::Encoder;
+use stiction::control::laws::Gains;
+use stiction::motion::jog::JogBounds;
 use stiction::parameters::DeviceConfig;
 use stiction::{ControllerConfig, Limits, ProfileLimits};
 

@@ -3,7 +3,7 @@
 //! Whoever drives it reads its counter, puts out a code, and lets the time to the next sample pass.
 //! The bare loop, the servo, a simulated device and the emulated board have the same one.
 
-use stiction::encoder::Direction;
+use stiction::control::encoder::Direction;
 
 use crate::encoder::EncoderModel;
 use crate::joint::RunJoint;

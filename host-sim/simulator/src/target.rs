@@ -8,9 +8,9 @@
 //! [`ClosedLoop`](crate::closed_loop::ClosedLoop) steps each of them against a
 //! [`Plant`](crate::plant::Plant). The flash image in lockstep is `emulator/side_by_side.rs`.
 
-use stiction::encoder::EncoderState;
-use stiction::fault::Latched;
-use stiction::reference::Reference;
+use stiction::control::encoder::EncoderState;
+use stiction::control::reference::Reference;
+use stiction::safety::fault::Latched;
 use stiction::servo::{Boot, Input, Refusal, State};
 use stiction::{Controller, Course, CourseState, Motion, Parameters, Reading, Servo, Tick};
 
@@ -44,8 +44,9 @@ impl<'a> BareLoop<'a> {
     /// One tick, and whether it was one more than a ramp has.
     #[inline]
     pub fn follow(&mut self, counter: u32) -> (Tick, bool) {
-        let travel = self.controller.encoder().update(&mut self.encoder, counter);
-        let tick = self.course.tick(self.controller, &mut self.state, Reading::travel(travel));
+        self.controller.encoder().update(&mut self.encoder, counter);
+        let reading = Reading::position(self.encoder.counts());
+        let tick = self.course.tick(self.controller, &mut self.state, reading);
         let is_over = self.state.is_over(&self.course);
         (tick, is_over)
     }

@@ -9,7 +9,7 @@ use std::time::Duration;
 
 use serde_json::{Value, json};
 use stiction::Parameters;
-use stiction::compensator::Gains;
+use stiction::control::laws::Gains;
 use tokio::sync::mpsc::Sender;
 
 use super::cloud::cloud;

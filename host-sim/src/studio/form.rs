@@ -7,8 +7,8 @@ use std::collections::BTreeMap;
 
 use serde_json::{Value, json};
 use stiction::Parameters;
-use stiction::pd::PdGains;
-use stiction::value::Table as _;
+use stiction::control::pd::PdGains;
+use stiction::units::value::Table as _;
 use toml::Table;
 
 use crate::device::machine_file;

@@ -9,7 +9,7 @@
 //! dead time, what a supply limits and the encoder's noise are left out, as a simulated device has
 //! none of them. Gravity is counted from where the joint was armed, as the device counts.
 
-use stiction::position::Position;
+use stiction::units::position::Position;
 use stiction::{Motion, Parameters};
 use toml::{Table, Value};
 

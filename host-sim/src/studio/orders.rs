@@ -5,7 +5,7 @@ use std::time::Duration;
 
 use serde_json::{Value, json};
 use stiction::identification::Summary;
-use stiction::jog::{Asked, Verdict};
+use stiction::motion::jog::{Asked, Verdict};
 use stiction::{Parameters, identification};
 
 use super::desk::{FoundJoint, Order};

@@ -3,8 +3,8 @@
 use std::sync::atomic::Ordering;
 
 use serde_json::{Value, json};
+use stiction::control::signal::name;
 use stiction::link::{Kind, Sample, StateCode, Status};
-use stiction::signal::name;
 
 use super::form;
 use super::request::Way;

@@ -17,8 +17,8 @@ use std::time::{Duration, Instant};
 
 use serde_json::json;
 use stiction::Parameters;
+use stiction::control::signal::name;
 use stiction::link::{Sample, StateCode, Status};
-use stiction::signal::name;
 
 use super::control::TAKEN;
 use super::desk::{Order, Shared, Talking};

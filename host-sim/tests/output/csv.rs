@@ -2,7 +2,7 @@
 
 use std::fs;
 
-use stiction::signal::SIGNALS;
+use stiction::control::signal::SIGNALS;
 
 use super::stiction;
 

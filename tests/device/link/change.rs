@@ -5,13 +5,13 @@ use std::time::Duration;
 
 use simulator::device::client::Client;
 use simulator::device::wire::SimulatedWire;
-use stiction::compensator::{
+use stiction::control::laws::{
     FIRST_LAW, Gains, ResetIntegralGains, ResetOffsetIntegralGains, SmoothRobustNonlinearGains,
 };
+use stiction::control::pd::PdGains;
 use stiction::link::StateCode;
 use stiction::parameters::DeviceConfig;
-use stiction::pd::PdGains;
-use stiction::value::{Key, Table, key};
+use stiction::units::value::{Key, Table, key};
 use stiction::{Limits, ProfileLimits};
 
 use super::client;

@@ -4,10 +4,10 @@
 use simulator::device::client::Client;
 use simulator::device::simulated::SimulatedDevice;
 use simulator::device::wire::SimulatedWire;
+use stiction::control::signal::SIGNALS;
 use stiction::link::{
     Deframer, Message, Numbered, PROTOCOL, Refused, Reply, Request, encode_request,
 };
-use stiction::signal::SIGNALS;
 
 use crate::fixture::plans;
 

@@ -4,7 +4,7 @@ use std::time::Duration;
 
 use stiction::Motion;
 use stiction::link::StateCode;
-use stiction::position::Position;
+use stiction::units::position::Position;
 
 use super::client;
 

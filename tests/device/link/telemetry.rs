@@ -4,8 +4,8 @@ use std::time::Duration;
 
 use simulator::device::log::Log;
 use simulator::device::signals::Signals;
+use stiction::control::signal::{Form, SIGNALS, index};
 use stiction::link::{Reply, Request};
-use stiction::signal::{Form, SIGNALS, index};
 
 use super::{ALL, client, frame, hello, say, simulated};
 

@@ -4,10 +4,10 @@ use simulator::device::client::Client;
 use simulator::device::simulated::SimulatedDevice;
 use simulator::device::wire::SimulatedWire;
 use simulator::hardware::STM32F405;
-use stiction::drive::{Drive, Duty};
-use stiction::position::Position;
-use stiction::reference::Corner;
+use stiction::control::drive::{Drive, Duty};
+use stiction::control::reference::Corner;
 use stiction::servo::{Output, State};
+use stiction::units::position::Position;
 use stiction::{Fault, Motion};
 
 use super::Situation::{self, Moving, Rest, Saturated};

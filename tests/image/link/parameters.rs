@@ -3,6 +3,7 @@
 use emulated::emulator::fault_injection::Injection;
 use stiction::Fault;
 use stiction::link::{Refused, Reply, Request, StateCode};
+use stiction::parameters::names::Path;
 
 use super::{Script, commanded, faulted, record};
 use crate::fault_injection::MS;
@@ -30,7 +31,7 @@ fn without_valid_parameters_arming_is_refused_until_some_come_over_the_link() {
         let Reply::Refused(Refused::Value { key, found, .. }) = talked.reply(bad) else {
             panic!("{:?}", talked.reply(bad));
         };
-        assert_eq!((key.to_string().as_str(), *found), ("limits.thermal_s", -1.0));
+        assert_eq!((Path(*key).to_string().as_str(), *found), ("limits.thermal_s", -1.0));
         assert_eq!(
             (talked.status(still).state, talked.status(still).sample_time),
             (faulted(fault), 0.0)

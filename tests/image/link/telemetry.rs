@@ -1,7 +1,7 @@
 //! Samples of the ticks, which hold up nothing.
 
+use stiction::control::signal::{SIGNALS, index};
 use stiction::link::{Refused, Request, StateCode};
-use stiction::signal::{SIGNALS, index};
 use stiction::{Parameters, ProfileLimits};
 
 use super::{Script, commanded, record};
@@ -46,7 +46,7 @@ fn at_ten_kilohertz_the_loop_goes_on_whatever_the_link_is_asked() {
         parameters.controller.sample_time = 0.0001;
         // What was derived for another sample time may be more than 256 ticks can keep.
         let Parameters { controller, limits, profile, .. } = parameters;
-        *profile = ProfileLimits::derived(controller, limits, 0.0);
+        *profile = ProfileLimits::derived(controller, limits.overspeed, 0.0);
     });
     let mut script = Script::new();
     let subscribe = script.say(210 * MS, Request::Subscribe { signals: EVERY_SIGNAL, every: 1 });

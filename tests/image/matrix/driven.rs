@@ -8,9 +8,9 @@ use simulator::device::client::Client;
 use simulator::device::parameters;
 use simulator::encoder::Wires;
 use simulator::experiment::RunPlan;
+use stiction::control::reference::Corner;
 use stiction::link::{StateCode, Status};
-use stiction::position::Position;
-use stiction::reference::Corner;
+use stiction::units::position::Position;
 use stiction::{Fault, Motion, Tick};
 
 use crate::common::{firmware, plans};

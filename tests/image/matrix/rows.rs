@@ -4,7 +4,7 @@ use emulated::emulator::board_under_test::Halted;
 use emulated::emulator::fault_injection::Injection;
 use simulator::encoder::Wires;
 use stiction::Fault;
-use stiction::compensator::Gains;
+use stiction::control::laws::Gains;
 
 use crate::fault_injection::MS;
 

@@ -22,10 +22,10 @@ mod path {
     use core::hint::black_box;
 
     use embedded_storage::nor_flash::{ErrorType, NorFlash, NorFlashErrorKind, ReadNorFlash};
-    use stiction::deadline::Deadline;
     use stiction::link::{Kind, Machine, Refused, Session};
+    use stiction::parameters::store::Store;
+    use stiction::safety::deadline::Deadline;
     use stiction::servo::{Boot, Input, Output};
-    use stiction::store::Store;
     use stiction::{Fault, Hardware, Parameters, Servo};
 
     unsafe extern "C" {

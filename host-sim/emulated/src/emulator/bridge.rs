@@ -4,7 +4,7 @@
 //! would say the same.
 
 use rigless::soc::stm32f427::generated::tim1::Register;
-use stiction::drive::{Drive, Duty, PwmMode};
+use stiction::control::drive::{Drive, Duty, PwmMode};
 
 use super::board::{EmulatedBoard, Port};
 

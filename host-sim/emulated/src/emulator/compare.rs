@@ -3,7 +3,7 @@
 use std::fmt;
 
 use stiction::Tick;
-use stiction::signal::{MAX_LAW_SIGNALS, SIGNALS, value};
+use stiction::control::signal::{MAX_LAW_SIGNALS, SIGNALS, value};
 
 use crate::closed_loop::Moment;
 

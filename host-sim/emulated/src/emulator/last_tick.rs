@@ -12,7 +12,7 @@ use std::mem::size_of;
 use rigless::emulator::{Error, Host};
 use rigless::soc::Width;
 use stiction::Tick;
-use stiction::signal::{LAYOUT, MAX_LAW_SIGNALS, SIGNALS, set};
+use stiction::control::signal::{LAYOUT, MAX_LAW_SIGNALS, SIGNALS, set};
 
 /// The static's name in the ELF file.
 pub const SYMBOL: &str = "STICTION_LAST_TICK";

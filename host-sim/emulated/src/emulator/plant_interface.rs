@@ -1,7 +1,7 @@
 //! What an emulated board has on its pins in lockstep: a plant that its bridge drives, or a disc
 //! that the caller turns.
 
-use stiction::drive::{Drive, DriveConfig};
+use stiction::control::drive::{Drive, DriveConfig};
 
 use super::bridge::{Bridge, code_of, nearest_code};
 use crate::error::Error;

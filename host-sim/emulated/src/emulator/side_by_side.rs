@@ -11,8 +11,8 @@ use std::sync::atomic::{AtomicU32, Ordering};
 use rigless::device::ResetCause;
 use rigless::session::Reset;
 use stiction::Tick;
-use stiction::drive::Duty;
-use stiction::encoder::CounterBits;
+use stiction::control::drive::Duty;
+use stiction::control::encoder::CounterBits;
 use stiction::identification::RampFindings;
 
 use super::board_under_test::{BoardUnderTest, Left};

@@ -1,6 +1,7 @@
 //! The keys that a data sheet gives, written into a file's tables.
 
 use stiction::Hardware;
+use stiction::control::drive::pwm_top;
 use toml::{Table, Value};
 
 use super::refusal::Refusal;
@@ -93,7 +94,7 @@ fn step_of_the_timer(
     const PWM_HZ: &str = "drive.pwm_hz";
     let Some(pwm_hz) = number(table, PWM_HZ) else { return Ok(None) };
     let Some(mode) = get(table, "drive.mode").and_then(Value::as_str) else { return Ok(None) };
-    let top = hardware.pwm_top(pwm_hz as f32);
+    let top = pwm_top(hardware, pwm_hz as f32);
     let top = top.map_err(|why| Refusal::number(PWM_HZ, pwm_hz, &why.allowed.to_string()))?;
     // Half duty is zero, unless a second pin is the direction.
     let codes = match mode {

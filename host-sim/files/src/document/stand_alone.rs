@@ -1,8 +1,8 @@
 //! A law that takes the place of PD has no use for PD's gains, so a file may leave them out there.
 
-use stiction::compensator::Gains;
-use stiction::pd::PdGains;
-use stiction::value::Table as _;
+use stiction::control::laws::Gains;
+use stiction::control::pd::PdGains;
+use stiction::units::value::Table as _;
 use toml::{Table, Value};
 
 use crate::machine::LawName;

@@ -1,12 +1,12 @@
 //! What the core declares of the tables of a file.
 
-use stiction::compensator::Gains;
-use stiction::drive::DriveConfig;
-use stiction::encoder::Encoder;
-use stiction::jog::JogBounds;
+use stiction::control::drive::DriveConfig;
+use stiction::control::encoder::Encoder;
+use stiction::control::laws::Gains;
+use stiction::control::pd::PdGains;
+use stiction::motion::jog::JogBounds;
 use stiction::parameters::DeviceConfig;
-use stiction::pd::PdGains;
-use stiction::value::{About, Absent, Table, Values};
+use stiction::units::value::{About, Absent, Table, Values};
 use stiction::{Allowed, ControllerConfig, Limits, ProfileLimits};
 
 use super::{Scalar, scalar};

@@ -1,7 +1,7 @@
 //! A table of a machine's file as it was written: values in double precision under the declarations
 //! of the core.
 //!
-//! The core declares each value once (`stiction::value`). Here a table of a TOML file is read by
+//! The core declares each value once (`stiction::units::value`). Here a table of a TOML file is read by
 //! these declarations, and written by them: names, types, which values have to be there, and what
 //! the others are if they are left out. Bounds are the core's own, and checked when it is
 //! configured.
@@ -18,9 +18,9 @@ use schemars::{Schema, SchemaGenerator};
 use serde::de::MapAccess;
 use serde::ser::SerializeMap;
 use stiction::ControllerConfig;
-use stiction::drive::DriveConfig;
-use stiction::encoder::Encoder;
-use stiction::value::{About, Kind, Table, Values};
+use stiction::control::drive::DriveConfig;
+use stiction::control::encoder::Encoder;
+use stiction::units::value::{About, Kind, Table, Values};
 
 pub(crate) use self::declared::shown as shown_law;
 pub use self::declared::{AllGains, Declared};

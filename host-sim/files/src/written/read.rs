@@ -6,7 +6,7 @@ use std::marker::PhantomData;
 use serde::de::{self, DeserializeSeed, MapAccess, Visitor};
 use serde::{Deserialize, Deserializer};
 use stiction::Allowed;
-use stiction::value::{About, Kind};
+use stiction::units::value::{About, Kind};
 
 use super::{Declared, Extras, OFF, Scalar, Written};
 

@@ -4,7 +4,7 @@ use std::borrow::Cow;
 
 use schemars::{JsonSchema, Schema, SchemaGenerator, json_schema};
 use stiction::Allowed;
-use stiction::value::{About, Absent, Kind};
+use stiction::units::value::{About, Absent, Kind};
 
 use super::{Declared, Extras, OFF, Scalar, Written, single};
 use crate::error::shown;
@@ -142,7 +142,7 @@ fn ends(bounds: &str) -> [Option<&str>; 2] {
 fn in_names(expression: &str) -> Option<String> {
     let name = |word: &str| {
         let (_, field) = word.split_once('.')?;
-        let about = stiction::parameters::about().find(|about| about.field == field)?;
+        let about = stiction::parameters::declarations().find(|about| about.field == field)?;
         Some(about.name.to_owned())
     };
     expression.split(' ').find_map(name)?;

@@ -2,7 +2,7 @@
 
 use serde::ser::SerializeMap;
 use serde::{Serialize, Serializer};
-use stiction::value::Kind;
+use stiction::units::value::Kind;
 
 use super::{Declared, Extras, OFF, Scalar, Written};
 

@@ -2,8 +2,8 @@
 
 use serde_json::{Value, json};
 use stiction::Parameters;
-use stiction::encoder::Direction;
-use stiction::jog::{Ended, Found, Verdict, Way};
+use stiction::control::encoder::Direction;
+use stiction::motion::jog::{Ended, Found, Verdict, Way};
 
 use crate::written::single;
 

@@ -9,9 +9,9 @@
 
 use std::collections::BTreeMap;
 
-use stiction::pd::PdGains;
-use stiction::position::Position;
-use stiction::value::Table as _;
+use stiction::control::pd::PdGains;
+use stiction::units::position::Position;
+use stiction::units::value::Table as _;
 use stiction::{ControllerConfig, Motion, Parameters};
 use toml::{Table, Value};
 

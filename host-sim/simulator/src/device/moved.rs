@@ -210,7 +210,7 @@ pub fn longest_s(limits: &ProfileLimits, deg: f64) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use stiction::signal::index;
+    use stiction::control::signal::index;
 
     fn sample(clock: u32, counts: i32) -> Sample {
         Sample {

@@ -1,7 +1,7 @@
 //! The signals of a device, as it announces them: this program has no table of its own.
 
+use stiction::control::signal::{Form, SIGNALS, name};
 use stiction::link::{Announced, MAX_SIGNALS, Sample};
-use stiction::signal::{Form, SIGNALS, name};
 
 use crate::error::{Error, suggestion};
 use crate::output::Cell;

@@ -9,8 +9,8 @@
 use std::collections::VecDeque;
 
 use stiction::link::Kind;
+use stiction::parameters::store::Store;
 use stiction::servo::{Boot, Input, Output};
-use stiction::store::Store;
 use stiction::{Device, Parameters};
 
 pub use crate::encoder::Wires;

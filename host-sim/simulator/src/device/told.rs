@@ -19,8 +19,8 @@
 use std::collections::BTreeMap;
 
 use stiction::Parameters;
-use stiction::compensator::{Gains, RobustGains};
-use stiction::value::{About, Absent, Table as _, Values as _};
+use stiction::control::laws::{Gains, RobustGains};
+use stiction::units::value::{About, Absent, Table as _, Values as _};
 
 use super::identified::Identified;
 use super::spread::commented;

@@ -2,6 +2,7 @@
 
 use stiction::Fault;
 use stiction::link::{Refused, StateCode, Status, Told, WireErrors};
+use stiction::parameters::names::{Named, Path};
 use stiction::servo::Levels;
 
 /// Says why a request was refused, and what to do.
@@ -69,15 +70,16 @@ pub fn refused(refused: &Refused) -> String {
             "its firmware cannot read version {version} of the parameters; the old ones are in use"
         ),
         Refused::Value { key, found, allowed } => {
-            stiction::Error { key: *key, found: *found, allowed: *allowed }.to_string()
+            Named(stiction::Error { key: *key, found: *found, allowed: *allowed }).to_string()
         }
         Refused::UnknownValue(key) => {
             format!(
-                "it does not know `{key}`: a gain of a law that is not in use, or its firmware is \
-                 older than this program"
+                "it does not know `{}`: a gain of a law that is not in use, or its firmware is \
+                 older than this program",
+                Path(*key)
             )
         }
-        Refused::MissingValue(key) => format!("`{key}` is missing in what it was sent"),
+        Refused::MissingValue(key) => format!("`{}` is missing in what it was sent", Path(*key)),
         Refused::Flash => "its flash failed; the parameters are in use until it is switched off, \
                            but not saved"
             .into(),

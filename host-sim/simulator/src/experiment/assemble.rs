@@ -1,7 +1,7 @@
 //! From a machine's tables to the models around the core, and to the whole loop.
 
-use stiction::encoder::Encoder;
-use stiction::value::Table;
+use stiction::control::encoder::Encoder;
+use stiction::units::value::Table;
 
 use super::plan::{MAX_SAMPLES, RunPlan};
 use super::task::Task;

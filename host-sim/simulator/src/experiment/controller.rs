@@ -1,12 +1,12 @@
 //! From a controller's table to the configuration of the core: its laws, and the gains of each.
 
 use heapless::Vec as FixedVec;
-use stiction::compensator::{Gains, MAX_TERMS};
-use stiction::drive::DriveConfig;
-use stiction::encoder::Encoder;
-use stiction::pd::PdGains;
-use stiction::value::{About, Absent, Table};
-use stiction::velocity::MAX_WINDOW;
+use stiction::control::drive::DriveConfig;
+use stiction::control::encoder::Encoder;
+use stiction::control::laws::{Gains, MAX_TERMS};
+use stiction::control::pd::PdGains;
+use stiction::control::velocity::MAX_WINDOW;
+use stiction::units::value::{About, Absent, Table};
 use stiction::{Controller, ControllerConfig};
 
 use super::plan::RunPlan;

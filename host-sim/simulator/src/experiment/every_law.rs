@@ -1,8 +1,8 @@
 //! A built-in experiment under every law of the core's list.
 
-use stiction::compensator::Gains;
-use stiction::pd::PdGains;
-use stiction::value::{Absent, Table};
+use stiction::control::laws::Gains;
+use stiction::control::pd::PdGains;
+use stiction::units::value::{Absent, Table};
 
 use super::controller::about_law;
 use crate::document::Builtin;

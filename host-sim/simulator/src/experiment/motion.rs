@@ -1,8 +1,8 @@
 //! From a run's task to the core's motion, and to the course that the core makes of it.
 
-use stiction::position::Position;
-use stiction::reference::{Corner, MAX_CORNERS};
-use stiction::value::Table as _;
+use stiction::control::reference::{Corner, MAX_CORNERS};
+use stiction::units::position::Position;
+use stiction::units::value::Table as _;
 use stiction::{Course, Motion, ProfileLimits, identification};
 
 use super::plan::{MAX_RAMP_SAMPLES, MAX_SAMPLES, RunPlan};

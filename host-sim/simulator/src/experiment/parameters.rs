@@ -1,7 +1,7 @@
 //! What a controller board is told for a run: its parameters, validated as the board will do it,
 //! and the record of them for its flash.
 
-use stiction::jog::JogBounds;
+use stiction::motion::jog::JogBounds;
 use stiction::parameters::{DeviceConfig, ROOM};
 use stiction::{Limits, Parameters, ProfileLimits};
 
@@ -71,7 +71,8 @@ pub fn assembled(plan: &RunPlan) -> Result<Parameters, Error> {
     // Twice what the file says of the joint: a margin for how well it is known.
     let stop_gain = if gain > 0.0 { 2.0 * gain } else { derived.stop_gain };
     let limits = plan.machine.limits.core(Limits { stop_gain, ..derived });
-    let profile = plan.machine.profile.core(ProfileLimits::derived(&controller, &limits, gain));
+    let profile =
+        plan.machine.profile.core(ProfileLimits::derived(&controller, limits.overspeed, gain));
     let jog = plan.machine.jog.core(JogBounds::derived(&controller, &device, breakaway));
     Ok(Parameters { controller, motion, device, limits, profile, jog })
 }

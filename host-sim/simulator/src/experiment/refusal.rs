@@ -1,5 +1,7 @@
 //! How a value that is not allowed is refused: by its key, as it was written.
 
+use stiction::parameters;
+use stiction::parameters::names::{Bounds, Named};
 use toml::Value;
 
 use super::plan::RunPlan;
@@ -11,7 +13,9 @@ impl RunPlan {
     /// An error of the core with the value as it was written. The value's declaration says in which
     /// table it is.
     pub fn explain(&self, error: &stiction::Error) -> Error {
-        let Some(about) = error.key.about() else { return Error::Input(error.to_string()) };
+        let Some(about) = parameters::about(error.key) else {
+            return Error::Input(Named(*error).to_string());
+        };
         let controller = self.controller.as_deref().unwrap_or_default();
         let path = match (about.table, about.name) {
             ("controller", key) => format!("controller.{controller}.{key}"),
@@ -31,7 +35,7 @@ impl RunPlan {
             let vanishes = error.found == 0.0 && written != 0.0;
             found = shown(written) + if vanishes { ", which is 0 in single precision" } else { "" };
         }
-        self.refuse(&path, &found, &error.allowed.to_string())
+        self.refuse(&path, &found, &Bounds(error.allowed).to_string())
     }
 
     /// A value of the machine by its key.

@@ -4,8 +4,8 @@
 //! other there describe two devices, and are refused. Motor, gear, load, friction, and the volts of a
 //! code are the plant's alone, and may be anything.
 
-use stiction::encoder::{CounterBits, Encoder};
-use stiction::value::Table as _;
+use stiction::control::encoder::{CounterBits, Encoder};
+use stiction::units::value::Table as _;
 
 use super::plan::RunPlan;
 use crate::error::{Error, rounded};

@@ -1,6 +1,6 @@
 //! A cell of a CSV file: tables whose columns are known at run time only.
 
-use stiction::signal::Form;
+use stiction::control::signal::Form;
 
 /// The content of one cell.
 #[derive(Clone, Debug, PartialEq, serde::Serialize)]

@@ -4,7 +4,7 @@
 //! other signal of the core's list follows, so a signal that is added there has its column; then
 //! come the signals of the laws.
 
-use stiction::signal::{self, SIGNALS, Signal};
+use stiction::control::signal::{self, SIGNALS, Signal};
 
 /// A column of a time series. A run knows the joint itself. A device knows its encoder only, and
 /// writes what it measures under the same name.

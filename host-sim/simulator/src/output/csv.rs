@@ -1,6 +1,6 @@
 //! The time series of runs as CSV, units in the column names.
 
-use stiction::signal;
+use stiction::control::signal;
 
 use super::cell::Cell;
 use super::columns::{Column, OF_A_CLOSED_LOOP, of_a_run, to_the_nanosecond};

@@ -1,12 +1,12 @@
 //! A whole session against a device: whatever is said, a faulted drive is not armed, and none
 //! leaves its limits.
 
+use stiction::control::drive::Drive;
 use stiction::device::Device;
-use stiction::drive::Drive;
-use stiction::fault::Latched;
 use stiction::link::{Deframer, Request, decode_request, encode};
+use stiction::parameters::store::Store;
+use stiction::safety::fault::Latched;
 use stiction::servo::{Boot, Input, State};
-use stiction::store::Store;
 use stiction::{Fault, Parameters};
 
 use crate::flash::{SECTOR, SimulatedFlash};

@@ -8,7 +8,7 @@ use host_sim::firmware::budgets::{
     LAW_STATE_BYTES, RAM_BYTES, of_law,
 };
 use stiction::ControllerState;
-use stiction::compensator::{Gains, LawState};
+use stiction::control::laws::{Gains, LawState};
 
 use crate::measure::Measured;
 

@@ -6,9 +6,9 @@ use std::io::Write;
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
-use stiction::jog::JogBounds;
 use stiction::link::StateCode;
-use stiction::value::Table;
+use stiction::motion::jog::JogBounds;
+use stiction::units::value::Table;
 use stiction::{Limits, Parameters};
 
 use super::params::{keep, pulled};

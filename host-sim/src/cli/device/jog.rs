@@ -3,8 +3,8 @@
 use std::time::Duration;
 
 use stiction::Parameters;
-use stiction::jog::{Asked, Found, Verdict};
 use stiction::link::StateCode;
+use stiction::motion::jog::{Asked, Found, Verdict};
 
 use crate::device::client::Client;
 use crate::device::jogged;

@@ -4,8 +4,8 @@
 //! It is armed and moved as one joint is ([`super::rig`]). A fault of either servo ends the motion
 //! of both.
 
-use stiction::fault::Fault;
-use stiction::reference::Reference;
+use stiction::control::reference::Reference;
+use stiction::safety::fault::Fault;
 
 use super::draw::Case;
 use super::measures::Sample;

@@ -1,12 +1,12 @@
 //! The parameters of a servo for a law on a joint: what a machine's file with the same figures
 //! gives it, with every limit and every time at its default.
 
-use stiction::drive::DriveConfig;
-use stiction::encoder::{CounterBits, Encoder};
-use stiction::jog::JogBounds;
+use stiction::control::drive::DriveConfig;
+use stiction::control::encoder::{CounterBits, Encoder};
+use stiction::control::reference::{Corner, Reference, Step, Trajectory};
+use stiction::motion::jog::JogBounds;
 use stiction::parameters::DeviceConfig;
-use stiction::reference::{Corner, Reference, Step, Trajectory};
-use stiction::value::Table as _;
+use stiction::units::value::Table as _;
 use stiction::{ControllerConfig, Limits, Motion, Parameters, ProfileLimits};
 
 use super::draw::{Case, Trapezoid};
@@ -39,7 +39,7 @@ pub fn parameters(told: &Told, tuned: &Tuned) -> Parameters {
     let gain = (1.0 / told.inertia) as f32;
     let derived = Limits::derived(&controller, &device, breakaway);
     let limits = Limits { stop_gain: 2.0 * gain, ..derived };
-    let profile = ProfileLimits::derived(&controller, &limits, gain);
+    let profile = ProfileLimits::derived(&controller, limits.overspeed, gain);
     let jog = JogBounds::derived(&controller, &device, breakaway);
     Parameters { controller, motion: Motion::Hold, device, limits, profile, jog }
 }

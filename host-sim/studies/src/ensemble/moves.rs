@@ -5,8 +5,8 @@
 //! speed of the case's own, or takes as long as four half blends if it is short. A move is missed
 //! if the joint is not within 2 counts 2.5 s after it (thesis-axis: 4 s).
 
-use stiction::fault::Fault;
-use stiction::reference::{Corner, Reference, Step, Trajectory};
+use stiction::control::reference::{Corner, Reference, Step, Trajectory};
+use stiction::safety::fault::Fault;
 
 use super::distribution::{Draws, Purpose};
 use super::draw::Case;

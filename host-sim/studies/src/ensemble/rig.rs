@@ -6,10 +6,10 @@
 //! joint opens at the same time.
 
 use stiction::Tick;
-use stiction::compensator::Gains;
-use stiction::fault::Fault;
-use stiction::reference::Reference;
-use stiction::signal::MAX_LAW_SIGNALS;
+use stiction::control::laws::Gains;
+use stiction::control::reference::Reference;
+use stiction::control::signal::MAX_LAW_SIGNALS;
+use stiction::safety::fault::Fault;
 
 use super::assemble::parameters;
 use super::draw::Case;

@@ -3,8 +3,8 @@
 use std::path::Path;
 use std::sync::Mutex;
 
-use stiction::compensator::Gains;
-use stiction::compensator::robust::EncoderSide;
+use stiction::control::laws::Gains;
+use stiction::control::laws::robust::EncoderSide;
 
 use super::case::{self, Row};
 use super::draw::{Case, Kind};

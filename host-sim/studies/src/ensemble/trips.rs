@@ -5,7 +5,7 @@
 
 use std::fmt;
 
-use stiction::fault::Fault;
+use stiction::safety::fault::Fault;
 
 use super::case::Row;
 

@@ -230,7 +230,7 @@ impl Figures {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use stiction::signal::index;
+    use stiction::control::signal::index;
 
     /// A sample in a core that has every signal; its values stand in the order of the places.
     fn sample(clock: u32, values: [f64; 5]) -> Sample {

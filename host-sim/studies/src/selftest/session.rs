@@ -248,7 +248,7 @@ pub fn run_while<W: Wire>(
 #[cfg(test)]
 mod tests {
     use super::*;
-    use stiction::signal::index;
+    use stiction::control::signal::index;
 
     /// The prediction has a sample every 10 ms. A studio that shows every tick has more.
     #[test]

@@ -1,8 +1,8 @@
 //! What a law has to turn: its gains, as keys of the file with the values to begin from.
 
-use stiction::compensator::{Gains, RobustGains};
-use stiction::pd::PdGains;
-use stiction::value::{About, Absent, Table, Values as _};
+use stiction::control::laws::{Gains, RobustGains};
+use stiction::control::pd::PdGains;
+use stiction::units::value::{About, Absent, Table, Values as _};
 
 use crate::error::Error;
 use crate::experiment::{RunPlan, about_law};

@@ -1,10 +1,10 @@
 //! Requests that arm, move and stop the joint.
 
 use stiction::identification::{self, MapPoint, SPEEDS, Summary};
-use stiction::jog::{Asked, Found};
 use stiction::link::{Refused, Reply, Request, StateCode};
-use stiction::position::Position;
+use stiction::motion::jog::{Asked, Found};
 use stiction::servo::Levels;
+use stiction::units::position::Position;
 use stiction::{Limits, Motion, Parameters};
 
 use super::Client;
@@ -272,7 +272,7 @@ fn enough(least: f32) -> f32 {
 
 #[cfg(test)]
 mod tests {
-    use stiction::value::Table as _;
+    use stiction::units::value::Table as _;
     use stiction::{ControllerConfig, ProfileLimits};
 
     use super::*;
@@ -290,7 +290,7 @@ mod tests {
                 device: stiction::parameters::DeviceConfig::CAUTIOUS,
                 limits: Limits::EXAMPLE,
                 profile,
-                jog: stiction::jog::JogBounds::EXAMPLE,
+                jog: stiction::motion::jog::JogBounds::EXAMPLE,
             };
             let asked = identification::Asked { speed: Some(0.05), ..Default::default() };
             shows_too_little(&asked, &parameters).unwrap()

@@ -3,7 +3,7 @@
 use stiction::Parameters;
 use stiction::link::{CHUNK, Reply, Request};
 use stiction::parameters::{ROOM, record};
-use stiction::value::Key;
+use stiction::units::value::Key;
 
 use super::Client;
 use crate::device::wire::Wire;

@@ -31,7 +31,7 @@ impl<W: Wire> Client<W> {
     /// Says that the device does not answer.
     pub fn faults(&mut self) -> Result<Vec<Told>, Error> {
         let mut faults = Vec::new();
-        for index in 0..stiction::fault::HISTORY as u8 {
+        for index in 0..stiction::safety::fault::HISTORY as u8 {
             match self.talk(Request::Fault { index })? {
                 Reply::Fault(told) => faults.push(told),
                 Reply::Refused(Refused::NoSuch) => break,

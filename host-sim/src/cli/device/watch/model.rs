@@ -2,8 +2,8 @@
 
 use std::collections::VecDeque;
 
+use stiction::control::signal::name;
 use stiction::link::{Sample, StateCode, Status};
-use stiction::signal::name;
 
 use crate::device::signals::{OF_THE_LOOP, Signals};
 use crate::device::travel::Travel;

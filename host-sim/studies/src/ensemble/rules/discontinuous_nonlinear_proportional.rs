@@ -7,7 +7,7 @@
 //! With c below 1 the joints of the most friction stop short; with c at 1, those of the least are
 //! struck with several times what they need.
 
-use stiction::compensator::{DiscontinuousNonlinearProportionalGains, Gains};
+use stiction::control::laws::{DiscontinuousNonlinearProportionalGains, Gains};
 
 use super::{Rule, around_pd};
 

@@ -7,7 +7,7 @@
 //! The slip level lies below the breakaway level, which is all that is told. The set point has no
 //! noise, so that the least speed only has to be none.
 
-use stiction::compensator::{FeedforwardGains, Gains};
+use stiction::control::laws::{FeedforwardGains, Gains};
 
 use super::{Rule, around_pd};
 

@@ -7,7 +7,7 @@
 //! The law has no gain of its own to be picked. At 20 ms the slower PD keeps light joints with a
 //! delay from ringing.
 
-use stiction::compensator::{Gains, ImpulsiveGains};
+use stiction::control::laws::{Gains, ImpulsiveGains};
 
 use super::{Rule, around_slower_pd};
 

@@ -24,8 +24,8 @@ mod two_reset_pid;
 
 use std::ops::RangeInclusive;
 
-use stiction::compensator::Gains;
-use stiction::pd::PdGains;
+use stiction::control::laws::Gains;
+use stiction::control::pd::PdGains;
 
 use crate::error::{Error, suggestion};
 

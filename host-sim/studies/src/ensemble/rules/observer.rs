@@ -15,10 +15,10 @@
 //! breakaway is seen, three or four samples late. The feedforward's inertia is less than what is
 //! told, since the observer and a sample of delay add to it.
 
-use stiction::compensator::{
+use stiction::control::laws::{
     DisturbanceObserverGains, FeedforwardGains, Gains, SmoothRobustNonlinearGains,
 };
-use stiction::pd::PdGains;
+use stiction::control::pd::PdGains;
 
 use super::{Rule, Told, Tuned};
 

@@ -7,7 +7,7 @@
 //! The loop without friction is stable below c = 2 zeta = 1.8. The larger c is, the sooner the
 //! joint breaks away, and the more often it hunts.
 
-use stiction::compensator::{Gains, PidGains};
+use stiction::control::laws::{Gains, PidGains};
 
 use super::{Rule, around_pd};
 

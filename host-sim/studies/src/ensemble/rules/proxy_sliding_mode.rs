@@ -6,7 +6,7 @@
 //!
 //! PD has the same gains. They are without effect, but the monitors' thresholds follow from them.
 
-use stiction::compensator::{Gains, ProxySlidingModeGains};
+use stiction::control::laws::{Gains, ProxySlidingModeGains};
 
 use super::{Rule, around_slower_pd, slower};
 

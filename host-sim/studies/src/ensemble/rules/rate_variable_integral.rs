@@ -9,7 +9,7 @@
 //!
 //! The thesis's own c is 29.
 
-use stiction::compensator::{Gains, RateVariableIntegralGains};
+use stiction::control::laws::{Gains, RateVariableIntegralGains};
 
 use super::{Rule, around_pd};
 

@@ -9,7 +9,7 @@
 //!
 //! The thesis's own c is 0.77.
 
-use stiction::compensator::{Gains, ResetIntegralGains};
+use stiction::control::laws::{Gains, ResetIntegralGains};
 
 use super::{Rule, around_pd};
 

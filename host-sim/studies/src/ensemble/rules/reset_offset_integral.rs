@@ -8,7 +8,7 @@
 //!
 //! The thesis's own c is 0.73.
 
-use stiction::compensator::{Gains, ResetOffsetIntegralGains};
+use stiction::control::laws::{Gains, ResetOffsetIntegralGains};
 
 use super::{Rule, around_pd};
 

@@ -1,8 +1,8 @@
 //! Robust: what it wants to be told, and nothing else; the law has its own rules for the rest.
 
-use stiction::compensator::robust::EncoderSide;
-use stiction::compensator::{Gains, RobustGains};
-use stiction::value::Table as _;
+use stiction::control::laws::robust::EncoderSide;
+use stiction::control::laws::{Gains, RobustGains};
+use stiction::units::value::Table as _;
 
 use super::{Rule, Told, around_pd};
 

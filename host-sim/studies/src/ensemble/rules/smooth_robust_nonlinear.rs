@@ -9,7 +9,7 @@
 //!
 //! The thesis's own c is 40.
 
-use stiction::compensator::{Gains, SmoothRobustNonlinearGains};
+use stiction::control::laws::{Gains, SmoothRobustNonlinearGains};
 
 use super::{Rule, around_pd};
 

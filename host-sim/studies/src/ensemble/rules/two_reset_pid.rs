@@ -9,7 +9,7 @@
 //! that. A reset is late by what the velocity is late, hence the slower loop at long sample times.
 //! A shorter T has the friction enter the load.
 
-use stiction::compensator::{Gains, TwoResetPidGains};
+use stiction::control::laws::{Gains, TwoResetPidGains};
 
 use super::{Rule, around_slower_pd, slower};
 

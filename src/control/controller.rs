@@ -1,0 +1,330 @@
+//! The controller: one tick, from the joint's travel to the drive's duty.
+
+use heapless::Vec;
+
+use crate::control::drive::{Drive, DriveConfig};
+use crate::control::encoder::Encoder;
+use crate::control::hardware::Hardware;
+use crate::control::laws::{Compensator, CompensatorState, Gains, LawInput, Loop, MAX_TERMS};
+use crate::control::output::{Applied, OutputStage, OutputState, Rise};
+use crate::control::pd::PdGains;
+use crate::control::reference::{Reference, Setpoint};
+use crate::control::signal::{MAX_LAW_SIGNALS, Tick};
+use crate::control::velocity::{MAX_WINDOW, Velocity, VelocityState};
+use crate::units::error::Error;
+use crate::units::position::Position;
+use crate::units::value::{Key, Table, Values, key, table};
+
+table! {
+    /// The configuration of a controller, in a user's units.
+    #[derive(Clone, Debug, PartialEq)]
+    pub struct ControllerConfig (config) "loop" {
+        /// Time between samples, s. A device takes what its timer and its deadline are made for:
+        /// 0.0001 to 0.02.
+        sample_time: f32 = 0x0101 "sample_time_s", Above(0.0, 1.0), Needed(0.02);
+        /// Number of positions in the velocity regression; 5 in the thesis.
+        velocity_window: u32 =
+            0x0102 "velocity_window", Between(2.0, MAX_WINDOW as f32), Default(5);
+    }
+    with {
+        /// The encoder.
+        encoder: Encoder = Encoder::EXAMPLE,
+        /// The drive.
+        drive: DriveConfig = DriveConfig::EXAMPLE,
+        /// The PD loop; without effect under a law that replaces it.
+        pd: PdGains = PdGains::EXAMPLE,
+        /// The laws whose sum is the compensator; empty is plain PD.
+        compensator: Vec<Gains, MAX_TERMS> = Vec::new(),
+    }
+}
+
+/// The number of the value `sample_time`.
+pub(crate) const SAMPLE_TIME: Key = key(ControllerConfig::ABOUT, "sample_time");
+
+/// A controller that is prepared for its ticks. Any number of joints of the same kind may share it.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Controller {
+    encoder: Encoder,
+    velocity: Velocity,
+    pd: PdGains,
+    compensator: Compensator,
+    output: OutputStage,
+}
+
+/// The state of one joint's controller from tick to tick.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct ControllerState {
+    counts: i32,
+    velocity: VelocityState,
+    compensator: CompensatorState,
+    output: OutputState,
+    /// Ticks since the motion began. The count stops at its largest value, so that no motion ever
+    /// begins anew by itself.
+    tick: u32,
+}
+
+/// The readings that one tick of the controller is given.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Reading {
+    /// Position of the joint, counts. It wraps.
+    pub counts: i32,
+    /// The converter's reading of the supply; without effect unless the output is scaled by the
+    /// supply.
+    pub supply: u16,
+}
+
+impl Reading {
+    /// Returns the reading of a joint in a position (counts), with a supply that is not measured.
+    pub const fn position(counts: i32) -> Self {
+        Self { counts, supply: 0 }
+    }
+}
+
+impl ControllerConfig {
+    /// Returns what the laws take from the loop.
+    pub const fn around(&self) -> Loop {
+        Loop {
+            sample_time: self.sample_time,
+            resolution: self.encoder.resolution,
+            full_scale: self.drive.full_scale,
+            lsb: self.drive.lsb,
+            kp: self.pd.kp,
+        }
+    }
+}
+
+impl ControllerState {
+    /// Returns theta_a as of the last tick, counts.
+    pub const fn counts(&self) -> i32 {
+        self.counts
+    }
+
+    /// Returns the number of the next tick, counted from the begin of the motion.
+    pub const fn tick(&self) -> u32 {
+        self.tick
+    }
+
+    /// Forgets everything, in place: a state is too large to be made elsewhere and copied while the
+    /// bridge waits to be turned off.
+    pub(crate) fn forget(&mut self) {
+        let Self { counts, velocity, compensator, output, tick } = self;
+        (*counts, *tick) = (0, 0);
+        *velocity = VelocityState::default();
+        *output = OutputState::default();
+        compensator.forget();
+    }
+
+    /// Lets a motion begin at the next tick. Everything else goes on; a law that has given up tries
+    /// again.
+    pub fn begin_motion(&mut self) {
+        self.tick = 0;
+        self.compensator.begin_motion();
+    }
+}
+
+impl Controller {
+    /// Validates a configuration and prepares everything that a tick needs.
+    ///
+    /// # Errors
+    /// Names the first value that is not allowed.
+    pub fn new(config: &ControllerConfig, hardware: &Hardware) -> Result<Self, Error> {
+        // The drive comes first: the board knows narrower bounds of the PWM's frequency than its
+        // declaration.
+        let drive = Drive::new(&config.drive, hardware)?;
+        config.validate()?;
+        let velocity =
+            Velocity::new(config.velocity_window, config.encoder.resolution, config.sample_time);
+        Ok(Self {
+            encoder: config.encoder,
+            velocity,
+            pd: config.pd,
+            compensator: Compensator::new(&config.compensator, &config.around()),
+            output: OutputStage::new(&config.drive, drive),
+        })
+    }
+
+    /// Sets the soft start (ticks) and the nominal supply (the converter's units; 0: none) of a
+    /// device.
+    pub(crate) fn on_device(&mut self, soft_start: u32, nominal_supply: f32) {
+        self.output.on_device(soft_start, nominal_supply);
+    }
+
+    /// Returns the ticks that are left of the soft start.
+    pub(crate) const fn soft_start_left(&self, state: &ControllerState) -> u32 {
+        self.output.soft_start_left(&state.output)
+    }
+
+    /// Returns the state of a joint at rest in position `counts`, in which a motion begins.
+    pub fn start(&self, counts: i32) -> ControllerState {
+        ControllerState {
+            counts,
+            compensator: self.compensator.rest(),
+            ..ControllerState::default()
+        }
+    }
+
+    /// Returns the largest output, V.
+    pub const fn full_scale(&self) -> f32 {
+        self.output.full_scale
+    }
+
+    /// Returns the encoder, which turns readings of its counter into travel.
+    pub const fn encoder(&self) -> &Encoder {
+        &self.encoder
+    }
+
+    /// Returns the drive, which converts codes.
+    pub const fn drive(&self) -> &Drive {
+        &self.output.drive
+    }
+
+    /// Runs one tick with the loop closed. The returned [`Tick::duty`] is to be applied at once.
+    #[inline]
+    pub fn tick(
+        &self,
+        state: &mut ControllerState,
+        reading: Reading,
+        reference: &Reference,
+    ) -> Tick {
+        self.closed_loop(state, reading, |tick| reference.at(tick))
+    }
+
+    /// Runs one tick with the loop closed around a set point, as [`tick`](Self::tick) does.
+    #[inline]
+    pub fn follow(
+        &self,
+        state: &mut ControllerState,
+        reading: Reading,
+        setpoint: Setpoint,
+    ) -> Tick {
+        self.closed_loop(state, reading, |_| setpoint)
+    }
+
+    // One copy for references and one for profiles: what they share would have to agree on where
+    // the set point is, which costs every tick 20 instructions.
+    #[inline(always)]
+    fn closed_loop(
+        &self,
+        state: &mut ControllerState,
+        reading: Reading,
+        reference: impl FnOnce(u32) -> Setpoint,
+    ) -> Tick {
+        let (travel, velocity) = self.observe(state, reading.counts);
+        let counts = state.counts;
+        let setpoint = reference(state.tick);
+
+        let error = setpoint.position.ahead_of(counts) * self.encoder.resolution;
+        let velocity_error = setpoint.velocity - velocity;
+
+        let replaces_pd = self.compensator.replaces_pd();
+        let v_pd = if replaces_pd { 0.0 } else { self.pd.update(error, velocity_error) };
+        let OutputState { applied, saturated, .. } = state.output;
+        let input = LawInput {
+            counts,
+            travel,
+            setpoint,
+            error,
+            velocity,
+            velocity_error,
+            v_pd,
+            applied,
+            saturated,
+        };
+        let v_c = self.compensator.update(&mut state.compensator, &input);
+
+        let sum = if replaces_pd { v_c } else { v_pd + v_c };
+        // A law may hide an infinity (tanh, a comparison), so the set point is asked as well as the
+        // sum.
+        let non_finite = !(sum.is_finite() && setpoint.is_finite());
+        if non_finite {
+            self.compensator.begin_anew(&mut state.compensator);
+        }
+        let asked = if non_finite { 0.0 } else { sum };
+        let output = self.output.apply(&mut state.output, asked, reading.supply, Rise::Soft);
+        let terms = Terms { error, v_pd, v_c };
+        let mut tick = record(state, &setpoint, velocity, &terms, &output, non_finite);
+        // What has been forgotten may not even be a number.
+        if !non_finite && let Some(law) = self.compensator.signals(&state.compensator) {
+            tick.law = law;
+        }
+        tick
+    }
+
+    /// Returns whether the law has ended its attempts to reach the set point.
+    #[inline]
+    pub fn has_given_up(&self, state: &ControllerState) -> bool {
+        self.compensator.has_given_up(&state.compensator)
+    }
+
+    /// Runs one tick with the loop open: `effort` gives the output (V) at a position in counts. The
+    /// set point goes along with the joint, so there is no error. The laws rest.
+    #[inline]
+    pub fn open_loop(
+        &self,
+        state: &mut ControllerState,
+        reading: Reading,
+        effort: impl FnOnce(i32) -> f32,
+    ) -> Tick {
+        let (_, velocity) = self.observe(state, reading.counts);
+        let counts = state.counts;
+        let setpoint = Setpoint::at_rest(Position::from_counts(counts));
+        let effort = effort(counts);
+        let non_finite = !effort.is_finite();
+        let asked = if non_finite { 0.0 } else { effort };
+        let output = self.output.apply(&mut state.output, asked, reading.supply, Rise::Own);
+        record(state, &setpoint, velocity, &Terms::default(), &output, non_finite)
+    }
+
+    /// Takes the position (counts), and returns the travel since the last tick (counts) and the
+    /// velocity (deg/s).
+    #[inline]
+    fn observe(&self, state: &mut ControllerState, counts: i32) -> (i32, f32) {
+        let travel = counts.wrapping_sub(state.counts);
+        state.counts = counts;
+        (travel, self.velocity.update(&mut state.velocity, travel))
+    }
+}
+
+/// The terms of a tick that only a closed loop computes.
+#[derive(Default)]
+struct Terms {
+    error: f32,
+    v_pd: f32,
+    v_c: f32,
+}
+
+/// Returns the tick with all its signals, and counts it: the next one is one later.
+// The tick is made in one piece: one that is made of another one is copied word by word.
+#[inline(always)]
+fn record(
+    state: &mut ControllerState,
+    setpoint: &Setpoint,
+    velocity: f32,
+    terms: &Terms,
+    output: &Applied,
+    non_finite: bool,
+) -> Tick {
+    let tick = state.tick;
+    state.tick = tick.saturating_add(1);
+    Tick {
+        tick,
+        counts: state.counts,
+        reference_counts: setpoint.position.counts,
+        reference_fraction: setpoint.position.fraction,
+        reference_velocity: setpoint.velocity,
+        reference_acceleration: setpoint.acceleration,
+        error: terms.error,
+        velocity,
+        v_pd: terms.v_pd,
+        v_c: terms.v_c,
+        v: output.v,
+        v_applied: output.v_applied,
+        code: output.code,
+        compare: output.duty.compare,
+        reverse: output.duty.reverse,
+        saturated: output.saturated,
+        non_finite,
+        status: 0,
+        law: [0.0; MAX_LAW_SIGNALS],
+    }
+}

@@ -1,0 +1,49 @@
+//! `[device]` of a machine's file: what only a device has, and a simulated loop does without.
+
+use crate::units::value::{Table, table};
+
+table! {
+    /// The configuration that only a device has. By default the device neither starts nor scales
+    /// anything by itself.
+    #[derive(Clone, Copy, Debug, PartialEq)]
+    pub struct DeviceConfig (device) "device" {
+        /// Arm without a command, `autostart_delay_s` after power-on. After an unrequested reset
+        /// nothing arms, nor after one that may be a dip of the supply (`autostart_after_dip`).
+        autostart: bool = 0x0801 "autostart", Any, Default(false);
+        /// Time from the first tick to arming by itself, s.
+        autostart_delay: f32 = 0x0802 "autostart_delay_s", Between(0.0, 60.0), Default(1.0);
+        /// Time in which the output's limit rises from zero to the full scale after arming, s; 0 is
+        /// at once. The product of its ticks and the codes fits 32 bits up to 10 s at 10 kHz.
+        soft_start: f32 = 0x0803 "soft_start_s", Between(0.0, 10.0), Default(0.5);
+        /// Time between the switching of complementary outputs in locked antiphase, s. The other
+        /// modes have none. The board's timer sets the longest one: 6e-6 at 168 MHz.
+        dead_time: f32 = 0x0804 "dead_time_s", Between(0.0, 1e-3), Default(1e-6);
+        /// Supply for which the gains were found, V: the output is scaled by its ratio to the
+        /// measured supply. 0 leaves the output alone. Up to `supply_full_scale_v`.
+        nominal_supply: f32 =
+            0x0805 "nominal_supply_v", Between(0.0, device.supply_full_scale), Default(0.0);
+        /// Supply at the full scale of the converter, V; 0: the supply is not measured.
+        supply_full_scale: f32 = 0x0806 "supply_full_scale_v", Between(0.0, 100.0), Default(0.0);
+        /// Time from the enable pin's rise to the first duty, s: what the bridge's driver takes to
+        /// wake up. The loop does not run meanwhile.
+        wake_up: f32 = 0x0807 "wake_up_s", Between(0.0, 1.0), Default(0.0);
+        /// Time from the enable pin's rise for which the break input is ignored, s: for a driver
+        /// that holds its fault output low while it sleeps and wakes up. If not 0, the input is
+        /// also ignored while the output is off. Up to `wake_up_s`, so that no duty goes without
+        /// the break input.
+        fault_blanking: f32 =
+            0x0808 "fault_blanking_s", Between(0.0, device.wake_up), Default(0.0);
+        /// Time for which the enable pin is low at least before it rises again, s: the pulse by
+        /// which the bridge's driver forgets a latched fault.
+        reset_pulse: f32 = 0x0809 "reset_pulse_s", Between(0.0, 1.0), Default(0.0);
+        /// Autostart also where power-on cannot be distinguished from a dip of the supply: on a
+        /// microcontroller whose brown-out reset is off, the factory's setting.
+        autostart_after_dip: bool = 0x080A "autostart_after_dip", Any, Default(false);
+    }
+}
+
+impl DeviceConfig {
+    /// The configuration of a device that neither starts nor scales anything by itself. It has half
+    /// a second of soft start and one microsecond of dead time.
+    pub const CAUTIOUS: Self = Self::EXAMPLE;
+}

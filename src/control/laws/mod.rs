@@ -1,0 +1,408 @@
+//! The friction compensators: the laws around the PD loop.
+//!
+//! Each law is one module that begins with its equation, and implements [`Law`]. Its gains are what
+//! a user sets, in the thesis's units, and are declared as a table. The law itself is made of them
+//! once, for a sample time, and holds what a tick needs. Its state is apart, `Copy`, and starts as
+//! its `Default`. The list in this file registers the laws: [`Gains`], [`PreparedLaw`]
+//! and [`LawState`] are the closed sets of them. A [`Compensator`] is a sum of up to [`MAX_TERMS`]
+//! laws (none: plain PD). A law that [replaces](Law::REPLACES_PD) the PD loop stands alone.
+//!
+//! The laws in `rival/` are those of others, to compare with. They are compiled with the feature
+//! `rivals` alone, which the simulator turns on and an image never has.
+//!
+//! Compensators switch on the error, on the reference velocity or on the velocity error. Only RVI
+//! uses measured velocity, squared: a law that switches on its sign chatters at standstill.
+
+pub mod discontinuous_nonlinear_proportional;
+pub mod disturbance_observer;
+pub mod feedforward;
+mod law;
+pub mod rate_variable_integral;
+pub mod reset_integral;
+pub mod reset_offset_integral;
+#[cfg(feature = "rivals")]
+pub mod rival;
+pub mod robust;
+pub mod smooth_robust_nonlinear;
+mod sum;
+
+use heapless::Vec;
+
+pub use discontinuous_nonlinear_proportional::{
+    DiscontinuousNonlinearProportional, DiscontinuousNonlinearProportionalGains,
+};
+pub use disturbance_observer::{DisturbanceObserver, DisturbanceObserverGains};
+pub use feedforward::{Feedforward, FeedforwardGains};
+pub use law::{Law, LawInput, Loop};
+pub use rate_variable_integral::{RateVariableIntegral, RateVariableIntegralGains};
+pub use reset_integral::{ResetIntegral, ResetIntegralGains};
+pub use reset_offset_integral::{ResetOffsetIntegral, ResetOffsetIntegralGains};
+#[cfg(feature = "rivals")]
+pub use rival::{
+    Impulsive, ImpulsiveGains, Pid, PidGains, ProxySlidingMode, ProxySlidingModeGains, TwoResetPid,
+    TwoResetPidGains,
+};
+pub use robust::{Robust, RobustGains};
+pub use smooth_robust_nonlinear::{SmoothRobustNonlinear, SmoothRobustNonlinearGains};
+pub use sum::{Compensator, CompensatorState};
+
+use crate::control::signal::{LawSignal, MAX_LAW_SIGNALS};
+use crate::units::error::Allowed;
+use crate::units::value::{About, Absent, Key, Kind, Table, Unfit, Values};
+
+/// The largest number of laws in a sum.
+pub const MAX_TERMS: usize = 4;
+
+/// Registers the laws: a comment that says which law it is, under which feature it is there if it
+/// is not always, then `number "name in a machine's file" Type;`. After `alone` comes the one that
+/// takes the place of PD and is too large to have room in each place of a sum.
+macro_rules! laws {
+    ($(
+        $(#[doc = $doc:literal])* $(#[cfg($feature:meta)])?
+        $number:literal $name:literal $Law:ident;
+     )+
+     alone $(#[doc = $alone_doc:literal])* $alone_number:literal $alone_name:literal $Alone:ident;) => {
+        gains! {
+            $($(#[doc = $doc])* $(#[cfg($feature)])? $number $name $Law;)+
+            $(#[doc = $alone_doc])* $alone_number $alone_name $Alone;
+        }
+        prepared! { alone $Alone; $($(#[doc = $doc])* $(#[cfg($feature)])? $Law;)+ }
+    };
+}
+
+/// Makes the gains of every law.
+macro_rules! gains {
+    ($(
+        $(#[doc = $doc:literal])* $(#[cfg($feature:meta)])?
+        $number:literal $name:literal $Law:ident;
+    )+) => {
+        /// The gains of one law.
+        #[derive(Clone, Copy, Debug, PartialEq)]
+        pub enum Gains {
+            $($(#[doc = $doc])* $(#[cfg($feature)])? $Law(<$Law as Law>::Gains),)+
+        }
+
+        impl Gains {
+            /// Every law, with its gains as a typical machine has them.
+            pub const EXAMPLES: &'static [Self] = &[
+                $($(#[cfg($feature)])? Self::$Law(<$Law as Law>::Gains::EXAMPLE),)+
+            ];
+
+            /// The declarations of the gains of every law, in the order of
+            /// [`EXAMPLES`](Self::EXAMPLES).
+            pub const ABOUT: &'static [&'static [About]] = &[
+                $($(#[cfg($feature)])? <$Law as Law>::Gains::ABOUT,)+
+            ];
+
+            /// The names of the laws in a machine's file, in the order of
+            /// [`EXAMPLES`](Self::EXAMPLES).
+            pub const NAMES: &'static [&'static str] = &[$($(#[cfg($feature)])? $name,)+];
+
+            /// Returns the law's number in records.
+            pub const fn id(&self) -> u8 {
+                match self {
+                    $($(#[cfg($feature)])? Self::$Law(_) => $number,)+
+                }
+            }
+
+            /// Returns the law of a number, with the gains of the example.
+            pub const fn from_id(id: u32) -> Option<Self> {
+                match id {
+                    $($(#[cfg($feature)])? $number => Some(Self::$Law(<$Law as Law>::Gains::EXAMPLE)),)+
+                    _ => None,
+                }
+            }
+
+            /// Returns the law's name in a machine's file.
+            pub const fn name(&self) -> &'static str {
+                match self {
+                    $($(#[cfg($feature)])? Self::$Law(_) => $name,)+
+                }
+            }
+
+            /// Returns whether the law takes the place of PD.
+            pub const fn replaces_pd(&self) -> bool {
+                match self {
+                    $($(#[cfg($feature)])? Self::$Law(_) => <$Law as Law>::REPLACES_PD,)+
+                }
+            }
+
+            /// Returns whether the law is in the image of a device; otherwise it lives on the host.
+            pub const fn on_the_device(&self) -> bool {
+                match self {
+                    $($(#[cfg($feature)])? Self::$Law(_) => <$Law as Law>::ON_THE_DEVICE,)+
+                }
+            }
+
+            /// Returns the size of what the law keeps from tick to tick, bytes. Its fields are numbers
+            /// of 32 bits and smaller, so that a host's size is the part's.
+            pub const fn state_bytes(&self) -> usize {
+                match self {
+                    $($(#[cfg($feature)])? Self::$Law(_) => size_of::<<$Law as Law>::State>(),)+
+                }
+            }
+
+            /// Returns the signals that the law publishes of itself.
+            pub const fn signals(&self) -> &'static [LawSignal] {
+                match self {
+                    $($(#[cfg($feature)])? Self::$Law(_) => <$Law as Law>::SIGNALS,)+
+                }
+            }
+
+            /// Returns the law's default of `overspeed_deg_per_s`; see [`Law::overspeed`].
+            pub fn overspeed(&self, around: &Loop) -> Option<f32> {
+                match self {
+                    $(
+                        $(#[cfg($feature)])?
+                        Self::$Law(gains) => <$Law as Law>::overspeed(gains, around),
+                    )+
+                }
+            }
+
+            /// Returns the time of swings that the law ends itself, s; see [`Law::swing_time`].
+            pub fn swing_time(&self, around: &Loop) -> Option<f32> {
+                match self {
+                    $(
+                        $(#[cfg($feature)])?
+                        Self::$Law(gains) => <$Law as Law>::swing_time(gains, around),
+                    )+
+                }
+            }
+
+            /// Returns the law's default of `following_error_deg`; see [`Law::following_error`].
+            pub fn following_error(&self, around: &Loop) -> Option<f32> {
+                match self {
+                    $(
+                        $(#[cfg($feature)])?
+                        Self::$Law(gains) => <$Law as Law>::following_error(gains, around),
+                    )+
+                }
+            }
+
+            /// Returns the error that asks for the full scale, deg; see [`Law::saturating_error`].
+            pub fn saturating_error(&self, around: &Loop) -> Option<f32> {
+                match self {
+                    $(
+                        $(#[cfg($feature)])?
+                        Self::$Law(gains) => <$Law as Law>::saturating_error(gains, around),
+                    )+
+                }
+            }
+        }
+
+        impl Values for Gains {
+            fn nth(&self, place: &mut usize) -> Option<(Key, Absent)> {
+                match self {
+                    $($(#[cfg($feature)])? Self::$Law(gains) => gains.nth(place),)+
+                }
+            }
+
+            fn get(&self, key: Key) -> Option<u32> {
+                match self {
+                    $($(#[cfg($feature)])? Self::$Law(gains) => gains.get(key),)+
+                }
+            }
+
+            fn with_bounds(&self, key: Key) -> Option<(f32, Allowed)> {
+                match self {
+                    $($(#[cfg($feature)])? Self::$Law(gains) => gains.with_bounds(key),)+
+                }
+            }
+
+            fn set(&mut self, key: Key, bits: u32) -> Result<bool, Unfit> {
+                match self {
+                    $($(#[cfg($feature)])? Self::$Law(gains) => gains.set(key, bits),)+
+                }
+            }
+        }
+
+    };
+}
+
+/// Makes the laws that have a place in a sum, and names the one that has none.
+macro_rules! prepared {
+    (alone $Alone:ident; $($(#[doc = $doc:literal])* $(#[cfg($feature:meta)])? $Law:ident;)+) => {
+        /// The law that is too large for a sum.
+        type Alone = $Alone;
+
+        /// A law that is prepared for a loop, and has a place in a sum.
+        #[derive(Clone, Copy, Debug, PartialEq)]
+        pub enum PreparedLaw {
+            $($(#[doc = $doc])* $(#[cfg($feature)])? $Law($Law),)+
+        }
+
+        /// The state of one law from tick to tick.
+        #[derive(Clone, Copy, Debug, Default, PartialEq)]
+        pub enum LawState {
+            /// The state of no law.
+            #[default]
+            None,
+            $($(#[doc = $doc])* $(#[cfg($feature)])? $Law(<$Law as Law>::State),)+
+        }
+
+        /// Prepares the law that is too large for a sum, if the gains are its.
+        fn alone(gains: &Gains, around: &Loop) -> Option<Alone> {
+            match gains {
+                Gains::$Alone(gains) => Some($Alone::new(gains, around)),
+                _ => None,
+            }
+        }
+
+        impl PreparedLaw {
+            /// Prepares the law for a loop, if it has a place in a sum. The gains have been
+            /// validated.
+            pub fn new(gains: &Gains, around: &Loop) -> Option<Self> {
+                match gains {
+                    $($(#[cfg($feature)])? Gains::$Law(gains) => Some(Self::$Law($Law::new(gains, around))),)+
+                    Gains::$Alone(_) => None,
+                }
+            }
+
+            /// Returns the state that the law starts from.
+            pub fn rest(&self) -> LawState {
+                match self {
+                    $($(#[cfg($feature)])? Self::$Law(_) => LawState::$Law(Default::default()),)+
+                }
+            }
+
+            /// Returns the law's part of v_c for one tick, V.
+            ///
+            /// A state that another law left behind is replaced, and the law contributes nothing in
+            /// that tick.
+            pub fn update(&self, state: &mut LawState, input: &LawInput) -> f32 {
+                match (self, &mut *state) {
+                    $($(#[cfg($feature)])? (Self::$Law(law), LawState::$Law(state)) => law.update(state, input),)+
+                    _ => {
+                        *state = self.rest();
+                        0.0
+                    }
+                }
+            }
+
+            /// Returns the values of the signals that the law publishes of itself after an update,
+            /// if it publishes any.
+            #[inline]
+            fn signals(&self, state: &LawState) -> Option<[f32; MAX_LAW_SIGNALS]> {
+                match (self, state) {
+                    $(
+                        $(#[cfg($feature)])?
+                        (Self::$Law(law), LawState::$Law(state))
+                            if !<$Law as Law>::SIGNALS.is_empty() => Some(law.signals(state)),
+                    )+
+                    _ => None,
+                }
+            }
+        }
+    };
+}
+
+laws! {
+    /// RI, eq. 29.
+    1 "ri" ResetIntegral;
+    /// RVI, eq. 30.
+    2 "rvi" RateVariableIntegral;
+    /// ROI, eq. 31.
+    3 "roi" ResetOffsetIntegral;
+    /// Slip friction feedforward, eq. 32.
+    4 "feedforward" Feedforward;
+    /// DNPF, eq. 33.
+    5 "dnpf" DiscontinuousNonlinearProportional;
+    /// SRNF, eq. 35.
+    6 "srnf" SmoothRobustNonlinear;
+    /// Disturbance observer.
+    8 "observer" DisturbanceObserver;
+    /// PID: PD with an integral that stops at the drive's limits.
+    #[cfg(feature = "rivals")]
+    32 "pid" Pid;
+    /// PID whose integral is reset where the error and where the velocity crosses zero.
+    #[cfg(feature = "rivals")]
+    33 "two-reset-pid" TwoResetPid;
+    /// Adaptive impulsive positioner.
+    #[cfg(feature = "rivals")]
+    34 "impulsive" Impulsive;
+    /// Proxy-based sliding mode control.
+    #[cfg(feature = "rivals")]
+    35 "proxy-sliding-mode" ProxySlidingMode;
+    alone
+    /// `robust`, the supervisor.
+    7 "robust" Robust;
+}
+
+/// The number of the first law of a sum; those of the others follow. Zero says that there is no law
+/// there, nor after it.
+pub const FIRST_LAW: Key = Key(0x0500);
+
+/// The declaration of the numbers of a sum's laws, for hosts. A machine's file has the names of the
+/// laws.
+pub(crate) const ABOUT: &[About] = &[About {
+    key: FIRST_LAW,
+    table: "controller",
+    name: "laws",
+    field: "",
+    text: " Number of a law, in the order of the sum; 0: no more.",
+    bounds: "",
+    kind: Kind::Whole,
+    absent: Absent::Needed,
+}];
+
+/// Returns the number under which a value is declared: for the place of every law, that of the
+/// first.
+pub(crate) fn declared(key: Key) -> Key {
+    term(key).map_or(key, |_| FIRST_LAW)
+}
+
+/// The laws of a sum as values: which laws they are, and their gains. A law is there once at most,
+/// and one that replaces PD stands alone.
+impl Values for Vec<Gains, MAX_TERMS> {
+    fn nth(&self, place: &mut usize) -> Option<(Key, Absent)> {
+        if *place < MAX_TERMS {
+            return Some((Key(FIRST_LAW.0 + *place as u16), Absent::Needed));
+        }
+        *place -= MAX_TERMS;
+        self.iter().find_map(|gains| gains.nth(place))
+    }
+
+    fn get(&self, key: Key) -> Option<u32> {
+        match term(key) {
+            Some(term) => Some(self.as_slice().get(term).map_or(0, |gains| gains.id().into())),
+            None => self.iter().find_map(|gains| gains.get(key)),
+        }
+    }
+
+    fn with_bounds(&self, key: Key) -> Option<(f32, Allowed)> {
+        let Some(term) = term(key) else {
+            return self.iter().find_map(|gains| gains.with_bounds(key));
+        };
+        let Some(gains) = self.as_slice().get(term) else { return Some((0.0, Allowed::Any)) };
+        let alone = gains.replaces_pd() && self.len() > 1;
+        let twice = self.iter().take(term).any(|other| other.id() == gains.id());
+        let allowed = if alone || twice { Allowed::AnotherLaw } else { Allowed::Any };
+        Some((gains.id().into(), allowed))
+    }
+
+    fn set(&mut self, key: Key, bits: u32) -> Result<bool, Unfit> {
+        let Some(term) = term(key) else {
+            for gains in self.iter_mut() {
+                if gains.set(key, bits)? {
+                    return Ok(true);
+                }
+            }
+            return Ok(false);
+        };
+        if self.as_slice().get(term).is_some_and(|gains| u32::from(gains.id()) == bits) {
+            return Ok(true);
+        }
+        self.truncate(term);
+        if bits != 0 {
+            let gains = Gains::from_id(bits).filter(|_| self.len() == term).ok_or(Unfit)?;
+            self.push(gains).map_err(|_| Unfit)?;
+        }
+        Ok(true)
+    }
+}
+
+/// Returns the place in a sum that a value's number names.
+fn term(key: Key) -> Option<usize> {
+    let term = usize::from(key.0.checked_sub(FIRST_LAW.0)?);
+    (term < MAX_TERMS).then_some(term)
+}

@@ -1,0 +1,110 @@
+//! The sum of laws that a controller adds to its PD loop, or the one that takes its place.
+
+use heapless::Vec;
+
+use super::{Alone, Gains, Law, LawInput, LawState, Loop, MAX_TERMS, PreparedLaw, alone};
+use crate::control::signal::MAX_LAW_SIGNALS;
+
+/// A sum of laws; the empty sum is plain PD.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Compensator {
+    terms: Vec<PreparedLaw, MAX_TERMS>,
+    /// The law that is too large for a sum, if it is the one.
+    alone: Option<Alone>,
+    /// Whether the law takes the place of PD. It is looked up once: a tick only asks.
+    replaces_pd: bool,
+    /// Whether a law publishes signals of its own.
+    publishes: bool,
+}
+
+/// The states of a sum's laws from tick to tick. The law that is too large for a sum has a place of
+/// its own, once.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct CompensatorState {
+    terms: [LawState; MAX_TERMS],
+    alone: <Alone as Law>::State,
+}
+
+impl CompensatorState {
+    /// Forgets what the laws remember, in place.
+    pub(crate) fn forget(&mut self) {
+        self.terms.fill(LawState::None);
+        self.alone.forget();
+    }
+
+    /// Called when a motion starts. Only the law that is too large for a sum gives up.
+    pub(crate) fn begin_motion(&mut self) {
+        Alone::begin_motion(&mut self.alone);
+    }
+}
+
+impl Compensator {
+    /// Prepares the sum for a loop. The gains have been validated.
+    pub fn new(gains: &Vec<Gains, MAX_TERMS>, around: &Loop) -> Self {
+        let mut terms = Vec::new();
+        for law in gains.iter().filter_map(|gains| PreparedLaw::new(gains, around)) {
+            // Cannot fail: both vectors have the same capacity.
+            let _ = terms.push(law);
+        }
+        let alone = gains.first().and_then(|gains| alone(gains, around));
+        let replaces_pd = gains.first().is_some_and(Gains::replaces_pd);
+        let publishes = gains.iter().any(|gains| !gains.signals().is_empty());
+        Self { terms, alone, replaces_pd, publishes }
+    }
+
+    /// Returns the state that the sum starts from.
+    pub fn rest(&self) -> CompensatorState {
+        let mut state = CompensatorState::default();
+        for (law, state) in self.terms.iter().zip(&mut state.terms) {
+            *state = law.rest();
+        }
+        state
+    }
+
+    /// Lets the sum begin anew from rest, in place.
+    pub fn begin_anew(&self, state: &mut CompensatorState) {
+        for (law, state) in self.terms.iter().zip(&mut state.terms) {
+            *state = law.rest();
+        }
+        state.alone.forget();
+    }
+
+    /// Returns whether the law takes the place of PD.
+    #[inline]
+    pub const fn replaces_pd(&self) -> bool {
+        self.replaces_pd
+    }
+
+    /// Returns the sum's v_c for one tick, V.
+    #[inline]
+    pub fn update(&self, state: &mut CompensatorState, input: &LawInput) -> f32 {
+        // The question costs the sums nothing: their loop asks whether it is empty, anyway.
+        if self.terms.is_empty() {
+            return self.alone.as_ref().map_or(0.0, |law| law.update(&mut state.alone, input));
+        }
+        let mut v_c = 0.0;
+        for (law, state) in self.terms.iter().zip(&mut state.terms) {
+            v_c += law.update(state, input);
+        }
+        v_c
+    }
+
+    /// Returns whether the law has ended its attempts to reach the set point. Only the law that is
+    /// too large for a sum makes any.
+    #[inline]
+    pub fn has_given_up(&self, state: &CompensatorState) -> bool {
+        self.alone.is_some() && Alone::has_given_up(&state.alone)
+    }
+
+    /// Returns the values of the signals of the first law that publishes any.
+    #[inline]
+    pub fn signals(&self, state: &CompensatorState) -> Option<[f32; MAX_LAW_SIGNALS]> {
+        if !self.publishes {
+            return None;
+        }
+        if let Some(law) = &self.alone {
+            return Some(law.signals(&state.alone));
+        }
+        self.terms.iter().zip(&state.terms).find_map(|(law, state)| law.signals(state))
+    }
+}

@@ -1,0 +1,25 @@
+//! The control loop: one tick, from the encoder's travel to the drive's duty.
+//!
+//! ```text
+//! encoder -> velocity --------+
+//!                             v
+//! reference, profile -----> error -> pd (eq. 28) -+-> output -> drive
+//!                             |                   |
+//!                             +-----> laws -------+    (eqs. 29-36, or a sum of them)
+//! ```
+//!
+//! [`controller`] calls them in this order, and [`signal`] holds every term of a tick. [`hardware`]
+//! has the figures of a board that turn a user's units into codes.
+
+pub mod controller;
+pub mod device_config;
+pub mod drive;
+pub mod encoder;
+pub mod hardware;
+pub mod laws;
+mod output;
+pub mod pd;
+pub mod profile;
+pub mod reference;
+pub mod signal;
+pub mod velocity;

@@ -1,0 +1,234 @@
+//! The grid of a profile: the whole units in which it counts, and the lengths of its averages.
+//!
+//! ```text
+//! T = N k >= 2 a_m / (j_m h)    ticks; N and k are powers of two, k > 2 only if N is at its most
+//! V = floor(v_m k 2^s),  D = floor(a_m k^2 2^s)    units of 2^-s counts per k ticks
+//! ```
+//!
+//! with `v_m` in counts per tick and `a_m` in counts per tick per tick. Floors, so that no limit is
+//! exceeded. The unit is as small as 32 bits allow: the sums of the averages have units of `2^-s /
+//! (N k^3)` counts, of which a count has no more than 2^30, and a tick's way neither.
+
+use super::approach::Approach;
+use super::limits::ProfileLimits;
+use crate::units::error::{Allowed, Error};
+use crate::units::value::{Key, Table, key};
+
+/// Most entries of the ring: N, as a power of two.
+const MOST_ENTRIES: u32 = 6;
+/// Fewest and most ticks between two entries: k, as powers of two. The work of a step is done in
+/// two ticks.
+const FEWEST_TICKS: u32 = 1;
+const MOST_TICKS: u32 = 2;
+/// Most bits of a count's fraction in the set point, and of its way in a tick.
+const MOST_BITS: u32 = 30;
+/// V and D stay below 2^22: sums of four of them are exact in an `f32`.
+const LARGEST: u32 = 22;
+/// The unit is never coarser: a target's fraction of a count is rounded to it.
+const FEWEST_BITS: u32 = 8;
+/// The least V and D: flooring takes no more than a fifth of them.
+const LEAST: f32 = 4.0;
+/// A quotient of decimals that should be a power of two may come out a little above it.
+const ROUNDING: f32 = 1.0 - 1e-5;
+
+const VELOCITY: Key = key(ProfileLimits::ABOUT, "velocity");
+const ACCELERATION: Key = key(ProfileLimits::ABOUT, "acceleration");
+const JERK: Key = key(ProfileLimits::ABOUT, "jerk");
+
+/// The prepared units of a profile.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct Grid {
+    pub approach: Approach,
+    /// s, and the bits of the sums' unit.
+    pub bits: u32,
+    pub sums: u32,
+    /// The bits of a rest in that unit that an `f32` below one has.
+    pub shown: i32,
+    /// The logarithms of N and k.
+    pub entries: u32,
+    pub ticks: u32,
+    /// k itself, with a sign as the phase has one.
+    pub period: i32,
+    /// The largest speed that the sums have room for, units.
+    pub largest: i32,
+    /// Factors from a unit of the sums to a count, to deg/s and to deg/s^2.
+    pub fraction: f32,
+    pub velocity_scale: f32,
+    pub acceleration_scale: f32,
+}
+
+/// The averages' lengths and the deg of a count, from which everything else follows.
+#[derive(Clone, Copy)]
+struct Frame {
+    entries: u32,
+    ticks: u32,
+    /// Deg/s of a count per tick.
+    velocity: f32,
+    /// Deg/s^2 of a count per tick per tick.
+    acceleration: f32,
+}
+
+impl Frame {
+    /// Returns the lengths for averages over at least `span`; of a length beyond the longest the
+    /// longest.
+    fn new(span: f32, sample_time: f32, resolution: f32) -> Self {
+        let most = MOST_ENTRIES + MOST_TICKS;
+        let fits = |length: &u32| span * ROUNDING <= power(*length);
+        let length = (FEWEST_TICKS..most).find(fits).unwrap_or(most);
+        let entries = (length - FEWEST_TICKS).min(MOST_ENTRIES);
+        Self {
+            entries,
+            ticks: length - entries,
+            velocity: resolution / sample_time,
+            acceleration: resolution / sample_time / sample_time,
+        }
+    }
+
+    /// Returns the largest velocity and acceleration, deg/s and deg/s^2.
+    fn most(&self) -> [f32; 2] {
+        let below = power(self.largest() - FEWEST_BITS);
+        [
+            below / power(self.ticks) * self.velocity,
+            below / power(2 * self.ticks) * self.acceleration,
+        ]
+    }
+
+    /// Returns the bits of the largest V and D.
+    const fn largest(&self) -> u32 {
+        let sum = MOST_BITS - self.entries - 2 * self.ticks;
+        if sum < LARGEST { sum } else { LARGEST }
+    }
+
+    /// Returns a velocity and an acceleration in counts per k ticks, and per that again.
+    fn in_counts(&self, limits: &ProfileLimits) -> [f32; 2] {
+        let velocity = limits.velocity / self.velocity * power(self.ticks);
+        [velocity, limits.acceleration / self.acceleration * power(2 * self.ticks)]
+    }
+
+    /// Returns the most bits of the unit at which both stay below the largest.
+    fn bits(&self, limits: &ProfileLimits) -> u32 {
+        let [velocity, acceleration] = self.in_counts(limits);
+        let larger = if velocity > acceleration { velocity } else { acceleration };
+        let fits = |bits: &u32| larger * power(*bits) <= power(self.largest());
+        let finest = LARGEST.min(MOST_BITS - self.entries - 3 * self.ticks);
+        (FEWEST_BITS..=finest).rev().find(fits).unwrap_or(FEWEST_BITS)
+    }
+
+    /// Returns the least velocity and acceleration for a unit, deg/s and deg/s^2.
+    fn least(&self, bits: u32) -> [f32; 2] {
+        let unit = LEAST / power(bits);
+        [unit / power(self.ticks) * self.velocity, unit / power(2 * self.ticks) * self.acceleration]
+    }
+}
+
+impl ProfileLimits {
+    /// Returns the limits nearest to these that the generator can keep at a sample time (s) and an
+    /// angle of a count (deg).
+    pub fn nearest(&self, sample_time: f32, resolution: f32) -> Self {
+        Grid::nearest(self, sample_time, resolution)
+    }
+
+    /// Refuses limits that the generator cannot keep at a sample time (s) and an angle of a count
+    /// (deg).
+    ///
+    /// # Errors
+    /// Names the limit, and its bounds beside the others.
+    pub(crate) fn check(&self, sample_time: f32, resolution: f32) -> Result<(), Error> {
+        Grid::new(self, sample_time, resolution).map(|_| ())
+    }
+}
+
+impl Grid {
+    /// Prepares the units for limits.
+    ///
+    /// # Errors
+    /// Names the limit that cannot be kept in whole units, and what it may be beside the others.
+    pub fn new(limits: &ProfileLimits, sample_time: f32, resolution: f32) -> Result<Self, Error> {
+        let span = span(limits, sample_time);
+        let longest = power(MOST_ENTRIES + MOST_TICKS);
+        // What is no number is in no range.
+        if !(0.0..=longest).contains(&(span * ROUNDING)) {
+            let least = 2.0 * limits.acceleration / (longest * sample_time);
+            return Err(Error {
+                key: JERK,
+                found: limits.jerk,
+                allowed: Allowed::Between(least, 1e15),
+            });
+        }
+        let frame = Frame::new(span, sample_time, resolution);
+        let bits = frame.bits(limits);
+        let bounds = [VELOCITY, ACCELERATION].into_iter().zip(frame.least(bits)).zip(frame.most());
+        for (found, ((key, least), most)) in
+            [limits.velocity, limits.acceleration].into_iter().zip(bounds)
+        {
+            let allowed = Allowed::Between(least, most);
+            if !allowed.includes(found) {
+                return Err(Error { key, found, allowed });
+            }
+        }
+        let [fastest, change] = frame.in_counts(limits).map(|x| (x * power(bits)) as i32);
+        let sums = bits + frame.entries + 3 * frame.ticks;
+        let a_count = 1.0 / power(sums);
+        Ok(Self {
+            approach: Approach::new(fastest, change),
+            bits,
+            sums,
+            shown: !((1 << sums.saturating_sub(24)) - 1),
+            entries: frame.entries,
+            ticks: frame.ticks,
+            period: 1 << frame.ticks,
+            largest: 1 << frame.largest(),
+            fraction: a_count,
+            velocity_scale: a_count * frame.velocity,
+            acceleration_scale: a_count * frame.acceleration,
+        })
+    }
+
+    /// Returns the limits that can be kept and are nearest to these.
+    pub fn nearest(limits: &ProfileLimits, sample_time: f32, resolution: f32) -> ProfileLimits {
+        let longest = power(MOST_ENTRIES + MOST_TICKS);
+        let span = within(span(limits, sample_time), 0.0, longest);
+        let frame = Frame::new(span, sample_time, resolution);
+        // A hair inside, so that no rounding leads out again.
+        let [fastest, most] = frame.most().map(|most| most * ROUNDING);
+        let at_most = ProfileLimits {
+            velocity: within(limits.velocity, 0.0, fastest),
+            acceleration: within(limits.acceleration, 0.0, most),
+            ..*limits
+        };
+        let [slowest, least] = frame.least(frame.bits(&at_most)).map(|least| least / ROUNDING);
+        let acceleration = within(at_most.acceleration, least, most);
+        let is_as_asked = acceleration == limits.acceleration && span < longest;
+        ProfileLimits {
+            velocity: within(at_most.velocity, slowest, fastest),
+            acceleration,
+            jerk: if is_as_asked { limits.jerk } else { 2.0 * acceleration / (span * sample_time) },
+        }
+    }
+
+    /// Returns the time from the first average's begin to its end, ticks.
+    pub const fn span(&self) -> u32 {
+        1 << (self.entries + self.ticks)
+    }
+}
+
+/// Returns the ticks over which is averaged, so that the jerk holds: an acceleration that turns
+/// changes by twice the largest one in that time.
+fn span(limits: &ProfileLimits, sample_time: f32) -> f32 {
+    2.0 * limits.acceleration / (limits.jerk * sample_time)
+}
+
+/// Returns a power of two as a float; the exponents here are far within its range.
+fn power(of_two: u32) -> f32 {
+    (1u64 << of_two) as f32
+}
+
+fn within(x: f32, low: f32, high: f32) -> f32 {
+    if x > high {
+        high
+    } else if x < low {
+        low
+    } else {
+        x
+    }
+}

@@ -1,0 +1,289 @@
+//! The profile of a move: velocity, acceleration and jerk are limited, and the set point lands on
+//! its target exactly.
+//!
+//! ```text
+//! target -> approach.rs  speed of bounded change  -> average over T -> set point, p', p''
+//!           every k-th tick                          (and over k)
+//! ```
+//!
+//! The first stage is the fastest approach with `v_m` and `a_m` (`approach.rs`). The second is a
+//! moving average over `T = N k` ticks (L. Biagiotti and C. Melchiorri, *FIR filters for online
+//! trajectory planning with time- and frequency-domain specifications*, Control Engineering
+//! Practice 20 (2012), 1385). An average keeps the limits of speed and acceleration, and reaches
+//! what it averages `T` later. The change of the acceleration in a tick is `(a(t) - a(t - T)) / T`.
+//! An approach may turn from `a_m` to `-a_m` at once, so the jerk is bounded by `2 a_m / T`: `T >=
+//! 2 a_m / j_m`.
+//!
+//! The first stage runs every `k` ticks, and its speed is led from one value to the next in a
+//! straight line (an average over `k`). That is two ticks, of which one plans the next speed and
+//! one takes it, and four where `T` is more than the 128 ticks that the ring has room for so.
+//!
+//! Everything that is summed is a whole number (`grid.rs`): nothing drifts, and rest is rest. The
+//! ring holds the changes of the speed, so that a speed that has always been the same is a ring of
+//! zeros.
+//!
+//! Guarantees: velocity and acceleration keep their limits exactly, whatever the targets and
+//! whenever they change, from rest as in motion; the jerk keeps its own within 1e-5 of it (a length
+//! that is a power of two but for the rounding of decimals is taken as that power). It lands on the
+//! target's count and stays, and never passes a target that it can still stop at. A tick takes a
+//! bounded number of instructions, none of them in a loop. Does badly: `T` is a power of two of
+//! ticks, so that up to half of the jerk is not used. A fraction of a count is rounded to the grid,
+//! 2^-8 counts at the worst. `T` is 256 ticks at the most. What it does not know is friction: a
+//! joint trails.
+
+mod approach;
+pub mod bounded_acceleration;
+mod derived;
+mod grid;
+mod limits;
+
+pub use bounded_acceleration::{BoundedAcceleration, Limited};
+pub use limits::ProfileLimits;
+
+use crate::control::reference::Setpoint;
+use crate::units::error::Error;
+use crate::units::position::Position;
+use grid::Grid;
+
+/// Entries of the ring.
+const RING: usize = 64;
+
+/// A profiled move: its limits, its target, and where it is.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Profile {
+    grid: Grid,
+    /// Units of the first stage in a count.
+    units: f32,
+    /// The target: counts, and the rest in units of the first stage.
+    target: Place,
+    /// Where the first stage is.
+    place: Place,
+    /// Speed of the first stage, units per k ticks, and the one that it is to have next.
+    speed: i32,
+    wanted: i32,
+    /// Ticks since the first stage ran. If it is negative, the set point still waits for as many.
+    phase: i32,
+    /// The places of the ring that have not been filled.
+    empty: u32,
+    /// Where the next change goes to.
+    next: u32,
+    /// Change of the acceleration, acceleration and velocity of the set point, units of the sums.
+    jerk: i32,
+    acceleration: i32,
+    velocity: i32,
+    /// The set point: counts, and the rest in units of the sums.
+    counts: i32,
+    rest: i32,
+    /// Changes of the speed.
+    ring: [i32; RING],
+}
+
+/// A position: counts, and the rest in units of the first stage.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+struct Place {
+    counts: i32,
+    rest: i32,
+}
+
+impl Profile {
+    /// Prepares a move to `target` from rest at zero, for ticks of `sample_time` (s) and counts of
+    /// `resolution` (deg).
+    ///
+    /// # Errors
+    /// Names the limit that cannot be kept at that sample time and resolution.
+    ///
+    /// ```
+    /// use stiction::units::position::Position;
+    /// use stiction::control::profile::{Profile, ProfileLimits};
+    /// // 6 counts with 2 counts a tick, 1 count a tick squared, and hardly a limit of the jerk.
+    /// let limits = ProfileLimits { velocity: 2.0, acceleration: 1.0, jerk: 1e6 };
+    /// let mut profile = Profile::new(Position::from_counts(6), &limits, 1.0, 1.0).unwrap();
+    /// let way = [(); 8].map(|()| profile.update().position.ahead_of(0));
+    /// assert_eq!(way, [0.5, 2.0, 3.75, 5.0, 5.75, 6.0, 6.0, 6.0]);
+    /// ```
+    pub fn new(
+        target: Position,
+        limits: &ProfileLimits,
+        sample_time: f32,
+        resolution: f32,
+    ) -> Result<Self, Error> {
+        let mut profile = Self {
+            grid: Grid::new(limits, sample_time, resolution)?,
+            units: 0.0,
+            target: Place::default(),
+            place: Place::default(),
+            speed: 0,
+            wanted: 0,
+            phase: 0,
+            empty: 0,
+            next: 0,
+            jerk: 0,
+            acceleration: 0,
+            velocity: 0,
+            counts: 0,
+            rest: 0,
+            ring: [0; RING],
+        };
+        profile.units = (1 << profile.grid.bits) as f32;
+        profile.restart();
+        profile.aim(target);
+        Ok(profile)
+    }
+
+    /// Gives the move another target, from where it is and with the speed that it has.
+    pub fn aim(&mut self, target: Position) {
+        let rest = (target.fraction * self.units) as i32;
+        self.target = Place { counts: target.counts, rest };
+        self.plan();
+    }
+
+    /// Returns the target.
+    pub fn target(&self) -> Position {
+        let fraction = self.target.rest as f32 / self.units;
+        Position { counts: self.target.counts, fraction }
+    }
+
+    /// Puts the set point somewhere, with the velocity (deg/s) that it has had for some time. The
+    /// target stays.
+    pub fn start_at(&mut self, position: Position, velocity: f32) {
+        let Grid { bits, sums, entries, ticks, largest, velocity_scale, .. } = self.grid;
+        let (span, k) = (i64::from(self.grid.span()), 1i64 << ticks);
+        self.restart();
+        // A speed beyond the limit is taken as far as the sums have room.
+        let sum = velocity / velocity_scale;
+        let speed = (sum / (1 << (entries + 2 * ticks)) as f32) as i32;
+        self.speed = speed.max(-largest).min(largest);
+        self.velocity = self.speed << (entries + 2 * ticks);
+        // How far the set point still goes if the first stage stops: half of the averages' length.
+        let lag = (i64::from(self.speed) * (span + k - 2)) << (sums - bits - 1 - ticks);
+        let begin = i64::from((position.fraction * self.units) as i32) << (sums - bits);
+        let place = (begin + lag) >> (sums - bits);
+        self.place = Place::beyond(position.counts, place, bits);
+        let rest = (place << (sums - bits)) - lag;
+        self.counts = position.counts.wrapping_add((rest >> sums) as i32);
+        self.rest = (rest & ((1 << sums) - 1)) as i32;
+        self.plan();
+    }
+
+    /// Restarts a move from rest at zero, to the target that it has.
+    pub fn restart(&mut self) {
+        (self.phase, self.empty) = (0, 1 << self.grid.entries);
+        (self.next, self.speed) = (0, 0);
+        (self.jerk, self.acceleration, self.velocity) = (0, 0, 0);
+        (self.counts, self.rest, self.place) = (0, 0, Place::default());
+        self.plan();
+    }
+
+    /// Lets a set point that rests wait for `ticks` ticks before it sets out. One that moves does
+    /// not wait: that would lead it on at the speed that it has.
+    pub fn wait(&mut self, ticks: u32) {
+        if self.speed == 0 && self.velocity == 0 {
+            // A soft start is 10^5 ticks at the most.
+            self.phase = -(ticks.min(1 << 30) as i32);
+        }
+    }
+
+    /// Lets the move come to rest as fast as the limits allow, on the first whole count.
+    pub fn stop(&mut self) {
+        // One that has arrived stays, also within a count.
+        if self.speed != 0 || self.place != self.target {
+            self.target = Place { counts: self.stops_at(), rest: 0 };
+        }
+        self.plan();
+    }
+
+    /// Returns the count on which the set point comes to rest if it brakes from now on within the
+    /// limits: the first whole one that they allow.
+    ///
+    /// Wherever the target is, no set point to come is beyond both. The first stage brakes in every
+    /// step if the target is too near to stop at, and then turns back from here. If it can stop at
+    /// the target, it does not pass it. The averages are never beyond what they average.
+    pub fn stops_at(&self) -> i32 {
+        let bits = self.grid.bits;
+        let way = self.grid.approach.stopping_distance(self.speed);
+        let up = if self.speed > 0 { (1 << bits) - 1 } else { 0 };
+        let rest = i64::from(self.place.rest) + way + up;
+        Place::beyond(self.place.counts, rest, bits).counts
+    }
+
+    /// Returns whether the set point still moves, or will.
+    pub fn is_moving(&self) -> bool {
+        // One that turns may have neither velocity nor acceleration for a tick, while the first
+        // stage rests on the target already.
+        let Place { counts, rest } = self.place;
+        let has_arrived =
+            (self.counts, self.rest) == (counts, rest << (self.grid.sums - self.grid.bits));
+        let rests = self.speed == 0 && self.velocity == 0 && self.acceleration == 0;
+        !has_arrived || !rests || self.place != self.target
+    }
+
+    /// Runs a tick, and returns the set point.
+    #[inline]
+    pub fn update(&mut self) -> Setpoint {
+        if self.phase == 0 {
+            self.step();
+        }
+        self.phase += 1;
+        if self.phase >= self.grid.period {
+            self.phase = 0;
+            self.plan();
+        }
+        self.acceleration += self.jerk;
+        self.velocity += self.acceleration;
+        let (rest, bits) = (self.rest + self.velocity, self.grid.sums);
+        self.counts = self.counts.wrapping_add(rest >> bits);
+        self.rest = rest & ((1 << bits) - 1);
+        self.setpoint()
+    }
+
+    /// Returns the set point of the last tick.
+    #[inline]
+    pub fn setpoint(&self) -> Setpoint {
+        // Not rounded: a fraction is below one.
+        let fraction = (self.rest & self.grid.shown) as f32 * self.grid.fraction;
+        Setpoint {
+            position: Position { counts: self.counts, fraction },
+            velocity: self.velocity as f32 * self.grid.velocity_scale,
+            acceleration: self.acceleration as f32 * self.grid.acceleration_scale,
+        }
+    }
+
+    /// Looks at the target, and finds the speed that the first stage is to have.
+    #[inline]
+    fn plan(&mut self) {
+        let ahead = self.target.counts.wrapping_sub(self.place.counts) as f32;
+        // Whole and exact where it matters: near the target.
+        let distance = ahead * self.units + (self.target.rest - self.place.rest) as f32;
+        self.wanted = self.grid.approach.wanted(distance, self.speed);
+    }
+
+    /// Runs the first stage, and puts the change of its speed into the ring.
+    #[inline]
+    fn step(&mut self) {
+        let speed = self.grid.approach.next(self.wanted, self.speed);
+        let change = speed - self.speed;
+        self.speed = speed;
+        let rest = self.place.rest + speed;
+        self.place.counts = self.place.counts.wrapping_add(rest >> self.grid.bits);
+        self.place.rest = rest & ((1 << self.grid.bits) - 1);
+        let mut left = 0;
+        if let Some(entry) = self.ring.get_mut(self.next as usize) {
+            // What an earlier move has left there is none of this one.
+            left = if self.empty == 0 { *entry } else { 0 };
+            *entry = change;
+        }
+        if self.empty != 0 {
+            self.empty -= 1;
+        }
+        self.next = (self.next + 1) & ((1 << self.grid.entries) - 1);
+        self.jerk = change - left;
+    }
+}
+
+impl Place {
+    /// Returns the place that lies `units` units beyond a count.
+    const fn beyond(counts: i32, units: i64, bits: u32) -> Self {
+        let counts = counts.wrapping_add((units >> bits) as i32);
+        Self { counts, rest: (units & ((1 << bits) - 1)) as i32 }
+    }
+}

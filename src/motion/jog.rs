@@ -1,0 +1,463 @@
+//! The guarded jog: the first powered motion of a new joint, open loop, within bounds.
+//!
+//! ```text
+//! effort  ^        effort bound - - - - - - - - -
+//!         |      /|                                 / rises by  rate h  a tick
+//!         |    /  | 8 counts: the direction shows   | to zero at once
+//!         +--/----+---rests------\----+-----------> ticks
+//!         |                        \  | 8 counts
+//! ```
+//!
+//! The effort rises from zero in the positive sense until the joint has moved by 8 counts, and goes
+//! to zero at once. When the joint rests, the effort rises the other way. The joint's counts
+//! against the sign of the effort show whether the encoder's direction is right. Nothing has to be
+//! tuned or known: no gain, no friction, no direction. No law runs.
+//!
+//! An effort without a count ends at the effort's bound, and the other way is tried. Everything
+//! else that [`crate::safety::open_loop`] bounds ends the jog. So do a stop, a silent link and a fault. The
+//! monitors that take the direction for known (reversal, following error) are off in a jog. All
+//! others watch.
+//!
+//! Guarantees: with an encoder that counts, the joint goes no farther from its start than
+//! `travel + v^2 / (2 a) + v h`. Here `v` is the speed at the bound: `speed + sqrt(16 q A)`, since
+//! 8 counts of `q` are let pass at the largest acceleration `A` of the joint; `a` is the
+//! deceleration by friction, and `h` the sample time. With an encoder that is dead, each way goes
+//! as far as a ramp of [`effort`](JogBounds::effort) at [`rate`](JogBounds::rate) pushes the joint:
+//! see docs/wiring.md for the figures of a joint, and the tests for the closed form.
+//!
+//! Does badly: friction above the effort's bound looks like a motor that is not connected. A load
+//! that moves the joint as soon as a brake opens shows no direction: it is reported as a load.
+
+use serde::{Deserialize, Serialize};
+
+use crate::control::controller::ControllerConfig;
+use crate::control::device_config::DeviceConfig;
+use crate::safety::monitor::Standstill;
+use crate::safety::open_loop::{Bound, Bounds, OpenLoopState, SLACK};
+use crate::units::error::{Error, HUGE, above, between};
+use crate::units::value::{Key, Table, key, table};
+
+/// Distance that shows the direction, counts: twice what a joint at rest may show.
+pub const TELLING: u32 = SLACK;
+
+/// Time within two counts after which a joint rests between the two ways, s. From the speed that a
+/// jog ends with, friction stops a joint in less.
+const QUIET: f32 = 0.2;
+
+/// Time in which the effort rises to its bound, s, if it is known what starts the joint. The faster
+/// it rises, the less far goes a joint whose encoder is dead; and the less time is left to see a
+/// heavy one move. The thesis's joint, a slow one, shows its direction at 0.5 of 0.6 V.
+const RISE: f32 = 1.0;
+
+/// The same if nothing is known, s: the bound may be far beyond what starts the joint then, and
+/// only the time keeps a joint with a dead encoder from going far.
+const UNKNOWN_RISE: f32 = 0.5;
+
+/// The longest jog, s.
+const LONGEST: f32 = 60.0;
+
+/// The rounding that is allowed of a bound, as a fraction of it.
+const ROUNDING: f32 = 1e-6;
+
+table! {
+    /// The bounds of a jog in a user's units, which the device keeps. None of them can be off.
+    ///
+    /// The examples are those of the thesis's joint (5 V, breakaway 0.4 V, 0.00242 deg).
+    #[derive(Clone, Copy, Debug, PartialEq)]
+    pub struct JogBounds (jog) "jog" {
+        /// Largest effort, V. Derived: one and a half times the effort that starts the joint
+        /// (`limits.breakaway_v`), and no more than `duty_max` lets through; a quarter of that if
+        /// nothing is known of the joint.
+        effort: f32 = 0x0B01 "effort_v", Above(0.0, HUGE), Derived(0.6);
+        /// Rate of the effort, V/s, no faster than the soft start. Derived: `effort_v` in a
+        /// second, or in half of one if nothing is known of the joint: the slower, the farther goes
+        /// a joint whose encoder is dead.
+        rate: f32 = 0x0B02 "rate_v_per_s", Above(0.0, HUGE), Derived(0.6);
+        /// Largest distance from where the jog began, deg. Derived: 2 deg, or 16 counts if that is
+        /// more; 8 show the direction.
+        travel: f32 = 0x0B03 "travel_deg", Above(0.0, HUGE), Derived(2.0);
+        /// Largest speed, deg/s. 8 counts more than that are let pass. Derived: twice `travel_deg`
+        /// a second.
+        speed: f32 = 0x0B04 "speed_deg_per_s", Above(0.0, HUGE), Derived(4.0);
+        /// Longest time of the whole jog, s.
+        time: f32 = 0x0B05 "time_s", Above(0.0, LONGEST), Default(10.0);
+    }
+}
+
+const EFFORT: Key = key(JogBounds::ABOUT, "effort");
+const RATE: Key = key(JogBounds::ABOUT, "rate");
+const TRAVEL: Key = key(JogBounds::ABOUT, "travel");
+const SPEED: Key = key(JogBounds::ABOUT, "speed");
+const TIME: Key = key(JogBounds::ABOUT, "time");
+
+/// What a client asks of a jog, in the units of [`JogBounds`]: less than the device's bounds, or
+/// nothing.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct Asked {
+    /// Largest effort, V.
+    pub effort: Option<f32>,
+    /// Rate of the effort, V/s.
+    pub rate: Option<f32>,
+    /// Largest distance, deg.
+    pub travel: Option<f32>,
+    /// Largest speed, deg/s.
+    pub speed: Option<f32>,
+    /// Longest time, s.
+    pub time: Option<f32>,
+}
+
+impl JogBounds {
+    /// Returns the bounds of a machine that says nothing of them. `breakaway` is the effort that
+    /// starts the joint (V), or zero if it is not known.
+    pub fn derived(controller: &ControllerConfig, device: &DeviceConfig, breakaway: f32) -> Self {
+        let full_scale = controller.drive.full_scale;
+        let largest = full_scale * controller.drive.duty_max;
+        let (effort, rise) = match breakaway {
+            known if known > 0.0 => ((1.5 * known).min(largest), RISE),
+            _ => (0.25 * largest, UNKNOWN_RISE),
+        };
+        let travel = (2.0 * TELLING as f32 * controller.encoder.resolution).clamp(2.0, HUGE);
+        // A drive of next to no volts rounds to none, which no bound is.
+        let effort = effort.max(f32::MIN_POSITIVE);
+        Self {
+            effort,
+            rate: (effort / rise).min(steepest(full_scale, device)).max(f32::MIN_POSITIVE),
+            travel,
+            speed: (2.0 * travel).min(HUGE),
+            ..Self::EXAMPLE
+        }
+    }
+
+    /// Refuses an effort that rises faster than the output's limit may after arming.
+    pub(crate) fn check(&self, full_scale: f32, device: &DeviceConfig) -> Result<(), Error> {
+        between(RATE, self.rate, 0.0, steepest(full_scale, device))
+    }
+
+    /// Returns the bounds that a client asks for.
+    ///
+    /// # Errors
+    /// Names the value that is not less than the device's own, or too small to show a direction.
+    pub fn less(&self, asked: &Asked, resolution: f32) -> Result<Self, Error> {
+        let pick = |key, asked: Option<f32>, own: f32, least: f32| match asked {
+            None => Ok(own),
+            // What is the device's own bound in a decimal is no more than that.
+            Some(asked) if asked > own && asked <= own * (1.0 + ROUNDING) => Ok(own),
+            Some(asked) if least > 0.0 => between(key, asked, least, own).map(|()| asked),
+            Some(asked) => above(key, asked, 0.0, own).map(|()| asked),
+        };
+        let telling = (TELLING as f32 * resolution).min(self.travel);
+        Ok(Self {
+            effort: pick(EFFORT, asked.effort, self.effort, 0.0)?,
+            rate: pick(RATE, asked.rate, self.rate, 0.0)?,
+            travel: pick(TRAVEL, asked.travel, self.travel, telling)?,
+            speed: pick(SPEED, asked.speed, self.speed, 0.0)?,
+            time: pick(TIME, asked.time, self.time, 0.0)?,
+        })
+    }
+}
+
+/// Returns the steepest rate that the soft start allows, V/s.
+fn steepest(full_scale: f32, device: &DeviceConfig) -> f32 {
+    if device.soft_start > 0.0 { full_scale / device.soft_start } else { HUGE }
+}
+
+/// A jog that is prepared for its ticks.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Jog {
+    /// What the effort rises by in a tick, V.
+    rung: f32,
+    bounds: Bounds,
+    /// Time within two counts after which the joint rests, ticks.
+    quiet: u32,
+}
+
+/// The end of one way of a jog.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+pub enum Ended {
+    /// This way has not ended yet, or was not tried.
+    #[default]
+    Not,
+    /// The joint has moved far enough to show the direction.
+    Moved,
+    /// The effort has reached its bound, or what drive and supply let through.
+    Effort,
+    /// The joint has gone as far as it may.
+    Travel,
+    /// The joint was as fast as it may be.
+    Speed,
+    /// The time was over.
+    Time,
+}
+
+/// What one way of a jog has found.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct Way {
+    /// Largest effort, V, without its sign; zero: this way was not tried.
+    pub effort: f32,
+    /// Travel from the begin of this way to its end, counts.
+    pub moved: i32,
+    /// All counts on the way, whatever their sign.
+    pub counted: u32,
+    /// What ended it.
+    pub ended: Ended,
+}
+
+/// What a jog has found: first with positive effort, then with negative.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct Found {
+    /// Both ways, in their order.
+    pub ways: [Way; 2],
+}
+
+/// What a jog says of the wiring.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Verdict {
+    /// The encoder counts in the sense of the effort.
+    Agrees,
+    /// The encoder counts against the effort.
+    Reversed,
+    /// The joint moves the same way under both efforts: a load moves it.
+    Pulled,
+    /// The joint went on without effort after the first way, and the second was not tried.
+    RunsOn,
+    /// Nothing has moved, as far as the encoder shows.
+    Still,
+    /// The encoder counts to and fro, and gets nowhere.
+    Noise,
+}
+
+impl Found {
+    /// Returns all counts of both ways, whatever their sign.
+    const fn counted(&self) -> u32 {
+        let [first, second] = &self.ways;
+        first.counted.saturating_add(second.counted)
+    }
+
+    /// Returns what this says of the wiring.
+    ///
+    /// One way alone shows the direction if the other was tried and nothing moved: from rest, a
+    /// joint that begins to move under a slow effort goes where it is pushed.
+    pub fn verdict(&self) -> Verdict {
+        let [first, second] = self.ways.map(|way| {
+            let is_clear = way.moved.unsigned_abs() >= TELLING;
+            if is_clear { way.moved.signum() } else { 0 }
+        });
+        match (first, second) {
+            (0, 0) if self.counted() >= TELLING => Verdict::Noise,
+            (0, 0) => Verdict::Still,
+            (1 | -1, 0) if self.ways[1].effort == 0.0 => Verdict::RunsOn,
+            (1, 0 | -1) | (0, -1) => Verdict::Agrees,
+            (-1, 0 | 1) | (0, 1) => Verdict::Reversed,
+            _ => Verdict::Pulled,
+        }
+    }
+}
+
+/// The state of a jog from tick to tick.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct JogState {
+    phase: Phase,
+    open_loop: OpenLoopState,
+    standstill: Standstill,
+    /// Whether it is the second way.
+    second: bool,
+    /// Number of the present effort, in rungs.
+    rung: u32,
+    /// Position at the begin of this way, and the last one, counts.
+    origin: i32,
+    counts: i32,
+    found: Found,
+}
+
+/// The phases of a jog; the first two come once each way.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+enum Phase {
+    #[default]
+    Pushing,
+    Resting,
+    Over,
+}
+
+impl Jog {
+    /// Prepares a jog for a loop of `sample_time` (s) with counts of `resolution` (deg). The bounds
+    /// have been validated.
+    pub fn new(bounds: &JogBounds, sample_time: f32, resolution: f32) -> Self {
+        // The conversions saturate.
+        let ticks = |s: f32| (libm::roundf(s / sample_time) as u32).max(1);
+        Self {
+            rung: bounds.rate * sample_time,
+            bounds: Bounds {
+                effort: bounds.effort,
+                travel: (bounds.travel / resolution) as u32,
+                speed: bounds.speed * sample_time / resolution,
+                ticks: ticks(bounds.time),
+            },
+            quiet: ticks(QUIET),
+        }
+    }
+
+    /// Takes the joint's position in counts, and returns the effort from now on, V.
+    pub fn update(&self, state: &mut JogState, counts: i32) -> f32 {
+        let travel = counts.wrapping_sub(core::mem::replace(&mut state.counts, counts));
+        let still = state.standstill.update(counts);
+        match state.phase {
+            Phase::Pushing => self.push(state, travel),
+            Phase::Resting => {
+                match self.bounds.admit(&mut state.open_loop, counts, 0.0) {
+                    Err(bound) => state.end(bound.into()),
+                    Ok(_) if still >= self.quiet => state.begin_second(),
+                    Ok(_) => {}
+                }
+                0.0
+            }
+            Phase::Over => 0.0,
+        }
+    }
+
+    fn push(&self, state: &mut JogState, travel: i32) -> f32 {
+        let (counts, origin) = (state.counts, state.origin);
+        let way = state.way();
+        way.moved = counts.wrapping_sub(origin);
+        way.counted = way.counted.saturating_add(travel.unsigned_abs());
+        let has_moved = way.moved.unsigned_abs() >= TELLING;
+        state.rung = state.rung.saturating_add(1);
+        let size = state.rung as f32 * self.rung;
+        let effort = if state.second { -size } else { size };
+        match self.bounds.admit(&mut state.open_loop, counts, effort) {
+            Ok(_) | Err(Bound::Effort) if has_moved => state.rest(Ended::Moved),
+            Ok(effort) => {
+                state.way().effort = size;
+                return effort;
+            }
+            Err(Bound::Effort) => state.rest(Ended::Effort),
+            Err(bound) => state.end(bound.into()),
+        }
+        0.0
+    }
+}
+
+impl From<Bound> for Ended {
+    fn from(bound: Bound) -> Self {
+        match bound {
+            Bound::Travel => Self::Travel,
+            Bound::Speed => Self::Speed,
+            Bound::Time => Self::Time,
+            Bound::Effort => Self::Effort,
+        }
+    }
+}
+
+impl JogState {
+    /// Returns the state of a jog that begins with a joint at rest at `counts`.
+    pub fn start(counts: i32) -> Self {
+        let open_loop = OpenLoopState::start(counts);
+        Self { open_loop, origin: counts, counts, ..Self::default() }
+    }
+
+    /// Returns whether the jog has ended. Its effort is zero then.
+    pub const fn is_over(&self) -> bool {
+        matches!(self.phase, Phase::Over)
+    }
+
+    /// Returns what the jog has found so far.
+    pub const fn found(&self) -> &Found {
+        &self.found
+    }
+
+    /// Ends this way, because drive and supply do not let the effort through that was asked for.
+    pub fn capped(&mut self) {
+        if self.phase == Phase::Pushing {
+            self.rest(Ended::Effort);
+        }
+    }
+
+    const fn way(&mut self) -> &mut Way {
+        let [first, second] = &mut self.found.ways;
+        if self.second { second } else { first }
+    }
+
+    /// Ends this way. After the first, the joint is let come to rest; after the second, the jog is
+    /// over.
+    fn rest(&mut self, ended: Ended) {
+        self.way().ended = ended;
+        self.standstill = Standstill::default();
+        self.phase = if self.second { Phase::Over } else { Phase::Resting };
+    }
+
+    fn begin_second(&mut self) {
+        self.phase = Phase::Pushing;
+        self.second = true;
+        self.rung = 0;
+        self.origin = self.counts;
+    }
+
+    /// Ends the jog by a bound. If the joint was to rest, the second way is not tried for it.
+    fn end(&mut self, ended: Ended) {
+        self.second |= self.phase == Phase::Resting;
+        self.way().ended = ended;
+        self.phase = Phase::Over;
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::control::drive::DriveConfig;
+    use crate::control::encoder::Encoder;
+
+    #[test]
+    fn the_verdict_is_that_of_both_ways_or_of_the_only_one_that_told() {
+        let way =
+            |effort, moved: i32, counted| Way { effort, moved, counted, ended: Ended::Effort };
+        let [still, untried] = [way(0.6, 0, 0), way(0.0, 0, 0)];
+        let [up, down] = [way(0.4, 8, 8), way(0.4, -8, 8)];
+        for (first, second, verdict) in [
+            (up, down, Verdict::Agrees),
+            (down, up, Verdict::Reversed),
+            // A hard stop on one side.
+            (up, still, Verdict::Agrees),
+            (still, down, Verdict::Agrees),
+            (down, still, Verdict::Reversed),
+            (still, up, Verdict::Reversed),
+            (up, up, Verdict::Pulled),
+            (down, down, Verdict::Pulled),
+            (up, untried, Verdict::RunsOn),
+            (down, untried, Verdict::RunsOn),
+            (still, still, Verdict::Still),
+            (still, untried, Verdict::Still),
+            // Seven counts show no direction, and are noise only if they go to and fro.
+            (way(0.6, 7, 7), way(0.6, 0, 0), Verdict::Still),
+            (way(0.6, 1, 5), way(0.6, 0, 3), Verdict::Noise),
+            (way(0.6, 1, 5), way(0.6, 0, 2), Verdict::Still),
+        ] {
+            let found = Found { ways: [first, second] };
+            assert_eq!(found.verdict(), verdict, "{found:?}");
+        }
+    }
+
+    #[test]
+    fn no_bound_is_derived_as_none_and_no_rate_is_steeper_than_the_soft_start() {
+        for (full_scale, duty_max, resolution, soft_start, breakaway) in [
+            (5.0, 1.0, 0.00242, 0.5, 0.4),
+            (5.0, 0.1, 0.18, 10.0, 3.0),
+            (24.0, 1.0, 1.0, 0.0, 0.0),
+            (1e-30, 1e-9, 1e-9, 10.0, 0.0),
+        ] {
+            let drive = DriveConfig { full_scale, duty_max, ..DriveConfig::EXAMPLE };
+            let encoder = Encoder { resolution, ..Encoder::EXAMPLE };
+            let controller = ControllerConfig { drive, encoder, ..ControllerConfig::EXAMPLE };
+            let device = DeviceConfig { soft_start, ..DeviceConfig::EXAMPLE };
+            let bounds = JogBounds::derived(&controller, &device, breakaway);
+            use crate::units::value::Values;
+            assert_eq!((bounds.validate(), bounds.check(full_scale, &device)), (Ok(()), Ok(())));
+            assert!(bounds.effort <= (full_scale * duty_max).max(f32::MIN_POSITIVE), "{bounds:?}");
+            // The direction can show before the travel ends.
+            assert!(bounds.travel >= 16.0 * resolution && bounds.travel >= 2.0, "{bounds:?}");
+        }
+        let examples = JogBounds::derived(&ControllerConfig::EXAMPLE, &DeviceConfig::EXAMPLE, 0.4);
+        assert!((examples.effort / JogBounds::EXAMPLE.effort - 1.0).abs() < 1e-6);
+        assert!((examples.rate / JogBounds::EXAMPLE.rate - 1.0).abs() < 1e-6);
+        assert_eq!(examples.travel, JogBounds::EXAMPLE.travel);
+        assert_eq!(examples.speed, JogBounds::EXAMPLE.speed);
+    }
+}

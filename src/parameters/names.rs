@@ -1,0 +1,67 @@
+//! The names of configured values, for hosts: a device reports a value by its number alone.
+
+use core::fmt;
+
+use super::declarations;
+use crate::control::laws;
+use crate::motion;
+use crate::units::error::{Allowed, Error};
+use crate::units::key::Key;
+use crate::units::value::About;
+
+/// Returns the declaration of a value, if this version knows the value.
+pub fn about(key: Key) -> Option<&'static About> {
+    let key = laws::declared(motion::declared(key));
+    declarations().find(|about| about.key == key)
+}
+
+/// The path of a value in a machine's file, as in `drive.lsb_v`: two tables may have the same key.
+/// It prints a number that this version does not know as the number.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Path(pub Key);
+
+impl fmt::Display for Path {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match about(self.0) {
+            // A controller has a table of its own name.
+            Some(about) if about.table == "controller" => {
+                write!(f, "controller.NAME.{}", about.name)
+            }
+            Some(about) => write!(f, "{}.{}", about.table, about.name),
+            None => write!(f, "value {:#06x}", self.0.0),
+        }
+    }
+}
+
+/// An error that prints the path of its value.
+///
+/// ```
+/// use stiction::{control::pd::PdGains, parameters::names::Named, units::value::Values};
+/// let error = PdGains { kp: f32::NAN, kd: 0.15 }.validate().unwrap_err();
+/// let message = Named(error).to_string();
+/// assert!(message.starts_with("`controller.NAME.kp_v_per_deg` is NaN; allowed is a number"));
+/// ```
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Named(pub Error);
+
+impl fmt::Display for Named {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let Error { key, found, allowed } = self.0;
+        write!(f, "`{}` is {found}; allowed is {}", Path(key), Bounds(allowed))
+    }
+}
+
+/// Bounds that print the path of a value that they depend on.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Bounds(pub Allowed);
+
+impl fmt::Display for Bounds {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self.0 {
+            Allowed::UpTo(high, key) => {
+                write!(f, "a number above 0, up to `{}`, which is {high}", Path(key))
+            }
+            allowed => write!(f, "{allowed}"),
+        }
+    }
+}

@@ -1,0 +1,248 @@
+//! The faults, which are the reasons why the servo refuses to move.
+//!
+//! `docs/faults.md` says of each fault what it means and what to check.
+
+use crate::safety::monitor::limits::Limits;
+use crate::units::value::{Key, Table, key};
+
+/// The number of faults that a servo remembers.
+pub const HISTORY: usize = 8;
+
+/// Declares the faults: `number Name "a few words", "its section in docs/faults.md", "value that
+/// trips it" "its unit", "seen within", what ends it, [limits]`.
+macro_rules! faults {
+    ($($(#[doc = $text:literal])+ $code:literal $Fault:ident $words:literal, $section:literal,
+        $value:literal $unit:literal, $within:literal, $end:ident, [$($limit:ident),*];)+) => {
+        /// A latched fault: the output stays off until the fault is cleared or the part is reset.
+        /// The reset after it says why it was.
+        ///
+        /// The fault's number is kept in memory across a reset and goes over the link. It never
+        /// changes its meaning.
+        #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+        #[repr(u8)]
+        pub enum Fault {
+            $($(#[doc = $text])+ $Fault = $code,)+
+        }
+
+        impl Fault {
+            /// Every fault, in the order of the numbers.
+            pub const ALL: &'static [Self] = &[$(Self::$Fault),+];
+
+            /// Returns a few words for a log.
+            pub const fn describe(self) -> &'static str {
+                match self {
+                    $(Self::$Fault => $words,)+
+                }
+            }
+
+            /// Returns the unit of the value that tripped the fault; empty if there is no such
+            /// value.
+            pub const fn unit(self) -> &'static str {
+                match self {
+                    $(Self::$Fault => $unit,)+
+                }
+            }
+
+            /// Returns what ends the fault.
+            const fn end(self) -> End {
+                match self {
+                    $(Self::$Fault => End::$end,)+
+                }
+            }
+
+            /// Returns what the fault is, for hosts: the sentence of its declaration.
+            pub const fn text(self) -> &'static str {
+                match self {
+                    $(Self::$Fault => concat!($($text),+),)+
+                }
+            }
+
+            /// Returns what value trips the fault, for hosts; empty if there is none.
+            pub const fn value(self) -> &'static str {
+                match self {
+                    $(Self::$Fault => $value,)+
+                }
+            }
+
+            /// Returns the fault's section in docs/faults.md, for hosts.
+            pub const fn section(self) -> &'static str {
+                match self {
+                    $(Self::$Fault => $section,)+
+                }
+            }
+
+            /// Returns how soon the fault is seen, for hosts.
+            pub const fn seen_within(self) -> &'static str {
+                match self {
+                    $(Self::$Fault => $within,)+
+                }
+            }
+
+            /// Returns the numbers of the fault's thresholds, for hosts.
+            pub const fn limits(self) -> &'static [Key] {
+                match self {
+                    $(Self::$Fault => const { &[$(key(Limits::ABOUT, stringify!($limit))),*] },)+
+                }
+            }
+        }
+    };
+}
+
+/// The way in which a fault ends.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum End {
+    /// A command ends the fault.
+    Clear,
+    /// Valid parameters end the fault.
+    Parameters,
+    /// A reset ends the fault: without a crystal neither the tick nor the link keeps its time, and
+    /// only a reset tries again.
+    Reset,
+}
+
+faults! {
+    /// The parameter sectors are empty.
+    1 NoParameters "no parameters", "1 No parameters",
+        "" "", "at boot", Parameters, [];
+    /// The parameter sectors hold something that was refused.
+    2 BadParameters "bad parameters", "2 Bad parameters",
+        "" "", "at boot", Parameters, [];
+    /// The crystal did not start: neither tick nor baud rate are what they say.
+    3 ClockAbsent "crystal absent", "3, 4 Crystal",
+        "" "", "at boot", Reset, [];
+    /// The crystal stopped.
+    4 ClockLost "crystal lost", "3, 4 Crystal",
+        "" "", "at once", Reset, [];
+    /// The control task came too late or took too long.
+    5 Overrun "control overrun", "5 Control overrun",
+        "" "", "the tick after", Clear, [];
+    /// The bridge pulled the break input: overcurrent, or what else its driver reports there.
+    6 BreakInput "break input", "6 Break input",
+        "" "", "at once, in hardware", Clear, [];
+    /// The watchdog reset the part: the control task had stopped running.
+    7 Watchdog "watchdog reset", "7 Watchdog reset",
+        "" "", "when the watchdog of the board runs out", Clear, [];
+    /// The supply sagged.
+    8 BrownOut "brown-out", "8, 9 Resets",
+        "" "", "at boot", Clear, [];
+    /// The part was reset while the servo was armed.
+    9 ResetWhileArmed "reset while armed", "8, 9 Resets",
+        "" "", "at boot", Clear, [];
+    /// The program stopped itself.
+    10 Panic "panic", "10, 11 Panic and hard fault",
+        "" "", "at once", Clear, [];
+    /// The processor stopped the program.
+    11 HardFault "hard fault", "10, 11 Panic and hard fault",
+        "" "", "at once", Clear, [];
+    /// A term of the control law was not a finite number.
+    12 NonFinite "value not finite", "12 Value not finite",
+        "" "", "its tick", Clear, [];
+    /// The encoder moved further in one tick than the joint can.
+    13 EncoderJump "encoder jump", "13 Encoder jump",
+        "travel" "deg", "its tick", Clear, [encoder_jump];
+    /// Effort beyond any friction, and the encoder does not count: the joint is blocked, or a wire
+    /// is cut.
+    14 Stall "stall: effort, but no count", "14 Stall",
+        "effort" "V",
+        "`stall_s` beyond `stall_v`; 0.125 to 4 s beyond `breakaway_v`; 20 to 60 ms in motion",
+        Clear, [stall_effort, stall_time, breakaway_effort, stall_impulse, stop_gain];
+    /// The first move went against the effort: encoder or motor is wired the wrong way around.
+    15 EncoderReversed "encoder or motor reversed", "15 Encoder or motor reversed",
+        "travel" "deg", "`reversal_deg` of travel", Clear, [reversal];
+    /// The joint does not follow its set point.
+    16 FollowingError "following error", "16 Following error",
+        "error" "deg", "its tick", Clear, [following_error];
+    /// Faster than the loop was made for.
+    17 Overspeed "overspeed", "17 Overspeed",
+        "speed" "deg/s", "`velocity_window` ticks; under `robust` up to 0.15 s", Clear, [overspeed];
+    /// Outside of the range of positions.
+    18 PositionLimit "position limit", "18 Position limit",
+        "position since power-on" "deg", "its tick", Clear, [position_min, position_max];
+    /// The supply of the bridge is too low.
+    19 SupplyLow "supply low", "19, 20 Supply",
+        "supply" "V", "3 ticks", Clear, [supply_min];
+    /// The supply of the bridge is too high.
+    20 SupplyHigh "supply high", "19, 20 Supply",
+        "supply" "V", "3 ticks", Clear, [supply_max];
+    /// The motor has taken more effort than it can lose as heat.
+    21 Overheat "motor overheated (model)", "21 Motor overheated",
+        "steady effort of that heat" "V", "a model, not a measurement", Clear,
+        [continuous_effort, thermal_time];
+    /// Armed by a link that has fallen silent.
+    22 LinkTimeout "link silent while armed", "22 Link silent",
+        "silence" "s", "`link_timeout_s`", Clear, [link_timeout];
+    /// The crystal has another frequency than 8 MHz, so the part runs without it.
+    23 ClockWrong "crystal of another frequency", "23 Crystal of another frequency",
+        "frequency" "MHz", "at boot", Reset, [];
+}
+
+impl Fault {
+    /// Returns the fault of a number, if there is one.
+    ///
+    /// ```
+    /// use stiction::Fault;
+    /// assert!(Fault::ALL.iter().all(|fault| Fault::from_code(*fault as u8) == Some(*fault)));
+    /// assert_eq!(Fault::from_code(0), None);
+    /// ```
+    pub fn from_code(code: u8) -> Option<Self> {
+        Self::ALL.iter().copied().find(|fault| *fault as u8 == code)
+    }
+
+    /// Returns whether a command can clear the fault. Missing and bad parameters end with good
+    /// ones.
+    pub const fn is_clearable(self) -> bool {
+        matches!(self.end(), End::Clear)
+    }
+
+    /// Returns whether valid parameters end the fault.
+    pub const fn ends_with_parameters(self) -> bool {
+        matches!(self.end(), End::Parameters)
+    }
+}
+
+/// A fault that is latched, with its time and the value that tripped it.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Latched {
+    /// The fault.
+    pub fault: Fault,
+    /// Ticks from power-on to the fault.
+    pub tick: u32,
+    /// Value that tripped the fault, in [`Fault::unit`]; zero if the fault has none.
+    pub value: f32,
+}
+
+impl From<Fault> for Latched {
+    fn from(fault: Fault) -> Self {
+        Self { fault, tick: 0, value: 0.0 }
+    }
+}
+
+/// The log of the last faults.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct FaultLog {
+    /// The last faults in a ring: the fault number `n` of all that there were is at `n` modulo its
+    /// length.
+    entries: [Option<Latched>; HISTORY],
+    count: u32,
+}
+
+impl FaultLog {
+    /// Adds a fault, in the place of the oldest one if the log is full.
+    pub fn push(&mut self, latched: Latched) {
+        if let Some(entry) = self.entries.get_mut(self.count as usize % HISTORY) {
+            *entry = Some(latched);
+        }
+        self.count = self.count.saturating_add(1);
+    }
+
+    /// Returns the faults that are remembered, the oldest first.
+    pub fn iter(&self) -> impl Iterator<Item = &Latched> {
+        let oldest = self.count as usize % HISTORY;
+        (0..HISTORY).filter_map(move |i| self.entries.get((oldest + i) % HISTORY)?.as_ref())
+    }
+
+    /// Returns how many faults there were, remembered or not.
+    pub const fn count(&self) -> u32 {
+        self.count
+    }
+}

@@ -1,0 +1,10 @@
+//! The monitors, the faults that they trip, and the bounds of a motion without a closed loop.
+//!
+//! [`monitor`] judges each tick, one cause of a fault a file. [`fault`] declares the faults and
+//! latches the first. [`open_loop`] bounds the effort, travel and speed of a jog and of an
+//! identification. [`deadline`] judges how late a tick began and how long it took.
+
+pub mod deadline;
+pub mod fault;
+pub mod monitor;
+pub mod open_loop;

@@ -1,0 +1,330 @@
+//! Thresholds of the monitors: `[limits]` of a machine's file.
+
+use crate::control::controller::ControllerConfig;
+use crate::control::device_config::DeviceConfig;
+use crate::units::error::HUGE;
+use crate::units::value::{Table, table};
+
+/// The largest error where Kp is zero and says nothing of it: a turn, deg.
+const TURN: f32 = 360.0;
+
+/// Where Kd is zero, the overspeed is the following error in this time, s: that of Kd = 0.15 s Kp,
+/// the thesis's ratio.
+const UNDAMPED: f32 = 0.06;
+
+/// How much faster than the overspeed a tick of a swing may be that the law has to end: where its
+/// mean is within that limit, the fastest ticks of simulated ones were up to five times as fast. A
+/// swing whose period divides the time of the mean has no other limit of its speed.
+const SWING: f32 = 6.0;
+
+/// The impulse without a count is the breakaway effort for this time, s.
+const IMPULSE_TIME: f32 = 0.5;
+
+/// The longest time of a monitor, s: its ticks and their sums stay far within 32 bits.
+const LONGEST: f32 = 600.0;
+
+table! {
+    /// Thresholds in a user's units. `"off"`, which is zero, turns a monitor off; nothing else
+    /// does, and no threshold is derived as off but those of a supply that is not measured.
+    ///
+    /// The examples are those of the thesis's loop under PD (5 V, Kp 1 V/deg, Kd 0.15 V s/deg, 20
+    /// ms).
+    #[derive(Clone, Copy, Debug, PartialEq)]
+    pub struct Limits (limits) "limits" {
+        /// Travel in one tick, deg. Derived: that of a tick at twice the overspeed, and 4 counts;
+        /// no motor accelerates like that. At six times under a law that ends swings itself.
+        encoder_jump: f32 = 0x0901 "encoder_jump_deg", OrOff(0.0, HUGE), Derived(3.343_013);
+        /// Effort beyond any friction, V. Derived: twice `breakaway_v`, and no more than `duty_max`
+        /// lets through. PD rests with less than the breakaway effort for ever; twice that moves a
+        /// free joint by a count within a tick. Off turns `stall_impulse_vs` off as well.
+        stall_effort: f32 = 0x0902 "stall_v", OrOff(0.0, HUGE), Derived(0.8);
+        /// Time without a count under that effort, s.
+        stall_time: f32 = 0x0903 "stall_s", Between(0.0, LONGEST), Default(0.2);
+        /// Travel against the effort in the first move after arming, deg. Derived: 8 counts, twice
+        /// the noise that standstill allows; from rest a joint goes where it is pushed. What the
+        /// push before went with the effort, fewer counts than these, is set off.
+        reversal: f32 = 0x0904 "reversal_deg", OrOff(0.0, HUGE), Derived(0.019_36);
+        /// Error beyond a jump of the set point, deg. Derived: full scale / Kp; beyond it more
+        /// error gives no more effort. Without Kp, a turn. `robust` has a rule of its own:
+        /// docs/positioning.md.
+        following_error: f32 = 0x0905 "following_error_deg", OrOff(0.0, HUGE), Derived(5.0);
+        /// Measured speed, deg/s. Derived: 2.5 full scale / Kd, never below 16 counts a tick: the
+        /// damping alone would take two and a half times the output. Without Kd, that of Kd = 0.15
+        /// s Kp; under `robust`, twice its profile's speed, judged by the mean over 50 ms up to 10
+        /// ms of sample time (100 ms with the encoder on the load). On the thesis's joint a step of
+        /// 25 deg passes under every law, and an unstable loop is seen within a second under PD and
+        /// the laws of the thesis; at half as much again, or at the motor's speed without load,
+        /// some are not. A swing of four ticks is measured too slow.
+        overspeed: f32 = 0x0906 "overspeed_deg_per_s", OrOff(0.0, HUGE), Derived(83.333_336);
+        /// Lowest position, deg from where the joint stood at power-on. Both limits zero: there are
+        /// none.
+        position_min: f32 = 0x0907 "position_min_deg", Between(-HUGE, HUGE), Default(0.0);
+        /// Highest position, deg, not below `position_min_deg`.
+        position_max: f32 =
+            0x0908 "position_max_deg", Between(limits.position_min, HUGE), Default(0.0);
+        /// Lowest supply, V. Derived: 0.7 of the nominal supply.
+        supply_min: f32 = 0x0909 "supply_min_v", OrOff(0.0, HUGE), Derived(0.0);
+        /// Highest supply, V. Derived: 1.3 of the nominal supply.
+        supply_max: f32 = 0x090A "supply_max_v", OrOff(0.0, HUGE), Derived(0.0);
+        /// Effort that the motor bears for ever, V. Derived: three quarters of what `duty_max`
+        /// lets through, which may last for 8.3 s; the thesis's most violent oscillation heats
+        /// like 0.7 of it. The motor's data sheet knows better.
+        continuous_effort: f32 = 0x090B "continuous_v", OrOff(0.0, HUGE), Derived(3.75);
+        /// Time constant of the motor's winding, s. Slower windings would change by less than a
+        /// rounding in a tick of 0.1 ms.
+        thermal_time: f32 = 0x090C "thermal_s", Between(0.1, 100.0), Default(10.0);
+        /// Silence of the link that armed the servo, s: five polls of a client that polls ten times
+        /// a second.
+        link_timeout: f32 = 0x090D "link_timeout_s", OrOff(0.0, LONGEST), Default(0.5);
+        /// Effort of the compensator at standstill that is reported, V. Derived:
+        /// `breakaway_v`.
+        wind_up_effort: f32 = 0x090E "wind_up_v", OrOff(0.0, HUGE), Derived(0.4);
+        /// How long the compensator has to hold that effort, s.
+        wind_up_time: f32 = 0x090F "wind_up_s", Between(0.0, LONGEST), Default(1.0);
+        /// Effort that starts the joint, V. Derived: half of `stall_v` if the file has that, else
+        /// its joint's `stick_v` and the load of its data sheet, and a quarter of what `duty_max`
+        /// lets through if nothing is known. More of it without a count adds up to
+        /// `stall_impulse_vs`. Off turns that off, and `reversal_deg` with it.
+        breakaway_effort: f32 = 0x0910 "breakaway_v", OrOff(0.0, HUGE), Derived(0.4);
+        /// Effort beyond `breakaway_v` times its time, added up until a count comes, V s. Derived:
+        /// `breakaway_v` for half a second.
+        stall_impulse: f32 = 0x0911 "stall_impulse_vs", OrOff(0.0, HUGE), Derived(0.2);
+        /// Speed that a volt gives or takes in a second, deg/s^2 per V; counts that stop faster
+        /// than this and `stall_v` allow are a stall. Derived: twice the joint's gain, if the file
+        /// has it; else pi / (`kd_v_per_deg_per_s` `velocity_window` `sample_time_s`), beyond which
+        /// no loop is stable. Off turns that off.
+        stop_gain: f32 = 0x0912 "stop_gain_deg_per_s2_per_v", OrOff(0.0, HUGE), Derived(209.439_51);
+    }
+}
+
+impl Limits {
+    /// No monitor at all, for tests of what is around them.
+    pub const OFF: Self = Self {
+        encoder_jump: 0.0,
+        stall_effort: 0.0,
+        stall_time: 0.2,
+        reversal: 0.0,
+        following_error: 0.0,
+        overspeed: 0.0,
+        position_min: 0.0,
+        position_max: 0.0,
+        supply_min: 0.0,
+        supply_max: 0.0,
+        continuous_effort: 0.0,
+        thermal_time: 10.0,
+        link_timeout: 0.0,
+        wind_up_effort: 0.0,
+        wind_up_time: 1.0,
+        breakaway_effort: 0.0,
+        stall_impulse: 0.0,
+        stop_gain: 0.0,
+    };
+
+    /// What can be derived from the loop itself, for machines that say nothing of it; the sentence
+    /// of each limit says how and why. `breakaway` is the effort that starts the joint (V), or zero
+    /// if it is not known. A law may say more about its speed and its error than PD's gains do.
+    pub fn derived(controller: &ControllerConfig, device: &DeviceConfig, breakaway: f32) -> Self {
+        let around = controller.around();
+        let (full_scale, count, sample_time) =
+            (around.full_scale, around.resolution, around.sample_time);
+        let laws = &controller.compensator;
+        let following_error = laws
+            .iter()
+            .find_map(|law| law.following_error(&around))
+            .unwrap_or_else(|| Self::saturating_error(controller));
+        let damped = match controller.pd.kd {
+            kd if kd > 0.0 => 2.5 * full_scale / kd,
+            _ => following_error / UNDAMPED,
+        };
+        let of_pd = damped.max(16.0 * count / sample_time).min(HUGE);
+        let overspeed = laws.iter().find_map(|law| law.overspeed(&around)).unwrap_or(of_pd);
+        // A speed loop with a gain k and a delay d, v' = -k v(t - d), is stable below k d = pi / 2.
+        // The slope of a window is (N - 1) / 2 samples late, and a held output half a sample.
+        let damping = 2.5 * full_scale / damped;
+        let late = 0.5 * controller.velocity_window as f32 * sample_time;
+        let stop_gain = (core::f32::consts::FRAC_PI_2 / (damping * late)).min(HUGE);
+        let faster = if Self::swing_time(controller) > 0.0 { SWING } else { 2.0 };
+        let encoder_jump = (faster * overspeed * sample_time + 4.0 * count).min(HUGE);
+        // What the output stage lets through: beyond it nothing trips.
+        let largest = full_scale * controller.drive.duty_max;
+        let breakaway = if breakaway > 0.0 { breakaway.min(largest) } else { 0.25 * largest };
+        Self {
+            encoder_jump,
+            stall_effort: (2.0 * breakaway).min(largest),
+            reversal: (8.0 * count).min(HUGE),
+            following_error,
+            overspeed,
+            supply_min: 0.7 * device.nominal_supply,
+            supply_max: 1.3 * device.nominal_supply,
+            continuous_effort: 0.75 * largest,
+            wind_up_effort: breakaway,
+            breakaway_effort: breakaway,
+            stall_impulse: breakaway * IMPULSE_TIME,
+            stop_gain,
+            ..Self::EXAMPLE
+        }
+    }
+
+    /// Returns the time whose swings are left to the law, s; zero if it leaves all of them to the
+    /// monitors. A regression over a longer time levels them out by itself.
+    pub(super) fn swing_time(controller: &ControllerConfig) -> f32 {
+        let around = controller.around();
+        let window = controller.velocity_window.saturating_sub(1) as f32 * around.sample_time;
+        let laws = &controller.compensator;
+        let time = laws.iter().find_map(|law| law.swing_time(&around)).unwrap_or(0.0);
+        if time > window { time } else { 0.0 }
+    }
+
+    /// Returns the error that asks for the full scale, deg: beyond it more error gives no more
+    /// effort. A law may say more about it than Kp does; without both it is a turn.
+    pub(super) fn saturating_error(controller: &ControllerConfig) -> f32 {
+        let around = controller.around();
+        let of_pd = match controller.pd.kp {
+            kp if kp > 0.0 => (around.full_scale / kp).min(HUGE),
+            _ => TURN,
+        };
+        let laws = &controller.compensator;
+        laws.iter().find_map(|law| law.saturating_error(&around)).unwrap_or(of_pd)
+    }
+}
+
+/// What turns a user's units into those of a tick.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Units {
+    /// Deg of a count.
+    pub count: f32,
+    /// V of a code.
+    pub code: f32,
+    /// S of a tick.
+    pub tick: f32,
+    /// V of the converter's unit; zero if the supply is not measured.
+    pub supply: f32,
+}
+
+impl Units {
+    /// Whole units in a positive amount, never none: a threshold that is on stays on.
+    #[inline(never)]
+    pub fn whole(amount: f32, unit: f32) -> u32 {
+        (libm::roundf(amount / unit) as u32).max(1)
+    }
+
+    /// A threshold in whole units that is never reached if it is zero.
+    #[inline(never)]
+    pub fn threshold(amount: f32, unit: f32) -> u32 {
+        if amount > 0.0 && unit > 0.0 { Self::whole(amount, unit) } else { u32::MAX }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::control::drive::DriveConfig;
+    use crate::control::laws::robust::EncoderSide;
+    use crate::control::laws::{Gains, RobustGains};
+    use crate::control::pd::PdGains;
+    use crate::units::value::Values;
+
+    fn derived(kp: f32, kd: f32, duty_max: f32, breakaway: f32) -> Limits {
+        let drive = DriveConfig { full_scale: 5.0, duty_max, ..DriveConfig::EXAMPLE };
+        let pd = PdGains { kp, kd };
+        let controller = ControllerConfig { drive, pd, ..ControllerConfig::EXAMPLE };
+        Limits::derived(&controller, &DeviceConfig::EXAMPLE, breakaway)
+    }
+
+    #[test]
+    fn nothing_that_can_be_derived_is_off_whatever_the_gains_are() {
+        for [kp, kd] in [[1.0, 0.15], [0.1, 0.0], [0.0, 0.15], [0.0, 0.0]] {
+            let limits = derived(kp, kd, 1.0, 0.0);
+            let Limits { encoder_jump, stall_effort, reversal, following_error, .. } = limits;
+            let Limits {
+                overspeed,
+                continuous_effort,
+                breakaway_effort,
+                stall_impulse,
+                stop_gain,
+                ..
+            } = limits;
+            let all = [
+                encoder_jump,
+                stall_effort,
+                reversal,
+                following_error,
+                overspeed,
+                continuous_effort,
+                breakaway_effort,
+                stall_impulse,
+                stop_gain,
+            ];
+            assert!(all.iter().all(|limit| *limit > 0.0 && limit.is_finite()), "{limits:?}");
+            // So is every value that can be off, also one that is declared later. The supply of
+            // this device is not measured.
+            for about in Limits::ABOUT.iter().filter(|about| about.may_be_off()) {
+                let found = limits.get(about.key).map(f32::from_bits).unwrap();
+                assert_eq!(found > 0.0, !about.name.starts_with("supply_"), "{about:?}");
+            }
+        }
+        // Without Kd the speed is that of Kd = 0.15 s Kp.
+        let [without, with] = [derived(0.5, 0.0, 1.0, 0.0), derived(0.5, 0.075, 1.0, 0.0)];
+        assert!((without.overspeed / with.overspeed - 1.0).abs() < 1e-6, "{without:?}");
+    }
+
+    /// A joint of 2022 deg/s^2 per V under `robust`, whose largest breakaway is 1 V of 5 V.
+    #[test]
+    fn limits_under_robust_know_its_swings_in_fast_loops_only() {
+        let of = |sample_time: f32, encoder_side: EncoderSide| {
+            let gains = RobustGains {
+                inertia: 4.945e-4,
+                viscous: 1.89e-3,
+                breakaway_high: 1.0,
+                encoder_side,
+                ..RobustGains::EXAMPLE
+            };
+            let compensator = [Gains::Robust(gains)].into_iter().collect();
+            let controller =
+                ControllerConfig { compensator, sample_time, ..ControllerConfig::EXAMPLE };
+            let limits = Limits::derived(&controller, &DeviceConfig::EXAMPLE, 0.4);
+            let jump = limits.encoder_jump - 4.0 * controller.encoder.resolution;
+            [
+                limits.overspeed,
+                jump / sample_time / limits.overspeed,
+                limits.following_error,
+                Limits::saturating_error(&controller),
+                Limits::swing_time(&controller),
+            ]
+        };
+        use EncoderSide::{Load, Motor};
+        // The profile's speed is 3 rad/s up to 10 ms, and 0.15 of 5 V / B beyond. The bandwidth is
+        // 16 pi, 14, 7 and 4 pi rad/s; 5 V ask for 1.25 V / J = 2528 deg/s^2. So the error is twice
+        // 5 V / (J w^2) at 1 kHz, and else 1 V / (J w^2), twice and once: the way v^2 / 2 a is
+        // less, 5.84 deg and 31.1 deg at 20 ms.
+        let slow = 0.15f32 * 5.0 / 1.89e-3;
+        for (tick, side, [overspeed, jump, error, saturating, swing]) in [
+            (0.001, Motor, [343.8, 6.0, 2.0 * 4.002, 4.002, 0.05]),
+            (0.001, Load, [343.8, 6.0, 12.81, 64.03, 0.1]),
+            (0.01, Motor, [343.8, 6.0, 2.0 * 10.32, 51.59, 0.05]),
+            (0.02, Motor, [2.0 * slow, 2.0, 41.27, 206.4, 0.0]),
+            (0.02, Load, [2.0 * slow, 2.0, 41.27, 206.4, 0.0]),
+        ] {
+            let found = of(tick, side);
+            let expected = [overspeed, jump, error, saturating, swing];
+            for (found, expected) in found.iter().zip(expected) {
+                let off = (found - expected).abs();
+                assert!(off <= 1e-3 * expected, "{tick} {side:?}: {found:?}, not {expected:?}");
+            }
+        }
+    }
+
+    #[test]
+    fn every_effort_that_trips_is_one_that_the_drive_lets_through() {
+        for (duty_max, breakaway) in [(1.0, 0.4), (1.0, 3.0), (0.25, 0.0), (0.25, 0.4), (0.1, 3.0)]
+        {
+            let limits = derived(1.0, 0.15, duty_max, breakaway);
+            let largest = 5.0 * duty_max;
+            assert!(limits.stall_effort <= largest && limits.continuous_effort < largest);
+            assert!(limits.breakaway_effort <= largest, "{limits:?}");
+            let known = if breakaway > 0.0 { breakaway.min(largest) } else { 0.25 * largest };
+            assert_eq!(limits.breakaway_effort, known, "PD rests with less than that for ever");
+            assert_eq!(limits.stall_effort, (2.0 * known).min(largest));
+        }
+    }
+}

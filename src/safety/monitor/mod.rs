@@ -1,0 +1,289 @@
+//! Monitors: what turns the bridge off, in the tick in which it is seen.
+//!
+//! Each is one module: what it looks at, how soon, and what it does badly. [`Limits`] are their
+//! thresholds in a user's units; the monitors are made of them once, in counts, codes and ticks, so
+//! that a tick compares integers. The first one in this order is reported: a jump of the
+//! encoder is a following error, too.
+//!
+//! Faults that are not seen in a tick (clock, watchdog, panic, overrun, break input) come from the
+//! board, and [`Fault::NonFinite`] from the controller.
+
+mod abrupt_stop;
+mod encoder_jump;
+mod following_error;
+pub mod limits;
+mod link_timeout;
+mod overspeed;
+mod position_limits;
+mod reversal;
+mod stall;
+mod stall_impulse;
+mod standstill;
+mod supply;
+#[cfg(test)]
+mod tests;
+mod thermal;
+mod wind_up;
+
+pub use limits::Limits;
+pub use standstill::Standstill;
+
+use crate::control::controller::ControllerConfig;
+use crate::control::device_config::DeviceConfig;
+use crate::control::hardware::Hardware;
+use crate::control::signal::Tick;
+use crate::safety::fault::Fault;
+use abrupt_stop::{AbruptStop, AbruptStopState};
+use encoder_jump::EncoderJump;
+use following_error::{FollowingError, FollowingState};
+use limits::Units;
+use link_timeout::{LinkState, LinkTimeout};
+use overspeed::{Overspeed, OverspeedState};
+use position_limits::PositionLimits;
+use reversal::{Reversal, ReversalState};
+use stall::{Stall, StallState};
+use stall_impulse::{StallImpulse, StallImpulseState};
+use supply::{Supply, SupplyState};
+use thermal::{Thermal, ThermalState};
+use wind_up::WindUp;
+
+/// A joint that has stood still for this long is at rest, s.
+const REST: f32 = 0.05;
+
+/// All monitors of a joint, ready to be used.
+#[derive(Clone, Debug)]
+pub(crate) struct Monitors {
+    units: Units,
+    rest: u32,
+    jump: EncoderJump,
+    overspeed: Overspeed,
+    reversal: Reversal,
+    following: FollowingError,
+    stall: Stall,
+    impulse: StallImpulse,
+    abrupt: AbruptStop,
+    position: PositionLimits,
+    supply: Supply,
+    thermal: Thermal,
+    link: LinkTimeout,
+    wind_up: WindUp,
+}
+
+/// What they remember. The heat stays from one arming to the next, and so does the impulse without
+/// a count.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub(crate) struct MonitorState {
+    /// What was applied since the last tick.
+    code: i32,
+    overspeed: OverspeedState,
+    reversal: ReversalState,
+    following: FollowingState,
+    stall: StallState,
+    impulse: StallImpulseState,
+    abrupt: AbruptStopState,
+    supply: SupplyState,
+    thermal: ThermalState,
+    link: LinkState,
+    wound_up: u32,
+    warning: bool,
+}
+
+/// What the encoder says of a tick, armed or not.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub(crate) struct Seen {
+    /// Travel since the last tick, counts.
+    pub travel: i32,
+    /// Position since power-on, counts.
+    pub position: i32,
+    /// Ticks without motion.
+    pub standstill: u32,
+}
+
+/// A fault and the value that tripped it.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct Trip {
+    pub fault: Fault,
+    pub value: f32,
+}
+
+impl Monitors {
+    /// The monitors of a loop; all of it has been validated.
+    pub fn new(
+        limits: &Limits,
+        controller: &ControllerConfig,
+        device: &DeviceConfig,
+        hardware: &Hardware,
+    ) -> Self {
+        let units = Units {
+            count: controller.encoder.resolution,
+            code: controller.drive.lsb,
+            tick: controller.sample_time,
+            supply: device.supply_full_scale / f32::from(hardware.supply_top),
+        };
+        Self {
+            units,
+            rest: Units::whole(REST, units.tick),
+            jump: EncoderJump::new(limits, &units),
+            overspeed: Overspeed::new(
+                limits,
+                controller.velocity_window,
+                Limits::swing_time(controller),
+                &units,
+            ),
+            reversal: Reversal::new(limits, &units),
+            following: FollowingError::new(limits, Limits::saturating_error(controller), &units),
+            stall: Stall::new(limits, &units),
+            impulse: StallImpulse::new(limits, &units),
+            abrupt: AbruptStop::new(limits, &units),
+            position: PositionLimits::new(limits, &units),
+            supply: Supply::new(limits, &units),
+            thermal: Thermal::new(limits, &units),
+            link: LinkTimeout::new(limits, &units),
+            wind_up: WindUp::new(limits, &units),
+        }
+    }
+
+    /// Whether the joint is at rest.
+    pub const fn is_at_rest(&self, seen: &Seen) -> bool {
+        seen.standstill >= self.rest
+    }
+
+    /// The fault that arming would run into at once.
+    pub fn forbids_arming(&self, state: &MonitorState, seen: &Seen, supply: u16) -> Option<Fault> {
+        if self.position.check(seen.position) {
+            return Some(Fault::PositionLimit);
+        }
+        if self.thermal.is_hot(&state.thermal) {
+            return Some(Fault::Overheat);
+        }
+        self.supply.is_out(supply)
+    }
+
+    /// Whether a position (counts since power-on) is out of the range.
+    pub const fn is_out_of_range(&self, position: i32) -> bool {
+        self.position.check(position)
+    }
+
+    /// Returns whether a set point that is so far from the joint (counts) is a jump.
+    pub const fn is_jump(&self, distance: i32) -> bool {
+        self.following.is_jump(distance)
+    }
+
+    /// The state that arming begins with.
+    pub fn armed(&self, before: &MonitorState, by_link: bool) -> MonitorState {
+        let MonitorState { thermal, impulse, .. } = *before;
+        MonitorState {
+            thermal,
+            impulse,
+            link: LinkState::watch(by_link),
+            ..MonitorState::default()
+        }
+    }
+
+    /// The state after other parameters were taken: the winding stays warm, whatever the code of a
+    /// volt.
+    pub fn taken_over(&self, before: &MonitorState, monitors: &Self) -> MonitorState {
+        let ratio = monitors.units.code / self.units.code;
+        let thermal = before.thermal.scaled(ratio);
+        let impulse = before.impulse.scaled(ratio * monitors.units.tick / self.units.tick);
+        MonitorState { thermal, impulse, ..MonitorState::default() }
+    }
+
+    /// A tick without output.
+    pub fn idle(&self, state: &mut MonitorState, seen: &Seen) {
+        self.thermal.check(&mut state.thermal, 0);
+        self.impulse.see(&mut state.impulse, seen.position);
+        state.code = 0;
+        state.warning = false;
+    }
+
+    /// A tick of the driver's wake-up, without output: what forbids arming still may come, and the
+    /// link may fall silent.
+    pub fn waking(&self, state: &mut MonitorState, seen: &Seen, supply: u16) -> Option<Trip> {
+        self.idle(state, seen);
+        if let Some(fault) = self.forbids_arming(state, seen, supply) {
+            return Some(Trip { fault, value: 0.0 });
+        }
+        let ticks = self.link.check(&mut state.link)?;
+        Some(Trip { fault: Fault::LinkTimeout, value: ticks as f32 * self.units.tick })
+    }
+
+    /// One tick with output: `tick` has the code that is about to be applied.
+    #[inline]
+    pub fn check(
+        &self,
+        state: &mut MonitorState,
+        seen: &Seen,
+        tick: &Tick,
+        supply: u16,
+    ) -> Option<Trip> {
+        // In codes at the nominal supply: a duty that is scaled by the supply is no other effort.
+        let code = libm::roundf(tick.v_applied / self.units.code) as i32;
+        let before = core::mem::replace(&mut state.code, code);
+        let deg = |counts: i32| counts as f32 * self.units.count;
+        let trip = |fault, value| Some(Trip { fault, value });
+        if self.jump.check(seen.travel) {
+            return trip(Fault::EncoderJump, deg(seen.travel));
+        }
+        if let Some(speed) = self.overspeed.check(&mut state.overspeed, tick.velocity, seen.travel)
+        {
+            return trip(Fault::Overspeed, speed);
+        }
+        if let Some(travel) = self.reversal.check(&mut state.reversal, before, seen.travel) {
+            return trip(Fault::EncoderReversed, deg(travel));
+        }
+        let (setpoint, speed) = (tick.reference_counts, tick.reference_velocity);
+        if let Some(error) =
+            self.following.check(&mut state.following, setpoint, speed, tick.counts)
+        {
+            return trip(Fault::FollowingError, deg(error));
+        }
+        let stalls = self.stall.check(&mut state.stall, code, seen.standstill);
+        let stalls =
+            stalls | self.impulse.check(&mut state.impulse, code, seen.position, seen.travel);
+        if self.abrupt.check(&mut state.abrupt, before, seen.travel) || stalls {
+            return trip(Fault::Stall, tick.v_applied);
+        }
+        if self.position.check(seen.position) {
+            return trip(Fault::PositionLimit, deg(seen.position));
+        }
+        if let Some(fault) = self.supply.check(&mut state.supply, supply) {
+            return trip(fault, f32::from(supply) * self.units.supply);
+        }
+        if self.thermal.check(&mut state.thermal, code) {
+            return trip(Fault::Overheat, state.thermal.effort() * self.units.code);
+        }
+        if let Some(ticks) = self.link.check(&mut state.link) {
+            return trip(Fault::LinkTimeout, ticks as f32 * self.units.tick);
+        }
+        state.warning = self.wind_up.check(&mut state.wound_up, tick.v_c, seen.standstill);
+        None
+    }
+}
+
+impl MonitorState {
+    /// A link has taken over: its silence is a fault from now on.
+    pub const fn listen(&mut self) {
+        self.link = LinkState::watch(true);
+    }
+
+    /// The direction of the encoder is not known yet, and shall not trip: a jog finds it.
+    pub const fn suppose_direction(&mut self) {
+        self.reversal.suppose();
+    }
+
+    /// The link gave a sign of life.
+    pub const fn heard(&mut self) {
+        self.link.heard();
+    }
+
+    /// The compensator holds effort at standstill.
+    pub const fn warning(&self) -> bool {
+        self.warning
+    }
+
+    /// An effort that would heat the motor as much as it is, V.
+    pub fn effort(&self, monitors: &Monitors) -> f32 {
+        self.thermal.effort() * monitors.units.code
+    }
+}

@@ -1,0 +1,39 @@
+//! How long the joint has stood still.
+//!
+//! It stands still while its position stays within two counts of where it was: an encoder on an
+//! edge, or one with a wire cut, flickers by one. Slow creep is no standstill, however slow,
+//! because it leaves the band in the end; for how long it may look like one is up to those who ask.
+
+/// Half the band, counts.
+const BAND: u32 = 2;
+
+/// A position and how long the joint has been near it.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Standstill {
+    anchor: i32,
+    ticks: u32,
+}
+
+impl Standstill {
+    /// Takes the position of a tick (counts), and returns for how many ticks the joint has stood
+    /// still.
+    ///
+    /// ```
+    /// let mut standstill = stiction::safety::monitor::Standstill::default();
+    /// assert_eq!([0, 1, -1, 2, 3, 3].map(|counts| standstill.update(counts)), [1, 2, 3, 4, 0, 1]);
+    /// ```
+    #[inline]
+    pub const fn update(&mut self, counts: i32) -> u32 {
+        if counts.wrapping_sub(self.anchor).unsigned_abs() > BAND {
+            *self = Self { anchor: counts, ticks: 0 };
+        } else {
+            self.ticks = self.ticks.saturating_add(1);
+        }
+        self.ticks
+    }
+
+    /// For how many ticks, as of the last one.
+    pub const fn ticks(&self) -> u32 {
+        self.ticks
+    }
+}
