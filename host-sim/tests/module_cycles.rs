@@ -1,187 +1,292 @@
-//! The modules of the simulator's crates depend on each other one way, as ARCHITECTURE.md draws it.
+//! The modules of the core and of the host's crates depend on each other one way, as
+//! ARCHITECTURE.md draws it.
 //!
-//! A room is a module that a crate's `lib.rs` declares, with everything inside of it. It depends on
-//! the rooms that its sources name by `crate::` or `super::`, whatever features are on, in tests as
-//! well: the crates name those of each other so, too. Cargo keeps the crates without a circle.
-//! Comments may point anywhere. A method for a type of another room would be called from there
-//! without a path, so that it is refused, too. Blind to what a macro or a trait object brings in.
+//! A file depends on the files that it names by `crate::`, `super::` or `self::`, whatever features
+//! are on. A room is a module that a crate's `lib.rs` declares, with everything inside of it. Cargo
+//! keeps the crates without a circle. A file may use the modules around it: those declare what
+//! their files share. Comments may point anywhere, and unit tests may use anything of their crate.
+//! A method for a type of another room would be called from there without a path, so that it is
+//! refused, too. Blind to what a macro or a trait object brings in.
 #![allow(clippy::unwrap_used)]
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::Path;
 
-/// Where the simulator's crates stand.
-const CRATES: [&str; 6] = [".", "dynamics", "files", "simulator", "emulated", "studies"];
+/// The directories of the crates, from that of this package. The host's crates name the rooms of
+/// each other as their own, so that they are one graph of rooms.
+const HOST: [&str; 6] = [".", "dynamics", "files", "simulator", "emulated", "studies"];
+const CORE: &str = "..";
+const JOBS: &str = "../xtask";
 
-/// A source by its path inside of its crate's `src/`, and its text without comments; the `lib.rs`
-/// of all crates are one.
-type Sources = BTreeMap<String, String>;
+/// The modules on the way to a file, `["solver", "exact"]`; none is `lib.rs` or `main.rs`.
+type Module = Vec<String>;
 
-/// For each room, the rooms that it names.
-type Graph = BTreeMap<String, BTreeSet<String>>;
+/// Sources by their module: the text without comments and unit tests.
+type Sources = BTreeMap<Module, String>;
+
+/// For each node, the nodes that it names.
+type Graph<T> = BTreeMap<T, BTreeSet<T>>;
+
+#[test]
+fn no_file_depends_on_one_that_depends_on_it() {
+    for krate in HOST.into_iter().chain([CORE, JOBS]) {
+        let graph = files(&sources(krate));
+        assert!(graph.len() > 10, "{krate} has {} files", graph.len());
+        let circle =
+            circle(&graph).map(|circle| circle.iter().map(|file| file.join("::")).collect());
+        assert_eq!(circle, None::<Vec<String>>, "these files of {krate} depend on each other");
+    }
+}
 
 #[test]
 fn no_room_depends_on_one_that_depends_on_it() {
-    let sources = sources();
-    let graph = graph(&sources);
-    assert!(graph.len() > 20 && graph["run"].contains("experiment"), "{graph:?}");
+    let core = rooms(&[sources(CORE)]);
+    let known = [("control", "units"), ("safety", "control"), ("motion", "identification")];
+    let known = known.into_iter().chain([("servo", "parameters"), ("link", "servo")]);
+    assert!(known.clone().all(|(of, uses)| core[of].contains(uses)), "{core:?}");
+    assert_eq!(circle(&core), None, "these rooms of the core depend on each other in a circle");
+
+    let host = rooms(&HOST.map(sources));
     let known = [("device", "joint"), ("emulator", "device"), ("tuning", "ensemble")];
     let known = known.into_iter().chain([("document", "machine"), ("cli", "studio")]);
-    assert!(known.clone().all(|(of, uses)| graph[of].contains(uses)), "{graph:?}");
-    assert_eq!(circle(&graph), None, "these rooms depend on each other in a circle");
+    assert!(known.clone().all(|(of, uses)| host[of].contains(uses)), "{host:?}");
+    assert_eq!(circle(&host), None, "these rooms of the host depend on each other in a circle");
 }
 
 #[test]
 fn no_room_has_methods_for_a_type_of_another() {
-    assert_eq!(foreign_methods(&sources()), [""; 0], "these belong into the room of their type");
+    assert_eq!(foreign_methods(&[sources(CORE)]), [""; 0], "these belong into the type's room");
+    assert_eq!(foreign_methods(&HOST.map(sources)), [""; 0], "these belong into the type's room");
 }
 
 #[test]
 fn a_circle_is_found_whichever_way_it_is_written() {
-    let lib = "pub mod a;\nmod b;\nmod c;\nmod d;";
     let of = |inner: &str| {
-        let files =
-            [("a.rs", "use crate::b::B;"), ("b/mod.rs", "use crate::c;"), ("c/inner.rs", inner)];
-        let files = files.into_iter().chain([("lib.rs", lib), ("d.rs", "crate::a::A")]);
-        graph(&files.map(|(path, text)| (path.to_owned(), without_comments(text))).collect())
+        let files = [
+            ("lib.rs", "pub mod a;\nmod b;\nmod c;\nmod d;"),
+            ("a.rs", "use crate::b::B;"),
+            ("b/mod.rs", "mod inner;\nuse crate::{c::inner::C, d};"),
+            ("b/inner.rs", "use super::Shared;"),
+            ("c/mod.rs", "mod inner;"),
+            ("c/inner.rs", inner),
+            ("d.rs", ""),
+        ];
+        files.map(|(path, text)| (module(path), significant(text))).into()
     };
-    for inner in ["use crate::a::A;", "fn f() { super::super::a::f() }", "crate::d::D"] {
-        let found = circle(&of(inner)).unwrap_or_default();
+    for inner in ["use crate::a::A;", "fn f() { super::super::a::f() }", "use crate::{d::D, a};"] {
+        let circle_of_files = circle(&files(&of(inner))).unwrap_or_default();
+        let names: Vec<_> = circle_of_files.iter().map(|file| file.join("::")).collect();
         assert!(
-            ["a", "b", "c"].iter().all(|room| found.iter().any(|name| name == room)),
-            "{found:?}"
+            ["a", "b", "c::inner"].iter().all(|file| names.contains(&(*file).into())),
+            "{names:?}"
         );
+        let circle_of_rooms = circle(&rooms(&[of(inner)])).unwrap_or_default();
+        assert_eq!(circle_of_rooms.len(), 3, "{circle_of_rooms:?}");
     }
-    for inner in ["// crate::a", "use super::a::A;", "use crate::c::a::A;", "crate::another::A"] {
-        assert_eq!(circle(&of(inner)), None, "{inner}");
+    let tests = "fn f() {}\n#[cfg(test)]\nmod tests {\n    use crate::a::A;\n}";
+    for inner in ["// crate::a", "use super::a::A;", "use crate::c::a::A;", tests] {
+        assert_eq!(circle(&files(&of(inner))), None, "{inner}");
+        assert_eq!(circle(&rooms(&[of(inner)])), None, "{inner}");
     }
 }
 
 #[test]
 fn methods_for_a_type_of_another_room_are_found() {
     let of = |text: &str| {
-        let files = [("a.rs", "pub struct A;"), ("b.rs", text), ("lib.rs", "mod a;\nmod b;")];
-        foreign_methods(&files.map(|(path, text)| (path.to_owned(), text.to_owned())).into())
+        let files = [("lib.rs", "mod a;\nmod b;"), ("a.rs", "pub struct A;"), ("b.rs", text)];
+        foreign_methods(&[files.map(|(path, text)| (module(path), text.to_owned())).into()])
     };
-    assert_eq!(of("impl A {"), ["A in b.rs"]);
-    assert_eq!(of("impl<'a, T: Into<u8>> A<'a, T> {"), ["A in b.rs"]);
+    assert_eq!(of("impl A {"), ["A in b"]);
+    assert_eq!(of("impl<'a, T: Into<u8>> A<'a, T> {"), ["A in b"]);
     assert_eq!(of("impl Own for A {\nstruct B;\nimpl B {"), [""; 0]);
 }
 
-fn sources() -> Sources {
+fn sources(krate: &str) -> Sources {
+    let src = Path::new(env!("CARGO_MANIFEST_DIR")).join(krate).join("src");
     let mut sources = Sources::new();
-    for krate in CRATES {
-        let src = Path::new(env!("CARGO_MANIFEST_DIR")).join(krate).join("src");
-        let mut left = vec![src.clone()];
-        while let Some(directory) = left.pop() {
-            for entry in std::fs::read_dir(directory).unwrap() {
-                let path = entry.unwrap().path();
-                let name = path.strip_prefix(&src).unwrap().to_str().unwrap().replace('\\', "/");
-                if path.is_dir() {
-                    left.push(path);
-                } else if name.ends_with(".rs") {
-                    let text = without_comments(&std::fs::read_to_string(path).unwrap());
-                    let before = sources.entry(name.clone()).or_default();
-                    assert!(before.is_empty() || name == "lib.rs", "{name} is in two crates");
-                    *before += &text;
-                    *before += "\n";
-                }
+    let mut left = vec![src.clone()];
+    while let Some(directory) = left.pop() {
+        for entry in std::fs::read_dir(directory).unwrap() {
+            let path = entry.unwrap().path();
+            let name = path.strip_prefix(&src).unwrap().to_str().unwrap().replace('\\', "/");
+            if path.is_dir() {
+                left.push(path);
+            } else if name.ends_with(".rs") && !name.ends_with("tests.rs") {
+                let text = significant(&std::fs::read_to_string(path).unwrap());
+                // `lib.rs` and `main.rs` are one.
+                let before = sources.entry(module(&name)).or_default();
+                before.push_str(&text);
+                before.push('\n');
             }
         }
     }
     sources
 }
 
-fn without_comments(text: &str) -> String {
+/// Returns a text without comments and unit tests.
+fn significant(text: &str) -> String {
+    let text = text.split("#[cfg(test)]\nmod tests {").next().unwrap_or_default();
     text.lines().filter(|line| !line.trim_start().starts_with("//")).collect::<Vec<_>>().join("\n")
 }
 
-/// The modules on the way to a source, `["solver", "exact"]`.
-fn module(path: &str) -> Vec<&str> {
-    path.trim_end_matches(".rs").trim_end_matches("/mod").split('/').collect()
+/// Returns the modules on the way to a file.
+fn module(path: &str) -> Module {
+    let path = path.trim_end_matches(".rs").trim_end_matches("/mod");
+    if ["lib", "main"].contains(&path) {
+        vec![]
+    } else {
+        path.split('/').map(str::to_owned).collect()
+    }
 }
 
-/// The name that a text begins with.
+/// Returns the name at the start of a text.
 fn word(text: &str) -> &str {
     let end = text.find(|c: char| !c.is_alphanumeric() && c != '_').unwrap_or(text.len());
     &text[..end]
 }
 
-fn graph(sources: &Sources) -> Graph {
+/// Returns the paths that a text names in its crate, from the crate's root.
+fn paths(module: &Module, text: &str) -> Vec<Module> {
+    let starts = ["crate::", "super::", "self::"];
+    let mut paths = Vec::new();
+    for (at, _) in text.match_indices("::").filter(|(at, _)| {
+        let before = &text[..*at];
+        starts.iter().any(|start| {
+            let name = start.trim_end_matches(':');
+            before.ends_with(name)
+                && !before[..before.len() - name.len()]
+                    .ends_with(|c: char| c.is_alphanumeric() || c == '_' || c == ':')
+        })
+    }) {
+        let first = text[..at].rsplit(|c: char| !c.is_alphanumeric()).next().unwrap_or_default();
+        let mut base = if first == "crate" { vec![] } else { module.clone() };
+        if first == "super" {
+            base.pop();
+        }
+        let mut rest = &text[at + 2..];
+        while let Some(above) = rest.strip_prefix("super::") {
+            base.pop();
+            rest = above;
+        }
+        branches(&base, rest, &mut paths);
+    }
+    paths
+}
+
+/// Adds the paths of a text such as `a::{b, c::D}`, each behind `base`.
+fn branches(base: &[String], text: &str, paths: &mut Vec<Module>) {
+    let mut path = base.to_vec();
+    let mut rest = text.trim_start();
+    loop {
+        if let Some(list) = rest.strip_prefix('{') {
+            let (mut depth, mut from) = (0, 0);
+            for (at, c) in list.char_indices() {
+                if depth == 0 && (c == ',' || c == '}') {
+                    branches(&path, &list[from..at], paths);
+                    from = at + 1;
+                    if c == '}' {
+                        break;
+                    }
+                }
+                depth += i32::from(c == '{') - i32::from(c == '}');
+            }
+            return;
+        }
+        let name = word(rest);
+        if name.is_empty() {
+            break;
+        }
+        path.push(name.to_owned());
+        match rest[name.len()..].strip_prefix("::") {
+            Some(behind) => rest = behind,
+            None => break,
+        }
+    }
+    paths.push(path);
+}
+
+fn files(sources: &Sources) -> Graph<Module> {
+    let of = |module: &Module, text: &String| {
+        let named = paths(module, text).into_iter().filter_map(|mut path| {
+            while !sources.contains_key(&path) {
+                path.pop()?;
+            }
+            (!module.starts_with(&path)).then_some(path)
+        });
+        (module.clone(), named.collect())
+    };
+    sources.iter().map(|(module, text)| of(module, text)).collect()
+}
+
+/// Returns the graph of the rooms of crates that name the rooms of each other as their own.
+fn rooms(crates: &[Sources]) -> Graph<String> {
     let declared = |line: &str| {
         let name = line.trim_start_matches("pub ").strip_prefix("mod ")?.strip_suffix(';')?;
         Some((name.to_owned(), BTreeSet::new()))
     };
-    let mut graph: Graph = sources["lib.rs"].lines().filter_map(declared).collect();
-    let rooms: BTreeSet<String> = graph.keys().cloned().collect();
-    for (path, text) in sources {
-        let module = module(path);
-        let Some(named) = graph.get_mut(module[0]) else { continue };
-        assert!(
-            !text.contains("crate::{"),
-            "{path}: one `use` for each room, so that this test sees them"
-        );
-        let absolute = text.split("crate::").skip(1).map(word);
-        // Inside of `mod tests` this is one level too many: then the name is one of the room
-        // itself.
-        let up = "super::".repeat(module.len());
-        let relative = text.split(&up).skip(1).map(word);
-        let others =
-            absolute.chain(relative).filter(|name| rooms.contains(*name) && *name != module[0]);
-        named.extend(others.map(str::to_owned));
+    let root = |krate: &Sources| krate.get(&vec![]).cloned().unwrap_or_default();
+    let mut graph: Graph<String> = crates
+        .iter()
+        .flat_map(|krate| root(krate).lines().filter_map(declared).collect::<Vec<_>>())
+        .collect();
+    let names: BTreeSet<String> = graph.keys().cloned().collect();
+    for (module, text) in crates.iter().flatten().filter(|(module, _)| !module.is_empty()) {
+        let Some(named) = graph.get_mut(&module[0]) else { continue };
+        let others = paths(module, text).into_iter().filter_map(|path| path.into_iter().next());
+        named.extend(others.filter(|name| names.contains(name) && *name != module[0]));
     }
     graph
 }
 
-/// A way through the graph that ends where it began.
-fn circle(graph: &Graph) -> Option<Vec<String>> {
+/// Returns a way through the graph that ends where it began.
+fn circle<T: Clone + Ord>(graph: &Graph<T>) -> Option<Vec<T>> {
     let mut done = BTreeSet::new();
-    graph.keys().find_map(|room| circle_from(room, graph, &mut vec![], &mut done))
+    graph.keys().find_map(|node| circle_from(node, graph, &mut vec![], &mut done))
 }
 
-fn circle_from(
-    room: &str,
-    graph: &Graph,
-    way: &mut Vec<String>,
-    done: &mut BTreeSet<String>,
-) -> Option<Vec<String>> {
-    if let Some(begin) = way.iter().position(|before| before == room) {
-        return Some(way.split_off(begin));
+fn circle_from<T: Clone + Ord>(
+    node: &T,
+    graph: &Graph<T>,
+    way: &mut Vec<T>,
+    done: &mut BTreeSet<T>,
+) -> Option<Vec<T>> {
+    if let Some(start) = way.iter().position(|before| before == node) {
+        return Some(way.split_off(start));
     }
-    if !done.insert(room.to_owned()) {
+    if !done.insert(node.clone()) {
         return None;
     }
-    way.push(room.to_owned());
-    let found = graph[room].iter().find_map(|next| circle_from(next, graph, way, done));
+    way.push(node.clone());
+    let found = graph[node].iter().find_map(|next| circle_from(next, graph, way, done));
     way.pop();
     found
 }
 
-/// The types, and the sources, of inherent methods that stand in another room than their type.
-fn foreign_methods(sources: &Sources) -> Vec<String> {
-    let room = |path: &str| module(path)[0].to_owned();
+/// Returns the types, and the modules, of inherent methods that are in another room than their type.
+fn foreign_methods(crates: &[Sources]) -> Vec<String> {
+    let room = |module: &Module| module.first().cloned().unwrap_or_default();
     let mut types = BTreeSet::new();
-    for (path, text) in sources {
+    for (module, text) in crates.iter().flatten() {
         for keyword in ["struct ", "enum ", "trait "] {
             types.extend(
-                text.split(keyword).skip(1).map(|rest| (room(path), word(rest).to_owned())),
+                text.split(keyword).skip(1).map(|rest| (room(module), word(rest).to_owned())),
             );
         }
     }
     let mut foreign = Vec::new();
-    for (path, text) in sources {
+    for (module, text) in crates.iter().flatten() {
         for line in text.lines().filter(|line| line.starts_with("impl") && !line.contains(" for "))
         {
             let name = word(after_generics(line.trim_start_matches("impl")).trim_start());
-            if !types.contains(&(room(path), name.to_owned())) {
-                foreign.push(format!("{name} in {path}"));
+            if !types.contains(&(room(module), name.to_owned())) {
+                foreign.push(format!("{name} in {}", module.join("::")));
             }
         }
     }
     foreign
 }
 
-/// What stands behind the bracket that closes the one at the begin, if there is one.
+/// Returns the text behind the bracket that closes the one at the start, if there is one.
 fn after_generics(text: &str) -> &str {
     if !text.starts_with('<') {
         return text;
