@@ -179,6 +179,28 @@ fn what_if_predicts_both_sides() {
     assert!(predicted["error_at_load_counts"].is_array());
 }
 
+/// The load is 0.3 deg off, which a goal of 0.5 deg allows.
+#[test]
+fn what_if_and_self_test_judge_both_sides_by_the_goal_of_the_file() {
+    let directory = tempfile::tempdir().unwrap();
+    let file = directory.path().join("wide.toml").to_str().unwrap().to_owned();
+    let text = std::fs::read_to_string(GEAR).unwrap();
+    for (goal, load) in [("tolerance_deg = 0.5", true), ("tolerance_deg = 0.2", false)] {
+        std::fs::write(&file, format!("{text}\n[goal]\n{goal}\nhold_s = 0.5\n")).unwrap();
+        let [shown, predicted] = what_if(&file, "robust");
+        assert_eq!(shown["goal"], format!("within {} deg for 0.5 s", &goal[16..]));
+        assert_eq!(
+            (&predicted["success_at_encoder"], &predicted["success_at_load"]),
+            (&true.into(), &load.into()),
+            "{goal}"
+        );
+        let device = ["device", "--simulated", "--machine", &file, "selftest", "--moves", "4"];
+        let tested = object_of(&[&device[..], &["--json"]].concat());
+        assert_eq!(tested["success_at_load"], load, "{goal}: {tested}");
+        assert_eq!(tested["predicted_missed_at_load"], if load { 0 } else { 4 }, "{tested}");
+    }
+}
+
 #[test]
 fn a_report_names_the_side_of_each_verdict() {
     let directory = tempfile::tempdir().unwrap();
@@ -198,6 +220,31 @@ fn a_report_names_the_side_of_each_verdict() {
     for line in ["at the encoder</text>", "at the load</text>"] {
         assert!(page.contains(line), "no line of a drawing is named {line}");
     }
+}
+
+/// Judges that speak of one side agree as well: a goal is the only measure of settling then.
+#[test]
+fn a_goal_of_the_file_replaces_the_0_05_deg_of_run_benchmark_and_report() {
+    let directory = tempfile::tempdir().unwrap();
+    let file = directory.path().join("goal.toml").to_str().unwrap().to_owned();
+    stiction(&["new", &file, "--typical", "thesis"]);
+    let text = std::fs::read_to_string(&file).unwrap();
+    let goal = "\n[goal]\ntolerance_deg = 0.5\nsettle_s = 1.5\nhold_s = 0.5\n";
+    std::fs::write(&file, text.clone() + goal).unwrap();
+    let said = stiction(&["run", &file]);
+    assert!(said.contains("goal") && !said.contains("settled"), "{said}");
+    let said = stiction(&["benchmark", &file]);
+    assert!(!said.contains("settled") && !said.contains("0.05 deg"), "{said}");
+    // PD stops 0.1 to 0.4 deg off: it never settles into 0.05 deg, and meets this goal.
+    let ranked = object_of(&["benchmark", &file, "--json"]);
+    let rows = ranked["controllers"].as_array().unwrap();
+    let pd = rows.iter().find(|row| row["controller"] == "pd").unwrap();
+    assert_eq!(pd["settling_time_s"], pd["settled_at_load_s"], "{pd}");
+    assert!(pd["settling_time_s"].is_number() && pd["disqualified"].is_null(), "{pd}");
+    let page = in_one_line(&reported(&under_robust(directory.path(), &(text + goal))));
+    let around =
+        "a success is to be within 0.5 deg after at most 1.5 s for 0.5 s, and to trip no monitor";
+    assert!(page.contains(around) && !page.contains("two counts"), "{page}");
 }
 
 #[test]

@@ -514,3 +514,23 @@ fn an_identification_that_finds_a_load_raises_the_thresholds_that_it_would_trip(
     }
     assert!(file.contains("`limits.breakaway_v` is raised from 0.4 V"), "{file}");
 }
+
+/// An inertia in another unit.
+#[test]
+fn a_move_repeats_what_is_doubtful_about_the_joint_of_its_file() {
+    let directory = tempfile::tempdir().unwrap();
+    let joint = joint(&directory, "heavy.toml", &[]);
+    let text_of = std::fs::read_to_string(&joint).unwrap();
+    let doubtful = text_of.replace("inertia_kg_m2 = 1145.9155902616465", "inertia_kg_m2 = 2e6");
+    assert_ne!(doubtful, text_of);
+    for (file, doubts) in [(text_of, 0), (doubtful, 1)] {
+        std::fs::write(&joint, file).unwrap();
+        let moved = device(&["--simulated", "--machine", &joint, "move", "0.01", "--for", "0.1"]);
+        let said = text(&moved.stderr);
+        assert_eq!(
+            said.matches("`load.inertia_kg_m2` is 2000000 kg m^2; usual").count(),
+            doubts,
+            "{said}"
+        );
+    }
+}

@@ -8,6 +8,7 @@ use serde::Serialize;
 use crate::both_sides::BothSides;
 use crate::closed_loop::Moment;
 use crate::experiment::Task;
+use crate::goal::PositionGoal;
 use crate::machine::Trajectory;
 
 /// A joint that is this near its target counts as settled, deg.
@@ -32,7 +33,7 @@ pub struct Metrics {
     pub overshoot_deg: Option<f64>,
     /// Time from 10 % to 90 % of a step, s.
     pub rise_time_s: Option<f64>,
-    /// Time after which a step stays within +-0.05 deg, s.
+    /// Time after which a step stays within +-0.05 deg, s; by the file's goal, if it has one.
     pub settling_time_s: Option<f64>,
     /// Root mean square of the error, deg: over the run of a step, or from the begin of a
     /// trajectory's first blend to the end of its last.
@@ -59,8 +60,7 @@ pub struct Metrics {
     /// Rest, settling and success on both sides of the gear, by the file's goal.
     #[serde(flatten)]
     pub sides: BothSides,
-    /// Time after which a step stays within +-0.05 deg at the encoder, s. A benchmark ranks by it
-    /// where the encoder cannot see slack.
+    /// The same at the encoder, s. A benchmark ranks by it where the encoder cannot see slack.
     #[serde(skip)]
     pub settling_time_at_encoder_s: Option<f64>,
 }
@@ -105,6 +105,16 @@ impl Metrics {
         metrics.rms_error_deg = mean(errors(judged).map(|e| e * e)).map(f64::sqrt);
         metrics.max_error_deg = errors(judged).map(f64::abs).reduce(f64::max);
         metrics
+    }
+
+    /// Sets the verdicts of both sides. If the file has a goal, a step's settling times are those
+    /// of the goal.
+    pub fn judge(&mut self, sides: BothSides, task: &Task, goal: &PositionGoal) {
+        self.sides = sides;
+        if matches!(task, Task::Step(_)) && !goal.is_default() {
+            self.settling_time_s = sides.settled_at_load_s;
+            self.settling_time_at_encoder_s = sides.settled_at_encoder_s;
+        }
     }
 }
 

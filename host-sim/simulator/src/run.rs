@@ -257,7 +257,9 @@ impl RunResult {
     ) -> Self {
         let count_deg = plan.machine.encoder.resolution_deg();
         let mut metrics = Metrics::of(&moments, &plan.task, count_deg);
-        metrics.sides = BothSides::of(&moments, &plan.task, &plan.machine.goal, count_deg);
+        let goal = &plan.machine.goal;
+        let sides = BothSides::of(&moments, &plan.task, goal, count_deg);
+        metrics.judge(sides, &plan.task, goal);
         let unstable = diverged_at_s.is_some() || is_unstable(&moments, plan.task.span_deg());
         if unstable {
             metrics.sides.fail();

@@ -13,7 +13,7 @@ use crate::experiment::{Document, Experiment};
 use crate::figure::{figure_directory, figures, write_figures};
 use crate::goal::GoalInBothUnits;
 use crate::output::OverwriteGuard;
-use crate::output::sides::{self, Shown};
+use crate::output::sides::{self, REST, SETTLED, Shown};
 use crate::output::table::{self, number};
 use crate::tuning::{Goal, Request, Tuned, spreads};
 
@@ -186,8 +186,6 @@ fn told(tuning: &Tuning, tuned: &[Tuned]) -> String {
 /// Writes the table, its legend and why a controller is not ranked. Where the encoder cannot see
 /// slack, rest and settling are in a table of both sides of the gear.
 fn render(ranked: &Benchmark) -> String {
-    const REST: &str = "rest\ncounts";
-    const SETTLED: &str = "settled\ns";
     let Benchmark { scores, unseen_slack, goal, .. } = ranked;
     let slack = unseen_slack.as_ref();
     let shown = Shown::of(slack, goal);
@@ -202,7 +200,7 @@ fn render(ranked: &Benchmark) -> String {
         "hunts\n120 s\ncounts",
         "sticks\nin\nmotion",
     ];
-    let is_kept = |title: &str| shown != Shown::BothSides || ![REST, SETTLED].contains(&title);
+    let is_kept = |title: &str| !shown.replaces().contains(&title);
     let kept: Vec<&str> = header.into_iter().filter(|title| is_kept(title)).collect();
     let mut table = table::new(&kept);
     for score in scores {
@@ -217,7 +215,8 @@ fn render(ranked: &Benchmark) -> String {
     }
     text += match shown {
         Shown::BothSides => LEGEND_AT_ENCODER,
-        _ => LEGEND,
+        Shown::OneSide => LEGEND_BY_GOAL,
+        Shown::Nothing => LEGEND,
     };
     if shown != Shown::Nothing {
         text += &sides::legend(slack, goal);
@@ -234,6 +233,14 @@ const LEGEND: &str = "\
 Each value is the worst of the controller's runs, all simulated. Settled: within
 0.05 deg and staying. Sticks: stops on the way of a trajectory. Ranked by the
 weighted mean of the places in the seven columns; \"-\": no run of that kind.
+";
+
+/// Legend of a joint whose file has a goal.
+const LEGEND_BY_GOAL: &str = "\
+Each value is the worst of the controller's runs, all simulated. Sticks: stops
+on the way of a trajectory. Ranked by the weighted mean of the places in the
+columns of the first table, and in the time after which the goal is met. \"-\":
+no run of that kind.
 ";
 
 /// Legend of a joint whose encoder cannot see slack.

@@ -5,9 +5,11 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Instant;
 
 use indicatif::{ProgressBar, ProgressStyle};
+use serde_json::json;
 
 use super::outputs::{check_standard_output, drew, print_beside, wrote};
 use super::{print, warn};
+use crate::ensemble::goal_of_steps;
 use crate::ensemble::rules::TUNING_SEEDS;
 use crate::error::{Error, suggestion};
 use crate::experiment::Document;
@@ -103,8 +105,11 @@ impl Arguments {
             return Err(Error::Input(format!("{} {why}", self.file)));
         }
         warn(&document.doubts()?);
-        let slack = document.unseen_slack()?.map(|slack| format!("{}: {slack}", self.file));
-        warn(slack.as_slice());
+        let slack = document.unseen_slack()?;
+        warn(slack.map(|slack| format!("{}: {slack}", self.file)).as_slice());
+        let machine = document.machine()?;
+        let count_deg = machine.encoder.resolution_deg();
+        let goal = goal_of_steps(machine.goal).in_both_units(count_deg);
         let text = Document::text(&self.file)?;
         let request = Request {
             file: self.file.clone(),
@@ -129,7 +134,10 @@ impl Arguments {
             drew(charts.len(), directory)?;
         }
         if self.json {
-            print(&format!("{:#}\n", object(&self.file, &tuned)))?;
+            let mut object = object(&self.file, &tuned);
+            object["goal"] = json!(goal);
+            object["unseen_slack"] = json!(slack);
+            print(&format!("{object:#}\n"))?;
         } else {
             let text = render(&tuned) + &legend(request.judges(), &request.spreads);
             print_beside(Some(&out), &text)?;

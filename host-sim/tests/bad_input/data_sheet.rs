@@ -95,6 +95,30 @@ fn a_derived_number_out_of_its_range_is_blamed_on_what_was_written() {
         let both = said.find(blamed).zip(said.find(derived));
         assert!(both.is_some_and(|(blamed, derived)| blamed < derived), "{set}: {said}");
     }
+    // A key that is usual, but was set by hand, is blamed for what follows from it; without one, all
+    // from which it follows are listed.
+    for (set, follows) in [
+        ("motor.kt_nm_per_a=1e-4", "the motor's stall torque at the joint is"),
+        ("motor.current_limit_a=1e-3", "the static friction (`friction.stick_nm`) is 4.9 N m"),
+        ("motor.resistance_ohm=5e3", "and nothing could move"),
+        ("motor.kt_nm_per_a=1000", "it makes `limits.stop_gain_deg_per_s2_per_v`"),
+    ] {
+        let said = last_line(&["params", &file, "-o", "-", "--set", set]);
+        assert!(said.starts_with(&format!("stiction: --set {set}: ")), "{set}: {said}");
+        assert!(said.contains(follows), "{set}: {said}");
+    }
+    let text = fs::read_to_string(&file).unwrap();
+    let weak = directory.path().join("weak.toml").to_str().unwrap().to_owned();
+    for kt in ["1e-4", "1000.0"] {
+        let line = text.lines().find(|line| line.starts_with("kt_nm_per_a = ")).unwrap();
+        fs::write(&weak, text.replace(line, &format!("kt_nm_per_a = {kt}"))).unwrap();
+        let said = last_line(&["params", &weak, "-o", "-"]);
+        let listed = format!(
+            "`motor.kt_nm_per_a` ({})",
+            kt.replace("1e-4", "0.0001").trim_end_matches(".0")
+        );
+        assert!(said.contains("it follows from ") && said.contains(&listed), "{said}");
+    }
     let other = directory.path().join("other.toml").to_str().unwrap().to_owned();
     let heavy = ["new", &other, "--typical", "harmonic", "--inertia-kg-m2", "1e12"];
     let said = last_line(&heavy);

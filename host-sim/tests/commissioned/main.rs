@@ -4,6 +4,8 @@
 // The helpers of tests may panic like the tests themselves.
 #![allow(clippy::unwrap_used, clippy::panic)]
 
+#[path = "../joints_under_test/gearmotor.rs"]
+mod gearmotor;
 #[cfg(feature = "emulator")]
 mod identified_families;
 mod rest;

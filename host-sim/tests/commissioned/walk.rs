@@ -9,23 +9,7 @@ use std::process::{Command, Output};
 use serde_json::Value;
 use tempfile::TempDir;
 
-/// Backlash in counts: 0.6 deg of a disc with 4 x 512 counts a turn behind a gear of 50.
-const SLACK: &str = "cannot see 171 counts of backlash";
-
-/// The gearmotor, with options that differ between what is believed and what is true.
-fn new(desk: &TempDir, file: &str, friction: &[&str]) {
-    let joint = [
-        &["new", file, "--driven-by", "voltage", "--voltage-v", "12", "--resistance-ohm", "2.1"][..],
-        &["--kt-nm-per-a", "0.016", "--rotor-inertia-kg-m2", "4e-6", "--current-limit-a", "5"],
-        &["--ratio", "50", "--efficiency", "0.75", "--inertia-kg-m2", "0.02"],
-        &["--backlash-deg", "0.6", "--stiffness-nm-per-rad", "200", "--unbalance-nm", "0.15"],
-        &["--hangs-at-deg", "-90", "--travel-deg", "-60..60", "--lines", "512", "--at", "motor"],
-        &["--viscous-nm-s-per-rad", "0.01", "--sample-time-s", "0.001"],
-        friction,
-    ];
-    let output = stiction(desk, &joint.concat());
-    assert!(output.status.success(), "{}", text(&output.stderr));
-}
+use super::gearmotor::{SLACK, new};
 
 fn stiction(desk: &TempDir, arguments: &[&str]) -> Output {
     let mut command = Command::new(env!("CARGO_BIN_EXE_stiction"));
@@ -55,18 +39,22 @@ fn device<'a>(machine: &'a str, rest: &[&'a str]) -> Vec<&'a str> {
     [&["device", "--simulated", "--machine", machine, "--truth", "truth.toml"][..], rest].concat()
 }
 
-/// Asserts what every judge has to say of this joint.
+/// Asserts what every judge has to say of this joint: the load lies on a flank of the gear, half of
+/// its backlash off and not more than all of it with the wind-up.
 fn met_at_the_encoder_alone(what: &str, found: &Value) {
     assert_eq!(found["success_at_encoder"], true, "{what}: {found}");
     assert_eq!(found["success_at_load"], false, "{what}: {found}");
+    let rest = |key: &str| found[key].as_f64().unwrap().abs();
+    assert!(rest("rest_at_encoder_counts") <= 2.0, "{what}: {found}");
+    assert!((80.0..130.0).contains(&rest("rest_at_load_counts")), "{what}: {found}");
 }
 
 #[test]
 fn a_gearmotor_is_judged_alike_from_its_first_file_to_its_self_test() {
     let desk = tempfile::tempdir().unwrap();
     let believed = ["--stick-nm", "0.3..0.4", "--slip-nm", "0.22"];
-    new(&desk, "gearmotor.toml", &believed);
-    new(&desk, "truth.toml", &["--stick-nm", "0.38", "--slip-nm", "0.25"]);
+    new(desk.path(), "gearmotor.toml", &believed);
+    new(desk.path(), "truth.toml", &["--stick-nm", "0.38", "--slip-nm", "0.25"]);
 
     // Simulated from the file alone.
     let run = ["run", "gearmotor.toml", "--controller", "robust"];
@@ -108,11 +96,26 @@ fn a_gearmotor_is_judged_alike_from_its_first_file_to_its_self_test() {
         assert!((low..=high).contains(&nominal), "{key}: {nominal} in [{low}, {high}]");
     }
 
+    // Its page has both sides of each law, and of the moves of the self-test.
+    let reported = stiction(&desk, &["report", "found.toml", "--out", "report"]);
+    assert!(reported.status.success(), "{}", text(&reported.stderr));
+    let page = read(&desk.path().join("report"), "found.html");
+    assert_eq!(page.matches(SLACK).count(), 1);
+    let page = page.split_whitespace().collect::<Vec<_>>().join(" ");
+    for words in [
+        "misses the goal in 0 at the encoder and in 20 at the load",
+        "a success is to be within 2 counts after at most 5 s until the end, and to trip no monitor",
+    ] {
+        assert!(page.contains(words), "{words}");
+    }
+
     // No gains rest the load: the tuning says so instead of a success, and writes nothing.
     let tune = ["tune", "found.toml", "--controller", "robust", "--cases", "6"];
     let (tuned, code) = json(&desk, &[&tune[..], &["--json"]].concat());
     assert_eq!((tuned["outcome"].as_str(), code), (Some("refused"), 1), "{tuned}");
     assert!(tuned["reason"].as_str().unwrap().contains(SLACK), "{tuned}");
+    assert_eq!(tuned["unseen_slack"]["backlash_deg"], 0.6, "{tuned}");
+    assert_eq!(tuned["goal"]["tolerance_counts"], 2.0, "{tuned}");
     let before = &tuned["controllers"]["robust"]["before"];
     assert_eq!(before["success_at_load"], 0.0, "{tuned}");
     assert!(before["success_at_encoder"].as_f64().unwrap() > 0.9, "{tuned}");
@@ -136,6 +139,9 @@ fn a_gearmotor_is_judged_alike_from_its_first_file_to_its_self_test() {
     std::fs::write(desk.path().join("wide.toml"), wide).unwrap();
     let (moved, _) = json(&desk, &device("wide.toml", &["move", "5", "--json"]));
     let (simulated, _) = json(&desk, &["run", "wide.toml", "--controller", "robust", "--json"]);
+    let (tested, code) = json(&desk, &device("wide.toml", &["selftest", "--moves", "4", "--json"]));
+    assert_eq!((tested["verdict"].as_str(), code), (Some("pass"), 0), "{tested}");
+    assert_eq!(tested["success_at_load"], true, "{tested}");
     // The trajectory's run ends less than the hold time after its set point.
     let steps = simulated["runs"].as_array().unwrap().iter();
     let steps = steps.filter(|run| run["label"].as_str().unwrap().contains("step"));
@@ -149,8 +155,8 @@ fn a_gearmotor_is_judged_alike_from_its_first_file_to_its_self_test() {
 #[test]
 fn a_self_test_fails_on_a_gearmotor_that_sticks_twice_as_much_as_its_file_says() {
     let desk = tempfile::tempdir().unwrap();
-    new(&desk, "gearmotor.toml", &["--stick-nm", "0.35", "--slip-nm", "0.22"]);
-    new(&desk, "truth.toml", &["--stick-nm", "0.7", "--slip-nm", "0.55"]);
+    new(desk.path(), "gearmotor.toml", &["--stick-nm", "0.35", "--slip-nm", "0.22"]);
+    new(desk.path(), "truth.toml", &["--stick-nm", "0.7", "--slip-nm", "0.55"]);
     let selftest = device("gearmotor.toml", &["selftest", "--json"]);
     let (failed, code) = json(&desk, &selftest);
     assert_eq!((failed["verdict"].as_str(), code), (Some("fail"), 2), "{failed}");

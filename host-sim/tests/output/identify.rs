@@ -301,6 +301,30 @@ fn holes_gaps_and_uneven_times_are_handled_and_told() {
     assert_near(&found, &[("inertia", 0.5), ("viscous", 0.8), ("coulomb", 1.5)], 0.02);
 }
 
+/// An effort that no model explains, of a frequency that the motion does not have.
+#[test]
+fn a_residual_above_5_percent_is_a_doubt_and_one_above_15_is_poor() {
+    let machine = [0.5, 0.8, 0.8, 1.5, 1.5];
+    let columns = ["--time", "time", "--position", "q_rad", "--effort", "tau"];
+    for (disturbance, [low, high], is_doubt) in
+        [(0.1, [2.0, 5.0], false), (0.25, [5.0, 10.0], true), (0.8, [15.0, 60.0], true)]
+    {
+        let log = log("disturbed.csv", "time,q_rad,tau\n", 16_000, |i, text| {
+            let t = 1e-3 * f64::from(i);
+            let at = motion(t);
+            let tau = effort(at, machine) + disturbance * (7.7 * t).sin();
+            let _ = writeln!(text, "{t:.3},{:.8},{tau:.6}", at[0]);
+        });
+        let found = identified(&log.path, &columns);
+        let residual = number(&found["relative_residual_percent"]);
+        assert!((low..high).contains(&residual), "{residual}");
+        let doubts = found["verdict"]["doubts"].to_string();
+        assert_eq!(doubts.contains("the residual is"), is_doubt, "{residual}: {doubts}");
+        let is_poor = found["verdict"]["quality"] == "poor";
+        assert_eq!(is_poor, residual > 15.0, "{residual}: {doubts}");
+    }
+}
+
 /// A weight of 0.08 N m beside 9 N m of inertia and friction, over strokes of 1.5 rad.
 #[test]
 fn a_term_that_would_lower_the_residual_is_proposed_with_its_option() {

@@ -143,6 +143,14 @@ fn both_sides_of_a_rigid_joint_are_the_same_and_judged_by_the_goal() {
         assert_eq!(run["metrics"]["success_at_load"], true, "{run}");
         assert!((number(&run["goal"]["tolerance_counts"]) - 100.0).abs() < 1e-9, "{run}");
     }
+    // The settling time of a step is that of the goal, and of 0.05 deg in a file without one.
+    let settled = |set: &[&str]| {
+        let report = run(&[&["step-response", "--controller", "srnf"], set].concat());
+        let metrics = &runs(&report)[0]["metrics"];
+        ["settling_time_s", "settled_at_load_s"].map(|name| metrics[name].as_f64())
+    };
+    let ([default, _], [wider, by_goal]) = (settled(&[]), settled(&["--set", wide]));
+    assert!(wider == by_goal && wider.is_some() && wider < default, "{wider:?} {default:?}");
     let ramps = run(&["friction-identification"]);
     let nulls = |run: &Value| OF_SIDES.iter().all(|name| run["metrics"][name].is_null());
     assert!(runs(&ramps).iter().all(nulls), "{ramps}");

@@ -17,8 +17,30 @@ fn a_dash_writes_to_the_standard_output_what_a_file_would_hold() {
     let directory = tempfile::tempdir().unwrap();
     let path = directory.path().join("written.toml");
     let path = path.to_str().unwrap();
+    let file = |name: &str| directory.path().join(name).to_str().unwrap().to_owned();
+    let [joint, log, rows] = ["joint.toml", "log.csv", "rows.csv"].map(file);
+    output(&["new", &joint, "--typical", "thesis"]);
+    output(&[
+        "run",
+        &joint,
+        "--controller",
+        "srnf",
+        "--set",
+        "reference.steps_deg=[]",
+        "--csv",
+        &log,
+    ]);
+    let ensemble = ["ensemble", "--plant", "rigid", "--cases", "1", "--controller", "pd", "--csv"];
+    output(&[&ensemble[..], &[&rows]].concat());
+    let columns = ["--time", "time_s", "--position", "position_deg", "--effort", "v_applied_v"];
+    let identify =
+        [&["identify", &log][..], &columns, &["--effort-gain", "540", "--into"]].concat();
     for (arguments, said) in [
-        (&["run", "step-response", "--controller", "pd", "--csv"][..], "pd/step-5.0"),
+        (&ensemble[..], "rigid: 1 joints"),
+        (&["ensemble", "merge", &rows, "--csv"], "rigid: 1 joints"),
+        (&identify, "verdict"),
+        (&["tune", &joint, "--controller", "srnf", "--cases", "1", "--out"], "srnf: "),
+        (&["run", "step-response", "--controller", "pd", "--csv"], "pd/step-5.0"),
         (&["run", "spring-mass", "--friction", "karnopp", "--csv"], "karnopp/exact"),
         (&["params", "step-response", "--out"], "probe-rs download"),
         (&["new", "--typical", "thesis", "--title", "An axis"], "stiction run FILE.toml"),
@@ -35,5 +57,5 @@ fn a_dash_writes_to_the_standard_output_what_a_file_would_hold() {
         assert!(text.contains(said), "{arguments:?}: {text}");
         assert!(!to_file.stdout.is_empty(), "{arguments:?}: nothing for a person");
     }
-    assert_eq!(fs::read_dir(directory.path()).unwrap().count(), 0);
+    assert_eq!(fs::read_dir(directory.path()).unwrap().count(), 3);
 }

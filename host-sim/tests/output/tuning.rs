@@ -89,6 +89,11 @@ fn a_load_that_no_gains_can_rest_is_refused_with_the_reason_and_no_file() {
     assert!(number(&before["rest_at_encoder_counts"]) < 2.0);
     assert!(number(&before["rest_at_load_counts"]) > 50.0);
     assert_eq!(of["before"], of["after"]);
+    assert_eq!(printed["unseen_slack"]["backlash_deg"], 0.6);
+    assert_eq!(
+        (number(&printed["goal"]["tolerance_counts"]), number(&printed["goal"]["settle_s"])),
+        (2.0, 5.0)
+    );
 }
 
 #[test]

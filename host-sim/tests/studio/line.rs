@@ -125,4 +125,8 @@ impl Wire for Line {
     fn warning(&self) -> Option<&'static str> {
         None
     }
+
+    fn load_ahead_deg(&self, clock: u32) -> Option<f64> {
+        self.device.lock().unwrap().load_ahead_deg(clock)
+    }
 }

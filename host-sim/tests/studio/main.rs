@@ -2,6 +2,8 @@
 #![allow(missing_docs, clippy::unwrap_used, clippy::expect_used, clippy::panic)]
 
 mod cut_network;
+#[path = "../joints_under_test/gearmotor.rs"]
+mod gearmotor;
 mod identification;
 mod late_orders;
 mod line;

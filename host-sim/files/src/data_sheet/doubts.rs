@@ -1,6 +1,6 @@
 //! What is odd about a data sheet: told before a run, and refused only if nothing could move.
 
-use super::refusal::Refusal;
+use super::refusal::{Cause, Refusal};
 use super::sheet::DataSheet;
 use super::suspect::Suspect;
 use super::tables::DrivenBy;
@@ -48,22 +48,24 @@ impl DataSheet {
         }
         let found = if key == "friction.stick_nm" { self.stick()[0] } else { self.stick()[1] };
         let of_the_stall = |suspect: &Suspect| STALL_TORQUE.contains(&suspect.key);
+        let follows = format!(
+            "the motor's stall torque at the joint is {} N m, the static friction (`{key}`) is {} \
+             N m, and nothing could move",
+            rounded(stall),
+            shown(found),
+        );
         if let Some(suspect) = self.suspects().find(of_the_stall) {
-            let sentence = format!(
-                "{suspect}: the motor's stall torque at the joint is {} N m, the static friction \
-                 (`{key}`) is {} N m, and nothing could move",
-                rounded(stall),
-                shown(found),
-            );
-            return Err(Refusal::of(suspect.key, sentence));
+            return Err(Refusal::of(suspect.key, format!("{suspect}: {follows}")));
         }
         let allowed = format!(
             "a number below {}, since the motor's stall torque at the joint is {} N m and nothing \
-             could move",
+             could move; it follows from {}",
             rounded(found - needed + stall),
             rounded(stall),
+            self.listed(&STALL_TORQUE),
         );
-        Err(Refusal::number(key, found, &allowed))
+        let cause = Some(Cause { keys: &STALL_TORQUE, sentence: follows });
+        Err(Refusal { cause, ..Refusal::number(key, found, &allowed) })
     }
 
     /// What is implausible, a sentence each.

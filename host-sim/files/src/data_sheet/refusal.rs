@@ -11,12 +11,23 @@ pub struct Refusal {
     pub key: String,
     /// What was found and what is allowed.
     pub sentence: String,
+    /// What made the key's range, if it follows from other keys.
+    pub cause: Option<Cause>,
+}
+
+/// Keys from which an allowed range follows. If one of them was set by hand, it is blamed.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Cause {
+    /// The keys.
+    pub keys: &'static [&'static str],
+    /// What follows from them.
+    pub sentence: String,
 }
 
 impl Refusal {
     /// Of a key, in words of its own.
     pub fn of(key: &str, sentence: String) -> Self {
-        Self { key: key.into(), sentence }
+        Self { key: key.into(), sentence, cause: None }
     }
 
     /// A number that is not allowed.

@@ -25,10 +25,16 @@ impl Suspect {
     /// Returns the question that a mistaken unit suggests, for a doubt.
     fn question(&self) -> String {
         let [_, most] = self.usual;
-        if self.key == "supply.voltage_v" && self.found > most {
-            return format!("{} V: are these mV? The key is in V", shown(self.found));
+        match self.key {
+            "supply.voltage_v" if self.found > most => {
+                format!("{} V: are these mV? The key is in V", shown(self.found))
+            }
+            "gear.backlash_deg" if self.found > most => {
+                format!("{} deg: are these arcmin? The key is in deg", shown(self.found))
+            }
+            _ if self.unit.is_empty() => "Is this number right? The key has no unit".into(),
+            _ => format!("Is this number in another unit? The key is in {}", self.unit),
         }
-        format!("is this number in another unit? The key is in {}", self.unit)
     }
 }
 
@@ -50,9 +56,26 @@ impl DataSheet {
 
     /// Returns all keys outside of the ranges of real joints.
     pub(super) fn suspects(&self) -> impl Iterator<Item = Suspect> {
+        self.numbers().into_iter().filter_map(|(key, found, usual, unit)| {
+            let found = found.filter(|found| *found != 0.0)?;
+            let is_usual = (usual[0]..=usual[1]).contains(&found);
+            (!is_usual).then_some(Suspect { key, found, usual, unit })
+        })
+    }
+
+    /// Lists some of its keys with their numbers: `motor.kt_nm_per_a` (0.016), `gear.ratio` (50).
+    pub fn listed(&self, keys: &[&str]) -> String {
+        let some = self.numbers().into_iter().filter(|(key, ..)| keys.contains(key));
+        let shown =
+            some.filter_map(|(key, found, ..)| Some(format!("`{key}` ({})", shown(found?))));
+        shown.collect::<Vec<_>>().join(", ")
+    }
+
+    /// Returns keys with what the data sheet has, their usual range and its unit.
+    fn numbers(&self) -> [(&'static str, Option<f64>, [f64; 2], &'static str); 18] {
         let (motor, gear, load, friction) = (&self.motor, &self.gear, &self.load, &self.friction);
         let supply = self.supply.as_ref();
-        let all = [
+        [
             ("supply.voltage_v", supply.map(|supply| supply.voltage_v), [1.0, 1e3], "V"),
             ("motor.resistance_ohm", motor.resistance_ohm, [1e-3, 1e4], "ohm"),
             ("motor.kt_nm_per_a", Some(motor.kt_nm_per_a), [1e-5, 1e3], "N m/A"),
@@ -62,6 +85,8 @@ impl DataSheet {
             ("motor.rotor_inertia_kg_m2", Some(motor.rotor_inertia_kg_m2), [1e-11, 1e3], "kg m^2"),
             ("gear.ratio", Some(gear.ratio), [1e-2, 1e5], ""),
             ("gear.efficiency", Some(gear.efficiency), [1e-2, 1.0], ""),
+            ("gear.backlash_deg", gear.backlash_deg, [1e-5, 10.0], "deg"),
+            ("gear.stiffness_nm_per_rad", gear.stiffness_nm_per_rad, [1e-3, 1e10], "N m/rad"),
             ("load.inertia_kg_m2", Some(load.inertia_kg_m2), [1e-10, 1e6], "kg m^2"),
             ("load.constant_nm", Some(load.constant_nm.abs()), [0.0, 1e6], "N m"),
             ("load.unbalance_nm", Some(load.unbalance_nm), [0.0, 1e6], "N m"),
@@ -69,12 +94,7 @@ impl DataSheet {
             ("friction.slip_nm", Some(friction.slip_nm), [0.0, 1e6], "N m"),
             ("friction.viscous_nm_s_per_rad", Some(self.viscous()), [0.0, 1e6], "N m s/rad"),
             ("encoder.lines", self.encoder.lines.map(f64::from), [1.0, 1e7], ""),
-        ];
-        all.into_iter().filter_map(|(key, found, usual, unit)| {
-            let found = found.filter(|found| *found != 0.0)?;
-            let is_usual = (usual[0]..=usual[1]).contains(&found);
-            (!is_usual).then_some(Suspect { key, found, usual, unit })
-        })
+        ]
     }
 
     /// Returns the doubt about a key that is probably in another unit.

@@ -232,7 +232,7 @@ impl Document {
     }
 
     fn refuse(&self, why: &data_sheet::Refusal) -> Error {
-        Error::Input(format!("{}: {why}", self.origin.of(&why.key)))
+        Error::Input(self.origin.refusal(why))
     }
 
     /// Reads the friction experiment that the document describes.

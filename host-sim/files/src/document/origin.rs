@@ -3,6 +3,7 @@
 use std::fmt;
 
 use super::wording::brief;
+use crate::data_sheet::Refusal;
 
 /// Where the values of a document came from, for messages.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -18,6 +19,23 @@ pub struct Origin {
 }
 
 impl Origin {
+    /// Returns the message of a refused data sheet. If a key was set by hand from which the allowed
+    /// range follows, it is blamed, and not the key of the file.
+    pub fn refusal(&self, why: &Refusal) -> String {
+        let cause = why.cause.as_ref().filter(|_| !self.has_set(&why.key));
+        let set = cause.and_then(|cause| {
+            let key = cause.keys.iter().find(|key| self.has_set(key))?;
+            Some(format!("{}: {}", self.of(key), cause.sentence))
+        });
+        set.unwrap_or_else(|| format!("{}: {why}", self.of(&why.key)))
+    }
+
+    /// Returns whether a key was set by hand or drawn.
+    pub fn has_set(&self, key: &str) -> bool {
+        let typed = |set: &String| set.split('=').next().unwrap_or_default().trim() == key;
+        self.set.iter().chain(&self.drawn).any(typed)
+    }
+
     /// Names the source of a key's value: what was set by hand, or else the file.
     pub fn of(&self, key: &str) -> String {
         let set = |assignment: &&String| {

@@ -80,7 +80,7 @@ impl RunPlan {
             supply: machine.supply.clone(),
             encoder,
         };
-        let refused = |why: Refusal| Error::Input(format!("{}: {why}", self.origin.of(&why.key)));
+        let refused = |why: Refusal| Error::Input(self.origin.refusal(&why));
         let Some(sheet) = tables.sheet().map_err(refused)? else { return Ok(None) };
         let drive = WrittenDrive {
             full_scale_v: Some(machine.drive.full_scale_v()),

@@ -6,8 +6,23 @@ use toml::Value;
 
 use super::plan::RunPlan;
 use super::task::Task;
-use crate::data_sheet::OF_A_SHEET;
+use crate::data_sheet::{DataSheet, OF_A_SHEET};
 use crate::error::{Error, shown};
+
+/// Keys of a data sheet from which limits, profile and drive are derived.
+const DERIVED_FROM: [&str; 11] = [
+    "supply.voltage_v",
+    "motor.resistance_ohm",
+    "motor.kt_nm_per_a",
+    "motor.current_limit_a",
+    "motor.amplifier_a_per_v",
+    "motor.rotor_inertia_kg_m2",
+    "gear.ratio",
+    "gear.efficiency",
+    "load.inertia_kg_m2",
+    "friction.stick_nm",
+    "encoder.lines",
+];
 
 impl RunPlan {
     /// An error of the core with the value as it was written. The value's declaration says in which
@@ -74,18 +89,42 @@ impl RunPlan {
             allowed.into()
         };
         // The user is blamed for what the user wrote.
-        let suspect = self.sheet().ok().flatten().and_then(|(sheet, _)| sheet.suspect());
-        Error::Input(match suspect.filter(|suspect| suspect.key != key) {
-            None => format!("{}: `{key}` is {found}; allowed is {finite}", self.origin.of(key)),
-            Some(suspect) if self.is_derived(key) => format!(
+        let sheet = self.sheet().ok().flatten().map(|(sheet, _)| sheet);
+        let suspect = sheet.as_ref().and_then(DataSheet::suspect);
+        let derived_of = sheet.filter(|_| self.is_derived(key));
+        Error::Input(match (suspect.filter(|suspect| suspect.key != key), derived_of) {
+            (None, Some(sheet)) => self.refuse_derived(&sheet, key, found, &finite),
+            (None, None) => {
+                format!("{}: `{key}` is {found}; allowed is {finite}", self.origin.of(key))
+            }
+            (Some(suspect), Some(_)) => format!(
                 "{}: {suspect}. It makes `{key}` {found}; allowed is {finite}",
                 self.origin.of(suspect.key)
             ),
-            Some(suspect) => {
+            (Some(suspect), None) => {
                 let origin = self.origin.of(key);
                 format!("{origin}: `{key}` is {found}; allowed is {finite} ({suspect})")
             }
         })
+    }
+
+    /// Returns the message of a key that follows from a data sheet: the key that was set by hand is
+    /// blamed, or else those from which it follows are listed.
+    fn refuse_derived(&self, sheet: &DataSheet, key: &str, found: &str, allowed: &str) -> String {
+        let set = DERIVED_FROM.into_iter().find(|from| self.origin.has_set(from));
+        set.map_or_else(
+            || {
+                format!(
+                    "{}: `{key}` is {found}; allowed is {allowed}; it follows from {}",
+                    self.origin.of(key),
+                    sheet.listed(&DERIVED_FROM)
+                )
+            },
+            |from| {
+                let origin = self.origin.of(from);
+                format!("{origin}: it makes `{key}` {found}; allowed is {allowed}")
+            },
+        )
     }
 
     /// Returns whether a key of a file with a data sheet follows from others.

@@ -6,6 +6,12 @@ use crate::data_sheet::UnseenSlack;
 use crate::goal::PositionGoal;
 use crate::lines::wrapped;
 
+/// Column of the rest error of one side.
+pub const REST: &str = "rest\ncounts";
+
+/// Column of the settling time of one side.
+pub const SETTLED: &str = "settled\ns";
+
 /// What is shown of the end of a motion.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Shown {
@@ -24,6 +30,15 @@ impl Shown {
             Some(_) => Self::BothSides,
             None if goal.is_default() => Self::Nothing,
             None => Self::OneSide,
+        }
+    }
+
+    /// Returns the columns of other tables that [`table`](Self::table) replaces.
+    pub const fn replaces(self) -> &'static [&'static str] {
+        match self {
+            Self::Nothing => &[],
+            Self::OneSide => &[SETTLED],
+            Self::BothSides => &[REST, SETTLED],
         }
     }
 

@@ -42,7 +42,7 @@ pub fn render(results: &[RunResult]) -> String {
     let slack = results.iter().find_map(|result| result.unseen_slack.as_ref());
     let goal = results.first().map(|result| result.plan.machine.goal).unwrap_or_default();
     let shown = Shown::of(slack, &goal);
-    let is_kept = |column: &str| shown != Shown::BothSides || !OF_A_SIDE.contains(&column);
+    let is_kept = |column: &str| !shown.replaces().contains(&column);
     let mut parts = Vec::new();
     for (is_kind, columns, cells) in kinds {
         let of_kind: Vec<&RunResult> = results.iter().filter(|r| is_kind(&r.plan.task)).collect();
@@ -105,15 +105,12 @@ pub fn number(value: Option<f64>, digits: usize) -> String {
     )
 }
 
-/// Columns of one side of the gear.
-const OF_A_SIDE: [&str; 2] = ["rest\ncounts", "settled\ns"];
-
 const STEP_COLUMNS: &[&str] = &[
     "step",
-    "rest\ncounts",
+    sides::REST,
     "over-\nshoot\ndeg",
     "rise\ns",
-    "settled\ns",
+    sides::SETTLED,
     "rms\ndeg",
     "chatter\nV/s",
     "hunts\ndeg",

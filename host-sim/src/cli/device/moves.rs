@@ -8,6 +8,7 @@ use stiction::link::StateCode;
 
 use super::{arm, ended, kept, lost, off, then_off, time};
 use crate::cli::outputs::check_standard_output;
+use crate::cli::warn;
 use crate::data_sheet::UnseenSlack;
 use crate::device::client::Client;
 use crate::device::json;
@@ -80,12 +81,13 @@ pub struct Judged {
 }
 
 impl Judged {
-    /// Reads a machine's file.
+    /// Reads a machine's file, and prints what is doubtful about its joint.
     ///
     /// # Errors
     /// Says what is wrong with the file.
     pub fn by(machine: &str) -> Result<Self, Error> {
         let document = Document::open(machine)?;
+        warn(&document.doubts()?);
         Ok(Self { goal: document.machine()?.goal, slack: document.unseen_slack()? })
     }
 }

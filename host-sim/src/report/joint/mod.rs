@@ -18,6 +18,7 @@ use super::page::DrawingView;
 use crate::benchmark::{Benchmark, Score, Weights, benchmark};
 use crate::device::{self, machine_file};
 use crate::document::Document;
+use crate::ensemble::goal_of_steps;
 use crate::error::Error;
 use crate::experiment::{Experiment, RunPlan};
 use crate::figure::figures;
@@ -111,6 +112,7 @@ fn rendered(asked: &Asked) -> Result<String, Error> {
         laws => Value::from(Serde(laws)),
         slack => ranked.unseen_slack.map(|slack| slack.to_string()),
         goal => ranked.goal.describe(),
+        goal_around => goal_of_steps(ranked.goal).describe(),
         has_goal => !ranked.goal.is_default(),
         is_tuned => !tuned.is_empty(),
         options => options,

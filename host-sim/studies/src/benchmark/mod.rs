@@ -42,7 +42,7 @@ pub struct Score {
     /// Worst of its steps on both sides of the gear, by the file's goal.
     #[serde(flatten)]
     pub sides: BothSides,
-    /// Longest settling of a step into 0.05 deg at the encoder, s. It ranks in the place of
+    /// Longest settling of a step at the encoder, s. It ranks in the place of
     /// `settling_time_s` where the encoder cannot see slack.
     #[serde(skip)]
     pub settling_time_at_encoder_s: Option<f64>,

@@ -30,6 +30,13 @@ const DURATION_S: f64 = 30.0;
 /// Time to settle of a file whose `[goal]` has none, s.
 const SETTLES_WITHIN_S: f64 = 5.0;
 
+/// Returns the goal by which the steps of an ensemble around a file are judged: the file's, with a
+/// time to settle of 5 s if it has none.
+#[must_use]
+pub fn goal_of_steps(goal: PositionGoal) -> PositionGoal {
+    PositionGoal { settle_s: goal.settle_s.or(Some(SETTLES_WITHIN_S)), ..goal }
+}
+
 /// A key of the file with the range from which it is drawn.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Spread {
@@ -130,7 +137,7 @@ impl MachineEnsemble {
             let why = "is a friction experiment, which positions nothing";
             return Err(Error::Input(format!("--plant {file}: {why}")));
         }
-        let goal = document.machine()?.goal;
+        let goal = goal_of_steps(document.machine()?.goal);
         let settles_within_s = goal.settle_s.unwrap_or(SETTLES_WITHIN_S);
         // Long enough for a goal of much time.
         let duration_s = duration_s.max(3.0 * settles_within_s + goal.hold_s.unwrap_or(0.0));
@@ -162,7 +169,7 @@ impl MachineEnsemble {
             is_family: false,
             near: None,
             has_wall: false,
-            goal: PositionGoal { settle_s: Some(settles_within_s), ..goal },
+            goal,
             unseen_slack: document.unseen_slack()?,
         };
         Ok(Self { document, group, laws, spreads, nominal, written })

@@ -59,7 +59,9 @@ pub use identified::{
     rates_table, rates_within,
 };
 pub use json::object;
-pub use machine_file::{Around, MachineEnsemble, Spread, drawn_keys, written_spreads};
+pub use machine_file::{
+    Around, MachineEnsemble, Spread, drawn_keys, goal_of_steps, written_spreads,
+};
 pub use markdown::markdown;
 pub(crate) use measures::Reversals;
 pub use measures::{BAND_COUNTS, HUNTING_REVERSALS, Sample, TrackingJudge, TrackingMeasures};

@@ -116,6 +116,31 @@ fn a_file_s_joint_is_judged_at_both_sides_and_its_success_is_the_load_s() {
     assert!((counts - 0.6 / (360.0 / 102_400.0)).abs() < 0.01, "{counts}");
 }
 
+/// By chance the load of a law that misses at the encoder is at its target.
+#[test]
+fn laws_on_a_file_whose_encoder_cannot_see_slack_are_ranked_at_the_encoder() {
+    let (mut header, rows) = around_the_gear(&[]);
+    let chance = Row {
+        law: "chance".into(),
+        success_at_encoder: false,
+        settled_at_encoder_s: None,
+        success_at_load: true,
+        settled_at_load_s: Some(0.5),
+        settled_s: Some(0.5),
+        ..rows[0].clone()
+    };
+    header.laws = ["chance", "robust"].map(str::to_owned).into();
+    let rows = [chance, rows[0].clone()];
+    let first = |header: &Header| {
+        let text = table::render(header, &summary::summaries(header, &rows));
+        let laws = text.lines().filter_map(|line| line.split_whitespace().next());
+        laws.into_iter().find(|one| ["chance", "robust"].contains(one)).unwrap().to_owned()
+    };
+    assert_eq!(first(&header), "robust");
+    header.families[0].unseen_slack = None;
+    assert_eq!(first(&header), "chance");
+}
+
 #[test]
 fn a_goal_of_the_file_decides_at_both_sides() {
     let (header, rows) = around_the_gear(&["goal.tolerance_deg=0.7"]);

@@ -1,7 +1,7 @@
-//! Refusal of a tuning: no gains were found, why, and what would help.
+//! The reason why a tuning keeps the file's gains, and what would help.
 //!
-//! A tuning is refused if no joint of the judgement succeeds before and after it, or if no gains
-//! are better than the file's. Slack between encoder and load is the reason where the encoder's
+//! A tuning is refused if no joint of the judgement succeeds at its load before and after it. If
+//! some succeed and no gains are better, the file's gains are kept. Slack between encoder and load is the reason where the encoder's
 //! side succeeds and the load does not: no gain can correct what the encoder cannot see.
 
 use std::collections::BTreeMap;

@@ -132,11 +132,17 @@ fn a_plausible_sheet_has_no_doubts_and_an_implausible_one_is_told() {
         (("load.constant_nm", "-6"), "moves by itself when the motor is off"),
         (("load.unbalance_nm", "45"), "it does not start from everywhere"),
         (("supply.voltage_v", "12000"), "12000 V: are these mV? The key is in V"),
+        (("gear.ratio", "1e6"), "Is this number right? The key has no unit"),
         (("motor.inductance_h", "20"), "`motor.inductance_h` is 20 H; usual is 1e-9 to 10 H"),
     ] {
         let found = doubts(&[set]);
         assert!(found.contains(expected), "{set:?}: {found}");
     }
+    // Makers of gears write minutes of arc.
+    let stiff = ("gear.stiffness_nm_per_rad", "1e4");
+    let minutes = doubts(&[("gear.backlash_deg", "15"), stiff]);
+    assert!(minutes.contains("15 deg: are these arcmin? The key is in deg"), "{minutes}");
+    assert_eq!(doubts(&[("gear.backlash_deg", "0.6"), stiff]), "");
     for fine in [("load.inertia_kg_m2", "700"), ("load.inertia_kg_m2", "9e-4")] {
         assert_eq!(doubts(&[fine]), "");
     }
