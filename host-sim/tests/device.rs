@@ -342,7 +342,7 @@ mod edit {
                 "unknown key `limits.stall_vv`; did you mean `stall_v`?",
                 "stall_vv",
             ),
-            ("sed -i '/stall_v/d'", "`limits.stall_v` is missing, and has to be there", "stall_s"),
+            ("sed -i '/stall_v/d'", "`limits.stall_v` is missing, and must be set", "stall_s"),
             (
                 "sed -i 's/thermal_s = 10.0/thermal_s = 1e9/'",
                 "`limits.thermal_s` is 1000000000;",

@@ -17,7 +17,7 @@ fn the_joint_is_identified_by_the_device_s_own_sequence() {
         let server = studio(&[]);
         let mut page = Page::open(&server).await;
         let said = page.done(json!({ "do": "identify" })).await;
-        assert!(said.contains("ends by itself"), "{said}");
+        assert!(said.contains("ends automatically"), "{said}");
         page.state("armed").await;
         page.watch(Duration::from_secs(3)).await;
         let pushed = page.signal("v_applied_v").into_iter().map(f32::from_bits);

@@ -8,7 +8,7 @@ use futures_util::{SinkExt, StreamExt};
 use host_sim::device::simulated::SimulatedDevice;
 use host_sim::device::wire::{SimulatedWire, Wire};
 use host_sim::experiment::{Document, Experiment};
-use host_sim::studio::{Server, Wanted};
+use host_sim::studio::{Server, StudioOptions};
 use serde_json::{Value, json};
 use tokio::net::TcpStream;
 use tokio::time::{Instant, timeout};
@@ -44,9 +44,9 @@ fn serve<W: Wire>(
     Server::start(wanted(machine, is_its_file), open).unwrap()
 }
 
-fn wanted(machine: &str, is_its_file: bool) -> Wanted {
+fn wanted(machine: &str, is_its_file: bool) -> StudioOptions {
     let listen = "127.0.0.1:0".parse().unwrap();
-    Wanted { listen, machine: machine.into(), is_its_file, every_tick: true }
+    StudioOptions { listen, machine: machine.into(), is_its_file, every_tick: true }
 }
 
 /// A studio around what stands behind a wire.
@@ -96,7 +96,7 @@ pub fn studio_that_tells() -> (Server, Arc<Mutex<Vec<String>>>) {
     let all = told.clone();
     let tell = move |what: &str| all.lock().unwrap().push(what.to_owned());
     let open = || Ok(SimulatedWire::new(device(&[])));
-    (Server::start_telling(wanted("step-response", true), tell, open).unwrap(), told)
+    (Server::start_with_reporter(wanted("step-response", true), tell, open).unwrap(), told)
 }
 
 /// Runs a test.

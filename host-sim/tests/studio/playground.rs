@@ -2,7 +2,7 @@
 
 use std::time::{Duration, Instant};
 
-use host_sim::studio::{News, Playground};
+use host_sim::studio::{Playground, StudioMessage};
 use serde_json::{Value, json};
 
 use super::page::{Page, run, studio};
@@ -14,7 +14,7 @@ fn until(playground: &mut Playground, is_it: impl Fn(&Value) -> bool) -> Value {
     while begin.elapsed() < Duration::from_secs(20) {
         playground.pass();
         for news in playground.by_ref() {
-            let News::Event(text) = news else { continue };
+            let StudioMessage::Event(text) = news else { continue };
             let event: Value = serde_json::from_str(&text).unwrap();
             if is_it(&event) {
                 return event;

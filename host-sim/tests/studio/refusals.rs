@@ -67,6 +67,6 @@ fn connections_beyond_the_most_are_told_and_then_counted_as_other_refusals_are()
         tokio::time::sleep(Duration::from_secs(11)).await;
         assert!(Visit { token: "0", ..Visit::proper(&server) }.connect().await.is_err());
         let lines = told(&all, 1).await;
-        assert!(lines[0].ends_with(" (32 refusals before it were not told)"), "{lines:?}");
+        assert!(lines[0].ends_with(" (32 refusals before it were not reported)"), "{lines:?}");
     });
 }

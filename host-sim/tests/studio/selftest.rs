@@ -241,7 +241,7 @@ fn the_moves_of_another_prediction_than_the_last_are_refused() {
         let [first, last] = [first, last].map(|told| told["number"].as_u64().unwrap());
         for other in [first, last + 1] {
             let said = page.refused(begin(other)).await;
-            assert!(said.contains("predicted anew meanwhile"), "{said}");
+            assert!(said.contains("predicted again meanwhile"), "{said}");
         }
         assert_eq!(page.event("status").await["state"], "stopped");
         page.done(begin(last)).await;

@@ -2,7 +2,7 @@
 
 use super::ratios;
 use crate::lab::{LabResult, Row};
-use crate::report::evidence::Evidence;
+use crate::report::evidence::ReportEvidence;
 use crate::solver::EventKind;
 
 /// F_s or F_d of each body, N or N m.
@@ -13,14 +13,14 @@ pub(super) fn levels(result: &LabResult, of: &str) -> Vec<f64> {
 }
 
 /// Largest friction of each body less its F_s, N or N m.
-pub(super) fn excess(evidence: &Evidence, name: &str) -> Option<Vec<f64>> {
+pub(super) fn excess(evidence: &ReportEvidence, name: &str) -> Option<Vec<f64>> {
     let result = evidence.lab(name)?;
     let peaks = result.metrics.peak_friction.iter().zip(levels(result, "stick"));
     Some(peaks.map(|(peak, stick)| peak - stick).collect())
 }
 
 /// Largest friction of each body by its F_s.
-pub(super) fn peaks(evidence: &Evidence, name: &str) -> Option<Vec<f64>> {
+pub(super) fn peaks(evidence: &ReportEvidence, name: &str) -> Option<Vec<f64>> {
     let result = evidence.lab(name)?;
     let peaks = result.metrics.peak_friction.iter().zip(levels(result, "stick"));
     Some(peaks.map(|(peak, stick)| peak / stick).collect())
@@ -50,7 +50,7 @@ pub(super) fn position(result: &LabResult, body: usize, time_s: f64) -> Option<f
 }
 
 /// Largest distance between two runs by the largest excursion of the first, for each body.
-pub(super) fn apart(evidence: &Evidence, a: &str, b: &str) -> Option<Vec<f64>> {
+pub(super) fn apart(evidence: &ReportEvidence, a: &str, b: &str) -> Option<Vec<f64>> {
     let (a, b) = (evidence.lab(a)?, evidence.lab(b)?);
     let of = |body: usize| {
         let (mut distance, mut excursion) = (0.0, 0.0);
@@ -65,12 +65,16 @@ pub(super) fn apart(evidence: &Evidence, a: &str, b: &str) -> Option<Vec<f64>> {
 }
 
 /// Derivative evaluations of one run by those of another, at each eps.
-pub(super) fn work(evidence: &Evidence, of: &str, by: &str) -> Option<Vec<f64>> {
+pub(super) fn work(evidence: &ReportEvidence, of: &str, by: &str) -> Option<Vec<f64>> {
     ratios(evidence.evaluations(of), evidence.evaluations(by))
 }
 
 /// Largest friction of a body within `within_s` after each of its stops, by its F_d.
-pub(super) fn after_stops(evidence: &Evidence, name: &str, within_s: f64) -> Option<Vec<f64>> {
+pub(super) fn after_stops(
+    evidence: &ReportEvidence,
+    name: &str,
+    within_s: f64,
+) -> Option<Vec<f64>> {
     let result = evidence.lab(name)?;
     let slip = *levels(result, "slip").first()?;
     let stops = times(result, 0, &[EventKind::Stick, EventKind::Reverse]);
@@ -82,7 +86,7 @@ pub(super) fn after_stops(evidence: &Evidence, name: &str, within_s: f64) -> Opt
 }
 
 /// What static friction has to be at each stop of a body to hold it, by its F_d; F_s at most.
-pub(super) fn held_at_stops(evidence: &Evidence, name: &str) -> Option<Vec<f64>> {
+pub(super) fn held_at_stops(evidence: &ReportEvidence, name: &str) -> Option<Vec<f64>> {
     let result = evidence.lab(name)?;
     let (stick, slip) = (*levels(result, "stick").first()?, *levels(result, "slip").first()?);
     let stops = times(result, 0, &[EventKind::Stick, EventKind::Reverse]);
@@ -94,7 +98,7 @@ pub(super) fn held_at_stops(evidence: &Evidence, name: &str) -> Option<Vec<f64>>
 }
 
 /// Largest acceleration of each body while all are in their bands.
-pub(super) fn accelerations_at_rest(evidence: &Evidence, name: &str) -> Option<Vec<f64>> {
+pub(super) fn accelerations_at_rest(evidence: &ReportEvidence, name: &str) -> Option<Vec<f64>> {
     let result = evidence.lab(name)?;
     let resting = || result.rows.iter().filter(|row| row.stuck.iter().all(|stuck| *stuck));
     let of = |body: usize| resting().map(|row| row.acceleration[body].abs()).fold(0.0, f64::max);
@@ -103,7 +107,11 @@ pub(super) fn accelerations_at_rest(evidence: &Evidence, name: &str) -> Option<V
 
 /// How often each friction is found on its other side, of the samples in which all bodies are in
 /// their bands and it has the size of a level (`stick` or `slip`) at least.
-pub(super) fn changes_of_side(evidence: &Evidence, name: &str, level: &str) -> Option<Vec<f64>> {
+pub(super) fn changes_of_side(
+    evidence: &ReportEvidence,
+    name: &str,
+    level: &str,
+) -> Option<Vec<f64>> {
     let result = evidence.lab(name)?;
     let levels = levels(result, level);
     let resting: Vec<&Row> =
@@ -118,7 +126,7 @@ pub(super) fn changes_of_side(evidence: &Evidence, name: &str, level: &str) -> O
 }
 
 /// Distance of the final positions from those of another run.
-pub(super) fn miss(evidence: &Evidence, name: &str, from: &str) -> Option<f64> {
+pub(super) fn miss(evidence: &ReportEvidence, name: &str, from: &str) -> Option<f64> {
     let (a, b) = (evidence.lab(name)?, evidence.lab(from)?);
     let pairs = a.metrics.final_position.iter().zip(&b.metrics.final_position);
     Some(pairs.map(|(a, b)| (a - b).powi(2)).sum::<f64>().sqrt())
@@ -126,7 +134,7 @@ pub(super) fn miss(evidence: &Evidence, name: &str, from: &str) -> Option<f64> {
 
 /// How long a body's friction swings after each stop, until it stays within 5 % of F_s of the force
 /// that it holds, as a part of the stay at rest; of stays that end within the run.
-pub(super) fn swings(evidence: &Evidence, name: &str) -> Option<Vec<f64>> {
+pub(super) fn swings(evidence: &ReportEvidence, name: &str) -> Option<Vec<f64>> {
     let result = evidence.lab(name)?;
     let margin = 0.05 * levels(result, "stick").first()?;
     let (stops, breaks) =
@@ -144,7 +152,7 @@ pub(super) fn swings(evidence: &Evidence, name: &str) -> Option<Vec<f64>> {
 }
 
 /// How often deflections turn around while their friction sticks, over all bodies.
-pub(super) fn reversals_at_rest(evidence: &Evidence, name: &str) -> Option<f64> {
+pub(super) fn reversals_at_rest(evidence: &ReportEvidence, name: &str) -> Option<f64> {
     let result = evidence.lab(name)?;
     let of = |body: usize| {
         let steps =

@@ -5,8 +5,8 @@ use serde::Deserialize;
 use crate::error::Error;
 use crate::figure::{Figure, Line, NamedFigure, Panel, Style};
 use crate::lab::{LabResult, Row};
-use crate::report::content::{Drawing, PanelText, drawings};
-use crate::report::evidence::Evidence;
+use crate::report::content::{LabDrawing, PanelText, drawings};
+use crate::report::evidence::ReportEvidence;
 
 /// What a curve shows of a body.
 #[derive(Clone, Copy, Debug, Deserialize)]
@@ -36,19 +36,19 @@ const STYLES: [Style; 3] = [Style::Primary, Style::Second, Style::Third];
 ///
 /// # Errors
 /// If the built-in text is broken.
-pub fn figures(evidence: &Evidence) -> Result<Vec<NamedFigure>, Error> {
+pub fn figures(evidence: &ReportEvidence) -> Result<Vec<NamedFigure>, Error> {
     Ok(drawings()?.into_iter().filter_map(|drawing| figure(drawing, evidence)).collect())
 }
 
 /// Nothing if a run is missing.
-fn figure(drawing: Drawing, evidence: &Evidence) -> Option<NamedFigure> {
+fn figure(drawing: LabDrawing, evidence: &ReportEvidence) -> Option<NamedFigure> {
     let panels = drawing.panels.iter().map(|text| panel(text, evidence)).collect::<Option<_>>()?;
     let subtitle = format!("simulated; to compare with {} of the thesis", drawing.thesis);
     let figure = Figure { title: drawing.title, subtitle, x_label: "time (s)".into(), panels };
     Some(NamedFigure { stem: drawing.stem, figure })
 }
 
-fn panel(text: &PanelText, evidence: &Evidence) -> Option<Panel> {
+fn panel(text: &PanelText, evidence: &ReportEvidence) -> Option<Panel> {
     let curves = text.curves.iter().zip(STYLES);
     let lines = curves.map(|((name, run, body, quantity), style)| {
         let points = points(evidence.lab(run)?, body.checked_sub(1)?, *quantity)?;
