@@ -1,7 +1,8 @@
 //! The studio in the page itself: [`Playground`] as WebAssembly (wasm32-wasip1).
 //!
 //! The page's worker (`studio-page/src/playground/worker.ts`) provides the program's environment:
-//! arguments, a file, a clock, standard input and output. Only bytes cross the border, no addresses.
+//! arguments, a file, a clock, standard input and output. Only bytes cross the border, no
+//! addresses.
 //!
 //! ```text
 //! arguments        the machine: the name of a built-in experiment, of a typical joint, or a file

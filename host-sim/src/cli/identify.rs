@@ -66,8 +66,8 @@ pub struct IdentifyLogArguments {
     /// this file with the joint of the log
     #[arg(long, value_name = "FILE.toml")]
     machine: Option<String>,
-    /// Write the joint as a machine's file (a machine that turns, with --effort-gain or --machine); -
-    /// for the standard output
+    /// Write the joint as a machine's file (a machine that turns, with --effort-gain or --machine);
+    /// - for the standard output
     #[arg(long, value_name = "FILE.toml")]
     into: Option<PathBuf>,
     /// Write over a file that exists

@@ -28,8 +28,8 @@ pub struct StudioState {
     pub news: Broadcaster,
     /// Time of the last keep-alive of the page that commands.
     word: Mutex<Option<Instant>>,
-    /// Whether a stop is requested. It overtakes every waiting request. It changes under the lock of
-    /// `stops`, so that a request after the answer to a stop does not count as waiting.
+    /// Whether a stop is requested. It overtakes every waiting request. It changes under the lock
+    /// of `stops`, so that a request after the answer to a stop does not count as waiting.
     stop: AtomicBool,
     /// Waiting stops. They are not in the queue of requests, and are answered however long it is.
     stops: Mutex<Vec<QueuedRequest>>,

@@ -1,7 +1,6 @@
 // Keyboard. Escape stops at any focus; Space stops outside of text fields. So Enter replaces Space
 // elsewhere: it presses buttons, toggles boxes and opens files. A list takes letters and arrows,
-// not
-// Space: the arrows open it, too.
+// not Space: the arrows open it, too.
 
 export function listen(stop: () => void, keys: Record<string, () => void>): void {
   const takesBlanks = (target: HTMLElement) =>

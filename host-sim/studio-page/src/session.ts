@@ -1,6 +1,5 @@
 // A session as a file: a line of JSON with the device and its parameters, a line for each event,
-// and
-// lines of samples. Any program that reads JSON can read it.
+// and lines of samples. Any program that reads JSON can read it.
 
 import { Breath } from './breath';
 import { History, type Hello } from './history';

@@ -1,6 +1,5 @@
 // What if: sliders for gains and joint. The server predicts the moves; the page draws them, with
-// the
-// last measured move on top.
+// the last measured move on top.
 
 import { app, by, element, may, on } from './app';
 import { Curves, type MoveCurve } from './curves';

@@ -1,4 +1,4 @@
-//! The studio without a server tells what the one with a server tells.
+//! The studio without a server sends the same messages as the one with a server.
 
 use std::time::{Duration, Instant};
 
@@ -21,7 +21,7 @@ fn until(playground: &mut Playground, is_it: impl Fn(&Value) -> bool) -> Value {
             }
         }
     }
-    panic!("it was not told");
+    panic!("the event did not come");
 }
 
 fn asked(playground: &mut Playground, id: u32, mut request: Value) -> Value {
