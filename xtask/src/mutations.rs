@@ -259,11 +259,11 @@ fn page(outcomes: &[Outcome]) -> String {
         "# Faults that were put into the sources, and whether a test has found them\n\n\
          `cargo xtask mutations` writes this page. It puts each of {} faults into a copy of the\n\
          sources, builds it, and runs the tests that should find it. A fault that is not found is\n\
-         a missing test. A run that is asked for some of them keeps the rows of the others, and\n\
-         each row says on which commit it was found out. *In one build*: put in by hand, with\n\
+         a missing test. A run of some of them keeps the rows of the others, and\n\
+         each row has the commit of its run. *In one build*: put in by hand, with\n\
          others; each was found by an assertion of its own.\n\n\
-         {} found, {} not found, {} not built, {} not run. Nothing is said of those that were not\n\
-         run.\n\n\
+         {} found, {} not found, {} not built, {} not run. The result of those not run is\n\
+         unknown.\n\n\
          | file | the fault, and why it matters | tests of | result | on commit |\n\
          |---|---|---|---|---|\n",
         outcomes.len(),

@@ -86,7 +86,7 @@ const tests = {
       await page.locator('#plots canvas').count(),
       await page.locator('#plots figure').count(),
     );
-    // What is said aloud is not said again with every status.
+    // A screen reader does not repeat a text with every status.
     const changes = await page.evaluate(async () => {
       let count = 0;
       const all = { childList: true, characterData: true, subtree: true };

@@ -204,7 +204,7 @@ const tests = {
         }
       };
     });
-    // What stands behind the `#` is no text of an address.
+    // The `#` part is not a valid address.
     await other.goto(`${address}#%E0%A4%A`);
     await state(other, 'stopped');
     await other.evaluate(() => globalThis.trap());

@@ -1,4 +1,4 @@
-// The playground keeps its joint when a file is refused. The page is the real one; a script stands in
+// The playground keeps its joint when a file is refused. The page is the real one; a script replaces
 // for its simulator, whose build takes minutes (playground.mjs drives that one).
 
 import assert from 'node:assert/strict';

@@ -10,7 +10,7 @@ use super::precision;
 use crate::report::evidence::ReportEvidence;
 use crate::solver::EventKind;
 
-/// Where the block on the spring comes to rest after each slip, m.
+/// Returns the position at which the block on the spring rests after each slip, m.
 fn plateaus(evidence: &ReportEvidence, name: &str) -> Option<Vec<f64>> {
     let result = evidence.lab(name)?;
     let at = |stop_s: &f64| Some(rows(result, *stop_s, f64::INFINITY).first()?.position[0]);
@@ -21,7 +21,7 @@ fn largest(values: Vec<f64>) -> Vec<f64> {
     values.into_iter().reduce(f64::max).into_iter().collect()
 }
 
-/// Largest speeds of one run by those of another.
+/// Returns the ratios of the largest speeds of two runs.
 fn speeds(evidence: &ReportEvidence, of: &str, by: &str) -> Option<Vec<f64>> {
     let (of, by) = (evidence.lab(of)?, evidence.lab(by)?);
     Some(of.metrics.max_speed.iter().zip(&by.metrics.max_speed).map(|(a, b)| a / b).collect())

@@ -4,10 +4,10 @@ use super::Criterion::{Above, Below, Between};
 use super::{Claim, magnitudes, ratios};
 use crate::report::evidence::ReportEvidence;
 
-/// n K_t K_a, N m of torque for a volt of control signal (Table 20).
+/// n K_t K_a, torque per volt of the control signal, N m/V (Table 20).
 pub(super) const TORQUE_PER_VOLT: f64 = 1800.0 * 0.10 * 3.0;
 
-/// The three steps and the two trajectories of a controller.
+/// Labels of the steps of a controller.
 pub(super) fn steps(controller: &str) -> [String; 3] {
     ["5.0", "2.5", "1.0"].map(|size| format!("{controller}/step-{size}"))
 }
@@ -16,7 +16,7 @@ pub(super) fn trajectories(controller: &str) -> [String; 2] {
     ["5.0", "2.5"].map(|speed| format!("{controller}/trajectory-{speed}"))
 }
 
-/// Magnitudes of the errors at rest after 10 s, counts.
+/// Returns the magnitudes of the errors at rest after 10 s, counts.
 pub(super) fn rest(evidence: &ReportEvidence, controller: &str) -> Option<Vec<f64>> {
     let labels = steps(controller);
     let labels = labels.each_ref().map(String::as_str);
@@ -265,6 +265,6 @@ pub(super) const CONCLUSIONS: &[Claim] = &[
                 .collect()
         },
         holds: Below(0.0),
-        remark: "Feedforward never settles in a step, so it stands behind all that do.",
+        remark: "Feedforward never settles in a step, so it ranks behind all that do.",
     },
 ];

@@ -8,7 +8,7 @@ use super::{Claim, ratios};
 use crate::metrics::Metrics;
 use crate::report::evidence::ReportEvidence;
 
-/// A metric of Table 18's tests by that of Table 17's SRNF: 5 and 2.5 deg/s.
+/// Returns a metric of Table 18's tests, relative to Table 17's SRNF: 5 and 2.5 deg/s.
 fn test(evidence: &ReportEvidence, test: u32, of: fn(&Metrics) -> Option<f64>) -> Option<Vec<f64>> {
     let plain = trajectories("srnf");
     let with = plain.each_ref().map(|label| format!("{label}/test-{test}"));
@@ -16,7 +16,7 @@ fn test(evidence: &ReportEvidence, test: u32, of: fn(&Metrics) -> Option<f64>) -
     ratios(with, evidence.metrics("trajectory", &plain.each_ref().map(String::as_str), of))
 }
 
-/// Mean error of SRNF under variable friction from one time to another, deg.
+/// Returns the mean error of SRNF under variable friction from one time to another, deg.
 fn mean_error(evidence: &ReportEvidence, from_s: f64, to_s: f64) -> Option<f64> {
     let moments = evidence.moments("srnf-added-friction", "srnf/trajectory-2.5/added-variable")?;
     let errors: Vec<f64> = moments
@@ -27,7 +27,7 @@ fn mean_error(evidence: &ReportEvidence, from_s: f64, to_s: f64) -> Option<f64> 
     Some(errors.iter().sum::<f64>() / errors.len() as f64)
 }
 
-/// The smallest chatter of the other compensators that the thesis compares with, by trajectory.
+/// Returns the smallest chatter of the thesis's other compensators, for each trajectory.
 fn least_chatter_of_others(evidence: &ReportEvidence) -> Option<Vec<f64>> {
     let others = ["ri", "rvi", "roi", "feedforward", "dnpf"].map(|name| chatter(evidence, name));
     let others: Vec<Vec<f64>> = others.into_iter().collect::<Option<_>>()?;
