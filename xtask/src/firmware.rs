@@ -77,7 +77,7 @@ pub fn build() -> Result<PathBuf, String> {
 /// the gates check.
 pub fn flash() -> Result<(), String> {
     let image = build()?;
-    Job::new("Flashing the firmware (wants probe-rs: cargo install probe-rs-tools --locked)")
+    Job::new("Flashing the firmware (needs probe-rs: cargo install probe-rs-tools --locked)")
         .run(Command::new("probe-rs").args(["run", "--chip", CHIP]).arg(image))
 }
 

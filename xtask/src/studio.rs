@@ -68,7 +68,7 @@ pub fn studio(arguments: &StudioJobArguments) -> Result<(), String> {
         return job.run(script("pictures.mjs", browser).arg(root().join("docs")));
     }
     if let Some(minutes) = arguments.throughput {
-        let job = Job::new("Measuring what the studio takes");
+        let job = Job::new("Measuring the load of the studio");
         let browser = needed("measuring")?;
         return job.run(script("throughput.mjs", browser).arg(minutes.to_string()));
     }
@@ -118,7 +118,7 @@ pub fn page() -> Result<(), String> {
             .into(),
         );
     }
-    Job::new("Fetching what the page is made of, as its lock file says").run(&mut npm(&[
+    Job::new("Fetching the packages of the page by its lock file").run(&mut npm(&[
         "ci",
         "--no-audit",
         "--no-fund",
