@@ -55,7 +55,7 @@ pub struct EnsembleArguments {
     /// Samples per second, Hz; thesis-axis and a machine's own file have their own [default: 1000]
     #[arg(long, value_name = "HZ", value_parser = typed_number::parse)]
     rate: Option<f64>,
-    /// Number of random moves in a row after the first; the first of them is compared with the last
+    /// Number of random moves in a row after the first; their first tenth is compared with the last
     #[arg(long, value_name = "M", default_value_t = 0)]
     moves: u32,
     /// Only this joint of each family, by its number; with --plot, the traces of every law on it

@@ -37,7 +37,7 @@ impl PageControl {
     }
 
     /// Stores the time of a page's keep-alive, and returns whether the page commands.
-    pub fn word(&self, page: u64) -> bool {
+    pub fn record_keep_alive(&self, page: u64) -> bool {
         let mut holder = self.holder();
         match holder.as_mut() {
             Some((held_by, word)) if *held_by == page => {
@@ -77,9 +77,9 @@ mod tests {
     fn one_page_commands_until_it_leaves() {
         let control = PageControl::default();
         assert!(control.ask(1) && control.ask(1));
-        assert!(!control.ask(2) && !control.word(2));
+        assert!(!control.ask(2) && !control.record_keep_alive(2));
         assert!(!control.leave(2), "it did not command");
-        assert!(control.word(1) && control.is_held_by(1) && !control.is_free());
+        assert!(control.record_keep_alive(1) && control.is_held_by(1) && !control.is_free());
         assert!(control.leave(1) && control.is_free());
         assert!(control.ask(2) && !control.ask(1));
     }
@@ -90,6 +90,6 @@ mod tests {
         assert!(control.ask_at(1, now));
         assert!(!control.ask_at(2, now + SILENT - Duration::from_millis(1)));
         assert!(control.ask_at(2, now + SILENT + Duration::from_millis(1)));
-        assert!(!control.word(1) && control.word(2));
+        assert!(!control.record_keep_alive(1) && control.record_keep_alive(2));
     }
 }

@@ -62,7 +62,7 @@ fn locked<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
 
 impl StudioState {
     /// Stores the parameters of the device.
-    pub fn runs(&self, parameters: Option<Parameters>) {
+    pub fn set_in_use(&self, parameters: Option<Parameters>) {
         *locked(&self.in_use) = parameters;
     }
 
@@ -72,17 +72,17 @@ impl StudioState {
     }
 
     /// Stores the time of a keep-alive of the page that commands.
-    pub fn gives_word(&self) {
+    pub fn record_keep_alive(&self) {
         *locked(&self.word) = Some(Instant::now());
     }
 
     /// Returns the time of the last keep-alive.
-    pub fn word(&self) -> Option<Instant> {
+    pub fn last_keep_alive(&self) -> Option<Instant> {
         *locked(&self.word)
     }
 
     /// Stores the identified joint.
-    pub fn finds(&self, joint: IdentifiedJoint) {
+    pub fn set_found(&self, joint: IdentifiedJoint) {
         *locked(&self.found) = Some(joint);
     }
 
@@ -96,7 +96,7 @@ impl StudioState {
     }
 
     /// Queues a stop. It overtakes every waiting request.
-    pub fn stops(&self, order: QueuedRequest) {
+    pub fn queue_stop(&self, order: QueuedRequest) {
         let mut stops = locked(&self.stops);
         self.stop.store(true, Ordering::SeqCst);
         if self.has_ended.load(Ordering::SeqCst) {

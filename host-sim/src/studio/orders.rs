@@ -31,7 +31,7 @@ impl<W: Wire> Worker<'_, W> {
     ///
     /// # Errors
     /// Returns why the device refuses, or that it does not answer.
-    pub(super) fn obey(&mut self, order: &QueuedRequest) -> Result<Value, Error> {
+    pub(super) fn execute(&mut self, order: &QueuedRequest) -> Result<Value, Error> {
         let what = &order.what;
         // The motor may be driven even if the answer is lost.
         let arms = matches!(
@@ -211,7 +211,7 @@ impl<W: Wire> Worker<'_, W> {
         };
         let is_new = file.is_ok();
         if let Ok(joint) = file {
-            self.shared.finds(joint);
+            self.shared.set_found(joint);
         }
         if let Ok(IdentifiedJoint { name, text, laws }) = self.shared.found() {
             event["file"] = name.into();

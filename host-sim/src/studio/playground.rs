@@ -120,8 +120,8 @@ impl Playground {
 
     /// Sends a request to the worker. Each request is a keep-alive of the page.
     fn order(&mut self, id: u32, what: StudioAction) {
-        self.shared.control.word(PAGE);
-        self.shared.gives_word();
+        self.shared.control.record_keep_alive(PAGE);
+        self.shared.record_keep_alive();
         if matches!(what, StudioAction::Alive | StudioAction::Command) {
             return;
         }
@@ -133,7 +133,7 @@ impl Playground {
             answer: self.answer.clone(),
         };
         if order.what == StudioAction::Stop {
-            return self.shared.stops(order);
+            return self.shared.queue_stop(order);
         }
         if self.orders.try_send(order).is_err() {
             let why = "too many requests wait for the device; send it again";

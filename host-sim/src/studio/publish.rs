@@ -115,7 +115,7 @@ impl<W: Wire> Worker<'_, W> {
                 "law": law,
             }),
         );
-        self.shared.runs(parameters.clone());
+        self.shared.set_in_use(parameters.clone());
         if let Some(parameters) = parameters {
             let rows = form::rows(&parameters, self.saved.as_ref())?;
             // A file that cannot be written cannot be pulled either.

@@ -337,7 +337,7 @@ impl<W: Wire> Worker<'_, W> {
         // These samples belong to the move that is over.
         self.show_kept();
         // Nothing is sent between this check and the move.
-        if self.shared.is_stop_wanted() || !self.has_word() {
+        if self.shared.is_stop_wanted() || !self.has_keep_alive() {
             return Ok(());
         }
         let Some(SelftestPhase::Moving(moving)) = &mut self.test else { return Ok(()) };

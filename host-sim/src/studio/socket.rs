@@ -206,9 +206,9 @@ impl Page {
                 _ => PageInput::Prediction(request),
             };
         }
-        let commands = shared.control.word(self.number);
+        let commands = shared.control.record_keep_alive(self.number);
         if commands {
-            shared.gives_word();
+            shared.record_keep_alive();
         }
         match request.what {
             StudioAction::Alive => PageInput::KeepAlive,
@@ -223,7 +223,7 @@ impl Page {
         let (page, given, answer_to) = (self.number, Instant::now(), answers.clone());
         let order = QueuedRequest { page, given, id, what, answer: answer_to };
         if order.what == StudioAction::Stop {
-            self.desk.shared.stops(order);
+            self.desk.shared.queue_stop(order);
             return None;
         }
         match self.desk.orders.try_send(order) {

@@ -213,7 +213,7 @@ impl<'a, W: Wire> Worker<'a, W> {
             armed_here: false,
             faults: None,
             asked: now,
-            word: shared.word(),
+            word: shared.last_keep_alive(),
             heard: now,
             link_timeout: 0.0,
             travel: None,
@@ -245,7 +245,7 @@ impl<'a, W: Wire> Worker<'a, W> {
                 order.answered(&Err(Error::Refused(TESTING.into())));
             }
             Ok(order) => {
-                let done = self.is_expected(&order).and_then(|()| self.obey(&order));
+                let done = self.is_expected(&order).and_then(|()| self.execute(&order));
                 order.answered(&done);
                 self.asked = Instant::now();
                 if let Err(error @ (Error::Device(_) | Error::Emulator(_))) = done {
@@ -267,7 +267,7 @@ impl<'a, W: Wire> Worker<'a, W> {
         if self.may_ask() {
             let status = self.ask_status()?;
             self.go_on_testing(&status)?;
-            let may_go_on = !self.driven || self.has_word();
+            let may_go_on = !self.driven || self.has_keep_alive();
             if may_go_on && self.faults.replace(status.faults).is_some_and(|b| b != status.faults) {
                 self.publish_faults(&status)?;
             }
@@ -343,7 +343,7 @@ impl<'a, W: Wire> Worker<'a, W> {
 
     /// Reads the time of the last keep-alive of the page that commands.
     fn listen(&mut self) {
-        let word = self.shared.word();
+        let word = self.shared.last_keep_alive();
         if word != self.word {
             (self.word, self.heard) = (word, Instant::now());
         }
@@ -368,15 +368,15 @@ impl<'a, W: Wire> Worker<'a, W> {
     fn may_ask(&self) -> bool {
         let is_over = Duration::from_secs_f32(1.0 + 2.0 * self.link_timeout.clamp(0.0, 60.0));
         let since = self.asked.elapsed();
-        since >= ASKED && (!self.driven || self.has_word()) || since > is_over
+        since >= ASKED && (!self.driven || self.has_keep_alive()) || since > is_over
     }
 
     /// Returns whether the page that commands has just sent a keep-alive; while a self-test moves
     /// the joint, the page that started it. The time of the keep-alive counts, not the time at
     /// which this thread saw it.
-    pub(super) fn has_word(&self) -> bool {
+    pub(super) fn has_keep_alive(&self) -> bool {
         let is_held = !self.shared.control.is_free() && self.has_its_page();
-        is_held && self.shared.word().is_some_and(|word| word.elapsed() < FRESH)
+        is_held && self.shared.last_keep_alive().is_some_and(|word| word.elapsed() < FRESH)
     }
 
     pub(super) fn ask_status(&mut self) -> Result<Status, Error> {
