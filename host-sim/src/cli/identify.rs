@@ -183,8 +183,7 @@ impl IdentifyLogArguments {
         {
             let [given, named] = [given, named].map(PositionUnit::word);
             warnings.push(format!(
-                "the name of `{}` ends with {named}, and --position-unit is {given}; read as \
-                 {given}",
+                "`{}` is in {named} by its name, but --position-unit is {given}; read as {given}",
                 self.position
             ));
         }
@@ -261,8 +260,7 @@ impl IdentifyLogArguments {
         };
         if let Some((_, unit)) = named.filter(|(named, _)| *named != time_s) {
             warnings.push(format!(
-                "the name of `{}` ends with {unit}, and --time-unit is {given}; read as \
-                 {given}",
+                "`{}` is in {unit} by its name, but --time-unit is {given}; read as {given}",
                 self.time
             ));
         }

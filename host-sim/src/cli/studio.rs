@@ -19,17 +19,17 @@ pub struct StudioArguments {
     /// identified]
     #[arg(value_name = "NAME|FILE.toml")]
     machine: Option<String>,
-    /// The core in this program, around the simulated joint: no motor moves or stops [default]
+    /// Use the core in this program, around the simulated joint: no motor moves or stops [default]
     #[arg(long, conflicts_with_all = ["emulator", "port"])]
     simulated: bool,
-    /// The flash image on an emulated microcontroller, around the same joint: no motor moves or
+    /// Use the flash image on an emulated microcontroller, around the same joint: no motor moves or
     /// stops
     #[arg(long, conflicts_with = "port")]
     emulator: bool,
     /// Emulator: the flash image [default: the one that cargo xtask firmware builds]
     #[arg(long, value_name = "ELF", requires = "emulator")]
     image: Option<PathBuf>,
-    /// A board on a serial port: A MOTOR CAN MOVE
+    /// Use a board on a serial port: A MOTOR CAN MOVE
     #[arg(long, value_name = "DEV")]
     port: Option<PathBuf>,
     /// Simulated and emulated device: its true joint, if it differs from the one of the file, with

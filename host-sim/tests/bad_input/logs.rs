@@ -209,8 +209,8 @@ fn a_name_that_contradicts_the_unit_and_an_effort_of_no_unit_are_told_to_people_
     let text = log(machine, None);
     let degrees = text.replace("q_rad", "q_deg");
     let (said, found) = accepted(&degrees, &["--position", "q_deg", "--position-unit", "rad"]);
-    assert!(said.contains("ends with deg, and --position-unit is rad"), "{said}");
-    assert!(found["warnings"].to_string().contains("ends with deg"), "{found}");
+    assert!(said.contains("is in deg by its name, but --position-unit is rad"), "{said}");
+    assert!(found["warnings"].to_string().contains("is in deg by its name"), "{found}");
     let (said, _) = accepted(&text, &["--position", "q_rad", "--position-unit", "rad"]);
     assert_eq!(said, "");
     // A unit that the log does not name, and no machine excludes.
@@ -333,7 +333,7 @@ fn units_in_brackets_behind_the_names_of_columns_are_read() {
     assert!((inertia(&whole) - 0.5).abs() < 0.01, "{whole}");
     // An option that says otherwise counts, and is named.
     let (said, _) = found(text.as_bytes(), &[&columns[..], &["--time-unit", "us"]].concat());
-    assert!(said.contains("as if it were in ms, and --time-unit says us"), "{said}");
+    assert!(said.contains("is in ms by its name, but --time-unit is us"), "{said}");
 }
 
 /// A useless result is not called good.

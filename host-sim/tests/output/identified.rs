@@ -46,7 +46,7 @@ fn the_joint_that_was_found_is_a_file_whose_spread_holds_the_truth() {
     let file = path(directory.path(), "found.toml");
     let found = asked(&["identify", "--into", &file]);
     assert!(found.status.success(), "{}", words(&found.stderr));
-    assert!(words(&found.stdout).contains("found.toml: written, with the joint that was found"));
+    assert!(words(&found.stdout).contains("found.toml: written, with the identified joint"));
     let text = fs::read_to_string(&file).unwrap();
     assert!(text.starts_with("# SIMULATED DEVICE"), "{text}");
     let written: toml::Table = text.parse().unwrap();

@@ -362,7 +362,7 @@ fn a_trajectory_is_followed_and_what_cannot_be_followed_is_refused() {
         let go = |fields: [f64; 4]| json!({ "do": "trajectory", "trapezoid": fields });
         assert!(page.refused(go([2.0, 4.0, 0.2, 0.1])).await.contains("`arm` first"));
         page.done(arm()).await;
-        assert!(page.refused(json!({ "do": "trajectory" })).await.contains("has no trajectory"));
+        assert!(page.refused(json!({ "do": "trajectory" })).await.contains("no trajectory in"));
         assert!(page.refused(go([2.0, 0.0, 0.2, 0.1])).await.contains("the speed"));
         assert!(page.refused(go([1e300, 4.0, 0.2, 0.1])).await.contains("trajectory"));
         page.done(go([2.0, 4.0, 0.2, 0.1])).await;

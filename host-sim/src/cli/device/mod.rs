@@ -35,17 +35,18 @@ use crate::typed_number;
 
 #[derive(Debug, clap::Args)]
 pub struct DeviceArguments {
-    /// A board on this serial port
+    /// Use a board on this serial port
     #[arg(long, value_name = "DEV")]
     port: Option<PathBuf>,
-    /// The flash image on an emulated microcontroller, around the joint of --machine: no motor
+    /// Use the flash image on an emulated microcontroller, around the joint of --machine: no motor
     /// moves or stops
     #[arg(long)]
     emulator: bool,
     /// Emulator: the flash image [default: the one that cargo xtask firmware builds]
     #[arg(long, value_name = "ELF")]
     image: Option<PathBuf>,
-    /// The core in this program, around the simulated joint of --machine: no motor moves or stops
+    /// Use the core in this program, around the simulated joint of --machine: no motor moves or
+    /// stops
     #[arg(long)]
     simulated: bool,
     /// The joint to simulate: a name from `stiction list`, or a machine's own TOML file
@@ -77,7 +78,7 @@ fn begins_with<'a>(machine: &str, controller: Option<&'a str>) -> Option<&'a str
 
 #[derive(Debug, clap::Subcommand)]
 enum Action {
-    /// State, fault, position, warnings
+    /// Show state, fault, position, warnings
     Status {
         /// Print one JSON object
         #[arg(long)]
@@ -85,7 +86,7 @@ enum Action {
     },
     /// Watch the device live, and arm, move and stop it by keys
     Watch,
-    /// Arm where the joint is, and hold it
+    /// Arm at the present position, and hold it
     Arm {
         /// Time, s, after which the motor is turned off
         #[arg(long, value_name = "S", default_value_t = 5.0, allow_hyphen_values = true)]
@@ -105,12 +106,12 @@ enum Action {
     /// Make twenty moves within stated bounds, and compare the joint with the simulation of
     /// --machine, with its error bars
     Selftest(selftest::SelftestArguments),
-    /// Parameters of the device
+    /// Show, change or save the parameters of the device
     Params {
         #[command(subcommand)]
         action: params::ParamsAction,
     },
-    /// The faults that the device remembers
+    /// List the faults that the device remembers
     Faults {
         /// Clear the latched fault
         #[arg(long)]

@@ -16,7 +16,7 @@ use crate::output::OutputFile;
 
 #[derive(Debug, clap::Subcommand)]
 pub enum ParamsAction {
-    /// Parameters in use
+    /// Show the parameters in use
     Show,
     /// Edit the parameters in use in $VISUAL or $EDITOR, as a machine's file
     Edit {
