@@ -69,7 +69,7 @@ export async function isFound(page) {
   await predict(page, 2);
   assert.match(
     await text(page, '#selftest-result'),
-    new RegExp(`joints around that of ${name} do`),
+    new RegExp(`joints around that of ${name},`),
   );
   await page.locator('#selftest-go').click();
   await page.locator('#selftest-said:is(.passed, .doubted)').waitFor();
@@ -97,7 +97,7 @@ export const commissioning = ({ said, visit, command }) => {
       await page.locator('#tune-more summary').click();
       for (const [field, typed, why] of [
         ['chatter_v_per_s', '0', 'limit chatter_v_per_s=0: must be a number above 0'],
-        ['cases', '1001', '1001 joints: allowed is a number from 1 to 1000'],
+        ['cases', '1001', '1001 joints: must be a number from 1 to 1000'],
         ['cases', '2.5', 'it must be a whole number'],
       ]) {
         const before = await page.locator(`#tune-${field}`).inputValue();
