@@ -1,11 +1,11 @@
-//! Finds the page of `stiction studio` for the program that has it built in.
+//! Finds the page of `stiction studio`, which is built into the program.
 
 use std::path::Path;
 
-/// What `cargo xtask studio` makes.
+/// Directory of the page that `cargo xtask studio` builds.
 const BUILT: &str = "studio-page/dist";
 
-/// What stands for it otherwise, so that the server can be compiled and tested without npm.
+/// Directory of its replacement, so that the server can be compiled and tested without npm.
 const INSTEAD: &str = "studio-page/not-built";
 
 fn main() {

@@ -1,4 +1,4 @@
-//! Closed-loop runs per second of the two solvers, and what RK4 gets wrong.
+//! Closed-loop runs per second of the two solvers, and the errors of RK4.
 //!
 //! The run is the thesis's 2.5 deg step, 2 s at 20 ms, under PD (which comes to rest) and under
 //! SRNF (whose steep tanh amplifies small differences). An error is the largest distance from the
@@ -38,7 +38,7 @@ fn positions<S: AxisSolver>(closed_loop: &ClosedLoop, mut solver: S) -> Vec<f64>
     positions
 }
 
-/// The error at the end, and nothing else: what a sweep over many joints asks for.
+/// Returns only the error at the end, as in a sweep over many joints.
 fn rest_error<S: AxisSolver>(closed_loop: &ClosedLoop, mut solver: S) -> f64 {
     let mut error = 0.0;
     closed_loop.run(&mut solver, SAMPLES, |moment| error = moment.error_deg(), |_| ());

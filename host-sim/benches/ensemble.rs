@@ -1,8 +1,8 @@
 //! Nanoseconds of a tick of an ensemble, by family and law: servo, joint and measures.
 //!
 //! Each figure is of the first eight joints of a family: half of them with a delay, half with a
-//! lag, half with the coarse encoder. What bounds it is printed with it: the laws that chatter keep
-//! the joint in motion, and a joint that rests costs next to nothing.
+//! lag, half with the coarse encoder. The range is printed with it: laws that chatter keep the
+//! joint in motion, and a joint at rest costs next to nothing.
 #![allow(missing_docs, clippy::unwrap_used)]
 
 use std::hint::black_box;

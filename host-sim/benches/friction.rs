@@ -92,7 +92,7 @@ fn exact<const N: usize, M: Mechanism<N>>(case: &Case<N, M>, tolerance: f64) -> 
     events.iter().map(|event| event.time_s).collect()
 }
 
-/// The same by `tsit45`: gives a function that runs it once.
+/// Returns a function that runs the same problem once with `tsit45`.
 fn tsit45<const N: usize, M: Mechanism<N> + Copy + 'static>(
     case: &Case<N, M>,
     tolerance: f64,
@@ -121,7 +121,7 @@ fn tsit45<const N: usize, M: Mechanism<N> + Copy + 'static>(
             let reaction = reactions.map_or(0.0, |r| r[i]);
             y[i] = match mode[i] {
                 0 => friction[i].stick - reaction.abs(),
-                // A hair above zero for a body that has just started.
+                // Just above zero for a body that has just started.
                 sign => f64::from(sign) * v[i] + 1e-14,
             };
         }

@@ -1,8 +1,7 @@
 //! Time of the core's tick for each law, on the host, over the counts that its own 5 deg/s
 //! trajectory produced.
 //!
-//! What it costs on the microcontroller is another question: these are nanoseconds of the machine
-//! at hand.
+//! These are nanoseconds of this machine; docs/cost.md has the cost on the microcontroller.
 #![allow(missing_docs, clippy::unwrap_used)]
 
 use std::hint::black_box;

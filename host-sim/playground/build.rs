@@ -1,5 +1,5 @@
-//! Links it as a library that is called again and again (a WASI reactor). Without that file of the
-//! C library the linker takes each call for a whole program, which begins and ends.
+//! Links the playground as a library with repeated calls (a WASI reactor). Without that file of the
+//! C library the linker treats each call as a whole program, which starts and ends.
 
 use std::path::Path;
 use std::process::Command;

@@ -1,11 +1,11 @@
-//! The command line `stiction`, the studio and the report on what the other crates do: [`files`] are
-//! read, the [`simulator`] runs them, `emulated` runs the flash image, and [`studies`] find something
-//! out. [`dynamics`] has the joints and the solvers.
-// What a terminal, a port or a server asks for, nothing asks for in a page.
+//! The command line `stiction`, the studio and the report, on top of the other crates: [`files`]
+//! reads files, the [`simulator`] runs them, `emulated` runs the flash image, and [`studies`]
+//! evaluates them. [`dynamics`] has the joints and the solvers.
+// Functions for a terminal, a port or a server are not used in a page.
 #![cfg_attr(target_family = "wasm", allow(dead_code, unused_mut))]
 
-// WebAssembly (`playground/`) has no terminal and no serial ports. This and the simulator's
-// `device::port` are all that is left out there.
+// WebAssembly (`playground/`) has neither a terminal nor serial ports; it leaves out only this and
+// the simulator's `device::port`.
 #[cfg(not(target_family = "wasm"))]
 pub mod cli;
 #[cfg(feature = "report")]

@@ -1,9 +1,9 @@
-// Builds the page with the studio in it, as static files.
+// Builds the playground: the page with the studio inside, as static files.
 //
 //   node playground.mjs SIMULATOR.wasm DIRECTORY
 //
-// It is the same page. Its wire leads to a worker instead of a server, and the simulator is in the
-// script, so that the page may be opened as a file as well.
+// The page is the same. Its wire connects to a worker instead of a server, and its script contains
+// the simulator, so that the page can also be opened as a file.
 
 import { copyFileSync, mkdirSync, readFileSync } from 'node:fs';
 import { join } from 'node:path';

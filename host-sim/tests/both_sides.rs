@@ -5,7 +5,7 @@
 use std::path::Path;
 use std::process::{Command, Stdio};
 
-use host_sim::studio::{News, Playground};
+use host_sim::studio::{Playground, StudioMessage};
 use serde_json::{Value, json};
 
 /// 0.6 deg of backlash that its encoder cannot see.
@@ -73,7 +73,7 @@ fn what_if(machine: &str, law: &str) -> [Value; 2] {
     for _ in 0..100 {
         playground.pass();
         for news in playground.by_ref() {
-            let News::Event(text) = news else { continue };
+            let StudioMessage::Event(text) = news else { continue };
             let event: Value = serde_json::from_str(&text).unwrap();
             if event["event"] == "what-if" {
                 shown = event;

@@ -265,7 +265,7 @@ fn a_pulled_file_is_one_that_run_takes() {
     );
     // The file says it, too: it is of no board.
     assert!(std::fs::read_to_string(path).unwrap().starts_with(&format!("# {SAYS_SO}\n")));
-    // The file has one controller, which nobody has to name.
+    // The file has one controller, so no option has to name it.
     let output = device(&["--simulated", "--machine", path, "params", "show"]);
     assert!(text(&output.stdout).contains("[controller.rvi]"), "{}", text(&output.stderr));
     let run = |name: &str| {
@@ -342,7 +342,7 @@ mod edit {
                 "unknown key `limits.stall_vv`; did you mean `stall_v`?",
                 "stall_vv",
             ),
-            ("sed -i '/stall_v/d'", "`limits.stall_v` is missing, and has to be there", "stall_s"),
+            ("sed -i '/stall_v/d'", "`limits.stall_v` is missing, and must be set", "stall_s"),
             (
                 "sed -i 's/thermal_s = 10.0/thermal_s = 1e9/'",
                 "`limits.thermal_s` is 1000000000;",
@@ -481,8 +481,8 @@ fn a_program_reads_status_faults_and_the_fault_of_a_move() {
     );
 }
 
-/// The data sheet has no load, and the joint has one: the file of the identified joint has the load,
-/// and thresholds under which the joint may rest against it.
+/// The data sheet has no load, and the joint has one: the file of the identified joint has the
+/// load, and thresholds under which the joint may rest against it.
 #[test]
 fn an_identification_that_finds_a_load_raises_the_thresholds_that_it_would_trip() {
     let directory = tempfile::tempdir().unwrap();

@@ -1,5 +1,5 @@
-//! What a file says of a doubtful joint: the truth is within its `[spread]`. The joints are drawn, so
-//! that their truth is known, and identified by the core's own sequence.
+//! What a file says of a doubtful joint: the truth is within its `[spread]`. The joints are drawn,
+//! so that their truth is known, and identified by the core's own sequence.
 #![allow(missing_docs, clippy::unwrap_used)]
 
 use host_sim::device;
@@ -15,8 +15,8 @@ const KEYS: [&str; 4] = [
     "joint.friction.stick_v",
 ];
 
-/// How many of the doubtful joints among so many have gain, viscous friction, slip and stick within
-/// their spread; and how many there are.
+/// Returns the number of doubtful joints whose gain, viscous friction, slip and stick are within
+/// their spread, and the number of doubtful joints.
 fn held(name: &str, cases: u64) -> ([usize; 4], usize) {
     // Of the device only the step of its drive is asked for, and that for a line of text.
     let document = Document::open("step-response").unwrap();

@@ -54,9 +54,12 @@ fn every_declared_value_has_a_row_with_its_number_and_a_sentence() {
 }
 
 #[test]
-fn a_table_whose_keys_are_the_user_s_own_is_told_in_words() {
-    let told = keys::list(Some("spread")).unwrap();
-    assert!(told.contains("How far the joint may be off") && told.contains("stick_v"), "{told}");
+fn a_table_whose_keys_are_the_user_s_own_is_described_in_words() {
+    let listed = keys::list(Some("spread")).unwrap();
+    assert!(
+        listed.contains("How far the joint may be off") && listed.contains("stick_v"),
+        "{listed}"
+    );
     let unknown = keys::list(Some("spreads")).unwrap_err().to_string();
     assert!(unknown.contains("there is no such table"), "{unknown}");
 }

@@ -38,7 +38,7 @@ fn the_report_stands_alone_and_has_every_figure_and_a_verdict_for_every_claim() 
         .unwrap();
     let said = String::from_utf8(output.stdout).unwrap();
     assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
-    assert!(output.stderr.is_empty(), "no progress bar where nobody watches");
+    assert!(output.stderr.is_empty(), "no progress bar without a terminal");
 
     let page = fs::read_to_string(out.join("index.html")).unwrap();
     assert!(page.trim_end().ends_with("</html>"));
@@ -135,7 +135,7 @@ fn a_joint_of_one_s_own_has_a_page_with_its_laws_and_what_the_bench_should_show(
         let value = format!("{:.3}", predicted[name].as_f64().unwrap());
         assert!(row.contains(&value), "{name}: {value}, and {row}");
     }
-    // It says how it was made and of which law it is, and what a device has to be told first.
+    // The page has its command, its law, and the parameters that a device needs first.
     let plain = page.replace("&#x2f;", "/");
     assert!(plain.contains(&format!("Made by <code>stiction report {file}</code>.")));
     assert!(page.contains(&format!("those of the law <code>{chosen}</code> with the gains of")));

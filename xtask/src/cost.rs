@@ -1,5 +1,5 @@
-//! `cargo xtask cost` builds the images; the simulator's program `stiction-cost` measures what a
-//! tick costs.
+//! `cargo xtask cost` builds the images; the simulator's program `stiction-cost` measures the cost
+//! of a tick.
 
 use std::ffi::OsString;
 use std::fs;
@@ -13,14 +13,14 @@ const PAGE: &str = "docs/cost.md";
 const YARDSTICK: &str = "yardstick";
 
 #[derive(Debug, Default, clap::Args)]
-pub struct Arguments {
+pub struct CostJobArguments {
     /// Write the figures into docs/cost.md instead of comparing them with it
     #[arg(long)]
     bless: bool,
 }
 
 /// Builds the images, measures them in the emulator, and compares.
-pub fn measure(arguments: &Arguments, features: [&str; 3]) -> Result<(), String> {
+pub fn measure(arguments: &CostJobArguments, features: [&str; 3]) -> Result<(), String> {
     let image = firmware::build()?;
     let toolchain = Toolchain::ready(&MICROCONTROLLER)?;
     let build = ["build", "--profile", PROFILE, "--package", YARDSTICK, "--target", TARGET];
@@ -45,8 +45,8 @@ pub fn measure(arguments: &Arguments, features: [&str; 3]) -> Result<(), String>
     run(what, features, &measuring)
 }
 
-/// Runs `stiction-cost`, built with features that have the emulator. Those of a build that is there
-/// already save another.
+/// Runs `stiction-cost`, built with features that include the emulator. An existing build with the
+/// same features is reused.
 pub fn run(what: &'static str, features: [&str; 3], arguments: &[OsString]) -> Result<(), String> {
     let mut command = cargo(&["run", "--bin", "stiction-cost"]);
     command.args(features).arg("--");

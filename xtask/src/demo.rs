@@ -3,13 +3,13 @@
 use std::path::Path;
 
 use crate::firmware;
-use crate::job::{Job, Times};
+use crate::job::{Job, JobTimes};
 use crate::simulator::Simulator;
 use crate::toolchain::{MICROCONTROLLER, Toolchain};
 
 #[derive(Debug, clap::Args)]
-pub struct Arguments {
-    /// Only the simulator, without the firmware on the emulated part: faster to build
+pub struct DemoJobArguments {
+    /// Only the simulator, without the firmware on the emulated microcontroller: faster to build
     #[arg(long)]
     host: bool,
 }
@@ -36,13 +36,13 @@ const AS_WE_READ_IT: [&str; 2] = ["--set", "joint.gain_deg_per_s2_per_v=27"];
 const ONE_MOVE: [&str; 6] =
     ["--controller", "srnf", "--set", "reference.steps_deg=[5.0]", "--set", "run.duration_s=1"];
 
-pub fn demo(arguments: &Arguments) -> Result<(), String> {
+pub fn demo(arguments: &DemoJobArguments) -> Result<(), String> {
     let with_image = !arguments.host
         && (Toolchain::agreed(&MICROCONTROLLER)
             .map_err(|why| format!("{why}\n`cargo xtask demo --host` needs no such compiler"))?
             || without_image());
-    let mut times = Times::new();
-    // What is built soonest comes first. The build with the emulator adds to it.
+    let mut times = JobTimes::new();
+    // The fastest build comes first. The build with the emulator extends it.
     times.of("building the simulator", || Simulator::Host.build())?;
     times.of("ranking seven controllers, and drawing", || {
         Job::new(
@@ -76,14 +76,14 @@ pub fn demo(arguments: &Arguments) -> Result<(), String> {
     Ok(())
 }
 
-/// Says that the rest of the demo is what `--host` does.
+/// Returns the remark that the rest of the demo is that of `--host`.
 fn without_image() -> bool {
     println!("   nothing is installed; the demo leaves the microcontroller out, as with --host");
     false
 }
 
-/// Runs the flash image against the joint. A run in which the image does anything else than the
-/// core on this machine fails.
+/// Runs the flash image against the joint. Any difference between the image and the core on this
+/// machine is an error.
 fn in_the_image(image: &Path) -> Result<(), String> {
     let of = |experiment: &str| {
         let mut run =

@@ -1,5 +1,5 @@
-//! Reads from an ELF file what goes into the flash: the bytes that a programmer without ELF support
-//! writes at its start.
+//! Reads the contents of the flash from an ELF file: the bytes that a programmer without ELF
+//! support writes at its start.
 
 /// The type of a segment that is loaded, `PT_LOAD` of the ELF specification.
 const LOAD: u32 = 1;

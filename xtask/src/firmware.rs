@@ -8,19 +8,19 @@ use crate::job::{Job, root, target_dir};
 use crate::simulator::Simulator;
 use crate::toolchain::{MICROCONTROLLER, TARGET, Toolchain};
 
-/// The profile of the image, and of whatever is measured or proved beside it.
+/// The profile of the image, and of everything measured or proved beside it.
 pub const PROFILE: &str = "firmware";
 
-/// The name that probe-rs gives the part.
+/// The name of the microcontroller for probe-rs.
 const CHIP: &str = "STM32F405RGTx";
 /// The binary's name.
 const IMAGE: &str = "stiction-firmware";
 
 #[derive(Debug, clap::Args)]
-pub struct ParamsArguments {
+pub struct ParamsJobArguments {
     /// A machine's file, or the name of a built-in experiment
     file: String,
-    /// Where to write; by default target/firmware/NAME.params
+    /// Output file [default: target/firmware/NAME.params]
     #[arg(short, long, value_name = "FILE")]
     out: Option<PathBuf>,
     /// Set a key of the file, table.key=value; can be repeated
@@ -42,18 +42,18 @@ pub fn built(program: &str) -> PathBuf {
 /// The compiler's arguments for the image's own crate, which count for the optimisation across all
 /// crates at the link, too.
 ///
-/// The control path has been put together within the core's crate by then, so that it stays as fast
-/// as it is; everything else is no longer copied into each of its callers, not even what its author
-/// marked to be inlined (as serde and postcard do), unless it is small. `docs/cost.md` has what
-/// that buys, and what else was tried.
+/// The control path has been put together within the core's crate by then, so it stays as fast as
+/// it is. Other functions are no longer copied into each caller unless they are small, even those
+/// that are marked to be inlined (as in serde and postcard). `docs/cost.md` has the effect, and the
+/// alternatives that were tried.
 const SMALL: [&str; 2] = ["-C", "llvm-args=-inline-threshold=25 -inlinehint-threshold=75"];
 
-/// Builds the image and puts it where people and tests look for it; returns the ELF file's path.
+/// Builds the image, copies it to target/firmware, and returns the ELF file's path.
 pub fn build() -> Result<PathBuf, String> {
     let toolchain = Toolchain::ready(&MICROCONTROLLER)?;
     println!("   compiler: {}", toolchain.describe());
     let mut build = toolchain.cargo(&arguments("rustc"));
-    // A user's setting may not choose another image: incremental code is slower, beyond the
+    // The user's settings must not change the image: incremental code is slower than the
     // interrupt's budget.
     build.arg("--").args(SMALL).env("CARGO_INCREMENTAL", "0");
     Job::new("Building the firmware").run(&mut build)?;
@@ -73,16 +73,16 @@ pub fn build() -> Result<PathBuf, String> {
     Ok(path("elf"))
 }
 
-/// Writes the image to a board and shows its log: the very file that the emulator runs and the
-/// gates look through.
+/// Writes the image to a board and shows its log. The file is the one that the emulator runs and
+/// the gates check.
 pub fn flash() -> Result<(), String> {
     let image = build()?;
-    Job::new("Flashing the firmware (wants probe-rs: cargo install probe-rs-tools --locked)")
+    Job::new("Flashing the firmware (needs probe-rs: cargo install probe-rs-tools --locked)")
         .run(Command::new("probe-rs").args(["run", "--chip", CHIP]).arg(image))
 }
 
-/// Encodes a machine's file. The simulator knows these files, so it does the work.
-pub fn params(arguments: &ParamsArguments) -> Result<(), String> {
+/// Encodes a machine's file. The simulator does the work, since it reads these files.
+pub fn params(arguments: &ParamsJobArguments) -> Result<(), String> {
     let out = arguments.out.clone().unwrap_or_else(|| {
         let stem = PathBuf::from(&arguments.file).file_stem().unwrap_or_default().to_owned();
         target_dir().join("firmware").join(stem).with_extension("params")

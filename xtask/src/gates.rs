@@ -1,6 +1,5 @@
-//! `cargo xtask gates` shows what must not be in the firmware. The simulator's program
-//! `stiction-cost` reads what can be read from the image. Here the linker shows that no panic is
-//! left in the control path.
+//! `cargo xtask gates` checks what the firmware must not contain. The simulator's program
+//! `stiction-cost` checks the image. Here the linker proves that the control path has no panic.
 
 use std::fs;
 use std::process::Command;
@@ -30,8 +29,8 @@ pub fn pass(features: [&str; 3]) -> Result<(), String> {
     cost::run("Looking through the image", features, &arguments)
 }
 
-/// Links the control path and the link with a panic handler that cannot be linked, and then again
-/// with a panic in it.
+/// Links the control path and the link with a panic handler that cannot be linked. A second link
+/// with a planted panic must fail.
 fn no_panic(toolchain: &Toolchain) -> Result<(), String> {
     let link = |more: &[&str]| -> Command {
         let mut arguments =
@@ -52,7 +51,7 @@ fn no_panic(toolchain: &Toolchain) -> Result<(), String> {
             built.display()
         ));
     }
-    // A gate that cannot close shows nothing either.
+    // A gate that never fails would prove nothing.
     Job::new("Linking it with a deliberate panic, which must fail").announce();
     let output = link(&["--features", "deliberate-panic"]).output();
     let output = output.map_err(|error| format!("cannot start cargo: {error}"))?;

@@ -1,4 +1,4 @@
-//! Runs commands, and says what each is for.
+//! Runs commands, and prints the purpose of each.
 
 use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};
@@ -18,13 +18,13 @@ impl Job {
         println!("== {}", self.what);
     }
 
-    /// Announces and runs a command; one that fails has already said why.
+    /// Announces and runs a command; a command that fails prints its own reason.
     pub fn run(&self, command: &mut Command) -> Result<(), String> {
         self.announce();
         self.finish(command)
     }
 
-    /// Runs one of several commands of an announced step, without what it prints.
+    /// Runs one of several commands of an announced step, without its output.
     pub fn run_silently(&self, command: &mut Command) -> Result<(), String> {
         self.finish(command.stdout(Stdio::null()))
     }
@@ -38,13 +38,13 @@ impl Job {
     }
 }
 
-/// The times that the parts of a longer job took.
-pub struct Times {
+/// Times of the parts of a longer job.
+pub struct JobTimes {
     begin: Instant,
     parts: Vec<(&'static str, Duration)>,
 }
 
-impl Times {
+impl JobTimes {
     pub fn new() -> Self {
         Self { begin: Instant::now(), parts: Vec::new() }
     }
@@ -83,7 +83,7 @@ pub fn target_dir() -> PathBuf {
     root().join(std::env::var_os("CARGO_TARGET_DIR").unwrap_or_else(|| "target".into()))
 }
 
-/// A call of cargo, in the root of the workspace wherever this one was called from.
+/// Returns a call of cargo in the root of the workspace.
 pub fn cargo(arguments: &[&str]) -> Command {
     let mut command = Command::new(std::env::var_os("CARGO").unwrap_or_else(|| "cargo".into()));
     command.args(arguments).current_dir(root());

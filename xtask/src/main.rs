@@ -23,12 +23,12 @@ use std::process::ExitCode;
 use clap::{Parser, Subcommand};
 use simulator::EMULATOR;
 
-/// The project's jobs. Each does its own set-up.
+/// Jobs of the project. Each does its own set-up.
 #[derive(Debug, Parser)]
 struct Arguments {
     #[command(subcommand)]
     job: Work,
-    /// Install missing system packages without a question
+    /// Install missing system packages without asking
     #[arg(long, global = true)]
     yes: bool,
 }
@@ -37,13 +37,13 @@ struct Arguments {
 enum Work {
     /// Rank seven controllers, draw figures into target/demo, and boot the firmware on an emulated
     /// microcontroller against the simulated joint
-    Demo(demo::Arguments),
-    /// Everything that must pass before a change lands: format, lints, the firmware, tests,
+    Demo(demo::DemoJobArguments),
+    /// Run everything that must pass before a change lands: format, lints, the firmware, tests,
     /// documentation
     Test,
     /// Build the firmware, and compare every term of its ticks with the core on this machine, bit
     /// for bit
-    Image(test::ImageArguments),
+    Image(test::ImageTestArguments),
     /// Find or install the compiler for the microcontroller
     Setup,
     /// Build the firmware: target/firmware/stiction-firmware.elf and .bin
@@ -52,23 +52,23 @@ enum Work {
     Flash,
     /// Count the instructions of a tick, and the bytes of flash, RAM, stack and state; compare with
     /// docs/cost.md
-    Cost(cost::Arguments),
-    /// Show that the control path cannot panic, the stack fits, and nothing computes floating point
+    Cost(cost::CostJobArguments),
+    /// Prove that the control path cannot panic, the stack fits, and no floating point is computed
     /// in software
     Gates,
     /// Rank untuned laws on random joints, and write README.md's first table
     Ranking,
-    /// Measure what docs/reliability.md says, and write it
-    Reliability(reliability::Arguments),
-    /// Put one fault after another into a copy of the sources, and see which of them the tests
+    /// Measure the figures of docs/reliability.md, and write the page
+    Reliability(reliability::ReliabilityJobArguments),
+    /// Put one fault after another into a copy of the sources, and check which of them the tests
     /// find; writes docs/mutations.md
-    Mutations(mutations::Arguments),
+    Mutations(mutations::MutationsJobArguments),
     /// Count the words to avoid in sources and pages; no count may rise
-    Words(words::Arguments),
+    Words(words::WordsJobArguments),
     /// Build the page of `stiction studio` by npm and the program around it, and start it
-    Studio(studio::Arguments),
+    Studio(studio::StudioJobArguments),
     /// Encode a machine's TOML for the parameter sector of the microcontroller
-    Params(firmware::ParamsArguments),
+    Params(firmware::ParamsJobArguments),
 }
 
 fn main() -> ExitCode {

@@ -1,21 +1,21 @@
-//! The faults, and the tests that are to find them.
+//! The faults, and the tests that should find them.
 //!
 //! Each text must match exactly once in its file. If a line changes, its fault changes with it.
 
-/// The tests that a fault is shown to.
+/// Suite of tests that runs with a fault.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, clap::ValueEnum)]
 pub enum Suite {
     /// The core's own tests.
     Core,
     /// The laws' contracts with any parameters: tests/contracts/.
     Contracts,
-    /// What of the board needs no register, beside the core: tests/signal_path/.
+    /// The parts of the board that need no register, beside the core: tests/signal_path/.
     SignalPath,
     /// `robust` with a joint, beside the core: tests/robust/.
     Robust,
     /// The device in process: tests/device/.
     Device,
-    /// The flash image on the emulated part: tests/image/.
+    /// The flash image on the emulated microcontroller: tests/image/.
     Image,
 }
 
@@ -37,7 +37,7 @@ pub struct Mutation {
     pub file: &'static str,
     pub before: &'static str,
     pub after: &'static str,
-    /// What the fault does, and so why it matters.
+    /// Effect of the fault.
     pub why: &'static str,
     pub suite: Suite,
     /// Parts of the names of the tests that should find it.
@@ -190,7 +190,7 @@ pub const MUTATIONS: &[Mutation] = &[
     fault("src/safety/monitor/stall_impulse.rs",
         [".max(self.breakaway / LEAST)",
          ""],
-        "the least effort beyond the breakaway takes for ever",
+        "the least effort beyond the breakaway takes forever",
         Suite::Core, &["monitor::"]),
     fault("src/safety/monitor/stall_impulse.rs",
         ["state.turned |= state.sign == -sign;",
@@ -300,7 +300,7 @@ pub const MUTATIONS: &[Mutation] = &[
     fault("src/safety/monitor/mod.rs",
         ["if self.thermal.is_hot(&state.thermal) {",
          "if false {"],
-        "arming does not ask for the heat",
+        "arming ignores the heat",
         Suite::Core, &["monitor::"]),
     fault("src/safety/monitor/mod.rs",
         ["seen.standstill >= self.rest",
@@ -330,7 +330,7 @@ pub const MUTATIONS: &[Mutation] = &[
     fault("src/safety/monitor/limits.rs",
         ["overspeed,\n            supply_min: 0.7",
          "overspeed: 2.0 * overspeed,\n            supply_min: 0.7"],
-        "the derived speed limit is twice what is said",
+        "the derived speed limit is twice the documented one",
         Suite::Device, &["the_default_speed_limit"]),
     fault("src/board/liveness.rs",
         ["let all = tasks.iter().all(|task| task.is_set());",
@@ -360,7 +360,7 @@ pub const MUTATIONS: &[Mutation] = &[
     fault("src/board/bridge.rs",
         ["timer.dier().write(|w| w.bie().set_bit());",
          ""],
-        "the break input is not told",
+        "the break input is not reported",
         Suite::Image, &["the_break_input"]),
     fault("src/board/bridge.rs",
         ["        self.pins.enable.set_low();\n",
@@ -436,7 +436,7 @@ pub const MUTATIONS: &[Mutation] = &[
     fault("src/board/clock.rs",
         ["Crystal::of(measure(&rcc, timer)).with_pll(|| pll_locks(&rcc))",
          "if pll_locks(&rcc) { Crystal::of(measure(&rcc, timer)) } else { Crystal::Absent }"],
-        "a crystal of another frequency is told as none",
+        "a crystal of another frequency is reported as none",
         Suite::Image, &["a_crystal_of_another_frequency"]),
     fault("src/servo/mod.rs",
         ["        self.wake_up.forget();\n", ""],
@@ -450,7 +450,7 @@ pub const MUTATIONS: &[Mutation] = &[
     fault("src/board/output_control.rs",
         ["libm::ceilf(dead_time * clock_hz)",
          "libm::floorf(dead_time * clock_hz)"],
-        "the dead time is shorter than was asked for",
+        "the dead time is shorter than the requested one",
         Suite::SignalPath, &["output_control"]),
     fault("src/board/output_control.rs",
         ["Self { driven_when_off: true, ..Self::UNKNOWN }",
@@ -475,7 +475,7 @@ pub const MUTATIONS: &[Mutation] = &[
     fault("src/board/option_bytes.rs",
         ["if before >> 8 & 0xFF == FOR_EVER {",
          "if false {"],
-        "the option bytes of a part that is protected for ever are programmed",
+        "the option bytes of a permanently protected microcontroller are programmed",
         Suite::SignalPath, &["option_bytes"]),
     fault("src/board/receive_ring.rs",
         ["if unread > LENGTH as u32 {",
@@ -485,7 +485,7 @@ pub const MUTATIONS: &[Mutation] = &[
     fault("src/servo/boot.rs",
         ["let is_sure = !boot.is_damaged && ",
          "let is_sure = "],
-        "an older set starts by itself because the newest is damaged",
+        "an older set starts automatically because the newest is damaged",
         Suite::Device, &["autostart", "a_damaged_set"]),
     fault("src/servo/boot.rs",
         ["(!boot.may_be_dip || after_dip)",
@@ -550,12 +550,12 @@ pub const MUTATIONS: &[Mutation] = &[
     fault("src/board/reset.rs",
         ["    rcc.csr().modify(|_, w| w.rmvf().clear());\n",
          ""],
-        "the cause of the last reset is told for ever",
+        "the cause of the last reset is reported forever",
         Suite::Image, &["the_reset_button"]),
     fault("src/board/retained.rs",
         ["record.magic == MAGIC && record.check == record.sum()",
          "record.magic == MAGIC"],
-        "a record of a fault that the reset has damaged is told",
+        "a record of a fault that the reset has damaged is reported",
         Suite::Image, &["is_not_believed"]),
     fault("src/board/voltage_detector.rs",
         ["const LEVEL: u8 = 5;",

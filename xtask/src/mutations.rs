@@ -2,9 +2,9 @@
 //! tests that should find it. A fault that no test finds is a missing test.
 //!
 //! The faults are a fixed list (`mutation_list.rs`): each monitor, and each line of the board's
-//! part that keeps a motor safe. cargo-mutants makes its own faults, of functions and operators;
-//! most of those lines are writes to registers and thresholds, which it does not change, and the
-//! image has to be built and emulated to see them.
+//! part that keeps a motor safe. cargo-mutants generates faults of functions and operators; most of
+//! those lines are writes to registers and thresholds, which it does not change, and the image must
+//! be built and emulated to find them.
 
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -18,29 +18,29 @@ use crate::mutation_list::{MUTATIONS, Mutation, Suite};
 const PAGE: &str = "docs/mutations.md";
 
 #[derive(Debug, clap::Args)]
-pub struct Arguments {
-    /// Only faults whose file or reason holds this text; can be repeated
+pub struct MutationsJobArguments {
+    /// Only faults whose file or reason contains this text; can be repeated
     #[arg(long, value_name = "TEXT")]
     only: Vec<String>,
-    /// Only faults that these tests are to find
+    /// Only faults that these tests should find
     #[arg(long)]
     suite: Option<Suite>,
-    /// Look only whether every fault still fits the sources
+    /// Only check that every fault still fits the sources
     #[arg(long)]
     check: bool,
 }
 
-/// What has become of a fault.
+/// Result of a fault.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Fate {
     Killed,
     Survived,
-    /// The compiler refuses it, so it says nothing.
+    /// The compiler refuses it, so it proves nothing.
     NotBuilt,
     NotRun,
 }
 
-/// A row's end: what has become of a fault, and on which commit.
+/// End of a row: the result of a fault, and its commit.
 #[derive(Clone, Debug, PartialEq, Eq)]
 struct Outcome {
     fate: Fate,
@@ -60,8 +60,8 @@ impl Fate {
     }
 }
 
-/// Runs the faults that are asked for, and writes the page.
-pub fn run(arguments: &Arguments) -> Result<(), String> {
+/// Runs the selected faults, and writes the page.
+pub fn run(arguments: &MutationsJobArguments) -> Result<(), String> {
     for mutation in MUTATIONS {
         let path = root().join(mutation.file);
         mutated(&path, mutation)?;
@@ -115,7 +115,7 @@ pub fn run(arguments: &Arguments) -> Result<(), String> {
         println!("{:>13}  {}: {}", fate.describe(), mutation.file, mutation.why);
         survived += usize::from(fate == Fate::Survived);
         outcomes[outcome] = Outcome { fate, commit: commit.clone() };
-        // A run takes long: what has been found so far is on the page if it is ended.
+        // A run takes long: if it is interrupted, the page has the results so far.
         fs::write(&path, page(&outcomes))
             .map_err(|error| format!("cannot write {PAGE}: {error}"))?;
     }
@@ -126,7 +126,7 @@ pub fn run(arguments: &Arguments) -> Result<(), String> {
     }
 }
 
-/// Puts a fault into the copy, runs its tests, and takes it out again.
+/// Puts a fault into the copy, runs its tests, and restores the copy.
 fn one(tree: &Path, mutation: &Mutation) -> Result<Fate, String> {
     let path = tree.join(mutation.file);
     let (sound, faulty) = mutated(&path, mutation)?;
@@ -153,7 +153,7 @@ fn mutated(path: &Path, mutation: &Mutation) -> Result<(String, String), String>
     }
 }
 
-/// Copies what git knows, and what is new and not ignored.
+/// Copies the files that git tracks, and new ones that are not ignored.
 fn copy(tree: &Path) -> Result<(), String> {
     let listed = Command::new("git")
         .args(["ls-files", "--cached", "--others", "--exclude-standard", "-z"])
@@ -164,7 +164,7 @@ fn copy(tree: &Path) -> Result<(), String> {
     for name in listed.split_terminator('\0') {
         let (from, to) = (root().join(name), tree.join(name));
         let Ok(bytes) = fs::read(&from) else { continue };
-        // What is the same keeps its time, so that it is not built again.
+        // An unchanged file keeps its time, so that it is not built again.
         if fs::read(&to).is_ok_and(|there| there == bytes) {
             continue;
         }
@@ -181,7 +181,7 @@ fn tested(tree: &Path, suite: Suite, tests: &[&str]) -> Result<Fate, String> {
         let mut command = Command::new(std::env::var_os("CARGO").unwrap_or_else(|| "cargo".into()));
         command.args(arguments).current_dir(tree).env("CARGO_TARGET_DIR", built(tree));
         if !matches!(suite, Suite::Device | Suite::Image) {
-            // A fault is compiled once and run for a second.
+            // A fault is compiled once and runs for a second.
             command.env("CARGO_PROFILE_DEV_OPT_LEVEL", "0").env("CARGO_PROFILE_DEV_DEBUG", "0");
         }
         command
@@ -215,7 +215,7 @@ fn tested(tree: &Path, suite: Suite, tests: &[&str]) -> Result<Fate, String> {
     if !output.status.success() {
         return Ok(Fate::Killed);
     }
-    // A filter that names no test would let every fault survive.
+    // A filter that matches no test would let every fault survive.
     let ran = text.lines().any(|line| line.starts_with("test ") && line.ends_with("ok"));
     if ran { Ok(Fate::Survived) } else { Err(format!("no test has a name with one of {tests:?}")) }
 }
@@ -224,7 +224,7 @@ fn built(tree: &Path) -> PathBuf {
     tree.with_file_name("target")
 }
 
-/// Returns the commit that is tested, as the page has it.
+/// Returns the commit that is tested, in the page's form.
 fn commit() -> Result<String, String> {
     let git = |arguments: &[&str]| {
         let output = Command::new("git").args(arguments).current_dir(root()).output();
@@ -236,13 +236,13 @@ fn commit() -> Result<String, String> {
     Ok(if is_clean { commit } else { format!("{commit}, with changes") })
 }
 
-/// The begin of the row of a fault.
+/// Returns the start of a fault's row.
 fn row(mutation: &Mutation) -> String {
     let Mutation { file, why, suite, .. } = mutation;
     format!("| `{file}` | {why} | {} |", suite.describe())
 }
 
-/// Returns what the page says of a fault.
+/// Returns the end of a fault's row on the page.
 fn told_before(page: &str, mutation: &Mutation) -> Outcome {
     let begin = row(mutation);
     let outcome = page.lines().find_map(|line| line.strip_prefix(&*begin)).and_then(|rest| {
@@ -259,11 +259,11 @@ fn page(outcomes: &[Outcome]) -> String {
         "# Faults that were put into the sources, and whether a test has found them\n\n\
          `cargo xtask mutations` writes this page. It puts each of {} faults into a copy of the\n\
          sources, builds it, and runs the tests that should find it. A fault that is not found is\n\
-         a missing test. A run that is asked for some of them keeps the rows of the others, and\n\
-         each row says on which commit it was found out. *In one build*: put in by hand, with\n\
+         a missing test. A run of some of them keeps the rows of the others, and\n\
+         each row has the commit of its run. *In one build*: put in by hand, with\n\
          others; each was found by an assertion of its own.\n\n\
-         {} found, {} not found, {} not built, {} not run. Nothing is said of those that were not\n\
-         run.\n\n\
+         {} found, {} not found, {} not built, {} not run. The result of those not run is\n\
+         unknown.\n\n\
          | file | the fault, and why it matters | tests of | result | on commit |\n\
          |---|---|---|---|---|\n",
         outcomes.len(),
@@ -295,7 +295,7 @@ mod tests {
         let page = page(&outcomes);
         let again: Vec<Outcome> = MUTATIONS.iter().map(|m| told_before(&page, m)).collect();
         assert_eq!(again, outcomes);
-        // A fault that is new is one that was not run, and so are those of a page that is none.
+        // A new fault was not run, nor was any fault without a page.
         let new = Mutation { why: "a fault that is not on the page", ..MUTATIONS[1] };
         assert_eq!(told_before(&page, &new).fate, Fate::NotRun);
         assert_eq!(told_before("", &MUTATIONS[1]).fate, Fate::NotRun);

@@ -1,4 +1,4 @@
-//! System packages: what apt would install, what that takes, and whether the user agrees.
+//! System packages: those that apt would install, their size, and the user's consent.
 
 use std::fmt;
 use std::io::{self, BufRead, IsTerminal, Write};
@@ -7,8 +7,8 @@ use std::sync::OnceLock;
 
 use crate::job::Job;
 
-/// Set once the plan of this process was printed and agreed to: a job that installs late asks at
-/// its start, and the installation does not ask again.
+/// Set once the user has agreed to the plan of this process. A job that installs late asks at its
+/// start, and the installation does not ask again.
 static AGREED: OnceLock<()> = OnceLock::new();
 
 /// Set by `--yes`.
@@ -24,16 +24,16 @@ pub fn assume_yes() {
 struct Plan {
     /// Names, dependencies included.
     names: Vec<String>,
-    /// What is fetched, as in `73.0 MB`.
+    /// Size of the download, as in `73.0 MB`.
     download: String,
-    /// What it takes on the disk, as in `795 MB`; unknown if apt does not print it.
+    /// Size on the disk, as in `795 MB`; unknown if apt does not print it.
     disk: Option<String>,
 }
 
-/// Installs packages, after it has printed what they are and the user has agreed.
+/// Prints packages, asks the user, and installs them.
 ///
 /// # Errors
-/// If the user refuses or apt fails.
+/// Returns an error if the user refuses or apt fails.
 pub fn install(packages: &[&str]) -> Result<(), String> {
     if !agreed(packages)? {
         return Err("nothing is installed".into());
@@ -42,11 +42,11 @@ pub fn install(packages: &[&str]) -> Result<(), String> {
     Job::new("Installing system packages").run(install.args(packages))
 }
 
-/// Prints what apt would install, and asks on a terminal. Without a terminal, and with `--yes`, it
-/// says that it goes on. Returns whether the user agrees.
+/// Prints the packages that apt would install, and asks on a terminal. Without a terminal, or with
+/// `--yes`, it goes on. Returns whether the user agrees.
 ///
 /// # Errors
-/// If apt does not know a package.
+/// Returns an error if apt does not know a package.
 pub fn agreed(packages: &[&str]) -> Result<bool, String> {
     if AGREED.get().is_some() || packages.is_empty() {
         return Ok(true);
@@ -75,19 +75,19 @@ fn is_yes(input: &mut impl BufRead) -> bool {
     read.is_ok() && ["y", "yes"].contains(&answer.trim().to_lowercase().as_str())
 }
 
-/// An apt in the words that [`Plan::read`] understands.
+/// Returns a call of apt with the output that [`Plan::read`] parses.
 fn apt(arguments: &[&str]) -> Command {
     let mut command = Command::new("apt-get");
     command.args(arguments).env("DEBIAN_FRONTEND", "noninteractive").env("LC_ALL", "C");
     command
 }
 
-/// Has apt work out what it would install, and stop there.
+/// Lets apt simulate an installation.
 fn planned(packages: &[&str]) -> Result<Plan, String> {
     let mut ask = apt(&["install", "--assume-no", "--no-install-recommends"]);
     let output =
         ask.args(packages).output().map_err(|error| format!("cannot start apt-get: {error}"))?;
-    // It ends as if it had failed: nothing was installed.
+    // The exit code is that of a failure, since nothing was installed.
     Plan::read(&String::from_utf8_lossy(&output.stdout)).ok_or_else(|| {
         let why = String::from_utf8_lossy(&output.stderr);
         format!("apt cannot install {}:\n{}", packages.join(" "), why.trim())
@@ -95,7 +95,7 @@ fn planned(packages: &[&str]) -> Result<Plan, String> {
 }
 
 impl Plan {
-    /// Reads what `apt-get install` prints in the C locale.
+    /// Parses the output of `apt-get install` in the C locale.
     fn read(text: &str) -> Option<Self> {
         let mut names = Vec::new();
         let mut lists_names = false;
@@ -103,7 +103,7 @@ impl Plan {
             if line.starts_with(' ') {
                 names.extend(line.split_whitespace().filter(|_| lists_names).map(str::to_owned));
             } else {
-                // New ones and those that are upgraded for them.
+                // New packages, and those upgraded for them.
                 lists_names = line.ends_with("packages will be installed:")
                     && line.contains(" NEW ")
                     || line.ends_with("packages will be upgraded:");
@@ -113,7 +113,7 @@ impl Plan {
             let rest = text.lines().find_map(|line| line.strip_prefix(before))?;
             Some(rest.split_once(after)?.0.to_owned())
         };
-        // `0 B/73.0 MB`: what is in apt's cache is not fetched.
+        // `0 B/73.0 MB`: the rest is in apt's cache.
         let download = between("Need to get ", " of archives.");
         let download = download.map(|size| size.split('/').next().unwrap_or(&size).to_owned());
         let disk = between("After this operation, ", " of additional disk space");
@@ -142,7 +142,7 @@ impl fmt::Display for Plan {
 mod tests {
     use super::*;
 
-    /// What apt 2.6 printed for the compiler on a Debian 12 without it.
+    /// Output of apt 2.6 for the compiler on a Debian 12 without it.
     const PRINTED: &str = "\
 Reading package lists...
 Building dependency tree...

@@ -1,4 +1,4 @@
-//! `cargo xtask studio --playground` builds the page with the studio in it, as static files.
+//! `cargo xtask studio --playground` builds the page with the simulator inside, as static files.
 
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -8,10 +8,10 @@ use crate::job::{Job, target_dir};
 use crate::studio::{self, BROWSERS};
 use crate::toolchain::{PAGE, Toolchain};
 
-/// The profile of what runs in the page.
+/// The profile of the program in the page.
 const PROFILE: &str = "wasm";
 
-/// Builds the files, and says where they are.
+/// Builds the files, and prints their directory.
 pub fn build() -> Result<PathBuf, String> {
     Toolchain::agree(&PAGE)?;
     studio::page()?;
@@ -34,7 +34,7 @@ pub fn build() -> Result<PathBuf, String> {
     Ok(directory)
 }
 
-/// What the files of a directory take, in KB of 1000 bytes.
+/// Returns the size of a directory's files, in KB of 1000 bytes.
 fn kilobytes(directory: &Path) -> Result<u64, String> {
     let cannot = |error: std::io::Error| format!("cannot read {}: {error}", directory.display());
     let mut bytes = 0;

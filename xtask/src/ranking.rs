@@ -1,10 +1,10 @@
 //! `cargo xtask ranking` ranks untuned laws on random joints, and writes README.md's first
 //! table.
 //!
-//! The table stands between two comments of the page, and is made of what `stiction ensemble
-//! --markdown` prints: success on each family at the encoder, that of a real gear at the load as
-//! well, then some rows of rest and of tracking, then the instructions of docs/cost.md. So no figure
-//! of it is older than the last run.
+//! The table is between two comments of the page, and uses the output of `stiction ensemble
+//! --markdown`: success on each family at the encoder, for a real gear at the load as well, then
+//! some rows of rest and of tracking, then the instructions of docs/cost.md. So all its figures are
+//! from the last run.
 
 use std::fs;
 use std::process::Stdio;
@@ -17,9 +17,9 @@ const COST: &str = "docs/cost.md";
 const BEGIN: &str = "<!-- ranking: written by `cargo xtask ranking` -->\n";
 const END: &str = "<!-- end of the ranking -->";
 
-/// A seed on which nothing was tuned, and so many joints that an interval is 9 % wide at its
-/// widest. Joints with a load and with a stiffer gear are within the intervals of others here. Arms
-/// have a row in docs/ensemble.md.
+/// A seed on which nothing was tuned, and a number of joints for which the widest interval is 9 %.
+/// Joints with a load and with a stiffer gear are within the intervals of others here. Arms have a
+/// row in docs/ensemble.md.
 const RUN: [&str; 9] = [
     "ensemble",
     "--plant",
@@ -32,20 +32,20 @@ const RUN: [&str; 9] = [
     "pd,pid,srnf,feedforward+observer,two-reset-pid,impulsive,robust",
 ];
 
-/// The side of success that has no label: the page says it above the table.
+/// The side of success without a label: the page names it above the table.
 const AT_ENCODER: &str = ", at the encoder";
 
-/// Rows of the load that are left out: the page is short.
+/// Rows of the load that are left out, to keep the page short.
 const AT_LOAD: &str = ", at the load";
 
 /// The family whose row of the load stays.
 const GEAR: &str = "| `gear-backlash`";
 
-/// Rows beside those of success: the begin of each as the command prints it.
+/// Rows beside those of success: the start of each as the command prints it.
 const MORE: [&str; 2] = ["`thesis-axis`: rest", "`thesis-axis`: tracking"];
 
-/// The begin of the line of a law in docs/cost.md; of a sum, and of laws without a place in the
-/// image, none.
+/// Start of a law's line in docs/cost.md; `None` for a sum, and for laws that the image does not
+/// have.
 const COSTED: [&str; 7] = ["pd", "", "srnf", "", "", "", "robust"];
 
 pub fn rank() -> Result<(), String> {
@@ -98,7 +98,7 @@ fn table(tables: &str, cost: &str) -> Result<String, String> {
     Ok(text + &format!("| instructions a tick, at most | {} |\n", cells.join(" | ")))
 }
 
-/// The most that the core's tick takes under a law: the fourth word of its line.
+/// Returns the most instructions of the core's tick under a law: the fourth word of its line.
 fn instructions(cost: &str, law: &str) -> Option<String> {
     let lines = cost.lines().map(|line| line.split_whitespace().collect::<Vec<_>>());
     let mut of_law = lines.filter(|words| words.first() == Some(&law) && words.len() == 8);

@@ -1,19 +1,18 @@
-//! `cargo xtask reliability` runs the tests that measure, and writes what they print into
+//! `cargo xtask reliability` runs the tests that measure, and writes their figures into
 //! docs/reliability.md.
 //!
-//! A test prints a figure as `reliability: NAME | key=value | key=value`, on a line of its own, as
-//! often as it likes. The template's text stays as it is; of its lines
+//! A test prints a figure as `reliability: NAME | key=value | key=value`, on a line of its own, any
+//! number of times. The template's text is copied; its lines
 //!
 //! ```text
-//! ... {{NAME.key}} ...          take the value of the only line of that name,
+//! ... {{NAME.key}} ...          get the value of the only line of that name,
 //! {{#NAME}} ... {{key}} ...     are written for every line of that name, in their order,
-//! {{*NAME}} ... {{key}} ...     the same, and there may be none,
-//! {{?NAME}} ...                 only if there is a line of that name,
-//! {{!NAME}} ...                 only if there is none.
+//! {{*NAME}} ... {{key}} ... the same; there can be none, {{?NAME}} ... are written if there is a
+//! line of that name, {{!NAME}} ... are written if there is none.
 //! ```
 //!
-//! A figure that no test prints is an error: nothing measured on that page is older than the last
-//! run. So is a figure that the template has no place for: what is measured is shown.
+//! A figure that no test prints is an error, so all figures of the page are from the last run. A
+//! figure without a place in the template is an error as well.
 
 use std::fs;
 use std::io::{BufRead, BufReader};
@@ -26,12 +25,12 @@ use crate::toolchain::{MICROCONTROLLER, Toolchain};
 const TEMPLATE: &str = "xtask/reliability.md";
 const PAGE: &str = "docs/reliability.md";
 
-/// The begin of a figure's line. Libtest's own words stand before it if the test is the only one of
-/// its thread.
+/// Start of a figure's line. Libtest's own words precede it if the test is the only one of its
+/// thread.
 const MARK: &str = "reliability: ";
 
 #[derive(Debug, clap::Args)]
-pub struct Arguments {
+pub struct ReliabilityJobArguments {
     /// Number of random messages through the state machine
     #[arg(long, value_name = "N", default_value_t = 1_000_000)]
     messages: u64,
@@ -39,23 +38,22 @@ pub struct Arguments {
     /// before
     #[arg(long)]
     image: bool,
-    /// Run nothing, and take the figures from what these tests have printed into files before; can
-    /// be repeated
+    /// Run nothing, and read the figures from files with the output of these tests; can be repeated
     #[arg(long, value_name = "FILE", conflicts_with_all = ["image", "messages"])]
-    told: Vec<std::path::PathBuf>,
+    from: Vec<std::path::PathBuf>,
 }
 
-/// A figure that a test printed: its name, and what was found.
+/// A figure that a test printed: its name and values.
 #[derive(Debug, PartialEq)]
 struct Figure {
     name: String,
     values: Vec<(String, String)>,
 }
 
-/// Runs the tests, or reads what they printed, and writes the page.
-pub fn measure(arguments: &Arguments) -> Result<(), String> {
+/// Runs the tests, or reads their output, and writes the page.
+pub fn measure(arguments: &ReliabilityJobArguments) -> Result<(), String> {
     let figures =
-        if arguments.told.is_empty() { run(arguments)? } else { read_back(&arguments.told)? };
+        if arguments.from.is_empty() { run(arguments)? } else { read_back(&arguments.from)? };
     let template = root().join(TEMPLATE);
     let text = fs::read_to_string(&template)
         .map_err(|error| format!("cannot read {TEMPLATE}: {error}"))?;
@@ -68,7 +66,7 @@ pub fn measure(arguments: &Arguments) -> Result<(), String> {
     Ok(())
 }
 
-/// Reads the figures of runs that were kept.
+/// Reads the figures of earlier runs.
 fn read_back(files: &[std::path::PathBuf]) -> Result<Vec<Figure>, String> {
     let mut figures = Vec::new();
     for file in files {
@@ -82,8 +80,8 @@ fn read_back(files: &[std::path::PathBuf]) -> Result<Vec<Figure>, String> {
     Ok(figures)
 }
 
-/// Runs the tests, and returns what they print.
-fn run(arguments: &Arguments) -> Result<Vec<Figure>, String> {
+/// Runs the tests, and returns their output.
+fn run(arguments: &ReliabilityJobArguments) -> Result<Vec<Figure>, String> {
     if arguments.image {
         Toolchain::agree(&MICROCONTROLLER)?;
     }
@@ -156,7 +154,7 @@ fn filled(template: &str, figures: &[Figure]) -> Result<String, String> {
     Ok(page)
 }
 
-/// Refuses a value that was printed and would be on no line of the page.
+/// Refuses a printed value without a place on the page.
 fn all_have_a_place(template: &str, figures: &[Figure]) -> Result<(), String> {
     for Figure { name, values } in figures {
         let [each, any] = ["#", "*"].map(|tag| format!("{{{{{tag}{name}}}}}"));
@@ -266,7 +264,7 @@ mod tests {
                         |\n{{?image}}with\n{{!image}}without";
         let page = "12 345 moves\n| cut | 0.2 |\n| swapped | 0.3 |\nwithout\n";
         assert_eq!(filled(template, &figures).as_deref(), Ok(page));
-        // What is printed has a place, and so has each of its values.
+        // Every printed value has a place.
         for (line, key) in [("{{#wires}}{{what}} {{s}}", "moves"), ("{{soak.moves}}", "what")] {
             let said = filled(line, &figures).err().unwrap_or_default();
             assert!(said.contains("no place") && said.contains(key), "{said}");
@@ -283,7 +281,7 @@ mod tests {
         assert!(filled(places, &figures).is_ok());
     }
 
-    /// The rows of a table's heading, split into cells.
+    /// Returns the rows under a table's heading, split into cells.
     fn rows(text: &str) -> Vec<Vec<&str>> {
         let (_, after) =
             text.split_once("## Ways to run away that were closed").unwrap_or_default();

@@ -16,7 +16,7 @@ pub enum Simulator {
 /// Cargo's arguments for the emulator, which declares a newer compiler than it needs.
 pub const EMULATOR: [&str; 3] = ["--features", "emulator", "--ignore-rust-version"];
 
-/// The same for all that can be built in: the studio as well.
+/// Cargo's arguments for a build with everything: the studio as well.
 pub const EVERYTHING: [&str; 3] =
     ["--features", "emulator,host-sim/studio", "--ignore-rust-version"];
 
@@ -28,7 +28,7 @@ impl Simulator {
         }
     }
 
-    /// Builds it, so that what follows begins at once.
+    /// Builds it, so that later calls start at once.
     pub fn build(self) -> Result<(), String> {
         let job = match self {
             Self::Host => Job::new("Building the simulator"),
@@ -38,7 +38,7 @@ impl Simulator {
         job.run(build.args(self.options()))
     }
 
-    /// A call of `stiction`.
+    /// Returns a call of `stiction`.
     pub fn command(self, arguments: &[&str]) -> Command {
         let mut command = cargo(&["run", "--quiet", "--package", "host-sim", "--bin", "stiction"]);
         command.args(self.options()).arg("--").args(arguments);

@@ -8,7 +8,7 @@ use crate::playground;
 use crate::simulator::{EMULATOR, EVERYTHING};
 
 #[derive(Debug, clap::Args)]
-pub struct Arguments {
+pub struct StudioJobArguments {
     /// Build it with the emulator, for `--emulator`
     #[arg(long)]
     with_emulator: bool,
@@ -39,7 +39,7 @@ pub struct Arguments {
     /// Test the playground in a browser as well
     #[arg(long, requires = "playground")]
     test: bool,
-    /// What `stiction studio` is given
+    /// StudioJobArguments of `stiction studio`
     #[arg(trailing_var_arg = true, allow_hyphen_values = true)]
     arguments: Vec<String>,
 }
@@ -47,12 +47,12 @@ pub struct Arguments {
 /// The options of a build with the studio.
 const STUDIO: [&str; 4] = ["--package", "host-sim", "--features", "studio"];
 
-/// Where browsers are that the tests can drive.
+/// Names of browsers that the tests can drive.
 pub const BROWSERS: [&str; 4] =
     ["chromium", "chromium-browser", "google-chrome", "google-chrome-stable"];
 
 /// Builds the page and the program, and starts it.
-pub fn studio(arguments: &Arguments) -> Result<(), String> {
+pub fn studio(arguments: &StudioJobArguments) -> Result<(), String> {
     if arguments.playground {
         let directory = playground::build()?;
         return if arguments.test { playground::test(&directory) } else { Ok(()) };
@@ -68,7 +68,7 @@ pub fn studio(arguments: &Arguments) -> Result<(), String> {
         return job.run(script("pictures.mjs", browser).arg(root().join("docs")));
     }
     if let Some(minutes) = arguments.throughput {
-        let job = Job::new("Measuring what the studio takes");
+        let job = Job::new("Measuring the load of the studio");
         let browser = needed("measuring")?;
         return job.run(script("throughput.mjs", browser).arg(minutes.to_string()));
     }
@@ -91,7 +91,7 @@ pub fn build(with_emulator: bool) -> Result<(), String> {
     Job::new("Building the simulator with the studio").run(&mut build)
 }
 
-/// Where the page is made.
+/// Directory of the page's sources.
 pub fn directory() -> PathBuf {
     root().join("host-sim/studio-page")
 }
@@ -103,12 +103,12 @@ fn npm(arguments: &[&str]) -> Command {
     npm
 }
 
-/// Whether a program is there.
+/// Returns whether a program is installed.
 fn runs(command: &mut Command) -> bool {
     command.output().is_ok_and(|output| output.status.success())
 }
 
-/// Builds the page into `host-sim/studio-page/dist`, of what `package-lock.json` names.
+/// Builds the page into `host-sim/studio-page/dist`, with the packages of `package-lock.json`.
 pub fn page() -> Result<(), String> {
     if !runs(&mut npm(&["--version"])) {
         return Err(
@@ -118,7 +118,7 @@ pub fn page() -> Result<(), String> {
             .into(),
         );
     }
-    Job::new("Fetching what the page is made of, as its lock file says").run(&mut npm(&[
+    Job::new("Fetching the packages of the page by its lock file").run(&mut npm(&[
         "ci",
         "--no-audit",
         "--no-fund",
@@ -127,8 +127,7 @@ pub fn page() -> Result<(), String> {
     Job::new("Building the page").run(&mut npm(&["run", "build"]))
 }
 
-/// Builds the page for a test in a browser, and returns the browser; nothing if that or npm is
-/// missing.
+/// Builds the page for a test in a browser, and returns the browser, or `None` without it or npm.
 pub fn ready() -> Result<Option<&'static str>, String> {
     let browser = browser().filter(|_| runs(&mut npm(&["--version"])));
     if browser.is_some() {
@@ -137,7 +136,7 @@ pub fn ready() -> Result<Option<&'static str>, String> {
     Ok(browser)
 }
 
-/// Tests the page in a browser, on the program that has everything built in.
+/// Tests the page in a browser, on the program with everything built in.
 pub fn test(browser: Option<&str>) -> Result<(), String> {
     let Some(browser) = browser else {
         println!(
@@ -150,7 +149,7 @@ pub fn test(browser: Option<&str>) -> Result<(), String> {
     Job::new("Building the simulator with the studio").run(build.args(EVERYTHING))?;
     let job = Job::new("Test of the studio's page in a browser");
     let mut test = script("browser.mjs", browser);
-    // Without an image the test says what it has not run.
+    // Without an image the test reports what it has not run.
     let image = target_dir().join("firmware").join("stiction-firmware.elf");
     if image.exists() {
         test.arg("--image").arg(image);
@@ -158,17 +157,17 @@ pub fn test(browser: Option<&str>) -> Result<(), String> {
     job.run(&mut test)
 }
 
-/// A browser for what cannot be done without one.
+/// Returns a browser for a job that needs one.
 fn needed(by: &str) -> Result<&'static str, String> {
     browser().ok_or_else(|| format!("{by} needs one of {}", BROWSERS.join(", ")))
 }
 
-/// A browser that is installed.
+/// Returns an installed browser.
 pub fn browser() -> Option<&'static str> {
     BROWSERS.into_iter().find(|name| runs(Command::new(name).arg("--version")))
 }
 
-/// A script that drives the page of the program that was built, in a browser.
+/// Runs a script that drives the page of the built program in a browser.
 pub fn script(name: &str, browser: &str) -> Command {
     let mut node = Command::new("node");
     node.arg(format!("test/{name}")).arg(target_dir().join("debug/stiction")).arg(browser);

@@ -11,16 +11,16 @@ const STRICT: [&str; 3] = ["--", "--deny", "warnings"];
 const FIRST_LOOK: &str = "first_look";
 
 #[derive(Debug, clap::Args)]
-pub struct ImageArguments {
-    /// Which tests of tests/image/ are run, by parts of their names; bit_for_bit runs all motions
-    /// of the thesis [default: first_look]
+pub struct ImageTestArguments {
+    /// Tests of tests/image/ to run, by parts of their names; bit_for_bit runs all motions of the
+    /// thesis [default: first_look]
     tests: Vec<String>,
 }
 
-/// Builds the image, and runs some of its tests. Nothing is compiled for them that is not in a
-/// loop, and of our own crates only what an edit has changed. Other jobs compile these whole: the
-/// closed loop is faster so. Here the time goes to the emulator, which is not ours.
-pub fn image(arguments: &ImageArguments) -> Result<(), String> {
+/// Builds the image, and runs some of its tests. Only crates in the loop are built for them, and of
+/// our own crates only the parts that an edit has changed. Other jobs compile these as a whole,
+/// which makes the closed loop faster. Here most of the time goes to the emulator, a dependency.
+pub fn image(arguments: &ImageTestArguments) -> Result<(), String> {
     let image = firmware::build()?;
     let mut test = cargo(&["test", "--package", "loop-tests", "--test", "image"]);
     test.args(EMULATOR).arg("--").env("STICTION_IMAGE", image).env("CARGO_INCREMENTAL", "1");
@@ -34,24 +34,24 @@ pub fn image(arguments: &ImageArguments) -> Result<(), String> {
 pub fn test() -> Result<(), String> {
     Toolchain::agree(&MICROCONTROLLER)?;
     Job::new("Format").run(&mut cargo(&["fmt", "--all", "--check"]))?;
-    words::check(&words::Arguments::default())?;
-    // The page is there before the program that has it built in.
+    words::check(&words::WordsJobArguments::default())?;
+    // The page must exist before the program that includes it.
     let browser = studio::ready()?;
-    // All that can be built in is built in. What stands for a part that is left out is compiled
-    // with `bad_input` below.
+    // This build has every feature. The replacements of missing features are compiled with
+    // `bad_input` below.
     Job::new("Lints")
         .run(cargo(&["clippy", "--workspace", "--all-targets"]).args(EVERYTHING).args(STRICT))?;
     let toolchain = Toolchain::ready(&MICROCONTROLLER)?;
     Job::new("Lints of the firmware")
         .run(toolchain.cargo(&firmware::arguments("clippy")).args(STRICT))?;
     let image = firmware::build()?;
-    // To the end: one failure shall not hide another.
+    // All tests run: one failure must not hide another.
     Job::new("Tests, the image in the loop among them").run(
         cargo(&["test", "--workspace", "--no-fail-fast"])
             .args(EVERYTHING)
             .env("STICTION_IMAGE", image),
     )?;
-    // These are the sentences that only a program without those parts says.
+    // Only a program without these features prints these sentences.
     Job::new("Tests of the command line without emulator, live view, figures and report").run(
         &mut cargo(&[
             "test",
@@ -64,7 +64,7 @@ pub fn test() -> Result<(), String> {
     )?;
     studio::test(browser)?;
     gates::pass(EVERYTHING)?;
-    cost::measure(&cost::Arguments::default(), EVERYTHING)?;
+    cost::measure(&cost::CostJobArguments::default(), EVERYTHING)?;
     Job::new("Documentation").run(
         cargo(&["doc", "--workspace", "--no-deps"])
             .args(EVERYTHING)

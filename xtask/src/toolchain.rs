@@ -1,9 +1,9 @@
 //! Finds the compiler for a target: an installed one, else rustup's, else Debian's.
 //!
 //! The user's default tool chain is never updated and never replaced. Debian's compiler has no
-//! library for the target, so that is built once from Debian's own sources and put beside the
-//! host's; rustup then knows the two as the tool chain `stiction`. A stamp with the compiler's
-//! version says whether that still holds.
+//! library for the target, so it is built once from Debian's own sources and put beside the host's;
+//! rustup then has the two as the tool chain `stiction`. A stamp with the compiler's version shows
+//! whether it is current.
 
 use std::ffi::{OsStr, OsString};
 use std::fs;
@@ -16,23 +16,23 @@ use crate::packages;
 /// The target of the firmware: a Cortex-M4 with a single-precision unit.
 pub const TARGET: &str = "thumbv7em-none-eabihf";
 
-/// What something is built for that does not run on this machine.
+/// A target other than this machine.
 #[derive(Debug)]
-pub struct Target {
+pub struct BuildTarget {
     /// Its name.
     pub name: &'static str,
     /// The crates of the standard library that are built for it.
     library: &'static str,
-    /// What building them is called.
+    /// Announcement of their build.
     builds: &'static str,
-    /// What rustup's adding it is called.
+    /// Announcement of the installation by rustup.
     adds: &'static str,
-    /// Debian's package of its C library, and where that is.
+    /// Debian's package of its C library, and the directory of that.
     c_library: Option<(&'static str, &'static str)>,
 }
 
 /// The microcontroller.
-pub const MICROCONTROLLER: Target = Target {
+pub const MICROCONTROLLER: BuildTarget = BuildTarget {
     name: TARGET,
     library: "core,alloc,compiler_builtins",
     builds: "Building the core library for thumbv7em-none-eabihf (once, less than a minute)",
@@ -40,8 +40,8 @@ pub const MICROCONTROLLER: Target = Target {
     c_library: None,
 };
 
-/// A page in a browser: WebAssembly that is given files and a clock.
-pub const PAGE: Target = Target {
+/// A page in a browser: WebAssembly with files and a clock.
+pub const PAGE: BuildTarget = BuildTarget {
     name: "wasm32-wasip1",
     library: "std,panic_abort",
     builds: "Building the standard library for wasm32-wasip1 (once, about a minute)",
@@ -49,13 +49,13 @@ pub const PAGE: Target = Target {
     c_library: Some(("wasi-libc", "/usr/lib/wasm32-wasi")),
 };
 
-impl Target {
+impl BuildTarget {
     /// Debian's packages for it.
     fn packages(&self) -> Vec<&'static str> {
         PACKAGES.into_iter().chain(self.c_library.map(|(package, _)| package)).collect()
     }
 
-    /// Where Debian's compiler looks for its libraries.
+    /// Directory in which Debian's compiler looks for its libraries.
     fn directory(&self) -> PathBuf {
         Path::new(RUSTLIB).join(self.name)
     }
@@ -65,7 +65,7 @@ impl Target {
     }
 }
 
-/// The name under which rustup knows Debian's compiler.
+/// The name of Debian's compiler in rustup.
 const LINKED: &str = "stiction";
 
 /// Debian's packages of the compiler, its sources, its linker and lints.
@@ -82,9 +82,9 @@ const PACKAGES: [&str; 7] = [
 /// The directory in which Debian keeps the libraries of each target.
 const RUSTLIB: &str = "/usr/lib/rustlib";
 
-/// A tool chain that can build for a [`Target`].
+/// A tool chain that can build for a [`BuildTarget`].
 pub enum Toolchain {
-    /// The tool chain that cargo uses here anyway.
+    /// The default tool chain of cargo.
     Default,
     /// The tool chain of Debian.
     Debian,
@@ -96,9 +96,9 @@ impl Toolchain {
     /// nothing is to be installed, it prints nothing and returns true.
     ///
     /// # Errors
-    /// If the packages are missing and this machine cannot install them.
-    pub fn agreed(target: &Target) -> Result<bool, String> {
-        // What rustup would add is found out by trying, and is no system package.
+    /// Returns an error if the packages are missing and this machine cannot install them.
+    pub fn agreed(target: &BuildTarget) -> Result<bool, String> {
+        // The packages of rustup are not system packages.
         if default_has(target) || debian_is_built(target) || rustup_may_install() {
             return Ok(true);
         }
@@ -110,19 +110,19 @@ impl Toolchain {
         packages::agreed(&missing)
     }
 
-    /// The same for a job that cannot do without the compiler.
+    /// Does the same for a job that cannot run without the compiler.
     ///
     /// # Errors
-    /// If the user refuses as well.
-    pub fn agree(target: &Target) -> Result<(), String> {
+    /// Also returns an error if the user refuses.
+    pub fn agree(target: &BuildTarget) -> Result<(), String> {
         if Self::agreed(target)? { Ok(()) } else { Err("nothing is installed".into()) }
     }
 
-    /// Finds one, or installs it, and says what it does.
+    /// Finds a tool chain, or installs one, and prints what it does.
     ///
     /// # Errors
-    /// Names the command that the user has to run.
-    pub fn ready(target: &Target) -> Result<Self, String> {
+    /// Returns an error that names the command that the user has to run.
+    pub fn ready(target: &BuildTarget) -> Result<Self, String> {
         if default_has(target) {
             return Ok(Self::Default);
         }
@@ -152,7 +152,7 @@ impl Toolchain {
         }
     }
 
-    /// The compiler's own words about its version, as in `rustc 1.96.0 (ac68faa20 2026-05-28)`.
+    /// Returns the compiler's own version line, as in `rustc 1.96.0 (ac68faa20 2026-05-28)`.
     pub fn version(&self) -> Option<String> {
         let text = match self {
             Self::Default => {
@@ -163,7 +163,7 @@ impl Toolchain {
         text.map(|text| text.trim().to_owned())
     }
 
-    /// A call of this tool chain's cargo, in the root of the workspace.
+    /// Returns a call of this tool chain's cargo, in the root of the workspace.
     pub fn cargo(&self, arguments: &[&str]) -> Command {
         match self {
             Self::Default => cargo(arguments),
@@ -183,7 +183,7 @@ fn default_rustc() -> OsString {
     std::env::var_os("RUSTC").unwrap_or_else(|| "rustc".into())
 }
 
-fn default_has(target: &Target) -> bool {
+fn default_has(target: &BuildTarget) -> bool {
     let mut rustc = Command::new(default_rustc());
     let sysroot = output(rustc.args(["--print", "sysroot"]).current_dir(root()));
     sysroot.is_some_and(|sysroot| {
@@ -200,8 +200,7 @@ fn has_rustup() -> bool {
     output(Command::new("rustup").arg("--version")).is_some()
 }
 
-/// Whether rustup may install something. A machine that sets `RUSTUP_AUTO_INSTALL` to 0 has said
-/// no.
+/// Returns whether rustup may install something. `RUSTUP_AUTO_INSTALL` = 0 forbids it.
 fn rustup_may_install() -> bool {
     has_rustup() && std::env::var_os("RUSTUP_AUTO_INSTALL").is_none_or(|value| value != "0")
 }
@@ -210,7 +209,7 @@ fn debian_version() -> Option<String> {
     output(Command::new("/usr/bin/rustc").arg("-vV"))
 }
 
-fn debian_is_built(target: &Target) -> bool {
+fn debian_is_built(target: &BuildTarget) -> bool {
     let built_for = fs::read_to_string(target.stamp_file()).ok();
     let same_compiler = built_for.is_some() && built_for == debian_version();
     same_compiler && has_core(&target.directory())
@@ -224,7 +223,7 @@ fn is_linked() -> bool {
     names.lines().any(|line| line.split_whitespace().next() == Some(LINKED))
 }
 
-/// Makes Debian's compiler known to this user's rustup, if there is one.
+/// Registers Debian's compiler in this user's rustup, if there is one.
 fn link() -> Result<(), String> {
     if is_linked() {
         return Ok(());
@@ -233,8 +232,8 @@ fn link() -> Result<(), String> {
         .run(Command::new("rustup").args(["toolchain", "link", LINKED, "/usr"]))
 }
 
-/// Returns an error that names what the user can do, unless packages can be installed here.
-fn can_install(target: &Target) -> Result<(), String> {
+/// Returns an error that names a remedy, unless packages can be installed here.
+fn can_install(target: &BuildTarget) -> Result<(), String> {
     if Path::new("/etc/debian_version").exists() && is_root() {
         return Ok(());
     }
@@ -246,7 +245,7 @@ fn can_install(target: &Target) -> Result<(), String> {
     ))
 }
 
-fn install_debian(target: &Target) -> Result<(), String> {
+fn install_debian(target: &BuildTarget) -> Result<(), String> {
     can_install(target)?;
     let missing = missing_packages(target);
     if !missing.is_empty() {
@@ -256,7 +255,7 @@ fn install_debian(target: &Target) -> Result<(), String> {
         debian_version().ok_or("/usr/bin/rustc does not start, though its package is installed")?;
     build_library(target, &version)?;
     name_linker(&version)?;
-    // The stamp comes last, so that a run that was interrupted begins anew.
+    // The stamp comes last, so that an interrupted run starts again.
     write(&target.stamp_file(), &version)
 }
 
@@ -264,7 +263,7 @@ fn is_root() -> bool {
     output(Command::new("id").arg("-u")).is_some_and(|id| id.trim() == "0")
 }
 
-fn missing_packages(target: &Target) -> Vec<&'static str> {
+fn missing_packages(target: &BuildTarget) -> Vec<&'static str> {
     target.packages().into_iter().filter(|package| !is_installed(package)).collect()
 }
 
@@ -276,10 +275,10 @@ fn is_installed(package: &str) -> bool {
 
 /// Builds the library for the target in an empty crate, and puts it where the compiler looks for
 /// it.
-fn build_library(target: &Target, version: &str) -> Result<(), String> {
+fn build_library(target: &BuildTarget, version: &str) -> Result<(), String> {
     let library = target.directory().join("lib");
     if has_core(&target.directory()) {
-        // What is there belongs to another compiler, or to a run that was interrupted.
+        // An existing library belongs to another compiler, or to an interrupted run.
         fs::remove_dir_all(&library).map_err(|error| cannot("remove", &library, &error))?;
     }
     let name = "stiction-empty";
@@ -323,13 +322,13 @@ fn build_library(target: &Target, version: &str) -> Result<(), String> {
     Ok(())
 }
 
-/// The release in what `rustc -vV` prints, as in `1.96.0`.
+/// Returns the release in the output of `rustc -vV`, as in `1.96.0`.
 fn release_of(version: &str) -> &str {
     version.lines().find_map(|line| line.strip_prefix("release: ")).unwrap_or("unknown")
 }
 
-/// Puts `rust-lld` beside the compiler: `cargo-binutils` installs a proxy of the same name on the
-/// path that is no linker.
+/// Puts `rust-lld` beside the compiler: a proxy of the same name from `cargo-binutils` on the path
+/// is not a linker.
 fn name_linker(version: &str) -> Result<(), String> {
     let host = version
         .lines()
@@ -357,7 +356,7 @@ fn cannot(action: &str, path: &Path, error: &std::io::Error) -> String {
     format!("cannot {action} {}: {error}", path.display())
 }
 
-/// Returns what a command prints, if it starts and succeeds.
+/// Returns the output of a command, if it starts and succeeds.
 fn output(command: &mut Command) -> Option<String> {
     let output = command.output().ok().filter(|output| output.status.success())?;
     String::from_utf8(output.stdout).ok()

@@ -1,8 +1,8 @@
 //! `cargo xtask words` counts the words to avoid in sources and pages. No count may rise.
 //!
 //! `xtask/words-to-avoid.txt` holds the words and, for each file that still has some, their number.
-//! A file that is not listed must have none. A word is found in any case and only as a whole, so the
-//! check is blind to a word inside a longer identifier. A phrase is found across a line break.
+//! A file that is not listed must have none. A word is found in any case and only as a whole, so
+//! the check is blind to a word inside a longer identifier. A phrase is found across a line break.
 
 use std::collections::BTreeMap;
 use std::fs;
@@ -17,7 +17,7 @@ const LIST: &str = "xtask/words-to-avoid.txt";
 const SEARCHED: [&str; 3] = ["*.rs", "*.md", "*.ts"];
 
 #[derive(Debug, Default, clap::Args)]
-pub struct Arguments {
+pub struct WordsJobArguments {
     /// Store the counts where they have fallen
     #[arg(long)]
     bless: bool,
@@ -34,7 +34,7 @@ struct Avoided {
     limits: Counts,
 }
 
-pub fn check(arguments: &Arguments) -> Result<(), String> {
+pub fn check(arguments: &WordsJobArguments) -> Result<(), String> {
     let avoided = Avoided::read(&read(LIST)?)?;
     let mut found = Counts::new();
     for file in files()? {

@@ -1,15 +1,15 @@
 //! The studio in the page itself: [`Playground`] as WebAssembly (wasm32-wasip1).
 //!
-//! The page's worker (`studio-page/src/playground/worker.ts`) gives it what a program has: its
-//! arguments, a file, a clock, standard input and output. So nothing but bytes crosses the border,
-//! and no address does.
+//! The page's worker (`studio-page/src/playground/worker.ts`) provides the program's environment:
+//! arguments, a file, a clock, standard input and output. Only bytes cross the border, no
+//! addresses.
 //!
 //! ```text
 //! arguments        the machine: the name of a built-in experiment, of a typical joint, or a file
-//! standard input   what the page asks for, a line of JSON each
+//! standard input   requests of the page, a line of JSON each
 //! standard output  messages to the page: `t` or `b`, length (u32, little endian), text or frame
-//! playground_pass  does what was asked for, and lets the device go on until it waits. The page's
-//!                  clock stands still meanwhile, but for that wait
+//! playground_pass  executes the requests, and advances the device until it waits. The page's
+//!                  clock stands still meanwhile, except for that wait
 //! ```
 
 use std::cell::RefCell;
@@ -17,19 +17,19 @@ use std::io::{BufRead as _, Write as _, stdin, stdout};
 
 use host_sim::Error;
 use host_sim::draft::{TYPICAL, text};
-use host_sim::studio::{News, Playground};
+use host_sim::studio::{Playground, StudioMessage};
 use serde_json::json;
 
-/// The controller that a built-in experiment begins with, as in `stiction studio`.
+/// The controller that a built-in experiment starts with, as in `stiction studio`.
 const USUAL: &str = "srnf";
 
 thread_local! {
-    /// The one that the page has open.
+    /// The playground that the page has opened.
     static OPEN: RefCell<Option<Playground>> = const { RefCell::new(None) };
 }
 
 /// Opens the machine that the arguments name, and returns whether that was possible. If not, the
-/// page has got the reason.
+/// page has received the reason.
 #[unsafe(no_mangle)]
 #[allow(unsafe_code, reason = "a name that the page calls, and no other item has it")]
 pub extern "C" fn playground_open() -> bool {
@@ -58,8 +58,7 @@ fn opened(machine: &str) -> Result<Playground, Error> {
     Playground::open(&file, None)
 }
 
-/// Takes the page's orders, lets the device go on for a moment, and reports what came of
-/// it.
+/// Reads the page's requests, advances the device for a moment, and sends the messages to the page.
 #[unsafe(no_mangle)]
 #[allow(unsafe_code, reason = "a name that the page calls, and no other item has it")]
 pub extern "C" fn playground_pass() {
@@ -71,14 +70,14 @@ pub extern "C" fn playground_pass() {
         playground.pass();
         for news in playground.by_ref() {
             match news {
-                News::Event(text) => send(b't', text.as_bytes()),
-                News::Samples(frame) => send(b'b', &frame),
+                StudioMessage::Event(text) => send(b't', text.as_bytes()),
+                StudioMessage::Samples(frame) => send(b'b', &frame),
             }
         }
     });
 }
 
-/// Sends a message to the page, which reads all that is written.
+/// Sends a message to the page.
 fn send(kind: u8, bytes: &[u8]) {
     let mut out = stdout().lock();
     let length = (bytes.len() as u32).to_le_bytes();

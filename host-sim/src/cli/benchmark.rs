@@ -18,8 +18,8 @@ use crate::output::table::{self, number};
 use crate::tuning::{Goal, Request, Tuned, spreads};
 
 #[derive(Debug, clap::Args)]
-pub struct Arguments {
-    /// A machine's own TOML file, with several controllers; left out: the thesis's robot
+pub struct BenchmarkArguments {
+    /// A machine's own TOML file, with several controllers [default: the thesis's robot]
     file: Option<String>,
     /// One JSON object instead of a table
     #[arg(long)]
@@ -30,41 +30,41 @@ pub struct Arguments {
     /// With --plot: write over a file that this command reads, or over a machine's file
     #[arg(long, requires = "plot")]
     force: bool,
-    /// Weights of columns in the ranking, as in settling=2,chatter=0; the others have the weight 1.
-    /// The columns: rest, overshoot, settling, tracking, chatter, hunting, sticks
+    /// Weights of columns in the ranking, as in settling=2,chatter=0 [default: 1 each]. The
+    /// columns: rest, overshoot, settling, tracking, chatter, hunting, sticks
     #[arg(long, value_name = "COLUMN=WEIGHT", value_delimiter = ',')]
     weights: Vec<String>,
     #[command(flatten)]
-    tuning: Tuning,
+    tuning: TuningArguments,
 }
 
-/// Laws that are compared after each was tuned.
+/// Options of a command that tunes each law before it compares them.
 #[derive(Debug, clap::Args)]
-pub struct Tuning {
-    /// Tune each controller first, as `stiction tune` does, on joints around the file's; no file is
-    /// written. This takes as long as `tune --controller all`
+pub struct TuningArguments {
+    /// Tune each controller first, as `stiction tune` does, on joints around the file's. No file is
+    /// written. Takes as long as `tune --controller all`
     #[arg(long)]
     tuned: bool,
     /// Objective of the gains
     #[arg(long, value_enum, default_value_t = Goal::Balanced, requires = "tuned")]
     goal: Goal,
-    /// Joints on which gains are looked for
+    /// Number of joints on which gains are tuned
     #[arg(long, default_value_t = 8, requires = "tuned")]
     #[arg(value_parser = clap::value_parser!(u64).range(1..=1000))]
     cases: u64,
-    /// Their seed; the gains are judged on the joints of the next one
+    /// Seed of these joints; the gains are judged on the joints of the next seed
     #[arg(long, default_value_t = *TUNING_SEEDS.start(), requires = "tuned")]
     seed: u64,
 }
 
-impl Tuning {
-    /// Tells whether laws are to be tuned.
+impl TuningArguments {
+    /// Returns whether the laws are tuned first.
     #[cfg(feature = "report")]
     pub const fn is_asked(&self) -> bool {
         self.tuned
     }
 
-    /// The options that were asked for, with a blank before each; none if nothing is tuned.
+    /// Returns the options as they were given, with a blank before each; empty without --tuned.
     #[cfg(feature = "report")]
     pub fn options(&self) -> String {
         if !self.tuned {
@@ -75,17 +75,17 @@ impl Tuning {
         format!("{goal} --cases {} --seed {}", self.cases, self.seed)
     }
 
-    /// The number of joints, and their seed.
+    /// Returns the number of joints, and their seed.
     #[cfg(feature = "report")]
     pub const fn joints(&self) -> (u64, u64) {
         (self.cases, self.seed)
     }
 
     /// Tunes the controllers of documents that name the same ones, and sets the gains in all of
-    /// them. The first is tuned on, with the trajectories of any.
+    /// them. The first document is tuned, with the first trajectories that any document has.
     ///
     /// # Errors
-    /// As of `tune`.
+    /// Returns the errors of `tune`.
     pub fn applied(&self, documents: &mut [Document]) -> Result<Vec<Tuned>, Error> {
         const TRAJECTORIES: &str = "reference.trajectories";
         let Some(first) = documents.first().filter(|_| self.tuned) else { return Ok(vec![]) };
@@ -116,7 +116,7 @@ impl Tuning {
     }
 }
 
-pub fn rank(arguments: &Arguments) -> Result<(), Error> {
+pub fn rank(arguments: &BenchmarkArguments) -> Result<(), Error> {
     let weights = Weights::read(&arguments.weights)?;
     let guard = OverwriteGuard::new(arguments.force);
     let guard = arguments.file.iter().fold(guard, |guard, file| guard.opens(file));
@@ -154,7 +154,7 @@ pub fn rank(arguments: &Arguments) -> Result<(), Error> {
         }
         return print(&format!("{object:#}\n"));
     }
-    print(&(render(&ranked) + &told(&arguments.tuning, &tuned)))
+    print(&(render(&ranked) + &tuned_sentence(&arguments.tuning, &tuned)))
 }
 
 /// Returns the goal of the first document, with its tolerance in both units.
@@ -163,8 +163,8 @@ fn goal(documents: &[Document], ranked: &Benchmark) -> Result<Option<GoalInBothU
     Ok(Some(ranked.goal.in_both_units(first.machine()?.encoder.resolution_deg())))
 }
 
-/// Says which controllers have gains of their own now.
-fn told(tuning: &Tuning, tuned: &[Tuned]) -> String {
+/// Reports for which controllers tuning has found better gains.
+fn tuned_sentence(tuning: &TuningArguments, tuned: &[Tuned]) -> String {
     if tuned.is_empty() {
         return String::new();
     }
@@ -183,7 +183,7 @@ fn told(tuning: &Tuning, tuned: &[Tuned]) -> String {
     text
 }
 
-/// Writes the table, its legend and why a controller is not ranked. Where the encoder cannot see
+/// Writes the table, its legend and why a controller is not ranked. If the encoder cannot measure
 /// slack, rest and settling are in a table of both sides of the gear.
 fn render(ranked: &Benchmark) -> String {
     let Benchmark { scores, unseen_slack, goal, .. } = ranked;

@@ -11,12 +11,12 @@ use crate::error::Error;
 For bash, until the shell ends:  source <(stiction completions bash)
 For good:                        stiction completions bash > \
                           ~/.local/share/bash-completion/completions/stiction")]
-pub struct Arguments {
-    /// The shell that reads it
+pub struct CompletionsArguments {
+    /// The shell that completes commands
     shell: Shell,
 }
 
-pub fn completions(arguments: &Arguments) -> Result<(), Error> {
+pub fn completions(arguments: &CompletionsArguments) -> Result<(), Error> {
     let mut script = Vec::new();
     let mut command = super::Arguments::command();
     clap_complete::generate(arguments.shell, &mut command, "stiction", &mut script);

@@ -21,29 +21,29 @@ use crate::figure::{figure_directory, write_charts, write_figures};
 use crate::output::{OutputDirectory, OutputFile, OverwriteGuard, table};
 use crate::typed_number;
 
-/// Samples per second if nobody says otherwise, Hz.
+/// Default sample rate, Hz.
 const RATE_HZ: f64 = 1000.0;
 
 #[derive(Debug, clap::Args)]
 #[command(args_conflicts_with_subcommands = true)]
-pub struct Arguments {
+pub struct EnsembleArguments {
     #[command(subcommand)]
     action: Option<Action>,
     /// Families of joints: rigid, loaded, gravity, overhauling, lugre, flexible-motor,
-    /// flexible-backlash, flexible-load, thesis-axis, arm (these are all); or, by their names only,
-    /// gear-backlash, arm-uncoupled, overhauling-gravity, overhauling-lugre, overhauling-flexible,
-    /// end-stop, end-stop-lugre, end-stop-flexible, end-stop-thesis, dwell, drifting, noisy,
-    /// noisy-told; or a machine's own FILE.toml
+    /// flexible-backlash, flexible-load, thesis-axis, arm (all: these ten); others, by their names
+    /// only: gear-backlash, arm-uncoupled, overhauling-gravity, overhauling-lugre,
+    /// overhauling-flexible, end-stop, end-stop-lugre, end-stop-flexible, end-stop-thesis, dwell,
+    /// drifting, noisy, noisy-told; or a machine's own FILE.toml
     #[arg(long, value_name = "FAMILY|FILE", value_delimiter = ',', default_value = "all")]
     plant: Vec<String>,
-    /// A machine's own file: a key of its joint that varies, as in
-    /// joint.friction.stick_v=0.3..0.6, instead of the file's [spread]; its own controllers are run
+    /// For a machine's own file, whose controllers are run: the range of a key of its joint, as in
+    /// joint.friction.stick_v=0.3..0.6, instead of the file's [spread]
     #[arg(long, value_name = "KEY=LOW..HIGH")]
     spread: Vec<String>,
-    /// Joints of each family
+    /// Number of joints of each family
     #[arg(long, default_value_t = 100, value_parser = cases())]
     cases: u64,
-    /// Seed of the joints; from 1000000 to 1999999 they are those on which laws were tuned
+    /// Seed of the joints; laws were tuned on the seeds from 1000000 to 1999999
     #[arg(long, default_value_t = 1)]
     seed: u64,
     /// Only these laws
@@ -52,11 +52,10 @@ pub struct Arguments {
     /// Stick friction of 2 to 4 times the slip friction, instead of 1.05 to 2 times
     #[arg(long)]
     hard: bool,
-    /// Samples per second, Hz; thesis-axis has its own, and a machine's own file has one already
-    /// [default: 1000]
+    /// Samples per second, Hz; thesis-axis and a machine's own file have their own [default: 1000]
     #[arg(long, value_name = "HZ", value_parser = typed_number::parse)]
     rate: Option<f64>,
-    /// Then this many random moves in a row, the first of them judged against the last
+    /// Number of random moves in a row after the first; their first tenth is compared with the last
     #[arg(long, value_name = "M", default_value_t = 0)]
     moves: u32,
     /// Only this joint of each family, by its number; with --plot, the traces of every law on it
@@ -65,7 +64,7 @@ pub struct Arguments {
     /// One JSON object instead of tables
     #[arg(long)]
     json: bool,
-    /// Tables in Markdown, a row for each family, as pages want them
+    /// Tables in Markdown, a row for each family, as in docs/
     #[arg(long, conflicts_with = "json")]
     markdown: bool,
     /// Write a line for each joint and law to this file; - for the standard output
@@ -75,56 +74,56 @@ pub struct Arguments {
     /// as SVG and PNG
     #[arg(long, value_name = "DIR")]
     plot: Option<PathBuf>,
-    /// Keep each line in this file as soon as it is there, and go on from it if it is there already
+    /// Append each line to this file as soon as it is computed; continue from it if it exists
     #[arg(long, value_name = "FILE")]
     resume: Option<PathBuf>,
     /// Write over a file that this command reads, or over a machine's file
     #[arg(long)]
     force: bool,
-    /// Only part K of N of the joints; `stiction ensemble merge` puts the parts together
+    /// Only part K of N of the joints; `stiction ensemble merge` combines the parts
     #[arg(long, value_name = "K/N", requires = "resume")]
     shard: Option<String>,
 }
 
 #[derive(Debug, clap::Subcommand)]
 enum Action {
-    /// Put the files of shards together, and report them as one run
-    Merge(Merge),
-    /// Run the constants that were tried for the rules of the laws, on joints that do not score
-    Tune(Tune),
-    /// Run the identification of `device identify` on joints whose parameters are known, and tell
-    /// how often it finds them
-    Identify(Identify),
+    /// Combine the files of shards, and report them as one run
+    Merge(MergeArguments),
+    /// Run the candidate constants of the laws' rules, on joints that do not score
+    Tune(EnsembleTuneArguments),
+    /// Run the identification of `device identify` on joints with known parameters, and report how
+    /// often it finds them
+    Identify(EnsembleIdentifyArguments),
 }
 
 #[derive(Debug, clap::Args)]
-pub struct Identify {
+pub struct EnsembleIdentifyArguments {
     /// Families of joints, or rigid-uneven, whose friction varies with the angle; all: the ten of
-    /// `ensemble` without arm, and rigid-uneven. The twelve special families are identified where
-    /// they are named, but for arms, which have two joints
+    /// `ensemble` except arm, and rigid-uneven. The special families are identified only by name;
+    /// arms are not, since they have two joints
     #[arg(long, value_name = "FAMILY", value_delimiter = ',', default_value = "all")]
     plant: Vec<String>,
-    /// Joints of each family
+    /// Number of joints of each family
     #[arg(long, default_value_t = 40, value_parser = cases())]
     cases: u64,
     /// Seed of the joints
     #[arg(long, default_value_t = 1)]
     seed: u64,
-    /// Largest speed, deg/s, as of `device identify` [default: that of the profile, which the gains
-    /// of PD give]
+    /// Largest speed, deg/s, as in `device identify` [default: that of the profile, by the gains of
+    /// PD]
     #[arg(long, value_name = "DEG/S", value_parser = typed_number::parse_single)]
     speed: Option<f32>,
-    /// The table in Markdown, as pages want it
+    /// The table in Markdown, as in docs/
     #[arg(long)]
     markdown: bool,
 }
 
 #[derive(Debug, clap::Args)]
-pub struct Tune {
+pub struct EnsembleTuneArguments {
     /// Families of joints, or all of them
     #[arg(long, value_name = "FAMILY", value_delimiter = ',', default_value = "all")]
     plant: Vec<String>,
-    /// Joints of each family
+    /// Number of joints of each family
     #[arg(long, default_value_t = 40, value_parser = cases())]
     cases: u64,
     /// Seed of the joints
@@ -136,8 +135,8 @@ pub struct Tune {
 }
 
 #[derive(Debug, clap::Args)]
-pub struct Merge {
-    /// What --resume or --csv has written
+pub struct MergeArguments {
+    /// Files that --resume or --csv has written
     #[arg(required = true)]
     files: Vec<PathBuf>,
     /// One JSON object instead of tables
@@ -151,17 +150,17 @@ pub struct Merge {
     force: bool,
 }
 
-/// How many joints a family may have.
+/// Returns the parser of the number of joints of a family.
 fn cases() -> impl TypedValueParser<Value = u64> {
     clap::value_parser!(u64).range(1..=1_000_000)
 }
 
-/// Seeds that do not score.
+/// Returns the parser of seeds that do not score.
 fn tuning_seeds() -> impl TypedValueParser<Value = u64> {
     clap::value_parser!(u64).range(TUNING_SEEDS)
 }
 
-pub fn ensemble(arguments: &Arguments) -> Result<(), Error> {
+pub fn ensemble(arguments: &EnsembleArguments) -> Result<(), Error> {
     match &arguments.action {
         Some(Action::Merge(action)) => action.merge(),
         Some(Action::Tune(action)) => action.tune(),
@@ -170,14 +169,14 @@ pub fn ensemble(arguments: &Arguments) -> Result<(), Error> {
     }
 }
 
-impl Arguments {
+impl EnsembleArguments {
     fn run(&self) -> Result<(), Error> {
         if let Some(file) = self.plant.iter().find(|name| name.ends_with(".toml")) {
             return self.run_machine(file);
         }
         if let Some(spread) = self.spread.first() {
             return Err(Error::Input(format!(
-                "--spread {spread} is for a machine's own file: --plant FILE.toml"
+                "--spread {spread} needs a machine's own file: --plant FILE.toml"
             )));
         }
         let ensemble = self.ensemble()?;
@@ -207,12 +206,12 @@ impl Arguments {
     fn outputs(&self, guard: OverwriteGuard) -> Result<Outputs, Error> {
         let resume = match self.resume.as_deref().map(|path| guard.results("--resume", path)) {
             Some(Ok(file)) if file.is_standard_output() => {
-                let why = "the lines are read back from it, so that it has to be a file";
+                let why = "the command reads the lines back, so it must be a file";
                 return Err(Error::Input(format!("--resume -: {why}")));
             }
             file => file.transpose()?,
         };
-        // The lines that were kept are read.
+        // The command reads the lines of an earlier run.
         let guard = self.resume.iter().fold(guard, OverwriteGuard::reads);
         let csv = self.csv.as_ref().map(|path| guard.results("--csv", path)).transpose()?;
         check_standard_output(self.json, csv.as_ref())?;
@@ -220,8 +219,8 @@ impl Arguments {
         Ok(Outputs { csv, resume, plot: plot.transpose()? })
     }
 
-    /// Runs what is wanted of an ensemble, and returns all rows of it that are there then, in the
-    /// order of reports.
+    /// Runs the selected part of an ensemble, and returns its rows with those of an earlier run, in
+    /// report order.
     fn collect(
         &self,
         header: &Header,
@@ -245,7 +244,7 @@ impl Arguments {
         Ok(rows)
     }
 
-    /// The machine's own file instead of families.
+    /// Runs the ensemble around the joint of a machine's own file.
     fn run_machine(&self, file: &str) -> Result<(), Error> {
         let foreign = [
             ("--hard", self.hard),
@@ -266,7 +265,7 @@ impl Arguments {
         let spreads = if self.spread.is_empty() { &*written } else { &*self.spread };
         if spreads.is_empty() && self.cases > 1 {
             warn(&[format!(
-                "{file}: nothing varies, so that all {} joints are the file's own; give it a \
+                "{file}: nothing varies, so all {} joints are the file's own; give it a \
                  [spread] (`stiction keys spread`), or --spread KEY=LOW..HIGH",
                 self.cases
             )]);
@@ -287,7 +286,7 @@ impl Arguments {
         }
     }
 
-    /// Draws the charts, and the traces of the joint that was asked for or of each law's worst.
+    /// Draws the charts, and the traces of the selected joint or of each law's worst one.
     fn draw(
         &self,
         directory: &OutputDirectory,
@@ -318,7 +317,7 @@ impl Arguments {
         if let Some(case) = self.case.filter(|case| *case >= self.cases) {
             let (cases, last) = (self.cases, self.cases - 1);
             return Err(Error::Input(format!(
-                "--case {case}: with --cases {cases}, allowed is a number from 0 to {last}"
+                "--case {case}: with --cases {cases} it must be a number from 0 to {last}"
             )));
         }
         Ok(Ensemble {
@@ -339,12 +338,12 @@ struct Outputs {
     plot: Option<OutputDirectory>,
 }
 
-/// The part of an ensemble that is run, and the rows that are there.
+/// The part of an ensemble that is run, and its rows so far.
 struct Part {
     shard: Option<Shard>,
-    /// The only case, if one was asked for.
+    /// The only case, if `--case` selects one.
     only: Option<u64>,
-    /// Family, case and law of the rows that a file had.
+    /// Family, case and law of the rows that a file already has.
     there: BTreeSet<(String, u64, String)>,
     kept: Option<Mutex<Kept>>,
     rows: Mutex<Vec<Row>>,
@@ -366,15 +365,15 @@ impl Part {
     }
 }
 
-/// Samples per second that the core's ticks and the device's timer are made for, Hz.
+/// Checks the sample rate, Hz, against the range of the core's ticks and the device's timer.
 fn allowed_rate(rate_hz: f64) -> Result<f64, Error> {
     if (50.0..=10_000.0).contains(&rate_hz) {
         return Ok(rate_hz);
     }
-    Err(Error::Input(format!("--rate {rate_hz}: allowed is a number from 50 to 10000")))
+    Err(Error::Input(format!("--rate {rate_hz}: must be a number from 50 to 10000")))
 }
 
-/// The families that are named, each once.
+/// Returns the named families, each once.
 fn families(names: &[String]) -> Result<Vec<Family>, Error> {
     let mut families: Vec<Family> = Vec::new();
     for name in names {
@@ -388,7 +387,7 @@ fn families(names: &[String]) -> Result<Vec<Family>, Error> {
     Ok(families)
 }
 
-impl Tune {
+impl EnsembleTuneArguments {
     fn tune(&self) -> Result<(), Error> {
         let ensemble = Ensemble {
             seed: self.seed,
@@ -424,7 +423,7 @@ impl Tune {
     }
 }
 
-impl Identify {
+impl EnsembleIdentifyArguments {
     fn identify(&self) -> Result<(), Error> {
         let is_all = self.plant.iter().any(|name| name == "all");
         let mut names: Vec<&str> = self.plant.iter().map(String::as_str).collect();
@@ -438,7 +437,7 @@ impl Identify {
     }
 }
 
-impl Merge {
+impl MergeArguments {
     fn merge(&self) -> Result<(), Error> {
         let guard = OverwriteGuard::new(self.force);
         let guard = self.files.iter().fold(guard, OverwriteGuard::reads);
@@ -455,7 +454,7 @@ impl Merge {
     }
 }
 
-/// How the summaries are printed.
+/// Form of the printed summaries.
 #[derive(Clone, Copy)]
 enum Form {
     Table,

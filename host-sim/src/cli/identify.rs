@@ -16,11 +16,11 @@ use crate::output::OverwriteGuard;
 use crate::typed_number;
 
 #[derive(Debug, clap::Args)]
-pub struct Arguments {
+pub struct IdentifyLogArguments {
     /// The log: a text of columns with a header, separated by commas, semicolons or tabs
     #[arg(value_name = "LOG.csv")]
     log: PathBuf,
-    /// Column of the time; of a file without a header, its number from 1, here and below
+    /// Column of the time. In a file without a header, here and below: its number from 1
     #[arg(long, value_name = "COLUMN")]
     time: String,
     /// Column of the position
@@ -29,45 +29,45 @@ pub struct Arguments {
     /// Column of the effort: current, torque, force or voltage
     #[arg(long, value_name = "COLUMN")]
     effort: String,
-    /// Unit of the time: s, ms, us or ns, or the seconds of a tick; left out: what the column's name
-    /// ends with, as in `t [ms]`, or s
+    /// Unit of the time: s, ms, us or ns, or the seconds of a tick [default: the end of the
+    /// column's name, as in `t [ms]`; else s]
     #[arg(long, value_name = "UNIT")]
     time_unit: Option<String>,
-    /// Unit of the position; left out: what the column's name ends with, as in `q_deg` or `q [°]`, or
-    /// rad
+    /// Unit of the position [default: the end of the column's name, as in `q_deg` or `q [°]`; else
+    /// rad]
     #[arg(long, value_name = "UNIT")]
     position_unit: Option<PositionUnit>,
     /// Counts in a turn of the joint, for a position in counts
     #[arg(long, value_name = "N", value_parser = typed_number::parse)]
     counts_per_turn: Option<f64>,
-    /// N m at the joint (or N) of a unit of effort; negative, if it counts the other way. With
-    /// --machine, left out: by that file, for the unit that the column's name ends with
+    /// N m at the joint (or N) per unit of effort; negative if it counts the other way [default
+    /// with --machine: by that file, for the unit that the column's name ends with]
     #[arg(long, value_name = "G", allow_hyphen_values = true, value_parser = typed_number::parse)]
     effort_gain: Option<f64>,
-    /// Time after which the logged effort acts, s; left out: estimated
+    /// Time after which the logged effort acts, s [default: estimated]
     #[arg(long, value_name = "S", allow_hyphen_values = true, value_parser = typed_number::parse)]
     effort_delay: Option<f64>,
-    /// Cut-off of the low-pass, Hz; left out: chosen from the noise of the position
+    /// Cut-off of the low-pass, Hz [default: from the noise of the position]
     #[arg(long, value_name = "HZ", value_parser = typed_number::parse)]
     cut_off: Option<f64>,
-    /// Whether friction differs by the direction; left out: chosen
+    /// Friction of the two directions [default: selected by the fit]
     #[arg(long)]
     model: Option<Friction>,
-    /// A friction that falls with the speed (Stribeck), as well
+    /// Fit a friction that falls with the speed (Stribeck), too
     #[arg(long)]
     stribeck: bool,
-    /// Gravity on a load that turns, as well
+    /// Fit gravity on a load that turns, too
     #[arg(long)]
     gravity: bool,
     /// One JSON object instead of a table
     #[arg(long)]
     json: bool,
-    /// A machine's file with a data sheet, with which the result is compared; --into then writes this
-    /// file with the joint of the log in it
+    /// A machine's file with a data sheet, with which the result is compared; --into then writes
+    /// this file with the joint of the log
     #[arg(long, value_name = "FILE.toml")]
     machine: Option<String>,
-    /// Write the joint as a machine's file (a machine that turns, with --effort-gain or --machine); -
-    /// for the standard output
+    /// Write the joint as a machine's file (a machine that turns, with --effort-gain or --machine);
+    /// - for the standard output
     #[arg(long, value_name = "FILE.toml")]
     into: Option<PathBuf>,
     /// Write over a file that exists
@@ -81,16 +81,16 @@ pub struct Arguments {
     title: Option<String>,
 }
 
-/// How friction depends on the direction.
+/// Dependence of the friction on the direction.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, clap::ValueEnum)]
 enum Friction {
-    /// The same both ways, and a constant load: four parameters.
+    /// The same both ways, and a constant load: four parameters
     Symmetric,
-    /// Another one each way: five parameters.
+    /// A different one each way: five parameters
     Asymmetric,
 }
 
-pub fn identify_log(arguments: &Arguments) -> Result<(), Error> {
+pub fn identify_log(arguments: &IdentifyLogArguments) -> Result<(), Error> {
     let name = arguments.log.display().to_string();
     let mut warnings = Vec::new();
     let machine = arguments.machine.as_ref();
@@ -104,7 +104,7 @@ pub fn identify_log(arguments: &Arguments) -> Result<(), Error> {
     let machine = machine.transpose()?;
     let gain = arguments.effort_gain.or(machine.as_ref().map(|machine| machine.effort_gain));
     let request = arguments.request(gain, &mut warnings)?;
-    // Before a long log is read.
+    // Checked before a long log is read.
     let guard = OverwriteGuard::new(arguments.force).reads(&arguments.log);
     let guard = arguments.machine.iter().fold(guard, |guard, file| guard.reads(Path::new(file)));
     let into = arguments.into.as_ref().map(|path| guard.new_file("--into", path)).transpose()?;
@@ -119,13 +119,13 @@ pub fn identify_log(arguments: &Arguments) -> Result<(), Error> {
     let log = read(&arguments.log, &columns)?;
     let mut found =
         identify(log, &request).map_err(|why| Error::Input(format!("{name}: {why}")))?;
-    // A script is told what a person is told.
+    // In the result, so that --json reports these warnings as well.
     if let Some(machine) = &machine {
         warnings.extend(machine.against(&found, arguments.counts_per_turn));
     }
     found.warnings.splice(..0, warnings);
     let merged = machine.map(|machine| machine.merge(&name, &found)).transpose();
-    // A file that the log cannot be merged with is no reason to lose what was found.
+    // If the log cannot be merged with the file, the result is still printed.
     let (merged, unmerged) = match merged {
         Ok(merged) => (merged, None),
         Err(why) if into.is_some() => (None, Some(why)),
@@ -170,27 +170,26 @@ pub fn identify_log(arguments: &Arguments) -> Result<(), Error> {
     unmerged.map_or(Ok(()), Err)
 }
 
-impl Arguments {
+impl IdentifyLogArguments {
     fn request(&self, gain: Option<f64>, warnings: &mut Vec<String>) -> Result<Request, Error> {
         let refuse = |why: String| Err(Error::Input(why));
         let time_s = self.seconds(warnings)?;
         let named = PositionUnit::of_name(&self.position);
         let unit = self.position_unit.or(named);
-        // Many a log calls a measured angle or that of a motor `q_m`.
+        // `q_m` is a usual name of a measured angle or of that of a motor, not only of meters.
         if let (Some(given), Some(named)) = (self.position_unit, named)
             && given != named
             && named != PositionUnit::M
         {
             let [given, named] = [given, named].map(PositionUnit::word);
             warnings.push(format!(
-                "`{}` is called as if it were in {named}, and --position-unit says {given}; it is \
-                 taken as {given}",
+                "`{}` is in {named} by its name, but --position-unit is {given}; read as {given}",
                 self.position
             ));
         }
         if unit.is_none() {
             warnings.push(format!(
-                "nothing says what `{}` is in; it is taken as rad, --position-unit says otherwise",
+                "`{}` has no unit; read as rad, set another one with --position-unit",
                 self.position
             ));
         }
@@ -205,9 +204,7 @@ impl Arguments {
                 );
             }
             (PositionUnit::Count, Some(counts)) if !(counts > 0.0 && counts.is_finite()) => {
-                return refuse(format!(
-                    "--counts-per-turn is {counts}; allowed is a number above 0"
-                ));
+                return refuse(format!("--counts-per-turn {counts}: must be a number above 0"));
             }
             (PositionUnit::Count, _) | (_, None) => {}
             (_, Some(_)) => {
@@ -215,23 +212,23 @@ impl Arguments {
             }
         }
         if let Some(gain) = gain.filter(|gain| !gain.is_finite() || *gain == 0.0) {
-            return refuse(format!("--effort-gain is {gain}; allowed is a number that is not 0"));
+            return refuse(format!("--effort-gain {gain}: must be a number other than 0"));
         }
         if let Some(delay) = self.effort_delay.filter(|delay| !delay.is_finite()) {
-            return refuse(format!("--effort-delay is {delay}; allowed is a number of seconds"));
+            return refuse(format!("--effort-delay {delay}: must be a number of seconds"));
         }
         let scale = Scale::new(time_s, unit, counts.unwrap_or(1.0), gain);
         if scale.is_linear && self.machine.is_some() {
             return refuse(
                 "--machine is the file of a joint that turns, and the position is along a line; \
-                 leave --machine out, or say with --position-unit that it is an angle"
+                 leave --machine out, or set --position-unit to a unit of an angle"
                     .into(),
             );
         }
         if scale.is_linear && self.gravity {
             return refuse(
-                "--gravity is that of a load that turns; on a machine along a line it is a \
-                 constant load, which `offset` has"
+                "--gravity needs a load that turns; on a machine along a line gravity is a \
+                 constant load, which `offset` includes"
                     .into(),
             );
         }
@@ -245,7 +242,7 @@ impl Arguments {
         })
     }
 
-    /// Seconds of a unit of the time.
+    /// Returns the unit of the time, s.
     fn seconds(&self, warnings: &mut Vec<String>) -> Result<f64, Error> {
         let named = unit_of_name(&self.time).and_then(|unit| Some((seconds(&unit)?, unit)));
         let Some(given) = &self.time_unit else {
@@ -256,15 +253,14 @@ impl Arguments {
             (None, Ok(tick)) if tick > 0.0 => tick,
             _ => {
                 return Err(Error::Input(format!(
-                    "--time-unit is `{given}`; allowed are s, ms, us, ns, or the seconds of a tick \
+                    "--time-unit {given}: must be s, ms, us, ns, or the seconds of a tick \
                      as a number above 0"
                 )));
             }
         };
         if let Some((_, unit)) = named.filter(|(named, _)| *named != time_s) {
             warnings.push(format!(
-                "`{}` is called as if it were in {unit}, and --time-unit says {given}; it is taken \
-                 as {given}",
+                "`{}` is in {unit} by its name, but --time-unit is {given}; read as {given}",
                 self.time
             ));
         }

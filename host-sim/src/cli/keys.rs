@@ -5,7 +5,7 @@ use crate::error::Error;
 use crate::keys;
 
 #[derive(Debug, clap::Args)]
-pub struct Arguments {
+pub struct KeysArguments {
     /// Only this table, as in `limits` or `controller.srnf`
     table: Option<String>,
     /// Print a JSON schema, by which an editor completes and checks a file
@@ -19,8 +19,8 @@ pub struct Arguments {
     faults: bool,
 }
 
-/// Shows the keys, or writes the page that was asked for.
-pub fn keys(arguments: &Arguments) -> Result<(), Error> {
+/// Prints the keys, or the selected page.
+pub fn keys(arguments: &KeysArguments) -> Result<(), Error> {
     if arguments.schema {
         let text = serde_json::to_string_pretty(&keys::schema());
         return print(&(text.map_err(|error| Error::Input(error.to_string()))? + "\n"));

@@ -7,7 +7,7 @@ use crate::error::Error;
 use crate::experiment::{Document, builtins};
 
 #[derive(Debug, clap::Args)]
-pub struct Arguments {
+pub struct ListArguments {
     /// One JSON object instead of a table
     #[arg(long)]
     json: bool,
@@ -26,7 +26,7 @@ struct Listing {
     experiments: Vec<Entry>,
 }
 
-pub fn list(arguments: &Arguments) -> Result<(), Error> {
+pub fn list(arguments: &ListArguments) -> Result<(), Error> {
     let mut experiments = Vec::new();
     for builtin in builtins() {
         let document = Document::parse(builtin.name, builtin.toml)?;

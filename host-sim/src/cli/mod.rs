@@ -41,44 +41,44 @@ struct Arguments {
 
 #[derive(Debug, Subcommand)]
 enum Command {
-    /// Every built-in experiment and its source
-    List(list::Arguments),
-    /// A first file of your own joint: puts questions, or takes the answers as options
-    New(Box<new::Arguments>),
-    /// The TOML of a built-in experiment, to copy and change; or a data sheet in both units
-    Show(show::Arguments),
-    /// Every key of a machine's file: what it means, what is allowed, what it is if it is left out
-    Keys(keys::Arguments),
+    /// List the built-in experiments and their sources
+    List(list::ListArguments),
+    /// Write a first file of your own joint: asks questions, or takes the answers as options
+    New(Box<new::NewArguments>),
+    /// Print the TOML of a built-in experiment, to copy and change; or a data sheet in both units
+    Show(show::ShowArguments),
+    /// List the keys of a machine's file: meaning, range, default
+    Keys(keys::KeysArguments),
     /// Run an experiment or a machine's own file
-    Run(run::Arguments),
+    Run(run::RunArguments),
     /// Encode a machine for the parameter sector of the controller board
-    Params(params::Arguments),
-    /// Talk to a device: status, move, parameters, faults, log
-    Device(device::Arguments),
-    /// See a joint move live in a browser, drive it, and change its parameters
-    Studio(studio::Arguments),
+    Params(params::ParamsArguments),
+    /// Operate a device: status, move, parameters, faults, log
+    Device(device::DeviceArguments),
+    /// Watch a joint live in a browser, move it, and change its parameters
+    Studio(studio::StudioArguments),
     /// Rank controllers on one joint: rest, overshoot, settling, tracking, chatter, hunting
-    Benchmark(benchmark::Arguments),
+    Benchmark(benchmark::BenchmarkArguments),
     /// Rank untuned controllers on random joints: success, settling, rest, tracking, faults
-    Ensemble(ensemble::Arguments),
-    /// Look for gains of a joint that is known within bounds, and write them into a new file
-    Tune(tune::Arguments),
-    /// Inertia and friction of any machine from a log of time, position and effort
-    Identify(identify::Arguments),
+    Ensemble(ensemble::EnsembleArguments),
+    /// Tune gains for a joint that is known within bounds, and write them into a new file
+    Tune(tune::TuneArguments),
+    /// Identify inertia and friction of any machine from a log of time, position and effort
+    Identify(identify::IdentifyLogArguments),
     /// Draw what `run --csv` or a device's `log` has written, one over the other
-    Plot(plot::Arguments),
-    /// One HTML page on your own joint: laws compared, margins, what a self-test should show; or
+    Plot(plot::PlotArguments),
+    /// Write one HTML page on your own joint: laws compared, margins, expected self-test; or,
     /// without a file, every figure and table of the thesis, claims beside measurements
-    Report(report::Arguments),
+    Report(report::ReportArguments),
     /// Print a shell completion script
-    Completions(completions::Arguments),
+    Completions(completions::CompletionsArguments),
 }
 
-/// The exit code for a valid request, if a solver failed.
+/// Exit code of a valid request, if a solver failed.
 const GIVEN_UP: u8 = 1;
 
-/// The exit code that a shell reports of a program that was ended by Ctrl-C: 128 and the number of
-/// the signal.
+/// Exit code that a shell reports for a program that Ctrl-C ended: 128 and the number of the
+/// signal.
 const INTERRUPTED: u8 = 130;
 
 /// Runs the command line of this process.
@@ -103,14 +103,13 @@ pub fn main() -> ExitCode {
     };
     match done {
         Ok(()) => ExitCode::SUCCESS,
-        // The reader has seen enough (`| head`): nobody is there to be told, and nothing is wrong.
+        // The reader has closed the pipe (`| head`), which is not an error.
         Err(Error::Output(error)) if error.kind() == io::ErrorKind::BrokenPipe => ExitCode::SUCCESS,
         Err(error) => {
-            // If even this cannot be written there is nobody to tell.
+            // If this cannot be written either, there is no other place to report to.
             let _ = writeln!(io::stderr(), "stiction: {error}");
             match error {
-                // Nothing was wrong with what was asked for: a script should see that its user
-                // wants no more.
+                // The request was valid: a script sees that the user interrupted it.
                 Error::Interrupted | Error::CtrlC(_) => ExitCode::from(INTERRUPTED),
                 Error::Run(_) => ExitCode::from(GIVEN_UP),
                 _ => ExitCode::from(2),
@@ -127,10 +126,10 @@ fn print(text: &str) -> Result<(), Error> {
     Ok(())
 }
 
-/// Tells what a person should know before a run, which is made all the same.
+/// Writes warnings of a run to the standard error; the run goes on.
 fn warn(sentences: &[String]) {
     for sentence in sentences {
-        // If even this cannot be written there is nobody to tell.
+        // If this cannot be written, there is no other place to report to.
         let _ = writeln!(io::stderr(), "stiction: warning: {sentence}");
     }
 }

@@ -23,7 +23,7 @@ use crate::output::{OutputFile, OverwriteGuard};
 use crate::setup::name_of;
 
 #[derive(Debug, clap::Args)]
-pub struct Arguments {
+pub struct NewArguments {
     /// The file to write; - for the standard output
     file: PathBuf,
     /// Start with a typical joint (harmonic, gimbal or thesis), without questions
@@ -40,10 +40,10 @@ pub struct Arguments {
 #[derive(Debug, clap::Args)]
 #[command(next_help_heading = "Answers (a range is written LOW..HIGH)")]
 struct Flags {
-    /// Title of the joint; the file's name without it
+    /// Title of the joint [default: the file's name]
     #[arg(long)]
     title: Option<String>,
-    /// What the drive sets: the motor's voltage or its current
+    /// Output of the drive: the motor's voltage or its current
     #[arg(long)]
     driven_by: Option<DrivenBy>,
     /// Voltage of the supply, V
@@ -52,7 +52,7 @@ struct Flags {
     /// Resistance of the winding, ohm
     #[arg(long, value_name = "OHM")]
     resistance_ohm: Option<String>,
-    /// Current for each volt of the amplifier's input, A/V
+    /// Current per volt of the amplifier's input, A/V
     #[arg(long, value_name = "A/V")]
     amplifier_a_per_v: Option<String>,
     /// Torque constant at the motor's shaft, N m/A
@@ -64,7 +64,7 @@ struct Flags {
     /// Inertia of the rotor at its shaft, kg m^2
     #[arg(long, value_name = "KGM2")]
     rotor_inertia_kg_m2: Option<String>,
-    /// Turns of the motor for a turn of the joint
+    /// Turns of the motor per turn of the joint
     #[arg(long, value_name = "N")]
     ratio: Option<String>,
     /// Efficiency of the gear
@@ -97,7 +97,7 @@ struct Flags {
     /// Lines of the encoder
     #[arg(long, value_name = "N")]
     lines: Option<String>,
-    /// Where the encoder sits
+    /// Position of the encoder
     #[arg(long)]
     at: Option<Side>,
     /// Travel from the position at power-on, deg, such as -30..90
@@ -109,7 +109,7 @@ struct Flags {
 }
 
 impl Flags {
-    /// Returns the answers that were given as options.
+    /// Returns the answers of the options.
     ///
     /// # Errors
     /// Names the option, what was typed and what to type instead.
@@ -154,8 +154,8 @@ impl Flags {
     }
 }
 
-pub fn new(arguments: &Arguments) -> Result<(), Error> {
-    // Before the questions.
+pub fn new(arguments: &NewArguments) -> Result<(), Error> {
+    // Checked before the questions.
     let output = OverwriteGuard::new(arguments.force).new_file("new", &arguments.file)?;
     let is_file = !output.is_standard_output();
     let name = if is_file { output.path().to_string_lossy() } else { "FILE.toml".into() };
@@ -220,7 +220,7 @@ fn write(
 ) -> Result<(), Error> {
     let (text, document, experiment) = written(name, answers, like)?;
     warn(&document.doubts()?);
-    // A loop that no board has can be simulated all the same.
+    // A loop that no board can run can still be simulated.
     if let Some(Err(why)) = experiment.runs.first().map(parameters) {
         warn(&[format!("no device can run it: {why}")]);
     }

@@ -1,22 +1,22 @@
-//! Stands for `stiction studio` in a program that is built without it.
+//! Replaces `stiction studio` in a program that is built without it.
 
 use crate::error::Error;
 
 #[derive(Debug, clap::Args)]
-pub struct Arguments {
-    /// What is asked for
+pub struct StudioArguments {
+    /// All options of the command; ignored
     #[arg(hide = true, trailing_var_arg = true, allow_hyphen_values = true)]
     _all: Vec<String>,
 }
 
-/// Says how to get it.
+/// Refuses the command.
 ///
 /// # Errors
-/// Always, with the command that builds it.
-pub fn studio(_: &Arguments) -> Result<(), Error> {
+/// Always returns an error, with the command that builds the studio.
+pub fn studio(_: &StudioArguments) -> Result<(), Error> {
     let command = "cargo xtask studio";
     Err(Error::Input(format!(
-        "studio: the page is not built into this program; `{command}` builds and starts it (it \
+        "studio: this program was built without the page; `{command}` builds and starts it (it \
          needs npm)"
     )))
 }

@@ -1,5 +1,4 @@
-//! Texts beside the files that a command writes: where they are, and what is printed if one of them
-//! is the standard output.
+//! Texts beside the files that a command writes: their stream, and their paths.
 
 use std::io::{Write, stderr};
 
@@ -7,7 +6,7 @@ use super::print;
 use crate::error::Error;
 use crate::output::{OutputDirectory, OutputFile};
 
-/// Refuses two outputs that would be mixed on the standard output.
+/// Refuses two outputs that would mix on the standard output.
 pub fn check_standard_output(json: bool, file: Option<&OutputFile>) -> Result<(), Error> {
     match file.filter(|file| json && file.is_standard_output()) {
         None => Ok(()),
@@ -18,7 +17,7 @@ pub fn check_standard_output(json: bool, file: Option<&OutputFile>) -> Result<()
     }
 }
 
-/// Prints a text for a person: on the standard output, or on the standard error if the file goes to
+/// Prints a text for the user: on the standard output, or on the standard error if the file goes to
 /// the standard output.
 pub fn print_beside(file: Option<&OutputFile>, text: &str) -> Result<(), Error> {
     if !file.is_some_and(OutputFile::is_standard_output) {
@@ -28,8 +27,8 @@ pub fn print_beside(file: Option<&OutputFile>, text: &str) -> Result<(), Error> 
     Ok(())
 }
 
-/// Reports a file that was written. Not on the standard output, which scripts read; the standard
-/// output itself is not reported.
+/// Reports a written file on the standard error, since scripts read the standard output. A file on
+/// the standard output is not reported.
 pub fn wrote(file: &OutputFile) -> Result<(), Error> {
     if !file.is_standard_output() {
         writeln!(stderr(), "wrote {}", file.path().display())?;
@@ -37,7 +36,7 @@ pub fn wrote(file: &OutputFile) -> Result<(), Error> {
     Ok(())
 }
 
-/// Reports the number of figures that were written, and their directory.
+/// Reports the number of written figures, and their directory.
 pub fn drew(figures: usize, directory: &OutputDirectory) -> Result<(), Error> {
     let figures = if figures == 1 { "1 figure".into() } else { format!("{figures} figures") };
     writeln!(stderr(), "wrote {figures} as SVG and PNG into {}", directory.path().display())?;

@@ -11,14 +11,14 @@ use crate::error::Error;
 use crate::experiment::{Document, Experiment};
 use crate::output::OverwriteGuard;
 
-/// Sector 10 of the flash; 11 follows it.
+/// Address of sector 10 of the flash; sector 11 follows it.
 const ADDRESS: u32 = 0x080C_0000;
 
 #[derive(Debug, clap::Args)]
-pub struct Arguments {
+pub struct ParamsArguments {
     /// A name from `stiction list`, or a machine's own TOML file
     experiment: String,
-    /// Where to write the contents of both parameter sectors; - for the standard output
+    /// File for the contents of both parameter sectors; - for the standard output
     #[arg(short, long, value_name = "FILE")]
     out: PathBuf,
     /// Write over a file that this command reads, or over a machine's file
@@ -32,7 +32,7 @@ pub struct Arguments {
     controller: Option<String>,
 }
 
-pub fn params(arguments: &Arguments) -> Result<(), Error> {
+pub fn params(arguments: &ParamsArguments) -> Result<(), Error> {
     let guard = OverwriteGuard::new(arguments.force).opens(&arguments.experiment);
     let out = guard.results("--out", &arguments.out)?;
     let mut document = Document::open(&arguments.experiment)?;
@@ -52,7 +52,7 @@ pub fn params(arguments: &Arguments) -> Result<(), Error> {
     out.write(&sectors)?;
     let device = plan.machine.device.core(DeviceConfig::CAUTIOUS);
     let arming = if device.autostart {
-        format!("arms by itself {} s after power-on", device.autostart_delay)
+        format!("arms automatically {} s after power-on", device.autostart_delay)
     } else {
         "does not move: device.autostart is false".into()
     };

@@ -8,12 +8,12 @@ use crate::figure::{NamedFigure, figure_directory, logged, write_figures};
 use crate::output::{OverwriteGuard, series};
 
 #[derive(Debug, clap::Args)]
-pub struct Arguments {
+pub struct PlotArguments {
     /// Files of `stiction run --csv` or of `stiction device ... log`; up to three runs or logs are
     /// drawn over each other
     #[arg(value_name = "FILE.csv", required = true)]
     files: Vec<PathBuf>,
-    /// Where the figure is written, as SVG and PNG
+    /// Output directory of the figure (SVG and PNG)
     #[arg(long, value_name = "DIR", default_value = ".")]
     out: PathBuf,
     /// Write over a file that this command reads, or over a machine's file
@@ -24,7 +24,7 @@ pub struct Arguments {
     title: Option<String>,
 }
 
-pub fn plot(arguments: &Arguments) -> Result<(), Error> {
+pub fn plot(arguments: &PlotArguments) -> Result<(), Error> {
     let stems =
         arguments.files.iter().map(|file| file.file_stem().unwrap_or_default().to_string_lossy());
     let stem = stems.collect::<Vec<_>>().join("-and-");

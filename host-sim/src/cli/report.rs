@@ -2,32 +2,32 @@
 
 use std::path::PathBuf;
 
-use super::benchmark::Tuning;
+use super::benchmark::TuningArguments;
 use crate::error::Error;
 
 #[derive(Debug, clap::Args)]
-pub struct Arguments {
-    /// A machine's own TOML file, for a page on its joint; left out: the page of the thesis
+pub struct ReportArguments {
+    /// A machine's own TOML file, for a page on its joint [default: the page of the thesis]
     file: Option<String>,
-    /// Output directory of the page; that of the thesis has its figures, too
+    /// Output directory of the page, and of the thesis's figures
     #[arg(long, value_name = "DIR", default_value = "report")]
     out: PathBuf,
     /// Write over a file that this command reads, or over a machine's file
     #[arg(long)]
     force: bool,
     #[command(flatten)]
-    tuning: Tuning,
+    tuning: TuningArguments,
 }
 
 #[cfg(not(feature = "report"))]
-pub fn report(arguments: &Arguments) -> Result<(), Error> {
-    let Arguments { file: _, out, force: _, tuning: _ } = arguments;
+pub fn report(arguments: &ReportArguments) -> Result<(), Error> {
+    let ReportArguments { file: _, out, force: _, tuning: _ } = arguments;
     let option = format!("report in {}", out.display());
-    Err(crate::missing_part::not_built(&option, "what makes it is", "report"))
+    Err(crate::missing_part::not_built(&option, "the report is", "report"))
 }
 
 #[cfg(feature = "report")]
-pub fn report(arguments: &Arguments) -> Result<(), Error> {
+pub fn report(arguments: &ReportArguments) -> Result<(), Error> {
     match &arguments.file {
         Some(file) => of_a_joint(file, arguments),
         None if arguments.tuning.is_asked() => {
@@ -38,10 +38,10 @@ pub fn report(arguments: &Arguments) -> Result<(), Error> {
 }
 
 #[cfg(feature = "report")]
-fn of_a_joint(file: &str, arguments: &Arguments) -> Result<(), Error> {
+fn of_a_joint(file: &str, arguments: &ReportArguments) -> Result<(), Error> {
     use crate::document::Document;
     use crate::output::OverwriteGuard;
-    use crate::report::joint::{Asked, make, page_name};
+    use crate::report::joint::{JointPageRequest, make, page_name};
 
     let guard = OverwriteGuard::new(arguments.force).opens(file);
     let out = guard.directory("--out", &arguments.out)?;
@@ -56,12 +56,12 @@ fn of_a_joint(file: &str, arguments: &Arguments) -> Result<(), Error> {
     let [document] = documents;
     let (cases, seed) = arguments.tuning.joints();
     let options = arguments.tuning.options();
-    let page = make(&Asked { document, tuned, options, cases, seed }, &out)?;
+    let page = make(&JointPageRequest { document, tuned, options, cases, seed }, &out)?;
     super::print(&format!("{}\nAll simulated: nothing has run on a motor.\n", page.display()))
 }
 
 #[cfg(feature = "report")]
-fn of_the_thesis(arguments: &Arguments) -> Result<(), Error> {
+fn of_the_thesis(arguments: &ReportArguments) -> Result<(), Error> {
     let guard = crate::output::OverwriteGuard::new(arguments.force);
     let made = crate::report::make(&guard.directory("--out", &arguments.out)?)?;
     let claims = made.claims;

@@ -11,14 +11,14 @@ use crate::lab::{self, LabResult};
 use crate::output::{OutputDirectory, OutputFile, OverwriteGuard, csv, json, table};
 
 #[derive(Debug, clap::Args)]
-pub struct Arguments {
+pub struct RunArguments {
     /// A name from `stiction list`, or a machine's own TOML file
     experiment: String,
     /// One JSON object instead of a table
     #[arg(long)]
     json: bool,
-    /// Write the time series to this file, - for the standard output (of several runs: with their
-    /// labels in the first column)
+    /// Write the time series to this file; - for the standard output. Several runs have their
+    /// labels in the first column
     #[arg(long, value_name = "FILE")]
     csv: Option<PathBuf>,
     /// Draw the figures into this directory, as SVG and PNG
@@ -43,7 +43,7 @@ pub struct Arguments {
     /// run.coupling=...)
     #[arg(long, value_name = "COUPLING")]
     coupling: Vec<String>,
-    /// How motion is solved (short for --set run.solver=...)
+    /// Solver of the motion (short for --set run.solver=...)
     #[arg(long, value_name = "exact|rk4|rk4-adaptive|nonsmooth")]
     solver: Option<String>,
     /// Samples of computation delay (short for --set run.delay_samples=...)
@@ -53,7 +53,7 @@ pub struct Arguments {
     target: target::TargetArguments,
 }
 
-pub fn run(arguments: &Arguments) -> Result<(), Error> {
+pub fn run(arguments: &RunArguments) -> Result<(), Error> {
     let outputs = arguments.outputs()?;
     let mut document = Document::open(&arguments.experiment)?;
     if document.is_lab() {
@@ -108,7 +108,7 @@ struct Outputs {
     plot: Option<OutputDirectory>,
 }
 
-impl Arguments {
+impl RunArguments {
     /// Checks the output paths before anything is run.
     fn outputs(&self) -> Result<Outputs, Error> {
         let guard = OverwriteGuard::new(self.force).opens(&self.experiment);
@@ -119,7 +119,7 @@ impl Arguments {
         Ok(Outputs { csv, plot: plot.transpose()? })
     }
 
-    /// A friction experiment: no controller, no samples.
+    /// Runs a friction experiment, which has neither a controller nor samples.
     fn run_lab(&self, mut document: Document, outputs: &Outputs) -> Result<(), Error> {
         let foreign = [
             ("--controller", !self.controller.is_empty()),
@@ -148,7 +148,7 @@ impl Arguments {
             self.assignments().into_iter().chain(friction).chain(coupling).collect();
         document.set(&assignments)?;
         let plans = lab::plan(&document)?;
-        let (results, given_up) = told_apart(lab::run_all(&plans));
+        let (results, given_up) = split_failed(lab::run_all(&plans));
         if results.is_empty() {
             return given_up;
         }
@@ -176,7 +176,7 @@ impl Arguments {
         given_up
     }
 
-    /// Every key that is set by hand, in the form of `--set`.
+    /// Returns every key set by an option, in the form of `--set`.
     fn assignments(&self) -> Vec<String> {
         let solver = self.solver.iter().map(|solver| format!("run.solver={solver}"));
         let delay = self.delay.iter().map(|delay| format!("run.delay_samples={delay}"));
@@ -184,8 +184,8 @@ impl Arguments {
     }
 }
 
-/// The runs that came to an end, and an error that names every other one.
-fn told_apart(runs: Vec<Result<LabResult, Error>>) -> (Vec<LabResult>, Result<(), Error>) {
+/// Splits runs into the results and an error that names every run whose solver failed.
+fn split_failed(runs: Vec<Result<LabResult, Error>>) -> (Vec<LabResult>, Result<(), Error>) {
     let count = runs.len();
     let (mut results, mut given_up) = (Vec::new(), Vec::new());
     for run in runs {

@@ -6,15 +6,15 @@ use crate::error::Error;
 use crate::experiment::{Document, find};
 
 #[derive(Debug, clap::Args)]
-pub struct Arguments {
+pub struct ShowArguments {
     /// A name from `stiction list`; with --units also a machine's own TOML file
     name: String,
-    /// The joint in both systems of units, and how each derived number came about
+    /// Print the joint in both systems of units, with the derivation of each number
     #[arg(long)]
     units: bool,
 }
 
-pub fn show(arguments: &Arguments) -> Result<(), Error> {
+pub fn show(arguments: &ShowArguments) -> Result<(), Error> {
     if arguments.units {
         return print(&units(&Document::open(&arguments.name)?)?);
     }
@@ -25,8 +25,8 @@ fn units(document: &Document) -> Result<String, Error> {
     let origin = &document.origin;
     let Some((sheet, mapping)) = document.mapping()? else {
         return Err(Error::Input(format!(
-            "show --units: {origin} has no data sheet, which begins with the table `[motor]`; \
-             docs/units.md explains it"
+            "show --units: {origin} has no data sheet (a table `[motor]`); docs/units.md explains \
+             it"
         )));
     };
     let mut text = format!("{:26}{:>24}{:>22}\n", "", "SI", "core");

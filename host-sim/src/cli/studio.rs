@@ -10,38 +10,38 @@ use crate::device::simulated::SimulatedDevice;
 use crate::device::wire::{SIMULATED, SimulatedWire};
 use crate::error::Error;
 use crate::experiment::RunPlan;
-use crate::studio::{Server, Wanted};
+use crate::studio::{Server, StudioOptions};
 
 #[derive(Debug, clap::Args)]
-pub struct Arguments {
-    /// Whose joint is simulated and predicted: a name from `stiction list`, or a machine's own TOML
-    /// file [default: step-response; of a board none: nothing is predicted until one
-    /// is identified]
+pub struct StudioArguments {
+    /// The joint to simulate and to predict with: a name from `stiction list`, or a machine's own
+    /// TOML file [default: step-response; with --port none: predictions start once a joint is
+    /// identified]
     #[arg(value_name = "NAME|FILE.toml")]
     machine: Option<String>,
-    /// The core in this program, around the simulated joint: no motor moves or stops [default]
+    /// Use the core in this program, around the simulated joint: no motor moves or stops [default]
     #[arg(long, conflicts_with_all = ["emulator", "port"])]
     simulated: bool,
-    /// The flash image on an emulated microcontroller, around the same joint: no motor moves or
+    /// Use the flash image on an emulated microcontroller, around the same joint: no motor moves or
     /// stops
     #[arg(long, conflicts_with = "port")]
     emulator: bool,
     /// Emulator: the flash image [default: the one that cargo xtask firmware builds]
     #[arg(long, value_name = "ELF", requires = "emulator")]
     image: Option<PathBuf>,
-    /// A board on a serial port: A MOTOR CAN MOVE
+    /// Use a board on a serial port: A MOTOR CAN MOVE
     #[arg(long, value_name = "DEV")]
     port: Option<PathBuf>,
-    /// Simulated and emulated device: its true joint, where that is another than the one of the
-    /// file, by which the page predicts
+    /// Simulated and emulated device: its true joint, if it differs from the one of the file, with
+    /// which the page predicts
     #[arg(long, value_name = "NAME|FILE.toml", conflicts_with = "port")]
     truth: Option<String>,
-    /// Which controller the simulated device begins with [default: a file's own, and srnf of an
+    /// Controller that the simulated device starts with [default: a file's own, and srnf for an
     /// experiment from `stiction list`]
     #[arg(long, value_name = "NAME")]
     controller: Option<String>,
-    /// Where to listen. Another address than 127.0.0.1 lets other machines in that know the token;
-    /// the connection is not encrypted
+    /// Address to listen at. With another address than 127.0.0.1, other machines that know the
+    /// token can connect; the connection is not encrypted
     #[arg(long, value_name = "IP:PORT", default_value = "127.0.0.1:0")]
     listen: SocketAddr,
     /// Do not open a browser
@@ -49,21 +49,21 @@ pub struct Arguments {
     no_open: bool,
 }
 
-impl Arguments {
-    /// The file that was given, or the one that stands in for it.
+impl StudioArguments {
+    /// Returns the given file, or the built-in one that replaces it.
     fn machine(&self) -> &str {
         self.machine.as_deref().unwrap_or("step-response")
     }
 
-    /// Plans the run whose joint a simulated device is.
+    /// Plans the run of a simulated device's joint.
     fn planned(&self) -> Result<RunPlan, Error> {
         planned(self.machine(), self.controller.as_deref(), self.truth.as_deref())
     }
 }
 
 /// Serves the page until the program is ended.
-pub fn studio(arguments: &Arguments) -> Result<(), Error> {
-    let wanted = Wanted {
+pub fn studio(arguments: &StudioArguments) -> Result<(), Error> {
+    let wanted = StudioOptions {
         listen: arguments.listen,
         machine: arguments.machine().into(),
         is_its_file: arguments.machine.is_some() || arguments.port.is_none(),
@@ -82,7 +82,9 @@ pub fn studio(arguments: &Arguments) -> Result<(), Error> {
     let url = server.url();
     print(&format!("{url}\n{warning}\nCtrl-C ends it.\n"))?;
     if !server.address().ip().is_loopback() {
-        super::warn(&["whoever reads this network reads the token, too".into()]);
+        super::warn(&[
+            "the connection is not encrypted: others on this network can read the token".into(),
+        ]);
     }
     if !arguments.no_open && open::that_detached(&url).is_err() {
         super::warn(&["no browser could be opened; open the address above in one".into()]);
@@ -92,12 +94,15 @@ pub fn studio(arguments: &Arguments) -> Result<(), Error> {
 }
 
 #[cfg(not(feature = "emulator"))]
-fn emulated(_: Wanted, _: &Arguments) -> Result<(Server, &'static str), Error> {
+fn emulated(_: StudioOptions, _: &StudioArguments) -> Result<(Server, &'static str), Error> {
     Err(super::target::not_built("studio --emulator"))
 }
 
 #[cfg(feature = "emulator")]
-fn emulated(wanted: Wanted, arguments: &Arguments) -> Result<(Server, &'static str), Error> {
+fn emulated(
+    wanted: StudioOptions,
+    arguments: &StudioArguments,
+) -> Result<(Server, &'static str), Error> {
     use crate::emulator::wire::{EMULATED, EmulatedWire};
 
     let plan = arguments.planned()?;

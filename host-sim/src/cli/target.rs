@@ -1,5 +1,4 @@
-//! Where the control core of a run runs: in this program, or in the flash image on an emulated
-//! microcontroller.
+//! Target of a run's control core: this program, or the flash image on an emulated microcontroller.
 
 use std::path::PathBuf;
 
@@ -7,7 +6,7 @@ use crate::error::Error;
 use crate::experiment::RunPlan;
 use crate::run::{Driven, RunResult, run_all, run_all_driven};
 
-/// Where the core runs.
+/// Target of the control core.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, clap::ValueEnum)]
 enum Target {
     /// In this program
@@ -21,7 +20,7 @@ enum Target {
 
 #[derive(Debug, clap::Args)]
 pub struct TargetArguments {
-    /// Where the control core runs
+    /// Target of the control core
     #[arg(
         long,
         value_name = "host|servo|emulator",
@@ -36,23 +35,23 @@ pub struct TargetArguments {
     /// Emulator: the flash image [default: the one that cargo xtask firmware builds]
     #[arg(long, value_name = "ELF")]
     image: Option<PathBuf>,
-    /// Emulator: show the firmware's log as it comes
+    /// Emulator: print the firmware's log as it arrives
     #[arg(long)]
     log: bool,
 }
 
 impl TargetArguments {
-    /// Whether nothing was asked for but this program.
+    /// Returns whether the options select this program and nothing else.
     pub fn is_host(&self) -> bool {
         self.target == Target::Host && !self.free_running && self.image.is_none() && !self.log
     }
 
-    /// Returns the flash image, if one was named.
+    /// Returns the flash image of the option, if any.
     pub const fn image(&self) -> Option<&PathBuf> {
         self.image.as_ref()
     }
 
-    /// Runs all plans where they are to run.
+    /// Runs all plans on the target.
     pub fn run(&self, plans: &[RunPlan]) -> Result<Vec<RunResult>, Error> {
         match self.target {
             Target::Emulator => self.emulate(plans),
@@ -87,7 +86,7 @@ impl TargetArguments {
 
         use crate::emulator::Emulation;
 
-        // What cannot be written to the terminal there is nobody to tell about.
+        // If the terminal cannot be written to, there is no other place to report to.
         let say = |text: String| drop(writeln!(stderr(), "{text}"));
         let mut emulation = Emulation::new(self.image.as_deref())?;
         emulation.free_running = self.free_running;
@@ -99,8 +98,8 @@ impl TargetArguments {
         }
         super::interrupt::end_on_ctrl_c(&emulation.interrupt)?;
         let runs = emulation.run_all(plans)?;
-        // What is left is quick, and has nobody to look at the flag: from here on Ctrl-C ends the
-        // program at once.
+        // The rest is quick and does not look at the flag: from here on Ctrl-C ends the program at
+        // once.
         emulation.interrupt.store(true, Ordering::Relaxed);
         for run in &runs {
             if let Some(latency) = run.latency {
@@ -116,7 +115,7 @@ impl TargetArguments {
     }
 }
 
-/// What an option of a build without the emulator says.
+/// Returns the error of an option in a build without the emulator.
 #[cfg(not(feature = "emulator"))]
 pub fn not_built(option: &str) -> Error {
     crate::missing_part::not_built(option, "the emulator is", "emulator")

@@ -21,33 +21,33 @@ use crate::tuning::{
 };
 
 #[derive(Debug, clap::Args)]
-pub struct Arguments {
-    /// The machine's file
+pub struct TuneArguments {
+    /// A machine's file
     #[arg(value_name = "FILE.toml")]
     file: String,
-    /// Controllers whose gains are tuned, or all of the file's; without it the first
+    /// Controllers to tune, or `all` of the file's [default: the first]
     #[arg(long, value_name = "NAME|all", value_delimiter = ',')]
     controller: Vec<String>,
     /// Objective of the gains
     #[arg(long, value_enum, default_value_t = Goal::Balanced)]
     goal: Goal,
-    /// Upper limit of a metric: settling_s, tracking_counts, rest_counts,
-    /// chatter_v_per_s or held_v; may be repeated
+    /// Upper limit of a metric: settling_s, tracking_counts, rest_counts, chatter_v_per_s or
+    /// held_v; can be repeated
     #[arg(long, value_name = "FIGURE=MOST")]
     limit: Vec<String>,
-    /// A key of the joint and how far it may be off, instead of the file's [spread], or else 20 %
-    /// of the inertia, 25 % of stick and slip friction and 50 % of the viscous friction; may be
-    /// repeated
+    /// Range of a key of the joint, instead of the file's [spread]; can be repeated [default
+    /// without [spread]: 20 % of the inertia, 25 % of stick and slip friction, 50 % of the viscous
+    /// friction]
     #[arg(long, value_name = "KEY=LOW..HIGH")]
     spread: Vec<String>,
-    /// Joints around the file's; each is run with and without a sample of delay
+    /// Number of joints around the file's; each is run with and without a sample of delay
     #[arg(long, default_value_t = CASES,
           value_parser = clap::value_parser!(u64).range(CASES_ALLOWED))]
     cases: u64,
-    /// Seed of the joints; the gains are judged on those of the next one
+    /// Seed of the joints; the gains are judged on those of the next seed
     #[arg(long, default_value_t = *TUNING_SEEDS.start())]
     seed: u64,
-    /// The new file, - for the standard output [default: FILE.tuned.toml]
+    /// The new file; - for the standard output [default: FILE.tuned.toml]
     #[arg(long, value_name = "FILE.toml")]
     out: Option<PathBuf>,
     /// Write over a file that exists
@@ -56,13 +56,13 @@ pub struct Arguments {
     /// One JSON object instead of a table
     #[arg(long)]
     json: bool,
-    /// Draw what was tried into this directory, a panel for each law: settling against tracking
+    /// Draw the sets of gains into this directory, a panel for each law: settling against tracking
     /// (if the file has a trajectory), settling against chatter, and rest error against held effort
     #[arg(long, value_name = "DIR")]
     plot: Option<PathBuf>,
 }
 
-pub fn tune(arguments: &Arguments) -> Result<(), Error> {
+pub fn tune(arguments: &TuneArguments) -> Result<(), Error> {
     arguments.run()
 }
 
@@ -77,7 +77,7 @@ pub(super) fn tune_each(request: &Request, controllers: &[String]) -> Result<Vec
         let sets = request.about_sets(controller)?;
         let (begin, is_first) = (Instant::now(), AtomicBool::new(true));
         request.tune(controller, &|| {
-            // Until here it has run the file's own gains, and nothing else.
+            // Until now only the file's own gains have run.
             if is_first.swap(false, Ordering::Relaxed) {
                 let first_s = begin.elapsed().as_secs_f64();
                 let said = tuning::takes_long(controller, first_s, sets, request.cases);
@@ -91,7 +91,7 @@ pub(super) fn tune_each(request: &Request, controllers: &[String]) -> Result<Vec
     tuned
 }
 
-impl Arguments {
+impl TuneArguments {
     fn run(&self) -> Result<(), Error> {
         let guard = OverwriteGuard::new(self.force).opens(&self.file);
         let out = self.out.clone().unwrap_or_else(|| tuned_name(&self.file));
@@ -122,7 +122,7 @@ impl Arguments {
         };
         let controllers = self.controllers(&request.document)?;
         let tuned = tune_each(&request, &controllers)?;
-        // The gains first: a chart that cannot be drawn loses none.
+        // The gains are written first, so that a failed chart does not lose them.
         let is_refused = is_refused(&tuned);
         if !is_refused {
             out.write(rewritten(&text, &tuned)?.as_bytes())?;
@@ -148,7 +148,7 @@ impl Arguments {
         Ok(())
     }
 
-    /// The controllers that were asked for, by their names in the file.
+    /// Returns the selected controllers, by their names in the file.
     fn controllers(&self, document: &Document) -> Result<Vec<String>, Error> {
         let machine = document.machine()?;
         let listed = machine.sampling.extras.list();
@@ -169,7 +169,8 @@ impl Arguments {
     }
 }
 
-/// `joint.toml` becomes `joint.tuned.toml`, beside it; a built-in experiment, a file here.
+/// Returns the default output: `joint.tuned.toml` beside `joint.toml`; for a built-in experiment, a
+/// file in the current directory.
 fn tuned_name(file: &str) -> PathBuf {
     Path::new(file).with_extension("tuned.toml")
 }
@@ -181,7 +182,7 @@ fn limit(text: &str) -> Result<(String, f64), Error> {
 fn legend(cases: u64, spreads: &[String]) -> String {
     let mut text = format!(
         "All simulated. The gains are judged at the encoder. The figures are of {cases} joints\n\
-         that the gains were not found on, each with and without a sample of delay:\n"
+         on which the gains were not tuned, each with and without a sample of delay:\n"
     );
     for spread in spreads {
         text += &format!("  {spread}\n");

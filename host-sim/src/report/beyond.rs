@@ -1,11 +1,11 @@
-//! What goes beyond the thesis: untuned laws on random joints.
+//! The chapter beyond the thesis: untuned laws on random joints.
 
 use std::sync::{Mutex, PoisonError};
 
 use serde::Serialize;
 
-use super::evidence::Evidence;
-use super::figures::Drawing;
+use super::evidence::ReportEvidence;
+use super::figures::ReportDrawing;
 use crate::ensemble::rules::rules;
 use crate::ensemble::{Ensemble, Family, Group, Header, Kind, Summary, run, sort_rows, summaries};
 use crate::error::Error;
@@ -14,23 +14,23 @@ use crate::figure::figures;
 /// The experiment whose joints are drawn.
 const UNTUNED: &str = "untuned-joints";
 
-/// Joints of a family: with twenty, an interval is some 40 % wide at its widest, and the page is
-/// still made in seconds.
+/// Joints of a family: with twenty, the widest interval is some 40 % wide, and the page still takes
+/// only seconds.
 const CASES: u64 = 20;
 
-/// The first year of the project: no joint of it was tuned on.
+/// Seed of the joints; no law was tuned on it. The first year of the project.
 const SEED: u64 = 2026;
 
-/// The thesis's PD and its best law, the best sum of its laws, and the law beyond them.
+/// The thesis's PD and its best law, the best sum of its laws, and the project's own law.
 const LAWS: [&str; 4] = ["pd", "srnf", "feedforward+observer", "robust"];
 
 /// One family with a joint of each kind: stiff, with bristles, flexible, the thesis's own.
 const FAMILIES: [Family; 4] =
     [Family::Rigid, Family::LuGre, Family::FlexibleMotor, Family::ThesisAxis];
 
-/// The chapter.
+/// The chapter on untuned laws.
 #[derive(Debug, Serialize)]
-pub struct Beyond {
+pub struct UntunedChapter {
     cases: u64,
     seed: u64,
     rows: Vec<RowView>,
@@ -50,8 +50,8 @@ struct RowView {
 /// Runs the ensemble of the chapter.
 ///
 /// # Errors
-/// If the core refuses the gains of a rule.
-pub fn ranked() -> Result<Beyond, Error> {
+/// Returns an error if the core refuses the gains of a rule.
+pub fn ranked() -> Result<UntunedChapter, Error> {
     let ensemble = Ensemble {
         seed: SEED,
         cases: CASES,
@@ -74,7 +74,7 @@ pub fn ranked() -> Result<Beyond, Error> {
     sort_rows(&header, &mut rows);
     let families = summaries(&header, &rows);
     let rows = families.iter().flat_map(|(group, laws)| laws.iter().map(|law| view(group, law)));
-    Ok(Beyond { cases: CASES, seed: SEED, rows: rows.collect() })
+    Ok(UntunedChapter { cases: CASES, seed: SEED, rows: rows.collect() })
 }
 
 fn view(group: &Group, law: &Summary) -> RowView {
@@ -98,12 +98,12 @@ fn view(group: &Group, law: &Summary) -> RowView {
 /// Draws the three joints.
 ///
 /// # Errors
-/// If the runs do not make the drawing.
-pub fn drawing(evidence: &Evidence) -> Result<Drawing, Error> {
+/// Returns an error if no run makes the drawing.
+pub fn drawing(evidence: &ReportEvidence) -> Result<ReportDrawing, Error> {
     let stem = format!("{UNTUNED}-compared");
     figures(UNTUNED, evidence.axis(UNTUNED), &[])
         .into_iter()
         .find(|named| named.stem == stem)
-        .map(|named| Drawing { stem: named.stem, figure: named.figure })
+        .map(|named| ReportDrawing { stem: named.stem, figure: named.figure })
         .ok_or_else(|| Error::Figure(format!("`{stem}`: no run makes it")))
 }

@@ -9,7 +9,7 @@ use crate::error::Error;
 /// Captions and drawings of the figures.
 #[derive(Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
-pub struct Figures {
+pub struct FigureTexts {
     figure: Vec<FigureText>,
 }
 
@@ -24,11 +24,11 @@ pub struct FigureText {
     pub robot: Vec<u32>,
     /// Heading.
     pub title: String,
-    /// What it shows.
+    /// Caption.
     pub caption: String,
     /// Names of our drawings.
     pub drawings: Vec<String>,
-    /// What each of them shows; left out for a single one.
+    /// Title of each drawing; empty for a single one.
     #[serde(default)]
     pub parts: Vec<String>,
 }
@@ -37,43 +37,43 @@ pub struct FigureText {
 #[derive(Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
 struct Drawings {
-    drawing: Vec<Drawing>,
+    drawing: Vec<LabDrawing>,
 }
 
 /// A drawing of runs of the friction lab.
 #[derive(Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
-pub struct Drawing {
-    /// What [`FigureText::drawings`] calls it.
+pub struct LabDrawing {
+    /// Name of the drawing in [`FigureText::drawings`].
     pub stem: String,
     /// The figure of the thesis.
     pub thesis: String,
     /// Title of the files.
     pub title: String,
-    /// From top to bottom.
+    /// Panels from top to bottom.
     pub panels: Vec<PanelText>,
 }
 
-/// One of its panels.
+/// One panel of a drawing.
 #[derive(Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct PanelText {
-    /// What it shows, and its unit.
+    /// Label with the unit.
     pub label: String,
-    /// Relative to an ordinary one.
+    /// Height relative to an ordinary panel.
     pub height: f64,
-    /// Each its name, its run, its body (from 1) and what of it.
+    /// Curves: name, run, body (from 1) and quantity.
     pub curves: Vec<(String, String, usize, Quantity)>,
 }
 
 /// The thesis's tables.
 #[derive(Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
-pub struct Tables {
+pub struct TableTexts {
     table: Vec<TableText>,
 }
 
-/// One of them.
+/// One table of the thesis.
 #[derive(Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct TableText {
@@ -84,20 +84,20 @@ pub struct TableText {
     /// The built-in experiment that its keys are looked up in.
     #[serde(default)]
     pub experiment: String,
-    /// Below the table.
+    /// Note below the table.
     #[serde(default)]
     pub note: String,
     /// Its rows.
     pub rows: Vec<RowText>,
 }
 
-/// A row: what is used is a key of the experiment, the work of a run, or a text.
+/// A row; the value used is a key of the experiment, the work of a run, or a text.
 #[derive(Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct RowText {
-    /// What it is.
+    /// Quantity.
     pub what: String,
-    /// As printed.
+    /// Value that the thesis prints.
     pub printed: String,
     /// Path of a key, parts separated by `/`.
     pub key: Option<String>,
@@ -106,63 +106,64 @@ pub struct RowText {
     pub unit: String,
     /// A run of the friction lab.
     pub evaluations: Option<String>,
-    /// What is used, where it is neither.
+    /// Text for a value that is neither a key nor a run's work.
     pub used: Option<String>,
-    /// Why it differs.
+    /// Reason of a difference.
     #[serde(default)]
     pub note: String,
 }
 
-/// Where the thesis is misprinted or leaves something open.
+/// Misprints and gaps of the thesis.
 #[derive(Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Misprints {
     misprint: Vec<Misprint>,
 }
 
-/// One of them.
+/// One misprint.
 #[derive(Debug, Deserialize, Serialize)]
 #[serde(deny_unknown_fields)]
 pub struct Misprint {
-    /// Where.
+    /// Place in the thesis.
     pub place: String,
-    /// What is printed.
+    /// Printed text.
     pub printed: String,
-    /// What is used.
+    /// Text used here.
     pub used: String,
-    /// Why.
+    /// Reason.
     pub why: String,
 }
 
-/// The figures, in the thesis's order.
+/// Returns the figures, in the thesis's order.
 ///
 /// # Errors
-/// If the built-in text is broken.
+/// Returns an error if the built-in text is invalid.
 pub fn figures() -> Result<Vec<FigureText>, Error> {
-    parsed::<Figures>("figures", include_str!("../../report/figures.toml")).map(|all| all.figure)
+    parsed::<FigureTexts>("figures", include_str!("../../report/figures.toml"))
+        .map(|all| all.figure)
 }
 
-/// The drawings of the friction lab, in the thesis's order.
+/// Returns the drawings of the friction lab, in the thesis's order.
 ///
 /// # Errors
-/// If the built-in text is broken.
-pub fn drawings() -> Result<Vec<Drawing>, Error> {
+/// Returns an error if the built-in text is invalid.
+pub fn drawings() -> Result<Vec<LabDrawing>, Error> {
     parsed::<Drawings>("drawings", include_str!("../../report/drawings.toml"))
         .map(|all| all.drawing)
 }
 
-/// The tables, in the thesis's order.
+/// Returns the tables, in the thesis's order.
 ///
 /// # Errors
-/// If the built-in text is broken.
+/// Returns an error if the built-in text is invalid.
 pub fn tables() -> Result<Vec<TableText>, Error> {
-    parsed::<Tables>("tables", include_str!("../../report/tables.toml")).map(|all| all.table)
+    parsed::<TableTexts>("tables", include_str!("../../report/tables.toml")).map(|all| all.table)
 }
 
-/// The misprints, in the thesis's order.
+/// Returns the misprints, in the thesis's order.
 ///
 /// # Errors
-/// If the built-in text is broken.
+/// Returns an error if the built-in text is invalid.
 pub fn misprints() -> Result<Vec<Misprint>, Error> {
     parsed::<Misprints>("misprints", include_str!("../../report/misprints.toml"))
         .map(|all| all.misprint)

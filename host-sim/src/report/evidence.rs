@@ -1,4 +1,4 @@
-//! The runs that the report is made of. Everything it shows is taken from these.
+//! Runs of the report. Everything that it shows comes from these.
 
 use std::collections::BTreeMap;
 
@@ -15,17 +15,17 @@ use crate::machine::FigureSource;
 use crate::metrics::Metrics;
 use crate::run::{self, RunResult, Trace};
 
-/// Results by the names of `runs.rs`.
-pub struct Evidence {
+/// Results, by the names in `runs.rs`.
+pub struct ReportEvidence {
     axis: BTreeMap<&'static str, Vec<RunResult>>,
-    /// The first of each is that of the thesis's eps.
+    /// For each name the run of the thesis's eps first.
     lab: BTreeMap<&'static str, Vec<Result<LabResult, String>>>,
     /// The control benchmark, best controller first.
     pub scores: Vec<Score>,
 }
 
-/// What is still to be run.
-pub struct Plans(Vec<(&'static str, Job)>);
+/// Planned runs of the report.
+pub struct ReportPlans(Vec<(&'static str, Job)>);
 
 enum Job {
     Axis(Box<RunPlan>),
@@ -37,11 +37,11 @@ enum Done {
     Lab(Box<Result<LabResult, String>>),
 }
 
-impl Plans {
+impl ReportPlans {
     /// All runs of the report, checked.
     ///
     /// # Errors
-    /// Names what is wrong with a built-in experiment.
+    /// Returns an error that names what is wrong with a built-in experiment.
     pub fn new() -> Result<Self, Error> {
         let mut jobs = Vec::new();
         for set in LAB {
@@ -72,7 +72,7 @@ impl Plans {
         Ok(Self(jobs))
     }
 
-    /// Those under one name.
+    /// Returns the runs of one name.
     #[cfg(test)]
     pub fn only(name: &str) -> Result<Self, Error> {
         let mut all = Self::new()?;
@@ -80,16 +80,16 @@ impl Plans {
         Ok(all)
     }
 
-    /// How many.
+    /// Returns the number of runs.
     pub fn len(&self) -> usize {
         self.0.len()
     }
 
-    /// Runs them all. A solver that gave up in the friction lab is a result, too.
+    /// Runs them all. A failed solver in the friction lab is a result, too.
     ///
     /// # Errors
-    /// A value that is not allowed.
-    pub fn run(self, bar: &ProgressBar) -> Result<Evidence, Error> {
+    /// Returns an error that names an invalid value.
+    pub fn run(self, bar: &ProgressBar) -> Result<ReportEvidence, Error> {
         let run = |(name, job): &(&'static str, Job)| {
             let done = match job {
                 Job::Axis(plan) => Done::Axis(Box::new(run::run(plan)?)),
@@ -103,7 +103,7 @@ impl Plans {
         let done: Vec<(&'static str, Done)> =
             self.0.par_iter().map(run).collect::<Result<_, Error>>()?;
         let mut evidence =
-            Evidence { axis: BTreeMap::new(), lab: BTreeMap::new(), scores: benchmarked()? };
+            ReportEvidence { axis: BTreeMap::new(), lab: BTreeMap::new(), scores: benchmarked()? };
         for (name, done) in done {
             match done {
                 Done::Axis(result) => evidence.axis.entry(name).or_default().push(*result),
@@ -125,24 +125,24 @@ fn benchmarked() -> Result<Vec<Score>, Error> {
     Ok(benchmark(&documents, &Weights::default())?.scores)
 }
 
-impl Evidence {
-    /// The runs of the axis under a name.
+impl ReportEvidence {
+    /// Returns the runs of the axis with a name.
     pub fn axis(&self, name: &str) -> &[RunResult] {
         self.axis.get(name).map(Vec::as_slice).unwrap_or_default()
     }
 
-    /// One of them, by its label.
+    /// Returns one of these runs, by its label.
     pub fn run(&self, name: &str, label: &str) -> Option<&RunResult> {
         self.axis(name).iter().find(|result| result.plan.label == label)
     }
 
-    /// To find out what a verdict hangs on.
+    /// Returns one of these runs, so that a test can change its metrics.
     #[cfg(test)]
     pub fn run_mut(&mut self, name: &str, label: &str) -> Option<&mut RunResult> {
         self.axis.get_mut(name)?.iter_mut().find(|result| result.plan.label == label)
     }
 
-    /// A metric of several of them; nothing if any is missing.
+    /// Returns a metric of several runs, or `None` if a run is missing.
     pub fn metrics(
         &self,
         name: &str,
@@ -152,7 +152,7 @@ impl Evidence {
         labels.iter().map(|label| of(&self.run(name, label)?.metrics)).collect()
     }
 
-    /// The samples of one of them.
+    /// Returns the samples of a run.
     pub fn moments(&self, name: &str, label: &str) -> Option<&[Moment]> {
         match &self.run(name, label)?.trace {
             Trace::Loop(moments) => Some(moments),
@@ -160,38 +160,38 @@ impl Evidence {
         }
     }
 
-    /// A run of the friction lab.
+    /// Returns a run of the friction lab.
     pub fn lab(&self, name: &str) -> Option<&LabResult> {
         self.lab.get(name)?.first()?.as_ref().ok()
     }
 
-    /// Derivative evaluations of a run, at each eps if it is scanned.
+    /// Returns the derivative evaluations of a run; at each eps if it is scanned.
     pub fn evaluations(&self, name: &str) -> Option<Vec<f64>> {
         let each =
             self.lab.get(name)?.iter().map(|result| Some(result.as_ref().ok()?.evaluations as f64));
         each.collect()
     }
 
-    /// Why a run of the friction lab did not end.
+    /// Returns why the solver of a run of the friction lab failed.
     pub fn trouble(&self, name: &str) -> Option<&str> {
         self.lab.get(name)?.first()?.as_ref().err().map(String::as_str)
     }
 
-    /// Why the first one that did not end did not.
+    /// Returns why the first failed run failed.
     pub fn trouble_of_any(&self) -> Option<&str> {
         self.lab.values().flatten().find_map(|result| result.as_ref().err()).map(String::as_str)
     }
 
-    /// How many runs there are.
+    /// Returns the number of runs.
     pub fn len(&self) -> usize {
         self.axis.values().map(Vec::len).sum::<usize>()
             + self.lab.values().map(Vec::len).sum::<usize>()
     }
 
-    /// The thesis's figures of a built-in experiment.
+    /// Returns the thesis's figures of a built-in experiment.
     ///
     /// # Errors
-    /// Names what is wrong with it.
+    /// Returns an error that names what is wrong with the experiment.
     pub fn sources(experiment: &str) -> Result<Vec<FigureSource>, Error> {
         Ok(Document::open(experiment)?.machine()?.figures)
     }

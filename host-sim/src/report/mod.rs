@@ -1,9 +1,9 @@
 //! The thesis as one page: its figures and tables beside ours, its misprints, and its claims judged
-//! by what is measured when the page is made.
+//! by measurements that are made with the page.
 //!
-//! `runs` says what is run, `evidence` runs it, `claims` measure and judge, `figures` draw,
-//! `tables` look up what is used, `beyond` ranks laws that the thesis does not have; texts are data
-//! in `host-sim/report/`, and `page` puts all of it into their template.
+//! `runs` lists the runs, `evidence` runs them, `claims` measures and judges, `figures` draws,
+//! `tables` looks up the values used, `beyond` ranks laws that the thesis does not have; the texts
+//! are data in `host-sim/report/`, and `page` fills in the template.
 
 mod beyond;
 mod claims;
@@ -23,8 +23,8 @@ use std::time::{Duration, Instant};
 use indicatif::{ProgressBar, ProgressStyle};
 use rayon::prelude::*;
 
-use self::evidence::Plans;
-use self::figures::Drawing;
+use self::evidence::ReportPlans;
+use self::figures::ReportDrawing;
 pub use self::page::Tally;
 use crate::error::Error;
 use crate::output::OutputDirectory;
@@ -32,39 +32,39 @@ use crate::output::OutputDirectory;
 /// Pixels of a PNG for each unit of its SVG, as of `run --plot`.
 const SCALE: f32 = 2.0;
 
-/// What was made.
+/// Summary of a report that was written.
 #[derive(Debug)]
-pub struct Made {
+pub struct ReportSummary {
     /// The page.
     pub page: PathBuf,
-    /// How many figures were drawn, each as SVG and PNG beside the page.
+    /// Number of figures drawn, each as SVG and PNG beside the page.
     pub drawings: usize,
-    /// How the claims came out.
+    /// Number of claims by their verdicts.
     pub claims: Tally,
-    /// How long it took.
+    /// Time that the report took.
     pub wall: Duration,
 }
 
 /// File name of the page.
 const PAGE: &str = "index.html";
 
-/// Makes the report in a directory: `index.html`, which needs nothing else, and its figures as
+/// Makes the report in a directory: `index.html`, which is self-contained, and its figures as
 /// files.
 ///
 /// # Errors
-/// Says what could not be written, or names a drawing or a table's row that has nothing to show.
-pub fn make(directory: &OutputDirectory) -> Result<Made, Error> {
+/// Reports what could not be written, or names a drawing or a table's row without a value.
+pub fn make(directory: &OutputDirectory) -> Result<ReportSummary, Error> {
     let begin = Instant::now();
     directory.check(PAGE)?;
-    let (plans, texts) = (Plans::new()?, content::figures()?);
-    // The one beyond the thesis as well.
+    let (plans, texts) = (ReportPlans::new()?, content::figures()?);
+    // One more drawing is beyond the thesis.
     let drawings = texts.iter().map(|text| text.drawings.len()).sum::<usize>() + 1;
     let bar = bar(plans.len() + drawings);
     let done = rendered(plans, &texts, &bar);
     bar.finish_and_clear();
     let rendered = done?;
     let page = write(directory, &rendered)?;
-    Ok(Made {
+    Ok(ReportSummary {
         page,
         drawings: rendered.files.len(),
         claims: rendered.claims,
@@ -72,7 +72,7 @@ pub fn make(directory: &OutputDirectory) -> Result<Made, Error> {
     })
 }
 
-/// Writes the page last: once it is there, everything is.
+/// Writes the page last, so that its presence means that all files are there.
 fn write(directory: &OutputDirectory, rendered: &Rendered) -> Result<PathBuf, Error> {
     for (stem, svg, png) in &rendered.files {
         directory.write(&format!("{stem}.svg"), svg.as_bytes())?;
@@ -90,7 +90,7 @@ struct Rendered {
 }
 
 fn rendered(
-    plans: Plans,
+    plans: ReportPlans,
     texts: &[content::FigureText],
     bar: &ProgressBar,
 ) -> Result<Rendered, Error> {
@@ -116,7 +116,7 @@ fn rendered(
     }
     let untuned = draw(&beyond::drawing(&evidence)?, bar)?;
     let beyond = beyond::ranked()?;
-    let (page, claims) = page::page(&page::Parts {
+    let (page, claims) = page::page(&page::PageParts {
         evidence: &evidence,
         figures: texts,
         drawings: &inline,
@@ -137,7 +137,7 @@ struct Drawn {
     png: Vec<u8>,
 }
 
-fn draw(drawing: &Drawing, bar: &ProgressBar) -> Result<Drawn, Error> {
+fn draw(drawing: &ReportDrawing, bar: &ProgressBar) -> Result<Drawn, Error> {
     let named = |error: crate::figure::Error| Error::Figure(format!("`{}`: {error}", drawing.stem));
     let figure = &drawing.figure;
     let drawn = Drawn {

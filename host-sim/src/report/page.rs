@@ -4,30 +4,30 @@ use minijinja::value::Serde;
 use minijinja::{AutoEscape, Environment, Value, context};
 use serde::Serialize;
 
-use super::beyond::Beyond;
-use super::claims::{Claim, Criterion, SECTIONS, Verdict};
+use super::beyond::UntunedChapter;
+use super::claims::{Claim, ClaimVerdict, Criterion, SECTIONS};
 use super::content::{FigureText, Misprint};
-use super::evidence::Evidence;
-use super::tables::Table;
+use super::evidence::ReportEvidence;
+use super::tables::ThesisTable;
 use crate::error::Error;
 
-/// What the page shows.
-pub struct Parts<'a> {
+/// Parts of the page.
+pub struct PageParts<'a> {
     /// The runs.
-    pub evidence: &'a Evidence,
+    pub evidence: &'a ReportEvidence,
     /// Captions.
     pub figures: &'a [FigureText],
     /// The inline drawings of each figure.
     pub drawings: &'a [Vec<DrawingView>],
     /// The thesis's tables.
-    pub tables: &'a [Table],
+    pub tables: &'a [ThesisTable],
     /// Misprints.
     pub misprints: &'a [Misprint],
     /// Laws beyond the thesis.
-    pub beyond: &'a Beyond,
+    pub beyond: &'a UntunedChapter,
     /// The inline drawing of the laws on joints for which they are untuned.
     pub untuned: &'a str,
-    /// How long the runs took, s.
+    /// Time of the runs, s.
     pub runs_s: f64,
 }
 
@@ -45,7 +45,7 @@ struct ClaimView {
     quantity: &'static str,
     measured: String,
     holds_if: String,
-    verdict: Verdict,
+    verdict: ClaimVerdict,
     said: &'static str,
     remark: &'static str,
 }
@@ -64,38 +64,38 @@ struct FigureView<'a> {
 /// A drawing of a figure.
 #[derive(Serialize)]
 pub struct DrawingView {
-    /// What it shows; empty where the figure's heading says it.
+    /// Title; empty if the figure's heading is enough.
     pub title: String,
-    /// Inline.
+    /// Inline SVG.
     pub svg: String,
 }
 
-/// How many claims hold, hold in part, fail and are not measured.
+/// Number of claims that hold, hold in part, fail and are not measured.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize)]
 pub struct Tally {
-    /// Every value bears the claim out.
+    /// Every value supports the claim.
     pub holds: usize,
-    /// Some values do.
+    /// Some values support it.
     pub in_part: usize,
-    /// None does.
+    /// No value supports it.
     pub fails: usize,
     /// A run is missing.
     pub not_measured: usize,
 }
 
-/// The page, and how the claims came out.
+/// Returns the page, and the number of claims by their verdicts.
 ///
 /// # Errors
-/// If the built-in template is broken.
-pub fn page(parts: &Parts) -> Result<(String, Tally), Error> {
+/// Returns an error if the built-in template is invalid.
+pub fn page(parts: &PageParts) -> Result<(String, Tally), Error> {
     let sections = sections(parts.evidence);
     let mut tally = Tally::default();
     for claim in sections.iter().flat_map(|section| &section.claims) {
         match claim.verdict {
-            Verdict::Holds => tally.holds += 1,
-            Verdict::InPart => tally.in_part += 1,
-            Verdict::Fails => tally.fails += 1,
-            Verdict::NotMeasured => tally.not_measured += 1,
+            ClaimVerdict::Holds => tally.holds += 1,
+            ClaimVerdict::InPart => tally.in_part += 1,
+            ClaimVerdict::Fails => tally.fails += 1,
+            ClaimVerdict::NotMeasured => tally.not_measured += 1,
         }
     }
     let figures: Vec<FigureView> = parts.figures.iter().zip(parts.drawings).map(figure).collect();
@@ -121,7 +121,7 @@ pub fn page(parts: &Parts) -> Result<(String, Tally), Error> {
     Ok((page.map_err(broken)?, tally))
 }
 
-fn sections(evidence: &Evidence) -> Vec<SectionView> {
+fn sections(evidence: &ReportEvidence) -> Vec<SectionView> {
     let mut ids = 1..;
     let section = |section: &super::claims::Section| SectionView {
         title: section.title,
@@ -130,7 +130,7 @@ fn sections(evidence: &Evidence) -> Vec<SectionView> {
     SECTIONS.iter().map(section).collect()
 }
 
-fn view((id, claim): (usize, &Claim), evidence: &Evidence) -> ClaimView {
+fn view((id, claim): (usize, &Claim), evidence: &ReportEvidence) -> ClaimView {
     let (values, verdict) = claim.judge(evidence);
     ClaimView {
         id,
@@ -146,25 +146,25 @@ fn view((id, claim): (usize, &Claim), evidence: &Evidence) -> ClaimView {
         },
         verdict,
         said: match verdict {
-            Verdict::Holds => "holds",
-            Verdict::InPart => "in part",
-            Verdict::Fails => "does not hold",
-            Verdict::NotMeasured => "not measured",
+            ClaimVerdict::Holds => "holds",
+            ClaimVerdict::InPart => "in part",
+            ClaimVerdict::Fails => "does not hold",
+            ClaimVerdict::NotMeasured => "not measured",
         },
         remark: claim.remark,
     }
 }
 
-/// To four digits, the last zeros left out.
+/// Formats a value with four digits, without trailing zeros.
 fn digits(value: f64) -> String {
     if !value.is_finite() {
         return "not finite".into();
     }
     let size = value.abs();
     let text = match size {
-        // What is left of equal numbers after their rounding.
+        // Rounding of equal numbers leaves this.
         _ if size < 1e-12 => "0".into(),
-        // Shortest, and in one piece: a line must not end within it.
+        // The shortest form, with joiners so that a line does not break within it.
         _ if !(1e-3..1e5).contains(&size) => format!("{value:.2e}")
             .replace(".00e", "e")
             .replace("0e", "e")

@@ -1,12 +1,12 @@
-//! Which runs the report needs.
+//! Runs that the report needs.
 
 /// Runs of the robot's axis.
 pub struct AxisRuns {
-    /// How the report calls them.
+    /// Name in the report.
     pub name: &'static str,
     /// The built-in experiment.
     pub experiment: &'static str,
-    /// Its controllers; none: all of them.
+    /// Controllers; none selects all.
     pub controllers: &'static [&'static str],
     /// Keys set as by `--set`.
     pub set: &'static [&'static str],
@@ -14,24 +14,24 @@ pub struct AxisRuns {
 
 /// A run of the friction lab.
 pub struct LabRun {
-    /// How the report calls it.
+    /// Name in the report.
     pub name: &'static str,
     /// The built-in experiment.
     pub experiment: &'static str,
-    /// As by `--friction`.
+    /// Friction model, as for `--friction`.
     pub model: &'static str,
-    /// As by `--solver`.
+    /// Solver, as for `--solver`.
     pub solver: &'static str,
     /// Keys set as by `--set`.
     pub set: &'static [&'static str],
 }
 
-/// eps of the runs whose work is counted: the thesis's first, then some about it. How many steps a
-/// switch takes is a matter of luck, so that a single run says little.
+/// eps of the runs whose work is counted: the thesis's first, then four values about it. The number
+/// of steps that a switch takes varies by chance, so a single run says little.
 pub const EPS: [&str; 5] = ["2e-4", "1.6e-4", "1.8e-4", "2.2e-4", "2.4e-4"];
 
 impl LabRun {
-    /// Whether its work is counted at every [`EPS`].
+    /// Returns whether the run's work is counted at every [`EPS`].
     pub fn is_scanned(&self) -> bool {
         self.name.ends_with("-work")
     }
@@ -56,7 +56,7 @@ const fn lab(
     LabRun { name, experiment, model, solver, set }
 }
 
-/// Chapter 3 and Appendix A.2, and three joints beyond them.
+/// Runs of chapter 3 and appendix A.2, and of three joints beyond them.
 pub const AXIS: &[AxisRuns] = &[
     axis("step-response", "step-response", &[], &[]),
     axis("trajectory", "trajectory", &[], &[]),
@@ -91,7 +91,7 @@ pub const AXIS: &[AxisRuns] = &[
     axis("dnpf-enough", "step-response", &["dnpf"], &["controller.dnpf.theta_b_deg=0.39"]),
 ];
 
-/// Chapter 2 and Appendix A.1.
+/// Runs of chapter 2 and appendix A.1.
 pub const LAB: &[LabRun] = &[
     lab("spring/karnopp", "spring-mass", "karnopp", "exact", &[]),
     lab("spring/ri", "spring-mass", "reset-integrator", "exact", &[]),
@@ -130,7 +130,7 @@ pub const LAB: &[LabRun] = &[
     ),
     lab("arm/at-once-work", "manipulator-2dof", "karnopp-banded", "rk4-adaptive", &[]),
     lab("arm/ri-work", "manipulator-2dof", "reset-integrator", "rk4-adaptive", &[]),
-    // Fig. 14, and what it is compared with at the same D_v.
+    // Fig. 14, and the run that it is compared with, at the same D_v.
     lab(
         "arm/wide-neglected",
         "manipulator-2dof",

@@ -1,51 +1,50 @@
-//! The thesis's tables with what is used here, looked up in the built-in experiments and in the
-//! runs.
+//! The thesis's tables beside the values used here, from the built-in experiments and the runs.
 
 use serde::Serialize;
 use toml::Value;
 
 use super::content::{RowText, TableText};
-use super::evidence::Evidence;
+use super::evidence::ReportEvidence;
 use crate::error::{Error, shown};
 use crate::experiment;
 
-/// A table as the page shows it.
+/// A table of the page.
 #[derive(Debug, Serialize)]
-pub struct Table {
+pub struct ThesisTable {
     /// Its number in the thesis.
     pub number: u32,
     /// Heading.
     pub title: String,
-    /// Where its values are to be found: a built-in experiment.
+    /// Built-in experiment that has its values.
     pub experiment: String,
-    /// Below it.
+    /// Note below the table.
     pub note: String,
     /// Rows.
-    pub rows: Vec<Row>,
+    pub rows: Vec<TableRow>,
 }
 
-/// A row as the page shows it.
+/// A row of the page.
 #[derive(Debug, Serialize)]
-pub struct Row {
-    /// What it is.
+pub struct TableRow {
+    /// Quantity.
     pub what: String,
-    /// As printed.
+    /// Value that the thesis prints.
     pub printed: String,
-    /// As used here.
+    /// Value used here.
     pub used: String,
-    /// Why it differs.
+    /// Reason of a difference.
     pub note: String,
 }
 
-/// All tables.
+/// Returns all tables.
 ///
 /// # Errors
-/// Names a key that no experiment has, or a run that is missing.
-pub fn tables(texts: &[TableText], evidence: &Evidence) -> Result<Vec<Table>, Error> {
+/// Returns an error that names a key that no experiment has, or a run that is missing.
+pub fn tables(texts: &[TableText], evidence: &ReportEvidence) -> Result<Vec<ThesisTable>, Error> {
     texts.iter().map(|text| table(text, evidence)).collect()
 }
 
-fn table(text: &TableText, evidence: &Evidence) -> Result<Table, Error> {
+fn table(text: &TableText, evidence: &ReportEvidence) -> Result<ThesisTable, Error> {
     let file = match text.experiment.as_str() {
         "" => None,
         name => Some(
@@ -58,19 +57,16 @@ fn table(text: &TableText, evidence: &Evidence) -> Result<Table, Error> {
     };
     let row = |row: &RowText| {
         let used = used(row, file.as_ref(), evidence).ok_or_else(|| {
-            Error::Input(format!(
-                "table {} of the report: nothing is known of `{}`",
-                text.number, row.what
-            ))
+            Error::Input(format!("table {} of the report: no value of `{}`", text.number, row.what))
         })?;
-        Ok(Row {
+        Ok(TableRow {
             what: row.what.clone(),
             printed: row.printed.clone(),
             used,
             note: row.note.clone(),
         })
     };
-    Ok(Table {
+    Ok(ThesisTable {
         number: text.number,
         title: text.title.clone(),
         experiment: text.experiment.clone(),
@@ -79,7 +75,7 @@ fn table(text: &TableText, evidence: &Evidence) -> Result<Table, Error> {
     })
 }
 
-fn used(row: &RowText, file: Option<&Value>, evidence: &Evidence) -> Option<String> {
+fn used(row: &RowText, file: Option<&Value>, evidence: &ReportEvidence) -> Option<String> {
     if let Some(text) = &row.used {
         return Some(text.clone());
     }
@@ -106,7 +102,7 @@ fn used(row: &RowText, file: Option<&Value>, evidence: &Evidence) -> Option<Stri
     Some(number(value)? + &unit)
 }
 
-/// A number, or a list of numbers or of ranges.
+/// Formats a number, or a list of numbers or of ranges.
 fn number(value: &Value) -> Option<String> {
     match value {
         Value::Float(number) => Some(six_digits(*number)),
@@ -124,12 +120,12 @@ fn number(value: &Value) -> Option<String> {
     }
 }
 
-/// As a person would type it, to six digits.
+/// Formats a number with six digits, without trailing zeros.
 fn six_digits(value: f64) -> String {
     shown(format!("{value:.5e}").parse().unwrap_or(value))
 }
 
-/// 2 000 001.
+/// Groups the digits of a count: 2 000 001.
 fn grouped(count: u64) -> String {
     let digits = count.to_string();
     let groups =

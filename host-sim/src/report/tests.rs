@@ -6,17 +6,17 @@ use std::sync::LazyLock;
 use indicatif::ProgressBar;
 use resvg::usvg::roxmltree::{Document, Node, ParsingOptions};
 
-use super::claims::{SECTIONS, Verdict};
-use super::evidence::{Evidence, Plans};
+use super::claims::{ClaimVerdict, SECTIONS};
+use super::evidence::{ReportEvidence, ReportPlans};
 use super::{Rendered, content, rendered, write};
 use crate::output::OverwriteGuard;
 
 static REPORT: LazyLock<Rendered> = LazyLock::new(|| {
     let texts = content::figures().unwrap();
-    rendered(Plans::new().unwrap(), &texts, &ProgressBar::hidden()).unwrap()
+    rendered(ReportPlans::new().unwrap(), &texts, &ProgressBar::hidden()).unwrap()
 });
 
-/// The page parsed as XML, which it is as well: nothing is left open.
+/// Parses the page as XML, which also checks that every element is closed.
 fn page() -> Document<'static> {
     let options = ParsingOptions { allow_dtd: true, ..ParsingOptions::default() };
     Document::parse_with_options(&REPORT.page, options).unwrap()
@@ -27,7 +27,7 @@ fn attributes(name: &'static str) -> Vec<String> {
     page.descendants().filter_map(|node| node.attribute(name)).map(str::to_owned).collect()
 }
 
-/// The text of a node and all below it.
+/// Returns the text of a node and its descendants.
 fn text(node: Node) -> String {
     node.descendants().filter(Node::is_text).filter_map(|node| node.text()).collect()
 }
@@ -170,19 +170,19 @@ fn a_verdict_changes_with_its_measurement() {
     let claim = SECTIONS.iter().flat_map(|section| section.claims);
     let claim =
         claim.into_iter().find(|claim| claim.says.starts_with("PD ends each step")).unwrap();
-    let mut evidence: Evidence =
-        Plans::only("step-response").unwrap().run(&ProgressBar::hidden()).unwrap();
-    assert_eq!(claim.judge(&evidence).1, Verdict::Holds);
+    let mut evidence: ReportEvidence =
+        ReportPlans::only("step-response").unwrap().run(&ProgressBar::hidden()).unwrap();
+    assert_eq!(claim.judge(&evidence).1, ClaimVerdict::Holds);
     for (label, verdict) in [
-        ("pd/step-5.0", Verdict::InPart),
-        ("pd/step-2.5", Verdict::InPart),
-        ("pd/step-1.0", Verdict::Fails),
+        ("pd/step-5.0", ClaimVerdict::InPart),
+        ("pd/step-2.5", ClaimVerdict::InPart),
+        ("pd/step-1.0", ClaimVerdict::Fails),
     ] {
         evidence.run_mut("step-response", label).unwrap().metrics.rest_error_counts = Some(0.5);
         assert_eq!(claim.judge(&evidence).1, verdict, "{label}");
     }
     evidence.run_mut("step-response", "pd/step-5.0").unwrap().metrics.rest_error_counts = None;
-    assert_eq!(claim.judge(&evidence), (vec![], Verdict::NotMeasured));
+    assert_eq!(claim.judge(&evidence), (vec![], ClaimVerdict::NotMeasured));
 }
 
 #[test]

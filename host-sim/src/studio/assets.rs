@@ -1,5 +1,5 @@
-//! The page as it was built into the program (`host-sim/build.rs`), which fetches nothing at run
-//! time.
+//! Files of the page, which `host-sim/build.rs` builds into the program. The page fetches nothing
+//! from other servers.
 
 /// A file of the page.
 #[derive(Clone, Copy, Debug)]
@@ -8,7 +8,7 @@ pub struct Asset {
     pub path: &'static str,
     /// Its media type.
     pub kind: &'static str,
-    /// What is in it.
+    /// Contents.
     pub text: &'static str,
 }
 
@@ -36,7 +36,7 @@ pub const ASSETS: [Asset; 4] = [
     },
 ];
 
-/// What the page may load: what this server sends, and nothing else.
+/// Content security policy: the page may load only what this server sends.
 pub const POLICY: &str = "default-src 'self'; img-src 'self' data: blob:; style-src 'self' \
                           'unsafe-inline'; frame-ancestors 'none'; base-uri 'none'; form-action \
                           'none'";

@@ -1,10 +1,9 @@
-//! The move on joints that are drawn around the one in use, and the worst of them.
+//! Predictions of a move on joints around the one in use (the cloud), and the worst of them.
 //!
-//! They are drawn as [`crate::tuning`] draws them, with a sample of delay and without. Guarantees:
-//! the same joints for the same wish. Does badly: a slider of the friction turns slip and stick
-//! level each by its own number, and where that would let a drawn joint slip with more than it
-//! sticks with, its slip level is its stick level. What is told of the spread of a data sheet is
-//! the file's, and not as a slider turns it.
+//! The joints are drawn as in [`crate::tuning`], with a sample of delay and without. Guarantee: the
+//! same request gives the same joints. Limits: the sliders scale slip and stick level separately;
+//! if a drawn slip level would exceed the stick level, the stick level replaces it. The reported
+//! spread of a data sheet is that of the file, without the sliders.
 
 use std::collections::BTreeMap;
 
@@ -12,25 +11,25 @@ use serde_json::{Value, json};
 
 use super::knobs::{DELAY, GAIN};
 use super::machine_in_use::MachineInUse;
-use super::prediction::{Predicted, set};
-use super::request::Wish;
+use super::prediction::{PredictedMove, set};
+use super::request::PredictionRequest;
 use crate::ensemble::{Spread, drawn_keys, written_spreads};
 use crate::error::Error;
 use crate::experiment::{Document, for_a_device};
 use crate::tuning::{assumed, spreads};
 
-/// Points of a curve, at most: there are many of them.
+/// Largest number of points of a curve; there are many curves.
 const POINTS: usize = 240;
 
-/// The joints are those of this seed.
+/// Seed of the joints.
 const SEED: u64 = 1;
 
-/// The keys of a joint.
+/// Keys of a joint.
 const SLIP: &str = "joint.friction.slip_v";
 const STICK: &str = "joint.friction.stick_v";
 const OF_A_JOINT: [&str; 4] = [GAIN, "joint.viscous_v_per_deg_per_s", SLIP, STICK];
 
-/// Keys of a data sheet, by how they begin, that those of the joint stand for.
+/// Prefixes of a data sheet's keys that the joint's keys replace.
 const IN_A_JOINT: [&str; 6] = [
     "load.inertia_",
     "motor.rotor_inertia_",
@@ -45,12 +44,11 @@ fn number(document: &Document, key: &str) -> Option<f64> {
     value.as_float().or(value.as_integer().map(|whole| whole as f64))
 }
 
-/// How far the joint of a file in degrees and volts may be off that was wished for, and whether
-/// the file says so: its `[spread]`, in the same ratio to the joint that was turned as to the joint
-/// of the file. If it has none, what [`assumed`] says is taken.
+/// Returns the spread of a joint in degrees and volts, and whether the file has one. A `[spread]`
+/// of the file is scaled with the sliders; without one, [`assumed`] applies.
 ///
 /// # Errors
-/// Names what is wrong with the file.
+/// Returns an error that names what is wrong with the file.
 fn spread(machine: &Document, turned: &Document) -> Result<(Vec<String>, bool), Error> {
     let written = machine.machine()?.spread;
     let written = written.into_iter().filter_map(|(key, [low, high])| {
@@ -62,17 +60,18 @@ fn spread(machine: &Document, turned: &Document) -> Result<(Vec<String>, bool), 
     Ok(if written.is_empty() { (assumed(turned), false) } else { (written, true) })
 }
 
-/// A joint around the one that was wished for: its machine, and what it is told of it.
-struct Drawn {
+/// A joint around the requested one.
+struct DrawnJoint {
     machine: MachineInUse,
     /// Keys that are set in that machine.
     set: Vec<String>,
-    told: Vec<String>,
+    /// Keys that differ from the requested joint, for the page.
+    changed_keys: Vec<String>,
 }
 
-/// Joints around the one that was wished for.
-struct Drawing<'a> {
-    /// The machine in use, and as it was turned.
+/// Joints around the requested one.
+struct JointDrawing<'a> {
+    /// The machine in use, without and with the sliders.
     machine: &'a MachineInUse,
     turned: MachineInUse,
     written: Vec<String>,
@@ -80,10 +79,14 @@ struct Drawing<'a> {
     is_written: bool,
 }
 
-impl<'a> Drawing<'a> {
+impl<'a> JointDrawing<'a> {
     /// A data sheet is drawn from by its own keys, all at once, since the mapping to the joint's
-    /// keys takes all of them. Other files are drawn from as they were turned.
-    fn new(machine: &'a MachineInUse, wish: &'a Wish, law: &str) -> Result<Self, Error> {
+    /// keys needs all of them. Other files are drawn from with the sliders applied.
+    fn new(
+        machine: &'a MachineInUse,
+        wish: &'a PredictionRequest,
+        law: &str,
+    ) -> Result<Self, Error> {
         let mut turned = machine.clone();
         turned.document.set(&set(machine, wish, None))?;
         turned.document.set(&set(machine, wish, Some(law)))?;
@@ -95,13 +98,17 @@ impl<'a> Drawing<'a> {
         Ok(Self { machine, turned, written, spreads, is_written })
     }
 
-    fn joint(&self, number_of_joint: u64) -> Result<Drawn, Error> {
+    fn joint(&self, number_of_joint: u64) -> Result<DrawnJoint, Error> {
         let keys = drawn_keys(&self.spreads, SEED, number_of_joint);
         if self.machine.sheet().is_none() {
-            return Ok(Drawn { machine: self.turned.clone(), set: keys.clone(), told: keys });
+            return Ok(DrawnJoint {
+                machine: self.turned.clone(),
+                set: keys.clone(),
+                changed_keys: keys,
+            });
         }
         let mut machine = self.machine.drawn(&keys)?;
-        // A slider turns what was drawn as it turns what is in use.
+        // A slider scales a drawn value as it scales the value in use.
         let turned = |key: &str| {
             let own = number(&machine.document, key)?;
             let [is, was] =
@@ -114,7 +121,7 @@ impl<'a> Drawing<'a> {
         };
         let mut values: BTreeMap<&str, f64> =
             OF_A_JOINT.into_iter().filter_map(|key| Some((key, turned(key)?))).collect();
-        // Sliders turn each level alone. No joint slips with more than it sticks with.
+        // The sliders are separate, but slip friction must not exceed stick friction.
         if let (Some(slip), Some(stick)) = (values.get(SLIP), values.get(STICK)) {
             let slip = slip.min(*stick);
             values.insert(SLIP, slip);
@@ -123,44 +130,44 @@ impl<'a> Drawing<'a> {
             values.iter().map(|(key, value)| format!("{key}={value:?}")).collect();
         machine.document.set(&written)?;
         let differs = |key: &str| number(&self.turned.document, key) != values.get(key).copied();
-        let mut told: Vec<String> = OF_A_JOINT
+        let mut changed_keys: Vec<String> = OF_A_JOINT
             .into_iter()
             .filter(|key| differs(key))
             .filter_map(|key| Some(format!("{key}={:?}", values.get(key)?)))
             .collect();
-        let is_told = |key: &&String| IN_A_JOINT.iter().any(|begin| key.starts_with(begin));
-        told.extend(keys.iter().filter(|key| !is_told(key)).cloned());
-        Ok(Drawn { machine, set: vec![], told })
+        let is_covered = |key: &&String| IN_A_JOINT.iter().any(|begin| key.starts_with(begin));
+        changed_keys.extend(keys.iter().filter(|key| !is_covered(key)).cloned());
+        Ok(DrawnJoint { machine, set: vec![], changed_keys })
     }
 }
 
-/// Predicts the move on joints that are drawn around the one that was wished for. Gives up, with
-/// nothing, as soon as `is_old` says so.
+/// Predicts the move on joints around the requested one. Returns `None` as soon as `is_old` returns
+/// true.
 ///
 /// # Errors
 /// Returns an error that names the invalid value.
 pub fn cloud(
     machine: &MachineInUse,
-    wish: &Wish,
+    wish: &PredictionRequest,
     is_old: impl Fn() -> bool,
 ) -> Result<Option<Value>, Error> {
     let Some(law) = wish.laws.first() else { return Ok(None) };
-    let drawing = Drawing::new(machine, wish, law)?;
+    let drawing = JointDrawing::new(machine, wish, law)?;
     let parameters = for_a_device(&drawing.turned.plan(law, &[])?)?;
-    let mut all: Vec<(Predicted, Vec<String>)> = Vec::new();
+    let mut all: Vec<(PredictedMove, Vec<String>)> = Vec::new();
     let mut refused = Vec::new();
     for number in 0..u64::from(wish.cloud) {
         if is_old() {
             return Ok(None);
         }
-        let Drawn { machine, mut set, mut told } = drawing.joint(number)?;
+        let DrawnJoint { machine, mut set, mut changed_keys } = drawing.joint(number)?;
         let delay = format!("{}={}", DELAY, number % 2);
         set.push(delay.clone());
-        told.push(delay);
+        changed_keys.push(delay);
         let joint = machine.plan_from(wish.from_deg, law, &set)?;
-        match Predicted::of(&parameters, &joint, &wish.way) {
-            Ok(one) => all.push((one, told)),
-            // One of them may be moved by its load. What they all are refused for is the answer.
+        match PredictedMove::of(&parameters, &joint, &wish.way) {
+            Ok(one) => all.push((one, changed_keys)),
+            // A load may move one of these joints. If all are refused, the reason is returned.
             Err(Error::Refused(why)) => refused.push(why),
             Err(other) => return Err(other),
         }
@@ -179,7 +186,7 @@ pub fn cloud(
     let met = |side: usize| all.iter().filter(|(one, _)| one.success[side]).count();
     let curves = all.iter().map(|(one, _)| {
         let mut curve = one.json(POINTS, wish.from_deg);
-        // The cloud has neither set point nor effort.
+        // The page draws neither set point nor effort of these curves.
         let of_load = ["position_at_load_deg", "error_at_load_counts"];
         for left_out in ["reference_deg", "effort_v"].into_iter().chain(of_load) {
             curve.as_object_mut().map(|curve| curve.remove(left_out));

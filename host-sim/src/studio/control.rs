@@ -1,28 +1,28 @@
-//! Which page commands the device.
+//! Arbiter of the page that commands the device.
 //!
-//! One page at a time does: the first one, and after it whichever asks first. Two pages that both
-//! move a joint would each be surprised. Every page may stop it.
+//! One page at a time commands the device: the first one, then the first that requests it. Every
+//! page may stop the device.
 
 use std::sync::{Mutex, MutexGuard, PoisonError};
 use std::time::{Duration, Instant};
 
-/// Silence after which a page counts as gone: its connection may be cut without an end.
+/// Silence after which a page counts as gone: its connection may be cut without an end, s.
 const SILENT: Duration = Duration::from_secs(3);
 
-/// The page that commands, and when it last gave a word.
+/// The page that commands, and the time of its last keep-alive.
 #[derive(Debug, Default)]
-pub struct Control(Mutex<Option<(u64, Instant)>>);
+pub struct PageControl(Mutex<Option<(u64, Instant)>>);
 
-/// What a page that may not command is told.
-pub const TAKEN: &str = "another page commands the device, and one page at a time does. This one \
+/// Answer to a page that does not command.
+pub const TAKEN: &str = "another page commands the device. Only one page can command it. This page \
                          shows everything, and can stop it. Close the other page, and ask again";
 
-impl Control {
+impl PageControl {
     fn holder(&self) -> MutexGuard<'_, Option<(u64, Instant)>> {
         self.0.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
-    /// Lets a page command if no other one does, and tells whether it does now.
+    /// Gives the command to a page if no other one has it, and returns whether the page has it.
     pub fn ask(&self, page: u64) -> bool {
         self.ask_at(page, Instant::now())
     }
@@ -36,8 +36,8 @@ impl Control {
         is_free
     }
 
-    /// A page has given a word. Tells whether it commands.
-    pub fn word(&self, page: u64) -> bool {
+    /// Stores the time of a page's keep-alive, and returns whether the page commands.
+    pub fn record_keep_alive(&self, page: u64) -> bool {
         let mut holder = self.holder();
         match holder.as_mut() {
             Some((held_by, word)) if *held_by == page => {
@@ -48,17 +48,17 @@ impl Control {
         }
     }
 
-    /// Tells whether this page commands.
+    /// Returns whether this page commands.
     pub fn is_held_by(&self, page: u64) -> bool {
         self.holder().is_some_and(|(held_by, _)| held_by == page)
     }
 
-    /// Tells whether no page commands.
+    /// Returns whether no page commands.
     pub fn is_free(&self) -> bool {
         self.holder().is_none()
     }
 
-    /// A page has gone. Tells whether it was the one that commanded.
+    /// Removes a page that has gone, and returns whether it commanded.
     pub fn leave(&self, page: u64) -> bool {
         let mut holder = self.holder();
         let held = holder.is_some_and(|(held_by, _)| held_by == page);
@@ -75,21 +75,21 @@ mod tests {
 
     #[test]
     fn one_page_commands_until_it_leaves() {
-        let control = Control::default();
+        let control = PageControl::default();
         assert!(control.ask(1) && control.ask(1));
-        assert!(!control.ask(2) && !control.word(2));
+        assert!(!control.ask(2) && !control.record_keep_alive(2));
         assert!(!control.leave(2), "it did not command");
-        assert!(control.word(1) && control.is_held_by(1) && !control.is_free());
+        assert!(control.record_keep_alive(1) && control.is_held_by(1) && !control.is_free());
         assert!(control.leave(1) && control.is_free());
         assert!(control.ask(2) && !control.ask(1));
     }
 
     #[test]
     fn a_page_that_is_silent_for_long_loses_the_command_to_one_that_asks() {
-        let (control, now) = (Control::default(), Instant::now());
+        let (control, now) = (PageControl::default(), Instant::now());
         assert!(control.ask_at(1, now));
         assert!(!control.ask_at(2, now + SILENT - Duration::from_millis(1)));
         assert!(control.ask_at(2, now + SILENT + Duration::from_millis(1)));
-        assert!(!control.word(1) && control.word(2));
+        assert!(!control.record_keep_alive(1) && control.record_keep_alive(2));
     }
 }

@@ -1,5 +1,5 @@
-//! What the connections and the threads behind them share: orders with their answers, who commands,
-//! the news, and what the device runs.
+//! State that the connections and the threads behind them share: queued requests, the page that
+//! commands, events for the pages, and the parameters in use.
 
 use std::sync::atomic::{AtomicBool, AtomicU32, Ordering};
 use std::sync::{Mutex, MutexGuard, PoisonError};
@@ -8,54 +8,51 @@ use std::time::Instant;
 use serde_json::{Value, json};
 use stiction::Parameters;
 
-use super::control::Control;
-use super::news::Newsroom;
-use super::request::Ask;
+use super::control::PageControl;
+use super::news::Broadcaster;
+use super::request::StudioAction;
 use crate::error::Error;
 
-/// How many stops may wait.
+/// Largest number of waiting stops.
 const STOPS: usize = 256;
 
-/// What somebody is told who wants the joint that was identified, before one was.
-pub const NONE_FOUND: &str = "no joint was identified here yet; identify it first";
+/// Error of a request for the identified joint before an identification.
+pub const NONE_IDENTIFIED: &str = "no joint was identified here yet; identify it first";
 
-/// What the thread and the connections share.
+/// State that the threads and the connections share.
 #[derive(Debug, Default)]
-pub struct Shared {
-    /// Who commands.
-    pub control: Control,
-    /// What all pages are told.
-    pub news: Newsroom,
-    /// When the page that commands has given its last word.
+pub struct StudioState {
+    /// Arbiter of the page that commands.
+    pub control: PageControl,
+    /// Events for all pages.
+    pub news: Broadcaster,
+    /// Time of the last keep-alive of the page that commands.
     word: Mutex<Option<Instant>>,
-    /// Somebody wants the output off: this passes every order that waits. It is changed under the
-    /// lock of `stops`: an order that comes after the answer that the motor is off is none that
-    /// waited.
+    /// Whether a stop is requested. It overtakes every waiting request. It changes under the lock
+    /// of `stops`, so that a request after the answer to a stop does not count as waiting.
     stop: AtomicBool,
-    /// The stops that wait. They have no place among the orders, and are answered however many of
-    /// these wait.
-    stops: Mutex<Vec<Order>>,
-    /// Nobody talks to the device any more.
+    /// Waiting stops. They are not in the queue of requests, and are answered however long it is.
+    stops: Mutex<Vec<QueuedRequest>>,
+    /// Whether the thread of the device has ended.
     has_ended: AtomicBool,
     /// The number of the last `hello`.
     pub(super) generation: AtomicU32,
-    /// The number of the last prediction of a self-test.
+    /// Number of the last prediction of a self-test.
     pub(super) predictions: AtomicU32,
-    /// What the device runs, as far as is known: for those who compute with it and ask nothing of
-    /// the device.
+    /// Parameters of the device, if known, for threads that do not query the device.
     in_use: Mutex<Option<Parameters>>,
-    /// The joint that was identified last.
-    found: Mutex<Option<FoundJoint>>,
+    /// The last identified joint.
+    found: Mutex<Option<IdentifiedJoint>>,
 }
 
-/// A joint that was identified here, as a machine's file that stands nowhere yet.
+/// A joint that was identified in this session, as a machine's file that is not saved.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub struct FoundJoint {
-    /// What the file is called.
+pub struct IdentifiedJoint {
+    /// Name of the file.
     pub name: String,
-    /// What is in it.
+    /// Contents of the file.
     pub text: String,
-    /// The laws in it.
+    /// Laws in the file.
     pub laws: Vec<String>,
 }
 
@@ -63,43 +60,43 @@ fn locked<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
     mutex.lock().unwrap_or_else(PoisonError::into_inner)
 }
 
-impl Shared {
-    /// Says what the device runs.
-    pub fn runs(&self, parameters: Option<Parameters>) {
+impl StudioState {
+    /// Stores the parameters of the device.
+    pub fn set_in_use(&self, parameters: Option<Parameters>) {
         *locked(&self.in_use) = parameters;
     }
 
-    /// Returns what the device runs, as far as is known.
+    /// Returns the parameters of the device, if known.
     pub fn in_use(&self) -> Option<Parameters> {
         locked(&self.in_use).clone()
     }
 
-    /// The page that commands has given a word.
-    pub fn gives_word(&self) {
+    /// Stores the time of a keep-alive of the page that commands.
+    pub fn record_keep_alive(&self) {
         *locked(&self.word) = Some(Instant::now());
     }
 
-    /// When it has given the last one.
-    pub fn word(&self) -> Option<Instant> {
+    /// Returns the time of the last keep-alive.
+    pub fn last_keep_alive(&self) -> Option<Instant> {
         *locked(&self.word)
     }
 
-    /// Keeps the joint that was identified.
-    pub fn finds(&self, joint: FoundJoint) {
+    /// Stores the identified joint.
+    pub fn set_found(&self, joint: IdentifiedJoint) {
         *locked(&self.found) = Some(joint);
     }
 
-    /// Returns the joint that was identified last.
+    /// Returns the last identified joint.
     ///
     /// # Errors
-    /// Says that none was.
-    pub fn found(&self) -> Result<FoundJoint, Error> {
-        let none = || Error::Input(NONE_FOUND.into());
+    /// Returns an error if no joint was identified.
+    pub fn found(&self) -> Result<IdentifiedJoint, Error> {
+        let none = || Error::Input(NONE_IDENTIFIED.into());
         locked(&self.found).clone().ok_or_else(none)
     }
 
-    /// Hands over a stop. It passes every order that waits, and is answered however many do.
-    pub fn stops(&self, order: Order) {
+    /// Queues a stop. It overtakes every waiting request.
+    pub fn queue_stop(&self, order: QueuedRequest) {
         let mut stops = locked(&self.stops);
         self.stop.store(true, Ordering::SeqCst);
         if self.has_ended.load(Ordering::SeqCst) {
@@ -112,19 +109,19 @@ impl Shared {
         }
     }
 
-    /// Whether somebody wants the output off.
+    /// Returns whether a stop is requested.
     pub fn is_stop_wanted(&self) -> bool {
         self.stop.load(Ordering::SeqCst)
     }
 
-    /// Takes what somebody wants the output off for, if anybody does. It has to be turned off then.
-    pub fn take_stops(&self) -> Option<Vec<Order>> {
+    /// Takes the waiting stops if a stop is requested; the caller must then turn the output off.
+    pub fn take_stops(&self) -> Option<Vec<QueuedRequest>> {
         let mut stops = locked(&self.stops);
         let is_wanted = self.stop.swap(false, Ordering::SeqCst);
         is_wanted.then(|| std::mem::take(&mut *stops))
     }
 
-    /// Refuses the stops that wait. Whoever reaches the device again has to stop it first.
+    /// Refuses the waiting stops. The flag stays set, so the device is stopped once it answers.
     pub fn refuse_stops(&self, why: &str) {
         for stop in locked(&self.stops).drain(..) {
             stop.answered(&Err(Error::Device(why.into())));
@@ -132,40 +129,40 @@ impl Shared {
     }
 }
 
-/// The thread that talks to the device. When it has ended, however it did, nobody waits for it.
+/// Marks the end of the device's thread when it is dropped, and refuses the waiting stops.
 #[derive(Debug)]
-pub struct Talking<'a>(pub &'a Shared);
+pub struct DeviceThreadGuard<'a>(pub &'a StudioState);
 
-impl Drop for Talking<'_> {
+impl Drop for DeviceThreadGuard<'_> {
     fn drop(&mut self) {
         self.0.has_ended.store(true, Ordering::SeqCst);
         self.0.refuse_stops("the studio ends");
     }
 }
 
-/// An order of a page, and where its answer goes.
+/// A request of a page, with the sender of its answer.
 #[derive(Debug)]
-pub struct Order {
-    /// The page that gives it.
+pub struct QueuedRequest {
+    /// Number of the page.
     pub page: u64,
-    /// When it was given.
+    /// Time of the request.
     pub given: Instant,
-    /// The page's number for it.
+    /// The page's number of the request.
     pub id: u32,
-    /// What is asked for.
-    pub what: Ask,
-    /// Takes the answer.
+    /// Requested action.
+    pub what: StudioAction,
+    /// Sender of the answer.
     pub answer: tokio::sync::mpsc::Sender<String>,
 }
 
-impl Order {
-    /// Answers. A page that is gone, or does not read, needs none.
+impl QueuedRequest {
+    /// Sends the answer. If the page is gone or does not read, the answer is dropped.
     pub fn answered(&self, done: &Result<Value, Error>) {
         let _ = self.answer.try_send(answer(self.id, done));
     }
 }
 
-/// The answer to a request, for the page.
+/// Returns the answer to a request as JSON.
 pub fn answer(id: u32, done: &Result<Value, Error>) -> String {
     let said = match done {
         Ok(said) => json!({ "event": "answer", "id": id, "ok": true, "said": said }),

@@ -1,4 +1,4 @@
-//! The parameters in use as a form: what each is called, what it may be, what it is.
+//! The parameters in use as a form: name, range and value of each.
 //!
 //! The names, bounds and sentences are those of the declarations ([`crate::keys`]), and the values
 //! those of a machine's file ([`crate::device::machine_file`]), so the form has no list of its own.
@@ -17,19 +17,19 @@ use crate::experiment::{Document, about_law};
 use crate::keys::{self, Row};
 use crate::typed_number;
 
-/// A value of the parameters, by its path in a machine's file.
+/// Values of the parameters, by their paths in a machine's file.
 type Values = Vec<(String, String)>;
 
-/// The form of the parameters in use. `saved` are those that a reset would bring back, as far as
-/// they are known.
+/// Returns the form of the parameters in use. `saved` are the parameters that a reset restores, if
+/// known.
 ///
 /// # Errors
-/// If a number cannot be written.
+/// Returns an error if a number cannot be written.
 pub fn rows(now: &Parameters, saved: Option<&Parameters>) -> Result<Value, Error> {
     let declared = keys::rows();
     let before: BTreeMap<String, String> =
         saved.map(values).transpose()?.unwrap_or_default().into_iter().collect();
-    // A table of gains is written with the defaults of every law. The device has those of its own.
+    // A table of gains is written with the defaults of every law. The form has only the own gains.
     let laws = now.controller.compensator.iter().flat_map(about_law);
     let own: Vec<&str> = PdGains::ABOUT.iter().chain(laws).map(|about| about.name).collect();
     let is_own = |path: &str| {
@@ -58,7 +58,7 @@ pub fn rows(now: &Parameters, saved: Option<&Parameters>) -> Result<Value, Error
 /// Changes values of a machine's file, and reads the parameters from the result.
 ///
 /// # Errors
-/// Names the value that is not known or not allowed.
+/// Returns an error that names an unknown or invalid value.
 pub fn changed(text: &str, changes: &BTreeMap<String, String>) -> Result<Parameters, Error> {
     let mut document: Table =
         toml::from_str(text).map_err(|error| Error::Input(error.to_string()))?;
@@ -79,23 +79,23 @@ pub fn changed(text: &str, changes: &BTreeMap<String, String>) -> Result<Paramet
 /// Writes the parameters as a machine's file, with the joint of `machine`.
 ///
 /// # Errors
-/// If there is no file that is read as these parameters.
+/// Returns an error if the parameters cannot be written as a file.
 pub fn file(of: &Parameters, machine: &str, warning: Option<&str>) -> Result<String, Error> {
     let joint = Document::open(machine)?.machine()?.joint;
     let warning = warning.map_or(String::new(), |warning| format!("# {warning}\n"));
     Ok(warning + &machine_file::render(of, &joint, machine)?)
 }
 
-/// Every value of the parameters, by its path.
+/// Returns every value of the parameters, by its path.
 ///
 /// # Errors
-/// If a number cannot be written.
+/// Returns an error if a number cannot be written.
 pub fn values(of: &Parameters) -> Result<Values, Error> {
     let text = machine_file::tables(of)?;
     toml::from_str(&text).map_err(|error| Error::Input(error.to_string())).map(|table| flat(&table))
 }
 
-/// Every value of a table, by its path.
+/// Returns every value of a table, by its path.
 fn flat(table: &Table) -> Values {
     let mut all = Values::new();
     for (key, value) in table {
@@ -121,12 +121,12 @@ fn put(table: &mut Table, path: &str, value: toml::Value) {
     }
 }
 
-/// Reads what was typed: a number, a flag or a list, and else a word. A list has brackets, so a
-/// comma without them is a decimal comma.
+/// Parses a typed value: a number, a flag, a list, or else a word. A list has brackets, so a comma
+/// without them is a decimal comma.
 fn value(written: &str) -> Result<toml::Value, String> {
     let typed = written.trim();
     let number = match typed_number::parse(typed) {
-        // A key of a whole number takes no 5.0.
+        // A key of a whole number does not accept 5.0.
         Ok(number) => {
             let whole = typed.parse().map(toml::Value::Integer);
             return Ok(whole.unwrap_or(toml::Value::Float(number)));
@@ -136,10 +136,10 @@ fn value(written: &str) -> Result<toml::Value, String> {
     let parsed: Result<Table, _> = toml::from_str(&format!("value = {written}"));
     let parsed = parsed.ok().filter(|table| table.len() == 1);
     match parsed.and_then(|mut table| table.remove("value")) {
-        // TOML has numbers that are typed nowhere else, such as 1_000 and 0x10.
+        // TOML also accepts 1_000 and 0x10, which are typing errors here.
         Some(toml::Value::Integer(_) | toml::Value::Float(_)) => Err(number),
         Some(value) => Ok(value),
-        // What begins as a number is one that was typed wrong, and no word.
+        // A text that starts like a number is a typing error, not a word.
         None if typed.starts_with(|c: char| c.is_ascii_digit() || "+-.,\u{2212}".contains(c)) => {
             Err(number)
         }
@@ -147,7 +147,7 @@ fn value(written: &str) -> Result<toml::Value, String> {
     }
 }
 
-/// The declaration of a key; `controller.srnf` is a table of the kind `controller.NAME`.
+/// Returns the declaration of a key; `controller.srnf` is a table of the kind `controller.NAME`.
 pub fn about<'a>(rows: &'a [Row], table: &str, name: &str) -> Option<&'a Row> {
     let of = |wanted: &str| rows.iter().find(|row| row.table == wanted && row.name == name);
     let kind = table.split_once('.').map(|(first, _)| format!("{first}.NAME"));
@@ -204,7 +204,7 @@ mod tests {
     }
 
     #[test]
-    fn a_word_is_taken_as_it_is_typed() {
+    fn a_word_is_read_as_it_is_typed() {
         let now = set("limits.link_timeout_s", "off").unwrap();
         assert_eq!(now.limits.link_timeout, 0.0);
         let reverse = set("encoder.direction", "reverse").unwrap();

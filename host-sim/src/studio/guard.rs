@@ -1,19 +1,19 @@
-//! Who may connect: a page that knows the token, and that this server has sent.
+//! Checks of a connection: the page must know the token, and must come from this server.
 //!
-//! The token keeps other people and programs of the same machine out. The origin keeps a page of
-//! another site out that runs in the same browser: a browser states it, and no page can change it.
-//! The host keeps out a site whose name was made to lead to this machine (DNS rebinding): such a
-//! page would have the right origin by its own name.
+//! The token excludes other users and programs of the same machine. The origin excludes pages of
+//! other sites in the same browser: the browser sets it, and no page can change it. The host
+//! excludes a site whose name resolves to this machine (DNS rebinding): such a page would have the
+//! right origin under its own name.
 
 use std::fmt::Write;
 use std::net::{IpAddr, SocketAddr};
 
 use crate::error::Error;
 
-/// Bytes of a token: nobody guesses 128 bits.
+/// Length of a token, bytes: 128 bits cannot be guessed.
 const BYTES: usize = 16;
 
-/// The secret that stands in the address of the page.
+/// The secret in the address of the page.
 #[derive(Clone, PartialEq, Eq)]
 pub struct Token(String);
 
@@ -24,10 +24,10 @@ impl std::fmt::Debug for Token {
 }
 
 impl Token {
-    /// Makes a token by the system's random numbers.
+    /// Makes a token from the system's random numbers.
     ///
     /// # Errors
-    /// Says that the system gives none.
+    /// Returns an error if the system provides none.
     pub fn random() -> Result<Self, Error> {
         let mut bytes = [0; BYTES];
         getrandom::fill(&mut bytes)
@@ -39,19 +39,19 @@ impl Token {
         })))
     }
 
-    /// The token as it stands in the address.
+    /// Returns the token as text.
     pub fn text(&self) -> &str {
         &self.0
     }
 
-    /// Tells whether this is the token, in a time that does not depend on where it differs.
+    /// Compares with a token, in a time that does not depend on where it differs.
     pub fn is(&self, given: &str) -> bool {
         let differs = self.0.bytes().zip(given.bytes()).fold(0, |all, (a, b)| all | (a ^ b));
         self.0.len() == given.len() && differs == 0
     }
 }
 
-/// Tells whether a `Host` header names this server by its address. Of names, only `localhost` does.
+/// Returns whether a `Host` header is the address of this server. The only name is `localhost`.
 pub fn is_host(host: &str, bound: SocketAddr) -> bool {
     let (name, port) = match host.parse::<SocketAddr>() {
         Ok(address) => (address.ip(), address.port()),
@@ -67,8 +67,8 @@ pub fn is_host(host: &str, bound: SocketAddr) -> bool {
     port == bound.port() && (same || bound.ip().is_unspecified())
 }
 
-/// Tells whether an `Origin` header is that of a page of this server, which the browser has reached
-/// by `host`.
+/// Returns whether an `Origin` header is that of a page of this server, which the browser has
+/// reached by `host`.
 pub fn is_origin(origin: &str, host: &str) -> bool {
     origin.strip_prefix("http://") == Some(host)
 }
@@ -93,7 +93,7 @@ mod tests {
     }
 
     #[test]
-    fn a_host_is_this_server_by_its_address_and_no_name_that_somebody_made_up() {
+    fn a_host_is_this_server_by_its_address_and_not_by_any_other_name() {
         let local = "127.0.0.1:8420".parse().unwrap();
         for good in ["127.0.0.1:8420", "localhost:8420", "[::1]:8420"] {
             assert!(is_host(good, local), "{good}");

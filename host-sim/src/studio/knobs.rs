@@ -1,7 +1,7 @@
-//! What the what-if view has to turn: the gains of every controller, and the joint.
+//! Sliders of the what-if view: the gains of every controller, and the joint.
 //!
-//! A gain that is zero is off, and stays off. The bounds are those of a slider and no others: a
-//! value within them may still be refused by the core's rules, in their words.
+//! A gain of zero is off, and has no slider. The bounds are those of the slider only: the core may
+//! still refuse a value within them.
 
 use serde_json::{Value, json};
 use toml::Table;
@@ -13,16 +13,16 @@ use crate::keys;
 /// The joint's gain in a file: the inverse of its inertia.
 pub const GAIN: &str = "joint.gain_deg_per_s2_per_v";
 
-/// Inertia, in multiples of the file's; it is written as [`GAIN`].
+/// Inertia in multiples of the file's; it is set as [`GAIN`].
 pub const INERTIA: &str = "inertia";
 
 /// Computation delay, whole samples.
 pub const DELAY: &str = "run.delay_samples";
 
-/// A slider goes from the value by this factor down, and up.
+/// Ratio of a slider's ends to its value.
 const FACTOR: f64 = 8.0;
 
-/// Lists the knobs of a machine, those of the law in use first.
+/// Returns the sliders of a machine, those of the law in use first.
 pub fn knobs(machine: &MachineInUse) -> Vec<Value> {
     let declared = keys::rows();
     let number = |path: &str| {

@@ -1,4 +1,4 @@
-//! Connections to the server, no more than so many at a time.
+//! Listener of the server, with a limit on the number of connections.
 
 use std::io;
 use std::net::SocketAddr;
@@ -14,38 +14,38 @@ use tokio::sync::{OwnedSemaphorePermit, Semaphore};
 
 use super::refusals::Refusals;
 
-/// The largest number of connections: a browser opens six, and some pages may be open.
+/// Largest number of connections: a browser opens six, and several pages may be open.
 pub const CONNECTIONS: usize = 64;
 
-/// Takes connections as long as there is room, and closes what comes beyond that.
+/// Listener that accepts connections up to the limit, and closes those beyond it.
 #[derive(Debug)]
-pub struct Bounded {
+pub struct BoundedListener {
     listener: TcpListener,
     room: Arc<Semaphore>,
     refusals: Arc<Refusals>,
 }
 
-impl Bounded {
-    /// Takes the connections of a listener.
+impl BoundedListener {
+    /// Wraps a listener.
     pub fn new(listener: TcpListener, refusals: Arc<Refusals>) -> Self {
         Self { listener, room: Arc::new(Semaphore::new(CONNECTIONS)), refusals }
     }
 }
 
-impl Listener for Bounded {
-    type Io = Counted;
+impl Listener for BoundedListener {
+    type Io = CountedConnection;
     type Addr = SocketAddr;
 
-    async fn accept(&mut self) -> (Counted, SocketAddr) {
+    async fn accept(&mut self) -> (CountedConnection, SocketAddr) {
         loop {
             match self.listener.accept().await {
                 Ok((stream, address)) => match self.room.clone().try_acquire_owned() {
-                    Ok(permit) => return (Counted { stream, _permit: permit }, address),
-                    Err(_) => self
-                        .refusals
-                        .tell(&format!("a connection was closed: {CONNECTIONS} are open already")),
+                    Ok(permit) => return (CountedConnection { stream, _permit: permit }, address),
+                    Err(_) => self.refusals.report(&format!(
+                        "a connection was closed: {CONNECTIONS} are open already"
+                    )),
                 },
-                // The system has no more files, say. That passes.
+                // For example, the system has no free file; that passes.
                 Err(_) => tokio::time::sleep(Duration::from_millis(100)).await,
             }
         }
@@ -56,14 +56,14 @@ impl Listener for Bounded {
     }
 }
 
-/// A connection that gives its room back when it ends.
+/// A connection that frees its place when it ends.
 #[derive(Debug)]
-pub struct Counted {
+pub struct CountedConnection {
     stream: TcpStream,
     _permit: OwnedSemaphorePermit,
 }
 
-impl AsyncRead for Counted {
+impl AsyncRead for CountedConnection {
     fn poll_read(
         mut self: Pin<&mut Self>,
         context: &mut Context<'_>,
@@ -73,7 +73,7 @@ impl AsyncRead for Counted {
     }
 }
 
-impl AsyncWrite for Counted {
+impl AsyncWrite for CountedConnection {
     fn poll_write(
         mut self: Pin<&mut Self>,
         context: &mut Context<'_>,

@@ -1,26 +1,27 @@
-//! The machine that the device drives, as a document: the device's parameters with the joint of the
+//! The machine that the device drives, as a document: the device's parameters with the joint of a
 //! machine's file.
 //!
-//! A device does not know its joint, so the file lends it. The other controllers of the file stand
-//! beside the one in use, with the gains of the file. A file with variants is meant as it stands;
-//! of one that has nothing else, the first is meant, as for a simulated device. What a data sheet
-//! has beyond the rigid joint is lent as it stands: a load, gravity, backlash, a shaft, bristles,
-//! the winding's lag. The four keys of the joint scale its inertia and its friction. Does badly: a
-//! dead time, what a supply limits and the encoder's noise are left out, as a simulated device has
-//! none of them. Gravity is counted from where the joint was armed, as the device counts.
+//! A device does not know its joint, so the file provides it. The document also has the other
+//! controllers of the file, with the file's gains. Variants of the file are ignored; if it has only
+//! variants, the first one is used, as for a simulated device. Features of a data sheet beyond the
+//! rigid joint stay as in the file: a load, gravity, backlash, a shaft, bristles, the winding's
+//! lag.
+//! The four keys of the joint scale its inertia and its friction. Limits: a dead time, the supply's
+//! limits and the encoder's noise are left out, as in a simulated device. Gravity counts from the
+//! position at arming, as the device counts.
 
 use stiction::units::position::Position;
 use stiction::{Motion, Parameters};
 use toml::{Table, Value};
 
-use super::request::Way;
+use super::request::RequestedMotion;
 use crate::data_sheet::{Times, UnseenSlack};
 use crate::device::machine_file;
 use crate::error::Error;
 use crate::experiment::{Document, Experiment, RunPlan, Task};
 use crate::machine::{Joint, Trajectory};
 
-/// Why something cannot be done for a device whose joint nobody has told; `so` says what.
+/// Returns the error of an operation that needs a joint that is not known; `so` names the effect.
 pub fn no_joint(so: &str) -> Error {
     Error::Input(format!(
         "the joint is not known, so {so}: the studio was started without a machine's file. \
@@ -29,34 +30,34 @@ pub fn no_joint(so: &str) -> Error {
     ))
 }
 
-/// The document, and what is in it.
+/// The document, and its contents.
 #[derive(Clone, Debug)]
 pub struct MachineInUse {
-    /// The document.
+    /// The device's parameters with the joint.
     pub document: Document,
     /// The controller in use.
     pub law: String,
-    /// All controllers; the one in use is the first.
+    /// All controllers, the one in use first.
     pub laws: Vec<String>,
-    /// The run of the file that lends the joint.
+    /// The run of the file that provides the joint.
     lent: RunPlan,
     file: Document,
     parameters: Parameters,
 }
 
 impl MachineInUse {
-    /// Puts the parameters of a device and the joint of a machine's file together.
+    /// Combines the parameters of a device with the joint of a machine's file.
     ///
     /// # Errors
-    /// Says what is wrong with the file, or that no file says what the device runs.
+    /// Reports what is wrong with the file, or that no file can express the parameters.
     pub fn new(parameters: &Parameters, of: &Document) -> Result<Self, Error> {
         let machine = &of.origin.name;
-        // That of a simulated device.
+        // As for a simulated device.
         let first = Experiment::plan(of, &[], &[])?.into_first();
         let nothing = || Error::Input(format!("{machine}: there is nothing to run"));
         let first = first.ok_or_else(nothing)?;
         let lent = &*first.machine;
-        // A motion that only holds has no place in a file.
+        // A file cannot express a motion that only holds.
         let motion = Motion::Step(Position::from_counts(1));
         let asked = Parameters { motion, ..parameters.clone() };
         let bad = |error: &dyn std::fmt::Display| Error::Input(error.to_string());
@@ -96,15 +97,15 @@ impl MachineInUse {
     /// Returns the slack of the joint's gear that its encoder cannot measure.
     ///
     /// # Errors
-    /// Names a value that is not allowed.
+    /// Returns an error that names the invalid value.
     pub fn unseen_slack(&self) -> Result<Option<UnseenSlack>, Error> {
         self.lent.unseen_slack()
     }
 
-    /// The same machine, with keys of its file drawn, `table.key=value` each.
+    /// Returns the machine with drawn keys of its file, `table.key=value` each.
     ///
     /// # Errors
-    /// Names a value that no joint can have.
+    /// Returns an error that names a value that no joint can have.
     pub fn drawn(&self, keys: &[String]) -> Result<Self, Error> {
         let mut file = self.file.clone();
         file.draw(keys)?;
@@ -114,23 +115,23 @@ impl MachineInUse {
     /// Plans a controller's step with keys set, `table.key=value` each.
     ///
     /// # Errors
-    /// Names a key that is not known, or a value that is not allowed.
+    /// Returns an error that names an unknown key or an invalid value.
     pub fn plan(&self, law: &str, set: &[String]) -> Result<RunPlan, Error> {
         let mut document = self.document.clone();
         document.set(set)?;
         let mut runs = Experiment::plan(&document, &[law.to_owned()], &[])?.runs;
-        // A plan without runs has been refused.
+        // A plan without runs is an error above.
         let mut plan = runs.swap_remove(0);
         let times = times(&plan.machine.joint, &self.lent.machine.joint);
         plan.substitute = self.lent.beyond_an_axis(&times)?;
         Ok(plan)
     }
 
-    /// Does the same for a move that begins somewhere, deg from where the joint was armed. The
-    /// place matters only to gravity and to friction that depends on the angle.
+    /// Plans a controller's move from a position, deg from where the joint was armed. The position
+    /// affects only gravity and friction that depends on the angle.
     ///
     /// # Errors
-    /// As [`plan`](Self::plan).
+    /// Returns the errors of [`plan`](Self::plan).
     pub fn plan_from(&self, deg: f64, law: &str, set: &[String]) -> Result<RunPlan, Error> {
         let mut plan = self.plan(law, set)?;
         if let Some(beyond) = &mut plan.substitute {
@@ -139,19 +140,19 @@ impl MachineInUse {
         Ok(plan)
     }
 
-    /// Turns a way into the motion that a device is told: positions in counts from the zero of the
+    /// Converts a request into the device's motion: positions in counts from the zero of the
     /// arming.
     ///
     /// # Errors
-    /// Names a position or a time that is not allowed.
-    pub fn motion(&self, way: &Way) -> Result<Motion, Error> {
+    /// Returns an error that names an invalid position or time.
+    pub fn motion(&self, way: &RequestedMotion) -> Result<Motion, Error> {
         let plan = self.plan(&self.law, &[])?;
         motion(&plan, way)
     }
 }
 
-/// How many times as much a joint has of what another one has. What is 0 there has no slider, and
-/// stays.
+/// Returns the ratios of a joint's parameters to those of another joint. A parameter that is 0
+/// there has no slider, and its ratio is 1.
 fn times(is: &Joint, of: &Joint) -> Times {
     let ratio = |over: f64, under: f64| if under == 0.0 { 1.0 } else { over / under };
     Times {
@@ -163,27 +164,31 @@ fn times(is: &Joint, of: &Joint) -> Times {
     }
 }
 
-/// Does the same with a plan of the machine.
+/// Converts a request into the motion of a plan.
 ///
 /// # Errors
-/// As [`MachineInUse::motion`].
-pub fn motion(plan: &RunPlan, way: &Way) -> Result<Motion, Error> {
+/// Returns the errors of [`MachineInUse::motion`].
+pub fn motion(plan: &RunPlan, way: &RequestedMotion) -> Result<Motion, Error> {
     let (task, asked_by) = match way {
-        // A step to the place where the joint is has no size, and is one here.
-        Way::Move(deg) | Way::Step(deg) if *deg == 0.0 => {
+        // A step to the present position has no size.
+        RequestedMotion::Move(deg) | RequestedMotion::Step(deg) if *deg == 0.0 => {
             let here = Position::from_counts(0);
-            return Ok(if let Way::Move(_) = way {
+            return Ok(if let RequestedMotion::Move(_) = way {
                 Motion::Profiled(here)
             } else {
                 Motion::Step(here)
             });
         }
-        Way::Move(deg) | Way::Step(deg) => (Task::Step(*deg), "the position"),
-        Way::Trajectory(trajectory) => (Task::Trajectory(trajectory.clone()), "trajectory"),
+        RequestedMotion::Move(deg) | RequestedMotion::Step(deg) => {
+            (Task::Step(*deg), "the position")
+        }
+        RequestedMotion::Trajectory(trajectory) => {
+            (Task::Trajectory(trajectory.clone()), "trajectory")
+        }
     };
     let motion = RunPlan { task, asked_by: asked_by.into(), ..plan.clone() }.motion()?;
     Ok(match (way, motion) {
-        (Way::Move(_), Motion::Step(to)) => Motion::Profiled(to),
+        (RequestedMotion::Move(_), Motion::Step(to)) => Motion::Profiled(to),
         (_, motion) => motion,
     })
 }
@@ -191,34 +196,34 @@ pub fn motion(plan: &RunPlan, way: &Way) -> Result<Motion, Error> {
 /// Returns the first trajectory of a machine's file.
 ///
 /// # Errors
-/// Says that it has none.
+/// Returns an error if the file has no trajectory.
 pub fn first_trajectory(of: &Document) -> Result<Trajectory, Error> {
     let mut all = of.machine()?.reference.trajectories;
     if all.is_empty() {
         return Err(Error::Input(format!(
-            "{}: it has no trajectory in `reference.trajectories`; give way and speed",
+            "{}: no trajectory in `reference.trajectories`; enter distance and speed",
             of.origin.name
         )));
     }
     Ok(all.swap_remove(0))
 }
 
-/// A trapezoid of the speed from here to a place and, after a rest there, back.
+/// Returns a trajectory with a trapezoid of the speed to a position and, after a rest there, back.
 ///
 /// # Errors
-/// Says what is allowed.
+/// Returns an error that names the invalid value and its range.
 pub fn there_and_back(
     [deg, speed_deg_per_s, rest_s, half_blend_s]: [f64; 4],
 ) -> Result<Trajectory, Error> {
     let refuse = |what: &str| Err(Error::Input(format!("trajectory: {what}")));
     if !(speed_deg_per_s > 0.0 && speed_deg_per_s.is_finite()) {
-        return refuse("the speed has to be a number above 0, deg/s");
+        return refuse("the speed must be a number above 0, deg/s");
     }
     if !(half_blend_s > 0.0 && half_blend_s.is_finite()) {
-        return refuse("half a blend has to be a number above 0, s");
+        return refuse("half a blend must be a number above 0, s");
     }
     if !(rest_s >= 0.0 && rest_s.is_finite() && deg.is_finite()) {
-        return refuse("the way has to be a number, and the rest a number from 0, s");
+        return refuse("the way must be a number, and the rest a number from 0, s");
     }
     // Blends must not overlap.
     let way_s = (deg.abs() / speed_deg_per_s).max(2.0 * half_blend_s);

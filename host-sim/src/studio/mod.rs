@@ -1,51 +1,52 @@
-//! `stiction studio`: a page that shows a device live, and drives it.
+//! `stiction studio`: a page that shows a device live, and commands it.
 //!
 //! ```text
-//! page --- WebSocket --> socket.rs --- bounded queue of orders --> worker.rs --- Client -- device
-//!      <---------------- socket.rs <-- news.rs: bounded ring -----/  (a thread of its own)
-//!      --- wishes, the last one of each page --> forecaster.rs: a simulated twin (another thread)
+//! page --- WebSocket --> socket.rs --- bounded queue of requests --> worker.rs --- Client --
+//! device
+//!      <---------------- socket.rs <-- news.rs: bounded ring -------/  (a thread of its own)
+//!      --- the last prediction of each page --> forecaster.rs: a simulated twin (another thread)
 //! ```
 //!
-//! The page computes nothing of control: it gets the numbers of the device, and of a simulated twin
-//! that predicts what the device would do.
+//! The page computes no control: it shows the values of the device, and those of a simulated twin
+//! that predicts the device's moves.
 //!
 //! Guarantees:
-//! - A page without the [token](guard::Token), or of another origin, gets no connection, and
-//!   nothing of it reaches the device.
+//! - A page without the [token](guard::Token), or of another origin, cannot connect, and sends
+//!   nothing to the device.
 //! - One page at a time commands the device, and every page may stop it ([`control`]).
-//! - While the output is on, the studio asks the device nothing of its own accord. Each sign of
-//!   life is a word of the page that commands (`worker.rs`). If that page is gone, the device hears
-//!   nothing, and its link timeout turns the output off.
-//! - A prediction or a tuning asks the device nothing, delays nobody who does, and is no sign of
-//!   life.
-//! - A page that reads too slowly loses samples, and can tell which by their numbers. It is told
-//!   again what stands. It never delays the device or another page.
+//! - While the output is on, the studio sends the device no request of its own accord. A keep-alive
+//!   of the device follows a keep-alive of the page that commands (`worker.rs`). If that page is
+//!   gone, the device receives nothing, and its link timeout turns the output off.
+//! - A prediction or a tuning sends nothing to the device, does not delay it, and is no keep-alive.
+//! - A page that reads too slowly loses samples; their numbers show which. It then receives the
+//!   last
+//!   event of each kind again. It never delays the device or another page.
 //!
-//! Does badly: the connection is not encrypted, so whoever reads a network that the studio was told
-//! to listen on reads the token, too. A request takes up to 10 ms to leave, since one thread waits
-//! for samples and for orders. `save` stops both for as long as the device takes.
+//! Limits: the connection is not encrypted, so other machines on a network that the studio listens
+//! on can read the token. A request leaves up to 10 ms late, since one thread waits for samples and
+//! for requests. `save` stops both while the device writes.
 //!
-//! | file | what it does |
+//! | file | contents |
 //! |---|---|
-//! | `request.rs` | what a page may ask for |
-//! | `news.rs` | what all pages are told: events as JSON, samples as binary frames |
-//! | `control.rs` | which page commands |
-//! | `desk.rs` | what connections and threads share: orders, answers, what the device runs |
-//! | `worker.rs` | the thread that talks to the device |
-//! | `orders.rs`, `told.rs` | what it does for a page, and what it tells all |
-//! | `selftest.rs` | the moves of a self-test, each on a word of the page that has begun it |
+//! | `request.rs` | requests of a page |
+//! | `news.rs` | messages to all pages: events as JSON, samples as binary frames |
+//! | `control.rs` | arbiter of the page that commands |
+//! | `desk.rs` | state shared by connections and threads: requests, answers, parameters in use |
+//! | `worker.rs` | the thread of the device |
+//! | `orders.rs`, `publish.rs` | execution of a page's requests, and the events that it publishes |
+//! | `selftest.rs` | the moves of a self-test, each after a keep-alive of its page |
 //! | `form.rs` | the parameters as a form |
-//! | `forecaster.rs`, `prediction.rs` | the thread that predicts, and how |
-//! | `cloud.rs` | the same on joints that are drawn around the one in use |
+//! | `forecaster.rs`, `prediction.rs` | the thread of the predictions, and a prediction |
+//! | `cloud.rs` | predictions on joints around the one in use |
 //! | `machine_in_use.rs` | the device's parameters with a joint, of the file or identified |
-//! | `knobs.rs` | what of it can be turned |
-//! | `wording.rs` | refusals of commands in the words of a page |
-//! | `tuner.rs`, `spare_cores.rs` | tunes gains on a thread of its own, which leaves a core free |
+//! | `knobs.rs` | its sliders |
+//! | `wording.rs` | refusals of commands in the terms of a page |
+//! | `tuner.rs`, `spare_cores.rs` | tuning on a thread of its own, which leaves a core free |
 //! | `guard.rs`, `listener.rs` | token, origin and host; the number of connections |
-//! | `refusals.rs` | what is told at the terminal of what was refused |
-//! | `socket.rs`, `server.rs` | one page's connection; the HTTP around it |
-//! | `assets.rs` | the page itself, as it was built in |
-//! | `playground.rs` | all of this but the server, for a page that has it in itself |
+//! | `refusals.rs` | reports of refusals at the terminal |
+//! | `socket.rs`, `server.rs` | connection of a page; the HTTP server |
+//! | `assets.rs` | files of the page |
+//! | `playground.rs` | all of this except the server, for a page that contains it |
 
 mod cloud;
 pub mod control;
@@ -58,15 +59,15 @@ mod news;
 mod orders;
 mod playground;
 mod prediction;
+mod publish;
 mod request;
 mod selftest;
 mod spare_cores;
-mod told;
 mod tuner;
 mod wording;
 mod worker;
 
-// The server, which a page that runs all of the above by itself does without.
+// The server, which the playground does not need.
 #[cfg(feature = "studio")]
 pub mod assets;
 #[cfg(feature = "studio")]
@@ -80,7 +81,7 @@ mod server;
 #[cfg(feature = "studio")]
 mod socket;
 
-pub use news::News;
+pub use news::StudioMessage;
 pub use playground::Playground;
 #[cfg(feature = "studio")]
-pub use server::{Server, Wanted};
+pub use server::{Server, StudioOptions};

@@ -1,4 +1,4 @@
-//! What the thread does when the page that commands asks for it.
+//! Execution of the requests of the page that commands.
 
 use std::path::Path;
 use std::time::Duration;
@@ -8,12 +8,12 @@ use stiction::identification::Summary;
 use stiction::motion::jog::{Asked, Verdict};
 use stiction::{Parameters, identification};
 
-use super::desk::{FoundJoint, Order};
+use super::desk::{IdentifiedJoint, QueuedRequest};
 use super::form;
 use super::machine_in_use::{self, MachineInUse};
-use super::request::{Ask, Way};
+use super::request::{RequestedMotion, StudioAction};
 use super::wording::{of_a_page, without_bounds};
-use super::worker::{Running, Worker};
+use super::worker::{RunningMotion, Worker};
 use crate::device::client::Map;
 use crate::device::identified::{Identified, doubts};
 use crate::device::wire::Wire;
@@ -23,20 +23,24 @@ use crate::experiment::Document;
 use crate::joint::CoreUnits;
 use crate::machine::Trajectory;
 
-/// How many changes of the parameters can be undone.
+/// Largest number of parameter changes that can be undone.
 const UNDONE: usize = 32;
 
 impl<W: Wire> Worker<'_, W> {
-    /// Does what this page asks for, and says what was done.
+    /// Executes a request, and returns a sentence on what was done.
     ///
     /// # Errors
-    /// Says why the device refuses, or that it does not answer.
-    pub(super) fn obey(&mut self, order: &Order) -> Result<Value, Error> {
+    /// Returns why the device refuses, or that it does not answer.
+    pub(super) fn execute(&mut self, order: &QueuedRequest) -> Result<Value, Error> {
         let what = &order.what;
-        // Whatever becomes of the answer, the motor may be driven then.
+        // The motor may be driven even if the answer is lost.
         let arms = matches!(
             what,
-            Ask::Arm | Ask::Jog | Ask::Identify { .. } | Ask::IdentifyJoint | Ask::Selftest(_)
+            StudioAction::Arm
+                | StudioAction::Jog
+                | StudioAction::Identify { .. }
+                | StudioAction::IdentifyJoint
+                | StudioAction::Selftest(_)
         );
         self.driven |= arms;
         self.armed_here |= arms;
@@ -44,21 +48,24 @@ impl<W: Wire> Worker<'_, W> {
         if arms && !self.client.status()?.at_rest {
             self.client.pass(Duration::from_millis(100))?;
         }
-        if *what == Ask::IdentifyJoint {
+        if *what == StudioAction::IdentifyJoint {
             self.client
                 .check_identification(&identification::Asked::default())
                 .map_err(of_a_page)?;
         }
-        // That took its time.
+        // The requests above took time.
         self.is_expected(order)?;
         let said: &str = match what {
-            // Others answer these; a stop passes every order.
-            Ask::Alive | Ask::Command | Ask::Stop => "",
-            Ask::Predict(_) | Ask::Compare(_) | Ask::Tune(_) | Ask::CancelTuning => "",
-            Ask::PredictSelftest { range_deg, moves, joint } => {
+            // Other code answers these; a stop overtakes every request.
+            StudioAction::Alive | StudioAction::Command | StudioAction::Stop => "",
+            StudioAction::Predict(_)
+            | StudioAction::Compare(_)
+            | StudioAction::Tune(_)
+            | StudioAction::CancelTuning => "",
+            StudioAction::PredictSelftest { range_deg, moves, joint } => {
                 return self.predict_selftest(*range_deg, *moves, *joint);
             }
-            Ask::CancelSelftest => {
+            StudioAction::CancelSelftest => {
                 let said = "the prediction of the self-test is cancelled";
                 if !self.cancel_prediction(said) {
                     let why = "selftest: none is being predicted";
@@ -66,95 +73,95 @@ impl<W: Wire> Worker<'_, W> {
                 }
                 said
             }
-            Ask::Selftest(number) => return self.begin_selftest(*number, order),
-            Ask::Arm => {
+            StudioAction::Selftest(number) => return self.begin_selftest(*number, order),
+            StudioAction::Arm => {
                 self.client.arm()?;
                 "armed: the loop is closed, and here is zero"
             }
-            Ask::Hold => {
+            StudioAction::Hold => {
                 self.client.hold()?;
                 "stops here, and is held"
             }
-            Ask::Move(deg) => {
+            StudioAction::Move(deg) => {
                 self.check_target(*deg)?;
                 self.client.move_to(*deg)?;
-                self.tell_motion(&Way::Move(*deg));
+                self.publish_motion(&RequestedMotion::Move(*deg));
                 return Ok(format!("moves to {deg} deg").into());
             }
-            Ask::Step(deg) => {
+            StudioAction::Step(deg) => {
                 self.check_target(*deg)?;
                 self.client.step_to(*deg)?;
-                self.tell_motion(&Way::Step(*deg));
+                self.publish_motion(&RequestedMotion::Step(*deg));
                 return Ok(format!("steps to {deg} deg").into());
             }
-            Ask::Trajectory => {
+            StudioAction::Trajectory => {
                 let first =
                     machine_in_use::first_trajectory(&Document::open(&self.about.machine)?)?;
                 return self.follow(first);
             }
-            Ask::Trapezoid(fields) => {
+            StudioAction::Trapezoid(fields) => {
                 return self.follow(machine_in_use::there_and_back(*fields)?);
             }
-            Ask::IdentifyJoint => {
+            StudioAction::IdentifyJoint => {
                 self.client.identify_joint(identification::Asked::default())?;
-                self.running = Some(Running::Identification);
-                "a sequence of motions begins, without a loop, and ends by itself"
+                self.running = Some(RunningMotion::Identification);
+                "a sequence of motions starts, without a loop, and ends automatically"
             }
-            Ask::Jog => {
+            StudioAction::Jog => {
                 self.client.jog(Asked::default())?;
-                self.running = Some(Running::Jog);
+                self.running = Some(RunningMotion::Jog);
                 "jogs: a little each way, without a loop"
             }
-            Ask::Identify { rate, hold } => {
+            StudioAction::Identify { rate, hold } => {
                 self.client.identify(*rate, *hold)?;
-                self.running = Some(Running::Ramp(*rate));
+                self.running = Some(RunningMotion::Ramp(*rate));
                 "the effort rises until the joint moves"
             }
-            Ask::Clear => {
+            StudioAction::Clear => {
                 self.client.clear()?;
                 "cleared"
             }
-            Ask::Set(values) => {
+            StudioAction::Set(values) => {
                 let before = self.client.parameters()?;
                 let text = form::file(&before, &self.about.machine, None)?;
                 let after = form::changed(&text, values)?;
                 return self.take(before, &after);
             }
-            Ask::Push(text) => {
+            StudioAction::Push(text) => {
                 let after = machine_file::read("push", text)?;
                 let before = self.client.parameters()?;
                 return self.take(before, &after);
             }
-            Ask::Undo => {
+            StudioAction::Undo => {
                 let nothing = || Error::Input("undo: nothing was changed in this session".into());
                 let last = self.before.last().ok_or_else(nothing)?.clone();
                 let now = self.client.parameters()?;
                 self.client.set_parameters(&last)?;
                 self.before.pop();
-                self.introduce()?;
+                self.publish_device()?;
                 return said_changes(&now, &last);
             }
-            Ask::Save => {
+            StudioAction::Save => {
                 self.client.save()?;
                 self.saved = Some(self.client.parameters()?);
-                self.introduce()?;
+                self.publish_device()?;
                 "saved: a reset brings them back"
             }
         };
         Ok(said.into())
     }
 
-    /// Follows a trajectory, whose positions are those of the zero of the arming.
+    /// Follows a trajectory, whose positions count from the zero of the arming.
     fn follow(&mut self, trajectory: Trajectory) -> Result<Value, Error> {
-        let way = Way::Trajectory(trajectory);
+        let way = RequestedMotion::Trajectory(trajectory);
         let file = Document::open(&self.about.machine)?;
         let in_use = MachineInUse::new(&self.client.parameters()?, &file)?;
         self.client.move_along(in_use.motion(&way)?)?;
-        self.tell_motion(&way);
+        self.publish_motion(&way);
         Ok("follows the trajectory".into())
     }
 
-    /// Lets the device take other parameters, all of them or none.
+    /// Sends other parameters to the device, which uses all of them or none.
     fn take(&mut self, before: Parameters, after: &Parameters) -> Result<Value, Error> {
         let said = said_changes(&before, after)?;
         if before == *after {
@@ -165,12 +172,12 @@ impl<W: Wire> Worker<'_, W> {
         if self.before.len() > UNDONE {
             self.before.remove(0);
         }
-        self.introduce()?;
+        self.publish_device()?;
         Ok(said)
     }
 
-    /// The machine's file with its units, if it has any; if it cannot be read, why. What was found
-    /// in minutes is told all the same.
+    /// Returns the machine's file and its units, if it has any. If the file cannot be read, the
+    /// caller still reports the identified joint.
     fn of_file(&self) -> Result<(Option<Document>, Option<CoreUnits>), Error> {
         if !self.about.is_its_file {
             return Ok((None, None));
@@ -180,10 +187,10 @@ impl<W: Wire> Worker<'_, W> {
         Ok((Some(document), units))
     }
 
-    /// Tells all pages of an identification that has ended, and keeps the joint that was found as a
-    /// machine's file: the one that `device identify --into` writes. If it is no joint for a file,
-    /// the one that was found before stays, and is told again. Returns what was found in words.
-    fn identified(&mut self, summary: Summary, map: Map) -> Result<Report, Error> {
+    /// Publishes the end of an identification, keeps the identified joint as a machine's file like
+    /// that of `device identify --into`, and returns the result in words. If the result is no joint
+    /// for a file, the previous joint stays, and is published again.
+    fn identified(&mut self, summary: Summary, map: Map) -> Result<MotionReport, Error> {
         let ((document, units), without) = match self.of_file() {
             Ok(known) => (known, String::new()),
             Err(error) => ((None, None), format!("\nnot in SI units: {error}")),
@@ -191,12 +198,12 @@ impl<W: Wire> Worker<'_, W> {
         let found = Identified { summary, map, parameters: self.client.parameters()?, units };
         let mut said = found.words() + &without;
         if said.contains(" --") {
-            said += "\n(what begins with -- is an option of `stiction device identify`)";
+            said += "\n(a word that starts with -- is an option of `stiction device identify`)";
         }
-        // Without a file there are no other motions to be taken over.
+        // Without a file there are no other motions to copy.
         let nothing = || Document::parse("no file", "");
         let file = document.map_or_else(nothing, Ok).and_then(|of| self.file_of(&found, &of));
-        let mut told = match &file {
+        let mut event = match &file {
             Ok(_) => json!({ "ok": true, "said": said, "doubts": doubts(&summary.doubts) }),
             Err(error) => {
                 json!({ "ok": false, "said": said, "why": without_bounds(&error.to_string()) })
@@ -204,14 +211,14 @@ impl<W: Wire> Worker<'_, W> {
         };
         let is_new = file.is_ok();
         if let Ok(joint) = file {
-            self.shared.finds(joint);
+            self.shared.set_found(joint);
         }
-        if let Ok(FoundJoint { name, text, laws }) = self.shared.found() {
-            told["file"] = name.into();
-            told["toml"] = text.into();
-            told["laws"] = laws.into();
+        if let Ok(IdentifiedJoint { name, text, laws }) = self.shared.found() {
+            event["file"] = name.into();
+            event["toml"] = text.into();
+            event["laws"] = laws.into();
         }
-        self.shared.news.tell("identified", told);
+        self.shared.news.publish("identified", event);
         if is_new {
             self.drop_test_of_found();
         }
@@ -220,11 +227,11 @@ impl<W: Wire> Worker<'_, W> {
             "no result" => Grade::Bad,
             _ => Grade::Doubtful,
         };
-        Ok(Report { said, grade })
+        Ok(MotionReport { said, grade })
     }
 
-    /// The file of a joint that was found.
-    fn file_of(&self, found: &Identified, of: &Document) -> Result<FoundJoint, Error> {
+    /// Makes the file of an identified joint.
+    fn file_of(&self, found: &Identified, of: &Document) -> Result<IdentifiedJoint, Error> {
         let own = self.about.is_its_file.then_some(self.about.machine.as_str());
         let name = Path::new(own.unwrap_or("joint")).with_extension("identified.toml");
         let name = name.file_name().map_or_else(String::new, |name| name.to_string_lossy().into());
@@ -232,49 +239,52 @@ impl<W: Wire> Worker<'_, W> {
         let header = warning.map_or(String::new(), |warning| format!("# {warning}\n"));
         let text = header + &into::text(found, of)?;
         let laws = Document::parse(&name, &text)?.machine()?.sampling.extras.list().to_vec();
-        Ok(FoundJoint { name, text, laws })
+        Ok(IdentifiedJoint { name, text, laws })
     }
 
-    /// What a motion has found that has ended.
-    pub(super) fn found(&mut self, running: Running) -> Result<Report, Error> {
-        let nothing = |what: &str| Report::bad(format!("{what}: ended before anything was found"));
+    /// Returns the result of a motion that has ended.
+    pub(super) fn found(&mut self, running: RunningMotion) -> Result<MotionReport, Error> {
+        let nothing =
+            |what: &str| MotionReport::bad(format!("{what}: ended before anything was found"));
         Ok(match running {
-            Running::Jog => match self.client.jogged()? {
+            RunningMotion::Jog => match self.client.jogged()? {
                 Some(found) => {
                     let said = jogged::words(&found, &self.client.parameters()?);
                     match found.verdict() {
-                        Verdict::Agrees => Report { said, grade: Grade::Good },
-                        _ => Report::bad(said),
+                        Verdict::Agrees => MotionReport { said, grade: Grade::Good },
+                        _ => MotionReport::bad(said),
                     }
                 }
                 None => nothing("jog"),
             },
-            Running::Identification => match self.client.identified()? {
+            RunningMotion::Identification => match self.client.identified()? {
                 Some((summary, map)) => self.identified(summary, map)?,
                 None => nothing("identify"),
             },
-            Running::Ramp(rate) => match self.client.levels()? {
-                Some(levels) => Report { said: words::levels(&levels, rate), grade: Grade::Good },
+            RunningMotion::Ramp(rate) => match self.client.levels()? {
+                Some(levels) => {
+                    MotionReport { said: words::levels(&levels, rate), grade: Grade::Good }
+                }
                 None => nothing("identify"),
             },
         })
     }
 }
 
-/// Result of a motion that has ended, in words.
-pub(super) struct Report {
+/// Result of a motion that has ended, in words, with its grade.
+pub(super) struct MotionReport {
     pub said: String,
     pub grade: Grade,
 }
 
-impl Report {
-    /// A result that is not usable.
+impl MotionReport {
+    /// Returns a result that is not usable.
     pub const fn bad(said: String) -> Self {
         Self { said, grade: Grade::Bad }
     }
 }
 
-/// Grade of a result, by which a page marks it. A doubtful result is usable, and has doubts.
+/// Grade of a result, for the page's mark. A doubtful result is usable, and has doubts.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, serde::Serialize)]
 #[serde(rename_all = "lowercase")]
 pub(super) enum Grade {

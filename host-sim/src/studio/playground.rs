@@ -1,16 +1,16 @@
-//! The studio in one piece: device, worker and predictions, without a server and without a thread.
+//! The studio without a server and without threads: device, worker and predictions.
 //!
 //! ```text
-//! page --- ask() --> Control, orders, wishes --- pass() ---> worker.rs, forecaster.rs
-//!      <-- next() --- answers, news <------------------------------/
+//! page --- ask() --> PageControl, queues --- pass() ---> worker.rs, forecaster.rs
+//!      <-- next() --- answers, messages <------------------------/
 //! ```
 //!
-//! `playground/` is this as WebAssembly, in the page itself; a page cannot tell it from a server,
-//! but for what needs one. Its device is the simulated one, and time passes on it while
+//! `playground/` is this as WebAssembly, inside the page. The page uses it like a server, except
+//! for functions that need a server. Its device is the simulated one, whose time passes while
 //! [`pass`](Playground::pass) waits for it. There is one page, and it commands.
 //!
-//! Guarantees: what a server tells of the same joint and the same requests. Does badly: what takes
-//! long, such as a cloud of predictions, is computed in one pass, and the device stands still
+//! Guarantee: the same messages as a server for the same joint and the same requests. Limit: a long
+//! computation, such as a cloud of predictions, takes one pass, and the device stands still
 //! meanwhile.
 
 use std::collections::VecDeque;
@@ -20,57 +20,58 @@ use std::time::Instant;
 use serde_json::json;
 use tokio::sync::{broadcast, mpsc};
 
-use super::desk::{Order, Shared, answer};
-use super::forecaster::{Forecaster, Wishes};
-use super::news::News;
-use super::request::{Ask, Request};
-use super::worker::{About, Worker};
+use super::desk::{QueuedRequest, StudioState, answer};
+use super::forecaster::{Forecaster, PredictionQueue};
+use super::news::StudioMessage;
+use super::request::{StudioAction, StudioRequest};
+use super::worker::{DeviceContext, Worker};
 use crate::device::client::Client;
 use crate::device::simulated::SimulatedDevice;
 use crate::device::wire::SimulatedWire;
 use crate::error::Error;
 use crate::experiment::{Document, Experiment};
 
-/// The page.
+/// Number of the only page.
 const PAGE: u64 = 0;
 
-/// Why it neither tunes nor predicts a self-test.
+/// Reason why it neither tunes nor predicts a self-test.
 const NO_THREADS: &str =
-    "this page has no threads for that: the program `stiction` does it on a computer";
+    "this page cannot do that, since it has no threads: use the program `stiction`";
 
-/// How many orders, and how many answers may wait: a page asks for a few at once.
+/// Largest number of waiting requests, and of waiting answers.
 const WAITING: usize = 64;
 
 /// A studio with its simulated device.
 pub struct Playground {
-    shared: &'static Shared,
+    shared: &'static StudioState,
     worker: Worker<'static, SimulatedWire>,
-    orders: SyncSender<Order>,
-    waiting: Receiver<Order>,
+    orders: SyncSender<QueuedRequest>,
+    waiting: Receiver<QueuedRequest>,
     forecaster: Forecaster<'static>,
-    wishes: Wishes,
+    wishes: PredictionQueue,
     answer: mpsc::Sender<String>,
     answers: mpsc::Receiver<String>,
-    news: broadcast::Receiver<News>,
-    told: VecDeque<News>,
+    news: broadcast::Receiver<StudioMessage>,
+    outgoing: VecDeque<StudioMessage>,
 }
 
 impl Playground {
     /// Turns the power on, around the joint of `machine`: the name of a built-in experiment, or the
-    /// path of a file. `controller` is what the device begins with, if not with the file's own.
+    /// path of a file. `controller` is the controller that the device starts with, instead of the
+    /// file's own.
     ///
-    /// What the device is told of stays in memory until the program ends: a page opens one.
+    /// The device's context stays in memory until the program ends, so a page should open one.
     ///
     /// # Errors
-    /// Says what is wrong with the file.
+    /// Reports what is wrong with the file.
     pub fn open(machine: &str, controller: Option<&str>) -> Result<Self, Error> {
         let wanted: Vec<String> = controller.iter().map(|name| (*name).to_owned()).collect();
         let first = Experiment::plan(&Document::open(machine)?, &wanted, &[])?.into_first();
         let nothing = || Error::Input(format!("{machine}: there is nothing to run"));
         let device = SimulatedDevice::new(&first.ok_or_else(nothing)?)?;
-        let shared: &'static Shared = Box::leak(Box::default());
-        let about = About { machine: machine.into(), is_its_file: true, every_tick: true };
-        let about: &'static About = Box::leak(Box::new(about));
+        let shared: &'static StudioState = Box::leak(Box::default());
+        let about = DeviceContext { machine: machine.into(), is_its_file: true, every_tick: true };
+        let about: &'static DeviceContext = Box::leak(Box::new(about));
         let (_, news) = shared.news.listen();
         let (orders, waiting) = sync_channel(WAITING);
         let (answer, answers) = mpsc::channel(WAITING);
@@ -80,26 +81,26 @@ impl Playground {
         let why = NO_THREADS;
         let tuning = json!({ "machine": null, "laws": [], "why": why, "running": null,
                              "of_found": false });
-        shared.news.tell("tuning", tuning);
+        shared.news.publish("tuning", tuning);
         let test = json!({ "phase": "none", "why": why, "said": null, "of_found": false });
-        shared.news.tell("selftest", test);
+        shared.news.publish("selftest", test);
         Ok(Self {
             shared,
             worker,
             orders,
             waiting,
             forecaster: Forecaster::new(Some(&about.machine)),
-            wishes: Wishes::default(),
+            wishes: PredictionQueue::default(),
             answer,
             answers,
             news,
-            told: VecDeque::from([News::Event(role.to_string().into())]),
+            outgoing: VecDeque::from([StudioMessage::Event(role.to_string().into())]),
         })
     }
 
-    /// Takes what the page asks for. It is done in the passes that follow.
+    /// Queues a request of the page. Later passes execute it.
     pub fn ask(&mut self, text: &str) {
-        let Request { id, what } = match serde_json::from_str(text) {
+        let StudioRequest { id, what } = match serde_json::from_str(text) {
             Ok(request) => request,
             Err(error) => {
                 let why = Error::Input(format!("this is no request: {error}"));
@@ -107,64 +108,69 @@ impl Playground {
             }
         };
         match what {
-            Ask::Predict(_) | Ask::Compare(_) => {
+            StudioAction::Predict(_) | StudioAction::Compare(_) => {
                 self.wishes.put(PAGE, id, what, self.answer.clone());
             }
-            _ if what.is_apart() || matches!(what, Ask::PredictSelftest { .. }) => {
+            _ if what.is_apart() || matches!(what, StudioAction::PredictSelftest { .. }) => {
                 self.say(answer(id, &Err(Error::Refused(NO_THREADS.into()))));
             }
             _ => self.order(id, what),
         }
     }
 
-    /// Hands an order to the worker. Whatever it is, the page lives.
-    fn order(&mut self, id: u32, what: Ask) {
-        self.shared.control.word(PAGE);
-        self.shared.gives_word();
-        if matches!(what, Ask::Alive | Ask::Command) {
+    /// Sends a request to the worker. Each request is a keep-alive of the page.
+    fn order(&mut self, id: u32, what: StudioAction) {
+        self.shared.control.record_keep_alive(PAGE);
+        self.shared.record_keep_alive();
+        if matches!(what, StudioAction::Alive | StudioAction::Command) {
             return;
         }
-        let order =
-            Order { page: PAGE, given: Instant::now(), id, what, answer: self.answer.clone() };
-        if order.what == Ask::Stop {
-            return self.shared.stops(order);
+        let order = QueuedRequest {
+            page: PAGE,
+            given: Instant::now(),
+            id,
+            what,
+            answer: self.answer.clone(),
+        };
+        if order.what == StudioAction::Stop {
+            return self.shared.queue_stop(order);
         }
         if self.orders.try_send(order).is_err() {
-            let why = "too many requests wait for the device; say it again";
+            let why = "too many requests wait for the device; send it again";
             self.say(answer(id, &Err(Error::Refused(why.into()))));
         }
     }
 
-    /// Lets the device go on for a moment, and does the next of what was asked for.
+    /// Advances the device for a moment, and executes the next request.
     pub fn pass(&mut self) {
-        // A simulated device is not gone, unless something is wrong with this program.
+        // A simulated device fails only by an error in this program.
         if let Err(error) = self.worker.pass(&self.waiting) {
-            self.shared.news.tell("gone", json!({ "said": error.to_string() }));
+            self.shared.news.publish("gone", json!({ "said": error.to_string() }));
         }
         let next = self.wishes.take();
         self.forecaster.pass(&self.wishes, self.shared, next);
     }
 
     fn say(&mut self, said: String) {
-        self.told.push_back(News::Event(said.into()));
+        self.outgoing.push_back(StudioMessage::Event(said.into()));
     }
 }
 
-/// What the page has to be told, as far as there is something; more may come with the next pass.
+/// Messages to the page, as far as there are any; the next pass may add more.
 impl Iterator for Playground {
-    type Item = News;
+    type Item = StudioMessage;
 
-    fn next(&mut self) -> Option<News> {
+    fn next(&mut self) -> Option<StudioMessage> {
         while let Ok(said) = self.answers.try_recv() {
             self.say(said);
         }
         loop {
             match self.news.try_recv() {
-                Ok(news) => self.told.push_back(news),
+                Ok(news) => self.outgoing.push_back(news),
                 Err(broadcast::error::TryRecvError::Lagged(_)) => {}
                 Err(_) => break,
             }
         }
-        self.told.pop_front()
+        self.outgoing.pop_front()
     }
 }

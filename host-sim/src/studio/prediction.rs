@@ -1,13 +1,15 @@
-//! What the machine in use would do: its simulated twin makes the same move, tick by tick.
+//! Prediction of a move: the simulated twin of the machine in use makes the same move, tick by
+//! tick.
 //!
-//! The twin is the core of the device, with soft start, profile and monitors, around the joint
-//! of a file. It is armed, waits out its soft start, and is told the move.
-//! Guarantees: the same numbers for the same request. Does badly: it knows that joint, and nothing
-//! that its file does not say. Its law begins afresh with each move, and so does not
-//! know what the device's law has learnt in the moves before.
+//! The twin is the core of the device, with soft start, profile and monitors, around the joint of a
+//! file. It is armed, completes its soft start, and makes the move. Guarantee: the same request
+//! gives the same numbers. Limits: the twin has only the properties that the joint's file
+//! describes.
+//! Its law starts anew with each move, so it lacks the state that the device's law has from earlier
+//! moves.
 //!
 //! The twin knows its load, so a prediction has both sides of the gear: the encoder's, which the
-//! device measures, and the load's. Each is judged by the file's `[goal]`.
+//! device measures, and the load's. The file's `[goal]` judges each.
 
 use serde_json::{Value, json};
 use stiction::parameters::DeviceConfig;
@@ -15,7 +17,7 @@ use stiction::servo::{Boot, Refusal};
 use stiction::{Course, Motion, Parameters};
 
 use super::machine_in_use::{MachineInUse, motion};
-use super::request::{Way, Wish};
+use super::request::{PredictionRequest, RequestedMotion};
 use crate::device::moved::longest_s;
 use crate::device::simulated::SimulatedDevice;
 use crate::device::words;
@@ -25,10 +27,10 @@ use crate::goal::PositionGoal;
 use crate::joint::{Side, Train};
 use crate::settling::Settling;
 
-/// The longest move that is predicted, s, and the largest number of its ticks.
+/// Longest predicted move, s, and largest number of its ticks.
 const LONGEST: [f64; 2] = [60.0, 100_000.0];
 
-/// Time after the set point has come to rest, s.
+/// Time for which a joint is watched after its set point rests, s.
 const SETTLES_S: f64 = 2.0;
 
 /// Attempts to arm a joint that moves at first, 0.1 s apart.
@@ -37,19 +39,19 @@ const FALLS: usize = 3;
 /// Time of a step, s.
 const STEP_S: f64 = 5.0;
 
-/// A set point has set out when it is so far from where it was, counts; the page looks for the
-/// same in what was measured.
+/// Change of the set point at which it counts as started, counts; the page uses the same value for
+/// the measured curve.
 const SETS_OUT_COUNTS: f64 = 1e-3;
 
-/// Points of a curve, at most.
+/// Largest number of points of a curve.
 const POINTS: usize = 600;
 
-/// A move of the twin, a value each tick.
+/// A move of the twin, with a value for each tick.
 #[derive(Clone, Debug, Default, PartialEq)]
-pub struct Predicted {
-    /// s.
+pub struct PredictedMove {
+    /// Time of a tick, s.
     pub tick_s: f64,
-    /// Tick in which the set point sets out.
+    /// Tick in which the set point starts.
     pub begin: usize,
     /// theta_d, deg.
     pub reference: Vec<f32>,
@@ -61,12 +63,12 @@ pub struct Predicted {
     pub position_at_load: Vec<f32>,
     /// Reference minus position of the load, counts; empty if the encoder sees the load.
     pub error_at_load: Vec<f32>,
-    /// What the joint gets, V.
+    /// Effort after the drive's limits, V.
     pub effort: Vec<f32>,
-    /// From when on the encoder's side stays within the goal's tolerance (2 counts by default), s
-    /// after the set point has set out.
+    /// Time from which the encoder's side stays within the goal's tolerance (default: 2 counts), s
+    /// after the start of the set point.
     pub settled_s: Option<f64>,
-    /// From when on the load does, s after the set point has set out.
+    /// Time from which the load stays within it, s after the start of the set point.
     pub settled_at_load_s: Option<f64>,
     /// Whether the move meets the goal at the encoder, and at the load.
     pub success: [bool; 2],
@@ -74,17 +76,21 @@ pub struct Predicted {
     pub fault: Option<&'static str>,
 }
 
-impl Predicted {
+impl PredictedMove {
     /// Runs a move on the joint of a plan.
     ///
     /// # Errors
-    /// Says why the device would refuse to be armed or to move, or what is not allowed.
-    pub fn of(parameters: &Parameters, joint: &RunPlan, way: &Way) -> Result<Self, Error> {
+    /// Returns why the device would refuse to arm or to move, or which value is invalid.
+    pub fn of(
+        parameters: &Parameters,
+        joint: &RunPlan,
+        way: &RequestedMotion,
+    ) -> Result<Self, Error> {
         let refused = |refusal: Refusal| {
             let falls = joint.substitute.is_some() && refusal == Refusal::Moving;
             Error::Refused(if falls {
-                "its load moves this joint without effort where the move begins, so nobody can arm \
-                 it there"
+                "its load moves this joint without effort where the move starts, so it cannot be \
+                 armed there"
                     .into()
             } else {
                 format!("it would be refused: {}", words::refused(&refusal.into()))
@@ -93,7 +99,7 @@ impl Predicted {
         let motion = motion(joint, way)?;
         let course = motion.course(&parameters.controller, &parameters.profile);
         let course = course.map_err(|error| joint.explain(&error))?;
-        // A twin that armed itself would not wait for the move.
+        // A twin with autostart would not wait for the move.
         let device = DeviceConfig { autostart: false, ..parameters.device };
         let by_hand = Parameters { device, ..parameters.clone() };
         let mut twin = SimulatedDevice::running(joint, &by_hand, Boot::default())?;
@@ -118,7 +124,7 @@ impl Predicted {
         match course {
             Course::Follow(reference) => twin.device.servo().follow(reference),
             Course::Profile(profile) => twin.device.servo().go_to(profile),
-            // No way is one of these.
+            // No request is one of these.
             Course::Ramp(_) | Course::Jog(_) | Course::Identification(_) => Ok(()),
         }
         .map_err(refused)?;
@@ -148,7 +154,7 @@ impl Predicted {
                 all.error_at_load.push((error_deg / resolution) as f32);
             }
         }
-        // A step has jumped in the first tick.
+        // A step jumps in the first tick.
         let least = (SETS_OUT_COUNTS * resolution) as f32;
         let moves = all.reference.iter().position(|deg| deg.abs() > least).unwrap_or(0);
         all.begin = moves;
@@ -178,17 +184,17 @@ impl Predicted {
         Ok(all)
     }
 
-    /// The errors at the load, counts: those at the encoder if that sees the load.
+    /// Returns the errors at the load, counts: those at the encoder if it measures the load.
     fn of_load(&self) -> &[f32] {
         if self.error_at_load.is_empty() { &self.error } else { &self.error_at_load }
     }
 
-    /// Error at the end, counts.
+    /// Returns the error at the end, counts.
     pub fn rest_counts(&self) -> f64 {
         at_the_end(&self.error)
     }
 
-    /// What makes one of two joints the worse one: a fault, a late end, a large error.
+    /// Returns an order of badness: a fault is worst, then a late end, then a large error.
     pub(super) fn badness(&self) -> (f64, f64) {
         let late = self.settled_s.unwrap_or(f64::INFINITY);
         (if self.fault.is_some() { f64::MAX } else { late.min(1e9) }, self.rest_counts())
@@ -197,7 +203,7 @@ impl Predicted {
     pub(super) fn json(&self, points: usize, from: f64) -> Value {
         let thinned = Thinned::of(self.error.len(), points);
         let thin = |all: &[f32], shift: f64| -> Vec<f64> {
-            // Six digits are more than a pixel tells.
+            // A pixel shows fewer than six digits.
             let round = |value: f32| ((f64::from(value) + shift) * 1e5).round() / 1e5;
             thinned.values(all).into_iter().map(round).collect()
         };
@@ -227,27 +233,27 @@ impl Predicted {
     }
 }
 
-/// The size of the last of some errors, counts.
+/// Returns the size of the last error, counts.
 fn at_the_end(error: &[f32]) -> f64 {
     error.last().map_or(0.0, |error| f64::from(error.abs()))
 }
 
-/// A curve of fewer points: of each piece the least and the largest value, in the order in which
-/// they come, so that no peak is lost. The two stand half a piece apart.
+/// A thinned curve: the least and the largest value of each piece, in their order, half a piece
+/// apart, so that no peak is lost.
 #[derive(Clone, Copy, Debug, PartialEq)]
 struct Thinned {
-    /// Values of a piece; one leaves the curve as it is.
+    /// Number of values in a piece; 1 leaves the curve as it is.
     piece: usize,
 }
 
 impl Thinned {
-    /// Of so many values so many points at most.
+    /// Returns the thinning of a number of values to at most a number of points.
     fn of(values: usize, points: usize) -> Self {
         let piece = if values <= points { 1 } else { (2 * values).div_ceil(points.max(1)) };
         Self { piece: piece.max(1) }
     }
 
-    /// Ticks from a point to the next one.
+    /// Returns the number of ticks from a point to the next.
     fn ticks(self) -> f64 {
         if self.piece == 1 { 1.0 } else { self.piece as f64 / 2.0 }
     }
@@ -267,12 +273,14 @@ impl Thinned {
     }
 }
 
-/// How long a move is watched, s.
-fn time_s(parameters: &Parameters, goal: &PositionGoal, way: &Way) -> f64 {
+/// Returns the time for which a move is watched, s.
+fn time_s(parameters: &Parameters, goal: &PositionGoal, way: &RequestedMotion) -> f64 {
     let time_s = match way {
-        Way::Move(deg) => longest_s(&parameters.profile, *deg) + goal.watched_s(SETTLES_S),
-        Way::Step(_) => goal.watched_s(STEP_S),
-        Way::Trajectory(motion) => {
+        RequestedMotion::Move(deg) => {
+            longest_s(&parameters.profile, *deg) + goal.watched_s(SETTLES_S)
+        }
+        RequestedMotion::Step(_) => goal.watched_s(STEP_S),
+        RequestedMotion::Trajectory(motion) => {
             let last_s = motion.corner_times_s.last().copied().unwrap_or(0.0);
             last_s + motion.half_blend_s + goal.watched_s(SETTLES_S)
         }
@@ -280,8 +288,12 @@ fn time_s(parameters: &Parameters, goal: &PositionGoal, way: &Way) -> f64 {
     time_s.clamp(0.0, LONGEST[0])
 }
 
-/// The keys that a wish sets, `table.key=value` each: those of the joint, and those of a law.
-pub(super) fn set(machine: &MachineInUse, wish: &Wish, law: Option<&str>) -> Vec<String> {
+/// Returns the keys that a request sets, `table.key=value` each: those of the joint or of a law.
+pub(super) fn set(
+    machine: &MachineInUse,
+    wish: &PredictionRequest,
+    law: Option<&str>,
+) -> Vec<String> {
     let own = |path: &str| match law {
         Some(law) => path
             .strip_prefix("controller.")
@@ -299,14 +311,14 @@ pub(super) fn set(machine: &MachineInUse, wish: &Wish, law: Option<&str>) -> Vec
     wish.values.iter().filter(|(path, _)| own(path)).map(written).collect()
 }
 
-/// Predicts the move under each law that was wished for.
-pub fn laws(machine: &MachineInUse, wish: &Wish) -> Value {
+/// Predicts the move under each requested law.
+pub fn laws(machine: &MachineInUse, wish: &PredictionRequest) -> Value {
     let joint = set(machine, wish, None);
     let under = |law: &String| -> Result<Value, Error> {
         let mut all = joint.clone();
         all.extend(set(machine, wish, Some(law)));
         let plan = machine.plan_from(wish.from_deg, law, &all)?;
-        Ok(Predicted::of(&for_a_device(&plan)?, &plan, &wish.way)?.json(POINTS, wish.from_deg))
+        Ok(PredictedMove::of(&for_a_device(&plan)?, &plan, &wish.way)?.json(POINTS, wish.from_deg))
     };
     let curves = wish.laws.iter().map(|law| {
         let mut curve = under(law).unwrap_or_else(|error| json!({ "refused": said(&error) }));
@@ -316,16 +328,16 @@ pub fn laws(machine: &MachineInUse, wish: &Wish) -> Value {
     curves.collect()
 }
 
-/// A refusal in the words of the page, which sets nothing by a command line.
+/// Returns a refusal without the option `--set`, which a page does not have.
 pub fn said(error: &Error) -> String {
     error.to_string().trim_start_matches("--set ").to_owned()
 }
 
-/// Returns the motion of a way in a machine, to see whether there is one.
+/// Returns the motion of a request, to check that the machine can make it.
 ///
 /// # Errors
-/// Names a position or a time that is not allowed.
-pub fn check(machine: &MachineInUse, way: &Way) -> Result<Motion, Error> {
+/// Returns an error that names an invalid position or time.
+pub fn check(machine: &MachineInUse, way: &RequestedMotion) -> Result<Motion, Error> {
     machine.motion(way)
 }
 
@@ -334,7 +346,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_peak_of_one_tick_is_not_lost_and_stands_where_it_was() {
+    fn a_peak_of_one_tick_is_not_lost_and_keeps_its_place() {
         for (values, points) in [(600, 600), (601, 600), (5000, 600), (12_345, 240)] {
             let mut all = vec![0.0; values];
             (all[values / 3], all[values / 2]) = (7.0, -5.0);

@@ -1,46 +1,46 @@
-//! Tells what was refused, but not so often that it drowns the rest.
+//! Reports of refusals, limited in their rate so that they do not hide other output.
 
 use std::fmt;
 use std::io::Write;
 use std::sync::{Mutex, PoisonError};
 use std::time::{Duration, Instant};
 
-/// So many refusals are told in each [`WITHIN`]; what comes beyond is counted.
-const TOLD: u32 = 8;
+/// Largest number of refusals reported in each [`WITHIN`]; further ones are counted.
+const MOST_REPORTED: u32 = 8;
 
-/// The time that [`TOLD`] is counted in.
+/// Period of [`MOST_REPORTED`].
 const WITHIN: Duration = Duration::from_secs(10);
 
-/// Refusals of the time that is counted in.
+/// Refusals of the present period.
 #[derive(Debug, Default)]
-struct Counted {
+struct RefusalWindow {
     since: Option<Instant>,
-    told: u32,
-    untold: u32,
+    reported: u32,
+    suppressed: u32,
 }
 
-impl Counted {
-    /// Returns what is told of a refusal; nothing if there were too many.
+impl RefusalWindow {
+    /// Returns the line that reports a refusal, or `None` if there were too many.
     fn line(&mut self, what: &str, now: Instant) -> Option<String> {
         if self.since.is_none_or(|since| now.duration_since(since) >= WITHIN) {
-            (self.since, self.told) = (Some(now), 0);
+            (self.since, self.reported) = (Some(now), 0);
         }
-        if self.told == TOLD {
-            self.untold = self.untold.saturating_add(1);
+        if self.reported == MOST_REPORTED {
+            self.suppressed = self.suppressed.saturating_add(1);
             return None;
         }
-        self.told += 1;
-        let untold = match std::mem::take(&mut self.untold) {
+        self.reported += 1;
+        let suppressed = match std::mem::take(&mut self.suppressed) {
             0 => String::new(),
-            count => format!(" ({count} refusals before it were not told)"),
+            count => format!(" ({count} refusals before it were not reported)"),
         };
-        Some(format!("{what}{untold}"))
+        Some(format!("{what}{suppressed}"))
     }
 }
 
-/// The refusals of a server, and who is told of them.
+/// Refusals of a server, with the function that prints them.
 pub struct Refusals {
-    counted: Mutex<Counted>,
+    counted: Mutex<RefusalWindow>,
     to: Box<dyn Fn(&str) + Send + Sync>,
 }
 
@@ -51,13 +51,13 @@ impl fmt::Debug for Refusals {
 }
 
 impl Refusals {
-    /// Tells refusals to somebody.
+    /// Reports refusals to a function.
     pub fn new(to: impl Fn(&str) + Send + Sync + 'static) -> Self {
         Self { counted: Mutex::default(), to: Box::new(to) }
     }
 
-    /// Tells of a refusal, unless there were too many.
-    pub fn tell(&self, what: &str) {
+    /// Reports a refusal, unless there were too many.
+    pub fn report(&self, what: &str) {
         let mut counted = self.counted.lock().unwrap_or_else(PoisonError::into_inner);
         if let Some(line) = counted.line(what, Instant::now()) {
             (self.to)(&line);
@@ -65,9 +65,9 @@ impl Refusals {
     }
 }
 
-/// Tells the person at the terminal.
+/// Reports a refusal at the terminal.
 pub fn at_the_terminal(what: &str) {
-    // If even this cannot be written there is nobody to tell.
+    // If this cannot be written, there is no other place to report to.
     let _ = writeln!(std::io::stderr(), "stiction: studio: {what}");
 }
 
@@ -76,15 +76,15 @@ mod tests {
     use super::*;
 
     #[test]
-    fn each_refusal_is_told_until_there_are_too_many_and_those_are_counted() {
-        let (mut all, begin) = (Counted::default(), Instant::now());
-        for _ in 0..TOLD {
+    fn each_refusal_is_reported_until_there_are_too_many_and_those_are_counted() {
+        let (mut all, begin) = (RefusalWindow::default(), Instant::now());
+        for _ in 0..MOST_REPORTED {
             assert_eq!(all.line("no", begin).as_deref(), Some("no"));
         }
         let almost = begin + WITHIN - Duration::from_millis(1);
         assert_eq!((all.line("no", begin), all.line("no", almost)), (None, None));
         let counted = all.line("again", begin + WITHIN);
-        assert_eq!(counted.as_deref(), Some("again (2 refusals before it were not told)"));
+        assert_eq!(counted.as_deref(), Some("again (2 refusals before it were not reported)"));
         assert_eq!(all.line("no", begin + WITHIN).as_deref(), Some("no"));
     }
 }

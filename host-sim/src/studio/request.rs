@@ -1,4 +1,4 @@
-//! What a page may ask for: one JSON object a message.
+//! Requests of a page: one JSON object a message.
 
 use std::collections::BTreeMap;
 use std::ops::RangeInclusive;
@@ -8,23 +8,23 @@ use serde::{Deserialize, Serialize};
 use crate::machine::Trajectory;
 use crate::tuning::Goal;
 
-/// The largest message of a page, bytes: a machine's file has less than half of it.
+/// Size of the largest message of a page, bytes: a machine's file needs less than half.
 pub const LARGEST: usize = 64 * 1024;
 
-/// A request of a page. Its number comes back with the answer.
+/// A request of a page. The answer has the same number.
 #[derive(Clone, Debug, PartialEq, Deserialize)]
-#[serde(try_from = "Written")]
-pub struct Request {
-    /// The page's own number for it.
+#[serde(try_from = "RequestFields")]
+pub struct StudioRequest {
+    /// The page's own number of the request.
     pub id: u32,
-    /// What is asked for.
-    pub what: Ask,
+    /// Requested action.
+    pub what: StudioAction,
 }
 
-/// The same as it is written: `do` says what, and the others are what that wants.
+/// JSON form of a request: `do` names the action, the others are its values.
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields)]
-struct Written {
+struct RequestFields {
     #[serde(default)]
     id: u32,
     r#do: String,
@@ -34,65 +34,65 @@ struct Written {
     values: Option<BTreeMap<String, String>>,
     text: Option<String>,
     trapezoid: Option<[f64; 4]>,
-    wish: Option<Wish>,
+    wish: Option<PredictionRequest>,
     laws: Option<Vec<String>>,
     goal: Option<Goal>,
     moves: Option<usize>,
-    joint: Option<Source>,
+    joint: Option<JointSource>,
     limits: Option<Vec<String>>,
     cases: Option<u64>,
     number: Option<u32>,
 }
 
-/// Whose joint is computed with.
+/// Joint of a prediction, a tuning or a self-test.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "lowercase")]
-pub enum Source {
-    /// That of the file that the studio was started with.
+pub enum JointSource {
+    /// The joint of the file that the studio was started with.
     #[default]
     File,
-    /// The one that was identified here.
+    /// The joint that was identified in this session.
     Found,
 }
 
-/// What is to be tuned, as `stiction tune` takes it.
+/// Options of a tuning, as of `stiction tune`.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Tuning {
-    /// Controllers of the file; none of them means all.
+pub struct TuningRequest {
+    /// Controllers of the file; empty selects all.
     pub laws: Vec<String>,
     /// Objective of the gains.
     pub goal: Goal,
-    /// Whose joint it is.
-    pub joint: Source,
+    /// The joint.
+    pub joint: JointSource,
     /// Upper limits of metrics, `FIGURE=MOST`.
     pub limits: Vec<String>,
-    /// Joints; none means as many as the command takes.
+    /// Number of joints; `None` selects the command's default.
     pub cases: Option<u64>,
 }
 
-/// The largest number of limits: twice as many as there are figures.
+/// Largest number of limits: twice the number of metrics.
 const LIMITS: usize = 10;
 
-/// How many moves a self-test may have, as on the command line.
+/// Allowed number of moves of a self-test, as on the command line.
 const MOVES: RangeInclusive<usize> = 2..=200;
 
-/// How a set point goes somewhere, in the zero of the arming.
+/// Motion of the set point, from the zero of the arming.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-#[serde(try_from = "WrittenWay", into = "WrittenWay")]
-pub enum Way {
-    /// Within the limits of `[profile]`, to so many deg.
+#[serde(try_from = "MotionFields", into = "MotionFields")]
+pub enum RequestedMotion {
+    /// To a position within the limits of `[profile]`, deg.
     Move(f64),
-    /// At once, to so many deg.
+    /// To a position at once, deg.
     Step(f64),
-    /// Through corners.
+    /// Along a trajectory.
     Trajectory(Trajectory),
 }
 
-/// The same as it is written. (A tag within the object would not do: a crate of the tree lets
-/// serde_json keep numbers as they are written, and serde does not see them as numbers then.)
+/// JSON form of a motion. (A tagged enum does not work: a dependency lets serde_json keep numbers
+/// as text, which serde then does not accept as numbers.)
 #[derive(Clone, Default, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
-struct WrittenWay {
+struct MotionFields {
     how: String,
     #[serde(skip_serializing_if = "Option::is_none")]
     deg: Option<f64>,
@@ -100,57 +100,57 @@ struct WrittenWay {
     trajectory: Option<Trajectory>,
 }
 
-impl TryFrom<WrittenWay> for Way {
+impl TryFrom<MotionFields> for RequestedMotion {
     type Error = String;
 
-    fn try_from(written: WrittenWay) -> Result<Self, String> {
+    fn try_from(written: MotionFields) -> Result<Self, String> {
         match (written.how.as_str(), written.deg, written.trajectory) {
             ("move", Some(deg), None) => Ok(Self::Move(deg)),
             ("step", Some(deg), None) => Ok(Self::Step(deg)),
             ("trajectory", None, Some(trajectory)) => Ok(Self::Trajectory(trajectory)),
-            (how, ..) => Err(format!("there is no way `{how}` with these values")),
+            (how, ..) => Err(format!("there is no motion `{how}` with these values")),
         }
     }
 }
 
-impl From<Way> for WrittenWay {
-    fn from(way: Way) -> Self {
+impl From<RequestedMotion> for MotionFields {
+    fn from(way: RequestedMotion) -> Self {
         let (how, deg, trajectory) = match way {
-            Way::Move(deg) => ("move", Some(deg), None),
-            Way::Step(deg) => ("step", Some(deg), None),
-            Way::Trajectory(trajectory) => ("trajectory", None, Some(trajectory)),
+            RequestedMotion::Move(deg) => ("move", Some(deg), None),
+            RequestedMotion::Step(deg) => ("step", Some(deg), None),
+            RequestedMotion::Trajectory(trajectory) => ("trajectory", None, Some(trajectory)),
         };
         Self { how: how.into(), deg, trajectory }
     }
 }
 
-/// What a page wants to have predicted.
+/// Options of a prediction.
 #[derive(Clone, Debug, PartialEq, Deserialize)]
 #[serde(deny_unknown_fields)]
-pub struct Wish {
-    /// The move, from where the joint stands.
-    pub way: Way,
-    /// Where it stands, deg from where it was armed: it is added to what is predicted, and gravity
-    /// is that of this place.
+pub struct PredictionRequest {
+    /// The move, from the present position.
+    pub way: RequestedMotion,
+    /// Present position, deg from where the joint was armed. It shifts the predicted curves, and
+    /// gravity depends on it.
     #[serde(default)]
     pub from_deg: f64,
-    /// The controllers; the cloud is that of the first one.
+    /// The controllers; the cloud is computed for the first one.
     pub laws: Vec<String>,
-    /// What differs from the machine in use, by its path.
+    /// Values that differ from the machine in use, by their paths.
     #[serde(default)]
     pub values: BTreeMap<String, f64>,
-    /// Joints of the cloud.
+    /// Number of joints of the cloud.
     #[serde(default)]
     pub cloud: u8,
-    /// Whose joint it is.
+    /// The joint.
     #[serde(default)]
-    pub joint: Source,
+    pub joint: JointSource,
 }
 
-/// The largest wish: so many laws, so many changed values, so many joints.
+/// Limits of a prediction: laws, changed values, joints.
 const LARGEST_WISH: [usize; 3] = [16, 128, 48];
 
-impl Wish {
+impl PredictionRequest {
     fn is_small(&self) -> bool {
         let [laws, values, cloud] = LARGEST_WISH;
         let is_small = self.laws.len() <= laws && self.values.len() <= values;
@@ -158,81 +158,81 @@ impl Wish {
     }
 }
 
-/// What a page asks for.
+/// Action that a page requests.
 #[derive(Clone, Debug, PartialEq)]
-pub enum Ask {
-    /// Nothing: the page lives, and looks at what comes. It is not answered.
+pub enum StudioAction {
+    /// Keep-alive of the page. It has no answer.
     Alive,
-    /// The page wants to command.
+    /// Request of the command over the device.
     Command,
-    /// Output off.
+    /// Turn the output off.
     Stop,
-    /// Close the loop where the joint is.
+    /// Close the loop at the present position.
     Arm,
     /// Stop the joint, with the loop closed.
     Hold,
-    /// Move within the limits of `[profile]` to so many deg in the zero of the arming.
+    /// Move within the limits of `[profile]` to a position from the zero of the arming, deg.
     Move(f64),
-    /// Jump there.
+    /// Step to a position, deg.
     Step(f64),
     /// Push the joint a little each way.
     Jog,
     /// Follow the first trajectory of the machine's file.
     Trajectory,
-    /// Go to a place and back with a trapezoid of the speed: way (deg), speed (deg/s), rest between
-    /// there and back (s), half the time of a blend (s).
+    /// Go to a position and back with a trapezoid of the speed: distance (deg), speed (deg/s), rest
+    /// between the two (s), half the time of a blend (s).
     Trapezoid([f64; 4]),
     /// Identify the joint by the device's bounded sequence of motions.
     IdentifyJoint,
-    /// Find the friction by a ramp.
+    /// Identify the friction by a ramp.
     Identify {
-        /// How fast the effort rises, V/s.
+        /// Rate of the effort, V/s.
         rate: f32,
         /// Time between the rise and the fall, s.
         hold: f32,
     },
     /// Clear the latched fault.
     Clear,
-    /// Change parameters by their paths, as in `limits.stall_v`. Each value is written as it would
-    /// be in a machine's file.
+    /// Change parameters by their paths, as in `limits.stall_v`. Each value is written as in a
+    /// machine's file.
     Set(BTreeMap<String, String>),
-    /// Take the parameters of a machine's file, whose text this is.
+    /// Use the parameters of a machine's file, given as text.
     Push(String),
-    /// Take the parameters that were in use before the last change.
+    /// Restore the parameters before the last change.
     Undo,
-    /// Keep what is in use across a reset.
+    /// Save the parameters in use for the next reset.
     Save,
-    /// Say what a move would be like. It asks the device nothing, and is no word.
-    Predict(Box<Wish>),
-    /// Compare what is in use with a machine's file, whose text this is; empty: with the file that
-    /// the studio was started with. It asks the device nothing.
+    /// Predict a move. Sends nothing to the device, and is no keep-alive.
+    Predict(Box<PredictionRequest>),
+    /// Compare the parameters in use with a machine's file, given as text; if it is empty, with the
+    /// file that the studio was started with. Sends nothing to the device.
     Compare(String),
-    /// Predict a self-test of so many moves: within so many deg to either side, or else within the
-    /// range that is derived.
+    /// Predict a self-test: its number of moves, and its range to either side or the derived one.
     PredictSelftest {
         /// Range to either side, deg.
         range_deg: Option<f64>,
-        /// Moves.
+        /// Number of moves.
         moves: usize,
-        /// Whose joint it is.
-        joint: Source,
+        /// The joint.
+        joint: JointSource,
     },
-    /// End the prediction of a self-test that is computed.
+    /// Cancel the prediction of a self-test.
     CancelSelftest,
     /// Make the moves of the self-test that was predicted last, if its prediction has this number.
     Selftest(u32),
-    /// Tune controllers for a goal. It asks the device nothing.
-    Tune(Box<Tuning>),
-    /// End the tuning that runs.
+    /// Tune controllers for a goal. Sends nothing to the device.
+    Tune(Box<TuningRequest>),
+    /// Cancel the running tuning.
     CancelTuning,
 }
 
-impl TryFrom<Written> for Request {
+impl TryFrom<RequestFields> for StudioRequest {
     type Error = String;
 
-    fn try_from(written: Written) -> Result<Self, String> {
-        let Written { id, r#do: what, deg, rate, hold, values, text, .. } = written;
-        let Written { trapezoid, wish, laws, goal, moves, joint, limits, cases, .. } = written;
+    fn try_from(written: RequestFields) -> Result<Self, String> {
+        let RequestFields { id, r#do: what, deg, rate, hold, values, text, .. } = written;
+        let RequestFields { trapezoid, wish, laws, goal, moves, joint, limits, cases, .. } =
+            written;
         let number = written.number;
         let all = [
             deg.is_some(),
@@ -254,59 +254,68 @@ impl TryFrom<Written> for Request {
         let also = |some: &[bool]| some.iter().filter(|some| **some).count();
         let whose = joint.unwrap_or_default();
         let (ask, wanted) = match what.as_str() {
-            "alive" => (Some(Ask::Alive), 0),
-            "command" => (Some(Ask::Command), 0),
-            "stop" => (Some(Ask::Stop), 0),
-            "arm" => (Some(Ask::Arm), 0),
-            "hold" => (Some(Ask::Hold), 0),
-            "jog" => (Some(Ask::Jog), 0),
-            "clear" => (Some(Ask::Clear), 0),
-            "undo" => (Some(Ask::Undo), 0),
-            "save" => (Some(Ask::Save), 0),
-            "move" => (deg.map(Ask::Move), 1),
-            "step" => (deg.map(Ask::Step), 1),
-            "set" => (values.map(Ask::Set), 1),
-            "push" => (text.map(Ask::Push), 1),
-            "compare" => (text.map(Ask::Compare), 1),
-            "predict" => (wish.filter(Wish::is_small).map(|wish| Ask::Predict(wish.into())), 1),
-            "selftest" => (number.map(Ask::Selftest), 1),
+            "alive" => (Some(StudioAction::Alive), 0),
+            "command" => (Some(StudioAction::Command), 0),
+            "stop" => (Some(StudioAction::Stop), 0),
+            "arm" => (Some(StudioAction::Arm), 0),
+            "hold" => (Some(StudioAction::Hold), 0),
+            "jog" => (Some(StudioAction::Jog), 0),
+            "clear" => (Some(StudioAction::Clear), 0),
+            "undo" => (Some(StudioAction::Undo), 0),
+            "save" => (Some(StudioAction::Save), 0),
+            "move" => (deg.map(StudioAction::Move), 1),
+            "step" => (deg.map(StudioAction::Step), 1),
+            "set" => (values.map(StudioAction::Set), 1),
+            "push" => (text.map(StudioAction::Push), 1),
+            "compare" => (text.map(StudioAction::Compare), 1),
+            "predict" => (
+                wish.filter(PredictionRequest::is_small)
+                    .map(|wish| StudioAction::Predict(wish.into())),
+                1,
+            ),
+            "selftest" => (number.map(StudioAction::Selftest), 1),
             "predict-selftest" => {
                 let moves = moves.filter(|moves| MOVES.contains(moves));
-                let ask = |moves| Ask::PredictSelftest { range_deg: deg, moves, joint: whose };
+                let ask =
+                    |moves| StudioAction::PredictSelftest { range_deg: deg, moves, joint: whose };
                 (moves.map(ask), 1 + also(&[deg.is_some(), joint.is_some()]))
             }
-            "cancel-selftest" => (Some(Ask::CancelSelftest), 0),
+            "cancel-selftest" => (Some(StudioAction::CancelSelftest), 0),
             "tune" => {
                 let more = also(&[joint.is_some(), limits.is_some(), cases.is_some()]);
                 let limits = limits.unwrap_or_default();
                 let wanted = laws.zip(goal).filter(|_| limits.len() <= LIMITS);
                 let tuning = wanted.map(|(laws, goal)| {
-                    Ask::Tune(Tuning { laws, goal, joint: whose, limits, cases }.into())
+                    StudioAction::Tune(
+                        TuningRequest { laws, goal, joint: whose, limits, cases }.into(),
+                    )
                 });
                 (tuning, 2 + more)
             }
-            "cancel-tuning" => (Some(Ask::CancelTuning), 0),
-            "trajectory" if given == 0 => (Some(Ask::Trajectory), 0),
-            "trajectory" => (trapezoid.map(Ask::Trapezoid), 1),
-            "identify" if given == 0 => (Some(Ask::IdentifyJoint), 0),
-            "identify" => (rate.zip(hold).map(|(rate, hold)| Ask::Identify { rate, hold }), 2),
-            _ => return Err(format!("there is nothing to do that is called `{what}`")),
+            "cancel-tuning" => (Some(StudioAction::CancelTuning), 0),
+            "trajectory" if given == 0 => (Some(StudioAction::Trajectory), 0),
+            "trajectory" => (trapezoid.map(StudioAction::Trapezoid), 1),
+            "identify" if given == 0 => (Some(StudioAction::IdentifyJoint), 0),
+            "identify" => {
+                (rate.zip(hold).map(|(rate, hold)| StudioAction::Identify { rate, hold }), 2)
+            }
+            _ => return Err(format!("there is no action `{what}`")),
         };
         match ask {
             Some(what) if given == wanted => Ok(Self { id, what }),
-            _ => Err(format!("`{what}` wants other values than those that are given")),
+            _ => Err(format!("`{what}` needs other values than those that are given")),
         }
     }
 }
 
-impl Ask {
-    /// Whether any page may ask for it, and not only the one that commands.
+impl StudioAction {
+    /// Returns whether any page may request it, not only the one that commands.
     pub const fn is_for_all(&self) -> bool {
         matches!(self, Self::Stop | Self::Command) || self.is_apart()
     }
 
-    /// Whether nothing is asked of the device: other threads answer, and the request is no word
-    /// that would keep a link alive.
+    /// Returns whether the action sends nothing to the device: other threads answer it, and it is
+    /// no keep-alive.
     pub const fn is_apart(&self) -> bool {
         matches!(self, Self::Predict(_) | Self::Compare(_) | Self::Tune(_) | Self::CancelTuning)
     }
@@ -318,23 +327,34 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_request_is_taken_whole_or_not_at_all() {
-        let read = |text: &str| serde_json::from_str::<Request>(text).ok();
-        let whole = Request { id: 7, what: Ask::Move(-2.5) };
+    fn a_request_is_read_whole_or_not_at_all() {
+        let read = |text: &str| serde_json::from_str::<StudioRequest>(text).ok();
+        let whole = StudioRequest { id: 7, what: StudioAction::Move(-2.5) };
         assert_eq!(read(r#"{"id":7,"do":"move","deg":-2.5}"#), Some(whole));
-        assert_eq!(read(r#"{"do":"stop"}"#), Some(Request { id: 0, what: Ask::Stop }));
+        assert_eq!(
+            read(r#"{"do":"stop"}"#),
+            Some(StudioRequest { id: 0, what: StudioAction::Stop })
+        );
         let wished = r#"{"do":"predict","wish":{"laws":["pd"],"way":{"how":"step","deg":1}}}"#;
-        let Some(Request { what: Ask::Predict(wish), .. }) = read(wished) else { panic!() };
-        assert_eq!((&wish.way, wish.cloud), (&Way::Step(1.0), 0));
-        assert_eq!(read(r#"{"do":"trajectory"}"#).map(|all| all.what), Some(Ask::Trajectory));
+        let Some(StudioRequest { what: StudioAction::Predict(wish), .. }) = read(wished) else {
+            panic!()
+        };
+        assert_eq!((&wish.way, wish.cloud), (&RequestedMotion::Step(1.0), 0));
+        assert_eq!(
+            read(r#"{"do":"trajectory"}"#).map(|all| all.what),
+            Some(StudioAction::Trajectory)
+        );
         let tuned = r#"{"do":"tune","laws":["pd"],"goal":"settle","joint":"found","cases":3}"#;
-        let Some(Request { what: Ask::Tune(tuning), .. }) = read(tuned) else { panic!() };
-        assert_eq!((tuning.joint, tuning.cases), (Source::Found, Some(3)));
+        let Some(StudioRequest { what: StudioAction::Tune(tuning), .. }) = read(tuned) else {
+            panic!()
+        };
+        assert_eq!((tuning.joint, tuning.cases), (JointSource::Found, Some(3)));
         let tested = r#"{"do":"predict-selftest","moves":2,"joint":"found"}"#;
-        let of = Ask::PredictSelftest { range_deg: None, moves: 2, joint: Source::Found };
+        let of =
+            StudioAction::PredictSelftest { range_deg: None, moves: 2, joint: JointSource::Found };
         assert_eq!(read(tested).map(|all| all.what), Some(of));
         let made = read(r#"{"do":"selftest","number":2}"#).map(|all| all.what);
-        assert_eq!(made, Some(Ask::Selftest(2)));
+        assert_eq!(made, Some(StudioAction::Selftest(2)));
         for wrong in [
             r#"{"id":7,"do":"move"}"#,
             r#"{"id":7,"do":"arm","deg":1}"#,

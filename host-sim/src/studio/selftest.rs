@@ -2,18 +2,20 @@
 //!
 //! ```text
 //! predict: parameters of the device, a joint -> another thread predicts; nothing moves
-//! begin:   arm, and then a move after the other, each on a word of the page that has begun it
+//! start:   arm, and then one move after the other, each after a keep-alive of the page that
+//! started
+//!          it
 //! end:     the last move, a stop, a fault -> off, verdict
 //! ```
 //!
-//! The moves, their times and their judgement are those of [`crate::selftest::Steps`]. The two are
-//! apart because a prediction takes its time: nobody expects a motor to move for a button that was
-//! pressed long before. For the same reason the last thing before the arming is to look whether the
-//! order is expected still, and nothing is asked between a look at the page's word and a move. A
-//! move begins, and the status is asked for, only while the page that has begun the self-test
-//! commands and gives its words. So that page alone keeps the link alive: if it is gone, the
-//! device's link timeout ends the self-test, also where another page commands by then. Does badly:
-//! on a link whose answers take as long as a word is worth, 0.15 s, no move begins.
+//! The moves, their times and their judgement are those of [`crate::selftest::Steps`]. Prediction
+//! and moves are separate requests because a prediction takes time: a motor must not move for a
+//! button that was pressed long before. For the same reason the request's age is checked last
+//! before the arming, and nothing is sent between the check of the page's keep-alive and a move. A
+//! move starts, and the status is requested, only while the page that started the self-test
+//! commands and sends keep-alives. So only that page keeps the link alive: if it is gone, the
+//! device's link timeout ends the self-test, even if another page commands by then. Limit: on a
+//! link whose answers take longer than a keep-alive is valid, 0.15 s, no move starts.
 
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
@@ -23,9 +25,9 @@ use std::time::Duration;
 use serde_json::{Value, json};
 use stiction::link::{Sample, StateCode, Status};
 
-use super::desk::Order;
+use super::desk::QueuedRequest;
 use super::machine_in_use::no_joint;
-use super::request::{Source, Way};
+use super::request::{JointSource, RequestedMotion};
 use super::spare_cores::{begin, on_spare_cores};
 use super::wording::of_a_page;
 use super::worker::Worker;
@@ -36,68 +38,68 @@ use crate::selftest::{
     Asked, Check, JOINTS, Next, Prepared, SEED, Session, Steps, object, sentence,
 };
 
-/// A self-test, as far as it is.
+/// Phase of a self-test.
 #[derive(Debug)]
-pub enum Test {
+pub enum SelftestPhase {
     /// Another thread predicts it.
-    Predicting(Predicting),
-    /// It may begin.
-    Ready(Box<Ready>),
+    Predicting(PendingPrediction),
+    /// It is predicted, and can start.
+    Ready(Box<PredictedSelftest>),
     /// It moves the joint.
-    Moving(Box<Moving>),
+    Moving(Box<RunningSelftest>),
 }
 
-/// What was asked for, so that a page knows whose moves it is to make.
+/// Request of a self-test, from which a page identifies its prediction.
 #[derive(Clone, Debug)]
-pub struct Wanted {
-    /// No other prediction of this studio has it.
+pub struct SelftestRequest {
+    /// Number of the prediction, unique in this studio.
     number: u32,
-    /// Left out, the range is derived.
+    /// Range to either side, deg; `None` derives it.
     range_deg: Option<f64>,
-    joint: Source,
+    joint: JointSource,
 }
 
-impl Wanted {
-    fn add_to(&self, told: &mut Value) {
-        told["number"] = self.number.into();
-        told["deg"] = self.range_deg.into();
-        told["joint"] = json!(self.joint);
+impl SelftestRequest {
+    fn add_to(&self, event: &mut Value) {
+        event["number"] = self.number.into();
+        event["deg"] = self.range_deg.into();
+        event["joint"] = json!(self.joint);
     }
 }
 
 /// A self-test that was predicted.
 #[derive(Clone, Debug)]
-pub struct Ready {
-    wanted: Wanted,
+pub struct PredictedSelftest {
+    wanted: SelftestRequest,
     prepared: Prepared,
 }
 
 /// A self-test that is being predicted. The prediction ends when this is dropped.
 #[derive(Debug)]
-pub struct Predicting {
+pub struct PendingPrediction {
     coming: Receiver<Result<Option<Prepared>, Error>>,
-    wanted: Wanted,
+    wanted: SelftestRequest,
     moves: usize,
     machine: String,
-    /// How many joints are done, and how many the pages have been told of.
+    /// Number of joints done, and the number last published.
     over: Arc<AtomicU64>,
-    told: u64,
+    reported: u64,
     goes_on: Arc<AtomicBool>,
 }
 
-impl Drop for Predicting {
+impl Drop for PendingPrediction {
     fn drop(&mut self) {
         self.goes_on.store(false, Ordering::Relaxed);
     }
 }
 
-impl Predicting {
-    fn told(&self) -> Value {
+impl PendingPrediction {
+    fn event(&self) -> Value {
         json!({
             "phase": "predicting",
             "moves": self.moves,
             "joints": JOINTS,
-            "over": self.told,
+            "over": self.reported,
             "machine": self.machine,
         })
     }
@@ -105,67 +107,68 @@ impl Predicting {
 
 /// A self-test that moves the joint.
 #[derive(Debug)]
-pub struct Moving {
-    ready: Ready,
+pub struct RunningSelftest {
+    ready: PredictedSelftest,
     steps: Steps,
-    /// The page that has begun it.
+    /// Number of the page that started it.
     page: u64,
-    /// The tick in which the wait was seen to begin that is on.
+    /// Clock at the start of the present wait, ticks.
     since: Option<u32>,
-    /// How long it is.
+    /// Length of the wait.
     time: Duration,
 }
 
 impl<W: Wire> Worker<'_, W> {
-    /// Whether it moves the joint.
+    /// Returns whether a self-test moves the joint.
     pub(super) const fn is_testing(&self) -> bool {
-        matches!(self.test, Some(Test::Moving(_)))
+        matches!(self.test, Some(SelftestPhase::Moving(_)))
     }
 
-    /// Whether the page commands that has begun the self-test; without one, any is right.
+    /// Returns whether the page that started the self-test commands; true without a self-test.
     pub(super) fn has_its_page(&self) -> bool {
         match &self.test {
-            Some(Test::Moving(moving)) => self.shared.control.is_held_by(moving.page),
+            Some(SelftestPhase::Moving(moving)) => self.shared.control.is_held_by(moving.page),
             _ => true,
         }
     }
 
-    /// Tells how far the self-test is, and whose joints it could be predicted with.
-    fn tell_test(&self, mut told: Value) {
+    /// Publishes the state of the self-test, and the joints that it can be predicted with.
+    fn publish_test(&self, mut event: Value) {
         let Self { about, .. } = self;
-        told["file"] = about.is_its_file.then_some(&about.machine).map(String::as_str).into();
-        told["why"] = (!about.is_its_file).then(|| nothing_known().to_string()).into();
-        told["of_found"] = true.into();
-        self.shared.news.tell("selftest", told);
+        event["file"] = about.is_its_file.then_some(&about.machine).map(String::as_str).into();
+        event["why"] = (!about.is_its_file).then(|| nothing_known().to_string()).into();
+        event["of_found"] = true.into();
+        self.shared.news.publish("selftest", event);
     }
 
-    /// Tells that nothing is predicted, and why.
-    pub(super) fn tell_no_test(&self, said: Option<String>) {
-        self.tell_test(json!({ "phase": "none", "said": said }));
+    /// Publishes that no self-test is predicted, and why.
+    pub(super) fn publish_no_test(&self, said: Option<String>) {
+        self.publish_test(json!({ "phase": "none", "said": said }));
     }
 
-    /// Lets another thread predict the moves from where the joint is. Nothing moves.
+    /// Starts the prediction of the moves from the present position on another thread. Nothing
+    /// moves.
     pub(super) fn predict_selftest(
         &mut self,
         range_deg: Option<f64>,
         moves: usize,
-        joint: Source,
+        joint: JointSource,
     ) -> Result<Value, Error> {
-        if joint == Source::File && !self.about.is_its_file {
+        if joint == JointSource::File && !self.about.is_its_file {
             return Err(nothing_known());
         }
-        if let Some(Test::Predicting(_)) = self.test {
+        if let Some(SelftestPhase::Predicting(_)) = self.test {
             let why = "selftest: it is being predicted; one prediction is computed at a time";
             return Err(Error::Refused(why.into()));
         }
         if self.driven {
-            let why = "selftest: the motor is driven; stop first, since the moves begin where \
-                       the joint is then";
+            let why = "selftest: the motor is driven; stop first, since the moves start from the \
+                       position of the joint at rest";
             return Err(Error::Refused(why.into()));
         }
         let (machine, document) = match joint {
-            Source::File => (self.about.machine.clone(), Document::open(&self.about.machine)?),
-            Source::Found => {
+            JointSource::File => (self.about.machine.clone(), Document::open(&self.about.machine)?),
+            JointSource::Found => {
                 let found = self.shared.found()?;
                 let document = Document::parse(&found.name, &found.text)?;
                 (found.name, document)
@@ -183,64 +186,65 @@ impl<W: Wire> Worker<'_, W> {
                 still.load(Ordering::Relaxed)
             };
             let predicted = on_spare_cores(|| planned.predict_while(&look));
-            // A studio that has ended needs none.
+            // If the studio has ended, the result is dropped.
             let _ = done.send(predicted.and_then(|predicted| predicted));
         });
         let said = format!("predicts the self-test with the joint of {machine}: nothing moves");
         let number = self.shared.predictions.fetch_add(1, Ordering::Relaxed) + 1;
-        let wanted = Wanted { number, range_deg, joint };
-        let predicting = Predicting { coming, wanted, moves, machine, over, told: 0, goes_on };
-        self.tell_test(predicting.told());
-        self.test = Some(Test::Predicting(predicting));
+        let wanted = SelftestRequest { number, range_deg, joint };
+        let predicting =
+            PendingPrediction { coming, wanted, moves, machine, over, reported: 0, goes_on };
+        self.publish_test(predicting.event());
+        self.test = Some(SelftestPhase::Predicting(predicting));
         Ok(said.into())
     }
 
-    /// Ends the prediction that is computed, and tells why; whether there was one.
+    /// Cancels the running prediction and publishes why. Returns whether there was one.
     pub(super) fn cancel_prediction(&mut self, why: &str) -> bool {
-        let is_predicting = matches!(self.test, Some(Test::Predicting(_)));
+        let is_predicting = matches!(self.test, Some(SelftestPhase::Predicting(_)));
         if is_predicting {
             self.test = None;
-            self.tell_no_test(Some(why.to_owned()));
+            self.publish_no_test(Some(why.to_owned()));
         }
         is_predicting
     }
 
-    /// Another joint was found, so what was predicted with the one before is none of it.
+    /// Drops a self-test of the identified joint after another joint was identified.
     pub(super) fn drop_test_of_found(&mut self) {
         let of = match &self.test {
-            Some(Test::Predicting(predicting)) => predicting.wanted.joint,
-            Some(Test::Ready(ready)) => ready.wanted.joint,
-            // None was identified meanwhile.
-            Some(Test::Moving(_)) | None => return,
+            Some(SelftestPhase::Predicting(predicting)) => predicting.wanted.joint,
+            Some(SelftestPhase::Ready(ready)) => ready.wanted.joint,
+            // While a self-test moves the joint, none is identified.
+            Some(SelftestPhase::Moving(_)) | None => return,
         };
-        if of == Source::Found {
+        if of == JointSource::Found {
             self.test = None;
             let why = "selftest: another joint was identified; predict it anew";
-            self.tell_no_test(Some(why.into()));
+            self.publish_no_test(Some(why.into()));
         }
     }
 
-    /// Takes what was predicted, if it is there.
+    /// Publishes the prediction if it is complete.
     pub(super) fn take_prediction(&mut self) {
-        let Some(Test::Predicting(predicting)) = &mut self.test else { return };
-        let by_itself = || Error::Device("selftest: the prediction has ended by itself".into());
+        let Some(SelftestPhase::Predicting(predicting)) = &mut self.test else { return };
+        let ended = || Error::Device("selftest: the prediction ended without a result".into());
         let predicted = match predicting.coming.try_recv() {
-            Ok(predicted) => predicted.and_then(|predicted| predicted.ok_or_else(by_itself)),
+            Ok(predicted) => predicted.and_then(|predicted| predicted.ok_or_else(ended)),
             Err(TryRecvError::Empty) => {
                 let over = predicting.over.load(Ordering::Relaxed);
-                if over != predicting.told {
-                    predicting.told = over;
-                    let told = predicting.told();
-                    self.tell_test(told);
+                if over != predicting.reported {
+                    predicting.reported = over;
+                    let event = predicting.event();
+                    self.publish_test(event);
                 }
                 return;
             }
-            Err(TryRecvError::Disconnected) => Err(by_itself()),
+            Err(TryRecvError::Disconnected) => Err(ended()),
         };
         match predicted {
             Ok(prepared) => {
                 let wanted = predicting.wanted.clone();
-                let mut told = json!({
+                let mut event = json!({
                     "phase": "ready",
                     "machine": prepared.machine(),
                     "range_deg": prepared.range_deg(),
@@ -255,32 +259,37 @@ impl<W: Wire> Worker<'_, W> {
                     "predicted_sides": prepared.predicted_sides(),
                     "checks": prepared.bounds().iter().map(bound).collect::<Vec<_>>(),
                 });
-                wanted.add_to(&mut told);
-                self.tell_test(told);
-                self.test = Some(Test::Ready(Ready { wanted, prepared }.into()));
+                wanted.add_to(&mut event);
+                self.publish_test(event);
+                self.test =
+                    Some(SelftestPhase::Ready(PredictedSelftest { wanted, prepared }.into()));
             }
             Err(error) => {
                 self.test = None;
-                self.tell_no_test(Some(of_a_page(error).to_string()));
+                self.publish_no_test(Some(of_a_page(error).to_string()));
             }
         }
     }
 
-    /// Arms the device for the self-test that was predicted last, unless the order means another
-    /// one, or is not expected any more by then.
-    pub(super) fn begin_selftest(&mut self, number: u32, order: &Order) -> Result<Value, Error> {
-        // An identification may have ended since the status was asked: what it has found is first.
+    /// Arms the device for the self-test that was predicted last. Refused if the request has
+    /// another number, or is too old by then.
+    pub(super) fn begin_selftest(
+        &mut self,
+        number: u32,
+        order: &QueuedRequest,
+    ) -> Result<Value, Error> {
+        // An identification may have ended since the last status: its result comes first.
         if self.running.is_some() {
             self.ask_status()?;
         }
-        let Some(Test::Ready(ready)) = &self.test else {
+        let Some(SelftestPhase::Ready(ready)) = &self.test else {
             return Err(Error::Refused("selftest: predict it first".into()));
         };
         if ready.wanted.number != number {
-            let why = "selftest: it was predicted anew meanwhile; look at these moves first";
+            let why = "selftest: it was predicted again meanwhile; look at the new moves first";
             return Err(Error::Refused(why.into()));
         }
-        let ready = Ready::clone(ready);
+        let ready = PredictedSelftest::clone(ready);
         let prepared = &ready.prepared;
         let status = prepared.fits(&mut self.client).map_err(of_a_page)?;
         let (signals, request) = (self.signals.clone(), &prepared.request);
@@ -288,51 +297,52 @@ impl<W: Wire> Worker<'_, W> {
         let steps = steps.judged_by(prepared.goal());
         let moves = request.targets.len();
         let deg = prepared.range_deg();
-        // All that was asked so far took its time.
+        // The requests above took time.
         self.is_expected(order)?;
         self.client.arm()?;
         let (page, since) = (order.page, None);
-        self.test = Some(Test::Moving(Moving { ready, steps, page, since, time }.into()));
-        self.tell_moves(0, moves, None);
-        Ok(format!("the self-test begins: {moves} moves within {deg:.3} deg either way").into())
+        self.test =
+            Some(SelftestPhase::Moving(RunningSelftest { ready, steps, page, since, time }.into()));
+        self.publish_moves(0, moves, None);
+        Ok(format!("the self-test starts: {moves} moves within {deg:.3} deg either way").into())
     }
 
-    /// The self-test sees a sample.
+    /// Passes a sample to the running self-test.
     pub(super) fn test_sees(&mut self, sample: &Sample) {
-        if let Some(Test::Moving(moving)) = &mut self.test {
+        if let Some(SelftestPhase::Moving(moving)) = &mut self.test {
             moving.steps.see(sample, self.client.load_ahead_deg(sample.clock));
         }
     }
 
-    /// A wait of the self-test that has just begun is counted from this tick on.
+    /// Starts the wait of the running self-test at this tick, unless it has started.
     pub(super) fn testing_since(&mut self, clock: u32) {
-        if let Some(Test::Moving(moving)) = &mut self.test {
+        if let Some(SelftestPhase::Moving(moving)) = &mut self.test {
             moving.since.get_or_insert(clock);
         }
     }
 
-    /// Begins the next move if the last one is over, if the page that has begun the self-test has
-    /// just given a word, and if nobody wants to stop.
+    /// Starts the next move if the last one is over, the page that started the self-test has just
+    /// sent a keep-alive, and no stop is requested.
     ///
     /// # Errors
-    /// Says that the device does not answer.
+    /// Returns an error if the device does not answer.
     pub(super) fn go_on_testing(&mut self, status: &Status) -> Result<(), Error> {
-        let Some(Test::Moving(moving)) = &self.test else { return Ok(()) };
+        let Some(SelftestPhase::Moving(moving)) = &self.test else { return Ok(()) };
         let Some(since) = moving.since else { return Ok(()) };
         let ticks = status.clock.wrapping_sub(since);
         let passed_s = f64::from(ticks) * f64::from(status.sample_time);
         if status.state != StateCode::Armed || passed_s < moving.time.as_secs_f64() {
             return Ok(());
         }
-        // They are of the move that is over.
+        // These samples belong to the move that is over.
         self.show_kept();
-        // Nothing is asked between this look and the move.
-        if self.shared.is_stop_wanted() || !self.has_word() {
+        // Nothing is sent between this check and the move.
+        if self.shared.is_stop_wanted() || !self.has_keep_alive() {
             return Ok(());
         }
-        let Some(Test::Moving(moving)) = &mut self.test else { return Ok(()) };
+        let Some(SelftestPhase::Moving(moving)) = &mut self.test else { return Ok(()) };
         let Some(Next { motion, to_deg, time }) = moving.steps.next(status)? else {
-            // It was the last one. The verdict is that of the device that was armed until now.
+            // After the last move: the verdict uses the status of the armed device.
             self.client.stop()?;
             self.end_testing(status);
             self.ask_status()?;
@@ -343,11 +353,11 @@ impl<W: Wire> Worker<'_, W> {
                 (moving.since, moving.time) = (None, time);
                 let all = moving.ready.prepared.request.targets.len();
                 let made = moving.steps.made();
-                self.tell_motion(&Way::Move(to_deg));
-                self.tell_moves(made, all, Some(to_deg));
+                self.publish_motion(&RequestedMotion::Move(to_deg));
+                self.publish_moves(made, all, Some(to_deg));
             }
             Err(error @ (Error::Device(_) | Error::Emulator(_))) => return Err(error),
-            // What was made so far is judged, with the reason.
+            // The moves so far are judged, with the reason.
             Err(refused) => {
                 moving.steps.refused(refused.to_string());
                 self.client.stop()?;
@@ -357,20 +367,20 @@ impl<W: Wire> Worker<'_, W> {
         Ok(())
     }
 
-    /// Judges the moves, if there is a self-test that moves the joint: all were made, or the device
-    /// is off.
+    /// Judges the moves of the running self-test after the last one, or after the device went off.
     pub(super) fn end_testing(&mut self, status: &Status) {
-        let Some(Test::Moving(moving)) = self.test.take_if(|test| matches!(test, Test::Moving(_)))
+        let Some(SelftestPhase::Moving(moving)) =
+            self.test.take_if(|test| matches!(test, SelftestPhase::Moving(_)))
         else {
             return;
         };
-        let Moving { ready, steps, .. } = *moving;
-        let Ready { wanted, prepared } = &ready;
+        let RunningSelftest { ready, steps, .. } = *moving;
+        let PredictedSelftest { wanted, prepared } = &ready;
         let session: Session = steps.ended(*status);
         let tested = prepared.clone().judged(session);
         let labels: serde_json::Map<String, Value> =
             tested.checks.iter().map(|check| (check.name.to_owned(), check.words.into())).collect();
-        let mut told = json!({
+        let mut event = json!({
             "phase": "done",
             "ok": tested.passes(),
             "said": sentence(&tested),
@@ -380,19 +390,19 @@ impl<W: Wire> Worker<'_, W> {
             "machine": prepared.machine(),
             "result": object(&tested, self.client.warning()),
         });
-        wanted.add_to(&mut told);
-        self.tell_test(told);
+        wanted.add_to(&mut event);
+        self.publish_test(event);
         // It may be repeated.
-        self.test = Some(Test::Ready(ready.into()));
+        self.test = Some(SelftestPhase::Ready(ready.into()));
     }
 
-    fn tell_moves(&self, made: usize, all: usize, to_deg: Option<f64>) {
-        let told = json!({ "phase": "moving", "made": made, "moves": all, "to_deg": to_deg });
-        self.tell_test(told);
+    fn publish_moves(&self, made: usize, all: usize, to_deg: Option<f64>) {
+        let event = json!({ "phase": "moving", "made": made, "moves": all, "to_deg": to_deg });
+        self.publish_test(event);
     }
 }
 
-/// A figure with its bounds, before anything was measured.
+/// Returns a figure with its bounds, before a measurement.
 fn bound(check: &Check) -> Value {
     let [least, median, largest] = check.predicted.map(|value| value.is_finite().then_some(value));
     json!({
@@ -405,5 +415,5 @@ fn bound(check: &Check) -> Value {
 }
 
 fn nothing_known() -> Error {
-    no_joint("there is nothing that a self-test could be judged by")
+    no_joint("a self-test cannot be judged")
 }

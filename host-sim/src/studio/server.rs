@@ -1,4 +1,4 @@
-//! The HTTP around the connections: who is let in, and what the page is made of.
+//! HTTP server of the studio: checks of connections, and the files of the page.
 
 use std::net::SocketAddr;
 use std::sync::Arc;
@@ -18,39 +18,39 @@ use tokio::net::TcpListener;
 use tokio::sync::{Semaphore, oneshot};
 
 use super::assets::{ASSETS, POLICY};
-use super::desk::Shared;
-use super::forecaster::{self, Wishes};
+use super::desk::StudioState;
+use super::forecaster::{self, PredictionQueue};
 use super::guard::{Token, is_host, is_origin};
-use super::listener::Bounded;
+use super::listener::BoundedListener;
 use super::refusals::{Refusals, at_the_terminal};
 use super::request::LARGEST;
-use super::socket::{Desk, serve};
+use super::socket::{StudioHandles, serve};
 use super::tuner::Tuner;
-use super::worker::{self, About};
+use super::worker::{self, DeviceContext};
 use crate::device::wire::Wire;
 use crate::error::Error;
 
-/// The largest number of pages.
+/// Largest number of pages.
 const PAGES: usize = 16;
 
-/// How many orders may wait for the device.
+/// Largest number of requests that wait for the device.
 const ORDERS: usize = 32;
 
-/// What a studio is made for.
+/// Options of a studio.
 #[derive(Clone, Debug)]
-pub struct Wanted {
-    /// Where it listens.
+pub struct StudioOptions {
+    /// Address to listen at.
     pub listen: SocketAddr,
-    /// Whose joint a pulled file has.
+    /// File whose joint a pulled file has.
     pub machine: String,
-    /// Whether that is the file of this device. If not, nothing is predicted before a joint
-    /// is identified, and no file is compared: nobody has told a joint.
+    /// Whether that is the file of this device. If not, predictions need an identified joint, and
+    /// no file is compared.
     pub is_its_file: bool,
-    /// Whether every tick is sent: the device is simulated, and no wire limits that.
+    /// Whether every tick is sent: a simulated device has no wire that limits the rate.
     pub every_tick: bool,
 }
 
-/// A studio that runs. It ends when this is dropped.
+/// A running studio. It ends when this is dropped.
 #[derive(Debug)]
 pub struct Server {
     address: SocketAddr,
@@ -60,10 +60,10 @@ pub struct Server {
     tuner: Arc<Tuner>,
 }
 
-/// What every request of HTTP is judged by.
+/// State with which each HTTP request is checked.
 #[derive(Clone, Debug)]
 struct Door {
-    desk: Desk,
+    desk: StudioHandles,
     token: Token,
     bound: SocketAddr,
     pages: Arc<Semaphore>,
@@ -71,24 +71,25 @@ struct Door {
 }
 
 impl Server {
-    /// Opens the device and begins to listen.
+    /// Opens the device and starts to listen.
     ///
     /// # Errors
-    /// Says that the device does not answer, or that nobody may listen at the address.
+    /// Returns an error if the device does not answer, or if the address cannot be used.
     pub fn start<W: Wire>(
-        wanted: Wanted,
+        wanted: StudioOptions,
         open: impl Fn() -> Result<W, Error> + Send + 'static,
     ) -> Result<Self, Error> {
-        Self::start_telling(wanted, at_the_terminal, open)
+        Self::start_with_reporter(wanted, at_the_terminal, open)
     }
 
-    /// The same, where `refused` is told what is refused in the place of the terminal. It is called
-    /// by the server's thread, and must not wait.
+    /// Starts like [`start`](Self::start), and passes refusals to `refused` instead of the
+    /// terminal.
+    /// The server's thread calls it, so it must not block.
     ///
     /// # Errors
-    /// As [`start`](Self::start).
-    pub fn start_telling<W: Wire>(
-        wanted: Wanted,
+    /// Returns the errors of [`start`](Self::start).
+    pub fn start_with_reporter<W: Wire>(
+        wanted: StudioOptions,
         refused: impl Fn(&str) + Send + Sync + 'static,
         open: impl Fn() -> Result<W, Error> + Send + 'static,
     ) -> Result<Self, Error> {
@@ -101,15 +102,15 @@ impl Server {
         let address = listener.local_addr().map_err(failed)?;
         let runtime =
             tokio::runtime::Builder::new_current_thread().enable_all().build().map_err(failed)?;
-        let shared = Arc::new(Shared::default());
+        let shared = Arc::new(StudioState::default());
         let (orders, waiting) = sync_channel(ORDERS);
         let (ready, is_ready) = sync_channel(1);
-        let Wanted { machine, is_its_file, every_tick, .. } = wanted;
+        let StudioOptions { machine, is_its_file, every_tick, .. } = wanted;
         let own = is_its_file.then(|| machine.clone());
-        let about = About { machine, is_its_file, every_tick };
+        let about = DeviceContext { machine, is_its_file, every_tick };
         let for_worker = shared.clone();
         std::thread::spawn(move || worker::run(open, &about, &for_worker, &waiting, &ready));
-        let wishes = Arc::new(Wishes::default());
+        let wishes = Arc::new(PredictionQueue::default());
         let tuner = Tuner::new(own.clone(), shared.clone());
         let (for_forecaster, known) = (wishes.clone(), shared.clone());
         std::thread::spawn(move || forecaster::run(&for_forecaster, &known, own.as_deref()));
@@ -117,7 +118,7 @@ impl Server {
         is_ready.recv().map_err(|_| gone())??;
         let refusals = Arc::new(Refusals::new(refused));
         let door = Door {
-            desk: Desk { shared, orders, wishes, tuner: tuner.clone(), refusals },
+            desk: StudioHandles { shared, orders, wishes, tuner: tuner.clone(), refusals },
             token: token.clone(),
             bound: address,
             pages: Arc::new(Semaphore::new(PAGES)),
@@ -127,9 +128,9 @@ impl Server {
         let thread = std::thread::spawn(move || {
             runtime.block_on(async {
                 let Ok(listener) = TcpListener::from_std(listener) else { return };
-                let listener = Bounded::new(listener, door.desk.refusals.clone());
+                let listener = BoundedListener::new(listener, door.desk.refusals.clone());
                 tokio::select! {
-                    // This never ends by itself.
+                    // This never ends.
                     _ = axum::serve(listener, routes(door)).into_future() => {}
                     _ = ended => {}
                 }
@@ -138,26 +139,26 @@ impl Server {
         Ok(Self { address, token, end: Some(end), thread: Some(thread), tuner })
     }
 
-    /// Where it listens.
+    /// Returns the address that it listens at.
     pub const fn address(&self) -> SocketAddr {
         self.address
     }
 
-    /// The secret of this run.
+    /// Returns the token of this run.
     pub const fn token(&self) -> &Token {
         &self.token
     }
 
-    /// What a person opens. The token stands behind the `#`, which no browser sends to a server, so
-    /// that it is in no log.
+    /// Returns the address that the user opens. The token follows the `#`, which no browser sends
+    /// to a server, so it is in no log.
     pub fn url(&self) -> String {
         format!("http://{}/#{}", self.address, self.token.text())
     }
 
-    /// Waits for the end of the server, which comes with that of the process.
+    /// Waits for the end of the server, which comes with the end of the process.
     pub fn wait(mut self) {
         if let Some(thread) = self.thread.take() {
-            // A server that panicked has said so.
+            // A panic of the server was already printed.
             let _ = thread.join();
         }
     }
@@ -165,9 +166,9 @@ impl Server {
 
 impl Drop for Server {
     fn drop(&mut self) {
-        // If none runs, nothing is to be cancelled.
+        // If no tuning runs, there is nothing to cancel.
         let _ = self.tuner.cancel();
-        // One of them is gone already if the server has ended.
+        // If the server has ended, the receiver is gone.
         let _ = self.end.take().map(|end| end.send(()));
         let _ = self.thread.take().map(JoinHandle::join);
     }
@@ -190,7 +191,7 @@ fn routes(door: Door) -> Router {
 
 impl Door {
     fn refused(&self, why: &'static str) -> Response {
-        self.desk.refusals.tell(&format!("a connection was refused: {why}"));
+        self.desk.refusals.report(&format!("a connection was refused: {why}"));
         (StatusCode::FORBIDDEN, format!("{why}\n")).into_response()
     }
 }
@@ -199,10 +200,10 @@ fn text(headers: &HeaderMap, name: header::HeaderName) -> &str {
     headers.get(name).and_then(|value| value.to_str().ok()).unwrap_or("")
 }
 
-/// Lets in who has come by the address of this server.
+/// Accepts only requests to the address of this server.
 async fn by_address(State(door): State<Door>, request: Request, next: Next) -> Response {
     if !is_host(text(request.headers(), header::HOST), door.bound) {
-        let why = "the address of the page is not the one that the studio has printed";
+        let why = "the address of the page is not the one that the studio printed";
         return door.refused(why);
     }
     next.run(request).await
@@ -224,7 +225,7 @@ async fn link(
         return door.refused("the page is of another origin");
     }
     if !door.token.is(&secret.token) {
-        let why = "the token is wrong: open the address that the studio has printed last";
+        let why = "the token is wrong: open the address that the studio printed last";
         return door.refused(why);
     }
     let Ok(permit) = door.pages.clone().try_acquire_owned() else {

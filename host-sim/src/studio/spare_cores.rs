@@ -1,4 +1,4 @@
-//! Work of minutes, beside which the studio stays awake.
+//! Thread pool for work of minutes. It leaves a core for the studio.
 
 #[cfg(not(target_family = "wasm"))]
 use std::sync::OnceLock;
@@ -7,35 +7,35 @@ use rayon::ThreadPool;
 
 use crate::error::Error;
 
-/// The threads of all such work, so that two of them together leave a core free, too.
+/// Threads of all such work, so that two jobs together leave a core free, too.
 #[cfg(not(target_family = "wasm"))]
 static SPARE: OnceLock<ThreadPool> = OnceLock::new();
 
-/// Runs what computes in parallel on all cores but one, and on one at least: the thread that talks
-/// to the device, the connections and the predictions have the other.
+/// Runs parallel work on all cores but one, at least one: the thread of the device, the connections
+/// and the predictions have the remaining core.
 ///
-/// If there is one thread for two of them, the second waits for the end of the first, unless that
+/// If two jobs share one thread, the second waits for the end of the first, unless the first
 /// [lets others in](let_others_in).
 ///
 /// # Errors
-/// Says that no thread could be had.
+/// Returns an error if no thread can be started.
 pub fn on_spare_cores<T: Send>(work: impl FnOnce() -> T + Send) -> Result<T, Error> {
     Ok(pool()?.install(work))
 }
 
-/// Lets work that waits for these threads go first. Work of minutes calls it now and then, so that
-/// work of seconds is done meanwhile. It may return as late as the end of that work: who calls it
-/// looks before and after whether it is still to go on.
+/// Runs other work that waits for these threads. Work of minutes calls it now and then, so that
+/// work of seconds is done meanwhile. It may return as late as the end of that work, so the caller
+/// checks before and after whether it was cancelled.
 pub fn let_others_in() {
     rayon::yield_now();
 }
 
-/// Begins work on a thread of its own. A page has no threads: there the work is dropped, and who
-/// waits for it sees that.
+/// Starts work on a thread of its own. In WebAssembly, which has no threads, the work is dropped,
+/// and its receiver sees that.
 pub fn begin(work: impl FnOnce() + Send + 'static) {
     #[cfg(not(target_family = "wasm"))]
     std::thread::spawn(work);
-    // The C library of WebAssembly need not even have the names of threads.
+    // The C library of WebAssembly may not even declare threads.
     #[cfg(target_family = "wasm")]
     drop(work);
 }
@@ -53,7 +53,7 @@ fn pool() -> Result<&'static ThreadPool, Error> {
     let cores = std::thread::available_parallelism().map_or(1, usize::from);
     let pool = rayon::ThreadPoolBuilder::new().num_threads(cores.saturating_sub(1).max(1)).build();
     let failed = |error| Error::Input(format!("studio: no thread to compute on: {error}"));
-    // Of two that were made at once one is dropped.
+    // If two pools were made at once, one is dropped.
     let pool = pool.map_err(failed)?;
     Ok(SPARE.get_or_init(|| pool))
 }
@@ -88,9 +88,9 @@ mod tests {
 
     #[test]
     fn short_work_is_done_while_long_work_lets_it_in() {
-        // Far more than that takes, and an end where it is not let in.
+        // A limit far above the time of the work, for the case that it never runs.
         const PATIENCE: Duration = Duration::from_secs(20);
-        // With two threads the short work would need nobody's leave.
+        // With two threads the short work would not have to wait.
         let pool = rayon::ThreadPoolBuilder::new().num_threads(1).build().unwrap();
         let (begun, has_begun) = channel();
         let is_done = AtomicBool::new(false);

@@ -1,11 +1,11 @@
-//! Tunes gains for a page, on a thread of its own: `stiction tune`, of the file that the studio was
-//! started with or of the joint that was identified, with the same seed and joints.
+//! Tuning of gains for a page, on a thread of its own: `stiction tune` for the file that the studio
+//! was started with or for the identified joint, with the same seed and joints.
 //!
-//! It asks the device nothing, is no word of a page, and writes no file: the new one is sent to the
-//! pages. One tuning runs at a time. It goes on if its page is closed, since it moves nothing, and
-//! any page may cancel it. Two events tell of it: `tuning` says what could be tuned and what runs,
-//! and `tuned` what was found last. What was found before a cancelling, or before a law that has
-//! nothing to be tuned, is found all the same.
+//! It sends nothing to the device, is no keep-alive, and writes no file: the new file is sent to
+//! the pages. One tuning runs at a time. Since it moves nothing, it goes on if its page is closed,
+//! and any page may cancel it. The event `tuning` has what can be tuned and what runs, and `tuned`
+//! has the last result. A cancelled tuning, or one with a law that cannot be tuned, keeps the
+//! results so far.
 
 use std::path::Path;
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -14,9 +14,9 @@ use std::time::{Duration, Instant};
 
 use serde_json::{Value, json};
 
-use super::desk::Shared;
+use super::desk::StudioState;
 use super::machine_in_use::no_joint;
-use super::request::{Source, Tuning};
+use super::request::{JointSource, TuningRequest};
 use super::spare_cores::{begin, let_others_in, on_spare_cores};
 use super::wording::of_a_page;
 use crate::ensemble::rules::TUNING_SEEDS;
@@ -27,51 +27,50 @@ use crate::tuning::{
     spreads,
 };
 
-/// Time between two reports of how far it is.
-const TOLD: Duration = Duration::from_millis(250);
+/// Time between two reports of the progress.
+const REPORTED: Duration = Duration::from_millis(250);
 
-/// Tunes for all pages.
+/// Tuner for all pages.
 #[derive(Debug)]
 pub struct Tuner {
     machine: Option<String>,
-    shared: Arc<Shared>,
-    /// Whether the tuning that runs is to go on.
+    shared: Arc<StudioState>,
+    /// Flag of the running tuning: false cancels it.
     under_way: Mutex<Option<Arc<AtomicBool>>>,
 }
 
-/// The tuning that is under way. Another one may begin when this is dropped.
+/// The running tuning. When it is dropped, another one can start.
 struct Busy(Arc<Tuner>);
 
 impl Drop for Busy {
     fn drop(&mut self) {
         *self.0.under_way() = None;
-        self.0.tell(None);
+        self.0.publish(None);
     }
 }
 
-/// What is to be tuned.
+/// A checked tuning.
 struct Task {
     request: Request,
     text: String,
     laws: Vec<String>,
-    joint: Source,
+    joint: JointSource,
 }
 
-/// What has come of it.
+/// Results of a tuning.
 #[derive(Default)]
 struct Found {
     tuned: Vec<Tuned>,
-    /// Laws that were not tuned, and why.
+    /// Laws that were not tuned, with the reasons.
     failed: Vec<(String, String)>,
     is_cancelled: bool,
 }
 
 impl Tuner {
-    /// Tells what could be tuned. `machine` is the file whose joint the device has, if somebody has
-    /// told one.
-    pub fn new(machine: Option<String>, shared: Arc<Shared>) -> Arc<Self> {
+    /// Publishes what can be tuned. `machine` is the file of the device's joint, if it is known.
+    pub fn new(machine: Option<String>, shared: Arc<StudioState>) -> Arc<Self> {
         let tuner = Self { machine, shared, under_way: Mutex::default() };
-        tuner.tell(None);
+        tuner.publish(None);
         Arc::new(tuner)
     }
 
@@ -79,22 +78,22 @@ impl Tuner {
         self.under_way.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
-    fn tell(&self, running: Option<Value>) {
-        let file = self.file(Source::File).and_then(|(_, _, document)| laws(&document));
+    fn publish(&self, running: Option<Value>) {
+        let file = self.file(JointSource::File).and_then(|(_, _, document)| laws(&document));
         let (laws, why) = match file {
             Ok(laws) => (laws, Value::Null),
             Err(why) => (vec![], why.to_string().into()),
         };
-        let told = json!({
+        let event = json!({
             "machine": self.machine, "laws": laws, "why": why, "running": running,
             "of_found": true,
         });
-        self.shared.news.tell("tuning", told);
+        self.shared.news.publish("tuning", event);
     }
 
-    /// A joint's file by its name, as it is now, and what is in it.
-    fn file(&self, joint: Source) -> Result<(String, String, Document), Error> {
-        if joint == Source::Found {
+    /// Returns name, text and document of a joint's file as it is now.
+    fn file(&self, joint: JointSource) -> Result<(String, String, Document), Error> {
+        if joint == JointSource::Found {
             let found = self.shared.found()?;
             let document = Document::parse(&found.name, &found.text)?;
             return Ok((found.name, found.text, document));
@@ -109,12 +108,11 @@ impl Tuner {
         Ok((machine.to_owned(), Document::text(machine)?, document))
     }
 
-    /// Begins to tune on a thread of its own, and answers from there: that it does, or that there
-    /// is no file or no such controller, or that a value is not allowed. While a tuning runs, that
-    /// is the answer.
+    /// Starts a tuning on a thread of its own, and answers from there: that it runs, or that the
+    /// file, a controller or a value is invalid. While a tuning runs, another one is refused.
     pub fn start(
         self: &Arc<Self>,
-        wanted: Tuning,
+        wanted: TuningRequest,
         answered: impl FnOnce(Result<Value, Error>) + Send + 'static,
     ) {
         let goes_on = Arc::new(AtomicBool::new(true));
@@ -127,16 +125,16 @@ impl Tuner {
             *under_way = Some(goes_on.clone());
         }
         let busy = Busy(self.clone());
-        // A file may be long, and the connections have one thread.
+        // A file may be long, and the connections share one thread.
         begin(move || match busy.0.task(&wanted) {
             Ok(task) => {
                 let Request { file, goal, .. } = &task.request;
                 let said = format!("tunes {} of {file} for {}", task.laws.join(", "), name(*goal));
                 busy.0.shared.news.forget("tuned");
-                busy.0.tell(Some(task.running(0, 0)));
+                busy.0.publish(Some(task.running(0, 0)));
                 answered(Ok(said.into()));
-                let told = task.run(&busy.0, &goes_on);
-                busy.0.shared.news.tell("tuned", told);
+                let event = task.run(&busy.0, &goes_on);
+                busy.0.shared.news.publish("tuned", event);
             }
             Err(error) => {
                 drop(busy);
@@ -145,8 +143,8 @@ impl Tuner {
         });
     }
 
-    /// What a page wants, checked as the command checks it.
-    fn task(&self, wanted: &Tuning) -> Result<Task, Error> {
+    /// Checks a request as the command does.
+    fn task(&self, wanted: &TuningRequest) -> Result<Task, Error> {
         let refuse = |why: String| Err(Error::Input(format!("tune: {why}")));
         let (file, text, document) = self.file(wanted.joint)?;
         let mut laws = laws(&document)?;
@@ -157,7 +155,7 @@ impl Tuner {
         let cases = wanted.cases.unwrap_or(CASES);
         if !CASES_ALLOWED.contains(&cases) {
             let (least, most) = (CASES_ALLOWED.start(), CASES_ALLOWED.end());
-            return refuse(format!("{cases} joints: allowed is a number from {least} to {most}"));
+            return refuse(format!("{cases} joints: must be a number from {least} to {most}"));
         }
         let limits = wanted.limits.iter().map(|text| {
             limit(text).map_err(|why| Error::Input(format!("tune: limit {text}: {why}")))
@@ -173,11 +171,11 @@ impl Tuner {
         Ok(Task { request, text, laws, joint })
     }
 
-    /// Ends the tuning that runs, within the time of one set of joints. If it has just let the
-    /// prediction of a self-test go first, that is over before.
+    /// Cancels the running tuning, within the time of one set of joints. If it has just let the
+    /// prediction of a self-test run, that ends before.
     ///
     /// # Errors
-    /// Says that none runs.
+    /// Returns an error if none runs.
     pub fn cancel(&self) -> Result<Value, Error> {
         match &*self.under_way() {
             Some(goes_on) => {
@@ -190,7 +188,7 @@ impl Tuner {
 }
 
 impl Task {
-    /// How far it is: the place of a law, and how many sets of its gains were tried.
+    /// Returns the progress: the place of a law, and the number of its gain sets tried.
     fn running(&self, place: usize, tried: u32) -> Value {
         json!({
             "law": self.laws.get(place),
@@ -204,28 +202,28 @@ impl Task {
     }
 
     fn run(&self, tuner: &Tuner, goes_on: &AtomicBool) -> Value {
-        let told = on_spare_cores(|| self.found(tuner, goes_on)).and_then(|all| self.told(&all));
-        told.unwrap_or_else(
+        let event = on_spare_cores(|| self.found(tuner, goes_on)).and_then(|all| self.event(&all));
+        event.unwrap_or_else(
             |error| json!({ "ok": false, "said": format!("tune: {}", of_a_page(error)) }),
         )
     }
 
-    /// Tunes one law after the other, and tells how far that is.
+    /// Tunes one law after the other, and publishes the progress.
     fn found(&self, tuner: &Tuner, goes_on: &AtomicBool) -> Found {
         let mut found = Found::default();
         for (place, law) in self.laws.iter().enumerate() {
-            let told = Mutex::new((0, None::<Instant>));
+            let progress = Mutex::new((0, None::<Instant>));
             let tried_one = || {
-                let mut told = told.lock().unwrap_or_else(PoisonError::into_inner);
-                if told.1.is_none_or(|last| last.elapsed() >= TOLD) {
-                    told.1 = Some(Instant::now());
-                    tuner.tell(Some(self.running(place, told.0)));
+                let mut progress = progress.lock().unwrap_or_else(PoisonError::into_inner);
+                if progress.1.is_none_or(|last| last.elapsed() >= REPORTED) {
+                    progress.1 = Some(Instant::now());
+                    tuner.publish(Some(self.running(place, progress.0)));
                 }
-                told.0 += 1;
+                progress.0 += 1;
             };
             let still = || {
                 let goes_on = || goes_on.load(Ordering::Relaxed);
-                // The work of others may take as long as the prediction of a self-test.
+                // The other work may be the prediction of a self-test, which takes long.
                 goes_on() && {
                     let_others_in();
                     goes_on()
@@ -243,7 +241,7 @@ impl Task {
         found
     }
 
-    /// What has come of it, in a sentence.
+    /// Returns the result in a sentence.
     fn said(&self, found: &Found) -> String {
         let Found { tuned, failed, is_cancelled } = found;
         let better = tuned.iter().filter(|one| one.better).count();
@@ -269,8 +267,8 @@ impl Task {
         said
     }
 
-    /// What the pages are told of it. The charts are those of `stiction tune --plot`.
-    fn told(&self, found: &Found) -> Result<Value, Error> {
+    /// Returns the event with the result. The charts are those of `stiction tune --plot`.
+    fn event(&self, found: &Found) -> Result<Value, Error> {
         let said = self.said(found);
         let Found { tuned, is_cancelled, .. } = found;
         if tuned.is_empty() {
@@ -286,7 +284,7 @@ impl Task {
             "said": said,
             "cancelled": is_cancelled,
             "goal": name(*goal),
-            // Those of the figures: the gains were not found on them.
+            // The joints of the figures, on which the gains were not tuned.
             "joints": self.request.judges(),
             "spreads": spreads,
             "doubts": self.request.document.doubts()?,
@@ -295,19 +293,19 @@ impl Task {
             "joint": self.joint,
             "result": object(file, tuned),
             "file": name_of(&new),
-            // The file's own gains are no new file.
+            // The file's own gains make no new file.
             "toml": tuned.iter().any(|one| one.better).then(|| rewritten(&self.text, tuned)).transpose()?,
             "charts": charts.iter().filter_map(|chart| chart.to_svg()).collect::<Vec<_>>(),
         }))
     }
 }
 
-/// The controllers that `stiction tune --controller all` tunes.
+/// Returns the controllers that `stiction tune --controller all` tunes.
 fn laws(document: &Document) -> Result<Vec<String>, Error> {
     Ok(document.machine()?.sampling.extras.list().to_vec())
 }
 
-/// A goal as the command line has it.
+/// Returns a goal's name on the command line.
 fn name(goal: Goal) -> String {
     use clap::ValueEnum as _;
 
@@ -321,7 +319,7 @@ mod tests {
     use crate::tuning::Figures;
 
     #[test]
-    fn a_law_that_cannot_be_tuned_is_told_beside_what_was_found_for_the_others() {
+    fn a_law_that_cannot_be_tuned_is_reported_beside_what_was_found_for_the_others() {
         let figures = Figures::of(&[]);
         let tuned = |controller: &str, better| Tuned {
             controller: controller.into(),
@@ -347,20 +345,20 @@ mod tests {
         };
         let text = Document::text("step-response").unwrap();
         let laws: Vec<String> = ["pd", "dnpf", "srnf"].map(String::from).into();
-        let task = Task { request, text, laws, joint: Source::File };
+        let task = Task { request, text, laws, joint: JointSource::File };
         let failed = vec![("dnpf".to_owned(), "it has no gain to turn".to_owned())];
         let all = vec![tuned("pd", true), tuned("srnf", false)];
         let found = Found { tuned: all, failed: failed.clone(), is_cancelled: false };
-        let told = task.told(&found).unwrap();
+        let event = task.event(&found).unwrap();
         let said = "better gains were found for 1 of 2 laws; dnpf: it has no gain to turn";
-        assert_eq!((&told["ok"], &told["said"]), (&json!(true), &json!(said)));
+        assert_eq!((&event["ok"], &event["said"]), (&json!(true), &json!(said)));
         let found = Found { tuned: vec![], failed: failed.clone(), is_cancelled: true };
         let said = "cancelled: nothing was found; dnpf: it has no gain to turn";
         assert_eq!(task.said(&found), said);
         let found = Found { tuned: vec![], failed, is_cancelled: false };
-        let told = task.told(&found).unwrap();
+        let event = task.event(&found).unwrap();
         let said = "nothing was tuned; dnpf: it has no gain to turn";
-        assert_eq!((&told["ok"], &told["said"]), (&json!(false), &json!(said)));
+        assert_eq!((&event["ok"], &event["said"]), (&json!(false), &json!(said)));
         let found = Found { tuned: vec![tuned("pd", false)], failed: vec![], is_cancelled: true };
         let said = task.said(&found);
         let why = "no gains were found, the file's gains stay: pd: none of 41 sets is better";

@@ -1,9 +1,9 @@
-//! Refusals in the words of a page, which has no options.
+//! Refusals in the terms of a page, which has no command-line options.
 
 use crate::error::Error;
 
-/// The same refusal without the options of a command line. What is no fault of the link is a
-/// refusal: the session with the device goes on.
+/// Removes the command-line options from a refusal. An error that is not the link's becomes a
+/// refusal, since the session with the device goes on.
 pub fn of_a_page(error: Error) -> Error {
     match error {
         Error::Input(text) => Error::Input(said(&text)),
@@ -13,7 +13,7 @@ pub fn of_a_page(error: Error) -> Error {
     }
 }
 
-/// The page has fields for a range and for limits. It sets keys by its own names.
+/// Replaces options by the page's fields of the same meaning.
 fn said(text: &str) -> String {
     text.replace("--set ", "")
         .replace("--range ", "range ")
@@ -21,8 +21,8 @@ fn said(text: &str) -> String {
         .replace("--speed ", "a speed of ")
 }
 
-/// Why an identification has found no joint for a file. Where the command has an option to try, the
-/// page has the parameters that the bounds are taken from.
+/// Explains why an identification has found no joint for a file. Where the command suggests an
+/// option, the page names the parameters that set the bounds.
 pub fn without_bounds(why: &str) -> String {
     match why.split_once(": ") {
         Some((cause, advice)) if advice.contains("--") => format!(
@@ -41,7 +41,7 @@ mod tests {
     use crate::device::identified::{doubts, ended};
 
     #[test]
-    fn why_an_identification_has_found_no_joint_is_told_without_the_command_s_options() {
+    fn why_an_identification_has_found_no_joint_is_explained_without_the_command_s_options() {
         let all = Doubts {
             no_fit: true,
             poor_fit: true,
@@ -65,24 +65,24 @@ mod tests {
         let of_command = outcomes.map(ended).into_iter().chain(doubts(&all));
         let (mut mapped, mut kept) = (0, 0);
         for why in of_command {
-            let told = without_bounds(why);
-            assert!(!told.contains("--"), "{told}");
-            // The cause is what it was.
-            assert!(told.starts_with(why.split(':').next().unwrap_or(why)), "{told}");
-            mapped += u32::from(told.contains("identify again. The bounds are the device's"));
-            kept += u32::from(told == why);
+            let shown = without_bounds(why);
+            assert!(!shown.contains("--"), "{shown}");
+            // The cause is unchanged.
+            assert!(shown.starts_with(why.split(':').next().unwrap_or(why)), "{shown}");
+            mapped += u32::from(shown.contains("identify again. The bounds are the device's"));
+            kept += u32::from(shown == why);
         }
         // Still, Travel, Speed, Time and few rows.
         assert_eq!((mapped, kept), (5, 11));
     }
 
     #[test]
-    fn a_refusal_of_a_command_is_told_without_its_options_and_the_link_s_is_left_alone() {
-        let told = |error| of_a_page(error).to_string();
-        assert_eq!(told(Error::Input("--limit a=1: no".into())), "limit a=1: no");
-        assert_eq!(told(Error::Refused("give --range 3 a try".into())), "give range 3 a try");
+    fn a_refusal_of_a_command_has_no_options_and_the_link_s_error_is_left_alone() {
+        let shown = |error| of_a_page(error).to_string();
+        assert_eq!(shown(Error::Input("--limit a=1: no".into())), "limit a=1: no");
+        assert_eq!(shown(Error::Refused("give --range 3 a try".into())), "give range 3 a try");
         let refused = Error::Refused("give it --speed 0.12 or more".into());
-        assert_eq!(told(refused), "give it a speed of 0.12 or more");
+        assert_eq!(shown(refused), "give it a speed of 0.12 or more");
         let of_test = of_a_page(Error::Device("selftest: a smaller --range may help".into()));
         assert!(matches!(of_test, Error::Refused(_)) && !of_test.to_string().contains("--"));
         assert!(matches!(of_a_page(Error::Device("it is gone".into())), Error::Device(_)));

@@ -1,4 +1,4 @@
-// What all parts of the page know of the device and of the connection.
+// State of the device and of the connection that all parts of the page share.
 
 import { History, type Hello } from './history';
 import type { Event } from './link';
@@ -10,13 +10,13 @@ export const on = (id: string, what: () => void) => {
   by(id).onclick = what;
 };
 
-// What the device sends while a recording is shown.
+// Data from the device while a recording is shown.
 export type Aside = { history: History; motion: Event | null };
 
 export type App = {
   hello: Hello | null;
   status: Event | null;
-  // What is in use, as a machine's file.
+  // Parameters in use, as a machine's file.
   file: string | null;
   commands: boolean;
   connected: boolean;
@@ -27,9 +27,9 @@ export type App = {
   // A self-test moves the joint.
   testing: boolean;
   view: string;
-  // The last move that began.
+  // The last move that started.
   motion: Event | null;
-  // The joint that was identified last.
+  // The last identified joint.
   found: Event | null;
 };
 
@@ -50,10 +50,10 @@ export const app: App = {
   found: null,
 };
 
-// What the device has sent, whether it is shown or not.
+// The device's history, shown or not.
 export const live = (): History => app.aside?.history ?? history;
 
-// Whether a request of this page would be listened to.
+// Returns whether the server would accept a request of this page.
 export function may(): boolean {
   return app.connected && app.commands && app.gone === null && !app.recording;
 }

@@ -1,28 +1,28 @@
-// Whether a motor can move: in words, always, and not by colour alone. A recording that is shown
-// changes nothing of that: the device is there all the same.
+// Banner that states in words, not only by colour, whether a motor can move. A recording does not
+// change it, since the device is still there.
 
 import type { Hello } from './history';
 
-export type Seen = {
+export type BannerState = {
   // The studio itself is in the page (playground/).
   inPage: boolean;
   connected: boolean;
   gone: string | null;
   recording: boolean;
   hello: Hello | null;
-  // Null if it is not known.
+  // Null if unknown.
   driven: boolean | null;
 };
-type Said = [kind: string, what: string, more: string];
+type BannerText = [kind: string, what: string, more: string];
 
-const RECORDING = 'A RECORDING IS SHOWN, and not the device; no button but Stop reaches a motor';
+const RECORDING = 'A RECORDING IS SHOWN, not the device; only Stop acts on the motor';
 
-export function banner(seen: Seen): Said {
+export function banner(seen: BannerState): BannerText {
   const [kind, what, more] = device(seen);
   return seen.recording ? [kind, what, `${more}. ${RECORDING}`] : [kind, what, more];
 }
 
-function device({ inPage, connected, gone, hello, driven }: Seen): Said {
+function device({ inPage, connected, gone, hello, driven }: BannerState): BannerText {
   if (inPage)
     return [
       'quiet',
@@ -39,12 +39,12 @@ function device({ inPage, connected, gone, hello, driven }: Seen): Said {
       : [
           'unknown',
           '? NO CONNECTION',
-          'nothing is known of the motor. If one is there, it may be driven for as ' +
-            'long as the link timeout',
+          'the state of the motor is unknown. If there is one, it may be driven until the ' +
+            'link timeout ends',
         ];
   }
   if (gone !== null) return ['unknown', '? THE DEVICE DOES NOT ANSWER', gone];
-  if (!hello) return ['unknown', '? CONNECTING', 'nothing is known of the motor yet'];
+  if (!hello) return ['unknown', '? CONNECTING', 'the state of the motor is unknown'];
   if (hello.kind === 'simulated') return ['quiet', 'SIMULATED JOINT', 'simulated: no motor'];
   if (hello.kind === 'emulated')
     return [
@@ -53,7 +53,7 @@ function device({ inPage, connected, gone, hello, driven }: Seen): Said {
       'the flash image around a simulated joint: no motor',
     ];
   if (driven === null)
-    return ['unknown', '? A REAL MOTOR', 'it is not known whether it is driven: keep clear of it'];
+    return ['unknown', '? A REAL MOTOR', 'it may be driven: keep clear of the joint'];
   return driven
     ? ['driven', '▲ A REAL MOTOR IS DRIVEN', 'keep clear of the joint']
     : [

@@ -1,6 +1,6 @@
-// The steps by which a new joint is put into service, a page each: what to do, a picture, and the
-// button that does it. Beside it stands the command that does the same. If that drives the device,
-// the studio has to be ended for it.
+// Commissioning of a new joint in steps, a page for each: instructions, a picture, and the button
+// that executes the step. Beside it is the command that does the same. If the command drives the
+// device, the studio must be ended before.
 
 import { app, by, element, on } from './app';
 import { IN_PAGE } from './wire';
@@ -9,15 +9,15 @@ type Step = {
   title: string;
   picture: string;
   text: string[];
-  // The same in the playground, if it cannot do what that says.
+  // Text for the playground, if it cannot do what `text` describes.
   inPage?: string[];
-  // Buttons that are elsewhere on the page: their names here, and what they press.
+  // Buttons that are elsewhere on the page: labels here, and the elements that they press.
   buttons?: [label: string, then: string][];
   command?: string;
-  // The command drives no device.
+  // The command does not use the device.
   alone?: boolean;
   live?: boolean;
-  // What is done here, below the step.
+  // View below the step.
   here?: (typeof HERE)[number];
 };
 
@@ -40,8 +40,8 @@ const picture = (inside: string) =>
   `orient="auto"><path d="M0 0L8 4L0 8z" class="tip"/></marker></defs>${inside}</svg>`;
 
 const IDENTIFIES =
-  'The device finds breakaway, friction, inertia and load by a bounded sequence of motions ' +
-  'without a loop. It takes minutes, and ends by itself. What it has found stands below, with a ' +
+  'The device measures breakaway, friction, inertia and load by a bounded sequence of motions ' +
+  'without a loop. It takes minutes, and ends automatically. The result appears below, with a ' +
   'verdict.';
 
 const STEPS: Step[] = [
@@ -57,8 +57,8 @@ const STEPS: Step[] = [
     ),
     text: [
       'Leave the supply of the motor off. Check the wires against docs/wiring.md.',
-      'Turn the joint by hand. The number below has to follow, to the same place ' +
-        'after there and back. If it stands still or flickers by one, a wire of the ' +
+      'Turn the joint by hand. The number below must follow, and return to the same value ' +
+        'after there and back. If it does not change or flickers by one, a wire of the ' +
         'encoder is loose.',
       'Then turn on the supply, and keep clear of the joint.',
     ],
@@ -74,9 +74,9 @@ const STEPS: Step[] = [
         '<text x="160" y="112">a little each way</text>',
     ),
     text: [
-      'A loop whose encoder counts against its motor runs away. A jog finds that out ' +
+      'A loop whose encoder counts against its motor runs away. A jog checks this ' +
         'without a loop: it pushes the joint a little each way, within the bounds of [jog].',
-      'If the two disagree, the jog says which of encoder.direction and drive.direction to set.',
+      'If the two disagree, the jog reports which of encoder.direction and drive.direction to set.',
     ],
     buttons: [['Jog', '.jog']],
     command: 'stiction device --port DEV jog',
@@ -89,9 +89,9 @@ const STEPS: Step[] = [
         '<text x="70" y="112">least</text><text x="250" y="112">most</text>',
     ),
     text: [
-      'Set how far the joint may go (limits.position_min_deg, ' +
-        'limits.position_max_deg), how fast (limits.overspeed_deg_per_s, profile.*), ' +
-        'and with what effort for long (limits.continuous_v).',
+      'Set the range of the joint (limits.position_min_deg, ' +
+        'limits.position_max_deg), its speed (limits.overspeed_deg_per_s, profile.*), ' +
+        'and its continuous effort (limits.continuous_v).',
       'Keep limits.link_timeout_s on: it turns the motor off when this page is gone.',
     ],
     buttons: [['Show the limits', 'limits']],
@@ -106,14 +106,14 @@ const STEPS: Step[] = [
     ),
     text: [
       IDENTIFIES,
-      'The joint that was found is a machine’s file at once. The next steps take it ' +
-        'if you choose ' +
-        'it there. Download it to keep it: the studio forgets it when it ends.',
+      'The identified joint is available as a machine’s file at once. Choose it in the next steps ' +
+        'to use it. Download it to keep it: it is lost when the studio ends.',
     ],
     inPage: [
       IDENTIFIES,
-      'The joint that was found is a machine’s file at once. Download it, and tune and test with ' +
-        'it by the program “stiction” on a computer: this page forgets it when it is closed.',
+      'The identified joint is available as a machine’s file at once. Download it, and use the ' +
+        'program “stiction” on a computer to tune and test with it: it is lost when this page is ' +
+        'closed.',
     ],
     buttons: [['Identify the joint', '.identify']],
     command: 'stiction device --port DEV identify --into joint.toml',
@@ -129,11 +129,11 @@ const STEPS: Step[] = [
         '42H290" class="bound"/>',
     ),
     text: [
-      'Gains are looked for on joints around one, and judged on others. It needs no ' +
+      'Gains are tuned on joints around one, and judged on others. This needs no ' +
         'device, moves ' +
-        'nothing, and may take minutes. “Joint” says around which: that of the file, or the one ' +
-        'that the step before has found.',
-      'The view “What if” shows what a gain does, on either joint and on ' +
+        'nothing, and can take minutes. “Joint” selects that one: the joint of the file, or the ' +
+        'identified joint of the step before.',
+      'The view “What if” shows the effect of a gain, on either joint and on ' +
         'those around it. ' +
         'Better gains go into the form under “Parameters”, where “Set” sends them; the new file ' +
         'can be pushed there.',
@@ -155,11 +155,11 @@ const STEPS: Step[] = [
     ),
     text: [
       'Arm, move to both ends of the range, and look at the error under “Live”. ' +
-        'Under “What if” the prediction lies beside the move that was just made: ' +
-        'where the two differ, the joint is not the one of the file.',
-      'The self-test makes twenty moves by itself, and judges them by what the joint of a file ' +
-        'would do: that of the studio, or the one that was found. It is predicted first, which ' +
-        'moves nothing. Then you begin the moves. Stop, Escape, or closing this page ends it.',
+        'Under “What if” the prediction is drawn over the last measured move: ' +
+        'if the two differ, the joint differs from that of the file.',
+      'The self-test makes twenty moves automatically, and compares them with a simulation of a ' +
+        'file’s joint: that of the studio, or the identified one. It is predicted first; ' +
+        'nothing moves. Then you start the moves. Stop, Escape, or closing this page ends it.',
     ],
     buttons: [
       ['Live', 'live'],
@@ -172,8 +172,8 @@ const STEPS: Step[] = [
     title: 'Save',
     picture: picture(box(40, 43, 90, 'in use') + arrow('M130 60H186') + box(190, 43, 90, 'flash')),
     text: [
-      'What is in use is forgotten by a reset. Save keeps it. Pull writes it to a ' +
-        'file as well, which belongs to the machine’s papers.',
+      'A reset discards the parameters in use. Save keeps them. Pull writes them to a ' +
+        'file, which belongs to the machine’s documents.',
     ],
     buttons: [
       ['Save', '#save'],
@@ -185,17 +185,17 @@ const STEPS: Step[] = [
 
 const isElsewhere = (then: string) => then.startsWith('#') || then.startsWith('.');
 
-// Why a button of the page cannot be pressed now.
+// Reason why a button of the page cannot be pressed now.
 export function reason(then: string): string {
   const { connected, gone, recording, commands, status } = app;
   if (!connected) return 'there is no connection to the studio';
-  if (then === '#pull') return 'what the device runs is not known, or no file can say it';
+  if (then === '#pull') return 'the parameters are unknown, or cannot be written as a file';
   if (gone !== null) return 'the device does not answer';
-  if (recording) return 'a recording is shown; “Back to the device” under “Session” ends that';
-  if (!commands) return 'this page only looks, and another one commands';
-  if (status === null) return 'what the device does is not known yet';
+  if (recording) return 'a recording is shown; “Back to the device” under “Session” closes it';
+  if (!commands) return 'another page commands the device';
+  if (status === null) return 'the state of the device is not known yet';
   if (status.driven) return 'the motor is driven; stop first';
-  if (then === '#save' && status.unsaved === false) return 'what is in use is saved';
+  if (then === '#save' && status.unsaved === false) return 'the parameters in use are saved';
   if (status.state === 'faulted') return 'a fault is latched; clear it first';
   return 'the device is not ready';
 }
@@ -244,8 +244,8 @@ export class Commissioning {
     this.look();
     by('step-command').hidden = !command;
     by('step-command-when').textContent = alone
-      ? 'By the command line, which asks no device:'
-      : 'By the command line, with the studio ended:';
+      ? 'By the command line, without a device:'
+      : 'By the command line, after ending the studio:';
     by('step-command-text').textContent = command ?? '';
     on('step-copy', () => void this.copy(command ?? ''));
     by<HTMLButtonElement>('step-back').disabled = this.at === 0;
@@ -266,14 +266,14 @@ export class Commissioning {
       await navigator.clipboard.writeText(text);
       by('step-copy').textContent = 'Copied';
     } catch {
-      // Not allowed here: it is marked, so that Ctrl+C takes it.
+      // Without access to the clipboard the text is selected, so that Ctrl+C copies it.
       getSelection()?.selectAllChildren(by('step-command-text'));
       by('step-copy').textContent = 'Marked';
     }
     setTimeout(() => (by('step-copy').textContent = 'Copy'), 2000);
   }
 
-  // The place of the joint since power-on, which needs no loop; and what can be pressed now.
+  // Shows the position since power-on, which needs no loop, and the buttons that can be pressed.
   look(): void {
     const { status, hello } = app;
     const why = new Set<string>();
@@ -281,7 +281,7 @@ export class Commissioning {
       button.disabled = document.querySelector(then)?.matches(':disabled') ?? true;
       if (button.disabled) why.add(`${button.textContent}: ${reason(then)}.`);
     }
-    // It is told aloud when it changes, and not with each status.
+    // A screen reader speaks it when it changes, not with each status.
     const text = [...why].join(' ');
     if (by('step-why').textContent !== text) by('step-why').textContent = text;
     const counts = status?.since_power_on_counts;

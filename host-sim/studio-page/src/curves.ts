@@ -4,8 +4,8 @@ import uPlot from 'uplot';
 import { element } from './app';
 import { colour, isDark, type Look } from './terms';
 
-export type Shown = {
-  // Without a name it is one of a cloud, and has no place in the legend.
+export type MoveCurve = {
+  // Empty for a curve of a cloud, which has no entry in the legend.
   name: string;
   look: Look;
   times: number[];
@@ -21,7 +21,7 @@ const PANELS: { title: string; term: Term; height: number }[] = [
   { title: 'Effort, V', term: 'effort', height: 150 },
 ];
 
-// All panels and the table fit into the window, unless they would be too low to read.
+// Scale at which all panels and the table fit into the window, with a lower limit.
 const fits = () => Math.min(1.4, Math.max(0.7, (innerHeight - 480) / 510));
 
 export class Curves {
@@ -29,7 +29,7 @@ export class Curves {
   private layout: string[] = PANELS.map(() => '');
   private boxes: HTMLElement[];
   private legend = element('p', { className: 'legend' });
-  private last: [Shown[], [number, number]] | null = null;
+  private last: [MoveCurve[], [number, number]] | null = null;
   private range: [number, number] = [0, 1];
 
   constructor(private readonly root: HTMLElement) {
@@ -40,13 +40,13 @@ export class Curves {
     new ResizeObserver(() => this.resize()).observe(root);
   }
 
-  // Other colours, of the other theme.
+  // Redraws with the colours of another theme.
   repaint(): void {
     this.layout = PANELS.map(() => '');
     if (this.last) this.show(...this.last);
   }
 
-  show(all: Shown[], range: [number, number]): void {
+  show(all: MoveCurve[], range: [number, number]): void {
     this.last = [all, range];
     this.range = range;
     this.name(all.filter((one) => one.name));
@@ -65,8 +65,8 @@ export class Curves {
     });
   }
 
-  private name(all: Shown[]): void {
-    const one = ({ name, look }: Shown) => {
+  private name(all: MoveCurve[]): void {
+    const one = ({ name, look }: MoveCurve) => {
       const chip = element('span', { className: 'chip' });
       const dash = look.dash ? ` stroke-dasharray="${look.dash.join(' ')}"` : '';
       chip.innerHTML =
@@ -79,7 +79,7 @@ export class Curves {
     this.legend.replaceChildren(...all.map(one));
   }
 
-  private options(own: Shown[], place: number): uPlot.Options {
+  private options(own: MoveCurve[], place: number): uPlot.Options {
     const ink = isDark() ? '#c8ccd0' : '#33383d';
     const grid = { stroke: isDark() ? '#33393f' : '#dddddd', width: 1 };
     const font = '12px system-ui, sans-serif';
@@ -105,7 +105,7 @@ export class Curves {
         {
           ...axis,
           size: last ? 42 : 8,
-          label: last ? 'Time since the set point has set out, s' : undefined,
+          label: last ? 'Time since the start of the set point, s' : undefined,
           labelSize: 18,
           values: (_, all) => all.map((s) => (last ? String(+s.toFixed(4)) : '')),
         },

@@ -1,14 +1,14 @@
-// The faults that the device remembers, and how each ends.
+// List of the faults that the device remembers, with their remedies.
 
 export type Fault = { code: number; said: string; section: string | null; ends: string | null };
 
 export function remedy({ ends }: Fault): string {
   const then: Record<string, string> = {
-    command: 'Mend the cause, then clear the fault.',
+    command: 'Fix the cause, then clear the fault.',
     parameters: 'It ends with valid parameters: set or push them, and save them.',
-    reset: 'Mend the cause; it ends with a reset.',
+    reset: 'Fix the cause; it ends with a reset.',
   };
-  return then[ends ?? ''] ?? 'This program is older than the firmware, and does not know it.';
+  return then[ends ?? ''] ?? 'This program is older than the firmware: remedy unknown.';
 }
 
 export function list(root: HTMLElement, faults: Fault[]): void {

@@ -1,8 +1,8 @@
-// Fields of a number: each shows which number it reads, before Enter does anything with it.
+// Fields for a number. Each shows the number that it reads before Enter uses it.
 
 import { by, element } from './app';
 import { parse, reading } from './typed-number';
-import { said } from './said';
+import { report } from './messages';
 
 const FIELDS = [
   'trapezoid-way',
@@ -16,7 +16,7 @@ const FIELDS = [
   'selftest-range',
 ];
 
-// Shows below a field what it reads, where that is not what was typed.
+// Shows below a field the number that it reads, if that differs from the text.
 export function shows(field: HTMLInputElement): void {
   const out = element('output', { className: 'read' });
   out.htmlFor.add(field.id);
@@ -31,17 +31,17 @@ export function fields(): void {
   for (const id of FIELDS) shows(by<HTMLInputElement>(id));
 }
 
-// The number that was typed into a field; what is none is refused with its reason.
+// Returns the number of a field; an invalid text is refused with its reason.
 export function number(id: string): number | null {
   const field = by<HTMLInputElement>(id);
   const { value, refused } = parse(field.value);
   if (refused === null) return value;
-  said(refused, false);
+  report(refused, false);
   field.focus();
   return null;
 }
 
-// The field of the position, with the range of targets in it.
+// Field of the position, which shows the range of targets.
 export class PositionField {
   private range: [number, number] | null = null;
 
@@ -50,7 +50,7 @@ export class PositionField {
     this.show();
   }
 
-  // The range of targets that the device reports with its status, deg.
+  // Stores the range of targets from the status, deg.
   follow(range: [number, number] | null): void {
     this.range = range;
     this.show();

@@ -1,5 +1,5 @@
-// The form of the parameters. What there is, what it means and what is allowed is told by the
-// server, which has it from the core's declarations; the device judges what is typed.
+// Form of the parameters. The server sends names, meanings and ranges from the core's declarations;
+// the device validates the values.
 
 import { reading } from './typed-number';
 
@@ -26,16 +26,16 @@ export class Form {
     private readonly edited: () => void,
   ) {}
 
-  told(rows: Row[]): void {
+  update(rows: Row[]): void {
     this.rows = rows;
-    // What the device has now is no edit any more.
+    // A value that the device has now is no edit any more.
     for (const row of rows) if (this.edits.get(row.path) === row.value) this.edits.delete(row.path);
     this.build();
   }
 
   private wanted = { words: '', changedOnly: false };
 
-  // Whoever types or has looked for something does so still in the form that is built anew.
+  // Focus, selection and open tables stay when the form is built anew.
   private build(): void {
     const at = document.activeElement;
     const path = this.root.contains(at) && at?.closest<HTMLElement>('[data-path]')?.dataset.path;
@@ -88,7 +88,7 @@ export class Form {
     box.querySelector('p')!.append(...withCode(row.text));
     box
       .querySelector('small')!
-      .append(...withCode(`Allowed: ${row.allowed}. Left out of a file: ${row.otherwise}.`));
+      .append(...withCode(`Allowed: ${row.allowed}. Default in a file: ${row.otherwise}.`));
     input.value = this.edits.get(row.path) ?? row.value;
     input.disabled = !this.enabled;
     input.oninput = () => {
@@ -158,7 +158,7 @@ export class Form {
     }
   }
 
-  // A refusal that names a value is shown at that value.
+  // Shows a refusal at the value that it names.
   blame(said: string): void {
     for (const box of this.root.querySelectorAll<HTMLElement>('.parameter')) {
       box.classList.toggle('refused', said.includes(box.dataset.path!));
@@ -169,12 +169,12 @@ export class Form {
   }
 }
 
-// The tables that are open unless somebody looks for something.
+// Returns whether a table is open without a search.
 function isOpen(table: string): boolean {
   return table.startsWith('controller') || table === 'limits';
 }
 
-// Text whose names stand between backticks.
+// Text with names between backticks.
 function withCode(text: string): (string | HTMLElement)[] {
   return text
     .split('`')

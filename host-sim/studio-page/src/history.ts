@@ -1,4 +1,4 @@
-// The samples of the last minutes, as the device has sent them: 32 bits each, read by their form.
+// Samples of the last minutes, 32 bits each, read by their form.
 
 export type Signal = { name: string; unit: string; form: 'number' | 'whole' | 'bits' };
 export type Hello = {
@@ -14,16 +14,16 @@ export type Hello = {
   signals: Signal[];
   law: string[];
 };
-// Where samples are missing, or the device was reset.
+// Missing samples, or a reset of the device.
 export type Gap = { begin: number; end: number; lost: number; isReset: boolean };
 
 const MINUTES = 10;
 const MOST_ROWS = 1 << 20;
 const MOST_GAPS = 1000;
 const ANEW_S = 0.5;
-// Nobody knows how long a device was off that was reset. That much room is left for it.
+// The time that a device was off at a reset is unknown. The plots leave this much room for it.
 const RESET_S = 1;
-// A clock of 32 bits that has come to its end is that near to its begin again.
+// A clock of 32 bits that has wrapped is this close to zero again, ticks.
 const WRAPPED = 1 << 24;
 
 type Column = Float32Array | Int32Array | Uint32Array;
@@ -34,14 +34,14 @@ export class History {
   lost = 0;
   resets = 0;
   gaps: Gap[] = [];
-  // Of samples that are lost; the list has the last ones only, and resets as well.
+  // Number of gaps with lost samples; the list has only the last ones, and resets as well.
   gapCount = 0;
   private fresh = false;
   private room = 0;
   private begin = 0;
   private numbers = new Uint32Array(0);
   private clocks = new Uint32Array(0);
-  // The clocks as one time that goes on across resets.
+  // The clocks as one time that continues across resets, ticks.
   private ticks = new Float64Array(0);
   private offset = 0;
   private columns: Column[] = [];
@@ -62,23 +62,23 @@ export class History {
     this.gaps = [];
   }
 
-  // The device sends anew. Samples of the same signals are added to those that there are.
+  // Continues after another `hello`, if the signals are the same. Returns whether they are.
   goOn(hello: Hello): boolean {
     const layout = (of: Hello) =>
       JSON.stringify([of.device, of.sample_time_s, of.resolution_deg, of.every, of.signals]);
     if (!this.hello || layout(hello) !== layout(this.hello)) return false;
-    // Who was away and hears the same again has missed what its numbers say.
+    // A page that was away and receives the same `hello` finds the losses by the numbers.
     if (hello.generation !== this.hello.generation) this.fresh = true;
     this.hello = hello;
     return true;
   }
 
-  // Has from now on what another one has.
+  // Takes over the contents of another history.
   take(other: History): void {
     Object.assign(this, other);
   }
 
-  // The same as it is now, whatever comes.
+  // Returns a copy that later samples do not change.
   still(): History {
     const copy = new History();
     copy.take(this);
@@ -107,9 +107,9 @@ export class History {
     if (this.length > 0) {
       const last = this.at(this.length - 1);
       const passed = (clock - this.clocks[last]) >>> 0;
-      // A device that was reset begins its time anew.
+      // A device that was reset restarts its clock.
       const isReset = clock < this.clocks[last] && passed > WRAPPED;
-      // Numbers begin anew, also in a session that was kept, when the device was asked anew.
+      // Numbers restart with a new subscription, also in a saved session.
       const isAnew = this.fresh || number <= this.numbers[last];
       let lost = 0;
       if (isReset) {
@@ -143,8 +143,8 @@ export class History {
       this.columns[column][at] = value(column);
   }
 
-  // Samples whose numbers began anew tell what is missing by their ticks. The device sends none for
-  // an instant while it is asked what it sends.
+  // Returns the number of samples lost before restarted numbers, by their ticks. The device sends
+  // none for an instant while it changes the subscription.
   private unsent(ticks: number): number {
     const every = this.hello?.every ?? 1;
     return this.seconds(ticks) > ANEW_S ? Math.max(0, Math.round(ticks / every) - 1) : 0;
@@ -168,14 +168,14 @@ export class History {
     return this.seconds(clock + this.offset);
   }
 
-  // Whether nothing is missing between those rows, as far as their ends tell.
+  // Returns whether the numbers at the ends of these rows show that none is missing between.
   whole(first: number, last: number): boolean {
     const [from, to] = [this.at(first), this.at(last)];
     const numbers = (this.numbers[to] - this.numbers[from]) >>> 0;
     return numbers === last - first && this.clocks[to] >= this.clocks[from];
   }
 
-  // Whether nothing is missing between that row and the one before it.
+  // Returns whether no sample is missing between this row and the previous one.
   follows(row: number): boolean {
     return row > 0 && this.whole(row - 1, row);
   }
@@ -188,7 +188,7 @@ export class History {
     return this.numbers[this.at(row)];
   }
 
-  // Reads a signal by its row, until the next sample comes.
+  // Returns a reader of a signal by its row, valid until the next sample.
   reader(name: string): (row: number) => number {
     const place = this.places.get(name);
     if (place === undefined) return () => 0;
@@ -205,18 +205,18 @@ export class History {
     return [this.numbers[at], this.clocks[at], ...this.columns.map((column) => column[at])];
   }
 
-  // Whether the loop is closed in that tick. Without it every other signal is zero.
+  // Returns whether the loop is closed in that tick. Otherwise every other signal is zero.
   armed(row: number): boolean {
     return this.arming()(row);
   }
 
-  // Reads that by its row, until the next sample comes.
+  // Returns a reader of `armed`, valid until the next sample.
   arming(): (row: number) => boolean {
     const status = this.reader('status');
     return (row) => (status(row) & 0xff) === 2;
   }
 
-  // The first row that is not before that time.
+  // Returns the first row that is not before that time.
   row(time: number): number {
     let [low, high] = [0, this.length];
     while (low < high) {
@@ -228,8 +228,7 @@ export class History {
   }
 }
 
-// The least and the largest value of a piece, in the order in which they come, so that
-// no peak is lost.
+// Returns the least and the largest value of a piece, in their order, so that no peak is lost.
 export function ends(of: (row: number) => number, first: number, last: number): [number, number] {
   let [low, high, lowAt, highAt] = [Infinity, -Infinity, first, first];
   for (let row = first; row <= last; row++) {

@@ -1,18 +1,18 @@
-// The joint that the device has identified: in words, and as a machine's file, which “What if”, the
-// tuning and the self-test can take at once.
+// The identified joint: in words, and as a machine's file for “What if”, the tuning and the
+// self-test.
 
 import { app, by, element, on } from './app';
 import type { Event } from './link';
-import { said } from './said';
+import { report } from './messages';
 import { download } from './session';
 import { IN_PAGE } from './wire';
 
 // The playground neither tunes nor tests.
 const TAKEN = IN_PAGE
-  ? '“What if” can take it; or download it, and take it with the program “stiction”.'
-  : '“What if”, “Tune” and “Verify” can take it.';
+  ? '“What if” can use it; or download it, and use it with the program “stiction”.'
+  : '“What if”, “Tune” and “Verify” can use it.';
 
-export class Identified {
+export class IdentifiedView {
   constructor() {
     on('identified-save', () => {
       const { found } = app;
@@ -20,7 +20,7 @@ export class Identified {
     });
   }
 
-  told({ ok, said: words, why, file, doubts }: Event): void {
+  show({ ok, said: words, why, file, doubts }: Event): void {
     const doubtful: string[] = doubts ?? [];
     by('identified-words').textContent = words;
     by('identified-words').hidden = false;
@@ -31,7 +31,7 @@ export class Identified {
           ...doubtful.map((one) => `Doubtful: ${one}`),
         ].join('\n')
       : `✕ This is no joint for a file: ${why}.` +
-        (file ? ` ${file} has the joint that was found before.` : '');
+        (file ? ` ${file} has the joint that was identified before.` : '');
     by('identified-save').textContent = `Download ${file ?? ''}`;
     by('identified-save').hidden = !file;
   }
@@ -43,14 +43,14 @@ const STEPS: Record<string, string> = {
   'selftest-joint': 'Verify',
 };
 
-// Whose joint a select offers: that of the studio's file, and the one that was found. With one of
-// them there is nothing to choose. Tells whether the one that was chosen is not there any more.
+// Fills a list with the joints to choose from: that of the studio's file, and the identified one.
+// Returns whether the chosen joint has gone.
 export function offer(id: string, file: string | null, ofFound: boolean): boolean {
   const select = by<HTMLSelectElement>(id);
   const found: string | null = (ofFound && app.found?.file) || null;
   const all: [string, string][] = [
     ...(file === null ? [] : [['file', file] as [string, string]]),
-    ...(found === null ? [] : [['found', `${found}, which was found`] as [string, string]]),
+    ...(found === null ? [] : [['found', `${found}, identified`] as [string, string]]),
   ];
   const list = JSON.stringify(all);
   let isGone = false;
@@ -63,8 +63,8 @@ export function offer(id: string, file: string | null, ofFound: boolean): boolea
     if (all.some(([value]) => value === chosen)) select.value = chosen;
     isGone = chosen !== '' && select.value !== chosen;
     const now = all[0]?.[1] ?? 'none';
-    const what = `“${STEPS[id]}”: the joint that was chosen is not there any more; now it is ${now}`;
-    if (isGone) said(what, false, '⚠');
+    const what = `“${STEPS[id]}”: the chosen joint is no longer available; now it is ${now}`;
+    if (isGone) report(what, false, '⚠');
   }
   select.parentElement!.hidden = all.length === 0;
   return isGone;
@@ -73,7 +73,7 @@ export function offer(id: string, file: string | null, ofFound: boolean): boolea
 // The name of a file without the directories before it.
 export const last = (path: string) => path.split(/[\\/]/).pop()!;
 
-// What there is to doubt about the joint of a file.
+// Doubts about the joint of a file.
 export function doubted(lines: string[]): HTMLElement[] {
   return lines.map((line) => element('p', { className: 'hint', textContent: `Doubtful: ${line}` }));
 }

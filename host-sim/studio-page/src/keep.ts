@@ -1,4 +1,4 @@
-// The view of the session: keep it, open one, export pictures and numbers.
+// View of the session: save it, open one, export pictures and numbers.
 
 import { app, by, element, history, on } from './app';
 import { History } from './history';
@@ -6,7 +6,7 @@ import { mcap } from './mcap';
 import { read } from './parameters';
 import { png, svg } from './picture';
 import type { Plots } from './plots';
-import { allEvents, listEvents, said } from './said';
+import { allEvents, listEvents, report } from './messages';
 import { csv, download, open, save, stamp } from './session';
 
 export type Page = {
@@ -18,7 +18,7 @@ export type Page = {
 };
 
 export function keep({ plots, look, show, redraw, windowMoved }: Page): void {
-  // What takes long is written of the history as it is now. Samples go on coming meanwhile.
+  // Long work uses a copy of the history, since samples go on arriving.
   const write = (id: string, kind: string, what: (of: History) => Promise<Blob>) =>
     on(id, async () => {
       if (!history.hello) return;
@@ -27,7 +27,7 @@ export function keep({ plots, look, show, redraw, windowMoved }: Page): void {
       try {
         download(await what(history.still()), `stiction-${stamp()}.${kind}`);
       } catch (error) {
-        said(`${kind}: ${(error as Error).message}`, false);
+        report(`${kind}: ${(error as Error).message}`, false);
       } finally {
         button.disabled = false;
       }
@@ -43,7 +43,7 @@ export function keep({ plots, look, show, redraw, windowMoved }: Page): void {
   read(by('open'), async (text, name) => {
     try {
       const [session, opened] = await open(text);
-      // What the device sends goes on beside it.
+      // The device's samples are still recorded beside it.
       if (!app.aside) {
         const device = new History();
         device.take(history);
@@ -53,17 +53,17 @@ export function keep({ plots, look, show, redraw, windowMoved }: Page): void {
       app.recording = true;
       app.recorded = session;
       app.motion = null;
-      tellRecorded();
+      showRecorded();
       redraw();
       const length = history.length ? history.time(history.length - 1) - history.time(0) : 10;
       plots.window = { length: Math.max(0.1, length), end: plots.now };
       windowMoved();
       const { device, firmware } = session.hello;
-      said(`opened ${name}: ${history.length} samples of ${device}, firmware ${firmware}`, true);
+      report(`opened ${name}: ${history.length} samples of ${device}, firmware ${firmware}`, true);
       show('live');
     } catch (error) {
-      // What was shown so far stays.
-      said(`${name}: ${(error as Error).message}`, false);
+      // The previous view stays.
+      report(`${name}: ${(error as Error).message}`, false);
     }
     look();
   });
@@ -74,7 +74,7 @@ export function keep({ plots, look, show, redraw, windowMoved }: Page): void {
     app.motion = aside.motion;
     app.aside = app.recorded = null;
     app.recording = false;
-    tellRecorded();
+    showRecorded();
     redraw();
     listEvents();
     look();
@@ -89,8 +89,8 @@ export function keep({ plots, look, show, redraw, windowMoved }: Page): void {
   on('svg', () => download(svg(plots, title()), `stiction-${stamp()}.svg`));
 }
 
-// What the recording was made of, and of what the device ran then.
-function tellRecorded(): void {
+// Shows the origin of the recording, and the parameters of its device.
+function showRecorded(): void {
   const of = app.recorded;
   by('recorded').hidden = of === null;
   by('events-title').textContent = of ? 'Events of the recording' : 'Events';
@@ -98,7 +98,7 @@ function tellRecorded(): void {
   const { device, firmware, program, warning, sample_time_s, every } = of.hello;
   const ticks = every > 1 ? `, of which 1 of ${every} was sent` : '';
   const rows: [string, string][] = [
-    ['Kept', of.saved ?? 'the file does not say when'],
+    ['Saved', of.saved ?? 'time not recorded'],
     ['Device', warning ? `${device} (${warning})` : device],
     ['Firmware', firmware],
     ['Studio', `stiction ${program}`],
@@ -111,5 +111,5 @@ function tellRecorded(): void {
     ]),
   );
   by('recorded-file').textContent =
-    of.file ?? 'The file has none: what the device ran was not known, or no file could say it.';
+    of.file ?? 'Not recorded: the parameters were unknown, or could not be written as a file.';
 }

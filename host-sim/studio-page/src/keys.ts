@@ -1,6 +1,6 @@
-// The keyboard. Escape stops wherever the focus is, and Space does outside of a field of text. So
-// Enter does what Space does elsewhere: it presses buttons, toggles boxes and opens files. A list
-// to choose from takes letters and arrows, and no blank: the arrows open it, too.
+// Keyboard. Escape stops at any focus; Space stops outside of text fields. So Enter replaces Space
+// elsewhere: it presses buttons, toggles boxes and opens files. A list takes letters and arrows,
+// not Space: the arrows open it, too.
 
 export function listen(stop: () => void, keys: Record<string, () => void>): void {
   const takesBlanks = (target: HTMLElement) =>
@@ -21,7 +21,7 @@ export function listen(stop: () => void, keys: Record<string, () => void>): void
         target.click();
         return;
       }
-      // Letters are capital ones under Caps Lock. Shift is no key of these.
+      // Caps Lock makes capital letters. Keys with Shift are not used.
       const isShifted = event.shiftKey && !event.getModifierState('CapsLock');
       const then = keys[event.key] ?? (isShifted ? undefined : keys[event.key.toLowerCase()]);
       if (takesKeys(target) || event.ctrlKey || event.altKey || event.metaKey || !then) return;
@@ -30,7 +30,7 @@ export function listen(stop: () => void, keys: Record<string, () => void>): void
     },
     true,
   );
-  // A button that has the focus is pressed when Space is let go: that key only stops.
+  // The release of Space would press a focused button; it only stops.
   document.addEventListener(
     'keyup',
     (event) => {

@@ -1,14 +1,14 @@
-// The connection to the studio. What comes of the device is answered by a word, at most twenty a
-// second: while the motor is driven, that word is what keeps the device's link alive. A page that
-// hangs gives none, and the device turns its output off. What the server only computes or decides
-// is no news of the device, and is not answered.
+// Connection to the studio. The page answers each message about the device with a keep-alive, at
+// most twenty a second: while the motor is driven, this keeps the device's link alive. A page that
+// hangs sends none, and the device turns its output off. Messages about the server's own work are
+// not answered.
 
 import { connect, type Wire } from './wire';
 
-const BETWEEN_WORDS_MS = 50;
+const KEEP_ALIVE_MS = 50;
 // As in request.rs.
 export const LARGEST = 64 * 1024;
-const WITHOUT_A_WORD = new Set([
+const WITHOUT_KEEP_ALIVE = new Set([
   'answer',
   'gone',
   'identified',
@@ -27,12 +27,12 @@ export class Link {
   private wire: Wire | null = null;
   private number = 0;
   private waiting = new Map<number, (answer: Answer) => void>();
-  private word = 0;
+  private lastKeepAlive = 0;
 
   constructor(
-    private readonly told: (event: Event) => void,
+    private readonly onEvent: (event: Event) => void,
     private readonly samples: (frame: ArrayBuffer) => void,
-    // With a reason the studio has ended for good.
+    // With a reason the studio has ended finally.
     private readonly cut: (why?: string) => void,
   ) {}
 
@@ -44,8 +44,9 @@ export class Link {
     const news = (data: string | ArrayBuffer) => {
       const event: Event | null = typeof data === 'string' ? JSON.parse(data) : null;
       const now = performance.now();
-      if (!WITHOUT_A_WORD.has(event?.event ?? '') && now - this.word >= BETWEEN_WORDS_MS) {
-        this.word = now;
+      const isAnswered = !WITHOUT_KEEP_ALIVE.has(event?.event ?? '');
+      if (isAnswered && now - this.lastKeepAlive >= KEEP_ALIVE_MS) {
+        this.lastKeepAlive = now;
         wire.send('{"do":"alive"}');
       }
       if (event) this.event(event);
@@ -69,23 +70,23 @@ export class Link {
     const id = ++this.number;
     const message = JSON.stringify({ id, do: what, ...more });
     const bytes = new TextEncoder().encode(message).length;
-    // The server would cut the connection, also while the motor is driven.
+    // The server would close the connection, even while the motor is driven.
     if (bytes > LARGEST) {
       const [has, most] = [Math.ceil(bytes / 1024), LARGEST / 1024];
-      const said = `${what}: that is a message of ${has} KiB; allowed are ${most} KiB`;
+      const said = `${what}: the message has ${has} KiB; it must have at most ${most} KiB`;
       return Promise.resolve({ ok: false, said });
     }
     this.wire!.send(message);
     return new Promise((answered) => this.waiting.set(id, answered));
   }
 
-  // Says something that is not answered by its number, or not at all.
-  tell(what: string, id: number, more: object): void {
+  // Sends a request that has no answer with its number.
+  send(what: string, id: number, more: object): void {
     if (this.open) this.wire!.send(JSON.stringify({ id, do: what, ...more }));
   }
 
   private event(event: Event): void {
-    if (event.event !== 'answer') return this.told(event);
+    if (event.event !== 'answer') return this.onEvent(event);
     this.waiting.get(event.id)?.({ ok: event.ok, said: event.said });
     this.waiting.delete(event.id);
   }

@@ -1,12 +1,11 @@
-// The page: it shows what the server tells and asks for what a person wants. It computes nothing of
-// control.
+// The page: it shows the server's messages and sends the user's requests. It computes no control.
 
 import { app, by, element, history, live, may, on } from './app';
 import { banner } from './banner';
 import { Commissioning } from './commissioning';
 import { list as listFaults, remedy } from './faults';
 import type { Hello } from './history';
-import { Identified } from './identified';
+import { IdentifiedView } from './identified';
 import { keep } from './keep';
 import { listen } from './keys';
 import { Link, type Event } from './link';
@@ -16,7 +15,7 @@ import { Planes } from './planes';
 import { Plots, shown } from './plots';
 import { count as counted } from './count';
 import { fields, PositionField } from './field';
-import { ask, graded, listEvents, note, said } from './said';
+import { ask, reportGraded, listEvents, note, report } from './messages';
 import { errorCounts, panels, position, reference, type Read } from './terms';
 import { Selftest } from './selftest';
 import { Tuning } from './tuning';
@@ -30,7 +29,7 @@ let dirty = true;
 let lastState = '';
 
 const link = new Link(
-  told,
+  receive,
   (frame) => {
     const of = live();
     const { resets } = of;
@@ -44,14 +43,14 @@ const link = new Link(
     app.status = null;
     if (why !== undefined) {
       app.gone = why;
-      said(why, false);
+      report(why, false);
     }
     forget();
     look();
   },
 );
 const plots = new Plots(by('plots'), history, windowMoved, span);
-const planes = new Planes(by('plane-plots'), history, (thinned) => tell('thinned', thinned));
+const planes = new Planes(by('plane-plots'), history, (thinned) => setText('thinned', thinned));
 const parameters = new Parameters(link, look);
 const whatIf = new WhatIf(link, (values) => parameters.set(values));
 const tuning = new Tuning(link, (gains) => {
@@ -62,7 +61,7 @@ const tuning = new Tuning(link, (gains) => {
 const selftest = new Selftest(link);
 const positionField = new PositionField();
 fields();
-const identified = new Identified();
+const identified = new IdentifiedView();
 const commissioning = new Commissioning((view, search) => {
   if (search !== undefined) {
     by<HTMLInputElement>('search').value = search;
@@ -71,11 +70,11 @@ const commissioning = new Commissioning((view, search) => {
   show(view);
 });
 
-function told(event: Event): void {
+function receive(event: Event): void {
   app.connected = true;
   switch (event.event) {
     case 'hello': {
-      // A page that was too slow is told the same again.
+      // A page that was too slow receives the same `hello` again.
       const isNew = event.generation !== app.hello?.generation;
       app.hello = event as unknown as Hello;
       if (!live().goOn(app.hello)) begin(app.hello);
@@ -86,7 +85,7 @@ function told(event: Event): void {
       app.commands = event.commands;
       by('role').hidden = app.commands;
       by('role').querySelector('p')!.textContent = event.why
-        ? `This page only looks: ${event.why}.`
+        ? `This page can only watch: ${event.why}.`
         : '';
       break;
     case 'status':
@@ -99,7 +98,7 @@ function told(event: Event): void {
       break;
     case 'parameters':
       app.file = event.file;
-      parameters.form.told(event.rows);
+      parameters.form.update(event.rows);
       by<HTMLButtonElement>('undo').dataset.left = String(event.undo);
       parameters.edited();
       break;
@@ -112,20 +111,20 @@ function told(event: Event): void {
       break;
     case 'what-if':
       by<HTMLButtonElement>('file-trajectory').hidden = !event.trajectory;
-      whatIf.told(event);
+      whatIf.update(event);
       break;
     case 'identified':
       app.found = event;
-      identified.told(event);
+      identified.show(event);
       tuning.whose();
       selftest.whose();
       whatIf.whose();
       break;
     case 'selftest':
-      selftest.told(event);
+      selftest.update(event);
       break;
     case 'tuning':
-      tuning.told(event);
+      tuning.update(event);
       break;
     case 'tuned':
       tuning.found(event);
@@ -134,35 +133,35 @@ function told(event: Event): void {
       whatIf.predicted(event);
       return;
     case 'found':
-      graded(event.said, event.grade);
+      reportGraded(event.said, event.grade);
       break;
     case 'gone':
       app.gone = event.said;
       app.status = null;
       forget();
-      said(event.said, false);
+      report(event.said, false);
       break;
     case 'back':
       app.gone = null;
-      said('the device answers again', true);
+      report('the device answers again', true);
       break;
     case 'skipped':
-      note(`this page was too slow: ${counted(event.messages, 'message')} left out`);
+      note(`this page was too slow: ${counted(event.messages, 'message')} lost`);
       break;
   }
   look();
 }
 
-// The history begins anew: it is another device, or sends other signals.
+// Restarts the history for another device or other signals.
 function begin(of: Hello): void {
   const old = live();
-  if (old.length > 0) said('the device sends something else now: the plots begin anew', false, '⚠');
+  if (old.length > 0) report('the device sends other signals now: the plots restart', false, '⚠');
   old.reset(of);
   moved(null);
   if (!app.recording) redraw();
 }
 
-// The plots begin anew: other signals, or another source of them.
+// Rebuilds the plots for other signals or another source.
 function redraw(): void {
   plots.build(history.hello ? panels(history.hello) : []);
   planes.build();
@@ -177,7 +176,7 @@ function moved(motion: Event | null): void {
 
 function wasReset(): void {
   moved(null);
-  said('the device was reset. What was measured before stays, behind a break', false, '⚠');
+  report('the device was reset. Earlier measurements stay, before a break', false, '⚠');
 }
 
 function span(): number {
@@ -185,13 +184,13 @@ function span(): number {
 }
 
 const WORDS: Record<string, string> = {
-  boot: 'it has just been switched on',
+  boot: 'it was just switched on',
   stopped: 'the motor is off',
   armed: 'the motor is driven',
   faulted: 'the motor is off, and stays off',
 };
 
-// A joint without a motor has a loop that is closed or open.
+// Meaning of the states for a joint without a motor.
 const WITHOUT_MOTOR: Record<string, string> = {
   stopped: 'the loop is open',
   armed: 'the loop is closed',
@@ -200,25 +199,25 @@ const WITHOUT_MOTOR: Record<string, string> = {
 
 function meaning(state: string): string {
   const isBoard = IN_PAGE ? false : app.hello?.kind === 'board';
-  const unknown = isBoard ? 'nothing is known of the motor' : 'nothing is known of the device';
+  const unknown = `the state of the ${isBoard ? 'motor' : 'device'} is unknown`;
   return (isBoard ? undefined : WITHOUT_MOTOR[state]) ?? WORDS[state] ?? unknown;
 }
 
-// Who listens to the page is told again whatever is written anew, so only what has changed is.
-function tell(id: string, what: string): void {
+// A screen reader speaks every new text, so a text is set only if it has changed.
+function setText(id: string, what: string): void {
   if (by(id).textContent !== what) by(id).textContent = what;
 }
 
-// Everything that depends on the state but not on the samples.
+// Updates everything that depends on the state but not on the samples.
 function look(): void {
   const { status, hello, recording } = app;
-  // Nobody may take what is not known for off.
+  // Unknown must not be taken for off.
   const driven: boolean | null = status?.driven ?? null;
   const [kind, what, more] = banner({ ...app, driven, inPage: IN_PAGE });
   by('banner').className = kind;
-  tell('banner-what', what);
-  tell('banner-more', more);
-  // What was measured last is no measurement of now.
+  setText('banner-what', what);
+  setText('banner-more', more);
+  // The last measurements are not present ones.
   const isStale = !recording && hello !== null && (!app.connected || app.gone !== null);
   document.body.classList.toggle('stale', isStale);
   by('stale').hidden = !isStale;
@@ -240,12 +239,12 @@ function look(): void {
     by('state').append(
       element('p', {
         textContent:
-          '⚠ limits.link_timeout_s is off: only the studio stops the motor when this page is ' +
-          'gone, and nothing does if the studio is gone.',
+          '⚠ limits.link_timeout_s is off: when this page is gone, only the studio stops the motor; ' +
+          'when the studio is gone, nothing stops it.',
       }),
     );
   by<HTMLFieldSetElement>('actions').disabled = !may();
-  // A self-test moves the joint by itself, and nothing else does meanwhile.
+  // While a self-test moves the joint, other motions are disabled.
   const moves = driven === true && !app.testing;
   for (const [id, enabled] of [
     ['arm', state === 'stopped'],
@@ -277,7 +276,7 @@ function look(): void {
 function windowMoved(): void {
   const paused = plots.window.end !== null;
   by('pause').setAttribute('aria-pressed', String(paused));
-  by('pause').textContent = paused ? 'Go on' : 'Pause';
+  by('pause').textContent = paused ? 'Continue' : 'Pause';
   dirty = true;
 }
 
@@ -304,7 +303,7 @@ function show(name: string): void {
   if (name === 'what-if') whatIf.open();
   // On a phone the view is below the commands.
   if (innerWidth < NARROW) document.querySelector('nav')!.scrollIntoView();
-  // Of a long view, the begin is shown.
+  // A long view starts at its top.
   else scrollTo(0, 0);
   dirty = true;
 }
@@ -337,7 +336,7 @@ function readings(): void {
   ].join(', ');
 }
 
-// Drawing takes a third of the time at most: the words that keep the link alive come first.
+// Drawing takes at most a third of the time: keep-alives come first.
 let drawn = 0;
 let took = 0;
 let countedAt = 0;

@@ -1,5 +1,5 @@
-// What the live view shows as an MCAP file, for Foxglove and PlotJuggler: a topic `signals` of JSON
-// messages, one for each sample of a tick with the loop. Of others only the time is known.
+// The samples of the live view as an MCAP file, for Foxglove and PlotJuggler: a topic `signals` of
+// JSON messages, one for each tick with the loop. For other ticks only the time is known.
 
 import { McapWriter } from '@mcap/core';
 import { Breath } from './breath';
@@ -7,7 +7,7 @@ import type { History } from './history';
 import { PIECE } from './session';
 import { position, reference } from './terms';
 
-// The writer gives pieces, and wants to know how many bytes there are.
+// Output of the writer: pieces, and their total length.
 class Pieces {
   readonly all: Uint8Array<ArrayBuffer>[] = [];
   private length = 0n;
@@ -23,8 +23,8 @@ class Pieces {
   }
 }
 
-// Times are those of the device, ns since its power-on: it knows no date. Behind a reset they go on
-// as they do on the page.
+// Times are those of the device, ns since its power-on: it has no date. After a reset they continue
+// as on the page.
 export async function mcap(of: History, [first, end]: [number, number]): Promise<Blob> {
   const hello = of.hello!;
   const pieces = new Pieces();

@@ -1,4 +1,4 @@
-// The last move as it was measured, in the time of its set point.
+// Measurement of the last move, in the time of its set point.
 
 import { app, history } from './app';
 import { ends } from './history';
@@ -15,9 +15,9 @@ export function measured(): Measured | null {
   const { motion, hello } = app;
   if (!motion || !hello || history.length === 0) return null;
   const at = history.timeOf(motion.clock);
-  // Another page has seen it, or it was before a reset.
+  // The move of another page, or one before a reset.
   if (history.time(0) > at || history.time(history.length - 1) < at) return null;
-  // That tick is one from before the request, so the set point stood there still.
+  // That tick is one before the request, so the set point had not changed.
   const first = history.row(at - 0.5 * hello.sample_time_s);
   const [lead, place, error, effort, status] = [
     reference(history),

@@ -1,17 +1,17 @@
-// What makes the joint move: arm, hold, move, step, trajectory, jog, identify. A real motor is
-// turned on only after a word was typed: the button may have been meant for another window.
+// Buttons that move the joint: arm, hold, move, step, trajectory, jog, identify. A real motor is
+// turned on only after a typed word, since a button may be pressed by mistake.
 
 import { app, by, history, on } from './app';
 import type { Link } from './link';
 import { number } from './field';
-import { ask } from './said';
+import { ask } from './messages';
 import { reference } from './terms';
 
 const WORD = 'ARM';
 
 let wanted: (() => void) | null = null;
 
-// Turns the output on, at once or, of a real motor, when it was confirmed.
+// Turns the output on, at once or, for a real motor, after a confirmation.
 export function turnOn(what: string, then: () => void): void {
   if (app.hello?.kind !== 'board') return then();
   wanted = then;

@@ -1,14 +1,14 @@
-// The view of the parameters: set, undo, save, push, pull, and compare with a file.
+// View of the parameters: set, undo, save, push, pull, and compare with a file.
 
 import { app, by, element, may, on } from './app';
 import { Form } from './form';
 import { LARGEST, type Link } from './link';
-import { ask, said } from './said';
+import { ask, report } from './messages';
 import { download, stamp } from './session';
 
 let refusal = '';
 
-// Takes a file that is chosen. One of more bytes than are allowed is refused and not read.
+// Reads a chosen file. A file that is too large is refused unread.
 export function read(
   input: HTMLInputElement,
   then: (text: string, name: string) => void,
@@ -20,8 +20,8 @@ export function read(
     if (!chosen) return;
     const { name, size } = chosen;
     if (size > most)
-      return said(
-        `${name}: it has ${Math.ceil(size / 1024)} KiB; allowed are ${most / 1024} KiB`,
+      return report(
+        `${name}: the file has ${Math.ceil(size / 1024)} KiB; it must have at most ${most / 1024} KiB`,
         false,
       );
     then(await chosen.text(), name);
@@ -45,7 +45,7 @@ export class Parameters {
     on('discard', () => {
       refusal = '';
       form.edits.clear();
-      form.told(form.rows);
+      form.update(form.rows);
       this.edited();
     });
     by('form').onsubmit = (event) => {
@@ -63,24 +63,24 @@ export class Parameters {
     on('compare-not', () => this.compared(null, []));
   }
 
-  // Sets values, all or none; what is refused is shown at its value.
+  // Sets all values or none; a refusal is shown at its value.
   async set(values: Record<string, string>): Promise<boolean> {
     const { form } = this;
     const answer = await this.link.ask('set', { values });
-    said(answer.said, answer.ok);
+    report(answer.said, answer.ok);
     refusal = answer.ok ? '' : answer.said;
     if (answer.ok) {
-      // What was typed and not sent stays.
+      // Other typed values stay.
       for (const [path, value] of Object.entries(values))
         if (form.edits.get(path) === value) form.edits.delete(path);
-      form.told(form.rows);
+      form.update(form.rows);
     }
     form.blame(refusal);
     this.edited();
     return answer.ok;
   }
 
-  // Puts values into the form as if they were typed, and says how many differ from what is in use.
+  // Puts values into the form as if typed, and returns how many differ from those in use.
   put(values: Record<string, number>): number {
     const { form } = this;
     for (const { path, value } of form.rows) {
@@ -91,7 +91,7 @@ export class Parameters {
     by<HTMLInputElement>('search').value = '';
     by<HTMLInputElement>('only-changed').checked = false;
     refusal = '';
-    form.told(form.rows);
+    form.update(form.rows);
     form.find('', false);
     this.edited();
     return Object.keys(values).filter((path) => form.edits.has(path)).length;
@@ -99,20 +99,20 @@ export class Parameters {
 
   private async compare(text: string, chosen: string): Promise<void> {
     const answer = await this.link.ask('compare', { text });
-    if (!answer.ok) return said(answer.said, false);
+    if (!answer.ok) return report(answer.said, false);
     const { name, values, changes } = answer.said as any;
     this.compared({ name: chosen || name, values }, changes);
   }
 
   private compared(file: Form['compared'], changes: string[]): void {
     this.form.compared = file;
-    this.form.told(this.form.rows);
+    this.form.update(this.form.rows);
     by('comparison').hidden = file === null;
     if (!file) return;
     const count = changes.length;
     by('comparison-what').textContent = count
       ? `${count} ${count === 1 ? 'value differs' : 'values differ'} from ` +
-        `${file.name}. In use, and what the file has:`
+        `${file.name}. In use, and in the file:`
       : `Nothing differs from ${file.name}.`;
     by('comparison-list').replaceChildren(
       ...changes.map((line) => element('li', { textContent: line.replace(' -> ', ' → ') })),
@@ -126,7 +126,7 @@ export class Parameters {
     this.look();
   }
 
-  // What can be done now.
+  // Enables the possible actions.
   enable(driven: boolean | null): void {
     const { form } = this;
     const free = may() && driven === false;
@@ -144,11 +144,11 @@ export class Parameters {
       : app.recording
         ? 'A recording has no device to set.'
         : app.status === null
-          ? 'What the device does is not known yet.'
+          ? 'The state of the device is not known yet.'
           : driven
-            ? 'The motor is driven: stop first. Parameters are taken while it is off only.'
+            ? 'The motor is driven: stop first. Parameters change only while it is off.'
             : app.status?.unsaved
-              ? 'Values in use are not saved: a reset forgets them.'
+              ? 'Values in use are not saved: a reset discards them.'
               : '';
   }
 

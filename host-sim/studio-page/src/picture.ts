@@ -1,4 +1,4 @@
-// The live plots as a picture: PNG of what is on the screen, SVG of the same curves.
+// The live plots as a picture: PNG of the screen, SVG of the same curves.
 
 import { gapColour, type Plots } from './plots';
 import { colour, isDark } from './terms';

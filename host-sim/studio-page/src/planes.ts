@@ -30,13 +30,13 @@ const PLANES: Plane[] = [
 
 export class Planes {
   private plots: uPlot[] = [];
-  // Points where a line begins: the loop was open before, or samples are missing.
+  // Whether a line starts at a point: the loop was open before, or samples are missing.
   private begins: boolean[] = [];
 
   constructor(
     private readonly root: HTMLElement,
     private readonly of: History,
-    private readonly told: (thinned: string) => void,
+    private readonly onThinned: (text: string) => void,
   ) {
     new ResizeObserver(() => this.resize()).observe(root);
   }
@@ -115,7 +115,7 @@ export class Planes {
     const armed = this.of.arming();
     const rows: number[] = [];
     this.begins = [];
-    // How far the row is from where its line begins.
+    // Number of rows since the start of the line.
     let along = 0;
     for (let row = first; row < end; row++) {
       if (!armed(row)) {
@@ -130,7 +130,7 @@ export class Planes {
       }
       along++;
     }
-    this.told(step > 1 ? `Drawn is 1 of ${step} samples.` : '');
+    this.onThinned(step > 1 ? `Drawn is 1 of ${step} samples.` : '');
     this.plots.forEach((plot, place) => {
       const [x, y] = [PLANES[place].x(this.of), PLANES[place].y(this.of)];
       plot.setData([null, [rows.map(x), rows.map(y)]] as unknown as uPlot.AlignedData);
@@ -138,7 +138,7 @@ export class Planes {
   }
 }
 
-// The curve in shades: the newest part is the strongest, and ends in a dot.
+// Draws the curve in shades: the newest part is the strongest, and ends in a dot.
 function trace(plot: uPlot, series: number, begins: boolean[]): null {
   uPlot.orient(plot, series, (_s, xs, ys, scaleX, scaleY, toX, toY, left, top, width, height) => {
     const { ctx } = plot;

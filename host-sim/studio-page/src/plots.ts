@@ -1,10 +1,10 @@
-// The live plots: one below the other, with one time axis, one cursor and one window of time.
+// Live plots, one below the other, with a common time axis, cursor and time window.
 
 import uPlot from 'uplot';
 import { ends, type Gap, type History } from './history';
 import { colour, isDark, type Panel, type Term } from './terms';
 
-// The window of time: that length up to now, or a piece of the past.
+// The time window: a length up to now, or a piece of the past.
 export type Window = { length: number; end: number | null };
 
 const SYNC = 'time';
@@ -21,14 +21,14 @@ export class Plots {
     private readonly root: HTMLElement,
     private readonly of: History,
     private readonly moved: () => void,
-    // The length of time that was chosen.
+    // Chosen length of the window.
     private readonly span: () => number,
   ) {
     new ResizeObserver(() => this.resize()).observe(root);
     addEventListener('resize', () => this.resize());
   }
 
-  // The newest time that there is.
+  // Time of the newest sample.
   get now(): number {
     return this.of.length ? this.of.time(this.of.length - 1) : 0;
   }
@@ -141,7 +141,7 @@ export class Plots {
       hooks: {
         drawClear: [(plot) => this.drawGaps(plot)],
         setSelect: [(plot) => this.zoom(plot)],
-        setCursor: [(plot) => this.told(plot)],
+        setCursor: [(plot) => this.showValues(plot)],
         ready: [
           (plot) => {
             plot.over.ondblclick = () => {
@@ -154,7 +154,7 @@ export class Plots {
     };
   }
 
-  // All panels fit into the window, unless they would be too low to read.
+  // Height at which all panels fit into the window, with a lower limit.
   private height(panel: Panel, last: boolean): number {
     const captions = 27 * this.panels.length;
     const parts = this.panels.reduce((all, one) => all + (one.panel.tall ? 3 : 2), 0) || 1;
@@ -162,13 +162,13 @@ export class Plots {
     return Math.floor((panel.tall ? 3 : 2) * part) + (last ? AXIS : 0);
   }
 
-  // What is shown of where samples are missing.
+  // Gaps in the shown time.
   get gaps(): Gap[] {
     const [begin, end] = this.range;
     return this.of.gaps.filter((gap) => gap.end >= begin && gap.begin <= end);
   }
 
-  // Where samples are missing, there is no line but a band.
+  // Draws a band where samples are missing.
   private drawGaps(plot: uPlot): void {
     const { ctx, bbox } = plot;
     ctx.save();
@@ -195,8 +195,8 @@ export class Plots {
     this.moved();
   }
 
-  // The values under the cursor, else the newest ones.
-  private told(plot: uPlot): void {
+  // Shows the values under the cursor, or the newest ones.
+  private showValues(plot: uPlot): void {
     const entry = this.panels.find((one) => one.plot === plot);
     if (!entry) return;
     const at = plot.cursor.idx ?? (plot.data[0]?.length ?? 0) - 1;
@@ -225,11 +225,11 @@ export class Plots {
       plot.redraw(true, true);
       const [low, high] = this.range;
       plot.setScale('x', { min: low, max: high });
-      this.told(plot);
+      this.showValues(plot);
     }
   }
 
-  // What is drawn, for pictures.
+  // Drawn panels, for pictures.
   get drawn(): { panel: Panel; plot: uPlot }[] {
     return this.panels;
   }
@@ -252,8 +252,8 @@ function padded(low: number | null, high: number | null): [number, number] {
   return [low - room, high + room];
 }
 
-// The rows as curves. Of more rows than twice the pixels, the least and the largest of each piece
-// are kept, so that no peak is lost. Nothing is drawn where the loop is open or samples are
+// Returns rows as curves. If there are more than two rows a pixel, each piece keeps its least and
+// largest value, so that no peak is lost. Nothing is drawn where the loop is open or samples are
 // missing.
 export function curves(
   of: History,
@@ -274,7 +274,7 @@ export function curves(
   const isArmed = of.arming();
   for (let row = first, stop; row < end; row = stop) {
     stop = Math.min(end, row + piece);
-    // A piece ends where samples are missing, or a line would lead across.
+    // A piece ends where samples are missing, so that no line crosses the gap.
     if (!of.whole(row, stop - 1)) {
       stop = row + 1;
       while (of.follows(stop)) stop++;

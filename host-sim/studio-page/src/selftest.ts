@@ -1,5 +1,5 @@
-// The self-test: predicted by the server, which moves nothing, and then made by the device. A move
-// begins only while this page gives its words.
+// The self-test: the server predicts it, which moves nothing, and then the device makes the moves.
+// A move starts only while this page sends keep-alives.
 
 import { app, by, element, may, on } from './app';
 import { reason } from './commissioning';
@@ -9,7 +9,7 @@ import { doubted, last, offer } from './identified';
 import type { Event, Link } from './link';
 import { turnOn } from './motions';
 import { shown } from './plots';
-import { ask, graded, MARKS, said, type Grade } from './said';
+import { ask, reportGraded, MARKS, report, type Grade } from './messages';
 import { download, stamp } from './session';
 import { brief, table } from './tuning';
 
@@ -37,7 +37,7 @@ type Move = {
 
 const LOOKS: Record<Grade, string> = { good: 'passed', doubtful: 'doubted', bad: 'failed' };
 
-// The verdict with its doubts, which stand beside it wherever it is shown.
+// The verdict with its doubts, which always appear together.
 const doubts = ({ said: verdict, result, unseen_slack: slack }: Event): string =>
   [
     verdict,
@@ -45,7 +45,7 @@ const doubts = ({ said: verdict, result, unseen_slack: slack }: Event): string =
     ...(result?.doubts ?? []).map((one: string) => `Doubtful: ${one}`),
   ].join('\n');
 
-// What is asked for; another one is another prediction.
+// Fields of the request; a change needs another prediction.
 const FIELDS = ['selftest-joint', 'selftest-moves', 'selftest-range'];
 
 export class Selftest {
@@ -53,9 +53,9 @@ export class Selftest {
   private why: string | null = null;
   private ofFound = false;
   private file: string | null = null;
-  // What was predicted last is what the fields say.
+  // Whether the last prediction is that of the fields.
   private fits = false;
-  // The number of that prediction.
+  // Number of that prediction.
   private predicted: number | null = null;
 
   constructor(private readonly link: Link) {
@@ -63,35 +63,35 @@ export class Selftest {
     on('selftest-cancel', () => void this.cancel());
     for (const id of FIELDS) by(id).oninput = () => this.changed();
     on('selftest-go', () => {
-      // Those that the button names now, whatever is predicted until somebody has typed the word.
+      // The number at the click: another prediction may come before the word is typed.
       const number = this.predicted;
       turnOn(
-        'The self-test moves the joint by itself, for minutes',
+        'The self-test moves the joint automatically, for minutes',
         () => void ask(this.link, 'selftest', { number }),
       );
     });
   }
 
-  // The end of the prediction says it aloud.
+  // The end of the prediction is reported by its event.
   private async cancel(): Promise<void> {
     const answer = await this.link.ask('cancel-selftest');
-    if (!answer.ok) said(answer.said, false);
+    if (!answer.ok) report(answer.said, false);
   }
 
-  // A prediction is told again to a page that was too slow or away, and by then the fields may say
-  // something else. Another one may be what another page has asked for.
-  private asked({ number, deg, joint, moves }: Event): void {
+  // Sets the fields to a new prediction, which another page may have requested. A repeated event of
+  // the same prediction does not change fields that were edited since.
+  private setFields({ number, deg, joint, moves }: Event): void {
     if (number === undefined || number === this.predicted) return;
     this.predicted = number;
     by<HTMLInputElement>('selftest-moves').value = String(moves);
     by<HTMLInputElement>('selftest-range').value = deg === null ? '' : String(deg);
     const select = by<HTMLSelectElement>('selftest-joint');
     select.value = joint;
-    // A joint that is not offered could not be chosen.
+    // The list may not have that joint.
     this.fits = select.value === joint;
   }
 
-  // Nobody shall make the moves of an older prediction than the fields show.
+  // An edited field disables the moves of the older prediction.
   private changed(): void {
     this.fits = false;
     this.enable();
@@ -105,33 +105,33 @@ export class Selftest {
     const deg = isGiven ? number('selftest-range') : undefined;
     if (moves === null || deg === null) return;
     if (!Number.isInteger(moves) || moves < 2 || moves > 200)
-      return said(`${count(moves, 'move')}: it must be a whole number from 2 to 200`, false);
+      return report(`${count(moves, 'move')}: it must be a whole number from 2 to 200`, false);
     const answer = await ask(this.link, 'predict-selftest', { moves, deg, joint });
     if (!answer.ok) this.say(`✕ ${answer.said}`);
   }
 
-  // It is told aloud when it changes, and not with each joint.
+  // A screen reader speaks it when it changes, not with each joint.
   private say(text: string): void {
     if (by('selftest-said').textContent !== text) by('selftest-said').textContent = text;
   }
 
-  // The joints that can be chosen.
+  // Updates the list of joints.
   whose(): void {
     if (offer('selftest-joint', this.file && last(this.file), this.ofFound)) this.changed();
     this.enable();
   }
 
-  told(event: Event): void {
+  update(event: Event): void {
     const before = this.phase;
     this.phase = event.phase;
     [this.why, this.ofFound, this.file] = [event.why, event.of_found, event.file ?? null];
     app.testing = event.phase === 'moving';
     this.whose();
-    this.asked(event);
+    this.setFields(event);
     const range = event.range_deg ?? event.result?.range_deg;
     if (range !== undefined)
       by('selftest-go').textContent =
-        `2. Make the ${count(event.moves, 'move')} within ${shown(range)} deg, judged by ` +
+        `2. Make the ${count(event.moves, 'move')} within ${shown(range)} deg, compared with ` +
         `the joint of ${last(event.machine)}`;
     const bar = by<HTMLProgressElement>('selftest-runs');
     if (event.phase === 'moving') [bar.max, bar.value] = [event.moves, event.made];
@@ -142,16 +142,16 @@ export class Selftest {
     if (event.phase === 'ready') this.ready(event);
     if (event.phase === 'done') {
       this.done(event);
-      if (before === 'moving') graded(`self-test: ${doubts(event)}`, grade);
+      if (before === 'moving') reportGraded(`self-test: ${doubts(event)}`, grade);
     }
     const isOver = before === 'predicting' || before === 'moving';
-    if (event.phase === 'none' && event.said && isOver) said(event.said, false, '✕');
+    if (event.phase === 'none' && event.said && isOver) report(event.said, false, '✕');
     if (event.phase === 'none' || event.phase === 'predicting')
       by('selftest-result').replaceChildren();
     this.enable();
   }
 
-  // A pass with a doubt is not as good as one without.
+  // A pass with a doubt is only doubtful.
   private grade({ ok, result }: Event): Grade {
     if (!ok) return 'bad';
     return result?.remark || result?.doubts?.length ? 'doubtful' : 'good';
@@ -166,14 +166,14 @@ export class Selftest {
         );
       case 'ready':
         return (
-          `${count(event.moves, 'move')}, within ${shown(event.range_deg)} deg to either side of where ` +
-          `the joint stands, in up to ${duration(event.longest_s)}. Keep that room clear.` +
+          `${count(event.moves, 'move')}, within ${shown(event.range_deg)} deg to either side of the ` +
+          `present position, in up to ${duration(event.longest_s)}. Keep that room clear.` +
           (event.predicted_sides ? `\n${event.predicted_sides}` : '') +
           (event.unseen_slack ? `\nNote: ${event.unseen_slack}.` : '')
         );
       case 'moving':
         return event.to_deg === null
-          ? 'Armed: the first move begins when the soft start is over.'
+          ? 'Armed: the first move starts after the soft start.'
           : `Move ${event.made + 1} of ${event.moves}, to ${shown(event.to_deg)} deg.`;
       case 'done':
         return `${MARKS[this.grade(event)]} ${doubts(event)}`;
@@ -199,7 +199,7 @@ export class Selftest {
     let text = '';
     if (!isKnown && why !== null) text = `✕ ${why}`;
     else if (!off && phase !== 'moving') text = `Not now: ${reason('')}.`;
-    else if (isPredicted && !this.fits) text = 'Predict what the fields say before the moves.';
+    else if (isPredicted && !this.fits) text = 'Predict with these fields before the moves.';
     if (by('selftest-why').textContent !== text) by('selftest-why').textContent = text;
   }
 
@@ -208,7 +208,7 @@ export class Selftest {
       element('p', {
         className: 'hint',
         textContent:
-          `What ${joints} simulated joints around that of ${last(machine)} do, with ` +
+          `Predictions of ${joints} simulated joints around that of ${last(machine)}, with ` +
           `${spreads.map(brief).join(', ')}:`,
       }),
       table(
@@ -277,7 +277,7 @@ export class Selftest {
   }
 }
 
-// A fault is predicted of nobody, so an end that is missing is one that never comes.
+// Formats a range. A missing end means never: a fault has no time.
 function range(of: Range | null): string {
   if (!of) return '–';
   const [low, high] = [of.least, of.largest].map((one) => (one === null ? 'never' : shown(one)));
@@ -285,7 +285,7 @@ function range(of: Range | null): string {
 }
 
 function allowed({ name, least, most }: Check): string {
-  // What is counted is a whole number.
+  // Counts are whole numbers.
   const end = /_(v|s)$/.test(name) ? shown(most) : String(Math.floor(most));
   return least === null ? `up to ${end}` : `${shown(least)} to ${end}`;
 }
@@ -296,8 +296,8 @@ function differing(lines: string[]): HTMLElement[] {
   list.append(
     element('summary', {
       textContent:
-        `The device differs from the file in ${count(lines.length, 'value')}, and the prediction is ` +
-        'of the device’s',
+        `The device differs from the file in ${count(lines.length, 'value')}; the prediction uses ` +
+        'the device’s',
     }),
     element('ul', {}, ...lines.map((line) => element('li', { textContent: line }))),
   );

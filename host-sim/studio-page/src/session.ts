@@ -1,20 +1,20 @@
-// A session in a file: a line of JSON with what the device is and runs, a line for each event, and
-// lines of samples. Any program that reads JSON can read it.
+// A session as a file: a line of JSON with the device and its parameters, a line for each event,
+// and lines of samples. Any program that reads JSON can read it.
 
 import { Breath } from './breath';
 import { History, type Hello } from './history';
 import { position, reference } from './terms';
 
-export type Kept = { at: string; clock: number; said: string };
+export type SessionEvent = { at: string; clock: number; said: string };
 export type Session = {
   saved: string | null;
   hello: Hello;
   file: string | null;
-  events: Kept[];
+  events: SessionEvent[];
 };
 
 const LINE = 200;
-// Rows after which it is looked how long that took.
+// Number of rows after which the elapsed time is checked.
 export const PIECE = 500;
 
 export async function save(of: History, session: Session): Promise<Blob> {
@@ -34,37 +34,37 @@ export async function save(of: History, session: Session): Promise<Blob> {
   );
 }
 
-// Reads a session, whole or not at all.
+// Reads a session, all of it or nothing.
 export async function open(text: string): Promise<[Session, History]> {
   const breath = new Breath();
   const into = new History();
   const [first, ...lines] = text.split('\n').filter((line) => line.trim());
   const head = read(first ?? '') ?? {};
   if (head.stiction_session !== 1 || !head.hello)
-    throw new Error('this file is no session of stiction studio');
+    throw new Error('this file is not a session of stiction studio');
   const columns = head.hello.signals?.length;
-  if (!columns) throw new Error('this session does not say which signals its samples have');
+  if (!columns) throw new Error('this session does not name the signals of its samples');
   if (!isWhole(head.hello))
-    throw new Error('this session does not say what its device is, in the form of a studio');
+    throw new Error('this session does not describe its device in the form of the studio');
   into.reset(head.hello);
-  const events: Kept[] = [];
+  const events: SessionEvent[] = [];
   for (const line of lines) {
     const { event, samples = [] } = read(line) ?? {};
     if (!Array.isArray(samples))
-      throw new Error('the samples of this session have another form than the studio writes');
+      throw new Error('the samples of this session are not in the form of the studio');
     if (event) {
       if (!isText(event.at, event.said) || !isNumber(event.clock))
-        throw new Error('an event of this session has another form than the studio writes');
+        throw new Error('an event of this session is not in the form of the studio');
       events.push(event);
     }
     for (const sample of samples) {
       if (!Array.isArray(sample) || sample.length !== 2 + columns)
-        throw new Error('a sample of this session has other signals than the session says');
-      // What is no number is written as null; its own number and its time are always there.
+        throw new Error('a sample of this session has other signals than the session names');
+      // NaN is written as null; number and clock are always numbers.
       const [number, clock, ...values] = sample;
       const are = values.every((value) => value === null || isNumber(value));
       if (!isNumber(number, clock) || !are)
-        throw new Error('a sample of this session has something else than numbers');
+        throw new Error('a sample of this session has a value that is not a number');
       into.push(sample[0], sample[1], (column) => sample[2 + column]);
     }
     await breath.take();
@@ -76,7 +76,7 @@ export async function open(text: string): Promise<[Session, History]> {
 const isText = (...all: unknown[]) => all.every((one) => typeof one === 'string');
 const isNumber = (...all: unknown[]) => all.every((one) => typeof one === 'number');
 
-// What the page reads of a device before it draws a sample.
+// Returns whether the description of a device has all that the page reads.
 function isWhole(of: any): of is Hello {
   return (
     isText(of.device, of.firmware, of.program, of.kind) &&
@@ -95,12 +95,12 @@ function read(line: string): any {
   try {
     return JSON.parse(line);
   } catch {
-    throw new Error('this file is no session of stiction studio, or it was cut off');
+    throw new Error('this file is not a session of stiction studio, or it was cut off');
   }
 }
 
-// The columns of `stiction device ... log`. A tick without the loop has its time, and empty cells:
-// its other signals are zero because nobody has measured them.
+// Writes the columns of `stiction device ... log`. A tick without the loop has its time, and empty
+// cells, since its other signals are not measured.
 export async function csv(of: History, [first, end]: [number, number]): Promise<Blob> {
   const breath = new Breath();
   const law = of.hello!.law;

@@ -1,9 +1,9 @@
-// The terms that can be shown, and how each is drawn. The colours are those of the project's
-// figures (Okabe and Ito), lighter on a dark ground; dashes tell them apart without colour.
+// The signals that can be plotted, and their looks. The colours are those of the project's figures
+// (Okabe and Ito), lighter on a dark ground; dashes distinguish them without colour.
 
 import { History, type Hello } from './history';
 
-// Makes what reads the term by its row, until the next sample comes.
+// Makes a reader of the term by its row, valid until the next sample.
 export type Read = (of: History) => (row: number) => number;
 export type Term = { name: string; unit: string; value: Read; look: Look };
 export type Panel = { title: string; terms: Term[]; tall?: boolean };
@@ -70,7 +70,7 @@ export function panels(hello: Hello): Panel[] {
       terms: [
         term('v_PD', 'V', 'v_pd_v', LOOKS.third),
         term('v_c', 'V', 'v_c_v', LOOKS.compensation),
-        term('asked for', 'V', 'v_v', LOOKS.total),
+        term('commanded', 'V', 'v_v', LOOKS.total),
         term('applied', 'V', 'v_applied_v', LOOKS.primary),
       ],
     },
@@ -79,7 +79,7 @@ export function panels(hello: Hello): Panel[] {
       terms: [term('velocity', 'deg/s', 'velocity_deg_per_s', LOOKS.primary)],
     },
   ];
-  // What the law in use declares of itself, a panel for each unit.
+  // Signals of the law in use, a panel for each unit.
   const units = new Map<string, Term[]>();
   for (const name of hello.law) {
     const unit = hello.signals.find((signal) => signal.name === name)?.unit ?? '';

@@ -1,5 +1,5 @@
-// Tuning: the server looks for gains on simulated joints, as `stiction tune` does. Nothing moves,
-// and nothing is set.
+// Tuning: the server tunes gains on simulated joints, as `stiction tune` does. Nothing moves, and
+// nothing is set.
 
 import { app, by, element, on } from './app';
 import { count } from './count';
@@ -7,7 +7,7 @@ import { number } from './field';
 import { last, offer } from './identified';
 import type { Event, Link } from './link';
 import { shown } from './plots';
-import { ask, graded, MARKS, said, type Grade } from './said';
+import { ask, reportGraded, MARKS, report, type Grade } from './messages';
 import { download } from './session';
 
 type Figures = {
@@ -27,7 +27,7 @@ type Side = 'encoder' | 'load';
 type Tuned = {
   better: boolean;
   outcome: 'tuned' | 'kept' | 'refused';
-  // Why no gains were found, and what would help.
+  // Why no gains were found, and a remedy.
   reason: string | null;
   gains: Record<string, { from: number; to: number }>;
   before: Figures;
@@ -47,7 +47,7 @@ type Tuned = {
 const ALL = 'all of the file';
 const HEAD = ['', 'success, %', 'settled, s', 'tracking, counts', 'rest, counts'];
 const MORE = ['chatter, V/s', 'held, V'];
-// As `stiction tune --limit` has them.
+// The limits of `stiction tune --limit`.
 const LIMITS = [
   ['settling_s', 'settled, s'],
   ['tracking_counts', 'tracking, counts'],
@@ -66,7 +66,7 @@ export class Tuning {
 
   constructor(
     private readonly link: Link,
-    // Puts gains into the form, and says how many differ from those in use.
+    // Puts gains into the form, and returns how many differ from those in use.
     private readonly put: (gains: Record<string, number>) => number,
   ) {
     on('tune-start', () => void this.start());
@@ -78,7 +78,7 @@ export class Tuning {
       ...LIMITS.map(([name, label]) => field(`tune-${name}`, label, { placeholder: 'no limit' })),
       field('tune-cases', 'joints', {
         value: String(JOINTS),
-        title: 'The gains are looked for on so many, and judged on three times as many',
+        title: 'The gains are tuned on this number, and judged on three times as many',
       }),
     );
   }
@@ -96,20 +96,20 @@ export class Tuning {
     const cases = number('tune-cases');
     if (cases === null) return;
     if (!Number.isInteger(cases) || cases < 0)
-      return said(`${count(cases, 'joint')}: it must be a whole number from 1 to 1000`, false);
+      return report(`${count(cases, 'joint')}: it must be a whole number from 1 to 1000`, false);
     const laws = law === ALL ? [] : [law];
     const joint = value('tune-joint') || 'file';
     await ask(this.link, 'tune', { laws, goal: value('tune-goal'), joint, limits, cases });
   }
 
-  // What could be tuned, and what runs.
-  told(event: Event): void {
+  // Shows what can be tuned, and the progress.
+  update(event: Event): void {
     const { why, running } = event;
     this.file = event;
     if (running && !this.running) this.clear();
     this.running = running !== null;
     this.whose();
-    // The count is told to nobody aloud.
+    // A screen reader does not speak the count.
     by('tune-count').textContent = running ? `${count(running.tried, 'set')} of gains tried` : '';
     if (running)
       this.say(
@@ -124,7 +124,7 @@ export class Tuning {
     if (by('tune-said').textContent !== text) by('tune-said').textContent = text;
   }
 
-  // The joints that can be chosen, and the laws of the one that is.
+  // Updates the list of joints, and the laws of the chosen one.
   whose(): void {
     const { file } = this;
     if (!file) return;
@@ -140,12 +140,12 @@ export class Tuning {
       by('tune-law').replaceChildren(...laws.map(option), ...all);
       delete by('tune-law').dataset.chosen;
     }
-    // It was said that there is no joint, and now there is one.
+    // The message that there was no joint is obsolete.
     if (this.why === null && by('tune-said').textContent === `✕ ${file.why}`) this.say('');
     this.enable();
   }
 
-  // The law that the device has is the one that is asked for first.
+  // Preselects the law of the device.
   prefer(law: string): void {
     const select = by<HTMLSelectElement>('tune-law');
     if (!select.dataset.chosen && [...select.options].some(({ value }) => value === law)) {
@@ -178,13 +178,13 @@ export class Tuning {
     by('tune-result').replaceChildren();
   }
 
-  // What was found last.
+  // Shows the last result.
   found(event: Event): void {
     by('tune-count').textContent = '';
     this.clear();
     if (!event.ok) {
       this.say(`${MARKS.bad} ${event.said}`);
-      if (this.running) graded(event.said, 'bad');
+      if (this.running) reportGraded(event.said, 'bad');
       return;
     }
     const all: [string, Tuned][] = Object.entries(event.result.controllers);
@@ -204,7 +204,7 @@ export class Tuning {
       ...event.doubts.map((one: string) => `Doubtful: ${one}`),
     ].join('\n');
     this.say(`${MARKS[grade]} ${words}`);
-    if (this.running) graded(words, grade);
+    if (this.running) reportGraded(words, grade);
     const save = element('button', { id: 'tune-save', textContent: `Download ${event.file}` });
     save.onclick = () => download(new Blob([event.toml], { type: 'application/toml' }), event.file);
     const picture = (svg: string, place: number) => {
@@ -224,9 +224,9 @@ export class Tuning {
         className: 'hint',
         textContent:
           `All simulated, tuned for ${event.goal} with the joint of ${last(event.machine)}` +
-          `${event.joint === 'found' ? ', which was found' : ''}. The gains are judged at the ` +
+          `${event.joint === 'found' ? ', which was identified' : ''}. The gains are judged at the ` +
           `encoder. The figures are of ` +
-          `${event.joints} joints that the gains were not found on, each with and without a ` +
+          `${event.joints} joints on which the gains were not tuned, each with and without a ` +
           `sample of delay: ${event.spreads.map(brief).join(', ')}.`,
       }),
       ...all.map(([law, tuned]) => this.law(law, tuned)),
@@ -279,18 +279,18 @@ export class Tuning {
           to,
         ]);
         const changed = this.put(Object.fromEntries(entries));
-        said(
+        report(
           changed
             ? `the form has ${count(changed, 'new gain')}; “Set” sends them to the device`
-            : 'the device has these gains already',
+            : 'the device already has these gains',
           true,
         );
       };
       const other = element('p', {
         className: 'hint',
         textContent:
-          `The device runs another law than ${law}. Push the new file to change that: of its ` +
-          'list, the device takes the first law.',
+          `The device runs another law than ${law}. Push the new file to change that: the device ` +
+          'uses the first law of its list.',
       });
       const row = element('div', {}, put, other);
       row.dataset.law = law;
@@ -306,7 +306,7 @@ const refusal = (one: Tuned) =>
   `${isRefused(one) ? 'no gains were found' : 'nothing is better'}, ` +
   `the file’s gains stay: ${one.reason}`;
 
-// Both sides of the gear where they differ.
+// Rows of both sides of the gear, if they differ.
 function rows(name: string, of: Figures): string[][] {
   const [encoder, load] = [figures(of, 'encoder'), figures(of, 'load')];
   return String(encoder) === String(load)

@@ -1,5 +1,5 @@
-// Numbers that a person types. The rules are those of typed_number.rs, by which terminal and
-// command line read them; typed_number_cases.json tests both.
+// Numbers that a person types, with the rules of typed_number.rs, which terminal and command line
+// use; typed_number_cases.json tests both.
 
 export type Typed = { value: number; refused: null } | { value: null; refused: string };
 
@@ -22,8 +22,8 @@ export function parse(text: string): Typed {
   return { value, refused: null };
 }
 
-// The number that a text is read as if it is not written like that, or why it is refused; nothing
-// for a text that begins as no number.
+// Returns the number that a text is read as if it is written differently, or why it is refused;
+// nothing for a text that does not start like a number.
 export function reading(text: string): string {
   const { value, refused } = parse(text);
   if (refused !== null) return /^[\s\d+\-−.,]/.test(text) ? `✕ ${refused}` : '';

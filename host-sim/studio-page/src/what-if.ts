@@ -1,8 +1,8 @@
-// What if: sliders for gains and joint. What the machine would do is computed by the server; it is
-// drawn here, with the last move that was measured on top.
+// What if: sliders for gains and joint. The server predicts the moves; the page draws them, with
+// the last measured move on top.
 
 import { app, by, element, may, on } from './app';
-import { Curves, type Shown } from './curves';
+import { Curves, type MoveCurve } from './curves';
 import { last, offer } from './identified';
 import type { Event, Link } from './link';
 import { measured } from './measured';
@@ -55,10 +55,10 @@ const STEPS = 1000;
 const CLOUD = 24;
 const PATIENCE_MS = 4000;
 const REDRAWN_MS = 200;
-// A slider gives four digits.
+// Relative difference below which a value is unchanged: a slider has four digits.
 const SAME = 1e-4;
 
-// The laws: by colour, and each by a dash of its own. The first is the one that is turned.
+// Looks of the laws: by colour and dash. The first law is the one with sliders.
 const OF_LAWS: Look[] = [
   LOOKS.second,
   LOOKS.third,
@@ -70,18 +70,18 @@ const OF_LAWS: Look[] = [
 ];
 const OF_CLOUD: Look = { light: '#9fb4c4', dark: '#6b8197', width: 1 };
 const OF_MEASURED: Look = { ...LOOKS.primary, width: 3.5 };
-// Of all lines without a dash the measured one is broader, and those of the cloud are finer.
+// Of the lines without a dash, the measured one is broader, and those of the cloud are finer.
 const AT_LOAD: Partial<Look> = { width: 2, dash: [2, 4] };
-// Sides of a gear that differ by less than this throughout are one line, counts.
+// Difference below which the two sides of a gear are drawn as one line, counts.
 const ONE_LINE = 2;
 const OF_WORST: Look = { light: '#b3261e', dark: '#ff7a6e', width: 2 };
 
 const isOfJoint = (knob: Knob) => knob.of === 'joint';
 
 export class WhatIf {
-  // What was told last of the file's joint and of the one that was found, if it was.
+  // The last event: the file's joint, and the identified one, if any.
   private of: Event | null = null;
-  // The joint that the sliders are of, and what was told of it.
+  // The joint of the sliders, and its part of the event.
   private joint = 'file';
   private whoseIs = '';
   private now: Event | null = null;
@@ -113,21 +113,20 @@ export class WhatIf {
     by('what-if-joint').onchange = () => this.whose();
   }
 
-  // What can be turned has been told anew: the device runs something else, or another joint was
-  // found.
-  told(event: Event): void {
+  // Stores new knobs: the parameters have changed, or another joint was identified.
+  update(event: Event): void {
     this.of = event;
     this.whose();
   }
 
-  // The joints that can be chosen.
+  // Updates the list of joints.
   whose(): void {
     const { of } = this;
     if (!of) return;
     offer('what-if-joint', of.why === null ? last(of.machine) : null, of.found !== null);
     this.joint = by<HTMLSelectElement>('what-if-joint').value || 'file';
     const now: Event = this.joint === 'found' ? of.found : of;
-    // What was turned of one joint says nothing of another, which a later identification may find.
+    // Sliders of one joint do not apply to another one, which a later identification may find.
     const values = JSON.stringify(now.knobs.filter(isOfJoint).map((knob: Knob) => knob.value));
     const whose = `${this.joint} ${values}`;
     if (whose !== this.whoseIs)
@@ -140,7 +139,7 @@ export class WhatIf {
     this.now = event;
     this.knobs = event.knobs;
     this.laws = event.laws;
-    // What was turned stays, but for what is in use by now.
+    // Sliders stay, except where the value in use is now the same.
     for (const [path, value] of this.values) {
       const knob = this.knobs.find((one) => one.path === path);
       const isOther = knob && Math.abs(value - knob.value) > SAME * Math.abs(knob.value);
@@ -172,7 +171,7 @@ export class WhatIf {
     return this.laws[0] ?? '';
   }
 
-  // The gains of the law in use that were turned, as the form takes them.
+  // Returns the changed gains of the law in use, as the form takes them.
   private gains(): Record<string, string> {
     const own = [...this.values].filter(([path]) => path.startsWith(`controller.${this.law}.`));
     return Object.fromEntries(own.map(([path, value]) => [path, String(value)]));
@@ -265,7 +264,7 @@ export class WhatIf {
     by<HTMLButtonElement>('what-if-set').disabled = !free || Object.keys(this.gains()).length === 0;
   }
 
-  // The move that is predicted, and where it begins.
+  // Returns the predicted move, and its start.
   private way(): { way: object; from: number } | null {
     const how = by<HTMLSelectElement>('what-if-way').value;
     const typed = parse(by<HTMLInputElement>('what-if-deg').value);
@@ -284,7 +283,7 @@ export class WhatIf {
     return deg !== null ? { way: { how: how === 'step' ? how : 'move', deg }, from: 0 } : null;
   }
 
-  // Asks for a prediction, one at a time: what changes meanwhile is asked for with the answer.
+  // Requests a prediction, one at a time: changes meanwhile are requested after the answer.
   private ask(): void {
     const now = performance.now();
     if (app.recording || this.laws.length === 0) return;
@@ -309,7 +308,7 @@ export class WhatIf {
     const values = Object.fromEntries(this.values);
     const { joint } = this;
     const wish = { way: moved.way, from_deg: moved.from, laws, values, cloud, joint };
-    this.link.tell('predict', ++this.number, { wish });
+    this.link.send('predict', ++this.number, { wish });
   }
 
   predicted({ id, part, content }: Event): void {
@@ -344,7 +343,7 @@ export class WhatIf {
           : `${settled_s.toFixed(2)} s`;
     const slack = this.now?.unseen_slack ?? null;
     const goal = this.now?.goal ?? 'within 2 counts until the end';
-    // Where the encoder cannot see slack, both sides of the gear stand side by side.
+    // If the encoder cannot measure slack, both sides of the gear are shown.
     const cells = (one: Curve) => [
       after(one, one.settled_s),
       shown(one.rest_counts),
@@ -365,7 +364,7 @@ export class WhatIf {
           : `${good} of ${curves.length} joints around this one settle ${tolerance(goal)}. `) +
         (is_written
           ? 'They are drawn from the [spread] of the file.'
-          : 'The file has no [spread] of these values: one is assumed.') +
+          : 'The file has no [spread]: one is assumed.') +
         (left.length ? ` ${left.length} more cannot be armed: ${left[0]}.` : '') +
         (worst ? ` The worst has ${worst.joint.map(brief).join(', ')}.` : '');
     } else by('what-if-cloud-said').textContent = this.noCloud;
@@ -382,14 +381,14 @@ export class WhatIf {
     by('what-if-slack').textContent = slack && this.curves.length ? `Note: ${slack}.` : '';
   }
 
-  // Draws, but not faster than somebody sees.
+  // Draws, at most at the given rate.
   draw(now = false): void {
     if (app.view !== 'what-if') return;
     if (!now && performance.now() - this.drawn < REDRAWN_MS) return;
     this.drawn = performance.now();
     const good = this.curves.filter((one) => !one.refused);
     const times = (one: Curve) => one.position_deg.map((_, k) => one.begin_s + k * one.tick_s);
-    const of = (one: Curve, name: string, look: Look): Shown => ({
+    const of = (one: Curve, name: string, look: Look): MoveCurve => ({
       name,
       look,
       times: times(one),
@@ -397,7 +396,7 @@ export class WhatIf {
       error: one.error_counts,
       effort: one.effort_v,
     });
-    const all: Shown[] = [];
+    const all: MoveCurve[] = [];
     this.cloud?.curves.forEach((one, place) =>
       all.push(of(one, place === 0 ? 'joints around it' : '', OF_CLOUD)),
     );
@@ -411,7 +410,7 @@ export class WhatIf {
         times: set.reference_deg.map((_, k) => set.begin_s + k * set.tick_s),
         position: set.reference_deg,
       });
-    // The measurement is broad, and the predictions lie on it.
+    // The measurement is broad, and the predictions are drawn over it.
     const last = by<HTMLSelectElement>('what-if-way').value === 'last' ? measured() : null;
     if (last) all.push({ name: 'measured', look: OF_MEASURED, ...last });
     good.forEach((one) => {
@@ -437,7 +436,7 @@ export class WhatIf {
   }
 }
 
-// The tolerance of a goal in words: "within 2 counts" of "within 2 counts until the end".
+// Returns the tolerance of a goal: "within 2 counts" of "within 2 counts until the end".
 function tolerance(goal: string): string {
   return goal.split(' ').slice(0, 3).join(' ');
 }

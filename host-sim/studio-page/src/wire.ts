@@ -1,11 +1,11 @@
-// What carries requests and news between the page and a studio: here a WebSocket to the server that
-// has sent the page. The playground has another one in this file's place (playground/wire.ts).
+// Wire that carries requests and messages between the page and a studio: a WebSocket to the server
+// of the page. The playground replaces this file (playground/wire.ts).
 
 export const IN_PAGE = false;
 
 export type Wire = { readonly open: boolean; send(text: string): void };
 
-// `cut` is told when nothing comes any more; with a reason if there is no use in trying again.
+// `cut` is called when the connection has ended; with a reason if reconnecting is of no use.
 export function connect(
   news: (data: string | ArrayBuffer) => void,
   cut: (why?: string) => void,

@@ -44,7 +44,7 @@ export function animation({ laws, curves, title, deg, until, note }) {
     parts.push(`<path d="${line(one.position_deg, one, yPosition)}" ${style(k)}/>`);
     parts.push(`<path d="${line(one.error_counts, one, yError)}" ${style(k)}/>`);
   });
-  // What is not yet: a cover that slides away.
+  // The future: a cover that slides away.
   parts.push(
     `<g class="cover"><rect x="${LEFT}" y="36" width="${RIGHT - LEFT + 12}" ` +
       `height="${HEIGHT - 66}" fill="#fff"/><path d="M${LEFT} 36V${PANELS.error[1]}" ` +
@@ -61,7 +61,7 @@ export function animation({ laws, curves, title, deg, until, note }) {
   text((LEFT + RIGHT) / 2, HEIGHT - 8, 'Time, s', 'text-anchor="middle"');
   text(LEFT, 20, title, 'font-weight="bold" font-size="15"');
   text(LEFT, 38, 'Position, deg');
-  text(LEFT, PANELS.error[0] - 8, 'Error, counts (what is larger stands at the edge)');
+  text(LEFT, PANELS.error[0] - 8, 'Error, counts (larger values at the edge)');
   const keyframes = [];
   curves.forEach((one, k) => {
     const [cx, cy] = [700, 112 + 160 * k];

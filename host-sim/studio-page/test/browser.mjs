@@ -15,7 +15,7 @@ import { begins, commissioning, isFound } from './commissioning.mjs';
 import { emulated } from './emulated.mjs';
 import { refusedFile } from './refused-file.mjs';
 import { results } from './results.mjs';
-import { after, file, launch, open, serve, shown, state, text, told } from './studio.mjs';
+import { after, file, launch, open, serve, shown, state, text, runTest } from './studio.mjs';
 import { typed } from './typed.mjs';
 import { unknown } from './unknown.mjs';
 import { views } from './views.mjs';
@@ -86,7 +86,7 @@ const tests = {
       await page.locator('#plots canvas').count(),
       await page.locator('#plots figure').count(),
     );
-    // What is said aloud is not said again with every status.
+    // A screen reader does not repeat a text with every status.
     const changes = await page.evaluate(async () => {
       let count = 0;
       const all = { childList: true, characterData: true, subtree: true };
@@ -159,7 +159,7 @@ const tests = {
     const found = await seen();
     await row.locator('input').press('Enter');
     await page.locator('[data-path="limits.stall_s"].unsaved:not(.edited)').waitFor();
-    // Whoever typed and searched goes on where that was.
+    // Focus and search stay where they were.
     assert.equal(await page.evaluate(() => document.activeElement.id), 'p-limits.stall_s');
     assert.equal(await seen(), found);
     await page.locator('#undo').click();
@@ -189,7 +189,7 @@ const tests = {
     );
     const choose = (name, buffer) =>
       page.locator('#open').setInputFiles({ name, mimeType: 'text/plain', buffer });
-    // What is no session, or not whole, leaves what was seen as it was.
+    // A file that is not a session, or not whole, leaves the view as it was.
     const whole = readFileSync(session);
     const other = structuredClone(lines[0]);
     other.hello.signals.pop();
@@ -199,23 +199,31 @@ const tests = {
       return Buffer.from(all.map((line) => JSON.stringify(line)).join('\n'));
     };
     for (const [name, wrong, why] of [
-      ['e.jsonl', changed(([head]) => delete head.hello.sample_time_s), 'what its device is'],
-      ['h.jsonl', changed(([head]) => (head.hello.signals[1].form = 'x')), 'what its device is'],
-      ['i.jsonl', changed(([head]) => (head.hello.law = 5)), 'what its device is'],
-      ['j.jsonl', changed((all) => all.push({ samples: 1 })), 'have another form'],
-      ['k.jsonl', Buffer.from('null'), 'this file is no session'],
+      [
+        'e.jsonl',
+        changed(([head]) => delete head.hello.sample_time_s),
+        'does not describe its device',
+      ],
+      [
+        'h.jsonl',
+        changed(([head]) => (head.hello.signals[1].form = 'x')),
+        'does not describe its device',
+      ],
+      ['i.jsonl', changed(([head]) => (head.hello.law = 5)), 'does not describe its device'],
+      ['j.jsonl', changed((all) => all.push({ samples: 1 })), 'not in the form of the studio'],
+      ['k.jsonl', Buffer.from('null'), 'this file is not a session'],
       [
         'l.jsonl',
         changed((all) => (all.find(({ samples }) => samples).samples[3][0] = null)),
-        'something else than numbers',
+        'a value that is not a number',
       ],
       [
         'f.jsonl',
         changed((all) => (all.find(({ samples }) => samples).samples[3][2] = 'far')),
-        'something else than numbers',
+        'a value that is not a number',
       ],
       ['g.jsonl', changed((all) => all.push({ event: { at: 1 } })), 'an event of this session'],
-      ['b.jsonl', Buffer.from('{}'), 'this file is no session'],
+      ['b.jsonl', Buffer.from('{}'), 'this file is not a session'],
       ['c.jsonl', whole.subarray(0, whole.length - 40), 'it was cut off'],
       [
         'd.jsonl',
@@ -247,7 +255,7 @@ const tests = {
       csv[0].startsWith('time_s,reference_deg,position_deg,error_deg,') &&
         csv.length === kept.length + 1,
     );
-    // What nobody has measured is no zero.
+    // A tick without a measurement has empty cells, not zeros.
     const isArmed = (sample) => (of_session(lines[0], sample, 'status') & 0xff) === 2;
     const armed = kept.filter(isArmed);
     assert.ok(armed.length > 0 && armed.length < kept.length);
@@ -394,18 +402,18 @@ try {
   await begins(other);
   const page = await visit(context, url);
   for (const [name, test] of Object.entries(tests)) {
-    const isFine = await told(name, async () => {
+    const isFine = await runTest(name, async () => {
       await test(page, context, url);
       assert.deepEqual(page.mistakes, []);
     });
     failed += isFine ? 0 : 1;
   }
-  const isFine = await told('what was identified is tuned and tested with', async () => {
+  const isFine = await runTest('what was identified is tuned and tested with', async () => {
     await isFound(other);
     assert.deepEqual(other.mistakes, []);
   });
   failed += isFine ? 0 : 1;
-  const isKept = await told('a file that the playground refuses leaves its joint alone', () =>
+  const isKept = await runTest('a file that the playground refuses leaves its joint alone', () =>
     refusedFile(context),
   );
   failed += isKept ? 0 : 1;

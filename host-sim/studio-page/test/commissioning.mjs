@@ -20,7 +20,7 @@ const predict = async (page, moves) => {
   await step(page, 'Verify');
   await page.locator('#selftest-moves').fill(String(moves));
   await page.locator('#selftest-predict').click();
-  // A self-test that was made before could be repeated: the button alone tells nothing.
+  // An earlier self-test can be repeated, so the button alone does not show the new prediction.
   await page.locator('#selftest-said', { hasText: `${moves} moves, within` }).waitFor();
   await page.locator('#selftest-go:enabled').waitFor();
 };
@@ -54,7 +54,7 @@ export async function isFound(page) {
   await page.locator('#what-if-cloud-said', { hasText: 'drawn from the [spread]' }).waitFor();
   await step(page, 'Tune');
   const offered = await page.locator('#tune-joint option').allInnerTexts();
-  assert.deepEqual(offered, ['gimbal.toml', `${name}, which was found`]);
+  assert.deepEqual(offered, ['gimbal.toml', `${name}, identified`]);
   await page.locator('#tune-joint').selectOption('found');
   await page.locator('#tune-more summary').click();
   await page.locator('#tune-cases').fill('2');
@@ -62,14 +62,14 @@ export async function isFound(page) {
   await page.locator('#tune-said', { hasText: /better/ }).waitFor();
   assert.match(
     await text(page, '#tune-result'),
-    new RegExp(`the joint of ${name}, which was found`),
+    new RegExp(`the joint of ${name}, which was identified`),
   );
   await step(page, 'Verify');
   await page.locator('#selftest-joint').selectOption('found');
   await predict(page, 2);
   assert.match(
     await text(page, '#selftest-result'),
-    new RegExp(`joints around that of ${name} do`),
+    new RegExp(`joints around that of ${name},`),
   );
   await page.locator('#selftest-go').click();
   await page.locator('#selftest-said:is(.passed, .doubted)').waitFor();
@@ -84,7 +84,11 @@ export const commissioning = ({ said, visit, command }) => {
       await page.locator('#tune-start').click();
       await page.locator('#tune-said', { hasText: /law 1 of 7, for .* of joint\.toml/ }).waitFor();
       await page.locator('#tune-count', { hasText: /[1-9]\d* sets of gains tried/ }).waitFor();
-      assert.equal(await page.locator('[role=status] #tune-count').count(), 0, 'it is told aloud');
+      assert.equal(
+        await page.locator('[role=status] #tune-count').count(),
+        0,
+        'a screen reader speaks it',
+      );
       assert.ok(await page.locator('#tune-start').isDisabled(), 'one at a time');
       await page.locator('#tune-cancel').click();
       await page.locator('#tune-said', { hasText: 'cancelled' }).waitFor();
@@ -93,7 +97,7 @@ export const commissioning = ({ said, visit, command }) => {
       await page.locator('#tune-more summary').click();
       for (const [field, typed, why] of [
         ['chatter_v_per_s', '0', 'limit chatter_v_per_s=0: must be a number above 0'],
-        ['cases', '1001', '1001 joints: allowed is a number from 1 to 1000'],
+        ['cases', '1001', '1001 joints: must be a number from 1 to 1000'],
         ['cases', '2.5', 'it must be a whole number'],
       ]) {
         const before = await page.locator(`#tune-${field}`).inputValue();
@@ -137,7 +141,7 @@ export const commissioning = ({ said, visit, command }) => {
       await put.locator('button').click();
       const row = page.locator('[data-path="controller.ri.kp_v_per_deg"].edited input');
       assert.equal(Number(await row.inputValue()), Number(tuned));
-      // Nothing is set before somebody does.
+      // Nothing is set before the click.
       await page.locator('#set', { hasText: 'Set 1 value' }).click();
       await said(page, `controller.ri.kp_v_per_deg: 1.25 -> ${tuned}`);
       for (const changes of ['1', '0']) {
@@ -158,13 +162,13 @@ export const commissioning = ({ said, visit, command }) => {
       );
       assert.match(
         await text(page, '#selftest-go'),
-        /^2\. Make the 3 moves within 3\.2\d* deg, judged by the joint of joint\.toml$/,
+        /^2\. Make the 3 moves within 3\.2\d* deg, compared with the joint of joint\.toml$/,
       );
       await state(page, 'stopped');
       // The moves of an older prediction than the fields show are not made.
       await page.locator('#selftest-moves').fill('200');
       await page.locator('#selftest-go:disabled').waitFor();
-      await page.locator('#selftest-why', { hasText: 'Predict what the fields say' }).waitFor();
+      await page.locator('#selftest-why', { hasText: 'Predict with these fields' }).waitFor();
       await page.locator('#selftest-range').fill('1e6');
       await page.locator('#selftest-predict').click();
       await said(page, 'range 1000000');
@@ -214,11 +218,14 @@ export const commissioning = ({ said, visit, command }) => {
       await command(board);
       assert.match(await text(board, '#banner'), /A REAL MOTOR\s*it is off/);
       await predict(board, MOVES);
-      // A prediction that is told again is not what the fields say by then.
+      // A prediction that is sent again does not match the edited fields.
       await board.locator('#selftest-moves').fill('200');
       near.send(ready);
       await board.waitForTimeout(300);
-      assert.ok(await board.locator('#selftest-go').isDisabled(), 'what was told again is made');
+      assert.ok(
+        await board.locator('#selftest-go').isDisabled(),
+        'the repeated prediction can start',
+      );
       assert.equal(await board.locator('#selftest-moves').inputValue(), '200');
       await predict(board, MOVES);
       await board.locator('#selftest-go').click();

@@ -1,5 +1,5 @@
 // Drives the playground in a headless Chromium, opened as a file, beside the studio of the program:
-// both have to tell the same of the same joint.
+// both must show the same for the same joint.
 //
 //   node test/playground.mjs STICTION CHROMIUM DIRECTORY [--pictures DIRECTORY]
 
@@ -8,18 +8,18 @@ import { execFileSync } from 'node:child_process';
 import { mkdirSync, readFileSync, writeFileSync } from 'node:fs';
 import { join, resolve } from 'node:path';
 import { pathToFileURL } from 'node:url';
-import { after, file, launch, open, serve, state, text, told } from './studio.mjs';
+import { after, file, launch, open, serve, state, text, runTest } from './studio.mjs';
 
 const [program, browserName, directory, ...options] = process.argv.slice(2);
 const pictures = after(options, '--pictures');
 const address = pathToFileURL(join(resolve(directory), 'index.html')).href;
 const PATIENCE = 30_000;
 
-// A joint of everybody's own.
+// A file of the user.
 const gimbal = file('gimbal.toml');
 execFileSync(program, ['new', '--typical', 'gimbal', gimbal]);
 
-// Keeps what a page asks for and is told, whatever carries it, with the time.
+// Records the messages from and to a page, on any wire, with the time.
 function recorded() {
   globalThis.heard = [];
   const keep = (way, data) => {
@@ -39,7 +39,7 @@ function recorded() {
       ...place,
       set(listener) {
         place.set.call(this, (event) => {
-          keep('told', event.data);
+          keep('received', event.data);
           listener(event);
         });
       },
@@ -59,7 +59,7 @@ async function visit(context, url) {
   return page;
 }
 
-// The last prediction of the laws and of the cloud, once both are there and nothing is asked for.
+// The last prediction of the laws and of the cloud, once both are complete.
 async function predicted(page) {
   await page.waitForFunction(() => {
     const all = globalThis.heard.map(({ data }) => JSON.parse(data));
@@ -189,10 +189,10 @@ const tests = {
     await page.locator('[data-path="limits.stall_s"]:not(.unsaved)').waitFor();
   },
 
-  async 'a simulation that has ended is said, and is not begun again by itself'(page, context) {
+  async 'the end of a simulation is reported, and it does not restart'(page, context) {
     const other = await context.newPage();
     other.setDefaultTimeout(PATIENCE);
-    // A trap: the page cannot tell it from any other mistake of the worker.
+    // A trap: for the page it is like any other error of the worker.
     await other.addInitScript(() => {
       const own = globalThis.Worker;
       globalThis.begun = 0;
@@ -204,7 +204,7 @@ const tests = {
         }
       };
     });
-    // What stands behind the `#` is no text of an address.
+    // The `#` part is not a valid address.
     await other.goto(`${address}#%E0%A4%A`);
     await state(other, 'stopped');
     await other.evaluate(() => globalThis.trap());
@@ -305,7 +305,7 @@ async function take(browser) {
 const browser = await launch(browserName);
 let failed = 0;
 const run = async (name, test) => {
-  failed += (await told(name, test)) ? 0 : 1;
+  failed += (await runTest(name, test)) ? 0 : 1;
 };
 try {
   if (pictures) await take(browser);
@@ -317,10 +317,10 @@ try {
       assert.deepEqual(page.mistakes, []);
     });
   await page.close();
-  await run('it tells of the axis of the thesis what the program tells', async () =>
+  await run('the axis of the thesis gives the same messages as in the program', async () =>
     alike(context, await visit(context, `${address}#step-response/what-if`), 'step-response'),
   );
-  await run('it tells of a file of one’s own what the program tells', async () => {
+  await run('a file of the user gives the same messages as in the program', async () => {
     const other = await visit(context, address);
     await own(other, gimbal);
     await state(other, 'stopped');

@@ -1,4 +1,4 @@
-// The playground keeps its joint when a file is refused. The page is the real one; a script stands in
+// The playground keeps its joint when a file is refused. The page is the real one; a script replaces
 // for its simulator, whose build takes minutes (playground.mjs drives that one).
 
 import assert from 'node:assert/strict';
@@ -13,12 +13,12 @@ const page = join(import.meta.dirname, '..');
 
 // It opens every file without the word "wrong".
 const WORKER = `
-  const tell = (event) => postMessage(JSON.stringify(event));
+  const send = (event) => postMessage(JSON.stringify(event));
   onmessage = ({ data }) => {
     if (typeof data === 'string') return;
-    if (data.file?.includes('wrong')) return tell({ event: 'not-opened', said: 'a key is wrong' });
-    tell({ event: 'role', commands: true, why: '' });
-    tell({ event: 'status', state: 'stopped', driven: false, text: data.machine, targets_deg: null });
+    if (data.file?.includes('wrong')) return send({ event: 'not-opened', said: 'a key is wrong' });
+    send({ event: 'role', commands: true, why: '' });
+    send({ event: 'status', state: 'stopped', driven: false, text: data.machine, targets_deg: null });
   };`;
 
 async function built() {

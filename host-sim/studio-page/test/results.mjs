@@ -5,7 +5,7 @@ import assert from 'node:assert/strict';
 
 const DOUBT = 'the friction differs from place to place';
 
-// The encoder's side succeeds on all; the load's side on so many.
+// The encoder's side succeeds on all joints, the load's side on this number.
 const figures = (successes) => ({
   cases: 48,
   successes_at_encoder: 48,
@@ -60,31 +60,31 @@ export const results = ({ text, visit }) => ({
     address,
   ) {
     const other = await context.newPage();
-    let tell;
+    let send;
     await other.routeWebSocket(/\/link/, (near) => {
       const far = near.connectToServer();
       far.onMessage((message) => near.send(message));
-      tell = (event) => near.send(JSON.stringify(event));
+      send = (event) => near.send(JSON.stringify(event));
     });
     await visit(context, address, other);
     await other.locator('[data-view=commissioning]').click();
     await other.locator('#steps button', { hasText: 'Tune' }).click();
     const buttons = () => other.locator('#tune-result button').count();
-    tell(tuned(0, []));
+    send(tuned(0, []));
     await other.locator('#tune-said', { hasText: REASON }).waitFor();
     assert.match(await text(other, '#tune-said'), /^✕/);
     assert.doesNotMatch(await text(other, '#tuning'), /better gains were found/);
     assert.equal(await buttons(), 0);
     assert.match(await text(other, '#tune-result'), /file, at the encoder[^]*file, at the load/);
-    tell(tuned(40, [DOUBT]));
+    send(tuned(40, [DOUBT]));
     await other.locator('#tune-said', { hasText: DOUBT }).waitFor();
     assert.match(await text(other, '#tune-said'), /^⚠ better gains/);
     assert.equal(await buttons(), 2);
-    tell(tuned(40, []));
+    send(tuned(40, []));
     await other.locator('#tune-said', { hasText: /^✓ better gains/ }).waitFor();
     // An identification: the doubt is in the same entry as its mark, whole and in the window.
     await other.setViewportSize({ width: 800, height: 600 });
-    tell({ event: 'found', said: `verdict    doubtful\n           ${DOUBT}`, grade: 'doubtful' });
+    send({ event: 'found', said: `verdict    doubtful\n           ${DOUBT}`, grade: 'doubtful' });
     const entry = other.locator('#said li.doubted', { hasText: DOUBT });
     await entry.waitFor();
     assert.match(await entry.innerText(), /^⚠/);

@@ -71,8 +71,8 @@ export async function open(context, address, { page, patience, isDist = false })
 export const text = (page, where) => page.locator(where).innerText();
 export const state = (page, wanted) => page.locator(`#state.${wanted}`).waitFor();
 
-// Runs a test and tells what came of it.
-export async function told(name, test) {
+// Runs a test and prints its result.
+export async function runTest(name, test) {
   try {
     await test();
     console.log(`ok      ${name}`);

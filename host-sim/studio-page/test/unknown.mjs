@@ -36,13 +36,13 @@ export const unknown = ({ text, said, visit }) => ({
     });
     await visit(context, address, page);
     assert.match(await text(page, '#banner'), /● A REAL MOTOR\s/);
-    // Not every tick is sent, and that is told where the samples are.
+    // Not every tick is sent; the count of the samples shows that.
     await page.locator('#samples', { hasText: /^\d+ samples, 1 of 3 ticks, / }).waitFor();
     isSilent = true;
     await ways[0].close();
     await page.locator('#banner', { hasText: 'NO CONNECTION' }).waitFor();
     await page.locator('#banner', { hasText: '? A REAL MOTOR' }).waitFor();
-    assert.match(await text(page, '#banner'), /it is not known whether it is driven/);
+    assert.match(await text(page, '#banner'), /it may be driven/);
     assert.equal(await page.locator('#banner').getAttribute('class'), 'unknown');
     assert.match(await text(page, '#state'), /^unknown/i);
     isSilent = false;
@@ -69,7 +69,7 @@ export const unknown = ({ text, said, visit }) => ({
     await page.close();
   },
 
-  async 'a device that was reset is told, and what came before stays'(_page, context, address) {
+  async 'a reset of the device is reported, and earlier samples stay'(_page, context, address) {
     let [isReset, zero] = [false, null];
     const { page } = await between(context, (message) => {
       if (!isReset || typeof message === 'string') return message;
@@ -98,7 +98,7 @@ export const unknown = ({ text, said, visit }) => ({
     await page.close();
   },
 
-  async 'gaps of a session, and how its planes are thinned, are told'(_page, context, address) {
+  async 'gaps of a session, and the thinning of its planes, are shown'(_page, context, address) {
     const { page } = await between(context, (message) => message);
     await visit(context, address, page);
     await page.locator('[data-view=session]').click();

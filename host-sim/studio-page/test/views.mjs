@@ -8,7 +8,7 @@ import { readFileSync, writeFileSync } from 'node:fs';
 const ROWS = 300_000;
 const MOST_BUSY_MS = 250;
 
-// A session of so many samples.
+// A session with a number of samples.
 function long(session) {
   const lines = readFileSync(session, 'utf8').trim().split('\n');
   const { samples } = JSON.parse(lines.at(-1));
@@ -127,9 +127,9 @@ export const views = ({ state, text, said, visit, command }) => ({
     // The server would cut the connection for it.
     for (const many of [65 * 1024, 40 * 1024]) {
       await with_('"'.repeat(many));
-      await said(page, 'allowed are 64');
+      await said(page, 'at most 64');
     }
-    assert.equal(await page.locator('#said li', { hasText: 'allowed are 64' }).count(), 2);
+    assert.equal(await page.locator('#said li', { hasText: 'at most 64' }).count(), 2);
     await with_(toml);
     await page.locator('#comparison', { hasText: 'Nothing differs from a.toml' }).waitFor();
     assert.equal(await page.locator('#said li', { hasText: 'the connection to' }).count(), 0);
@@ -145,7 +145,7 @@ export const views = ({ state, text, said, visit, command }) => ({
     assert.ok(await box.isChecked());
     // Space stops, here too.
     await page.locator('#said li').first().waitFor();
-    // The list of what was said has an end, so its length tells nothing.
+    // The list of messages has a limit, so its length does not show a new one.
     await page.evaluate(() => (document.querySelector('#said li').dataset.before = ''));
     await page.keyboard.press(' ');
     await page
@@ -158,7 +158,7 @@ export const views = ({ state, text, said, visit, command }) => ({
     await page.keyboard.press('Tab');
     assert.equal(await page.evaluate(() => document.activeElement.id), 'push');
     const chosen = page.waitForEvent('filechooser');
-    // The browser has to be told first that the test takes the place of its dialog.
+    // The browser needs time to register that the test replaces its dialog.
     await page.waitForTimeout(500);
     await page.keyboard.press('Enter');
     assert.equal(await (await chosen).element().getAttribute('id'), 'push');
@@ -194,7 +194,7 @@ export const views = ({ state, text, said, visit, command }) => ({
     await state(page, 'armed');
     await page.locator('#trapezoid-speed').fill('0');
     await page.locator('#trapezoid button').click();
-    await said(page, 'the speed has to be');
+    await said(page, 'the speed must be');
     await page.locator('#trapezoid-speed').fill('10');
     await page.locator('#trapezoid button').click();
     await said(page, 'follows the trajectory');
@@ -246,7 +246,7 @@ export const views = ({ state, text, said, visit, command }) => ({
 
   async 'a real motor is turned on after a word was typed only'(page, context, address) {
     const board = await context.newPage();
-    // The same device, which says that it is a board, and that nobody has told its joint.
+    // The same device, reported as a board without a file of its joint.
     const NO_FILE = { machine: null, knobs: [], laws: [], why: 'the joint is not known' };
     const changed = (text) => {
       const event = JSON.parse(text);

@@ -1,4 +1,5 @@
-//! A data sheet that contradicts itself, lacks something, or describes what nobody can simulate.
+//! A data sheet that contradicts itself, lacks something, or describes a machine that cannot be
+//! simulated.
 
 use std::fs;
 
@@ -204,7 +205,8 @@ fn a_new_file_is_refused_by_what_is_missing_or_there() {
     assert_eq!(complaint(stiction(&["new", &file]), &all_open), None);
     let unknown = ["new", &file, "--typical", "gimball"];
     assert_eq!(complaint(stiction(&unknown), &["--typical gimball", "`gimbal`?"]), None);
-    // An answer with which nothing can move: told in the sheet's own words, and no file.
+    // An answer with which nothing can move: the error uses the terms of the sheet, and no file is
+    // written.
     let stuck = ["new", &file, "--typical", "gimbal", "--stick-nm", "3"];
     assert_eq!(complaint(stiction(&stuck), &["`friction.stick_nm` is 3; allowed is"]), None);
     assert_eq!(fs::read_dir(directory.path()).unwrap().count(), 0);
@@ -255,8 +257,9 @@ fn what_is_left_of_the_file_that_was_copied_does_no_harm() {
     let done = stiction(&["run", &file, "--json"]).output().unwrap();
     let said = String::from_utf8(done.stderr).unwrap();
     assert!(done.status.success(), "{said}");
-    let told = said.lines().filter(|line| line.contains("is left out: it sets `controller.srnf."));
-    assert_eq!(told.count(), said.lines().count(), "{said}");
+    let omitted =
+        said.lines().filter(|line| line.contains("is left out: it sets `controller.srnf."));
+    assert_eq!(omitted.count(), said.lines().count(), "{said}");
     assert!(said.contains("variant test-1 is left out"), "{said}");
     // The joint is described by a data sheet now, and a variant sets the thesis's.
     let sheet = stiction(&["new", &file, "--typical", "thesis", "--force"]).output().unwrap();

@@ -28,7 +28,7 @@ fn a_file_with_a_mistake_is_named_with_the_key() {
             &["`controller.pd.kp_v_per_deg` is -1"],
         ),
         (STEP, "kp_v_per_deg = 1.0\n", "", &["`controller.pd.kp_v_per_deg` is missing"]),
-        // All that a file lacks is told at once.
+        // All missing keys are reported at once.
         (
             STEP,
             "full_scale_v = 5.0\nlsb_v = 0.00488",

@@ -1,4 +1,5 @@
-//! Logs that tell no machine are refused: with the column, or the row as a spreadsheet counts it.
+//! Logs that identify no machine are refused: with the column, or the row as a spreadsheet counts
+//! it.
 
 use std::fmt::Write as _;
 use std::fs;
@@ -28,7 +29,7 @@ fn machine(t: f64) -> [f64; 2] {
     [0.5 * (4.0 * t).sin() + (9.0 * t).sin() / 9.0, 0.5 * a + v.signum() + 0.3 * v]
 }
 
-/// What is told of a log; it has to be refused, with nothing on the standard output.
+/// Returns the error of a log that must be refused, with nothing on the standard output.
 fn refusal(text: &str, options: &[&str]) -> String {
     let directory = tempfile::tempdir().unwrap();
     let path = directory.path().join("log.csv");
@@ -80,8 +81,8 @@ fn a_log_that_tells_no_machine_is_refused_with_its_column_or_row() {
         (&good, &["--effort-gain", "-1"], &["negative", "opposite directions"]),
         (&good, &["--cut-off", "0"], &["--cut-off is 0", "up to"]),
         (&good, &["--cut-off", "400"], &["--cut-off is 400", "125"]),
-        (&good, &["--effort-gain", "0"], &["--effort-gain is 0"]),
-        (&good, &["--time-unit", "h"], &["--time-unit is `h`", "s, ms, us, ns"]),
+        (&good, &["--effort-gain", "0"], &["--effort-gain 0: must be"]),
+        (&good, &["--time-unit", "h"], &["--time-unit h: must be", "s, ms, us, ns"]),
         (&good, &["--position-unit", "count"], &["needs --counts-per-turn"]),
         (&good, &["--into", "never.toml"], &["--effort-gain"]),
         (&good, &["--position-unit", "mm", "--into", "never.toml"], &["along a line"]),
@@ -132,7 +133,7 @@ fn a_refusal_counts_rows_as_a_spreadsheet_does_however_lines_end() {
 /// The columns of a file without a header.
 const NUMBERS: [&str; 6] = ["--time", "1", "--position", "2", "--effort", "3"];
 
-/// What is handled, and still cannot be so, is told beside the result.
+/// Implausible data that can be handled is reported beside the result.
 #[test]
 fn implausible_units_are_told() {
     let directory = tempfile::tempdir().unwrap();
@@ -153,8 +154,8 @@ fn implausible_units_are_told() {
     }
 }
 
-/// What is told of a log beside the result, which is an object.
-fn told(text: &str, options: &[&str]) -> (String, serde_json::Value) {
+/// Returns the warnings about an accepted log, and the result as an object.
+fn accepted(text: &str, options: &[&str]) -> (String, serde_json::Value) {
     let directory = tempfile::tempdir().unwrap();
     let path = directory.path().join("log.csv");
     fs::write(&path, text).unwrap();
@@ -175,14 +176,14 @@ fn axis(t: f64) -> [f64; 2] {
 }
 
 #[test]
-fn a_position_unit_that_cannot_be_is_told_and_one_that_can_is_not() {
+fn an_impossible_position_unit_is_reported_and_a_possible_one_is_not() {
     let metres = log(axis, None).replace("q_rad", "q");
     let millimetres = log(|t| axis(t).map(|one| 1e3 * one), None).replace("q_rad", "q");
     let newtons = |gain: &'static str, unit: &'static str| {
         ["--position", "q", "--position-unit", unit, "--effort-gain", gain]
     };
     for (text, options) in [(&metres, newtons("1", "m")), (&millimetres, newtons("1e-3", "mm"))] {
-        let (said, found) = told(text, &options);
+        let (said, found) = accepted(text, &options);
         assert_eq!((said.as_str(), &found["warnings"]), ("", &serde_json::json!([])));
         let mass = found["parameters"]["inertia"]["value"].as_f64().unwrap();
         assert!((mass / 80.0 - 1.0).abs() < 0.01, "{found}");
@@ -190,16 +191,16 @@ fn a_position_unit_that_cannot_be_is_told_and_one_that_can_is_not() {
         let travel = found["log_read"]["travel"].as_f64().unwrap();
         assert!((0.22..=0.2445).contains(&travel), "{travel}");
     }
-    // 80 t on guides that bear them with 17 N; 600 m/s, a travel of 240 m and 80 g.
-    let (said, _) = told(&metres, &newtons("1", "mm"));
+    // 80 t on guides with a friction of 17 N; 600 m/s, a travel of 240 m and 80 g.
+    let (said, _) = accepted(&metres, &newtons("1", "mm"));
     assert!(said.contains("of the weight") && said.contains("--position-unit"), "{said}");
-    let (said, _) = told(&millimetres, &newtons("1e-3", "m"));
+    let (said, _) = accepted(&millimetres, &newtons("1e-3", "m"));
     assert!(said.contains("top speed") && said.contains("--position-unit"), "{said}");
     // A stroke of 7 um is within the bristles; a gain in the wrong power of ten, too light.
     let crept = log(|t| axis(t).map(|one| 3e-5 * one), None).replace("q_rad", "q");
-    let (said, _) = told(&crept, &newtons("1", "m"));
+    let (said, _) = accepted(&crept, &newtons("1", "m"));
     assert!(said.contains("the travel comes out as"), "{said}");
-    let (said, _) = told(&metres, &newtons("1e-9", "m"));
+    let (said, _) = accepted(&metres, &newtons("1e-9", "m"));
     assert!(said.contains("the inertia comes out as") && said.contains("kg"), "{said}");
 }
 
@@ -207,25 +208,25 @@ fn a_position_unit_that_cannot_be_is_told_and_one_that_can_is_not() {
 fn a_name_that_contradicts_the_unit_and_an_effort_of_no_unit_are_told_to_people_and_scripts() {
     let text = log(machine, None);
     let degrees = text.replace("q_rad", "q_deg");
-    let (said, found) = told(&degrees, &["--position", "q_deg", "--position-unit", "rad"]);
-    assert!(said.contains("as if it were in deg, and --position-unit says rad"), "{said}");
-    assert!(found["warnings"].to_string().contains("as if it were in deg"), "{found}");
-    let (said, _) = told(&text, &["--position", "q_rad", "--position-unit", "rad"]);
+    let (said, found) = accepted(&degrees, &["--position", "q_deg", "--position-unit", "rad"]);
+    assert!(said.contains("is in deg by its name, but --position-unit is rad"), "{said}");
+    assert!(found["warnings"].to_string().contains("is in deg by its name"), "{found}");
+    let (said, _) = accepted(&text, &["--position", "q_rad", "--position-unit", "rad"]);
     assert_eq!(said, "");
-    // What is in nobody's words, and no machine excludes.
+    // A unit that the log does not name, and no machine excludes.
     let bare = text.replace("q_rad", "q");
-    let (_, found) = told(&bare, &["--position", "q"]);
-    assert!(found["warnings"].to_string().contains("taken as rad"), "{found}");
+    let (_, found) = accepted(&bare, &["--position", "q"]);
+    assert!(found["warnings"].to_string().contains("read as rad"), "{found}");
     assert_eq!(found["effort_unit_is_assumed"], false);
     // A line without a gain: kg and N are a guess.
     let line = ["--position", "q", "--position-unit", "m"];
-    let (said, found) = told(&bare, &line);
+    let (said, found) = accepted(&bare, &line);
     assert!(said.contains("taken as 1 N") && said.contains("--effort-gain"), "{said}");
     assert_eq!(
         (&found["effort_unit_is_assumed"], &found["effort_gain"], &found["units"]["inertia"]),
         (&true.into(), &serde_json::Value::Null, &"kg".into())
     );
-    let (said, found) = told(&bare, &[&line[..], &["--effort-gain", "2"]].concat());
+    let (said, found) = accepted(&bare, &[&line[..], &["--effort-gain", "2"]].concat());
     assert_eq!((said.as_str(), &found["effort_gain"]), ("", &2.0.into()));
     // The table has it, too.
     let directory = tempfile::tempdir().unwrap();
@@ -332,7 +333,7 @@ fn units_in_brackets_behind_the_names_of_columns_are_read() {
     assert!((inertia(&whole) - 0.5).abs() < 0.01, "{whole}");
     // An option that says otherwise counts, and is named.
     let (said, _) = found(text.as_bytes(), &[&columns[..], &["--time-unit", "us"]].concat());
-    assert!(said.contains("as if it were in ms, and --time-unit says us"), "{said}");
+    assert!(said.contains("is in ms by its name, but --time-unit is us"), "{said}");
 }
 
 /// A useless result is not called good.

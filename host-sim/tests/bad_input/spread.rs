@@ -1,5 +1,5 @@
-//! A `[spread]` from which no joint can be drawn is refused where its file is read, whoever reads
-//! it, and by its own name.
+//! A `[spread]` from which no joint can be drawn is refused by its own name, by every command that
+//! reads its file.
 
 use super::refusal::assert_all_refused;
 use super::{shown, stiction};

@@ -10,7 +10,7 @@ fn a_run_that_would_take_for_ever_or_fill_the_memory_is_refused_before_it_begins
             &["step-response", "--set", "run.duration_s=1e300"],
             &["`run.duration_s` is 1e300", "to 200000"],
         ),
-        // So many samples are allowed for one run, but not for all.
+        // This number of samples is allowed for one run, but not for all.
         (
             &["step-response", "--set", "run.duration_s=150000"],
             &["is 150000", "28 runs", "1e7 samples in all"],

@@ -1,4 +1,4 @@
-//! Files and pipes that cannot be written, or that nobody reads to the end.
+//! Files and pipes that cannot be written, or that are not read to the end.
 
 use std::fs;
 use std::io::Read;

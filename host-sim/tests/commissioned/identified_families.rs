@@ -23,16 +23,16 @@ use stiction::link::{StateCode, Told};
 use experiments::experiment;
 use experiments::flash_image::firmware;
 
-/// The loop of a case as a machine's file, with what a law is told for its joint, and the case's
-/// joint in its place.
+/// The loop of a case as a machine's file with the joint model that its law uses, and the case's
+/// true joint.
 fn plan(case: &Case) -> RunPlan {
-    let (told, truth) = (&case.told, Truth::of(case));
+    let (model, truth) = (&case.told, Truth::of(case));
     // A joint of the thesis is in degrees and volts, as a machine's file is.
     let is_axis = case.family == Family::ThesisAxis;
     let [inertia, viscous, stick, slip] = if is_axis {
         [truth.inertia, truth.viscous, truth.stick, truth.slip]
     } else {
-        [told.inertia, told.viscous, told.breakaway[1], told.breakaway[0]]
+        [model.inertia, model.viscous, model.breakaway[1], model.breakaway[0]]
     };
     let delay = u8::from(case.delay == host_sim::plant::Delay::OneSample);
     let set = [
@@ -40,13 +40,13 @@ fn plan(case: &Case) -> RunPlan {
         format!("joint.viscous_v_per_deg_per_s={viscous:?}"),
         format!("joint.friction.stick_v={stick:?}"),
         format!("joint.friction.slip_v={slip:?}"),
-        format!("encoder.resolution_deg={:?}", told.count),
+        format!("encoder.resolution_deg={:?}", model.count),
         "encoder.counter_bits=32".to_owned(),
-        format!("drive.full_scale_v={:?}", told.full_scale),
-        format!("drive.lsb_v={:?}", told.lsb),
+        format!("drive.full_scale_v={:?}", model.full_scale),
+        format!("drive.lsb_v={:?}", model.lsb),
         // A slower PWM costs the emulator less time.
         "drive.pwm_hz=2000".to_owned(),
-        format!("loop.sample_time_s={:?}", told.sample_time),
+        format!("loop.sample_time_s={:?}", model.sample_time),
         format!("run.delay_samples={delay}"),
     ];
     let mut plan =

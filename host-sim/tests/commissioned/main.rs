@@ -1,6 +1,5 @@
-//! What somebody does who commissions a drive: gains are tuned, the joint is tested, on a simulated
-//! device and on the flash image. The other tests of the loop (`tests/`) do without the crate
-//! `studies`.
+//! Commissioning of a drive: gains are tuned and the joint is tested, on a simulated device and on
+//! the flash image. The other tests of the loop (`tests/`) do not use the crate `studies`.
 // The helpers of tests may panic like the tests themselves.
 #![allow(clippy::unwrap_used, clippy::panic)]
 

@@ -31,8 +31,9 @@ fn asked() -> Asked {
 /// A device that runs what the file says, around a joint with keys set otherwise.
 fn client(set: &[&str]) -> Client<SimulatedWire> {
     let law = "loop.controller=srnf";
-    let (told, joint) = (plan(&[law]), plan(&[&[law], set].concat()));
-    let device = SimulatedDevice::running(&joint, &parameters(&told), Boot::default()).unwrap();
+    let (configured, joint) = (plan(&[law]), plan(&[&[law], set].concat()));
+    let device =
+        SimulatedDevice::running(&joint, &parameters(&configured), Boot::default()).unwrap();
     Client::connect(SimulatedWire::new(device)).unwrap()
 }
 
@@ -118,11 +119,14 @@ fn nothing_is_moved_on_another_machine_or_out_of_its_range() {
     let far = Asked { range_deg: Some(6.0), ..asked() };
     let why = said(far.prepare(&mut bounded).unwrap_err());
     assert!(why.contains("--range 6") && why.contains("limits.position_min_deg"), "{why}");
-    // Without a range it stays within, and tells that these limits are not the file's.
+    // Without a range it stays within the limits, and reports that they differ from the file's.
     let near = Asked { joints: 3, ..asked() }.prepare(&mut bounded).unwrap();
     assert!(near.request.targets.iter().all(|to| to.abs() <= 4.5));
     let session = run(&mut bounded, &[1.0, 0.0], |_| {}).unwrap();
     bounded.stop().unwrap();
-    let told = near.judged(session).differences;
-    assert!(told.iter().any(|line| line.starts_with("limits.position_min_deg")), "{told:?}");
+    let differences = near.judged(session).differences;
+    assert!(
+        differences.iter().any(|line| line.starts_with("limits.position_min_deg")),
+        "{differences:?}"
+    );
 }

@@ -16,10 +16,10 @@ const FILE: &str = "step-response";
 /// well.
 fn tested(set: &[&str]) -> Tested {
     let pwm = "drive.pwm_hz=2000";
-    let told = device::parameters(&experiment(FILE, &["srnf"], &[pwm]).runs[0]).unwrap();
+    let configured = device::parameters(&experiment(FILE, &["srnf"], &[pwm]).runs[0]).unwrap();
     let joint = experiment(FILE, &["srnf"], &[&[pwm], set].concat()).runs.remove(0);
     let mut client = Client::connect(EmulatedWire::with(&firmware(), &joint).unwrap()).unwrap();
-    client.set_parameters(&told).unwrap();
+    client.set_parameters(&configured).unwrap();
     let asked = Asked {
         machine: FILE.into(),
         range_deg: None,

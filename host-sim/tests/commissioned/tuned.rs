@@ -44,14 +44,15 @@ fn first(document: &Document, law: &str) -> RunPlan {
 /// The file that `device identify --into` writes of the true joint, whose device runs what the data
 /// sheet says, within the bounds by default; none if there is nothing that it would write.
 fn identified(sheet: &Document, truth: &Document, law: &str) -> Option<Document> {
-    let told = host_sim::device::parameters(&first(sheet, law)).unwrap();
-    let device = SimulatedDevice::running(&first(truth, law), &told, Boot::default()).unwrap();
+    let configured = host_sim::device::parameters(&first(sheet, law)).unwrap();
+    let device =
+        SimulatedDevice::running(&first(truth, law), &configured, Boot::default()).unwrap();
     let mut client = Client::connect(SimulatedWire::new(device)).unwrap();
     client.pass(Duration::from_millis(200)).unwrap();
     client.identify_joint(Asked::default()).unwrap();
     while client.pass(Duration::from_secs(1)).unwrap().state == StateCode::Armed {}
     let (summary, map) = client.identified().unwrap()?;
-    let found = Identified { summary, map, parameters: told, units: None };
+    let found = Identified { summary, map, parameters: configured, units: None };
     let text = into::text(&found, sheet).map_err(|why| println!("{law}: {why}")).ok()?;
     Some(Document::parse("found.toml", &text).unwrap())
 }
@@ -105,8 +106,8 @@ fn tuned(sheet: &Document, law: &str, [seed, number]: [u64; 2]) -> Option<Pair> 
     Some(pair)
 }
 
-/// What a device is told by the file of the identified joint: its thresholds, which are written
-/// out, and all of its controller.
+/// Returns the keys that the identified joint's file sets on a device: its thresholds, which are
+/// written out, and all of its controller.
 fn flashed(found: &Document, law: &str) -> Vec<String> {
     let of = |table: &str| -> Vec<String> {
         let keys = found.get(table).unwrap().as_table().unwrap();
@@ -115,9 +116,9 @@ fn flashed(found: &Document, law: &str) -> Vec<String> {
     [of("limits"), of(&format!("controller.{law}"))].concat()
 }
 
-/// Tunes so many joints of a seed under either law, and prints the rows of docs/tuning.md. No joint
-/// may be worse under its tuned gains than under those of the file that was identified (of SRNF one
-/// in twenty), and the median has to be better.
+/// Tunes a number of joints of a seed under either law, and prints the rows of docs/tuning.md. No
+/// joint may be worse under its tuned gains than under those of the identified file (under SRNF at
+/// most one in twenty), and the median must be better.
 fn tuned_is_no_worse(typical: &str, seed: u64, joints: u64) {
     let sheet = sheet(typical);
     for law in ["robust", "srnf"] {
@@ -148,7 +149,8 @@ fn tuned_is_no_worse(typical: &str, seed: u64, joints: u64) {
             median(&|pair| pair.after.at_encoder.settling_s),
             ratios.iter().copied().fold(0.0, f64::max),
         );
-        // One that takes a quarter more effort than its device was told of may be a stall.
+        // A joint that takes a quarter more effort than its device is configured for may be a
+        // stall.
         assert!(10 * pairs.len() as u64 >= 9 * joints, "{law}: {} of {joints}", pairs.len());
         // SRNF rests some counts off by its nature, and one joint in twenty rests beyond the two
         // that are a success, though its kind did not on the joints of the judgement.

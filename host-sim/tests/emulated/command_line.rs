@@ -71,8 +71,8 @@ fn image() -> OsString {
     }
 }
 
-/// Presses Ctrl-C so many times, as soon as the first line of the firmware's log shows that the
-/// work, minutes of it, is under way. Checks the answer.
+/// Presses Ctrl-C a number of times, once the first line of the firmware's log shows that the work,
+/// which takes minutes, has started. Checks the answer.
 #[cfg(unix)]
 fn assert_ended_by(presses: usize) {
     let directory = tempfile::tempdir().unwrap();
@@ -139,17 +139,17 @@ fn every_output_of_an_emulated_device_says_so_first() {
     for action in actions {
         let mut command = stiction(directory.path(), &["device", "--emulator", "--image"]);
         let output = end_of(command.arg(&image).args(action).spawn().unwrap());
-        let (said, told) =
+        let (said, errors) =
             (String::from_utf8_lossy(&output.stdout), String::from_utf8_lossy(&output.stderr));
-        assert!(told.starts_with(EMULATED), "{action:?}: {told}");
+        assert!(errors.starts_with(EMULATED), "{action:?}: {errors}");
         if action.contains(&"--save") {
-            assert_eq!((output.status.code(), &*said), (Some(2), ""), "{told}");
-            assert!(told.contains("the emulator models no contents of the flash"), "{told}");
-            assert_eq!(told.lines().count(), 2, "{told}");
+            assert_eq!((output.status.code(), &*said), (Some(2), ""), "{errors}");
+            assert!(errors.contains("the emulator models no contents of the flash"), "{errors}");
+            assert_eq!(errors.lines().count(), 2, "{errors}");
         } else {
             assert!(
                 output.status.success() && said.starts_with(EMULATED),
-                "{action:?}: {said}{told}"
+                "{action:?}: {said}{errors}"
             );
         }
     }

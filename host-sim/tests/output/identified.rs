@@ -46,7 +46,7 @@ fn the_joint_that_was_found_is_a_file_whose_spread_holds_the_truth() {
     let file = path(directory.path(), "found.toml");
     let found = asked(&["identify", "--into", &file]);
     assert!(found.status.success(), "{}", words(&found.stderr));
-    assert!(words(&found.stdout).contains("found.toml: written, with the joint that was found"));
+    assert!(words(&found.stdout).contains("found.toml: written, with the identified joint"));
     let text = fs::read_to_string(&file).unwrap();
     assert!(text.starts_with("# SIMULATED DEVICE"), "{text}");
     let written: toml::Table = text.parse().unwrap();
@@ -95,7 +95,7 @@ fn a_sequence_that_is_not_whole_writes_no_file() {
     let said = words(&ended.stderr);
     assert!(said.contains("nothing is written") && said.contains("--time"), "{said}");
     assert!(said.contains("the motor is off") && !Path::new(&file).exists(), "{said}");
-    // Twenty seconds of motion have found something, and that is told.
+    // Twenty seconds of motion have a result, which is reported.
     assert!(words(&ended.stdout).contains("verdict    not whole"), "{}", words(&ended.stdout));
 }
 
@@ -124,17 +124,17 @@ fn the_file_of_a_doubtful_joint_says_what_is_doubted_and_is_wider_than_its_error
     assert_eq!(said["verdict"].as_str(), Some("doubtful"));
     let doubt = said["doubts"][0].as_str().unwrap();
     assert!(doubt.contains("differs by more than 15 % from place to place"), "{doubt}");
-    // Who judges by this joint is told so, by a person's command and by a script's.
+    // Commands that use this joint warn of the doubt, with and without --json.
     let moves = ["selftest", "--moves", "2", "--joints", "3", "--json"];
     let tested = asked(&[&["--machine", &file], &moves[..]].concat());
     let object: Value = serde_json::from_slice(&tested.stdout).unwrap();
     assert!(object["doubts"][0].as_str().unwrap().contains(doubt), "{object}");
     // The name of the law is refused after the file was read.
     let tuning = output(&["tune", &file, "--controller", "none"]);
-    for told in [tested.stderr, tuning.stderr] {
-        let told = words(&told);
+    for errors in [tested.stderr, tuning.stderr] {
+        let errors = words(&errors);
         let warning = format!("warning: {file}: the identification of its joint was doubtful");
-        assert!(told.contains(&warning) && told.contains(doubt), "{told}");
+        assert!(errors.contains(&warning) && errors.contains(doubt), "{errors}");
     }
 }
 
@@ -321,7 +321,7 @@ fn each_typical_joint_is_found_within_the_bounds_by_default_as_its_data_sheet_ha
             let relative = |of: &Value| number(&of["sd"]) / number(&of["value"]);
             assert!((relative(row) / relative(core) - 1.0).abs() < 1e-6, "{name}: {found}");
         }
-        // The effort gain is what both units of the slip level tell.
+        // The effort gain is the ratio of the slip level in both units.
         let per_volt = number(&found["si"]["slip"]["value"])
             / number(&found["parameters"]["coulomb"]["value"]);
         for sense in ["breakaway_positive", "breakaway_negative"] {
@@ -338,13 +338,13 @@ fn each_typical_joint_is_found_within_the_bounds_by_default_as_its_data_sheet_ha
             let share = level / of("friction", "stick_nm");
             assert!((share - 1.0).abs() < 0.03, "{name} {sense}: {level} N m");
         }
-        // What the law is told anew is this joint, and the range holds what was read: half of the
+        // The law gets this joint, and the range includes all measured levels: half of the
         // least slip friction or breakaway, twice the largest breakaway, and their error bars.
         let sheet = &sheet["controller"]["robust"];
         let written: toml::Table = fs::read_to_string(&into).unwrap().parse().unwrap();
-        let told = &written["controller"]["robust"];
+        let law = &written["controller"]["robust"];
         for (key, share) in [("inertia_v_s2_per_deg", 0.05), ("viscous_v_s_per_deg", 0.10)] {
-            let [was, is] = [sheet, told].map(|table| table[key].as_float().unwrap());
+            let [was, is] = [sheet, law].map(|table| table[key].as_float().unwrap());
             assert!((is / was - 1.0).abs() < share, "{name} {key}: {was} and {is}");
         }
         let read = |end: &str| {
@@ -353,21 +353,22 @@ fn each_typical_joint_is_found_within_the_bounds_by_default_as_its_data_sheet_ha
         let slip = number(&found["parameters"]["coulomb"]["value"]);
         let least = read("min_v").into_iter().fold(slip, f64::min);
         let largest = read("max_v").into_iter().fold(0.0, f64::max);
-        let of = |key: &str| told[key].as_float().unwrap();
+        let of = |key: &str| law[key].as_float().unwrap();
         let [low, high] = [of("breakaway_low_v") / least, of("breakaway_high_v") / largest];
         assert!((0.45..0.5).contains(&low), "{name}: {low} of {least} V");
         assert!((2.0..2.2).contains(&high), "{name}: {high} of {largest} V");
     }
 }
 
-/// The joint is not the one that the file of the device has in mind: the law is told of the joint
-/// that was found, and what somebody has set stays.
+/// The joint differs from the one in the device's file: the law gets the identified joint, and keys
+/// set by the user stay.
 #[test]
-fn robust_is_told_of_the_joint_that_was_found_and_keeps_what_somebody_has_set() {
+fn robust_gets_the_identified_joint_and_keeps_the_keys_set_by_the_user() {
     let directory = tempfile::tempdir().unwrap();
     let [file, into] = ["joint.toml", "found.toml"].map(|name| path(directory.path(), name));
     stiction(&["new", &file, "--typical", "thesis"]);
-    // The device is told half of the inertia and a third of the friction, and a bandwidth.
+    // The device is configured with half of the inertia and a third of the friction, and a
+    // bandwidth.
     let text = fs::read_to_string(&file).unwrap();
     let table: toml::Table = text.parse().unwrap();
     let truth = |key: &str| table["controller"]["robust"][key].as_float().unwrap();
@@ -388,14 +389,14 @@ fn robust_is_told_of_the_joint_that_was_found_and_keeps_what_somebody_has_set() 
     assert!(found.status.success(), "{}", words(&found.stderr));
     let text = fs::read_to_string(&into).unwrap();
     let written: toml::Table = text.parse().unwrap();
-    let told = |key: &str| written["controller"]["robust"][key].as_float().unwrap();
-    assert!((told("inertia_v_s2_per_deg") / truth("inertia_v_s2_per_deg") - 1.0).abs() < 0.02);
-    assert!((told("viscous_v_s_per_deg") / truth("viscous_v_s_per_deg") - 1.0).abs() < 0.05);
+    let law = |key: &str| written["controller"]["robust"][key].as_float().unwrap();
+    assert!((law("inertia_v_s2_per_deg") / truth("inertia_v_s2_per_deg") - 1.0).abs() < 0.02);
+    assert!((law("viscous_v_s_per_deg") / truth("viscous_v_s_per_deg") - 1.0).abs() < 0.05);
     // Half of 0.38 V and twice 0.40 V, and no less wide than these; the error bars are 2 %.
-    let [low, high] = ["breakaway_low_v", "breakaway_high_v"].map(told);
+    let [low, high] = ["breakaway_low_v", "breakaway_high_v"].map(law);
     assert!((0.95 * 0.19..0.19).contains(&low), "{low}");
     assert!((0.80..1.05 * 0.80).contains(&high), "{high}");
-    assert_eq!((told("bandwidth_rad_per_s"), told("least_gain")), (6.5, 0.2));
+    assert_eq!((law("bandwidth_rad_per_s"), law("least_gain")), (6.5, 0.2));
     // The file says where the numbers are from, and what was left alone.
     let (head, _) = text.split_once("[controller.robust]").unwrap();
     let (_, comment) = head.rsplit_once("\n\n").unwrap();

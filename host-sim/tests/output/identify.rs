@@ -82,17 +82,17 @@ fn a_simulated_joint_comes_back_from_its_log_and_its_file_runs() {
     let units = stiction(&["show", "--units", &into]);
     assert!(units.contains("0.437"), "{units}");
     stiction(&["run", &into, "--controller", "srnf"]);
-    // The law is told of the friction with its error bars; so are those who draw joints around it.
+    // The law and the spread get the friction with its error bars.
     let text = std::fs::read_to_string(&into).unwrap();
     let written: toml::Table = text.parse().unwrap();
-    let told = |key: &str| written["controller"]["robust"][key].as_float().unwrap();
+    let law = |key: &str| written["controller"]["robust"][key].as_float().unwrap();
     let per_volt = 1.81076;
     let inertia = 0.437 * std::f64::consts::PI / 180.0 / per_volt;
-    assert!((told("inertia_v_s2_per_deg") / inertia - 1.0).abs() < 0.01, "{text}");
+    assert!((law("inertia_v_s2_per_deg") / inertia - 1.0).abs() < 0.01, "{text}");
     let sd = number(&found["parameters"]["coulomb"]["sd"]);
     let [low, high] = [0.5 * (4.1 - 2.0 * sd), 2.0 * (4.1 + 2.0 * sd)].map(|nm| nm / per_volt);
-    assert!((told("breakaway_low_v") / low - 1.0).abs() < 0.01, "{low}: {text}");
-    assert!((told("breakaway_high_v") / high - 1.0).abs() < 0.01, "{high}: {text}");
+    assert!((law("breakaway_low_v") / low - 1.0).abs() < 0.01, "{low}: {text}");
+    assert!((law("breakaway_high_v") / high - 1.0).abs() < 0.01, "{high}: {text}");
     assert!(text.contains("# half of: lowest slip - 2 sd"), "{text}");
     let ends = |key: &str| [0, 1].map(|end| written["spread"][key][end].as_float().unwrap());
     for (key, truth) in [
@@ -103,7 +103,7 @@ fn a_simulated_joint_comes_back_from_its_log_and_its_file_runs() {
         let [low, high] = ends(key);
         assert!(low < truth && truth < high && high < 1.2 * low, "{key}: {low} to {high}");
     }
-    // A log of motion does not tell the stick friction, which is 4.9 N m.
+    // A log of motion does not identify the stick friction, which is 4.9 N m.
     let [low, high] = ends("friction.stick_nm");
     assert!(low <= 4.2 && high > 4.9, "{low} to {high}");
     // Every value is within its own range.
@@ -145,10 +145,10 @@ fn the_file_of_a_log_with_more_friction_one_way_is_drawn_from_and_tuned() {
         let [low, high] = ends(key);
         assert!(low <= truth && truth <= high && high - low < 0.3, "{key}: {low} to {high}");
     }
-    // The law is told of both ways: half of 1.2 and twice 1.6, with their error bars.
-    let told = |key: &str| written["controller"]["robust"][key].as_float().unwrap();
-    assert!((0.5..=0.6).contains(&told("breakaway_low_v")), "{text}");
-    assert!((3.2..=3.5).contains(&told("breakaway_high_v")), "{text}");
+    // The law gets both directions: half of 1.2 and twice 1.6, with their error bars.
+    let law = |key: &str| written["controller"]["robust"][key].as_float().unwrap();
+    assert!((0.5..=0.6).contains(&law("breakaway_low_v")), "{text}");
+    assert!((3.2..=3.5).contains(&law("breakaway_high_v")), "{text}");
     let tuned = stiction(&["tune", &into, "--cases", "2", "--out", &out]);
     assert!(tuned.contains("load.constant_nm=") && tuned.contains("friction.stick_nm="), "{tuned}");
 }
@@ -189,7 +189,7 @@ fn a_linear_axis_in_foreign_units_comes_back_in_kilograms_and_newtons() {
     });
     let options = ["--time", "Zeit", "--position", "weg", "--effort", "Strom"];
     let units = ["--time-unit", "ms", "--position-unit", "mm", "--effort-gain", "35"];
-    // That a row of units was left out is told; so the text is taken without the helper.
+    // A warning reports the omitted row of units, so the helper, which allows none, is not used.
     let output = std::process::Command::new(env!("CARGO_BIN_EXE_stiction"))
         .args(["identify", &log.path, "--json"])
         .args(options)
@@ -274,7 +274,8 @@ fn a_cut_effort_and_a_standstill_are_left_out_and_told() {
     assert_near(&found, &[("inertia", 0.5), ("viscous", 0.8), ("coulomb", 1.5)], 0.03);
 }
 
-/// Rows without a number, a gap, jitter and rounded times: told, and the machine comes back.
+/// Rows without a number, a gap, jitter and rounded times are reported, and the machine is
+/// identified.
 #[test]
 fn holes_gaps_and_uneven_times_are_handled_and_told() {
     let machine = [0.5, 0.8, 0.8, 1.5, 1.5];

@@ -32,7 +32,7 @@ fn each_typical_joint_runs_at_once_and_settles() {
             assert!(number(&run["metrics"]["overshoot_deg"]) < 0.1, "{name}, {}", run["label"]);
             assert_eq!(run["unstable"], false, "{name}");
         }
-        // Two counts are the law's promise for a joint of which it is told the truth.
+        // The law promises two counts for a joint that its model describes.
         for run in of("robust/step") {
             assert!(rest(run) <= 2.0, "{name}, {}: {} counts", run["label"], rest(run));
             assert_eq!(run["metrics"]["hunting_peak_to_peak_deg"], Value::Null, "{name}");
@@ -102,8 +102,9 @@ fn options_answer_instead_of_a_typical_joint_or_on_top_of_it() {
     assert!(text.contains("stick_nm = 0.1  ") && text.contains("assumed; the data sheet has none"));
 }
 
-/// Joints of a data sheet whose friction is known within a range, with gravity, backlash and travel.
-/// Each runs, is armed, moves, and trips no monitor; nor do the joints at the ends of its ranges.
+/// Joints of a data sheet whose friction is known within a range, with gravity, backlash and
+/// travel. Each runs, is armed, moves, and trips no monitor; nor do the joints at the ends of its
+/// ranges.
 #[test]
 fn a_joint_within_ranges_and_with_a_load_is_armed_and_moves_without_a_fault() {
     let directory = tempfile::tempdir().unwrap();
@@ -165,8 +166,8 @@ fn the_profile_of_a_slow_loop_with_a_fine_encoder_is_one_that_a_device_takes() {
     let most = 8192.0 / (2e6 / 360.0) / 0.02;
     assert!(velocity <= most && velocity > 0.998 * most, "{velocity}, of {most} deg/s");
     let show = ["device", "--simulated", "--machine", &path, "params", "show"];
-    let told = std::process::Command::new(env!("CARGO_BIN_EXE_stiction")).args(show).output();
-    assert!(told.as_ref().unwrap().status.success(), "{told:?}");
+    let shown = std::process::Command::new(env!("CARGO_BIN_EXE_stiction")).args(show).output();
+    assert!(shown.as_ref().unwrap().status.success(), "{shown:?}");
 }
 
 #[test]
@@ -174,12 +175,12 @@ fn the_two_systems_of_units_are_told_side_by_side() {
     let directory = tempfile::tempdir().unwrap();
     let path = file(&directory, "joint.toml");
     stiction(&["new", &path, "--typical", "harmonic"]);
-    let told = stiction(&["show", "--units", &path]);
-    let row = |name: &str| told.lines().find(|line| line.starts_with(name)).unwrap().to_owned();
+    let shown = stiction(&["show", "--units", &path]);
+    let row = |name: &str| shown.lines().find(|line| line.starts_with(name)).unwrap().to_owned();
     // 50 x 0.0909 / 2.51 = 1.8108 N m/V; 4.9 / 1.8108 = 2.7061 V.
     assert!(row("effort of a volt").contains("1.8108 N m") && row("stick").contains("2.7061 V"));
-    assert!(told.contains("G = n eta K_t / R = 50 x 1 x 0.0909 / 2.51"), "{told}");
-    assert!(told.lines().all(|line| line.len() <= 80), "{told}");
+    assert!(shown.contains("G = n eta K_t / R = 50 x 1 x 0.0909 / 2.51"), "{shown}");
+    assert!(shown.lines().all(|line| line.len() <= 80), "{shown}");
 }
 
 /// What a data sheet may say beyond two levels of friction, each as a user would try it.

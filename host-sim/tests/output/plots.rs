@@ -58,7 +58,7 @@ fn the_figures_of_an_identified_log_are_whole_and_name_what_they_show() {
     for i in 0..20_000u32 {
         let t = 1e-3 * f64::from(i);
         let (sine, cosine) = (w * t).sin_cos();
-        // A little of another speed, so that viscous friction is told from Coulomb's.
+        // A second speed distinguishes viscous friction from Coulomb's.
         let (slow_sine, slow_cosine) = (0.3 * w * t).sin_cos();
         let v = 0.3 * w * cosine + 0.03 * w * slow_cosine;
         let a = -0.3 * w * w * sine - 0.009 * w * w * slow_sine;
@@ -122,8 +122,8 @@ fn the_figures_of_an_identified_log_are_whole_and_name_what_they_show() {
     }
 }
 
-/// One panel of a law has a point for each set of gains that was tried, and over them the front, the
-/// gains of the file and those that stay, named once in a legend.
+/// One panel of a law has a point for each set of gains that was tried, and over them the front,
+/// the gains of the file and those that stay, named once in a legend.
 #[test]
 fn the_planes_of_a_tuning_have_a_point_for_each_set_of_gains_that_was_tried() {
     let directory = tempfile::tempdir().unwrap();
@@ -134,10 +134,10 @@ fn the_planes_of_a_tuning_have_a_point_for_each_set_of_gains_that_was_tried() {
     let (out, drawn) = (path("tuned.toml"), path("drawn"));
     let [out, into] = [&out, &drawn].map(|path| path.to_str().unwrap());
     let tune = ["tune", joint, "--controller", "srnf", "--cases", "2", "--json"];
-    let told = stiction(&[&tune[..], &["--out", out, "--plot", into]].concat());
-    let told: Value = serde_json::from_str(&told).unwrap();
-    let tried = told["controllers"]["srnf"]["tried"].as_u64().unwrap() as usize;
-    assert!(tried > 10, "{told}");
+    let report = stiction(&[&tune[..], &["--out", out, "--plot", into]].concat());
+    let report: Value = serde_json::from_str(&report).unwrap();
+    let tried = report["controllers"]["srnf"]["tried"].as_u64().unwrap() as usize;
+    assert!(tried > 10, "{report}");
     assert_eq!(files(&drawn), both(&["tuning", "tuning-chatter", "tuning-heat"]));
     for (stem, across, up) in [
         ("tuning", "settling (s)", "tracking error (counts)"),

@@ -18,19 +18,20 @@ fn tuned_gains_are_better_on_joints_they_were_not_found_on_and_stand_in_a_new_fi
     stiction(&["new", &old, "--typical", "thesis"]);
     let before = fs::read_to_string(&old).unwrap();
     let tune = ["tune", &old, "--controller", "srnf,robust", "--goal", "settle", "--cases", "3"];
-    let told: Value = serde_json::from_str(&stiction(&[&tune[..], &["--json"]].concat())).unwrap();
+    let report: Value =
+        serde_json::from_str(&stiction(&[&tune[..], &["--json"]].concat())).unwrap();
     assert_eq!(fs::read_to_string(&old).unwrap(), before);
     let after = fs::read_to_string(&new).unwrap();
     assert_eq!(before.lines().count(), after.lines().count() - 3, "robust has three gains more");
     assert!(after.contains("# twice the highest"), "a comment is gone");
     let written: toml::Table = after.parse().unwrap();
     for law in ["srnf", "robust"] {
-        let of = |key: &str, what: &str| number(&told["controllers"][law][key][what]);
-        assert!(told["controllers"][law]["better"].as_bool().unwrap(), "{law}");
+        let of = |key: &str, what: &str| number(&report["controllers"][law][key][what]);
+        assert!(report["controllers"][law]["better"].as_bool().unwrap(), "{law}");
         assert!(of("after", "successes") >= of("before", "successes"), "{law}");
         assert!(of("after", "settling_s") < of("before", "settling_s"), "{law}");
-        // What is told is what is written.
-        for (key, gain) in told["controllers"][law]["gains"].as_object().unwrap() {
+        // The reported gains are the written ones.
+        for (key, gain) in report["controllers"][law]["gains"].as_object().unwrap() {
             let stands = written["controller"][law][key].as_float();
             assert_eq!(stands, gain["to"].as_f64(), "{law}: {key}");
         }
@@ -143,8 +144,8 @@ fn a_limit_is_kept_where_the_goal_alone_would_pass_it() {
         let out = file(&directory, name);
         let tune = ["tune", &joint, "--controller", "srnf", "--goal", "settle", "--cases", "3"];
         let whole = [&tune[..], &["--json", "--out", &out], more].concat();
-        let told: Value = serde_json::from_str(&stiction(&whole)).unwrap();
-        number(&told["controllers"]["srnf"]["after"]["chatter_v_per_s"])
+        let report: Value = serde_json::from_str(&stiction(&whole)).unwrap();
+        number(&report["controllers"]["srnf"]["after"]["chatter_v_per_s"])
     };
     let free = chatter("free.toml", &[]);
     let most = format!("chatter_v_per_s={}", 0.75 * free);

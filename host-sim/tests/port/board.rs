@@ -20,7 +20,7 @@ use crate::program::{self, SPAWNING, pseudoterminal};
 pub enum Manner {
     /// It answers as a board should.
     Sound,
-    /// The cable is pulled after so many ticks in which it was armed.
+    /// The cable is pulled after this number of armed ticks.
     PulledWhileArmed(u32),
     /// It speaks a later version of the protocol.
     Later,
@@ -30,8 +30,8 @@ pub enum Manner {
     Garbage,
     /// It says nothing.
     Silent,
-    /// Somebody else arms it as soon as a file of this name is there. It then says so by a file
-    /// called `armed` beside that.
+    /// Another client arms it as soon as a file of this name exists. It then makes a file `armed`
+    /// beside that.
     ArmedBy(PathBuf),
 }
 

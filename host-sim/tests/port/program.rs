@@ -41,9 +41,9 @@ pub fn output(command: &mut Command) -> Output {
     child.wait_with_output().unwrap()
 }
 
-/// Returns what a program that went well said. It begins with the warning that the device at the
-/// other end asks for.
-pub fn told(output: &Output) -> String {
+/// Returns the output of a successful program. It starts with the warning of the device at the
+/// other end.
+pub fn success(output: &Output) -> String {
     let text = |bytes: &[u8]| String::from_utf8(bytes.to_vec()).unwrap();
     assert!(output.status.success(), "{}", text(&output.stderr));
     let said = text(&output.stdout);
@@ -51,8 +51,7 @@ pub fn told(output: &Output) -> String {
     said
 }
 
-/// Returns the one sentence of a program that went wrong. It has exit code 2, and says where to
-/// read on.
+/// Returns the one sentence of a failed program. Its exit code is 2, and the sentence names a page.
 pub fn complaint(output: &Output) -> String {
     let said = String::from_utf8(output.stderr.clone()).unwrap();
     let sentence =

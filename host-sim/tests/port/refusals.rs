@@ -4,7 +4,7 @@ use std::process::Command;
 use stiction::link::PROTOCOL;
 
 use crate::board::{Board, Manner};
-use crate::program::{complaint, device, output, told};
+use crate::program::{complaint, device, output, success};
 
 #[test]
 fn a_move_that_cannot_be_leaves_the_drive_stopped() {
@@ -17,7 +17,7 @@ fn a_move_that_cannot_be_leaves_the_drive_stopped() {
         format!("{text}\n[limits]\nposition_max_deg = 90.0\nlink_timeout_s = 60.0\n"),
     )
     .unwrap();
-    told(&board.device(&["params", "push", path.to_str().unwrap()]));
+    success(&board.device(&["params", "push", path.to_str().unwrap()]));
     for (deg, fragment, left) in [
         ("400", "the range is 0 to 90 deg from power-on", "; the motor is off"),
         ("1e9", "move 1000000000: allowed is a position within 2^30 counts", ""),
@@ -27,7 +27,7 @@ fn a_move_that_cannot_be_leaves_the_drive_stopped() {
         let said = String::from_utf8(output.stderr).unwrap();
         assert_eq!(output.status.code(), Some(2), "{deg}: {said}");
         assert!(said.contains(fragment) && said.trim_end().ends_with(left), "{deg}: {said}");
-        let said = told(&board.device(&["status"]));
+        let said = success(&board.device(&["status"]));
         assert!(
             said.contains("state      stopped") && said.contains("faults     0 since"),
             "{deg}: {said}"
@@ -63,7 +63,7 @@ fn a_port_that_is_missing_busy_or_none_is_told() {
     let other = serialport::new(board.path.as_str(), 921_600).open().unwrap();
     assert!(complaint(&board.device(&["status"])).contains("another program has it open"));
     drop(other);
-    told(&board.device(&["status"]));
+    success(&board.device(&["status"]));
 }
 
 #[test]

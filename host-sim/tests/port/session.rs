@@ -1,7 +1,7 @@
 //! A board is asked, moved, logged and configured, and its cable is pulled.
 
 use crate::board::{Board, Manner};
-use crate::program::{complaint, told};
+use crate::program::{complaint, success};
 
 #[test]
 fn a_device_behind_a_port_is_asked_armed_moved_logged_and_configured() {
@@ -9,8 +9,8 @@ fn a_device_behind_a_port_is_asked_armed_moved_logged_and_configured() {
     let directory = tempfile::tempdir().unwrap();
     let file = |name: &str| directory.path().join(name).to_str().unwrap().to_owned();
     let (log, toml) = (file("move.csv"), file("joint.toml"));
-    assert!(told(&board.device(&["status"])).contains("state      stopped"));
-    let said = told(&board.device(&["move", "2.5", "--for", "3", "--log", &log]));
+    assert!(success(&board.device(&["status"])).contains("state      stopped"));
+    let said = success(&board.device(&["move", "2.5", "--for", "3", "--log", &log]));
     assert!(said.contains("state      armed") && said.contains("the motor is off"), "{said}");
     let rows = std::fs::read_to_string(&log).unwrap();
     let last: Vec<&str> = rows.lines().last().unwrap().split(',').collect();
@@ -19,11 +19,11 @@ fn a_device_behind_a_port_is_asked_armed_moved_logged_and_configured() {
     assert!((position - 2.5).abs() < 0.03, "{position}");
     assert!(rows.lines().count() > 140, "{}", rows.lines().count());
 
-    told(&board.device(&["params", "pull", &toml]));
-    told(&board.device(&["params", "push", &toml, "--save"]));
-    assert!(told(&board.device(&["arm", "--for", "0.1"])).contains("state      armed"));
-    assert!(told(&board.device(&["stop"])).contains("state      stopped"));
-    assert!(told(&board.device(&["faults"])).contains("no fault since power-on"));
+    success(&board.device(&["params", "pull", &toml]));
+    success(&board.device(&["params", "push", &toml, "--save"]));
+    assert!(success(&board.device(&["arm", "--for", "0.1"])).contains("state      armed"));
+    assert!(success(&board.device(&["stop"])).contains("state      stopped"));
+    assert!(success(&board.device(&["faults"])).contains("no fault since power-on"));
 }
 
 #[test]

@@ -9,7 +9,7 @@ use std::time::Duration;
 use serialport::SerialPort;
 
 use crate::board::{Board, Manner};
-use crate::program::{SPAWNING, pseudoterminal, told};
+use crate::program::{SPAWNING, pseudoterminal, success};
 
 /// Runs the view in a terminal of its own, types into it, and ends it once it shows what it should.
 /// Returns what was on the screen, and how the terminal was left.
@@ -74,6 +74,6 @@ fn a_view_that_is_ended_by_a_signal_stops_what_it_armed_and_gives_the_terminal_b
             screen.contains("\x1b[?1049l") && terminal.contains(" icanon"),
             "{signal}: {terminal}"
         );
-        assert!(told(&board.device(&["status"])).contains("state      stopped"), "{signal}");
+        assert!(success(&board.device(&["status"])).contains("state      stopped"), "{signal}");
     }
 }

@@ -17,12 +17,12 @@ fn the_joint_is_identified_by_the_device_s_own_sequence() {
         let server = studio(&[]);
         let mut page = Page::open(&server).await;
         let said = page.done(json!({ "do": "identify" })).await;
-        assert!(said.contains("ends by itself"), "{said}");
+        assert!(said.contains("ends automatically"), "{said}");
         page.state("armed").await;
         page.watch(Duration::from_secs(3)).await;
         let pushed = page.signal("v_applied_v").into_iter().map(f32::from_bits);
         assert!(pushed.fold(0.0, |most: f32, volt| most.max(volt.abs())) > 0.01, "it pushes");
-        // It takes minutes; a stop ends it, and then nothing was found: nothing is told.
+        // It takes minutes; a stop ends it, and then there is no result and no event.
         page.done(json!({ "do": "stop" })).await;
         let mut found = false;
         let begin = Instant::now();
@@ -96,10 +96,10 @@ fn what_was_identified_is_told_although_the_machine_s_file_is_gone() {
 
 /// The sliders of the joint that was found: the effort that starts it, V.
 async fn found_stick(page: &mut Page, file: &Value) -> f64 {
-    let told = page.until(|event| event["event"] == "what-if" && !event["found"].is_null()).await;
-    assert_eq!((&told["found"]["machine"], &told["found"]["why"]), (file, &Value::Null));
-    assert!(told["why"].as_str().unwrap().contains("without a machine's file"), "{told}");
-    let knobs = told["found"]["knobs"].as_array().unwrap();
+    let event = page.until(|event| event["event"] == "what-if" && !event["found"].is_null()).await;
+    assert_eq!((&event["found"]["machine"], &event["found"]["why"]), (file, &Value::Null));
+    assert!(event["why"].as_str().unwrap().contains("without a machine's file"), "{event}");
+    let knobs = event["found"]["knobs"].as_array().unwrap();
     knobs.iter().find(|knob| knob["name"] == "stick_v").unwrap()["value"].as_f64().unwrap()
 }
 
@@ -109,7 +109,7 @@ fn the_joint_that_was_found_is_a_file_and_is_predicted_tuned_and_tested_with() {
     run(async {
         let line = Line { in_haste: true, ..Line::new(&["limits.link_timeout_s=\"off\""]) };
         let opened = line.clone();
-        // Nobody has told its joint.
+        // Its joint is not known.
         let server = studio_of_unknown(move || Ok(opened.clone()));
         let mut page = Page::open(&server).await;
         let test = json!({ "do": "predict-selftest", "moves": 2, "joint": "found" });
@@ -134,7 +134,7 @@ fn the_joint_that_was_found_is_a_file_and_is_predicted_tuned_and_tested_with() {
         let is = of(&Document::parse("found", text).unwrap());
         let was = of(&Document::open("step-response").unwrap());
         assert!((is / was - 1.0).abs() < 0.05, "{is} of {was}");
-        // A page that comes later is told it, too.
+        // A page that connects later receives it, too.
         let mut later = Visit::proper(&server).connect().await.unwrap();
         later.lives = false;
         assert_eq!(later.event("identified").await["toml"], found["toml"]);

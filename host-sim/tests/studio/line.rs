@@ -1,4 +1,4 @@
-//! A line to a simulated device that can be slow or cut, and tells what the device was asked for.
+//! A line to a simulated device that can be slow or cut, and records the requests to the device.
 
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 use std::sync::{Arc, Mutex};
@@ -11,22 +11,22 @@ use stiction::link::{Deframer, decode_request};
 
 use super::page::{device, studio_of};
 
-/// What is done before a request reaches the device: it is told which one.
+/// A hook before a request reaches the device; its argument is the name of the request.
 type Before = Box<dyn FnMut(&str, &mut SimulatedWire) + Send>;
 
-/// A device that stays where it is, whoever opens the line to it.
+/// A device that keeps its state when another client opens the line.
 #[derive(Clone)]
 pub struct Line {
     pub device: Arc<Mutex<SimulatedWire>>,
-    /// The next request waits for so long, ms.
+    /// Delay of the next request, ms.
     pub stalls_ms: Arc<AtomicU64>,
-    /// Nothing gets through.
+    /// Whether the line is cut.
     pub is_cut: Arc<AtomicBool>,
-    /// What the device was asked for.
+    /// Names of the requests to the device.
     pub asked: Arc<Mutex<Vec<String>>>,
     pub deframer: Arc<Mutex<Deframer>>,
     pub before: Arc<Mutex<Option<Before>>>,
-    /// Its time is not that on the wall.
+    /// Whether the device runs faster than real time.
     pub in_haste: bool,
 }
 
@@ -60,7 +60,7 @@ impl Line {
         *self.before.lock().unwrap() = Some(Box::new(what));
     }
 
-    /// The next request of a kind waits for so long. Tells when it does.
+    /// Delays the next request of a kind. The flag is set when it does.
     pub fn stalls(&self, kind: &'static str, time: Duration) -> Arc<AtomicBool> {
         let is_stalled = Arc::new(AtomicBool::new(false));
         let stalled = is_stalled.clone();

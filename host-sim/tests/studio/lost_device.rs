@@ -1,4 +1,4 @@
-//! A device that does not answer for a while, and what was driven meanwhile or by somebody else.
+//! A device that does not answer for a while, and what was driven meanwhile or by another client.
 
 use std::sync::atomic::Ordering;
 use std::time::{Duration, Instant};
@@ -56,7 +56,7 @@ fn a_page_that_opens_while_the_device_is_gone_is_told_no_status_until_it_is_back
         assert!(kinds.contains(&"gone".to_owned()), "{kinds:?}");
         assert!(!kinds.contains(&"status".to_owned()), "a stale status: {kinds:?}");
         line.is_cut.store(false, Ordering::SeqCst);
-        // It was told to stop first, and a status comes again.
+        // It was stopped first, and a status comes again.
         second.state("stopped").await;
     });
 }

@@ -1,4 +1,4 @@
-//! The server of `stiction studio`, spoken to as a page and as somebody else would.
+//! The server of `stiction studio`, used by a page and by other clients.
 #![allow(missing_docs, clippy::unwrap_used, clippy::expect_used, clippy::panic)]
 
 mod cut_network;
@@ -64,8 +64,8 @@ fn the_samples_of_a_move_arrive_complete_and_end_at_the_target() {
     });
 }
 
-/// Ticks for which the output stayed on after `last`, the last tick that the page that commands has
-/// seen; told by a reader.
+/// Returns the number of ticks for which the output stayed on after `last`, the last tick that the
+/// page in command received; measured by another page.
 async fn ticks_on_after(reader: &mut Page, last: u32) -> i64 {
     reader.state("faulted").await;
     // The samples of the last ticks come with the next frame.
@@ -364,12 +364,12 @@ fn a_trajectory_is_followed_and_what_cannot_be_followed_is_refused() {
         let go = |fields: [f64; 4]| json!({ "do": "trajectory", "trapezoid": fields });
         assert!(page.refused(go([2.0, 4.0, 0.2, 0.1])).await.contains("`arm` first"));
         page.done(arm()).await;
-        assert!(page.refused(json!({ "do": "trajectory" })).await.contains("has no trajectory"));
+        assert!(page.refused(json!({ "do": "trajectory" })).await.contains("no trajectory in"));
         assert!(page.refused(go([2.0, 0.0, 0.2, 0.1])).await.contains("the speed"));
         assert!(page.refused(go([1e300, 4.0, 0.2, 0.1])).await.contains("trajectory"));
         page.done(go([2.0, 4.0, 0.2, 0.1])).await;
-        let told = page.motion().await;
-        assert_eq!(told["way"]["how"], "trajectory");
+        let motion = page.motion().await;
+        assert_eq!(motion["way"]["how"], "trajectory");
         // 0.1 s, 0.5 s there, 0.2 s, 0.5 s back, 0.1 s.
         page.watch(Duration::from_millis(2500)).await;
         page.done(json!({ "do": "stop" })).await;

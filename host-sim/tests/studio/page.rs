@@ -8,7 +8,7 @@ use futures_util::{SinkExt, StreamExt};
 use host_sim::device::simulated::SimulatedDevice;
 use host_sim::device::wire::{SimulatedWire, Wire};
 use host_sim::experiment::{Document, Experiment};
-use host_sim::studio::{Server, Wanted};
+use host_sim::studio::{Server, StudioOptions};
 use serde_json::{Value, json};
 use tokio::net::TcpStream;
 use tokio::time::{Instant, timeout};
@@ -44,9 +44,9 @@ fn serve<W: Wire>(
     Server::start(wanted(machine, is_its_file), open).unwrap()
 }
 
-fn wanted(machine: &str, is_its_file: bool) -> Wanted {
+fn wanted(machine: &str, is_its_file: bool) -> StudioOptions {
     let listen = "127.0.0.1:0".parse().unwrap();
-    Wanted { listen, machine: machine.into(), is_its_file, every_tick: true }
+    StudioOptions { listen, machine: machine.into(), is_its_file, every_tick: true }
 }
 
 /// A studio around what stands behind a wire.
@@ -64,14 +64,14 @@ pub fn studio_of_file<W: Wire>(
     serve(machine, true, open)
 }
 
-/// A studio around what stands behind a wire, whose joint nobody has told.
+/// A studio around the device of a wire, without a file of its joint.
 pub fn studio_of_unknown<W: Wire>(
     open: impl Fn() -> Result<W, host_sim::Error> + Send + 'static,
 ) -> Server {
     serve("step-response", false, open)
 }
 
-/// A studio around the thesis's joint, of which nobody has told that it is one.
+/// A studio around the thesis's joint, without a file of it.
 pub fn studio_without_a_file() -> Server {
     studio_of_unknown(|| Ok(SimulatedWire::new(device(&[]))))
 }
@@ -90,13 +90,13 @@ pub fn studio(set: &[&str]) -> Server {
     studio_around("step-response", "srnf", set)
 }
 
-/// A studio around the thesis's joint, and what it tells of refusals.
-pub fn studio_that_tells() -> (Server, Arc<Mutex<Vec<String>>>) {
-    let told = Arc::<Mutex<Vec<String>>>::default();
-    let all = told.clone();
-    let tell = move |what: &str| all.lock().unwrap().push(what.to_owned());
+/// A studio around the thesis's joint, and its reports of refusals.
+pub fn studio_with_reports() -> (Server, Arc<Mutex<Vec<String>>>) {
+    let reports = Arc::<Mutex<Vec<String>>>::default();
+    let all = reports.clone();
+    let report = move |what: &str| all.lock().unwrap().push(what.to_owned());
     let open = || Ok(SimulatedWire::new(device(&[])));
-    (Server::start_telling(wanted("step-response", true), tell, open).unwrap(), told)
+    (Server::start_with_reporter(wanted("step-response", true), report, open).unwrap(), reports)
 }
 
 /// Runs a test.
@@ -105,7 +105,7 @@ pub fn run(test: impl Future<Output = ()>) {
     runtime.block_on(test);
 }
 
-/// How somebody comes to the server.
+/// Request of a connection to the server.
 pub struct Visit<'a> {
     pub address: SocketAddr,
     pub token: &'a str,
@@ -157,9 +157,9 @@ pub struct Page {
     pub rows: Vec<Row>,
     pub columns: Vec<String>,
     pub role: Value,
-    /// The form of the parameters that was told last.
+    /// The last form of the parameters.
     form: Value,
-    /// The move that was told last. It may be told before the answer to the request.
+    /// The last move. Its event may come before the answer to the request.
     motion: Value,
     number: u32,
 }
@@ -272,7 +272,7 @@ impl Page {
         self.until(|event| event["event"] == "status" && event["state"] == state).await
     }
 
-    /// The form of the parameters after so many changes that can be undone.
+    /// Returns the form of the parameters after a number of changes that can be undone.
     pub async fn form(&mut self, changes: u64) -> Value {
         while self.form["undo"] != changes {
             self.event("parameters").await;
@@ -280,7 +280,7 @@ impl Page {
         self.form.clone()
     }
 
-    /// Waits until a move was told, and returns the last one.
+    /// Waits for the event of a move, and returns the last one.
     pub async fn motion(&mut self) -> Value {
         while self.motion.is_null() {
             self.next().await;

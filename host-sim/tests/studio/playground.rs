@@ -1,8 +1,8 @@
-//! The studio without a server tells what the one with a server tells.
+//! The studio without a server sends the same messages as the one with a server.
 
 use std::time::{Duration, Instant};
 
-use host_sim::studio::{News, Playground};
+use host_sim::studio::{Playground, StudioMessage};
 use serde_json::{Value, json};
 
 use super::page::{Page, run, studio};
@@ -14,14 +14,14 @@ fn until(playground: &mut Playground, is_it: impl Fn(&Value) -> bool) -> Value {
     while begin.elapsed() < Duration::from_secs(20) {
         playground.pass();
         for news in playground.by_ref() {
-            let News::Event(text) = news else { continue };
+            let StudioMessage::Event(text) = news else { continue };
             let event: Value = serde_json::from_str(&text).unwrap();
             if is_it(&event) {
                 return event;
             }
         }
     }
-    panic!("it was not told");
+    panic!("the event did not come");
 }
 
 fn asked(playground: &mut Playground, id: u32, mut request: Value) -> Value {

@@ -1,4 +1,4 @@
-//! What the person at the terminal is told of those who were turned away.
+//! Reports of refused connections at the terminal.
 
 use std::sync::Mutex;
 use std::time::Duration;
@@ -7,10 +7,10 @@ use futures_util::SinkExt;
 use tokio::net::TcpStream;
 use tokio_tungstenite::tungstenite::Message;
 
-use super::page::{Page, Visit, run, studio_that_tells};
+use super::page::{Page, Visit, run, studio_with_reports};
 
-/// Waits until so many refusals were told, and takes them.
-async fn told(all: &Mutex<Vec<String>>, count: usize) -> Vec<String> {
+/// Waits for a number of reports, and takes them.
+async fn reported(all: &Mutex<Vec<String>>, count: usize) -> Vec<String> {
     for _ in 0..500 {
         if all.lock().unwrap().len() >= count {
             break;
@@ -23,13 +23,13 @@ async fn told(all: &Mutex<Vec<String>>, count: usize) -> Vec<String> {
 #[test]
 fn a_wrong_token_and_a_foreign_origin_are_told_and_a_proper_page_is_not() {
     run(async {
-        let (server, all) = studio_that_tells();
+        let (server, all) = studio_with_reports();
         Page::open(&server).await;
         let proper = || Visit::proper(&server);
         assert!(Visit { token: "0", ..proper() }.connect().await.is_err());
         let origin = Some("http://evil.example".into());
         assert!(Visit { origin, ..proper() }.connect().await.is_err());
-        let lines = told(&all, 2).await;
+        let lines = reported(&all, 2).await;
         assert_eq!(lines.len(), 2, "{lines:?}");
         assert!(lines[0].starts_with("a connection was refused: the token is wrong"), "{lines:?}");
         assert!(!lines[0].contains(server.token().text()), "{lines:?}");
@@ -40,12 +40,12 @@ fn a_wrong_token_and_a_foreign_origin_are_told_and_a_proper_page_is_not() {
 #[test]
 fn a_message_that_is_too_large_is_told_with_the_number_of_its_page() {
     run(async {
-        let (server, all) = studio_that_tells();
+        let (server, all) = studio_with_reports();
         let mut page = Page::open(&server).await;
         let large = "x".repeat(65 * 1024);
         let _ = page.socket.send(Message::Text(large.into())).await;
         while page.next().await.is_some() {}
-        let lines = told(&all, 1).await;
+        let lines = reported(&all, 1).await;
         assert_eq!(lines.len(), 1, "{lines:?}");
         assert!(lines[0].starts_with("page 0: the connection ends: "), "{lines:?}");
         assert!(lines[0].contains("too long") || lines[0].contains("too large"), "{lines:?}");
@@ -55,18 +55,18 @@ fn a_message_that_is_too_large_is_told_with_the_number_of_its_page() {
 #[test]
 fn connections_beyond_the_most_are_told_and_then_counted_as_other_refusals_are() {
     run(async {
-        let (server, all) = studio_that_tells();
+        let (server, all) = studio_with_reports();
         let mut idle = Vec::new();
         for _ in 0..64 + 40 {
             idle.push(TcpStream::connect(server.address()).await.unwrap());
         }
-        let lines = told(&all, 8).await;
+        let lines = reported(&all, 8).await;
         assert_eq!(lines, vec!["a connection was closed: 64 are open already"; 8]);
-        // The next ten seconds begin with the number of those that were not told.
+        // The next period starts with the number of refusals that were not reported.
         drop(idle);
         tokio::time::sleep(Duration::from_secs(11)).await;
         assert!(Visit { token: "0", ..Visit::proper(&server) }.connect().await.is_err());
-        let lines = told(&all, 1).await;
-        assert!(lines[0].ends_with(" (32 refusals before it were not told)"), "{lines:?}");
+        let lines = reported(&all, 1).await;
+        assert!(lines[0].ends_with(" (32 refusals before it were not reported)"), "{lines:?}");
     });
 }

@@ -62,13 +62,13 @@ fn the_verdict_is_that_of_the_command() {
         page.done(begin(ready["number"].as_u64().unwrap())).await;
         let mut made = vec![];
         let done = loop {
-            let told = page.event("selftest").await;
-            if told["phase"] == "done" {
-                break told;
+            let event = page.event("selftest").await;
+            if event["phase"] == "done" {
+                break event;
             }
-            // What is told of the arming may come before the answer.
-            if told["to_deg"].is_f64() {
-                made.push(told["made"].as_u64().unwrap());
+            // The event of the arming may come before the answer.
+            if event["to_deg"].is_f64() {
+                made.push(event["made"].as_u64().unwrap());
             }
         };
         // At the begin of each move.
@@ -87,7 +87,7 @@ fn the_verdict_is_that_of_the_command() {
         let [ours, theirs] = [by_page, &by_command].map(|of| of["moves"].as_array().unwrap());
         assert_eq!((ours.len(), theirs.len()), (MOVES, MOVES));
         for (ours, theirs) in ours.iter().zip(theirs) {
-            // The joint is told of a move in another tick of its encoder and its observer.
+            // The move starts in another tick of the encoder and the observer.
             for (key, by) in [("to_deg", 0.0), ("settled_s", 0.1), ("rest_counts", 1.0)] {
                 assert!(close(&ours[key], &theirs[key], by), "{key}: {ours} {theirs}");
             }
@@ -205,7 +205,7 @@ fn a_prediction_tells_how_far_it_is_and_ends_when_it_is_cancelled_or_the_motor_i
         let mut page = Page::open(&server).await;
         let cancel = || json!({ "do": "cancel-selftest" });
         assert!(page.refused(cancel()).await.contains("none is being predicted"));
-        // What is told of it may come before the answer.
+        // Its event may come before the answer.
         page.send(&predict(200)).await;
         let far = page.until(|event| event["over"].as_u64().is_some_and(|over| over > 0)).await;
         assert_eq!((&far["phase"], &far["joints"]), (&json!("predicting"), &json!(24)), "{far}");
@@ -238,10 +238,10 @@ fn the_moves_of_another_prediction_than_the_last_are_refused() {
         page.done(json!({ "do": "predict-selftest", "moves": 3, "deg": 2.5 })).await;
         let last = phase(&mut page, "ready").await;
         assert_eq!((&last["deg"], &last["moves"]), (&json!(2.5), &json!(3)), "{last}");
-        let [first, last] = [first, last].map(|told| told["number"].as_u64().unwrap());
+        let [first, last] = [first, last].map(|event| event["number"].as_u64().unwrap());
         for other in [first, last + 1] {
             let said = page.refused(begin(other)).await;
-            assert!(said.contains("predicted anew meanwhile"), "{said}");
+            assert!(said.contains("predicted again meanwhile"), "{said}");
         }
         assert_eq!(page.event("status").await["state"], "stopped");
         page.done(begin(last)).await;

@@ -25,8 +25,8 @@ fn a_self_test_that_has_lost_its_device_says_so_and_the_device_is_told_to_stop_f
         let begin = predicted(&mut page, 2).await;
         page.done(begin.clone()).await;
         line.is_cut.store(true, Ordering::SeqCst);
-        let told = page.until(|event| event["phase"] == "none").await;
-        assert!(told["said"].as_str().unwrap().contains("did not answer"), "{told}");
+        let event = page.until(|event| event["phase"] == "none").await;
+        assert!(event["said"].as_str().unwrap().contains("did not answer"), "{event}");
         line.asked.lock().unwrap().clear();
         line.is_cut.store(false, Ordering::SeqCst);
         page.event("back").await;
@@ -62,13 +62,13 @@ fn a_self_test_that_is_not_expected_any_more_while_it_is_prepared_never_arms() {
         assert!(said["said"].as_str().unwrap().contains("a stop came first"), "{said}");
         page.until(|event| event["event"] == "answer" && event["id"] == 71).await;
         assert!(!line.was_asked("Arm"), "{:?}", line.names());
-        // It takes so long that nobody expects it.
+        // It takes longer than a request is valid.
         line.stalls("ReadParameters", Duration::from_millis(1100));
         page.send(&begin).await;
         let said = page.until(answer).await;
         assert!(said["said"].as_str().unwrap().contains("the device was busy"), "{said}");
         assert!(!line.was_asked("Arm"), "{:?}", line.names());
-        // As long as the first one, but nobody stops it.
+        // As long as the first one, but without a stop.
         line.stalls("ReadParameters", Duration::from_millis(400));
         page.send(&begin).await;
         assert_eq!(page.until(answer).await["ok"], true);

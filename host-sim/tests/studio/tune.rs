@@ -62,7 +62,7 @@ fn a_tuning_finds_what_the_command_finds_and_writes_no_file() {
         // Without a trajectory none of tracking; PD at rest has no chatter, so that its chart would
         // be zero all over.
         assert_eq!(charts.len(), usize::from(cfg!(feature = "figures")));
-        // A page that comes later is told what was found, and that nothing runs.
+        // A page that connects later receives the result, and that nothing runs.
         let mut later = super::Visit::proper(&server).connect().await.unwrap();
         assert_eq!(later.event("tuned").await["toml"], tuned["toml"]);
         assert!(later.event("tuning").await["running"].is_null());
@@ -110,7 +110,7 @@ fn one_tuning_runs_at_a_time_and_a_cancelled_one_ends_at_once() {
         let server = studio(&[]);
         let mut page = Page::open(&server).await;
         assert!(page.refused(json!({ "do": "cancel-tuning" })).await.contains("no tuning runs"));
-        assert!(page.refused(tune(&["pd", "nobody"], "track")).await.contains("`nobody`"));
+        assert!(page.refused(tune(&["pd", "unknown"], "track")).await.contains("`unknown`"));
         // What the command refuses, in words of a page that has no options.
         for (more, why) in [
             (json!({ "goal": "track" }), "reference.trajectories"),
@@ -150,9 +150,9 @@ fn without_a_file_nothing_is_tuned_and_the_reason_is_told() {
     run(async {
         let server = studio_without_a_file();
         let mut page = super::Visit::proper(&server).connect().await.unwrap();
-        let told = page.event("tuning").await;
-        assert!(told["why"].as_str().unwrap().contains("without a machine's file"), "{told}");
-        assert_eq!(told["laws"], json!([]));
+        let event = page.event("tuning").await;
+        assert!(event["why"].as_str().unwrap().contains("without a machine's file"), "{event}");
+        assert_eq!(event["laws"], json!([]));
         let said = page.refused(tune(&[], "settle")).await;
         assert!(said.contains("without a machine's file"), "{said}");
     });

@@ -21,9 +21,9 @@ pub async fn predicted(page: &mut Page, part: &str, wish: Value) -> Value {
         let is_part = event["part"] == part || event["part"] == "refused";
         event["event"] == "answer" || event["event"] == "predicted" && is_part
     };
-    let told = page.until(is_it).await;
-    assert_eq!(told["part"], part, "{told}");
-    told["content"].clone()
+    let event = page.until(is_it).await;
+    assert_eq!(event["part"], part, "{event}");
+    event["content"].clone()
 }
 
 pub fn numbers(curve: &Value, key: &str) -> Vec<f64> {
@@ -83,14 +83,14 @@ pub fn foretold(studio: impl FnOnce() -> Server, law: &str) {
         // The twin waits out its soft start, too.
         page.watch(Duration::from_millis(1000)).await;
         page.done(json!({ "do": "move", "deg": 5.0 })).await;
-        let told = page.motion().await;
-        assert_eq!((&told["way"], &told["from_counts"]), (&way, &0.0.into()));
+        let event = page.motion().await;
+        assert_eq!((&event["way"], &event["from_counts"]), (&way, &0.0.into()));
         page.watch(Duration::from_secs(4)).await;
         let on: Vec<bool> = page.signal("status").iter().map(is_on).collect();
-        // The tick that is told of the move is one from before it, and of not long before it.
+        // The clock of the event is a tick shortly before the move.
         let lead = page.signal("reference_counts");
         let sets_out = lead.iter().zip(&on).position(|(to, on)| *on && *to != 0).unwrap();
-        let since = i64::from(page.rows[sets_out].clock) - told["clock"].as_i64().unwrap();
+        let since = i64::from(page.rows[sets_out].clock) - event["clock"].as_i64().unwrap();
         assert!((1..=(0.5 / TICK_S) as i64).contains(&since), "{since} ticks");
         let deg = |bits: Vec<u32>| -> Vec<f64> {
             let on_only = bits.iter().zip(&on).filter(|(_, on)| **on);
@@ -221,11 +221,11 @@ fn of_a_device_without_a_file_nothing_is_predicted_and_the_reason_is_told() {
         // It is driven all the same.
         page.done(arm()).await;
         page.done(json!({ "do": "stop" })).await;
-        // A page that comes later is told, too.
+        // A page that connects later receives it, too.
         let mut other = Visit::proper(&server).connect().await.unwrap();
-        let told = other.event("what-if").await;
-        assert!(told["machine"].is_null() && told["laws"] == json!([]), "{told}");
-        assert!(told["why"].as_str().unwrap().contains("without a machine's file"), "{told}");
+        let event = other.event("what-if").await;
+        assert!(event["machine"].is_null() && event["laws"] == json!([]), "{event}");
+        assert!(event["why"].as_str().unwrap().contains("without a machine's file"), "{event}");
     });
     run(async {
         let server = studio(&[]);
@@ -242,8 +242,8 @@ fn a_reader_is_predicted_to_and_a_prediction_keeps_nothing_alive() {
         let last = page.rows.last().unwrap().clock;
         let way = json!({ "how": "move", "deg": 1.0 });
         let ask = wish(&way, &["pd"], &json!({}), 0);
-        let told = predicted(&mut reader, "laws", ask.clone()).await;
-        assert!(told[0]["settled_s"].is_null() || told[0]["settled_s"].is_f64());
+        let event = predicted(&mut reader, "laws", ask.clone()).await;
+        assert!(event[0]["settled_s"].is_null() || event[0]["settled_s"].is_f64());
         // The page that commands hangs, but for its slider.
         page.lives = false;
         let slides = async {

@@ -172,11 +172,11 @@ fn the_cloud_of_a_data_sheet_is_drawn_from_its_own_keys_and_told_as_it_is_simula
     });
     for (cloud, [ratio, inertia]) in clouds.into_inner().iter().zip([[1.0, 1.0], [2.0, 3.0]]) {
         assert_eq!(cloud["is_written"], true, "{cloud}");
-        let told = cloud["worst"]["joint"].as_array().unwrap();
+        let keys_of_worst = cloud["worst"]["joint"].as_array().unwrap();
         let value = |key: &str| -> f64 {
-            let keys = told.iter().filter_map(|one| one.as_str()?.split_once('='));
+            let keys = keys_of_worst.iter().filter_map(|one| one.as_str()?.split_once('='));
             let value = keys.clone().find(|(name, _)| *name == key);
-            value.unwrap_or_else(|| panic!("{key}: {told:?}")).1.parse().unwrap()
+            value.unwrap_or_else(|| panic!("{key}: {keys_of_worst:?}")).1.parse().unwrap()
         };
         let [stick, slip, constant] =
             ["joint.friction.stick_v", "joint.friction.slip_v", "load.constant_nm"].map(value);
@@ -184,7 +184,7 @@ fn the_cloud_of_a_data_sheet_is_drawn_from_its_own_keys_and_told_as_it_is_simula
         assert!((sticks[0]..=sticks[1]).contains(&stick), "{stick}: {sticks:?}");
         assert!((200.0 / 540.0..=220.0 / 540.0).contains(&slip), "{slip}");
         assert!((-40.0..=-20.0).contains(&constant), "{constant}");
-        // The joint of a file that says what was told does the same.
+        // A file with the reported keys has the same joint.
         let load = LOAD.1.replace("-30.0", &format!("{constant:?}"));
         let stick = format!("stick_nm = {:?} ", 540.0 * stick);
         let slip = format!("slip_nm = {:?} ", 540.0 * slip);
@@ -195,7 +195,7 @@ fn the_cloud_of_a_data_sheet_is_drawn_from_its_own_keys_and_told_as_it_is_simula
         });
         let alone = of_a_sheet(&changed, "move", &set);
         let worst = &cloud["curves"][cloud["worst"]["place"].as_u64().unwrap() as usize];
-        assert_eq!(worst["settled_s"], alone["settled_s"], "{told:?}");
+        assert_eq!(worst["settled_s"], alone["settled_s"], "{keys_of_worst:?}");
         // A curve of fewer points keeps its ends.
         let ends = |one: &Value| {
             let errors = numbers(one, "error_counts");
@@ -205,7 +205,11 @@ fn the_cloud_of_a_data_sheet_is_drawn_from_its_own_keys_and_told_as_it_is_simula
             [least, most, last]
         };
         let off = ends(worst).into_iter().zip(ends(&alone)).map(|(is, to)| (is - to).abs());
-        assert!(off.clone().all(|off| off < 1.5), "{:?} counts: {told:?}", off.collect::<Vec<_>>());
+        assert!(
+            off.clone().all(|off| off < 1.5),
+            "{:?} counts: {keys_of_worst:?}",
+            off.collect::<Vec<_>>()
+        );
         assert!(ends(&alone)[1] > 20.0, "{alone}");
     }
 }

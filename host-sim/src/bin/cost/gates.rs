@@ -1,4 +1,4 @@
-//! The gates: what must not be in the firmware is looked for in the image that is flashed.
+//! The gates: checks of the flash image for what the firmware must not contain.
 
 use std::collections::BTreeSet;
 use std::fs;
@@ -10,15 +10,15 @@ use host_sim::firmware::{Code, routines};
 
 use crate::measure::stack_room;
 
-/// The handlers on which the motion depends: the control interrupt and the break input.
+/// Handlers on which the motion depends: the control interrupt and the break input.
 const CONTROL: [&str; 2] = ["TIM3", "TIM1_BRK_TIM9"];
-/// The other handlers that are above the tasks of log and link: a panic in them would stop the
-/// motion as well. SPI1, which runs those tasks, may panic: the log can.
+/// Other handlers with a higher priority than the tasks of log and link: a panic in them would stop
+/// the motion as well. SPI1, which runs those tasks, may panic: the log can.
 const ABOVE_TASKS: [&str; 3] = ["USART1", "SPI2", "SysTick"];
 /// The function in which every panic ends.
 const PANIC: &str = "rust_begin_unwind";
 
-/// Passes an image, or says why it does not pass.
+/// Passes an image that meets all gates; otherwise returns an error that names what it contains.
 pub fn pass(image: &Path) -> Result<(), Error> {
     let elf = fs::read(image).map_err(|source| Error::File {
         action: "read",
@@ -52,7 +52,7 @@ pub fn pass(image: &Path) -> Result<(), Error> {
             control.insert(function.address);
         }
     }
-    // A handler that nothing leads to would be a gate that is always open.
+    // Without a panic handler in the image, the search below would always pass.
     if !code.functions().any(|function| function.name.contains(PANIC)) {
         return Err(Error::Emulator(format!(
             "the image has no {PANIC}: panics cannot be looked for"

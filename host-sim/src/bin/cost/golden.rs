@@ -1,4 +1,4 @@
-//! The golden table: the fenced block of `docs/cost.md`.
+//! The golden table: the fenced block of `docs/cost.md`, with which measured costs are compared.
 
 use std::fs;
 use std::path::Path;
@@ -7,12 +7,12 @@ use host_sim::Error;
 
 const FENCE: &str = "```text\n";
 const END: &str = "```\n";
-/// The line that is not compared. The flash holds the paths of the sources, so its size depends on
-/// where they lie; it has a budget instead.
+/// Start of the line that is not compared. The flash holds the paths of the sources, so its size
+/// depends on the directory of the checkout; a budget limits it instead.
 const NOT_COMPARED: &str = "flash ";
 const COMPILER: &str = "compiler ";
 
-/// Writes a table into the page.
+/// Replaces the table in the page.
 pub fn bless(page: &Path, table: &str) -> Result<(), Error> {
     let text = read(page)?;
     let (before, _, after) = split(page, &text)?;
@@ -22,7 +22,7 @@ pub fn bless(page: &Path, table: &str) -> Result<(), Error> {
     Ok(())
 }
 
-/// Refuses a table that differs from the page's, if the same compiler made both.
+/// Refuses a table that differs from the page's, if the same compiler built both images.
 pub fn compare(page: &Path, table: &str) -> Result<(), Error> {
     let text = read(page)?;
     let (_, golden, _) = split(page, &text)?;
@@ -33,7 +33,7 @@ pub fn compare(page: &Path, table: &str) -> Result<(), Error> {
             "\nNot compared with {}, whose figures another compiler made ({}); the budgets are \
              kept.",
             page.display(),
-            compiler(golden).unwrap_or_else(|| "it does not say which".into())
+            compiler(golden).unwrap_or_else(|| "not recorded".into())
         );
         return Ok(());
     }
@@ -43,14 +43,13 @@ pub fn compare(page: &Path, table: &str) -> Result<(), Error> {
         return Ok(());
     }
     Err(Error::Emulator(format!(
-        "the cost differs from {}:\n{difference}if that is meant, `cargo xtask cost --bless` \
-         writes it there, to be reviewed \
-         with the change",
+        "the cost differs from {}:\n{difference}if this is intended, `cargo xtask cost --bless` \
+         replaces the table; review it with the change",
         page.display()
     )))
 }
 
-/// The lines that differ, `-` of the page and `+` of now.
+/// Returns the lines that differ: `-` is only in the page, `+` only in the new table.
 fn difference(golden: &str, table: &str) -> String {
     let lines = |text: &str| -> Vec<String> {
         text.lines().filter(|line| !line.starts_with(NOT_COMPARED)).map(str::to_owned).collect()
@@ -74,7 +73,5 @@ fn split<'a>(page: &Path, text: &'a str) -> Result<(&'a str, &'a str, &'a str), 
         let (golden, after) = rest.split_once(END)?;
         Some((before, golden, after))
     });
-    parts.ok_or_else(|| {
-        Error::Input(format!("{}: it has no block that begins with ```text", page.display()))
-    })
+    parts.ok_or_else(|| Error::Input(format!("{}: no block begins with ```text", page.display())))
 }

@@ -1,5 +1,5 @@
-//! Measures what the firmware costs, and looks for what it must not contain. `cargo xtask cost` and
-//! `cargo xtask gates` build the images for this program and run it.
+//! Measures the cost of the firmware, and checks the image for what it must not contain. `cargo
+//! xtask cost` and `cargo xtask gates` build the images for this program and run it.
 
 mod gates;
 mod golden;
@@ -28,17 +28,17 @@ enum Work {
         /// The image of xtask/yardstick
         #[arg(long)]
         yardstick: PathBuf,
-        /// Which compiler built both
+        /// The compiler that built both
         #[arg(long)]
         compiler: String,
         /// The page with the golden table
         #[arg(long)]
         golden: PathBuf,
-        /// Write what was measured into the page
+        /// Write the measured table into the page
         #[arg(long)]
         bless: bool,
     },
-    /// Look for what must not be in the firmware
+    /// Check the firmware for what it must not contain
     Gates {
         /// The firmware
         #[arg(long)]

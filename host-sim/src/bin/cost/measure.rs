@@ -1,12 +1,11 @@
-//! Runs the benchmark of section 3.3.1 on the image, with everything on, and counts.
+//! Runs the benchmark of section 3.3.1 on the image with every feature on, and counts instructions.
 //!
 //! The joint, gains and motions are those of the experiments `step-response` and `trajectory`:
 //! every controller, three steps and two trajectories. Soft start and supply are those of
-//! [`counted`]. One more key differs, `drive.pwm_hz`: half of the emulator's time goes into a PWM
-//! of 22 kHz, so it is 2 kHz here. No instruction of the control interrupt looks at that counter or
-//! depends on its top, and that is checked: each controller's 2.5 deg step is run again with the
-//! PWM of the file, and must take the same instructions in every tick. That also checks that a
-//! second run counts the same.
+//! [`counted`]. `drive.pwm_hz` is 2 kHz: at 22 kHz the PWM would take half of the emulator's time.
+//! No instruction of the control interrupt reads the PWM's counter or depends on its top. To check
+//! that, each controller's 2.5 deg step runs again with the PWM of the file and must take the same
+//! instructions in every tick. This also checks that a run repeats.
 
 use std::path::Path;
 use std::sync::Arc;
@@ -25,31 +24,31 @@ const EXPERIMENTS: [&str; 2] = ["step-response", "trajectory"];
 const FAST: &str = "drive.pwm_hz=2000";
 /// The step that is run again with the PWM of the file.
 const AGAIN: (&str, &str, &str) = ("step-response", "step-2.5", "run.duration_s=2");
-/// The step that is also run as a profiled move, and for how long. Within that time it waits for
-/// the soft start of 2 s, accelerates, slows down, lands and rests.
+/// The step that is also run as a profiled move, and its time. Within that time it waits for the
+/// soft start of 2 s, accelerates, slows down, lands and rests.
 const PROFILED: (&str, &str, &str) = ("step-response", "step-5.0", "run.duration_s=5");
-/// The controller whose set points and positions the yardsticks are given.
+/// The controller that provides the set points and positions for the yardsticks.
 const FEEDS: &str = "srnf";
 
-/// Everything that was measured.
+/// Measured costs of the firmware and the yardsticks.
 #[derive(Debug)]
-pub struct Measured {
+pub struct CostMeasurement {
     /// Every tick of each controller's runs, in the benchmark's order.
     pub laws: Vec<(String, Vec<TickCost>)>,
     /// Every call of each yardstick.
     pub yardsticks: Vec<(&'static str, Vec<u32>)>,
-    /// Sizes of the image.
+    /// Sizes of the image's sections.
     pub size: Size,
-    /// Bytes of the stack that any run has written to.
+    /// Largest part of the stack that any run has written to, bytes.
     pub painted: u32,
-    /// Bytes that the stack could use at most.
+    /// Upper bound of the stack that the code can use.
     pub bound: Bound,
-    /// Bytes that are kept free for the stack.
+    /// Room that the image reserves for the stack, bytes.
     pub stack: u32,
 }
 
 /// Measures both images.
-pub fn measure(image: &Path, yardstick: &Path) -> Result<Measured, Error> {
+pub fn measure(image: &Path, yardstick: &Path) -> Result<CostMeasurement, Error> {
     let image = Arc::new(FirmwareImage::open(image)?);
     let code = Code::read(&image.path, &image.elf)?;
     let points = Arc::new(Points::of(&code)?);
@@ -86,7 +85,7 @@ pub fn measure(image: &Path, yardstick: &Path) -> Result<Measured, Error> {
     })?;
     let counts = yardstick::count(yardstick, &elf, &feed()?)?;
     let names = yardstick::STEPS.map(|(name, _)| name);
-    Ok(Measured {
+    Ok(CostMeasurement {
         laws,
         yardsticks: names.into_iter().zip(counts).collect(),
         size,
@@ -109,7 +108,7 @@ fn plans(experiment: &str, set: &[&str]) -> Result<Vec<RunPlan>, Error> {
     Ok(plans)
 }
 
-/// One motion of an experiment under every controller, with a key set.
+/// Plans one motion of an experiment under every controller, with keys set.
 fn one_motion(
     (experiment, motion, short): (&str, &str, &str),
     set: &[&str],
@@ -127,7 +126,7 @@ fn every_motion(set: &[&str]) -> Result<Vec<RunPlan>, Error> {
     Ok(EXPERIMENTS.iter().map(|name| plans(name, set)).collect::<Result<Vec<_>, _>>()?.concat())
 }
 
-/// Set points and positions for the yardsticks, deg: those of the loop on the host.
+/// Returns set points and positions for the yardsticks, deg: those of the loop on the host.
 fn feed() -> Result<Vec<[f32; 2]>, Error> {
     let mut plans = every_motion(&[])?;
     plans.retain(|plan| plan.controller.as_deref() == Some(FEEDS));
@@ -142,7 +141,7 @@ fn feed() -> Result<Vec<[f32; 2]>, Error> {
     Ok(samples)
 }
 
-/// The last tick of the shorter run may be cut off in its interrupt.
+/// Compares the costs of two runs of a motion. The last tick of the shorter run may be incomplete.
 fn repeats(label: &str, first: &[TickCost], second: &[TickCost]) -> Result<(), Error> {
     let same = first.iter().zip(second).take_while(|(a, b)| a == b).count();
     if same + 1 >= second.len() && second.len() <= first.len() && same > 0 {

@@ -1,4 +1,4 @@
-//! The table of costs, and the budgets that it has to keep.
+//! The table of costs, and the check of the budgets.
 
 use host_sim::Error;
 use host_sim::emulator::board::CLOCK_HZ;
@@ -10,15 +10,15 @@ use host_sim::firmware::budgets::{
 use stiction::ControllerState;
 use stiction::control::laws::{Gains, LawState};
 
-use crate::measure::Measured;
+use crate::measure::CostMeasurement;
 
-/// The size of a law's state, bytes; none for PD and for what it is compared with.
+/// Returns the size of a law's state, bytes; 0 for PD and the yardsticks.
 fn state_of(name: &str) -> usize {
     Gains::EXAMPLES.iter().find(|law| law.name() == name).map_or(0, Gains::state_bytes)
 }
 
 /// Writes the table as text.
-pub fn table(measured: &Measured, compiler: &str) -> String {
+pub fn table(measured: &CostMeasurement, compiler: &str) -> String {
     let mut text = format!("compiler {compiler}\n\n");
     let mut line = |line: String| {
         text.push_str(line.trim_end());
@@ -36,7 +36,7 @@ pub fn table(measured: &Measured, compiler: &str) -> String {
     for (name, counts) in &measured.yardsticks {
         line(format!("{name:12} {}", three(counts)));
     }
-    let Measured { size, painted, bound, stack, .. } = measured;
+    let CostMeasurement { size, painted, bound, stack, .. } = measured;
     line(format!(
         "{:12} {:>7} {:>7} {:>7} {:>7} {:>7} {:>7} {:>5}",
         "budget", "", "", CORE_INSTRUCTIONS, "", "", INTERRUPT_INSTRUCTIONS, LAW_STATE_BYTES
@@ -67,8 +67,8 @@ pub fn table(measured: &Measured, compiler: &str) -> String {
     text
 }
 
-/// Names everything that is over its budget.
-pub fn within_budgets(measured: &Measured) -> Result<(), Error> {
+/// Returns an error that names each cost over its budget.
+pub fn within_budgets(measured: &CostMeasurement) -> Result<(), Error> {
     let mut over = Vec::new();
     let mut check = |what: String, found: u64, budget: u64| {
         if found > budget {
@@ -100,11 +100,11 @@ pub fn within_budgets(measured: &Measured) -> Result<(), Error> {
     }
 }
 
-fn ram(measured: &Measured) -> u64 {
+fn ram(measured: &CostMeasurement) -> u64 {
     measured.size.variables + u64::from(measured.stack)
 }
 
-/// The most cycles of any tick of each law, with every fetch served and with every jump's missed.
+/// Formats the worst tick of each law, cycles, with all fetches cached and with no jump cached.
 fn cycles(laws: &[(String, Vec<TickCost>)]) -> Vec<String> {
     let most = |ticks: &[TickCost], of: fn(&TickCost) -> u32| {
         let cycles = ticks.iter().map(of).max().unwrap_or(0);
@@ -141,7 +141,7 @@ fn columns(ticks: &[TickCost]) -> [Vec<u32>; 2] {
     [of(|tick| tick.core), of(|tick| tick.interrupt)]
 }
 
-/// The least, the mean and the largest count.
+/// Formats the least, the mean and the largest count.
 fn three(counts: &[u32]) -> String {
     let (min, max) = (counts.iter().min().unwrap_or(&0), counts.iter().max().unwrap_or(&0));
     let mean =

@@ -1,5 +1,5 @@
-//! `stiction device params edit` writes the parameters in use as a text. A person changes it, and
-//! the device takes it as a whole or not at all.
+//! `stiction device params edit` writes the parameters in use as a text and opens an editor. The
+//! device takes the edited text as a whole or not at all.
 
 use std::fs;
 use std::io::Write;
@@ -18,15 +18,15 @@ use crate::device::wire::Wire;
 use crate::error::Error;
 use crate::experiment::Document;
 
-/// Lets a person edit the parameters, and pushes them if they have changed.
+/// Opens the parameters in an editor, and sends them to the device if they have changed.
 ///
 /// # Errors
-/// Says in one sentence what is wrong, whether anything was sent, and where the text is kept.
+/// Reports what is wrong, whether anything was sent, and where the text is kept.
 pub fn edit<W: Wire>(client: &mut Client<W>, machine: &str, save: bool) -> Result<String, Error> {
     let editor = editor()?;
-    // It says so before anybody has worked for nothing.
+    // Refused before the user edits anything.
     if client.status()?.state == StateCode::Armed {
-        let why = "the motor is driven, and parameters are taken with it off only; `stop` first";
+        let why = "the motor is driven, and parameters change only while it is off; `stop` first";
         return Err(Error::Refused(format!(
             "params edit: {} is armed: {why}",
             client.wire().name()
@@ -38,7 +38,7 @@ pub fn edit<W: Wire>(client: &mut Client<W>, machine: &str, save: bool) -> Resul
     let ran = run(&editor, &file);
     let edited = read(&file);
     if edited.as_ref().is_ok_and(|edited| *edited == text) {
-        // Whether that works does not matter: the file is temporary, and holds what the device has.
+        // The file is temporary and holds what the device has, so a failure does no harm.
         let _ = fs::remove_file(&file);
         return ran.map(|()| "nothing was changed, and nothing sent\n".into());
     }
@@ -61,19 +61,16 @@ pub fn edit<W: Wire>(client: &mut Client<W>, machine: &str, save: bool) -> Resul
     Ok(changes.join("\n") + "\n" + keep(client, save)?)
 }
 
-/// Reads the parameters from the text, which has to state every limit and every bound of the jog.
-/// One that is left out would be derived from the friction of a joint that is lent from another
-/// machine.
+/// Reads the parameters from the text. Every limit and every bound of the jog must be in it: a
+/// missing one would be derived from the friction of another machine's joint.
 fn understood(name: &str, text: &str) -> Result<Parameters, Error> {
     let parameters = machine_file::read(name, text)?;
     let document = Document::parse(name, text)?;
     let stated = Limits::ABOUT.iter().chain(JogBounds::ABOUT);
     let mut stated = stated.map(|about| format!("{}.{}", about.table, about.name));
     if let Some(key) = stated.find(|key| document.get(key).is_none()) {
-        let why = "a device does not know the joint that a threshold is derived from";
-        return Err(Error::Input(format!(
-            "{name}: `{key}` is missing, and has to be there: {why}"
-        )));
+        let why = "a device does not know the joint from which it would be derived";
+        return Err(Error::Input(format!("{name}: `{key}` is missing, and must be set: {why}")));
     }
     Ok(parameters)
 }
@@ -102,8 +99,8 @@ fn read(file: &Path) -> Result<String, Error> {
     })
 }
 
-/// Runs the editor, which is a command with its options, as in `code --wait`. The shell takes it
-/// apart.
+/// Runs the editor. `editor` is a command with its options, as in `code --wait`; the shell splits
+/// it.
 fn run(editor: &str, file: &Path) -> Result<(), Error> {
     let mut command = if cfg!(unix) {
         let mut shell = Command::new("sh");

@@ -18,17 +18,17 @@ use crate::experiment::Document;
 use crate::output::{OutputFile, OverwriteGuard};
 use crate::typed_number;
 
-/// Rate of a ramp, V/s, and time between its rise and its fall, s, unless somebody says otherwise.
+/// Default rate of a ramp, V/s, and default time between its rise and its fall, s.
 const RAMP_RATE: f32 = 0.02;
 const RAMP_HOLD: f32 = 10.0;
 
 #[derive(Debug, clap::Args)]
-pub struct Identify {
+pub struct DeviceIdentifyArguments {
     /// Only a ramp of the effort: up until the joint moves, down until it rests. --rate and --hold
-    /// ask for it as well
+    /// imply it
     #[arg(long)]
     ramp: bool,
-    /// Ramp: how fast the effort rises, V/s; slower is nearer to the truth [default: 0.02]
+    /// Ramp: rate of the effort, V/s; slower is more accurate [default: 0.02]
     #[arg(long, value_name = "V/S", allow_hyphen_values = true)]
     #[arg(value_parser = typed_number::parse_single)]
     rate: Option<f32>,
@@ -40,11 +40,11 @@ pub struct Identify {
     #[arg(long, value_name = "V", allow_hyphen_values = true)]
     #[arg(value_parser = typed_number::parse_single)]
     effort: Option<f32>,
-    /// Largest distance either way from where the joint stands, deg [default: 45]
+    /// Largest distance either way from the present position, deg [default: 45]
     #[arg(long, value_name = "DEG", allow_hyphen_values = true)]
     #[arg(value_parser = typed_number::parse_single)]
     travel: Option<f32>,
-    /// Largest speed, deg/s [default: the device's profile.velocity_deg_per_s, and no more]
+    /// Largest speed, deg/s [default and limit: the device's profile.velocity_deg_per_s]
     #[arg(long, value_name = "DEG/S", allow_hyphen_values = true)]
     #[arg(value_parser = typed_number::parse_single)]
     speed: Option<f32>,
@@ -52,8 +52,8 @@ pub struct Identify {
     #[arg(long, value_name = "S", allow_hyphen_values = true)]
     #[arg(value_parser = typed_number::parse_single)]
     time: Option<f32>,
-    /// Write the device's parameters with the joint that was found to this new machine's file; -
-    /// for the standard output
+    /// Write the device's parameters with the identified joint to this new machine's file; - for
+    /// the standard output
     #[arg(long, value_name = "FILE.toml")]
     into: Option<PathBuf>,
     /// With --into: write over a file that exists
@@ -64,19 +64,19 @@ pub struct Identify {
     pub json: bool,
 }
 
-/// What is said in the end, and whether the joint was identified.
-pub struct Said {
+/// Text of the result, and an error if no joint was identified.
+pub struct IdentifyReport {
     pub text: String,
     pub ended: Result<(), Error>,
 }
 
-impl Identify {
-    /// Returns whether only a ramp is asked for.
+impl DeviceIdentifyArguments {
+    /// Returns whether the options select a ramp.
     const fn is_ramp(&self) -> bool {
         self.ramp || self.rate.is_some() || self.hold.is_some()
     }
 
-    /// Refuses, before anything moves, what cannot be done in the end.
+    /// Refuses options that do not go together, before anything moves.
     pub fn check(&self) -> Result<(), Error> {
         let of_sequence = [
             ("--effort", self.effort.is_some()),
@@ -94,33 +94,33 @@ impl Identify {
         Ok(())
     }
 
-    /// Checks the file of the joint, if one is to be written.
+    /// Checks the path of the joint's file, if one is to be written.
     pub fn output(&self, guard: &OverwriteGuard) -> Result<Option<OutputFile>, Error> {
         let into = self.into.as_ref().map(|path| guard.new_file("--into", path)).transpose()?;
         check_standard_output(self.json, into.as_ref())?;
         Ok(into)
     }
 
-    /// Runs the identification to its end. A written file has the SI units of `machine`, if that
-    /// is a data sheet.
+    /// Runs the identification to its end. If `machine` is a data sheet, a written file uses its SI
+    /// units.
     pub fn run<W: Wire>(
         &self,
         client: &mut Client<W>,
         machine: &str,
         into: Option<&OutputFile>,
-    ) -> Result<Said, Error> {
+    ) -> Result<IdentifyReport, Error> {
         if self.is_ramp() {
             let rate = self.rate.unwrap_or(RAMP_RATE);
             let text = ramp(client, rate, self.hold.unwrap_or(RAMP_HOLD))?;
-            return Ok(Said { text, ended: Ok(()) });
+            return Ok(IdentifyReport { text, ended: Ok(()) });
         }
         let document = Document::open(machine)?;
         let units = document.mapping()?.map(|(_, mapping)| mapping.units);
         let parameters = client.parameters()?;
         if !client.status()?.at_rest && !client.pass(Duration::from_millis(100))?.at_rest {
             return Err(Error::Device(
-                "identify: the joint moves though the motor is off: a load moves it, or somebody \
-                 does. Hold it still; if it is a load, take it off or balance it (a counterweight, \
+                "identify: the joint moves though the motor is off: a load or a person moves it. \
+                 Hold it still; if it is a load, take it off or balance it (a counterweight, \
                  another posture), and identify again. A joint that its load moves without effort \
                  cannot be identified with the load on it"
                     .into(),
@@ -145,7 +145,7 @@ impl Identify {
         } else {
             Err(Error::Device(format!("identify: {}", ended(outcome))))
         };
-        // Minutes of motion: what they have found is told, whatever becomes of the file.
+        // A run takes minutes, so its result is printed even if the file cannot be written.
         let (mut file, mut new) = (None, into::Written::default());
         if let Some(wanted) = into {
             match written(wanted, &found, &document, warning) {
@@ -159,20 +159,20 @@ impl Identify {
             object["left_out"] = new.left_out.into();
             object["kept"] = new.kept.into();
             object["contradicted"] = json!(new.contradicted);
-            return Ok(Said { text: format!("{object:#}\n"), ended });
+            return Ok(IdentifyReport { text: format!("{object:#}\n"), ended });
         }
         let mut text = warning.map_or(String::new(), |warning| format!("{warning}\n"));
         text += &found.words();
         text += OFF;
         if let Some(file) = file {
-            text += &format!("{file}: written, with the joint that was found\n");
+            text += &format!("{file}: written, with the identified joint\n");
         }
         new.words.iter().chain(&new.left_out).for_each(|line| text += &format!("{line}\n"));
-        Ok(Said { text, ended })
+        Ok(IdentifyReport { text, ended })
     }
 }
 
-/// Writes the file of a joint that was found, and returns what it keeps, contradicts and leaves out.
+/// Writes the file of an identified joint, and returns what it keeps, contradicts and leaves out.
 fn written(
     file: &OutputFile,
     found: &Identified,
@@ -187,7 +187,7 @@ fn written(
     Ok(written)
 }
 
-/// Stays until the device has ended by itself.
+/// Waits until the device has turned the motor off.
 fn until_off<W: Wire>(client: &mut Client<W>) -> Result<stiction::link::Status, Error> {
     loop {
         let status = client.pass(Duration::from_secs(1))?;

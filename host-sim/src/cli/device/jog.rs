@@ -12,18 +12,18 @@ use crate::device::wire::Wire;
 use crate::error::Error;
 use crate::typed_number;
 
-/// Less than the device's own bounds of `[jog]`; more is refused
+/// Bounds of a jog. The device refuses more than its own bounds in `[jog]`
 #[derive(Debug, clap::Args)]
-pub struct Jog {
-    /// Largest effort, V [default: the device's jog.effort_v, and no more than that]
+pub struct JogArguments {
+    /// Largest effort, V [default and limit: the device's jog.effort_v]
     #[arg(long, value_name = "V", allow_hyphen_values = true)]
     #[arg(value_parser = typed_number::parse_single)]
     effort: Option<f32>,
-    /// How fast the effort rises, V/s [default: the device's jog.rate_v_per_s]
+    /// Rate of the effort, V/s [default: the device's jog.rate_v_per_s]
     #[arg(long, value_name = "V/S", allow_hyphen_values = true)]
     #[arg(value_parser = typed_number::parse_single)]
     rate: Option<f32>,
-    /// Largest distance from where the joint stands, deg [default: the device's jog.travel_deg]
+    /// Largest distance from the present position, deg [default: the device's jog.travel_deg]
     #[arg(long, value_name = "DEG", allow_hyphen_values = true)]
     #[arg(value_parser = typed_number::parse_single)]
     travel: Option<f32>,
@@ -40,26 +40,26 @@ pub struct Jog {
     pub json: bool,
 }
 
-/// What a jog has found, and on which device.
-pub struct Jogged {
+/// Result of a jog, with the parameters of the device.
+pub struct JogResult {
     pub parameters: Parameters,
     pub found: Found,
 }
 
-impl Jog {
+impl JogArguments {
     const fn asked(&self) -> Asked {
         let Self { effort, rate, travel, speed, time, .. } = *self;
         Asked { effort, rate, travel, speed, time }
     }
 
     /// Runs a jog to its end.
-    pub fn run<W: Wire>(&self, client: &mut Client<W>) -> Result<Jogged, Error> {
+    pub fn run<W: Wire>(&self, client: &mut Client<W>) -> Result<JogResult, Error> {
         let parameters = client.parameters()?;
         if !client.status()?.at_rest {
             client.pass(Duration::from_millis(100))?;
         }
         client.jog(self.asked())?;
-        // The device ends the jog itself; the client only stays, and waits a second longer.
+        // The device ends the jog; the client waits a second longer.
         let longest = Duration::from_secs_f32(parameters.jog.time + 1.0);
         let status = client.pass_armed(longest)?;
         let ended = |by: &str| {
@@ -67,14 +67,14 @@ impl Jog {
         };
         match (status.state, client.jogged()?) {
             (StateCode::Armed, _) => Err(ended("its time, as the device did not end it")),
-            (_, Some(found)) => Ok(Jogged { parameters, found }),
+            (_, Some(found)) => Ok(JogResult { parameters, found }),
             _ => Err(ended(&super::by(&status))),
         }
     }
 
-    /// The text for a person, or the JSON object.
-    pub fn shown(&self, jogged: &Jogged, warning: Option<&str>) -> Result<String, Error> {
-        let Jogged { parameters, found } = jogged;
+    /// Returns the text for a person, or the JSON object.
+    pub fn shown(&self, jogged: &JogResult, warning: Option<&str>) -> Result<String, Error> {
+        let JogResult { parameters, found } = jogged;
         if !self.json {
             let warning = warning.map_or(String::new(), |warning| format!("{warning}\n"));
             return Ok(warning + &jogged::words(found, parameters) + super::OFF);
@@ -85,8 +85,8 @@ impl Jog {
     }
 }
 
-/// Refuses whatever is no agreement, so that a script does not go on.
-pub fn agrees(jogged: &Jogged) -> Result<(), Error> {
+/// Returns an error unless the encoder's sense agrees, so that a script stops.
+pub fn agrees(jogged: &JogResult) -> Result<(), Error> {
     match jogged.found.verdict() {
         Verdict::Agrees => Ok(()),
         verdict => Err(Error::Device(format!("jog: {}", jogged::headline(verdict)))),

@@ -34,37 +34,38 @@ use crate::output::{OutputFile, OverwriteGuard};
 use crate::typed_number;
 
 #[derive(Debug, clap::Args)]
-pub struct Arguments {
-    /// A board on a serial port
+pub struct DeviceArguments {
+    /// Use a board on this serial port
     #[arg(long, value_name = "DEV")]
     port: Option<PathBuf>,
-    /// The flash image on an emulated microcontroller, around the joint of --machine: no motor
+    /// Use the flash image on an emulated microcontroller, around the joint of --machine: no motor
     /// moves or stops
     #[arg(long)]
     emulator: bool,
     /// Emulator: the flash image [default: the one that cargo xtask firmware builds]
     #[arg(long, value_name = "ELF")]
     image: Option<PathBuf>,
-    /// The core in this program, around the simulated joint of --machine: no motor moves or stops
+    /// Use the core in this program, around the simulated joint of --machine: no motor moves or
+    /// stops
     #[arg(long)]
     simulated: bool,
-    /// Whose joint is simulated: a name from `stiction list`, or a machine's own TOML file
+    /// The joint to simulate: a name from `stiction list`, or a machine's own TOML file
     #[arg(long, value_name = "NAME|FILE.toml", default_value = "step-response")]
     machine: String,
-    /// Simulated and emulated device: its true joint, where that is another than the one of
-    /// --machine, which the commands believe
+    /// Simulated and emulated device: its true joint, if it differs from the one of --machine,
+    /// which the commands assume
     #[arg(long, value_name = "NAME|FILE.toml")]
     truth: Option<String>,
-    /// Which of its controllers the simulated device begins with [default: a file's own, and srnf
-    /// of an experiment from `stiction list`]
+    /// Controller that the simulated device starts with [default: a file's own, and srnf for an
+    /// experiment from `stiction list`]
     #[arg(long, value_name = "NAME")]
     controller: Option<String>,
     #[command(subcommand)]
     action: Action,
 }
 
-/// The controller that was asked for; else SRNF, if a built-in experiment has it. A file says its
-/// own.
+/// Returns the controller that the device starts with: the option's, or SRNF for a built-in
+/// experiment that has it. Without either the file decides.
 fn begins_with<'a>(machine: &str, controller: Option<&'a str>) -> Option<&'a str> {
     const USUAL: &str = "srnf";
     let has_it = || {
@@ -77,17 +78,17 @@ fn begins_with<'a>(machine: &str, controller: Option<&'a str>) -> Option<&'a str
 
 #[derive(Debug, clap::Subcommand)]
 enum Action {
-    /// State, fault, position, warnings
+    /// Show state, fault, position, warnings
     Status {
         /// Print one JSON object
         #[arg(long)]
         json: bool,
     },
-    /// Watch it live, and arm, move and stop it by keys
+    /// Watch the device live, and arm, move and stop it by keys
     Watch,
-    /// Arm where the joint is, and hold it
+    /// Arm at the present position, and hold it
     Arm {
-        /// How long, s; then the motor is turned off
+        /// Time, s, after which the motor is turned off
         #[arg(long, value_name = "S", default_value_t = 5.0, allow_hyphen_values = true)]
         #[arg(value_parser = typed_number::parse)]
         r#for: f64,
@@ -95,40 +96,41 @@ enum Action {
     /// Turn the motor off at once: nothing drives, holds or brakes the joint then
     Stop,
     /// Arm if it is not armed, and move to a position within the limits of [profile]
-    Move(moves::Arguments),
-    /// Push a new joint a little each way, without a loop, and say whether its encoder counts in
-    /// the right sense: the first powered motion
-    Jog(jog::Jog),
+    Move(moves::MoveArguments),
+    /// Push a new joint a little each way, without a loop, and check the sense of its encoder: the
+    /// first powered motion
+    Jog(jog::JogArguments),
     /// Identify the joint by a bounded sequence of motions: breakaway, friction, inertia, load,
     /// with error bars and a verdict; or with --ramp, two levels by a ramp of the effort
-    Identify(identify::Identify),
-    /// Make twenty moves within stated bounds, and say whether the joint does what the simulation
-    /// of --machine predicts, with its error bars
-    Selftest(selftest::Arguments),
-    /// Parameters of the device
+    Identify(identify::DeviceIdentifyArguments),
+    /// Make twenty moves within stated bounds, and compare the joint with the simulation of
+    /// --machine, with its error bars
+    Selftest(selftest::SelftestArguments),
+    /// Show, change or save the parameters of the device
     Params {
         #[command(subcommand)]
-        action: params::Params,
+        action: params::ParamsAction,
     },
-    /// The faults that it remembers
+    /// List the faults that the device remembers
     Faults {
-        /// Clear the one that is latched
+        /// Clear the latched fault
         #[arg(long)]
         clear: bool,
         /// Print one JSON object
         #[arg(long)]
         json: bool,
     },
-    /// Turn the part's brown-out reset on, for good: a dip of its supply is then told from power-on
+    /// Turn the microcontroller's brown-out reset on permanently: a supply dip is then
+    /// distinguished from power-on
     SetBrownOut,
     /// Write samples to a file, in the columns of `stiction run --csv`
     Log {
-        /// Where to; - for the standard output
+        /// Output file; - for the standard output
         file: PathBuf,
         /// Write over a file that this command reads, or over a machine's file
         #[arg(long)]
         force: bool,
-        /// How long, s
+        /// Time, s
         #[arg(long, value_name = "S", default_value_t = 5.0, allow_hyphen_values = true)]
         #[arg(value_parser = typed_number::parse)]
         r#for: f64,
@@ -142,7 +144,7 @@ enum Action {
     },
 }
 
-pub fn device(arguments: &Arguments) -> Result<(), Error> {
+pub fn device(arguments: &DeviceArguments) -> Result<(), Error> {
     if let Action::Watch = arguments.action {
         watch::on_a_terminal()?;
     }
@@ -161,7 +163,7 @@ pub fn device(arguments: &Arguments) -> Result<(), Error> {
     }
     if arguments.image.is_some() {
         return Err(Error::Input(
-            "device --image needs --emulator; nothing else runs an image".into(),
+            "device --image needs --emulator; no other device runs an image".into(),
         ));
     }
     if let Some(port) = &arguments.port {
@@ -180,13 +182,13 @@ pub fn device(arguments: &Arguments) -> Result<(), Error> {
     with(&arguments.action, &arguments.machine, wire, output)
 }
 
-impl Arguments {
-    /// Plans the run whose joint a simulated device is.
+impl DeviceArguments {
+    /// Plans the run of a simulated device's joint.
     fn planned(&self) -> Result<RunPlan, Error> {
         planned(&self.machine, self.controller.as_deref(), self.truth.as_deref())
     }
 
-    /// Checks the file that the command writes, if it writes one.
+    /// Checks the path of the file that the command writes, if any.
     fn output(&self) -> Result<Option<OutputFile>, Error> {
         let guard = |force: bool| {
             let guard = OverwriteGuard::new(force).opens(&self.machine);
@@ -197,7 +199,7 @@ impl Arguments {
             Action::Log { file, force, .. } => guard(*force).results("device log", file).map(Some),
             Action::Move(arguments) => arguments.output(&guard(arguments.force)),
             Action::Identify(arguments) => arguments.output(&guard(arguments.overwrite)),
-            Action::Params { action: params::Params::Pull { file, force } } => {
+            Action::Params { action: params::ParamsAction::Pull { file, force } } => {
                 guard(*force).results("device params pull", file).map(Some)
             }
             _ => Ok(None),
@@ -212,12 +214,12 @@ fn warn(warning: Option<&str>) {
 }
 
 #[cfg(not(feature = "emulator"))]
-fn emulated(_: &Arguments, _: Option<&OutputFile>) -> Result<(), Error> {
+fn emulated(_: &DeviceArguments, _: Option<&OutputFile>) -> Result<(), Error> {
     Err(super::target::not_built("device --emulator"))
 }
 
 #[cfg(feature = "emulator")]
-fn emulated(arguments: &Arguments, output: Option<&OutputFile>) -> Result<(), Error> {
+fn emulated(arguments: &DeviceArguments, output: Option<&OutputFile>) -> Result<(), Error> {
     use crate::emulator::wire::EmulatedWire;
 
     let plan = arguments.planned()?;
@@ -229,7 +231,7 @@ fn emulated(arguments: &Arguments, output: Option<&OutputFile>) -> Result<(), Er
     )
 }
 
-/// Plans the run whose joint a simulated device is; with a `truth`, its joint is that of another
+/// Plans the run of a simulated device's joint. With a `truth`, the device has the joint of that
 /// file.
 pub(super) fn planned(
     machine: &str,
@@ -246,8 +248,8 @@ pub(super) fn planned(
 /// Refuses a true joint for a board.
 fn truth_of_a_board(truth: &str) -> Error {
     Error::Input(format!(
-        "--truth {truth}: a board on a --port has its own joint, and nothing else is true of it; \
-         leave --truth out, or try it with --simulated or --emulator"
+        "--truth {truth}: a board on a --port has its own joint; leave --truth out, or use \
+         --simulated or --emulator"
     ))
 }
 
@@ -264,7 +266,7 @@ fn with(
     wire: impl Wire,
     output: Option<&OutputFile>,
 ) -> Result<(), Error> {
-    // The warning comes before anything can go wrong, and where errors are read.
+    // The warning precedes any error, on the same stream.
     let warned = wire.warning();
     warn(warned);
     let mut client = Client::connect(wire)?;
@@ -305,7 +307,7 @@ fn with(
             say(words::status(&status))
         }
         Action::Move(arguments) => {
-            let judged = moves::Judged::by(machine)?;
+            let judged = moves::MoveCriteria::by(machine)?;
             let said = moves::go(arguments, &mut client, output, &judged)?;
             if said.alone {
                 print(&said.text)?
@@ -368,8 +370,8 @@ fn with(
 }
 
 impl Action {
-    /// Returns whether Ctrl-C ends the command in order: what was logged is written, and a motor that
-    /// the command drives is turned off. The self-test does so as soon as it moves.
+    /// Returns whether Ctrl-C ends the command in order: logged samples are written, and a motor
+    /// that the command drives is turned off. The self-test does so as soon as it moves.
     const fn ends_on_ctrl_c(&self) -> bool {
         matches!(
             self,
@@ -386,8 +388,8 @@ fn end_on_ctrl_c<W: Wire>(client: &mut Client<W>) -> Result<(), Error> {
     Ok(())
 }
 
-/// Waits, and returns the status at the end, and Ctrl-C if that was the end: the samples until then
-/// are kept.
+/// Waits, and returns the status at the end. If Ctrl-C ended the wait, it returns that error as
+/// well; the samples until then are kept.
 fn kept<W: Wire>(
     client: &mut Client<W>,
     wait: impl FnOnce(&mut Client<W>) -> Result<Status, Error>,
@@ -399,8 +401,7 @@ fn kept<W: Wire>(
     }
 }
 
-/// Waits until the joint counts as at rest: that is 50 ms after it was stopped or was given other
-/// parameters.
+/// Arms the device once the joint counts as at rest: 50 ms after a stop or a change of parameters.
 fn arm<W: Wire>(client: &mut Client<W>) -> Result<(), Error> {
     if !client.status()?.at_rest {
         client.pass(Duration::from_millis(100))?;
@@ -410,12 +411,12 @@ fn arm<W: Wire>(client: &mut Client<W>) -> Result<(), Error> {
 
 const OFF: &str = "stopped: the motor is off now\n";
 
-/// The remark on a drive that may not have heard a stop.
+/// Remark on a drive that may not have received a stop.
 const PERHAPS_ARMED: &str =
     "THE MOTOR MAY STILL BE DRIVEN: the stop was not confirmed; cut the motor's supply";
 
-/// Runs a command that closes the loop, and then turns the output off, whatever has happened. An
-/// error says how the drive is left.
+/// Runs a command that closes the loop, and then turns the output off in any case. An error reports
+/// the state of the drive.
 fn then_off<W: Wire, T>(
     client: &mut Client<W>,
     closed: impl FnOnce(&mut Client<W>) -> Result<T, Error>,
@@ -430,12 +431,12 @@ fn then_off<W: Wire, T>(
     }
 }
 
-/// The words on the output, if the end of the command turned it off and nothing before.
+/// Returns the sentence on the output if the end of the command turned it off.
 const fn off(status: &Status) -> &'static str {
     if matches!(status.state, StateCode::Armed) { OFF } else { "" }
 }
 
-/// Refuses a status that says that the loop was not closed for as long as was asked for.
+/// Returns an error if the loop opened before the requested time.
 fn ended(what: &str, status: &Status) -> Result<(), Error> {
     if status.state == StateCode::Armed {
         return Ok(());
@@ -463,9 +464,7 @@ fn lost<W: Wire>(client: &Client<W>) -> String {
 fn time(option: &str, seconds: f64) -> Result<Duration, Error> {
     // The bound is a day.
     if !(0.0..=86_400.0).contains(&seconds) {
-        return Err(Error::Input(format!(
-            "{option} {seconds}: allowed is a number from 0 to 86400"
-        )));
+        return Err(Error::Input(format!("{option} {seconds}: must be a number from 0 to 86400")));
     }
     Ok(Duration::from_secs_f64(seconds))
 }

@@ -27,22 +27,22 @@ use crate::typed_number;
 
 /// Time of a step, s.
 const STEP_S: f64 = 5.0;
-/// Time that a joint has after its set point rests, s: a second of an integral, and its settling.
+/// Time for which a joint is watched after its set point rests, s: an integral needs a second.
 const SETTLES_S: f64 = 2.0;
 
-/// Time in which a sample comes.
+/// Longest wait for a sample.
 const FIRST_SAMPLE: Duration = Duration::from_millis(200);
 
 #[derive(Debug, clap::Args)]
-pub struct Arguments {
-    /// In the zero that arming sets, deg
+pub struct MoveArguments {
+    /// Position from the zero that arming sets, deg
     #[arg(allow_hyphen_values = true, value_parser = typed_number::parse)]
     deg: f64,
     /// Step to the position at once, without the limits of [profile]
     #[arg(long)]
     step: bool,
-    /// How long the loop stays closed, s; then the motor is turned off [default: the longest time
-    /// of the move and 2 s; of a step 5 s]
+    /// Time for which the loop stays closed, s; then the motor is turned off [default: the longest
+    /// time of the move and 2 s; of a step 5 s]
     #[arg(long, value_name = "S", allow_hyphen_values = true, value_parser = typed_number::parse)]
     r#for: Option<f64>,
     /// Write a sample of every tick to this file; - for the standard output
@@ -51,12 +51,12 @@ pub struct Arguments {
     /// Write over a file that this command reads, or over a machine's file
     #[arg(long)]
     pub force: bool,
-    /// Tell the end of the move as JSON
+    /// Report the end of the move as JSON
     #[arg(long)]
     json: bool,
 }
 
-impl Arguments {
+impl MoveArguments {
     /// Checks the file of the log, if there is one.
     pub fn output(&self, guard: &OverwriteGuard) -> Result<Option<OutputFile>, Error> {
         let log = self.log.as_ref().map(|path| guard.results("--log", path)).transpose()?;
@@ -65,26 +65,26 @@ impl Arguments {
     }
 }
 
-/// What is said at the end, and whether the move was ended before.
-pub struct Said {
+/// Text of the result, and an error if the move was ended before its time.
+pub struct MoveReport {
     pub text: String,
     pub ended: Result<(), Error>,
-    /// Whether the text stands alone, without a warning before it.
+    /// Whether the text is printed alone, without a warning before it.
     pub alone: bool,
 }
 
-/// What the machine's file says of the end of a move.
+/// Criteria of a move's end, from the machine's file.
 #[derive(Clone, Copy, Debug, Default)]
-pub struct Judged {
+pub struct MoveCriteria {
     goal: PositionGoal,
     slack: Option<UnseenSlack>,
 }
 
-impl Judged {
-    /// Reads a machine's file, and prints what is doubtful about its joint.
+impl MoveCriteria {
+    /// Reads the criteria from a machine's file, and prints what is doubtful about its joint.
     ///
     /// # Errors
-    /// Says what is wrong with the file.
+    /// Reports what is wrong with the file.
     pub fn by(machine: &str) -> Result<Self, Error> {
         let document = Document::open(machine)?;
         warn(&document.doubts()?);
@@ -95,17 +95,17 @@ impl Judged {
 /// Arms the device if it is not armed, moves, and turns the output off.
 ///
 /// # Errors
-/// Says why the move was not made, and how the drive is left.
+/// Reports why the move was not made, and the state of the drive.
 pub fn go<W: Wire>(
-    arguments: &Arguments,
+    arguments: &MoveArguments,
     client: &mut Client<W>,
     log: Option<&OutputFile>,
-    judged: &Judged,
-) -> Result<Said, Error> {
-    let Arguments { deg, step, r#for, json, .. } = arguments;
+    judged: &MoveCriteria,
+) -> Result<MoveReport, Error> {
+    let MoveArguments { deg, step, r#for, json, .. } = arguments;
     let given = r#for.map(|seconds| time("--for", seconds)).transpose()?;
     let motion = if *step { client.step(*deg)? } else { client.profiled(*deg)? };
-    // Arming drives the motor, so a target that is out of the range is refused before.
+    // Arming drives the motor, so a target out of range is refused before.
     Travel::new(&client.parameters()?).check(*deg)?;
     client.check_move(&motion).map_err(|error| match error {
         Error::Refused(why) => Error::Device(format!("{why}; the motor is off")),
@@ -128,7 +128,7 @@ pub fn go<W: Wire>(
             Some(time) => time,
             None if *step => Duration::from_secs_f64(judged.goal.watched_s(STEP_S).min(86_400.0)),
             None => {
-                // A joint that was armed before may be anywhere.
+                // A joint that was armed before can be anywhere.
                 let first = if was_armed { client.sample(FIRST_SAMPLE)? } else { None };
                 let from = first.map_or(0.0, |sample| signals.number(&sample, "counts"));
                 let way = deg - from * f64::from(before.resolution);
@@ -176,7 +176,7 @@ pub fn go<W: Wire>(
     let ended = interrupted
         .map_err(|why| Error::CtrlC(format!("move: {why}; the motor is off")))
         .and_then(|()| ended("move", &status));
-    Ok(Said { text, ended, alone: *json })
+    Ok(MoveReport { text, ended, alone: *json })
 }
 
 #[cfg(test)]
@@ -186,13 +186,13 @@ mod tests {
     use crate::device::wire::SimulatedWire;
     use crate::experiment::{Document, Experiment};
 
-    /// A wire that sees whether the motor was driven.
-    struct Seen {
+    /// A wire that records whether the motor was driven.
+    struct DriveWatchingWire {
         wire: SimulatedWire,
         was_driven: bool,
     }
 
-    impl Wire for Seen {
+    impl Wire for DriveWatchingWire {
         fn send(&mut self, bytes: &[u8]) -> Result<(), Error> {
             self.wire.send(bytes)?;
             self.was_driven |= self.wire.simulated.tick().enable;
@@ -212,8 +212,8 @@ mod tests {
         }
     }
 
-    /// A client of a device that may go from -10 to 20 deg, and stands where it was pushed to.
-    fn client(pushed_deg: f64) -> Client<Seen> {
+    /// Returns a client of a device with travel from -10 to 20 deg and a pushed joint.
+    fn client(pushed_deg: f64) -> Client<DriveWatchingWire> {
         let joint = crate::experiment::find("step-response").unwrap().toml;
         let limits = "[limits]\nposition_min_deg = -10.0\nposition_max_deg = 20.0\n";
         let document = Document::parse("joint.toml", &format!("{joint}\n{limits}")).unwrap();
@@ -221,19 +221,19 @@ mod tests {
         let mut simulated = SimulatedDevice::new(&plan).unwrap();
         simulated.tick();
         simulated.push(pushed_deg, 0.0);
-        let wire = Seen { wire: SimulatedWire::new(simulated), was_driven: false };
+        let wire = DriveWatchingWire { wire: SimulatedWire::new(simulated), was_driven: false };
         Client::connect(wire).unwrap()
     }
 
-    fn arguments(deg: f64, step: bool) -> Arguments {
-        Arguments { deg, step, r#for: Some(0.1), log: None, force: false, json: false }
+    fn arguments(deg: f64, step: bool) -> MoveArguments {
+        MoveArguments { deg, step, r#for: Some(0.1), log: None, force: false, json: false }
     }
 
     #[test]
     fn a_target_out_of_the_range_is_refused_and_nothing_was_armed() {
         for (pushed, deg, step) in [(0.0, 400.0, false), (0.0, -10.1, true), (15.0, 5.1, false)] {
             let mut client = client(pushed);
-            let refused = go(&arguments(deg, step), &mut client, None, &Judged::default());
+            let refused = go(&arguments(deg, step), &mut client, None, &MoveCriteria::default());
             let error = refused.err().unwrap().to_string();
             assert!(error.starts_with("move: the simulated device refuses: "), "{error}");
             assert!(
@@ -242,16 +242,16 @@ mod tests {
                 "{error}"
             );
             assert!(!client.wire().was_driven, "{pushed}, {deg}");
-            // Without the look before, the device says the same, but drives the motor for it.
+            // Without the check before, the device reports the same, but drives the motor for it.
             arm(&mut client).unwrap();
             let motion = client.profiled(deg).unwrap();
-            let told = client.move_along(motion).unwrap_err().to_string();
-            assert_eq!(error, format!("{told}; the motor is off"));
+            let reported = client.move_along(motion).unwrap_err().to_string();
+            assert_eq!(error, format!("{reported}; the motor is off"));
             assert!(client.wire().was_driven);
         }
     }
 
-    /// One count decides, wherever the joint stands.
+    /// One count decides, at any position of the joint.
     #[test]
     fn the_look_before_arming_refuses_what_the_armed_device_refuses() {
         for pushed in [0.0, 3.0, -7.7] {
@@ -280,7 +280,7 @@ mod tests {
     #[test]
     fn a_target_within_the_range_is_moved_to() {
         let mut client = client(15.0);
-        let said = go(&arguments(4.9, false), &mut client, None, &Judged::default()).unwrap();
+        let said = go(&arguments(4.9, false), &mut client, None, &MoveCriteria::default()).unwrap();
         assert!(said.ended.is_ok() && client.wire().was_driven, "{}", said.text);
     }
 }

@@ -1,11 +1,11 @@
-//! Stands for the live view in a program that is built without it.
+//! Replaces the live view in a program that is built without it.
 
 use crate::device::client::Client;
 use crate::device::wire::Wire;
 use crate::error::Error;
 use crate::missing_part::not_built;
 
-/// Refuses before anything is said to the device.
+/// Refuses the command before the device receives anything.
 ///
 /// # Errors
 /// Always, with the command that builds the view in.
@@ -13,7 +13,7 @@ pub fn on_a_terminal() -> Result<(), Error> {
     Err(not_built("device watch", "the live view is", "watch"))
 }
 
-/// Stands for the view, and is never reached.
+/// Replaces the view; never reached.
 ///
 /// # Errors
 /// Always.

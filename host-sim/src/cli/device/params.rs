@@ -15,56 +15,56 @@ use crate::experiment::Document;
 use crate::output::OutputFile;
 
 #[derive(Debug, clap::Subcommand)]
-pub enum Params {
-    /// What is in use
+pub enum ParamsAction {
+    /// Show the parameters in use
     Show,
-    /// Change what is in use in $VISUAL or $EDITOR, as a machine's file
+    /// Edit the parameters in use in $VISUAL or $EDITOR, as a machine's file
     Edit {
-        /// Keep them across a reset, too
+        /// Save them for the next reset, too
         #[arg(long)]
         save: bool,
     },
-    /// Take those of a machine's file: the device validates all of them before it takes any
+    /// Send those of a machine's file: the device validates all of them before it uses any
     Push {
         /// A name from `stiction list`, or a machine's own TOML file
         machine: String,
-        /// Which of its controllers
+        /// Controller of that file
         #[arg(long, value_name = "NAME")]
         controller: Option<String>,
-        /// Keep them across a reset, too
+        /// Save them for the next reset, too
         #[arg(long)]
         save: bool,
     },
-    /// Write what is in use to a file: a machine's TOML, or, if its name does not end in .toml, the
-    /// record of the parameter sector
+    /// Write the parameters in use to a file: a machine's TOML, or, if its name does not end in
+    /// .toml, the record of the parameter sector
     Pull {
-        /// Where to; - for the TOML on the standard output
+        /// Output file; - for the TOML on the standard output
         file: PathBuf,
         /// Write over a machine's file
         #[arg(long)]
         force: bool,
     },
-    /// Keep what is in use across a reset
+    /// Save the parameters in use for the next reset
     Save,
 }
 
-/// Carries out the command. A pulled file has the joint of `machine`.
+/// Executes the command. A pulled file has the joint of `machine`.
 pub fn params<W: Wire>(
-    action: &Params,
+    action: &ParamsAction,
     client: &mut Client<W>,
     machine: &str,
     output: Option<&OutputFile>,
 ) -> Result<String, Error> {
     match action {
-        Params::Show => machine_file::tables(&client.parameters()?),
-        Params::Edit { save } => edit::edit(client, machine, *save),
-        Params::Push { machine, controller, save } => {
+        ParamsAction::Show => machine_file::tables(&client.parameters()?),
+        ParamsAction::Edit { save } => edit::edit(client, machine, *save),
+        ParamsAction::Push { machine, controller, save } => {
             let plan = first_run(machine, controller.as_deref())?;
             client.set_parameters(&parameters(&plan)?)?;
             let law = plan.controller.as_deref().unwrap_or("no controller");
             Ok(format!("{machine}, {law}: {}", keep(client, *save)?))
         }
-        Params::Pull { file, .. } => {
+        ParamsAction::Pull { file, .. } => {
             let found = client.parameters()?;
             let is_text = output.is_some_and(OutputFile::is_standard_output) || is_toml(file);
             let bytes = if is_text {
@@ -77,14 +77,14 @@ pub fn params<W: Wire>(
             output.write(&bytes)?;
             Ok(format!("{output}: {} bytes\n", bytes.len()))
         }
-        Params::Save => {
+        ParamsAction::Save => {
             client.save()?;
             Ok("saved\n".into())
         }
     }
 }
 
-/// Saves what is in use if that is wanted, and says how long it lasts.
+/// Saves the parameters in use if `save` is set, and returns a sentence on how long they last.
 pub fn keep<W: Wire>(client: &mut Client<W>, save: bool) -> Result<&'static str, Error> {
     if save {
         client.save()?;
@@ -94,7 +94,7 @@ pub fn keep<W: Wire>(client: &mut Client<W>, save: bool) -> Result<&'static str,
 }
 
 /// Writes parameters of the device as a machine's file with the joint of `machine`. If the device
-/// is no board, the file begins with what it is.
+/// is not a board, the file begins with a warning.
 pub fn pulled<W: Wire>(
     client: &Client<W>,
     found: &Parameters,

@@ -11,26 +11,25 @@ use crate::selftest::{Asked, JOINTS, MOVES, SEED, object, run_while, words};
 use crate::typed_number;
 
 #[derive(Debug, clap::Args)]
-pub struct Arguments {
-    /// Largest distance either way from where the joint stands, deg [default: as far as a profiled
-    /// move goes in a second, no more than 10 deg, within the limits of the position]
+pub struct SelftestArguments {
+    /// Largest distance either way from the present position, deg [default: the distance of a
+    /// profiled move of a second, at most 10 deg, within the limits of the position]
     #[arg(long, value_name = "DEG", value_parser = typed_number::parse)]
     range: Option<f64>,
-    /// Moves
+    /// Number of moves
     #[arg(
         long,
         default_value_t = MOVES as u16,
         value_parser = clap::value_parser!(u16).range(2..=200)
     )]
     moves: u16,
-    /// Simulated joints around the file's that make the prediction
+    /// Number of simulated joints around the file's that make the prediction
     #[arg(long, default_value_t = JOINTS, value_parser = clap::value_parser!(u64).range(3..=1000))]
     joints: u64,
-    /// Their seed
+    /// Seed of these joints
     #[arg(long, default_value_t = SEED)]
     seed: u64,
-    /// A key of the joint and how far it may be off, instead of the file's [spread]; may be
-    /// repeated
+    /// Range of a key of the joint, instead of the file's [spread]; can be repeated
     #[arg(long, value_name = "KEY=LOW..HIGH")]
     spread: Vec<String>,
     /// Print one JSON object
@@ -38,21 +37,21 @@ pub struct Arguments {
     json: bool,
 }
 
-/// What is said in the end, and whether the joint does what its file says.
-pub struct Said {
+/// Text of the result, and an error unless the joint moves as its file predicts.
+pub struct SelftestReport {
     pub text: String,
     pub ended: Result<(), Error>,
 }
 
-/// Predicts, moves, and compares.
+/// Predicts the moves, makes them, and compares.
 ///
 /// # Errors
-/// Says why nothing was moved, or how the drive is left.
+/// Reports why nothing was moved, or the state of the drive.
 pub fn test<W: Wire>(
-    arguments: &Arguments,
+    arguments: &SelftestArguments,
     client: &mut Client<W>,
     machine: &str,
-) -> Result<Said, Error> {
+) -> Result<SelftestReport, Error> {
     let asked = Asked {
         machine: machine.into(),
         range_deg: arguments.range,
@@ -76,7 +75,7 @@ pub fn test<W: Wire>(
         run_while(client, (targets, &prepared.goal()), goes_on)
     });
     bar.finish_and_clear();
-    // Nothing cancels it.
+    // `goes_on` never cancels the moves.
     let ended = || Error::Device("selftest: the moves have ended before".into());
     let session = session?.ok_or_else(ended)?;
     let tested = prepared.judged(session);
@@ -97,5 +96,5 @@ pub fn test<W: Wire>(
             tested.failed().join("; ")
         ))),
     };
-    Ok(Said { text, ended })
+    Ok(SelftestReport { text, ended })
 }

@@ -5,9 +5,10 @@
 //!       ^---- Esc ----' ^---- Esc ---'
 //! ```
 //!
-//! An answer is checked when it is given, together with those before it; the last one with the whole
-//! file. A refused answer stays in its field, and an accepted one is proposed again after Esc. What
-//! draws on the terminal is behind [`Prompt`], so that tests can answer.
+//! An answer is checked at once, together with those before it; the last answer is checked with the
+//! whole file. A refused answer stays in its field, and an accepted one is proposed again after
+//! Esc.
+//! [`Prompt`] hides the terminal, so that tests can answer.
 
 use std::rc::Rc;
 
@@ -17,22 +18,22 @@ use crate::draft::questions::{Kind, typed};
 use crate::draft::{Answers, QUESTIONS, Question, TYPICAL, Typical, trial};
 use crate::error::Error;
 
-/// Check of an answer as it was typed. An error is the reason of a refusal.
-pub type Check = Rc<dyn Fn(&str) -> Result<(), String>>;
+/// Check of a typed answer. The error is the reason of the refusal.
+pub type AnswerCheck = Rc<dyn Fn(&str) -> Result<(), String>>;
 
-/// Check of a whole file, when all questions are answered.
-pub type Complete = Rc<dyn Fn(&Answers, Option<&Typical>) -> Result<(), String>>;
+/// Check of a whole file, once all questions are answered.
+pub type FileCheck = Rc<dyn Fn(&Answers, Option<&Typical>) -> Result<(), String>>;
 
-/// Reply of a person to a question.
+/// Reply of the user to a question.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Reply<T> {
-    /// The answer.
+pub enum PromptReply<T> {
+    /// An answer.
     Given(T),
-    /// Back to the question before.
+    /// A step back to the previous question.
     Back,
 }
 
-/// What shows questions and takes the answers.
+/// Interface that shows questions and returns the answers.
 pub trait Prompt {
     /// Shows choices, with the cursor on one of them, and returns the place of the chosen one.
     ///
@@ -44,7 +45,7 @@ pub trait Prompt {
         help: &str,
         choices: &[String],
         start: usize,
-    ) -> Result<Reply<usize>, Error>;
+    ) -> Result<PromptReply<usize>, Error>;
 
     /// Shows a question with the proposed answer, and returns an answer that passes the check.
     ///
@@ -55,8 +56,8 @@ pub trait Prompt {
         question: &str,
         help: &str,
         proposed: Option<&str>,
-        check: &Check,
-    ) -> Result<Reply<String>, Error>;
+        check: &AnswerCheck,
+    ) -> Result<PromptReply<String>, Error>;
 
     /// Shows a sentence between two questions.
     fn note(&mut self, sentence: &str);
@@ -76,10 +77,10 @@ pub struct Dialogue<'a> {
     /// Title that is proposed.
     pub title: &'a str,
     /// Check of the whole file.
-    pub complete: Complete,
+    pub complete: FileCheck,
 }
 
-/// Answers so far.
+/// Answers given so far.
 #[derive(Default)]
 struct SoFar {
     own: Answers,
@@ -89,7 +90,7 @@ struct SoFar {
 }
 
 impl Dialogue<'_> {
-    /// Puts all questions, and returns the answers with the typical joint that they began with.
+    /// Asks all questions, and returns the answers with the typical joint that they started from.
     ///
     /// # Errors
     /// Returns [`Error::Interrupted`] after Ctrl-C.
@@ -116,7 +117,7 @@ impl Dialogue<'_> {
         Ok((self.all(&so_far), so_far.like))
     }
 
-    /// Whether a question is put: the joint has its quantity, and no option answers it.
+    /// Returns whether a question is asked: the joint has its quantity, and no option answers it.
     fn is_put(&self, all: &Answers, place: usize) -> bool {
         let is_open =
             |question: &Question| self.options.get(question.key).is_none() && all.asks(question);
@@ -127,12 +128,12 @@ impl Dialogue<'_> {
         (at + 1..=QUESTIONS.len()).find(|next| self.is_put(all, next - 1))
     }
 
-    /// Returns the person's answers, then those of the options, then those of the typical joint.
+    /// Returns the user's answers, then those of the options, then those of the typical joint.
     fn all(&self, so_far: &SoFar) -> Answers {
         so_far.own.or(self.options).or(&so_far.proposed)
     }
 
-    /// Puts one question. Returns false for a step back.
+    /// Asks one question. Returns false for a step back.
     fn put(
         &self,
         prompt: &mut impl Prompt,
@@ -151,28 +152,28 @@ impl Dialogue<'_> {
             let start = words.iter().position(|word| proposed.as_deref() == Some(word));
             let choices: Vec<String> = words.iter().map(|word| (*word).to_owned()).collect();
             match prompt.choose(&text, question.help, &choices, start.unwrap_or(0))? {
-                Reply::Back => break Reply::Back,
-                Reply::Given(chosen) => {
+                PromptReply::Back => break PromptReply::Back,
+                PromptReply::Given(chosen) => {
                     let word = choices.get(chosen).cloned().unwrap_or_default();
                     match check(&word) {
-                        Ok(()) => break Reply::Given(word),
+                        Ok(()) => break PromptReply::Given(word),
                         Err(why) => prompt.note(&why),
                     }
                 }
             }
         };
-        let Reply::Given(answer) = reply else { return Ok(false) };
+        let PromptReply::Given(answer) = reply else { return Ok(false) };
         let value = question.read(&answer).map_err(Error::Input)?;
         so_far.own.remove(question.key);
         let without = self.all(so_far).with_assumptions();
-        // What was taken as proposed keeps its source.
+        // An accepted proposal keeps its source.
         if without.get(question.key).is_none_or(|other| other.value != value) {
             so_far.own.put(question.key, value, "");
         }
         Ok(true)
     }
 
-    /// Returns the answer that is proposed: the one given before, or that of the typical joint.
+    /// Returns the proposed answer: the previous one, or that of the typical joint.
     fn proposed(&self, so_far: &SoFar, all: &Answers, question: &Question) -> Option<String> {
         let key = question.key;
         if let Some(own) = so_far.own.get(key) {
@@ -186,8 +187,8 @@ impl Dialogue<'_> {
         scaled.or(found).or(question.otherwise.map(str::to_owned))
     }
 
-    /// Makes the check of the answer to one question.
-    fn check(&self, so_far: &SoFar, place: usize) -> Check {
+    /// Returns the check of the answer to one question.
+    fn check(&self, so_far: &SoFar, place: usize) -> AnswerCheck {
         let all = self.all(so_far).with_assumptions();
         let (like, complete) = (so_far.like, Rc::clone(&self.complete));
         let is_last = self.next(&all, place + 1).is_none();
@@ -201,14 +202,14 @@ impl Dialogue<'_> {
     }
 }
 
-/// Chooses the typical joint to begin with, if any. Returns false for a step back.
+/// Asks for the typical joint to start with, if any. Returns false for a step back.
 fn begin_with(prompt: &mut impl Prompt, so_far: &mut SoFar) -> Result<bool, Error> {
     let mut choices = TYPICAL.map(|typical| typical.title.to_owned()).to_vec();
     choices.push("None of them".into());
     let is_same = |typical: &Typical| so_far.like.is_some_and(|like| like.name == typical.name);
     let start = TYPICAL.iter().position(is_same).unwrap_or(0);
     let (text, help) = ("Which joint is most like yours?", "its numbers are proposed");
-    let Reply::Given(chosen) = prompt.choose(text, help, &choices, start)? else {
+    let PromptReply::Given(chosen) = prompt.choose(text, help, &choices, start)? else {
         return Ok(false);
     };
     so_far.like = TYPICAL.get(chosen).copied();
@@ -217,8 +218,7 @@ fn begin_with(prompt: &mut impl Prompt, so_far: &mut SoFar) -> Result<bool, Erro
     Ok(true)
 }
 
-/// Returns the dynamic friction of the typical joint, in proportion to the static friction that was
-/// answered.
+/// Returns the dynamic friction of the typical joint, scaled with the answered static friction.
 fn scaled_slip(so_far: &SoFar, all: &Answers) -> Option<String> {
     let [slip, stick] = ["friction.slip_nm", "friction.stick_nm"];
     let share = so_far.proposed.number(slip)? / so_far.proposed.number(stick)?;
@@ -236,7 +236,7 @@ fn scaled_slip(so_far: &SoFar, all: &Answers) -> Option<String> {
     Some(typed(&value))
 }
 
-/// Returns a quantity as the begin of a line.
+/// Capitalizes the first letter of a quantity.
 fn sentence(what: &str) -> String {
     let mut letters = what.chars();
     letters.next().map_or_else(String::new, |first| first.to_uppercase().chain(letters).collect())

@@ -8,7 +8,7 @@ use inquire::ui::{RenderConfig, Styled};
 use inquire::validator::Validation;
 use inquire::{InquireError, Select, Text};
 
-use super::dialogue::{Check, Prompt, Reply};
+use super::dialogue::{AnswerCheck, Prompt, PromptReply};
 use crate::error::Error;
 
 /// Largest width of a message, columns.
@@ -18,15 +18,15 @@ const WIDTH: usize = 78;
 #[derive(Clone, Copy, Debug)]
 pub struct Terminal;
 
-/// Colors by default, and what is written for a step back.
+/// Returns the default colors, with an indicator of a step back.
 fn style() -> RenderConfig<'static> {
     RenderConfig::default().with_canceled_prompt_indicator(Styled::new("(back)"))
 }
 
-fn reply<T>(answer: Result<T, InquireError>) -> Result<Reply<T>, Error> {
+fn reply<T>(answer: Result<T, InquireError>) -> Result<PromptReply<T>, Error> {
     match answer {
-        Ok(answer) => Ok(Reply::Given(answer)),
-        Err(InquireError::OperationCanceled) => Ok(Reply::Back),
+        Ok(answer) => Ok(PromptReply::Given(answer)),
+        Err(InquireError::OperationCanceled) => Ok(PromptReply::Back),
         Err(InquireError::OperationInterrupted) => Err(Error::Interrupted),
         Err(InquireError::IO(error)) => Err(Error::Output(error)),
         Err(other) => Err(Error::Output(io::Error::other(other.to_string()))),
@@ -40,7 +40,7 @@ impl Prompt for Terminal {
         help: &str,
         choices: &[String],
         start: usize,
-    ) -> Result<Reply<usize>, Error> {
+    ) -> Result<PromptReply<usize>, Error> {
         let help = format!("{help} (arrows, Enter)");
         let select = Select::new(question, choices.to_vec())
             .with_starting_cursor(start)
@@ -48,8 +48,8 @@ impl Prompt for Terminal {
             .with_render_config(style())
             .without_filtering();
         Ok(match reply(select.raw_prompt())? {
-            Reply::Given(chosen) => Reply::Given(chosen.index),
-            Reply::Back => Reply::Back,
+            PromptReply::Given(chosen) => PromptReply::Given(chosen.index),
+            PromptReply::Back => PromptReply::Back,
         })
     }
 
@@ -58,8 +58,8 @@ impl Prompt for Terminal {
         question: &str,
         help: &str,
         proposed: Option<&str>,
-        check: &Check,
-    ) -> Result<Reply<String>, Error> {
+        check: &AnswerCheck,
+    ) -> Result<PromptReply<String>, Error> {
         let check = Rc::clone(check);
         let text =
             Text::new(question).with_render_config(style()).with_validator(move |typed: &str| {
@@ -76,7 +76,7 @@ impl Prompt for Terminal {
     }
 
     fn note(&mut self, sentence: &str) {
-        // If even this cannot be written, the next question reports it.
+        // If this cannot be written, the next question returns the error.
         let _ = writeln!(stderr(), "{}", wrapped(sentence));
     }
 }

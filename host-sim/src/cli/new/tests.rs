@@ -4,13 +4,13 @@
 use std::collections::VecDeque;
 use std::rc::Rc;
 
-use super::dialogue::{Check, Dialogue, Prompt, Reply};
+use super::dialogue::{AnswerCheck, Dialogue, Prompt, PromptReply};
 use super::written;
 use crate::draft::{Answers, QUESTIONS, Question, Typical};
 use crate::error::Error;
 use crate::experiment::Document;
 
-/// What a person does at a question.
+/// Action of the user at a question.
 #[derive(Clone, Copy, Debug)]
 enum Key {
     Type(&'static str),
@@ -19,7 +19,7 @@ enum Key {
 }
 use Key::{CtrlC, Escape, Type};
 
-/// A person who acts at the questions of the script, in its order, and accepts all other proposals.
+/// A user that acts at the questions of the script, in its order, and accepts all other proposals.
 struct Script {
     steps: VecDeque<(&'static str, Key)>,
     /// Questions in the order in which they were shown, with their proposals.
@@ -47,15 +47,15 @@ impl Prompt for Script {
         _help: &str,
         choices: &[String],
         start: usize,
-    ) -> Result<Reply<usize>, Error> {
+    ) -> Result<PromptReply<usize>, Error> {
         self.shown.push(format!("{question} [{}]", choices[start]));
         match self.act(question) {
-            None => Ok(Reply::Given(start)),
-            Some(Escape) => Ok(Reply::Back),
+            None => Ok(PromptReply::Given(start)),
+            Some(Escape) => Ok(PromptReply::Back),
             Some(CtrlC) => Err(Error::Interrupted),
             Some(Type(choice)) => {
                 let is = |one: &String| one.contains(choice);
-                Ok(Reply::Given(choices.iter().position(is).unwrap()))
+                Ok(PromptReply::Given(choices.iter().position(is).unwrap()))
             }
         }
     }
@@ -65,18 +65,18 @@ impl Prompt for Script {
         question: &str,
         _help: &str,
         proposed: Option<&str>,
-        check: &Check,
-    ) -> Result<Reply<String>, Error> {
+        check: &AnswerCheck,
+    ) -> Result<PromptReply<String>, Error> {
         self.shown.push(format!("{question} ({})", proposed.unwrap_or_default()));
         loop {
             let typed = match self.act(question) {
-                Some(Escape) => return Ok(Reply::Back),
+                Some(Escape) => return Ok(PromptReply::Back),
                 Some(CtrlC) => return Err(Error::Interrupted),
                 Some(Type(typed)) => typed.to_owned(),
                 None => proposed.unwrap_or_else(|| panic!("{question}: no proposal")).to_owned(),
             };
             match check(&typed) {
-                Ok(()) => return Ok(Reply::Given(typed)),
+                Ok(()) => return Ok(PromptReply::Given(typed)),
                 Err(why) => self.refused.push(format!("{typed}: {why}")),
             }
             assert!(self.refused.len() < 50, "{:?}", self.refused);
@@ -197,7 +197,7 @@ fn a_wrong_answer_is_refused_at_its_question_and_the_question_stays() {
     for (refused, expected) in script.refused.iter().zip(expected) {
         assert!(refused.starts_with(expected), "{refused}, {expected}");
     }
-    // A refusal does not show the question again, and loses no other answer.
+    // A refusal does not show the question again, and keeps all other answers.
     let shown = |part: &str| script.shown.iter().filter(|one| one.contains(part)).count();
     assert_eq!((shown("Voltage of the supply"), shown("Travel")), (1, 1));
     let (_, document) = file(found);
@@ -234,7 +234,7 @@ fn escape_goes_back_a_question_and_keeps_every_answer() {
         assert!((answers.number(key).unwrap() / expected - 1.0).abs() < 1e-9, "{key}");
     }
     assert_eq!(answers.get("encoder.lines").unwrap().value.as_integer(), Some(32));
-    // The second time, the answer that was given is what is proposed.
+    // The second time, the given answer is the proposal.
     let again: Vec<&String> = script.shown.iter().filter(|one| one.contains("gravity")).collect();
     assert!(again.len() == 3 && again[1].ends_with("(0.03)"), "{again:?}");
 }
@@ -266,7 +266,7 @@ fn ctrl_c_ends_the_dialogue_at_any_question() {
 }
 
 #[test]
-fn a_question_that_an_option_answers_is_not_put() {
+fn a_question_that_an_option_answers_is_not_asked() {
     let mut options = Answers::default();
     for (key, typed) in [("friction.stick_nm", "0.1..0.2"), ("loop.sample_time_s", "0.002")] {
         let question = QUESTIONS[Question::place(key).unwrap()];

@@ -7,11 +7,11 @@ use super::friction::{
     reversals_at_rest, rows, swings, times, work,
 };
 use super::precision;
-use crate::report::evidence::Evidence;
+use crate::report::evidence::ReportEvidence;
 use crate::solver::EventKind;
 
-/// Where the block on the spring comes to rest after each slip, m.
-fn plateaus(evidence: &Evidence, name: &str) -> Option<Vec<f64>> {
+/// Returns the position at which the block on the spring rests after each slip, m.
+fn plateaus(evidence: &ReportEvidence, name: &str) -> Option<Vec<f64>> {
     let result = evidence.lab(name)?;
     let at = |stop_s: &f64| Some(rows(result, *stop_s, f64::INFINITY).first()?.position[0]);
     times(result, 0, &[EventKind::Stick]).iter().map(at).collect()
@@ -21,8 +21,8 @@ fn largest(values: Vec<f64>) -> Vec<f64> {
     values.into_iter().reduce(f64::max).into_iter().collect()
 }
 
-/// Largest speeds of one run by those of another.
-fn speeds(evidence: &Evidence, of: &str, by: &str) -> Option<Vec<f64>> {
+/// Returns the ratios of the largest speeds of two runs.
+fn speeds(evidence: &ReportEvidence, of: &str, by: &str) -> Option<Vec<f64>> {
     let (of, by) = (evidence.lab(of)?, evidence.lab(by)?);
     Some(of.metrics.max_speed.iter().zip(&by.metrics.max_speed).map(|(a, b)| a / b).collect())
 }
@@ -151,7 +151,7 @@ pub(super) const CLAIMS: &[Claim] = &[
         source: "Section 2.2.2.1, Fig. 9a",
         says: "With Karnopp's model the pendulum's static friction exceeds the dynamic one at its \
             first two stops only.",
-        quantity: "stops that ask for more than T_d to be held: from the first on, and in all",
+        quantity: "stops held with more than T_d: from the first on, and in all",
         measure: |e| {
             let held = held_at_stops(e, "pendulum/karnopp")?;
             let first_two = held.iter().take_while(|held| **held > 1.0).count();
@@ -159,7 +159,7 @@ pub(super) const CLAIMS: &[Claim] = &[
             Some(vec![first_two as f64, all as f64])
         },
         holds: Between(2.0, 2.0),
-        remark: "It takes gravity, which eq. 15 leaves out.",
+        remark: "This takes gravity, which eq. 15 leaves out.",
     },
     Claim {
         source: "Section 2.2.2.1, Fig. 9b",
@@ -287,8 +287,7 @@ pub(super) const CLAIMS: &[Claim] = &[
             1.8e-4, 2.2e-4, 2.4e-4",
         measure: |e| work(e, "blocks/ri-work", "blocks/banded-work"),
         holds: Below(1.0),
-        remark: "It depends on the details of the step control, of which the thesis tells only \
-            eps.",
+        remark: "It depends on the details of the step control; the thesis gives only eps.",
     },
     Claim {
         source: "Table 9",

@@ -2,12 +2,12 @@
 
 use super::Criterion::{Above, Below, Between};
 use super::{Claim, magnitudes, ratios};
-use crate::report::evidence::Evidence;
+use crate::report::evidence::ReportEvidence;
 
-/// n K_t K_a, N m of torque for a volt of control signal (Table 20).
+/// n K_t K_a, torque per volt of the control signal, N m/V (Table 20).
 pub(super) const TORQUE_PER_VOLT: f64 = 1800.0 * 0.10 * 3.0;
 
-/// The three steps and the two trajectories of a controller.
+/// Labels of the steps of a controller.
 pub(super) fn steps(controller: &str) -> [String; 3] {
     ["5.0", "2.5", "1.0"].map(|size| format!("{controller}/step-{size}"))
 }
@@ -16,29 +16,29 @@ pub(super) fn trajectories(controller: &str) -> [String; 2] {
     ["5.0", "2.5"].map(|speed| format!("{controller}/trajectory-{speed}"))
 }
 
-/// Magnitudes of the errors at rest after 10 s, counts.
-pub(super) fn rest(evidence: &Evidence, controller: &str) -> Option<Vec<f64>> {
+/// Returns the magnitudes of the errors at rest after 10 s, counts.
+pub(super) fn rest(evidence: &ReportEvidence, controller: &str) -> Option<Vec<f64>> {
     let labels = steps(controller);
     let labels = labels.each_ref().map(String::as_str);
     magnitudes(evidence.metrics("step-response", &labels, |m| m.rest_error_counts))
 }
 
-pub(super) fn overshoots(evidence: &Evidence, controller: &str) -> Option<Vec<f64>> {
+pub(super) fn overshoots(evidence: &ReportEvidence, controller: &str) -> Option<Vec<f64>> {
     let labels = steps(controller);
     evidence.metrics("step-response", &labels.each_ref().map(String::as_str), |m| m.overshoot_deg)
 }
 
-pub(super) fn cruise(evidence: &Evidence, controller: &str) -> Option<Vec<f64>> {
+pub(super) fn cruise(evidence: &ReportEvidence, controller: &str) -> Option<Vec<f64>> {
     let labels = trajectories(controller);
     evidence.metrics("trajectory", &labels.each_ref().map(String::as_str), |m| m.cruise_error_deg)
 }
 
-pub(super) fn tracking(evidence: &Evidence, controller: &str) -> Option<Vec<f64>> {
+pub(super) fn tracking(evidence: &ReportEvidence, controller: &str) -> Option<Vec<f64>> {
     let labels = trajectories(controller);
     evidence.metrics("trajectory", &labels.each_ref().map(String::as_str), |m| m.rms_error_deg)
 }
 
-pub(super) fn chatter(evidence: &Evidence, controller: &str) -> Option<Vec<f64>> {
+pub(super) fn chatter(evidence: &ReportEvidence, controller: &str) -> Option<Vec<f64>> {
     let labels = trajectories(controller);
     let of = |labels: &[&str]| {
         evidence.metrics("trajectory", labels, |m| m.control_total_variation_v_per_s)
@@ -50,7 +50,7 @@ pub(super) fn chatter(evidence: &Evidence, controller: &str) -> Option<Vec<f64>>
 const HIGH: [&str; 5] = ["pd", "ri", "roi", "dnpf", "srnf"];
 
 fn high(
-    evidence: &Evidence,
+    evidence: &ReportEvidence,
     suffix: &str,
     of: fn(&crate::metrics::Metrics) -> Option<f64>,
 ) -> Option<Vec<f64>> {
@@ -58,7 +58,10 @@ fn high(
     evidence.metrics("high-gain", &labels.each_ref().map(String::as_str), of)
 }
 
-fn low(evidence: &Evidence, of: fn(&crate::metrics::Metrics) -> Option<f64>) -> Option<Vec<f64>> {
+fn low(
+    evidence: &ReportEvidence,
+    of: fn(&crate::metrics::Metrics) -> Option<f64>,
+) -> Option<Vec<f64>> {
     let labels = HIGH.map(|name| format!("{name}/trajectory-5.0"));
     evidence.metrics("trajectory", &labels.each_ref().map(String::as_str), of)
 }
@@ -262,6 +265,6 @@ pub(super) const CONCLUSIONS: &[Claim] = &[
                 .collect()
         },
         holds: Below(0.0),
-        remark: "Feedforward never settles in a step, so it stands behind all that do.",
+        remark: "Feedforward never settles in a step, so it ranks behind all that do.",
     },
 ];

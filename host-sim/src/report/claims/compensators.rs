@@ -3,10 +3,10 @@
 use super::Criterion::{Above, Below, Between};
 use super::chapter3::{chatter, cruise, overshoots, rest, steps, tracking};
 use super::{Claim, magnitudes, ratios};
-use crate::report::evidence::Evidence;
+use crate::report::evidence::ReportEvidence;
 
-/// Peak to peak of the hunting in the second of two minutes, in counts; zero if there is none.
-pub(super) fn hunting(evidence: &Evidence, name: &str, controller: &str) -> Option<Vec<f64>> {
+/// Returns the hunting in the second of two minutes, peak to peak, counts; zero if there is none.
+pub(super) fn hunting(evidence: &ReportEvidence, name: &str, controller: &str) -> Option<Vec<f64>> {
     let of = |label: &String| {
         let run = evidence.run(name, label)?;
         let resolution_deg = run.plan.machine.encoder.resolution_deg();
@@ -15,8 +15,8 @@ pub(super) fn hunting(evidence: &Evidence, name: &str, controller: &str) -> Opti
     steps(controller).iter().map(of).collect()
 }
 
-/// Largest error in the second of two minutes, counts.
-fn worst_late(evidence: &Evidence, controller: &str) -> Option<Vec<f64>> {
+/// Returns the largest error in the second of two minutes, counts.
+fn worst_late(evidence: &ReportEvidence, controller: &str) -> Option<Vec<f64>> {
     let of = |label: &String| {
         let resolution_deg = evidence.run("long", label)?.plan.machine.encoder.resolution_deg();
         let late = evidence.moments("long", label)?.iter().filter(|m| m.time_s >= 60.0);
@@ -25,8 +25,8 @@ fn worst_late(evidence: &Evidence, controller: &str) -> Option<Vec<f64>> {
     steps(controller).iter().map(of).collect()
 }
 
-/// Times between the steps of v_c once the joint of the 1 deg step is stuck, s.
-fn times_between_offsets(evidence: &Evidence) -> Option<Vec<f64>> {
+/// Returns the times between the steps of v_c once the joint of the 1 deg step is stuck, s.
+fn times_between_offsets(evidence: &ReportEvidence) -> Option<Vec<f64>> {
     let moments = evidence.moments("step-response", "roi/step-1.0")?;
     let slow = moments.iter().rposition(|m| m.velocity_deg_per_s.abs() > 2.0).unwrap_or(0) + 10;
     let settled = moments.get(slow..200)?;

@@ -96,7 +96,7 @@ pub(super) const CLAIMS: &[Claim] = &[
                     rows(result, 0.0, break_s).iter().rev().find(|row| row.stuck == [true])?;
                 let after =
                     rows(result, break_s, f64::INFINITY).iter().find(|row| row.stuck == [false])?;
-                // Of a block that is not pushed forward before, no ratio says whether it jumps up.
+                // The ratio shows a jump only for a block that is pushed forward before.
                 let before = Some(before.acceleration[0]).filter(|a| *a > 0.0)?;
                 Some(after.acceleration[0] / before)
             };

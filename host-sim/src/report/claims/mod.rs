@@ -1,7 +1,7 @@
-//! What the thesis says, what we measure, and whether it holds.
+//! Claims of the thesis, our measurements, and the verdicts.
 //!
 //! A claim names its source, a quantity, how that is measured in the runs of the report and a
-//! criterion. The verdict follows from the measurement; nothing here says what it is to be.
+//! criterion. The verdict follows from the measurement alone.
 
 mod chapter2;
 mod chapter3;
@@ -13,25 +13,25 @@ mod precision;
 
 use serde::Serialize;
 
-use super::evidence::Evidence;
+use super::evidence::ReportEvidence;
 
-/// A claim.
+/// A claim of the thesis.
 pub struct Claim {
-    /// Where the thesis makes it.
+    /// Section, figure or table of the thesis.
     pub source: &'static str,
-    /// What it says, in our words or in its own between quotation marks.
+    /// The claim, in our words or quoted.
     pub says: &'static str,
     /// What is measured, with its unit.
     pub quantity: &'static str,
     /// The measurement, one value or several; nothing if a run is missing.
-    pub measure: fn(&Evidence) -> Option<Vec<f64>>,
-    /// When a value bears the claim out.
+    pub measure: fn(&ReportEvidence) -> Option<Vec<f64>>,
+    /// Criterion that a value meets if it supports the claim.
     pub holds: Criterion,
-    /// Why it does not, or in what sense it does.
+    /// Why the claim does not hold, or in what sense it does.
     pub remark: &'static str,
 }
 
-/// When a value bears a claim out.
+/// Criterion of a value that supports a claim.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Criterion {
     /// It is larger.
@@ -42,11 +42,11 @@ pub enum Criterion {
     Between(f64, f64),
 }
 
-/// What the measurement makes of a claim.
+/// Verdict on a claim.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "kebab-case")]
-pub enum Verdict {
-    /// Every value bears it out.
+pub enum ClaimVerdict {
+    /// Every value supports it.
     Holds,
     /// Some values do.
     InPart,
@@ -57,7 +57,7 @@ pub enum Verdict {
 }
 
 impl Criterion {
-    /// Whether a value bears the claim out; one that is not a number never does.
+    /// Returns whether a value supports the claim; NaN never does.
     pub fn met(self, value: f64) -> bool {
         match self {
             Self::Above(least) => value > least,
@@ -66,21 +66,21 @@ impl Criterion {
         }
     }
 
-    /// What all values make of the claim.
-    pub fn verdict(self, values: &[f64]) -> Verdict {
+    /// Returns the verdict of all values.
+    pub fn verdict(self, values: &[f64]) -> ClaimVerdict {
         let met = values.iter().filter(|value| self.met(**value)).count();
         match met {
-            _ if values.is_empty() => Verdict::NotMeasured,
-            0 => Verdict::Fails,
-            met if met == values.len() => Verdict::Holds,
-            _ => Verdict::InPart,
+            _ if values.is_empty() => ClaimVerdict::NotMeasured,
+            0 => ClaimVerdict::Fails,
+            met if met == values.len() => ClaimVerdict::Holds,
+            _ => ClaimVerdict::InPart,
         }
     }
 }
 
 impl Claim {
     /// The values, none if a run is missing, and the verdict.
-    pub fn judge(&self, evidence: &Evidence) -> (Vec<f64>, Verdict) {
+    pub fn judge(&self, evidence: &ReportEvidence) -> (Vec<f64>, ClaimVerdict) {
         let values = (self.measure)(evidence).unwrap_or_default();
         let verdict = self.holds.verdict(&values);
         (values, verdict)
@@ -121,15 +121,15 @@ mod tests {
 
     #[test]
     fn a_verdict_follows_the_measurement_over_each_bound() {
-        assert_eq!(Criterion::Above(2.0).verdict(&[2.1, 3.0]), Verdict::Holds);
-        assert_eq!(Criterion::Above(2.0).verdict(&[2.0, 3.0]), Verdict::InPart);
-        assert_eq!(Criterion::Above(2.0).verdict(&[1.9, 2.0]), Verdict::Fails);
-        assert_eq!(Criterion::Below(2.0).verdict(&[1.9]), Verdict::Holds);
-        assert_eq!(Criterion::Below(2.0).verdict(&[2.0]), Verdict::Fails);
-        assert_eq!(Criterion::Between(1.0, 2.0).verdict(&[1.0, 2.0]), Verdict::Holds);
-        assert_eq!(Criterion::Between(1.0, 2.0).verdict(&[0.9, 2.1]), Verdict::Fails);
-        assert_eq!(Criterion::Below(2.0).verdict(&[f64::NAN]), Verdict::Fails);
-        assert_eq!(Criterion::Below(2.0).verdict(&[]), Verdict::NotMeasured);
+        assert_eq!(Criterion::Above(2.0).verdict(&[2.1, 3.0]), ClaimVerdict::Holds);
+        assert_eq!(Criterion::Above(2.0).verdict(&[2.0, 3.0]), ClaimVerdict::InPart);
+        assert_eq!(Criterion::Above(2.0).verdict(&[1.9, 2.0]), ClaimVerdict::Fails);
+        assert_eq!(Criterion::Below(2.0).verdict(&[1.9]), ClaimVerdict::Holds);
+        assert_eq!(Criterion::Below(2.0).verdict(&[2.0]), ClaimVerdict::Fails);
+        assert_eq!(Criterion::Between(1.0, 2.0).verdict(&[1.0, 2.0]), ClaimVerdict::Holds);
+        assert_eq!(Criterion::Between(1.0, 2.0).verdict(&[0.9, 2.1]), ClaimVerdict::Fails);
+        assert_eq!(Criterion::Below(2.0).verdict(&[f64::NAN]), ClaimVerdict::Fails);
+        assert_eq!(Criterion::Below(2.0).verdict(&[]), ClaimVerdict::NotMeasured);
     }
 
     #[test]
@@ -140,8 +140,8 @@ mod tests {
                 Criterion::Below(bound) => (bound - 1.0, bound + 1.0),
                 Criterion::Between(least, most) => (0.5 * (least + most), most + 1.0),
             };
-            assert_eq!(claim.holds.verdict(&[inside]), Verdict::Holds, "{}", claim.says);
-            assert_eq!(claim.holds.verdict(&[outside]), Verdict::Fails, "{}", claim.says);
+            assert_eq!(claim.holds.verdict(&[inside]), ClaimVerdict::Holds, "{}", claim.says);
+            assert_eq!(claim.holds.verdict(&[outside]), ClaimVerdict::Fails, "{}", claim.says);
         }
     }
 }

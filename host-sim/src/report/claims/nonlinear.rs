@@ -6,18 +6,18 @@ use super::chapter3::{
 };
 use super::{Claim, ratios};
 use crate::metrics::Metrics;
-use crate::report::evidence::Evidence;
+use crate::report::evidence::ReportEvidence;
 
-/// A metric of Table 18's tests by that of Table 17's SRNF: 5 and 2.5 deg/s.
-fn test(evidence: &Evidence, test: u32, of: fn(&Metrics) -> Option<f64>) -> Option<Vec<f64>> {
+/// Returns a metric of Table 18's tests, relative to Table 17's SRNF: 5 and 2.5 deg/s.
+fn test(evidence: &ReportEvidence, test: u32, of: fn(&Metrics) -> Option<f64>) -> Option<Vec<f64>> {
     let plain = trajectories("srnf");
     let with = plain.each_ref().map(|label| format!("{label}/test-{test}"));
     let with = evidence.metrics("srnf-robustness", &with.each_ref().map(String::as_str), of);
     ratios(with, evidence.metrics("trajectory", &plain.each_ref().map(String::as_str), of))
 }
 
-/// Mean error of SRNF under variable friction from one time to another, deg.
-fn mean_error(evidence: &Evidence, from_s: f64, to_s: f64) -> Option<f64> {
+/// Returns the mean error of SRNF under variable friction from one time to another, deg.
+fn mean_error(evidence: &ReportEvidence, from_s: f64, to_s: f64) -> Option<f64> {
     let moments = evidence.moments("srnf-added-friction", "srnf/trajectory-2.5/added-variable")?;
     let errors: Vec<f64> = moments
         .iter()
@@ -27,8 +27,8 @@ fn mean_error(evidence: &Evidence, from_s: f64, to_s: f64) -> Option<f64> {
     Some(errors.iter().sum::<f64>() / errors.len() as f64)
 }
 
-/// The smallest chatter of the other compensators that the thesis compares with, by trajectory.
-fn least_chatter_of_others(evidence: &Evidence) -> Option<Vec<f64>> {
+/// Returns the smallest chatter of the thesis's other compensators, for each trajectory.
+fn least_chatter_of_others(evidence: &ReportEvidence) -> Option<Vec<f64>> {
     let others = ["ri", "rvi", "roi", "feedforward", "dnpf"].map(|name| chatter(evidence, name));
     let others: Vec<Vec<f64>> = others.into_iter().collect::<Option<_>>()?;
     let least =
@@ -266,7 +266,7 @@ pub(super) const CLAIMS: &[Claim] = &[
     },
     Claim {
         source: "Section 3.3.8.2",
-        says: "Friction added to what SRNF was told remains uncompensated.",
+        says: "Friction above the level that SRNF is set for remains uncompensated.",
         quantity: "cruise error with 0.2 by that with 0.1 V added, and with 0.4 by that with 0.2 V",
         measure: |e| {
             let labels =

@@ -2,7 +2,7 @@
 //! 2.2.1.1): the same program twice, classical Runge-Kutta steps, Tables 1 and 2. Everywhere else
 //! the friction lab computes in `f64`.
 
-/// The largest friction within 20 ms of each time that the block comes to rest.
+/// Returns the largest friction within 20 ms of each stop of the block.
 macro_rules! peaks {
     ($name:ident, $float:ty) => {
         fn $name() -> Vec<$float> {
@@ -59,7 +59,7 @@ macro_rules! peaks {
 peaks!(single, f32);
 peaks!(double, f64);
 
-/// Largest by smallest peak: in single precision, in double precision.
+/// Returns the ratio of the largest to the smallest peak: in single precision, in double precision.
 pub(super) fn unevenness() -> [f64; 2] {
     let ratio = |peaks: Vec<f64>| {
         let (least, most) = peaks

@@ -1,54 +1,54 @@
-//! Figs. 5 to 20, 61 and 62: runs of the friction lab. What is in them is data.
+//! Figs. 5 to 20, 61 and 62: runs of the friction lab, with curves that are declared as data.
 
 use serde::Deserialize;
 
 use crate::error::Error;
 use crate::figure::{Figure, Line, NamedFigure, Panel, Style};
 use crate::lab::{LabResult, Row};
-use crate::report::content::{Drawing, PanelText, drawings};
-use crate::report::evidence::Evidence;
+use crate::report::content::{LabDrawing, PanelText, drawings};
+use crate::report::evidence::ReportEvidence;
 
-/// What a curve shows of a body.
+/// Quantity of a body in a curve.
 #[derive(Clone, Copy, Debug, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Quantity {
-    /// Its position.
+    /// Position.
     Position,
-    /// Of the spring's far end, which moves at constant speed.
+    /// Position of the spring's far end, which moves at constant speed.
     FarEnd,
-    /// Its velocity.
+    /// Velocity.
     Velocity,
-    /// Its acceleration.
+    /// Acceleration.
     Acceleration,
-    /// The force that friction and inertia balance.
+    /// Force that friction and inertia balance.
     Input,
-    /// Its friction.
+    /// Friction.
     Friction,
     /// p of the Reset Integrator, µm.
     Deflection,
-    /// Its rate, mm/s: that of the body while it sticks, else zero (eq. 2).
+    /// Rate of p, mm/s: that of the body while it sticks, else zero (eq. 2).
     DeflectionRate,
 }
 
 const STYLES: [Style; 3] = [Style::Primary, Style::Second, Style::Third];
 
-/// All that the runs allow.
+/// Draws all figures whose runs exist.
 ///
 /// # Errors
-/// If the built-in text is broken.
-pub fn figures(evidence: &Evidence) -> Result<Vec<NamedFigure>, Error> {
+/// Returns an error if the built-in text is invalid.
+pub fn figures(evidence: &ReportEvidence) -> Result<Vec<NamedFigure>, Error> {
     Ok(drawings()?.into_iter().filter_map(|drawing| figure(drawing, evidence)).collect())
 }
 
-/// Nothing if a run is missing.
-fn figure(drawing: Drawing, evidence: &Evidence) -> Option<NamedFigure> {
+/// Returns a drawing, or `None` if a run is missing.
+fn figure(drawing: LabDrawing, evidence: &ReportEvidence) -> Option<NamedFigure> {
     let panels = drawing.panels.iter().map(|text| panel(text, evidence)).collect::<Option<_>>()?;
     let subtitle = format!("simulated; to compare with {} of the thesis", drawing.thesis);
     let figure = Figure { title: drawing.title, subtitle, x_label: "time (s)".into(), panels };
     Some(NamedFigure { stem: drawing.stem, figure })
 }
 
-fn panel(text: &PanelText, evidence: &Evidence) -> Option<Panel> {
+fn panel(text: &PanelText, evidence: &ReportEvidence) -> Option<Panel> {
     let curves = text.curves.iter().zip(STYLES);
     let lines = curves.map(|((name, run, body, quantity), style)| {
         let points = points(evidence.lab(run)?, body.checked_sub(1)?, *quantity)?;

@@ -1,4 +1,4 @@
-//! The drawings that stand for the thesis's figures.
+//! Drawings of the thesis's figures.
 
 mod chapter2;
 
@@ -6,11 +6,11 @@ use std::collections::BTreeMap;
 
 pub use self::chapter2::Quantity;
 use super::content::FigureText;
-use super::evidence::Evidence;
+use super::evidence::ReportEvidence;
 use crate::error::Error;
 use crate::figure::{Figure, NamedFigure, figures};
 
-/// Experiments of the axis whose figures are asked for.
+/// Experiments of the axis whose figures are drawn.
 const AXIS: [&str; 5] = [
     "step-response",
     "trajectory",
@@ -20,25 +20,28 @@ const AXIS: [&str; 5] = [
 ];
 
 /// One drawing of a figure.
-pub struct Drawing {
+pub struct ReportDrawing {
     /// Name of its files, without an ending: `figure-26-46`, and `figure-26-46-b` for a second
     /// drawing.
     pub stem: String,
-    /// What to draw.
+    /// The figure.
     pub figure: Figure,
 }
 
-/// The drawings of each figure, in the order of `texts`.
+/// Returns the drawings of each figure, in the order of `texts`.
 ///
 /// # Errors
-/// Names a drawing that the evidence does not make.
-pub fn drawings(evidence: &Evidence, texts: &[FigureText]) -> Result<Vec<Vec<Drawing>>, Error> {
+/// Returns an error that names a drawing without a run.
+pub fn drawings(
+    evidence: &ReportEvidence,
+    texts: &[FigureText],
+) -> Result<Vec<Vec<ReportDrawing>>, Error> {
     let mut all: BTreeMap<String, Figure> = BTreeMap::new();
     let mut add = |more: Vec<NamedFigure>| {
         all.extend(more.into_iter().map(|named| (named.stem, named.figure)))
     };
     for experiment in AXIS.into_iter().chain(["high-gain"]) {
-        add(figures(experiment, evidence.axis(experiment), &Evidence::sources(experiment)?));
+        add(figures(experiment, evidence.axis(experiment), &ReportEvidence::sources(experiment)?));
     }
     add(chapter2::figures(evidence)?);
     let of = |text: &FigureText| {
@@ -50,7 +53,7 @@ pub fn drawings(evidence: &Evidence, texts: &[FigureText]) -> Result<Vec<Vec<Dra
                     let why = evidence.trouble_of_any().unwrap_or("no run makes it");
                     Error::Figure(format!("`{name}`: {why}"))
                 })?;
-                Ok(Drawing { stem: stem(text, i), figure: figure.clone() })
+                Ok(ReportDrawing { stem: stem(text, i), figure: figure.clone() })
             })
             .collect::<Result<Vec<_>, Error>>()
     };

@@ -1,10 +1,10 @@
-//! One page on a user's own joint: what it is and how far it may be off, the laws compared on it,
-//! the one that stands first, and what a bench should show.
+//! One page on a user's own joint: its description and spread, the laws compared on it, the best
+//! one, and the expected self-test.
 //!
 //! `rows.rs` makes the tables; the template is `host-sim/report/joint.html`. Everything is
-//! simulated when the page is made. Guarantees: the page stands alone; the same file and seed make
-//! the same page. Does badly: it knows the file's joint with its spread, and no more of the real
-//! one.
+//! simulated when the page is made. Guarantees: the page is self-contained; the same file and seed
+//! make the same page. Limit: the page describes the joint of the file with its spread, not the
+//! real one.
 
 mod rows;
 
@@ -13,7 +13,7 @@ use std::path::{Path, PathBuf};
 use minijinja::value::Serde;
 use minijinja::{AutoEscape, Environment, Value, context};
 
-use self::rows::{Described, Expected, Off};
+use self::rows::{DescriptionRow, ExpectedSelftest, SpreadRow};
 use super::page::DrawingView;
 use crate::benchmark::{Benchmark, Score, Weights, benchmark};
 use crate::device::{self, machine_file};
@@ -27,32 +27,32 @@ use crate::run::RunResult;
 use crate::selftest::{self, Range, targets};
 use crate::tuning::{Goal, Request, Tuned, spreads};
 
-/// Moves, joints and seed of the self-test that the page predicts: its own defaults.
+/// Moves, joints and seed of the predicted self-test: the defaults of `device selftest`.
 const SELFTEST: (usize, u64, u64) = (20, 24, 2026);
 
 /// Laws that are drawn over each other; no more can be distinguished in print.
 const COMPARED: usize = 3;
 
-/// What the page is made of.
+/// Inputs of the page.
 #[derive(Clone, Debug)]
-pub struct Asked {
+pub struct JointPageRequest {
     /// The file, with the gains of `tuned`.
     pub document: Document,
-    /// What tuning has found, if laws were tuned.
+    /// Results of tuning, if laws were tuned.
     pub tuned: Vec<Tuned>,
-    /// The options of tuning as they were given, with a blank before each: ` --goal settle ..`.
+    /// Options of tuning as given, with a blank before each: ` --goal settle ..`.
     pub options: String,
-    /// Joints that gains are looked for on; each law is judged on three times as many.
+    /// Number of joints on which gains are tuned; each law is judged on three times as many.
     pub cases: u64,
-    /// The seed of tuning; they are judged on the joints of the next one.
+    /// Seed of tuning; laws are judged on the joints of the next seed.
     pub seed: u64,
 }
 
-/// Makes the page in a directory; it has the name of the file.
+/// Makes the page in a directory, with the name of the machine's file.
 ///
 /// # Errors
-/// Says what is wrong with the file, or what could not be written.
-pub fn make(asked: &Asked, directory: &OutputDirectory) -> Result<PathBuf, Error> {
+/// Reports what is wrong with the file, or what could not be written.
+pub fn make(asked: &JointPageRequest, directory: &OutputDirectory) -> Result<PathBuf, Error> {
     directory.write(&page_name(&asked.document.origin.name), rendered(asked)?.as_bytes())
 }
 
@@ -62,8 +62,8 @@ pub fn page_name(machine: &str) -> String {
     format!("{}.html", stem.to_string_lossy())
 }
 
-fn rendered(asked: &Asked) -> Result<String, Error> {
-    let Asked { document, tuned, options, cases, seed } = asked;
+fn rendered(asked: &JointPageRequest) -> Result<String, Error> {
+    let JointPageRequest { document, tuned, options, cases, seed } = asked;
     let file = &document.origin.name;
     let machine = document.machine()?;
     let ranked = benchmark(std::slice::from_ref(document), &Weights::default())?;
@@ -84,8 +84,8 @@ fn rendered(asked: &Asked) -> Result<String, Error> {
     };
     let laws = rows::laws(&ranked.scores, &request, tuned)?;
     let expected = expected(document, &chosen.controller, &request.spreads)?;
-    let described: Vec<Described> = rows::described(document)?;
-    let off: Vec<Off> = rows::off(&request.spreads);
+    let described: Vec<DescriptionRow> = rows::described(document)?;
+    let off: Vec<SpreadRow> = rows::off(&request.spreads);
     let gains = rows::gains(&machine, &chosen.controller, tuned);
     let drawings = drawings(file, &ranked, &chosen.controller)?;
     let worst = request.standing(&chosen.controller)?.worst;
@@ -131,7 +131,7 @@ fn rendered(asked: &Asked) -> Result<String, Error> {
     page.map_err(broken)
 }
 
-/// Says why a file has no run that the benchmark ranks.
+/// Returns the error of a file without a run that the benchmark ranks.
 fn none_to_report_on(document: &Document) -> Error {
     Experiment::without_variants(document, &[]).err().unwrap_or_else(|| {
         Error::Input(format!(
@@ -142,12 +142,12 @@ fn none_to_report_on(document: &Document) -> Error {
     })
 }
 
-/// What a self-test under a controller should show; none of one that lives on the host.
+/// Returns the expected self-test under a controller; `None` for one that only the host has.
 fn expected(
     document: &Document,
     controller: &str,
     spreads: &[String],
-) -> Result<Option<Expected>, Error> {
+) -> Result<Option<ExpectedSelftest>, Error> {
     let runs = Experiment::without_variants(document, &[controller.to_owned()])?;
     let Some(Ok(parameters)) = runs.first().map(device::parameters) else { return Ok(None) };
     let range = Range::derived(&parameters, 0.0);
@@ -164,11 +164,11 @@ fn expected(
         targets: targets(range, moves),
     };
     let prediction = request.predict()?;
-    let told = machine_file::tables(&request.parameters)?;
-    Ok(Some(rows::expected(range, &request.targets, &prediction, told)))
+    let gains = machine_file::tables(&request.parameters)?;
+    Ok(Some(rows::expected(range, &request.targets, &prediction, gains)))
 }
 
-/// The first laws over each other, then the chosen one's motions.
+/// Draws the first laws over each other, then the motions of the chosen law.
 fn drawings(file: &str, ranked: &Benchmark, chosen: &str) -> Result<Vec<DrawingView>, Error> {
     let of = |plan: &RunPlan, names: &[&str]| {
         names.iter().any(|name| plan.controller.as_deref() == Some(*name))

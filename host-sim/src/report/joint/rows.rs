@@ -15,27 +15,32 @@ use crate::tuning::{Request, SideFigures, Tuned};
 
 /// A number of the joint in both units.
 #[derive(Debug, Serialize)]
-pub struct Described {
+pub struct DescriptionRow {
     what: String,
     core: String,
     si: String,
     how: String,
 }
 
-/// Tells what the file says of its joint: of a data sheet, every derived number.
+/// Describes the joint of a file; for a data sheet, with every derived number.
 ///
 /// # Errors
-/// Names what is wrong with the file.
-pub fn described(document: &Document) -> Result<Vec<Described>, Error> {
+/// Returns an error that names what is wrong with the file.
+pub fn described(document: &Document) -> Result<Vec<DescriptionRow>, Error> {
     let machine = document.machine()?;
-    let mut rows: Vec<Described> = match document.mapping()? {
+    let mut rows: Vec<DescriptionRow> = match document.mapping()? {
         Some((sheet, mapping)) => told::rows(&sheet, &mapping)
             .into_iter()
-            .map(|told::Row { what, si, core, how }| Described { what: what.into(), core, si, how })
+            .map(|told::Row { what, si, core, how }| DescriptionRow {
+                what: what.into(),
+                core,
+                si,
+                how,
+            })
             .collect(),
         None => {
             let joint = &machine.joint;
-            let row = |what: &str, value: f64, unit: &str| Described {
+            let row = |what: &str, value: f64, unit: &str| DescriptionRow {
                 what: what.into(),
                 core: format!("{} {unit}", rounded(value)),
                 si: String::new(),
@@ -50,7 +55,7 @@ pub fn described(document: &Document) -> Result<Vec<Described>, Error> {
             ]
         }
     };
-    rows.push(Described {
+    rows.push(DescriptionRow {
         what: "samples".into(),
         core: format!("{} a second", rounded(1.0 / machine.sampling.sample_time_s())),
         si: String::new(),
@@ -59,34 +64,34 @@ pub fn described(document: &Document) -> Result<Vec<Described>, Error> {
     Ok(rows)
 }
 
-/// A key of the joint that may be off.
+/// A key of the joint with its range.
 #[derive(Debug, Serialize)]
-pub struct Off {
+pub struct SpreadRow {
     key: String,
     low: String,
     high: String,
 }
 
-/// Takes `KEY=LOW..HIGH` apart.
-pub fn off(spreads: &[String]) -> Vec<Off> {
+/// Splits `KEY=LOW..HIGH` into rows.
+pub fn off(spreads: &[String]) -> Vec<SpreadRow> {
     let number = |text: &str| text.parse().map_or_else(|_| text.to_owned(), rounded);
     let parts = spreads.iter().filter_map(|text| {
         let (key, range) = text.split_once('=')?;
         let (low, high) = range.split_once("..")?;
-        Some(Off { key: key.into(), low: number(low), high: number(high) })
+        Some(SpreadRow { key: key.into(), low: number(low), high: number(high) })
     });
     parts.collect()
 }
 
-/// A law: on the file's joint, and on those around it.
+/// Figures of a law: on the file's joint, and on those around it.
 #[derive(Debug, Serialize)]
-pub struct Law {
+pub struct LawRow {
     name: String,
     place: String,
     rest: String,
     settled: String,
     /// Rest, settling and verdict at the encoder and at the load, by the file's goal.
-    sides: [Side; 2],
+    sides: [SideCells; 2],
     tracking: String,
     chatter: String,
     success: String,
@@ -98,13 +103,13 @@ pub struct Law {
 
 /// One side of the gear in the steps of a law.
 #[derive(Debug, Serialize)]
-pub struct Side {
+pub struct SideCells {
     rest: String,
     settled: String,
     goal: &'static str,
 }
 
-impl Side {
+impl SideCells {
     fn of(rest: Option<f64>, settled_s: Option<f64>, success: Option<bool>) -> Self {
         Self {
             rest: shown(rest, 1),
@@ -125,8 +130,8 @@ fn shown(value: Option<f64>, digits: usize) -> String {
 /// The laws in the order of the benchmark.
 ///
 /// # Errors
-/// As of [`Request::standing`].
-pub fn laws(scores: &[Score], request: &Request, tuned: &[Tuned]) -> Result<Vec<Law>, Error> {
+/// Returns the errors of [`Request::standing`].
+pub fn laws(scores: &[Score], request: &Request, tuned: &[Tuned]) -> Result<Vec<LawRow>, Error> {
     let law = |score: &Score| {
         let standing = request.standing(&score.controller)?;
         let figures = standing.figures;
@@ -139,7 +144,7 @@ pub fn laws(scores: &[Score], request: &Request, tuned: &[Tuned]) -> Result<Vec<
             (None, None) => String::new(),
         };
         let sides = &score.sides;
-        // At the encoder, and behind it at the load where the encoder cannot see slack.
+        // At the encoder, and, if the encoder cannot measure slack, at the load as well.
         let of_sides = |cell: &dyn Fn(&SideFigures) -> String| {
             let at_load = cell(&figures.at_load);
             if score.is_ranked_at_encoder {
@@ -148,14 +153,18 @@ pub fn laws(scores: &[Score], request: &Request, tuned: &[Tuned]) -> Result<Vec<
                 at_load
             }
         };
-        Ok(Law {
+        Ok(LawRow {
             sides: [
-                Side::of(
+                SideCells::of(
                     sides.rest_at_encoder_counts,
                     sides.settled_at_encoder_s,
                     sides.success_at_encoder,
                 ),
-                Side::of(sides.rest_at_load_counts, sides.settled_at_load_s, sides.success_at_load),
+                SideCells::of(
+                    sides.rest_at_load_counts,
+                    sides.settled_at_load_s,
+                    sides.success_at_load,
+                ),
             ],
             name: score.controller.clone(),
             place: shown(score.mean_place, 1),
@@ -179,14 +188,14 @@ pub fn laws(scores: &[Score], request: &Request, tuned: &[Tuned]) -> Result<Vec<
 
 /// A gain of the chosen law.
 #[derive(Debug, Serialize)]
-pub struct Gain {
+pub struct GainRow {
     key: String,
     value: String,
     before: String,
 }
 
-/// The gains of a controller; after tuning, what they were before.
-pub fn gains(machine: &Machine, controller: &str, tuned: &[Tuned]) -> Vec<Gain> {
+/// Returns the gains of a controller, with the values before tuning.
+pub fn gains(machine: &Machine, controller: &str, tuned: &[Tuned]) -> Vec<GainRow> {
     let turned = tuned.iter().find(|one| one.controller == controller && one.better);
     let turned = turned.map_or(&[][..], |one| &one.gains);
     let written = machine.controller.get(controller);
@@ -198,7 +207,7 @@ pub fn gains(machine: &Machine, controller: &str, tuned: &[Tuned]) -> Vec<Gain> 
         .filter(|(_, value)| *value != 0.0)
         .map(|(key, value)| {
             let before = turned.iter().find(|gain| gain.key == key && gain.from != gain.to);
-            Gain {
+            GainRow {
                 key: key.clone(),
                 value: rounded(value),
                 before: before.map_or_else(String::new, |gain| rounded(gain.from)),
@@ -207,7 +216,7 @@ pub fn gains(machine: &Machine, controller: &str, tuned: &[Tuned]) -> Vec<Gain> 
         .collect()
 }
 
-/// The worst joint in a sentence.
+/// Describes the worst joint in a sentence.
 pub fn worst(drawn: &[String], delay: u8, row: &Row) -> String {
     let fault = row.faults().next().map(|name| format!(", and ends with {name}"));
     let settled = row
@@ -234,9 +243,9 @@ pub fn worst(drawn: &[String], delay: u8, row: &Row) -> String {
     )
 }
 
-/// What a self-test should show.
+/// Expected results of a self-test.
 #[derive(Debug, Serialize)]
-pub struct Expected {
+pub struct ExpectedSelftest {
     range: String,
     joints: usize,
     ended: Vec<String>,
@@ -244,7 +253,8 @@ pub struct Expected {
     moves: Vec<Move>,
     /// Moves that the median joint misses, at the encoder and at the load.
     missed: [Option<u32>; 2],
-    told: String,
+    /// The device's parameters that the prediction assumes, as TOML.
+    parameters: String,
 }
 
 #[derive(Debug, Serialize)]
@@ -265,8 +275,13 @@ struct Move {
     rest_at_load: String,
 }
 
-/// The figures of a prediction with their bounds, and its moves one by one.
-pub fn expected(range: Range, targets: &[f64], prediction: &Prediction, told: String) -> Expected {
+/// Returns the figures of a prediction with their bounds, and its moves one by one.
+pub fn expected(
+    range: Range,
+    targets: &[f64],
+    prediction: &Prediction,
+    parameters: String,
+) -> ExpectedSelftest {
     let figures = bounds(prediction).into_iter().map(|check| {
         let digits = check.digits();
         let value = |value: f64| format!("{value:.digits$}");
@@ -290,13 +305,13 @@ pub fn expected(range: Range, targets: &[f64], prediction: &Prediction, told: St
         settled_at_load: spread(place, 2, &late_at_load),
         rest_at_load: spread(place, 0, &rest_at_load),
     });
-    Expected {
+    ExpectedSelftest {
         range: rounded(range.deg),
         joints: prediction.figures.len(),
         ended: prediction.ended.clone(),
         figures: figures.collect(),
         moves: moves.collect(),
         missed: prediction.missed_of_most(),
-        told,
+        parameters,
     }
 }

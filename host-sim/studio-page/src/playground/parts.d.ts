@@ -1,4 +1,4 @@
-// What playground.mjs puts into the page.
+// Modules that playground.mjs puts into the page.
 
 declare module 'playground:simulator' {
   // WebAssembly, packed by gzip.

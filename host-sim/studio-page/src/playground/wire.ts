@@ -1,6 +1,5 @@
-// The playground's studio is in the page itself, in a worker (worker.ts). Which joint it has stands
-// behind the `#` of the address, and another one begins the page anew. A file of somebody's own
-// stays in this tab.
+// Wire of the playground: its studio runs in a worker of the page (worker.ts). The `#` part of the
+// address names the joint; another joint reloads the page. A file of the user stays in this tab.
 
 import simulator from 'playground:simulator';
 import worker from 'playground:worker';
@@ -10,7 +9,7 @@ import type { Wire } from '../wire';
 
 export const IN_PAGE = true;
 
-// A name is that of a built-in experiment, or of a joint of `stiction new --typical`.
+// Names of built-in experiments, or of joints of `stiction new --typical`.
 const JOINTS: [name: string, title: string][] = [
   ['step-response', 'The axis of the thesis'],
   ['harmonic', 'A harmonic drive'],
@@ -19,7 +18,7 @@ const JOINTS: [name: string, title: string][] = [
 const OWN = 'own.toml';
 const NOT_OPENED = '{"event":"not-opened"';
 const FIRST_VIEW = 'what-if';
-// A machine's file has less than half of it (document/mod.rs allows more).
+// Largest file, bytes: a machine's file needs less than half (document/mod.rs allows more).
 const LARGEST = 256 * 1024;
 
 export type Begin = { simulator: ArrayBuffer; machine: string; file: string | null };
@@ -38,7 +37,7 @@ export function connect(
   const studio = begun();
   let ready = false;
   let over = false;
-  // It does not start, or it has trapped: it answers nothing any more.
+  // After a failed start or a trap the worker answers nothing.
   const ended = (why: string) => {
     const said = `the simulation has ended: ${why}. Reload the page`;
     ready = false;
@@ -52,10 +51,10 @@ export function connect(
     by('playground-said').textContent = `✕ ${JSON.parse(data).said}`;
   };
   studio.onerror = ({ message }) => ended(message);
-  studio.onmessageerror = () => ended('what it has told cannot be read');
+  studio.onmessageerror = () => ended('its message cannot be read');
   unpacked()
     .then((bytes) => {
-      // It has ended before there was anything for it to do.
+      // It has failed before its first message.
       if (over) return;
       const begin: Begin = { simulator: bytes, machine: name, file: name === OWN ? own : null };
       studio.postMessage(begin, [bytes]);
@@ -70,7 +69,7 @@ export function connect(
   };
 }
 
-// What stands behind the `#`; somebody may have typed anything there.
+// Returns the `#` part of the address, which can be any text.
 function address(): string {
   try {
     return decodeURIComponent(location.hash.slice(1));
@@ -86,8 +85,8 @@ function begun(): Worker {
   return studio;
 }
 
-// Opens a file in a simulator of its own, and returns why it is refused. The joint in use goes on
-// meanwhile, and stays if the file is refused.
+// Opens a file in a simulator of its own, and returns why it is refused. Until then, and after a
+// refusal, the joint in use stays.
 async function refusal(file: string): Promise<string | null> {
   const simulator = await unpacked();
   const trial = begun();
@@ -111,7 +110,7 @@ async function unpacked(): Promise<ArrayBuffer> {
   return new Response(packed.pipeThrough(new DecompressionStream('gzip'))).arrayBuffer();
 }
 
-// Shows which joint it is, and lets somebody choose another one.
+// Shows the joint, and lets the user choose another one.
 function choose(now: string, own: string | null): void {
   const all = own === null ? JOINTS : [...JOINTS, [OWN, 'My own file'] as const];
   const begin = (name: string) => {

@@ -1,18 +1,18 @@
-// Runs the studio (`host-sim/playground`, a program for WASI) beside the page, and gives it what a
-// computer would: a file, a clock, standard input and output.
+// Runs the studio (`host-sim/playground`, a program for WASI) in a worker of the page, and provides
+// its environment: a file, a clock, standard input and output.
 //
-// The clock stands still while the program computes, and goes on by as much as it wants to wait. So
-// it never waits: it is called again when the page's clock has come as far. A page that is busy or
-// asleep stops the time of the device as well, which catches up with little of it.
+// The clock stands still while the program computes, and advances by each requested wait. So the
+// program never blocks: it is called again once the page's clock has caught up. On a page that is
+// busy or asleep the time of the device stops as well, and catches up only a little of it.
 
 import { ConsoleStdout, Fd, File, PreopenDirectory, WASI } from '@bjorn3/browser_wasi_shim';
 import type { Begin } from './wire';
 
 const BETWEEN_MS = 12;
-// The longest time that is caught up with, and that is computed for at a stretch.
+// Longest lag that is caught up, and longest computation without a pause.
 const BEHIND_MS = 200;
 const STRETCH_MS = 100;
-// A clock that has gone for a while, so that the program may look back.
+// Start of the clock, ms: above 0, since the program subtracts times from it.
 let clock = 1e6;
 let origin = performance.now() - clock;
 
@@ -25,7 +25,7 @@ const SUCCESS = 0;
 const encoder = new TextEncoder();
 const decoder = new TextDecoder();
 
-// What the page asks for, a line each.
+// Standard input: requests of the page, a line each.
 class Requests extends Fd {
   left = new Uint8Array();
 
@@ -40,7 +40,7 @@ class Requests extends Fd {
   }
 }
 
-// What the page is told: a kind, a length, and so many bytes.
+// Standard output: messages to the page, each with a kind, a length, and its bytes.
 class News extends Fd {
   private pieces: Uint8Array[] = [];
 
@@ -49,7 +49,7 @@ class News extends Fd {
     return { ret: SUCCESS, nwritten: data.length };
   }
 
-  tell(): void {
+  flush(): void {
     const all = joined(this.pieces);
     this.pieces = [];
     const view = new DataView(all.buffer);
@@ -97,11 +97,11 @@ async function begin({ simulator, machine, file }: Begin): Promise<void> {
   const memory = () => new DataView(exports.memory.buffer);
   wasi.initialize(instance as Parameters<WASI['initialize']>[0]);
   const opened = exports.playground_open();
-  news.tell();
+  news.flush();
   if (opened) go(exports.playground_pass);
 }
 
-// The parts of WASI that tell the time and wait (its specification has these layouts).
+// Functions of WASI for the clock and for waiting (with the layouts of its specification).
 function time(memory: () => DataView) {
   const NANOSECONDS = 1e6;
   const ABSOLUTE = 1;
@@ -110,7 +110,7 @@ function time(memory: () => DataView) {
       memory().setBigUint64(to, BigInt(Math.round(clock * NANOSECONDS)), true);
       return SUCCESS;
     },
-    // Only waiting for the clock is asked for, and for one time.
+    // The program waits only for the clock, and for one time.
     poll_oneoff(subscription: number, event: number, _count: number, events: number): number {
       const view = memory();
       const wait = Number(view.getBigUint64(subscription + 24, true)) / NANOSECONDS;
@@ -131,7 +131,7 @@ function go(pass: () => void): void {
   const until = Math.min(now, begin - origin);
   do {
     pass();
-    news.tell();
+    news.flush();
   } while (clock < until && performance.now() - begin < STRETCH_MS);
   setTimeout(() => go(pass), Math.max(BETWEEN_MS, clock - (performance.now() - origin)));
 }

@@ -1,70 +1,69 @@
-//! The keys of the view. Stop, hold and quit always work. A position is typed and takes effect with
-//! Enter only; every other key inside it is shown as typed, and refused if it is no number.
+//! Keys of the view. Stop, hold and quit always work. A typed position takes effect at Enter. A
+//! key that is not part of a number is shown as typed, and Enter refuses the text.
 
 use ratatui::crossterm::event::{KeyCode, KeyEvent, KeyModifiers};
 
-use super::model::Watched;
+use super::model::WatchedDevice;
 use crate::device::client::Client;
 use crate::device::travel::Travel;
 use crate::device::wire::Wire;
 use crate::error::Error;
 use crate::typed_number;
 
-/// Longest text that is typed for a position. No number that makes sense is as long.
+/// Longest text of a typed position, characters.
 const LONGEST_ENTRY: usize = 32;
 
 /// The text of the last line, which names the keys.
 pub const KEYS: &str = "q quit  s stop  a arm  h hold  c clear fault  NUMBER Enter move to, deg";
 
-/// Whether the view goes on.
+/// Continuation of the view after a key.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Flow {
+pub enum WatchFlow {
     /// The view goes on.
     Go,
     /// The view ends.
     Quit,
 }
 
-/// Does what a key asks for. What the device refuses is noted.
+/// Executes the command of a key. A refusal of the device becomes the note.
 ///
 /// # Errors
-/// Says that the device does not answer.
+/// Returns an error if the device does not answer.
 pub fn press<W: Wire>(
     key: KeyEvent,
-    watched: &mut Watched,
+    watched: &mut WatchedDevice,
     client: &mut Client<W>,
-) -> Result<Flow, Error> {
+) -> Result<WatchFlow, Error> {
     let control = key.modifiers.contains(KeyModifiers::CONTROL);
     let plain = !key.modifiers.intersects(KeyModifiers::CONTROL | KeyModifiers::ALT);
     let done = match key.code {
-        KeyCode::Char('c' | 'd') if control => return Ok(Flow::Quit),
-        // The stop key works however it is pressed.
+        KeyCode::Char('c' | 'd') if control => return Ok(WatchFlow::Quit),
+        // The stop key works with any modifier.
         KeyCode::Char('s' | 'S' | ' ') => {
             client.stop().map(|()| "stopped: the motor is off".to_owned())
         }
-        // A terminal, a multiplexer or a slip of the hand sends these: Ctrl-A is no arming.
-        KeyCode::Char(_) if !plain => return Ok(Flow::Go),
-        KeyCode::Char('q') => return Ok(Flow::Quit),
+        // A terminal, a multiplexer or a slip of the hand can send these: Ctrl-A must not arm.
+        KeyCode::Char(_) if !plain => return Ok(WatchFlow::Go),
+        KeyCode::Char('q') => return Ok(WatchFlow::Quit),
         KeyCode::Char('h') => client.hold().map(|()| "stops here, and is held".to_owned()),
-        // A key that vanished inside a number would make it another number: `4,5` was 45.
+        // A key that vanished inside a number would change the number: `4,5` would become 45.
         KeyCode::Char(c) if begins_a_number(c) || !watched.entry.is_empty() => {
             watched.entry.push(c);
             if watched.entry.chars().count() > LONGEST_ENTRY {
                 watched.entry.clear();
-                watched.note =
-                    format!("more than {LONGEST_ENTRY} characters are no position: discarded");
+                watched.note = format!("longer than {LONGEST_ENTRY} characters: discarded");
             }
-            return Ok(Flow::Go);
+            return Ok(WatchFlow::Go);
         }
         KeyCode::Char('a') => arm(watched, client),
         KeyCode::Char('c') => client.clear().map(|()| "cleared: `a` arms again".to_owned()),
         KeyCode::Backspace => {
             watched.entry.pop();
-            return Ok(Flow::Go);
+            return Ok(WatchFlow::Go);
         }
         KeyCode::Enter if !watched.entry.is_empty() => go(watched, client),
         KeyCode::Esc => Ok(String::new()),
-        _ => return Ok(Flow::Go),
+        _ => return Ok(WatchFlow::Go),
     };
     watched.entry.clear();
     watched.note = match done {
@@ -73,17 +72,17 @@ pub fn press<W: Wire>(
         Err(error) => return Err(error),
     };
     watched.status = client.status()?;
-    Ok(Flow::Go)
+    Ok(WatchFlow::Go)
 }
 
-/// Whether a character begins a position; each one after it belongs to that position.
+/// Returns whether a character starts a position; each one after it belongs to that position.
 const fn begins_a_number(c: char) -> bool {
     matches!(c, '0'..='9' | '.' | ',' | '-' | '+' | '\u{2212}')
 }
 
-fn arm<W: Wire>(watched: &mut Watched, client: &mut Client<W>) -> Result<String, Error> {
+fn arm<W: Wire>(watched: &mut WatchedDevice, client: &mut Client<W>) -> Result<String, Error> {
     let (before, armed_here) = (watched.is_armed(), watched.armed_here);
-    // This is noted before the answer: one that is lost does not disarm the drive.
+    // Set before the answer: if the answer is lost, the drive may be armed.
     watched.armed_here |= !before;
     let answer = client.arm();
     if matches!(answer, Err(Error::Refused(_))) {
@@ -94,9 +93,9 @@ fn arm<W: Wire>(watched: &mut Watched, client: &mut Client<W>) -> Result<String,
         .into())
 }
 
-/// Moves to the typed position, which counts from the zero of the arming: without that zero there
-/// is no place to move to.
-fn go<W: Wire>(watched: &mut Watched, client: &mut Client<W>) -> Result<String, Error> {
+/// Moves to the typed position, which counts from the zero of the arming. Without that zero there
+/// is no target.
+fn go<W: Wire>(watched: &mut WatchedDevice, client: &mut Client<W>) -> Result<String, Error> {
     let deg = typed_number::parse(&watched.entry)
         .map_err(|why| Error::Input(format!("no move: {why}")))?;
     // Another program may have set other limits meanwhile.

@@ -21,8 +21,8 @@ use crate::device::travel::Travel;
 use crate::device::wire::Wire;
 use crate::device::words;
 use crate::error::Error;
-use keys::Flow;
-use model::{WINDOW_S, Watched, subscribed};
+use keys::WatchFlow;
+use model::{WINDOW_S, WatchedDevice, subscribed};
 
 /// Samples of a plot: two for every dot of a wide terminal.
 const SAMPLES: f64 = 500.0;
@@ -30,17 +30,17 @@ const SAMPLES: f64 = 500.0;
 /// Time between two drawings of the view.
 const DRAWN: Duration = Duration::from_millis(50);
 
-/// Time between two requests for the status, which also say that somebody is there: a fifth of the
-/// default link timeout.
+/// Time between two requests for the status: a fifth of the default link timeout. Each request is a
+/// keep-alive as well.
 const ASKED: Duration = Duration::from_millis(100);
 
-/// Time within which a key is seen.
+/// Longest wait for a key.
 const SLICE: Duration = Duration::from_millis(20);
 
-/// Refuses a standard output that nobody can watch, before anything is said to the device.
+/// Refuses an output that cannot show the view, before the device receives anything.
 ///
 /// # Errors
-/// Says that input or output is no terminal.
+/// Returns an error if input or output is not a terminal.
 pub fn on_a_terminal() -> Result<(), Error> {
     if stdin().is_terminal() && stdout().is_terminal() {
         return Ok(());
@@ -51,11 +51,11 @@ pub fn on_a_terminal() -> Result<(), Error> {
     )))
 }
 
-/// Watches until `q` or a signal that ends programs, and returns the last words for the person.
+/// Watches until `q` or a signal that ends programs, and returns the last sentences for the user.
 ///
 /// # Errors
-/// Says that the device does not answer any more, or that the terminal fails. What was armed here
-/// is stopped all the same, if it can be reached.
+/// Returns an error if the device no longer answers or the terminal fails. A drive that was armed
+/// here is stopped before, if the device can be reached.
 pub fn watch<W: Wire>(client: &mut Client<W>) -> Result<String, Error> {
     client.wire().real_time();
     let ending = endings()?;
@@ -65,7 +65,7 @@ pub fn watch<W: Wire>(client: &mut Client<W>) -> Result<String, Error> {
     let name = format!("{}, firmware {version}", client.wire().name());
     let signals = Signals::new(client.signals()?);
     let mask = signals.mask(subscribed());
-    let mut watched = Watched::new(client.warning(), name, signals, status);
+    let mut watched = WatchedDevice::new(client.warning(), name, signals, status);
     // A device without parameters cannot be armed, and has no travel.
     watched.travel = client.parameters().ok().map(|parameters| Travel::new(&parameters));
     let seen = client.subscribe(mask, every(&status));
@@ -75,14 +75,14 @@ pub fn watch<W: Wire>(client: &mut Client<W>) -> Result<String, Error> {
             let left = left?;
             Ok(words::status(&client.status()?) + left + "\n")
         }
-        // The first error is the one to tell.
+        // The first error is the cause.
         (Err(error), Ok(left)) => Err(Error::Device(format!("{error}; {left}"))),
         (Err(error), Err(_)) => Err(unheard(&error, &watched)),
     }
 }
 
-/// A flag that signals set. They would otherwise end the program with the terminal in disorder and
-/// the drive armed.
+/// Returns a flag that signals set. Without it they would end the program with the terminal in
+/// disorder and the drive armed.
 fn endings() -> Result<Arc<AtomicBool>, Error> {
     let ending = Arc::new(AtomicBool::new(false));
     #[cfg(unix)]
@@ -103,7 +103,7 @@ fn every(status: &Status) -> u16 {
     }
 }
 
-/// The terminal, which is given back whatever happens; in a panic a hook does so.
+/// The terminal. It is restored when this is dropped; in a panic a hook restores it.
 struct Screen(ratatui::DefaultTerminal);
 
 impl Drop for Screen {
@@ -114,7 +114,7 @@ impl Drop for Screen {
 
 fn on_screen<W: Wire>(
     client: &mut Client<W>,
-    watched: &mut Watched,
+    watched: &mut WatchedDevice,
     ending: &AtomicBool,
 ) -> Result<(), Error> {
     let mut screen = Screen(ratatui::try_init()?);
@@ -135,7 +135,7 @@ fn on_screen<W: Wire>(
         if event::poll(Duration::ZERO)? {
             if let Event::Key(key) = event::read()?
                 && key.kind != KeyEventKind::Release
-                && keys::press(key, watched, client)? == Flow::Quit
+                && keys::press(key, watched, client)? == WatchFlow::Quit
             {
                 return Ok(());
             }
@@ -147,25 +147,25 @@ fn on_screen<W: Wire>(
     Ok(())
 }
 
-/// Turns off a drive that was armed here, and tells how it is left.
-fn leave<W: Wire>(client: &mut Client<W>, watched: &Watched) -> Result<&'static str, Error> {
+/// Turns off a drive that was armed here, and returns a sentence on its state.
+fn leave<W: Wire>(client: &mut Client<W>, watched: &WatchedDevice) -> Result<&'static str, Error> {
     if watched.armed_here {
         client.stop().map_err(|error| unheard(&error, watched))?;
     }
-    // The subscription is of no use to anybody any more. If ending it fails, it does no harm.
+    // The view needs no more samples. If this fails, it does no harm.
     let _ = client.subscribe(0, 0);
     let left = client.status().map_err(|error| unheard(&error, watched))?;
     Ok(match left.state {
         StateCode::Armed => {
-            "THE MOTOR IS STILL DRIVEN: it was so before you watched; `stop` turns it off"
+            "THE MOTOR IS STILL DRIVEN: it was driven before you watched; `stop` turns it off"
         }
         StateCode::Faulted(_) => "left faulted: the motor is off",
         StateCode::Stopped | StateCode::Boot => "left stopped: the motor is off",
     })
 }
 
-/// The error on leaving a device that was not reached; it says if the drive may be armed.
-fn unheard(error: &Error, watched: &Watched) -> Error {
+/// Returns the error after a device was not reached; it warns if the drive may be armed.
+fn unheard(error: &Error, watched: &WatchedDevice) -> Error {
     let armed = watched.armed_here || watched.is_armed();
     Error::Device(if armed { format!("{error}; {PERHAPS_ARMED}") } else { error.to_string() })
 }

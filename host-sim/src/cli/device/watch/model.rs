@@ -1,4 +1,4 @@
-//! What the view knows of the device, and for how long it keeps that.
+//! Model of the view: the last status, and the samples of the last seconds.
 
 use std::collections::VecDeque;
 
@@ -9,13 +9,13 @@ use crate::device::signals::{OF_THE_LOOP, Signals};
 use crate::device::travel::Travel;
 use crate::error::Error;
 
-/// Length of the past that is plotted, s, unless a move takes longer.
+/// Length of the plotted past, s, unless a move takes longer.
 pub const WINDOW_S: f64 = 10.0;
 
-/// The longest past that is plotted, s: at 50 samples a second, they are few enough.
+/// Longest plotted past, s: 50 samples a second for that long.
 const LONGEST_WINDOW_S: f64 = 300.0;
 
-/// The signals that the view subscribes to, beside those of the loop: the duty.
+/// Signals that the view subscribes to in addition to those of the loop: the duty.
 const OF_THE_DUTY: [&str; 2] = [name("compare"), name("reverse")];
 
 /// The signals that the view subscribes to.
@@ -23,9 +23,9 @@ pub fn subscribed() -> impl Iterator<Item = &'static str> {
     OF_THE_LOOP.into_iter().chain(OF_THE_DUTY)
 }
 
-/// The terms of one tick, in a user's units.
+/// Signals of one tick, in the user's units.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct Moment {
+pub struct WatchSample {
     /// Time of the device, s.
     pub time_s: f64,
     /// theta_d in the zero of the arming, deg.
@@ -42,7 +42,7 @@ pub struct Moment {
     pub v_c: f64,
     /// V.
     pub v: f64,
-    /// What the joint gets, V.
+    /// Effort after the drive's limits, V.
     pub v_applied: f64,
     /// Code of the drive.
     pub code: i32,
@@ -54,7 +54,7 @@ pub struct Moment {
     pub saturated: bool,
 }
 
-impl Moment {
+impl WatchSample {
     fn new(signals: &Signals, sample: &Sample, sample_time_s: f64, resolution_deg: f64) -> Self {
         let value = |signal| signals.number(sample, signal);
         let flags = value(const { name("status") }) as u32;
@@ -79,9 +79,9 @@ impl Moment {
     }
 }
 
-/// A device that is watched.
+/// Samples and status of a device that is watched.
 #[derive(Clone, Debug)]
-pub struct Watched {
+pub struct WatchedDevice {
     /// The warning with which every view begins; a board needs none.
     pub warning: Option<&'static str>,
     /// The name of the device, and its firmware.
@@ -90,10 +90,10 @@ pub struct Watched {
     pub signals: Signals,
     /// The answer to the last request for the status.
     pub status: Status,
-    /// Length of the past that is kept, s: as long as the longest move of late.
+    /// Length of the past that is kept, s: the length of the longest recent move.
     pub kept_s: f64,
-    /// The moments of that past.
-    pub moments: VecDeque<Moment>,
+    /// The samples of that past.
+    pub moments: VecDeque<WatchSample>,
     /// Samples that did not arrive.
     pub lost: u64,
     /// Whether this program has armed the drive.
@@ -106,8 +106,8 @@ pub struct Watched {
     pub note: String,
 }
 
-impl Watched {
-    /// Begins without a sample.
+impl WatchedDevice {
+    /// Starts without a sample.
     pub fn new(
         warning: Option<&'static str>,
         name: String,
@@ -129,11 +129,11 @@ impl Watched {
         }
     }
 
-    /// Takes a sample, and forgets those that are too old.
+    /// Stores a sample, and drops those that are too old.
     pub fn take(&mut self, sample: &Sample) {
         let Status { sample_time, resolution, .. } = self.status;
-        let moment = Moment::new(&self.signals, sample, sample_time.into(), resolution.into());
-        // A device that was reset begins its time anew.
+        let moment = WatchSample::new(&self.signals, sample, sample_time.into(), resolution.into());
+        // A device that was reset restarts its clock.
         if self.moments.back().is_some_and(|last| last.time_s > moment.time_s) {
             self.moments.clear();
         }
@@ -143,8 +143,7 @@ impl Watched {
         }
     }
 
-    /// Takes the answer to a request for the status. A drive that is not armed any more was not
-    /// armed by this program.
+    /// Stores an answer to a request for the status. `armed_here` ends when the drive is not armed.
     pub fn follow(&mut self, status: Status) {
         self.armed_here &= matches!(status.state, StateCode::Armed);
         self.status = status;
@@ -168,23 +167,23 @@ impl Watched {
         self.travel.map_or(Ok(()), |travel| travel.check(deg))
     }
 
-    /// Fits the past that is plotted to a move that takes so long, in whole tens of seconds.
+    /// Sets the plotted past to the length of a move, in whole tens of seconds.
     pub fn show(&mut self, move_s: f64) {
         self.kept_s = (10.0 * (move_s / 10.0).ceil()).clamp(WINDOW_S, LONGEST_WINDOW_S);
     }
 
-    /// The last moment.
-    pub fn now(&self) -> Moment {
+    /// Returns the last sample.
+    pub fn now(&self) -> WatchSample {
         self.moments.back().copied().unwrap_or_default()
     }
 
-    /// Whether the drive is armed, as far as was last heard.
+    /// Returns whether the drive was armed in the last status.
     pub const fn is_armed(&self) -> bool {
         matches!(self.status.state, StateCode::Armed)
     }
 
-    /// The time that the plots show, s: as much as the loop has been closed of late, in round
-    /// figures, so that a short move fills them.
+    /// Returns the time that the plots show, s: the time since the loop was closed, rounded up, so
+    /// that a short move fills the plots.
     pub fn window_s(&self) -> f64 {
         let now_s = self.now().time_s;
         let first = self.moments.iter().find(|moment| moment.armed);
@@ -192,11 +191,11 @@ impl Watched {
         [1.0, 2.0, 5.0].into_iter().find(|window_s| length_s <= *window_s).unwrap_or(self.kept_s)
     }
 
-    /// The curve of a term over time, in pieces of uninterrupted arming. Time counts back from the
-    /// last moment.
-    pub fn curves(&self, term: impl Fn(&Moment) -> f64) -> Vec<Vec<(f64, f64)>> {
+    /// Returns a signal over time, in pieces of uninterrupted arming. Time counts back from the
+    /// last sample, s.
+    pub fn curves(&self, term: impl Fn(&WatchSample) -> f64) -> Vec<Vec<(f64, f64)>> {
         let now_s = self.now().time_s;
-        let moments: Vec<&Moment> = self.moments.iter().collect();
+        let moments: Vec<&WatchSample> = self.moments.iter().collect();
         let armed = moments.split(|moment| !moment.armed).filter(|piece| !piece.is_empty());
         armed.map(|piece| piece.iter().map(|m| (m.time_s - now_s, term(m))).collect()).collect()
     }

@@ -7,8 +7,8 @@ use ratatui::crossterm::event::{KeyCode, KeyEvent, KeyModifiers};
 use ratatui::style::Color;
 use stiction::link::{Sample, StateCode, Status, Told, WireErrors};
 
-use super::keys::{Flow, press};
-use super::model::{Moment, Watched, subscribed};
+use super::keys::{WatchFlow, press};
+use super::model::{WatchSample, WatchedDevice, subscribed};
 use super::view::draw;
 use crate::device::client::Client;
 use crate::device::signals::Signals;
@@ -40,7 +40,8 @@ fn status() -> Status {
     }
 }
 
-/// A set point of 5.005 deg, and `counts` of 0.01 deg; of 2.75 V the joint gets 2.5 V.
+/// A set point of 5.005 deg and a position of `counts` x 0.01 deg; the effort is 2.75 V, limited to
+/// 2.5 V.
 fn sample(clock: u32, counts: i32, state: u32) -> Sample {
     let value = |name| match name {
         "counts" => counts as u32,
@@ -65,14 +66,21 @@ fn sample(clock: u32, counts: i32, state: u32) -> Sample {
     Sample { number: 0, clock, signals: mask, values }
 }
 
-fn watched(warning: Option<&'static str>, samples: impl IntoIterator<Item = Sample>) -> Watched {
-    let mut watched =
-        Watched::new(warning, "the bench, firmware 1.2.3".into(), Signals::of_core(), status());
+fn watched(
+    warning: Option<&'static str>,
+    samples: impl IntoIterator<Item = Sample>,
+) -> WatchedDevice {
+    let mut watched = WatchedDevice::new(
+        warning,
+        "the bench, firmware 1.2.3".into(),
+        Signals::of_core(),
+        status(),
+    );
     samples.into_iter().for_each(|sample| watched.take(&sample));
     watched
 }
 
-fn drawn(watched: &Watched, columns: u16, rows: u16) -> Buffer {
+fn drawn(watched: &WatchedDevice, columns: u16, rows: u16) -> Buffer {
     let mut terminal = Terminal::new(TestBackend::new(columns, rows)).unwrap();
     terminal.draw(|frame| draw(frame, watched)).unwrap();
     terminal.backend().buffer().clone()
@@ -131,8 +139,7 @@ fn a_curve_is_where_its_values_are_and_nowhere_without_the_loop() {
         right.clone().count() > 25 && right.clone().all(|at| at.1 == row_of(2.0)),
         "{position:?}"
     );
-    // The effort is below: what is asked for at the top, and what the joint gets of it at the
-    // bottom.
+    // The effort is below: the commanded effort at the top, and the applied effort at the bottom.
     let [asked, applied] = [Color::Green, Color::Magenta].map(|color| curve(&buffer, color));
     assert!(asked.len() > 60 && asked.iter().all(|at| at.1 == 19), "{asked:?}");
     assert!(applied.len() > 60 && applied.iter().all(|at| at.1 == 20), "{applied:?}");
@@ -152,7 +159,7 @@ fn a_curve_is_where_its_values_are_and_nowhere_without_the_loop() {
 fn only_the_last_ten_seconds_are_kept_and_a_reset_begins_anew() {
     let mut watched = watched(None, (0..3000).map(|i| sample(i, 0, 2)));
     let times: Vec<f64> =
-        watched.curves(|m: &Moment| m.error_deg)[0].iter().map(|point| point.0).collect();
+        watched.curves(|m: &WatchSample| m.error_deg)[0].iter().map(|point| point.0).collect();
     assert!((times[0] + 10.0).abs() < 0.02 && times[times.len() - 1] == 0.0, "{}", times[0]);
     watched.take(&sample(3, 0, 2));
     assert_eq!(watched.moments.len(), 1);
@@ -189,7 +196,7 @@ fn the_warning_is_the_first_line_at_any_size() {
 }
 
 /// A watched device with a fault, every warning and a refusal of three rows.
-fn with_all_at_once() -> Watched {
+fn with_all_at_once() -> WatchedDevice {
     let mut watched = watched(Some(SIMULATED), [sample(4995, 200, 2)]);
     let status = &mut watched.status;
     status.state = StateCode::Faulted(14);
@@ -249,20 +256,20 @@ fn what_is_dangerous_is_the_last_to_be_cut() {
     }
 }
 
-fn watched_device() -> (Watched, Client<SimulatedWire>) {
+fn watched_device() -> (WatchedDevice, Client<SimulatedWire>) {
     let document = Document::open("step-response").unwrap();
     let plan = Experiment::plan(&document, &["srnf".into()], &[]).unwrap().runs.remove(0);
     let mut client =
         Client::connect(SimulatedWire::new(SimulatedDevice::new(&plan).unwrap())).unwrap();
     let status = client.status().unwrap();
     let signals = Signals::new(client.signals().unwrap());
-    (Watched::new(client.warning(), "bench".into(), signals, status), client)
+    (WatchedDevice::new(client.warning(), "bench".into(), signals, status), client)
 }
 
 #[test]
 fn keys_arm_move_and_stop_the_device() {
     let (mut watched, mut client) = watched_device();
-    let keys = |text: &str, watched: &mut Watched, client: &mut Client<SimulatedWire>| {
+    let keys = |text: &str, watched: &mut WatchedDevice, client: &mut Client<SimulatedWire>| {
         let codes = text.chars().map(|c| if c == '\n' { KeyCode::Enter } else { KeyCode::Char(c) });
         codes.map(|code| press(KeyEvent::from(code), watched, client).unwrap()).last().unwrap()
     };
@@ -271,7 +278,7 @@ fn keys_arm_move_and_stop_the_device() {
         client.wire().simulated.position_deg()
     };
     // Without arming nothing moves, and the view says why.
-    assert_eq!(keys("2\n", &mut watched, &mut client), Flow::Go);
+    assert_eq!(keys("2\n", &mut watched, &mut client), WatchFlow::Go);
     assert!(watched.note.contains("`arm` first"), "{}", watched.note);
     assert!(pass(&mut client).abs() < 1e-9);
     assert_eq!(client.status().unwrap().state, StateCode::Stopped);
@@ -292,19 +299,19 @@ fn keys_arm_move_and_stop_the_device() {
     keys("3s", &mut watched, &mut client);
     assert_eq!((watched.status.state, watched.entry.as_str()), (StateCode::Stopped, ""));
     assert!(!client.wire().simulated.tick().enable);
-    assert_eq!(keys("q", &mut watched, &mut client), Flow::Quit);
+    assert_eq!(keys("q", &mut watched, &mut client), WatchFlow::Quit);
     let interrupt = KeyEvent::new(KeyCode::Char('c'), KeyModifiers::CONTROL);
-    assert_eq!(press(interrupt, &mut watched, &mut client).unwrap(), Flow::Quit);
+    assert_eq!(press(interrupt, &mut watched, &mut client).unwrap(), WatchFlow::Quit);
 }
 
-fn type_in(text: &str, watched: &mut Watched, client: &mut Client<SimulatedWire>) {
+fn type_in(text: &str, watched: &mut WatchedDevice, client: &mut Client<SimulatedWire>) {
     for c in text.chars() {
         let code = if c == '\n' { KeyCode::Enter } else { KeyCode::Char(c) };
-        assert_eq!(press(KeyEvent::from(code), watched, client).unwrap(), Flow::Go);
+        assert_eq!(press(KeyEvent::from(code), watched, client).unwrap(), WatchFlow::Go);
     }
 }
 
-/// The number is seen before Enter moves, and the joint goes there.
+/// The number is shown before Enter moves, and the joint goes there.
 #[test]
 fn a_decimal_comma_and_an_exponent_move_to_the_number_that_is_shown_before() {
     for (typed, deg) in [("4,5", "4.5"), ("45e-1", "4.5"), ("-2,25", "-2.25"), ("+3", "3")] {
@@ -362,7 +369,7 @@ fn a_target_out_of_the_travel_is_refused_where_it_is_typed_with_the_range() {
         let signals = Signals::new(client.signals().unwrap());
         let status = client.status().unwrap();
         let mask = signals.mask(subscribed());
-        let mut watched = Watched::new(client.warning(), "bench".into(), signals, status);
+        let mut watched = WatchedDevice::new(client.warning(), "bench".into(), signals, status);
         client.subscribe(mask, 1).unwrap();
         type_in("a", &mut watched, &mut client);
         client.pass(Duration::from_millis(100)).unwrap();
@@ -412,16 +419,18 @@ fn the_window_fits_the_move() {
 #[test]
 fn with_control_or_alt_nothing_but_stop_is_done() {
     let (mut watched, mut client) = watched_device();
-    let press_all =
-        |codes: &str, modifiers, watched: &mut Watched, client: &mut Client<SimulatedWire>| {
-            for code in codes.chars() {
-                assert_eq!(
-                    press(KeyEvent::new(KeyCode::Char(code), modifiers), watched, client).unwrap(),
-                    Flow::Go
-                );
-            }
-            (watched.status.state, watched.entry.clone())
-        };
+    let press_all = |codes: &str,
+                     modifiers,
+                     watched: &mut WatchedDevice,
+                     client: &mut Client<SimulatedWire>| {
+        for code in codes.chars() {
+            assert_eq!(
+                press(KeyEvent::new(KeyCode::Char(code), modifiers), watched, client).unwrap(),
+                WatchFlow::Go
+            );
+        }
+        (watched.status.state, watched.entry.clone())
+    };
     for modifiers in [KeyModifiers::CONTROL, KeyModifiers::ALT] {
         let left = press_all("ahq5-.", modifiers, &mut watched, &mut client);
         assert_eq!(left, (StateCode::Stopped, String::new()), "{modifiers:?}");
@@ -446,7 +455,7 @@ fn with_control_or_alt_nothing_but_stop_is_done() {
 }
 
 #[test]
-fn a_device_that_falls_silent_while_armed_here_is_told_to_be_perhaps_still_armed() {
+fn a_device_that_falls_silent_while_armed_here_is_reported_as_perhaps_still_armed() {
     let (mut watched, mut client) = watched_device();
     // Refused: a joint that moves is not armed.
     client.wire().simulated.push(0.0, 20.0);
@@ -468,7 +477,7 @@ fn a_device_that_falls_silent_while_armed_here_is_told_to_be_perhaps_still_armed
     );
 }
 
-/// A wire of which the way back is cut.
+/// A wire whose return path is cut.
 struct Cut {
     wire: SimulatedWire,
     cut: bool,
@@ -494,7 +503,7 @@ impl Wire for Cut {
 }
 
 #[test]
-fn what_was_armed_here_is_stopped_on_leaving_and_what_was_not_is_told() {
+fn what_was_armed_here_is_stopped_on_leaving_and_what_was_not_is_reported() {
     let (mut watched, mut client) = watched_device();
     press(KeyEvent::from(KeyCode::Char('a')), &mut watched, &mut client).unwrap();
     assert!(super::leave(&mut client, &watched).unwrap().contains("motor is off"));

@@ -10,12 +10,12 @@ use ratatui::widgets::{Axis, Chart, Dataset, GraphType, Paragraph, Wrap};
 use stiction::link::StateCode;
 
 use super::keys::KEYS;
-use super::model::{Moment, Watched};
+use super::model::{WatchSample, WatchedDevice};
 use crate::device::words;
 use crate::error::shown;
 use crate::typed_number;
 
-/// Least height of a plot with its legend, rows; a lower one shows nothing that the numbers do not.
+/// Least height of a plot with its legend, rows; a lower one shows no more than the numbers.
 const LEAST_PLOT: u16 = 5;
 
 /// Least span of the position, counts: noise is not stretched over the whole height.
@@ -27,21 +27,21 @@ const LEAST_SPAN_V: f64 = 0.1;
 const REFERENCE: Color = Color::Yellow;
 const POSITION: Color = Color::Cyan;
 const EFFORT: Color = Color::Green;
-/// The effort that the joint gets.
+/// Colour of the effort after the drive's limits.
 const APPLIED: Color = Color::Magenta;
 
 /// Draws the whole view.
-pub fn draw(frame: &mut Frame, watched: &Watched) {
+pub fn draw(frame: &mut Frame, watched: &WatchedDevice) {
     // The warning stands apart from the others, which give way where there is no room.
     let area = frame.area();
     let rows = u16::from(watched.warning.is_some()).min(area.height);
     let warning = Rect { height: rows, ..area };
     let below = Rect { y: area.y + rows, height: area.height - rows, ..area };
-    let (told, noted) = (state_of(watched), note_of(watched));
-    // Where there is no room for all, what is dangerous stays, and the plots go first.
+    let (state_line, noted) = (state_of(watched), note_of(watched));
+    // Without room for all, warnings stay, and the plots go first.
     let mut left = below.height;
     let [state, note, keys, title, numbers] = [
-        wrapped(&told, area.width),
+        wrapped(&state_line, area.width),
         wrapped(&noted, area.width),
         wrapped(&KEYS.into(), area.width),
         1,
@@ -60,14 +60,14 @@ pub fn draw(frame: &mut Frame, watched: &Watched) {
     }
     frame.render_widget(title_of(watched), title);
     let wrap = |line| Paragraph::new::<Line>(line).wrap(Wrap { trim: true });
-    frame.render_widget(wrap(told), state);
+    frame.render_widget(wrap(state_line), state);
     frame.render_widget(Paragraph::new(numbers_of(watched)), numbers);
     frame.render_widget(wrap(noted), note);
     frame.render_widget(wrap(KEYS.into()).style(Style::new().fg(Color::DarkGray)), keys);
     plots_of(frame, watched, plots);
 }
 
-/// The rows that a text takes at most, if words stay whole in rows of so many columns.
+/// Returns the number of rows that a text takes if words stay whole.
 fn wrapped(line: &Line, columns: u16) -> u16 {
     let columns = usize::from(columns).max(1);
     let text: String = line.spans.iter().map(|span| span.content.as_ref()).collect();
@@ -84,13 +84,13 @@ fn wrapped(line: &Line, columns: u16) -> u16 {
     rows.try_into().unwrap_or(u16::MAX)
 }
 
-fn title_of(watched: &Watched) -> Paragraph<'_> {
+fn title_of(watched: &WatchedDevice) -> Paragraph<'_> {
     let status = &watched.status;
     let time_s = f64::from(status.clock) * f64::from(status.sample_time);
     Paragraph::new(format!("{}, on for {time_s:.1} s", watched.name))
 }
 
-fn state_of(watched: &Watched) -> Line<'static> {
+fn state_of(watched: &WatchedDevice) -> Line<'static> {
     let status = &watched.status;
     let color = match status.state {
         StateCode::Armed => Color::Green,
@@ -106,8 +106,8 @@ fn state_of(watched: &Watched) -> Line<'static> {
         say(words::told(&status.fault, status.sample_time), Color::Red);
         say(words::remedy(status.fault.code, "key c"), Color::Red);
     }
-    // What is dangerous stands first. What comes and goes from tick to tick stands last, and so
-    // moves nothing else.
+    // Dangerous conditions come first. Those that change from tick to tick come last, so that they
+    // shift nothing else.
     let warnings = [
         (
             status.wound_up,
@@ -136,7 +136,7 @@ fn state_of(watched: &Watched) -> Line<'static> {
     Line::from(line)
 }
 
-fn numbers_of(watched: &Watched) -> Vec<Line<'static>> {
+fn numbers_of(watched: &WatchedDevice) -> Vec<Line<'static>> {
     let (now, status) = (watched.now(), &watched.status);
     let deg = f64::from(status.position) * f64::from(status.resolution);
     // A drive that is not armed has neither a zero nor an effort.
@@ -172,9 +172,9 @@ fn numbers_of(watched: &Watched) -> Vec<Line<'static>> {
         .collect()
 }
 
-/// The last note, or the position that is being typed: with the number that it is read as, so that
-/// this number is seen before Enter moves.
-fn note_of(watched: &Watched) -> Line<'_> {
+/// Returns the last note, or the position that is being typed with the number that it is read as,
+/// so that the user sees this number before Enter moves.
+fn note_of(watched: &WatchedDevice) -> Line<'_> {
     let entry = watched.entry.as_str();
     if entry.is_empty() {
         return Line::from(watched.note.as_str());
@@ -192,18 +192,18 @@ fn note_of(watched: &Watched) -> Line<'_> {
     }
 }
 
-fn plots_of(frame: &mut Frame, watched: &Watched, area: Rect) {
+fn plots_of(frame: &mut Frame, watched: &WatchedDevice, area: Rect) {
     if area.height < LEAST_PLOT {
         return;
     }
-    // The plot of the effort gives way first.
+    // Without room for both plots, only the position is plotted.
     let below = if area.height >= 2 * LEAST_PLOT { area.height * 2 / 5 } else { 0 };
     let [position, effort] =
         Layout::vertical([Constraint::Fill(1), Constraint::Length(below)]).areas(area);
     let least = LEAST_SPAN_COUNTS * f64::from(watched.status.resolution);
     let curves: [Curve; 2] =
         [("reference", REFERENCE, |m| m.reference_deg), ("position", POSITION, |m| m.position_deg)];
-    // The times are written once, under the lower plot.
+    // Only the lower plot has the times.
     plot(frame, watched, &curves, ("deg", least), below == 0, position);
     if below > 0 {
         plot(
@@ -218,11 +218,11 @@ fn plots_of(frame: &mut Frame, watched: &Watched, area: Rect) {
 }
 
 /// A curve: its name in the legend, its colour and its term.
-type Curve = (&'static str, Color, fn(&Moment) -> f64);
+type Curve = (&'static str, Color, fn(&WatchSample) -> f64);
 
 fn plot(
     frame: &mut Frame,
-    watched: &Watched,
+    watched: &WatchedDevice,
     curves: &[Curve],
     (unit, least): (&str, f64),
     with_times: bool,
@@ -266,8 +266,8 @@ fn plot(
     frame.render_widget(Chart::new(datasets.collect()).x_axis(x).y_axis(y), area);
 }
 
-/// The range of an axis that holds all values and is at least `least` wide, and the decimals of its
-/// labels. Its ends and its middle are multiples of 1, 2 or 5 times a power of ten.
+/// Returns the range of an axis that holds all values and is at least `least` wide, and the
+/// decimals of its labels. Its ends and its middle are multiples of 1, 2 or 5 times a power of ten.
 pub(super) fn bounds(values: impl Iterator<Item = f64>, least: f64) -> ([f64; 2], usize) {
     let range = values.fold(None, |range: Option<[f64; 2]>, value| match range {
         None => Some([value; 2]),

@@ -1,4 +1,4 @@
-//! What the thread tells the pages of the device: what it is, its status, its faults.
+//! Events on the device: its identity, its status, its faults.
 
 use std::sync::atomic::Ordering;
 
@@ -7,7 +7,7 @@ use stiction::control::signal::name;
 use stiction::link::{Kind, Sample, StateCode, Status};
 
 use super::form;
-use super::request::Way;
+use super::request::RequestedMotion;
 use super::worker::Worker;
 use crate::device::signals::{OF_THE_LOOP, Signals};
 use crate::device::travel::Travel;
@@ -16,17 +16,17 @@ use crate::device::words;
 use crate::error::Error;
 use crate::selftest;
 
-/// What a wire of 921 600 baud carries, bytes a second, with a quarter left for answers.
+/// Capacity of a wire of 921 600 baud, bytes per second, with a quarter left for answers.
 const CARRIED: f64 = 0.75 * 92_160.0;
 
 /// Bytes of a sample without its values: numbers, mask, length, checksum and stuffing.
 const AROUND: usize = 30;
 
 impl<W: Wire> Worker<'_, W> {
-    pub(super) fn tell_status(&self, status: &Status) {
+    pub(super) fn publish_status(&self, status: &Status) {
         let fault =
             (status.fault.code != 0).then(|| words::fault(&status.fault, status.sample_time));
-        self.shared.news.tell(
+        self.shared.news.publish(
             "status",
             json!({
                 "state": words::state(status.state),
@@ -48,21 +48,21 @@ impl<W: Wire> Worker<'_, W> {
         );
     }
 
-    pub(super) fn tell_faults(&mut self, status: &Status) -> Result<(), Error> {
+    pub(super) fn publish_faults(&mut self, status: &Status) -> Result<(), Error> {
         let faults = self.client.faults()?;
-        let faults = faults.iter().map(|told| words::fault(told, status.sample_time));
+        let faults = faults.iter().map(|fault| words::fault(fault, status.sample_time));
         let faults: Vec<Value> = faults.collect();
-        self.shared.news.tell("faults", json!({ "faults": faults }));
+        self.shared.news.publish("faults", json!({ "faults": faults }));
         Ok(())
     }
 
-    /// Asks the device what it is, what it can send and what it runs, and tells all of that.
-    pub(super) fn introduce(&mut self) -> Result<(), Error> {
+    /// Requests identity, signals and parameters of the device, and publishes them.
+    pub(super) fn publish_device(&mut self) -> Result<(), Error> {
         let status = self.client.status()?;
         let announced = self.client.signals()?;
         let signals = Signals::new(announced.clone());
         let law: Vec<String> = signals.of_law().map(str::to_owned).collect();
-        // A self-test that begins needs no other ones, so that no page has to begin anew.
+        // The signals of a self-test are included, so that its start needs no new `hello`.
         let named = OF_THE_LOOP.into_iter().chain(selftest::SIGNALS);
         let mask = signals.mask(named.chain(law.iter().map(String::as_str)));
         let columns = mask.count_ones() as usize;
@@ -99,7 +99,7 @@ impl<W: Wire> Worker<'_, W> {
             _ => "board",
         };
         let version = identity.map_or(String::new(), |identity| identity.version.as_str().into());
-        self.shared.news.tell(
+        self.shared.news.publish(
             "hello",
             json!({
                 "generation": self.frame.generation,
@@ -115,12 +115,12 @@ impl<W: Wire> Worker<'_, W> {
                 "law": law,
             }),
         );
-        self.shared.runs(parameters.clone());
+        self.shared.set_in_use(parameters.clone());
         if let Some(parameters) = parameters {
             let rows = form::rows(&parameters, self.saved.as_ref())?;
-            // A file that cannot be written is not there to be pulled either.
+            // A file that cannot be written cannot be pulled either.
             let file = form::file(&parameters, &self.about.machine, warning).ok();
-            self.shared.news.tell(
+            self.shared.news.publish(
                 "parameters",
                 json!({ "rows": rows, "file": file, "undo": self.before.len() }),
             );
@@ -128,17 +128,17 @@ impl<W: Wire> Worker<'_, W> {
         Ok(())
     }
 
-    /// Tells of a move that has just begun, so that a page can lay a prediction beside it: with the
-    /// tick and the set point of the last sample from before the request. The joint sets out after
-    /// that, however long the answer took.
-    pub(super) fn tell_motion(&self, way: &Way) {
+    /// Publishes a move that has just started, so that a page can draw a prediction beside it: with
+    /// the clock and the set point of the last sample before the request. The joint starts after
+    /// that, however long the answer takes.
+    pub(super) fn publish_motion(&self, way: &RequestedMotion) {
         let reference = |sample: &Sample| {
             let whole = self.signals.number(sample, const { name("reference_counts") });
             whole + self.signals.number(sample, const { name("reference_fraction") })
         };
         let clock = self.last.as_ref().map_or(0, |sample| sample.clock);
         let armed = self.last.as_ref().filter(|sample| self.signals.is_armed(sample));
-        self.shared.news.tell(
+        self.shared.news.publish(
             "motion",
             json!({ "way": way, "clock": clock, "from_counts": armed.map_or(0.0, reference) }),
         );

@@ -1,15 +1,15 @@
-// What was said, and the events of the session.
+// Messages on the page, and the events of the session.
 
 import { app, by, element, live } from './app';
 import type { Answer, Link } from './link';
-import type { Kept } from './session';
+import type { SessionEvent } from './session';
 
 const MOST_SAID = 30;
 const MOST_EVENTS = 500;
 
-const events: Kept[] = [];
+const events: SessionEvent[] = [];
 
-// Those of the recording that is shown, or else of this page.
+// Events of the recording that is shown, or of this page.
 export const allEvents = () => app.recorded?.events ?? events;
 
 export function note(what: string): void {
@@ -29,18 +29,18 @@ export function listEvents(): void {
   );
 }
 
-// Whether something is as it should be; a doubt is neither.
+// Grade of a result; a doubtful result is usable.
 export type Grade = 'good' | 'doubtful' | 'bad';
 
 export const MARKS: Record<Grade, string> = { good: '✓', doubtful: '⚠', bad: '✕' };
 const LOOKS: Record<Grade, string> = { good: 'done', doubtful: 'doubted', bad: 'refused' };
 
-// Says what was found, with the mark of its grade.
-export function graded(what: string, grade: Grade): void {
-  said(what, grade === 'good', MARKS[grade], LOOKS[grade]);
+// Shows a result with the mark of its grade.
+export function reportGraded(what: string, grade: Grade): void {
+  report(what, grade === 'good', MARKS[grade], LOOKS[grade]);
 }
 
-export function said(
+export function report(
   what: string,
   ok: boolean,
   mark = ok ? '✓' : '✕ Refused:',
@@ -53,9 +53,9 @@ export function said(
   note(item.textContent);
 }
 
-// Asks for something, and says what came of it.
+// Sends a request, and shows its answer.
 export async function ask(link: Link, what: string, more: object = {}): Promise<Answer> {
   const answer = await link.ask(what, more);
-  said(answer.said, answer.ok);
+  report(answer.said, answer.ok);
   return answer;
 }
