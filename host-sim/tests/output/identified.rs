@@ -160,10 +160,10 @@ fn a_load_that_was_found_is_in_the_file_as_a_data_sheet_has_it() {
         let of: toml::Table = fs::read_to_string(&sheet).unwrap().parse().unwrap();
         let found = asked(&["--machine", &sheet, "identify", "--into", &file]);
         assert!(found.status.success(), "{}", words(&found.stderr));
-        assert!(!words(&found.stdout).contains("cannot say"), "{}", words(&found.stdout));
+        assert!(!words(&found.stdout).contains("has no key"), "{}", words(&found.stdout));
         let text = fs::read_to_string(&file).unwrap();
         let written: toml::Table = text.parse().unwrap();
-        assert!(!written.contains_key("joint") && !text.contains("cannot say"), "{text}");
+        assert!(!written.contains_key("joint") && !text.contains("has no key"), "{text}");
         let value = |table: &toml::Table, name: &str, key: &str| {
             let value = &table[name][key];
             value.as_float().or(value.as_integer().map(|whole| whole as f64)).unwrap()
@@ -221,7 +221,7 @@ fn a_load_that_no_key_can_say_is_in_a_comment_and_told() {
         let left_out = left_out.unwrap();
         let joined = text.replace("\n#", " ").split_whitespace().collect::<Vec<_>>().join(" ");
         assert!(joined.contains(&left_out), "{left_out}: {text}");
-        for part in ["This file cannot say it", "predictions", "a data sheet in --machine"] {
+        for part in ["This file has no key for it", "predictions", "a data sheet in --machine"] {
             assert!(left_out.contains(part), "{part}: {left_out}");
         }
         let said = left_out.to_lowercase();
@@ -400,8 +400,9 @@ fn robust_is_told_of_the_joint_that_was_found_and_keeps_what_somebody_has_set() 
     let (head, _) = text.split_once("[controller.robust]").unwrap();
     let (_, comment) = head.rsplit_once("\n\n").unwrap();
     let joined = comment.replace("\n#", " ").split_whitespace().collect::<Vec<_>>().join(" ");
-    assert!(joined.contains("From the identification") && joined.contains("inertia_v"), "{head}");
-    let kept = joined.split_once("Left alone").map(|(_, kept)| kept).unwrap_or_default();
+    assert!(joined.contains("Set from the identification"), "{head}");
+    assert!(joined.contains("inertia_v"), "{head}");
+    let kept = joined.split_once("Unchanged").map(|(_, kept)| kept).unwrap_or_default();
     assert!(kept.contains("bandwidth_rad_per_s") && kept.contains("least_gain"), "{head}");
     assert!(!kept.contains("jitter"), "{head}");
     assert!(comment.lines().all(|line| line.chars().count() <= 80), "{comment}");

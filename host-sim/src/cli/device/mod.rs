@@ -449,7 +449,7 @@ fn ended(what: &str, status: &Status) -> Result<(), Error> {
 fn by(status: &Status) -> String {
     match status.fault.code {
         0 => "a stop".into(),
-        _ => words::told(&status.fault, status.sample_time),
+        _ => words::fault(&status.fault, status.sample_time),
     }
 }
 

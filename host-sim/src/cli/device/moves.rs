@@ -235,7 +235,7 @@ mod tests {
             let error = refused.err().unwrap().to_string();
             assert!(error.starts_with("move: the simulated device refuses: "), "{error}");
             assert!(
-                error.contains("leads out of `limits.position_min_deg`")
+                error.contains("leaves the range `limits.position_min_deg`")
                     && error.ends_with("; the motor is off"),
                 "{error}"
             );

@@ -142,7 +142,7 @@ impl Request {
         Ok(Some(if status.state == StateCode::Armed {
             Ok(session.moves)
         } else {
-            Err(words::told(&status.fault, status.sample_time))
+            Err(words::fault(&status.fault, status.sample_time))
         }))
     }
 }

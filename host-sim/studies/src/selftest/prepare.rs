@@ -263,7 +263,7 @@ impl Prepared {
         let by = || match (status.fault.code, refused) {
             (0, None) => "a stop".into(),
             (0, Some(why)) => why,
-            _ => words::told(&status.fault, status.sample_time),
+            _ => words::fault(&status.fault, status.sample_time),
         };
         let checks =
             if is_ended { vec![] } else { verdict(&Figures::of(&moves), &self.prediction) };
