@@ -4,16 +4,16 @@ use super::Identified;
 use super::model::Moment;
 use crate::figure::{Figure, Line, NamedFigure, Panel, Style};
 
-/// So many points of a curve are drawn.
+/// Largest number of points of a curve.
 const DRAWN: usize = 6_000;
 
-/// Cells of the velocity, each way.
+/// Number of cells of the velocity, each way.
 const CELLS: usize = 24;
 
-/// Rows that a cell needs.
+/// Least number of rows in a cell.
 const FEWEST: usize = 12;
 
-/// Makes the figures; `log` is the name of the log.
+/// Returns the figures; `log` is the name of the log.
 pub fn figures(log: &str, identified: &Identified) -> Vec<NamedFigure> {
     vec![
         NamedFigure { stem: format!("{log}-fit"), figure: over_time(log, identified) },
@@ -33,7 +33,7 @@ fn subtitle(identified: &Identified) -> String {
     parameters.join(", ")
 }
 
-/// Effort and model, residual, position and free run.
+/// Figure of effort and model, residual, position and free run over time.
 fn over_time(log: &str, identified: &Identified) -> Figure {
     let (effort, position) = (identified.scale.effort_unit(), identified.scale.position_unit());
     let moments = &identified.moments;
@@ -95,7 +95,8 @@ fn over_time(log: &str, identified: &Identified) -> Figure {
     }
 }
 
-/// The range of the logged position and half of it on either side, if the free run leaves that.
+/// Returns the range of the logged position plus half of it on either side, if the free run leaves
+/// that; `None` otherwise.
 fn around(kept: &[[f64; 3]]) -> Option<(f64, f64)> {
     let finite = kept.iter().filter(|point| !point[1].is_nan());
     let (low, high) = finite.fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), point| {
@@ -107,7 +108,8 @@ fn around(kept: &[[f64; 3]]) -> Option<(f64, f64)> {
     (leaves && half > 0.0).then_some(shown)
 }
 
-/// Between rows that are farther apart than this something was left out, s.
+/// Returns the largest distance of neighbouring rows, s; samples between farther ones were left
+/// out.
 fn apart(moments: &[Moment]) -> f64 {
     let mut steps: Vec<f64> = moments.windows(2).map(|two| two[1].time_s - two[0].time_s).collect();
     if steps.is_empty() {
@@ -117,8 +119,8 @@ fn apart(moments: &[Moment]) -> f64 {
     4.0 * *steps.select_nth_unstable_by(middle, f64::total_cmp).1
 }
 
-/// What is left of the effort without inertia and gravity, over the velocity: its median, the band
-/// of four fifths of it, and the identified friction.
+/// Figure of the effort without inertia and gravity over the velocity: its median, its 10 to 90 %
+/// band, and the identified friction.
 fn over_velocity(log: &str, identified: &Identified) -> Figure {
     let (effort, position) = (identified.scale.effort_unit(), identified.scale.position_unit());
     let fitted = &identified.fitted;

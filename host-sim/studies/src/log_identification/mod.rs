@@ -1,4 +1,5 @@
-//! A machine's inertia and friction from a log of time, position and effort (inverse dynamics).
+//! Identification of inertia and friction from a log of time, position and effort (inverse
+//! dynamics).
 //!
 //! ```text
 //! CSV -> reading -> time_grid -> cut_off -> moments (butterworth, derivative, gate)
@@ -6,13 +7,12 @@
 //! ```
 //!
 //! The equation of [`model`] holds for a rigid machine in motion. Position and effort pass the same
-//! low-pass, so that it still holds behind it, and least squares solves it for the coefficients.
-//! Nothing here knows whose log it is. `docs/identification.md` says what it guarantees, and what
-//! was measured.
+//! low-pass, so the equation holds for the filtered signals as well, and least squares solves it
+//! for the coefficients. `docs/identification.md` has guarantees and measurements.
 //!
-//! Standard deviations are those of [`least_squares`], and half of what the coefficient moves if
-//! the cut-off is a third lower, added as squares: what depends on how the log is filtered is not
-//! known better than that. That of the inertia has half of the noise's part ([`cut_off`]), too.
+//! The variance of a coefficient is that of [`least_squares`] plus the square of half its change
+//! with a cut-off a third lower: a coefficient that depends on the filter is uncertain by that
+//! much. The inertia's standard deviation also includes half of the noise's share ([`cut_off`]).
 
 pub mod butterworth;
 pub mod cut_off;
@@ -52,79 +52,79 @@ use time_grid::Grid;
 use units::Scale;
 use verdict::{Against, Verdict};
 
-/// How much lower the cut-off is whose coefficients are compared.
+/// Ratio of the cut-off to the lower one for comparing coefficients.
 const LOWER: f64 = 1.5;
 
-/// How a log is to be identified.
+/// Settings for the identification from a log.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Request {
-    /// Units.
+    /// Units of the log.
     pub scale: Scale,
-    /// Whether friction differs by the direction; none: chosen.
+    /// Whether friction differs between the directions; `None`: chosen from the log.
     pub is_asymmetric: Option<bool>,
-    /// Whether there is a Stribeck term.
+    /// Whether the model has a Stribeck term.
     pub has_stribeck: bool,
-    /// Whether there is gravity.
+    /// Whether the model has gravity.
     pub has_gravity: bool,
-    /// Cut-off of the low-pass, Hz; none: chosen.
+    /// Cut-off of the low-pass, Hz; `None`: chosen from the log.
     pub cut_off_hz: Option<f64>,
-    /// Time after which the logged effort acts, s; none: estimated.
+    /// Delay until the logged effort acts, s; `None`: estimated.
     pub effort_delay_s: Option<f64>,
 }
 
-/// A machine that was identified from a log.
+/// A machine identified from a log.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Identified {
-    /// Units.
+    /// Units of the log.
     pub scale: Scale,
-    /// The model and its coefficients.
+    /// Model with its coefficients.
     pub fitted: Fitted,
-    /// The parameters that are told.
+    /// Reported parameters.
     pub parameters: Vec<(&'static str, Parameter)>,
-    /// Both models without further terms: relative residual, %.
+    /// Relative residual of both models without further terms, %.
     pub compared: Vec<(&'static str, f64)>,
-    /// The low-pass.
+    /// Cut-off of the low-pass.
     pub cut_off: CutOff,
-    /// Time after which the logged effort acts, s.
+    /// Delay until the logged effort acts, s.
     pub effort_delay_s: f64,
-    /// The machine, driven by the logged effort.
+    /// Simulation of the machine with the logged effort.
     pub free_run: FreeRun,
-    /// What the residual still follows.
+    /// Causes that the model leaves out and the residual depends on.
     pub misfits: Vec<Misfit>,
     /// Terms that would lower the residual.
     pub proposals: Vec<Proposal>,
-    /// What was thought of it.
+    /// Verdict on the fit.
     pub verdict: Verdict,
-    /// What a person should know before the numbers are used.
+    /// Warnings to read before the numbers are used.
     pub warnings: Vec<String>,
     /// Rows of the regression.
     pub moments: Vec<Moment>,
-    /// What was read.
+    /// Statistics of the log.
     pub read: Read,
 }
 
-/// What was read and used of a log.
+/// Statistics of a log.
 #[derive(Clone, Copy, Debug, PartialEq, serde::Serialize)]
 pub struct Read {
-    /// Rows with three numbers.
+    /// Number of rows with three numbers.
     pub rows: u64,
-    /// Rows that lack a number.
+    /// Number of rows that lack a number.
     pub missing_rows: u64,
-    /// Rows with more cells than the first one.
+    /// Number of rows with more cells than the first one.
     pub long_rows: u64,
-    /// Rows that a sample is the mean of.
+    /// Number of rows that are averaged into a sample.
     pub rows_per_sample: u64,
     /// Time between samples, s.
     pub sample_time_s: f64,
-    /// Time of all stretches, s.
+    /// Total time of all stretches, s.
     pub duration_s: f64,
-    /// Gaps.
+    /// Number of gaps.
     pub gaps: usize,
-    /// Part of the samples that is in motion, not saturated, and so was fitted.
+    /// Share of the samples that was fitted: in motion, and not saturated.
     pub used: f64,
-    /// Part of the samples at standstill or creeping.
+    /// Share of the samples at standstill or creeping.
     pub standstill: f64,
-    /// Part of the samples with a saturated effort.
+    /// Share of the samples with a saturated effort.
     pub saturated: f64,
     /// Distance between the ends of the motion, SI.
     pub travel: f64,
@@ -132,14 +132,14 @@ pub struct Read {
     pub top_speed: f64,
     /// Largest effort.
     pub top_effort: f64,
-    /// Smallest change of the position from row to row, SI: a count, if it is counted.
+    /// Smallest change of the position between two rows, SI: one count of a counted position.
     pub count: f64,
 }
 
 /// Identifies the machine of a log.
 ///
 /// # Errors
-/// Says in a sentence why the log does not tell its machine, and what to do.
+/// Returns a sentence: why the log does not identify its machine, and what to do.
 pub fn identify(mut log: Log, request: &Request) -> Result<Identified, String> {
     let mut warnings = implausible::reading(&log);
     request.scale.apply(&mut log);
@@ -155,19 +155,19 @@ pub fn identify(mut log: Log, request: &Request) -> Result<Identified, String> {
     let highest = cut_off::highest(grid.step_s);
     if let Some(hz) = request.cut_off_hz.filter(|hz| !(*hz > 0.0 && *hz <= highest)) {
         return Err(format!(
-            "--cut-off is {hz}; allowed is a number above 0, up to an eighth of the sampling \
+            "--cut-off is {hz}; it must be above 0 and at most an eighth of the sampling \
              frequency, here {}",
             crate::error::rounded(highest)
         ));
     }
-    // A mean of several rows has smaller counts.
+    // The mean of several rows has a finer resolution.
     let cut_off = cut_off::choose(&grid, count / folded as f64, request.cut_off_hz);
     let slow = if request.has_stribeck { gate::CREEPING_WITH_STRIBECK } else { gate::CREEPING };
     let filtered = Filtered::of(&grid, [slow, count, cut_off.hz]);
     let (fitted, compared, effort_delay_s, moments) =
         regression::regress(&filtered, request, grid.step_s)?;
     let mut parameters = fitted.parameters();
-    // One at a time, since each is as large as the log.
+    // One after the other, since each is as large as the log.
     let below =
         |part: f64| Filtered::of(&grid, [slow, count, cut_off.hz / part]).moments(effort_delay_s);
     widen(&mut parameters, &fitted, &below(LOWER));
@@ -220,7 +220,7 @@ pub fn identify(mut log: Log, request: &Request) -> Result<Identified, String> {
     })
 }
 
-/// Adds half of what a coefficient moves with a lower cut-off to its standard deviation.
+/// Adds half of a coefficient's change with a lower cut-off to its standard deviation.
 fn widen(parameters: &mut [(&'static str, Parameter)], fitted: &Fitted, lower: &[Moment]) {
     let Ok(other) = regression::fit(fitted.model, lower) else { return };
     for ((_, one), (_, other)) in parameters.iter_mut().zip(other.parameters()) {
@@ -232,7 +232,8 @@ fn samples(grid: &Grid) -> usize {
     grid.stretches.iter().map(|one| one.position.len()).sum()
 }
 
-/// Of the stretch that moves farthest: a counter that ran over parts them.
+/// Returns the travel of the stretch that moves farthest. A counter that overflows separates
+/// stretches.
 fn travel(grid: &Grid) -> f64 {
     let of = |positions: &Vec<f64>| {
         let low = positions.iter().copied().fold(f64::INFINITY, f64::min);

@@ -1,4 +1,4 @@
-//! A log behind its low-pass, as the rows of a regression.
+//! Filtered log, and the rows of the regression.
 
 use super::butterworth::LowPass;
 use super::derivative::derivatives;
@@ -6,13 +6,13 @@ use super::gate::{self, Gate};
 use super::model::Moment;
 use super::time_grid::Grid;
 
-/// Rows to a period of the cut-off: what lies closer adds nothing.
+/// Rows per period of the cut-off; more rows add no information.
 const ROWS_A_PERIOD: f64 = 10.0;
 
-/// At most so many rows.
+/// Largest number of rows.
 const MOST_ROWS: usize = 200_000;
 
-/// A stretch behind the low-pass.
+/// A filtered stretch.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Smooth {
     /// Position.
@@ -27,23 +27,23 @@ pub struct Smooth {
     pub effort: Vec<f64>,
 }
 
-/// A log behind its low-pass.
+/// A filtered log.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Filtered {
     /// Cut-off, Hz.
     pub cut_off_hz: f64,
-    /// The speed below which the machine creeps.
+    /// Speed below which the machine creeps.
     pub creeping: f64,
-    /// The stretches of the grid.
+    /// Stretches of the grid.
     pub stretches: Vec<Smooth>,
-    /// Which samples are used.
+    /// Samples that the regression uses.
     pub gate: Gate,
     step_s: f64,
     begins_s: Vec<f64>,
 }
 
 impl Filtered {
-    /// Filters a log; below the part `slow` of the fast speeds the machine creeps.
+    /// Filters a log; `slow` is the creeping speed as a share of the fast speed.
     pub fn of(grid: &Grid, [slow, count, cut_off_hz]: [f64; 3]) -> Self {
         let h = grid.step_s;
         let low_pass = LowPass::new(cut_off_hz * h);
@@ -68,21 +68,20 @@ impl Filtered {
         Self { cut_off_hz, creeping, stretches, gate, step_s: h, begins_s }
     }
 
-    /// Samples from row to row of the regression.
+    /// Returns the number of samples between two rows of the regression.
     fn stride(&self) -> usize {
         let used: usize = self.gate.used.iter().flatten().filter(|used| **used).count();
         let stride = 1.0 / (self.cut_off_hz * self.step_s * ROWS_A_PERIOD);
         (stride as usize).max(used.div_ceil(MOST_ROWS)).max(1)
     }
 
-    /// Returns the number of rows, among this many, that are independent: the low-pass leaves two
-    /// for each period of the cut-off.
+    /// Returns the number of independent rows among `rows`: two per period of the cut-off.
     pub fn independent(&self, rows: usize) -> f64 {
         let periods = self.cut_off_hz * self.step_s * self.stride() as f64;
         (rows as f64 * (2.0 * periods).min(1.0)).max(2.0)
     }
 
-    /// Returns the rows of the regression, if the effort acts `delay_s` later than in the log.
+    /// Returns the rows of the regression for an effort that acts `delay_s` later than in the log.
     pub fn moments(&self, delay_s: f64) -> Vec<Moment> {
         let stride = self.stride();
         let mut moments = Vec::new();
@@ -111,7 +110,7 @@ impl Filtered {
     }
 }
 
-/// A series so many samples before a place, by the cubic through four neighbours.
+/// Returns the value of a series `samples` before a place, by the cubic through four neighbours.
 fn earlier(series: &[f64], place: usize, samples: f64) -> f64 {
     let at = place as f64 - samples;
     let base = at.floor();
@@ -127,11 +126,11 @@ fn earlier(series: &[f64], place: usize, samples: f64) -> f64 {
         + series[i + 2] * ((x + 1.0) * x * (x - 1.0) / 6.0)
 }
 
-/// The way since the last reversal.
+/// Distance since the last reversal.
 struct Way {
     creeping: f64,
     sign: f64,
-    /// Where the velocity last changed its sign.
+    /// Position at the last change of the velocity's sign.
     crossing: f64,
     former: Option<[f64; 2]>,
     reversal: Option<f64>,

@@ -1,4 +1,5 @@
-//! Random machines come back within what is said of them, and those that break the model are told.
+//! Random machines are identified within their error bars, and machines that break the model are
+//! detected.
 
 use rayon::prelude::*;
 
@@ -45,7 +46,7 @@ fn truth(machine: &Machine, name: &str) -> f64 {
 fn random_machines_come_back_and_the_error_bars_hold_the_truth() {
     let mut random = Random(14);
     let machines: Vec<Machine> = (0..50).map(|_| Machine::random(&mut random)).collect();
-    let (mut held, mut told) = (0, 0);
+    let (mut held, mut reported) = (0, 0);
     let (mut false_flags, mut poor, mut proposed) = (0, 0, 0);
     let mut worst = [0.0f64; 3];
     for (machine, found) in machines.iter().zip(all_found(&machines)) {
@@ -54,7 +55,7 @@ fn random_machines_come_back_and_the_error_bars_hold_the_truth() {
         let level = machine.coulomb[0] + machine.viscous[0] * machine.speed;
         for (name, parameter) in &found.parameters {
             let error = parameter.value - truth(machine, name);
-            told += 1;
+            reported += 1;
             held += usize::from(error.abs() <= 2.0 * parameter.sd);
             let (place, part) = match *name {
                 "inertia" => (0, error / machine.inertia),
@@ -67,12 +68,12 @@ fn random_machines_come_back_and_the_error_bars_hold_the_truth() {
         poor += usize::from(found.verdict.quality == Quality::Poor);
         proposed += usize::from(!found.proposals.is_empty());
     }
-    println!("{held} of {told} held; worst {worst:?}; {false_flags} false flags, {poor} poor");
+    println!("{held} of {reported} held; worst {worst:?}; {false_flags} false flags, {poor} poor");
     // No term is missing in any of them.
     assert_eq!(proposed, 0);
-    assert!(held * 10 >= told * 9, "{held} of {told} within two standard deviations");
-    // A bar that held everything would be too long.
-    assert!(held < told, "all {told} within two standard deviations");
+    assert!(held * 10 >= reported * 9, "{held} of {reported} within two standard deviations");
+    // Error bars that contain every value would be too wide.
+    assert!(held < reported, "all {reported} within two standard deviations");
     // Inertia, friction by viscosity at the top speed, and the rest of friction.
     assert!(worst[0] < 0.02 && worst[1] < 0.05 && worst[2] < 0.03, "{worst:?}");
     assert!(false_flags <= 2 && poor == 0, "{false_flags} false flags, {poor} poor");
@@ -119,7 +120,7 @@ fn machines_that_break_the_model_are_told() {
     assert!(named >= 12, "a spring between two bodies is named {named} times of 15");
     let good = flexible.iter().filter(|one| one.verdict.quality == Quality::Good).count();
     assert!(good <= 1, "{good} of 15 machines with a spring are called good");
-    // What a backlash does depends on how it rattles: it is told, if not always by its name.
+    // The effect of a backlash depends on how it rattles: it is reported, but not always as such.
     let backlash = all_found(&backlash);
     let named = backlash.iter().filter(|one| !one.misfits.is_empty()).count();
     println!("of 15 machines with a backlash, a cause is named for {named}");

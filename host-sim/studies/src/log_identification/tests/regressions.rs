@@ -36,7 +36,7 @@ fn the_deviation_of_a_mean_takes_the_correlation_of_its_residuals_into_account()
     for a in [0.0, 0.9] {
         let mut random = Random(3);
         let mut values = vec![0.0; N];
-        let mut told = 0.0;
+        let mut estimated = 0.0;
         const LOGS: usize = 40;
         for _ in 0..LOGS {
             let mut error = 0.0;
@@ -45,10 +45,10 @@ fn the_deviation_of_a_mean_takes_the_correlation_of_its_residuals_into_account()
                 *value = 5.0 + error;
             }
             let fit = Fit::of(1, || values.iter().map(|value| (row(&[1.0]), *value))).unwrap();
-            told += fit.covariance[0][0] / LOGS as f64;
+            estimated += fit.covariance[0][0] / LOGS as f64;
         }
         let expected = 1.0 / (1.0 - a * a) * (1.0 + a) / (1.0 - a) / N as f64;
-        let ratio = (told / expected).sqrt();
+        let ratio = (estimated / expected).sqrt();
         // The largest of three estimates, each widened by Student's t, is above 1 and below 1.5.
         assert!((1.0..1.5).contains(&ratio), "correlation {a}: {ratio} of the closed form");
     }
